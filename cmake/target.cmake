@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: MIT
+# cbcan_target(NAME): what every target of ours has in common. Nobody else's code is held to it.
+option(CBCAN_SANITIZE "AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
+
+function(cbcan_target name)
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_compile_options(${name} PRIVATE
+    -Wall -Wextra -Wpedantic -Werror -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wnon-virtual-dtor
+    -Woverloaded-virtual -Wcast-align -Wnull-dereference -Wdouble-promotion -Wformat=2 -Wimplicit-fallthrough)
+  if(CBCAN_SANITIZE)
+    target_compile_options(${name} PUBLIC -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(${name} PUBLIC -fsanitize=address,undefined)
+  endif()
+endfunction()

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// An object dictionary (CiA 301, 7.4): a sorted table of entries, which may be constant and in flash, over a block of
+/// values in RAM. It owns neither; nothing here allocates. One access is a binary search, O(log n).
+///
+/// Not re-entrant: call it from the place that also calls the rest of the core.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace cbcan {
+
+/// SDO abort codes that a dictionary or an SDO partner gives (CiA 301, 7.2.4.3.17; names as in CBCAN, table 3).
+/// Any other 32-bit value may arrive from a server and is passed on unchanged.
+enum class AbortCode : std::uint32_t {
+  kNone = 0,
+  kToggleBit = 0x05030000,
+  kTimeOut = 0x05040000,
+  kSync = 0x05040001,
+  kBlockSize = 0x05040002,
+  kBlockSequence = 0x05040003,
+  kBlockCrc = 0x05040004,
+  kReadLength = 0x05040005,
+  kNoSegment = 0x06010000,
+  kWriteOnly = 0x06010001,
+  kReadOnly = 0x06010002,
+  kNoObject = 0x06020000,
+  kSysLength = 0x06040047,
+  kObjectLength = 0x06070010,
+  kParameterLength = 0x06070012,
+  kNoSubIndex = 0x06090011,
+  kValue = 0x06090030,
+  kValueHigh = 0x06090031,
+  kValueLow = 0x06090032,
+  kGeneral = 0x08000000,
+  kStore = 0x08000020,
+  kDeviceState = 0x08000022,
+};
+
+/// Data types by their index in the dictionary (CiA 301, 7.4.7).
+enum class DataType : std::uint8_t {
+  kBoolean = 0x01,
+  kInteger8 = 0x02,
+  kInteger16 = 0x03,
+  kInteger32 = 0x04,
+  kUnsigned8 = 0x05,
+  kUnsigned16 = 0x06,
+  kUnsigned32 = 0x07,
+  kReal32 = 0x08,
+  kVisibleString = 0x09,
+  kOctetString = 0x0A,
+  kUnicodeString = 0x0B,
+  kTimeOfDay = 0x0C,
+  kTimeDifference = 0x0D,
+  kDomain = 0x0F,
+  kInteger24 = 0x10,
+  kReal64 = 0x11,
+  kInteger40 = 0x12,
+  kInteger48 = 0x13,
+  kInteger56 = 0x14,
+  kInteger64 = 0x15,
+  kUnsigned24 = 0x16,
+  kUnsigned40 = 0x18,
+  kUnsigned48 = 0x19,
+  kUnsigned56 = 0x1A,
+  kUnsigned64 = 0x1B,
+};
+
+/// Bytes of a value of this type; 0 = the length varies (strings, DOMAIN) or the type is not one of the above.
+std::size_t size_of(DataType type);
+
+/// True for INTEGERnn.
+bool is_signed(DataType type);
+
+/// What may be done with an entry.
+struct ObjectFlags {
+  static constexpr std::uint8_t kRead = 0x01;
+  static constexpr std::uint8_t kWrite = 0x02;
+  static constexpr std::uint8_t kReadWrite = kRead | kWrite;
+  /// The length may be anything up to the capacity. The current one is kept in the four bytes in front of the value.
+  static constexpr std::uint8_t kVariable = 0x04;
+  /// The value is not stored; the handler makes it when it is read and takes it when it is written.
+  static constexpr std::uint8_t kComputed = 0x08;
+  /// The handler is asked before a written value is stored.
+  static constexpr std::uint8_t kChecked = 0x10;
+  /// A row of the limits table holds for it.
+  static constexpr std::uint8_t kLimited = 0x20;
+  /// May be mapped into an RPDO or a TPDO.
+  static constexpr std::uint8_t kMapRpdo = 0x40;
+  static constexpr std::uint8_t kMapTpdo = 0x80;
+};
+
+/// One entry, or a run of sub-indices that are alike (an array's elements, CompactSubObj). Element k of a run has
+/// its value at offset + (k - first_sub) * stride(). Numbers are stored little-endian, as on the bus.
+struct ObjectEntry {
+  std::uint16_t index;
+  std::uint8_t first_sub;
+  std::uint8_t last_sub;
+  DataType type;
+  std::uint8_t flags;
+  std::uint32_t offset;    ///< into the values; behind the length, for a variable one
+  std::uint32_t capacity;  ///< bytes of one element
+
+  static constexpr std::uint32_t kLengthBytes = 4;
+  constexpr bool has(std::uint8_t flag) const { return (flags & flag) != 0; }
+  constexpr std::uint32_t stride() const {
+    return has(ObjectFlags::kVariable) ? capacity + kLengthBytes : capacity;
+  }
+};
+
+/// Lowest and highest value of a number, both allowed. Unsigned values are compared as their bit pattern.
+struct ObjectLimits {
+  std::uint16_t index;
+  std::uint8_t sub;
+  std::int64_t low;
+  std::int64_t high;
+};
+
+/// Behaviour behind entries: computed values, and a say before a value is stored.
+class ObjectHandler {
+ public:
+  /// Writes the value of a kComputed entry to `out` and its length to `size`.
+  virtual AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                            std::size_t& size) = 0;
+
+  /// `value` has passed access, length and limits. A code other than kNone refuses it and nothing is stored.
+  virtual AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) = 0;
+
+ protected:
+  ~ObjectHandler() = default;
+};
+
+class ObjectDictionary {
+ public:
+  /// `entries` sorted by index, then first_sub, without overlap; `limits` sorted by index, then sub. All of it is the
+  /// caller's and outlives the dictionary. `handler` may be null if no entry is kComputed or kChecked.
+  ObjectDictionary(std::span<const ObjectEntry> entries, std::span<std::uint8_t> values, ObjectHandler* handler,
+                   std::span<const ObjectLimits> limits = {});
+
+  /// kNone and the entry; or kNoObject, kNoSubIndex and null.
+  AbortCode find(std::uint16_t index, std::uint8_t sub, const ObjectEntry*& entry) const;
+
+  /// As an SDO upload sees it: access rights count. At most out.size() bytes; a larger object is kReadLength.
+  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size) const;
+
+  /// As an SDO download sees it: access rights, length (too long kParameterLength, too short kObjectLength), limits and
+  /// handler count; the value is stored whole or not at all.
+  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value);
+
+  /// The device's own side: a stored number of up to 8 bytes, whatever its access rights. 0 where there is none.
+  std::uint64_t get(std::uint16_t index, std::uint8_t sub) const;
+
+  /// Likewise; false where there is no such stored number. The handler is not asked.
+  bool set(std::uint16_t index, std::uint8_t sub, std::uint64_t value);
+
+  /// The bytes of a stored element, current length; empty for a computed one.
+  std::span<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub) const;
+
+  std::span<const ObjectEntry> entries() const { return entries_; }
+
+ private:
+  AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+
+  std::span<const ObjectEntry> entries_;
+  std::span<std::uint8_t> values_;
+  std::span<const ObjectLimits> limits_;
+  ObjectHandler* handler_;
+};
+
+}  // namespace cbcan

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// One CAN bus in this process: bounded queues, arbitration by identifier, optional pacing to a bit rate, bus-off, and
+/// optionally a wire that goes on outside (a SocketCAN interface). Pure and single-threaded: it reads no clock, opens
+/// nothing and never calls back from inside try_send. What it does not model is in docs/fidelity.md.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "cbcan/frame.hpp"
+#include "cbcan/ports.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan::sim {
+
+class Bus;
+
+/// Whoever gets frames from the bus. Called while the bus delivers; what it sends then is queued and goes out next.
+class Receiver {
+ public:
+  virtual void on_frame(const Frame& frame, Time now) = 0;
+  /// The state of this receiver's controller has changed.
+  virtual void on_bus_state(BusState state, Time now) = 0;
+
+ protected:
+  ~Receiver() = default;
+};
+
+/// Sees every frame that was on the bus, once, in bus order; for logs.
+class Observer {
+ public:
+  virtual void on_bus_frame(const Frame& frame, Time now) = 0;
+
+ protected:
+  ~Observer() = default;
+};
+
+/// The part of the wire that lies outside this process.
+class Outside {
+ public:
+  /// Puts a frame of a local port on the outside wire. False = not now: the frame stays at the head of the bus, which
+  /// stands still until the next advance(). Must not block and must not call back.
+  virtual bool transmit(const Frame& frame) = 0;
+
+ protected:
+  ~Outside() = default;
+};
+
+/// One CAN controller on a bus: a FIFO transmit queue and an acceptance filter. Made by Bus::attach; lives with the bus.
+class Port final : public CanPort {
+ public:
+  static constexpr std::size_t kQueueFrames = 64;
+
+  /// False when the queue is full, or the controller is bus-off, or the bus has no link.
+  bool try_send(const Frame& frame) override;
+
+  /// Adds 11-bit identifiers first..last to the acceptance filter, or removes them. A new port accepts none.
+  void accept(std::uint32_t first, std::uint32_t last);
+  void refuse(std::uint32_t first, std::uint32_t last);
+  /// 29-bit, error and RTR frames pass this filter by their lower 11 bits only when asked for; off at first.
+  void accept_extended(bool on);
+
+  /// Takes this controller off the bus, dropping what it had queued, or puts it back on.
+  void set_state(BusState state, Time now);
+  BusState state() const { return state_; }
+
+  std::size_t queued() const { return count_; }
+
+ private:
+  friend class Bus;
+  Port(Bus& bus, Receiver& receiver, std::uint16_t number) : bus_(bus), receiver_(receiver), number_(number) {}
+  const Frame& head() const { return queue_[first_]; }
+  void pop();
+
+  Bus& bus_;
+  Receiver& receiver_;
+  std::array<Frame, kQueueFrames> queue_{};
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+  BusState state_ = BusState::kActive;
+  std::uint16_t number_;
+};
+
+class Bus {
+ public:
+  /// `bit_rate` in bit/s paces the bus: a frame is delivered when its last bit has passed. 0 = as fast as possible.
+  explicit Bus(std::uint32_t bit_rate = 0) : bit_rate_(bit_rate) {}
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  /// A new controller whose frames go to `receiver`, which outlives the bus's last advance().
+  Port& attach(Receiver& receiver);
+
+  void observe(Observer& observer) { observers_.push_back(&observer); }
+
+  /// Joins the outside wire; null takes it away.
+  void set_outside(Outside* outside) { outside_ = outside; }
+
+  /// A frame came in from outside: delivered now to every port that accepts it, and to the observers.
+  void receive(const Frame& frame, Time now);
+
+  /// No link (cable pulled, interface down): ports refuse frames and what was queued is dropped.
+  void set_link(bool up, Time now);
+  bool link() const { return link_; }
+
+  /// The outside controller's state, told to every port.
+  void set_state(BusState state, Time now);
+
+  /// Transmits and delivers everything that is due up to and including `now`, also what receivers send meanwhile.
+  void advance(Time now);
+
+  /// When advance() has something to do next; kNever = only after somebody sends. A bus stopped by its outside
+  /// has nothing due: whoever owns the outside knows when to try again.
+  Time next_deadline() const;
+
+  struct Counters {
+    std::uint64_t frames = 0;         ///< transmitted by local ports
+    std::uint64_t received = 0;       ///< came in from outside
+    std::uint64_t refused = 0;        ///< try_send said no: queue full, bus-off, no link
+    std::uint64_t dropped = 0;        ///< queued frames lost to bus-off or a lost link
+    std::uint64_t outside_waits = 0;  ///< the outside had no room
+  };
+  const Counters& counters() const { return counters_; }
+
+ private:
+  friend class Port;
+  static constexpr std::size_t kIdentifiers = 2048;
+
+  /// A port's first frame in the race for the bus; the lowest key wins.
+  struct Contender {
+    std::uint64_t key;
+    Port* port;
+  };
+
+  void contend(Port& port);
+  void withdraw(Port& port);
+  bool transmit_one(Time now);
+  void deliver(const Frame& frame, const Port* sender, Time now);
+
+  std::uint32_t bit_rate_;
+  std::vector<std::unique_ptr<Port>> ports_;
+  std::array<std::vector<Port*>, kIdentifiers> accepting_{};
+  std::vector<Port*> accepting_extended_;
+  std::vector<Contender> contenders_;  ///< a heap
+  std::vector<Observer*> observers_;
+  Outside* outside_ = nullptr;
+  bool link_ = true;
+  bool blocked_ = false;
+  Time busy_until_ = 0;
+  Counters counters_;
+};
+
+}  // namespace cbcan::sim

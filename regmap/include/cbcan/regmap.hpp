@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The register contract as data: which register is what, who writes it, and every number that may appear in one.
+///
+/// Source: "CBCAN SDO and NMT Service PLC Interface" V1.2 (15 June 2012), tables 1 to 4 and section 3; in the
+/// comments "CBCAN, table N". What that document leaves open is settled in docs/contract.md.
+///
+/// Freestanding and header-only. Register R<n> is Modbus holding register address n (0-based on the wire), shown as
+/// 4xxxx number 40001 + n. All numbers are the ones a PLC programmer writes: 5055 and 5066 are decimal.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace cbcan::regmap {
+
+// ---- The window ----------------------------------------------------------------------------------------------
+
+/// Addresses of the window's registers (CBCAN, table 1).
+inline constexpr std::uint16_t kExecuteFlag = 3700;
+inline constexpr std::uint16_t kCommand = 3701;
+inline constexpr std::uint16_t kNodeId = 3702;
+inline constexpr std::uint16_t kObjectIndex = 3703;
+inline constexpr std::uint16_t kObjectSubIndex = 3704;
+inline constexpr std::uint16_t kDataSize = 3705;
+inline constexpr std::uint16_t kData = 3706;
+inline constexpr std::uint16_t kLastData = 3769;
+
+inline constexpr std::uint16_t kWindowFirst = kExecuteFlag;
+inline constexpr std::size_t kWindowWords = kLastData - kWindowFirst + 1;
+inline constexpr std::size_t kDataWords = kLastData - kData + 1;
+inline constexpr std::size_t kMaxDataBytes = 2 * kDataWords;
+
+/// R0..R4167 are holding registers 0..4167 of the FATEK FBs PLC (40001..44168).
+inline constexpr std::uint16_t kRegisterFileWords = 4168;
+
+/// 4xxxx number of a register, as HMI and SCADA programs show it.
+constexpr std::uint32_t modicon_number(std::uint16_t address) { return 40001u + address; }
+
+enum class Access : std::uint8_t { kReadWrite };
+enum class Writer : std::uint8_t { kPlc, kBoth };
+
+struct RegisterRow {
+  std::uint16_t first;  ///< address of the first register of this row
+  std::uint16_t last;   ///< address of the last one; equal to first for a single register
+  std::string_view name;
+  Access access;
+  Writer writer;  ///< who writes it: the PLC alone, or the PLC and, as an answer, the coprocessor
+  std::string_view range;
+  std::string_view meaning;
+};
+
+inline constexpr std::array<RegisterRow, 7> kWindow{{
+    {kExecuteFlag, kExecuteFlag, "EXECUTE_FLAG", Access::kReadWrite, Writer::kBoth, "CA0Eh; 0, 1, 2, 4",
+     "the PLC writes CA0Eh to execute; the coprocessor answers with a result code"},
+    {kCommand, kCommand, "COMMAND", Access::kReadWrite, Writer::kPlc, "5055, 5066",
+     "5055 = SDO read (upload), 5066 = SDO write (download)"},
+    {kNodeId, kNodeId, "NODE_ID", Access::kReadWrite, Writer::kPlc, "0..127", "node ID; 0 = this node"},
+    {kObjectIndex, kObjectIndex, "OBJECT_INDEX", Access::kReadWrite, Writer::kPlc, "0..65535", "object index"},
+    {kObjectSubIndex, kObjectSubIndex, "OBJECT_SUB_INDEX", Access::kReadWrite, Writer::kPlc, "0..255",
+     "object sub-index"},
+    {kDataSize, kDataSize, "DATA_SIZE", Access::kReadWrite, Writer::kBoth, "1..128",
+     "size in bytes: bytes to write, or the room for a read; after a good read the bytes really read"},
+    {kData, kLastData, "DATA", Access::kReadWrite, Writer::kBoth, "0..65535",
+     "data words #0..#63, low byte first; after a failure #0 and #1 hold the SDO abort code, low word first"},
+}};
+
+// ---- Commands and results ------------------------------------------------------------------------------------
+
+struct NamedNumber {
+  std::uint32_t value;
+  std::string_view name;
+  std::string_view meaning;
+};
+
+inline constexpr std::uint16_t kExecute = 0xCA0E;
+
+inline constexpr std::uint16_t kSdoRead = 5055;
+inline constexpr std::uint16_t kSdoWrite = 5066;
+
+inline constexpr std::array<NamedNumber, 2> kCommands{{
+    {kSdoRead, "SDO_READ", "SDO read (upload)"},
+    {kSdoWrite, "SDO_WRITE", "SDO write (download)"},
+}};
+
+/// Result codes in R3700 (CBCAN, table 2). There is no code 3.
+enum class Result : std::uint16_t { kOk = 0, kCommandCodeError = 1, kNodeIdError = 2, kSdoExecutionError = 4 };
+
+inline constexpr std::array<NamedNumber, 4> kResults{{
+    {0, "OK", "done"},
+    {1, "CMD_CODE_ERR", "R3701 is neither 5055 nor 5066"},
+    {2, "NODE_ID_ERR", "R3702 is above 127"},
+    {4, "SDO_EXEC_ERR", "the service failed; R3706 (low word) and R3707 (high word) hold the SDO abort code"},
+}};
+
+// ---- Services addressed through objects (CBCAN, section 3) ----------------------------------------------------
+
+inline constexpr std::uint16_t kNmtService = 0x1F82;        ///< written: NMT command; sub-index 1..127, or 128 = all
+inline constexpr std::uint16_t kNodeStateService = 0x300C;  ///< read, sub-index 0: NMT state of the node in R3702
+inline constexpr std::uint16_t kNmtAllNodes = 128;
+
+/// One NMT service: the numbers that R3706 may hold for it, and its command specifier on the bus (CiA 301, 7.2.8.3.1).
+struct NmtRow {
+  std::uint16_t state_code;
+  std::uint16_t command_code;
+  std::uint8_t specifier;
+  std::string_view name;
+};
+
+inline constexpr std::array<NmtRow, 5> kNmtCommands{{
+    {5, 1, 0x01, "Start Remote Node"},
+    {4, 2, 0x02, "Stop Remote Node"},
+    {127, 128, 0x80, "Enter Pre-Operational"},
+    {6, 129, 0x81, "Reset Node"},
+    {7, 130, 0x82, "Reset Communication"},
+}};
+
+inline constexpr std::array<NamedNumber, 4> kNodeStates{{
+    {4, "STOPPED", "Stopped"},
+    {5, "OPERATIONAL", "Operational"},
+    {6, "NOT_DETECTED", "Not detected"},
+    {127, "PRE_OPERATIONAL", "Pre-operational"},
+}};
+
+// ---- SDO abort codes -----------------------------------------------------------------------------------------
+
+struct AbortRow {
+  std::uint32_t code;
+  std::string_view name;  ///< CBCAN table 3's name where it has one; else one in its manner
+  std::string_view meaning;
+  bool in_table_3;
+};
+
+/// CBCAN table 3 and the rest of CiA 301 (7.2.4.3.17), ordered by code.
+inline constexpr std::array<AbortRow, 31> kAbortCodes{{
+    {0x05030000, "ABORT_TOGGLE_BIT", "toggle bit not alternated", true},
+    {0x05040000, "ABORT_TIME_OUT", "SDO service timed out", true},
+    {0x05040001, "ABORT_SYNC", "command specifier not valid", true},
+    {0x05040002, "ABORT_BLOCK_SIZE", "invalid block size", false},
+    {0x05040003, "ABORT_BLOCK_SEQUENCE", "invalid sequence number", false},
+    {0x05040004, "ABORT_BLOCK_CRC", "CRC error", false},
+    {0x05040005, "ABORT_READ_LENGTH", "object length too big to read (CiA 301: out of memory)", true},
+    {0x06010000, "ABORT_NO_SEGMENT", "unsupported access to the object, or segmented transfer not supported", true},
+    {0x06010001, "ABORT_WO", "attempt to read a write-only object", true},
+    {0x06010002, "ABORT_RO", "attempt to write a read-only object", true},
+    {0x06020000, "ABORT_NO_OBJ", "no such object", true},
+    {0x06040041, "ABORT_NOT_MAPPABLE", "object cannot be mapped to the PDO", false},
+    {0x06040042, "ABORT_PDO_LENGTH", "the mapped objects exceed the PDO length", false},
+    {0x06040043, "ABORT_INCOMPATIBLE", "general parameter incompatibility", false},
+    {0x06040047, "ABORT_SYS_LENGTH", "data length exceeds what the system allows", true},
+    {0x06060000, "ABORT_HARDWARE", "access failed due to a hardware error", false},
+    {0x06070010, "ABORT_OBJ_LENGTH", "object length does not match", true},
+    {0x06070012, "ABORT_PARM_LENGTH", "length of the service parameter too high", true},
+    {0x06070013, "ABORT_PARM_SHORT", "length of the service parameter too low", false},
+    {0x06090011, "ABORT_NO_SUB", "sub-index does not exist", false},
+    {0x06090030, "ABORT_VALUE", "invalid value for the parameter", false},
+    {0x06090031, "ABORT_VALUE_HIGH", "value too high", false},
+    {0x06090032, "ABORT_VALUE_LOW", "value too low", false},
+    {0x06090036, "ABORT_MAX_LESS_MIN", "maximum is less than minimum", false},
+    {0x060A0023, "ABORT_NO_RESOURCE", "resource not available: SDO connection", false},
+    {0x08000000, "ABORT_GENERAL", "general error", false},
+    {0x08000020, "ABORT_STORE", "data cannot be transferred or stored to the application", false},
+    {0x08000021, "ABORT_LOCAL_CONTROL", "data cannot be transferred because of local control", false},
+    {0x08000022, "ABORT_DEVICE_STATE", "data cannot be transferred because of the present device state", false},
+    {0x08000023, "ABORT_NO_DICTIONARY", "no object dictionary is present", false},
+    {0x08000024, "ABORT_NO_DATA", "no data available", false},
+}};
+
+/// The row of an abort code; nullptr for a code that neither document names.
+constexpr const AbortRow* find_abort(std::uint32_t code) {
+  for (const AbortRow& row : kAbortCodes)
+    if (row.code == code) return &row;
+  return nullptr;
+}
+
+}  // namespace cbcan::regmap
