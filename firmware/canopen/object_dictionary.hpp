@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// An object dictionary (CiA 301, 7.4): a sorted table of entries, which may be constant and in flash, over a block of
-/// values in RAM. It owns neither; nothing here allocates. One access is a binary search, O(log n).
+/// An object dictionary (CiA 301, 7.4): a sorted table of entries, which may be constant and in flash, over a
+/// block of values in RAM. It owns neither; nothing here allocates. One access is a binary search, O(log n).
 ///
 /// Not re-entrant: call it from the place that also calls the rest of the core.
 
@@ -13,8 +13,8 @@
 
 namespace cbcan {
 
-/// SDO abort codes that a dictionary or an SDO partner gives (CiA 301, 7.2.4.3.17; names as in CBCAN, table 3).
-/// Any other 32-bit value may arrive from a server and is passed on unchanged.
+/// SDO abort codes that a dictionary or an SDO partner gives (CiA 301, 7.2.4.3.17; names as in CBCAN, table
+/// 3). Any other 32-bit value may arrive from a server and is passed on unchanged.
 enum class AbortCode : std::uint32_t {
   kNone = 0,
   kToggleBit = 0x05030000,
@@ -28,6 +28,7 @@ enum class AbortCode : std::uint32_t {
   kWriteOnly = 0x06010001,
   kReadOnly = 0x06010002,
   kNoObject = 0x06020000,
+  kIncompatible = 0x06040043,
   kSysLength = 0x06040047,
   kObjectLength = 0x06070010,
   kParameterLength = 0x06070012,
@@ -69,7 +70,8 @@ enum class DataType : std::uint8_t {
   kUnsigned64 = 0x1B,
 };
 
-/// Bytes of a value of this type; 0 = the length varies (strings, DOMAIN) or the type is not one of the above.
+/// Bytes of a value of this type; 0 = the length varies (strings, DOMAIN) or the type is not one of the
+/// above.
 std::size_t size_of(DataType type);
 
 /// True for INTEGERnn.
@@ -80,7 +82,8 @@ struct ObjectFlags {
   static constexpr std::uint8_t kRead = 0x01;
   static constexpr std::uint8_t kWrite = 0x02;
   static constexpr std::uint8_t kReadWrite = kRead | kWrite;
-  /// The length may be anything up to the capacity. The current one is kept in the four bytes in front of the value.
+  /// The length may be anything up to the capacity. The current one is kept in the four bytes in front of the
+  /// value.
   static constexpr std::uint8_t kVariable = 0x04;
   /// The value is not stored; the handler makes it when it is read and takes it when it is written.
   static constexpr std::uint8_t kComputed = 0x08;
@@ -93,8 +96,8 @@ struct ObjectFlags {
   static constexpr std::uint8_t kMapTpdo = 0x80;
 };
 
-/// One entry, or a run of sub-indices that are alike (an array's elements, CompactSubObj). Element k of a run has
-/// its value at offset + (k - first_sub) * stride(). Numbers are stored little-endian, as on the bus.
+/// One entry, or a run of sub-indices that are alike (an array's elements, CompactSubObj). Element k of a run
+/// has its value at offset + (k - first_sub) * stride(). Numbers are stored little-endian, as on the bus.
 struct ObjectEntry {
   std::uint16_t index;
   std::uint8_t first_sub;
@@ -106,9 +109,9 @@ struct ObjectEntry {
 
   static constexpr std::uint32_t kLengthBytes = 4;
   constexpr bool has(std::uint8_t flag) const { return (flags & flag) != 0; }
-  constexpr std::uint32_t stride() const {
-    return has(ObjectFlags::kVariable) ? capacity + kLengthBytes : capacity;
-  }
+  /// Bytes in front of each value.
+  constexpr std::uint32_t front() const { return has(ObjectFlags::kVariable) ? kLengthBytes : 0; }
+  constexpr std::uint32_t stride() const { return front() + capacity; }
 };
 
 /// Lowest and highest value of a number, both allowed. Unsigned values are compared as their bit pattern.
@@ -127,18 +130,25 @@ class ObjectHandler {
                             std::size_t& size) = 0;
 
   /// `value` has passed access, length and limits. A code other than kNone refuses it and nothing is stored.
-  virtual AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) = 0;
+  virtual AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub,
+                             std::span<const std::uint8_t> value) = 0;
 
  protected:
   ~ObjectHandler() = default;
 };
 
+/// Copies the power-on values of the stored entries first_index..last_index over the values; both blocks are
+/// laid out alike.
+void restore_values(std::span<const ObjectEntry> entries, std::span<const std::uint8_t> power_on,
+                    std::span<std::uint8_t> values, std::uint16_t first_index, std::uint16_t last_index);
+
 class ObjectDictionary {
  public:
-  /// `entries` sorted by index, then first_sub, without overlap; `limits` sorted by index, then sub. All of it is the
-  /// caller's and outlives the dictionary. `handler` may be null if no entry is kComputed or kChecked.
-  ObjectDictionary(std::span<const ObjectEntry> entries, std::span<std::uint8_t> values, ObjectHandler* handler,
-                   std::span<const ObjectLimits> limits = {});
+  /// `entries` sorted by index, then first_sub, without overlap; `limits` sorted by index, then sub. All of
+  /// it is the caller's and outlives the dictionary. `handler` may be null if no entry is kComputed or
+  /// kChecked.
+  ObjectDictionary(std::span<const ObjectEntry> entries, std::span<std::uint8_t> values,
+                   ObjectHandler* handler, std::span<const ObjectLimits> limits = {});
 
   /// kNone and the entry; or kNoObject, kNoSubIndex and null.
   AbortCode find(std::uint16_t index, std::uint8_t sub, const ObjectEntry*& entry) const;
@@ -146,11 +156,12 @@ class ObjectDictionary {
   /// As an SDO upload sees it: access rights count. At most out.size() bytes; a larger object is kReadLength.
   AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size) const;
 
-  /// As an SDO download sees it: access rights, length (too long kParameterLength, too short kObjectLength), limits and
-  /// handler count; the value is stored whole or not at all.
+  /// As an SDO download sees it: access rights, length (too long kParameterLength, too short kObjectLength),
+  /// limits and handler count; the value is stored whole or not at all.
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value);
 
-  /// The device's own side: a stored number of up to 8 bytes, whatever its access rights. 0 where there is none.
+  /// The device's own side: a stored number of up to 8 bytes, whatever its access rights. 0 where there is
+  /// none.
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) const;
 
   /// Likewise; false where there is no such stored number. The handler is not asked.
@@ -162,7 +173,8 @@ class ObjectDictionary {
   std::span<const ObjectEntry> entries() const { return entries_; }
 
  private:
-  AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub,
+                         std::span<const std::uint8_t> value) const;
 
   std::span<const ObjectEntry> entries_;
   std::span<std::uint8_t> values_;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One CAN bus in this process: bounded queues, arbitration by identifier, optional pacing to a bit rate, bus-off, and
-/// optionally a wire that goes on outside (a SocketCAN interface). Pure and single-threaded: it reads no clock, opens
-/// nothing and never calls back from inside try_send. What it does not model is in docs/fidelity.md.
+/// One CAN bus in this process: bounded queues, arbitration by identifier, optional pacing to a bit rate,
+/// bus-off, and optionally a wire that goes on outside (a SocketCAN interface). Pure and single-threaded: it
+/// reads no clock, opens nothing and never calls back from inside try_send. What it does not model is in
+/// docs/fidelity.md.
 
 #include <array>
 #include <cstddef>
@@ -19,7 +20,8 @@ namespace cbcan::sim {
 
 class Bus;
 
-/// Whoever gets frames from the bus. Called while the bus delivers; what it sends then is queued and goes out next.
+/// Whoever gets frames from the bus. Called while the bus delivers; what it sends then is queued and goes out
+/// next.
 class Receiver {
  public:
   virtual void on_frame(const Frame& frame, Time now) = 0;
@@ -42,15 +44,16 @@ class Observer {
 /// The part of the wire that lies outside this process.
 class Outside {
  public:
-  /// Puts a frame of a local port on the outside wire. False = not now: the frame stays at the head of the bus, which
-  /// stands still until the next advance(). Must not block and must not call back.
+  /// Puts a frame of a local port on the outside wire. False = not now: the frame stays at the head of the
+  /// bus, which stands still until the next advance(). Must not block and must not call back.
   virtual bool transmit(const Frame& frame) = 0;
 
  protected:
   ~Outside() = default;
 };
 
-/// One CAN controller on a bus: a FIFO transmit queue and an acceptance filter. Made by Bus::attach; lives with the bus.
+/// One CAN controller on a bus: a FIFO transmit queue and an acceptance filter. Made by Bus::attach; lives
+/// with the bus.
 class Port final : public CanPort {
  public:
   static constexpr std::size_t kQueueFrames = 64;
@@ -58,11 +61,11 @@ class Port final : public CanPort {
   /// False when the queue is full, or the controller is bus-off, or the bus has no link.
   bool try_send(const Frame& frame) override;
 
-  /// Adds 11-bit identifiers first..last to the acceptance filter, or removes them. A new port accepts none.
+  /// Adds identifiers first..last (0..7FFh) to the acceptance filter, or removes them. A new port accepts
+  /// none. The filter looks at the lower 11 bits alone: RTR and 29-bit frames that fit pass too, as on a
+  /// simple controller.
   void accept(std::uint32_t first, std::uint32_t last);
   void refuse(std::uint32_t first, std::uint32_t last);
-  /// 29-bit, error and RTR frames pass this filter by their lower 11 bits only when asked for; off at first.
-  void accept_extended(bool on);
 
   /// Takes this controller off the bus, dropping what it had queued, or puts it back on.
   void set_state(BusState state, Time now);
@@ -72,9 +75,10 @@ class Port final : public CanPort {
 
  private:
   friend class Bus;
-  Port(Bus& bus, Receiver& receiver, std::uint16_t number) : bus_(bus), receiver_(receiver), number_(number) {}
-  const Frame& head() const { return queue_[first_]; }
-  void pop();
+  Port(Bus& bus, Receiver& receiver, std::uint16_t number)
+      : bus_(bus), receiver_(receiver), number_(number) {}
+  Frame pop();
+  std::uint64_t arbitration_key() const;
 
   Bus& bus_;
   Receiver& receiver_;
@@ -87,7 +91,8 @@ class Port final : public CanPort {
 
 class Bus {
  public:
-  /// `bit_rate` in bit/s paces the bus: a frame is delivered when its last bit has passed. 0 = as fast as possible.
+  /// `bit_rate` in bit/s paces the bus: a frame is delivered when its last bit has passed. 0 = as fast as
+  /// possible.
   explicit Bus(std::uint32_t bit_rate = 0) : bit_rate_(bit_rate) {}
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
@@ -104,17 +109,18 @@ class Bus {
   void receive(const Frame& frame, Time now);
 
   /// No link (cable pulled, interface down): ports refuse frames and what was queued is dropped.
-  void set_link(bool up, Time now);
+  void set_link(bool up);
   bool link() const { return link_; }
 
   /// The outside controller's state, told to every port.
   void set_state(BusState state, Time now);
 
-  /// Transmits and delivers everything that is due up to and including `now`, also what receivers send meanwhile.
+  /// Transmits and delivers everything that is due up to and including `now`, also what receivers send
+  /// meanwhile.
   void advance(Time now);
 
-  /// When advance() has something to do next; kNever = only after somebody sends. A bus stopped by its outside
-  /// has nothing due: whoever owns the outside knows when to try again.
+  /// When advance() has something to do next; kNever = only after somebody sends. A bus stopped by its
+  /// outside has nothing due: whoever owns the outside knows when to try again.
   Time next_deadline() const;
 
   struct Counters {
@@ -130,27 +136,30 @@ class Bus {
   friend class Port;
   static constexpr std::size_t kIdentifiers = 2048;
 
-  /// A port's first frame in the race for the bus; the lowest key wins.
+  /// A port that has something to send; the lowest key wins the bus.
   struct Contender {
     std::uint64_t key;
     Port* port;
   };
 
   void contend(Port& port);
-  void withdraw(Port& port);
-  bool transmit_one(Time now);
+  Port& winner();
+  void drop_queue(Port& port);
+  bool start_next(Time now);
+  void finish_current();
   void deliver(const Frame& frame, const Port* sender, Time now);
 
   std::uint32_t bit_rate_;
   std::vector<std::unique_ptr<Port>> ports_;
   std::array<std::vector<Port*>, kIdentifiers> accepting_{};
-  std::vector<Port*> accepting_extended_;
   std::vector<Contender> contenders_;  ///< a heap
   std::vector<Observer*> observers_;
   Outside* outside_ = nullptr;
   bool link_ = true;
-  bool blocked_ = false;
-  Time busy_until_ = 0;
+  bool stopped_ = false;  ///< the outside had no room for the winner
+  Frame current_{};       ///< on a paced bus, the frame whose bits are passing
+  const Port* sender_ = nullptr;
+  Time current_ends_ = kNever;
   Counters counters_;
 };
 

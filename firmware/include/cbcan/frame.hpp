@@ -10,7 +10,8 @@ namespace cbcan {
 struct Frame {
   static constexpr std::uint8_t kRemote = 1;    ///< RTR: asks for the frame, carries no data
   static constexpr std::uint8_t kExtended = 2;  ///< 29-bit identifier
-  static constexpr std::uint8_t kError = 4;     ///< the controller's report of a bus error, not a frame on the bus
+  static constexpr std::uint8_t kError =
+      4;  ///< the controller's report of a bus error, not a frame on the bus
 
   std::uint32_t id = 0;     ///< 0..7FFh, or 0..1FFF FFFFh when extended
   std::uint8_t length = 0;  ///< DLC, 0..8

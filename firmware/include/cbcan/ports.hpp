@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What the core asks of the machine below it. There are two things: somewhere to send a CAN frame, and 70 words
-/// of memory shared with the PLC's side. Everything else (bit rate, filters, open and close, clocks, Modbus) belongs
-/// to whoever owns the core.
+/// What the core asks of the machine below it. There are two things: somewhere to send a CAN frame, and 70
+/// words of memory shared with the PLC's side. Everything else (bit rate, filters, open and close, clocks,
+/// Modbus) belongs to whoever owns the core.
 
 #include <atomic>
 #include <cstddef>
@@ -18,8 +18,8 @@ namespace cbcan {
 /// The way out to one CAN controller.
 class CanPort {
  public:
-  /// Hands one frame to the controller, in order with the frames before it. False = no room now: the core keeps the
-  /// frame and tries again at its next poll. Must not block and must not call back into the core.
+  /// Hands one frame to the controller, in order with the frames before it. False = no room now: the core
+  /// keeps the frame and tries again at its next poll. Must not block and must not call back into the core.
   [[nodiscard]] virtual bool try_send(const Frame& frame) = 0;
 
  protected:
@@ -27,11 +27,12 @@ class CanPort {
   ~CanPort() = default;
 };
 
-/// R3700..R3769 as the core sees them: ordinary memory that an interrupt, a thread or another processor also writes.
+/// R3700..R3769 as the core sees them: ordinary memory that an interrupt, a thread or another processor also
+/// writes.
 ///
-/// Ordering: every word written through set() is visible to a reader that has seen the result which finish() wrote;
-/// every word that the PLC wrote before CA0Eh is seen once flag() has returned CA0Eh. Words are in host byte order.
-/// The memory is the caller's and must outlive this view.
+/// Ordering: every word written through set() is visible to a reader that has seen the result which finish()
+/// wrote; every word that the PLC wrote before CA0Eh is seen once flag() has returned CA0Eh. Words are in
+/// host byte order. The memory is the caller's and must outlive this view.
 class RegisterWindow {
  public:
   using Words = std::span<std::uint16_t, regmap::kWindowWords>;
@@ -46,8 +47,8 @@ class RegisterWindow {
     atomic(address).store(value, std::memory_order_relaxed);
   }
 
-  /// Replaces CA0Eh by the result, after everything set before. Where the PLC has written something else meanwhile, that
-  /// stays and the answer is false: the transaction was cancelled at the last moment.
+  /// Replaces CA0Eh by the result, after everything set before. Where the PLC has written something else
+  /// meanwhile, that stays and the answer is false: the transaction was cancelled at the last moment.
   bool finish(regmap::Result result) const {
     std::uint16_t expected = regmap::kExecute;
     return atomic(regmap::kExecuteFlag)

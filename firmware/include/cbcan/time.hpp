@@ -13,8 +13,12 @@ inline constexpr Time kNever = ~Time{0};
 inline constexpr Time kMillisecond = 1000;
 inline constexpr Time kSecond = 1000 * kMillisecond;
 
-constexpr Time milliseconds(std::uint32_t count) { return count * kMillisecond; }
+constexpr Time milliseconds(std::uint32_t count) {
+  return count * kMillisecond;
+}
 
-constexpr Time earlier(Time a, Time b) { return a < b ? a : b; }
+constexpr Time earlier(Time a, Time b) {
+  return a < b ? a : b;
+}
 
 }  // namespace cbcan

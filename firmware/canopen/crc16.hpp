@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace cbcan {
+
+/// CRC of SDO block transfers: x^16 + x^12 + x^5 + 1, start value 0, no reflection (CiA 301, 7.2.4.3.16).
+std::uint16_t crc16(std::span<const std::uint8_t> bytes);
+
+}  // namespace cbcan

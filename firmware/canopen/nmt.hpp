@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// NMT: states, commands and their frames (CiA 301, 7.2.8).
+
+#include <cstdint>
+
+#include "cbcan/frame.hpp"
+
+namespace cbcan::nmt {
+
+/// NMT states as they stand in heartbeat and node guarding messages.
+enum class State : std::uint8_t { kInitialising = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
+
+/// Command specifiers.
+enum class Command : std::uint8_t {
+  kStart = 0x01,
+  kStop = 0x02,
+  kEnterPreOperational = 0x80,
+  kResetNode = 0x81,
+  kResetCommunication = 0x82,
+};
+
+inline constexpr std::uint32_t kCommandId = 0x000;
+inline constexpr std::uint32_t kErrorControlId = 0x700;  ///< + node ID: boot-up, heartbeat, node guarding
+inline constexpr std::uint8_t kAllNodes = 0;
+inline constexpr std::uint8_t kMaxNode = 127;
+
+/// Bit 7 of a node guarding answer alternates; the rest is the state.
+inline constexpr std::uint8_t kGuardToggle = 0x80;
+inline constexpr std::uint8_t kStateMask = 0x7F;
+
+constexpr bool is_state(std::uint8_t value) {
+  switch (static_cast<State>(value)) {
+    case State::kInitialising:
+    case State::kStopped:
+    case State::kOperational:
+    case State::kPreOperational: return true;
+  }
+  return false;
+}
+
+constexpr bool is_command(std::uint8_t value) {
+  switch (static_cast<Command>(value)) {
+    case Command::kStart:
+    case Command::kStop:
+    case Command::kEnterPreOperational:
+    case Command::kResetNode:
+    case Command::kResetCommunication: return true;
+  }
+  return false;
+}
+
+constexpr Frame command_frame(Command command, std::uint8_t node) {
+  Frame frame;
+  frame.id = kCommandId;
+  frame.length = 2;
+  frame.data[0] = static_cast<std::uint8_t>(command);
+  frame.data[1] = node;
+  return frame;
+}
+
+constexpr Frame error_control_frame(std::uint8_t node, std::uint8_t state_and_toggle) {
+  Frame frame;
+  frame.id = kErrorControlId + node;
+  frame.length = 1;
+  frame.data[0] = state_and_toggle;
+  return frame;
+}
+
+/// Asks a node for its state. The DLC of a remote frame is that of the frame it asks for (ISO 11898-1).
+constexpr Frame guard_request(std::uint8_t node) {
+  Frame frame;
+  frame.id = kErrorControlId + node;
+  frame.length = 1;
+  frame.flags = Frame::kRemote;
+  return frame;
+}
+
+}  // namespace cbcan::nmt

@@ -1,0 +1,551 @@
+// SPDX-License-Identifier: MIT
+#include "canopen/sdo_client.hpp"
+
+#include <algorithm>
+
+#include "canopen/crc16.hpp"
+
+namespace cbcan {
+
+// ---- The states
+// ----------------------------------------------------------------------------------------------
+
+/// What each kind of event means in one state. An abort, a frame with another multiplexer and a short frame
+/// mean the same in all of them and never get here.
+struct SdoClient::State {
+  std::uint8_t accepts;  ///< bit n: an answer with command specifier n belongs here; any other is ABORT_SYNC
+  void (SdoClient::*on_answer)(const Frame&, Time);
+  void (SdoClient::*on_deadline)(Time);
+  void (SdoClient::*on_room)(Time);  ///< the port has taken the frame that it had refused
+};
+
+namespace {
+
+constexpr std::uint8_t only(sdo::Answer specifier) {
+  return static_cast<std::uint8_t>(1 << static_cast<unsigned>(specifier));
+}
+constexpr std::uint8_t kNone = 0;
+/// Segments of a block have a sequence number where other answers have a command specifier.
+constexpr std::uint8_t kSegments = 0xFF;
+
+}  // namespace
+
+using Self = SdoClient;
+
+const Self::State Self::kIdle{kNone, &Self::misplaced, &Self::nothing, &Self::nothing};
+const Self::State Self::kHeldBack{kNone, &Self::misplaced, &Self::hold_or_begin, &Self::nothing};
+const Self::State Self::kQueued{kNone, &Self::misplaced, &Self::timed_out, &Self::begin};
+
+const Self::State Self::kUploadInitiate{only(sdo::Answer::kInitiateUpload), &Self::upload_initiated,
+                                        &Self::timed_out, &Self::opened};
+const Self::State Self::kUploadSegment{only(sdo::Answer::kUploadSegment), &Self::upload_segment,
+                                       &Self::timed_out, &Self::nothing};
+
+const Self::State Self::kDownloadExpedited{only(sdo::Answer::kInitiateDownload), &Self::download_done,
+                                           &Self::timed_out, &Self::opened};
+const Self::State Self::kDownloadInitiate{only(sdo::Answer::kInitiateDownload), &Self::download_initiated,
+                                          &Self::timed_out, &Self::opened};
+const Self::State Self::kDownloadSegment{only(sdo::Answer::kDownloadSegment), &Self::download_segment_taken,
+                                         &Self::timed_out, &Self::nothing};
+
+const Self::State Self::kBlockDownloadInitiate{
+    only(sdo::Answer::kBlockDownload), &Self::block_download_initiated, &Self::timed_out, &Self::opened};
+const Self::State Self::kBlockDownloadStream{kNone, &Self::misplaced, &Self::timed_out,
+                                             &Self::stream_segments};
+const Self::State Self::kBlockDownloadAcknowledge{
+    only(sdo::Answer::kBlockDownload), &Self::block_download_acknowledged, &Self::timed_out, &Self::nothing};
+const Self::State Self::kBlockDownloadEnd{only(sdo::Answer::kBlockDownload), &Self::block_download_ended,
+                                          &Self::timed_out, &Self::nothing};
+
+const Self::State Self::kBlockUploadInitiate{only(sdo::Answer::kBlockUpload), &Self::block_upload_initiated,
+                                             &Self::timed_out, &Self::opened};
+const Self::State Self::kBlockUploadStream{kSegments, &Self::block_upload_segment, &Self::ask_for_rest,
+                                           &Self::nothing};
+const Self::State Self::kBlockUploadEnd{kSegments, &Self::block_upload_ended, &Self::timed_out,
+                                        &Self::nothing};
+
+void SdoClient::enter(const State& state, Time deadline) {
+  state_ = &state;
+  deadline_ = deadline;
+}
+
+void SdoClient::leave(Outcome outcome) {
+  enter(kIdle, kNever);
+  opened_ = false;
+  outcome_ = outcome;
+}
+
+void SdoClient::done(std::size_t size) {
+  received_ = static_cast<std::uint16_t>(size);
+  leave(Outcome::kDone);
+}
+
+/// The server knows already, or is no longer waiting.
+void SdoClient::fail(AbortCode code) {
+  drop_refused();
+  error_ = code;
+  leave(Outcome::kFailed);
+}
+
+void SdoClient::abort_and_tell(AbortCode code, Time now) {
+  const bool tell = opened_;
+  const bool streaming = state_ == &kBlockUploadStream;
+  const bool answer_outstanding =
+      code == AbortCode::kTimeOut || code == AbortCode::kSync || code == AbortCode::kToggleBit;
+  fail(code);
+  if (!tell) return;
+  if (streaming || answer_outstanding) quarantine(streaming, now);
+  ++counters_.aborts_sent;
+  send(sdo::make_abort(sdo::kRequestId + request_.node, mux(), code), now);
+}
+
+void SdoClient::cancel(Time now) {
+  if (!busy()) return;
+  abort_and_tell(AbortCode::kGeneral, now);
+  outcome_ = Outcome::kIdle;
+}
+
+// ---- The beginning
+// -------------------------------------------------------------------------------------------
+
+void SdoClient::start(const Request& request, Time now) {
+  request_ = request;
+  outcome_ = Outcome::kBusy;
+  error_ = AbortCode::kNone;
+  received_ = sent_ = confirmed_ = empty_segments_ = 0;
+  toggle_ = fruitless_ = 0;
+  ++counters_.transfers;
+  if (request.direction == Direction::kWrite && request.mode == Mode::kExpedited &&
+      request.size > sdo::kExpeditedBytes)
+    return fail(AbortCode::kNoSegment);
+  hold_or_begin(now);
+}
+
+void SdoClient::hold_or_begin(Time now) {
+  const Time until = quarantined_ == 0 ? now : held_until(now);
+  if (until > now) return enter(kHeldBack, until);
+  begin(now);
+}
+
+void SdoClient::begin(Time now) {
+  // The abort of the transfer before may still be waiting for the port: it goes first.
+  if (retry_) return enter(kQueued, timeout_from(now));
+  request_.direction == Direction::kRead ? begin_read(now) : begin_write(now);
+}
+
+void SdoClient::begin_read(Time now) {
+  if (request_.mode != Mode::kBlock) {
+    enter(kUploadInitiate, timeout_from(now));
+    opened_ = send(request_frame(sdo::command(sdo::Request::kInitiateUpload), mux()), now);
+    return;
+  }
+  // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
+  block_size_ = static_cast<std::uint8_t>((request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes);
+  enter(kBlockUploadInitiate, timeout_from(now));
+  opened_ = send(request_frame(sdo::command(sdo::Request::kBlockUpload,
+                                            sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
+                               mux(), block_size_),
+                 now);
+}
+
+void SdoClient::begin_write(Time now) {
+  const std::uint32_t size = request_.size;
+  if (request_.mode == Mode::kBlock) {
+    enter(kBlockDownloadInitiate, timeout_from(now));
+    const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
+    opened_ = send(request_frame(sdo::command(sdo::Request::kBlockDownload, bits), mux(), size), now);
+  } else if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes) {
+    enter(kDownloadInitiate, timeout_from(now));
+    opened_ = send(
+        request_frame(sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated), mux(), size), now);
+  } else {
+    enter(kDownloadExpedited, timeout_from(now));
+    Frame frame =
+        request_frame(sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)), mux());
+    for (std::uint32_t i = 0; i < size; ++i)
+      frame.data[4 + i] = data_[i];
+    opened_ = send(frame, now);
+  }
+}
+
+// ---- What arrives
+// --------------------------------------------------------------------------------------------
+
+void SdoClient::on_frame(const Frame& frame, Time now) {
+  if (frame.flags != 0) {
+    ++counters_.not_data;
+    return;
+  }
+  if (!opened_ || frame.id != sdo::kAnswerId + request_.node) return on_stray(frame, now);
+  const std::uint8_t command = frame.data[0];
+  const bool segments = state_->accepts == kSegments;
+  if (frame.length < 8 && (state_ == &kBlockUploadStream || frame.length < sdo::answer_length(command))) {
+    ++counters_.too_short;
+    return;
+  }
+  if (is_abort(command)) return on_abort(frame);
+  if (!segments && sdo::has_multiplexer(command) && sdo::multiplexer_of(frame) != mux()) {
+    ++counters_.other_object;
+    return;
+  }
+  if (retry_) {  // our request has not even left
+    ++counters_.unexpected;
+    return;
+  }
+  if ((state_->accepts >> sdo::specifier_of(command) & 1) == 0) return misplaced(frame, now);
+  (this->*state_->on_answer)(frame, now);
+}
+
+/// Nothing is asked of this node. If it is in quarantine this is the late answer, and the next transfer may
+/// begin.
+void SdoClient::on_stray(const Frame& frame, Time now) {
+  const auto node = static_cast<std::uint8_t>(frame.id - sdo::kAnswerId);
+  for (Quarantine& slot : quarantines_) {
+    if (slot.node != node || slot.until <= now) continue;
+    ++counters_.late;
+    if (slot.stream) return;
+    release(slot);
+    if (state_ == &kHeldBack) hold_or_begin(now);
+    return;
+  }
+  ++counters_.unexpected;
+}
+
+void SdoClient::on_boot_up(std::uint8_t node, Time now) {
+  for (Quarantine& slot : quarantines_)
+    if (slot.node == node) release(slot);
+  if (state_ == &kHeldBack) return hold_or_begin(now);
+  if (opened_ && node == request_.node) fail(AbortCode::kDeviceState);
+}
+
+bool SdoClient::is_abort(std::uint8_t command) const {
+  // Among the segments of a block only sequence number 0 is free to mean something else.
+  if (state_->accepts == kSegments) return command == sdo::command(sdo::Answer::kAbort);
+  return sdo::is(command, sdo::Answer::kAbort);
+}
+
+void SdoClient::on_abort(const Frame& frame) {
+  const sdo::Multiplexer theirs = sdo::multiplexer_of(frame);
+  if (theirs != mux() && theirs != 0) {
+    ++counters_.other_object;
+    return;
+  }
+  ++counters_.aborts_received;
+  const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
+  fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
+}
+
+void SdoClient::misplaced(const Frame& /*frame*/, Time now) {
+  abort_and_tell(AbortCode::kSync, now);
+}
+
+// ---- Upload
+// --------------------------------------------------------------------------------------------------
+
+void SdoClient::upload_initiated(const Frame& frame, Time now) {
+  const std::uint8_t command = frame.data[0];
+  const bool sized = (command & sdo::kSizeIndicated) != 0;
+  if ((command & sdo::kExpedited) != 0) {
+    const std::uint16_t size =
+        sized ? sdo::expedited_size(command) : std::min<std::uint16_t>(sdo::kExpeditedBytes, request_.size);
+    if (size > request_.size) return fail(AbortCode::kReadLength);
+    for (std::size_t i = 0; i < sdo::kExpeditedBytes; ++i)
+      data_[i] = frame.data[4 + i];
+    return done(size);
+  }
+  if (request_.mode == Mode::kExpedited) return abort_and_tell(AbortCode::kNoSegment, now);
+  declared_ = sized ? sdo::tail_of(frame) : kUndeclared;
+  if (sized && declared_ > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
+  enter(kUploadSegment, timeout_from(now));
+  send(request_frame(sdo::command(sdo::Request::kUploadSegment)), now);
+}
+
+void SdoClient::upload_segment(const Frame& frame, Time now) {
+  const std::uint8_t command = frame.data[0];
+  if ((command & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
+  const std::size_t size = sdo::segment_size(command);
+  const bool last = (command & sdo::kLastSegment) != 0;
+  if (!take(frame, size, !last, now)) return;
+  if (last) {
+    if (declared_ != kUndeclared && received_ != declared_) return fail(AbortCode::kObjectLength);
+    return done(received_);
+  }
+  if (size == 0 && ++empty_segments_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength, now);
+  toggle_ ^= sdo::kToggle;
+  enter(kUploadSegment, timeout_from(now));
+  send(request_frame(sdo::command(sdo::Request::kUploadSegment, toggle_)), now);
+}
+
+/// Appends the segment's bytes; false when they do not fit and the transfer has ended.
+bool SdoClient::take(const Frame& frame, std::size_t size, bool server_waits, Time now) {
+  const bool declared = declared_ != kUndeclared;
+  if (received_ + size <= (declared ? declared_ : request_.size)) {
+    copy_in(frame, size);
+    return true;
+  }
+  const AbortCode code = declared ? AbortCode::kObjectLength : AbortCode::kReadLength;
+  server_waits ? abort_and_tell(code, now) : fail(code);
+  return false;
+}
+
+void SdoClient::copy_in(const Frame& frame, std::size_t size) {
+  std::uint8_t* to = data_.data() + received_;
+  for (std::size_t i = 0; i < size; ++i)
+    to[i] = frame.data[1 + i];
+  received_ = static_cast<std::uint16_t>(received_ + size);
+}
+
+// ---- Download
+// ------------------------------------------------------------------------------------------------
+
+void SdoClient::download_done(const Frame& /*frame*/, Time /*now*/) {
+  done(0);
+}
+
+void SdoClient::download_initiated(const Frame& /*frame*/, Time now) {
+  send_download_segment(now);
+}
+
+void SdoClient::download_segment_taken(const Frame& frame, Time now) {
+  if ((frame.data[0] & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
+  if (sent_ == request_.size) return done(0);
+  toggle_ ^= sdo::kToggle;
+  send_download_segment(now);
+}
+
+void SdoClient::send_download_segment(Time now) {
+  const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - sent_);
+  const bool last = sent_ + size == request_.size;
+  Frame frame =
+      request_frame(sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last)));
+  for (std::size_t i = 0; i < size; ++i)
+    frame.data[1 + i] = data_[sent_ + i];
+  sent_ = static_cast<std::uint16_t>(sent_ + size);
+  enter(kDownloadSegment, timeout_from(now));
+  send(frame, now);
+}
+
+// ---- Block download
+// ------------------------------------------------------------------------------------------
+
+void SdoClient::block_download_initiated(const Frame& frame, Time now) {
+  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kInitiate)
+    return abort_and_tell(AbortCode::kSync, now);
+  crc_ = (frame.data[0] & sdo::kBlockCrc) != 0;
+  block_size_ = frame.data[4];
+  sequence_ = 0;
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize, now);
+  enter(kBlockDownloadStream, timeout_from(now));
+  stream_segments(now);
+}
+
+/// Sends what the port takes of this sub-block; comes back here when the port has room again.
+void SdoClient::stream_segments(Time now) {
+  while (!retry_ && sequence_ < block_size_ && sent_ < request_.size) {
+    const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - sent_);
+    const bool last = sent_ + size == request_.size;
+    Frame frame = request_frame(static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
+    for (std::size_t i = 0; i < size; ++i)
+      frame.data[1 + i] = data_[sent_ + i];
+    sent_ = static_cast<std::uint16_t>(sent_ + size);
+    send(frame, now);
+  }
+  if (!retry_) enter(kBlockDownloadAcknowledge, timeout_from(now));
+}
+
+void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
+  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kAcknowledge)
+    return abort_and_tell(AbortCode::kSync, now);
+  const std::uint8_t taken = frame.data[1];
+  block_size_ = frame.data[2];
+  if (taken > sequence_) return abort_and_tell(AbortCode::kBlockSequence, now);
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize, now);
+  fruitless_ = taken == 0 ? static_cast<std::uint8_t>(fruitless_ + 1) : 0;
+  if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence, now);
+  if (taken != sequence_) ++counters_.repeated_blocks;
+  confirmed_ = static_cast<std::uint16_t>(
+      std::min<std::size_t>(confirmed_ + taken * sdo::kSegmentBytes, request_.size));
+  sent_ = confirmed_;
+  sequence_ = 0;
+  if (sent_ < request_.size) {
+    enter(kBlockDownloadStream, timeout_from(now));
+    return stream_segments(now);
+  }
+  const std::size_t unused = (sdo::kSegmentBytes - request_.size % sdo::kSegmentBytes) % sdo::kSegmentBytes;
+  const std::uint16_t crc = crc_ ? crc16(std::span(data_).first(request_.size)) : std::uint16_t{0};
+  enter(kBlockDownloadEnd, timeout_from(now));
+  send(request_frame(sdo::command(sdo::Request::kBlockDownload, sdo::block_end_bits(unused)), crc), now);
+}
+
+void SdoClient::block_download_ended(const Frame& frame, Time now) {
+  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kEnd) return abort_and_tell(AbortCode::kSync, now);
+  done(0);
+}
+
+// ---- Block upload
+// --------------------------------------------------------------------------------------------
+
+void SdoClient::block_upload_initiated(const Frame& frame, Time now) {
+  const std::uint8_t command = frame.data[0];
+  if ((command & 1) != 0) return abort_and_tell(AbortCode::kSync, now);
+  crc_ = (command & sdo::kBlockCrc) != 0;
+  const bool sized = (command & sdo::kBlockSizeIndicated) != 0;
+  declared_ = sized ? sdo::tail_of(frame) : kUndeclared;
+  if (sized && declared_ > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
+  sequence_ = 0;
+  asked_again_ = false;
+  enter(kBlockUploadStream, half_timeout_from(now));
+  send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kStart))), now);
+}
+
+/// Segments in order are kept. One out of order shows a loss: the rest of the sub-block, with its "last" bit,
+/// is not believed, and at its end everything behind the gap is asked for again.
+void SdoClient::block_upload_segment(const Frame& frame, Time now) {
+  const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
+  const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
+  if (sequence == 0 || sequence > block_size_) return abort_and_tell(AbortCode::kBlockSequence, now);
+  enter(kBlockUploadStream, half_timeout_from(now));
+  asked_again_ = false;
+  if (sequence != sequence_ + 1) {
+    if (last || sequence == block_size_) acknowledge_block(now);
+    return;
+  }
+  if (!last && !take(frame, sdo::kSegmentBytes, true, now)) return;
+  sequence_ = sequence;
+  if (last) {
+    take_last_segment(frame);
+    enter(kBlockUploadEnd, timeout_from(now));
+    send_block_acknowledge(now);
+  } else if (sequence == block_size_) {
+    acknowledge_block(now);
+  }
+}
+
+/// How many of its bytes are data is known at the end of the transfer; they all count until then.
+void SdoClient::take_last_segment(const Frame& frame) {
+  const std::size_t size = received_ + sdo::kSegmentBytes;
+  copy_in(frame, std::min<std::size_t>(sdo::kSegmentBytes, kMaxBytes - received_));
+  received_ = static_cast<std::uint16_t>(size);
+}
+
+/// Ends a sub-block and asks for the next, or for the rest of this one once more.
+void SdoClient::acknowledge_block(Time now) {
+  fruitless_ = sequence_ == 0 ? static_cast<std::uint8_t>(fruitless_ + 1) : 0;
+  if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence, now);
+  if (sequence_ != block_size_) ++counters_.repeated_blocks;
+  send_block_acknowledge(now);
+  sequence_ = 0;
+}
+
+void SdoClient::send_block_acknowledge(Time now) {
+  const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
+  send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
+                     taken_and_size),
+       now);
+}
+
+/// Silence in the middle of a sub-block: its last segment may be lost. The server is asked once to go on.
+void SdoClient::ask_for_rest(Time now) {
+  if (asked_again_) return timed_out(now);
+  asked_again_ = true;
+  enter(kBlockUploadStream, half_timeout_from(now));
+  acknowledge_block(now);
+}
+
+void SdoClient::block_upload_ended(const Frame& frame, Time now) {
+  const std::uint8_t command = frame.data[0];
+  const std::uint8_t sequence = command & sdo::kSequenceMask;
+  if (sequence != 0 && sequence <= block_size_) {  // a segment came twice; no end looks like one so short
+    ++counters_.unexpected;
+    return;
+  }
+  if (!sdo::is(command, sdo::Answer::kBlockUpload) || (command & 1) == 0)
+    return abort_and_tell(AbortCode::kSync, now);
+  const std::uint8_t unused = sdo::block_unused(command);
+  if (unused > received_) return abort_and_tell(AbortCode::kObjectLength, now);
+  const auto size = static_cast<std::uint16_t>(received_ - unused);
+  if (declared_ != kUndeclared && size != declared_) return abort_and_tell(AbortCode::kObjectLength, now);
+  if (size > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
+  if (crc_ && sdo::load16(frame, 1) != crc16(std::span(data_).first(size)))
+    return abort_and_tell(AbortCode::kBlockCrc, now);
+  send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kEnd))), now);
+  done(size);
+}
+
+// ---- Deadlines and room
+// --------------------------------------------------------------------------------------
+
+void SdoClient::poll(Time now) {
+  if (retry_) retry(now);
+  if (now >= deadline_) (this->*state_->on_deadline)(now);
+}
+
+void SdoClient::nothing(Time /*now*/) {}
+
+void SdoClient::opened(Time /*now*/) {
+  opened_ = true;
+}
+
+void SdoClient::timed_out(Time now) {
+  ++counters_.timeouts;
+  abort_and_tell(AbortCode::kTimeOut, now);
+}
+
+Frame SdoClient::request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) const {
+  return sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail);
+}
+
+/// False: the port has no room, and the frame is kept.
+bool SdoClient::send(const Frame& frame, Time now) {
+  if (port_.try_send(frame)) return true;
+  ++counters_.refused;
+  refused_ = frame;
+  retry_ = true;
+  retry_at_ = now + kRetryInterval;
+  return false;
+}
+
+void SdoClient::retry(Time now) {
+  retry_ = false;
+  if (send(refused_, now)) (this->*state_->on_room)(now);
+}
+
+/// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this
+/// one's.
+void SdoClient::drop_refused() {
+  if (state_ != &kQueued && state_ != &kHeldBack) retry_ = false;
+}
+
+// ---- Quarantine
+// ----------------------------------------------------------------------------------------------
+
+/// A late answer to this transfer must not be taken for the answer to the next one.
+void SdoClient::quarantine(bool stream, Time now) {
+  const std::uint16_t length = timeout_ms_ == 0 ? kDefaultTimeoutMs : timeout_ms_;
+  for (Quarantine& slot : quarantines_) {
+    if (slot.node != 0) continue;
+    slot = {now + milliseconds(length), request_.node, stream};
+    ++quarantined_;
+    return;
+  }
+}
+
+/// When a transfer to this request's node may begin: now, or the end of its quarantine.
+Time SdoClient::held_until(Time now) {
+  Time first_free = kNever;
+  Time until = now;
+  for (Quarantine& slot : quarantines_) {
+    if (slot.node != 0 && slot.until <= now) release(slot);
+    if (slot.node == 0) continue;
+    first_free = earlier(first_free, slot.until);
+    if (slot.node == request_.node) until = slot.until;
+  }
+  return quarantined_ == kQuarantineSlots && until == now ? first_free : until;
+}
+
+void SdoClient::release(Quarantine& slot) {
+  slot = {};
+  --quarantined_;
+}
+
+}  // namespace cbcan

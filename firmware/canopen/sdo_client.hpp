@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// SDO client (CiA 301, 7.2.4): one transfer at a time, to any node, expedited, segmented or block, 0..128
+/// bytes.
+///
+/// Nothing blocks and nothing is allocated. Answers are dealt with where they arrive: the next request leaves
+/// from inside on_frame(). Not re-entrant: start, on_frame, on_boot_up, cancel and poll are called from one
+/// place.
+///
+/// Every transfer that start() accepted ends exactly once: kDone, or kFailed with a code. Where the server
+/// may still be waiting it is sent one abort, and no other frame of that transfer follows.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "canopen/object_dictionary.hpp"
+#include "canopen/sdo_protocol.hpp"
+#include "cbcan/ports.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+class SdoClient {
+ public:
+  static constexpr std::size_t kMaxBytes = regmap::kMaxDataBytes;
+  /// Nodes that can be in quarantine at one time. With a constant timeout one is enough for timeouts; the
+  /// others are for transfers cancelled in quick succession. When all are taken, the next transfer waits for
+  /// the first to come free.
+  static constexpr std::size_t kQuarantineSlots = 8;
+  /// How long an endless stream of empty segments is listened to.
+  static constexpr std::uint16_t kMaxEmptySegments = 256;
+  /// Sub-blocks in a row that may bring nothing new before a block transfer is given up.
+  static constexpr std::uint8_t kMaxFruitlessBlocks = 8;
+  /// When a frame that the port refused is tried again.
+  static constexpr Time kRetryInterval = 500;
+  /// Length of a quarantine while there is no SDO timeout.
+  static constexpr std::uint16_t kDefaultTimeoutMs = 1000;
+
+  enum class Direction : std::uint8_t { kRead, kWrite };
+  enum class Mode : std::uint8_t { kAuto, kExpedited, kSegmented, kBlock };
+  enum class Outcome : std::uint8_t { kIdle, kBusy, kDone, kFailed };
+
+  struct Request {
+    std::uint8_t node;  ///< 1..127
+    std::uint8_t sub;
+    std::uint16_t index;
+    std::uint16_t size;  ///< to write: bytes of data(); to read: the room, 1..128
+    Direction direction;
+    Mode mode;
+  };
+
+  /// What happened, for people; they count up from 0 and wrap.
+  struct Counters {
+    std::uint32_t transfers = 0;
+    std::uint32_t timeouts = 0;
+    std::uint32_t aborts_sent = 0;
+    std::uint32_t aborts_received = 0;
+    std::uint32_t late = 0;             ///< answers thrown away in quarantine
+    std::uint32_t unexpected = 0;       ///< answers while nothing was asked, or from another node
+    std::uint32_t not_data = 0;         ///< RTR or 29-bit frames in the place of an answer
+    std::uint32_t too_short = 0;        ///< frames without all the bytes that their command needs
+    std::uint32_t other_object = 0;     ///< answers and aborts with another index or sub-index
+    std::uint32_t refused = 0;          ///< times that the port had no room
+    std::uint32_t repeated_blocks = 0;  ///< sub-blocks of which a part had to be sent again
+  };
+
+  explicit SdoClient(CanPort& port) : port_(port) {}
+
+  /// 0 = wait for ever. Holds from the next answer or transfer on.
+  void set_timeout(std::uint16_t timeout_ms) { timeout_ms_ = timeout_ms; }
+  std::uint16_t timeout_ms() const { return timeout_ms_; }
+
+  /// The transfer's bytes: fill them before start() of a write, take size() of them after a read.
+  std::span<std::uint8_t, kMaxBytes> data() { return data_; }
+
+  /// Begins a transfer. Allowed unless busy. May end at once (kFailed).
+  void start(const Request& request, Time now);
+
+  /// A frame with a CAN-ID of 580h + 1..127, of whatever kind.
+  void on_frame(const Frame& frame, Time now);
+
+  /// The node has sent its boot-up message: it has lost whatever it was doing.
+  void on_boot_up(std::uint8_t node, Time now);
+
+  /// Ends a transfer that is under way, without an outcome: idle at once.
+  void cancel(Time now);
+
+  /// Deadlines and refused frames. To be called at deadline() at the latest; more often is harmless.
+  void poll(Time now);
+  Time deadline() const { return retry_ ? earlier(deadline_, retry_at_) : deadline_; }
+
+  Outcome outcome() const { return outcome_; }
+  bool busy() const { return outcome_ == Outcome::kBusy; }
+  std::uint16_t size() const { return received_; }
+  AbortCode error() const { return error_; }
+  const Counters& counters() const { return counters_; }
+
+ private:
+  struct State;
+  static constexpr std::uint32_t kUndeclared = 0xFFFFFFFF;
+
+  static const State kIdle;
+  static const State kHeldBack;
+  static const State kQueued;
+  static const State kUploadInitiate;
+  static const State kUploadSegment;
+  static const State kDownloadExpedited;
+  static const State kDownloadInitiate;
+  static const State kDownloadSegment;
+  static const State kBlockDownloadInitiate;
+  static const State kBlockDownloadStream;
+  static const State kBlockDownloadAcknowledge;
+  static const State kBlockDownloadEnd;
+  static const State kBlockUploadInitiate;
+  static const State kBlockUploadStream;
+  static const State kBlockUploadEnd;
+
+  struct Quarantine {
+    Time until;
+    std::uint8_t node;  ///< 0 = free
+    bool stream;        ///< a block may still be on its way: only time ends it
+  };
+
+  // Answers, one for each state.
+  void upload_initiated(const Frame& frame, Time now);
+  void upload_segment(const Frame& frame, Time now);
+  void download_done(const Frame& frame, Time now);
+  void download_initiated(const Frame& frame, Time now);
+  void download_segment_taken(const Frame& frame, Time now);
+  void block_download_initiated(const Frame& frame, Time now);
+  void block_download_acknowledged(const Frame& frame, Time now);
+  void block_download_ended(const Frame& frame, Time now);
+  void block_upload_initiated(const Frame& frame, Time now);
+  void block_upload_segment(const Frame& frame, Time now);
+  void block_upload_ended(const Frame& frame, Time now);
+  void misplaced(const Frame& frame, Time now);
+
+  // A deadline has passed, or the port has taken the frame that it had refused.
+  void nothing(Time now);
+  void hold_or_begin(Time now);
+  void begin(Time now);
+  void opened(Time now);
+  void timed_out(Time now);
+  void ask_for_rest(Time now);
+  void stream_segments(Time now);
+
+  // The ways out of a transfer.
+  void done(std::size_t size);
+  void fail(AbortCode code);
+  void abort_and_tell(AbortCode code, Time now);
+  void leave(Outcome outcome);
+
+  void enter(const State& state, Time deadline);
+  void on_stray(const Frame& frame, Time now);
+  void on_abort(const Frame& frame);
+  bool is_abort(std::uint8_t command) const;
+  void begin_read(Time now);
+  void begin_write(Time now);
+  void send_download_segment(Time now);
+  void take_last_segment(const Frame& frame);
+  void acknowledge_block(Time now);
+  void send_block_acknowledge(Time now);
+  bool take(const Frame& frame, std::size_t size, bool server_waits, Time now);
+  void copy_in(const Frame& frame, std::size_t size);
+
+  Frame request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0) const;
+  bool send(const Frame& frame, Time now);
+  void retry(Time now);
+  void drop_refused();
+
+  void quarantine(bool stream, Time now);
+  Time held_until(Time now);
+  void release(Quarantine& slot);
+
+  sdo::Multiplexer mux() const { return sdo::multiplexer(request_.index, request_.sub); }
+  Time half_timeout_from(Time now) const {
+    return timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_) / 2;
+  }
+  Time timeout_from(Time now) const { return timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_); }
+
+  CanPort& port_;
+  const State* state_ = &kIdle;
+  Time deadline_ = kNever;  ///< of the state; kNever when idle, so it cannot outlive a transfer
+  Time retry_at_ = 0;
+  Frame refused_{};  ///< the frame that the port had no room for, while retry_
+  Request request_{};
+  std::uint32_t declared_ = 0;  ///< size that the server announced, or kUndeclared
+  AbortCode error_ = AbortCode::kNone;
+  std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
+  std::uint16_t received_ = 0;   ///< bytes of a read so far
+  std::uint16_t sent_ = 0;       ///< bytes of a write on their way or there
+  std::uint16_t confirmed_ = 0;  ///< bytes of a block write that the server has acknowledged
+  std::uint16_t empty_segments_ = 0;
+  std::uint8_t toggle_ = 0;
+  std::uint8_t block_size_ = 0;
+  std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order
+  std::uint8_t fruitless_ = 0;
+  bool crc_ = false;
+  bool asked_again_ = false;
+  bool opened_ = false;  ///< the first request has left: the server may know of this transfer
+  bool retry_ = false;
+  Outcome outcome_ = Outcome::kIdle;
+  std::uint8_t quarantined_ = 0;
+  std::array<Quarantine, kQuarantineSlots> quarantines_{};
+  std::array<std::uint8_t, kMaxBytes> data_{};
+  Counters counters_;
+};
+
+}  // namespace cbcan

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "canopen/slave.hpp"
+
+namespace cbcan {
+
+namespace {
+
+// Bits of wanted_, in the order in which they are sent.
+constexpr std::uint8_t kBootUp = 1;
+constexpr std::uint8_t kSync = 2;
+constexpr std::uint8_t kGuardAnswer = 4;
+constexpr std::uint8_t kHeartbeat = 8;
+
+// COB-ID SYNC message, 1005h (CiA 301, 7.5.2.5).
+constexpr std::uint32_t kSyncProducer = 0x40000000;
+constexpr std::uint32_t kSyncIdMask = 0x7FF;
+constexpr std::uint32_t kSyncReserved = 0x3FFFF800;  // 29-bit identifiers are not supported
+
+constexpr std::uint16_t kFirstIndex = 0x0000;
+constexpr std::uint16_t kFirstCommunicationIndex = 0x1000;
+constexpr std::uint16_t kLastCommunicationIndex = 0x1FFF;
+constexpr std::uint16_t kLastIndex = 0xFFFF;
+
+/// The next moment of a period, without drift; after a long sleep, without a burst.
+constexpr Time next_after(Time due, Time period, Time now) {
+  return due + period > now ? due + period : now + period;
+}
+
+}  // namespace
+
+Slave::Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t> buffer,
+             Application& application, CanPort& port)
+    : dictionary_(tables.entries, tables.values, this, tables.limits),
+      sdo_server_(dictionary_, port, buffer),
+      application_(application),
+      port_(port),
+      node_id_(node_id) {}
+
+void Slave::start(Time now) {
+  reset(kFirstIndex, kLastIndex, now);
+}
+
+void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now) {
+  enter(nmt::State::kInitialising);
+  application_.restore(first_index, last_index);
+  sdo_server_.reset(node_id_);
+  guard_toggle_ = 0;
+  heartbeat_period_ = sync_period_ = 0;
+  heartbeat_at_ = sync_at_ = kNever;
+  configure(now);
+  wanted_ = kBootUp;
+  enter(nmt::State::kPreOperational);
+  poll(now);
+}
+
+void Slave::enter(nmt::State state) {
+  if (state == state_) return;
+  state_ = state;
+  application_.on_nmt_state(state);
+}
+
+void Slave::command(nmt::Command command, Time now) {
+  switch (command) {
+    case nmt::Command::kStart: return enter(nmt::State::kOperational);
+    case nmt::Command::kStop: return enter(nmt::State::kStopped);
+    case nmt::Command::kEnterPreOperational: return enter(nmt::State::kPreOperational);
+    case nmt::Command::kResetNode: return reset(kFirstIndex, kLastIndex, now);
+    case nmt::Command::kResetCommunication:
+      return reset(kFirstCommunicationIndex, kLastCommunicationIndex, now);
+  }
+}
+
+void Slave::on_frame(const Frame& frame, Time now) {
+  if (state_ == nmt::State::kInitialising) return;
+  if (frame.id == sdo::kRequestId + node_id_) {
+    if (state_ == nmt::State::kStopped) return;
+    sdo_server_.on_frame(frame, now);
+    if (reconfigure_) configure(now);
+  } else if (frame.id == nmt::kCommandId) {
+    const bool for_us = frame.data[1] == node_id_ || frame.data[1] == nmt::kAllNodes;
+    if (frame.flags == 0 && frame.length >= 2 && for_us && nmt::is_command(frame.data[0]))
+      command(static_cast<nmt::Command>(frame.data[0]), now);
+  } else if (frame.id == nmt::kErrorControlId + node_id_ && frame.flags == Frame::kRemote) {
+    // A device is guarded or has a heartbeat, not both (CiA 301, 7.2.8.3.2.2).
+    if (heartbeat_period_ != 0) return;
+    wanted_ |= kGuardAnswer;
+    poll(now);
+  }
+}
+
+AbortCode Slave::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
+  const AbortCode refused = dictionary_.write(index, sub, value);
+  if (reconfigure_) configure(now);
+  return refused;
+}
+
+AbortCode Slave::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                         std::size_t& size) {
+  return application_.on_read(entry, sub, out, size);
+}
+
+AbortCode Slave::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) {
+  if (entry.index == kSyncId && value.size() == 4) {
+    const std::uint32_t cob_id = value[0] | value[1] << 8 | value[2] << 16 | std::uint32_t{value[3]} << 24;
+    if ((cob_id & kSyncReserved) != 0 || (sync_period_ != 0 && (cob_id & kSyncIdMask) != sync_id_))
+      return AbortCode::kValue;
+  }
+  reconfigure_ =
+      reconfigure_ || entry.index == kSyncId || entry.index == kSyncPeriod || entry.index == kHeartbeatTime;
+  return application_.on_write(entry, sub, value);
+}
+
+/// Takes over what the dictionary says now. A period that has not changed keeps its beat.
+void Slave::configure(Time now) {
+  reconfigure_ = false;
+  const Time heartbeat = dictionary_.get(kHeartbeatTime, 0) * kMillisecond;
+  if (heartbeat != heartbeat_period_) heartbeat_at_ = heartbeat == 0 ? kNever : now + heartbeat;
+  heartbeat_period_ = heartbeat;
+
+  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(kSyncId, 0));
+  sync_id_ = cob_id & kSyncIdMask;
+  const Time sync = (cob_id & kSyncProducer) != 0 ? dictionary_.get(kSyncPeriod, 0) : 0;
+  if (sync != sync_period_) sync_at_ = sync == 0 ? kNever : now + sync;
+  sync_period_ = sync;
+}
+
+Time Slave::poll(Time now) {
+  if (now >= heartbeat_at_) {
+    wanted_ |= kHeartbeat;
+    heartbeat_at_ = next_after(heartbeat_at_, heartbeat_period_, now);
+  }
+  if (now >= sync_at_) {
+    if (state_ != nmt::State::kStopped) wanted_ |= kSync;
+    sync_at_ = next_after(sync_at_, sync_period_, now);
+  }
+  sdo_server_.poll(now);
+  retry_at_ = kNever;
+  while (wanted_ != 0 && send_wanted(now)) {
+  }
+  return deadline();
+}
+
+Time Slave::deadline() const {
+  return earlier(earlier(heartbeat_at_, sync_at_), earlier(retry_at_, sdo_server_.deadline()));
+}
+
+bool Slave::send_wanted(Time now) {
+  const auto lowest = static_cast<std::uint8_t>(wanted_ & (~wanted_ + 1));
+  if (!port_.try_send(frame_for(lowest))) {
+    retry_at_ = now + kRetryInterval;
+    return false;
+  }
+  wanted_ = static_cast<std::uint8_t>(wanted_ & ~lowest);
+  if (lowest == kGuardAnswer) guard_toggle_ ^= nmt::kGuardToggle;
+  return true;
+}
+
+/// Made when it is sent, so that it tells the state of that moment.
+Frame Slave::frame_for(std::uint8_t wanted) const {
+  const auto state = static_cast<std::uint8_t>(state_);
+  if (wanted == kBootUp)
+    return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(nmt::State::kInitialising));
+  if (wanted == kGuardAnswer)
+    return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(state | guard_toggle_));
+  if (wanted == kHeartbeat) return nmt::error_control_frame(node_id_, state);
+  Frame sync;
+  sync.id = sync_id_;
+  return sync;
+}
+
+}  // namespace cbcan

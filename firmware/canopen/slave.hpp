@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// One CANopen device over its object dictionary: NMT state machine, SDO server, boot-up, heartbeat producer,
+/// node guarding, SYNC producer (CiA 301). The coprocessor's own node and every simulated node are this
+/// class.
+///
+/// Objects it acts on, where the dictionary has them: 1005h, 1006h (SYNC producer), 1017h (heartbeat
+/// producer). Nothing blocks, nothing is allocated; not re-entrant. A frame that the port refuses stays
+/// wanted and is tried again.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "canopen/nmt.hpp"
+#include "canopen/object_dictionary.hpp"
+#include "canopen/sdo_server.hpp"
+#include "cbcan/ports.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+/// The device behind the communication: its values and what it does.
+class Application : public ObjectHandler {
+ public:
+  /// Puts stored values back to what they are at power-on: those with first_index <= index <= last_index.
+  virtual void restore(std::uint16_t first_index, std::uint16_t last_index) = 0;
+  /// The NMT state has changed.
+  virtual void on_nmt_state(nmt::State state) = 0;
+
+ protected:
+  ~Application() = default;
+};
+
+class Slave final : private ObjectHandler {
+ public:
+  static constexpr Time kRetryInterval = 500;
+  static constexpr std::uint16_t kSyncId = 0x1005;
+  static constexpr std::uint16_t kSyncPeriod = 0x1006;
+  static constexpr std::uint16_t kHeartbeatTime = 0x1017;
+
+  /// The tables of a dictionary, see ObjectDictionary.
+  struct Tables {
+    std::span<const ObjectEntry> entries;
+    std::span<std::uint8_t> values;
+    std::span<const ObjectLimits> limits;
+  };
+
+  /// `buffer`: see SdoServer. The slave is off the bus until start().
+  Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t> buffer, Application& application,
+        CanPort& port);
+
+  /// Power on: boot-up message, then Pre-operational.
+  void start(Time now);
+
+  /// A frame from the bus; frames that are not for this node are ignored.
+  void on_frame(const Frame& frame, Time now);
+
+  /// Sends what is due. Returns when it wants to be called next; kNever = only after a frame.
+  Time poll(Time now);
+  Time deadline() const;
+
+  /// An NMT command for this node, from the bus or from within.
+  void command(nmt::Command command, Time now);
+
+  /// Local access with the rights of an SDO client.
+  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
+                 std::size_t& size) const {
+    return dictionary_.read(index, sub, out, size);
+  }
+  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now);
+
+  nmt::State state() const { return state_; }
+  std::uint8_t node_id() const { return node_id_; }
+  ObjectDictionary& dictionary() { return dictionary_; }
+  const SdoServer& sdo_server() const { return sdo_server_; }
+
+ private:
+  AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                    std::size_t& size) override;
+  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub,
+                     std::span<const std::uint8_t> value) override;
+
+  void enter(nmt::State state);
+  void reset(std::uint16_t first_index, std::uint16_t last_index, Time now);
+  void configure(Time now);
+  bool send_wanted(Time now);
+  Frame frame_for(std::uint8_t wanted) const;
+
+  ObjectDictionary dictionary_;
+  SdoServer sdo_server_;
+  Application& application_;
+  CanPort& port_;
+  Time heartbeat_at_ = kNever;
+  Time sync_at_ = kNever;
+  Time retry_at_ = kNever;
+  Time heartbeat_period_ = 0;
+  Time sync_period_ = 0;
+  std::uint32_t sync_id_ = 0;
+  nmt::State state_ = nmt::State::kInitialising;
+  std::uint8_t node_id_;
+  std::uint8_t guard_toggle_ = 0;
+  std::uint8_t wanted_ = 0;  ///< frames that are to be sent, one bit each
+  bool reconfigure_ = false;
+};
+
+}  // namespace cbcan

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The coprocessor: turns what a PLC program writes to R3700..R3769 into CANopen services and writes the
+/// results back. The only room that knows both registers and CANopen. The contract is docs/contract.md.
+///
+/// How to run it, on anything:
+///   start(now) once; on_frame(frame, now) for every frame that arrives; on_bus_state() when the CAN
+///   controller's state changes; poll(now) at the time that the last poll returned, and whenever R3700 may
+///   have been written or the port has room again. Times are microseconds, monotonic (cbcan/time.hpp).
+///
+/// Nothing blocks, nothing is allocated, there are no globals: several coprocessors may run in one program.
+/// Not re-entrant: all calls come from one place (a loop, one interrupt level). Only the register words are
+/// shared. An idle poll costs two loads and two compares, whatever the number of nodes.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "canopen/node_monitor.hpp"
+#include "canopen/sdo_client.hpp"
+#include "canopen/slave.hpp"
+#include "cbcan/ports.hpp"
+#include "cbcan/regmap.hpp"
+#include "cbcan/time.hpp"
+#include "coprocessor/local_objects.hpp"
+
+namespace cbcan {
+
+class Coprocessor final : private Application {
+ public:
+  struct Settings {
+    std::uint8_t node_id = 127;           ///< own node ID, 1..127
+    std::uint16_t sdo_timeout_ms = 1000;  ///< 0 = wait for ever; 3003h at run time
+    Time state_fresh_for = 2 * kSecond;  ///< age up to which a heartbeat is believed where 1016h sets no time
+    Time guard_timeout = 100 * kMillisecond;  ///< wait for the answer to a node guarding request
+  };
+
+  /// The largest own object that can be transferred by SDO, in bytes.
+  static constexpr std::size_t kOwnObjectBytes = 32;
+
+  Coprocessor(RegisterWindow window, CanPort& port, const Settings& settings);
+  Coprocessor(const Coprocessor&) = delete;
+  Coprocessor& operator=(const Coprocessor&) = delete;
+
+  /// Sends the boot-up message. A CA0Eh that already stands in R3700 is executed at the next poll.
+  void start(Time now);
+
+  void on_frame(const Frame& frame, Time now);
+  void on_bus_state(BusState state) { bus_state_ = state; }
+
+  /// Returns the time of the next call at the latest; kNever = only when something happens.
+  Time poll(Time now);
+
+  struct Counters {
+    std::uint32_t executed = 0;   ///< CA0Eh seen
+    std::uint32_t failed = 0;     ///< ended with a result other than 0
+    std::uint32_t cancelled = 0;  ///< R3700 was overwritten while one was under way
+  };
+  const Counters& counters() const { return counters_; }
+  const SdoClient& sdo_client() const { return client_; }
+  const NodeMonitor& node_monitor() const { return monitor_; }
+  const Slave& own_node() const { return slave_; }
+
+ private:
+  enum class Activity : std::uint8_t { kIdle, kSdo, kNmtCommand, kNodeState };
+
+  struct Request {
+    std::uint16_t command;
+    std::uint16_t node;
+    std::uint16_t index;
+    std::uint16_t sub;
+    std::uint16_t size;
+  };
+
+  void begin(Time now);
+  void begin_nmt(const Request& request, Time now);
+  void begin_node_state(std::uint8_t node, Time now);
+  void begin_local(const Request& request, Time now);
+  void begin_sdo(const Request& request, Time now);
+  void cancel(Time now);
+  void work(Time now);
+  void send_command(Time now);
+  void on_error_control(const Frame& frame, Time now);
+  void end_sdo();
+  void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint16_t>(state)); }
+  void end_with_state(std::uint16_t state);
+  void end_read(std::span<const std::uint8_t> bytes);
+  void end(AbortCode code);
+  void finish(regmap::Result result);
+  void wake_at(Time time) { due_ = earlier(due_, time); }
+
+  // The own node's dictionary.
+  AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                    std::size_t& size) override;
+  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub,
+                     std::span<const std::uint8_t> value) override;
+  void restore(std::uint16_t first_index, std::uint16_t last_index) override;
+  void on_nmt_state(nmt::State /*state*/) override {}
+  std::uint32_t computed(std::uint16_t index, std::uint8_t sub) const;
+  AbortCode on_write_consumer(std::uint8_t sub, std::uint32_t value);
+  void set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms);
+  local::DeviceState device_state(std::uint8_t node) const;
+
+  RegisterWindow window_;
+  CanPort& port_;
+  Settings settings_;
+  Time due_ = 0;            ///< poll has work to do from then on; may be early, is never late
+  Time now_ = 0;            ///< of the call that is being served, for the dictionary's handlers
+  Time deadline_ = kNever;  ///< of an NMT command or a node state request
+  Frame command_{};         ///< NMT command or node guarding request of this transaction
+  SdoClient client_;
+  NodeMonitor monitor_;
+  local::LocalValues values_{};
+  std::array<std::uint8_t, kOwnObjectBytes> buffer_{};
+  std::array<std::uint8_t, nmt::kMaxNode>
+      consumer_node_{};  ///< node that sub-index n + 1 of 1016h names; 0 = none
+  Slave slave_;
+  std::uint8_t state_node_ = 0;  ///< whose state is asked for
+  SdoClient::Mode mode_ = SdoClient::Mode::kAuto;
+  Activity activity_ = Activity::kIdle;
+  BusState bus_state_ = BusState::kActive;
+  bool reading_ = false;
+  bool command_refused_ = false;
+  Counters counters_;
+};
+
+}  // namespace cbcan

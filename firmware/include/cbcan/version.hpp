@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string_view>
+
+namespace cbcan {
+
+/// The one place where the version stands; CMake reads it from here.
+inline constexpr std::string_view kVersion = "0.1.0";
+
+}  // namespace cbcan

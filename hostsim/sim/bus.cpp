@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include "sim/bus.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cbcan::sim {
+
+namespace {
+
+constexpr std::uint32_t kFilterMask = 0x7FF;
+
+/// The bits in the order in which they fight for the bus (ISO 11898-1, arbitration): dominant is 0, so the
+/// lowest wins.
+std::uint64_t arbitration_field(const Frame& frame) {
+  const std::uint64_t remote = (frame.flags & Frame::kRemote) != 0 ? 1 : 0;
+  if ((frame.flags & Frame::kExtended) == 0) return std::uint64_t{frame.id} << 21 | remote << 20;
+  const std::uint64_t base = frame.id >> 18;
+  const std::uint64_t rest = frame.id & 0x3FFFF;
+  return base << 21 | std::uint64_t{3} << 19 | rest << 1 | remote;
+}
+
+/// Bits of a frame and the pause behind it, without stuff bits.
+std::uint32_t bits_of(const Frame& frame) {
+  const std::uint32_t data = (frame.flags & Frame::kRemote) != 0 ? 0 : 8u * frame.length;
+  return ((frame.flags & Frame::kExtended) != 0 ? 67u : 47u) + data;
+}
+
+/// Orders a heap so that the lowest key is at its front.
+constexpr auto kLoses = [](const auto& a, const auto& b) { return a.key > b.key; };
+
+}  // namespace
+
+bool Port::try_send(const Frame& frame) {
+  if (count_ == kQueueFrames || state_ == BusState::kBusOff || !bus_.link_) {
+    ++bus_.counters_.refused;
+    return false;
+  }
+  queue_[(first_ + count_) % kQueueFrames] = frame;
+  if (++count_ == 1) bus_.contend(*this);
+  return true;
+}
+
+void Port::accept(std::uint32_t first, std::uint32_t last) {
+  for (std::uint32_t id = first; id <= last; ++id) {
+    auto& ports = bus_.accepting_[id];
+    if (std::find(ports.begin(), ports.end(), this) == ports.end()) ports.push_back(this);
+  }
+}
+
+void Port::refuse(std::uint32_t first, std::uint32_t last) {
+  for (std::uint32_t id = first; id <= last; ++id)
+    std::erase(bus_.accepting_[id], this);
+}
+
+void Port::set_state(BusState state, Time now) {
+  if (state == state_) return;
+  state_ = state;
+  if (state == BusState::kBusOff) bus_.drop_queue(*this);
+  receiver_.on_bus_state(state, now);
+}
+
+Frame Port::pop() {
+  const Frame frame = queue_[first_];
+  first_ = (first_ + 1) % kQueueFrames;
+  if (--count_ != 0) bus_.contend(*this);
+  return frame;
+}
+
+std::uint64_t Port::arbitration_key() const {
+  return arbitration_field(queue_[first_]) << 16 | number_;
+}
+
+Port& Bus::attach(Receiver& receiver) {
+  const auto number = static_cast<std::uint16_t>(ports_.size());
+  ports_.push_back(std::unique_ptr<Port>(new Port(*this, receiver, number)));
+  contenders_.reserve(ports_.size());
+  return *ports_.back();
+}
+
+void Bus::receive(const Frame& frame, Time now) {
+  ++counters_.received;
+  deliver(frame, nullptr, now);
+}
+
+void Bus::set_link(bool up) {
+  link_ = up;
+  if (up) return;
+  for (auto& port : ports_)
+    drop_queue(*port);
+  if (current_ends_ != kNever) ++counters_.dropped;
+  current_ends_ = kNever;
+}
+
+void Bus::set_state(BusState state, Time now) {
+  for (auto& port : ports_)
+    port->set_state(state, now);
+}
+
+void Bus::advance(Time now) {
+  stopped_ = false;
+  while (true) {
+    if (current_ends_ != kNever) {
+      if (current_ends_ > now) return;
+      const Time ended = current_ends_;
+      finish_current();
+      if (!start_next(ended)) return;
+    } else if (!start_next(now)) {
+      return;
+    }
+  }
+}
+
+Time Bus::next_deadline() const {
+  if (current_ends_ != kNever) return current_ends_;
+  return contenders_.empty() || stopped_ ? kNever : 0;
+}
+
+void Bus::contend(Port& port) {
+  contenders_.push_back({port.arbitration_key(), &port});
+  std::push_heap(contenders_.begin(), contenders_.end(), kLoses);
+}
+
+Port& Bus::winner() {
+  std::pop_heap(contenders_.begin(), contenders_.end(), kLoses);
+  Port& port = *contenders_.back().port;
+  contenders_.pop_back();
+  return port;
+}
+
+void Bus::drop_queue(Port& port) {
+  if (port.count_ == 0) return;
+  counters_.dropped += port.count_;
+  port.count_ = 0;
+  std::erase_if(contenders_, [&](const Contender& contender) { return contender.port == &port; });
+  std::make_heap(contenders_.begin(), contenders_.end(), kLoses);
+}
+
+/// Puts the winner on the bus; false when there is none, or the outside has no room.
+bool Bus::start_next(Time now) {
+  if (contenders_.empty()) return false;
+  if (outside_ != nullptr) {
+    const Port& first = *contenders_.front().port;
+    if (!outside_->transmit(first.queue_[first.first_])) {
+      ++counters_.outside_waits;
+      stopped_ = true;
+      return false;
+    }
+  }
+  Port& port = winner();
+  current_ = port.pop();
+  sender_ = &port;
+  ++counters_.frames;
+  const bool paced = bit_rate_ != 0 && outside_ == nullptr;
+  current_ends_ =
+      paced ? now + (bits_of(current_) * std::uint64_t{1'000'000} + bit_rate_ - 1) / bit_rate_ : now;
+  return true;
+}
+
+void Bus::finish_current() {
+  const Time ended = std::exchange(current_ends_, kNever);
+  deliver(current_, sender_, ended);
+}
+
+void Bus::deliver(const Frame& frame, const Port* sender, Time now) {
+  for (Observer* observer : observers_)
+    observer->on_bus_frame(frame, now);
+  const auto& ports = accepting_[frame.id & kFilterMask];
+  // By index: a receiver may change its own filter meanwhile.
+  for (std::size_t i = 0; i < ports.size(); ++i)
+    if (ports[i] != sender && ports[i]->state_ != BusState::kBusOff) ports[i]->receiver_.on_frame(frame, now);
+}
+
+}  // namespace cbcan::sim

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include "sim/world.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cbcan::sim {
+
+Node& World::add_node(std::uint8_t node_id, NodeImage image) {
+  nodes_.push_back(std::make_unique<Node>(bus_, schedule_, node_id, std::move(image)));
+  participants_.push_back(nodes_.back().get());
+  return *nodes_.back();
+}
+
+Module& World::add_module(RegisterWindow window, const Coprocessor::Settings& settings) {
+  modules_.push_back(std::make_unique<Module>(bus_, schedule_, window, settings));
+  participants_.push_back(modules_.back().get());
+  return *modules_.back();
+}
+
+void World::start(Time now) {
+  now_ = now;
+  for (auto& module : modules_)
+    module->start(now);
+  for (auto& node : nodes_)
+    node->start(now);
+  run_until(now);
+}
+
+void World::advance(Time now) {
+  run_until(now);
+  for (auto& module : modules_)
+    module->poll(now);
+  run_until(now);
+}
+
+void World::run_until(Time now) {
+  while (next_deadline() <= now) {
+    now_ = std::max(now_, next_deadline());
+    bus_.advance(now_);
+    while (schedule_.first_time() <= now_)
+      participants_[schedule_.first()]->poll(now_);
+  }
+  now_ = now;
+}
+
+}  // namespace cbcan::sim

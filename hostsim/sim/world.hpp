@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A bus, the nodes and coprocessors on it, and time. Single-threaded and deterministic: it is told what time
+/// it is.
+///
+/// In real time:    loop { world.advance(clock.now()); wait for input or until world.next_deadline(); }
+/// In virtual time: loop { world.advance(world.next_deadline()); }
+///
+/// Everything happens at its own time and in one order, however coarse the steps are in which advance() is
+/// called.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "cbcan/time.hpp"
+#include "sim/bus.hpp"
+#include "sim/module.hpp"
+#include "sim/node.hpp"
+#include "sim/schedule.hpp"
+
+namespace cbcan::sim {
+
+class World {
+ public:
+  /// `bit_rate`: see Bus.
+  explicit World(std::uint32_t bit_rate = 0) : bus_(bit_rate) {}
+
+  Bus& bus() { return bus_; }
+
+  /// Both live with the world and are off until start(). `window` is memory of the caller's.
+  Node& add_node(std::uint8_t node_id, NodeImage image);
+  Module& add_module(RegisterWindow window, const Coprocessor::Settings& settings);
+
+  /// Power on for all: modules first, so that they hear the nodes' boot-up messages.
+  void start(Time now);
+
+  /// Does all that is due up to and including `now`, and looks at the registers. `now` never goes back.
+  void advance(Time now);
+
+  /// When advance() has something to do next; kNever = only after a frame from outside or a written register.
+  Time next_deadline() const { return earlier(schedule_.first_time(), bus_.next_deadline()); }
+
+ private:
+  void run_until(Time now);
+
+  Bus bus_;
+  Schedule schedule_;
+  std::vector<std::unique_ptr<Module>> modules_;
+  std::vector<std::unique_ptr<Node>> nodes_;
+  std::vector<Participant*> participants_;  ///< by their number in the schedule
+  Time now_ = 0;
+};
+
+}  // namespace cbcan::sim
