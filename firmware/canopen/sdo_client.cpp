@@ -28,6 +28,9 @@ constexpr std::uint8_t kNone = 0;
 /// Segments of a block have a sequence number where other answers have a command specifier.
 constexpr std::uint8_t kSegments = 0xFF;
 
+/// What the server is told when the PLC no longer wants an answer.
+constexpr AbortCode kCancelled = AbortCode::kGeneral;
+
 }  // namespace
 
 using Self = SdoClient;
@@ -90,8 +93,8 @@ void SdoClient::fail(AbortCode code) {
 void SdoClient::abort_and_tell(AbortCode code, Time now) {
   const bool tell = opened_;
   const bool streaming = state_ == &kBlockUploadStream;
-  const bool answer_outstanding =
-      code == AbortCode::kTimeOut || code == AbortCode::kSync || code == AbortCode::kToggleBit;
+  const bool answer_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
+                                  code == AbortCode::kToggleBit || code == kCancelled;
   fail(code);
   if (!tell) return;
   if (streaming || answer_outstanding) quarantine(streaming, now);
@@ -101,7 +104,7 @@ void SdoClient::abort_and_tell(AbortCode code, Time now) {
 
 void SdoClient::cancel(Time now) {
   if (!busy()) return;
-  abort_and_tell(AbortCode::kGeneral, now);
+  abort_and_tell(kCancelled, now);
   outcome_ = Outcome::kIdle;
 }
 

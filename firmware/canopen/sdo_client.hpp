@@ -34,8 +34,6 @@ class SdoClient {
   static constexpr std::uint16_t kMaxEmptySegments = 256;
   /// Sub-blocks in a row that may bring nothing new before a block transfer is given up.
   static constexpr std::uint8_t kMaxFruitlessBlocks = 8;
-  /// When a frame that the port refused is tried again.
-  static constexpr Time kRetryInterval = 500;
   /// Length of a quarantine while there is no SDO timeout.
   static constexpr std::uint16_t kDefaultTimeoutMs = 1000;
 

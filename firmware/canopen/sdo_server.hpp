@@ -19,8 +19,6 @@ namespace cbcan {
 
 class SdoServer {
  public:
-  /// When a frame that the port refused is tried again.
-  static constexpr Time kRetryInterval = 500;
   /// Sub-blocks in a row that may bring nothing new before a block upload is given up.
   static constexpr std::uint8_t kMaxFruitlessBlocks = 8;
 

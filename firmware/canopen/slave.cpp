@@ -101,7 +101,9 @@ AbortCode Slave::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<s
 
 AbortCode Slave::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) {
   if (entry.index == kSyncId && value.size() == 4) {
-    const std::uint32_t cob_id = value[0] | value[1] << 8 | value[2] << 16 | std::uint32_t{value[3]} << 24;
+    std::uint32_t cob_id = 0;
+    for (std::size_t byte = 4; byte-- > 0;)
+      cob_id = cob_id << 8 | value[byte];
     if ((cob_id & kSyncReserved) != 0 || (sync_period_ != 0 && (cob_id & kSyncIdMask) != sync_id_))
       return AbortCode::kValue;
   }

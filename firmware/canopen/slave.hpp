@@ -35,7 +35,6 @@ class Application : public ObjectHandler {
 
 class Slave final : private ObjectHandler {
  public:
-  static constexpr Time kRetryInterval = 500;
   static constexpr std::uint16_t kSyncId = 0x1005;
   static constexpr std::uint16_t kSyncPeriod = 0x1006;
   static constexpr std::uint16_t kHeartbeatTime = 0x1017;

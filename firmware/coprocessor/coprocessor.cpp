@@ -9,7 +9,6 @@ namespace {
 
 /// R3706 for a node whose state nobody knows (CBCAN, section 3).
 constexpr std::uint16_t kNotDetected = 6;
-constexpr Time kRetryInterval = SdoClient::kRetryInterval;
 constexpr std::size_t kConsumerTimeBits = 16;
 
 const regmap::NmtRow* find_nmt_command(std::uint16_t code) {

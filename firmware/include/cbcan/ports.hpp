@@ -12,8 +12,13 @@
 
 #include "cbcan/frame.hpp"
 #include "cbcan/regmap.hpp"
+#include "cbcan/time.hpp"
 
 namespace cbcan {
+
+/// How soon the core tries again what the port has refused: sooner than a frame of eight bytes takes at 1
+/// Mbit/s, so that a controller with a single mailbox is kept busy.
+inline constexpr Time kRetryInterval = 100;
 
 /// The way out to one CAN controller.
 class CanPort {

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: MIT
+// One CANopen device: NMT state machine, SDO server, heartbeat, node guarding, as its master sees it on the
+// wire.
+
+#include <numeric>
+#include <vector>
+
+#include "canopen/slave.hpp"
+#include "support/bench.hpp"
+
+using cbcan::AbortCode;
+using cbcan::DataType;
+using cbcan::kMillisecond;
+using cbcan::ObjectEntry;
+using Flags = cbcan::ObjectFlags;
+
+namespace {
+
+constexpr std::uint8_t kReadWrite = Flags::kReadWrite | Flags::kChecked;
+
+// Offsets are written out: variable values have four bytes of length in front.
+const std::vector<ObjectEntry> kEntries{
+    {0x1000, 0, 0, DataType::kUnsigned32, Flags::kRead, 0, 4},
+    {0x1005, 0, 0, DataType::kUnsigned32, kReadWrite, 4, 4},
+    {0x1006, 0, 0, DataType::kUnsigned32, kReadWrite, 8, 4},
+    {0x1017, 0, 0, DataType::kUnsigned16, kReadWrite, 12, 2},
+    {0x2001, 0, 0, DataType::kUnsigned8, kReadWrite, 14, 1},
+    {0x2002, 1, 2, DataType::kUnsigned16, kReadWrite | Flags::kLimited, 15, 2},
+    {0x2100, 0, 0, DataType::kDomain, Flags::kReadWrite | Flags::kVariable, 23, 1000},
+    {0x2200, 0, 0, DataType::kUnsigned32, Flags::kRead, 1023, 4},
+    {0x2201, 0, 0, DataType::kUnsigned32, Flags::kWrite, 1027, 4},
+};
+const std::vector<cbcan::ObjectLimits> kLimits{{0x2002, 1, 10, 20}};
+
+class Device final : private cbcan::Application {
+ public:
+  Device() : slave(0x42, {kEntries, values, kLimits}, buffer, *this, port) {
+    slave.start(now);
+    slave.poll(now);
+  }
+
+  void expect(const std::string& frame) {
+    if (port.sent.empty()) {
+      FAIL_CHECK("the wire is silent; expected " << frame);
+      return;
+    }
+    CHECK(port.sent.front() == frame);
+    port.sent.pop_front();
+  }
+  void expect_silence() { CHECK(port.sent.empty()); }
+  void arrive(const std::string& frame) { slave.on_frame(cbcan::test::frame_from(frame), now); }
+  void pass(cbcan::Time duration) {
+    for (const cbcan::Time end = now + duration; slave.deadline() <= end;) {
+      now = slave.deadline();
+      slave.poll(now);
+    }
+  }
+
+  std::vector<std::uint8_t> values = std::vector<std::uint8_t>(1031);
+  std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(1000);
+  cbcan::test::RecordingPort port;
+  cbcan::Time now = 0;
+  std::vector<int> states;
+  cbcan::Slave slave;
+
+ private:
+  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&) override {
+    return AbortCode::kGeneral;
+  }
+  AbortCode on_write(const ObjectEntry& entry, std::uint8_t, std::span<const std::uint8_t> value) override {
+    return entry.index == 0x2001 && value[0] == 0xEE ? AbortCode::kValue : AbortCode::kNone;
+  }
+  void restore(std::uint16_t first_index, std::uint16_t last_index) override {
+    const std::vector<std::uint8_t> power_on(values.size());
+    cbcan::restore_values(kEntries, power_on, values, first_index, last_index);
+    slave.dictionary().set(0x1005, 0, 0x80);
+  }
+  void on_nmt_state(cbcan::nmt::State state) override { states.push_back(static_cast<int>(state)); }
+};
+
+}  // namespace
+
+TEST_CASE("Boot-up, then the NMT state machine; commands for others and unknown ones are ignored") {
+  Device device;
+  device.expect("742#00");
+  CHECK(device.states == std::vector<int>{127});
+  device.arrive("000#0142");
+  device.arrive("000#0243");
+  device.arrive("000#0343");
+  device.arrive("000#FF00");
+  device.arrive("000#02");
+  CHECK(device.states.back() == 5);
+  device.arrive("000#0200");
+  CHECK(device.states.back() == 4);
+  device.arrive("000#8042");
+  CHECK(device.states.back() == 127);
+  device.expect_silence();
+  device.arrive("000#8142");
+  device.expect("742#00");
+  device.arrive("000#8200");
+  device.expect("742#00");
+}
+
+TEST_CASE("Stopped: no SDO, but NMT and error control") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("000#0200");
+  device.arrive("642#4000100000000000");
+  device.expect_silence();
+  device.arrive("742#R1");
+  device.expect("742#04");
+  device.arrive("000#8000");
+  device.arrive("642#4000100000000000");
+  device.expect("5C2#4300100000000000");
+}
+
+TEST_CASE("Node guarding: the toggle bit alternates and starts anew after a reset; none beside a heartbeat") {
+  Device device;
+  device.expect("742#00");
+  for (const char* answer : {"742#7F", "742#FF", "742#7F"}) {
+    device.arrive("742#R1");
+    device.expect(answer);
+  }
+  device.arrive("000#8200");
+  device.expect("742#00");
+  device.arrive("742#R0");
+  device.expect("742#7F");
+  device.arrive("642#2B171000E8030000");
+  device.expect("5C2#6017100000000000");
+  device.arrive("742#R1");
+  device.expect_silence();
+}
+
+TEST_CASE("Heartbeat as in the I/O module's manual, until a reset") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#2B171000E8030000");
+  device.expect("5C2#6017100000000000");
+  device.pass(3000 * kMillisecond);
+  for (int i = 0; i < 3; ++i)
+    device.expect("742#7F");
+  device.expect_silence();
+  device.arrive("000#8200");
+  device.expect("742#00");
+  device.pass(3000 * kMillisecond);
+  device.expect_silence();
+}
+
+TEST_CASE("A heartbeat that the port refuses is sent when there is room, once") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#2B17100064000000");
+  device.expect("5C2#6017100000000000");
+  device.port.refuse_next = cbcan::test::RecordingPort::kAlways;
+  device.pass(250 * kMillisecond);
+  device.port.refuse_next = 0;
+  device.pass(kMillisecond);
+  device.expect("742#7F");
+  device.expect_silence();
+}
+
+TEST_CASE("SDO server: expedited both ways, sizes, no size") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#2F01200055000000");
+  device.expect("5C2#6001200000000000");
+  device.arrive("642#4001200000000000");
+  device.expect("5C2#4F01200055000000");
+  device.arrive("642#2202200111220000");  // no size indicated; 2211h is too high
+  device.expect("5C2#8002200131000906");
+  device.arrive("642#220220010F000000");
+  device.expect("5C2#6002200100000000");
+  device.arrive("642#4002200100000000");
+  device.expect("5C2#4B0220010F000000");
+}
+
+TEST_CASE("SDO server: every refusal of CBCAN table 3 that a server gives") {
+  struct Row {
+    const char *request, *answer;
+  };
+  const Row rows[] = {
+      {"642#4000300000000000", "5C2#8000300000000206"},  // no object
+      {"642#2F00300001000000", "5C2#8000300000000206"},
+      {"642#2100300005000000", "5C2#8000300000000206"},
+      {"642#4002200300000000", "5C2#8002200311000906"},  // no sub-index
+      {"642#4002200000000000", "5C2#8002200011000906"},
+      {"642#2300220001000000", "5C2#8000220002000106"},  // read-only
+      {"642#2100220005000000", "5C2#8000220002000106"},
+      {"642#C600220005000000", "5C2#8000220002000106"},
+      {"642#4001220000000000", "5C2#8001220001000106"},  // write-only
+      {"642#A40122007F000000", "5C2#8001220001000106"},
+      {"642#2B01200001000000", "5C2#8001200012000706"},  // too long
+      {"642#2101200002000000", "5C2#8001200012000706"},
+      {"642#21002100E9030000", "5C2#8000210012000706"},
+      {"642#2F02200101000000", "5C2#8002200110000706"},  // too short
+      {"642#2102200101000000", "5C2#8002200110000706"},
+      {"642#2B02200109000000", "5C2#8002200132000906"},  // below and above the limits
+      {"642#2B02200115000000", "5C2#8002200131000906"},
+      {"642#2F012000EE000000", "5C2#8001200030000906"},  // the device itself does not want it
+  };
+  Device device;
+  device.expect("742#00");
+  for (const Row& row : rows) {
+    device.arrive(row.request);
+    device.expect(row.answer);
+    device.expect_silence();
+  }
+}
+
+TEST_CASE("SDO server: segments out of place, wrong toggle, unknown specifier, aborts") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#6000000000000000");
+  device.expect("5C2#8000000001000405");
+  device.arrive("642#2100210008000000");
+  device.expect("5C2#6000210000000000");
+  device.arrive("642#1001020304050607");
+  device.expect("5C2#8000210000000305");
+  device.arrive("642#0001020304050607");
+  device.expect("5C2#8000210001000405");
+  device.arrive("642#E000000000000000");
+  device.expect("5C2#8000210001000405");
+  device.arrive("642#8000210000000405");
+  device.arrive("642#40001000");  // short: no request
+  device.arrive("642#R8");
+  device.expect_silence();
+}
+
+TEST_CASE("SDO server: segmented write and read back of a DOMAIN; fewer bytes than declared are refused") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#2100210009000000");
+  device.expect("5C2#6000210000000000");
+  device.arrive("642#0001020304050607");
+  device.expect("5C2#2000000000000000");
+  device.arrive("642#1B08090000000000");
+  device.expect("5C2#3000000000000000");
+  device.arrive("642#4000210000000000");
+  device.expect("5C2#4100210009000000");
+  device.arrive("642#6000000000000000");
+  device.expect("5C2#0001020304050607");
+  device.arrive("642#7000000000000000");
+  device.expect("5C2#1B08090000000000");
+  device.arrive("642#2100210009000000");
+  device.expect("5C2#6000210000000000");
+  device.arrive("642#0101020304050607");
+  device.expect("5C2#8000210010000706");
+  device.arrive("642#2000210000000000");  // no size
+  device.expect("5C2#6000210000000000");
+  device.arrive("642#0F00000000000000");
+  device.expect("5C2#2000000000000000");
+  device.arrive("642#4000210000000000");
+  device.expect("5C2#4100210000000000");
+  device.arrive("642#6000000000000000");
+  device.expect("5C2#0F00000000000000");
+}
+
+TEST_CASE("SDO server: block write with CRC, a lost segment, a wrong CRC") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#C600210009000000");
+  device.expect("5C2#A40021007F000000");
+  device.arrive("642#8238390000000000");  // the first is lost
+  device.expect("5C2#A2007F0000000000");
+  device.arrive("642#0131323334353637");
+  device.expect_silence();
+  device.arrive("642#8238390000000000");
+  device.expect("5C2#A2027F0000000000");
+  SECTION("good") {
+    device.arrive("642#D5C3310000000000");
+    device.expect("5C2#A100000000000000");
+    device.arrive("642#4000210000000000");
+    device.expect("5C2#4100210009000000");
+  }
+  SECTION("bad CRC: nothing is stored") {
+    device.arrive("642#D5C3320000000000");
+    device.expect("5C2#8000210004000405");
+    device.arrive("642#4000210000000000");
+    device.expect("5C2#4100210000000000");
+  }
+}
+
+TEST_CASE("SDO server: block read in sub-blocks, with a loss") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#2100210009000000");
+  device.expect("5C2#6000210000000000");
+  device.arrive("642#0031323334353637");
+  device.expect("5C2#2000000000000000");
+  device.arrive("642#1B38390000000000");
+  device.expect("5C2#3000000000000000");
+
+  device.arrive("642#A400210001000000");
+  device.expect("5C2#C600210009000000");
+  device.arrive("642#A300000000000000");
+  device.expect("5C2#0131323334353637");
+  device.expect_silence();
+  device.arrive("642#A200020000000000");  // lost; and two at a time from now on
+  device.expect("5C2#0131323334353637");
+  device.expect("5C2#8238390000000000");
+  device.arrive("642#A202020000000000");
+  device.expect("5C2#D5C3310000000000");
+  device.arrive("642#A100000000000000");
+  device.expect_silence();
+  device.arrive("642#A400210000000000");  // block size 0
+  device.expect("5C2#8000210002000405");
+  device.arrive("642#A400210080000000");  // block size 128
+  device.expect("5C2#8000210002000405");
+}
+
+TEST_CASE("SDO server: what the port refuses is sent later, in order") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#2100210009000000");
+  device.arrive("642#0031323334353637");
+  device.arrive("642#1B38390000000000");
+  device.port.sent.clear();
+  device.port.refuse_next = 1;
+  device.arrive("642#A40021007F000000");
+  device.expect_silence();
+  device.pass(kMillisecond);
+  device.expect("5C2#C600210009000000");
+  device.port.refuse_next = 2;
+  device.arrive("642#A300000000000000");
+  device.pass(2 * kMillisecond);
+  device.expect("5C2#0131323334353637");
+  device.expect("5C2#8238390000000000");
+}
+
+TEST_CASE("Reset node restores all values, reset communication only 1000h..1FFFh") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#2F01200055000000");
+  device.arrive("642#2306100010270000");
+  device.port.sent.clear();
+  device.arrive("000#8242");
+  device.expect("742#00");
+  device.arrive("642#4001200000000000");
+  device.expect("5C2#4F01200055000000");
+  device.arrive("642#4006100000000000");
+  device.expect("5C2#4306100000000000");
+  device.arrive("000#8142");
+  device.expect("742#00");
+  device.arrive("642#4001200000000000");
+  device.expect("5C2#4F01200000000000");
+}

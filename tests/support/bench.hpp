@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <deque>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "coprocessor/coprocessor.hpp"
+#include "support/catch.hpp"
+#include "support/frame_text.hpp"
+
+namespace cbcan::test {
+
+/// A CAN port that writes down what it was given; it can be told to refuse.
+class RecordingPort final : public CanPort {
+ public:
+  bool try_send(const Frame& frame) override {
+    ++tries;
+    if (refuse_next != 0) {
+      if (refuse_next != kAlways) --refuse_next;
+      return false;
+    }
+    sent.push_back(text_of(frame));
+    return true;
+  }
+
+  static constexpr unsigned kAlways = ~0u;
+  unsigned refuse_next = 0;
+  unsigned tries = 0;
+  std::deque<std::string> sent;
+};
+
+/// A coprocessor between a PLC that the test plays and a bus that the test plays too, in virtual time. The
+/// wire log is the test: every frame that leaves has to be expected, in order, and nothing may be left over
+/// at the end.
+class Bench {
+ public:
+  explicit Bench(Coprocessor::Settings settings = {})
+      : coprocessor(RegisterWindow(RegisterWindow::Words(registers)), port, settings) {
+    coprocessor.start(now);
+    port.sent.clear();  // the boot-up message has its own test
+  }
+  ~Bench() noexcept(false) {
+    if (std::uncaught_exceptions() == 0) expect_silence();
+  }
+
+  // The PLC.
+  std::uint16_t& reg(unsigned address) { return registers.at(address - regmap::kWindowFirst); }
+  void write(unsigned address, std::initializer_list<std::uint16_t> words) {
+    for (const std::uint16_t word : words)
+      reg(address++) = word;
+  }
+  void execute() {
+    reg(3700) = 0xCA0E;
+    poll();
+  }
+  void read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
+    write(3701, {5055, node, index, sub, room});
+    execute();
+  }
+  void write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
+             std::initializer_list<std::uint16_t> words) {
+    write(3701, {5066, node, index, sub, size});
+    write(3706, words);
+    execute();
+  }
+  bool busy() { return reg(3700) == 0xCA0E; }
+  /// R3700, and with 4 the abort code.
+  void check_done() { CHECK(reg(3700) == 0); }
+  void check_failed(std::uint32_t code) {
+    CHECK(reg(3700) == 4);
+    const std::uint32_t found = reg(3706) | static_cast<std::uint32_t>(reg(3707)) << 16;
+    CHECK(found == code);
+  }
+
+  // The bus.
+  void expect(const std::string& frame) {
+    if (port.sent.empty()) {
+      FAIL_CHECK("the wire is silent; expected " << frame);
+      return;
+    }
+    CHECK(port.sent.front() == frame);
+    port.sent.pop_front();
+  }
+  void expect_silence() {
+    for (const std::string& left : port.sent)
+      FAIL_CHECK("left over: " << left);
+    port.sent.clear();
+  }
+  void arrive(const std::string& frame) {
+    coprocessor.on_frame(frame_from(frame), now);
+    poll();
+  }
+
+  // Time.
+  void poll() { deadline = coprocessor.poll(now); }
+  /// Lets time pass, with every deadline met on the way.
+  void pass(Time duration) {
+    const Time end = now + duration;
+    while (deadline <= end) {
+      now = std::max(now, deadline);
+      poll();
+    }
+    now = end;
+    poll();
+  }
+
+  std::array<std::uint16_t, regmap::kWindowWords> registers{};
+  RecordingPort port;
+  Time now = 1000;
+  Time deadline = 0;
+  Coprocessor coprocessor;
+};
+
+}  // namespace cbcan::test
