@@ -105,7 +105,7 @@ AbortCode ObjectDictionary::find(std::uint16_t index, std::uint8_t sub, const Ob
 
 std::span<std::uint8_t> ObjectDictionary::value(const ObjectEntry& entry, std::uint8_t sub) const {
   if (entry.has(ObjectFlags::kComputed)) return {};
-  const std::size_t offset = entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
+  const std::size_t offset = offset_of(entry, sub);
   std::size_t size = entry.capacity;
   if (entry.has(ObjectFlags::kVariable))
     size = static_cast<std::size_t>(
@@ -141,13 +141,16 @@ AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub,
     if (const AbortCode refused = handler_->on_write(*entry, sub, bytes); refused != AbortCode::kNone)
       return refused;
   }
-  if (entry->has(ObjectFlags::kComputed)) return AbortCode::kNone;
-  const std::size_t offset = entry->offset + std::size_t{entry->stride()} * (sub - entry->first_sub);
-  std::copy(bytes.begin(), bytes.end(), values_.begin() + static_cast<std::ptrdiff_t>(offset));
-  if (entry->has(ObjectFlags::kVariable))
+  if (!entry->has(ObjectFlags::kComputed)) store(*entry, sub, bytes);
+  return AbortCode::kNone;
+}
+
+void ObjectDictionary::store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes) {
+  const std::size_t offset = offset_of(entry, sub);
+  std::copy(bytes.begin(), bytes.end(), values_.subspan(offset).begin());
+  if (entry.has(ObjectFlags::kVariable))
     store_little_endian(values_.subspan(offset - ObjectEntry::kLengthBytes, ObjectEntry::kLengthBytes),
                         bytes.size());
-  return AbortCode::kNone;
 }
 
 AbortCode ObjectDictionary::check_limits(const ObjectEntry& entry, std::uint8_t sub,

@@ -167,12 +167,18 @@ class ObjectDictionary {
   /// Likewise; false where there is no such stored number. The handler is not asked.
   bool set(std::uint16_t index, std::uint8_t sub, std::uint64_t value);
 
+  /// Likewise for a value of any kind. `bytes` has the capacity's length, or less for a variable one.
+  void store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes);
+
   /// The bytes of a stored element, current length; empty for a computed one.
   std::span<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub) const;
 
   std::span<const ObjectEntry> entries() const { return entries_; }
 
  private:
+  std::size_t offset_of(const ObjectEntry& entry, std::uint8_t sub) const {
+    return entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
+  }
   AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub,
                          std::span<const std::uint8_t> value) const;
 

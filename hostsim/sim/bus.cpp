@@ -98,8 +98,7 @@ void Bus::set_state(BusState state, Time now) {
 }
 
 void Bus::advance(Time now) {
-  stopped_ = false;
-  while (true) {
+  while (!stopped_) {
     if (current_ends_ != kNever) {
       if (current_ends_ > now) return;
       const Time ended = current_ends_;

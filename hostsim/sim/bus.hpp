@@ -44,8 +44,8 @@ class Observer {
 /// The part of the wire that lies outside this process.
 class Outside {
  public:
-  /// Puts a frame of a local port on the outside wire. False = not now: the frame stays at the head of the
-  /// bus, which stands still until the next advance(). Must not block and must not call back.
+  /// Puts a frame of a local port on the outside wire. False = not now: the frame keeps its place and the bus
+  /// stands still until resume(). Must not block and must not call back.
   virtual bool transmit(const Frame& frame) = 0;
 
  protected:
@@ -119,8 +119,11 @@ class Bus {
   /// meanwhile.
   void advance(Time now);
 
+  /// The outside may have room again: what it refused is due.
+  void resume() { stopped_ = false; }
+
   /// When advance() has something to do next; kNever = only after somebody sends. A bus stopped by its
-  /// outside has nothing due: whoever owns the outside knows when to try again.
+  /// outside has nothing due: whoever owns the outside knows when to resume it.
   Time next_deadline() const;
 
   struct Counters {

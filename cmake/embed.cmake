@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: MIT
+# cbcan_embed(OUT.cpp FOLDER DIR HEADER H FUNCTION F TYPE T): all files of DIR, byte by byte, in a generated source. F()
+# returns a std::span<const T>, one {name, text} per file in the order of their names; H declares both. OUT.cpp is made
+# at build time in the current binary directory, again whenever a file changes, comes or goes.
+#
+# As a script (cmake -DFOLDER=... -P embed.cmake) it writes that source.
+if(NOT CMAKE_SCRIPT_MODE_FILE)
+  set(CBCAN_EMBED_SCRIPT ${CMAKE_CURRENT_LIST_FILE})
+
+  function(cbcan_embed out)
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "FOLDER;HEADER;FUNCTION;TYPE" "")
+    file(GLOB files CONFIGURE_DEPENDS ${arg_FOLDER}/*)
+    add_custom_command(
+      OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${out}
+      COMMAND ${CMAKE_COMMAND} -DOUT=${CMAKE_CURRENT_BINARY_DIR}/${out} -DFOLDER=${arg_FOLDER} -DHEADER=${arg_HEADER}
+        -DFUNCTION=${arg_FUNCTION} -DTYPE=${arg_TYPE} -P ${CBCAN_EMBED_SCRIPT}
+      DEPENDS ${files} ${CBCAN_EMBED_SCRIPT}
+      COMMENT "Embedding ${arg_FOLDER}"
+      VERBATIM)
+  endfunction()
+  return()
+endif()
+
+set(rows "")
+file(GLOB files ${FOLDER}/*)
+list(SORT files)
+foreach(file IN LISTS files)
+  get_filename_component(name ${file} NAME)
+  file(READ ${file} text HEX)
+  string(REGEX REPLACE "(................................)" "\\1\"\n     \"" text "${text}")
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "\\\\x\\1" text "${text}")
+  string(APPEND rows "    {\"${name}\",\n     \"${text}\"sv},\n")
+endforeach()
+file(WRITE ${OUT} "// Made by cmake/embed.cmake from ${FOLDER}; do not edit.
+#include \"${HEADER}\"
+
+using namespace std::string_view_literals;
+
+namespace {
+
+constexpr ${TYPE} kFiles[] = {
+${rows}};
+
+}  // namespace
+
+std::span<const ${TYPE}> ${FUNCTION}() { return kFiles; }
+")

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Everything about `cbcan-sim` that can be set, as plain data: what a plant file and the command line fill
+/// in, and what the program is put together from. Units, ranges and defaults stand at each member;
+/// settings.hpp has them as a table, with the names they go by in the file and on the command line.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "app/diagnostic.hpp"
+#include "app/value.hpp"
+
+namespace cbcan::app {
+
+/// The coprocessor itself.
+struct ModuleConfig {
+  std::uint8_t node_id = 127;           ///< 1..127, its own address on the bus
+  std::uint16_t sdo_timeout_ms = 1000;  ///< 0..65535, 0 = none; each answer of the server starts it again
+  std::uint16_t node_state_fresh_ms =
+      2000;  ///< 1..65535, how long a heartbeat counts where 1016h says nothing
+  std::uint16_t guarding_timeout_ms = 100;  ///< 1..65535, the wait for the answer to a node guarding request
+  bool operator==(const ModuleConfig&) const = default;
+};
+
+/// The Modbus TCP server.
+struct ModbusConfig {
+  std::string host = "127.0.0.1";  ///< address to listen on
+  std::uint16_t port = 1502;       ///< 0 = any free one
+  bool operator==(const ModbusConfig&) const = default;
+};
+
+enum class CanKind : std::uint8_t { kVirtual, kSocketCan };
+
+/// The CAN bus.
+struct CanConfig {
+  CanKind kind = CanKind::kVirtual;
+  std::string interface_name;  ///< of kSocketCan: "vcan0"; else empty
+  std::uint32_t bit_rate = 0;  ///< of kVirtual, in bit/s: 10000..1000000, 0 = as fast as possible
+  bool operator==(const CanConfig&) const = default;
+};
+
+struct LogConfig {
+  std::string file;  ///< log of the bus in the format of `candump -L`; empty = none
+  bool verbose = false;
+  bool operator==(const LogConfig&) const = default;
+};
+
+/// A value that a node's object has at power-on instead of the one in its EDS file.
+struct InitialValue {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  Value value;
+  Place place;
+  bool operator==(const InitialValue&) const = default;
+};
+
+/// A simulated node.
+struct NodeConfig {
+  std::uint8_t id = 0;  ///< 1..127, each once on the bus
+  std::string name;     ///< for people, in the log; may be empty
+  std::string eds;      ///< path of the EDS or DCF file, ready to be opened
+  std::vector<InitialValue> objects;
+  Place place;
+  bool operator==(const NodeConfig&) const = default;
+};
+
+struct Config {
+  ModuleConfig module;
+  ModbusConfig modbus;
+  CanConfig can;
+  LogConfig log;
+  std::vector<NodeConfig> nodes;
+  bool operator==(const Config&) const = default;
+};
+
+/// "virtual" or "socketcan:vcan0"
+std::string can_spec(const CanConfig& can);
+
+/// What no single setting can tell: node IDs and objects given twice, a node with the module's ID. To be
+/// asked once both the plant file and the command line have been read.
+Diagnostics check(const Config& config);
+
+}  // namespace cbcan::app

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "app/command_line.hpp"
+
+namespace cbcan::app {
+
+std::string version_text() {
+  return "cbcan-sim " CBCAN_VERSION "\n";
+}
+
+std::string help_text() {
+  return R"(cbcan-sim: the CBCAN CANopen coprocessor of a FATEK FBs PLC, all in software
+
+Usage:  cbcan-sim --demo [OPTION...]
+        cbcan-sim --config FILE [OPTION...]
+        cbcan-sim [OPTION...]
+
+A Modbus TCP client writes the PLC registers R3700..R3769; cbcan-sim does the
+SDO or NMT service that they ask for on a CAN bus and writes the answer back.
+The bus is a virtual one inside the program or a SocketCAN interface, and the
+nodes of the plant are simulated on it. When it serves, cbcan-sim prints one
+line, "ready modbus=HOST:PORT can=SPEC", and runs until SIGINT or SIGTERM.
+
+Every setting of a plant file has an option here, and the option wins.
+
+Plant:
+  --demo                 the built-in plant: an I/O module (node 42h = 66), two
+                         pressure transducers (1, 2), a generic node (20h = 32)
+  --config FILE          a plant file in TOML; docs/plant-file.md explains it
+
+Module, the coprocessor itself:
+  --node-id N            its node ID on the bus, 1..127 (default 127)
+  --sdo-timeout MS       how long it waits for each answer of an SDO server,
+                         0..65535 ms, 0 = none (default 1000)
+  --node-state-fresh MS  how long a heartbeat tells a node's state where object
+                         1016h sets no time, 1..65535 ms (default 2000)
+  --guarding-timeout MS  how long it waits for the answer to a node guarding
+                         request, 1..65535 ms (default 100)
+
+Modbus TCP:
+  --modbus HOST:PORT     where to listen: an IP address or a host name, and a
+                         port, 0..65535, 0 = any free one
+                         (default 127.0.0.1:1502)
+
+CAN:
+  --can SPEC             the bus: virtual or socketcan:IFNAME (default virtual)
+  --bit-rate N           pace of the virtual bus, 10000..1000000 bit/s, or 0 =
+                         as fast as possible (default 0)
+
+Simulated nodes (these may be given several times):
+  --node ID=FILE         a node with node ID 1..127 after an EDS or DCF file; a
+                         node that the plant has gets that file instead
+  --name ID=TEXT         a name for the node, for people
+  --heartbeat ID=MS      its heartbeat at power-on, 0..65535 ms, 0 = none
+  --object ID:INDEX:SUB=VALUE
+                         the value of an object at power-on; INDEX is
+                         0x0001..0xFFFF, SUB 0..255 (default 0, in
+                         ID:INDEX=VALUE). VALUE is a number, true or false, a
+                         text, or bytes as "hex:01 02"
+
+Log:
+  --log FILE             log the bus to a path, in the format of candump -L
+  -v, --verbose          say on standard error what happens; --verbose=false
+                         takes back a true in the plant file (default false)
+
+Help:
+  -h, --help             print this text
+  --version              print the version
+
+Exit codes:
+  0  done, also after SIGINT and SIGTERM
+  1  a check failed
+  2  usage or configuration: command line, plant file, EDS file
+  3  environment: no such CAN interface, port busy
+
+Examples:
+  cbcan-sim --demo --log bus.log
+        the built-in plant at 127.0.0.1:1502, with a log of the bus
+  cbcan-sim --can socketcan:vcan0 --modbus 0.0.0.0:502 --sdo-timeout 200
+        a real bus instead, open to the network, with no simulated node
+)";
+}
+
+}  // namespace cbcan::app

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// From a node of the configuration to what the simulation runs: its EDS read, its values of the plant file
+/// put in.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/config.hpp"
+#include "app/files.hpp"
+#include "sim/node.hpp"
+
+namespace cbcan::app {
+
+struct NodeBuild {
+  std::optional<sim::NodeImage> image;  ///< none if the EDS file cannot be read or a value cannot be put in
+  std::vector<std::string> problems;    ///< why there is no image
+  std::vector<std::string> warnings;    ///< what is wrong in the EDS file and what is used in its place
+  std::vector<std::string> notes;       ///< of interest to somebody who asks
+};
+
+NodeBuild build_node(const NodeConfig& node, const FileReader& read);
+
+/// The bytes of a value as an object of this type has them, little-endian; nullopt if it does not fit.
+std::optional<Bytes> encode(const Value& value, DataType type);
+
+}  // namespace cbcan::app

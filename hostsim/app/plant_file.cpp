@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include "app/plant_file.hpp"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "app/settings.hpp"
+#include "app/suggest.hpp"
+
+namespace cbcan::app {
+namespace {
+
+std::size_t line_of(const toml::source_region& source) {
+  return source.begin.line;
+}
+
+/// nullopt for dates, tables and arrays, which no setting is.
+std::optional<Value> value_of(const toml::node& node) {
+  if (const auto* boolean = node.as_boolean()) return boolean->get();
+  if (const auto* integer = node.as_integer()) return integer->get();
+  if (const auto* number = node.as_floating_point()) return number->get();
+  if (const auto* text = node.as_string()) return text->get();
+  return std::nullopt;
+}
+
+bool is_section(std::string_view name) {
+  return std::ranges::any_of(settings(), [name](const auto& row) { return table_of(row.key) == name; });
+}
+
+/// The keys of one table, for a user who is nowhere near any: "[can] has spec, bit_rate".
+std::string contents_of(std::string_view table) {
+  std::string text;
+  for (const std::string_view key : plant_keys()) {
+    if (table_of(key) != table) continue;
+    text += text.empty() ? "" : ", ";
+    text += leaf_of(key);
+  }
+  return (table.empty() ? "a plant file" : std::string(table)) + " has " + text;
+}
+
+class Reader {
+ public:
+  Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
+
+  void read(const toml::table& root) {
+    for (const auto& [key, node] : root) {
+      if (is_section(key.str())) {
+        read_section(key, node);
+      } else if (key.str() == "node") {
+        read_nodes(key, node);
+      } else {
+        complain_unknown(key, "");
+      }
+    }
+  }
+
+  Diagnostics take() {
+    sort_by_place(found_);
+    return std::move(found_);
+  }
+
+ private:
+  void read_section(const toml::key& key, const toml::node& node) {
+    if (const toml::table* table = node.as_table()) {
+      read_table(key.str(), *table, settings(), config_);
+    } else {
+      const std::string name(key.str());
+      complain(line_of(key.source()), name + ": must be a table; write [" + name + "]");
+    }
+  }
+
+  void read_nodes(const toml::key& key, const toml::node& node) {
+    const bool listed = for_each_table(node, [this](const toml::table& table) { read_node(table); });
+    if (!listed)
+      complain(line_of(key.source()), "node: must be a list of tables; write [[node]] above each node");
+  }
+
+  void read_node(const toml::table& table) {
+    NodeConfig node;
+    node.place = place(line_of(table.source()));
+    read_table("node", table, node_settings(), node);
+    if (const toml::node* objects = table.get("objects")) read_objects(*objects, node);
+    config_.nodes.push_back(std::move(node));
+  }
+
+  void read_objects(const toml::node& list, NodeConfig& node) {
+    const bool listed = for_each_table(list, [this, &node](const toml::table& table) {
+      InitialValue object;
+      object.place = place(line_of(table.source()));
+      read_table("node.objects", table, object_settings(), object);
+      node.objects.push_back(std::move(object));
+    });
+    if (!listed) {
+      complain(line_of(list.source()),
+               "node.objects: must be a list; write objects = [{ index = 0x2001, sub = 0, value = 1 }]");
+    }
+  }
+
+  /// False if `node` is not an array with tables and nothing else in it.
+  template <class Action>
+  static bool for_each_table(const toml::node& node, Action action) {
+    const toml::array* array = node.as_array();
+    if (array == nullptr ||
+        !std::ranges::all_of(*array, [](const toml::node& item) { return item.is_table(); })) {
+      return false;
+    }
+    for (const toml::node& item : *array)
+      action(*item.as_table());
+    return true;
+  }
+
+  template <class Target>
+  void read_table(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
+                  Target& target) {
+    for (const auto& [key, node] : table) {
+      const std::string full = std::string(name) + "." + std::string(key.str());
+      const auto row = std::ranges::find(rows, full, &Setting<Target>::key);
+      if (row != rows.end()) {
+        read_setting(*row, node, target);
+      } else if (full != "node.objects") {
+        complain_unknown(key, name);
+      }
+    }
+    for (const auto& row : rows) {
+      if (table_of(row.key) != name || row.example.empty() || table.contains(leaf_of(row.key))) continue;
+      complain(line_of(table.source()),
+               std::string(row.key) + ": is missing; add " + std::string(row.example));
+    }
+  }
+
+  template <class Target>
+  void read_setting(const Setting<Target>& row, const toml::node& node, Target& target) {
+    const auto value = value_of(node);
+    const Problem problem = value ? assign(row, target, based_here(row.type, *value)) : wrong_type(row);
+    if (problem.empty()) return;
+    const std::string key(row.key);
+    complain(line_of(node.source()), (value ? key + " " + value_text(*value) : key) + ": " + problem);
+  }
+
+  Value based_here(SettingType type, const Value& value) const {
+    const auto* path = std::get_if<std::string>(&value);
+    if (type != SettingType::kPath || path == nullptr || path->empty()) return value;
+    return (std::filesystem::path(file_name_).parent_path() / *path).lexically_normal().string();
+  }
+
+  void complain_unknown(const toml::key& key, std::string_view table) {
+    const std::string full = (table.empty() ? "" : std::string(table) + ".") + std::string(key.str());
+    const std::string suggestion = did_you_mean(full, plant_keys());
+    complain(line_of(key.source()),
+             full + ": no such key" + (suggestion.empty() ? "; " + contents_of(table) : suggestion));
+  }
+
+  void complain(std::size_t line, std::string message) {
+    found_.push_back({place(line), std::move(message)});
+  }
+
+  Place place(std::size_t line) const { return {file_name_, line}; }
+
+  const std::string& file_name_;
+  Config& config_;
+  Diagnostics found_;
+};
+
+/// toml++ says "Error while parsing string: ..."; a word without quotes is what people get wrong most.
+std::string syntax_message(std::string_view description) {
+  constexpr std::string_view kOpening = "Error while parsing ";
+  if (description.starts_with(kOpening)) description.remove_prefix(kOpening.size());
+  const bool bare_word = description.find("could not determine value type") != std::string_view::npos;
+  return "TOML syntax: " + std::string(description) + (bare_word ? "; texts stand in double quotes" : "");
+}
+
+/// The bytes of a character that starts like this; 0 = none does.
+std::size_t utf8_length(unsigned char first) {
+  if (first < 0x80) return 1;
+  if (first >= 0xC2 && first < 0xE0) return 2;
+  if (first >= 0xE0 && first < 0xF0) return 3;
+  return first >= 0xF0 && first < 0xF5 ? 4 : 0;
+}
+
+/// toml++ refuses such a file too, but may name a line further up. 0 = all of it is UTF-8.
+std::size_t first_line_not_utf8(std::string_view text) {
+  std::size_t line = 1;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(static_cast<unsigned char>(text.front()));
+    if (length == 0 || length > text.size()) return line;
+    const auto tail = text.substr(1, length - 1);
+    const auto continues = [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0) == 0x80; };
+    if (!std::ranges::all_of(tail, continues)) return line;
+    if (text.front() == '\n') ++line;
+    text.remove_prefix(length);
+  }
+  return 0;
+}
+
+}  // namespace
+
+Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into) {
+  if (const std::size_t line = first_line_not_utf8(text); line != 0) {
+    return {{{file_name, line}, "this line is not UTF-8; save the file as UTF-8"}};
+  }
+  try {
+    const toml::table root = toml::parse(text, std::string_view(file_name));
+    Reader reader(file_name, into);
+    reader.read(root);
+    return reader.take();
+  } catch (const toml::parse_error& error) {
+    return {{{file_name, line_of(error.source())}, syntax_message(error.description())}};
+  }
+}
+
+}  // namespace cbcan::app

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The settings as a table: name in the plant file, twin on the command line, range, default. Both readers go
+/// by these rows, and the tests hold --help and docs/plant-file.md against them. A new setting is a member in
+/// config.hpp and a row.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/config.hpp"
+
+namespace cbcan::app {
+
+/// What is wrong with a value, to be put behind its name: "must be 1..127". Empty = nothing.
+using Problem = std::string;
+
+/// kPath is a text that the plant file gives relative to itself. kAny is whatever the object needs.
+enum class SettingType : std::uint8_t { kInteger, kBoolean, kText, kPath, kAny };
+
+/// One setting of a `Target`: Config, NodeConfig or InitialValue.
+template <class Target>
+struct Setting {
+  std::string_view key;       ///< in the plant file: "module.node_id"
+  std::string_view option;    ///< its twin, as --help shows it: "--node-id N"
+  std::string_view domain;    ///< what it may be, in words: "1..127"
+  std::string_view standard;  ///< the default as a plant file would write it; empty = none
+  std::string_view example;   ///< of one that has to be there: "id = 32"; empty = may be left out
+  SettingType type;
+  std::int64_t low;  ///< of a kInteger
+  std::int64_t high;
+  Problem (*store)(Target&, const Value&);  ///< given a value of the right type, within the range
+};
+
+std::span<const Setting<Config>> settings();
+std::span<const Setting<NodeConfig>> node_settings();
+std::span<const Setting<InitialValue>> object_settings();
+
+/// Every name that a plant file may have: all keys of the rows above and the tables that they are in.
+std::vector<std::string_view> plant_keys();
+
+/// "--node-id" and "N" of "--node-id N"
+std::string_view option_name(std::string_view option);
+std::string_view option_argument(std::string_view option);
+
+/// What a value of another type is told; a date, say, which is not even a Value.
+template <class Target>
+[[nodiscard]] Problem wrong_type(const Setting<Target>& setting);
+
+/// Checks `value` and puts it where it belongs; a refused one changes nothing.
+template <class Target>
+[[nodiscard]] Problem assign(const Setting<Target>& setting, Target& target, const Value& value);
+
+extern template Problem wrong_type(const Setting<Config>&);
+extern template Problem assign(const Setting<Config>&, Config&, const Value&);
+extern template Problem wrong_type(const Setting<NodeConfig>&);
+extern template Problem assign(const Setting<NodeConfig>&, NodeConfig&, const Value&);
+extern template Problem wrong_type(const Setting<InitialValue>&);
+extern template Problem assign(const Setting<InitialValue>&, InitialValue&, const Value&);
+
+/// The row with this key, which has to exist.
+template <class Target>
+const Setting<Target>& setting_of(std::span<const Setting<Target>> rows, std::string_view key) {
+  std::size_t row = 0;
+  while (rows[row].key != key)
+    ++row;
+  return rows[row];
+}
+
+}  // namespace cbcan::app

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#include "eds/attribute_reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "eds/eds_reader.hpp"
+#include "eds/text.hpp"
+
+namespace cbcan::eds {
+
+namespace {
+
+constexpr std::string_view kSizeKey = "CBCAN_Size";
+
+struct AccessName {
+  std::string_view name;
+  Access access;
+};
+
+/// The last two are not in CiA 306, but in files.
+constexpr std::array<AccessName, 8> kAccessNames = {{{"ro", Access::kReadOnly},
+                                                     {"wo", Access::kWriteOnly},
+                                                     {"rw", Access::kReadWrite},
+                                                     {"rwr", Access::kReadWriteInput},
+                                                     {"rww", Access::kReadWriteOutput},
+                                                     {"const", Access::kConstant},
+                                                     {"r", Access::kReadOnly},
+                                                     {"w", Access::kWriteOnly}}};
+
+bool is_read_only(Access access) {
+  return access == Access::kReadOnly || access == Access::kConstant;
+}
+
+std::uint32_t least_capacity(DataType type) {
+  return type == DataType::kDomain ? kDomainCapacity : kStringCapacity;
+}
+
+bool less_than(std::int64_t a, std::int64_t b, DataType type) {
+  return is_signed(type) ? a < b : static_cast<std::uint64_t>(a) < static_cast<std::uint64_t>(b);
+}
+
+std::int64_t number_in(const Object& object) {
+  std::uint64_t bits = 0;
+  for (std::size_t i = object.value.size(); i-- > 0;)
+    bits = bits << 8 | object.value[i];
+  return from_bits(bits, object.type);
+}
+
+/// LowLimit and HighLimit are read for these.
+bool has_limits(DataType type) {
+  const bool is_time = type == DataType::kTimeOfDay || type == DataType::kTimeDifference;
+  return size_of(type) > 0 && !is_real(type) && !is_time;
+}
+
+std::string name_of_place(std::uint16_t index, const Section& section) {
+  return section.name.empty() ? hex(index, 4) : to_utf8(section.name);
+}
+
+}  // namespace
+
+AttributeReader::AttributeReader(ValueReader& values, Findings& findings)
+    : values_(values), findings_(findings) {}
+
+std::optional<ObjectType> AttributeReader::object_type(const Section& section) {
+  const KeyValue* const entry = section.find("ObjectType");
+  if (entry == nullptr) return std::nullopt;
+  const std::optional<std::uint64_t> code = values_.number(section, "ObjectType", 0xFF);
+  if (!code) return std::nullopt;
+  const bool known = *code == 0 || *code == 2 || (*code >= 5 && *code <= 9);
+  if (known) return static_cast<ObjectType>(*code);
+  findings_.warning(entry->line, "ObjectType " + quoted(entry->value) + " is unknown: VAR is assumed");
+  return ObjectType::kVar;
+}
+
+Object AttributeReader::read(const Section& section, const Whole& whole, std::uint8_t sub) {
+  const bool is_count = sub == 0 && is_structure(whole.type);
+  Object object;
+  object.index = whole.index;
+  object.first_sub = object.last_sub = sub;
+  object.object_type = whole.type;
+  object.line = section.line;
+  object.name = ValueReader::text(section, "ParameterName");
+  if (object.name.empty()) {
+    object.name = name_of_place(whole.index, section);
+    findings_.note(section.line, bracketed(section.name) + " has no ParameterName");
+  }
+  object.type = data_type(section, is_count);
+  object.access = access(section);
+  object.pdo_mapping = values_.number(section, "PDOMapping", 1).value_or(0) != 0;
+  object.denotation = ValueReader::text(section, "Denotation");
+  object.upload_file = ValueReader::text(section, "UploadFile");
+  object.download_file = ValueReader::text(section, "DownloadFile");
+  read_capacity(object, section);
+  const bool has_value = read_value(object, section);
+  if (is_count) check_count(object, has_value, whole.highest_sub);
+  read_limits(object, section);
+  if (has_value) check_value_against_limits(object);
+  return object;
+}
+
+DataType AttributeReader::data_type(const Section& section, bool is_count) {
+  const std::optional<std::uint64_t> type = values_.number(section, "DataType", 0xFFFF);
+  if (type && is_known(*type)) return static_cast<DataType>(*type);
+  if (type) {
+    findings_.warning(section.find("DataType")->line,
+                      "DataType " + hex(*type, 4) + "h is unknown: OCTET_STRING is assumed");
+    return DataType::kOctetString;
+  }
+  if (object_type(section) == ObjectType::kDomain) return DataType::kDomain;
+  const DataType assumed = is_count ? DataType::kUnsigned8 : DataType::kUnsigned32;
+  findings_.warning(section.line, bracketed(section.name) +
+                                      " has no DataType: " + std::string(name_of(assumed)) + " is assumed");
+  return assumed;
+}
+
+Access AttributeReader::access(const Section& section) {
+  const KeyValue* const entry = section.find("AccessType");
+  if (entry == nullptr) {
+    if (object_type(section) != ObjectType::kDomain)
+      findings_.warning(section.line, bracketed(section.name) + " has no AccessType: rw is assumed");
+    return Access::kReadWrite;
+  }
+  const auto found = std::find_if(kAccessNames.begin(), kAccessNames.end(), [&](const AccessName& known) {
+    return same_text(known.name, entry->value);
+  });
+  if (found != kAccessNames.end()) return found->access;
+  findings_.warning(entry->line, "AccessType " + quoted(entry->value) + " is unknown: rw is assumed");
+  return Access::kReadWrite;
+}
+
+void AttributeReader::read_capacity(Object& object, const Section& section) {
+  const std::size_t fixed = size_of(object.type);
+  const KeyValue* const entry = section.find(kSizeKey);
+  object.capacity = fixed > 0 ? static_cast<std::uint32_t>(fixed) : least_capacity(object.type);
+  if (entry == nullptr) return;
+  if (fixed > 0) {
+    findings_.warning(entry->line, std::string(kSizeKey) + " is for strings and DOMAINs only: ignored");
+    return;
+  }
+  const auto size = values_.number(section, kSizeKey, kMostCapacity, 1);
+  if (!size) return;
+  object.capacity = static_cast<std::uint32_t>(*size);
+  const bool starts_full = object.type == DataType::kOctetString || object.type == DataType::kDomain;
+  if (starts_full) object.value.assign(object.capacity, 0);
+}
+
+bool AttributeReader::read_value(Object& object, const Section& section) {
+  object.value.resize(std::max(object.value.size(), size_of(object.type)));
+  for (const std::string_view key : {"ParameterValue", "DefaultValue"}) {
+    const KeyValue* const entry = section.find(key);
+    if (entry != nullptr && set_value(object, section, *entry)) return true;
+  }
+  return false;
+}
+
+bool AttributeReader::set_value(Object& object, const Section& section, const KeyValue& entry) {
+  std::optional<std::vector<std::uint8_t>> bytes = values_.bytes(entry, object.type);
+  if (!bytes) return false;
+  const bool has_size = section.find(kSizeKey) != nullptr;
+  const std::uint32_t most = has_size ? object.capacity : kMostCapacity;
+  if (bytes->size() > most && size_of(object.type) == 0) {
+    findings_.warning(entry.line, shortened(entry.key) + " is longer than " + std::to_string(most) +
+                                      " bytes: the rest is cut off");
+    bytes->resize(most);
+  }
+  object.value = std::move(*bytes);
+  object.capacity = std::max(object.capacity, static_cast<std::uint32_t>(object.value.size()));
+  return true;
+}
+
+void AttributeReader::read_limits(Object& object, const Section& section) {
+  if (!has_limits(object.type)) return;
+  const auto limit = [&](std::string_view key) -> std::optional<std::int64_t> {
+    const KeyValue* const entry = section.find(key);
+    const auto bits = entry == nullptr ? std::nullopt : values_.bits(*entry, object.type);
+    return bits ? std::optional(from_bits(*bits, object.type)) : std::nullopt;
+  };
+  object.low = limit("LowLimit");
+  object.high = limit("HighLimit");
+  if (object.low && object.high && less_than(*object.high, *object.low, object.type)) {
+    findings_.warning(section.find("LowLimit")->line, "LowLimit is above HighLimit: both are ignored");
+    object.low = object.high = std::nullopt;
+  }
+}
+
+void AttributeReader::check_value_against_limits(const Object& object) {
+  const std::int64_t value = number_in(object);
+  const bool too_low = object.low && less_than(value, *object.low, object.type);
+  const bool too_high = object.high && less_than(*object.high, value, object.type);
+  if (too_low || too_high)
+    findings_.warning(
+        object.line,
+        "the value is " + std::string(too_low ? "below LowLimit" : "above HighLimit") + ": it is kept");
+}
+
+void AttributeReader::check_count(Object& object, bool has_value, std::uint8_t highest_sub) {
+  if (!is_read_only(object.access) || object.value.empty()) return;
+  if (!has_value) {
+    object.value.front() = highest_sub;
+  } else if (number_in(object) != highest_sub) {
+    findings_.warning(object.line, "sub-index 0 says " + std::to_string(number_in(object)) +
+                                       ", but the highest sub-index is " + std::to_string(highest_sub) +
+                                       ": it is kept");
+  }
+}
+
+}  // namespace cbcan::eds

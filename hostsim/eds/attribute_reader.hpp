@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// From one section to one Object: the keys of CiA 306, 4.6.3.
+
+#include <cstdint>
+#include <optional>
+
+#include "eds/device_description.hpp"
+#include "eds/value_reader.hpp"
+
+namespace cbcan::eds {
+
+/// ARRAY, RECORD and DEFSTRUCT have sub-objects.
+constexpr bool is_structure(ObjectType type) {
+  return type == ObjectType::kArray || type == ObjectType::kRecord || type == ObjectType::kDefStruct;
+}
+
+class AttributeReader {
+ public:
+  /// What the section of a sub-object does not know.
+  struct Whole {
+    std::uint16_t index = 0;
+    ObjectType type = ObjectType::kVar;
+    std::uint8_t highest_sub = 0;
+  };
+
+  AttributeReader(ValueReader& values, Findings& findings);
+
+  /// Nothing if there is no ObjectType; an unknown one is VAR.
+  std::optional<ObjectType> object_type(const Section& section);
+
+  Object read(const Section& section, const Whole& whole, std::uint8_t sub);
+
+  /// Gives `object`, which was read from `section`, another value; false if `entry` has none of its type.
+  bool set_value(Object& object, const Section& section, const KeyValue& entry);
+
+ private:
+  DataType data_type(const Section& section, bool is_count);
+  Access access(const Section& section);
+  void read_capacity(Object& object, const Section& section);
+  bool read_value(Object& object, const Section& section);
+  void read_limits(Object& object, const Section& section);
+  void drop_reversed_limits(Object& object);
+  void check_value_against_limits(const Object& object);
+  void check_count(Object& object, bool has_value, std::uint8_t highest_sub);
+
+  ValueReader& values_;
+  Findings& findings_;
+};
+
+}  // namespace cbcan::eds

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What an EDS or DCF says about a device (CiA 306, 4), checked, with every value as the bytes that it has on
+/// the bus.
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canopen/object_dictionary.hpp"
+
+namespace cbcan::eds {
+
+/// Object codes (CiA 301, 7.4.3).
+enum class ObjectType : std::uint8_t {
+  kNull = 0,
+  kDomain = 2,
+  kDefType = 5,
+  kDefStruct = 6,
+  kVar = 7,
+  kArray = 8,
+  kRecord = 9,
+};
+
+/// AccessType (CiA 306, 4.6.3). rwr and rww are read-write over SDO; the last letter says which way a PDO may
+/// go.
+enum class Access : std::uint8_t {
+  kReadOnly,
+  kWriteOnly,
+  kReadWrite,
+  kReadWriteInput,   ///< rwr: a process input, TPDO only
+  kReadWriteOutput,  ///< rww: a process output, RPDO only
+  kConstant,
+};
+
+/// One value that an SDO can reach, or a run of sub-indices that are alike in everything (CompactSubObj).
+struct Object {
+  std::uint16_t index = 0;
+  std::uint8_t first_sub = 0;
+  std::uint8_t last_sub = 0;
+  std::string name;                           ///< UTF-8; ParameterName, of a run that of the whole object
+  ObjectType object_type = ObjectType::kVar;  ///< of the whole object at this index
+  DataType type = DataType::kUnsigned32;
+  Access access = Access::kReadWrite;
+  bool pdo_mapping = false;
+  /// ParameterValue if there is one, else DefaultValue, else zeros; $NODEID applied, little-endian. A number
+  /// has as many bytes as its type; a string or DOMAIN as many as it is long.
+  std::vector<std::uint8_t> value;
+  std::uint32_t capacity = 0;  ///< bytes that it can hold: see eds_reader.hpp
+  /// Integers only, both allowed; unsigned ones as their bit pattern.
+  std::optional<std::int64_t> low;
+  std::optional<std::int64_t> high;
+  std::string denotation;     ///< DCF
+  std::string upload_file;    ///< DCF: named, not opened
+  std::string download_file;  ///< DCF: named, not opened
+  std::size_t line = 0;       ///< of the section or the entry that it comes from
+};
+
+/// [DeviceInfo] (CiA 306, 4.4). What the file does not say is 0, false or empty.
+struct DeviceInfo {
+  std::string vendor_name;
+  std::uint32_t vendor_number = 0;
+  std::string product_name;
+  std::uint32_t product_number = 0;
+  std::uint32_t revision_number = 0;
+  std::string order_code;
+  std::vector<std::uint32_t> kilobits_per_second;  ///< ascending
+  bool simple_boot_up_master = false;
+  bool simple_boot_up_slave = false;
+  std::uint8_t granularity = 0;  ///< bits of the smallest part of a PDO mapping
+  bool dynamic_channels = false;
+  bool group_messaging = false;
+  std::uint16_t receive_pdos = 0;
+  std::uint16_t transmit_pdos = 0;
+  bool lss = false;
+};
+
+/// [DeviceComissioning], spelled like this in CiA 306, 5.2; only a DCF has it.
+struct Commissioning {
+  std::optional<std::uint8_t> node_id;
+  std::string node_name;
+  std::uint32_t kilobits_per_second = 0;
+  std::uint32_t net_number = 0;
+  std::string network_name;
+  bool canopen_manager = false;
+  std::uint32_t lss_serial_number = 0;
+};
+
+struct DeviceDescription {
+  DeviceInfo info;
+  std::optional<Commissioning> commissioning;
+  std::optional<std::uint8_t> node_id;  ///< the one that $NODEID stood for
+  std::vector<Object> objects;          ///< sorted by index, then sub; no sub twice
+
+  /// Null if there is none.
+  const Object* find(std::uint16_t index, std::uint8_t sub) const;
+};
+
+}  // namespace cbcan::eds

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#include "eds/diagnostics.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cbcan::eds {
+
+std::string to_string(const Diagnostic& diagnostic) {
+  return diagnostic.file + ':' + std::to_string(diagnostic.line) + ": " + diagnostic.message;
+}
+
+Findings::Findings(std::string file) : file_(std::move(file)) {}
+
+void Findings::note(std::size_t line, std::string message) {
+  add(line, Severity::kNote, std::move(message));
+}
+
+void Findings::warning(std::size_t line, std::string message) {
+  add(line, Severity::kWarning, std::move(message));
+}
+
+void Findings::error(std::size_t line, std::string message) {
+  add(line, Severity::kError, std::move(message));
+}
+
+void Findings::add(std::size_t line, Severity severity, std::string message) {
+  if (diagnostics_.size() == kMost) {
+    ++left_out_;
+    return;
+  }
+  diagnostics_.push_back({file_, line, severity, std::move(message)});
+}
+
+std::vector<Diagnostic> Findings::take() {
+  std::stable_sort(diagnostics_.begin(), diagnostics_.end(),
+                   [](const Diagnostic& a, const Diagnostic& b) { return a.line < b.line; });
+  if (left_out_ > 0) {
+    const std::size_t last_line = diagnostics_.back().line;
+    diagnostics_.push_back(
+        {file_, last_line, Severity::kError, "and " + std::to_string(left_out_) + " more"});
+  }
+  return std::exchange(diagnostics_, {});
+}
+
+}  // namespace cbcan::eds

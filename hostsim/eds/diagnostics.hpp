@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What a reader has to say about a file.
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cbcan::eds {
+
+enum class Severity : std::uint8_t {
+  kNote,     ///< worth knowing; nothing is wrong with the result
+  kWarning,  ///< something is wrong in the file; the message says what is used in its place
+  kError,    ///< something is wrong in the file, and a part of it is not used
+};
+
+struct Diagnostic {
+  std::string file;
+  std::size_t line = 0;  ///< 1 = the first
+  Severity severity = Severity::kNote;
+  std::string message;
+};
+
+/// `file:line: message`
+std::string to_string(const Diagnostic& diagnostic);
+
+/// Collects diagnostics. A file of garbage does not make megabytes of them: after kMost they are only
+/// counted.
+class Findings {
+ public:
+  static constexpr std::size_t kMost = 500;
+
+  explicit Findings(std::string file);
+
+  void note(std::size_t line, std::string message);
+  void warning(std::size_t line, std::string message);
+  void error(std::size_t line, std::string message);
+
+  /// All of them in the order of lines, and at the end how many more there were.
+  std::vector<Diagnostic> take();
+
+ private:
+  void add(std::size_t line, Severity severity, std::string message);
+
+  std::string file_;
+  std::vector<Diagnostic> diagnostics_;
+  std::size_t left_out_ = 0;
+};
+
+}  // namespace cbcan::eds

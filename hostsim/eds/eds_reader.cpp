@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "eds/eds_reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "eds/device_sections.hpp"
+#include "eds/object_lists.hpp"
+#include "eds/object_reader.hpp"
+#include "eds/text.hpp"
+
+namespace cbcan::eds {
+
+namespace {
+
+constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
+constexpr std::array<std::string_view, 2> kUtf16Marks = {"\xFF\xFE", "\xFE\xFF"};
+
+/// Without a byte order mark; empty if the text is in a form that cannot be read.
+std::string_view readable(std::string_view text, Findings& findings) {
+  if (text.starts_with(kUtf8Mark)) text.remove_prefix(kUtf8Mark.size());
+  for (const std::string_view mark : kUtf16Marks) {
+    if (!text.starts_with(mark)) continue;
+    findings.error(1, "this is UTF-16: save the file as ASCII or UTF-8");
+    return {};
+  }
+  return text;
+}
+
+std::vector<Object> read_objects(const std::vector<Section>& sections, ValueReader& values,
+                                 Findings& findings) {
+  const std::vector<ObjectSections> objects = collect_objects(sections, findings);
+  if (objects.empty())
+    findings.error(1, "there is no object in it, no section like [1000]: is this an EDS or DCF?");
+  check_object_lists(sections, objects, values, findings);
+  ObjectReader reader(values, findings);
+  for (const ObjectSections& object : objects)
+    reader.read(object);
+  return reader.take();
+}
+
+}  // namespace
+
+const Object* DeviceDescription::find(std::uint16_t index, std::uint8_t sub) const {
+  const auto found = std::partition_point(objects.begin(), objects.end(), [&](const Object& object) {
+    return object.index < index || (object.index == index && object.last_sub < sub);
+  });
+  const bool is_it = found != objects.end() && found->index == index && found->first_sub <= sub;
+  return is_it ? &*found : nullptr;
+}
+
+Result read(std::string_view text, std::string file_name, std::optional<std::uint8_t> node_id) {
+  Findings findings(std::move(file_name));
+  Result result;
+  DeviceDescription& device = result.device;
+  const std::vector<Section> sections = split_sections(readable(text, findings), findings);
+  device.commissioning = read_commissioning(sections, node_id, findings);
+  device.node_id = node_id;
+  if (!node_id && device.commissioning) device.node_id = device.commissioning->node_id;
+
+  ValueReader values(findings, device.node_id);
+  device.info = read_device_info(sections, values, findings);
+  report_modules(sections, values, findings);
+  device.objects = read_objects(sections, values, findings);
+  result.diagnostics = findings.take();
+  return result;
+}
+
+}  // namespace cbcan::eds

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include "eds/object_reader.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "eds/eds_reader.hpp"
+#include "eds/text.hpp"
+
+namespace cbcan::eds {
+
+namespace {
+
+constexpr std::uint8_t kMostSubs = 254;
+
+/// Sub-index 0 where the file has none.
+Object count_object(const AttributeReader::Whole& whole, std::size_t line) {
+  Object object;
+  object.index = whole.index;
+  object.name = "NrOfObjects";
+  object.object_type = whole.type;
+  object.type = DataType::kUnsigned8;
+  object.access = Access::kReadOnly;
+  object.value = {whole.highest_sub};
+  object.capacity = 1;
+  object.line = line;
+  return object;
+}
+
+std::uint8_t highest_sub(const ObjectSections& sections) {
+  return sections.subs.empty() ? std::uint8_t{0} : sections.subs.back().sub;
+}
+
+}  // namespace
+
+ObjectReader::ObjectReader(ValueReader& values, Findings& findings)
+    : attributes_(values, findings), values_(values), findings_(findings) {}
+
+std::vector<Object> ObjectReader::take() {
+  return std::exchange(objects_, {});
+}
+
+void ObjectReader::read(const ObjectSections& sections) {
+  const std::uint8_t count = compact_count(sections);
+  const bool has_subs = count > 0 || !sections.subs.empty();
+  if (count == 0) reject_compact_sections(sections);
+  if (!sections.has_values()) return;
+  const Whole whole{sections.index, object_type(sections, has_subs), std::max(count, highest_sub(sections))};
+  if (count > 0) {
+    read_compact(sections, whole, count);
+  } else if (has_subs) {
+    read_subs(sections, whole);
+  } else if (is_structure(whole.type)) {
+    findings_.error(sections.line(),
+                    bracketed(sections.main->name) + " should have sub-objects, but has none: left out");
+  } else if (whole.type != ObjectType::kNull) {
+    add(attributes_.read(*sections.main, whole, 0));
+  }
+}
+
+std::uint8_t ObjectReader::compact_count(const ObjectSections& sections) {
+  if (sections.main == nullptr) return 0;
+  const auto count = values_.number(*sections.main, "CompactSubObj", 0xFF).value_or(0);
+  if (count > kMostSubs)
+    findings_.warning(sections.main->find("CompactSubObj")->line,
+                      "CompactSubObj is at most 254: 254 is used");
+  return static_cast<std::uint8_t>(std::min<std::uint64_t>(count, kMostSubs));
+}
+
+ObjectType ObjectReader::object_type(const ObjectSections& sections, bool has_subs) {
+  const std::string index = hex(sections.index, 4);
+  if (sections.main == nullptr) {
+    findings_.warning(sections.line(),
+                      "there is no [" + index + "], but sub-objects of it: a RECORD is assumed");
+    return ObjectType::kRecord;
+  }
+  const std::optional<ObjectType> type = attributes_.object_type(*sections.main);
+  if (!has_subs || (type && is_structure(*type))) return type.value_or(ObjectType::kVar);
+  findings_.warning(sections.line(), bracketed(sections.main->name) +
+                                         " has sub-objects, but is no ARRAY or RECORD: a RECORD is assumed");
+  return ObjectType::kRecord;
+}
+
+void ObjectReader::read_subs(const ObjectSections& sections, const Whole& whole) {
+  if (sections.main != nullptr) values_.check_count(*sections.main, "SubNumber", sections.subs.size());
+  if (sections.subs.front().sub != 0) {
+    findings_.warning(sections.line(), hex(whole.index, 4) +
+                                           "h has no sub-index 0: a read-only one that says " +
+                                           std::to_string(whole.highest_sub) + " is assumed");
+    add(count_object(whole, sections.line()));
+  }
+  for (const SubSection& sub : sections.subs)
+    add(attributes_.read(*sub.section, whole, sub.sub));
+}
+
+void ObjectReader::read_compact(const ObjectSections& sections, const Whole& whole, std::uint8_t count) {
+  const OwnEntries own{entries_per_sub(sections.names, count), entries_per_sub(sections.values, count),
+                       entries_per_sub(sections.denotations, count)};
+  const Object element = attributes_.read(*sections.main, whole, 1);
+  auto next = sections.subs.begin();
+  if (next == sections.subs.end() || next->sub != 0) add(count_object(whole, sections.line()));
+
+  std::optional<Object> run;
+  const auto end_run = [&] {
+    if (run) add(*std::exchange(run, std::nullopt));
+  };
+  for (unsigned sub = 0; sub <= whole.highest_sub; ++sub) {
+    if (next != sections.subs.end() && next->sub == sub) {
+      end_run();
+      add(attributes_.read(*next->section, whole, next->sub));
+      ++next;
+    } else if (sub > 0 && sub <= count) {
+      const bool is_alike = !own.has(sub);
+      if (!is_alike) end_run();
+      if (!run) {
+        run = element;
+        run->first_sub = static_cast<std::uint8_t>(sub);
+      }
+      run->last_sub = static_cast<std::uint8_t>(sub);
+      if (!is_alike) {
+        apply(own, sub, *sections.main, *run);
+        end_run();
+      }
+    }
+  }
+  end_run();
+}
+
+void ObjectReader::apply(const OwnEntries& own, unsigned sub, const Section& main, Object& object) {
+  if (const KeyValue* const name = own.names[sub]) {
+    object.name = ValueReader::text(*name);
+    object.line = name->line;
+  }
+  if (const KeyValue* const denotation = own.denotations[sub])
+    object.denotation = ValueReader::text(*denotation);
+  if (const KeyValue* const value = own.values[sub]) attributes_.set_value(object, main, *value);
+}
+
+ObjectReader::PerSub ObjectReader::entries_per_sub(const Section* section, std::uint8_t count) {
+  PerSub entries{};
+  if (section == nullptr) return entries;
+  std::size_t found = 0;
+  for (const KeyValue& entry : section->entries) {
+    const std::optional<std::uint64_t> sub = parse_count(entry.key);
+    if (!sub || entry.value.empty()) continue;
+    ++found;
+    if (*sub == 0 || *sub > count) {
+      findings_.warning(entry.line, "sub-index " + shortened(entry.key) + " is not within 1.." +
+                                        std::to_string(count) + " of CompactSubObj: ignored");
+    } else if (entries[*sub] == nullptr) {
+      entries[*sub] = &entry;
+    }
+  }
+  values_.check_count(*section, "NrOfEntries", found);
+  return entries;
+}
+
+void ObjectReader::reject_compact_sections(const ObjectSections& sections) {
+  for (const Section* section : {sections.names, sections.values, sections.denotations}) {
+    if (section == nullptr) continue;
+    findings_.warning(section->line, bracketed(section->name) +
+                                         " belongs to an object with CompactSubObj, and " +
+                                         hex(sections.index, 4) + "h has none: ignored");
+  }
+}
+
+void ObjectReader::add(Object object) {
+  const bool has_length = size_of(object.type) == 0;
+  const std::uint64_t stride = object.capacity + (has_length ? ObjectEntry::kLengthBytes : 0);
+  const std::uint64_t bytes = stride * (object.last_sub - object.first_sub + 1U);
+  if (value_bytes_ + bytes > kMostValueBytes) {
+    findings_.error(object.line, hex(object.index, 4) + "h would take the values of this device beyond " +
+                                     std::to_string(kMostValueBytes) + " bytes: left out");
+    return;
+  }
+  value_bytes_ += bytes;
+  objects_.push_back(std::move(object));
+}
+
+}  // namespace cbcan::eds

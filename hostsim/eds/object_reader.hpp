@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// From the sections of an object to its values (CiA 306, 4.6).
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "eds/attribute_reader.hpp"
+#include "eds/object_sections.hpp"
+
+namespace cbcan::eds {
+
+class ObjectReader {
+ public:
+  ObjectReader(ValueReader& values, Findings& findings);
+
+  /// Call it in the order of indices.
+  void read(const ObjectSections& sections);
+
+  /// Sorted by index, then sub.
+  std::vector<Object> take();
+
+ private:
+  using PerSub = std::array<const KeyValue*, 256>;
+  using Whole = AttributeReader::Whole;
+
+  /// What [xxxxName], [xxxxValue] and [xxxxDenotation] say about single elements; null where they say
+  /// nothing.
+  struct OwnEntries {
+    PerSub names;
+    PerSub values;
+    PerSub denotations;
+
+    bool has(unsigned sub) const {
+      return names[sub] != nullptr || values[sub] != nullptr || denotations[sub] != nullptr;
+    }
+  };
+
+  std::uint8_t compact_count(const ObjectSections& sections);
+  ObjectType object_type(const ObjectSections& sections, bool has_subs);
+  void read_subs(const ObjectSections& sections, const Whole& whole);
+  void read_compact(const ObjectSections& sections, const Whole& whole, std::uint8_t count);
+  void apply(const OwnEntries& own, unsigned sub, const Section& main, Object& object);
+  PerSub entries_per_sub(const Section* section, std::uint8_t count);
+  void reject_compact_sections(const ObjectSections& sections);
+  void add(Object object);
+
+  AttributeReader attributes_;
+  ValueReader& values_;
+  Findings& findings_;
+  std::vector<Object> objects_;
+  std::uint64_t value_bytes_ = 0;
+};
+
+}  // namespace cbcan::eds

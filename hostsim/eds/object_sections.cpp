@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+#include "eds/object_sections.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+
+#include "eds/text.hpp"
+#include "eds/values.hpp"
+
+namespace cbcan::eds {
+
+namespace {
+
+enum class Part : std::uint8_t { kMain, kSub, kNames, kValues, kDenotations, kLinks };
+
+struct Suffix {
+  std::string_view text;
+  Part part;
+};
+
+constexpr std::array<Suffix, 4> kSuffixes = {{{"Name", Part::kNames},
+                                              {"Value", Part::kValues},
+                                              {"Denotation", Part::kDenotations},
+                                              {"ObjectLinks", Part::kLinks}}};
+
+struct Place {
+  std::uint64_t index = 0;
+  Part part = Part::kMain;
+  std::uint64_t sub = 0;
+};
+
+struct Located {
+  Place place;
+  const Section* section = nullptr;
+};
+
+bool is_hex_digit(char c) {
+  return parse_hex_digits({&c, 1}).has_value();
+}
+
+std::optional<std::uint64_t> parse_index(std::string_view text) {
+  text = trim(text);
+  if (same_text(text.substr(0, 2), "0x")) text.remove_prefix(2);
+  return parse_hex_digits(text);
+}
+
+/// Where "sub" is in a section name; npos if it is not there.
+std::size_t find_sub(std::string_view name) {
+  for (std::size_t at = 0; at + 3 <= name.size(); ++at)
+    if (same_text(name.substr(at, 3), "sub")) return at;
+  return std::string_view::npos;
+}
+
+std::optional<Place> parse_sub_name(std::string_view name, std::size_t at) {
+  const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
+  const std::optional<std::uint64_t> sub = parse_index(name.substr(at + 3));
+  return index && sub ? std::optional(Place{*index, Part::kSub, *sub}) : std::nullopt;
+}
+
+/// Suffixes go first: the "De" of "1018Denotation" could be digits as well.
+std::optional<Place> parse_section_name(std::string_view name) {
+  for (const Suffix& suffix : kSuffixes) {
+    if (name.size() <= suffix.text.size()) continue;
+    const std::size_t at = name.size() - suffix.text.size();
+    if (!same_text(name.substr(at), suffix.text)) continue;
+    const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
+    return index ? std::optional(Place{*index, suffix.part, 0}) : std::nullopt;
+  }
+  if (const std::size_t at = find_sub(name); at != std::string_view::npos) return parse_sub_name(name, at);
+  const std::optional<std::uint64_t> index = parse_index(name);
+  return index ? std::optional(Place{*index, Part::kMain, 0}) : std::nullopt;
+}
+
+/// A name that cannot be anything but a mistyped object; other unknown sections are the vendor's own
+/// business.
+bool looks_like_object(std::string_view name) {
+  const std::size_t digits =
+      static_cast<std::size_t>(std::find_if_not(name.begin(), name.end(), is_hex_digit) - name.begin());
+  return digits > 0 && (name.front() <= '9' || same_text(name.substr(digits, 3), "sub"));
+}
+
+class Collector {
+ public:
+  explicit Collector(Findings& findings) : findings_(findings) {}
+
+  void take(const Section& section) {
+    const std::optional<Place> place = parse_section_name(section.name);
+    if (!place) {
+      if (looks_like_object(section.name))
+        findings_.error(
+            section.line,
+            bracketed(section.name) + " is no name of a section, [1018] or [1018sub1] would be: left out");
+    } else if (place->index == 0 || place->index > 0xFFFF) {
+      findings_.error(section.line, bracketed(section.name) + ": an index is 1..FFFFh: left out");
+    } else if (place->sub > 0xFF) {
+      findings_.error(section.line, bracketed(section.name) + ": a sub-index is 0..FFh: left out");
+    } else {
+      located_.push_back({*place, &section});
+    }
+  }
+
+  std::vector<ObjectSections> finish() {
+    std::stable_sort(located_.begin(), located_.end(), [](const Located& a, const Located& b) {
+      return order_of(a.place) < order_of(b.place);
+    });
+    std::vector<ObjectSections> objects;
+    const Located* previous = nullptr;
+    for (const Located& located : located_) {
+      if (previous != nullptr && order_of(previous->place) == order_of(located.place)) {
+        findings_.warning(located.section->line, bracketed(located.section->name) +
+                                                     " is here again: the one in line " +
+                                                     std::to_string(previous->section->line) + " is used");
+        continue;
+      }
+      previous = &located;
+      const auto index = static_cast<std::uint16_t>(located.place.index);
+      if (objects.empty() || objects.back().index != index) objects.emplace_back().index = index;
+      put(objects.back(), located);
+    }
+    return objects;
+  }
+
+ private:
+  static std::uint64_t order_of(const Place& place) {
+    return place.index << 16 | static_cast<std::uint64_t>(place.part) << 8 | place.sub;
+  }
+
+  static void put(ObjectSections& object, const Located& located) {
+    switch (located.place.part) {
+      case Part::kMain: object.main = located.section; break;
+      case Part::kSub:
+        object.subs.push_back({static_cast<std::uint8_t>(located.place.sub), located.section});
+        break;
+      case Part::kNames: object.names = located.section; break;
+      case Part::kValues: object.values = located.section; break;
+      case Part::kDenotations: object.denotations = located.section; break;
+      case Part::kLinks: break;
+    }
+  }
+
+  Findings& findings_;
+  std::vector<Located> located_;
+};
+
+}  // namespace
+
+std::size_t ObjectSections::line() const {
+  if (main != nullptr) return main->line;
+  if (!subs.empty()) return subs.front().section->line;
+  for (const Section* section : {names, values, denotations})
+    if (section != nullptr) return section->line;
+  return 1;
+}
+
+std::vector<ObjectSections> collect_objects(const std::vector<Section>& sections, Findings& findings) {
+  Collector collector(findings);
+  for (const Section& section : sections)
+    collector.take(section);
+  return collector.finish();
+}
+
+}  // namespace cbcan::eds

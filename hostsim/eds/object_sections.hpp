@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Which sections belong to which object (CiA 306, 4.6): [1018], [1018sub1], [1018Name], [1018Value],
+/// [1018Denotation], [1018ObjectLinks].
+
+#include <cstdint>
+#include <vector>
+
+#include "eds/lexer.hpp"
+
+namespace cbcan::eds {
+
+struct SubSection {
+  std::uint8_t sub = 0;
+  const Section* section = nullptr;
+};
+
+/// The sections of one object; null where there is none.
+struct ObjectSections {
+  std::uint16_t index = 0;
+  const Section* main = nullptr;
+  std::vector<SubSection> subs;  ///< ascending
+  const Section* names = nullptr;
+  const Section* values = nullptr;
+  const Section* denotations = nullptr;
+
+  /// False if there is nothing but [xxxxName] and the like.
+  bool has_values() const { return main != nullptr || !subs.empty(); }
+
+  /// Where to point when something is wrong with the object as a whole.
+  std::size_t line() const;
+};
+
+/// Ascending by index. The pointers go into `sections`.
+std::vector<ObjectSections> collect_objects(const std::vector<Section>& sections, Findings& findings);
+
+}  // namespace cbcan::eds

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "eds/value_reader.hpp"
+
+#include "eds/text.hpp"
+
+namespace cbcan::eds {
+
+namespace {
+
+/// Characters of a line in CiA 306, 4.1.
+constexpr std::size_t kMostTextBytes = 255;
+
+/// Of objects, sub-objects and names.
+constexpr std::uint64_t kHighestCount = 0xFFFF;
+
+/// DefaultValue="1x"
+std::string key_is(const KeyValue& entry) {
+  return shortened(entry.key) + '=' + quoted(entry.value);
+}
+
+}  // namespace
+
+ValueReader::ValueReader(Findings& findings, std::optional<std::uint8_t> node_id)
+    : findings_(findings), node_id_(node_id) {}
+
+std::optional<std::uint64_t> ValueReader::number(const Section& section, std::string_view key,
+                                                 std::uint64_t highest, std::uint64_t lowest) {
+  const KeyValue* const entry = section.find(key);
+  return entry == nullptr ? std::nullopt : number(*entry, highest, lowest);
+}
+
+std::optional<std::uint64_t> ValueReader::number(const KeyValue& entry, std::uint64_t highest,
+                                                 std::uint64_t lowest) {
+  const std::optional<Number> number = integer(entry);
+  if (!number) return std::nullopt;
+  if (!number->negative && number->magnitude >= lowest && number->magnitude <= highest)
+    return number->magnitude;
+  findings_.warning(entry.line, key_is(entry) + " is not within " + std::to_string(lowest) + ".." +
+                                    std::to_string(highest) + ": ignored");
+  return std::nullopt;
+}
+
+void ValueReader::check_count(const Section& section, std::string_view key, std::size_t actual) {
+  const std::optional<std::uint64_t> declared = number(section, key, kHighestCount);
+  if (!declared || *declared == actual) return;
+  findings_.note(section.find(key)->line, std::string(key) + " says " + std::to_string(*declared) +
+                                              ", but the file has " + std::to_string(actual));
+}
+
+std::string ValueReader::text(const Section& section, std::string_view key) {
+  const KeyValue* const entry = section.find(key);
+  return entry == nullptr ? std::string() : text(*entry);
+}
+
+std::string ValueReader::text(const KeyValue& entry) {
+  return to_utf8(head(entry.value, kMostTextBytes));
+}
+
+std::optional<std::uint64_t> ValueReader::bits(const KeyValue& entry, DataType type) {
+  std::optional<std::uint64_t> bits;
+  if (is_real(type)) {
+    bits = parse_real(without_comment(entry), type);
+  } else if (const std::optional<Number> number = integer(entry)) {
+    bits = to_bits(*number, type);
+  } else {
+    return std::nullopt;
+  }
+  if (!bits)
+    findings_.warning(entry.line, key_is(entry) + " is no " + std::string(name_of(type)) + ": ignored");
+  return bits;
+}
+
+std::optional<std::vector<std::uint8_t>> ValueReader::bytes(const KeyValue& entry, DataType type) {
+  if (const std::size_t size = size_of(type); size > 0) {
+    const std::optional<std::uint64_t> pattern = bits(entry, type);
+    return pattern ? std::optional(to_bytes(*pattern, size)) : std::nullopt;
+  }
+  if (type == DataType::kVisibleString)
+    return std::vector<std::uint8_t>(entry.value.begin(), entry.value.end());
+  if (type == DataType::kUnicodeString) return to_utf16(entry.value);
+  std::optional<std::vector<std::uint8_t>> octets = parse_octets(entry.value);
+  if (!octets) findings_.warning(entry.line, key_is(entry) + " is not pairs of hexadecimal digits: ignored");
+  return octets;
+}
+
+std::optional<Number> ValueReader::integer(const KeyValue& entry) {
+  const std::optional<Number> number = parse_number(without_comment(entry), node_id_.value_or(0));
+  if (!number) {
+    findings_.warning(entry.line, key_is(entry) + " is no number of up to 64 bits: ignored");
+    return std::nullopt;
+  }
+  if (number->no_octal)
+    findings_.warning(entry.line,
+                      key_is(entry) + " starts like an octal number, but is none: read as decimal");
+  if (number->uses_node_id && !node_id_ && !missing_node_id_reported_) {
+    findings_.warning(entry.line,
+                      "$NODEID is used, but there is no node ID: 0 is used, here and further down");
+    missing_node_id_reported_ = true;
+  }
+  return number;
+}
+
+std::string_view ValueReader::without_comment(const KeyValue& entry) {
+  const std::size_t comment = entry.value.find(';');
+  if (comment == std::string_view::npos) return entry.value;
+  findings_.warning(entry.line, key_is(entry) + " has a \";\" in it: what follows is ignored");
+  return trim(entry.value.substr(0, comment));
+}
+
+}  // namespace cbcan::eds

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Values of keys, with a diagnostic for each that cannot be read.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canopen/object_dictionary.hpp"
+#include "eds/lexer.hpp"
+#include "eds/values.hpp"
+
+namespace cbcan::eds {
+
+class ValueReader {
+ public:
+  /// Without a node ID $NODEID is 0, and the first use of it is reported.
+  ValueReader(Findings& findings, std::optional<std::uint8_t> node_id);
+
+  /// Nothing if the key is missing, empty, no number, or not within lowest..highest.
+  std::optional<std::uint64_t> number(const Section& section, std::string_view key, std::uint64_t highest,
+                                      std::uint64_t lowest = 0);
+
+  /// Likewise, of a key that is there.
+  std::optional<std::uint64_t> number(const KeyValue& entry, std::uint64_t highest, std::uint64_t lowest = 0);
+
+  /// Says so if the number that `key` declares is not how many there are.
+  void check_count(const Section& section, std::string_view key, std::size_t actual);
+
+  /// UTF-8; empty if the key is missing; as much of it as fits into a line of CiA 306.
+  static std::string text(const Section& section, std::string_view key);
+  static std::string text(const KeyValue& entry);
+
+  /// The bit pattern of an integer, REAL or time; nothing if it is no such value.
+  std::optional<std::uint64_t> bits(const KeyValue& entry, DataType type);
+
+  /// The bytes of a value of any type.
+  std::optional<std::vector<std::uint8_t>> bytes(const KeyValue& entry, DataType type);
+
+ private:
+  std::optional<Number> integer(const KeyValue& entry);
+  std::string_view without_comment(const KeyValue& entry);
+
+  Findings& findings_;
+  std::optional<std::uint8_t> node_id_;
+  bool missing_node_id_reported_ = false;
+};
+
+}  // namespace cbcan::eds

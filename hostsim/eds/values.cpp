@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+#include "eds/values.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <limits>
+#include <string>
+
+#include "eds/text.hpp"
+
+namespace cbcan::eds {
+
+namespace {
+
+constexpr std::string_view kNodeId = "$NODEID";
+
+constexpr std::array<std::string_view, 0x1C> kTypeNames = {"",
+                                                           "BOOLEAN",
+                                                           "INTEGER8",
+                                                           "INTEGER16",
+                                                           "INTEGER32",
+                                                           "UNSIGNED8",
+                                                           "UNSIGNED16",
+                                                           "UNSIGNED32",
+                                                           "REAL32",
+                                                           "VISIBLE_STRING",
+                                                           "OCTET_STRING",
+                                                           "UNICODE_STRING",
+                                                           "TIME_OF_DAY",
+                                                           "TIME_DIFFERENCE",
+                                                           "",
+                                                           "DOMAIN",
+                                                           "INTEGER24",
+                                                           "REAL64",
+                                                           "INTEGER40",
+                                                           "INTEGER48",
+                                                           "INTEGER56",
+                                                           "INTEGER64",
+                                                           "UNSIGNED24",
+                                                           "",
+                                                           "UNSIGNED40",
+                                                           "UNSIGNED48",
+                                                           "UNSIGNED56",
+                                                           "UNSIGNED64"};
+
+/// All of `digits`, and at least one.
+std::optional<std::uint64_t> parse_digits(std::string_view digits, int base) {
+  std::uint64_t number = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [stopped, error] = std::from_chars(digits.data(), end, number, base);
+  if (digits.empty() || error != std::errc{} || stopped != end) return std::nullopt;
+  return number;
+}
+
+bool has_hex_prefix(std::string_view text) {
+  return same_text(text.substr(0, 2), "0x");
+}
+
+/// Some tools write integers as C does: 0x12345678UL.
+std::string_view without_c_suffix(std::string_view text) {
+  const std::size_t last = text.find_last_not_of("uUlL");
+  return text.substr(0, last == std::string_view::npos ? 0 : last + 1);
+}
+
+std::optional<Number> parse_unsigned(std::string_view text) {
+  text = without_c_suffix(text);
+  Number number;
+  std::optional<std::uint64_t> magnitude;
+  if (has_hex_prefix(text)) {
+    number.hexadecimal = true;
+    magnitude = parse_digits(text.substr(2), 16);
+  } else if (text.size() > 1 && text.front() == '0') {
+    number.no_octal = text.find_first_of("89") != std::string_view::npos;
+    magnitude = parse_digits(text, number.no_octal ? 10 : 8);
+  } else {
+    magnitude = parse_digits(text, 10);
+  }
+  if (!magnitude) return std::nullopt;
+  number.magnitude = *magnitude;
+  return number;
+}
+
+std::optional<Number> parse_term(std::string_view text, std::uint8_t node_id) {
+  if (!same_text(text, kNodeId)) return parse_unsigned(text);
+  Number number;
+  number.magnitude = node_id;
+  number.uses_node_id = true;
+  return number;
+}
+
+/// Adds a term of a sum; false if it takes more than 64 bits.
+bool add(Number& sum, const Number& term) {
+  sum.hexadecimal |= term.hexadecimal;
+  sum.uses_node_id |= term.uses_node_id;
+  sum.no_octal |= term.no_octal;
+  sum.magnitude += term.magnitude;
+  return sum.magnitude >= term.magnitude;
+}
+
+constexpr std::uint64_t highest_pattern(std::size_t bytes) {
+  return bytes >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * bytes) - 1;
+}
+
+/// `magnitude` is what a negative number of the type looks like with its sign extended to 32 or 64 bits.
+bool is_sign_extended(std::uint64_t magnitude, std::uint64_t highest) {
+  const std::uint64_t sign_and_above = ~(highest >> 1);
+  if ((magnitude & sign_and_above) == sign_and_above) return true;
+  const std::uint64_t above_32 = std::uint64_t{0xFFFFFFFF} << 32;
+  return magnitude <= 0xFFFFFFFF && ((magnitude | above_32) & sign_and_above) == sign_and_above;
+}
+
+template <typename Real, typename Bits>
+std::optional<std::uint64_t> parse_decimal_real(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  Real number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, number);
+  if (text.empty() || error != std::errc{} || stopped != end) return std::nullopt;
+  return std::bit_cast<Bits>(number);
+}
+
+void append_utf16(std::vector<std::uint8_t>& out, char32_t unit) {
+  out.push_back(static_cast<std::uint8_t>(unit));
+  out.push_back(static_cast<std::uint8_t>(unit >> 8));
+}
+
+}  // namespace
+
+std::optional<Number> parse_number(std::string_view text, std::uint8_t node_id) {
+  text = trim(text);
+  if (text.starts_with('-')) {
+    std::optional<Number> number = parse_unsigned(trim(text.substr(1)));
+    if (number) number->negative = number->magnitude != 0;
+    return number;
+  }
+  Number sum;
+  while (true) {
+    const std::size_t plus = text.find('+');
+    const std::optional<Number> term = parse_term(trim(text.substr(0, plus)), node_id);
+    if (!term || !add(sum, *term)) return std::nullopt;
+    if (plus == std::string_view::npos) return sum;
+    text.remove_prefix(plus + 1);
+  }
+}
+
+std::optional<std::uint64_t> parse_count(std::string_view text) {
+  return has_hex_prefix(text) ? parse_digits(text.substr(2), 16) : parse_digits(text, 10);
+}
+
+std::optional<std::uint64_t> parse_hex_digits(std::string_view text) {
+  return parse_digits(text, 16);
+}
+
+std::optional<std::uint64_t> to_bits(const Number& number, DataType type) {
+  const std::uint64_t highest = type == DataType::kBoolean ? 1 : highest_pattern(size_of(type));
+  const std::uint64_t magnitude = number.magnitude;
+  if (!is_signed(type)) {
+    const bool fits = !number.negative && magnitude <= highest;
+    return fits ? std::optional(magnitude) : std::nullopt;
+  }
+  const std::uint64_t highest_positive = highest >> 1;
+  if (number.negative)
+    return magnitude <= highest_positive + 1 ? std::optional((0 - magnitude) & highest) : std::nullopt;
+  if (magnitude <= highest_positive) return magnitude;
+  const bool twos_complement =
+      number.hexadecimal && (magnitude <= highest || is_sign_extended(magnitude, highest));
+  return twos_complement ? std::optional(magnitude & highest) : std::nullopt;
+}
+
+std::optional<std::uint64_t> parse_real(std::string_view text, DataType type) {
+  const bool wide = type == DataType::kReal64;
+  if (!has_hex_prefix(text))
+    return wide ? parse_decimal_real<double, std::uint64_t>(text)
+                : parse_decimal_real<float, std::uint32_t>(text);
+  const std::optional<std::uint64_t> bits = parse_digits(text.substr(2), 16);
+  return bits && *bits <= highest_pattern(size_of(type)) ? bits : std::nullopt;
+}
+
+std::int64_t from_bits(std::uint64_t bits, DataType type) {
+  if (!is_signed(type)) return static_cast<std::int64_t>(bits);
+  const auto shift = static_cast<unsigned>(64 - 8 * size_of(type));
+  return static_cast<std::int64_t>(bits << shift) >> shift;
+}
+
+std::vector<std::uint8_t> to_bytes(std::uint64_t bits, std::size_t size) {
+  std::vector<std::uint8_t> bytes(size);
+  for (std::uint8_t& byte : bytes) {
+    byte = static_cast<std::uint8_t>(bits);
+    bits >>= 8;
+  }
+  return bytes;
+}
+
+std::optional<std::vector<std::uint8_t>> parse_octets(std::string_view text) {
+  text = trim(text);
+  if (has_hex_prefix(text)) text.remove_prefix(2);
+  std::vector<std::uint8_t> bytes;
+  if (text == "0") return bytes;
+  while (!text.empty()) {
+    const std::optional<std::uint64_t> byte =
+        text.size() < 2 ? std::nullopt : parse_digits(text.substr(0, 2), 16);
+    if (!byte) return std::nullopt;
+    bytes.push_back(static_cast<std::uint8_t>(*byte));
+    text.remove_prefix(2);
+    while (text.starts_with(' ') || text.starts_with('\t'))
+      text.remove_prefix(1);
+  }
+  return bytes;
+}
+
+std::vector<std::uint8_t> to_utf16(std::string_view text) {
+  const std::string utf8 = to_utf8(text);
+  std::string_view rest = utf8;
+  std::vector<std::uint8_t> out;
+  while (const std::optional<char32_t> code = take_code_point(rest)) {
+    if (*code < 0x10000) {
+      append_utf16(out, *code);
+    } else {
+      append_utf16(out, 0xD800 + ((*code - 0x10000) >> 10));
+      append_utf16(out, 0xDC00 + (*code & 0x3FF));
+    }
+  }
+  return out;
+}
+
+bool is_real(DataType type) {
+  return type == DataType::kReal32 || type == DataType::kReal64;
+}
+
+bool is_known(std::uint64_t type_index) {
+  return type_index < kTypeNames.size() && !kTypeNames[type_index].empty();
+}
+
+std::string_view name_of(DataType type) {
+  const auto index = static_cast<std::size_t>(type);
+  return is_known(index) ? kTypeNames[index] : std::string_view("unknown type");
+}
+
+}  // namespace cbcan::eds

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+namespace cbcan::io {
+
+/// This machine does not let us: no such interface, address in use, no kernel CAN. The text names the thing,
+/// the place and the way out.
+class EnvironmentError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Somebody wrote something that means nothing, such as a port of 70000. The text says what would be right.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Takes one line for the person who runs the program, about something that does not end it.
+using Warn = std::function<void(const std::string& line)>;
+
+/// `errno` in words.
+inline std::string reason(int error) {
+  return std::generic_category().message(error);
+}
+
+}  // namespace cbcan::io

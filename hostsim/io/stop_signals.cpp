@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#include "io/stop_signals.hpp"
+
+#include <sys/signalfd.h>
+
+#include <cerrno>
+
+#include "io/errors.hpp"
+
+namespace cbcan::io {
+
+StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
+  sigset_t wanted;
+  sigemptyset(&wanted);
+  sigaddset(&wanted, SIGINT);
+  sigaddset(&wanted, SIGTERM);
+  signals_ = Descriptor(signalfd(-1, &wanted, SFD_NONBLOCK | SFD_CLOEXEC));
+  if (!signals_) throw EnvironmentError("signals: " + reason(errno));
+  sigprocmask(SIG_BLOCK, &wanted, &former_mask_);
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &ignore, &former_pipe_);
+  reactor_.watch(signals_.get(), Reactor::kReadable, [this](std::uint32_t) { take(); });
+}
+
+StopSignals::~StopSignals() {
+  reactor_.forget(signals_.get());
+  sigaction(SIGPIPE, &former_pipe_, nullptr);
+  sigprocmask(SIG_SETMASK, &former_mask_, nullptr);
+}
+
+void StopSignals::take() {
+  signalfd_siginfo signal{};
+  while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal)
+    stop_requested_ = true;
+}
+
+}  // namespace cbcan::io

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+// --help and docs/plant-file.md say what the code does, no less and no more.
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+#include "app/overrides.hpp"
+#include "app/settings.hpp"
+#include "app_support.hpp"
+#include "support/catch.hpp"
+
+using namespace cbcan::app;
+using namespace cbcan::app::test;
+
+namespace {
+
+Lines lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  Lines lines;
+  for (std::string line; std::getline(stream, line);)
+    lines.push_back(line);
+  return lines;
+}
+
+/// What --help says about one option, its lines joined; empty if it is not there.
+std::string help_on(std::string_view option) {
+  std::string found;
+  for (const std::string& line : lines_of(help_text())) {
+    const bool starts = line.starts_with("  ") && line[2] == '-';
+    const bool continues = line.starts_with("     ");
+    if (!found.empty() && !continues) break;
+    if (found.empty() && !(starts && contains(line + " ", std::string(option) + " "))) continue;
+    found += line.substr(line.find_first_not_of(' ')) + " ";
+  }
+  return found;
+}
+
+/// The options named in a text: "--" and what belongs to it.
+std::set<std::string> options_in(const std::string& text) {
+  constexpr const char* kLetters = "abcdefghijklmnopqrstuvwxyz-";
+  std::set<std::string> found;
+  for (auto at = text.find("--"); at != std::string::npos; at = text.find("--", at + 2)) {
+    const std::string word = text.substr(at, text.find_first_not_of(kLetters, at) - at);
+    if (word.size() > 2 && word[2] != '-') found.insert(word);
+  }
+  return found;
+}
+
+/// The keys that tables of the reference begin their rows with.
+std::set<std::string> keys_in(const std::string& document) {
+  std::set<std::string> found;
+  for (const std::string& line : lines_of(document)) {
+    if (line.starts_with("| `")) found.insert(line.substr(3, line.find('`', 3) - 3));
+  }
+  return found;
+}
+
+std::string without_quotes(std::string_view text) {
+  std::string bare(text);
+  std::erase(bare, '"');
+  return bare;
+}
+
+template <class Target>
+std::string table_row(const Setting<Target>& row) {
+  std::string standard(row.standard);
+  if (standard.empty()) standard = row.example.empty() ? "none" : "required";
+  return "| `" + std::string(row.key) + "` | " + std::string(row.domain) + " | " + standard + " | `" +
+         std::string(row.option) + "` | ";
+}
+
+/// One line per key, as the document has to have it.
+std::map<std::string, std::string> expected_rows() {
+  std::map<std::string, std::string> rows;
+  const auto add = [&rows](const auto& settings) {
+    for (const auto& row : settings)
+      rows[std::string(row.key)] = table_row(row);
+  };
+  add(settings());
+  add(node_settings());
+  add(object_settings());
+  return rows;
+}
+
+Lines toml_snippets(const std::string& document) {
+  const std::string opening = "```toml\n";
+  Lines found;
+  for (auto at = document.find(opening); at != std::string::npos; at = document.find(opening, at)) {
+    at += opening.size();
+    found.push_back(document.substr(at, document.find("```", at) - at));
+  }
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("--help has every option of every setting, with what it may be and its default") {
+  const auto check_rows = [](const auto& rows) {
+    for (const auto& row : rows) {
+      INFO(row.key);
+      const std::string help = help_on(row.option);
+      REQUIRE(help != "");
+      const std::string standard = without_quotes(row.standard);
+      CHECK(contains(help, standard));
+      if (!standard.empty() && row.type != SettingType::kAny) CHECK(contains(help, "(default "));
+    }
+  };
+  check_rows(settings());
+  check_rows(node_settings());
+  check_rows(object_settings());
+  for (const auto& row : settings()) {
+    INFO(row.key);
+    if (row.type == SettingType::kInteger) CHECK(contains(help_on(row.option), row.domain));
+  }
+}
+
+TEST_CASE("--help has no option that does not exist") {
+  std::set<std::string> known{"--demo", "--config", "--help", "--version"};
+  for (const std::string_view option : setting_options())
+    known.emplace(option);
+  CHECK(options_in(help_text()) == known);
+}
+
+TEST_CASE("--help fits a terminal of 80 columns and explains the exit codes") {
+  for (const std::string& line : lines_of(help_text())) {
+    INFO(line);
+    CHECK(line.size() <= 80);
+  }
+  for (const char* code : {"\n  0  done", "\n  1  a check failed", "\n  2  usage", "\n  3  environment"}) {
+    CHECK(contains(help_text(), code));
+  }
+}
+
+TEST_CASE("the examples in --help run") {
+  CHECK(contains(help_text(), "cbcan-sim --demo --log bus.log\n"));
+  CHECK(start({"--demo", "--log", "bus.log"}).err == "");
+  CHECK(contains(help_text(), "cbcan-sim --can socketcan:vcan0 --modbus 0.0.0.0:502 --sdo-timeout 200\n"));
+  CHECK(start({"--can", "socketcan:vcan0", "--modbus", "0.0.0.0:502", "--sdo-timeout", "200"}).err == "");
+}
+
+TEST_CASE("the reference has one row for every key, and no other key") {
+  const std::string document = source_file("docs/plant-file.md");
+  const auto rows = expected_rows();
+  std::set<std::string> keys;
+  for (const auto& [key, row] : rows) {
+    INFO(row);
+    CHECK(contains(document, row));
+    keys.insert(key);
+  }
+  CHECK(keys_in(document) == keys);
+}
+
+TEST_CASE("the reference names no option that does not exist") {
+  std::set<std::string> known{"--demo", "--config"};
+  for (const std::string_view option : setting_options())
+    known.emplace(option);
+  for (const std::string& option : options_in(source_file("docs/plant-file.md"))) {
+    INFO(option);
+    CHECK(known.count(option) == 1);
+  }
+}
+
+TEST_CASE("every TOML snippet of the reference is a good plant") {
+  const Lines snippets = toml_snippets(source_file("docs/plant-file.md"));
+  CHECK(snippets.size() >= 2);
+  for (const std::string& snippet : snippets) {
+    INFO(snippet);
+    const Plant plant = read(snippet);
+    CHECK(plant.errors == Lines{});
+    CHECK(to_lines(check(plant.config)) == Lines{});
+  }
+}
+
+TEST_CASE("the reference's command line makes the same node as its example") {
+  const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(0));
+  const Start typed = start({"--node", "5=../devices/valve.dcf", "--object", "5:0x2001=17", "--object",
+                             "5:0x2010:1=-1.5", "--object", "5:0x2011=Valve 5, boiler room", "--object",
+                             "5:0x2012=hex:01 02 FF", "--object", "5:0x2013=true"});
+  const NodeConfig& in_file = plant.config.nodes.at(1);
+  const NodeConfig& on_line = typed.config.nodes.at(0);
+  CHECK(in_file.id == on_line.id);
+  CHECK(in_file.eds == on_line.eds);
+  REQUIRE(in_file.objects.size() == on_line.objects.size());
+  for (std::size_t i = 0; i < in_file.objects.size(); ++i) {
+    CHECK(in_file.objects[i].index == on_line.objects[i].index);
+    CHECK(in_file.objects[i].sub == on_line.objects[i].sub);
+    CHECK((in_file.objects[i].value == on_line.objects[i].value));
+  }
+}
+
+TEST_CASE("the mistakes shown in the reference are told in these words") {
+  const Plant plant = read(R"(# The mistakes of the reference, on the lines that it names.
+
+
+
+
+[can]
+bitrate = 250000
+spec = "socketcan"
+
+[module]
+node_id = 300
+[[node]]
+id = 5
+eds = "a.eds"
+[[node]]
+id = 5
+eds = "b.eds"
+)");
+  Lines told = plant.errors;
+  for (const std::string& line : to_lines(check(plant.config)))
+    told.push_back(line);
+  const Lines unreadable = read("\n\nspec = virtual\n").errors;
+  told.insert(told.end(), unreadable.begin(), unreadable.end());
+  for (const std::string& line : told) {
+    INFO(line);
+    CHECK(contains(source_file("docs/plant-file.md"), "    " + line + "\n"));
+  }
+}

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// Each file of the corpus has one quirk, named in its file name, and beside it what is to come of it.
+#include "corpus.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::tests {
+
+TEST_CASE("The corpus is there") {
+  CHECK(corpus_files().size() >= 45);
+}
+
+TEST_CASE("Every file of the corpus gives the diagnostics and objects expected of it") {
+  for (const std::filesystem::path& path : corpus_files()) {
+    INFO(path.filename().string());
+    const eds::Result result = eds::read(read_file(path), path.filename().string(), std::nullopt);
+    CHECK(summary(result) == read_file(path.string() + ".expected"));
+  }
+}
+
+}  // namespace cbcan::tests

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+// The files of the demo plant: in order by CiA 306, and with what the plant needs of them.
+#include <sstream>
+
+#include "corpus.hpp"
+#include "eds/dictionary_image.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::tests {
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr std::size_t kLongestLine = 255;  // CiA 306, 4.1
+
+struct Node {
+  Node(const std::string& file, std::uint8_t node_id)
+      : result(eds::read(read_file(std::string(DEMO_PLANT) + "/" + file), file, node_id)),
+        image(eds::dictionary_image(result.device)),
+        dictionary(image.entries, image.values, nullptr, image.limits) {}
+
+  std::uint64_t get(std::uint16_t index, std::uint8_t sub) const { return dictionary.get(index, sub); }
+
+  std::size_t size(std::uint16_t index) const {
+    Bytes bytes(2000);
+    std::size_t size = 0;
+    REQUIRE(dictionary.read(index, 0, bytes, size) == AbortCode::kNone);
+    return size;
+  }
+
+  eds::Result result;
+  eds::DictionaryImage image;
+  ObjectDictionary dictionary;
+};
+
+}  // namespace
+
+TEST_CASE("The files of the demo plant are read without a word") {
+  for (const char* file : {"io_module.eds", "pressure_transducer.eds", "generic.eds"}) {
+    INFO(file);
+    const Node node(file, 1);
+    CHECK(node.result.diagnostics.empty());
+    CHECK(node.result.device.info.vendor_name == "cbcan");
+    std::istringstream lines(read_file(std::string(DEMO_PLANT) + "/" + file));
+    for (std::string line; std::getline(lines, line);)
+      CHECK(line.size() <= kLongestLine);
+  }
+}
+
+TEST_CASE("Every node of the demo plant has the objects that CiA 301 asks for") {
+  for (const char* file : {"io_module.eds", "pressure_transducer.eds", "generic.eds"}) {
+    INFO(file);
+    const Node node(file, 0x42);
+    for (const int index : {0x1000, 0x1001, 0x1018})
+      CHECK(node.result.device.find(static_cast<std::uint16_t>(index), 0) != nullptr);
+    CHECK(node.get(0x1014, 0) == 0xC2);
+    CHECK(node.get(0x1200, 1) == 0x642);
+    CHECK(node.get(0x1200, 2) == 0x5C2);
+    CHECK(node.get(0x1018, 0) == 4);
+  }
+}
+
+TEST_CASE("The I/O module has eight digital and two analogue inputs and outputs") {
+  Node node("io_module.eds", 0x42);
+  CHECK(node.get(0x1000, 0) == 0x000F0191);
+  CHECK(node.get(0x6411, 0) == 2);
+  CHECK(node.result.device.find(0x6411, 1)->type == DataType::kInteger16);
+  CHECK(node.dictionary.write(0x6411, 1, Bytes{0x2C, 0x01}) == AbortCode::kNone);
+  CHECK(node.get(0x6411, 1) == 300);
+  CHECK(node.dictionary.write(0x6411, 3, Bytes{0, 0}) == AbortCode::kNoSubIndex);
+  CHECK(node.dictionary.write(0x6401, 1, Bytes{0, 0}) == AbortCode::kReadOnly);
+  CHECK(node.dictionary.write(0x6200, 1, Bytes{0xFF}) == AbortCode::kNone);
+  CHECK(node.get(0x1400, 1) == 0x242);
+  CHECK(node.get(0x1401, 1) == 0x342);
+  CHECK(node.get(0x1800, 1) == 0x1C2);
+  CHECK(node.get(0x1801, 1) == 0x2C2);
+  CHECK(node.get(0x1600, 1) == 0x62000108);
+  CHECK(node.get(0x1601, 2) == 0x64110210);
+  CHECK(node.get(0x1A00, 1) == 0x60000108);
+  CHECK(node.get(0x1A01, 1) == 0x64010110);
+}
+
+TEST_CASE("What the default mappings name may be mapped that way") {
+  const auto check = [](const Node& node, std::uint16_t first, std::uint16_t last, std::uint8_t flag) {
+    for (std::uint16_t index = first; index <= last; ++index) {
+      REQUIRE(node.get(index, 0) > 0);
+      for (std::uint8_t sub = 1; sub <= node.get(index, 0); ++sub) {
+        const std::uint64_t mapped = node.get(index, sub);
+        const ObjectEntry* entry = nullptr;
+        REQUIRE(node.dictionary.find(static_cast<std::uint16_t>(mapped >> 16),
+                                     static_cast<std::uint8_t>(mapped >> 8), entry) == AbortCode::kNone);
+        CHECK(entry->has(flag));
+        CHECK(entry->capacity * 8 == (mapped & 0xFF));
+      }
+    }
+  };
+  const Node io_module("io_module.eds", 0x42);
+  check(io_module, 0x1600, 0x1601, ObjectFlags::kMapRpdo);
+  check(io_module, 0x1A00, 0x1A01, ObjectFlags::kMapTpdo);
+  check(Node("pressure_transducer.eds", 1), 0x1A00, 0x1A00, ObjectFlags::kMapTpdo);
+}
+
+TEST_CASE("The pressure transducer sends four bytes of pascals after every SYNC") {
+  const Node node("pressure_transducer.eds", 2);
+  CHECK(node.get(0x1000, 0) == 0x00020194);
+  CHECK(node.get(0x1800, 1) == 0x182);
+  CHECK(node.get(0x1800, 2) == 1);
+  CHECK(node.get(0x1A00, 0) == 1);
+  CHECK(node.get(0x1A00, 1) == 0x91300120);
+  CHECK(node.get(0x9130, 1) == 101325);
+}
+
+TEST_CASE("The generic node has objects of every size") {
+  Node node("generic.eds", 0x20);
+  CHECK(node.size(0x2001) == 1);
+  CHECK(node.size(0x2002) == 2);
+  CHECK(node.size(0x2003) == 3);
+  CHECK(node.size(0x2004) == 4);
+  CHECK(node.size(0x2005) == 5);
+  CHECK(node.size(0x2008) == 8);
+  CHECK(node.size(0x200E) == 14);
+  CHECK(node.size(0x207F) == 127);
+  CHECK(node.size(0x2080) == 128);
+  CHECK(node.size(0x2100) == 1000);
+  CHECK(node.dictionary.write(0x2080, 0, Bytes(129)) == AbortCode::kParameterLength);
+  CHECK(node.dictionary.write(0x2004, 0, Bytes(3)) == AbortCode::kObjectLength);
+  CHECK(node.dictionary.write(0x2200, 0, Bytes(4)) == AbortCode::kReadOnly);
+  Bytes out(4);
+  std::size_t size = 0;
+  CHECK(node.dictionary.read(0x2201, 0, out, size) == AbortCode::kWriteOnly);
+  CHECK(node.dictionary.write(0x2201, 0, Bytes(4)) == AbortCode::kNone);
+  CHECK(node.dictionary.write(0x2202, 0, Bytes{0xE9, 0x03}) == AbortCode::kValueHigh);  // 1001
+  CHECK(node.dictionary.write(0x2202, 0, Bytes{0x17, 0xFC}) == AbortCode::kValueLow);   // -1001
+  CHECK(node.dictionary.write(0x2202, 0, Bytes{0x18, 0xFC}) == AbortCode::kNone);       // -1000
+}
+
+}  // namespace cbcan::tests

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+// What the summaries of the corpus do not show, and inputs that are too large for a file.
+#include "eds/eds_reader.hpp"
+
+#include <algorithm>
+
+#include "support/catch.hpp"
+
+namespace cbcan::tests {
+
+namespace {
+
+eds::Result read(const std::string& text, std::optional<std::uint8_t> node_id = std::nullopt) {
+  return eds::read(text, "test.eds", node_id);
+}
+
+std::string repeated(std::string_view part, std::size_t times) {
+  std::string text;
+  text.reserve(part.size() * times);
+  for (std::size_t i = 0; i < times; ++i)
+    text += part;
+  return text;
+}
+
+const eds::Object& object(const eds::Result& result, std::uint16_t index, std::uint8_t sub) {
+  const eds::Object* const found = result.device.find(index, sub);
+  REQUIRE(found != nullptr);
+  return *found;
+}
+
+}  // namespace
+
+TEST_CASE("Device information is read") {
+  const eds::DeviceInfo info = read(R"([DeviceInfo]
+VendorName=Acme
+VendorNumber=0x12345678
+ProductName=Valve
+ProductNumber=7
+RevisionNumber=0x10002
+OrderCode=AC-1
+BaudRate_1000=1
+BaudRate_50=0
+BaudRate_125=1
+BaudRate_=1
+BaudRate_10=
+SimpleBootUpMaster=0
+SimpleBootUpSlave=1
+Granularity=8
+DynamicChannelsSupported=0
+GroupMessaging=1
+NrOfRXPDO=2
+NrOfTXPDO=0x3
+LSS_Supported=1
+)")
+                                   .device.info;
+  CHECK(info.vendor_name == "Acme");
+  CHECK(info.vendor_number == 0x12345678);
+  CHECK(info.product_name == "Valve");
+  CHECK(info.product_number == 7);
+  CHECK(info.revision_number == 0x10002);
+  CHECK(info.order_code == "AC-1");
+  CHECK(info.kilobits_per_second == std::vector<std::uint32_t>{125, 1000});
+  CHECK_FALSE(info.simple_boot_up_master);
+  CHECK(info.simple_boot_up_slave);
+  CHECK(info.granularity == 8);
+  CHECK_FALSE(info.dynamic_channels);
+  CHECK(info.group_messaging);
+  CHECK(info.receive_pdos == 2);
+  CHECK(info.transmit_pdos == 3);
+  CHECK(info.lss);
+}
+
+TEST_CASE("Commissioning is read from a DCF only, whichever way it is spelled") {
+  CHECK_FALSE(read("[DeviceInfo]\n").device.commissioning);
+  for (const char* name : {"DeviceComissioning", "DeviceCommissioning"}) {
+    const auto commissioning = read(std::string("[") + name + R"(]
+NodeID=0x20
+NodeName=Left pump
+Baudrate=250
+NetNumber=3
+NetworkName=Hall 1
+CANopenManager=1
+LSS_SerialNumber=0xFFFFFFFF
+)")
+                                   .device.commissioning;
+    REQUIRE(commissioning);
+    CHECK(commissioning->node_id == 0x20);
+    CHECK(commissioning->node_name == "Left pump");
+    CHECK(commissioning->kilobits_per_second == 250);
+    CHECK(commissioning->net_number == 3);
+    CHECK(commissioning->network_name == "Hall 1");
+    CHECK(commissioning->canopen_manager);
+    CHECK(commissioning->lss_serial_number == 0xFFFFFFFF);
+  }
+}
+
+TEST_CASE("The node ID given counts more than that of the file") {
+  const std::string text =
+      "[DeviceComissioning]\nNodeID=7\n[2000]\nDataType=0x0005\nAccessType=ro\nDefaultValue=$NODEID\n";
+  CHECK(object(read(text), 0x2000, 0).value == std::vector<std::uint8_t>{7});
+  CHECK(read(text).device.node_id == 7);
+  const eds::Result result = read(text, std::uint8_t{9});
+  CHECK(object(result, 0x2000, 0).value == std::vector<std::uint8_t>{9});
+  CHECK(result.device.node_id == 9);
+  REQUIRE_FALSE(result.diagnostics.empty());
+  CHECK(to_string(result.diagnostics[0]) == "test.eds:2: the file is made for node 7 and used for node 9");
+}
+
+TEST_CASE("File names and places of a DCF are kept") {
+  const eds::Result result = read(R"([2000]
+ParameterName=Program
+ObjectType=2
+UploadFile=up.bin
+DownloadFile=C:\down.bin
+Denotation=Firmware
+)");
+  CHECK(object(result, 0x2000, 0).upload_file == "up.bin");
+  CHECK(object(result, 0x2000, 0).download_file == "C:\\down.bin");
+  CHECK(object(result, 0x2000, 0).denotation == "Firmware");
+  CHECK(object(result, 0x2000, 0).line == 1);
+  CHECK(object(result, 0x2000, 0).object_type == eds::ObjectType::kDomain);
+}
+
+TEST_CASE("An object can hold what its type, its value or CBCAN_Size say") {
+  const auto capacity = [](const std::string& keys) {
+    return object(read("[2000]\n" + keys), 0x2000, 0).capacity;
+  };
+  CHECK(capacity("DataType=0x0007\n") == 4);
+  CHECK(capacity("DataType=0x0018\n") == 5);
+  CHECK(capacity("DataType=0x0009\n") == 64);
+  CHECK(capacity("DataType=0x000A\nDefaultValue=0102\n") == 64);
+  CHECK(capacity("DataType=0x0009\nDefaultValue=" + std::string(100, 'x')) == 100);
+  CHECK(capacity("DataType=0x000F\n") == 1024);
+  CHECK(capacity("DataType=0x0009\nCBCAN_Size=3\n") == 3);
+  CHECK(capacity("DataType=0x000F\nCBCAN_Size=1000\n") == 1000);
+  CHECK(capacity("DataType=0x0009\nDefaultValue=" + std::string(2'000'000, 'x')) == 1'048'576);
+}
+
+TEST_CASE("Elements of a run are found by any of their sub-indices") {
+  const eds::Result result = read("[2000]\nObjectType=8\nDataType=5\nCompactSubObj=4\n");
+  CHECK(object(result, 0x2000, 1).last_sub == 4);
+  CHECK(result.device.find(0x2000, 4) == result.device.find(0x2000, 1));
+  CHECK(result.device.find(0x2000, 5) == nullptr);
+  CHECK(result.device.find(0x2001, 0) == nullptr);
+  CHECK(result.device.find(0x1FFF, 0) == nullptr);
+}
+
+TEST_CASE("Values of a device are bounded, whatever the file asks for") {
+  std::string text;
+  for (int index = 0x2000; index < 0x2020; ++index)
+    text += "[" + std::to_string(index - 0x2000 + 2000) + "]\nObjectType=2\nCBCAN_Size=0x100000\n";
+  const eds::Result result = read(text);
+  // A DOMAIN of 1 MiB takes four bytes more for its length, so the 16th does not fit into 16 MiB any more.
+  CHECK(result.device.objects.size() == 15);
+  CHECK(std::count_if(result.diagnostics.begin(), result.diagnostics.end(), [](const eds::Diagnostic& found) {
+          return found.severity == eds::Severity::kError;
+        }) == 17);
+}
+
+TEST_CASE("Megabytes of anything are read to the end") {
+  constexpr std::size_t kTimes = 200'000;
+  for (const char* part :
+       {"\n", "\r", "x\n", "[1000]\n", "[a]\n", "a=1\n", "=", "[", "[[[", "$NODEID+", "\x80", ";", "[2000sub",
+        "[2000]\nCompactSubObj=254\n", "\xEF\xBB\xBF", "BaudRate_1=1\n"}) {
+    INFO(part);
+    const eds::Result result = read("[DeviceInfo]\n" + repeated(part, kTimes));
+    CHECK(result.diagnostics.size() <= 501);
+  }
+}
+
+TEST_CASE("Thousands of objects and long values are read") {
+  std::string text = "[2000]\nDataType=0x001B\nDefaultValue=" + repeated("$NODEID+", 100'000) + "1\n";
+  for (int index = 0x3000; index < 0x5000; ++index) {
+    char name[16];
+    std::snprintf(name, sizeof name, "[%04X]\n", static_cast<unsigned>(index));
+    text += std::string(name) + "ParameterName=x\nDataType=7\nAccessType=rw\nCompactSubObj=20\n";
+  }
+  const eds::Result result = read(text, std::uint8_t{1});
+  CHECK(object(result, 0x2000, 0).value ==
+        std::vector<std::uint8_t>{0xA1, 0x86, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00});  // 100,001
+  CHECK(object(result, 0x4FFF, 20).first_sub == 1);
+}
+
+}  // namespace cbcan::tests

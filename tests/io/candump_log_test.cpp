@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "io/candump_log.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include "support/catch.hpp"
+
+namespace cbcan::io {
+namespace {
+
+/// A file of its own that goes with the test.
+class TemporaryFile {
+ public:
+  TemporaryFile() : descriptor_(mkstemp(path_.data())) { REQUIRE(descriptor_); }
+  ~TemporaryFile() { unlink(path_.c_str()); }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  const std::string& path() const { return path_; }
+  std::string text() const {
+    std::ostringstream text;
+    text << std::ifstream(path_).rdbuf();
+    return text.str();
+  }
+
+ private:
+  std::string path_ = "/tmp/cbcan_log_XXXXXX";
+  Descriptor descriptor_;
+};
+
+const Frame kSync{0x080, 0, 0, {}};
+
+TEST_CASE("frames are in the file after the flush, with the wall clock's time") {
+  const TemporaryFile file;
+  CandumpLog log(file.path(), "can3", 1'700'000'000 * kSecond, [](const std::string& line) { FAIL(line); });
+  log.on_bus_frame({0x605, 2, 0, {0xAA, 0x55}}, 1'500'000);
+  CHECK(file.text().empty());
+  log.flush();
+  CHECK(file.text() == "(1700000001.500000) can3 605#AA55\n");
+  log.on_bus_frame(kSync, 2'000'000);
+  log.flush();
+  log.flush();
+  CHECK(file.text() == "(1700000001.500000) can3 605#AA55\n(1700000002.000000) can3 080#\n");
+  CHECK(log.counters().frames == 2);
+}
+
+TEST_CASE("what was not flushed is in the file when the log goes, and an old file is replaced") {
+  const TemporaryFile file;
+  std::ofstream(file.path()) << "old";
+  { CandumpLog(file.path(), "can3", 0, nullptr).on_bus_frame(kSync, 0); }
+  CHECK(file.text() == "(0000000000.000000) can3 080#\n");
+}
+
+TEST_CASE("a burst does not pile up in memory until the flush") {
+  const TemporaryFile file;
+  CandumpLog log(file.path(), "can3", 0, nullptr);
+  for (int i = 0; i < 10'000; ++i)
+    log.on_bus_frame(kSync, 0);
+  CHECK(file.text().size() > 200'000);
+}
+
+TEST_CASE("a full disk is told once, and the bus goes on") {
+  std::vector<std::string> warnings;
+  CandumpLog log("/dev/full", "can3", 0, [&](const std::string& text) { warnings.push_back(text); });
+  for (int turn = 0; turn < 3; ++turn) {
+    log.on_bus_frame(kSync, 0);
+    log.flush();
+  }
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0] == "log /dev/full: No space left on device; the log ends here, the simulation goes on");
+  CHECK(log.counters().frames == 0);
+  CHECK(log.counters().dropped == 3);
+}
+
+TEST_CASE("a file that cannot be made is an error that names it") {
+  try {
+    const CandumpLog log("/nonexistent/bus.log", "can3", 0, nullptr);
+    FAIL("no exception");
+  } catch (const EnvironmentError& error) {
+    CHECK(std::string(error.what()) ==
+          "log /nonexistent/bus.log: No such file or directory; write --log FILE with another file");
+  }
+}
+
+}  // namespace
+}  // namespace cbcan::io

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "io/errors.hpp"
+#include "io/listen_address.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::io {
+namespace {
+
+std::string complaint(const ListenAddress& address) {
+  try {
+    listen_tcp("modbus", address);
+  } catch (const EnvironmentError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+/// Without root's rights while it lives.
+class Unprivileged {
+ public:
+  Unprivileged() { REQUIRE(seteuid(geteuid() == 0 ? kNobody : geteuid()) == 0); }
+  ~Unprivileged() {
+    if (seteuid(getuid()) != 0) std::abort();
+  }
+  Unprivileged(const Unprivileged&) = delete;
+  Unprivileged& operator=(const Unprivileged&) = delete;
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+};
+
+TEST_CASE("port 0 becomes a free port, and the real one is told") {
+  const Listener first = listen_tcp("modbus", {"127.0.0.1", 0});
+  const Listener second = listen_tcp("modbus", {"127.0.0.1", 0});
+  CHECK(first.address.host == "127.0.0.1");
+  CHECK(first.address.port != 0);
+  CHECK(first.address.port != second.address.port);
+}
+
+TEST_CASE("a name is looked up, IPv4 first") {
+  CHECK(listen_tcp("modbus", {"localhost", 0}).address.host == "127.0.0.1");
+}
+
+TEST_CASE("an IPv6 address works too") {
+  CHECK(listen_tcp("modbus", {"::1", 0}).address.host == "::1");
+}
+
+TEST_CASE("an address in use is told with a way out") {
+  const Listener listener = listen_tcp("modbus", {"127.0.0.1", 0});
+  CHECK(complaint(listener.address) == "modbus " + to_string(listener.address) +
+                                           ": address in use: another program listens there; stop it, or use "
+                                           "--modbus 127.0.0.1:0 for any free port");
+}
+
+TEST_CASE("a privileged port is told with the same port a thousand higher") {
+  const Unprivileged nobody;
+  CHECK(complaint({"127.0.0.1", 502}) ==
+        "modbus 127.0.0.1:502: permission denied: ports below 1024 need root; use --modbus 127.0.0.1:1502");
+}
+
+TEST_CASE("another machine's address and an impossible name are told") {
+  CHECK(complaint({"203.0.113.1", 1502}) ==
+        "modbus 203.0.113.1:1502: not an address of this machine; `ip address` lists them, 0.0.0.0 is all of "
+        "them");
+  CHECK(complaint({"no such host", 1502}) ==
+        "modbus no such host:1502: Name or service not known: write an address of this machine, such as "
+        "127.0.0.1");
+}
+
+}  // namespace
+}  // namespace cbcan::io

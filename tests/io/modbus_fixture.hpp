@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bytes.hpp"
+#include "io/modbus_tcp.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::io::test {
+
+/// A server on a free port, with 4168 registers, and everything that it has told.
+struct Server {
+  /// libmodbus's server makes others wait 450 ms and more.
+  static constexpr Time kDelayed = 300 * kMillisecond;
+
+  Reactor reactor;
+  std::vector<std::uint16_t> registers = std::vector<std::uint16_t>(4168);
+  std::vector<bool> requests;  ///< on_request's arguments
+  std::function<void()> on_request;
+  std::vector<std::string> warnings;
+  ModbusTcp modbus{reactor, registers, settings(),
+                   [this](bool wrote) {
+                     requests.push_back(wrote);
+                     if (on_request) on_request();
+                   },
+                   [this](const std::string& line) { warnings.push_back(line); }};
+
+  static ModbusTcpSettings settings() {
+    ModbusTcpSettings settings;
+    settings.listen = {"127.0.0.1", 0};
+    settings.identity = {"cb", "can", "1.0"};
+    return settings;
+  }
+
+  /// One turn, as the owner's loop makes it but without waiting: on loopback all that was sent is there.
+  std::size_t turn() {
+    modbus.poll(Reactor::now());
+    return reactor.run_once(0);
+  }
+
+  /// Turns until `done`.
+  template <typename Done>
+  void run_until(Done done) {
+    const Time limit = Reactor::now() + 5 * kSecond;
+    while (!done()) {
+      REQUIRE(Reactor::now() < limit);
+      turn();
+    }
+  }
+
+  void run_until_quiet() {
+    while (turn() != 0) {
+    }
+  }
+};
+
+/// A Modbus client that does just what it is told.
+class Client {
+ public:
+  static constexpr int kSystemBuffer = 0;
+
+  explicit Client(const Server& server, int receive_buffer = kSystemBuffer) : Client(receive_buffer) {
+    connect_to(server);
+  }
+
+  /// Not connected yet.
+  explicit Client(int receive_buffer) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    REQUIRE(socket_);
+    if (receive_buffer != kSystemBuffer) set(SOL_SOCKET, SO_RCVBUF, receive_buffer);
+    set(IPPROTO_TCP, TCP_NODELAY, 1);
+  }
+
+  void connect_to(const Server& server) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(server.modbus.address().port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  }
+
+  void send(const Bytes& bytes) {
+    REQUIRE(::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
+            static_cast<ssize_t>(bytes.size()));
+  }
+  void send(std::string_view text) { send(hex(text)); }
+
+  /// Everything that has come and was not yet taken.
+  Bytes take() {
+    read();
+    return std::exchange(inbox_, {});
+  }
+
+  /// Looks whether so many bytes have come.
+  bool has(std::size_t bytes) {
+    read();
+    return inbox_.size() >= bytes;
+  }
+
+  /// The server has closed the connection.
+  bool closed() {
+    read();
+    return closed_;
+  }
+
+  void end_sending() { REQUIRE(shutdown(socket_.get(), SHUT_WR) == 0); }
+  void leave() { socket_.reset(); }
+
+  /// Leaves without a farewell: the server gets a reset.
+  void slam() {
+    const linger at_once{1, 0};
+    setsockopt(socket_.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+    leave();
+  }
+
+ private:
+  void set(int level, int option, int value) {
+    setsockopt(socket_.get(), level, option, &value, sizeof value);
+  }
+
+  void read() {
+    std::array<std::uint8_t, 4096> chunk;
+    ssize_t count = 0;
+    while ((count = recv(socket_.get(), chunk.data(), chunk.size(), MSG_DONTWAIT)) > 0)
+      inbox_.insert(inbox_.end(), chunk.begin(), chunk.begin() + count);
+    if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) closed_ = true;
+  }
+
+  Descriptor socket_;
+  Bytes inbox_;
+  bool closed_ = false;
+};
+
+/// Sends one request and returns its answer, which has so many bytes.
+inline Bytes ask(Server& server, Client& client, std::string_view request, std::size_t answer_bytes) {
+  client.send(request);
+  server.run_until([&] { return client.has(answer_bytes) || client.closed(); });
+  return client.take();
+}
+
+/// A good request on `client` is answered, and without the delay that libmodbus's own server would have.
+inline void check_served_at_once(Server& server, Client& client) {
+  server.registers[100] = 0x1234;
+  const Time begin = Reactor::now();
+  CHECK(ask(server, client, "BE EF 00 00 00 06 01 03 00 64 00 01", 11) ==
+        hex("BE EF 00 00 00 05 01 03 02 12 34"));
+  CHECK(Reactor::now() - begin < Server::kDelayed);
+}
+
+}  // namespace cbcan::io::test

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+// Clients that break the rules, or only their connection. Each is watched by a second one that keeps to the
+// rules and must not notice. Where libmodbus's own server fails, the comment says how (3.1.6, in a select
+// loop).
+#include "modbus_fixture.hpp"
+
+namespace cbcan::io::test {
+namespace {
+
+constexpr std::string_view kReadOne = "00 01 00 00 00 06 01 03 00 00 00 01";
+constexpr std::string_view kReadOneAnswer = "00 01 00 00 00 05 01 03 02 00 00";
+
+// libmodbus: the others wait half a second.
+TEST_CASE("half a request holds up nobody") {
+  Server server;
+  Client half(server);
+  Client healthy(server);
+  const std::string_view cut =
+      GENERATE("00", "00 01 00 00 00 06", "00 01 00 00 00 06 01", "00 01 00 00 00 06 01 03 00");
+  half.send(cut);
+  server.run_until_quiet();
+  check_served_at_once(server, healthy);
+  CHECK(half.take().empty());
+  CHECK_FALSE(half.closed());
+  const Bytes whole = hex(kReadOne);
+  half.send(Bytes(whole.begin() + static_cast<std::ptrdiff_t>(hex(cut).size()), whole.end()));
+  server.run_until([&] { return half.has(11); });
+  CHECK(half.take() == hex(kReadOneAnswer));
+  CHECK(server.modbus.next_deadline() == kNever);
+}
+
+TEST_CASE("half a request that does not go on ends its connection after five seconds, and only that one") {
+  Server server;
+  Client half(server);
+  Client healthy(server);
+  half.send("00 01 00");
+  const Time begin = Reactor::now();
+  server.run_until([&] { return server.modbus.next_deadline() != kNever; });
+  const Time deadline = server.modbus.next_deadline();
+  CHECK(deadline >= begin + 5 * kSecond);
+  CHECK(deadline <= Reactor::now() + 5 * kSecond);
+  server.modbus.poll(deadline - 1);
+  CHECK_FALSE(half.closed());
+  server.modbus.poll(deadline);
+  CHECK(half.closed());
+  CHECK(server.modbus.counters().half_requests == 1);
+  CHECK(server.modbus.next_deadline() == kNever);
+  check_served_at_once(server, healthy);
+}
+
+TEST_CASE("each further byte of a half request gives it five seconds more") {
+  Server server;
+  Client half(server);
+  half.send("00");
+  server.run_until([&] { return server.modbus.next_deadline() != kNever; });
+  const Time first = server.modbus.next_deadline();
+  server.run_until([&] { return Reactor::now() + 5 * kSecond > first; });
+  half.send("01");
+  server.run_until_quiet();
+  CHECK(server.modbus.next_deadline() > first);
+}
+
+// libmodbus: the others wait more than twelve seconds.
+TEST_CASE("a request that drips in byte by byte holds up nobody and is answered") {
+  Server server;
+  Client dripping(server);
+  Client healthy(server);
+  for (const std::uint8_t byte : hex(kReadOne)) {
+    CHECK(dripping.take().empty());
+    dripping.send(Bytes{byte});
+    server.run_until_quiet();
+    check_served_at_once(server, healthy);
+  }
+  CHECK(dripping.take() == hex(kReadOneAnswer));
+}
+
+/// 259-byte answers, each with its own transaction ID and its own content.
+struct LongReads {
+  explicit LongReads(std::vector<std::uint16_t>& registers) {
+    for (std::size_t i = 0; i < 125; ++i)
+      registers[i] = static_cast<std::uint16_t>(i * 0x0101);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const auto high = static_cast<std::uint8_t>(i >> 8);
+      const auto low = static_cast<std::uint8_t>(i);
+      append(requests, {high, low, 0, 0, 0, 6, 1, 3, 0, 0, 0, 125});
+      append(answers, {high, low, 0, 0, 0, 253, 1, 3, 250});
+      for (std::uint8_t k = 0; k < 125; ++k)
+        append(answers, {k, k});
+    }
+  }
+
+  static void append(Bytes& bytes, const Bytes& more) { bytes.insert(bytes.end(), more.begin(), more.end()); }
+
+  static constexpr std::size_t kCount = 3000;
+  Bytes requests;
+  Bytes answers;
+};
+
+// libmodbus: the others wait more than ten seconds.
+TEST_CASE("a client that does not read its answers is not read from, holds up nobody and loses nothing") {
+  Server server;
+  const LongReads reads(server.registers);
+  Client deaf(server, 4096);
+  Client healthy(server);
+  deaf.send(reads.requests);
+  server.run_until_quiet();
+  const auto& counters = server.modbus.counters();
+  CHECK(counters.waits_for_room == 1);
+  CHECK(counters.requests < LongReads::kCount);
+  for (int i = 0; i < 10; ++i)
+    check_served_at_once(server, healthy);
+  CHECK(server.turn() == 0);
+  CHECK(server.modbus.next_deadline() == kNever);
+  server.registers[100] = 100 * 0x0101;
+  Bytes received;
+  server.run_until([&] {
+    const Bytes more = deaf.take();
+    received.insert(received.end(), more.begin(), more.end());
+    return received.size() >= reads.answers.size();
+  });
+  CHECK((received == reads.answers));
+  CHECK(counters.broken == 0);
+}
+
+TEST_CASE("a client that goes while its answers wait is forgotten") {
+  Server server;
+  const LongReads reads(server.registers);
+  Client deaf(server, 4096);
+  Client healthy(server);
+  deaf.send(reads.requests);
+  server.run_until_quiet();
+  deaf.slam();
+  server.run_until([&] { return server.modbus.clients() == 1; });
+  CHECK(server.modbus.counters().broken == 1);
+  check_served_at_once(server, healthy);
+}
+
+// libmodbus: ignores both fields.
+TEST_CASE("what cannot be Modbus ends its connection, after the requests before it were answered") {
+  const std::string_view header = GENERATE("00 02 00 01 00 06",   // protocol ID 1
+                                           "00 02 01 00 00 06",   // protocol ID 256
+                                           "00 02 00 00 00 00",   // nothing follows
+                                           "00 02 00 00 00 01",   // no function code follows
+                                           "00 02 00 00 00 FF",   // longer than any request
+                                           "00 02 00 00 FF FF",   //
+                                           "47 45 54 20 2F 20");  // "GET / "
+  Server server;
+  Client lying(server);
+  Client healthy(server);
+  lying.send(std::string(kReadOne) + std::string(header));
+  server.run_until([&] { return lying.closed(); });
+  CHECK(lying.take() == hex(kReadOneAnswer));
+  CHECK(server.modbus.counters().bad_frames == 1);
+  CHECK(server.modbus.clients() == 1);
+  check_served_at_once(server, healthy);
+}
+
+TEST_CASE("the shortest and the longest frame are still Modbus") {
+  Server server;
+  Client client(server);
+  CHECK(ask(server, client, "00 01 00 00 00 02 01 03", 9) == hex("00 01 00 00 00 03 01 83 03"));
+  Bytes longest = hex("00 02 00 00 00 FE 01 03");
+  longest.resize(260);
+  client.send(longest);
+  server.run_until([&] { return client.has(9); });
+  CHECK(client.take() == hex("00 02 00 00 00 03 01 83 03"));
+  check_served_at_once(server, client);
+}
+
+// libmodbus: takes the two bytes more for the begin of the next request, and executes that as an FC 6 write.
+TEST_CASE(
+    "a length that counts more bytes than the function has is refused, and the next request stays what it "
+    "is") {
+  Server server;
+  Client lying(server);
+  Client healthy(server);
+  CHECK(ask(server, lying, "00 01 00 00 00 08 01 03 00 00 00 01 00 02 00 00 00 00 00 06 01 06 00 00 00 01",
+            9 + 12) == hex("00 01 00 00 00 03 01 83 03 00 00 00 00 00 06 01 06 00 00 00 01"));
+  server.registers[0] = 0;
+  CHECK(ask(server, lying, "00 01 00 00 00 08 01 03 00 00 00 01 06 06 00 02 00 00 00 06 01 03 00 00 00 01",
+            9 + 11) == hex("00 01 00 00 00 03 01 83 03 00 02 00 00 00 05 01 03 02 00 00"));
+  CHECK(server.registers[0] == 0);
+  check_served_at_once(server, healthy);
+}
+
+TEST_CASE("a length that counts fewer bytes than the function has is refused and changes nothing") {
+  Server server;
+  Client lying(server);
+  lying.send("00 01 00 00 00 04 01 06 00 05 12 34");
+  server.run_until([&] { return lying.has(9); });
+  CHECK(lying.take() == hex("00 01 00 00 00 03 01 86 03"));
+  CHECK(server.registers[5] == 0);
+}
+
+// libmodbus: answers after half a second and throws away what was pipelined behind; FC 7 and FC 0 get no
+// answer.
+TEST_CASE("an unknown function is refused at once, and what is pipelined behind it is answered") {
+  Server server;
+  Client strange(server);
+  Client healthy(server);
+  const auto function =
+      GENERATE(0, 1, 2, 4, 5, 7, 8, 11, 12, 15, 17, 20, 21, 24, 65, 100, 127, 128, 131, 255);
+  const auto code = static_cast<std::uint8_t>(function);
+  Bytes requests{0, 9, 0, 0, 0, 6, 1, code, 0, 0, 0, 1};
+  LongReads::append(requests, hex(kReadOne));
+  Bytes answers{0, 9, 0, 0, 0, 3, 1, static_cast<std::uint8_t>(code | 0x80), 1};
+  LongReads::append(answers, hex(kReadOneAnswer));
+  const Time begin = Reactor::now();
+  strange.send(requests);
+  server.run_until([&] { return strange.has(20); });
+  CHECK(strange.take() == answers);
+  CHECK(Reactor::now() - begin < Server::kDelayed);
+  check_served_at_once(server, healthy);
+}
+
+// libmodbus: half a second, and for the last two it resets the connection.
+TEST_CASE("a bad quantity or byte count is refused at once, and the connection lives") {
+  Server server;
+  Client strange(server);
+  const std::string_view pdu = GENERATE("03 00 00 00 00", "03 00 00 00 7E", "10 00 00 00 00 00",
+                                        "10 00 00 00 7C F8 00 00", "10 00 00 00 01 FF 00 00");
+  Bytes request = hex("00 01 00 00 00 00 01");
+  LongReads::append(request, hex(pdu));
+  request[5] = static_cast<std::uint8_t>(request.size() - 6);
+  const Time begin = Reactor::now();
+  strange.send(request);
+  server.run_until([&] { return strange.has(9); });
+  CHECK(strange.take() == Bytes{0, 1, 0, 0, 0, 3, 1, static_cast<std::uint8_t>(request[7] | 0x80), 3});
+  CHECK(Reactor::now() - begin < Server::kDelayed);
+  check_served_at_once(server, strange);
+}
+
+TEST_CASE("a client that writes and is gone before its answer has written") {
+  Server server;
+  Client hasty(server);
+  Client healthy(server);
+  server.run_until([&] { return server.modbus.clients() == 2; });
+  hasty.send("00 01 00 00 00 06 01 06 00 05 12 34 00 02 00 00 00 06 01 06 00 06 12 34");
+  hasty.leave();
+  server.run_until([&] { return server.modbus.clients() == 1; });
+  CHECK(server.registers[5] == 0x1234);
+  check_served_at_once(server, healthy);
+}
+
+TEST_CASE("a client that connects and resets, with nothing or half a request sent, is forgotten") {
+  Server server;
+  Client healthy(server);
+  const std::string_view sent = GENERATE("", "00 01 00");
+  Client rude(server);
+  server.run_until([&] { return server.modbus.clients() == 2; });
+  rude.send(sent);
+  server.run_until_quiet();
+  rude.slam();
+  server.run_until([&] { return server.modbus.clients() == 1; });
+  CHECK(server.modbus.next_deadline() == kNever);
+  check_served_at_once(server, healthy);
+}
+
+}  // namespace
+}  // namespace cbcan::io::test

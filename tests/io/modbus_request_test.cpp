@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "io/modbus_request.hpp"
+
+#include <string>
+
+#include "bytes.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::io {
+namespace {
+
+using test::Bytes;
+using test::hex;
+
+constexpr std::size_t kRegisters = 4168;
+
+int exception_of(const Bytes& pdu) {
+  return static_cast<int>(check_request(pdu, kRegisters));
+}
+
+Bytes with_values(Bytes pdu, std::size_t bytes) {
+  pdu.insert(pdu.end(), bytes, 0x5A);
+  return pdu;
+}
+
+Bytes bytes_of(const ModbusAnswer& answer) {
+  return {answer.bytes.begin(), answer.bytes.begin() + static_cast<std::ptrdiff_t>(answer.size)};
+}
+
+TEST_CASE("the examples of the Modbus specification pass") {
+  CHECK(exception_of(hex("03 00 6B 00 03")) == 0);                                   // V1.1b3, 6.3
+  CHECK(exception_of(hex("06 00 01 00 03")) == 0);                                   // V1.1b3, 6.6
+  CHECK(exception_of(hex("10 00 01 00 02 04 00 0A 01 02")) == 0);                    // V1.1b3, 6.12
+  CHECK(exception_of(hex("16 00 04 00 F2 00 25")) == 0);                             // V1.1b3, 6.16
+  CHECK(exception_of(hex("17 00 03 00 06 00 0E 00 03 06 00 FF 00 FF 00 FF")) == 0);  // V1.1b3, 6.17
+  CHECK(exception_of(hex("2B 0E 01 00")) == 0);                                      // V1.1b3, 6.21
+}
+
+TEST_CASE("a quantity outside its limits is an illegal value") {
+  CHECK(exception_of(hex("03 00 00 00 00")) == 3);
+  CHECK(exception_of(hex("03 00 00 00 7D")) == 0);
+  CHECK(exception_of(hex("03 00 00 00 7E")) == 3);
+  CHECK(exception_of(hex("03 00 00 FF FF")) == 3);
+  CHECK(exception_of(hex("10 00 00 00 00 00")) == 3);
+  CHECK(exception_of(with_values(hex("10 00 00 00 7B F6"), 246)) == 0);
+  CHECK(exception_of(with_values(hex("10 00 00 00 7C F8"), 247)) == 3);
+  CHECK(exception_of(with_values(hex("17 00 00 00 7D 00 00 00 79 F2"), 242)) == 0);
+  CHECK(exception_of(with_values(hex("17 00 00 00 7E 00 00 00 01 02"), 2)) == 3);
+  CHECK(exception_of(with_values(hex("17 00 00 00 00 00 00 00 01 02"), 2)) == 3);
+  CHECK(exception_of(with_values(hex("17 00 00 00 01 00 00 00 00 00"), 0)) == 3);
+  CHECK(exception_of(with_values(hex("17 00 00 00 01 00 00 00 7A F4"), 243)) == 3);
+}
+
+TEST_CASE("a byte count that does not fit the quantity is an illegal value") {
+  CHECK(exception_of(with_values(hex("10 00 00 00 02 03"), 3)) == 3);
+  CHECK(exception_of(with_values(hex("10 00 00 00 02 05"), 5)) == 3);
+  CHECK(exception_of(with_values(hex("10 00 00 00 01 FF"), 247)) == 3);
+  CHECK(exception_of(with_values(hex("17 00 00 00 01 00 00 00 02 02"), 2)) == 3);
+}
+
+TEST_CASE("a request with too few or too many bytes is an illegal value, never read beyond its end") {
+  const std::vector<Bytes> whole{hex("03 00 6B 00 03"),
+                                 hex("06 00 01 00 03"),
+                                 hex("10 00 01 00 02 04 00 0A 01 02"),
+                                 hex("16 00 04 00 F2 00 25"),
+                                 hex("17 00 03 00 06 00 0E 00 01 02 00 FF"),
+                                 hex("2B 0E 01 00")};
+  for (const Bytes& pdu : whole) {
+    for (std::size_t size = 1; size < pdu.size(); ++size)
+      CHECK(exception_of(Bytes(pdu.begin(), pdu.begin() + static_cast<std::ptrdiff_t>(size))) == 3);
+    CHECK(exception_of(with_values(pdu, 1)) == 3);
+    CHECK(exception_of(with_values(pdu, 2)) == 3);
+  }
+}
+
+TEST_CASE("an address outside R0..R4167 is an illegal address") {
+  CHECK(exception_of(hex("03 10 47 00 01")) == 0);  // R4167, the last
+  CHECK(exception_of(hex("03 10 48 00 01")) == 2);
+  CHECK(exception_of(hex("03 10 47 00 02")) == 2);
+  CHECK(exception_of(hex("03 FF FF 00 7D")) == 2);
+  CHECK(exception_of(hex("06 10 47 12 34")) == 0);
+  CHECK(exception_of(hex("06 10 48 12 34")) == 2);
+  CHECK(exception_of(hex("16 10 48 FF FF 00 00")) == 2);
+  CHECK(exception_of(hex("10 10 47 00 02 04 00 00 00 00")) == 2);
+  CHECK(exception_of(hex("17 10 47 00 02 00 00 00 01 02 00 00")) == 2);
+  CHECK(exception_of(hex("17 00 00 00 01 10 47 00 02 04 00 00 00 00")) == 2);
+}
+
+TEST_CASE("where both are wrong the quantity is told, as in the specification's order") {
+  CHECK(exception_of(hex("03 FF FF 00 00")) == 3);
+  CHECK(exception_of(hex("10 FF FF 00 00 00")) == 3);
+}
+
+TEST_CASE("every function that is not served is an illegal function, whatever follows it") {
+  for (int function = 0; function < 256; ++function) {
+    const bool served = function == 3 || function == 6 || function == 16 || function == 22 ||
+                        function == 23 || function == 43;
+    const Bytes alone{static_cast<std::uint8_t>(function)};
+    CHECK(exception_of(alone) == (served ? 3 : 1));
+    if (!served) CHECK(exception_of(with_values(alone, 252)) == 1);
+  }
+}
+
+TEST_CASE("the functions that change registers are known") {
+  std::string writing;
+  for (int function = 0; function < 256; ++function)
+    if (writes_registers(static_cast<std::uint8_t>(function))) writing += std::to_string(function) + " ";
+  CHECK(writing == "6 16 22 23 ");
+}
+
+TEST_CASE("an exception is the function code with its top bit set, and the exception code") {
+  CHECK(bytes_of(exception_answer(0x03, ModbusException::kIllegalDataAddress)) == hex("83 02"));
+  CHECK(bytes_of(exception_answer(0x00, ModbusException::kIllegalFunction)) == hex("80 01"));
+  CHECK(bytes_of(exception_answer(0xFF, ModbusException::kIllegalFunction)) == hex("FF 01"));
+}
+
+TEST_CASE("basic device identification (V1.1b3, 6.21)") {
+  const DeviceIdentity identity{"ab", "cde", "1.0"};
+  const auto answer = [&](std::string_view request) {
+    const Bytes pdu = hex(request);
+    REQUIRE(exception_of(pdu) == 0);
+    return bytes_of(identification_answer(pdu, identity));
+  };
+  const std::string all = " 00 02 61 62 01 03 63 64 65 02 03 31 2E 30";
+  CHECK(answer("2B 0E 01 00") == hex("2B 0E 01 81 00 00 03" + all));
+  CHECK(answer("2B 0E 02 00") == hex("2B 0E 02 81 00 00 03" + all));
+  CHECK(answer("2B 0E 03 00") == hex("2B 0E 03 81 00 00 03" + all));
+  CHECK(answer("2B 0E 01 02") == hex("2B 0E 01 81 00 00 01 02 03 31 2E 30"));
+  CHECK(answer("2B 0E 01 80") == hex("2B 0E 01 81 00 00 03" + all));  // from the start
+  CHECK(answer("2B 0E 04 01") == hex("2B 0E 04 81 00 00 01 01 03 63 64 65"));
+  CHECK(exception_of(hex("2B 0E 04 03")) == 2);
+  CHECK(exception_of(hex("2B 0E 00 00")) == 3);
+  CHECK(exception_of(hex("2B 0E 05 00")) == 3);
+  CHECK(exception_of(hex("2B 0D 00 00")) == 1);
+}
+
+TEST_CASE("long identification texts are cut so that the answer fits into one PDU") {
+  const std::string text(300, 'x');
+  const ModbusAnswer answer = identification_answer(hex("2B 0E 01 00"), {text, text, text});
+  CHECK(answer.size == 7 + 3 * (2 + 64));
+  CHECK(answer.bytes[8] == 64);
+}
+
+}  // namespace
+}  // namespace cbcan::io

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+// What a client that keeps to the rules gets. Bytes: Modbus Application Protocol V1.1b3, the examples of
+// section 6, behind the MBAP header of the Modbus Messaging on TCP/IP Implementation Guide.
+#include "modbus_fixture.hpp"
+
+namespace cbcan::io::test {
+namespace {
+
+TEST_CASE("FC 3 reads") {
+  Server server;
+  Client client(server);
+  server.registers[107] = 0x022B;
+  server.registers[109] = 0x0064;
+  CHECK(ask(server, client, "00 01 00 00 00 06 11 03 00 6B 00 03", 15) ==
+        hex("00 01 00 00 00 09 11 03 06 02 2B 00 00 00 64"));
+}
+
+TEST_CASE("FC 6 writes one register") {
+  Server server;
+  Client client(server);
+  CHECK(ask(server, client, "00 02 00 00 00 06 11 06 00 01 00 03", 12) ==
+        hex("00 02 00 00 00 06 11 06 00 01 00 03"));
+  CHECK(server.registers[1] == 3);
+}
+
+TEST_CASE("FC 16 writes many") {
+  Server server;
+  Client client(server);
+  CHECK(ask(server, client, "00 03 00 00 00 0B 11 10 00 01 00 02 04 00 0A 01 02", 12) ==
+        hex("00 03 00 00 00 06 11 10 00 01 00 02"));
+  CHECK(server.registers[1] == 0x000A);
+  CHECK(server.registers[2] == 0x0102);
+}
+
+TEST_CASE("FC 22 masks") {
+  Server server;
+  Client client(server);
+  server.registers[4] = 0x0012;
+  CHECK(ask(server, client, "00 04 00 00 00 08 11 16 00 04 00 F2 00 25", 14) ==
+        hex("00 04 00 00 00 08 11 16 00 04 00 F2 00 25"));
+  CHECK(server.registers[4] == 0x0017);
+}
+
+TEST_CASE("FC 23 writes and then reads") {
+  Server server;
+  Client client(server);
+  server.registers[13] = 0x00FE;
+  // R14 is written and read in the same request.
+  CHECK(ask(server, client, "00 05 00 00 00 11 11 17 00 0D 00 02 00 0E 00 03 06 00 FF 0A CD 00 01", 13) ==
+        hex("00 05 00 00 00 07 11 17 04 00 FE 00 FF"));
+  CHECK(server.registers[15] == 0x0ACD);
+  CHECK(server.registers[16] == 0x0001);
+}
+
+TEST_CASE("FC 43/14 says who this is") {
+  Server server;
+  Client client(server);
+  CHECK(ask(server, client, "00 06 00 00 00 05 11 2B 0E 01 00", 28) ==
+        hex("00 06 00 00 00 16 11 2B 0E 01 81 00 00 03 00 02 63 62 01 03 63 61 6E 02 03 31 2E 30"));
+}
+
+TEST_CASE("the largest answer and the largest request") {
+  Server server;
+  Client client(server);
+  server.registers[4167] = 0xABCD;
+  const Bytes answer = ask(server, client, "00 07 00 00 00 06 01 03 0F CB 00 7D", 259);
+  REQUIRE(answer.size() == 259);
+  CHECK(Bytes(answer.begin(), answer.begin() + 9) == hex("00 07 00 00 00 FD 01 03 FA"));
+  CHECK(Bytes(answer.end() - 2, answer.end()) == hex("AB CD"));
+  Bytes request = hex("00 08 00 00 00 FD 01 10 00 00 00 7B F6");
+  request.insert(request.end(), 246, 0x77);
+  client.send(request);
+  server.run_until([&] { return client.has(12); });
+  CHECK(client.take() == hex("00 08 00 00 00 06 01 10 00 00 00 7B"));
+  CHECK(server.registers[122] == 0x7777);
+  CHECK(server.registers[123] == 0);
+}
+
+TEST_CASE("any transaction ID and any unit ID comes back") {
+  Server server;
+  Client client(server);
+  CHECK(ask(server, client, "FF FE 00 00 00 06 00 03 00 00 00 01", 11) ==
+        hex("FF FE 00 00 00 05 00 03 02 00 00"));
+  CHECK(ask(server, client, "00 00 00 00 00 06 FF 03 00 00 00 01", 11) ==
+        hex("00 00 00 00 00 05 FF 03 02 00 00"));
+  CHECK(ask(server, client, "12 34 00 00 00 02 F7 07", 9) == hex("12 34 00 00 00 03 F7 87 01"));
+}
+
+TEST_CASE("the owner is told of each request, once, and whether it wrote") {
+  Server server;
+  Client client(server);
+  ask(server, client, "00 01 00 00 00 06 01 03 00 00 00 01", 11);
+  ask(server, client, "00 02 00 00 00 06 01 06 00 00 00 01", 12);
+  ask(server, client, "00 03 00 00 00 06 01 06 FF FF 00 01", 9);
+  ask(server, client, "00 04 00 00 00 05 01 2B 0E 01 00", 28);
+  ask(server, client, "00 05 00 00 00 0D 01 17 00 00 00 01 00 00 00 01 02 00 00", 11);
+  CHECK(server.requests == std::vector<bool>{false, true, false, false, true});
+  CHECK(server.modbus.counters().requests == 5);
+  CHECK(server.modbus.counters().exceptions == 1);
+}
+
+TEST_CASE("the owner runs after the answer has gone out and before the next pipelined request is looked at") {
+  Server server;
+  Client client(server);
+  std::vector<bool> answered;
+  server.on_request = [&] {
+    answered.push_back(client.has(12));
+    if (server.registers[3700] == 0xCA0E) server.registers[3700] = 4;
+  };
+  CHECK(ask(server, client,
+            "00 01 00 00 00 06 01 06 0E 74 CA 0E"
+            "00 02 00 00 00 06 01 03 0E 74 00 01",
+            23) == hex("00 01 00 00 00 06 01 06 0E 74 CA 0E"
+                       "00 02 00 00 00 05 01 03 02 00 04"));
+  CHECK(answered == std::vector<bool>{true, true});
+}
+
+TEST_CASE("pipelined requests are answered all, in order") {
+  Server server;
+  Client client(server);
+  Bytes requests;
+  for (std::uint8_t i = 0; i < 200; ++i) {
+    const Bytes request{0, i, 0, 0, 0, 6, 1, 6, 0, 9, 0, i};
+    requests.insert(requests.end(), request.begin(), request.end());
+  }
+  client.send(requests);
+  server.run_until([&] { return client.has(requests.size()); });
+  CHECK(client.take() == requests);
+  CHECK(server.registers[9] == 199);
+}
+
+TEST_CASE("one client's flood leaves the others their turn") {
+  Server server;
+  Client flooding(server);
+  Client other(server);
+  server.run_until([&] { return server.modbus.clients() == 2; });
+  Bytes flood;
+  for (int i = 0; i < 1000; ++i)
+    for (const std::uint8_t byte : hex("00 00 00 00 00 06 01 03 00 00 00 01"))
+      flood.push_back(byte);
+  flooding.send(flood);
+  other.send("00 01 00 00 00 06 01 03 00 00 00 01");
+  for (int turns = 0; turns < 2; ++turns)
+    server.turn();
+  CHECK(other.has(11));
+  CHECK_FALSE(flooding.has(100 * 11));
+  server.run_until([&] { return flooding.has(1000 * 11); });
+}
+
+TEST_CASE("a stream of requests may arrive in any pieces") {
+  Server server;
+  Client client(server);
+  Bytes requests;
+  for (int i = 0; i < 50; ++i)
+    for (const std::uint8_t byte : hex("00 01 00 00 00 06 01 03 00 00 00 01 00 02 00 00 00 09 01 10 00 01 00 "
+                                       "01 02 00 07 00 03 00 00 00 02 01 63"))
+      requests.push_back(byte);
+  Bytes expected;
+  for (int i = 0; i < 50; ++i)
+    for (const std::uint8_t byte : hex("00 01 00 00 00 05 01 03 02 00 00 00 02 00 00 00 06 01 10 00 01 00 01 "
+                                       "00 03 00 00 00 03 01 E3 01"))
+      expected.push_back(byte);
+  std::uint32_t random = 12345;
+  for (std::size_t sent = 0; sent < requests.size();) {
+    random = random * 1103515245 + 12345;
+    const std::size_t size = std::min<std::size_t>(1 + (random >> 16) % 40, requests.size() - sent);
+    const auto begin = requests.begin() + static_cast<std::ptrdiff_t>(sent);
+    client.send(Bytes(begin, begin + static_cast<std::ptrdiff_t>(size)));
+    server.turn();
+    sent += size;
+  }
+  server.run_until([&] { return client.has(expected.size()); });
+  CHECK(client.take() == expected);
+}
+
+TEST_CASE("idle connections stay for good") {
+  Server server;
+  Client client(server);
+  check_served_at_once(server, client);
+  CHECK(server.modbus.next_deadline() == kNever);
+  server.modbus.poll(Reactor::now() + 24 * 3600 * kSecond);
+  check_served_at_once(server, client);
+}
+
+TEST_CASE("clients come and go") {
+  Server server;
+  for (int i = 0; i < 20; ++i) {
+    Client client(server);
+    check_served_at_once(server, client);
+    client.leave();
+    server.run_until([&] { return server.modbus.clients() == 0; });
+  }
+  CHECK(server.modbus.counters().connections == 20);
+  CHECK(server.modbus.counters().broken == 0);
+}
+
+TEST_CASE("a client that has ended its sending still gets its answers") {
+  Server server;
+  Client client(server);
+  client.send("00 01 00 00 00 06 01 03 00 00 00 01 00 02 00 00 00 06 01 03 00 00 00 01");
+  client.end_sending();
+  server.run_until([&] { return client.closed(); });
+  CHECK(client.take().size() == 22);
+  CHECK(server.modbus.clients() == 0);
+}
+
+}  // namespace
+}  // namespace cbcan::io::test

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+#include "io/reactor.hpp"
+
+#include <sys/eventfd.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <optional>
+
+#include "io/errors.hpp"
+#include "io/stop_signals.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::io {
+namespace {
+
+/// Something that can be made readable.
+class Event {
+ public:
+  Event() : descriptor_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) { REQUIRE(descriptor_); }
+  int fd() const { return descriptor_.get(); }
+  void raise() { REQUIRE(eventfd_write(fd(), 1) == 0); }
+  void clear() {
+    eventfd_t value = 0;
+    REQUIRE(eventfd_read(fd(), &value) == 0);
+  }
+
+ private:
+  Descriptor descriptor_;
+};
+
+TEST_CASE("a callback is called while its descriptor is ready, and says for what") {
+  Reactor reactor;
+  Event event;
+  std::uint32_t seen = 0;
+  reactor.watch(event.fd(), Reactor::kReadable, [&](std::uint32_t ready) { seen = ready; });
+  CHECK(reactor.run_once(0) == 0);
+  event.raise();
+  CHECK(reactor.run_once(kNever) == 1);
+  CHECK(seen == Reactor::kReadable);
+  CHECK(reactor.run_once(0) == 1);
+  event.clear();
+  CHECK(reactor.run_once(0) == 0);
+}
+
+TEST_CASE("the interest can be changed") {
+  Reactor reactor;
+  Event event;
+  std::uint32_t seen = 0;
+  reactor.watch(event.fd(), Reactor::kReadable, [&](std::uint32_t ready) { seen = ready; });
+  reactor.change(event.fd(), Reactor::kWritable);
+  event.raise();
+  CHECK(reactor.run_once(0) == 1);
+  CHECK(seen == Reactor::kWritable);
+  reactor.change(event.fd(), 0);
+  CHECK(reactor.run_once(0) == 0);
+}
+
+TEST_CASE("a wait ends when it was asked to, to the microsecond and never before") {
+  Reactor reactor;
+  for (const Time wait : {Time{1}, Time{250}, Time{1700}}) {
+    const Time until = Reactor::now() + wait;
+    CHECK(reactor.run_once(until) == 0);
+    CHECK(Reactor::now() >= until);
+  }
+}
+
+TEST_CASE("a callback may forget itself and close its descriptor") {
+  Reactor reactor;
+  std::optional<Event> event(std::in_place);
+  int calls = 0;
+  // Larger than what std::function keeps inside: freed memory would show under the sanitizer.
+  const std::array<std::uint64_t, 16> payload{7};
+  reactor.watch(event->fd(), Reactor::kReadable, [&, payload](std::uint32_t) {
+    reactor.forget(event->fd());
+    event.reset();
+    calls += static_cast<int>(payload[0]);
+  });
+  event->raise();
+  CHECK(reactor.run_once(0) == 1);
+  CHECK(reactor.run_once(0) == 0);
+  CHECK(calls == 7);
+}
+
+TEST_CASE("what a callback forgets is not called any more, although it was ready already") {
+  Reactor reactor;
+  Event first;
+  Event second;
+  int calls = 0;
+  const auto forget_both = [&](std::uint32_t) {
+    ++calls;
+    reactor.forget(first.fd());
+    reactor.forget(second.fd());
+  };
+  reactor.watch(first.fd(), Reactor::kReadable, forget_both);
+  reactor.watch(second.fd(), Reactor::kReadable, forget_both);
+  first.raise();
+  second.raise();
+  CHECK(reactor.run_once(0) == 1);
+  CHECK(calls == 1);
+}
+
+TEST_CASE("a new watch under a number that was just closed does not get the old one's events") {
+  Reactor reactor;
+  std::optional<Event> events[2]{std::optional<Event>(std::in_place), std::optional<Event>(std::in_place)};
+  int old_calls = 0;
+  int new_calls = 0;
+  const auto replace_other = [&](std::size_t other) {
+    ++old_calls;
+    const int number = events[other]->fd();
+    reactor.forget(number);
+    events[other].reset();
+    events[other].emplace();
+    REQUIRE(events[other]->fd() == number);
+    reactor.watch(number, Reactor::kReadable, [&](std::uint32_t) { ++new_calls; });
+  };
+  reactor.watch(events[0]->fd(), Reactor::kReadable, [&](std::uint32_t) { replace_other(1); });
+  reactor.watch(events[1]->fd(), Reactor::kReadable, [&](std::uint32_t) { replace_other(0); });
+  events[0]->raise();
+  events[1]->raise();
+  CHECK(reactor.run_once(0) == 1);
+  CHECK(old_calls == 1);
+  CHECK(new_calls == 0);
+}
+
+TEST_CASE("a callback may add so many watches that the table grows") {
+  Reactor reactor;
+  Event event;
+  std::vector<Descriptor> more;
+  reactor.watch(event.fd(), Reactor::kReadable, [&](std::uint32_t) {
+    for (int i = 0; i < 200; ++i) {
+      more.emplace_back(dup(event.fd()));
+      reactor.watch(more.back().get(), Reactor::kReadable, [](std::uint32_t) {});
+    }
+    reactor.forget(event.fd());
+  });
+  event.raise();
+  CHECK(reactor.run_once(0) == 1);
+  CHECK(reactor.run_once(0) == 64);
+  for (const Descriptor& descriptor : more)
+    reactor.forget(descriptor.get());
+}
+
+TEST_CASE("forgetting what is not watched does nothing; watching what does not exist is an error") {
+  Reactor reactor;
+  reactor.forget(-1);
+  reactor.forget(12345);
+  CHECK_THROWS_AS(reactor.watch(12345, Reactor::kReadable, [](std::uint32_t) {}), EnvironmentError);
+  reactor.forget(12345);
+}
+
+TEST_CASE("SIGINT and SIGTERM ask to stop") {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    Reactor reactor;
+    StopSignals signals(reactor);
+    CHECK_FALSE(signals.stop_requested());
+    REQUIRE(std::raise(signal) == 0);
+    CHECK(reactor.run_once(kNever) == 1);
+    CHECK(signals.stop_requested());
+    CHECK(reactor.run_once(0) == 0);
+  }
+}
+
+TEST_CASE("signals are as before when StopSignals goes, and SIGPIPE is ignored meanwhile") {
+  const auto handler_of = [](int signal) {
+    struct sigaction action {};
+    sigaction(signal, nullptr, &action);
+    return action.sa_handler;
+  };
+  const auto terminate_blocked = [] {
+    sigset_t mask;
+    sigprocmask(SIG_SETMASK, nullptr, &mask);
+    return sigismember(&mask, SIGTERM) == 1;
+  };
+  Reactor reactor;
+  const auto before = handler_of(SIGPIPE);
+  {
+    const StopSignals signals(reactor);
+    CHECK(handler_of(SIGPIPE) == SIG_IGN);
+    CHECK(terminate_blocked());
+  }
+  CHECK(handler_of(SIGPIPE) == before);
+  CHECK_FALSE(terminate_blocked());
+}
+
+TEST_CASE("the descriptor limit is raised to the hard one") {
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
+  const rlimit lower{before.rlim_max - 1, before.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &lower) == 0);
+  raise_descriptor_limit();
+  rlimit after{};
+  REQUIRE(getrlimit(RLIMIT_NOFILE, &after) == 0);
+  CHECK(after.rlim_cur == before.rlim_max);
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
+}
+
+}  // namespace
+}  // namespace cbcan::io
