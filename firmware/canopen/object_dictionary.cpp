@@ -145,7 +145,8 @@ AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub,
   return AbortCode::kNone;
 }
 
-void ObjectDictionary::store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes) {
+void ObjectDictionary::store(const ObjectEntry& entry, std::uint8_t sub,
+                             std::span<const std::uint8_t> bytes) {
   const std::size_t offset = offset_of(entry, sub);
   std::copy(bytes.begin(), bytes.end(), values_.subspan(offset).begin());
   if (entry.has(ObjectFlags::kVariable))

@@ -12,11 +12,12 @@ namespace cbcan::eds {
 namespace {
 
 constexpr std::string_view kBaudRate = "BaudRate_";
+constexpr std::string_view kCompactPdo = "CompactPDO";
 
 template <typename Unsigned>
 Unsigned number(ValueReader& values, const Section& section, std::string_view key) {
-  constexpr std::uint64_t highest = std::numeric_limits<Unsigned>::max();
-  return static_cast<Unsigned>(values.number(section, key, highest).value_or(0));
+  constexpr std::uint64_t kHighest = std::numeric_limits<Unsigned>::max();
+  return static_cast<Unsigned>(values.number(section, key, kHighest).value_or(0));
 }
 
 bool flag(ValueReader& values, const Section& section, std::string_view key) {
@@ -80,6 +81,9 @@ DeviceInfo read_device_info(const std::vector<Section>& sections, ValueReader& v
   info.receive_pdos = number<std::uint16_t>(values, *section, "NrOfRXPDO");
   info.transmit_pdos = number<std::uint16_t>(values, *section, "NrOfTXPDO");
   info.lss = flag(values, *section, "LSS_Supported");
+  if (values.number(*section, kCompactPdo, 0xFF).value_or(0) > 0)
+    findings.note(section->find(kCompactPdo)->line,
+                  "CompactPDO: PDOs without sections of their own are not made");
   return info;
 }
 

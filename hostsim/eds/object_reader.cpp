@@ -28,6 +28,12 @@ Object count_object(const AttributeReader::Whole& whole, std::size_t line) {
   return object;
 }
 
+Object element_at(const Object& element, unsigned sub) {
+  Object object = element;
+  object.first_sub = object.last_sub = static_cast<std::uint8_t>(sub);
+  return object;
+}
+
 std::uint8_t highest_sub(const ObjectSections& sections) {
   return sections.subs.empty() ? std::uint8_t{0} : sections.subs.back().sub;
 }
@@ -111,17 +117,15 @@ void ObjectReader::read_compact(const ObjectSections& sections, const Whole& who
       add(attributes_.read(*next->section, whole, next->sub));
       ++next;
     } else if (sub > 0 && sub <= count) {
-      const bool is_alike = !own.has(sub);
-      if (!is_alike) end_run();
-      if (!run) {
-        run = element;
-        run->first_sub = static_cast<std::uint8_t>(sub);
+      if (run && !own.has(sub)) {
+        run->last_sub = static_cast<std::uint8_t>(sub);
+        continue;
       }
-      run->last_sub = static_cast<std::uint8_t>(sub);
-      if (!is_alike) {
-        apply(own, sub, *sections.main, *run);
-        end_run();
-      }
+      end_run();
+      run = element_at(element, sub);
+      if (!own.has(sub)) continue;
+      apply(own, sub, *sections.main, *run);
+      end_run();
     }
   }
   end_run();

@@ -15,7 +15,7 @@ namespace cbcan::io {
 
 namespace {
 
-constexpr std::size_t kPendingLimit = 64 * 1024;
+constexpr std::size_t kPendingLimit = 65536;
 constexpr int kSecondDigits = 10;
 constexpr int kMicrosecondDigits = 6;
 constexpr int kStandardIdDigits = 3;

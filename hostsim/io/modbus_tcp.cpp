@@ -60,30 +60,30 @@ Descriptor accept_client(int listener) {
 /// One context for all clients, answering to the socket that it is told.
 struct ModbusTcp::Libmodbus {
   explicit Libmodbus(std::span<std::uint16_t> registers);
-  ~Libmodbus() { modbus_free(context); }
-  Libmodbus(const Libmodbus&) = delete;
-  Libmodbus& operator=(const Libmodbus&) = delete;
 
   bool reply(int socket, Bytes request) {
-    modbus_set_socket(context, socket);
-    return modbus_reply(context, request.data(), static_cast<int>(request.size()), &mapping) > 0;
+    modbus_set_socket(context.get(), socket);
+    return modbus_reply(context.get(), request.data(), static_cast<int>(request.size()), &mapping) > 0;
   }
 
-  modbus_t* context = modbus_new_tcp("127.0.0.1", 0);
+  struct Free {
+    void operator()(modbus_t* unused) const { modbus_free(unused); }
+  };
+  std::unique_ptr<modbus_t, Free> context{modbus_new_tcp("127.0.0.1", 0)};
   modbus_mapping_t mapping{};
   std::array<Descriptor, 2> tray;  ///< socket pair in which it leaves an answer that cannot go out at once
 };
 
 ModbusTcp::Libmodbus::Libmodbus(std::span<std::uint16_t> registers) {
   int pair[2];
-  if (context == nullptr || socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) != 0)
+  if (!context || socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) != 0)
     throw EnvironmentError("modbus: " + reason(errno));
   tray = {Descriptor(pair[0]), Descriptor(pair[1])};
   mapping.nb_registers = static_cast<int>(registers.size());
   mapping.tab_registers = registers.data();
   // It sleeps this long before it refuses a request. It is given none to refuse; should it find one, it must
   // not hold up the others.
-  modbus_set_response_timeout(context, 0, 1);
+  modbus_set_response_timeout(context.get(), 0, 1);
 }
 
 struct ModbusTcp::Connection {

@@ -32,7 +32,8 @@ using Events = std::array<epoll_event, kEventsPerTurn>;
 Time read_clock(clockid_t clock) {
   timespec time{};
   clock_gettime(clock, &time);
-  return static_cast<Time>(time.tv_sec) * kSecond + static_cast<Time>(time.tv_nsec / kNanosecondsPerMicrosecond);
+  return static_cast<Time>(time.tv_sec) * kSecond +
+         static_cast<Time>(time.tv_nsec / kNanosecondsPerMicrosecond);
 }
 
 timespec to_timespec(Time time) {
@@ -106,9 +107,13 @@ std::size_t Reactor::run_once(Time until) {
   return called;
 }
 
-Time Reactor::now() { return read_clock(CLOCK_MONOTONIC); }
+Time Reactor::now() {
+  return read_clock(CLOCK_MONOTONIC);
+}
 
-Time Reactor::wall_offset() { return read_clock(CLOCK_REALTIME) - now(); }
+Time Reactor::wall_offset() {
+  return read_clock(CLOCK_REALTIME) - now();
+}
 
 void raise_descriptor_limit() {
   rlimit limit{};

@@ -85,13 +85,13 @@ TEST_CASE("What the default mappings name may be mapped that way") {
   const auto check = [](const Node& node, std::uint16_t first, std::uint16_t last, std::uint8_t flag) {
     for (std::uint16_t index = first; index <= last; ++index) {
       REQUIRE(node.get(index, 0) > 0);
-      for (std::uint8_t sub = 1; sub <= node.get(index, 0); ++sub) {
-        const std::uint64_t mapped = node.get(index, sub);
+      for (unsigned sub = 1; sub <= node.get(index, 0); ++sub) {
+        const std::uint64_t mapped = node.get(index, static_cast<std::uint8_t>(sub));
         const ObjectEntry* entry = nullptr;
         REQUIRE(node.dictionary.find(static_cast<std::uint16_t>(mapped >> 16),
                                      static_cast<std::uint8_t>(mapped >> 8), entry) == AbortCode::kNone);
         CHECK(entry->has(flag));
-        CHECK(entry->capacity * 8 == (mapped & 0xFF));
+        CHECK(entry->capacity == (mapped & 0xFF) / 8);
       }
     }
   };

@@ -33,7 +33,7 @@ class TemporaryFile {
   Descriptor descriptor_;
 };
 
-const Frame kSync{0x080, 0, 0, {}};
+constexpr Frame kSync{0x080, 0, 0, {}};
 
 TEST_CASE("frames are in the file after the flush, with the wall clock's time") {
   const TemporaryFile file;

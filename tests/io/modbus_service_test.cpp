@@ -143,8 +143,8 @@ TEST_CASE("one client's flood leaves the others their turn") {
   for (int turns = 0; turns < 2; ++turns)
     server.turn();
   CHECK(other.has(11));
-  CHECK_FALSE(flooding.has(100 * 11));
-  server.run_until([&] { return flooding.has(1000 * 11); });
+  CHECK_FALSE(flooding.has(1100));
+  server.run_until([&] { return flooding.has(11'000); });
 }
 
 TEST_CASE("a stream of requests may arrive in any pieces") {
@@ -178,7 +178,7 @@ TEST_CASE("idle connections stay for good") {
   Client client(server);
   check_served_at_once(server, client);
   CHECK(server.modbus.next_deadline() == kNever);
-  server.modbus.poll(Reactor::now() + 24 * 3600 * kSecond);
+  server.modbus.poll(Reactor::now() + 86'400 * kSecond);
   check_served_at_once(server, client);
 }
 

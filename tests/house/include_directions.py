@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Fails when a file includes what its room may not know (docs/architecture.md, "Rooms")."""
+
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+# Room (a folder) -> rooms that it may include besides itself.
+MAY_KNOW = {
+    "regmap": set(),
+    "firmware": {"regmap"},
+    "hostsim/sim": {"firmware", "regmap"},
+    "hostsim/eds": {"firmware", "regmap"},
+    "hostsim/devices": {"hostsim/sim", "firmware", "regmap"},
+    "hostsim/io": {"hostsim/sim", "firmware", "regmap"},
+    "hostsim/app": {"hostsim/io", "hostsim/devices", "hostsim/eds", "hostsim/sim", "firmware", "regmap"},
+    "tools": {"regmap"},
+}
+
+# First folder of an include path -> room.
+PREFIXES = {"cbcan": "firmware", "canopen": "firmware", "coprocessor": "firmware", "modbus": "firmware",
+            "sim": "hostsim/sim", "eds": "hostsim/eds", "devices": "hostsim/devices", "io": "hostsim/io",
+            "app": "hostsim/app"}
+
+# What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
+FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "cstdint", "limits", "optional", "span",
+                "string_view", "type_traits", "utility"}
+
+# What would let the simulation see a clock, a thread, the outside or an unseeded random number.
+IMPURE = re.compile(r"(chrono|thread|mutex|condition_variable|future|random|fstream|iostream|filesystem|unistd\.h|time\.h"
+                    r"|ctime|poll\.h|sys/.*|netinet/.*|linux/.*)")
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def room_of(path):
+    for room in MAY_KNOW:
+        if path.is_relative_to(room):
+            return room
+    return None
+
+
+def room_of_include(name):
+    if name in ("cbcan/regmap.hpp", "cbcan/regmap.h"):
+        return "regmap"
+    return PREFIXES.get(name.split("/")[0]) if "/" in name else None
+
+
+def complaint(room, kind, name):
+    if kind == '"':
+        target = room_of_include(name)
+        if target and target != room and target not in MAY_KNOW[room]:
+            return f"{room} may not know {target}"
+        return None
+    if room in ("regmap", "firmware") and name not in FREESTANDING:
+        return f"{room} is freestanding"
+    if room in ("hostsim/sim", "hostsim/eds", "hostsim/devices") and IMPURE.fullmatch(name):
+        return f"{room} is pure: it is told what time it is and opens nothing"
+    return None
+
+
+def check(path):
+    room = room_of(path)
+    found = []
+    if room is None or path.is_relative_to("firmware/boards"):
+        return found
+    for number, line in enumerate((ROOT / path).read_text().splitlines(), 1):
+        match = INCLUDE.match(line)
+        if match and (why := complaint(room, *match.groups())):
+            found.append(f"{path}:{number}: includes {match[2]}: {why}")
+    return found
+
+
+def main():
+    files = sorted(f.relative_to(ROOT) for top in ("regmap", "firmware", "hostsim", "tools")
+                   for f in (ROOT / top).rglob("*") if f.suffix in (".hpp", ".cpp", ".h", ".c"))
+    found = [line for path in files for line in check(path)]
+    print("\n".join(found) if found else f"{len(files)} files keep to their rooms")
+    if len(files) < 50:
+        sys.exit(f"only {len(files)} files found: the check looks in the wrong place")
+    sys.exit(1 if found else 0)
+
+
+main()

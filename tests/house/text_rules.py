@@ -1,0 +1,42 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Fails on a source file without an SPDX line, and on one that is too long to be about one thing."""
+
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SOURCES = {".hpp", ".cpp", ".h", ".c", ".py", ".cmake", ".sh", ".mjs"}
+MOST_LINES = 500
+
+
+def tracked_files():
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)
+    names = listed.stdout.splitlines() if listed.returncode == 0 else [
+        str(f.relative_to(ROOT)) for f in ROOT.rglob("*") if f.is_file() and "build" not in f.parts]
+    return [ROOT / name for name in names]
+
+
+def is_source(path):
+    if path.suffix in SOURCES or path.name == "CMakeLists.txt":
+        return True
+    with path.open("rb") as file:
+        return file.read(2) == b"#!"
+
+
+def main():
+    files = [f for f in tracked_files() if f.is_file() and is_source(f)]
+    found = []
+    for path in files:
+        lines = path.read_text().splitlines()
+        name = path.relative_to(ROOT)
+        if not any("SPDX-License-Identifier: MIT" in line for line in lines[:3]):
+            found.append(f"{name}:1: no line `SPDX-License-Identifier: MIT`")
+        if len(lines) > MOST_LINES:
+            found.append(f"{name}: {len(lines)} lines; {MOST_LINES} is the most, split it by what it is about")
+    print("\n".join(found) if found else f"{len(files)} source files are in order")
+    sys.exit(1 if found or len(files) < 50 else 0)
+
+
+main()

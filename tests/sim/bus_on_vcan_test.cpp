@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// The bus suite with a real interface in the middle. CBCAN_VCAN names a vcan that is up; needs root to cut
+// it.
+#include <cstdlib>
+#include <stdexcept>
+
+#include "io/reactor.hpp"
+#include "io/socketcan.hpp"
+#include "sim/bus_suite.hpp"
+
+namespace {
+
+using cbcan::Time;
+using cbcan::io::Reactor;
+using cbcan::test::Listener;
+using cbcan::test::Texts;
+
+std::string vcan() {
+  const char* name = std::getenv("CBCAN_VCAN");
+  if (name == nullptr)
+    throw std::runtime_error("CBCAN_VCAN names no interface; run this by tools/in-vcan-vm");
+  return name;
+}
+
+/// Two buses that meet on the interface.
+class VcanWire {
+ public:
+  VcanWire() {
+    left_.accept(0, 0x7FF);
+    right_.accept(0, 0x7FF);
+  }
+  ~VcanWire() { mend(); }
+
+  cbcan::sim::Port& left() { return left_; }
+  cbcan::sim::Port& right() { return right_; }
+  const Texts& heard_left() const { return left_ear_.heard; }
+  const Texts& heard_right() const { return right_ear_.heard; }
+
+  /// vcan delivers in the sender's system call, so what was written can be read; quiet is when a turn did
+  /// nothing.
+  void settle() {
+    do {
+      const Time now = Reactor::now();
+      for (Side* side : {&left_side_, &right_side_}) {
+        side->can.poll(now);
+        side->bus.resume();
+        side->bus.advance(now);
+      }
+    } while (reactor_.run_once(0) != 0 || left_.queued() != 0 || right_.queued() != 0);
+  }
+  void cut() { set("down"); }
+  void mend() { set("up"); }
+
+ private:
+  struct Side {
+    explicit Side(Reactor& reactor)
+        : can(reactor, bus, vcan(), [](const std::string& line) { UNSCOPED_INFO(line); }) {}
+    cbcan::sim::Bus bus;
+    cbcan::io::SocketCan can;
+  };
+
+  void set(const std::string& what) {
+    const std::string command = "ip link set dev " + vcan() + " " + what;
+    if (std::system(command.c_str()) != 0) throw std::runtime_error(command);
+    settle();
+  }
+
+  Reactor reactor_;
+  Side left_side_{reactor_}, right_side_{reactor_};
+  Listener left_ear_, right_ear_;
+  cbcan::sim::Port& left_ = left_side_.bus.attach(left_ear_);
+  cbcan::sim::Port& right_ = right_side_.bus.attach(right_ear_);
+};
+
+}  // namespace
+
+TEST_CASE("vcan: every kind of frame, to everybody but its sender") {
+  cbcan::test::check_every_kind_of_frame<VcanWire>();
+}
+TEST_CASE("vcan: both ways") {
+  cbcan::test::check_both_ways<VcanWire>();
+}
+TEST_CASE("vcan: a burst larger than the queue loses nothing") {
+  cbcan::test::check_burst_without_loss<VcanWire>();
+}
+TEST_CASE("vcan: a cut cable loses frames and delivers none of them late") {
+  cbcan::test::check_cut_cable<VcanWire>();
+}

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What a CAN bus owes its ports, whichever back end carries it: one suite, run by bus_test on the virtual
+/// bus and by bus_on_vcan_test on two buses that a SocketCAN interface joins.
+///
+/// A Wire has: `left()` and `right()`, ports that accept every identifier; `heard_left()` and
+/// `heard_right()`, what their owners received; `settle()`, which returns when everything sent has arrived;
+/// `cut()` and `mend()`, the cable.
+
+#include <string>
+#include <vector>
+
+#include "sim/bus.hpp"
+#include "support/catch.hpp"
+#include "support/frame_text.hpp"
+
+namespace cbcan::test {
+
+/// A port's owner who writes down what it hears.
+class Listener final : public sim::Receiver {
+ public:
+  void on_frame(const Frame& frame, Time /*now*/) override { heard.push_back(text_of(frame)); }
+  void on_bus_state(BusState state, Time /*now*/) override { states.push_back(state); }
+
+  std::vector<std::string> heard;
+  std::vector<BusState> states;
+};
+
+using Texts = std::vector<std::string>;
+
+template <class Wire>
+void check_every_kind_of_frame() {
+  Wire wire;
+  const Texts frames{"000#0100",          "080#",     "5FF#4B1164012C010000", "77F#R1", "7FF#00",
+                     "12345678#DEADBEEF", "00000001#"};
+  for (const std::string& frame : frames)
+    CHECK(wire.left().try_send(frame_from(frame)));
+  wire.settle();
+  CHECK(wire.heard_right() == frames);
+  CHECK(wire.heard_left().empty());
+}
+
+template <class Wire>
+void check_both_ways() {
+  Wire wire;
+  CHECK(wire.left().try_send(frame_from("605#4000200100000000")));
+  wire.settle();
+  CHECK(wire.right().try_send(frame_from("585#4F00200101000000")));
+  wire.settle();
+  CHECK(wire.heard_right() == Texts{"605#4000200100000000"});
+  CHECK(wire.heard_left() == Texts{"585#4F00200101000000"});
+}
+
+/// The queue is bounded and says so; whoever tries again loses nothing and keeps the order.
+template <class Wire>
+void check_burst_without_loss() {
+  Wire wire;
+  Texts sent;
+  unsigned refused = 0;
+  for (int i = 0; i < 2000; ++i) {
+    Frame frame = frame_from("181#0000");
+    frame.data[0] = static_cast<std::uint8_t>(i);
+    frame.data[1] = static_cast<std::uint8_t>(i >> 8);
+    while (!wire.left().try_send(frame)) {
+      ++refused;
+      wire.settle();
+    }
+    sent.push_back(text_of(frame));
+  }
+  wire.settle();
+  CHECK(refused > 0);
+  CHECK(wire.heard_right() == sent);
+}
+
+/// A frame that cannot leave is refused or lost, never delivered after the cable is back.
+template <class Wire>
+void check_cut_cable() {
+  Wire wire;
+  wire.cut();
+  static_cast<void>(wire.left().try_send(frame_from("000#8100")));
+  wire.settle();
+  CHECK_FALSE(wire.left().try_send(frame_from("000#8100")));
+  CHECK(wire.heard_right().empty());
+  wire.mend();
+  wire.settle();
+  CHECK(wire.heard_right().empty());
+  CHECK(wire.left().try_send(frame_from("000#0100")));
+  wire.settle();
+  CHECK(wire.heard_right() == Texts{"000#0100"});
+}
+
+}  // namespace cbcan::test

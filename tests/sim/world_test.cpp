@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// A module and simulated nodes on a virtual bus in virtual time: registers in, frames out, registers back.
+
+#include "sim/world.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "support/catch.hpp"
+#include "support/frame_text.hpp"
+
+using cbcan::DataType;
+using cbcan::kMillisecond;
+using cbcan::kNever;
+using cbcan::kSecond;
+using cbcan::Time;
+using cbcan::sim::NodeImage;
+using cbcan::sim::World;
+using Flags = cbcan::ObjectFlags;
+
+namespace {
+
+NodeImage generic_image() {
+  NodeImage image;
+  image.entries = {
+      {0x1000, 0, 0, DataType::kUnsigned32, Flags::kRead, 0, 4},
+      {0x1017, 0, 0, DataType::kUnsigned16, Flags::kReadWrite, 4, 2},
+      {0x2004, 0, 0, DataType::kUnsigned32, Flags::kReadWrite, 6, 4},
+      {0x2080, 0, 0, DataType::kOctetString, Flags::kReadWrite | Flags::kVariable, 14, 128},
+  };
+  image.values.resize(142);
+  return image;
+}
+
+class Log final : public cbcan::sim::Observer {
+ public:
+  void on_bus_frame(const cbcan::Frame& frame, Time now) override {
+    lines.push_back(std::to_string(now) + " " + cbcan::test::text_of(frame));
+  }
+  std::vector<std::string> lines;
+};
+
+class Plant {
+ public:
+  explicit Plant(std::uint32_t bit_rate = 0, unsigned nodes = 1) : world(bit_rate) {
+    world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), {});
+    for (unsigned node = 1; node <= nodes; ++node)
+      world.add_node(static_cast<std::uint8_t>(node), generic_image());
+    world.bus().observe(log);
+    world.start(0);
+    run(kMillisecond * 100);
+    log.lines.clear();
+  }
+
+  std::uint16_t& reg(unsigned address) { return registers.at(address - 3700); }
+  void execute(std::initializer_list<std::uint16_t> words) {
+    unsigned address = 3701;
+    for (const std::uint16_t word : words)
+      reg(address++) = word;
+    reg(3700) = 0xCA0E;
+    world.advance(now);
+  }
+  void run(Time duration) {
+    const Time end = now + duration;
+    while (world.next_deadline() <= end) {
+      now = std::max(now, world.next_deadline());
+      world.advance(now);
+    }
+    now = end;
+    world.advance(now);
+  }
+
+  std::array<std::uint16_t, 70> registers{};
+  World world;
+  Log log;
+  Time now = 0;
+};
+
+}  // namespace
+
+TEST_CASE("Registers in, frames out, registers back, in one call of advance() on a bus without pacing") {
+  Plant plant;
+  plant.execute({5066, 1, 0x2004, 0, 4, 0x5678, 0x1234});
+  CHECK(plant.reg(3700) == 0);
+  plant.execute({5055, 1, 0x2004, 0, 4, 0, 0});
+  CHECK(plant.reg(3700) == 0);
+  CHECK(plant.reg(3705) == 4);
+  CHECK(plant.reg(3706) == 0x5678);
+  CHECK(plant.reg(3707) == 0x1234);
+  CHECK(plant.log.lines ==
+        std::vector<std::string>{"100000 601#2304200078563412", "100000 581#6004200000000000",
+                                 "100000 601#4004200000000000", "100000 581#4304200078563412"});
+}
+
+TEST_CASE("128 bytes there and back in every transfer mode") {
+  for (const std::uint16_t mode : std::initializer_list<std::uint16_t>{0, 2, 3}) {
+    Plant plant;
+    plant.execute({5066, 0, 0x3004, 0, 1, mode});
+    for (unsigned i = 0; i < 64; ++i)
+      plant.reg(3706 + i) = static_cast<std::uint16_t>(i * 0x0301 + mode);
+    const auto written = plant.registers;
+    plant.execute({5066, 1, 0x2080, 0, 128});
+    CHECK(plant.reg(3700) == 0);
+    for (unsigned i = 0; i < 64; ++i)
+      plant.reg(3706 + i) = 0;
+    plant.execute({5055, 1, 0x2080, 0, 128});
+    CHECK(plant.reg(3700) == 0);
+    CHECK(std::equal(plant.registers.begin() + 6, plant.registers.end(), written.begin() + 6));
+    // Segmented: 2 + 2 x 19 frames each way; block: 2 + 1 + 19 + 1 + 2, reading with a start frame more.
+    CHECK(plant.log.lines.size() == (mode == 3 ? 24u + 25u : 40u + 40u));
+  }
+}
+
+TEST_CASE("Paced at 1 Mbit/s an expedited read takes two frames' time") {
+  Plant plant(1'000'000);
+  plant.execute({5055, 1, 0x2004, 0, 4});
+  CHECK(plant.reg(3700) == 0xCA0E);
+  plant.run(221);
+  CHECK(plant.reg(3700) == 0xCA0E);
+  plant.run(1);
+  CHECK(plant.reg(3700) == 0);
+}
+
+TEST_CASE("NMT to all and the state of each of 127 nodes") {
+  Plant plant(0, 126);
+  plant.execute({5066, 0, 0x1F82, 128, 0, 1});
+  plant.run(5 * kSecond);
+  for (std::uint16_t node = 1; node <= 126; ++node) {
+    plant.execute({5055, node, 0x300C, 0, 0});
+    CHECK(plant.reg(3700) == 0);
+    CHECK(plant.reg(3706) == 5);
+  }
+}
+
+TEST_CASE("The state of silent nodes, one after the other, takes 100 ms each") {
+  Plant plant;
+  for (std::uint16_t node = 2; node <= 126; ++node) {
+    plant.execute({5055, node, 0x300C, 0, 0});
+    CHECK(plant.reg(3700) == 0xCA0E);
+    plant.run(100 * kMillisecond);
+    CHECK(plant.reg(3706) == 6);
+  }
+}
+
+TEST_CASE("A heartbeat runs by itself, in virtual time, the same every time") {
+  std::vector<std::string> first;
+  for (int run = 0; run < 2; ++run) {
+    Plant plant(500'000, 3);
+    for (std::uint16_t node = 1; node <= 3; ++node) {
+      plant.execute({5066, node, 0x1017, 0, 2, static_cast<std::uint16_t>(10 * node)});
+      plant.run(kMillisecond);
+    }
+    plant.run(3600 * kSecond);
+    if (run == 0) first = plant.log.lines;
+    CHECK(plant.log.lines == first);
+    CHECK(plant.log.lines.size() > 600'000);
+  }
+}
+
+TEST_CASE("The step in which time passes does not change what happens") {
+  Plant fine(125'000, 2), coarse(125'000, 2);
+  for (Plant* plant : {&fine, &coarse}) {
+    plant->execute({5066, 1, 0x1017, 0, 2, 7});
+    plant->run(10 * kMillisecond);
+    plant->execute({5055, 2, 0x2080, 0, 128});
+  }
+  for (int i = 0; i < 100'000; ++i) {
+    fine.now += 10;
+    fine.world.advance(fine.now);
+  }
+  coarse.now += kSecond;
+  coarse.world.advance(coarse.now);
+  CHECK(fine.log.lines == coarse.log.lines);
+}
+
+TEST_CASE("Two modules on one bus each do their own work") {
+  World world;
+  std::array<std::uint16_t, 70> first{}, second{};
+  cbcan::Coprocessor::Settings settings;
+  settings.node_id = 100;
+  world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(first)), settings);
+  settings.node_id = 101;
+  world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(second)), settings);
+  world.add_node(1, generic_image());
+  world.start(0);
+  const std::array<std::uint16_t, 8> write{0xCA0E, 5066, 1, 0x2004, 0, 4, 7, 0};
+  std::copy(write.begin(), write.end(), first.begin());
+  world.advance(1);
+  const std::array<std::uint16_t, 6> read{0xCA0E, 5055, 100, 0x3001, 0, 1};
+  std::copy(read.begin(), read.end(), second.begin());
+  world.advance(2);
+  CHECK(first[0] == 0);
+  CHECK(second[0] == 0);
+  CHECK(second[6] == 100);
+}
