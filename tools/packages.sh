@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+# Sourced by tools/demo and tools/test: the Debian packages that they need, and their installation.
+
+# What it takes to build and run the simulator.
+build_packages=(g++ cmake ninja-build pkg-config libmodbus-dev libcli11-dev libtomlplusplus-dev)
+
+# Besides: what the tests are made with, the clients that they drive, and the guest with a CAN kernel.
+test_packages=(catch2 librapidcheck-dev git python3
+  gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev
+  python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2
+  qemu-system-x86 busybox-static)
+
+is_installed() { [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
+
+# install_packages PACKAGE...: those that are missing, by apt; says what it does.
+install_packages() {
+  local missing=() package run=()
+  for package in "$@"; do is_installed "$package" || missing+=("$package"); done
+  # Node.js is often there from elsewhere.
+  [[ " $* " == *" mbpoll "* ]] && ! command -v npm >/dev/null && missing+=(nodejs npm)
+  ((${#missing[@]} == 0)) && return
+  if ! command -v apt-get >/dev/null; then
+    echo "this script installs Debian packages; here is no apt-get. What is needed: ${missing[*]}" >&2
+    exit 3
+  fi
+  ((EUID == 0)) || run=(sudo)
+  echo "installing with apt: ${missing[*]}"
+  "${run[@]}" apt-get update -qq
+  DEBIAN_FRONTEND=noninteractive "${run[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+}
