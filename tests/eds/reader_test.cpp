@@ -142,6 +142,9 @@ TEST_CASE("Elements of a run are found by any of their sub-indices") {
   CHECK(result.device.find(0x2000, 4) == result.device.find(0x2000, 1));
   CHECK(result.device.find(0x2000, 5) == nullptr);
   CHECK(result.device.find(0x2001, 0) == nullptr);
+  const eds::Result gap = read("[2000sub0]\nDataType=5\n[2000sub3]\nDataType=5\n");
+  CHECK(gap.device.find(0x2000, 2) == nullptr);
+  CHECK(object(gap, 0x2000, 3).first_sub == 3);
   CHECK(result.device.find(0x1FFF, 0) == nullptr);
 }
 

@@ -76,6 +76,7 @@ class Client {
     REQUIRE(socket_);
     if (receive_buffer != kSystemBuffer) set(SOL_SOCKET, SO_RCVBUF, receive_buffer);
     set(IPPROTO_TCP, TCP_NODELAY, 1);
+    set(IPPROTO_TCP, TCP_QUICKACK, 0);  // acknowledges late, as a client far away does
   }
 
   void connect_to(const Server& server) {

@@ -43,12 +43,12 @@ TEST_CASE("a quantity outside its limits is an illegal value") {
   CHECK(exception_of(hex("03 00 00 FF FF")) == 3);
   CHECK(exception_of(hex("10 00 00 00 00 00")) == 3);
   CHECK(exception_of(with_values(hex("10 00 00 00 7B F6"), 246)) == 0);
-  CHECK(exception_of(with_values(hex("10 00 00 00 7C F8"), 247)) == 3);
+  CHECK(exception_of(with_values(hex("10 00 00 00 7C F8"), 248)) == 3);
   CHECK(exception_of(with_values(hex("17 00 00 00 7D 00 00 00 79 F2"), 242)) == 0);
   CHECK(exception_of(with_values(hex("17 00 00 00 7E 00 00 00 01 02"), 2)) == 3);
   CHECK(exception_of(with_values(hex("17 00 00 00 00 00 00 00 01 02"), 2)) == 3);
   CHECK(exception_of(with_values(hex("17 00 00 00 01 00 00 00 00 00"), 0)) == 3);
-  CHECK(exception_of(with_values(hex("17 00 00 00 01 00 00 00 7A F4"), 243)) == 3);
+  CHECK(exception_of(with_values(hex("17 00 00 00 01 00 00 00 7A F4"), 244)) == 3);
 }
 
 TEST_CASE("a byte count that does not fit the quantity is an illegal value") {

@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Runs every ```console block of a Markdown file as a person would and compares what is printed.
+
+Lines that begin with "$ " are typed into one shell, in the project's folder with its programs built; the lines below are what they must
+print. A line "..." stands for any number of lines, "..." within a line for any text. Everything runs in a network namespace of
+its own, so that the ports which the document names are free.
+
+usage: run_snippets.py PROGRAM_DIR FILE.md...
+"""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SHELL = ["unshare", "--map-root-user", "--net", "--pid", "--fork", "--kill-child", "bash", "--norc"]
+PROLOGUE = """
+ip link set dev lo up
+exec 2>&1
+"""
+# After each command: its own mark, so that its output can be told from the next one's.
+MARK = "--8<-- {} --8<--"
+
+
+def blocks(text):
+    """(line number, lines) of each console block."""
+    found, start, lines = [], None, []
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.startswith("```"):
+            if start is not None:
+                found.append((start, lines))
+                start = None
+            elif line.strip() == "```console":
+                start, lines = number + 1, []
+        elif start is not None:
+            lines.append(line)
+    return found
+
+
+def steps(document):
+    """(line number, command, expected lines) of a document, in order."""
+    found = []
+    for start, lines in blocks(document.read_text()):
+        for offset, line in enumerate(lines):
+            if line.startswith("$ "):
+                found.append((start + offset, line[2:], []))
+            elif found:
+                found[-1][2].append(line)
+    return found
+
+
+def pattern_of(expected):
+    parts = []
+    for line in expected:
+        if line.strip() == "...":
+            parts.append(r"(?:.*\n)*?")
+        else:
+            parts.append(".*".join(re.escape(piece) for piece in line.rstrip().split("...")) + r"[ \t]*\n")
+    return "".join(parts)
+
+
+def script_of(document_steps):
+    lines = [PROLOGUE]
+    for number, (_, command, expected) in enumerate(document_steps):
+        if command.rstrip().endswith("&") and expected:
+            # A server: its first line says that it serves.
+            command = command.rstrip()[:-1]
+            lines.append(f"coproc {command}\nread -r line <&${{COPROC[0]}} && echo \"$line\"")
+        else:
+            lines.append(command)
+        lines.append("echo '" + MARK.format(number) + "'")
+    return "\n".join(lines) + "\nkill $(jobs -p) 2>/dev/null; wait\n"
+
+
+def run(document, program_dir):
+    document_steps = steps(document)
+    if not document_steps:
+        return [f"{document}: not one command in a console block"]
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("plants", "tools", "docs"):
+            os.symlink(ROOT / name, pathlib.Path(folder) / name)
+        os.makedirs(pathlib.Path(folder) / "build")
+        os.symlink(program_dir, pathlib.Path(folder) / "build" / "bin")
+        done = subprocess.run(SHELL, input=script_of(document_steps), cwd=folder, text=True, timeout=120,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    found, rest = [], done.stdout
+    for number, (line, command, expected) in enumerate(document_steps):
+        output, mark, rest = rest.partition(MARK.format(number) + "\n")
+        if not mark:
+            return found + [f"{document}:{line}: `{command}`: did not end; it printed:\n{output}"]
+        if not re.fullmatch(pattern_of(expected), output):
+            found.append(f"{document}:{line}: `{command}` printed:\n{output}expected:\n" + "\n".join(expected))
+    if not found:
+        print(f"{document}: {len(document_steps)} commands print what is written there")
+    return found
+
+
+def main():
+    program_dir = pathlib.Path(sys.argv[1]).resolve()
+    found = [line for name in sys.argv[2:] for line in run(pathlib.Path(name), program_dir)]
+    print("\n".join(found))
+    sys.exit(1 if found else 0)
+
+
+main()

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// The table against the document, number by number, as typed from it.
+
+#include "cbcan/regmap.hpp"
+
+#include <string>
+
+#include "support/catch.hpp"
+
+using namespace cbcan::regmap;
+
+TEST_CASE("CBCAN, table 1: 70 registers, R3700..R3769, without gap or overlap") {
+  std::uint32_t next = 3700;
+  for (const RegisterRow& row : kWindow) {
+    CHECK(row.first == next);
+    CHECK(row.last >= row.first);
+    CHECK(!row.name.empty());
+    CHECK(!row.meaning.empty());
+    next = row.last + 1u;
+  }
+  CHECK(next == 3770);
+  CHECK(kCommand == 3701);
+  CHECK(kNodeId == 3702);
+  CHECK(kObjectIndex == 3703);
+  CHECK(kObjectSubIndex == 3704);
+  CHECK(kDataSize == 3705);
+  CHECK(kData == 3706);
+  CHECK(kMaxDataBytes == 128);
+  CHECK(modicon_number(3700) == 43701);
+  CHECK(kExecute == 51726);  // CA0Eh
+  CHECK(kSdoRead == 5055);
+  CHECK(kSdoWrite == 5066);
+}
+
+TEST_CASE("CBCAN, table 2: result codes") {
+  CHECK(static_cast<int>(Result::kOk) == 0);
+  CHECK(static_cast<int>(Result::kCommandCodeError) == 1);
+  CHECK(static_cast<int>(Result::kNodeIdError) == 2);
+  CHECK(static_cast<int>(Result::kSdoExecutionError) == 4);
+  const std::string names[] = {"OK", "CMD_CODE_ERR", "NODE_ID_ERR", "SDO_EXEC_ERR"};
+  for (std::size_t i = 0; i < kResults.size(); ++i) CHECK(kResults[i].name == names[i]);
+}
+
+TEST_CASE("CBCAN, table 3: SDO error codes") {
+  struct Row {
+    std::uint32_t code;
+    std::string_view name;
+  };
+  const Row rows[] = {{0x05040000, "ABORT_TIME_OUT"},    {0x06020000, "ABORT_NO_OBJ"},
+                      {0x06010002, "ABORT_RO"},          {0x06040047, "ABORT_SYS_LENGTH"},
+                      {0x06010000, "ABORT_NO_SEGMENT"},  {0x06070010, "ABORT_OBJ_LENGTH"},
+                      {0x05040001, "ABORT_SYNC"},        {0x05030000, "ABORT_TOGGLE_BIT"},
+                      {0x06070012, "ABORT_PARM_LENGTH"}, {0x06010001, "ABORT_WO"},
+                      {0x05040005, "ABORT_READ_LENGTH"}};
+  for (const Row& row : rows) {
+    const AbortRow* found = find_abort(row.code);
+    REQUIRE(found != nullptr);
+    CHECK(found->name == row.name);
+    CHECK(found->in_table_3);
+  }
+  std::size_t marked = 0;
+  for (const AbortRow& row : kAbortCodes) marked += row.in_table_3 ? 1 : 0;
+  CHECK(marked == std::size(rows));
+}
+
+TEST_CASE("Abort codes are in order, none twice") {
+  for (std::size_t i = 1; i < kAbortCodes.size(); ++i) CHECK(kAbortCodes[i - 1].code < kAbortCodes[i].code);
+  CHECK(find_abort(0x12345678) == nullptr);
+  CHECK(find_abort(0) == nullptr);
+}
+
+TEST_CASE("CBCAN, section 3: NMT commands and node states") {
+  struct Row {
+    int first, second, specifier;
+  };
+  const Row rows[] = {{5, 1, 0x01}, {4, 2, 0x02}, {127, 128, 0x80}, {6, 129, 0x81}, {7, 130, 0x82}};
+  for (std::size_t i = 0; i < kNmtCommands.size(); ++i) {
+    CHECK(kNmtCommands[i].state_code == rows[i].first);
+    CHECK(kNmtCommands[i].command_code == rows[i].second);
+    CHECK(kNmtCommands[i].specifier == rows[i].specifier);
+  }
+  CHECK(kNmtService == 0x1F82);
+  CHECK(kNodeStateService == 0x300C);
+  CHECK(kNmtAllNodes == 128);
+  const std::uint32_t states[] = {4, 5, 6, 127};
+  for (std::size_t i = 0; i < kNodeStates.size(); ++i) CHECK(kNodeStates[i].value == states[i]);
+}
