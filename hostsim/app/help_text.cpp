@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include <string_view>
+
 #include "app/command_line.hpp"
 
 namespace cbcan::app {
+namespace {
 
-std::string version_text() {
-  return "cbcan-sim " CBCAN_VERSION "\n";
-}
-
-std::string help_text() {
-  return R"(cbcan-sim: the CBCAN CANopen coprocessor of a FATEK FBs PLC, all in software
+constexpr std::string_view kHelp =
+    R"(cbcan-sim: the CBCAN CANopen coprocessor of a FATEK FBs PLC, all in software
 
 Usage:  cbcan-sim --demo [OPTION...]
         cbcan-sim --config FILE [OPTION...]
@@ -78,6 +77,15 @@ Examples:
   cbcan-sim --can socketcan:vcan0 --modbus 0.0.0.0:502 --sdo-timeout 200
         a real bus instead, open to the network, with no simulated node
 )";
+
+}  // namespace
+
+std::string help_text() {
+  return std::string(kHelp);
+}
+
+std::string version_text() {
+  return "cbcan-sim " CBCAN_VERSION "\n";
 }
 
 }  // namespace cbcan::app

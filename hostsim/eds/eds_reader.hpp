@@ -2,33 +2,28 @@
 #pragma once
 
 /// Reads EDS and DCF text (CiA 306) as it is found in the wild: what is wrong in it becomes a diagnostic with
-/// file and line, and whatever can be used is used. A pure function of its arguments; it opens nothing,
-/// terminates on any input in time proportional to it (but for sorting), and throws nothing but
-/// std::bad_alloc.
+/// file and line, and whatever can be used is used. A pure function of its arguments: it opens nothing, ends
+/// on any input in time proportional to it (but for sorting), and throws nothing but std::bad_alloc.
 ///
 /// What it does where CiA 306 leaves it open or a file breaks the rules:
 ///
-/// * Of a section or a key that comes twice the first one counts, as with the Windows functions that EDS
-/// files were
-///   made for.
-/// * A value that cannot be read, or does not fit its type, is as if it were not there. A missing
-/// ParameterValue falls
-///   back to DefaultValue, a missing DefaultValue is 0 or empty. A sub-index 0 that is read-only and has no
-///   value says the highest sub-index.
-/// * A missing ObjectType is VAR, a missing AccessType rw, a missing DataType UNSIGNED32 (UNSIGNED8 for a
-/// sub-index 0,
-///   DOMAIN for an ObjectType DOMAIN); an unknown data type is OCTET_STRING.
+/// * Of a section or a key that comes twice the first one counts.
+/// * A value that cannot be read, or does not fit its type, is as if it were not there.
+/// * A missing ParameterValue falls back to DefaultValue; a missing DefaultValue is 0 or empty. A read-only
+///   sub-index 0 without a value says the highest sub-index.
+/// * A missing ObjectType is VAR, a missing AccessType rw, a missing DataType UNSIGNED32, but UNSIGNED8 for a
+///   sub-index 0 and DOMAIN for an ObjectType DOMAIN. An unknown data type is OCTET_STRING.
 /// * $NODEID is the node ID given, else NodeID of the DCF, else 0 with a warning.
 /// * The lists of objects are only checked; it is the sections that make objects.
-/// * Parts about modules are not used. Object links, comments, dynamic channels, tools and unknown keys mean
-/// nothing here.
+/// * LowLimit and HighLimit count for integers only.
+/// * What modules or CompactPDO would add is not made. Object links, comments, dynamic channels, tools and
+///   unknown keys mean nothing here.
 ///
-/// Capacity. CiA 306 has no size for strings and DOMAINs, so there is one key of our own in an object's
-/// section: `CBCAN_Size=1000`, in bytes, 1..1048576. Without it a VISIBLE_, OCTET_ or UNICODE_STRING can hold
-/// as many bytes as its value has, but at least kStringCapacity, and a DOMAIN at least kDomainCapacity. An
-/// OCTET_STRING or DOMAIN with CBCAN_Size and no value starts as that many zero bytes: the 255 characters of
-/// an EDS line are too few for them. All values of one device together are at most kMostValueBytes; objects
-/// beyond that are left out.
+/// Capacity. CiA 306 has no size for strings and DOMAINs, so an object's section may have one key of our own,
+/// `CBCAN_Size=1000`, in bytes, 1..1048576. Without it a string can hold as many bytes as its value has, but
+/// at least kStringCapacity, and a DOMAIN at least kDomainCapacity. An OCTET_STRING or DOMAIN with CBCAN_Size
+/// and no value starts as that many zero bytes: a line of an EDS has room for 255 characters only. All values
+/// of one device are at most kMostValueBytes; objects beyond that are left out.
 
 #include <cstdint>
 #include <optional>

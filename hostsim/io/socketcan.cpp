@@ -155,7 +155,10 @@ bool SocketCan::transmit(const Frame& frame) {
 
 void SocketCan::poll(Time now) {
   if (check_interface_) check_interface(now);
-  if (retry_at_ <= now) retry_at_ = kNever;
+  if (retry_at_ <= now) {
+    retry_at_ = kNever;
+    bus_.resume();
+  }
   if (overflow_until_ > now) return;
   overflow_until_ = kNever;
   tell_state(now);

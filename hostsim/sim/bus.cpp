@@ -85,6 +85,7 @@ void Bus::receive(const Frame& frame, Time now) {
 
 void Bus::set_link(bool up) {
   link_ = up;
+  stopped_ = false;
   if (up) return;
   for (auto& port : ports_)
     drop_queue(*port);

@@ -28,7 +28,6 @@ void World::start(Time now) {
 }
 
 void World::advance(Time now) {
-  bus_.resume();
   run_until(now);
   for (auto& module : modules_)
     module->poll(now);

@@ -76,7 +76,6 @@ class Client {
     REQUIRE(socket_);
     if (receive_buffer != kSystemBuffer) set(SOL_SOCKET, SO_RCVBUF, receive_buffer);
     set(IPPROTO_TCP, TCP_NODELAY, 1);
-    set(IPPROTO_TCP, TCP_QUICKACK, 0);  // acknowledges late, as a client far away does
   }
 
   void connect_to(const Server& server) {
@@ -85,6 +84,7 @@ class Client {
     address.sin_port = htons(server.modbus.address().port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    set(IPPROTO_TCP, TCP_QUICKACK, 0);  // acknowledges late, as a client far away does
   }
 
   void send(const Bytes& bytes) {

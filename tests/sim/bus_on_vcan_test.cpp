@@ -43,7 +43,6 @@ class VcanWire {
       const Time now = Reactor::now();
       for (Side* side : {&left_side_, &right_side_}) {
         side->can.poll(now);
-        side->bus.resume();
         side->bus.advance(now);
       }
     } while (reactor_.run_once(0) != 0 || left_.queued() != 0 || right_.queued() != 0);
