@@ -14,36 +14,19 @@ namespace cbcan::app {
 
 namespace {
 
-Bytes little_endian(std::uint64_t number, std::size_t size) {
-  Bytes bytes(size);
-  for (std::uint8_t& byte : bytes) {
-    byte = static_cast<std::uint8_t>(number);
-    number >>= 8;
-  }
-  return bytes;
-}
-
-bool is_real(DataType type) {
-  return type == DataType::kReal32 || type == DataType::kReal64;
-}
-
 std::optional<Bytes> encode_integer(std::int64_t number, DataType type) {
   const std::size_t size = size_of(type);
-  if (size == 0) return std::nullopt;
+  if (size == 0 || (type == DataType::kBoolean && (number < 0 || number > 1))) return std::nullopt;
   const auto raw = static_cast<std::uint64_t>(number);
-  if (size == 8)
-    return is_signed(type) || number >= 0 ? std::optional(little_endian(raw, size)) : std::nullopt;
-  const std::int64_t values = std::int64_t{1} << 8 * size;
-  const std::int64_t low = is_signed(type) ? -values / 2 : 0;
-  const std::int64_t high = type == DataType::kBoolean ? 1 : low + values - 1;
-  if (number < low || number > high) return std::nullopt;
-  return little_endian(raw, size);
+  const eds::Number written{.magnitude = number < 0 ? 0 - raw : raw, .negative = number < 0};
+  const std::optional<std::uint64_t> bits = eds::to_bits(written, type);
+  return bits ? std::optional(eds::to_bytes(*bits, size)) : std::nullopt;
 }
 
 std::optional<Bytes> encode_real(double number, DataType type) {
-  if (type == DataType::kReal64) return little_endian(std::bit_cast<std::uint64_t>(number), 8);
+  if (type == DataType::kReal64) return eds::to_bytes(std::bit_cast<std::uint64_t>(number), 8);
   if (type != DataType::kReal32) return std::nullopt;
-  return little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
+  return eds::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
 }
 
 std::string object_name(const InitialValue& initial) {
@@ -73,7 +56,8 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
   if (const auto* number = std::get_if<double>(&value)) return encode_real(*number, type);
   if (const auto* flag = std::get_if<bool>(&value)) return encode_integer(*flag ? 1 : 0, type);
   if (const auto* number = std::get_if<std::int64_t>(&value))
-    return is_real(type) ? encode_real(static_cast<double>(*number), type) : encode_integer(*number, type);
+    return eds::is_real(type) ? encode_real(static_cast<double>(*number), type)
+                              : encode_integer(*number, type);
   if (size_of(type) != 0) return std::nullopt;
   const auto& text = std::get<std::string>(value);
   return Bytes(text.begin(), text.end());
