@@ -277,7 +277,7 @@ void SdoServer::block_upload_acknowledged(const Frame& frame, Time now) {
   fruitless_ = taken == 0 ? static_cast<std::uint8_t>(fruitless_ + 1) : 0;
   if (fruitless_ == kMaxFruitlessBlocks) return abort(AbortCode::kBlockSequence, now);
   const bool all = taken == sequence_ && done_ == size_;
-  confirmed_ = std::min<std::size_t>(confirmed_ + taken * sdo::kSegmentBytes, size_);
+  confirmed_ = std::min<std::size_t>(confirmed_ + std::size_t{taken} * sdo::kSegmentBytes, size_);
   done_ = confirmed_;
   sequence_ = 0;
   if (!all) {

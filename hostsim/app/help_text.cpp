@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <string>
 #include <string_view>
 
 #include "app/command_line.hpp"
+#include "cbcan/version.hpp"
 
 namespace cbcan::app {
 namespace {
@@ -85,7 +87,7 @@ std::string help_text() {
 }
 
 std::string version_text() {
-  return "cbcan-sim " CBCAN_VERSION "\n";
+  return "cbcan-sim " + std::string(kVersion) + "\n";
 }
 
 }  // namespace cbcan::app

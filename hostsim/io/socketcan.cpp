@@ -129,6 +129,7 @@ SocketCan::SocketCan(Reactor& reactor, sim::Bus& bus, std::string interface, War
 
 SocketCan::~SocketCan() {
   bus_.set_outside(nullptr);
+  bus_.resume();
   close_socket();
   reactor_.forget(links_.get());
 }
@@ -154,7 +155,10 @@ bool SocketCan::transmit(const Frame& frame) {
 }
 
 void SocketCan::poll(Time now) {
-  if (check_interface_) check_interface(now);
+  if (check_interface_) {
+    set_up(false, now);  // what transmit() met, also if it is back by now
+    check_interface(now);
+  }
   if (retry_at_ <= now) {
     retry_at_ = kNever;
     bus_.resume();

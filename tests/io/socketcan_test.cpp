@@ -232,6 +232,22 @@ TEST_CASE("a frame that meets an interface just gone down does not stop the bus 
   CHECK(rig.port.queued() == 0);
 }
 
+TEST_CASE("a frame that meets an interface down for a moment does not stop the bus, and the loss is seen") {
+  OwnInterface interface;
+  Rig rig(interface.name());
+  Witness witness(interface.name());
+  interface.set("down");
+  CHECK(rig.port.try_send({0x605, 0, 0, {}}));
+  rig.bus.advance(Reactor::now());
+  interface.set("up");
+  rig.can.poll(Reactor::now());
+  CHECK(rig.bus.link());
+  CHECK(rig.can.counters().link_losses == 1);
+  CHECK(rig.port.try_send({0x606, 0, 0, {}}));
+  rig.turn();
+  CHECK(witness.take_ids() == std::vector<std::uint32_t>{0x606});
+}
+
 TEST_CASE("an interface that is deleted and made again is joined again, whatever its number") {
   const bool same_number = GENERATE(false, true);
   OwnInterface interface;
@@ -312,17 +328,24 @@ TEST_CASE("what is no CAN interface is told") {
   }
 }
 
-TEST_CASE("the bus is alone again when the interface is left") {
-  sim::Bus bus;
-  Reactor reactor;
-  { const SocketCan can(reactor, bus, vcan(), nullptr); }
+TEST_CASE("the bus is alone again when the interface is left, also when it was waiting for room") {
   struct Nobody final : sim::Receiver {
     void on_frame(const Frame&, Time) override {}
     void on_bus_state(BusState, Time) override {}
   } nobody;
+  OwnInterface interface;
+  Witness witness(interface.name());
+  Reactor reactor;
+  sim::Bus bus;
   sim::Port& port = bus.attach(nobody);
-  Witness witness(vcan());
-  CHECK(port.try_send({0x605, 0, 0, {}}));
+  {
+    const SocketCan can(reactor, bus, interface.name(), nullptr);
+    run("tc qdisc replace dev " + interface.name() + " root pfifo limit 0");
+    CHECK(port.try_send({0x605, 0, 0, {}}));
+    bus.advance(0);
+    CHECK(port.queued() == 1);
+  }
+  run("tc qdisc del dev " + interface.name() + " root");
   bus.advance(0);
   CHECK(port.queued() == 0);
   CHECK(witness.take_ids().empty());

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The PLC's side of the register window over Modbus TCP. Every call blocks for as long as its time-out
+/// allows.
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "cbcan/regmap.hpp"
+
+struct _modbus;
+
+namespace cbcan::tools {
+
+/// No connection, or it was lost, or what came back was no Modbus. The text says what to do.
+class ConnectionError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// R3700 stayed CA0Eh for longer than anybody wanted to wait.
+class NoResult : public ConnectionError {
+ public:
+  using ConnectionError::ConnectionError;
+};
+
+/// The person pressed Ctrl-C; the transaction has been cancelled.
+class Interrupted : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct Target {
+  std::string host = "127.0.0.1";
+  int port = 1502;
+  int unit = 1;
+  std::chrono::milliseconds timeout{5000};  ///< for R3700 to change; at least 1 s for each Modbus answer
+};
+
+/// What a PLC program writes to R3701..R3705, and the data words behind it.
+struct Transaction {
+  std::uint16_t command = 0;
+  std::uint16_t node = 0;
+  std::uint16_t index = 0;
+  std::uint16_t sub = 0;
+  std::uint16_t size = 0;
+  std::vector<std::uint8_t> data;  ///< to write, up to 128 bytes
+};
+
+struct Answer {
+  std::uint16_t result = 0;        ///< R3700
+  std::uint32_t abort_code = 0;    ///< with result 4
+  std::vector<std::uint8_t> data;  ///< after a good read: as many bytes as R3705 says
+};
+
+class WindowClient {
+ public:
+  /// `interrupted` is asked while waiting; `say` takes remarks for the person. Throws ConnectionError.
+  WindowClient(Target target, std::function<bool()> interrupted, std::function<void(const std::string&)> say);
+
+  /// One transaction, from CA0Eh to its result. Another program's, if one is under way, is waited for first.
+  Answer execute(const Transaction& transaction);
+
+  /// R3700..R3769 as they are.
+  std::vector<std::uint16_t> window();
+
+ private:
+  using Deadline = std::chrono::steady_clock::time_point;
+
+  std::vector<std::uint16_t> read(std::uint16_t address, std::size_t count);
+  void write(std::uint16_t address, std::span<const std::uint16_t> words);
+  std::uint16_t wait_for_result(Deadline deadline);
+  void wait_for_others(Deadline deadline);
+  void cancel();
+  [[noreturn]] void lost(const std::string& doing) const;
+
+  Target target_;
+  std::function<bool()> interrupted_;
+  std::function<void(const std::string&)> say_;
+  std::unique_ptr<_modbus, void (*)(_modbus*)> modbus_;
+};
+
+}  // namespace cbcan::tools
