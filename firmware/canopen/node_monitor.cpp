@@ -14,8 +14,14 @@ bool NodeMonitor::on_frame(const Frame& frame, Time now) {
   reported_at_[node] = now;
   nodes_[node].state = boot_up ? nmt::State::kPreOperational : static_cast<nmt::State>(state);
   nodes_[node].seen = true;
+  nodes_[node].doubted = false;
   ++(boot_up ? counters_.boot_ups : counters_.heartbeats);
   return boot_up;
+}
+
+void NodeMonitor::doubt(std::uint8_t node) {
+  for (std::size_t i = 1; i < nodes_.size(); ++i)
+    if (node == nmt::kAllNodes || node == i) nodes_[i].doubted = true;
 }
 
 bool NodeMonitor::is_fresh(std::uint8_t node, Time now) const {

@@ -32,6 +32,10 @@ class NodeMonitor {
   void set_consumer_time(std::uint8_t node, std::uint16_t ms) { nodes_[node].consumer_ms = ms; }
   std::uint16_t consumer_time(std::uint8_t node) const { return nodes_[node].consumer_ms; }
 
+  /// An NMT command has gone out to this node, 0 = to all: what it reported before may no longer be so.
+  void doubt(std::uint8_t node);
+  bool in_doubt(std::uint8_t node) const { return nodes_[node].doubted; }
+
   /// The last reported state is recent enough to be believed.
   bool is_fresh(std::uint8_t node, Time now) const;
 
@@ -47,7 +51,8 @@ class NodeMonitor {
   struct Node {
     std::uint16_t consumer_ms = 0;
     nmt::State state = nmt::State::kInitialising;
-    bool seen = false;
+    bool seen : 1 = false;
+    bool doubted : 1 = false;
   };
 
   // Times apart from the rest: 64-bit alignment would cost four bytes for every node.

@@ -80,7 +80,7 @@ void Coprocessor::work(Time now) {
   if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
   if (command_refused_) send_command(now);
   if (now >= deadline_)
-    activity_ == Activity::kNodeState ? end_with_state(kNotDetected) : end(AbortCode::kTimeOut);
+    activity_ == Activity::kNodeState ? end_node_state_unanswered(now) : end(AbortCode::kTimeOut);
   due_ = earlier(earlier(client_.deadline(), slave_.poll(now)), deadline_);
   if (command_refused_) wake_at(now + kRetryInterval);
 }
@@ -196,7 +196,8 @@ void Coprocessor::begin_nmt(const Request& request, Time now) {
 
 void Coprocessor::begin_node_state(std::uint8_t node, Time now) {
   if (node == 0 || node == slave_.node_id()) return end_node_state(slave_.state());
-  if (monitor_.is_fresh(node, now)) return end_node_state(monitor_.last_state(node));
+  if (monitor_.is_fresh(node, now) && !monitor_.in_doubt(node))
+    return end_node_state(monitor_.last_state(node));
   activity_ = Activity::kNodeState;
   state_node_ = node;
   deadline_ = now + settings_.guard_timeout;
@@ -208,9 +209,18 @@ void Coprocessor::begin_node_state(std::uint8_t node, Time now) {
 void Coprocessor::send_command(Time now) {
   command_refused_ = !port_.try_send(command_);
   if (command_refused_) return wake_at(now);
-  if (activity_ == Activity::kNmtCommand) return finish(regmap::Result::kOk);
+  if (activity_ == Activity::kNmtCommand) {
+    monitor_.doubt(command_.data[1]);
+    return finish(regmap::Result::kOk);
+  }
   deadline_ = now + settings_.guard_timeout;
   wake_at(deadline_);
+}
+
+/// Nodes with a heartbeat need not answer: what they reported stands while it is fresh.
+void Coprocessor::end_node_state_unanswered(Time now) {
+  if (monitor_.is_fresh(state_node_, now)) return end_node_state(monitor_.last_state(state_node_));
+  end_with_state(kNotDetected);
 }
 
 void Coprocessor::end_with_state(std::uint16_t state) {

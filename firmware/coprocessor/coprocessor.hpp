@@ -85,6 +85,7 @@ class Coprocessor final : private Application {
   void on_error_control(const Frame& frame, Time now);
   void end_sdo();
   void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint16_t>(state)); }
+  void end_node_state_unanswered(Time now);
   void end_with_state(std::uint16_t state);
   void end_read(std::span<const std::uint8_t> bytes);
   void end(AbortCode code);

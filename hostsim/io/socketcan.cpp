@@ -52,6 +52,13 @@ bool is_up(int any_socket, const std::string& interface) {
   return ioctl(any_socket, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) != 0;
 }
 
+int take_error(int socket) {
+  int error = 0;
+  socklen_t size = sizeof error;
+  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
+  return error;
+}
+
 /// Room for one recvmmsg() with the kernel's count of dropped frames beside each frame.
 class Batch {
  public:
@@ -209,6 +216,8 @@ void SocketCan::on_link_change() {
 
 void SocketCan::check_interface(Time now) {
   check_interface_ = false;
+  // It may have been down for a moment: then the socket knows, and would else tell at the next frame.
+  if (socket_ && take_error(socket_.get()) != 0) set_up(false, now);
   const unsigned index = if_nametoindex(interface_.c_str());
   if (index != index_) {
     close_socket();

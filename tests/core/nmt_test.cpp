@@ -172,3 +172,43 @@ TEST_CASE("Node state: cancelled while it waits") {
   bench.pass(kSecond);
   CHECK(bench.reg(3700) == 0);
 }
+
+TEST_CASE("Node state: an NMT command puts what was reported before it in doubt") {
+  Bench bench;
+  bench.arrive("705#00");
+  bench.arrive("706#00");
+  bench.write(0, 0x1F82, 5, 1, {1});
+  bench.expect("000#0105");
+  bench.read(6, 0x300C, 0, 0);  // node 6 was not addressed
+  CHECK(bench.reg(3706) == 127);
+  bench.read(5, 0x300C, 0, 0);
+  bench.expect("705#R1");
+  SECTION("it answers") {
+    bench.arrive("705#05");
+    CHECK(bench.reg(3706) == 5);
+    bench.read(5, 0x300C, 0, 0);
+    CHECK(bench.reg(3706) == 5);
+  }
+  SECTION("it does not: its last report stands while it is fresh") {
+    bench.pass(100 * kMillisecond);
+    bench.check_done();
+    CHECK(bench.reg(3706) == 127);
+    bench.pass(2 * kSecond);
+    bench.read(5, 0x300C, 0, 0);
+    bench.expect("705#R1");
+    bench.pass(100 * kMillisecond);
+    CHECK(bench.reg(3706) == 6);
+  }
+}
+
+TEST_CASE("Node state: a command to all puts every node in doubt") {
+  Bench bench;
+  bench.arrive("705#7F");
+  bench.write(0, 0x1F82, 128, 1, {1});
+  bench.expect("000#0100");
+  bench.read(5, 0x300C, 0, 0);
+  bench.expect("705#R1");
+  bench.arrive("705#85");
+  bench.check_done();
+  CHECK(bench.reg(3706) == 5);
+}

@@ -235,17 +235,33 @@ TEST_CASE("a frame that meets an interface just gone down does not stop the bus 
 TEST_CASE("a frame that meets an interface down for a moment does not stop the bus, and the loss is seen") {
   OwnInterface interface;
   Rig rig(interface.name());
-  Witness witness(interface.name());
   interface.set("down");
   CHECK(rig.port.try_send({0x605, 0, 0, {}}));
   rig.bus.advance(Reactor::now());
   interface.set("up");
+  Witness witness(interface.name());
   rig.can.poll(Reactor::now());
   CHECK(rig.bus.link());
   CHECK(rig.can.counters().link_losses == 1);
   CHECK(rig.port.try_send({0x606, 0, 0, {}}));
   rig.turn();
   CHECK(witness.take_ids() == std::vector<std::uint32_t>{0x606});
+}
+
+TEST_CASE("an interface down for a moment between two turns is one loss, and no frame after it is lost") {
+  OwnInterface interface;
+  Rig rig(interface.name());
+  interface.set("down");
+  interface.set("up");
+  Witness witness(interface.name());
+  while (rig.turn() != 0) {
+  }
+  CHECK(rig.can.counters().link_losses == 1);
+  CHECK(rig.bus.link());
+  CHECK(rig.port.try_send({0x606, 0, 0, {}}));
+  rig.turn();
+  CHECK(witness.take_ids() == std::vector<std::uint32_t>{0x606});
+  CHECK(rig.can.counters().link_losses == 1);
 }
 
 TEST_CASE("an interface that is deleted and made again is joined again, whatever its number") {
