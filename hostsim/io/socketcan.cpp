@@ -217,7 +217,9 @@ void SocketCan::on_link_change() {
 void SocketCan::check_interface(Time now) {
   check_interface_ = false;
   // It may have been down for a moment: then the socket knows, and would else tell at the next frame.
-  if (socket_ && take_error(socket_.get()) != 0) set_up(false, now);
+  const int error = socket_ ? take_error(socket_.get()) : 0;
+  if (error != 0) set_up(false, now);
+  if (interface_deleted(error)) index_ = 0;
   const unsigned index = if_nametoindex(interface_.c_str());
   if (index != index_) {
     close_socket();

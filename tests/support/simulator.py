@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""Starts cbcan-sim for a test, tells where it serves, and ends it by its process ID."""
+
+import os
+import pathlib
+import select
+import signal
+import socket
+import struct
+import subprocess
+import tempfile
+import time
+
+LIMIT = 60  # seconds; for what takes milliseconds on a machine that has nothing else to do
+
+
+def wait_until(condition, what):
+    """Asks until the condition holds; it should be something that does not take the processor (a read, a request)."""
+    end = time.monotonic() + LIMIT
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > end:
+            raise AssertionError(f"not within {LIMIT} s: {what}")
+
+
+class Simulator:
+    def __init__(self, program, *options, log=True):
+        self.folder = tempfile.TemporaryDirectory()
+        self.log_path = pathlib.Path(self.folder.name) / "bus.log"
+        command = [program, "--modbus", "127.0.0.1:0", *options]
+        if log:
+            command += ["--log", str(self.log_path)]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        if not select.select([self.process.stdout], [], [], LIMIT)[0]:
+            self.stop()
+            raise AssertionError("no ready line")
+        self.ready = self.process.stdout.readline().strip()
+        if not self.ready.startswith("ready modbus="):
+            raise AssertionError(f"no ready line: {self.ready!r} {self.process.communicate()[1]}")
+        self.port = int(self.ready.split()[1].rsplit(":", 1)[1])
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+
+    def stop(self, number=signal.SIGTERM):
+        """Ends it; returns (exit code, standard error)."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        try:
+            _, error = self.process.communicate(timeout=LIMIT)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            raise
+        finally:
+            self.process.stdout.close()
+            self.process.stderr.close()
+        self.folder.cleanup()
+        return self.process.returncode, error
+
+    def frames(self):
+        """The frames on the bus so far, as `605#4017100000000000`."""
+        return [line.split()[2] for line in self.log_path.read_text().splitlines()]
+
+    def wait_for_frame(self, frame):
+        wait_until(lambda: frame in self.frames(), f"{frame} on the bus")
+
+    def window(self):
+        return Window(self.port)
+
+
+class Window:
+    """R3700..R3769 over a bare socket: for tests that want to see every byte."""
+
+    def __init__(self, port):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=LIMIT)
+        self.transaction = 0
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def request(self, pdu, unit=1):
+        self.transaction = (self.transaction + 1) & 0xFFFF
+        self.socket.sendall(struct.pack(">HHHB", self.transaction, 0, len(pdu) + 1, unit) + pdu)
+        header = self.receive(7)
+        number, protocol, length, echoed = struct.unpack(">HHHB", header)
+        assert (number, protocol, echoed) == (self.transaction, 0, unit), header.hex()
+        return self.receive(length - 1)
+
+    def receive(self, count):
+        data = b""
+        while len(data) < count:
+            part = self.socket.recv(count - len(data))
+            if not part:
+                raise ConnectionError("closed by the server")
+            data += part
+        return data
+
+    def write(self, address, words):
+        pdu = struct.pack(">BHHB", 16, address, len(words), 2 * len(words)) + struct.pack(f">{len(words)}H", *words)
+        assert self.request(pdu) == pdu[:5]
+
+    def read(self, address, count):
+        answer = self.request(struct.pack(">BHH", 3, address, count))
+        assert answer[:2] == bytes([3, 2 * count]), answer.hex()
+        return list(struct.unpack(f">{count}H", answer[2:]))
+
+    def start(self, *words):
+        """R3701.. = words, and CA0Eh, in one request."""
+        self.write(3700, [0xCA0E, *words])
+
+    def result(self):
+        wait_until(lambda: self.read(3700, 1)[0] != 0xCA0E, "a result in R3700")
+        return self.read(3700, 1)[0]
+
+    def execute(self, *words):
+        self.start(*words)
+        return self.result()
+
+    def abort_code(self):
+        low, high = self.read(3706, 2)
+        return high << 16 | low
+
+
+def program_from_arguments(arguments, count=1):
+    """Takes the program paths that CMake passes off the command line, before unittest sees it."""
+    programs = [os.path.abspath(name) for name in arguments[1:1 + count]]
+    del arguments[1:1 + count]
+    return programs if count > 1 else programs[0]

@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""cbcan-sim as a program: how it starts, what it says when it cannot, how it ends, and that one client does not hurt another."""
+
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from simulator import LIMIT, Simulator, program_from_arguments
+
+PROGRAM = program_from_arguments(sys.argv)
+READ = 5055
+
+
+def run(*options):
+    return subprocess.run([PROGRAM, *options], capture_output=True, text=True, timeout=LIMIT)
+
+
+class Starting(unittest.TestCase):
+    def check_refused(self, done, code, *texts):
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertEqual(done.stdout, "")
+        for text in texts:
+            self.assertIn(text, done.stderr)
+
+    def test_help_and_version(self):
+        for option, text in (("--help", "--sdo-timeout"), ("--version", "cbcan-sim ")):
+            done = run(option)
+            self.assertEqual(done.returncode, 0)
+            self.assertIn(text, done.stdout)
+            self.assertEqual(done.stderr, "")
+
+    def test_wrong_options(self):
+        self.check_refused(run("--demo", "--sdo-timeot", "5"), 2, "--sdo-timeout")
+        self.check_refused(run("--demo", "--node-id", "128"), 2, "1..127")
+        self.check_refused(run("--config", "/nonexistent/plant.toml"), 2, "/nonexistent/plant.toml")
+
+    def test_wrong_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            plant = pathlib.Path(folder) / "plant.toml"
+            plant.write_text("[module]\nnode_id = 300\n")
+            self.check_refused(run("--config", str(plant)), 2, f"{plant}:2: ", "1..127")
+            plant.write_text("[module\n")
+            self.check_refused(run("--config", str(plant)), 2, f"{plant}:1: ")
+            plant.write_text('[[node]]\nid = 5\neds = "missing.eds"\n')
+            self.check_refused(run("--config", str(plant), "--modbus", "127.0.0.1:0"), 2, f"{plant}:1: ", "missing.eds")
+            plant.write_bytes(bytes(range(256)))  # the line end is among them
+            self.check_refused(run("--config", str(plant)), 2, f"{plant}:2: ", "UTF-8")
+
+    def test_port_in_use(self):
+        with socket.create_server(("127.0.0.1", 0)) as other:
+            address = f"127.0.0.1:{other.getsockname()[1]}"
+            self.check_refused(run("--demo", "--modbus", address), 3, address, "in use")
+
+    def test_no_such_interface(self):
+        self.check_refused(run("--demo", "--modbus", "127.0.0.1:0", "--can", "socketcan:nope0"), 3, "nope0")
+
+    def test_log_that_cannot_be_made(self):
+        self.check_refused(run("--demo", "--modbus", "127.0.0.1:0", "--log", "/nonexistent/bus.log"), 3,
+                           "/nonexistent/bus.log")
+
+
+class Ending(unittest.TestCase):
+    def test_signals(self):
+        for number in (signal.SIGTERM, signal.SIGINT):
+            simulator = Simulator(PROGRAM, "--demo")
+            code, error = simulator.stop(number)
+            self.assertEqual((code, error), (0, ""))
+
+    def test_in_the_middle_of_a_transfer(self):
+        simulator = Simulator(PROGRAM, "--demo")
+        with simulator.window() as window:
+            window.start(READ, 99, 0x1000, 0, 4)
+            simulator.wait_for_frame("663#4000100000000000")
+            self.assertEqual(simulator.stop()[0], 0)
+
+
+class Serving(unittest.TestCase):
+    def setUp(self):
+        self.simulator = Simulator(PROGRAM, "--demo")
+        self.addCleanup(self.simulator.stop)
+        self.healthy = self.simulator.window()
+        self.addCleanup(self.healthy.socket.close)
+
+    def check_served(self):
+        self.assertEqual(self.healthy.execute(READ, 0x42, 0x1000, 0, 4), 0)
+
+    def test_client_killed_in_the_middle_of_a_request(self):
+        client = socket.create_connection(("127.0.0.1", self.simulator.port))
+        client.sendall(bytes.fromhex("0001 0000 0006 01 03 0E"))
+        self.check_served()
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+        client.close()  # a reset
+        self.check_served()
+
+    def test_client_killed_in_the_middle_of_a_transaction(self):
+        with self.simulator.window() as client:
+            client.start(READ, 99, 0x1000, 0, 4)
+        self.assertEqual(self.healthy.result(), 4)
+        self.check_served()
+
+    def test_garbage(self):
+        for garbage in (b"GET / HTTP/1.1\r\n\r\n", bytes(range(256)) * 40, b"\xff" * 5000, b"\0" * 5000):
+            with socket.create_connection(("127.0.0.1", self.simulator.port)) as client:
+                try:
+                    client.sendall(garbage)
+                except OSError:
+                    pass  # thrown out already
+                self.check_served()
+
+    def test_cancelled(self):
+        self.healthy.start(READ, 99, 0x1000, 0, 4)
+        self.healthy.write(3700, [0])
+        self.simulator.wait_for_frame("663#8000100000000008")
+        self.assertEqual(self.healthy.read(3700, 1), [0])
+        self.check_served()
+
+    def test_transfer_modes_on_the_wire(self):
+        self.assertEqual(self.healthy.execute(5066, 0, 0x3004, 0, 1, 3), 0)
+        self.assertEqual(self.healthy.execute(5066, 0x20, 0x2005, 0, 5, 0x2211, 0x4433, 0x0055), 0)
+        self.assertEqual(self.healthy.execute(READ, 0x20, 0x2005, 0, 5), 0)
+        self.healthy.read(3700, 1)
+        # The CRC of 11 22 33 44 55, divided out bit by bit, is 2380h.
+        self.assertEqual(self.simulator.frames()[-13:],
+                         ["620#C605200005000000", "5A0#A40520007F000000", "620#8111223344550000", "5A0#A2017F0000000000",
+                          "620#C980230000000000", "5A0#A100000000000000",
+                          "620#A405200001000000", "5A0#C605200005000000", "620#A300000000000000", "5A0#8111223344550000",
+                          "620#A201010000000000", "5A0#C980230000000000", "620#A100000000000000"])
+
+
+class FullDisk(unittest.TestCase):
+    def test_goes_on_serving(self):
+        simulator = Simulator(PROGRAM, "--demo", "--log", "/dev/full", log=False)
+        with simulator.window() as window:
+            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        code, error = simulator.stop()
+        self.assertEqual(code, 0)
+        self.assertIn("/dev/full", error)
+
+
+unittest.main()

@@ -1,0 +1,151 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""cbcan-sim on a SocketCAN interface, with can-utils and python-can as witnesses and as the other side.
+
+CBCAN_VCAN names the interface, which must be up; needs root to pull the cable.
+"""
+
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+import can
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+PROGRAM = program_from_arguments(sys.argv)
+VCAN = os.environ["CBCAN_VCAN"]
+READ, WRITE = 5055, 5066
+
+
+def ip_link(*arguments):
+    subprocess.run(["ip", "link", "set", "dev", VCAN, *arguments], check=True)
+
+
+def cansend(frame):
+    subprocess.run(["cansend", VCAN, frame], check=True)
+
+
+class Candump:
+    """candump -L as a witness; it hears what comes after it has heard a first frame, which starts it off."""
+
+    MARK = "7E5#00"
+
+    def __init__(self):
+        self.process = subprocess.Popen(["candump", "-L", VCAN], stdout=subprocess.PIPE, text=True)
+        os.set_blocking(self.process.stdout.fileno(), False)
+        self.text = ""
+        wait_until(self.hears_us, "candump to listen")
+
+    def hears_us(self):
+        cansend(self.MARK)
+        return self.MARK in self.frames()
+
+    def frames(self):
+        self.text += self.process.stdout.read() or ""
+        return [line.split()[2] for line in self.text.splitlines(keepends=True) if line.endswith("\n")]
+
+    def wait_for(self, *frames):
+        wait_until(lambda: self.in_order(frames), f"{frames} on {VCAN}")
+
+    def in_order(self, frames):
+        rest = iter(self.frames())
+        return all(frame in rest for frame in frames)
+
+    def stop(self):
+        self.process.kill()
+        self.process.communicate()
+
+
+class OnVcan(unittest.TestCase):
+    def start(self, *options):
+        self.simulator = Simulator(PROGRAM, "--can", f"socketcan:{VCAN}", *options)
+        self.addCleanup(self.simulator.stop)
+        self.window = self.simulator.window()
+        self.addCleanup(self.window.socket.close)
+
+    def witness(self):
+        witness = Candump()
+        self.addCleanup(witness.stop)
+        return witness
+
+    def test_ready_line(self):
+        self.start("--demo")
+        self.assertEqual(self.simulator.ready.split()[2], f"can=socketcan:{VCAN}")
+
+    def test_transactions_seen_by_candump(self):
+        self.start("--demo")
+        witness = self.witness()
+        self.assertEqual(self.window.execute(WRITE, 0x42, 0x6411, 1, 2, 300), 0)
+        self.assertEqual(self.window.execute(READ, 0x42, 0x6411, 1, 2), 0)
+        self.assertEqual(self.window.read(3705, 2), [2, 300])
+        self.assertEqual(self.window.execute(WRITE, 0, 0x1F82, 128, 0, 5), 0)
+        witness.wait_for("642#2B1164012C010000", "5C2#6011640100000000", "642#4011640100000000",
+                         "5C2#4B1164012C010000", "000#0100")
+
+    def test_128_bytes(self):
+        self.start("--demo")
+        words = [(2 * i) | (2 * i + 1) << 8 for i in range(64)]
+        for mode in (0, 3):
+            self.assertEqual(self.window.execute(WRITE, 0, 0x3004, 0, 1, mode), 0)
+            self.assertEqual(self.window.execute(WRITE, 0x20, 0x2080, 0, 128, *words), 0)
+            self.assertEqual(self.window.execute(READ, 0x20, 0x2080, 0, 128), 0)
+            self.assertEqual(self.window.read(3706, 64), words)
+
+    def test_simulated_nodes_answer_cansend(self):
+        self.start("--demo")
+        witness = self.witness()
+        cansend("620#4018100000000000")
+        witness.wait_for("5A0#4F18100004000000")
+        cansend("642#2B17100064000000")
+        witness.wait_for("5C2#6017100000000000", "742#7F")
+        cansend("000#0142")
+        witness.wait_for("742#05")
+
+    def test_heartbeat_from_outside_is_seen_in_300C(self):
+        self.start()
+        wait_until(lambda: self.state_after("755#04", 0x55) == 4, "node 55h stopped")
+        wait_until(lambda: self.state_after("755#05", 0x55) == 5, "node 55h operational")
+
+    def state_after(self, frame, node):
+        cansend(frame)
+        self.assertEqual(self.window.execute(READ, node, 0x300C, 0, 0), 0)
+        return self.window.read(3706, 1)[0]
+
+    def test_node_played_by_python_can(self):
+        self.start()
+        with can.Bus(interface="socketcan", channel=VCAN) as bus:
+            self.window.start(READ, 0x33, 0x2000, 1, 4)
+            self.assertEqual(self.next_request(bus), "4000200100000000")
+            bus.send(can.Message(arbitration_id=0x5B3, is_extended_id=False, data=bytes.fromhex("43002001EFBEADDE")))
+            self.assertEqual(self.window.result(), 0)
+            self.assertEqual(self.window.read(3705, 3), [4, 0xBEEF, 0xDEAD])
+            self.window.start(WRITE, 0x33, 0x2000, 1, 1, 7)
+            self.assertEqual(self.next_request(bus), "2F00200107000000")
+            bus.send(can.Message(arbitration_id=0x5B3, is_extended_id=False, data=bytes.fromhex("8000200102000106")))
+            self.assertEqual(self.window.result(), 4)
+            self.assertEqual(self.window.abort_code(), 0x06010002)
+
+    def next_request(self, bus):
+        message = wait_until(lambda: bus.recv(timeout=1), "a frame")
+        while message.arbitration_id != 0x633:
+            message = wait_until(lambda: bus.recv(timeout=1), "a request to node 33h")
+        return message.data.hex().upper()
+
+    def test_cable_pulled_and_put_back(self):
+        self.start("--demo", "--sdo-timeout", "200")
+        self.addCleanup(ip_link, "up")
+        self.assertEqual(self.window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        ip_link("down")
+        self.assertEqual(self.window.execute(READ, 0x42, 0x1000, 0, 4), 4)
+        self.assertEqual(self.window.abort_code(), 0x05040000)
+        self.assertEqual(self.window.execute(WRITE, 0, 0x1F82, 128, 0, 5), 4)
+        ip_link("up")
+        wait_until(lambda: self.window.execute(READ, 0x42, 0x1000, 0, 4) == 0, "the bus to be back")
+        self.assertEqual(self.simulator.stop()[0], 0)
+
+
+unittest.main()
