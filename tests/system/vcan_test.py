@@ -34,10 +34,11 @@ class Candump:
 
     MARK = "7E5#00"
 
-    def __init__(self):
-        self.process = subprocess.Popen(["candump", "-L", VCAN], stdout=subprocess.PIPE, text=True)
+    def __init__(self, test):
+        self.process = subprocess.Popen(["candump", "-L", VCAN], stdout=subprocess.PIPE)
+        test.addCleanup(self.stop)
         os.set_blocking(self.process.stdout.fileno(), False)
-        self.text = ""
+        self.text = b""
         wait_until(self.hears_us, "candump to listen")
 
     def hears_us(self):
@@ -45,8 +46,8 @@ class Candump:
         return self.MARK in self.frames()
 
     def frames(self):
-        self.text += self.process.stdout.read() or ""
-        return [line.split()[2] for line in self.text.splitlines(keepends=True) if line.endswith("\n")]
+        self.text += self.process.stdout.read() or b""
+        return [line.split()[2].decode() for line in self.text.splitlines(keepends=True) if line.endswith(b"\n")]
 
     def wait_for(self, *frames):
         wait_until(lambda: self.in_order(frames), f"{frames} on {VCAN}")
@@ -57,7 +58,8 @@ class Candump:
 
     def stop(self):
         self.process.kill()
-        self.process.communicate()
+        self.process.wait()
+        self.process.stdout.close()
 
 
 class OnVcan(unittest.TestCase):
@@ -67,18 +69,13 @@ class OnVcan(unittest.TestCase):
         self.window = self.simulator.window()
         self.addCleanup(self.window.socket.close)
 
-    def witness(self):
-        witness = Candump()
-        self.addCleanup(witness.stop)
-        return witness
-
     def test_ready_line(self):
         self.start("--demo")
         self.assertEqual(self.simulator.ready.split()[2], f"can=socketcan:{VCAN}")
 
     def test_transactions_seen_by_candump(self):
         self.start("--demo")
-        witness = self.witness()
+        witness = Candump(self)
         self.assertEqual(self.window.execute(WRITE, 0x42, 0x6411, 1, 2, 300), 0)
         self.assertEqual(self.window.execute(READ, 0x42, 0x6411, 1, 2), 0)
         self.assertEqual(self.window.read(3705, 2), [2, 300])
@@ -97,7 +94,7 @@ class OnVcan(unittest.TestCase):
 
     def test_simulated_nodes_answer_cansend(self):
         self.start("--demo")
-        witness = self.witness()
+        witness = Candump(self)
         cansend("620#4018100000000000")
         witness.wait_for("5A0#4F18100004000000")
         cansend("642#2B17100064000000")
