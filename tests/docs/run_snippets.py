@@ -12,12 +12,14 @@ usage: run_snippets.py PROGRAM_DIR FILE.md...
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SHELL = ["unshare", "--map-root-user", "--net", "--pid", "--fork", "--kill-child", "bash", "--norc"]
+SHELL = ["unshare", "--map-root-user", "--net", "bash", "--norc"]
+LIMIT = 120  # seconds for a document
 PROLOGUE = """
 ip link set dev lo up
 exec 2>&1
@@ -76,18 +78,27 @@ def script_of(document_steps):
     return "\n".join(lines) + "\nkill $(jobs -p) 2>/dev/null; wait\n"
 
 
-def run(document, program_dir):
-    document_steps = steps(document)
-    if not document_steps:
-        return [f"{document}: not one command in a console block"]
+def type_into_shell(script, program_dir):
+    """What the shell prints. Whatever it started ends with it."""
     with tempfile.TemporaryDirectory() as folder:
         for name in ("plants", "tools", "docs"):
             os.symlink(ROOT / name, pathlib.Path(folder) / name)
         os.makedirs(pathlib.Path(folder) / "build")
         os.symlink(program_dir, pathlib.Path(folder) / "build" / "bin")
-        done = subprocess.run(SHELL, input=script_of(document_steps), cwd=folder, text=True, timeout=120,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    found, rest = [], done.stdout
+        shell = subprocess.Popen(SHELL, cwd=folder, text=True, start_new_session=True, stdin=subprocess.PIPE,
+                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        try:
+            return shell.communicate(script, timeout=LIMIT)[0]
+        except subprocess.TimeoutExpired:
+            os.killpg(shell.pid, signal.SIGKILL)
+            return shell.communicate()[0]
+
+
+def run(document, program_dir):
+    document_steps = steps(document)
+    if not document_steps:
+        return [f"{document}: not one command in a console block"]
+    found, rest = [], type_into_shell(script_of(document_steps), program_dir)
     for number, (line, command, expected) in enumerate(document_steps):
         output, mark, rest = rest.partition(MARK.format(number) + "\n")
         if not mark:
