@@ -97,7 +97,7 @@ void SdoClient::abort_and_tell(AbortCode code, Time now) {
   if (!tell) return;
   if (streaming || answer_outstanding) quarantine(streaming, now);
   ++counters_.aborts_sent;
-  send(sdo::make_abort(sdo::kRequestId + request_.node, mux(), code), now);
+  outbox_.send(sdo::make_abort(sdo::kRequestId + request_.node, mux(), code), now);
 }
 
 void SdoClient::cancel(Time now) {
@@ -130,23 +130,23 @@ void SdoClient::hold_or_begin(Time now) {
 
 void SdoClient::begin(Time now) {
   // The abort of the transfer before may still be waiting for the port: it goes first.
-  if (retry_) return enter(kQueued, timeout_from(now));
+  if (outbox_.waiting()) return enter(kQueued, timeout_from(now));
   request_.direction == Direction::kRead ? begin_read(now) : begin_write(now);
 }
 
 void SdoClient::begin_read(Time now) {
   if (request_.mode != Mode::kBlock) {
     enter(kUploadInitiate, timeout_from(now));
-    opened_ = send(request_frame(sdo::command(sdo::Request::kInitiateUpload), mux()), now);
+    opened_ = outbox_.send(request_frame(sdo::command(sdo::Request::kInitiateUpload), mux()), now);
     return;
   }
   // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
   block_size_ = static_cast<std::uint8_t>((request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes);
   enter(kBlockUploadInitiate, timeout_from(now));
-  opened_ = send(request_frame(sdo::command(sdo::Request::kBlockUpload,
-                                            sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
-                               mux(), block_size_),
-                 now);
+  opened_ = outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload,
+                                                    sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
+                                       mux(), block_size_),
+                         now);
 }
 
 void SdoClient::begin_write(Time now) {
@@ -154,10 +154,10 @@ void SdoClient::begin_write(Time now) {
   if (request_.mode == Mode::kBlock) {
     enter(kBlockDownloadInitiate, timeout_from(now));
     const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
-    opened_ = send(request_frame(sdo::command(sdo::Request::kBlockDownload, bits), mux(), size), now);
+    opened_ = outbox_.send(request_frame(sdo::command(sdo::Request::kBlockDownload, bits), mux(), size), now);
   } else if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes) {
     enter(kDownloadInitiate, timeout_from(now));
-    opened_ = send(
+    opened_ = outbox_.send(
         request_frame(sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated), mux(), size), now);
   } else {
     enter(kDownloadExpedited, timeout_from(now));
@@ -165,7 +165,7 @@ void SdoClient::begin_write(Time now) {
         request_frame(sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)), mux());
     for (std::uint32_t i = 0; i < size; ++i)
       frame.data[4 + i] = data_[i];
-    opened_ = send(frame, now);
+    opened_ = outbox_.send(frame, now);
   }
 }
 
@@ -189,7 +189,7 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
     ++counters_.other_object;
     return;
   }
-  if (retry_) {  // our request has not even left
+  if (outbox_.waiting()) {  // our request has not even left
     ++counters_.unexpected;
     return;
   }
@@ -258,7 +258,7 @@ void SdoClient::upload_initiated(const Frame& frame, Time now) {
   declared_ = sized ? sdo::tail_of(frame) : kUndeclared;
   if (sized && declared_ > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
   enter(kUploadSegment, timeout_from(now));
-  send(request_frame(sdo::command(sdo::Request::kUploadSegment)), now);
+  outbox_.send(request_frame(sdo::command(sdo::Request::kUploadSegment)), now);
 }
 
 void SdoClient::upload_segment(const Frame& frame, Time now) {
@@ -274,7 +274,7 @@ void SdoClient::upload_segment(const Frame& frame, Time now) {
   if (size == 0 && ++empty_segments_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength, now);
   toggle_ ^= sdo::kToggle;
   enter(kUploadSegment, timeout_from(now));
-  send(request_frame(sdo::command(sdo::Request::kUploadSegment, toggle_)), now);
+  outbox_.send(request_frame(sdo::command(sdo::Request::kUploadSegment, toggle_)), now);
 }
 
 /// Appends the segment's bytes; false when they do not fit and the transfer has ended.
@@ -323,14 +323,14 @@ void SdoClient::send_download_segment(Time now) {
     frame.data[1 + i] = data_[sent_ + i];
   sent_ = static_cast<std::uint16_t>(sent_ + size);
   enter(kDownloadSegment, timeout_from(now));
-  send(frame, now);
+  outbox_.send(frame, now);
 }
 
 // ---- Deadlines and room
 // --------------------------------------------------------------------------------------
 
 void SdoClient::poll(Time now) {
-  if (retry_) retry(now);
+  if (outbox_.retry(now)) (this->*state_->on_room)(now);
   if (now >= deadline_) (this->*state_->on_deadline)(now);
 }
 
@@ -349,25 +349,10 @@ Frame SdoClient::request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3,
   return sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail);
 }
 
-/// False: the port has no room, and the frame is kept.
-bool SdoClient::send(const Frame& frame, Time now) {
-  if (port_.try_send(frame)) return true;
-  ++counters_.refused;
-  refused_ = frame;
-  retry_ = true;
-  retry_at_ = now + kRetryInterval;
-  return false;
-}
-
-void SdoClient::retry(Time now) {
-  retry_ = false;
-  if (send(refused_, now)) (this->*state_->on_room)(now);
-}
-
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this
 /// one's.
 void SdoClient::drop_refused() {
-  if (state_ != &kQueued && state_ != &kHeldBack) retry_ = false;
+  if (state_ != &kQueued && state_ != &kHeldBack) outbox_.drop();
 }
 
 // ---- Quarantine

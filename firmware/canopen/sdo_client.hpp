@@ -17,6 +17,7 @@
 #include <span>
 
 #include "canopen/object_dictionary.hpp"
+#include "canopen/outbox.hpp"
 #include "canopen/sdo_protocol.hpp"
 #include "cbcan/ports.hpp"
 #include "cbcan/time.hpp"
@@ -61,11 +62,10 @@ class SdoClient {
     std::uint32_t not_data = 0;         ///< RTR or 29-bit frames in the place of an answer
     std::uint32_t too_short = 0;        ///< frames without all the bytes that their command needs
     std::uint32_t other_object = 0;     ///< answers and aborts with another index or sub-index
-    std::uint32_t refused = 0;          ///< times that the port had no room
     std::uint32_t repeated_blocks = 0;  ///< sub-blocks of which a part had to be sent again
   };
 
-  explicit SdoClient(CanPort& port) : port_(port) {}
+  explicit SdoClient(CanPort& port) : outbox_(port) {}
 
   /// 0 = wait for ever. Holds from the next answer or transfer on.
   void set_timeout(std::uint16_t timeout_ms) { timeout_ms_ = timeout_ms; }
@@ -88,13 +88,14 @@ class SdoClient {
 
   /// Deadlines and refused frames. To be called at deadline() at the latest; more often is harmless.
   void poll(Time now);
-  Time deadline() const { return retry_ ? earlier(deadline_, retry_at_) : deadline_; }
+  Time deadline() const { return earlier(deadline_, outbox_.deadline()); }
 
   Outcome outcome() const { return outcome_; }
   bool busy() const { return outcome_ == Outcome::kBusy; }
   std::uint16_t size() const { return received_; }
   AbortCode error() const { return error_; }
   const Counters& counters() const { return counters_; }
+  const Outbox& outbox() const { return outbox_; }
 
  private:
   struct State;
@@ -165,8 +166,6 @@ class SdoClient {
   void copy_in(const Frame& frame, std::size_t size);
 
   Frame request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0) const;
-  bool send(const Frame& frame, Time now);
-  void retry(Time now);
   void drop_refused();
 
   void quarantine(bool stream, Time now);
@@ -179,11 +178,9 @@ class SdoClient {
   }
   Time timeout_from(Time now) const { return timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_); }
 
-  CanPort& port_;
+  Outbox outbox_;
   const State* state_ = &kIdle;
   Time deadline_ = kNever;  ///< of the state; kNever when idle, so it cannot outlive a transfer
-  Time retry_at_ = 0;
-  Frame refused_{};  ///< the frame that the port had no room for, while retry_
   Request request_{};
   std::uint32_t declared_ = 0;  ///< size that the server announced, or kUndeclared
   AbortCode error_ = AbortCode::kNone;
@@ -199,7 +196,6 @@ class SdoClient {
   bool crc_ = false;
   bool asked_again_ = false;
   bool opened_ = false;  ///< the first request has left: the server may know of this transfer
-  bool retry_ = false;
   Outcome outcome_ = Outcome::kIdle;
   std::uint8_t quarantined_ = 0;
   std::array<Quarantine, kQuarantineSlots> quarantines_{};

@@ -23,16 +23,16 @@ void SdoClient::block_download_initiated(const Frame& frame, Time now) {
 
 /// Sends what the port takes of this sub-block; comes back here when the port has room again.
 void SdoClient::stream_segments(Time now) {
-  while (!retry_ && sequence_ < block_size_ && sent_ < request_.size) {
+  while (!outbox_.waiting() && sequence_ < block_size_ && sent_ < request_.size) {
     const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - sent_);
     const bool last = sent_ + size == request_.size;
     Frame frame = request_frame(static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
     for (std::size_t i = 0; i < size; ++i)
       frame.data[1 + i] = data_[sent_ + i];
     sent_ = static_cast<std::uint16_t>(sent_ + size);
-    send(frame, now);
+    outbox_.send(frame, now);
   }
-  if (!retry_) enter(kBlockDownloadAcknowledge, timeout_from(now));
+  if (!outbox_.waiting()) enter(kBlockDownloadAcknowledge, timeout_from(now));
 }
 
 void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
@@ -56,7 +56,8 @@ void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
   const std::size_t unused = (sdo::kSegmentBytes - request_.size % sdo::kSegmentBytes) % sdo::kSegmentBytes;
   const std::uint16_t crc = crc_ ? crc16(std::span(data_).first(request_.size)) : std::uint16_t{0};
   enter(kBlockDownloadEnd, timeout_from(now));
-  send(request_frame(sdo::command(sdo::Request::kBlockDownload, sdo::block_end_bits(unused)), crc), now);
+  outbox_.send(request_frame(sdo::command(sdo::Request::kBlockDownload, sdo::block_end_bits(unused)), crc),
+               now);
 }
 
 void SdoClient::block_download_ended(const Frame& frame, Time now) {
@@ -77,7 +78,8 @@ void SdoClient::block_upload_initiated(const Frame& frame, Time now) {
   sequence_ = 0;
   asked_again_ = false;
   enter(kBlockUploadStream, half_timeout_from(now));
-  send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kStart))), now);
+  outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kStart))),
+               now);
 }
 
 /// Segments in order are kept. One out of order shows a loss: the rest of the sub-block, with its "last" bit,
@@ -121,9 +123,10 @@ void SdoClient::acknowledge_block(Time now) {
 
 void SdoClient::send_block_acknowledge(Time now) {
   const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
-  send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
-                     taken_and_size),
-       now);
+  outbox_.send(
+      request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
+                    taken_and_size),
+      now);
 }
 
 /// Silence in the middle of a sub-block: its last segment may be lost. The server is asked once to go on.
@@ -150,7 +153,7 @@ void SdoClient::block_upload_ended(const Frame& frame, Time now) {
   if (size > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
   if (crc_ && sdo::load16(frame, 1) != crc16(std::span(data_).first(size)))
     return abort_and_tell(AbortCode::kBlockCrc, now);
-  send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kEnd))), now);
+  outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kEnd))), now);
   done(size);
 }
 

@@ -10,7 +10,7 @@ namespace cbcan {
 void SdoServer::reset(std::uint8_t node_id) {
   node_id_ = node_id;
   state_ = State::kIdle;
-  retry_ = false;
+  outbox_.drop();
 }
 
 void SdoServer::on_frame(const Frame& frame, Time now) {
@@ -22,7 +22,7 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
   if (state_ == State::kBlockDownload && command != sdo::command(sdo::Request::kAbort))
     return block_download_segment(frame, now);
   ++counters_.requests;
-  retry_ = false;  // a client that asks anew no longer waits for what could not be sent
+  outbox_.drop();  // a client that asks anew no longer waits for what could not be sent
   switch (static_cast<sdo::Request>(sdo::specifier_of(command))) {
     case sdo::Request::kInitiateDownload: return initiate_download(frame, now);
     case sdo::Request::kDownloadSegment: return download_segment(frame, now);
@@ -39,28 +39,17 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
 }
 
 void SdoServer::poll(Time now) {
-  if (!retry_) return;
-  retry_ = false;
-  if (send(refused_, now) && state_ == State::kBlockUploadStream) stream_segments(now);
+  if (outbox_.retry(now) && state_ == State::kBlockUploadStream) stream_segments(now);
 }
 
 void SdoServer::abort(AbortCode code, Time now) {
   state_ = State::kIdle;
   ++counters_.aborts_sent;
-  send(sdo::make_abort(sdo::kAnswerId + node_id_, mux_, code), now);
+  outbox_.send(sdo::make_abort(sdo::kAnswerId + node_id_, mux_, code), now);
 }
 
 void SdoServer::answer(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now) {
-  send(sdo::make_frame(sdo::kAnswerId + node_id_, command, bytes_1_to_3, tail), now);
-}
-
-bool SdoServer::send(const Frame& frame, Time now) {
-  if (port_.try_send(frame)) return true;
-  ++counters_.refused;
-  refused_ = frame;
-  retry_ = true;
-  retry_at_ = now + kRetryInterval;
-  return false;
+  outbox_.send(sdo::make_frame(sdo::kAnswerId + node_id_, command, bytes_1_to_3, tail), now);
 }
 
 // ---- Download
@@ -146,7 +135,7 @@ void SdoServer::initiate_upload(const Frame& frame, Time now) {
     Frame out = sdo::make_frame(sdo::kAnswerId + node_id_,
                                 sdo::command(sdo::Answer::kInitiateUpload, sdo::expedited_bits(size_)), mux_);
     std::copy_n(buffer_.begin(), size_, out.data.begin() + 4);
-    send(out, now);
+    outbox_.send(out, now);
     return;
   }
   state_ = State::kUpload;
@@ -167,7 +156,7 @@ void SdoServer::upload_segment(const Frame& frame, Time now) {
   done_ += size;
   toggle_ ^= sdo::kToggle;
   if (last) state_ = State::kIdle;
-  send(out, now);
+  outbox_.send(out, now);
 }
 
 // ---- Block download
@@ -257,16 +246,16 @@ void SdoServer::initiate_block_upload(const Frame& frame, Time now) {
 /// Sends what the port takes of this sub-block. An empty value is one segment without data.
 void SdoServer::stream_segments(Time now) {
   bool last = sequence_ != 0 && done_ == size_;
-  while (!retry_ && sequence_ < block_size_ && !last) {
+  while (!outbox_.waiting() && sequence_ < block_size_ && !last) {
     const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
     last = done_ + size == size_;
     Frame out = sdo::make_frame(sdo::kAnswerId + node_id_,
                                 static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
     std::copy_n(buffer_.begin() + static_cast<std::ptrdiff_t>(done_), size, out.data.begin() + 1);
     done_ += size;
-    send(out, now);
+    outbox_.send(out, now);
   }
-  if (!retry_) state_ = State::kBlockUploadAcknowledge;
+  if (!outbox_.waiting()) state_ = State::kBlockUploadAcknowledge;
 }
 
 void SdoServer::block_upload_acknowledged(const Frame& frame, Time now) {

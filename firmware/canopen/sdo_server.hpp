@@ -11,6 +11,7 @@
 #include <span>
 
 #include "canopen/object_dictionary.hpp"
+#include "canopen/outbox.hpp"
 #include "canopen/sdo_protocol.hpp"
 #include "cbcan/ports.hpp"
 #include "cbcan/time.hpp"
@@ -27,13 +28,12 @@ class SdoServer {
     std::uint32_t aborts_sent = 0;
     std::uint32_t aborts_received = 0;
     std::uint32_t ignored = 0;  ///< not eight bytes, RTR or 29-bit: no request
-    std::uint32_t refused = 0;  ///< times that the port had no room
   };
 
   /// `buffer` holds one value on its way in or out: an object larger than it cannot be transferred (0504
   /// 0005h, which is CiA 301's "out of memory"). All three outlive the server.
   SdoServer(ObjectDictionary& dictionary, CanPort& port, std::span<std::uint8_t> buffer)
-      : dictionary_(dictionary), port_(port), buffer_(buffer) {}
+      : dictionary_(dictionary), outbox_(port), buffer_(buffer) {}
 
   /// Forgets what was under way; requests are now those on 600h + node_id.
   void reset(std::uint8_t node_id);
@@ -43,7 +43,7 @@ class SdoServer {
 
   /// Tries again what the port has refused. To be called at deadline() at the latest.
   void poll(Time now);
-  Time deadline() const { return retry_ ? retry_at_ : kNever; }
+  Time deadline() const { return outbox_.deadline(); }
 
   const Counters& counters() const { return counters_; }
 
@@ -79,13 +79,10 @@ class SdoServer {
   AbortCode store();
   void abort(AbortCode code, Time now);
   void answer(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now);
-  bool send(const Frame& frame, Time now);
 
   ObjectDictionary& dictionary_;
-  CanPort& port_;
+  Outbox outbox_;
   std::span<std::uint8_t> buffer_;
-  Time retry_at_ = 0;
-  Frame refused_{};
   sdo::Multiplexer mux_ = 0;
   std::size_t size_ = 0;       ///< bytes of the value: of an upload, or as declared for a download
   std::size_t done_ = 0;       ///< bytes transferred
@@ -99,7 +96,6 @@ class SdoServer {
   std::uint8_t fruitless_ = 0;
   bool declared_ = false;
   bool crc_ = false;
-  bool retry_ = false;
   Counters counters_;
 };
 

@@ -18,7 +18,8 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SHELL = ["unshare", "--map-root-user", "--net", "bash", "--norc"]
+AS_ROOT = [] if os.geteuid() == 0 else ["--map-root-user"]
+SHELL = ["unshare", "--net", *AS_ROOT, "bash", "--norc"]
 LIMIT = 120  # seconds for a document
 PROLOGUE = """
 ip link set dev lo up

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "cbcan/frame.hpp"
+#include "cbcan/ports.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+/// Room for the one frame that the port has refused, until it takes it.
+class Outbox {
+ public:
+  explicit Outbox(CanPort& port) : port_(port) {}
+
+  /// False: the port has no room; the frame is kept, in the place of one that was kept before.
+  bool send(const Frame& frame, Time now) {
+    waiting_ = !port_.try_send(frame);
+    if (!waiting_) return true;
+    ++refused_;
+    frame_ = frame;
+    retry_at_ = now + kRetryInterval;
+    return false;
+  }
+
+  /// Tries once more what is waiting; true = it has gone.
+  bool retry(Time now) { return waiting_ && send(Frame(frame_), now); }
+
+  bool waiting() const { return waiting_; }
+  void drop() { waiting_ = false; }
+  Time deadline() const { return waiting_ ? retry_at_ : kNever; }
+
+  /// Times that the port had no room.
+  std::uint32_t refused() const { return refused_; }
+
+ private:
+  CanPort& port_;
+  Time retry_at_ = 0;
+  Frame frame_{};
+  std::uint32_t refused_ = 0;
+  bool waiting_ = false;
+};
+
+}  // namespace cbcan
