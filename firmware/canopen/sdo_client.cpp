@@ -290,9 +290,7 @@ bool SdoClient::take(const Frame& frame, std::size_t size, bool server_waits, Ti
 }
 
 void SdoClient::copy_in(const Frame& frame, std::size_t size) {
-  std::uint8_t* to = data_.data() + received_;
-  for (std::size_t i = 0; i < size; ++i)
-    to[i] = frame.data[1 + i];
+  sdo::copy_segment(data_.data() + received_, frame.data.data() + 1, size);
   received_ = static_cast<std::uint16_t>(received_ + size);
 }
 
@@ -319,8 +317,7 @@ void SdoClient::send_download_segment(Time now) {
   const bool last = sent_ + size == request_.size;
   Frame frame =
       request_frame(sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last)));
-  for (std::size_t i = 0; i < size; ++i)
-    frame.data[1 + i] = data_[sent_ + i];
+  sdo::copy_segment(frame.data.data() + 1, data_.data() + sent_, size);
   sent_ = static_cast<std::uint16_t>(sent_ + size);
   enter(kDownloadSegment, timeout_from(now));
   outbox_.send(frame, now);

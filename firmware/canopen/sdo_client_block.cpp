@@ -27,8 +27,7 @@ void SdoClient::stream_segments(Time now) {
     const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - sent_);
     const bool last = sent_ + size == request_.size;
     Frame frame = request_frame(static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
-    for (std::size_t i = 0; i < size; ++i)
-      frame.data[1 + i] = data_[sent_ + i];
+    sdo::copy_segment(frame.data.data() + 1, data_.data() + sent_, size);
     sent_ = static_cast<std::uint16_t>(sent_ + size);
     outbox_.send(frame, now);
   }

@@ -4,6 +4,8 @@
 /// The bits of SDO frames, once, for both sides (CiA 301, 7.2.4.3). Client and server take frames apart and
 /// put them together with these functions and with nothing else.
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
 #include "canopen/object_dictionary.hpp"
@@ -140,6 +142,16 @@ constexpr bool has_multiplexer(std::uint8_t command) {
     case Answer::kBlockDownload: return block_step(command) == BlockStep::kInitiate;
     case Answer::kBlockUpload: return (command & 1) == 0;
     default: return false;
+  }
+}
+
+/// Copies the bytes of a segment; nearly all are full, and those go without a loop.
+inline void copy_segment(std::uint8_t* to, const std::uint8_t* from, std::size_t size) {
+  if (size == kSegmentBytes) {
+    std::copy_n(from, kSegmentBytes, to);
+  } else {
+    for (std::size_t i = 0; i < size; ++i)
+      to[i] = from[i];
   }
 }
 

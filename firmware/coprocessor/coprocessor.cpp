@@ -18,9 +18,10 @@ const regmap::NmtRow* find_nmt_command(std::uint16_t code) {
 }
 
 void load_bytes(const RegisterWindow& window, std::span<std::uint8_t> bytes) {
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
+  for (std::size_t i = 0; i < bytes.size(); i += 2) {
     const std::uint16_t word = window.get(regmap::kData + i / 2);
-    bytes[i] = static_cast<std::uint8_t>(i % 2 == 0 ? word : word >> 8);
+    bytes[i] = static_cast<std::uint8_t>(word);
+    if (i + 1 < bytes.size()) bytes[i + 1] = static_cast<std::uint8_t>(word >> 8);
   }
 }
 
