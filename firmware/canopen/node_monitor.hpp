@@ -25,8 +25,27 @@ class NodeMonitor {
   /// `fresh_for`: how long news count where no consumer heartbeat time is set.
   explicit NodeMonitor(Time fresh_for) : fresh_for_(fresh_for) {}
 
-  /// A data frame with CAN-ID 700h + 1..127. True when it was a boot-up message.
-  bool on_frame(const Frame& frame, Time now);
+  enum class News : std::uint8_t { kNone, kBootUp, kState };
+
+  /// A data frame with CAN-ID 700h + 1..127.
+  News on_frame(const Frame& frame, Time now) {
+    const std::uint8_t state = frame.data[0] & nmt::kStateMask;
+    if (frame.length == 0 || !nmt::is_state(state)) {
+      ++counters_.ignored;
+      return News::kNone;
+    }
+    const std::size_t node = frame.id & nmt::kMaxNode;
+    reported_at_[node] = now;
+    nodes_[node].report = Report::kBelieved;
+    if (static_cast<nmt::State>(state) == nmt::State::kInitialising) {
+      nodes_[node].state = nmt::State::kPreOperational;
+      ++counters_.boot_ups;
+      return News::kBootUp;
+    }
+    nodes_[node].state = static_cast<nmt::State>(state);
+    ++counters_.heartbeats;
+    return News::kState;
+  }
 
   /// Consumer heartbeat time (1016h) of a node, 1..127; 0 = none.
   void set_consumer_time(std::uint8_t node, std::uint16_t ms) { nodes_[node].consumer_ms = ms; }
@@ -34,13 +53,13 @@ class NodeMonitor {
 
   /// An NMT command has gone out to this node, 0 = to all: what it reported before may no longer be so.
   void doubt(std::uint8_t node);
-  bool in_doubt(std::uint8_t node) const { return nodes_[node].doubted; }
+  bool in_doubt(std::uint8_t node) const { return nodes_[node].report == Report::kDoubted; }
 
   /// The last reported state is recent enough to be believed.
   bool is_fresh(std::uint8_t node, Time now) const;
 
   /// The node has reported at least once.
-  bool was_seen(std::uint8_t node) const { return nodes_[node].seen; }
+  bool was_seen(std::uint8_t node) const { return nodes_[node].report != Report::kNone; }
 
   /// The last reported state; a boot-up counts as pre-operational.
   nmt::State last_state(std::uint8_t node) const { return nodes_[node].state; }
@@ -48,11 +67,12 @@ class NodeMonitor {
   const Counters& counters() const { return counters_; }
 
  private:
+  enum class Report : std::uint8_t { kNone, kBelieved, kDoubted };
+
   struct Node {
     std::uint16_t consumer_ms = 0;
     nmt::State state = nmt::State::kInitialising;
-    bool seen : 1 = false;
-    bool doubted : 1 = false;
+    Report report = Report::kNone;
   };
 
   // Times apart from the rest: 64-bit alignment would cost four bytes for every node.

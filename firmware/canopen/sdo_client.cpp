@@ -11,6 +11,7 @@ namespace cbcan {
 /// What each kind of event means in one state. An abort, a frame with another multiplexer and a short frame
 /// mean the same in all of them and never get here.
 struct SdoClient::State {
+  Phase phase;
   std::uint8_t accepts;  ///< bit n: an answer with command specifier n belongs here; any other is ABORT_SYNC
   void (SdoClient::*on_answer)(const Frame&, Time);
   void (SdoClient::*on_deadline)(Time);
@@ -32,42 +33,45 @@ constexpr AbortCode kCancelled = AbortCode::kGeneral;
 }  // namespace
 
 using Self = SdoClient;
+using Phase = SdoClient::Phase;
 
-const Self::State Self::kIdle{kNone, &Self::misplaced, &Self::nothing, &Self::nothing};
-const Self::State Self::kHeldBack{kNone, &Self::misplaced, &Self::hold_or_begin, &Self::nothing};
-const Self::State Self::kQueued{kNone, &Self::misplaced, &Self::timed_out, &Self::begin};
+const Self::State Self::kIdle{Phase::kIdle, kNone, &Self::misplaced, &Self::nothing, &Self::nothing};
+const Self::State Self::kHeldBack{Phase::kHeldBack, kNone, &Self::misplaced, &Self::hold_or_begin,
+                                  &Self::nothing};
+const Self::State Self::kQueued{Phase::kQueued, kNone, &Self::misplaced, &Self::timed_out, &Self::begin};
 
-const Self::State Self::kUploadInitiate{only(sdo::Answer::kInitiateUpload), &Self::upload_initiated,
-                                        &Self::timed_out, &Self::opened};
-const Self::State Self::kUploadSegment{only(sdo::Answer::kUploadSegment), &Self::upload_segment,
-                                       &Self::timed_out, &Self::nothing};
+const Self::State Self::kUploadInitiate{Phase::kUploadInitiate, only(sdo::Answer::kInitiateUpload),
+                                        &Self::upload_initiated, &Self::timed_out, &Self::opened};
+const Self::State Self::kUploadSegment{Phase::kUploadSegment, only(sdo::Answer::kUploadSegment),
+                                       &Self::upload_segment, &Self::timed_out, &Self::nothing};
 
-const Self::State Self::kDownloadExpedited{only(sdo::Answer::kInitiateDownload), &Self::download_done,
-                                           &Self::timed_out, &Self::opened};
-const Self::State Self::kDownloadInitiate{only(sdo::Answer::kInitiateDownload), &Self::download_initiated,
-                                          &Self::timed_out, &Self::opened};
-const Self::State Self::kDownloadSegment{only(sdo::Answer::kDownloadSegment), &Self::download_segment_taken,
-                                         &Self::timed_out, &Self::nothing};
+const Self::State Self::kDownloadExpedited{Phase::kDownloadExpedited, only(sdo::Answer::kInitiateDownload),
+                                           &Self::download_done, &Self::timed_out, &Self::opened};
+const Self::State Self::kDownloadInitiate{Phase::kDownloadInitiate, only(sdo::Answer::kInitiateDownload),
+                                          &Self::download_initiated, &Self::timed_out, &Self::opened};
+const Self::State Self::kDownloadSegment{Phase::kDownloadSegment, only(sdo::Answer::kDownloadSegment),
+                                         &Self::download_segment_taken, &Self::timed_out, &Self::nothing};
 
 const Self::State Self::kBlockDownloadInitiate{
-    only(sdo::Answer::kBlockDownload), &Self::block_download_initiated, &Self::timed_out, &Self::opened};
-const Self::State Self::kBlockDownloadStream{kNone, &Self::misplaced, &Self::timed_out,
-                                             &Self::stream_segments};
+    Phase::kBlockDownloadInitiate, only(sdo::Answer::kBlockDownload), &Self::block_download_initiated,
+    &Self::timed_out, &Self::opened};
+const Self::State Self::kBlockDownloadStream{Phase::kBlockDownloadStream, kNone, &Self::misplaced,
+                                             &Self::timed_out, &Self::stream_segments};
 const Self::State Self::kBlockDownloadAcknowledge{
-    only(sdo::Answer::kBlockDownload), &Self::block_download_acknowledged, &Self::timed_out, &Self::nothing};
-const Self::State Self::kBlockDownloadEnd{only(sdo::Answer::kBlockDownload), &Self::block_download_ended,
-                                          &Self::timed_out, &Self::nothing};
+    Phase::kBlockDownloadAcknowledge, only(sdo::Answer::kBlockDownload), &Self::block_download_acknowledged,
+    &Self::timed_out, &Self::nothing};
+const Self::State Self::kBlockDownloadEnd{Phase::kBlockDownloadEnd, only(sdo::Answer::kBlockDownload),
+                                          &Self::block_download_ended, &Self::timed_out, &Self::nothing};
 
-const Self::State Self::kBlockUploadInitiate{only(sdo::Answer::kBlockUpload), &Self::block_upload_initiated,
-                                             &Self::timed_out, &Self::opened};
-const Self::State Self::kBlockUploadStream{kSegments, &Self::block_upload_segment, &Self::ask_for_rest,
-                                           &Self::nothing};
-const Self::State Self::kBlockUploadEnd{kSegments, &Self::block_upload_ended, &Self::timed_out,
-                                        &Self::nothing};
+const Self::State Self::kBlockUploadInitiate{Phase::kBlockUploadInitiate, only(sdo::Answer::kBlockUpload),
+                                             &Self::block_upload_initiated, &Self::timed_out, &Self::opened};
+const Self::State Self::kBlockUploadStream{Phase::kBlockUploadStream, kSegments, &Self::block_upload_segment,
+                                           &Self::ask_for_rest, &Self::nothing};
+const Self::State Self::kBlockUploadEnd{Phase::kBlockUploadEnd, kSegments, &Self::block_upload_ended,
+                                        &Self::timed_out, &Self::nothing};
 
-void SdoClient::enter(const State& state, Time deadline) {
-  state_ = &state;
-  deadline_ = deadline;
+SdoClient::Phase SdoClient::phase() const {
+  return state_->phase;
 }
 
 void SdoClient::leave(Outcome outcome) {
@@ -130,43 +134,33 @@ void SdoClient::hold_or_begin(Time now) {
 
 void SdoClient::begin(Time now) {
   // The abort of the transfer before may still be waiting for the port: it goes first.
-  if (outbox_.waiting()) return enter(kQueued, timeout_from(now));
+  if (outbox_.waiting()) return await(kQueued, now);
   request_.direction == Direction::kRead ? begin_read(now) : begin_write(now);
 }
 
 void SdoClient::begin_read(Time now) {
-  if (request_.mode != Mode::kBlock) {
-    enter(kUploadInitiate, timeout_from(now));
-    opened_ = outbox_.send(request_frame(sdo::command(sdo::Request::kInitiateUpload), mux()), now);
-    return;
-  }
+  if (request_.mode != Mode::kBlock)
+    return ask(kUploadInitiate, now, sdo::command(sdo::Request::kInitiateUpload), mux());
   // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
   block_size_ = static_cast<std::uint8_t>((request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes);
-  enter(kBlockUploadInitiate, timeout_from(now));
-  opened_ = outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload,
-                                                    sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
-                                       mux(), block_size_),
-                         now);
+  const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc);
+  ask(kBlockUploadInitiate, now, sdo::command(sdo::Request::kBlockUpload, bits), mux(), block_size_);
 }
 
 void SdoClient::begin_write(Time now) {
   const std::uint32_t size = request_.size;
   if (request_.mode == Mode::kBlock) {
-    enter(kBlockDownloadInitiate, timeout_from(now));
     const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
-    opened_ = outbox_.send(request_frame(sdo::command(sdo::Request::kBlockDownload, bits), mux(), size), now);
-  } else if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes) {
-    enter(kDownloadInitiate, timeout_from(now));
-    opened_ = outbox_.send(
-        request_frame(sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated), mux(), size), now);
-  } else {
-    enter(kDownloadExpedited, timeout_from(now));
-    Frame frame =
-        request_frame(sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)), mux());
-    for (std::uint32_t i = 0; i < size; ++i)
-      frame.data[4 + i] = data_[i];
-    opened_ = outbox_.send(frame, now);
+    return ask(kBlockDownloadInitiate, now, sdo::command(sdo::Request::kBlockDownload, bits), mux(), size);
   }
+  if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes)
+    return ask(kDownloadInitiate, now, sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated),
+               mux(), size);
+  std::uint32_t value = 0;
+  for (std::uint32_t i = size; i-- > 0;)
+    value = value << 8 | data_[i];
+  ask(kDownloadExpedited, now, sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)),
+      mux(), value);
 }
 
 // ---- What arrives
@@ -255,10 +249,8 @@ void SdoClient::upload_initiated(const Frame& frame, Time now) {
     return done(size);
   }
   if (request_.mode == Mode::kExpedited) return abort_and_tell(AbortCode::kNoSegment, now);
-  declared_ = sized ? sdo::tail_of(frame) : kUndeclared;
-  if (sized && declared_ > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
-  enter(kUploadSegment, timeout_from(now));
-  outbox_.send(request_frame(sdo::command(sdo::Request::kUploadSegment)), now);
+  if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength, now);
+  ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment));
 }
 
 void SdoClient::upload_segment(const Frame& frame, Time now) {
@@ -266,32 +258,28 @@ void SdoClient::upload_segment(const Frame& frame, Time now) {
   if ((command & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
   const std::size_t size = sdo::segment_size(command);
   const bool last = (command & sdo::kLastSegment) != 0;
-  if (!take(frame, size, !last, now)) return;
+  if (received_ + size > limit_) return overflow(!last, now);
+  copy_in(frame, size);
   if (last) {
-    if (declared_ != kUndeclared && received_ != declared_) return fail(AbortCode::kObjectLength);
-    return done(received_);
+    return is_whole() ? done(received_) : fail(AbortCode::kObjectLength);
   }
   if (size == 0 && ++empty_segments_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength, now);
   toggle_ ^= sdo::kToggle;
-  enter(kUploadSegment, timeout_from(now));
-  outbox_.send(request_frame(sdo::command(sdo::Request::kUploadSegment, toggle_)), now);
+  ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment, toggle_));
 }
 
-/// Appends the segment's bytes; false when they do not fit and the transfer has ended.
-bool SdoClient::take(const Frame& frame, std::size_t size, bool server_waits, Time now) {
-  const bool declared = declared_ != kUndeclared;
-  if (received_ + size <= (declared ? declared_ : request_.size)) {
-    copy_in(frame, size);
-    return true;
-  }
-  const AbortCode code = declared ? AbortCode::kObjectLength : AbortCode::kReadLength;
+/// What may come: the size that the server declares, else as much as there is room. False: that does not fit.
+bool SdoClient::declare(bool sized, const Frame& frame) {
+  const std::uint32_t size = sized ? sdo::tail_of(frame) : request_.size;
+  declared_ = sized;
+  limit_ = static_cast<std::uint16_t>(size);
+  return size <= request_.size;
+}
+
+/// More bytes than may come.
+void SdoClient::overflow(bool server_waits, Time now) {
+  const AbortCode code = declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength;
   server_waits ? abort_and_tell(code, now) : fail(code);
-  return false;
-}
-
-void SdoClient::copy_in(const Frame& frame, std::size_t size) {
-  sdo::copy_segment(data_.data() + received_, frame.data.data() + 1, size);
-  received_ = static_cast<std::uint16_t>(received_ + size);
 }
 
 // ---- Download
@@ -317,9 +305,9 @@ void SdoClient::send_download_segment(Time now) {
   const bool last = sent_ + size == request_.size;
   Frame frame =
       request_frame(sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last)));
-  sdo::copy_segment(frame.data.data() + 1, data_.data() + sent_, size);
+  sdo::put_segment(frame, data_.data() + sent_, size);
   sent_ = static_cast<std::uint16_t>(sent_ + size);
-  enter(kDownloadSegment, timeout_from(now));
+  await(kDownloadSegment, now);
   outbox_.send(frame, now);
 }
 
@@ -342,8 +330,20 @@ void SdoClient::timed_out(Time now) {
   abort_and_tell(AbortCode::kTimeOut, now);
 }
 
-Frame SdoClient::request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) const {
-  return sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail);
+Frame SdoClient::request_frame(std::uint8_t command) const {
+  return sdo::make_frame(sdo::kRequestId + request_.node, command);
+}
+
+void SdoClient::await(const State& state, Time now) {
+  enter(state, timeout_from(now));
+}
+
+/// Sends a request and waits for its answer. The first one that leaves opens the transfer.
+void SdoClient::ask(const State& state, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3,
+                    std::uint32_t tail) {
+  await(state, now);
+  if (outbox_.send(sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail), now))
+    opened_ = true;
 }
 
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this

@@ -42,6 +42,26 @@ class SdoClient {
   enum class Mode : std::uint8_t { kAuto, kExpedited, kSegmented, kBlock };
   enum class Outcome : std::uint8_t { kIdle, kBusy, kDone, kFailed };
 
+  /// Where a transfer stands, for people and tests: what the client is waiting for.
+  enum class Phase : std::uint8_t {
+    kIdle,                      ///< nothing to do
+    kHeldBack,                  ///< the end of the node's quarantine
+    kQueued,                    ///< the port: the abort of the transfer before has not left yet
+    kUploadInitiate,            ///< answer to "initiate upload"
+    kUploadSegment,             ///< next segment
+    kDownloadExpedited,         ///< confirmation of an expedited download
+    kDownloadInitiate,          ///< answer to "initiate download"
+    kDownloadSegment,           ///< confirmation of a segment
+    kBlockDownloadInitiate,     ///< answer to "initiate block download"
+    kBlockDownloadStream,       ///< the port: segments of a sub-block are still to be sent
+    kBlockDownloadAcknowledge,  ///< acknowledgement of a sub-block
+    kBlockDownloadEnd,          ///< confirmation of the end
+    kBlockUploadInitiate,       ///< answer to "initiate block upload"
+    kBlockUploadStream,         ///< next segment of a sub-block
+    kBlockUploadEnd,            ///< end of the block upload
+  };
+  static constexpr std::size_t kPhases = 15;
+
   struct Request {
     std::uint8_t node;  ///< 1..127
     std::uint8_t sub;
@@ -92,6 +112,7 @@ class SdoClient {
 
   Outcome outcome() const { return outcome_; }
   bool busy() const { return outcome_ == Outcome::kBusy; }
+  Phase phase() const;
   std::uint16_t size() const { return received_; }
   AbortCode error() const { return error_; }
   const Counters& counters() const { return counters_; }
@@ -99,7 +120,6 @@ class SdoClient {
 
  private:
   struct State;
-  static constexpr std::uint32_t kUndeclared = 0xFFFFFFFF;
 
   static const State kIdle;
   static const State kHeldBack;
@@ -152,7 +172,10 @@ class SdoClient {
   void abort_and_tell(AbortCode code, Time now);
   void leave(Outcome outcome);
 
-  void enter(const State& state, Time deadline);
+  void enter(const State& state, Time deadline) {
+    state_ = &state;
+    deadline_ = deadline;
+  }
   void on_stray(const Frame& frame, Time now);
   void on_abort(const Frame& frame);
   bool is_abort(std::uint8_t command) const;
@@ -162,10 +185,18 @@ class SdoClient {
   void take_last_segment(const Frame& frame);
   void acknowledge_block(Time now);
   void send_block_acknowledge(Time now);
-  bool take(const Frame& frame, std::size_t size, bool server_waits, Time now);
-  void copy_in(const Frame& frame, std::size_t size);
+  void overflow(bool server_waits, Time now);
+  bool declare(bool sized, const Frame& frame);
+  bool is_whole() const { return !declared_ || received_ == limit_; }
+  void copy_in(const Frame& frame, std::size_t size) {
+    sdo::take_segment(frame, data_.data() + received_, size);
+    received_ = static_cast<std::uint16_t>(received_ + size);
+  }
 
-  Frame request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0) const;
+  Frame request_frame(std::uint8_t command) const;
+  void await(const State& state, Time now);
+  void ask(const State& state, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
+           std::uint32_t tail = 0);
   void drop_refused();
 
   void quarantine(bool stream, Time now);
@@ -182,9 +213,9 @@ class SdoClient {
   const State* state_ = &kIdle;
   Time deadline_ = kNever;  ///< of the state; kNever when idle, so it cannot outlive a transfer
   Request request_{};
-  std::uint32_t declared_ = 0;  ///< size that the server announced, or kUndeclared
   AbortCode error_ = AbortCode::kNone;
   std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
+  std::uint16_t limit_ = 0;      ///< bytes that a read may bring: what the server declared, or the room
   std::uint16_t received_ = 0;   ///< bytes of a read so far
   std::uint16_t sent_ = 0;       ///< bytes of a write on their way or there
   std::uint16_t confirmed_ = 0;  ///< bytes of a block write that the server has acknowledged
@@ -193,6 +224,7 @@ class SdoClient {
   std::uint8_t block_size_ = 0;
   std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order
   std::uint8_t fruitless_ = 0;
+  bool declared_ = false;  ///< the server has announced the size
   bool crc_ = false;
   bool asked_again_ = false;
   bool opened_ = false;  ///< the first request has left: the server may know of this transfer

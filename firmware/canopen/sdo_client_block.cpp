@@ -17,21 +17,22 @@ void SdoClient::block_download_initiated(const Frame& frame, Time now) {
   block_size_ = frame.data[4];
   sequence_ = 0;
   if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize, now);
-  enter(kBlockDownloadStream, timeout_from(now));
+  await(kBlockDownloadStream, now);
   stream_segments(now);
 }
 
 /// Sends what the port takes of this sub-block; comes back here when the port has room again.
 void SdoClient::stream_segments(Time now) {
+  Frame frame = request_frame(0);
   while (!outbox_.waiting() && sequence_ < block_size_ && sent_ < request_.size) {
     const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - sent_);
     const bool last = sent_ + size == request_.size;
-    Frame frame = request_frame(static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
-    sdo::copy_segment(frame.data.data() + 1, data_.data() + sent_, size);
+    frame.data[0] = static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0));
+    sdo::put_segment(frame, data_.data() + sent_, size);
     sent_ = static_cast<std::uint16_t>(sent_ + size);
     outbox_.send(frame, now);
   }
-  if (!outbox_.waiting()) enter(kBlockDownloadAcknowledge, timeout_from(now));
+  if (!outbox_.waiting()) await(kBlockDownloadAcknowledge, now);
 }
 
 void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
@@ -49,14 +50,12 @@ void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
   sent_ = confirmed_;
   sequence_ = 0;
   if (sent_ < request_.size) {
-    enter(kBlockDownloadStream, timeout_from(now));
+    await(kBlockDownloadStream, now);
     return stream_segments(now);
   }
   const std::size_t unused = (sdo::kSegmentBytes - request_.size % sdo::kSegmentBytes) % sdo::kSegmentBytes;
   const std::uint16_t crc = crc_ ? crc16(std::span(data_).first(request_.size)) : std::uint16_t{0};
-  enter(kBlockDownloadEnd, timeout_from(now));
-  outbox_.send(request_frame(sdo::command(sdo::Request::kBlockDownload, sdo::block_end_bits(unused)), crc),
-               now);
+  ask(kBlockDownloadEnd, now, sdo::command(sdo::Request::kBlockDownload, sdo::block_end_bits(unused)), crc);
 }
 
 void SdoClient::block_download_ended(const Frame& frame, Time now) {
@@ -72,8 +71,7 @@ void SdoClient::block_upload_initiated(const Frame& frame, Time now) {
   if ((command & 1) != 0) return abort_and_tell(AbortCode::kSync, now);
   crc_ = (command & sdo::kBlockCrc) != 0;
   const bool sized = (command & sdo::kBlockSizeIndicated) != 0;
-  declared_ = sized ? sdo::tail_of(frame) : kUndeclared;
-  if (sized && declared_ > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
+  if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength, now);
   sequence_ = 0;
   asked_again_ = false;
   enter(kBlockUploadStream, half_timeout_from(now));
@@ -93,15 +91,15 @@ void SdoClient::block_upload_segment(const Frame& frame, Time now) {
     if (last || sequence == block_size_) acknowledge_block(now);
     return;
   }
-  if (!last && !take(frame, sdo::kSegmentBytes, true, now)) return;
   sequence_ = sequence;
   if (last) {
     take_last_segment(frame);
-    enter(kBlockUploadEnd, timeout_from(now));
-    send_block_acknowledge(now);
-  } else if (sequence == block_size_) {
-    acknowledge_block(now);
+    await(kBlockUploadEnd, now);
+    return send_block_acknowledge(now);
   }
+  if (received_ + sdo::kSegmentBytes > limit_) return overflow(true, now);
+  copy_in(frame, sdo::kSegmentBytes);
+  if (sequence == block_size_) acknowledge_block(now);
 }
 
 /// How many of its bytes are data is known at the end of the transfer; they all count until then.
@@ -123,8 +121,9 @@ void SdoClient::acknowledge_block(Time now) {
 void SdoClient::send_block_acknowledge(Time now) {
   const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
   outbox_.send(
-      request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
-                    taken_and_size),
+      sdo::make_frame(sdo::kRequestId + request_.node,
+                      sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
+                      taken_and_size),
       now);
 }
 
@@ -148,7 +147,7 @@ void SdoClient::block_upload_ended(const Frame& frame, Time now) {
   const std::uint8_t unused = sdo::block_unused(command);
   if (unused > received_) return abort_and_tell(AbortCode::kObjectLength, now);
   const auto size = static_cast<std::uint16_t>(received_ - unused);
-  if (declared_ != kUndeclared && size != declared_) return abort_and_tell(AbortCode::kObjectLength, now);
+  if (declared_ && size != limit_) return abort_and_tell(AbortCode::kObjectLength, now);
   if (size > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
   if (crc_ && sdo::load16(frame, 1) != crc16(std::span(data_).first(size)))
     return abort_and_tell(AbortCode::kBlockCrc, now);

@@ -5,6 +5,7 @@
 /// put them together with these functions and with nothing else.
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -145,13 +146,16 @@ constexpr bool has_multiplexer(std::uint8_t command) {
   }
 }
 
-/// Copies the bytes of a segment; nearly all are full, and those go without a loop.
-inline void copy_segment(std::uint8_t* to, const std::uint8_t* from, std::size_t size) {
+/// The bytes behind byte 0 of a segment. Nearly all segments are full, and those go without a loop; by way of
+/// a local, so that the compiler need not fear that the two overlap.
+inline void take_segment(const Frame& frame, std::uint8_t* to, std::size_t size) {
   if (size == kSegmentBytes) {
-    std::copy_n(from, kSegmentBytes, to);
+    std::array<std::uint8_t, kSegmentBytes> bytes;
+    std::copy_n(frame.data.begin() + 1, kSegmentBytes, bytes.begin());
+    std::copy_n(bytes.begin(), kSegmentBytes, to);
   } else {
     for (std::size_t i = 0; i < size; ++i)
-      to[i] = from[i];
+      to[i] = frame.data[1 + i];
   }
 }
 
@@ -177,18 +181,26 @@ constexpr std::uint8_t block_end_bits(std::size_t unused) {
   return bits(BlockStep::kEnd, static_cast<std::uint8_t>(unused << 2));
 }
 
-/// A frame of eight bytes: command, bytes 1..3, bytes 4..7.
+/// A frame of eight bytes: command, bytes 1..3, bytes 4..7. Taken from one number they are one store.
 constexpr Frame make_frame(std::uint32_t id, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
                            std::uint32_t tail = 0) {
-  const auto byte = [](std::uint32_t value, unsigned at) {
-    return static_cast<std::uint8_t>(value >> 8 * at);
-  };
+  const std::uint64_t bytes = command | std::uint64_t{bytes_1_to_3} << 8 | std::uint64_t{tail} << 32;
+  const auto byte = [bytes](unsigned at) { return static_cast<std::uint8_t>(bytes >> 8 * at); };
   Frame frame;
   frame.id = id;
   frame.length = 8;
-  frame.data = {command,       byte(bytes_1_to_3, 0), byte(bytes_1_to_3, 1), byte(bytes_1_to_3, 2),
-                byte(tail, 0), byte(tail, 1),         byte(tail, 2),         byte(tail, 3)};
+  frame.data = {byte(0), byte(1), byte(2), byte(3), byte(4), byte(5), byte(6), byte(7)};
   return frame;
+}
+
+/// Fills bytes 1..7 of a segment; those that it does not need are 0.
+inline void put_segment(Frame& frame, const std::uint8_t* from, std::size_t size) {
+  if (size == kSegmentBytes) {
+    std::copy_n(from, kSegmentBytes, frame.data.begin() + 1);
+  } else {
+    for (std::size_t i = 0; i < kSegmentBytes; ++i)
+      frame.data[1 + i] = i < size ? from[i] : 0;
+  }
 }
 
 constexpr Frame make_abort(std::uint32_t id, Multiplexer mux, AbortCode code) {

@@ -108,7 +108,7 @@ void SdoServer::download_segment(const Frame& frame, Time now) {
   if ((command & sdo::kToggle) != toggle_) return abort(AbortCode::kToggleBit, now);
   const std::size_t size = sdo::segment_size(command);
   if (done_ + size > capacity_) return abort(AbortCode::kParameterLength, now);
-  sdo::copy_segment(buffer_.data() + done_, frame.data.data() + 1, size);
+  sdo::take_segment(frame, buffer_.data() + done_, size);
   done_ += size;
   if ((command & sdo::kLastSegment) != 0) {
     state_ = State::kIdle;
@@ -152,7 +152,7 @@ void SdoServer::upload_segment(const Frame& frame, Time now) {
   Frame out =
       sdo::make_frame(sdo::kAnswerId + node_id_,
                       sdo::command(sdo::Answer::kUploadSegment, sdo::segment_bits(size, toggle_, last)));
-  sdo::copy_segment(out.data.data() + 1, buffer_.data() + done_, size);
+  sdo::put_segment(out, buffer_.data() + done_, size);
   done_ += size;
   toggle_ ^= sdo::kToggle;
   if (last) state_ = State::kIdle;
@@ -189,7 +189,7 @@ void SdoServer::block_download_segment(const Frame& frame, Time now) {
   if (in_order) {
     if (!last && done_ + sdo::kSegmentBytes > capacity_) return abort(AbortCode::kParameterLength, now);
     const std::size_t room = std::min<std::size_t>(sdo::kSegmentBytes, buffer_.size() - done_);
-    sdo::copy_segment(buffer_.data() + done_, frame.data.data() + 1, room);
+    sdo::take_segment(frame, buffer_.data() + done_, room);
     done_ += sdo::kSegmentBytes;
     sequence_ = sequence;
   }
@@ -251,7 +251,7 @@ void SdoServer::stream_segments(Time now) {
     last = done_ + size == size_;
     Frame out = sdo::make_frame(sdo::kAnswerId + node_id_,
                                 static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
-    sdo::copy_segment(out.data.data() + 1, buffer_.data() + done_, size);
+    sdo::put_segment(out, buffer_.data() + done_, size);
     done_ += size;
     outbox_.send(out, now);
   }

@@ -235,32 +235,40 @@ void Coprocessor::end_with_state(std::uint16_t state) {
 void Coprocessor::on_frame(const Frame& frame, Time now) {
   constexpr unsigned kFunctionShift = 7;
   switch (frame.id >> kFunctionShift) {
-    case sdo::kAnswerId >> kFunctionShift:
-      client_.on_frame(frame, now);
-      if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
-      return wake_at(client_.deadline());
+    case sdo::kAnswerId >> kFunctionShift: return on_sdo_answer(frame, now);
     case nmt::kErrorControlId >> kFunctionShift:
       if (frame.flags == 0) return on_error_control(frame, now);
       [[fallthrough]];
     case sdo::kRequestId >> kFunctionShift:
-    case nmt::kCommandId >> kFunctionShift:
-      now_ = now;
-      slave_.on_frame(frame, now);
-      return wake_at(slave_.deadline());
+    case nmt::kCommandId >> kFunctionShift: return on_own_node(frame, now);
     default: return;
   }
 }
 
+void Coprocessor::on_sdo_answer(const Frame& frame, Time now) {
+  client_.on_frame(frame, now);
+  if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
+  wake_at(client_.deadline());
+}
+
+void Coprocessor::on_own_node(const Frame& frame, Time now) {
+  now_ = now;
+  slave_.on_frame(frame, now);
+  wake_at(slave_.deadline());
+}
+
 void Coprocessor::on_error_control(const Frame& frame, Time now) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  const std::uint32_t before = monitor_.counters().ignored;
-  if (monitor_.on_frame(frame, now)) {
-    client_.on_boot_up(node, now);
-    if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
-    wake_at(client_.deadline());
-  }
-  if (activity_ == Activity::kNodeState && node == state_node_ && monitor_.counters().ignored == before)
-    end_node_state(monitor_.last_state(node));
+  const NodeMonitor::News news = monitor_.on_frame(frame, now);
+  if (news == NodeMonitor::News::kNone) return;
+  if (news == NodeMonitor::News::kBootUp) on_boot_up(node, now);
+  if (activity_ == Activity::kNodeState && node == state_node_) end_node_state(monitor_.last_state(node));
+}
+
+void Coprocessor::on_boot_up(std::uint8_t node, Time now) {
+  client_.on_boot_up(node, now);
+  if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
+  wake_at(client_.deadline());
 }
 
 // ---- The own node's dictionary

@@ -82,7 +82,10 @@ class Coprocessor final : private Application {
   void cancel(Time now);
   void work(Time now);
   void send_command(Time now);
+  void on_sdo_answer(const Frame& frame, Time now);
+  void on_own_node(const Frame& frame, Time now);
   void on_error_control(const Frame& frame, Time now);
+  void on_boot_up(std::uint8_t node, Time now);
   void end_sdo();
   void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint16_t>(state)); }
   void end_node_state_unanswered(Time now);

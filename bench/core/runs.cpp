@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include "runs.hpp"
+
+#include <array>
+
+#include "canopen/sdo_client.hpp"
+#include "coprocessor/coprocessor.hpp"
+#include "loopback.hpp"
+
+namespace cbcan::bench {
+
+namespace {
+
+using Direction = SdoClient::Direction;
+using Mode = SdoClient::Mode;
+
+constexpr std::uint8_t kNode = 5;
+
+bool transfer(SdoClient& client, Loopback& wire, const SdoClient::Request& request, Time now) {
+  client.start(request, now);
+  while (const Frame* answer = wire.answer())
+    client.on_frame(*answer, now);
+  return client.outcome() == SdoClient::Outcome::kDone;
+}
+
+template <std::uint16_t size, Direction direction, Mode mode>
+bool transfers(unsigned count) {
+  Loopback wire(size);
+  SdoClient client(wire);
+  for (std::size_t i = 0; i < client.data().size(); ++i)
+    client.data()[i] = static_cast<std::uint8_t>(i);
+  bool good = true;
+  for (unsigned i = 0; i < count; ++i)
+    good = transfer(client, wire, {kNode, 0, 0x2000, size, direction, mode}, i) && good;
+  return good;
+}
+
+struct Machine {
+  Machine() : coprocessor(RegisterWindow(RegisterWindow::Words(words)), wire, {}) {
+    coprocessor.start(0);
+    coprocessor.poll(0);
+  }
+  std::array<std::uint16_t, regmap::kWindowWords> words{};
+  Loopback wire{4};
+  Coprocessor coprocessor;
+};
+
+bool heartbeats(unsigned count) {
+  Machine machine;
+  Frame frame;
+  frame.length = 1;
+  frame.data[0] = 5;
+  for (unsigned i = 0; i < count; ++i) {
+    frame.id = 0x701 + i % 126;
+    machine.coprocessor.on_frame(frame, i);
+  }
+  return machine.coprocessor.node_monitor().counters().heartbeats == count;
+}
+
+bool idle_polls(unsigned count) {
+  Machine machine;
+  bool good = true;
+  for (unsigned i = 0; i < count; ++i)
+    good = machine.coprocessor.poll(i) == kNever && good;
+  return good;
+}
+
+constexpr std::array kRuns{
+    Run{"expedited read, 4 bytes", 200, transfers<4, Direction::kRead, Mode::kAuto>},
+    Run{"expedited write, 4 bytes", 200, transfers<4, Direction::kWrite, Mode::kAuto>},
+    Run{"segmented read, 128 bytes", 3400, transfers<128, Direction::kRead, Mode::kSegmented>},
+    Run{"segmented write, 128 bytes", 3400, transfers<128, Direction::kWrite, Mode::kSegmented>},
+    Run{"block read with CRC, 128 bytes", 3500, transfers<128, Direction::kRead, Mode::kBlock>},
+    Run{"block write with CRC, 128 bytes", 2500, transfers<128, Direction::kWrite, Mode::kBlock>},
+    Run{"heartbeat frame", 50, heartbeats},
+    Run{"idle poll", 25, idle_polls},
+};
+
+}  // namespace
+
+std::span<const Run> runs() {
+  return kRuns;
+}
+
+}  // namespace cbcan::bench

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What is measured of the core, once each, over the loopback: shared by the stopwatch (core_bench) and the
+/// instruction counter (core_instructions).
+
+#include <span>
+
+namespace cbcan::bench {
+
+struct Run {
+  const char* name;
+  unsigned limit;  ///< instructions, x86-64 -O2: the figure to reach
+  /// Does it `count` times; false: an outcome was wrong.
+  bool (*run)(unsigned count);
+};
+
+std::span<const Run> runs();
+
+}  // namespace cbcan::bench
