@@ -5,7 +5,7 @@
 
 #include "canopen/sdo_client.hpp"
 #include "coprocessor/coprocessor.hpp"
-#include "loopback.hpp"
+#include "support/sdo_peer.hpp"
 
 namespace cbcan::bench {
 
@@ -15,6 +15,20 @@ using Direction = SdoClient::Direction;
 using Mode = SdoClient::Mode;
 
 constexpr std::uint8_t kNode = 5;
+
+/// An in-memory wire: what is sent is answered at once.
+class Loopback final : public CanPort {
+ public:
+  explicit Loopback(std::size_t size) : peer_(size) {}
+  bool try_send(const Frame& frame) override {
+    peer_.on_frame(frame);
+    return true;
+  }
+  const Frame* answer() { return peer_.answer(); }
+
+ private:
+  test::SdoPeer peer_;
+};
 
 bool transfer(SdoClient& client, Loopback& wire, const SdoClient::Request& request, Time now) {
   client.start(request, now);

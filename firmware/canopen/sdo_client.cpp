@@ -178,7 +178,7 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
     ++counters_.too_short;
     return;
   }
-  if (is_abort(command)) return on_abort(frame);
+  if (is_abort(command)) return on_abort(frame, now);
   if (!segments && sdo::has_multiplexer(command) && sdo::multiplexer_of(frame) != mux()) {
     ++counters_.other_object;
     return;
@@ -219,13 +219,15 @@ bool SdoClient::is_abort(std::uint8_t command) const {
   return sdo::is(command, sdo::Answer::kAbort);
 }
 
-void SdoClient::on_abort(const Frame& frame) {
+void SdoClient::on_abort(const Frame& frame, Time now) {
   const sdo::Multiplexer theirs = sdo::multiplexer_of(frame);
   if (theirs != mux() && theirs != 0) {
     ++counters_.other_object;
     return;
   }
   ++counters_.aborts_received;
+  // Segments that were on their way when the server gave up may be answered too, each by an abort.
+  if (state_ == &kBlockDownloadStream || state_ == &kBlockDownloadAcknowledge) quarantine(true, now);
   const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
   fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
 }

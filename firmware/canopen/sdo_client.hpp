@@ -177,7 +177,7 @@ class SdoClient {
     deadline_ = deadline;
   }
   void on_stray(const Frame& frame, Time now);
-  void on_abort(const Frame& frame);
+  void on_abort(const Frame& frame, Time now);
   bool is_abort(std::uint8_t command) const;
   void begin_read(Time now);
   void begin_write(Time now);

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// An SDO server written by hand for tests and benchmarks, with nothing of the product in it but the frame:
+/// node 5 with one object, 2000h sub-index 0. It keeps to CiA 301, 7.2.4 and does the least that this asks
+/// for.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cbcan/frame.hpp"
+
+namespace cbcan::test {
+
+class SdoPeer {
+ public:
+  static constexpr std::size_t kCapacity = 128;
+
+  /// An object of `size` bytes, 1..128. Block downloads are confirmed every `block_size` segments.
+  explicit SdoPeer(std::size_t size, std::uint8_t block_size = 127) : size_(size), block_size_(block_size) {}
+
+  /// From now on the object holds `first`, `first` + 1, `first` + 2, ...
+  void hold(std::uint8_t first) { first_ = first; }
+
+  /// A request. The answers to it, none or several, wait for answer().
+  void on_frame(const Frame& frame);
+
+  /// The next answer; null = none. Valid until the next request.
+  const Frame* answer() { return head_ == tail_ ? nullptr : &answers_[head_++ % answers_.size()]; }
+
+  /// What the last download brought that came to its end; empty = none yet.
+  std::span<const std::uint8_t> written() const { return std::span(value_).first(written_); }
+
+ private:
+  enum class State : std::uint8_t {
+    kIdle,
+    kDownload,
+    kUpload,
+    kBlockDownload,
+    kBlockDownloadEnd,
+    kBlockUploadStart,
+    kBlockUpload,
+    kBlockUploadEnd,
+  };
+
+  void initiate_download(const Frame& frame);
+  void download_segment(const Frame& frame);
+  void initiate_upload();
+  void upload_segment(const Frame& frame);
+  void initiate_block_download(const Frame& frame);
+  void block_download_segment(const Frame& frame);
+  void end_block_download(const Frame& frame);
+  void initiate_block_upload(const Frame& frame);
+  void stream();
+  void block_upload_acknowledged(const Frame& frame);
+
+  bool keep(const Frame& frame, std::size_t at, std::size_t count);
+  std::size_t fill(Frame& frame, std::size_t at) const;
+  Frame& reply(unsigned command);
+  Frame& reply_with_object(unsigned command);
+  void abort(std::uint32_t code);
+
+  std::size_t size_;
+  std::uint8_t block_size_;
+  std::uint8_t first_ = 0;
+  State state_ = State::kIdle;
+  std::uint8_t toggle_ = 0;
+  std::uint8_t sequence_ = 0;
+  std::uint8_t window_ = 0;  ///< segments that the client takes at a time
+  std::size_t done_ = 0;
+  std::size_t confirmed_ = 0;
+  std::size_t written_ = 0;
+  std::array<std::uint8_t, kCapacity + 7> value_{};
+  std::size_t head_ = 0;
+  std::size_t tail_ = 0;
+  std::array<Frame, 64> answers_{};
+};
+
+}  // namespace cbcan::test
