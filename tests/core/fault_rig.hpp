@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One transfer after the other between a coprocessor and SdoPeer over a wire that does harm to one frame, in virtual
-/// time. Frames are numbered as they appear on the wire, from 0, both directions together.
+/// One transfer after the other between a coprocessor and SdoPeer over a wire that does harm to one frame, in
+/// virtual time. Frames are numbered as they appear on the wire, from 0, both directions together.
 
 #include <array>
 #include <deque>
@@ -41,8 +41,8 @@ class FaultRig final : private CanPort {
 
   /// Frame `number` meets `harm`.
   void hurt(std::size_t number, Harm harm);
-  /// At frame `number` the peer forgets what it is doing and sends this instead: an abort, or its boot-up message,
-  /// before which it hears nothing.
+  /// At frame `number` the peer forgets what it is doing and sends this instead: an abort, or its boot-up
+  /// message, before which it hears nothing.
   void interrupt(std::size_t number, const Frame& instead);
   /// The port takes no frame from its try `number` on: once, or until mend().
   void refuse(std::size_t number, bool for_ever);

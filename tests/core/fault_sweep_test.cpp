@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every kind of transfer, every frame of it, every harm that can be done to that frame. What has to come of it is in
-// one table, by what the frame is; and whatever comes of it, the rules at the end of this file hold.
+// Every kind of transfer, every frame of it, every harm that can be done to that frame. What has to come of
+// it is in one table, by what the frame is; and whatever comes of it, the rules at the end of this file hold.
 #include <algorithm>
 
 #include "fault_rig.hpp"
@@ -18,11 +18,31 @@ constexpr Transfer kTransfers[] = {
 /// What a frame is within its transfer.
 enum class Role {
   // from the server
-  kExpedited, kUpload, kSegment, kLastSegment, kWritten, kDownload, kTaken, kLastTaken,
-  kBlockDownload, kAcknowledge, kLastAcknowledge, kBlockDownloadEnd,
-  kBlockUpload, kBlockSegment, kBlockUploadEnd,
+  kExpedited,
+  kUpload,
+  kSegment,
+  kLastSegment,
+  kWritten,
+  kDownload,
+  kTaken,
+  kLastTaken,
+  kBlockDownload,
+  kAcknowledge,
+  kLastAcknowledge,
+  kBlockDownloadEnd,
+  kBlockUpload,
+  kBlockSegment,
+  kBlockUploadEnd,
   // from the client
-  kInitiate, kRequest, kLastRequest, kBlockOut, kBlockOutLast, kStart, kConfirm, kEnd, kGoodbye,
+  kInitiate,
+  kRequest,
+  kLastRequest,
+  kBlockOut,
+  kBlockOutLast,
+  kStart,
+  kConfirm,
+  kEnd,
+  kGoodbye,
 };
 
 std::vector<FaultRig::WireFrame> undisturbed(const Transfer& transfer) {
@@ -54,7 +74,8 @@ Role role_of_request(const Transfer& transfer, std::size_t number, std::uint8_t 
                      bool closes_block) {
   if (number == 0) return Role::kInitiate;
   if (transfer.mode != 3) return last ? Role::kLastRequest : Role::kRequest;
-  if (!transfer.write) return command == 0xA3 ? Role::kStart : command == 0xA2 ? Role::kConfirm : Role::kGoodbye;
+  if (!transfer.write)
+    return command == 0xA3 ? Role::kStart : command == 0xA2 ? Role::kConfirm : Role::kGoodbye;
   if ((command & 0xE3) == 0xC1) return Role::kEnd;
   return closes_block ? Role::kBlockOutLast : Role::kBlockOut;
 }
@@ -97,72 +118,170 @@ struct Fault {
   const char* name;
   Harm harm;
   std::map<Role, std::uint32_t> outcome;  ///< of the transfer, by the frame that is hit; others are not hit
-  /// A copy that comes when the next request has left cannot be told from its answer: CANopen has no transaction
-  /// numbers. CAN repeats a frame at once, so the next transfer begins after that.
+  /// A copy that comes when the next request has left cannot be told from its answer: CANopen has no
+  /// transaction numbers. CAN repeats a frame at once, so the next transfer begins after that.
   bool repeats = false;
 };
 
 const std::vector<Fault>& faults() {
   using enum Role;
   static const std::vector<Fault> all{
-      {"dropped", [](const Frame&) { return Arrivals{}; },
-       {{kExpedited, kTimedOut}, {kUpload, kTimedOut}, {kSegment, kTimedOut}, {kLastSegment, kTimedOut},
-        {kWritten, kTimedOut}, {kDownload, kTimedOut}, {kTaken, kTimedOut}, {kLastTaken, kTimedOut},
-        {kBlockDownload, kTimedOut}, {kAcknowledge, kTimedOut}, {kLastAcknowledge, kTimedOut},
-        {kBlockDownloadEnd, kTimedOut}, {kBlockUpload, kTimedOut}, {kBlockSegment, kOk}, {kBlockUploadEnd, kTimedOut},
-        {kInitiate, kTimedOut}, {kRequest, kTimedOut}, {kLastRequest, kTimedOut}, {kBlockOut, kOk}, {kBlockOutLast, kTimedOut},
+      {"dropped",
+       [](const Frame&) { return Arrivals{}; },
+       {{kExpedited, kTimedOut},
+        {kUpload, kTimedOut},
+        {kSegment, kTimedOut},
+        {kLastSegment, kTimedOut},
+        {kWritten, kTimedOut},
+        {kDownload, kTimedOut},
+        {kTaken, kTimedOut},
+        {kLastTaken, kTimedOut},
+        {kBlockDownload, kTimedOut},
+        {kAcknowledge, kTimedOut},
+        {kLastAcknowledge, kTimedOut},
+        {kBlockDownloadEnd, kTimedOut},
+        {kBlockUpload, kTimedOut},
+        {kBlockSegment, kOk},
+        {kBlockUploadEnd, kTimedOut},
+        {kInitiate, kTimedOut},
+        {kRequest, kTimedOut},
+        {kLastRequest, kTimedOut},
+        {kBlockOut, kOk},
+        {kBlockOutLast, kTimedOut},
         // Not told to start, the server does not understand that it is asked for the rest.
-        {kStart, kSync}, {kConfirm, kTimedOut}, {kEnd, kTimedOut}, {kGoodbye, kOk}}},
-      {"duplicated", [](const Frame& frame) { return Arrivals{{0, frame}, {0, frame}}; },
-       {{kExpedited, kOk}, {kUpload, kSync}, {kSegment, kToggle}, {kLastSegment, kOk}, {kWritten, kOk},
-        {kDownload, kSync}, {kTaken, kToggle}, {kLastTaken, kOk}, {kBlockDownload, kSync},
+        {kStart, kSync},
+        {kConfirm, kTimedOut},
+        {kEnd, kTimedOut},
+        {kGoodbye, kOk}}},
+      {"duplicated",
+       [](const Frame& frame) {
+         return Arrivals{{0, frame}, {0, frame}};
+       },
+       {{kExpedited, kOk},
+        {kUpload, kSync},
+        {kSegment, kToggle},
+        {kLastSegment, kOk},
+        {kWritten, kOk},
+        {kDownload, kSync},
+        {kTaken, kToggle},
+        {kLastTaken, kOk},
+        {kBlockDownload, kSync},
         // Confirms more segments than the next sub-block has.
-        {kAcknowledge, kSequence}, {kLastAcknowledge, kSync}, {kBlockDownloadEnd, kOk},
+        {kAcknowledge, kSequence},
+        {kLastAcknowledge, kSync},
+        {kBlockDownloadEnd, kOk},
         // C6h among the segments of a block is one with number 70.
-        {kBlockUpload, kSequence}, {kBlockSegment, kOk}, {kBlockUploadEnd, kOk},
-        {kRequest, kToggle}, {kLastRequest, kOk}, {kBlockOut, kOk}, {kGoodbye, kOk}},
+        {kBlockUpload, kSequence},
+        {kBlockSegment, kOk},
+        {kBlockUploadEnd, kOk},
+        {kRequest, kToggle},
+        {kLastRequest, kOk},
+        {kBlockOut, kOk},
+        {kGoodbye, kOk}},
        true},
-      {"delayed past the timeout", [](const Frame& frame) { return Arrivals{{FaultRig::kTimeout * 3 / 2, frame}}; },
-       {{kExpedited, kTimedOut}, {kUpload, kTimedOut}, {kSegment, kTimedOut}, {kLastSegment, kTimedOut},
-        {kWritten, kTimedOut}, {kDownload, kTimedOut}, {kTaken, kTimedOut}, {kLastTaken, kTimedOut},
-        {kBlockDownload, kTimedOut}, {kAcknowledge, kTimedOut}, {kLastAcknowledge, kTimedOut},
-        {kBlockDownloadEnd, kTimedOut}, {kBlockUpload, kTimedOut}, {kBlockSegment, kOk}, {kBlockUploadEnd, kTimedOut}}},
-      {"wrong toggle", changed([](Frame& frame) { frame.data[0] ^= 0x10; }),
-       {{kSegment, kToggle}, {kLastSegment, kToggle}, {kTaken, kToggle}, {kLastTaken, kToggle}}},
-      {"wrong command specifier", changed([](Frame& frame) { frame.data[0] = 0xE0; }),
-       {{kExpedited, kSync}, {kUpload, kSync}, {kSegment, kSync}, {kLastSegment, kSync}, {kWritten, kSync},
-        {kDownload, kSync}, {kTaken, kSync}, {kLastTaken, kSync}, {kBlockDownload, kSync}, {kAcknowledge, kSync},
-        {kLastAcknowledge, kSync}, {kBlockDownloadEnd, kSync}, {kBlockUpload, kSync}, {kBlockUploadEnd, kSync}}},
-      {"wrong index", changed([](Frame& frame) { frame.data[1] = 0x01; }),
-       {{kExpedited, kTimedOut}, {kUpload, kTimedOut}, {kWritten, kTimedOut}, {kDownload, kTimedOut},
-        {kBlockDownload, kTimedOut}, {kBlockUpload, kTimedOut}}},
-      {"wrong sub-index", changed([](Frame& frame) { frame.data[3] = 0x01; }),
-       {{kExpedited, kTimedOut}, {kUpload, kTimedOut}, {kWritten, kTimedOut}, {kDownload, kTimedOut},
-        {kBlockDownload, kTimedOut}, {kBlockUpload, kTimedOut}}},
-      {"short DLC", changed([](Frame& frame) { frame.length = 0; }),
-       {{kExpedited, kTimedOut}, {kUpload, kTimedOut}, {kSegment, kTimedOut}, {kLastSegment, kTimedOut},
-        {kWritten, kTimedOut}, {kDownload, kTimedOut}, {kTaken, kTimedOut}, {kLastTaken, kTimedOut},
-        {kBlockDownload, kTimedOut}, {kAcknowledge, kTimedOut}, {kLastAcknowledge, kTimedOut},
-        {kBlockDownloadEnd, kTimedOut}, {kBlockUpload, kTimedOut}, {kBlockSegment, kOk},
+      {"delayed past the timeout",
+       [](const Frame& frame) {
+         return Arrivals{{FaultRig::kTimeout * 3 / 2, frame}};
+       },
+       {{kExpedited, kTimedOut},
+        {kUpload, kTimedOut},
+        {kSegment, kTimedOut},
+        {kLastSegment, kTimedOut},
+        {kWritten, kTimedOut},
+        {kDownload, kTimedOut},
+        {kTaken, kTimedOut},
+        {kLastTaken, kTimedOut},
+        {kBlockDownload, kTimedOut},
+        {kAcknowledge, kTimedOut},
+        {kLastAcknowledge, kTimedOut},
+        {kBlockDownloadEnd, kTimedOut},
+        {kBlockUpload, kTimedOut},
+        {kBlockSegment, kOk},
         {kBlockUploadEnd, kTimedOut}}},
-      {"DLC without the multiplexer's last byte", changed([](Frame& frame) { frame.length = 3; }),
-       {{kExpedited, kTimedOut}, {kUpload, kTimedOut}, {kSegment, kTimedOut}, {kWritten, kTimedOut},
-        {kDownload, kTimedOut}, {kBlockDownload, kTimedOut}, {kBlockUpload, kTimedOut}, {kBlockSegment, kOk}}},
-      {"size one above", changed([](Frame& frame) { ++frame.data[4]; }),
+      {"wrong toggle",
+       changed([](Frame& frame) { frame.data[0] ^= 0x10; }),
+       {{kSegment, kToggle}, {kLastSegment, kToggle}, {kTaken, kToggle}, {kLastTaken, kToggle}}},
+      {"wrong command specifier",
+       changed([](Frame& frame) { frame.data[0] = 0xE0; }),
+       {{kExpedited, kSync},
+        {kUpload, kSync},
+        {kSegment, kSync},
+        {kLastSegment, kSync},
+        {kWritten, kSync},
+        {kDownload, kSync},
+        {kTaken, kSync},
+        {kLastTaken, kSync},
+        {kBlockDownload, kSync},
+        {kAcknowledge, kSync},
+        {kLastAcknowledge, kSync},
+        {kBlockDownloadEnd, kSync},
+        {kBlockUpload, kSync},
+        {kBlockUploadEnd, kSync}}},
+      {"wrong index",
+       changed([](Frame& frame) { frame.data[1] = 0x01; }),
+       {{kExpedited, kTimedOut},
+        {kUpload, kTimedOut},
+        {kWritten, kTimedOut},
+        {kDownload, kTimedOut},
+        {kBlockDownload, kTimedOut},
+        {kBlockUpload, kTimedOut}}},
+      {"wrong sub-index",
+       changed([](Frame& frame) { frame.data[3] = 0x01; }),
+       {{kExpedited, kTimedOut},
+        {kUpload, kTimedOut},
+        {kWritten, kTimedOut},
+        {kDownload, kTimedOut},
+        {kBlockDownload, kTimedOut},
+        {kBlockUpload, kTimedOut}}},
+      {"short DLC",
+       changed([](Frame& frame) { frame.length = 0; }),
+       {{kExpedited, kTimedOut},
+        {kUpload, kTimedOut},
+        {kSegment, kTimedOut},
+        {kLastSegment, kTimedOut},
+        {kWritten, kTimedOut},
+        {kDownload, kTimedOut},
+        {kTaken, kTimedOut},
+        {kLastTaken, kTimedOut},
+        {kBlockDownload, kTimedOut},
+        {kAcknowledge, kTimedOut},
+        {kLastAcknowledge, kTimedOut},
+        {kBlockDownloadEnd, kTimedOut},
+        {kBlockUpload, kTimedOut},
+        {kBlockSegment, kOk},
+        {kBlockUploadEnd, kTimedOut}}},
+      {"DLC without the multiplexer's last byte",
+       changed([](Frame& frame) { frame.length = 3; }),
+       {{kExpedited, kTimedOut},
+        {kUpload, kTimedOut},
+        {kSegment, kTimedOut},
+        {kWritten, kTimedOut},
+        {kDownload, kTimedOut},
+        {kBlockDownload, kTimedOut},
+        {kBlockUpload, kTimedOut},
+        {kBlockSegment, kOk}}},
+      {"size one above",
+       changed([](Frame& frame) { ++frame.data[4]; }),
        {{kUpload, kReadLength}, {kBlockUpload, kReadLength}}},
-      {"size one below", changed([](Frame& frame) { --frame.data[4]; }),
+      {"size one below",
+       changed([](Frame& frame) { --frame.data[4]; }),
        {{kUpload, kObjectLength}, {kBlockUpload, kObjectLength}}},
-      {"size FFFF FFFFh", changed([](Frame& frame) { std::fill(frame.data.begin() + 4, frame.data.end(), 0xFF); }),
+      {"size FFFF FFFFh",
+       changed([](Frame& frame) { std::fill(frame.data.begin() + 4, frame.data.end(), 0xFF); }),
        {{kUpload, kReadLength}, {kBlockUpload, kReadLength}}},
       {"bad CRC", changed([](Frame& frame) { frame.data[1] ^= 1; }), {{kBlockUploadEnd, kCrc}, {kEnd, kCrc}}},
       {"sequence number 0", changed([](Frame& frame) { frame.data[0] = 0; }), {{kBlockSegment, kSequence}}},
-      {"sequence number beyond the sub-block", changed([](Frame& frame) { frame.data[0] = 7; }),
+      {"sequence number beyond the sub-block",
+       changed([](Frame& frame) { frame.data[0] = 7; }),
        {{kBlockSegment, kSequence}}},
-      {"sequence number of a segment not sent", changed([](Frame& frame) { frame.data[1] = 5; }),
+      {"sequence number of a segment not sent",
+       changed([](Frame& frame) { frame.data[1] = 5; }),
        {{kAcknowledge, kSequence}, {kLastAcknowledge, kSequence}}},
-      {"block size 0", changed([](Frame& frame) { frame.data[frame.data[0] == 0xA4 ? 4 : 2] = 0; }),
+      {"block size 0",
+       changed([](Frame& frame) { frame.data[frame.data[0] == 0xA4 ? 4 : 2] = 0; }),
        {{kBlockDownload, kBlockSize}, {kAcknowledge, kBlockSize}, {kLastAcknowledge, kBlockSize}}},
-      {"block size 128", changed([](Frame& frame) { frame.data[frame.data[0] == 0xA4 ? 4 : 2] = 128; }),
+      {"block size 128",
+       changed([](Frame& frame) { frame.data[frame.data[0] == 0xA4 ? 4 : 2] = 128; }),
        {{kBlockDownload, kBlockSize}, {kAcknowledge, kBlockSize}, {kLastAcknowledge, kBlockSize}}},
   };
   return all;
@@ -212,7 +331,8 @@ class Rules {
     }
   }
 
-  /// At most one abort, with this transfer's multiplexer and the code that the PLC sees, and no frame after it.
+  /// At most one abort, with this transfer's multiplexer and the code that the PLC sees, and no frame after
+  /// it.
   void check_one_abort_and_silence() {
     for (const auto& [from_peer, frame] : rig_.wire()) {
       if (from_peer) continue;
@@ -221,8 +341,8 @@ class Rules {
       ++aborts_;
       char text[32];
       const std::uint32_t code = rig_.code();
-      std::snprintf(text, sizeof text, "605#80002000%02X%02X%02X%02X", code & 0xFF, code >> 8 & 0xFF, code >> 16 & 0xFF,
-                    code >> 24);
+      std::snprintf(text, sizeof text, "605#80002000%02X%02X%02X%02X", code & 0xFF, code >> 8 & 0xFF,
+                    code >> 16 & 0xFF, code >> 24);
       CHECK(text_of(frame) == text);
     }
   }
@@ -249,7 +369,8 @@ TEST_CASE("fault sweep: every harm to every frame of every kind of transfer") {
       for (const Fault& fault : faults()) {
         const auto expected = fault.outcome.find(role(transfer, wire, number));
         if (expected == fault.outcome.end()) continue;
-        INFO(transfer.name << ", frame " << number << " " << text_of(wire[number].frame) << ": " << fault.name);
+        INFO(transfer.name << ", frame " << number << " " << text_of(wire[number].frame) << ": "
+                           << fault.name);
         FaultRig rig(transfer);
         rig.hurt(number, fault.harm);
         Rules rules(rig, transfer);
@@ -269,10 +390,10 @@ TEST_CASE("fault sweep: the server aborts, or boots, at every frame of every kin
     const auto wire = undisturbed(transfer);
     for (std::size_t number = 0; number < wire.size(); ++number) {
       const bool over = role(transfer, wire, number) == Role::kGoodbye;
-      for (const auto& [instead, code] : {std::pair{"585#8000200030000906", kServersOwn},
-                                          std::pair{"585#8000000030000906", kServersOwn},
-                                          std::pair{"585#8000200000000000", std::uint32_t{0x08000000}},
-                                          std::pair{"705#00", kDeviceState}}) {
+      for (const auto& [instead, code] :
+           {std::pair{"585#8000200030000906", kServersOwn}, std::pair{"585#8000000030000906", kServersOwn},
+            std::pair{"585#8000200000000000", std::uint32_t{0x08000000}},
+            std::pair{"705#00", kDeviceState}}) {
         INFO(transfer.name << ", frame " << number << ": " << instead);
         FaultRig rig(transfer);
         rig.interrupt(number, frame_from(instead));
@@ -289,7 +410,8 @@ TEST_CASE("fault sweep: the server aborts, or boots, at every frame of every kin
 TEST_CASE("fault sweep: the port refuses each frame of every kind of transfer once") {
   for (const Transfer& transfer : kTransfers) {
     const auto wire = undisturbed(transfer);
-    const auto sent = std::count_if(wire.begin(), wire.end(), [](const auto& frame) { return !frame.from_peer; });
+    const auto sent =
+        std::count_if(wire.begin(), wire.end(), [](const auto& frame) { return !frame.from_peer; });
     for (std::size_t number = 0; number < static_cast<std::size_t>(sent); ++number) {
       INFO(transfer.name << ", try " << number);
       FaultRig rig(transfer);

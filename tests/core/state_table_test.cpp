@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT
+// Every state of the SDO client times every kind of event. A state without a row and a row without all its
+// cells fail.
+#include <map>
+
+#include "canopen/sdo_client.hpp"
+#include "support/bench.hpp"
+
+namespace cbcan::test {
+namespace {
+
+using enum SdoClient::Phase;
+using Phase = SdoClient::Phase;
+using Direction = SdoClient::Direction;
+using Mode = SdoClient::Mode;
+
+enum Event : std::size_t {
+  kAnswer,        ///< what the state waits for
+  kMisplaced,     ///< a command specifier that does not belong there
+  kAbort,         ///< for this transfer
+  kForeignAbort,  ///< for another object
+  kOtherObject,   ///< an answer with another index
+  kShort,         ///< a frame without its bytes
+  kRemote,        ///< an RTR frame
+  kOtherNode,     ///< another node's answer
+  kBootUp,        ///< of this node
+  kOtherBootUp,   ///< of another node
+  kRoom,          ///< the port takes frames, and time for another try has come
+  kDeadline,      ///< the state's time is over
+  kCancel,
+  kEvents
+};
+constexpr const char* kEventNames[kEvents] = {"answer",
+                                              "misplaced answer",
+                                              "abort",
+                                              "abort for another object",
+                                              "answer for another object",
+                                              "short frame",
+                                              "RTR",
+                                              "another node's answer",
+                                              "boot-up",
+                                              "another node's boot-up",
+                                              "room",
+                                              "deadline",
+                                              "cancel"};
+
+/// What has to follow: the next state, the abort code when the transfer has failed, and the frames that
+/// leave.
+struct Cell {
+  bool written = false;
+  Phase next = kIdle;
+  std::uint32_t code = 0;
+  std::vector<std::string> sent = {};
+};
+Cell to(Phase next, std::vector<std::string> sent = {}) {
+  return {true, next, 0, std::move(sent)};
+}
+Cell done() {
+  return to(kIdle);
+}
+Cell failed(std::uint32_t code, std::vector<std::string> sent = {}) {
+  return {true, kIdle, code, std::move(sent)};
+}
+
+// Aborts as they leave for node 5, object 2000h sub-index 1.
+const Cell kSync = failed(0x05040001, {"605#8000200101000405"});
+const Cell kTimedOut = failed(0x05040000, {"605#8000200100000405"});
+const Cell kTheirs = failed(0x06020000);
+const Cell kRebooted = failed(0x08000022);
+const Cell kCancelled = to(kIdle, {"605#8000200100000008"});
+
+struct Row {
+  /// Brings a new client into the state.
+  void (*enter)(SdoClient&, RecordingPort&);
+  const char* answer;
+  const char* misplaced;
+  std::array<Cell, kEvents> cells;
+};
+
+SdoClient::Request request(Direction direction, Mode mode, std::uint16_t size, std::uint8_t node = 5) {
+  return {node, 1, 0x2000, size, direction, mode};
+}
+void read(SdoClient& client, Mode mode) {
+  client.start(request(Direction::kRead, mode, 14), 0);
+}
+void write(SdoClient& client, Mode mode, std::uint16_t size) {
+  client.start(request(Direction::kWrite, mode, size), 0);
+}
+void arrive(SdoClient& client, const char* frame, Time now = 0) {
+  client.on_frame(frame_from(frame), now);
+}
+
+void time_out(SdoClient& client) {
+  read(client, Mode::kAuto);
+  client.poll(1000 * kMillisecond);
+}
+
+/// Answers and aborts that mean nothing in a state that has nothing outstanding; the client is told of none.
+const std::map<Phase, Row>& rows() {
+  static const std::map<Phase, Row> table{
+      {kIdle,
+       {[](SdoClient&, RecordingPort&) {},
+        "585#4300200100000000",
+        "585#E000000000000000",
+        {to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle),
+         to(kIdle), to(kIdle), to(kIdle), to(kIdle)}}},
+      {kHeldBack,
+       {[](SdoClient& client, RecordingPort&) {
+          time_out(client);
+          read(client, Mode::kAuto);
+        },
+        // Whatever comes from the node now is the late answer, and sets the request free.
+        "585#4300200100000000",
+        "585#E000000000000000",
+        {to(kUploadInitiate, {"605#4000200100000000"}), to(kUploadInitiate, {"605#4000200100000000"}),
+         to(kUploadInitiate, {"605#4000200100000000"}), to(kUploadInitiate, {"605#4000200100000000"}),
+         to(kUploadInitiate, {"605#4000200100000000"}), to(kUploadInitiate, {"605#4000200100000000"}),
+         to(kHeldBack), to(kHeldBack), to(kUploadInitiate, {"605#4000200100000000"}), to(kHeldBack),
+         to(kHeldBack), to(kUploadInitiate, {"605#4000200100000000"}), to(kIdle)}}},
+      {kQueued,
+       {[](SdoClient& client, RecordingPort& port) {
+          read(client, Mode::kAuto);
+          port.refuse_next = RecordingPort::kAlways;
+          client.poll(1000 * kMillisecond);
+          client.start(request(Direction::kRead, Mode::kAuto, 14, 6), 1000 * kMillisecond);
+        },
+        "586#4300200100000000",
+        "586#E000000000000000",
+        {to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued),
+         to(kQueued), to(kQueued), to(kQueued),
+         to(kUploadInitiate, {"605#8000200100000405", "606#4000200100000000"}), failed(0x05040000),
+         to(kIdle)}}},
+      {kUploadInitiate,
+       {[](SdoClient& client, RecordingPort&) { read(client, Mode::kAuto); },
+        "585#410020010E000000",
+        "585#6000200100000000",
+        {to(kUploadSegment, {"605#6000000000000000"}), kSync, kTheirs, to(kUploadInitiate),
+         to(kUploadInitiate), to(kUploadInitiate), to(kUploadInitiate), to(kUploadInitiate), kRebooted,
+         to(kUploadInitiate), to(kUploadInitiate), kTimedOut, kCancelled}}},
+      {kUploadSegment,
+       {[](SdoClient& client, RecordingPort&) {
+          read(client, Mode::kAuto);
+          arrive(client, "585#410020010E000000");
+        },
+        "585#0001020304050607",
+        "585#2000000000000000",
+        {to(kUploadSegment, {"605#7000000000000000"}), kSync, kTheirs, to(kUploadSegment), to(kUploadSegment),
+         to(kUploadSegment), to(kUploadSegment), to(kUploadSegment), kRebooted, to(kUploadSegment),
+         to(kUploadSegment), kTimedOut, kCancelled}}},
+      {kDownloadExpedited,
+       {[](SdoClient& client, RecordingPort&) { write(client, Mode::kAuto, 2); },
+        "585#6000200100000000",
+        "585#2000000000000000",
+        {done(), kSync, kTheirs, to(kDownloadExpedited), to(kDownloadExpedited), to(kDownloadExpedited),
+         to(kDownloadExpedited), to(kDownloadExpedited), kRebooted, to(kDownloadExpedited),
+         to(kDownloadExpedited), kTimedOut, kCancelled}}},
+      {kDownloadInitiate,
+       {[](SdoClient& client, RecordingPort&) { write(client, Mode::kAuto, 14); },
+        "585#6000200100000000",
+        "585#4300200100000000",
+        {to(kDownloadSegment, {"605#0000000000000000"}), kSync, kTheirs, to(kDownloadInitiate),
+         to(kDownloadInitiate), to(kDownloadInitiate), to(kDownloadInitiate), to(kDownloadInitiate),
+         kRebooted, to(kDownloadInitiate), to(kDownloadInitiate), kTimedOut, kCancelled}}},
+      {kDownloadSegment,
+       {[](SdoClient& client, RecordingPort&) {
+          write(client, Mode::kAuto, 14);
+          arrive(client, "585#6000200100000000");
+        },
+        "585#2000000000000000",
+        "585#0000000000000000",
+        {to(kDownloadSegment, {"605#1100000000000000"}), kSync, kTheirs, to(kDownloadSegment),
+         to(kDownloadSegment), to(kDownloadSegment), to(kDownloadSegment), to(kDownloadSegment), kRebooted,
+         to(kDownloadSegment), to(kDownloadSegment), kTimedOut, kCancelled}}},
+      {kBlockDownloadInitiate,
+       {[](SdoClient& client, RecordingPort&) { write(client, Mode::kBlock, 14); },
+        "585#A400200102000000",
+        "585#6000200100000000",
+        {to(kBlockDownloadAcknowledge, {"605#0100000000000000", "605#8200000000000000"}), kSync, kTheirs,
+         to(kBlockDownloadInitiate), to(kBlockDownloadInitiate), to(kBlockDownloadInitiate),
+         to(kBlockDownloadInitiate), to(kBlockDownloadInitiate), kRebooted, to(kBlockDownloadInitiate),
+         to(kBlockDownloadInitiate), kTimedOut, kCancelled}}},
+      {kBlockDownloadStream,
+       {[](SdoClient& client, RecordingPort& port) {
+          write(client, Mode::kBlock, 14);
+          port.refuse_next = RecordingPort::kAlways;
+          arrive(client, "585#A400200102000000");
+        },
+        // Nothing can be answered yet: the sub-block has not been sent.
+        "585#A201020000000000",
+        "585#6000200100000000",
+        {to(kBlockDownloadStream), to(kBlockDownloadStream), kTheirs, to(kBlockDownloadStream),
+         to(kBlockDownloadStream), to(kBlockDownloadStream), to(kBlockDownloadStream),
+         to(kBlockDownloadStream), kRebooted, to(kBlockDownloadStream),
+         to(kBlockDownloadAcknowledge, {"605#0100000000000000", "605#8200000000000000"}), failed(0x05040000),
+         to(kIdle)}}},
+      {kBlockDownloadAcknowledge,
+       {[](SdoClient& client, RecordingPort&) {
+          write(client, Mode::kBlock, 14);
+          arrive(client, "585#A400200102000000");
+        },
+        "585#A202020000000000",
+        "585#A100000000000000",
+        {to(kBlockDownloadEnd, {"605#C100000000000000"}), kSync, kTheirs, to(kBlockDownloadAcknowledge),
+         to(kBlockDownloadAcknowledge), to(kBlockDownloadAcknowledge), to(kBlockDownloadAcknowledge),
+         to(kBlockDownloadAcknowledge), kRebooted, to(kBlockDownloadAcknowledge),
+         to(kBlockDownloadAcknowledge), kTimedOut, kCancelled}}},
+      {kBlockDownloadEnd,
+       {[](SdoClient& client, RecordingPort&) {
+          write(client, Mode::kBlock, 14);
+          arrive(client, "585#A400200102000000");
+          arrive(client, "585#A202020000000000");
+        },
+        "585#A100000000000000",
+        "585#A202020000000000",
+        {done(), kSync, kTheirs, to(kBlockDownloadEnd), to(kBlockDownloadEnd), to(kBlockDownloadEnd),
+         to(kBlockDownloadEnd), to(kBlockDownloadEnd), kRebooted, to(kBlockDownloadEnd),
+         to(kBlockDownloadEnd), kTimedOut, kCancelled}}},
+      {kBlockUploadInitiate,
+       {[](SdoClient& client, RecordingPort&) { read(client, Mode::kBlock); },
+        "585#C60020010E000000",
+        "585#4300200100000000",
+        {to(kBlockUploadStream, {"605#A300000000000000"}), kSync, kTheirs, to(kBlockUploadInitiate),
+         to(kBlockUploadInitiate), to(kBlockUploadInitiate), to(kBlockUploadInitiate),
+         to(kBlockUploadInitiate), kRebooted, to(kBlockUploadInitiate), to(kBlockUploadInitiate), kTimedOut,
+         kCancelled}}},
+      {kBlockUploadStream,
+       {[](SdoClient& client, RecordingPort&) {
+          read(client, Mode::kBlock);
+          arrive(client, "585#C60020010E000000");
+        },
+        // Byte 0 is a sequence number: 60h is one that was not asked for, 43h too; half the timeout asks for
+        // the rest.
+        "585#0101020304050607",
+        "585#6000200100000000",
+        {to(kBlockUploadStream), failed(0x05040003, {"605#8000200103000405"}), kTheirs,
+         to(kBlockUploadStream), failed(0x05040003, {"605#8000200103000405"}), to(kBlockUploadStream),
+         to(kBlockUploadStream), to(kBlockUploadStream), kRebooted, to(kBlockUploadStream),
+         to(kBlockUploadStream), to(kBlockUploadStream, {"605#A200020000000000"}), kCancelled}}},
+      {kBlockUploadEnd,
+       {[](SdoClient& client, RecordingPort&) {
+          read(client, Mode::kBlock);
+          arrive(client, "585#C60020010E000000");
+          arrive(client, "585#0100000000000000");
+          arrive(client, "585#8200000000000000");
+        },
+        "585#C100000000000000",
+        "585#6000200100000000",
+        {to(kIdle, {"605#A100000000000000"}), kSync, kTheirs, to(kBlockUploadEnd), kSync, to(kBlockUploadEnd),
+         to(kBlockUploadEnd), to(kBlockUploadEnd), kRebooted, to(kBlockUploadEnd), to(kBlockUploadEnd),
+         kTimedOut, kCancelled}}},
+  };
+  return table;
+}
+
+void happen(Event event, const Row& row, SdoClient& client, RecordingPort& port, Time now) {
+  const bool other_node_asked = row.answer[2] == '6';
+  const std::uint8_t node = other_node_asked ? 6 : 5;
+  const std::string id = other_node_asked ? "586" : "585";
+  switch (event) {
+    case kAnswer: return arrive(client, row.answer, now);
+    case kMisplaced: return arrive(client, row.misplaced, now);
+    case kAbort: return arrive(client, (id + "#8000200100000206").c_str(), now);
+    case kForeignAbort: return arrive(client, (id + "#8000210100000206").c_str(), now);
+    case kOtherObject: return arrive(client, (id + "#4300210100000000").c_str(), now);
+    case kShort: return arrive(client, (id + "#").c_str(), now);
+    case kRemote: return arrive(client, (id + "#R8").c_str(), now);
+    case kOtherNode: return arrive(client, "590#4300200100000000", now);
+    case kBootUp: return client.on_boot_up(node, now);
+    case kOtherBootUp: return client.on_boot_up(16, now);
+    case kRoom: port.refuse_next = 0; return client.poll(now + kRetryInterval);
+    case kDeadline: return client.poll(now + 1000 * kMillisecond);
+    case kCancel: return client.cancel(now);
+    case kEvents: break;
+  }
+  FAIL("an event without a meaning");
+}
+
+TEST_CASE("state table: every state of the SDO client has a row") {
+  for (std::size_t phase = 0; phase < SdoClient::kPhases; ++phase) {
+    INFO("state " << phase);
+    CHECK(rows().contains(static_cast<Phase>(phase)));
+  }
+  CHECK(rows().size() == SdoClient::kPhases);
+}
+
+TEST_CASE("state table: every event in every state") {
+  for (const auto& [phase, row] : rows()) {
+    for (std::size_t event = 0; event < kEvents; ++event) {
+      INFO("state " << static_cast<int>(phase) << ", event: " << kEventNames[event]);
+      const Cell& cell = row.cells[event];
+      CHECK(cell.written);
+      RecordingPort port;
+      SdoClient client(port);
+      row.enter(client, port);
+      REQUIRE(client.phase() == phase);
+      port.sent.clear();
+      const Time now = phase == kHeldBack || phase == kQueued ? 1000 * kMillisecond : 0;
+      happen(static_cast<Event>(event), row, client, port, now);
+      CHECK(client.phase() == cell.next);
+      CHECK(std::vector<std::string>(port.sent.begin(), port.sent.end()) == cell.sent);
+      CHECK((client.outcome() == SdoClient::Outcome::kFailed) == (cell.code != 0));
+      if (cell.code != 0) CHECK(static_cast<std::uint32_t>(client.error()) == cell.code);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cbcan::test
