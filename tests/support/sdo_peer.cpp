@@ -33,11 +33,11 @@ Frame& SdoPeer::reply_with_object(unsigned command) {
   return frame;
 }
 
-void SdoPeer::abort(std::uint32_t code) {
+void SdoPeer::abort() {
   state_ = State::kIdle;
   Frame& frame = reply_with_object(0x80);
   for (std::size_t i = 0; i < 4; ++i)
-    frame.data[4 + i] = static_cast<std::uint8_t>(code >> 8 * i);
+    frame.data[4 + i] = static_cast<std::uint8_t>(kRefusal >> 8 * i);
 }
 
 void SdoPeer::on_frame(const Frame& frame) {
@@ -60,9 +60,9 @@ void SdoPeer::on_frame(const Frame& frame) {
         state_ = State::kIdle;
         return;
       }
-      return abort(0x05040001);
+      return abort();
     case 6: return (command & 1) == 0 ? initiate_block_download(frame) : end_block_download(frame);
-    default: return abort(0x05040001);
+    default: return abort();
   }
 }
 
@@ -71,7 +71,7 @@ void SdoPeer::on_frame(const Frame& frame) {
 /// Keeps bytes 1.. of a segment; false: they do not fit.
 bool SdoPeer::keep(const Frame& frame, std::size_t at, std::size_t count) {
   if (at + count > value_.size()) {
-    abort(0x06070012);
+    abort();
     return false;
   }
   for (std::size_t i = 0; i < count; ++i)
@@ -94,8 +94,8 @@ void SdoPeer::initiate_download(const Frame& frame) {
 }
 
 void SdoPeer::download_segment(const Frame& frame) {
-  if (state_ != State::kDownload) return abort(0x05040001);
-  if ((frame.data[0] & 0x10) != toggle_) return abort(0x05030000);
+  if (state_ != State::kDownload) return abort();
+  if ((frame.data[0] & 0x10) != toggle_) return abort();
   const std::size_t count = 7 - (frame.data[0] >> 1 & 7u);
   if (!keep(frame, done_, count)) return;
   done_ += count;
@@ -131,8 +131,8 @@ void SdoPeer::initiate_upload() {
 }
 
 void SdoPeer::upload_segment(const Frame& frame) {
-  if (state_ != State::kUpload) return abort(0x05040001);
-  if ((frame.data[0] & 0x10) != toggle_) return abort(0x05030000);
+  if (state_ != State::kUpload) return abort();
+  if ((frame.data[0] & 0x10) != toggle_) return abort();
   Frame& answer = reply(toggle_);
   const std::size_t count = fill(answer, done_);
   done_ += count;
@@ -172,9 +172,9 @@ void SdoPeer::block_download_segment(const Frame& frame) {
 
 void SdoPeer::end_block_download(const Frame& frame) {
   const std::size_t unused = frame.data[0] >> 2 & 7u;
-  if (state_ != State::kBlockDownloadEnd || unused > done_) return abort(0x05040001);
+  if (state_ != State::kBlockDownloadEnd || unused > done_) return abort();
   const unsigned crc = frame.data[1] | static_cast<unsigned>(frame.data[2]) << 8;
-  if (crc != crc_of(value_.data(), done_ - unused)) return abort(0x05040004);
+  if (crc != crc_of(value_.data(), done_ - unused)) return abort();
   state_ = State::kIdle;
   written_ = done_ - unused;
   reply(0xA1);
@@ -200,7 +200,7 @@ void SdoPeer::stream() {
 }
 
 void SdoPeer::block_upload_acknowledged(const Frame& frame) {
-  if (state_ != State::kBlockUpload || frame.data[1] > sequence_) return abort(0x05040001);
+  if (state_ != State::kBlockUpload || frame.data[1] > sequence_) return abort();
   const bool all = frame.data[1] == sequence_ && done_ == size_;
   confirmed_ = std::min<std::size_t>(size_, confirmed_ + frame.data[1] * 7u);
   window_ = frame.data[2];

@@ -17,6 +17,8 @@ namespace cbcan::test {
 class SdoPeer {
  public:
   static constexpr std::size_t kCapacity = 128;
+  /// What it says to whatever it does not take ("local control"): a code that no client has of its own.
+  static constexpr std::uint32_t kRefusal = 0x08000021;
 
   /// An object of `size` bytes, 1..128. Block downloads are confirmed every `block_size` segments.
   explicit SdoPeer(std::size_t size, std::uint8_t block_size = 127) : size_(size), block_size_(block_size) {}
@@ -60,7 +62,7 @@ class SdoPeer {
   std::size_t fill(Frame& frame, std::size_t at) const;
   Frame& reply(unsigned command);
   Frame& reply_with_object(unsigned command);
-  void abort(std::uint32_t code);
+  void abort();
 
   std::size_t size_;
   std::uint8_t block_size_;
