@@ -17,9 +17,9 @@
 
 namespace {
 
-template <auto kFree>
+template <auto Free>
 struct Freed {
-  void operator()(auto* unused) const { kFree(unused); }
+  void operator()(auto* unused) const { Free(unused); }
 };
 using Context = std::unique_ptr<modbus_t, Freed<modbus_free>>;
 using Mapping = std::unique_ptr<modbus_mapping_t, Freed<modbus_mapping_free>>;
