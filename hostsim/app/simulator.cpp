@@ -41,7 +41,8 @@ Simulator::Simulator(const Config& config, std::vector<sim::NodeImage> images, c
       world_(config.can.bit_rate),
       module_(world_.add_module(window_of(registers_), settings_of(config.module))),
       modbus_(
-          reactor_, registers_, settings_of(config.modbus), [this](bool /*wrote*/) { advance(); }, warn) {
+          reactor_, registers_, settings_of(config.modbus),
+          [this](bool /*wrote*/) { advance(io::Reactor::now()); }, warn) {
   for (std::size_t i = 0; i < images.size(); ++i)
     world_.add_node(config.nodes[i].id, std::move(images[i]));
   if (config.can.kind == CanKind::kSocketCan)
@@ -59,15 +60,15 @@ std::string Simulator::where() const {
 void Simulator::run() {
   world_.start(io::Reactor::now());
   while (!signals_.stop_requested()) {
-    advance();
-    modbus_.poll(io::Reactor::now());
+    const Time now = io::Reactor::now();
+    advance(now);
+    modbus_.poll(now);
     if (log_) log_->flush();
     reactor_.run_once(next_deadline());
   }
 }
 
-void Simulator::advance() {
-  const Time now = io::Reactor::now();
+void Simulator::advance(Time now) {
   if (socketcan_) socketcan_->poll(now);
   world_.advance(now);
 }

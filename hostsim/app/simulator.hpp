@@ -36,7 +36,7 @@ class Simulator {
   std::string summary() const;
 
  private:
-  void advance();
+  void advance(Time now);
   Time next_deadline() const;
 
   std::string can_;
