@@ -94,7 +94,7 @@ void SdoClient::fail(AbortCode code) {
 
 void SdoClient::abort_and_tell(AbortCode code, Time now) {
   const bool tell = opened_;
-  const bool streaming = state_ == &kBlockUploadStream;
+  const bool streaming = phase() == Phase::kBlockUploadStream;
   const bool answer_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
                                   code == AbortCode::kToggleBit || code == kCancelled;
   fail(code);
@@ -174,7 +174,8 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
   if (!opened_ || frame.id != sdo::kAnswerId + request_.node) return on_stray(frame, now);
   const std::uint8_t command = frame.data[0];
   const bool segments = state_->accepts == kSegments;
-  if (frame.length < 8 && (state_ == &kBlockUploadStream || frame.length < sdo::answer_length(command))) {
+  if (frame.length < 8 &&
+      (phase() == Phase::kBlockUploadStream || frame.length < sdo::answer_length(command))) {
     ++counters_.too_short;
     return;
   }
@@ -194,22 +195,20 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
 /// Nothing is asked of this node. If it is in quarantine this is the late answer, and the next transfer may
 /// begin.
 void SdoClient::on_stray(const Frame& frame, Time now) {
-  const auto node = static_cast<std::uint8_t>(frame.id - sdo::kAnswerId);
-  for (Quarantine& slot : quarantines_) {
-    if (slot.node != node || slot.until <= now) continue;
-    ++counters_.late;
-    if (slot.stream) return;
-    release(slot);
-    if (state_ == &kHeldBack) hold_or_begin(now);
+  Quarantine* slot = find(static_cast<std::uint8_t>(frame.id - sdo::kAnswerId));
+  if (slot == nullptr || slot->until <= now) {
+    ++counters_.unexpected;
     return;
   }
-  ++counters_.unexpected;
+  ++counters_.late;
+  if (slot->stream) return;
+  release(*slot);
+  if (phase() == Phase::kHeldBack) hold_or_begin(now);
 }
 
 void SdoClient::on_boot_up(std::uint8_t node, Time now) {
-  for (Quarantine& slot : quarantines_)
-    if (slot.node == node) release(slot);
-  if (state_ == &kHeldBack) return hold_or_begin(now);
+  if (Quarantine* slot = find(node); slot != nullptr) release(*slot);
+  if (phase() == Phase::kHeldBack) return hold_or_begin(now);
   if (opened_ && node == request_.node) fail(AbortCode::kDeviceState);
 }
 
@@ -227,7 +226,8 @@ void SdoClient::on_abort(const Frame& frame, Time now) {
   }
   ++counters_.aborts_received;
   // Segments that were on their way when the server gave up may be answered too, each by an abort.
-  if (state_ == &kBlockDownloadStream || state_ == &kBlockDownloadAcknowledge) quarantine(true, now);
+  if (phase() == Phase::kBlockDownloadStream || phase() == Phase::kBlockDownloadAcknowledge)
+    quarantine(true, now);
   const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
   fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
 }
@@ -351,21 +351,26 @@ void SdoClient::ask(const State& state, Time now, std::uint8_t command, std::uin
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this
 /// one's.
 void SdoClient::drop_refused() {
-  if (state_ != &kQueued && state_ != &kHeldBack) outbox_.drop();
+  if (phase() != Phase::kQueued && phase() != Phase::kHeldBack) outbox_.drop();
 }
 
 // ---- Quarantine
 // ----------------------------------------------------------------------------------------------
 
+/// A node has one slot at most, as nothing is asked of it while it has one. Node 0: a free one.
+SdoClient::Quarantine* SdoClient::find(std::uint8_t node) {
+  for (Quarantine& slot : quarantines_)
+    if (slot.node == node) return &slot;
+  return nullptr;
+}
+
 /// A late answer to this transfer must not be taken for the answer to the next one.
 void SdoClient::quarantine(bool stream, Time now) {
   const std::uint16_t length = timeout_ms_ == 0 ? kDefaultTimeoutMs : timeout_ms_;
-  for (Quarantine& slot : quarantines_) {
-    if (slot.node != 0) continue;
-    slot = {now + milliseconds(length), request_.node, stream};
-    ++quarantined_;
-    return;
-  }
+  Quarantine* slot = find(0);
+  if (slot == nullptr) return;
+  *slot = {now + milliseconds(length), request_.node, stream};
+  ++quarantined_;
 }
 
 /// When a transfer to this request's node may begin: now, or the end of its quarantine.

@@ -199,6 +199,7 @@ class SdoClient {
            std::uint32_t tail = 0);
   void drop_refused();
 
+  Quarantine* find(std::uint8_t node);
   void quarantine(bool stream, Time now);
   Time held_until(Time now);
   void release(Quarantine& slot);
