@@ -18,6 +18,9 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+
 AS_ROOT = [] if os.geteuid() == 0 else ["--map-root-user"]
 SHELL = ["unshare", "--net", *AS_ROOT, "bash", "--norc"]
 LIMIT = 120  # seconds for a document
@@ -96,26 +99,29 @@ def type_into_shell(script, program_dir):
 
 
 def run(document, program_dir):
+    """(what is wrong, how many commands ran)"""
     document_steps = steps(document)
     if not document_steps:
-        return [f"{document}: not one command in a console block"]
+        return [f"{document}: not one command in a console block"], 0
     found, rest = [], type_into_shell(script_of(document_steps), program_dir)
     for number, (line, command, expected) in enumerate(document_steps):
         output, mark, rest = rest.partition(MARK.format(number) + "\n")
         if not mark:
-            return found + [f"{document}:{line}: `{command}`: did not end; it printed:\n{output}"]
+            return found + [f"{document}:{line}: `{command}`: did not end; it printed:\n{output}"], number
         if not re.fullmatch(pattern_of(expected), output):
             found.append(f"{document}:{line}: `{command}` printed:\n{output}expected:\n" + "\n".join(expected))
-    if not found:
-        print(f"{document}: {len(document_steps)} commands print what is written there")
-    return found
+    return found, len(document_steps)
 
 
 def main():
     program_dir = pathlib.Path(sys.argv[1]).resolve()
-    found = [line for name in sys.argv[2:] for line in run(pathlib.Path(name), program_dir)]
+    found, ran = [], 0
+    for name in sys.argv[2:]:
+        wrong, commands = run(pathlib.Path(name), program_dir)
+        found += wrong
+        ran += commands
     print("\n".join(found))
-    sys.exit(1 if found else 0)
+    sys.exit(0 if cases.enough(ran) and not found else 1)
 
 
 main()

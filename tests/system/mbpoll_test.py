@@ -9,6 +9,7 @@ import sys
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
 from simulator import Simulator, program_from_arguments
 
 PROGRAM = program_from_arguments(sys.argv)
@@ -38,4 +39,4 @@ class Mbpoll(unittest.TestCase):
         self.assertEqual(self.mbpoll("-r", "3707", "-c", "2", "127.0.0.1"), [0x0000, 0x0602])
 
 
-unittest.main()
+cases.main()

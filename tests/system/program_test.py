@@ -11,6 +11,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
 from simulator import LIMIT, Simulator, program_from_arguments
 
 PROGRAM = program_from_arguments(sys.argv)
@@ -143,4 +144,4 @@ class FullDisk(unittest.TestCase):
         self.assertIn("/dev/full", error)
 
 
-unittest.main()
+cases.main()

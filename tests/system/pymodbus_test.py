@@ -9,6 +9,7 @@ import unittest
 from pymodbus.client import ModbusTcpClient
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
 from simulator import Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
@@ -128,4 +129,4 @@ class Pymodbus(unittest.TestCase):
         self.assertTrue(self.client.read_coils(0, 1, slave=1).isError())
 
 
-unittest.main()
+cases.main()

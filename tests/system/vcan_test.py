@@ -14,6 +14,7 @@ import unittest
 import can
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
@@ -145,4 +146,4 @@ class OnVcan(unittest.TestCase):
         self.assertEqual(self.simulator.stop()[0], 0)
 
 
-unittest.main()
+cases.main()

@@ -12,6 +12,7 @@ import threading
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
@@ -176,4 +177,4 @@ class BadServers(unittest.TestCase):
         self.assertIn("is cbcan-sim running there?", done.stderr)
 
 
-unittest.main()
+cases.main()

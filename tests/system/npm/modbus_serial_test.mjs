@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The window through npm's modbus-serial, the client behind Node-RED's Modbus nodes. CBCAN_SIM names the program.
+// The window through npm's modbus-serial, the client behind Node-RED's Modbus nodes.
+// usage: node modbus_serial_test.mjs CBCAN_SIM
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
@@ -7,10 +8,21 @@ import { createInterface } from "node:readline";
 import test from "node:test";
 import ModbusRTU from "modbus-serial";
 
-const program = process.env.CBCAN_SIM;
+const program = process.argv[2];
 const EXECUTE = 0xca0e, READ = 5055, WRITE = 5066;
 
+// As support/cases.py does.
+let ran = 0;
+process.on("exit", () => {
+  console.log(`${ran} cases ran`);
+  const committed = Number(process.env.CBCAN_CASES ?? 0);
+  if (ran >= committed) return;
+  console.log(`but ${committed} are committed; if that is meant, commit CASES ${ran} for this test in its CMakeLists.txt`);
+  process.exitCode = 1;
+});
+
 async function withSimulator(use) {
+  ++ran;
   const simulator = spawn(program, ["--demo", "--modbus", "127.0.0.1:0"], { stdio: ["ignore", "pipe", "inherit"] });
   const ended = once(simulator, "exit");
   const client = new ModbusRTU();

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: MIT
+"""A suite says how many cases ran, and fails when fewer ran than CBCAN_CASES (from CMakeLists.txt) asks for."""
+
+import os
+import sys
+import unittest
+
+
+def enough(ran):
+    print(f"{ran} cases ran", flush=True)
+    committed = int(os.environ.get("CBCAN_CASES", 0))
+    if ran < committed:
+        print(f"but {committed} are committed: some were lost, or were skipped; if that is meant, commit CASES {ran} "
+              "for this test in its CMakeLists.txt", flush=True)
+    return ran >= committed
+
+
+def main():
+    """unittest.main(), counted unless its arguments choose some of the cases."""
+    chosen = len(sys.argv) > 1
+    result = unittest.main(exit=False).result
+    ran = result.testsRun - len(result.skipped)
+    sys.exit(0 if result.wasSuccessful() and (chosen or enough(ran)) else 1)
