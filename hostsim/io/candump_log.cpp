@@ -101,7 +101,8 @@ void CandumpLog::give_up(int error) {
   counters_.dropped += std::exchange(pending_frames_, 0);
   pending_.clear();
   file_.reset();
-  warn_("log " + path_ + ": " + reason(error) + "; the log ends here, the simulation goes on");
+  warn_("log " + path_ + ": " + reason(error) +
+        "; the log ends here, the simulation goes on; make room, or put --log FILE on another disk");
 }
 
 }  // namespace cbcan::io

@@ -107,6 +107,15 @@ bool interface_deleted(int error) {
   return error == ENODEV || error == ENXIO || error == EBADF;
 }
 
+std::string none_such(const std::string& interface) {
+  return "no such interface; `ip link` lists them; for a virtual one: ip link add dev " + interface +
+         " type vcan && ip link set " + interface + " up";
+}
+
+std::string is_down(const std::string& interface) {
+  return "the interface is down; `ip link set " + interface + " up` brings it up";
+}
+
 }  // namespace
 
 SocketCan::SocketCan(Reactor& reactor, sim::Bus& bus, std::string interface, Warn warn)
@@ -121,16 +130,16 @@ SocketCan::SocketCan(Reactor& reactor, sim::Bus& bus, std::string interface, War
         "); `tools/in-vcan-vm COMMAND` runs a command where there is vcan0, and --can virtual "
         "needs no kernel");
   const unsigned index = if_nametoindex(interface_.c_str());
-  if (index == 0)
-    throw EnvironmentError(where_ +
-                           "no such interface; `ip link` lists them; for a virtual one: ip link add dev " +
-                           interface_ + " type vcan && ip link set " + interface_ + " up");
+  if (index == 0) throw EnvironmentError(where_ + none_such(interface_));
   open_socket(index);
-  if (!socket_) throw EnvironmentError(where_ + "not a CAN interface: " + reason(errno));
+  if (!socket_)
+    throw EnvironmentError(where_ + "not a CAN interface (" + reason(errno) +
+                           "); `ip link show type can` and `ip link show type vcan` list those");
   watch_links();
-  up_ = is_up(socket_.get(), interface_);
-  if (!up_) warn_(where_ + "the interface is down; `ip link set " + interface_ + " up` brings it up");
-  bus_.set_link(up_);
+  const bool up = is_up(socket_.get(), interface_);
+  seen_ = up ? Interface::kUp : Interface::kDown;
+  if (!up) warn_(where_ + is_down(interface_));
+  bus_.set_link(up);
   bus_.set_outside(this);
 }
 
@@ -163,7 +172,7 @@ bool SocketCan::transmit(const Frame& frame) {
 
 void SocketCan::poll(Time now) {
   if (check_interface_) {
-    set_up(false, now);  // what transmit() met, also if it is back by now
+    note(away(), now);  // what transmit() met, also if it is back by now
     check_interface(now);
   }
   if (retry_at_ <= now) {
@@ -218,24 +227,33 @@ void SocketCan::check_interface(Time now) {
   check_interface_ = false;
   // It may have been down for a moment: then the socket knows, and would else tell at the next frame.
   const int error = socket_ ? take_error(socket_.get()) : 0;
-  if (error != 0) set_up(false, now);
+  if (error != 0) note(away(), now);
   if (interface_deleted(error)) index_ = 0;
   const unsigned index = if_nametoindex(interface_.c_str());
   if (index != index_) {
     close_socket();
     if (index != 0) open_socket(index);
   }
-  set_up(socket_ && is_up(socket_.get(), interface_), now);
+  note(socket_ && is_up(socket_.get(), interface_) ? Interface::kUp : away(), now);
 }
 
-void SocketCan::set_up(bool up, Time now) {
-  if (up == up_) return;
-  up_ = up;
-  if (!up) ++counters_.link_losses;
+SocketCan::Interface SocketCan::away() const {
+  return if_nametoindex(interface_.c_str()) == 0 ? Interface::kGone : Interface::kDown;
+}
+
+void SocketCan::note(Interface seen, Time now) {
+  if (seen == seen_) return;
+  const bool was_up = seen_ == Interface::kUp;
+  seen_ = seen;
+  if (was_up) ++counters_.link_losses;
   state_ = BusState::kActive;  // a controller that is started again forgets its errors
   tell_state(now);
-  bus_.set_link(up);
-  warn_(where_ + (up ? "the interface is up again" : "the interface is down; waiting for it to come back"));
+  bus_.set_link(seen == Interface::kUp);
+  switch (seen) {
+    case Interface::kUp: return warn_(where_ + "the interface is up again");
+    case Interface::kDown: return warn_(where_ + is_down(interface_));
+    case Interface::kGone: return warn_(where_ + none_such(interface_));
+  }
 }
 
 /// Bounded, so that a storm of frames leaves the others their turn.
@@ -263,7 +281,7 @@ std::size_t SocketCan::receive_batch(Time now) {
 /// It may be back by now; but that it was away is known only from here.
 void SocketCan::lose_interface(int error, Time now) {
   if (interface_deleted(error)) index_ = 0;
-  set_up(false, now);
+  note(away(), now);
   check_interface(now);
 }
 

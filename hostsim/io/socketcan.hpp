@@ -57,18 +57,20 @@ class SocketCan final : public sim::Outside {
   const Counters& counters() const { return counters_; }
 
  private:
+  enum class Interface { kUp, kDown, kGone };
+
   void open_socket(unsigned index);
   void close_socket();
   void watch_links();
   void on_link_change();
   void check_interface(Time now);
-  void set_up(bool up, Time now);
+  void note(Interface seen, Time now);
+  Interface away() const;
   void lose_interface(int error, Time now);
   void receive();
   std::size_t receive_batch(Time now);
   void take(const Frame& frame, Time now);
   void note_lost(std::uint32_t total, Time now);
-  void show_overflow(Time now);
   void tell_state(Time now);
 
   Reactor& reactor_;
@@ -79,7 +81,7 @@ class SocketCan final : public sim::Outside {
   Descriptor links_;  ///< netlink: something has happened to some interface
   Descriptor socket_;
   unsigned index_ = 0;  ///< of the interface that the socket is bound to; 0 = none
-  bool up_ = true;
+  Interface seen_ = Interface::kUp;
   bool check_interface_ = false;
   BusState state_ = BusState::kActive;  ///< without overflow
   std::uint32_t lost_total_ = 0;        ///< the socket's own count

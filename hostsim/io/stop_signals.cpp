@@ -4,10 +4,17 @@
 #include <sys/signalfd.h>
 
 #include <cerrno>
+#include <iterator>
 
 #include "io/errors.hpp"
 
 namespace cbcan::io {
+
+namespace {
+
+constexpr int kIgnored[] = {SIGPIPE, SIGXFSZ};
+
+}  // namespace
 
 StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
   sigset_t wanted;
@@ -19,13 +26,15 @@ StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
   sigprocmask(SIG_BLOCK, &wanted, &former_mask_);
   struct sigaction ignore {};
   ignore.sa_handler = SIG_IGN;
-  sigaction(SIGPIPE, &ignore, &former_pipe_);
+  for (std::size_t i = 0; i < std::size(kIgnored); ++i)
+    sigaction(kIgnored[i], &ignore, &former_[i]);
   reactor_.watch(signals_.get(), Reactor::kReadable, [this](std::uint32_t) { take(); });
 }
 
 StopSignals::~StopSignals() {
   reactor_.forget(signals_.get());
-  sigaction(SIGPIPE, &former_pipe_, nullptr);
+  for (std::size_t i = 0; i < std::size(kIgnored); ++i)
+    sigaction(kIgnored[i], &former_[i], nullptr);
   sigprocmask(SIG_SETMASK, &former_mask_, nullptr);
 }
 

@@ -8,8 +8,9 @@
 
 namespace cbcan::io {
 
-/// SIGINT and SIGTERM as an event of the reactor, and SIGPIPE ignored, while this object lives: then as they
-/// were before. One per process, made by its main thread before there are others. The reactor outlives it.
+/// SIGINT and SIGTERM as an event of the reactor, and SIGPIPE and SIGXFSZ ignored (what writes is told by its
+/// errno), while this object lives: then as they were before. One per process, made by its main thread before
+/// there are others. The reactor outlives it.
 class StopSignals {
  public:
   explicit StopSignals(Reactor& reactor);
@@ -24,7 +25,7 @@ class StopSignals {
 
   Reactor& reactor_;
   sigset_t former_mask_{};
-  struct sigaction former_pipe_ {};
+  struct sigaction former_[2]{};  ///< of what is ignored
   Descriptor signals_;
   bool stop_requested_ = false;
 };

@@ -72,7 +72,10 @@ TEST_CASE("a full disk is told once, and the bus goes on") {
     log.flush();
   }
   REQUIRE(warnings.size() == 1);
-  CHECK(warnings[0] == "log /dev/full: No space left on device; the log ends here, the simulation goes on");
+  CHECK(
+      warnings[0] ==
+      "log /dev/full: No space left on device; the log ends here, the simulation goes on; make room, or put "
+      "--log FILE on another disk");
   CHECK(log.counters().frames == 0);
   CHECK(log.counters().dropped == 3);
 }

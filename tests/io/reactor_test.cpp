@@ -162,7 +162,7 @@ TEST_CASE("SIGINT and SIGTERM ask to stop") {
   }
 }
 
-TEST_CASE("signals are as before when StopSignals goes, and SIGPIPE is ignored meanwhile") {
+TEST_CASE("signals are as before when StopSignals goes, and SIGPIPE and SIGXFSZ are ignored meanwhile") {
   const auto handler_of = [](int signal) {
     struct sigaction action {};
     sigaction(signal, nullptr, &action);
@@ -175,12 +175,15 @@ TEST_CASE("signals are as before when StopSignals goes, and SIGPIPE is ignored m
   };
   Reactor reactor;
   std::signal(SIGPIPE, SIG_DFL);
+  std::signal(SIGXFSZ, SIG_DFL);
   {
     const StopSignals signals(reactor);
     CHECK(handler_of(SIGPIPE) == SIG_IGN);
+    CHECK(handler_of(SIGXFSZ) == SIG_IGN);
     CHECK(terminate_blocked());
   }
   CHECK(handler_of(SIGPIPE) == SIG_DFL);
+  CHECK(handler_of(SIGXFSZ) == SIG_DFL);
   CHECK_FALSE(terminate_blocked());
 }
 

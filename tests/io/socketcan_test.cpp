@@ -45,7 +45,18 @@ class OwnInterface {
   void del() { run("ip link del dev " + name()); }
   void set(const std::string& what) { run("ip link set dev " + name() + " " + what); }
 
+  std::string down_message() const {
+    return where() + "the interface is down; `ip link set " + name() + " up` brings it up";
+  }
+  std::string gone_message() const {
+    return where() + "no such interface; `ip link` lists them; for a virtual one: ip link add dev " + name() +
+           " type vcan && ip link set " + name() + " up";
+  }
+  std::string up_message() const { return where() + "the interface is up again"; }
+
  private:
+  std::string where() const { return "can socketcan:" + name() + ": "; }
+
   std::string name_ = "cbio" + std::to_string(getpid());
 };
 
@@ -225,9 +236,7 @@ TEST_CASE("an interface that goes down takes the link with it, and brings it bac
   witness.send(0x585);
   rig.run_until([&] { return rig.frames.size() == 1; });
   CHECK(rig.can.counters().link_losses == 1);
-  const std::string where = "can socketcan:" + interface.name() + ": ";
-  CHECK(rig.warnings == std::vector<std::string>{where + "the interface is down; waiting for it to come back",
-                                                 where + "the interface is up again"});
+  CHECK(rig.warnings == std::vector<std::string>{interface.down_message(), interface.up_message()});
 }
 
 TEST_CASE("a frame that meets an interface just gone down does not stop the bus for good") {
@@ -281,6 +290,7 @@ TEST_CASE("an interface that is deleted and made again is joined again, whatever
   Rig rig(interface.name());
   interface.del();
   rig.run_until([&] { return !rig.bus.link(); });
+  rig.run_until([&] { return rig.warnings.back() == interface.gone_message(); });
   CHECK(rig.turn() == 0);
   interface.add(same_number ? "index " + number : "");
   rig.run_until([&] { return rig.bus.link(); });
@@ -289,6 +299,7 @@ TEST_CASE("an interface that is deleted and made again is joined again, whatever
   witness.send(0x585);
   rig.run_until([&] { return rig.frames.size() == 1; });
   CHECK(rig.seen_by(witness, 1) == std::vector<std::uint32_t>{0x605});
+  CHECK(rig.warnings.back() == interface.up_message());
 }
 
 TEST_CASE("an interface deleted and made again between two turns is joined again, and the loss is seen") {
@@ -308,9 +319,7 @@ TEST_CASE("an interface that is down at the start gets a warning and is used onc
   interface.set("down");
   Rig rig(interface.name());
   CHECK_FALSE(rig.bus.link());
-  CHECK(rig.warnings == std::vector<std::string>{"can socketcan:" + interface.name() +
-                                                 ": the interface is down; `ip link set " + interface.name() +
-                                                 " up` brings it up"});
+  CHECK(rig.warnings == std::vector<std::string>{interface.down_message()});
   rig.turn();
   CHECK(rig.turn() == 0);
   CHECK(rig.can.counters().link_losses == 0);
@@ -350,7 +359,9 @@ TEST_CASE("what is no CAN interface is told") {
     const SocketCan can(reactor, bus, "lo", nullptr);
     FAIL("no exception");
   } catch (const EnvironmentError& error) {
-    CHECK(std::string(error.what()) == "can socketcan:lo: not a CAN interface: No such device");
+    CHECK(std::string(error.what()) ==
+          "can socketcan:lo: not a CAN interface (No such device); `ip link show type can` and "
+          "`ip link show type vcan` list those");
   }
 }
 

@@ -26,19 +26,22 @@ def wait_until(condition, what):
 
 
 class Simulator:
-    def __init__(self, program, *options, log=True):
+    def __init__(self, program, *options, log=True, before_start=None):
         self.folder = tempfile.TemporaryDirectory()
         self.log_path = pathlib.Path(self.folder.name) / "bus.log"
         command = [program, "--modbus", "127.0.0.1:0", *options]
         if log:
             command += ["--log", str(self.log_path)]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.error_path = pathlib.Path(self.folder.name) / "stderr"
+        with self.error_path.open("w") as error:
+            self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=error, text=True,
+                                            preexec_fn=before_start)
         if not select.select([self.process.stdout], [], [], LIMIT)[0]:
             self.stop()
             raise AssertionError("no ready line")
         self.ready = self.process.stdout.readline().strip()
         if not self.ready.startswith("ready modbus="):
-            raise AssertionError(f"no ready line: {self.ready!r} {self.process.communicate()[1]}")
+            raise AssertionError(f"no ready line: {self.ready!r} {self.stop()[1]}")
         self.port = int(self.ready.split()[1].rsplit(":", 1)[1])
 
     def __enter__(self):
@@ -52,15 +55,21 @@ class Simulator:
         if self.process.poll() is None:
             self.process.send_signal(number)
         try:
-            _, error = self.process.communicate(timeout=LIMIT)
+            self.process.wait(timeout=LIMIT)
         except subprocess.TimeoutExpired:
             self.process.kill()
+            self.process.wait()
             raise
         finally:
             self.process.stdout.close()
-            self.process.stderr.close()
+        if self.error_path.exists():
+            self.error = self.error_path.read_text()
         self.folder.cleanup()
-        return self.process.returncode, error
+        return self.process.returncode, self.error
+
+    def errors(self):
+        """The lines that it has written to standard error so far."""
+        return self.error_path.read_text().splitlines()
 
     def frames(self):
         """The frames on the bus so far, as `605#4017100000000000`."""
