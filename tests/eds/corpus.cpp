@@ -56,7 +56,8 @@ std::string read_file(const std::filesystem::path& path) {
 std::vector<std::filesystem::path> corpus_files() {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(EDS_CORPUS))
-    if (entry.path().extension() != ".expected") files.push_back(entry.path());
+    if (entry.path().extension() == ".eds" || entry.path().extension() == ".dcf")
+      files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
 }

@@ -6,7 +6,15 @@
 namespace cbcan::tests {
 
 TEST_CASE("The corpus is there") {
-  CHECK(corpus_files().size() >= 45);
+  CHECK(corpus_files().size() >= 57);
+}
+
+TEST_CASE("The corpus's README names every file") {
+  const std::string table = read_file(EDS_CORPUS "/README.md");
+  for (const std::filesystem::path& path : corpus_files()) {
+    INFO(path.filename().string());
+    CHECK(table.find("| `" + path.filename().string() + "` |") != std::string::npos);
+  }
 }
 
 TEST_CASE("Every file of the corpus gives the diagnostics and objects expected of it") {
