@@ -22,8 +22,8 @@ VCAN = os.environ["CBCAN_VCAN"]
 READ, WRITE = 5055, 5066
 
 
-def ip_link(*arguments):
-    subprocess.run(["ip", "link", "set", "dev", VCAN, *arguments], check=True)
+def ip_link(*arguments, interface=VCAN):
+    subprocess.run(["ip", "link", "set", "dev", interface, *arguments], check=True)
 
 
 def cansend(frame):
@@ -143,7 +143,80 @@ class OnVcan(unittest.TestCase):
         self.assertEqual(self.window.execute(WRITE, 0, 0x1F82, 128, 0, 5), 4)
         ip_link("up")
         wait_until(lambda: self.window.execute(READ, 0x42, 0x1000, 0, 4) == 0, "the bus to be back")
-        self.assertEqual(self.simulator.stop()[0], 0)
+        self.assertEqual(self.simulator.stop(), (0, is_down(VCAN) + is_up_again(VCAN)))
+
+
+def begin(interface):
+    return f"cbcan-sim: can socketcan:{interface}: "
+
+
+def is_down(interface):
+    return begin(interface) + f"the interface is down; `ip link set {interface} up` brings it up\n"
+
+
+def is_up_again(interface):
+    return begin(interface) + "the interface is up again\n"
+
+
+def none_such(interface):
+    return begin(interface) + (f"no such interface; `ip link` lists them; for a virtual one: ip link add dev {interface} type vcan "
+                               f"&& ip link set {interface} up\n")
+
+
+class OwnInterface(unittest.TestCase):
+    """What comes and goes is an interface of the test's own; Modbus is served meanwhile."""
+
+    NAME = f"cbsys{os.getpid() % 100000}"
+
+    def setUp(self):
+        self.addCleanup(subprocess.run, ["ip", "link", "del", "dev", self.NAME], stderr=subprocess.DEVNULL)
+
+    def make(self):
+        subprocess.run(["ip", "link", "add", "dev", self.NAME, "type", "vcan"], check=True)
+
+    def start(self):
+        self.simulator = Simulator(PROGRAM, "--demo", "--can", f"socketcan:{self.NAME}", "--sdo-timeout", "200")
+        self.addCleanup(self.simulator.stop)
+        self.window = self.simulator.window()
+        self.addCleanup(self.window.socket.close)
+
+    def reads(self):
+        return self.window.execute(READ, 0x42, 0x1000, 0, 4) == 0
+
+    def wait_for_line(self, line):
+        wait_until(lambda: self.window.read(0, 1) == [0] and line.strip() in self.simulator.errors(), line)
+
+    def test_missing(self):
+        done = subprocess.run([PROGRAM, "--modbus", "127.0.0.1:0", "--can", f"socketcan:{self.NAME}"], capture_output=True,
+                              text=True, timeout=LIMIT)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (3, "", none_such(self.NAME)))
+
+    def test_down_at_the_start(self):
+        self.make()
+        self.start()
+        self.wait_for_line(is_down(self.NAME))
+        self.assertFalse(self.reads())
+        ip_link("up", interface=self.NAME)
+        wait_until(self.reads, "the bus")
+        self.assertEqual(self.simulator.stop(), (0, is_down(self.NAME) + is_up_again(self.NAME)))
+
+    def test_gone_and_back(self):
+        self.make()
+        ip_link("up", interface=self.NAME)
+        self.start()
+        self.assertTrue(self.reads())
+        subprocess.run(["ip", "link", "del", "dev", self.NAME], check=True)
+        self.wait_for_line(none_such(self.NAME))
+        self.assertFalse(self.reads())
+        self.make()
+        self.wait_for_line(is_down(self.NAME))
+        self.assertFalse(self.reads())
+        ip_link("up", interface=self.NAME)
+        wait_until(self.reads, "the bus to be back")
+        code, error = self.simulator.stop()
+        # The kernel takes an interface down before it deletes it, which may have been seen.
+        self.assertEqual((code, error.removeprefix(is_down(self.NAME))),
+                         (0, none_such(self.NAME) + is_down(self.NAME) + is_up_again(self.NAME)))
 
 
 cases.main()
