@@ -13,7 +13,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from healthy import Healthy
-from simulator import LIMIT, Simulator, program_from_arguments
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
 READ = 5055
@@ -104,6 +104,27 @@ class Ending(unittest.TestCase):
         self.assertRegex(log, r"\A(\(\d{10}\.\d{6}\) virtual [0-9A-F]{3}#[0-9A-F]{0,16}\n)+\Z")
         begun = [frame for frame in simulator.frames() if frame in ("620#2180200080000000", "620#4080200000000000")]
         self.assertGreaterEqual(len(begun), healthy.transactions)
+
+    def test_what_its_last_turn_brings_is_in_the_log(self):
+        simulator = Simulator(PROGRAM, "--demo")
+        self.addCleanup(simulator.stop)
+        clients = [simulator.window() for _ in range(50)]
+        for client in clients:
+            self.addCleanup(client.socket.close)
+            client.read(0, 1)
+        # Everything comes in one turn: a read of 1000h of node 20h, more requests than the answer's frame takes time, the signal.
+        simulator.process.send_signal(signal.SIGSTOP)
+        wait_until(lambda: self.state(simulator.process) == "T", "the simulator to be stopped")
+        clients[0].socket.sendall(bytes.fromhex("0001 0000 0013 01 10 0E74 0006 0C CA0E 13BF 0020 1000 0000 0004"))
+        for client in clients[1:]:
+            client.socket.sendall(20 * bytes.fromhex("0001 0000 0006 01 03 0000 007D"))
+        simulator.process.send_signal(signal.SIGTERM)
+        simulator.process.send_signal(signal.SIGCONT)
+        self.assertEqual(simulator.process.wait(LIMIT), 0)
+        self.assertIn("620#4000100000000000", simulator.frames())
+
+    def state(self, process):
+        return pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
 
 
 class Serving(unittest.TestCase):
