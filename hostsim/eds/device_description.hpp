@@ -57,6 +57,7 @@ struct Object {
   std::string upload_file;    ///< DCF: named, not opened
   std::string download_file;  ///< DCF: named, not opened
   std::size_t line = 0;       ///< of the section or the entry that it comes from
+  bool operator==(const Object&) const = default;
 };
 
 /// [DeviceInfo] (CiA 306, 4.4). What the file does not say is 0, false or empty.
@@ -76,6 +77,7 @@ struct DeviceInfo {
   std::uint16_t receive_pdos = 0;
   std::uint16_t transmit_pdos = 0;
   bool lss = false;
+  bool operator==(const DeviceInfo&) const = default;
 };
 
 /// [DeviceComissioning], spelled like this in CiA 306, 5.2; only a DCF has it.
@@ -87,6 +89,7 @@ struct Commissioning {
   std::string network_name;
   bool canopen_manager = false;
   std::uint32_t lss_serial_number = 0;
+  bool operator==(const Commissioning&) const = default;
 };
 
 struct DeviceDescription {
@@ -97,6 +100,7 @@ struct DeviceDescription {
 
   /// Null if there is none.
   const Object* find(std::uint16_t index, std::uint8_t sub) const;
+  bool operator==(const DeviceDescription&) const = default;
 };
 
 }  // namespace cbcan::eds

@@ -21,6 +21,7 @@ struct Diagnostic {
   std::size_t line = 0;  ///< 1 = the first
   Severity severity = Severity::kNote;
   std::string message;
+  bool operator==(const Diagnostic&) const = default;
 };
 
 /// `file:line: message`

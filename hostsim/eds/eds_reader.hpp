@@ -44,6 +44,7 @@ inline constexpr std::uint64_t kMostValueBytes = 1U << 24;
 struct Result {
   DeviceDescription device;
   std::vector<Diagnostic> diagnostics;  ///< in the order of lines
+  bool operator==(const Result&) const = default;
 };
 
 /// `file_name` is only for the diagnostics. `node_id` is the one that $NODEID stands for, 1..127.

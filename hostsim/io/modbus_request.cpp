@@ -19,7 +19,6 @@ constexpr std::size_t kMaxWriteWhileReading = 121;  // V1.1b3, 6.17
 // Device identification (V1.1b3, 6.21).
 constexpr std::uint8_t kReadDeviceIdentification = 0x0E;  // MEI type
 constexpr std::uint8_t kBasicStream = 1;
-constexpr std::uint8_t kExtendedStream = 3;
 constexpr std::uint8_t kOneObject = 4;
 constexpr std::uint8_t kBasicStreamAndOneObject = 0x81;  // conformity level
 constexpr std::uint8_t kNoMoreFollows = 0;

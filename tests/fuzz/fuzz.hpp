@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What all fuzz targets have in common.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+/// libFuzzer's entry point: one input. It ends the program where a promise is broken.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+
+namespace cbcan::fuzz {
+
+/// Also in optimised builds.
+inline void require(bool holds, const char* promise) {
+  if (holds) return;
+  std::fprintf(stderr, "broken promise: %s\n", promise);
+  std::abort();
+}
+
+inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
+  return {reinterpret_cast<const char*>(data), size};
+}
+
+/// Not for every input: it halves the speed.
+constexpr bool is_read_twice(std::size_t size) {
+  return size % 8 == 0;
+}
+
+}  // namespace cbcan::fuzz

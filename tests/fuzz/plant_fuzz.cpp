@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// Any bytes as a plant file: either a plant whose nodes can be built, or complaints that name file and line.
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "app/config.hpp"
+#include "app/node_image.hpp"
+#include "app/plant_file.hpp"
+#include "fuzz/fuzz.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+const std::string kPlant = "plant.toml";
+
+/// One object of each kind that a value of a plant file can be put into.
+constexpr std::string_view kEds = R"([DeviceInfo]
+[MandatoryObjects]
+SupportedObjects=1
+1=0x1000
+[1000]
+DataType=7
+AccessType=ro
+[1017]
+DataType=6
+[2001]
+DataType=1
+[2002]
+DataType=4
+[2003]
+DataType=8
+[2004]
+DataType=0x11
+[2005]
+DataType=9
+[2006]
+DataType=0xA
+CBCAN_Size=4
+[2007]
+ObjectType=8
+CompactSubObj=3
+DataType=5
+)";
+
+/// The disk has one EDS file and nothing else.
+std::optional<std::string> read_file(const std::string& path) {
+  if (path == "a.eds") return std::string(kEds);
+  return std::nullopt;
+}
+
+/// "plant.toml:12: text", with a line that the file has.
+void check_complaint(const std::string& line, std::size_t lines) {
+  const std::string opening = kPlant + ":";
+  require(line.starts_with(opening), "a complaint names the file");
+  const std::size_t end = line.find(": ", opening.size());
+  require(end != std::string::npos && end + 2 < line.size(), "a complaint says what is wrong");
+  const std::string number = line.substr(opening.size(), end - opening.size());
+  require(!number.empty() && number.size() < 8 && number.find_first_not_of("0123456789") == std::string::npos,
+          "a complaint names the line");
+  const unsigned long at = std::stoul(number);
+  require(at >= 1 && at <= lines, "a complaint's line is one of the file");
+}
+
+void check_complaints(const app::Diagnostics& found, std::size_t lines) {
+  for (const app::Diagnostic& diagnostic : found)
+    check_complaint(app::to_string(diagnostic), lines);
+}
+
+void check_ranges(const app::Config& config) {
+  const auto is_node = [](std::uint8_t id) { return id >= 1 && id <= 127; };
+  require(is_node(config.module.node_id), "the module's node ID is 1..127");
+  require(config.module.node_state_fresh_ms != 0 && config.module.guarding_timeout_ms != 0,
+          "times are not 0");
+  require(!config.modbus.host.empty(), "the host has a name");
+  require(config.can.bit_rate == 0 || (config.can.bit_rate >= 10'000 && config.can.bit_rate <= 1'000'000),
+          "the bit rate is one of a CAN bus");
+  require((config.can.kind == app::CanKind::kSocketCan) == !config.can.interface_name.empty(),
+          "SocketCAN has an interface, the virtual bus has none");
+  for (const app::NodeConfig& node : config.nodes)
+    require(is_node(node.id) && !node.eds.empty(), "a node has an ID and an EDS file");
+}
+
+void build_nodes(const app::Config& config, std::size_t lines) {
+  for (const app::NodeConfig& node : config.nodes) {
+    const app::NodeBuild build = app::build_node(node, read_file);
+    require(build.image.has_value() == build.problems.empty(), "a node is built, or it is said why not");
+    for (const std::string& problem : build.problems)
+      check_complaint(problem, lines);
+  }
+}
+
+bool same(const app::Diagnostic& one, const app::Diagnostic& other) {
+  return one.place == other.place && one.message == other.message;
+}
+
+/// Not a number is not equal to itself.
+bool has_nan(const app::Config& config) {
+  return std::ranges::any_of(config.nodes, [](const app::NodeConfig& node) {
+    return std::ranges::any_of(node.objects, [](const app::InitialValue& object) {
+      const auto* number = std::get_if<double>(&object.value);
+      return number != nullptr && *number != *number;
+    });
+  });
+}
+
+void check_plant(std::string_view text) {
+  const auto lines = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
+  app::Config config;
+  const app::Diagnostics found = app::read_plant(text, kPlant, config);
+  if (is_read_twice(text.size())) {
+    app::Config again;
+    require(std::ranges::equal(found, app::read_plant(text, kPlant, again), same), "the same complaints twice");
+    require(has_nan(config) || config == again, "the same text gives the same plant");
+  }
+  check_complaints(found, lines);
+  if (!found.empty()) return;
+  check_ranges(config);
+  check_complaints(app::check(config), lines);
+  build_nodes(config, lines);
+}
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  cbcan::fuzz::check_plant(cbcan::fuzz::text_of(data, size));
+  return 0;
+}
