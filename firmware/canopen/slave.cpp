@@ -16,6 +16,12 @@ constexpr std::uint32_t kSyncProducer = 0x40000000;
 constexpr std::uint32_t kSyncIdMask = 0x7FF;
 constexpr std::uint32_t kSyncReserved = 0x3FFFF800;  // 29-bit identifiers are not supported
 
+/// CAN-IDs that nothing configurable may use (CiA 301, 7.3.5).
+constexpr bool is_restricted(std::uint32_t id) {
+  return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
+         (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
+}
+
 constexpr std::uint16_t kFirstIndex = 0x0000;
 constexpr std::uint16_t kFirstCommunicationIndex = 0x1000;
 constexpr std::uint16_t kLastCommunicationIndex = 0x1FFF;
@@ -104,7 +110,8 @@ AbortCode Slave::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<
     std::uint32_t cob_id = 0;
     for (std::size_t byte = 4; byte-- > 0;)
       cob_id = cob_id << 8 | value[byte];
-    if ((cob_id & kSyncReserved) != 0 || (sync_period_ != 0 && (cob_id & kSyncIdMask) != sync_id_))
+    const std::uint32_t id = cob_id & kSyncIdMask;
+    if ((cob_id & kSyncReserved) != 0 || is_restricted(id) || (sync_period_ != 0 && id != sync_id_))
       return AbortCode::kValue;
   }
   reconfigure_ =

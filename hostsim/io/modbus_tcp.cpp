@@ -129,7 +129,7 @@ void ModbusTcp::accept_clients() {
   for (int i = 0; i < kAcceptsPerTurn; ++i) {
     Descriptor socket = accept_client(listener_.socket.get());
     if (socket) {
-      add_client(std::move(socket));
+      adopt(std::move(socket));
     } else if (errno == EMFILE || errno == ENFILE) {
       if (!refuse_client()) return;
     } else if (errno != ECONNABORTED && errno != EINTR) {
@@ -153,7 +153,7 @@ bool ModbusTcp::refuse_client() {
   return true;
 }
 
-void ModbusTcp::add_client(Descriptor socket) {
+void ModbusTcp::adopt(Descriptor socket) {
   const int fd = socket.get();
   Connection& client = *(connections_[fd] = std::make_unique<Connection>(std::move(socket)));
   reactor_.watch(fd, Reactor::kReadable, [this, &client](std::uint32_t) {

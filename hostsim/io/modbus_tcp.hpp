@@ -61,6 +61,9 @@ class ModbusTcp {
   /// Closes the connections whose half request has waited too long. `now` is Reactor::now()'s.
   void poll(Time now);
 
+  /// Serves a connected, non-blocking stream socket that somebody else has accepted.
+  void adopt(Descriptor socket);
+
   std::size_t clients() const { return connections_.size(); }
 
   struct Counters {
@@ -82,7 +85,6 @@ class ModbusTcp {
 
   void accept_clients();
   bool refuse_client();
-  void add_client(Descriptor socket);
   void close_client(Connection& client);
 
   bool on_ready(Connection& client);

@@ -111,7 +111,8 @@ void check_plant(std::string_view text) {
   const app::Diagnostics found = app::read_plant(text, kPlant, config);
   if (is_read_twice(text.size())) {
     app::Config again;
-    require(std::ranges::equal(found, app::read_plant(text, kPlant, again), same), "the same complaints twice");
+    require(std::ranges::equal(found, app::read_plant(text, kPlant, again), same),
+            "the same complaints twice");
     require(has_nan(config) || config == again, "the same text gives the same plant");
   }
   check_complaints(found, lines);

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+// A program for the PLC, the bus and the clock around one coprocessor. Whatever they do, it keeps its
+// contract (core_plc.hpp, core_wire.hpp), and afterwards the next transaction works (core_rig.hpp).
+//
+// The input is a list of steps: one byte says which, the next ones are its arguments; what is missing is 0.
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+#include "fuzz/core_rig.hpp"
+#include "fuzz/fuzz.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+/// Objects that mean something to the coprocessor; the last one does not.
+constexpr std::array<std::uint16_t, 16> kObjects{0x1000, 0x1005, 0x1006, 0x1008, 0x1016, 0x1017,
+                                                 0x1018, 0x1200, 0x3001, 0x3002, 0x3003, 0x3004,
+                                                 0x3007, 0x300C, 0x1F82, 0x2000};
+constexpr Time kLongestStep = 1U << 26;  // a little more than the longest SDO timeout
+
+class Program {
+ public:
+  explicit Program(std::span<const std::uint8_t> input) : rest_(input) {}
+
+  void run() {
+    while (!rest_.empty())
+      (this->*kSteps[byte() % std::size(kSteps)])();
+    rig_.finish();
+  }
+
+ private:
+  using Step = void (Program::*)();
+  static const Step kSteps[14];
+
+  std::uint8_t byte() {
+    if (rest_.empty()) return 0;
+    const std::uint8_t first = rest_.front();
+    rest_ = rest_.subspan(1);
+    return first;
+  }
+  std::uint16_t word() {
+    const std::uint8_t low = byte();
+    return static_cast<std::uint16_t>(low | byte() << 8);
+  }
+  template <std::size_t Size>
+  std::array<std::uint8_t, Size> bytes() {
+    std::array<std::uint8_t, Size> taken;
+    for (std::uint8_t& one : taken)
+      one = byte();
+    return taken;
+  }
+
+  void request() {
+    const std::uint8_t kind = byte();
+    Plc& plc = rig_.plc;
+    plc.reg(3701) = (kind & 1) != 0 ? 5066 : 5055;
+    plc.reg(3702) = byte();
+    plc.reg(3703) = kObjects[kind >> 4];
+    plc.reg(3704) = byte();
+    plc.reg(3705) = byte();
+    if ((kind & 2) != 0) plc.reg(3706) = word();
+    if ((kind & 4) != 0) plc.reg(3707) = word();
+    plc.reg(3700) = 0xCA0E;
+    rig_.poll();
+  }
+
+  void write_data() {
+    const unsigned at = 3706 + byte() % 64u;
+    const unsigned count = std::min<unsigned>(byte(), 3770 - at);
+    for (unsigned i = 0; i < count; ++i)
+      rig_.plc.reg(at + i) = word();
+    rig_.poll();
+  }
+
+  void write_register() {
+    const unsigned at = 3700 + byte() % 70u;
+    rig_.plc.reg(at) = word();
+    rig_.poll();
+  }
+
+  void execute_again() {
+    rig_.plc.reg(3700) = 0xCA0E;
+    rig_.poll();
+  }
+
+  void cancel() {
+    rig_.plc.reg(3700) = byte();
+    rig_.poll();
+  }
+
+  void any_frame() {
+    const std::uint16_t head = word();
+    Frame frame;
+    frame.id = head & 0x7FF;
+    frame.flags = static_cast<std::uint8_t>(head >> 11 & 7);
+    if ((frame.flags & Frame::kExtended) != 0) frame.id |= frame.id << 18;
+    frame.length = byte() % 9;
+    frame.data = bytes<8>();
+    rig_.arrive(frame);
+  }
+
+  std::uint8_t server() const { return static_cast<std::uint8_t>(rig_.plc.request().node & 0x7F); }
+
+  /// With the multiplexer that the transfer has.
+  void answer_with_object() {
+    const auto given = bytes<5>();
+    const Plc::Request& request = rig_.plc.request();
+    rig_.answer(server(), std::array<std::uint8_t, 8>{given[0], static_cast<std::uint8_t>(request.index),
+                                                      static_cast<std::uint8_t>(request.index >> 8),
+                                                      static_cast<std::uint8_t>(request.sub), given[1],
+                                                      given[2], given[3], given[4]});
+  }
+
+  void answer_segment() { rig_.answer(server(), bytes<8>()); }
+
+  /// What a good server says to the last request, as far as it is no block transfer.
+  void answer_well() {
+    const std::uint8_t size = byte();
+    if (rig_.wire.requests.empty()) return;
+    const Frame last = rig_.wire.requests.back();
+    const auto node = static_cast<std::uint8_t>(last.id & 0x7F);
+    const auto toggle = static_cast<std::uint8_t>(last.data[0] & 0x10);
+    const std::uint8_t last_segment = size < 0x80 ? 1 : 0;
+    switch (last.data[0] >> 5) {
+      case 0: return rig_.answer(node, std::array<std::uint8_t, 1>{static_cast<std::uint8_t>(0x20 | toggle)});
+      case 1:
+        return rig_.answer(node, std::array<std::uint8_t, 4>{0x60, last.data[1], last.data[2], last.data[3]});
+      case 2:
+        return rig_.answer(node,
+                           std::array<std::uint8_t, 5>{0x41, last.data[1], last.data[2], last.data[3], size});
+      case 3:
+        return rig_.answer(node,
+                           std::array<std::uint8_t, 3>{
+                               static_cast<std::uint8_t>(toggle | (size & 7) << 1 | last_segment), size, 1});
+      default: return;
+    }
+  }
+
+  /// To the own node, from a client elsewhere.
+  void ask_own_node() {
+    const std::uint8_t object = byte();
+    const auto given = bytes<6>();
+    const std::uint16_t index = kObjects[object & 0x0F];
+    Frame frame;
+    frame.id = 0x600u + Rig::kOwnNode;
+    frame.length = 8;
+    frame.data = {given[0],
+                  static_cast<std::uint8_t>(index),
+                  static_cast<std::uint8_t>(index >> 8),
+                  given[1],
+                  given[2],
+                  given[3],
+                  given[4],
+                  given[5]};
+    if ((object & 0x10) != 0) std::copy_n(given.begin() + 1, 5, frame.data.begin() + 1);
+    rig_.arrive(frame);
+  }
+
+  void report_state() {
+    Frame frame;
+    frame.id = 0x700u + byte() % 128u;
+    frame.length = 1;
+    frame.data[0] = byte();
+    rig_.arrive(frame);
+  }
+
+  void wait() {
+    const std::uint8_t kind = byte();
+    if (kind >= 0x80) return rig_.pass(std::min<Time>(Time{1} << (kind & 31), kLongestStep));
+    for (unsigned i = 0; i <= kind % 8u; ++i)
+      rig_.pass_to_deadline();
+  }
+
+  void refuse_frames() {
+    rig_.wire.refuse = byte();
+    rig_.poll();
+  }
+
+  void change_bus_state() { rig_.coprocessor.on_bus_state(static_cast<BusState>(byte() % 4)); }
+
+  std::span<const std::uint8_t> rest_;
+  Rig rig_;
+};
+
+const Program::Step Program::kSteps[] = {
+    &Program::request,
+    &Program::write_data,
+    &Program::write_register,
+    &Program::execute_again,
+    &Program::cancel,
+    &Program::any_frame,
+    &Program::answer_with_object,
+    &Program::answer_segment,
+    &Program::answer_well,
+    &Program::ask_own_node,
+    &Program::report_state,
+    &Program::wait,
+    &Program::refuse_frames,
+    &Program::change_bus_state,
+};
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  cbcan::fuzz::Program({data, size}).run();
+  return 0;
+}

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+
+#include "coprocessor/coprocessor.hpp"
+#include "fuzz/core_plc.hpp"
+#include "fuzz/core_wire.hpp"
+
+namespace cbcan::fuzz {
+
+/// A coprocessor in virtual time between a PLC and a bus that both hold it to its contract.
+class Rig {
+ public:
+  static constexpr std::uint8_t kOwnNode = 127;
+
+  Rig();
+
+  void poll();
+  void arrive(const Frame& frame);
+  /// An SDO answer of eight bytes; what is missing is 0.
+  void answer(std::uint8_t node, std::span<const std::uint8_t> bytes);
+  /// Deadlines are met on the way, but not more than some dozens: then polls come late.
+  void pass(Time duration);
+  void pass_to_deadline();
+
+  /// Lets the bus be well and silent until nothing can be under way, then demands what a new transaction
+  /// gets.
+  void finish();
+
+  Plc plc{kOwnNode};
+  Wire wire{plc, kOwnNode};
+  Coprocessor coprocessor;
+
+ private:
+  void note_settings();
+  void settle();
+  void write_own(std::uint16_t index, std::uint16_t size, std::uint16_t value);
+  void execute(std::uint16_t command, std::uint16_t node, std::uint16_t sub, std::uint16_t size);
+  void expect_request(std::uint8_t node, std::initializer_list<std::uint8_t> bytes);
+  void check_expedited_read();
+  void check_segmented_write();
+  void check_late_answer();
+
+  Time now_ = 1000;
+  Time deadline_ = 0;
+  std::uint16_t longest_timeout_ms_ = 1000;
+  bool waited_for_ever_ = false;  ///< the SDO timeout was 0 for a while
+};
+
+}  // namespace cbcan::fuzz

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "fuzz/core_wire.hpp"
+
+#include "fuzz/fuzz.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+constexpr std::uint8_t kAbort = 0x80;
+
+std::uint32_t mux_of(const Frame& frame) {
+  return frame.data[1] | std::uint32_t{frame.data[2]} << 8 | std::uint32_t{frame.data[3]} << 16;
+}
+
+/// CiA 301, 7.3.5: CAN-IDs that nothing configurable may use.
+bool is_restricted(std::uint32_t id) {
+  return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
+         (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
+}
+
+std::uint8_t nmt_specifier(std::uint16_t code) {
+  switch (code) {
+    case 5:
+    case 1: return 0x01;
+    case 4:
+    case 2: return 0x02;
+    case 127:
+    case 128: return 0x80;
+    case 6:
+    case 129: return 0x81;
+    default: return 0x82;
+  }
+}
+
+}  // namespace
+
+bool Wire::try_send(const Frame& frame) {
+  if (refuse != 0) {
+    if (refuse != kAlways) --refuse;
+    return false;
+  }
+  check(frame);
+  return true;
+}
+
+void Wire::check(const Frame& frame) {
+  const bool remote = frame.flags == Frame::kRemote;
+  require(frame.length <= 8 && (frame.flags == 0 || remote), "frames are classical, with 11 bits");
+  const std::uint32_t node = frame.id & 0x7F;
+  require(!remote || (frame.id >> 7 == 0xE && node != own_node_),
+          "only a guarding request is a remote frame");
+  if (frame.id == 0) return check_nmt(frame);
+  if (frame.id >> 7 == 0xE && node != 0) return check_error_control(frame);
+  if (frame.id >> 7 == 0xC && node != 0) return check_request(frame);
+  if (frame.id == 0x580u + own_node_) return require(frame.length == 8, "an SDO answer has eight bytes");
+  check_sync(frame);
+}
+
+void Wire::check_nmt(const Frame& frame) {
+  const Plc::Request& request = plc_.request();
+  require(plc_.busy() && request.kind == Plc::Kind::kNmt, "an NMT command was asked for");
+  require(command_ != plc_.number(), "one NMT command for one transaction");
+  command_ = plc_.number();
+  require(frame.length == 2 && frame.data[0] == nmt_specifier(request.data[0]), "the NMT service asked for");
+  require(frame.data[1] == (request.sub == 128 ? 0 : request.sub),
+          "the NMT command goes to the node asked for");
+}
+
+void Wire::check_error_control(const Frame& frame) {
+  require(frame.length == 1, "an error control frame has one byte");
+  if ((frame.id & 0x7F) == own_node_) return;
+  const Plc::Request& request = plc_.request();
+  require(frame.flags == Frame::kRemote, "nobody speaks for another node");
+  require(plc_.busy() && request.kind == Plc::Kind::kNodeState, "a guarding request was asked for");
+  require((frame.id & 0x7F) == request.node && command_ != plc_.number(),
+          "one guarding request, to that node");
+  command_ = plc_.number();
+}
+
+void Wire::check_sync(const Frame& frame) const {
+  std::array<std::uint8_t, 4> cob_id{};
+  std::size_t size = 0;
+  require(own->read(0x1005, 0, cob_id, size) == AbortCode::kNone && size == 4, "the own node has a 1005h");
+  const std::uint32_t sync = cob_id[0] | (cob_id[1] & 7u) << 8;
+  require(frame.id == sync && frame.length == 0, "nothing else than SYNC is left");
+  require(!is_restricted(frame.id), "SYNC keeps clear of the restricted CAN-IDs");
+}
+
+void Wire::check_request(const Frame& frame) {
+  require(frame.length == 8, "an SDO request has eight bytes");
+  requests.push_back(frame);
+  if (frame.data[0] == kAbort) return check_abort(frame);
+  if (is_last_word(frame)) return;
+  require(plc_.busy() && plc_.request().kind == Plc::Kind::kSdo, "no request without a transaction");
+  if (transfer_ != plc_.number()) return check_initiate(frame);
+  require(open_ && frame.id == transfer_id_, "no frame after the end of its transfer");
+}
+
+/// The end of a block read, after which nothing comes; the port may have refused it for a while.
+bool Wire::is_last_word(const Frame& frame) const {
+  const bool over = !plc_.busy() || transfer_ != plc_.number();
+  return over && open_ && frame.data[0] == 0xA1 && frame.id == transfer_id_;
+}
+
+void Wire::check_abort(const Frame& frame) {
+  require(open_ && frame.id == transfer_id_, "one abort at most, to a server that waits");
+  require(mux_of(frame) == mux_, "an abort has the multiplexer of its transfer");
+  open_ = false;
+}
+
+void Wire::check_initiate(const Frame& frame) {
+  require(frame == initiate(), "a transfer begins as CiA 301 has it");
+  transfer_ = plc_.number();
+  transfer_id_ = frame.id;
+  mux_ = mux_of(frame);
+  open_ = true;
+}
+
+Frame Wire::initiate() const {
+  const Plc::Request& request = plc_.request();
+  Frame frame;
+  frame.id = 0x600u + request.node;
+  frame.length = 8;
+  const auto low = static_cast<std::uint8_t>(request.index);
+  const auto size = static_cast<std::uint8_t>(request.size);
+  frame.data = {0x40, low, static_cast<std::uint8_t>(request.index >> 8),
+                static_cast<std::uint8_t>(request.sub)};
+  if (request.is_read()) {
+    if (mode == 3) frame.data[0] = 0xA4;
+    if (mode == 3) frame.data[4] = static_cast<std::uint8_t>((request.size + 6) / 7);
+  } else if (mode == 3 || mode == 2 || size > 4) {
+    frame.data[0] = mode == 3 ? 0xC6 : 0x21;
+    frame.data[4] = size;
+  } else {
+    frame.data[0] = static_cast<std::uint8_t>(0x23 | (4 - size) << 2);
+    for (std::size_t i = 0; i < size; ++i)
+      frame.data[4 + i] = request.byte(i);
+  }
+  return frame;
+}
+
+}  // namespace cbcan::fuzz

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// Any bytes, in any pieces, to the Modbus TCP server: it answers byte for byte what the model answers, has
+// the model's registers afterwards, and closes the connection when the model does and not otherwise.
+//
+// The input is a list of pieces, each with two bytes in front: flags and length.
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+
+#include "fuzz/fuzz.hpp"
+#include "fuzz/modbus_model.hpp"
+#include "io/modbus_tcp.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+using Bytes = ModbusModel::Bytes;
+using View = ModbusModel::View;
+
+constexpr std::uint8_t kIsPdu = 1;    ///< the piece is sent as one request with a good header
+constexpr std::uint8_t kKeepOut = 2;  ///< the client does not take the answers yet
+constexpr std::uint8_t kGather = 4;   ///< the server gets this piece together with the next
+
+std::uint16_t value_at_start(std::size_t address) {
+  return static_cast<std::uint16_t>(address * 40503);
+}
+
+/// Lives as long as the program: a listener for each input would cost more than the rest.
+struct Server {
+  static io::ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }
+
+  io::Reactor reactor;
+  std::vector<std::uint16_t> registers = std::vector<std::uint16_t>(ModbusModel::kRegisters);
+  std::size_t requests = 0;
+  io::ModbusTcp modbus{reactor, registers, settings(), [this](bool) { ++requests; },
+                       [](const std::string&) {}};
+};
+
+Server& server() {
+  static Server the_server;
+  return the_server;
+}
+
+class Run {
+ public:
+  Run() {
+    for (std::size_t i = 0; i < ModbusModel::kRegisters; ++i)
+      model_.registers[i] = server().registers[i] = value_at_start(i);
+    server().requests = 0;
+    int pair[2];
+    require(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) == 0,
+            "there are sockets");
+    client_ = io::Descriptor(pair[0]);
+    server().modbus.adopt(io::Descriptor(pair[1]));
+  }
+
+  void piece(std::uint8_t flags, View bytes) {
+    if ((flags & kIsPdu) != 0) send_header(bytes.size());
+    send(bytes);
+    if ((flags & kGather) != 0) return;
+    server().reactor.run_once(0);
+    if ((flags & kKeepOut) == 0) take();
+  }
+
+  void end() {
+    do {
+      take();
+    } while (server().reactor.run_once(0) != 0);
+    take();
+    require(taken_ == model_.answers(), "each request has its own answer, and nothing else comes");
+    require(server().registers == model_.registers, "the registers are those that were written");
+    require(server().requests == model_.requests(), "each request is reported once");
+    require(closed_ == model_.closed(), "closed is what cannot be Modbus, and only that");
+    check_half_request();
+    client_.reset();
+    server().reactor.run_once(0);
+    require(server().modbus.clients() == 0, "a client that has gone is forgotten");
+  }
+
+ private:
+  /// Transaction and unit ID are all different.
+  void send_header(std::size_t pdu_bytes) {
+    const auto length = static_cast<std::uint16_t>(pdu_bytes + 1);
+    ++transaction_;
+    const std::array<std::uint8_t, 7> header{static_cast<std::uint8_t>(transaction_ >> 8),
+                                             static_cast<std::uint8_t>(transaction_),
+                                             0,
+                                             0,
+                                             static_cast<std::uint8_t>(length >> 8),
+                                             static_cast<std::uint8_t>(length),
+                                             static_cast<std::uint8_t>(transaction_ ^ 0x55)};
+    send(header);
+  }
+
+  void send(View bytes) {
+    if (bytes.empty() || closed_) return;
+    const ssize_t sent = ::send(client_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent < 0) return take();  // the server has closed: the model says whether it may
+    require(static_cast<std::size_t>(sent) == bytes.size(), "the socket has room for a whole input");
+    model_.receive(bytes);
+  }
+
+  void take() {
+    std::array<std::uint8_t, 4096> chunk;
+    ssize_t count = 0;
+    while ((count = recv(client_.get(), chunk.data(), chunk.size(), 0)) > 0)
+      taken_.insert(taken_.end(), chunk.begin(), chunk.begin() + count);
+    closed_ = closed_ || count == 0 || errno == ECONNRESET;
+  }
+
+  void check_half_request() {
+    io::ModbusTcp& modbus = server().modbus;
+    require((modbus.next_deadline() != kNever) == model_.waits(),
+            "half a request, and only that, has a deadline");
+    if (model_.waits()) modbus.poll(modbus.next_deadline());
+    require(modbus.clients() == (closed_ || model_.waits() ? 0 : 1), "half a request ends with its deadline");
+  }
+
+  ModbusModel model_;
+  io::Descriptor client_;
+  Bytes taken_;
+  std::uint16_t transaction_ = 0xFFF0;
+  bool closed_ = false;
+};
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  std::span<const std::uint8_t> input(data, size);
+  cbcan::fuzz::Run run;
+  while (input.size() >= 2) {
+    const std::uint8_t flags = input[0];
+    const auto piece = input.subspan(2, std::min<std::size_t>(input[1], input.size() - 2));
+    run.piece(flags, piece);
+    input = input.subspan(2 + piece.size());
+  }
+  run.end();
+  return 0;
+}

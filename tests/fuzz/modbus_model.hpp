@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace cbcan::fuzz {
+
+/// What a Modbus TCP server has to do with a stream of bytes, written down once more from the specification
+/// (Modbus Application Protocol V1.1b3; Messaging on TCP/IP Implementation Guide V1.0b) and sharing nothing
+/// with the product.
+class ModbusModel {
+ public:
+  static constexpr std::size_t kRegisters = 4168;
+  using Bytes = std::vector<std::uint8_t>;
+  using View = std::span<const std::uint8_t>;
+
+  void receive(View bytes);
+
+  /// All that has to come back so far.
+  const Bytes& answers() const { return answers_; }
+  /// What came cannot be Modbus: the connection ends after the answers.
+  bool closed() const { return closed_; }
+  /// The last request is not complete.
+  bool waits() const { return !closed_ && !rest_.empty(); }
+  std::size_t requests() const { return requests_; }
+
+  std::vector<std::uint16_t> registers = std::vector<std::uint16_t>(kRegisters);
+
+ private:
+  void answer(View request);
+  Bytes answer_to(View pdu);
+  Bytes read(View pdu);
+  Bytes write_one(View pdu);
+  Bytes write_many(View pdu);
+  Bytes mask(View pdu);
+  Bytes read_write(View pdu);
+  void store(std::size_t address, View values);
+  Bytes load(std::uint8_t function, std::size_t address, std::size_t count) const;
+
+  Bytes rest_;
+  Bytes answers_;
+  std::size_t requests_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace cbcan::fuzz
