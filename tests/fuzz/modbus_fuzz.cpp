@@ -61,8 +61,11 @@ class Run {
   }
 
   void piece(std::uint8_t flags, View bytes) {
-    if ((flags & kIsPdu) != 0) send_header(bytes.size());
-    send(bytes);
+    if ((flags & kIsPdu) != 0) {
+      send(with_header(bytes));
+    } else {
+      send(bytes);
+    }
     if ((flags & kGather) != 0) return;
     server().reactor.run_once(0);
     if ((flags & kKeepOut) == 0) take();
@@ -85,17 +88,18 @@ class Run {
 
  private:
   /// Transaction and unit ID are all different.
-  void send_header(std::size_t pdu_bytes) {
-    const auto length = static_cast<std::uint16_t>(pdu_bytes + 1);
+  Bytes with_header(View pdu) {
+    const auto length = static_cast<std::uint16_t>(pdu.size() + 1);
     ++transaction_;
-    const std::array<std::uint8_t, 7> header{static_cast<std::uint8_t>(transaction_ >> 8),
-                                             static_cast<std::uint8_t>(transaction_),
-                                             0,
-                                             0,
-                                             static_cast<std::uint8_t>(length >> 8),
-                                             static_cast<std::uint8_t>(length),
-                                             static_cast<std::uint8_t>(transaction_ ^ 0x55)};
-    send(header);
+    Bytes request{static_cast<std::uint8_t>(transaction_ >> 8),
+                  static_cast<std::uint8_t>(transaction_),
+                  0,
+                  0,
+                  static_cast<std::uint8_t>(length >> 8),
+                  static_cast<std::uint8_t>(length),
+                  static_cast<std::uint8_t>(transaction_ ^ 0x55)};
+    request.insert(request.end(), pdu.begin(), pdu.end());
+    return request;
   }
 
   /// A client that gets no room takes its answers after all.
