@@ -38,19 +38,16 @@ constexpr local::KernelState kernel_state(BusState state) {
     case BusState::kActive: return local::KernelState::kNone;
     case BusState::kOverflow: return local::KernelState::kOverflow;
     case BusState::kErrorPassive: return local::KernelState::kErrorPassive;
-    case BusState::kBusOff: return local::KernelState::kBusOff;
+    case BusState::kBusOff: break;
   }
-  return local::KernelState::kNone;
+  return local::KernelState::kBusOff;
 }
 
+/// Initialising is over before anybody can ask: a boot-up message means pre-operational.
 constexpr local::DeviceState to_device_state(nmt::State state) {
-  switch (state) {
-    case nmt::State::kInitialising: return local::DeviceState::kInit;
-    case nmt::State::kStopped: return local::DeviceState::kStopped;
-    case nmt::State::kOperational: return local::DeviceState::kOperational;
-    case nmt::State::kPreOperational: return local::DeviceState::kPreOperational;
-  }
-  return local::DeviceState::kUnknown;
+  if (state == nmt::State::kStopped) return local::DeviceState::kStopped;
+  return state == nmt::State::kOperational ? local::DeviceState::kOperational
+                                           : local::DeviceState::kPreOperational;
 }
 
 }  // namespace
@@ -305,8 +302,7 @@ std::uint32_t Coprocessor::computed(std::uint16_t index, std::uint8_t sub) const
     case local::kKernelState: return static_cast<std::uint32_t>(kernel_state(bus_state_));
     case local::kSdoTimeout: return client_.timeout_ms();
     case local::kTransferMode: return static_cast<std::uint32_t>(mode_);
-    case local::kDeviceState: return static_cast<std::uint32_t>(device_state(sub));
-    default: return 0;
+    default: return static_cast<std::uint32_t>(device_state(sub));  // 3007h
   }
 }
 
