@@ -256,6 +256,7 @@ void Coprocessor::on_own_node(const Frame& frame, Time now) {
 
 void Coprocessor::on_error_control(const Frame& frame, Time now) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  if (node == 0) return;  // there is none
   const NodeMonitor::News news = monitor_.on_frame(frame, now);
   if (news == NodeMonitor::News::kNone) return;
   if (news == NodeMonitor::News::kBootUp) on_boot_up(node, now);

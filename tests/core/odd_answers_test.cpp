@@ -178,3 +178,23 @@ TEST_CASE("Block upload: a full sub-block, and then a last segment without data"
   CHECK(bench.reg(3705) == 14);
   CHECK(bench.reg(3712) == 0x4544);
 }
+
+// There is no node 0. Its "boot-up" once made the client forget a quarantine that began later.
+TEST_CASE("CAN-IDs 700h and 580h are nobody's: a quarantine outlasts them") {
+  const char* const frame = GENERATE("700#00", "700#80", "580#8000000000000000");
+  Bench bench;
+  bench.arrive(frame);
+  bench.read(5, 0x2000, 1, 4);
+  bench.expect("605#4000200100000000");
+  bench.pass(cbcan::kSecond);
+  bench.expect("605#8000200100000405");
+  bench.check_failed(0x05040000);
+  bench.read(5, 0x2000, 1, 4);
+  bench.expect_silence();
+  bench.arrive("585#4300200111111111");  // the late answer
+  bench.expect("605#4000200100000000");
+  CHECK(bench.busy());
+  bench.arrive("585#4300200122222222");
+  bench.check_done();
+  CHECK(bench.reg(3706) == 0x2222);
+}

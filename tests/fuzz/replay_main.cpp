@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Gives every file of a folder to the fuzz target that this is linked with: `fuzz_eds tests/fuzz/corpus/eds`.
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <string>
 #include <vector>
 
 #include "fuzz/fuzz.hpp"
@@ -21,6 +23,7 @@ int main(int argc, char** argv) {
     LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
     ++inputs;
   }
-  std::cout << inputs << " inputs kept every promise\n";
-  return inputs == 0 ? 1 : 0;
+  std::cout << inputs << " cases ran" << std::endl;
+  const char* const committed = std::getenv("CBCAN_CASES");
+  return committed == nullptr || inputs >= std::stoul(committed) ? 0 : 1;
 }
