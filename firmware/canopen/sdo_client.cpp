@@ -173,14 +173,13 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
   }
   if (!opened_ || frame.id != sdo::kAnswerId + request_.node) return on_stray(frame, now);
   const std::uint8_t command = frame.data[0];
-  const bool segments = state_->accepts == kSegments;
-  if (frame.length < 8 &&
-      (phase() == Phase::kBlockUploadStream || frame.length < sdo::answer_length(command))) {
+  const bool streaming = phase() == Phase::kBlockUploadStream;
+  if (frame.length < 8 && (streaming || frame.length < sdo::answer_length(command))) {
     ++counters_.too_short;
     return;
   }
   if (is_abort(command)) return on_abort(frame, now);
-  if (!segments && sdo::has_multiplexer(command) && sdo::multiplexer_of(frame) != mux()) {
+  if (!streaming && sdo::has_multiplexer(command) && sdo::multiplexer_of(frame) != mux()) {
     ++counters_.other_object;
     return;
   }

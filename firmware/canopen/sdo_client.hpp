@@ -224,6 +224,7 @@ class SdoClient {
   std::uint8_t toggle_ = 0;
   std::uint8_t block_size_ = 0;
   std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order
+  std::uint8_t segments_ = 0;  ///< of this sub-block that have come, in order or not: they must have an end
   std::uint8_t fruitless_ = 0;
   bool declared_ = false;  ///< the server has announced the size
   bool crc_ = false;

@@ -72,7 +72,7 @@ void SdoClient::block_upload_initiated(const Frame& frame, Time now) {
   crc_ = (command & sdo::kBlockCrc) != 0;
   const bool sized = (command & sdo::kBlockSizeIndicated) != 0;
   if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength, now);
-  sequence_ = 0;
+  sequence_ = segments_ = 0;
   asked_again_ = false;
   enter(kBlockUploadStream, half_timeout_from(now));
   outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kStart))),
@@ -84,7 +84,8 @@ void SdoClient::block_upload_initiated(const Frame& frame, Time now) {
 void SdoClient::block_upload_segment(const Frame& frame, Time now) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
-  if (sequence == 0 || sequence > block_size_) return abort_and_tell(AbortCode::kBlockSequence, now);
+  if (sequence == 0 || sequence > block_size_ || ++segments_ > sdo::kMaxBlockSize)
+    return abort_and_tell(AbortCode::kBlockSequence, now);
   enter(kBlockUploadStream, half_timeout_from(now));
   asked_again_ = false;
   if (sequence != sequence_ + 1) {
@@ -115,7 +116,7 @@ void SdoClient::acknowledge_block(Time now) {
   if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence, now);
   if (sequence_ != block_size_) ++counters_.repeated_blocks;
   send_block_acknowledge(now);
-  sequence_ = 0;
+  sequence_ = segments_ = 0;
 }
 
 void SdoClient::send_block_acknowledge(Time now) {

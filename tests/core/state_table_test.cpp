@@ -245,9 +245,9 @@ const std::map<Phase, Row>& rows() {
         },
         "585#C100000000000000",
         "585#6000200100000000",
-        {to(kIdle, {"605#A100000000000000"}), kSync, kTheirs, to(kBlockUploadEnd), kSync, to(kBlockUploadEnd),
-         to(kBlockUploadEnd), to(kBlockUploadEnd), kRebooted, to(kBlockUploadEnd), to(kBlockUploadEnd),
-         kTimedOut, kCancelled}}},
+        {to(kIdle, {"605#A100000000000000"}), kSync, kTheirs, to(kBlockUploadEnd), to(kBlockUploadEnd),
+         to(kBlockUploadEnd), to(kBlockUploadEnd), to(kBlockUploadEnd), kRebooted, to(kBlockUploadEnd),
+         to(kBlockUploadEnd), kTimedOut, kCancelled}}},
   };
   return table;
 }

@@ -73,10 +73,21 @@ def check(path):
     return found
 
 
+def check_contract_suite():
+    """The cases see a target, whatever is behind it; only the adapters in the folders below know what that is."""
+    found = []
+    for path in sorted((ROOT / "tests/contract").glob("*.[ch]pp")):
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            match = INCLUDE.match(line)
+            if match and match[1] == '"' and not re.fullmatch(r"contract/\w+\.hpp|support/catch\.hpp", match[2]):
+                found.append(f"{path.relative_to(ROOT)}:{number}: includes {match[2]}: the suite knows only a target")
+    return found
+
+
 def main():
     files = sorted(f.relative_to(ROOT) for top in ("regmap", "firmware", "hostsim", "tools")
                    for f in (ROOT / top).rglob("*") if f.suffix in (".hpp", ".cpp", ".h", ".c"))
-    found = [line for path in files for line in check(path)]
+    found = [line for path in files for line in check(path)] + check_contract_suite()
     print("\n".join(found) if found else f"{len(files)} files keep to their rooms")
     if len(files) < 50:
         sys.exit(f"only {len(files)} files found: the check looks in the wrong place")

@@ -32,13 +32,17 @@ class RecordingPort final : public CanPort {
   std::deque<std::string> sent;
 };
 
+using Registers = std::array<std::uint16_t, regmap::kWindowWords>;
+
 /// A coprocessor between a PLC that the test plays and a bus that the test plays too, in virtual time. The
 /// wire log is the test: every frame that leaves has to be expected, in order, and nothing may be left over
 /// at the end.
 class Bench {
  public:
-  explicit Bench(Coprocessor::Settings settings = {})
-      : coprocessor(RegisterWindow(RegisterWindow::Words(registers)), port, settings) {
+  explicit Bench(Coprocessor::Settings settings = {}) : Bench(own_registers, settings) {}
+  /// With the registers in somebody else's memory.
+  explicit Bench(Registers& memory, Coprocessor::Settings settings = {})
+      : registers(memory), coprocessor(RegisterWindow(RegisterWindow::Words(registers)), port, settings) {
     coprocessor.start(now);
     port.sent.clear();  // the boot-up message has its own test
   }
@@ -107,7 +111,8 @@ class Bench {
     poll();
   }
 
-  std::array<std::uint16_t, regmap::kWindowWords> registers{};
+  Registers own_registers{};
+  Registers& registers;
   RecordingPort port;
   Time now = 1000;
   Time deadline = 0;

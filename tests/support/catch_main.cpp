@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 #include <string>
 
 namespace {
@@ -16,7 +17,7 @@ using ListenerBase = Catch::EventListenerBase;
 using ListenerBase = Catch::TestEventListenerBase;
 #endif
 
-std::size_t g_ran = 0;
+std::optional<std::size_t> g_ran;  // none: the cases were only listed
 
 /// Only newer versions of Catch2 have cases that skip themselves.
 template <typename Counts>
@@ -35,11 +36,11 @@ struct CaseCounter : ListenerBase {
 };
 
 bool enough_ran() {
-  std::cout << g_ran << " cases ran" << std::endl;
+  std::cout << *g_ran << " cases ran" << std::endl;
   const char* const committed = std::getenv("CBCAN_CASES");
-  if (committed == nullptr || g_ran >= std::stoul(committed)) return true;
+  if (committed == nullptr || *g_ran >= std::stoul(committed)) return true;
   std::cout << "but " << committed
-            << " are committed: some were lost, or skip themselves; if that is meant, commit CASES " << g_ran
+            << " are committed: some were lost, or skip themselves; if that is meant, commit CASES " << *g_ran
             << " for this test in its CMakeLists.txt" << std::endl;
   return false;
 }
@@ -51,6 +52,6 @@ CATCH_REGISTER_LISTENER(CaseCounter)
 int main(int argc, char** argv) {
   Catch::Session session;
   const int result = session.run(argc, argv);
-  if (session.config().hasTestFilters()) return result;
+  if (!g_ran || session.config().hasTestFilters()) return result;
   return enough_ran() ? result : EXIT_FAILURE;
 }

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// The suite's target "core": the coprocessor in this process, in virtual time.
+
+#include "contract/target.hpp"
+#include "contract/core/watched_registers.hpp"
+#include "support/bench.hpp"
+
+namespace cbcan::contract {
+
+namespace {
+
+Coprocessor::Settings core_settings(const Settings& settings) {
+  Coprocessor::Settings core;
+  core.state_fresh_for = static_cast<Time>(settings.state_fresh_for.count());
+  core.guard_timeout = static_cast<Time>(settings.guard_timeout.count());
+  return core;
+}
+
+cbcan::BusState core_state(BusState state) {
+  switch (state) {
+    case BusState::kOverflow: return cbcan::BusState::kOverflow;
+    case BusState::kErrorPassive: return cbcan::BusState::kErrorPassive;
+    case BusState::kBusOff: return cbcan::BusState::kBusOff;
+    default: return cbcan::BusState::kActive;
+  }
+}
+
+class CoreTarget final : public Target {
+ public:
+  explicit CoreTarget(const Settings& settings)
+      : bench_(new test::Bench(registers_.words(), core_settings(settings))) {}
+
+  bool can(Ability /*ability*/) const override { return true; }
+
+  void write(unsigned first, const Words& words) override {
+    for (const std::uint16_t word : words)
+      bench_->reg(first++) = word;
+    bench_->poll();
+  }
+  Words read(unsigned first, std::size_t count) override {
+    const auto begin = bench_->registers.begin() + (first - regmap::kWindowFirst);
+    return Words(begin, begin + static_cast<std::ptrdiff_t>(count));
+  }
+
+  std::string next_frame() override {
+    if (bench_->port.sent.empty()) return {};
+    const std::string frame = bench_->port.sent.front();
+    bench_->port.sent.pop_front();
+    return frame;
+  }
+  void arrive(const std::string& frame) override { bench_->arrive(frame); }
+
+  void pass(Duration duration) override { bench_->pass(static_cast<Time>(duration.count())); }
+  Duration precision() const override { return 1us; }
+
+  void set_bus_state(BusState state) override { bench_->coprocessor.on_bus_state(core_state(state)); }
+  void refuse_frames(bool refuse) override {
+    bench_->port.refuse_next = refuse ? test::RecordingPort::kAlways : 0;
+  }
+
+  Words first_done(const std::function<void()>& ending) override {
+    test::Registers seen;
+    if (!registers_.watch(ending, seen)) return {};
+    Words words(seen.begin(), seen.end());
+    words[0] = bench_->reg(regmap::kExecuteFlag);
+    return words;
+  }
+
+ private:
+  WatchedRegisters registers_;
+  std::unique_ptr<test::Bench> bench_;
+};
+
+}  // namespace
+
+std::unique_ptr<Target> make_target(const Settings& settings) {
+  return std::make_unique<CoreTarget>(settings);
+}
+
+}  // namespace cbcan::contract

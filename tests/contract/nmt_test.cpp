@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+// docs/contract.md, "NMT service: write to 1F82h", and the services of docs/registers.md.
+
+#include "contract/window.hpp"
+
+using namespace cbcan::contract;
+
+namespace {
+
+/// Writes this number to 1F82h for one node and for all: the frames that leave.
+void check_service(std::uint16_t number, const char* to_node_66, const char* to_all) {
+  Window window;
+  window.write(0, 0x1F82, 66, 1, {number});
+  window.expect(to_node_66);
+  window.check_done();
+  window.write(0, 0x1F82, 128, 1, {number});
+  window.expect(to_all);
+  window.check_done();
+}
+
+std::uint16_t own_state(Window& window) {
+  window.read(0, 0x300C, 0, 0);
+  window.check_done();
+  return window.reg(3706);
+}
+
+}  // namespace
+
+TEST_CASE("NMT service: write to 1F82h: 1..127 | that node | 000# specifier, node") {
+  struct Row {
+    std::uint16_t node;
+    const char* sent;
+  };
+  Window window;
+  for (const Row& row : {Row{1, "000#0101"}, Row{66, "000#0142"}, Row{126, "000#017E"}}) {
+    window.write(0, 0x1F82, row.node, 1, {1});
+    window.expect(row.sent);
+    window.check_done();
+  }
+}
+
+TEST_CASE("NMT service: write to 1F82h: 128 | all nodes | 000# specifier, 00") {
+  Window window;
+  window.write(0, 0x1F82, 128, 1, {1});
+  window.expect("000#0100");
+  window.check_done();
+}
+
+TEST_CASE("NMT service: write to 1F82h: else | nobody | 4, 0609 0011h") {
+  for (const std::uint16_t sub : Words{0, 129, 255, 256, 65535}) {
+    Window window;
+    window.write(0, 0x1F82, sub, 1, {1});
+    window.check_failed(0x06090011);
+    window.expect_silence();
+  }
+}
+
+TEST_CASE(
+    "NMT service: write to 1F82h: R3706 holds the service, by either of two numbers (registers.md); any "
+    "other number: 4, 0609 0030h") {
+  Window window;
+  for (const std::uint16_t number : Words{1, 5}) {
+    window.write(0, 0x1F82, 66, 1, {number});
+    window.expect("000#0142");
+    window.check_done();
+  }
+  for (const std::uint16_t number : Words{0, 3, 8, 9, 126, 131, 255, 0x0101, 65535}) {
+    for (const std::uint16_t sub : Words{66, 127, 128}) {
+      window.write(0, 0x1F82, sub, 1, {number});
+      window.check_failed(0x06090030);
+      window.expect_silence();
+    }
+  }
+}
+
+TEST_CASE("NMT services (R3706, written to 1F82h): 5 | 1 | 01h | Start Remote Node") {
+  check_service(5, "000#0142", "000#0100");
+  check_service(1, "000#0142", "000#0100");
+}
+
+TEST_CASE("NMT services (R3706, written to 1F82h): 4 | 2 | 02h | Stop Remote Node") {
+  check_service(4, "000#0242", "000#0200");
+  check_service(2, "000#0242", "000#0200");
+}
+
+TEST_CASE("NMT services (R3706, written to 1F82h): 127 | 128 | 80h | Enter Pre-Operational") {
+  check_service(127, "000#8042", "000#8000");
+  check_service(128, "000#8042", "000#8000");
+}
+
+TEST_CASE("NMT services (R3706, written to 1F82h): 6 | 129 | 81h | Reset Node") {
+  check_service(6, "000#8142", "000#8100");
+  check_service(129, "000#8142", "000#8100");
+}
+
+TEST_CASE("NMT services (R3706, written to 1F82h): 7 | 130 | 82h | Reset Communication") {
+  check_service(7, "000#8242", "000#8200");
+  check_service(130, "000#8242", "000#8200");
+}
+
+TEST_CASE(
+    "NMT service: write to 1F82h: The transaction is done when the frame has been handed to the CAN "
+    "controller; one that cannot be within the SDO timeout ends with 4, 0504 0000h") {
+  Window window;
+  CONTRACT_NEEDS(window, Ability::kRefusal);
+  window.target().refuse_frames(true);
+  window.write(0, 0x1F82, 128, 1, {1});
+  SECTION("handed over after a while") {
+    window.pass(500ms);
+    CHECK(window.busy());
+    window.target().refuse_frames(false);
+    window.pass(10ms);
+    window.expect("000#0100");
+    window.check_done();
+  }
+  SECTION("not within the SDO timeout") {
+    window.pass_nearly(1s);
+    CHECK(window.busy());
+    window.pass_rest();
+    window.check_failed(0x05040000);
+    window.target().refuse_frames(false);
+    window.pass(3s);
+    window.expect_silence();
+  }
+}
+
+TEST_CASE(
+    "NMT service: write to 1F82h: A command for the own node ID changes the own state and sends no NMT frame "
+    "(a reset ends with the boot-up message that CiA 301 asks for); \"all\" does not change the own state") {
+  Window window;
+  struct Row {
+    std::uint16_t number, state;
+  };
+  CHECK(own_state(window) == 127);
+  for (const Row& row : {Row{1, 5}, Row{2, 4}, Row{128, 127}, Row{5, 5}, Row{4, 4}, Row{127, 127}}) {
+    window.write(0, 0x1F82, 127, 1, {row.number});
+    window.check_done();
+    window.expect_silence();
+    CHECK(own_state(window) == row.state);
+    for (const char* all : {"000#0100", "000#0200"}) {
+      window.write(0, 0x1F82, 128, 1, {static_cast<std::uint16_t>(all[5] - '0')});
+      window.expect(all);
+      CHECK(own_state(window) == row.state);
+    }
+  }
+  for (const std::uint16_t reset : Words{6, 129, 7, 130}) {
+    window.write(0, 0x1F82, 127, 1, {1});
+    CHECK(own_state(window) == 5);
+    window.write(0, 0x1F82, 127, 1, {reset});
+    window.check_done();
+    window.expect("77F#00");
+    CHECK(own_state(window) == 127);
+  }
+}
+
+TEST_CASE("NMT service: write to 1F82h: The PLC's services work in every own state") {
+  for (const std::uint16_t command : Words{1, 2, 128}) {
+    Window window;
+    window.write(0, 0x1F82, 127, 1, {command});
+    window.check_done();
+
+    window.read(5, 0x2000, 1, 4);
+    window.exchange({{"605#4000200100000000", "585#4300200111223344"}});
+    window.check_done();
+    window.write(5, 0x2000, 1, 2, {0x2211});
+    window.exchange({{"605#2B00200111220000", "585#6000200100000000"}});
+    window.check_done();
+    window.write(0, 0x1F82, 66, 1, {1});
+    window.expect("000#0142");
+    window.check_done();
+    window.read(5, 0x300C, 0, 0);
+    window.exchange({{"705#R1", "705#05"}});
+    window.check_done();
+    window.read(0, 0x3001, 0, 1);
+    window.check_done();
+    window.configure(0x3003, 0, 2, {500});
+  }
+}

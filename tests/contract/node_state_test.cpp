@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: MIT
+// docs/contract.md, "Node state service: read of 300Ch sub-index 0", and the states of docs/registers.md.
+
+#include "contract/window.hpp"
+
+using namespace cbcan::contract;
+
+namespace {
+
+constexpr std::uint16_t kPreOperational = 127, kNotDetected = 6;
+
+/// Asks for the state of node 5, of which nothing has to be asked on the bus.
+void check_state(Window& window, std::uint16_t state) {
+  window.read(5, 0x300C, 0, 0);
+  window.expect_silence();
+  window.check_done();
+  CHECK(window.reg(3705) == 1);
+  CHECK(window.reg(3706) == state);
+}
+
+/// Asks for the state of node 5, which is guarded and does not answer.
+void check_state_without_answer(Window& window, std::uint16_t state) {
+  window.read(5, 0x300C, 0, 0);
+  window.expect("705#R1");
+  CHECK(window.busy());
+  window.pass(100ms);
+  window.pass_rest();
+  window.check_done();
+  CHECK(window.reg(3705) == 1);
+  CHECK(window.reg(3706) == state);
+}
+
+/// Start Remote Node, to node 5.
+void start_node(Window& window) {
+  window.write(0, 0x1F82, 5, 1, {1});
+  window.expect("000#0105");
+  window.check_done();
+}
+
+}  // namespace
+
+TEST_CASE(
+    "Node state service: read of 300Ch sub-index 0: R3702 is the node asked about; 0 or the own ID means the "
+    "own state") {
+  Window window;
+  window.arrive("705#04");
+  check_state(window, 4);
+  window.read(66, 0x300C, 0, 0);
+  window.exchange({{"742#R1", "742#05"}});
+  CHECK(window.reg(3706) == 5);
+  for (const std::uint16_t own : Words{0, Window::kOwnNode}) {
+    window.read(own, 0x300C, 0, 0);
+    window.expect_silence();
+    window.check_done();
+    CHECK(window.reg(3705) == 1);
+    CHECK(window.reg(3706) == kPreOperational);
+  }
+}
+
+TEST_CASE(
+    "Node state service: read of 300Ch sub-index 0: R3700 = 0 and R3706 = 4 stopped, 5 operational, 127 "
+    "pre-operational, 6 not detected; R3705 = 1") {
+  Window window;
+  window.arrive("705#04");
+  check_state(window, 4);
+  window.arrive("705#05");
+  check_state(window, 5);
+  window.arrive("705#7F");
+  check_state(window, 127);
+  window.pass(2s);
+  window.pass_rest();
+  check_state_without_answer(window, 6);
+}
+
+TEST_CASE("Node states (R3706, read from 300Ch): 4 | STOPPED | Stopped") {
+  Window window;
+  window.arrive("705#04");
+  check_state(window, 4);
+}
+
+TEST_CASE("Node states (R3706, read from 300Ch): 5 | OPERATIONAL | Operational") {
+  Window window;
+  window.arrive("705#05");
+  check_state(window, 5);
+}
+
+TEST_CASE("Node states (R3706, read from 300Ch): 6 | NOT_DETECTED | Not detected") {
+  Window window;
+  check_state_without_answer(window, 6);
+}
+
+TEST_CASE("Node states (R3706, read from 300Ch): 127 | PRE_OPERATIONAL | Pre-operational") {
+  Window window;
+  window.arrive("705#7F");
+  check_state(window, 127);
+}
+
+TEST_CASE(
+    "Node state service: read of 300Ch sub-index 0: The state is that of the node's last boot-up or "
+    "heartbeat message while that is fresh: within its consumer heartbeat time (1016h) where one is set, "
+    "else within 2 s") {
+  Window window;
+  SECTION("within 2 s") {
+    window.arrive("705#04");
+    window.arrive("705#05");
+    window.pass_nearly(2s);
+    check_state(window, 5);
+    window.pass_rest();
+    check_state_without_answer(window, kNotDetected);
+  }
+  SECTION("within a shorter consumer heartbeat time") {
+    window.configure(0x1016, 1, 4, {300, 5});
+    window.arrive("705#05");
+    window.pass_nearly(300ms);
+    check_state(window, 5);
+    window.pass_rest();
+    check_state_without_answer(window, kNotDetected);
+  }
+  SECTION("within a longer consumer heartbeat time") {
+    window.configure(0x1016, 127, 4, {10000, 5});
+    window.arrive("705#05");
+    window.pass_nearly(10s);
+    check_state(window, 5);
+    window.pass_rest();
+    check_state_without_answer(window, kNotDetected);
+  }
+  SECTION("each message is news") {
+    for (int i = 0; i < 5; ++i) {
+      window.arrive("705#05");
+      window.pass_nearly(2s);
+      check_state(window, 5);
+    }
+  }
+  SECTION("what is no state, or not from it, is no news") {
+    window.arrive("705#05");
+    window.pass(1s);
+    for (const char* frame : {"705#33", "705#", "705#R1", "706#04", "00000705#04"})
+      window.arrive(frame);
+    check_state(window, 5);
+    window.pass_nearly(1s);
+    window.pass_rest();
+    check_state_without_answer(window, kNotDetected);
+  }
+}
+
+TEST_CASE("Node state service: read of 300Ch sub-index 0: A boot-up counts as pre-operational") {
+  Window window;
+  window.arrive("705#00");
+  check_state(window, kPreOperational);
+}
+
+TEST_CASE(
+    "Node state service: read of 300Ch sub-index 0: With nothing fresh one node guarding request (RTR on "
+    "700h + ID, DLC 1) is sent, and its answer within 100 ms is the state; without one it is 6") {
+  Window window;
+  window.read(5, 0x300C, 0, 0);
+  window.expect("705#R1");
+  SECTION("toggle bit 0") {
+    window.arrive("705#05");
+    CHECK(window.reg(3706) == 5);
+  }
+  SECTION("toggle bit 1") {
+    window.arrive("705#84");
+    CHECK(window.reg(3706) == 4);
+  }
+  SECTION("just in time") {
+    window.pass_nearly(100ms);
+    window.arrive("706#04");
+    window.arrive("705#33");  // no such state
+    CHECK(window.busy());
+    window.arrive("705#05");
+    CHECK(window.reg(3706) == 5);
+  }
+  SECTION("too late") {
+    window.pass_nearly(100ms);
+    CHECK(window.busy());
+    window.pass_rest();
+    CHECK(window.reg(3706) == kNotDetected);
+  }
+  window.check_done();
+  CHECK(window.reg(3705) == 1);
+  window.expect_silence();
+}
+
+TEST_CASE("Node state service: read of 300Ch sub-index 0: Both times are settings") {
+  Settings settings;
+  settings.state_fresh_for = 700ms;
+  settings.guard_timeout = 30ms;
+  Window window(settings);
+  CONTRACT_NEEDS(window, Ability::kSettings);
+  window.arrive("705#05");
+  window.pass_nearly(700ms);
+  check_state(window, 5);
+  window.pass_rest();
+  window.read(5, 0x300C, 0, 0);
+  window.expect("705#R1");
+  window.pass_nearly(30ms);
+  CHECK(window.busy());
+  window.pass_rest();
+  window.check_done();
+  CHECK(window.reg(3706) == kNotDetected);
+}
+
+TEST_CASE(
+    "Node state service: read of 300Ch sub-index 0: An NMT command puts what the node reported before it in "
+    "doubt, until its next message: it is asked too, and if it does not answer (a node with a heartbeat need "
+    "not) its last report stands while that is fresh") {
+  Window window;
+  window.arrive("705#7F");
+  window.arrive("706#7F");
+  start_node(window);
+  SECTION("a node that was not addressed is not asked") {
+    window.read(6, 0x300C, 0, 0);
+    window.expect_silence();
+    CHECK(window.reg(3706) == kPreOperational);
+  }
+  SECTION("its next message ends the doubt") {
+    window.arrive("705#05");
+    check_state(window, 5);
+  }
+  SECTION("it is asked, and answers") {
+    window.read(5, 0x300C, 0, 0);
+    window.exchange({{"705#R1", "705#85"}});
+    CHECK(window.reg(3706) == 5);
+    check_state(window, 5);
+  }
+  SECTION("it is asked, and does not answer: its last report stands while it is fresh") {
+    check_state_without_answer(window, kPreOperational);
+    window.pass(2s);
+    check_state_without_answer(window, kNotDetected);
+  }
+  SECTION("a command to all puts every node in doubt") {
+    window.write(0, 0x1F82, 128, 1, {1});
+    window.expect("000#0100");
+    window.read(6, 0x300C, 0, 0);
+    window.exchange({{"706#R1", "706#05"}});
+    CHECK(window.reg(3706) == 5);
+  }
+}
+
+TEST_CASE(
+    "Node state service: read of 300Ch sub-index 0: So a node that was started right after its boot-up and "
+    "answers is not shown as pre-operational for up to 2 s") {
+  Window window;
+  window.arrive("705#00");
+  start_node(window);
+  window.read(5, 0x300C, 0, 0);
+  window.exchange({{"705#R1", "705#05"}});
+  window.check_done();
+  CHECK(window.reg(3706) == 5);
+}

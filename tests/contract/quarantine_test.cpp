@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+// docs/contract.md, "SDO service", quarantine: a late answer is never taken for the answer to the next
+// request.
+
+#include "contract/phases.hpp"
+
+using namespace cbcan::contract;
+
+namespace {
+
+/// A read of node 5 that ends with a timeout.
+void time_out(Window& window) {
+  window.read(5, 0x2000, 1, 4);
+  window.expect("605#4000200100000000");
+  window.pass(1s);
+  window.expect("605#8000200100000405");
+  window.check_failed(0x05040000);
+}
+
+/// Asks node 5 for the same object again: nothing may leave now.
+void ask_again(Window& window) {
+  window.read(5, 0x2000, 1, 4);
+  window.expect_silence();
+  CHECK(window.busy());
+}
+
+/// What was held back has left: it gets its own answer.
+void check_let_go(Window& window) {
+  window.exchange({{"605#4000200100000000", "585#4300200122222222"}});
+  window.check_done();
+  CHECK(window.reg(3706) == 0x2222);
+}
+
+/// Nothing leaves until one SDO timeout has passed since the end of the transfer before.
+void check_only_time_ends_it(Window& window) {
+  window.pass_nearly(1s);
+  window.expect_silence();
+  CHECK(window.busy());
+  window.pass_rest();
+  check_let_go(window);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "SDO service: Quarantine: after a timeout, as the answer may still come, the next request to that node "
+    "is held back until the late answer or abort has been seen and thrown away, or the node has booted, or "
+    "one more SDO timeout has passed") {
+  Window window;
+  time_out(window);
+  ask_again(window);
+  SECTION("the late answer") {
+    window.pass(400ms);
+    window.arrive("585#4300200111111111");
+  }
+  SECTION("a late abort") {
+    window.arrive("585#8000200100000206");
+  }
+  SECTION("the node has booted") {
+    window.arrive("706#00");
+    window.arrive("705#05");
+    window.expect_silence();
+    window.arrive("705#00");
+  }
+  SECTION("one more SDO timeout") {
+    window.arrive("586#4300200111111111");
+    window.pass_nearly(1s);
+    window.expect_silence();
+    CHECK(window.busy());
+    window.pass_rest();
+  }
+  check_let_go(window);
+}
+
+TEST_CASE(
+    "SDO service: Quarantine: after a timeout, as the answer may still come, the next request to that node "
+    "is held back until the late answer or abort has been seen and thrown away, or the node has booted, or "
+    "one more SDO timeout has passed -- in every phase of a transfer") {
+  for (const Phase& phase : phases()) {
+    if (phase.asked_again != nullptr) continue;
+    INFO(phase.name);
+    Window window;
+    enter(window, phase);
+    window.pass(1s);
+    window.expect("605#8000200100000405");
+    window.configure(0x3004, 0, 1, {0});
+    ask_again(window);
+    window.arrive("585#4300200111111111");
+    check_let_go(window);
+  }
+}
+
+TEST_CASE(
+    "SDO service: Quarantine: after a timeout, as the answer may still come, the next request to that node "
+    "is held back until the late answer or abort has been seen and thrown away, or the node has booted, or "
+    "one more SDO timeout has passed -- seen before the next request") {
+  Window window;
+  time_out(window);
+  SECTION("the late answer") {
+    window.arrive("585#4300200111111111");
+  }
+  SECTION("the node has booted") {
+    window.arrive("705#00");
+  }
+  SECTION("one more SDO timeout") {
+    window.pass(1s);
+    window.pass_rest();
+  }
+  window.check_failed(0x05040000);
+  window.read(5, 0x2000, 1, 4);
+  check_let_go(window);
+}
+
+TEST_CASE("SDO service: Other nodes are not held back") {
+  Window window;
+  time_out(window);
+  window.read(6, 0x2000, 1, 4);
+  window.expect("606#4000200100000000");
+  window.arrive("585#4300200111111111");
+  CHECK(window.busy());
+  window.arrive("586#4300200133333333");
+  window.check_done();
+  CHECK(window.reg(3706) == 0x3333);
+  window.write(0, 0x1F82, 5, 1, {1});
+  window.expect("000#0105");
+  window.check_done();
+}
+
+TEST_CASE(
+    "SDO service: The same holds after a cancelled transfer, and after 0503 0000h and 0504 0001h, where an "
+    "answer may be outstanding too") {
+  struct Row {
+    std::vector<Step> steps;
+    const char* abort;
+  };
+  const Row rows[] = {
+      {{}, "605#8000200100000008"},  // cancelled
+      {{{"", "585#4100200110000000"}, {"605#6000000000000000", "585#1001020304050607"}},
+       "605#8000200100000305"},
+      {{{"", "585#6000200100000000"}}, "605#8000200101000405"},
+  };
+  for (const Row& row : rows) {
+    for (const char* ending : {"585#4300200111111111", "585#8000200100000405", "705#00", ""}) {
+      INFO(row.abort << " and then " << ending);
+      Window window;
+      window.read(5, 0x2000, 1, 16);
+      window.expect("605#4000200100000000");
+      window.exchange(row.steps);
+      if (row.steps.empty()) window.set(3700, {0});
+      window.expect(row.abort);
+      ask_again(window);
+      if (*ending == 0) {
+        check_only_time_ends_it(window);
+      } else {
+        window.arrive(ending);
+        check_let_go(window);
+      }
+    }
+  }
+}
+
+TEST_CASE(
+    "SDO service: The same holds after a cancelled transfer, and after 0503 0000h and 0504 0001h, where an "
+    "answer may be outstanding too -- also when the request that is held back is cancelled") {
+  Window window;
+  time_out(window);
+  ask_again(window);
+  window.set(3700, {0});
+  window.expect_silence();
+  ask_again(window);
+  window.arrive("585#4300200111111111");
+  check_let_go(window);
+}
+
+TEST_CASE(
+    "SDO service: After a block read that was given up in mid-stream only time or a boot-up ends it: its "
+    "segments cannot be told from "
+    "answers") {
+  struct Row {
+    const char *phase, *segment, *abort;
+  };
+  for (const Row& row : {Row{"block read: no segment", "", "605#8000200100000008"},  // cancelled
+                         Row{"block read: one segment", "", "605#8000200100000008"},
+                         Row{"block read: one segment", "585#0338390000000000", "605#8000200103000405"},
+                         Row{"block read: one segment", "585#0238394142434445", "605#8000200110000706"}}) {
+    for (const bool boots : {false, true}) {
+      INFO(row.phase << " and then " << row.segment);
+      Window window;
+      enter(window, phase_called(row.phase));
+      window.exchange({{"", row.segment}});
+      if (*row.segment == 0) window.set(3700, {0});
+      window.expect(row.abort);
+      window.configure(0x3004, 0, 1, {0});
+      ask_again(window);
+      window.arrive("585#4300200111111111");  // segment 67, which looks like an answer
+      window.arrive("585#4400200111111111");
+      window.expect_silence();
+      if (boots) {
+        window.arrive("705#00");
+        check_let_go(window);
+      } else {
+        check_only_time_ends_it(window);
+      }
+    }
+  }
+}
+
+TEST_CASE(
+    "SDO service: Eight nodes can be in quarantine at a time; only a program that cancels nine transfers to "
+    "nine nodes within one SDO timeout notices") {
+  Window window;
+  const char* const requests[] = {"601#4000200100000000", "602#4000200100000000", "603#4000200100000000",
+                                  "604#4000200100000000", "605#4000200100000000", "606#4000200100000000",
+                                  "607#4000200100000000", "608#4000200100000000"};
+  const char* const aborts[] = {"601#8000200100000008", "602#8000200100000008", "603#8000200100000008",
+                                "604#8000200100000008", "605#8000200100000008", "606#8000200100000008",
+                                "607#8000200100000008", "608#8000200100000008"};
+  for (std::uint16_t node = 1; node <= 8; ++node) {
+    window.read(node, 0x2000, 1, 4);
+    window.expect(requests[node - 1]);
+    window.set(3700, {0});
+    window.expect(aborts[node - 1]);
+    window.pass(50ms);
+  }
+  window.read(9, 0x2000, 1, 4);  // the ninth waits until the first is free, 600 ms from now
+  window.pass_nearly(600ms);
+  window.expect_silence();
+  CHECK(window.busy());
+  window.pass_rest();
+  window.exchange({{"609#4000200100000000", "589#4300200122222222"}});
+  window.check_done();
+  window.read(2, 0x2000, 1, 4);  // and all eight were held back
+  window.expect_silence();
+  window.arrive("582#4300200111111111");
+  window.exchange({{"602#4000200100000000", "582#4300200133333333"}});
+  CHECK(window.reg(3706) == 0x3333);
+  window.read(8, 0x2000, 1, 4);
+  window.expect_silence();
+  window.arrive("588#4300200111111111");
+  window.exchange({{"608#4000200100000000", "588#4300200144444444"}});
+  CHECK(window.reg(3706) == 0x4444);
+}

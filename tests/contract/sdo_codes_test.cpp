@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: MIT
+// docs/contract.md, "SDO service": the coprocessor's own codes, and who is told.
+
+#include "contract/phases.hpp"
+
+using namespace cbcan::contract;
+
+namespace {
+
+/// An answer that ends a transfer: what the server is then told, and the PLC.
+struct Refusal {
+  const char *phase, *answer, *abort;
+  std::uint32_t code;
+};
+
+void check(const Refusal& row) {
+  INFO(row.phase << ", answered by " << row.answer);
+  Window window;
+  enter(window, phase_called(row.phase));
+  window.arrive(row.answer);
+  window.expect(row.abort);
+  window.check_failed(row.code);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "SDO service: no answer within the SDO timeout (1000 ms unless set; each answer restarts it) | 0504 "
+    "0000h") {
+  for (const Phase& phase : phases()) {
+    INFO(phase.name);
+    Window window;
+    enter(window, phase);
+    window.pass_nearly(1s);
+    if (phase.asked_again != nullptr) window.expect(phase.asked_again);
+    window.expect_silence();
+    CHECK(window.busy());
+    window.pass_rest();
+    window.expect("605#8000200100000405");
+    window.check_failed(0x05040000);
+  }
+}
+
+TEST_CASE(
+    "SDO service: no answer within the SDO timeout (1000 ms unless set; each answer restarts it) | 0504 "
+    "0000h -- unless set, by 3003h") {
+  Window window;
+  window.configure(0x3003, 0, 2, {50});
+  window.read(5, 0x2000, 1, 4);
+  window.expect("605#4000200100000000");
+  window.pass_nearly(50ms);
+  CHECK(window.busy());
+  window.pass_rest();
+  window.expect("605#8000200100000405");
+  window.check_failed(0x05040000);
+}
+
+TEST_CASE(
+    "SDO service: no answer within the SDO timeout (1000 ms unless set; each answer restarts it) | 0504 "
+    "0000h -- each answer restarts it") {
+  for (const Phase& phase : phases()) {
+    if (phase.steps.empty() || phase.asked_again != nullptr) continue;
+    INFO(phase.name);
+    Window window;
+    if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+    window.start(phase.request);
+    for (const Step& step : phase.steps) {
+      // Within a sub-block that the server sends it is asked for the rest after half of it.
+      const bool of_a_block = *step.sent == 0 || std::string(step.sent) == "605#A300000000000000";
+      window.exchange({{step.sent, ""}});
+      if (*step.answered != 0) window.pass_nearly(of_a_block ? 500ms : 1s);
+      window.exchange({{"", step.answered}});
+    }
+    window.expect(phase.waiting);
+    window.pass_nearly(1s);
+    CHECK(window.busy());
+    window.pass_rest();
+    window.expect("605#8000200100000405");
+    window.check_failed(0x05040000);
+  }
+}
+
+TEST_CASE("SDO service: toggle bit not alternated | 0503 0000h") {
+  Window window;
+  SECTION("reading, the first segment") {
+    window.read(5, 0x2000, 1, 16);
+    window.exchange(
+        {{"605#4000200100000000", "585#4100200110000000"}, {"605#6000000000000000", "585#1001020304050607"}});
+  }
+  SECTION("reading, the second segment") {
+    window.read(5, 0x2000, 1, 16);
+    window.exchange({{"605#4000200100000000", "585#4100200110000000"},
+                     {"605#6000000000000000", "585#0001020304050607"},
+                     {"605#7000000000000000", "585#0001020304050607"}});
+  }
+  SECTION("writing, the first segment") {
+    window.write(5, 0x2000, 1, 9, {0x0201, 0x0403, 0x0605, 0x0807, 0x0009});
+    window.exchange(
+        {{"605#2100200109000000", "585#6000200100000000"}, {"605#0001020304050607", "585#3000000000000000"}});
+  }
+  SECTION("writing, the second segment") {
+    window.write(5, 0x2000, 1, 9, {0x0201, 0x0403, 0x0605, 0x0807, 0x0009});
+    window.exchange({{"605#2100200109000000", "585#6000200100000000"},
+                     {"605#0001020304050607", "585#2000000000000000"},
+                     {"605#1B08090000000000", "585#2000000000000000"}});
+  }
+  window.expect("605#8000200100000305");
+  window.check_failed(0x05030000);
+}
+
+TEST_CASE("SDO service: an answer whose command specifier does not belong there | 0504 0001h") {
+  for (const Phase& phase : phases()) {
+    if (phase.expected == Phase::kSegment) continue;
+    for (const char* command : {"00", "20", "43", "60", "A4", "C6", "E0"}) {
+      if (std::stoi(command, nullptr, 16) / 32 == phase.expected) continue;
+      INFO(phase.name << ", answered by " << command);
+      Window window;
+      enter(window, phase);
+      window.arrive(std::string("585#") + command + "00200100000000");
+      window.expect("605#8000200101000405");
+      window.check_failed(0x05040001);
+    }
+  }
+}
+
+TEST_CASE(
+    "SDO service: an answer whose command specifier does not belong there | 0504 0001h -- the subcommands of "
+    "a block transfer too") {
+  const char* const kAbort = "605#8000200101000405";
+  check({"block write: start", "585#A200200100000000", kAbort, 0x05040001});
+  check({"block write: start", "585#A100200100000000", kAbort, 0x05040001});
+  check({"block write: segments", "585#A40020017F000000", kAbort, 0x05040001});
+  check({"block write: segments", "585#A100000000000000", kAbort, 0x05040001});
+  check({"block write: end", "585#A2027F0000000000", kAbort, 0x05040001});
+  check({"block read: start", "585#C500000000000000", kAbort, 0x05040001});
+  check({"block read: end", "585#C600200109000000", kAbort, 0x05040001});
+}
+
+TEST_CASE("SDO service: the object is larger than R3705 on a read | 0504 0005h") {
+  Window window;
+  window.read(5, 0x2000, 1, 2);
+  SECTION("as the declared size says") {
+    window.exchange({{"605#4000200100000000", "585#4100200103000000"}});
+    window.expect("605#8000200105000405");
+  }
+  SECTION("as an absurd declared size says") {
+    window.exchange({{"605#4000200100000000", "585#41002001FFFFFFFF"}});
+    window.expect("605#8000200105000405");
+  }
+  SECTION("expedited: the server is done") {
+    window.exchange({{"605#4000200100000000", "585#4700200111223300"}});
+  }
+  SECTION("at the byte that overflows") {
+    window.exchange(
+        {{"605#4000200100000000", "585#4000200100000000"}, {"605#6000000000000000", "585#0811223300000000"}});
+    window.expect("605#8000200105000405");
+  }
+  SECTION("at the byte that overflows, in the last segment: the server is done") {
+    window.exchange(
+        {{"605#4000200100000000", "585#4000200100000000"}, {"605#6000000000000000", "585#0911223300000000"}});
+  }
+  window.check_failed(0x05040005);
+}
+
+TEST_CASE("SDO service: the object is larger than R3705 on a read | 0504 0005h -- in a block transfer") {
+  Window window;
+  window.configure(0x3004, 0, 1, {3});
+  window.read(5, 0x2000, 1, 8);
+  SECTION("as the declared size says") {
+    window.exchange({{"605#A400200102000000", "585#C600200109000000"}});
+    window.expect("605#8000200105000405");
+  }
+  SECTION("as an absurd declared size says") {
+    window.exchange({{"605#A400200102000000", "585#C6002001FFFFFFFF"}});
+    window.expect("605#8000200105000405");
+  }
+  SECTION("at the segment that overflows") {
+    window.exchange(
+        {{"605#A400200102000000", "585#C400200100000000"}, {"605#A300000000000000", "585#0131323334353637"}});
+    window.arrive("585#0238394142434445");
+    window.expect("605#8000200105000405");
+  }
+  SECTION("at the end, which tells how much of the last segment is data") {
+    window.exchange(
+        {{"605#A400200102000000", "585#C400200100000000"}, {"605#A300000000000000", "585#0131323334353637"}});
+    window.arrive("585#8238390000000000");
+    window.exchange({{"605#A202020000000000", "585#D5C3310000000000"}});
+    window.expect("605#8000200105000405");
+  }
+  window.check_failed(0x05040005);
+}
+
+TEST_CASE("SDO service: the object is larger than R3705 on a read | 0504 0005h -- of the own node") {
+  Window window;
+  window.read(0, 0x1000, 0, 3);
+  window.check_failed(0x05040005);
+  window.read(0, 0x1008, 0, 4);
+  window.check_failed(0x05040005);
+}
+
+TEST_CASE("SDO service: the bytes received differ from the size declared | 0607 0010h") {
+  Window window;
+  window.read(5, 0x2000, 1, 128);
+  SECTION("fewer: the server is done") {
+    window.exchange(
+        {{"605#4000200100000000", "585#4100200108000000"}, {"605#6000000000000000", "585#0101020304050607"}});
+  }
+  SECTION("more, and still going on") {
+    window.exchange({{"605#4000200100000000", "585#4100200108000000"},
+                     {"605#6000000000000000", "585#0001020304050607"},
+                     {"605#7000000000000000", "585#1008090A0B0C0D0E"}});
+    window.expect("605#8000200110000706");
+  }
+  SECTION("more, in the last segment: the server is done") {
+    window.exchange({{"605#4000200100000000", "585#4100200108000000"},
+                     {"605#6000000000000000", "585#0001020304050607"},
+                     {"605#7000000000000000", "585#1B08090000000000"}});
+  }
+  window.check_failed(0x06070010);
+}
+
+TEST_CASE(
+    "SDO service: the bytes received differ from the size declared | 0607 0010h -- in a block transfer") {
+  for (const char* end : {"585#D1C3310000000000", "585#D9C3310000000000"}) {  // 10 bytes; 8 bytes
+    Window window;
+    window.configure(0x3004, 0, 1, {3});
+    window.read(5, 0x2000, 1, 10);
+    window.exchange(
+        {{"605#A400200102000000", "585#C600200109000000"}, {"605#A300000000000000", "585#0131323334353637"}});
+    window.arrive("585#8238390000000000");
+    window.exchange({{"605#A202020000000000", end}});
+    window.expect("605#8000200110000706");
+    window.check_failed(0x06070010);
+  }
+}
+
+TEST_CASE(
+    "SDO service: block transfer: block size, sequence number, CRC | 0504 0002h, 0504 0003h, 0504 0004h -- "
+    "of a write") {
+  const char* const kBlockSize = "605#8000200102000405";
+  check({"block write: start", "585#A400200100000000", kBlockSize, 0x05040002});
+  check({"block write: start", "585#A400200180000000", kBlockSize, 0x05040002});
+  check({"block write: start", "585#A4002001FF000000", kBlockSize, 0x05040002});
+  check({"block write: segments", "585#A202000000000000", kBlockSize, 0x05040002});
+  check({"block write: segments", "585#A202800000000000", kBlockSize, 0x05040002});
+  check({"block write: segments", "585#A2037F0000000000", "605#8000200103000405", 0x05040003});
+}
+
+TEST_CASE(
+    "SDO service: block transfer: block size, sequence number, CRC | 0504 0002h, 0504 0003h, 0504 0004h -- "
+    "of a read") {
+  const char* const kSequence = "605#8000200103000405";
+  check({"block read: one segment", "585#0338390000000000", kSequence, 0x05040003});
+  check({"block read: one segment", "585#8338390000000000", kSequence, 0x05040003});
+  check({"block read: one segment", "585#0038390000000000", kSequence, 0x05040003});
+  check({"block read: end", "585#D5C2310000000000", "605#8000200104000405", 0x05040004});
+  check({"block read: end", "585#D5C3320000000000", "605#8000200104000405", 0x05040004});
+}
+
+TEST_CASE("SDO service: the node sends a boot-up message during its transfer: it has lost it | 0800 0022h") {
+  for (const Phase& phase : phases()) {
+    INFO(phase.name);
+    Window window;
+    enter(window, phase);
+    window.arrive("706#00");
+    window.arrive("705#7F");
+    CHECK(window.busy());
+    window.arrive("705#00");
+    window.expect_silence();
+    window.check_failed(0x08000022);
+  }
+}
+
+TEST_CASE(
+    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
+    "the transfer's index and sub-index, and no frame of that transfer after it") {
+  for (const Phase& phase : phases()) {
+    INFO(phase.name);
+    Window window;
+    enter(window, phase);
+    window.pass(1s);
+    if (phase.asked_again != nullptr) window.expect(phase.asked_again);
+    window.pass_rest();
+    window.expect("605#8000200100000405");
+    window.check_failed(0x05040000);
+    for (const char* late :
+         {"585#4100200114000000", "585#0001020304050607", "585#6000200100000000", "585#2000000000000000",
+          "585#A40020017F000000", "585#A2027F0000000000", "585#C600200109000000", "585#D5C3310000000000"})
+      window.arrive(late);
+    window.pass(5s);
+    window.expect_silence();
+    window.check_failed(0x05040000);
+  }
+}
+
+TEST_CASE(
+    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
+    "the transfer's index and sub-index, and no frame of that transfer after it -- whatever these are") {
+  Window window;
+  window.read(5, 0x1A2B, 0x3C, 4);
+  window.exchange({{"605#402B1A3C00000000", "585#412B1A3C05000000"}});
+  window.expect("605#802B1A3C05000405");
+  window.check_failed(0x05040005);
+}
+
+TEST_CASE(
+    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
+    "the transfer's index and sub-index, and no frame of that transfer after it -- with a controller that "
+    "was full") {
+  for (const Phase& phase : phases()) {
+    if (phase.steps.empty() || *phase.steps.back().answered == 0 || phase.asked_again != nullptr) continue;
+    INFO(phase.name);
+    Window window;
+    CONTRACT_NEEDS(window, Ability::kRefusal);
+    std::vector<Step> steps = phase.steps;
+    const Step last = steps.back();
+    steps.pop_back();
+    if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+    window.start(phase.request);
+    window.exchange(steps);
+    window.exchange({{last.sent, ""}});
+    window.target().refuse_frames(true);
+    window.exchange({{"", last.answered}});
+    window.pass(1s);
+    window.pass_rest();
+    window.check_failed(0x05040000);
+    window.target().refuse_frames(false);
+    window.pass(10ms);
+    window.expect("605#8000200100000405");
+    window.pass(5s);
+    window.expect_silence();
+  }
+}
+
+TEST_CASE(
+    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
+    "the "
+    "transfer's index and sub-index, and no frame of that transfer after it -- a first frame that could not "
+    "leave") {
+  for (const Phase& phase : phases()) {
+    if (!phase.steps.empty()) continue;
+    INFO(phase.name);
+    Window window;
+    CONTRACT_NEEDS(window, Ability::kRefusal);
+    if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+    window.target().refuse_frames(true);
+    window.start(phase.request);
+    window.pass_nearly(1s);
+    CHECK(window.busy());
+    window.pass_rest();
+    window.check_failed(0x05040000);
+    window.target().refuse_frames(false);
+    window.pass(5s);
+    window.expect_silence();  // the server knows nothing of it
+  }
+}
+
+TEST_CASE(
+    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
+    "the "
+    "transfer's index and sub-index, and no frame of that transfer after it -- its own abort came first") {
+  Window window;
+  CONTRACT_NEEDS(window, Ability::kRefusal);
+  window.read(5, 0x2000, 1, 128);
+  window.expect("605#4000200100000000");
+  window.target().refuse_frames(true);
+  window.arrive("585#4100200114000000");
+  window.arrive("585#8000200100000206");
+  window.check_failed(0x06020000);
+  window.target().refuse_frames(false);
+  window.pass(5s);
+  window.expect_silence();
+}
+
+TEST_CASE("SDO service: An abort is never answered by an abort") {
+  for (const Phase& phase : phases()) {
+    INFO(phase.name);
+    Window window;
+    enter(window, phase);
+    for (int i = 0; i < 3; ++i) {
+      window.arrive("585#8000200100000405");
+      window.check_failed(0x05040000);
+    }
+    window.pass(3s);
+    window.expect_silence();
+  }
+}

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The suite's hands: a PLC program and the nodes of a bus, as short calls on a Target.
+///
+/// The name of every case quotes what it proves: a row of a table, its cells joined by " | ", or a sentence
+/// of docs/contract.md; rows.py holds the two together.
+
+#include <exception>
+#include <map>
+
+#include "contract/target.hpp"
+#include "support/catch.hpp"
+
+/// Ends a case that the target cannot run; the report has its name.
+#ifdef SKIP
+#define CONTRACT_NEEDS(window, ability) \
+  if (!(window).can(ability)) SKIP("this target lacks " #ability)
+#else
+#define CONTRACT_NEEDS(window, ability)             \
+  do {                                              \
+    if (!(window).can(ability)) {                   \
+      WARN("skipped: this target lacks " #ability); \
+      return;                                       \
+    }                                               \
+  } while (false)
+#endif
+
+namespace cbcan::contract {
+
+/// A frame that has to leave, and what the node then answers; "" = none.
+struct Step {
+  const char* sent;
+  const char* answered;
+};
+
+/// A coprocessor between a PLC and a bus that the case plays. Every frame that leaves has to be expected, in
+/// order, and nothing may be left over at the end.
+class Window {
+ public:
+  static constexpr std::uint16_t kOwnNode = 127;
+  static constexpr std::uint16_t kExecute = 0xCA0E;
+
+  explicit Window(const Settings& settings = {}) : target_(make_target(settings)) {}
+  ~Window() noexcept(false) {
+    if (std::uncaught_exceptions() == 0) expect_silence();
+  }
+
+  Target& target() { return *target_; }
+  bool can(Ability ability) const { return target_->can(ability); }
+
+  // The PLC.
+  std::uint16_t reg(unsigned address) { return target_->read(address, 1).at(0); }
+  Words image() { return target_->read(3700, 70); }
+  void set(unsigned first, const Words& words) { target_->write(first, words); }
+  /// R3701.. = words, with CA0Eh in the same request.
+  void start(const Words& words) {
+    Words request{kExecute};
+    request.insert(request.end(), words.begin(), words.end());
+    set(3700, request);
+  }
+  void read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
+    start({5055, node, index, sub, room});
+  }
+  void write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
+             const Words& data) {
+    Words words{5066, node, index, sub, size};
+    words.insert(words.end(), data.begin(), data.end());
+    start(words);
+  }
+  /// Writes a local object.
+  void configure(std::uint16_t index, std::uint16_t sub, std::uint16_t size, const Words& data) {
+    write(0, index, sub, size, data);
+    check_done();
+  }
+  bool busy() { return reg(3700) == kExecute; }
+  void check_done() { CHECK(reg(3700) == 0); }
+  /// R3700 = 4, and the abort code.
+  void check_failed(std::uint32_t code) {
+    CHECK(reg(3700) == 4);
+    CHECK(abort_code() == code);
+  }
+  std::uint32_t abort_code() {
+    const Words words = target_->read(3706, 2);
+    return words[0] | static_cast<std::uint32_t>(words[1]) << 16;
+  }
+  /// All 70 registers are as they were, but for these.
+  void check_changes(Words before, const std::map<unsigned, std::uint16_t>& changes) {
+    for (const auto& [address, value] : changes)
+      before.at(address - 3700) = value;
+    CHECK(image() == before);
+  }
+
+  // The bus.
+  void expect(const std::string& frame) { CHECK(target_->next_frame() == frame); }
+  void expect_silence() {
+    for (std::string left = target_->next_frame(); !left.empty(); left = target_->next_frame())
+      FAIL_CHECK("left over: " << left);
+  }
+  void arrive(const std::string& frame) { target_->arrive(frame); }
+  void exchange(const std::vector<Step>& steps) {
+    for (const Step& step : steps) {
+      if (*step.sent != 0) expect(step.sent);
+      if (*step.answered != 0) arrive(step.answered);
+    }
+  }
+
+  // Time.
+  void pass(Duration duration) { target_->pass(duration); }
+  /// Until just before `duration` is over; pass_rest() then is until just after.
+  void pass_nearly(Duration duration) { pass(duration - 4 * target_->precision()); }
+  void pass_rest() { pass(5 * target_->precision()); }
+
+ private:
+  std::unique_ptr<Target> target_;
+};
+
+/// R3700..R3769 with a value of its own in each data word.
+inline Words filled_data() {
+  Words words;
+  for (unsigned address = 3706; address <= 3769; ++address)
+    words.push_back(static_cast<std::uint16_t>(0xD000 + address));
+  return words;
+}
+
+}  // namespace cbcan::contract
