@@ -126,7 +126,7 @@ TEST_CASE("SDO service: an answer whose command specifier does not belong there 
 TEST_CASE(
     "SDO service: an answer whose command specifier does not belong there | 0504 0001h -- the subcommands of "
     "a block transfer too") {
-  const char* const kAbort = "605#8000200101000405";
+  constexpr const char* kAbort = "605#8000200101000405";
   check({"block write: start", "585#A200200100000000", kAbort, 0x05040001});
   check({"block write: start", "585#A100200100000000", kAbort, 0x05040001});
   check({"block write: segments", "585#A40020017F000000", kAbort, 0x05040001});
@@ -237,7 +237,7 @@ TEST_CASE(
 TEST_CASE(
     "SDO service: block transfer: block size, sequence number, CRC | 0504 0002h, 0504 0003h, 0504 0004h -- "
     "of a write") {
-  const char* const kBlockSize = "605#8000200102000405";
+  constexpr const char* kBlockSize = "605#8000200102000405";
   check({"block write: start", "585#A400200100000000", kBlockSize, 0x05040002});
   check({"block write: start", "585#A400200180000000", kBlockSize, 0x05040002});
   check({"block write: start", "585#A4002001FF000000", kBlockSize, 0x05040002});
@@ -249,7 +249,7 @@ TEST_CASE(
 TEST_CASE(
     "SDO service: block transfer: block size, sequence number, CRC | 0504 0002h, 0504 0003h, 0504 0004h -- "
     "of a read") {
-  const char* const kSequence = "605#8000200103000405";
+  constexpr const char* kSequence = "605#8000200103000405";
   check({"block read: one segment", "585#0338390000000000", kSequence, 0x05040003});
   check({"block read: one segment", "585#8338390000000000", kSequence, 0x05040003});
   check({"block read: one segment", "585#0038390000000000", kSequence, 0x05040003});

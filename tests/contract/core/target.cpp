@@ -44,7 +44,7 @@ class CoreTarget final : public Target {
 
   std::string next_frame() override {
     if (bench_->port.sent.empty()) return {};
-    const std::string frame = bench_->port.sent.front();
+    std::string frame = bench_->port.sent.front();
     bench_->port.sent.pop_front();
     return frame;
   }

@@ -35,7 +35,7 @@ class WatchedRegisters {
     struct sigaction before {};
     trap.sa_sigaction = &WatchedRegisters::on_write;
     trap.sa_flags = SA_SIGINFO;
-    watched_ = this;
+    watched = this;
     trapped_ = false;
     sigaction(SIGSEGV, &trap, &before);
     mprotect(first_page_, page_, PROT_READ);
@@ -49,16 +49,16 @@ class WatchedRegisters {
  private:
   /// Back to the write, which now succeeds; a fault of another kind comes again and ends the program.
   static void on_write(int number, siginfo_t* info, void* /*context*/) {
-    if (info->si_addr != watched_->words_->data()) {
+    if (info->si_addr != watched->words_->data()) {
       signal(number, SIG_DFL);
       return;
     }
-    watched_->seen_ = *watched_->words_;
-    watched_->trapped_ = true;
-    mprotect(watched_->first_page_, watched_->page_, PROT_READ | PROT_WRITE);
+    watched->seen_ = *watched->words_;
+    watched->trapped_ = true;
+    mprotect(watched->first_page_, watched->page_, PROT_READ | PROT_WRITE);
   }
 
-  static inline WatchedRegisters* watched_ = nullptr;
+  static inline WatchedRegisters* watched = nullptr;
   std::size_t page_;
   char* first_page_ = nullptr;
   test::Registers* words_ = nullptr;
