@@ -25,11 +25,15 @@ constexpr std::uint8_t kIsPdu = 1;    ///< the piece is sent as one request with
 constexpr std::uint8_t kKeepOut = 2;  ///< the client does not take the answers yet
 constexpr std::uint8_t kGather = 4;   ///< the server gets this piece together with the next
 constexpr unsigned kRepeatShift = 3;
-constexpr unsigned kMostPieces = 1024;  ///< of one input
+constexpr unsigned kMostPieces = 400;  ///< of one input
 
-std::uint16_t value_at_start(std::size_t address) {
-  return static_cast<std::uint16_t>(address * 40503);
-}
+/// Each register's value at the start; hardly two are the same.
+const std::vector<std::uint16_t> kAtStart = [] {
+  std::vector<std::uint16_t> values(ModbusModel::kRegisters);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = static_cast<std::uint16_t>(i * 40503);
+  return values;
+}();
 
 /// Lives as long as the program: a listener for each input would cost more than the rest.
 struct Server {
@@ -50,8 +54,7 @@ Server& server() {
 class Run {
  public:
   Run() {
-    for (std::size_t i = 0; i < ModbusModel::kRegisters; ++i)
-      model_.registers[i] = server().registers[i] = value_at_start(i);
+    std::ranges::copy(kAtStart, server().registers.begin());
     server().requests = 0;
     int pair[2];
     require(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) == 0,
@@ -132,7 +135,7 @@ class Run {
     require(modbus.clients() == (closed_ || model_.waits() ? 0 : 1), "half a request ends with its deadline");
   }
 
-  ModbusModel model_;
+  ModbusModel model_{kAtStart};
   io::Descriptor client_;
   Bytes taken_;
   std::uint16_t transaction_ = 0xFFF0;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace cbcan::fuzz {
@@ -17,6 +18,8 @@ class ModbusModel {
   using Bytes = std::vector<std::uint8_t>;
   using View = std::span<const std::uint8_t>;
 
+  explicit ModbusModel(std::vector<std::uint16_t> at_start) : registers(std::move(at_start)) {}
+
   void receive(View bytes);
 
   /// All that has to come back so far.
@@ -27,7 +30,7 @@ class ModbusModel {
   bool waits() const { return !closed_ && !rest_.empty(); }
   std::size_t requests() const { return requests_; }
 
-  std::vector<std::uint16_t> registers = std::vector<std::uint16_t>(kRegisters);
+  std::vector<std::uint16_t> registers;  ///< R0..R4167
 
  private:
   void answer(View request);
