@@ -206,6 +206,28 @@ TEST_CASE(
 }
 
 TEST_CASE(
+    "SDO service: So it is after a block write that the server aborts before it has confirmed the sub-block: "
+    "each segment that was still on its way may be answered by an abort too") {
+  for (const bool boots : {false, true}) {
+    Window window;
+    enter(window, phase_called("block write: segments"));
+    window.arrive("585#8000200111000906");
+    window.check_failed(0x06090011);
+    window.configure(0x3004, 0, 1, {0});
+    ask_again(window);
+    window.arrive("585#8000200101000405");  // to the segments
+    window.arrive("585#8000200101000405");
+    window.expect_silence();
+    if (boots) {
+      window.arrive("705#00");
+      check_let_go(window);
+    } else {
+      check_only_time_ends_it(window);
+    }
+  }
+}
+
+TEST_CASE(
     "SDO service: Eight nodes can be in quarantine at a time; only a program that cancels nine transfers to "
     "nine nodes within one SDO timeout notices") {
   Window window;
