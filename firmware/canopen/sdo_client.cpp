@@ -30,6 +30,18 @@ constexpr std::uint8_t kSegments = 0xFF;
 /// What the server is told when the PLC no longer wants an answer.
 constexpr AbortCode kCancelled = AbortCode::kGeneral;
 
+constexpr bool is_short(const Frame& frame) {
+  return frame.length < frame.data.size() && frame.length < sdo::answer_length(frame.data[0]);
+}
+
+/// An abort without index and sub-index is about whatever there is.
+constexpr bool is_about(sdo::Multiplexer mux, const Frame& frame) {
+  const std::uint8_t command = frame.data[0];
+  if (!sdo::has_multiplexer(command)) return true;
+  const sdo::Multiplexer theirs = sdo::multiplexer_of(frame);
+  return theirs == mux || (theirs == 0 && sdo::is(command, sdo::Answer::kAbort));
+}
+
 }  // namespace
 
 using Self = SdoClient;
@@ -173,16 +185,17 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
   }
   if (!opened_ || frame.id != sdo::kAnswerId + request_.node) return on_stray(frame, now);
   const std::uint8_t command = frame.data[0];
-  const bool streaming = phase() == Phase::kBlockUploadStream;
-  if (frame.length < 8 && (streaming || frame.length < sdo::answer_length(command))) {
+  const bool aborts = is_abort(command);
+  const bool segment = phase() == Phase::kBlockUploadStream && !aborts;
+  if (segment ? frame.length < frame.data.size() : is_short(frame)) {
     ++counters_.too_short;
     return;
   }
-  if (is_abort(command)) return on_abort(frame, now);
-  if (!streaming && sdo::has_multiplexer(command) && sdo::multiplexer_of(frame) != mux()) {
+  if (!segment && !is_about(mux(), frame)) {
     ++counters_.other_object;
     return;
   }
+  if (aborts) return on_abort(frame, now);
   if (outbox_.waiting()) {  // our request has not even left
     ++counters_.unexpected;
     return;
@@ -191,8 +204,8 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
   (this->*state_->on_answer)(frame, now);
 }
 
-/// Nothing is asked of this node. If it is in quarantine this is the late answer, and the next transfer may
-/// begin.
+/// Nothing is asked of this node. If it is in quarantine this may be the late answer, and the next transfer
+/// may begin.
 void SdoClient::on_stray(const Frame& frame, Time now) {
   Quarantine* slot = find(static_cast<std::uint8_t>(frame.id - sdo::kAnswerId));
   if (slot == nullptr || slot->until <= now) {
@@ -200,7 +213,7 @@ void SdoClient::on_stray(const Frame& frame, Time now) {
     return;
   }
   ++counters_.late;
-  if (slot->stream) return;
+  if (slot->stream || is_short(frame) || !is_about(slot->mux, frame)) return;
   release(*slot);
   if (phase() == Phase::kHeldBack) hold_or_begin(now);
 }
@@ -218,11 +231,6 @@ bool SdoClient::is_abort(std::uint8_t command) const {
 }
 
 void SdoClient::on_abort(const Frame& frame, Time now) {
-  const sdo::Multiplexer theirs = sdo::multiplexer_of(frame);
-  if (theirs != mux() && theirs != 0) {
-    ++counters_.other_object;
-    return;
-  }
   ++counters_.aborts_received;
   // Segments that were on their way when the server gave up may be answered too, each by an abort.
   if (phase() == Phase::kBlockDownloadStream || phase() == Phase::kBlockDownloadAcknowledge)
@@ -368,7 +376,7 @@ void SdoClient::quarantine(bool stream, Time now) {
   const std::uint16_t length = timeout_ms_ == 0 ? kDefaultTimeoutMs : timeout_ms_;
   Quarantine* slot = find(0);
   if (slot == nullptr) return;
-  *slot = {now + milliseconds(length), request_.node, stream};
+  *slot = {now + milliseconds(length), mux(), request_.node, stream};
   ++quarantined_;
 }
 

@@ -139,8 +139,9 @@ class SdoClient {
 
   struct Quarantine {
     Time until;
-    std::uint8_t node;  ///< 0 = free
-    bool stream;        ///< a block may still be on its way: only time ends it
+    sdo::Multiplexer mux;  ///< of the transfer whose answer may still come
+    std::uint8_t node;     ///< 0 = free
+    bool stream;           ///< a block may still be on its way: only time ends it
   };
 
   // Answers, one for each state.
@@ -195,6 +196,7 @@ class SdoClient {
 
   Frame request_frame(std::uint8_t command) const;
   void await(const State& state, Time now);
+  void await_segment(Time now);
   void ask(const State& state, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
            std::uint32_t tail = 0);
   void drop_refused();
@@ -205,9 +207,6 @@ class SdoClient {
   void release(Quarantine& slot);
 
   sdo::Multiplexer mux() const { return sdo::multiplexer(request_.index, request_.sub); }
-  Time half_timeout_from(Time now) const {
-    return timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_) / 2;
-  }
   Time timeout_from(Time now) const { return timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_); }
 
   Outbox outbox_;

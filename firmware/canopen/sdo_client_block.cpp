@@ -74,9 +74,14 @@ void SdoClient::block_upload_initiated(const Frame& frame, Time now) {
   if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength, now);
   sequence_ = segments_ = 0;
   asked_again_ = false;
-  enter(kBlockUploadStream, half_timeout_from(now));
+  await_segment(now);
   outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kStart))),
                now);
+}
+
+/// Half the timeout is for the segment; the other half is for asking once more.
+void SdoClient::await_segment(Time now) {
+  enter(kBlockUploadStream, timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_) / 2);
 }
 
 /// Segments in order are kept. One out of order shows a loss: the rest of the sub-block, with its "last" bit,
@@ -86,7 +91,7 @@ void SdoClient::block_upload_segment(const Frame& frame, Time now) {
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
   if (sequence == 0 || sequence > block_size_ || ++segments_ > sdo::kMaxBlockSize)
     return abort_and_tell(AbortCode::kBlockSequence, now);
-  enter(kBlockUploadStream, half_timeout_from(now));
+  await_segment(now);
   asked_again_ = false;
   if (sequence != sequence_ + 1) {
     if (last || sequence == block_size_) acknowledge_block(now);
@@ -132,7 +137,7 @@ void SdoClient::send_block_acknowledge(Time now) {
 void SdoClient::ask_for_rest(Time now) {
   if (asked_again_) return timed_out(now);
   asked_again_ = true;
-  enter(kBlockUploadStream, half_timeout_from(now));
+  await_segment(now);
   acknowledge_block(now);
 }
 

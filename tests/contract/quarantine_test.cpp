@@ -56,6 +56,9 @@ TEST_CASE(
   SECTION("a late abort") {
     window.arrive("585#8000200100000206");
   }
+  SECTION("a late abort without index and sub-index") {
+    window.arrive("585#8000000000000206");
+  }
   SECTION("the node has booted") {
     window.arrive("706#00");
     window.arrive("705#05");
@@ -109,6 +112,23 @@ TEST_CASE(
   window.check_failed(0x05040000);
   window.read(5, 0x2000, 1, 4);
   check_let_go(window);
+}
+
+TEST_CASE(
+    "SDO service: Quarantine: after a timeout, as the answer may still come, the next request to that node "
+    "is held back until the late answer or abort has been seen and thrown away, or the node has booted, or "
+    "one more SDO timeout has passed -- what is not that answer does not end it") {
+  for (const char* frame : {"585#4300200211111111", "585#6001200100000000", "585#8000200200000206", "585#R8",
+                            "00000585#4300200111111111", "585#", "585#43002001", "586#4300200111111111"}) {
+    INFO(frame);
+    Window window;
+    time_out(window);
+    ask_again(window);
+    window.arrive(frame);
+    window.expect_silence();
+    window.arrive("585#4300200111111111");
+    check_let_go(window);
+  }
 }
 
 TEST_CASE("SDO service: Other nodes are not held back") {

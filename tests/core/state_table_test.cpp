@@ -109,12 +109,11 @@ const std::map<Phase, Row>& rows() {
           time_out(client);
           read(client, Mode::kAuto);
         },
-        // Whatever comes from the node now is the late answer, and sets the request free.
+        // What may be the late answer sets the request free.
         "585#4300200100000000",
         "585#E000000000000000",
         {to(kUploadInitiate, {"605#4000200100000000"}), to(kUploadInitiate, {"605#4000200100000000"}),
-         to(kUploadInitiate, {"605#4000200100000000"}), to(kUploadInitiate, {"605#4000200100000000"}),
-         to(kUploadInitiate, {"605#4000200100000000"}), to(kUploadInitiate, {"605#4000200100000000"}),
+         to(kUploadInitiate, {"605#4000200100000000"}), to(kHeldBack), to(kHeldBack), to(kHeldBack),
          to(kHeldBack), to(kHeldBack), to(kUploadInitiate, {"605#4000200100000000"}), to(kHeldBack),
          to(kHeldBack), to(kUploadInitiate, {"605#4000200100000000"}), to(kIdle)}}},
       {kQueued,
