@@ -198,3 +198,21 @@ TEST_CASE("CAN-IDs 700h and 580h are nobody's: a quarantine outlasts them") {
   bench.check_done();
   CHECK(bench.reg(3706) == 0x2222);
 }
+
+TEST_CASE("Block upload: segments that come again after the last one are not the end") {
+  Bench bench;
+  begin_block_read(bench);
+  bench.arrive("585#C600200109000000");
+  bench.expect("605#A300000000000000");
+  bench.arrive("585#0131323334353637");
+  bench.arrive("585#8238390000000000");
+  bench.expect("605#A202020000000000");
+  bench.arrive("585#0131323334353637");
+  bench.arrive("585#8238390000000000");
+  bench.expect_silence();
+  CHECK(bench.busy());
+  bench.arrive("585#D5C3310000000000");
+  bench.expect("605#A100000000000000");
+  bench.check_done();
+  CHECK(bench.reg(3705) == 9);
+}
