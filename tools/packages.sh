@@ -5,7 +5,7 @@
 build_packages=(g++ cmake ninja-build pkg-config libmodbus-dev libcli11-dev libtomlplusplus-dev)
 
 # Besides: what the tests are made with, the clients that they drive, and the guest with a CAN kernel.
-test_packages=(catch2 librapidcheck-dev git python3
+test_packages=(catch2 librapidcheck-dev libbenchmark-dev valgrind git python3
   clang-14 libclang-rt-14-dev gcovr
   gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev
   python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2

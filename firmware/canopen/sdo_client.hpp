@@ -100,7 +100,7 @@ class SdoClient {
   /// A frame with a CAN-ID of 580h + 1..127, of whatever kind.
   void on_frame(const Frame& frame, Time now);
 
-  /// The node has sent its boot-up message: it has lost whatever it was doing.
+  /// The node, 1..127, has sent its boot-up message: it has lost whatever it was doing.
   void on_boot_up(std::uint8_t node, Time now);
 
   /// Ends a transfer that is under way, without an outcome: idle at once.

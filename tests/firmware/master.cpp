@@ -45,7 +45,7 @@ struct Master {
 alignas(Master) std::byte memory[sizeof(Master)];
 
 void receive(Master& master, const Frame& frame, Time now) {
-  if (frame.id < nmt::kErrorControlId) return master.client.on_frame(frame, now);
+  if (frame.id <= nmt::kErrorControlId) return master.client.on_frame(frame, now);
   if (master.monitor.on_frame(frame, now) == NodeMonitor::News::kBootUp)
     master.client.on_boot_up(static_cast<std::uint8_t>(frame.id & nmt::kMaxNode), now);
 }
