@@ -37,15 +37,15 @@ bool transfer(SdoClient& client, Loopback& wire, const SdoClient::Request& reque
   return client.outcome() == SdoClient::Outcome::kDone;
 }
 
-template <std::uint16_t size, Direction direction, Mode mode>
+template <std::uint16_t Size, Direction Way, Mode How>
 bool transfers(unsigned count) {
-  Loopback wire(size);
+  Loopback wire(Size);
   SdoClient client(wire);
   for (std::size_t i = 0; i < client.data().size(); ++i)
     client.data()[i] = static_cast<std::uint8_t>(i);
   bool good = true;
   for (unsigned i = 0; i < count; ++i)
-    good = transfer(client, wire, {kNode, 0, 0x2000, size, direction, mode}, i) && good;
+    good = transfer(client, wire, {kNode, 0, 0x2000, Size, Way, How}, i) && good;
   return good;
 }
 

@@ -202,7 +202,7 @@ void SdoPeer::stream() {
 void SdoPeer::block_upload_acknowledged(const Frame& frame) {
   if (state_ != State::kBlockUpload || frame.data[1] > sequence_) return abort();
   const bool all = frame.data[1] == sequence_ && done_ == size_;
-  confirmed_ = std::min<std::size_t>(size_, confirmed_ + frame.data[1] * 7u);
+  confirmed_ = std::min<std::size_t>(size_, confirmed_ + std::size_t{7} * frame.data[1]);
   window_ = frame.data[2];
   if (!all) return stream();
   std::array<std::uint8_t, kCapacity> bytes{};
