@@ -61,7 +61,8 @@ class ModbusTcp {
   /// Closes the connections whose half request has waited too long. `now` is Reactor::now()'s.
   void poll(Time now);
 
-  /// Serves a connected, non-blocking stream socket that somebody else has accepted.
+  /// Serves a connected, non-blocking stream socket that somebody else has accepted, with no less room for
+  /// answers than the system gives a new one.
   void adopt(Descriptor socket);
 
   std::size_t clients() const { return connections_.size(); }
