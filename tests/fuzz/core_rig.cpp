@@ -51,7 +51,8 @@ void Rig::arrive(const Frame& frame) {
   plc.after();
   const bool is_abort = frame.id >> 7 == 0xB && frame.length == 8 && frame.data[0] == 0x80;
   const bool is_boot_up = frame.id >> 7 == 0xE && frame.length == 1 && (frame.data[0] & 0x7F) == 0;
-  const bool from_server = (frame.id & 0x7F) == plc.request().node && frame.flags == 0;
+  const bool from_server =
+      plc.request().kind == Plc::Kind::kSdo && (frame.id & 0x7F) == plc.request().node && frame.flags == 0;
   if (was_busy && !plc.busy() && from_server && (is_abort || is_boot_up)) wire.server_knows();
   poll();
 }
