@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every state of the SDO client times every kind of event. A state without a row and a row without all its
 // cells fail.
-#include <map>
+#include <algorithm>
 
 #include "canopen/sdo_client.hpp"
 #include "support/bench.hpp"
@@ -50,26 +50,24 @@ struct Cell {
   bool written = false;
   Phase next = kIdle;
   std::uint32_t code = 0;
-  std::vector<std::string> sent = {};
+  std::array<const char*, 2> sent{};
 };
-Cell to(Phase next, std::vector<std::string> sent = {}) {
-  return {true, next, 0, std::move(sent)};
+constexpr Cell to(Phase next, const char* first = nullptr, const char* second = nullptr) {
+  return {true, next, 0, {first, second}};
 }
-Cell done() {
-  return to(kIdle);
-}
-Cell failed(std::uint32_t code, std::vector<std::string> sent = {}) {
-  return {true, kIdle, code, std::move(sent)};
+constexpr Cell failed(std::uint32_t code, const char* sent = nullptr) {
+  return {true, kIdle, code, {sent, nullptr}};
 }
 
 // Aborts as they leave for node 5, object 2000h sub-index 1.
-const Cell kSync = failed(0x05040001, {"605#8000200101000405"});
-const Cell kTimedOut = failed(0x05040000, {"605#8000200100000405"});
-const Cell kTheirs = failed(0x06020000);
-const Cell kRebooted = failed(0x08000022);
-const Cell kCancelled = to(kIdle, {"605#8000200100000008"});
+constexpr Cell kSync = failed(0x05040001, "605#8000200101000405");
+constexpr Cell kTimedOut = failed(0x05040000, "605#8000200100000405");
+constexpr Cell kTheirs = failed(0x06020000);
+constexpr Cell kRebooted = failed(0x08000022);
+constexpr Cell kCancelled = to(kIdle, "605#8000200100000008");
 
 struct Row {
+  Phase phase;
   /// Brings a new client into the state.
   void (*enter)(SdoClient&, RecordingPort&);
   const char* answer;
@@ -95,161 +93,155 @@ void time_out(SdoClient& client) {
   client.poll(1000 * kMillisecond);
 }
 
-/// Answers and aborts that mean nothing in a state that has nothing outstanding; the client is told of none.
-const std::map<Phase, Row>& rows() {
-  static const std::map<Phase, Row> table{
-      {kIdle,
-       {[](SdoClient&, RecordingPort&) {},
-        "585#4300200100000000",
-        "585#E000000000000000",
-        {to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle),
-         to(kIdle), to(kIdle), to(kIdle), to(kIdle)}}},
-      {kHeldBack,
-       {[](SdoClient& client, RecordingPort&) {
-          time_out(client);
-          read(client, Mode::kAuto);
-        },
-        // What may be the late answer sets the request free.
-        "585#4300200100000000",
-        "585#E000000000000000",
-        {to(kUploadInitiate, {"605#4000200100000000"}), to(kUploadInitiate, {"605#4000200100000000"}),
-         to(kUploadInitiate, {"605#4000200100000000"}), to(kHeldBack), to(kHeldBack), to(kHeldBack),
-         to(kHeldBack), to(kHeldBack), to(kUploadInitiate, {"605#4000200100000000"}), to(kHeldBack),
-         to(kHeldBack), to(kUploadInitiate, {"605#4000200100000000"}), to(kIdle)}}},
-      {kQueued,
-       {[](SdoClient& client, RecordingPort& port) {
-          read(client, Mode::kAuto);
-          port.refuse_next = RecordingPort::kAlways;
-          client.poll(1000 * kMillisecond);
-          client.start(request(Direction::kRead, Mode::kAuto, 14, 6), 1000 * kMillisecond);
-        },
-        "586#4300200100000000",
-        "586#E000000000000000",
-        {to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued),
-         to(kQueued), to(kQueued), to(kQueued),
-         to(kUploadInitiate, {"605#8000200100000405", "606#4000200100000000"}), failed(0x05040000),
-         to(kIdle)}}},
-      {kUploadInitiate,
-       {[](SdoClient& client, RecordingPort&) { read(client, Mode::kAuto); },
-        "585#410020010E000000",
-        "585#6000200100000000",
-        {to(kUploadSegment, {"605#6000000000000000"}), kSync, kTheirs, to(kUploadInitiate),
-         to(kUploadInitiate), to(kUploadInitiate), to(kUploadInitiate), to(kUploadInitiate), kRebooted,
-         to(kUploadInitiate), to(kUploadInitiate), kTimedOut, kCancelled}}},
-      {kUploadSegment,
-       {[](SdoClient& client, RecordingPort&) {
-          read(client, Mode::kAuto);
-          arrive(client, "585#410020010E000000");
-        },
-        "585#0001020304050607",
-        "585#2000000000000000",
-        {to(kUploadSegment, {"605#7000000000000000"}), kSync, kTheirs, to(kUploadSegment), to(kUploadSegment),
-         to(kUploadSegment), to(kUploadSegment), to(kUploadSegment), kRebooted, to(kUploadSegment),
-         to(kUploadSegment), kTimedOut, kCancelled}}},
-      {kDownloadExpedited,
-       {[](SdoClient& client, RecordingPort&) { write(client, Mode::kAuto, 2); },
-        "585#6000200100000000",
-        "585#2000000000000000",
-        {done(), kSync, kTheirs, to(kDownloadExpedited), to(kDownloadExpedited), to(kDownloadExpedited),
-         to(kDownloadExpedited), to(kDownloadExpedited), kRebooted, to(kDownloadExpedited),
-         to(kDownloadExpedited), kTimedOut, kCancelled}}},
-      {kDownloadInitiate,
-       {[](SdoClient& client, RecordingPort&) { write(client, Mode::kAuto, 14); },
-        "585#6000200100000000",
-        "585#4300200100000000",
-        {to(kDownloadSegment, {"605#0000000000000000"}), kSync, kTheirs, to(kDownloadInitiate),
-         to(kDownloadInitiate), to(kDownloadInitiate), to(kDownloadInitiate), to(kDownloadInitiate),
-         kRebooted, to(kDownloadInitiate), to(kDownloadInitiate), kTimedOut, kCancelled}}},
-      {kDownloadSegment,
-       {[](SdoClient& client, RecordingPort&) {
-          write(client, Mode::kAuto, 14);
-          arrive(client, "585#6000200100000000");
-        },
-        "585#2000000000000000",
-        "585#0000000000000000",
-        {to(kDownloadSegment, {"605#1100000000000000"}), kSync, kTheirs, to(kDownloadSegment),
-         to(kDownloadSegment), to(kDownloadSegment), to(kDownloadSegment), to(kDownloadSegment), kRebooted,
-         to(kDownloadSegment), to(kDownloadSegment), kTimedOut, kCancelled}}},
-      {kBlockDownloadInitiate,
-       {[](SdoClient& client, RecordingPort&) { write(client, Mode::kBlock, 14); },
-        "585#A400200102000000",
-        "585#6000200100000000",
-        {to(kBlockDownloadAcknowledge, {"605#0100000000000000", "605#8200000000000000"}), kSync, kTheirs,
-         to(kBlockDownloadInitiate), to(kBlockDownloadInitiate), to(kBlockDownloadInitiate),
-         to(kBlockDownloadInitiate), to(kBlockDownloadInitiate), kRebooted, to(kBlockDownloadInitiate),
-         to(kBlockDownloadInitiate), kTimedOut, kCancelled}}},
-      {kBlockDownloadStream,
-       {[](SdoClient& client, RecordingPort& port) {
-          write(client, Mode::kBlock, 14);
-          port.refuse_next = RecordingPort::kAlways;
-          arrive(client, "585#A400200102000000");
-        },
-        // Nothing can be answered yet: the sub-block has not been sent.
-        "585#A201020000000000",
-        "585#6000200100000000",
-        {to(kBlockDownloadStream), to(kBlockDownloadStream), kTheirs, to(kBlockDownloadStream),
-         to(kBlockDownloadStream), to(kBlockDownloadStream), to(kBlockDownloadStream),
-         to(kBlockDownloadStream), kRebooted, to(kBlockDownloadStream),
-         to(kBlockDownloadAcknowledge, {"605#0100000000000000", "605#8200000000000000"}), failed(0x05040000),
-         to(kIdle)}}},
-      {kBlockDownloadAcknowledge,
-       {[](SdoClient& client, RecordingPort&) {
-          write(client, Mode::kBlock, 14);
-          arrive(client, "585#A400200102000000");
-        },
-        "585#A202020000000000",
-        "585#A100000000000000",
-        {to(kBlockDownloadEnd, {"605#C100000000000000"}), kSync, kTheirs, to(kBlockDownloadAcknowledge),
-         to(kBlockDownloadAcknowledge), to(kBlockDownloadAcknowledge), to(kBlockDownloadAcknowledge),
-         to(kBlockDownloadAcknowledge), kRebooted, to(kBlockDownloadAcknowledge),
-         to(kBlockDownloadAcknowledge), kTimedOut, kCancelled}}},
-      {kBlockDownloadEnd,
-       {[](SdoClient& client, RecordingPort&) {
-          write(client, Mode::kBlock, 14);
-          arrive(client, "585#A400200102000000");
-          arrive(client, "585#A202020000000000");
-        },
-        "585#A100000000000000",
-        "585#A202020000000000",
-        {done(), kSync, kTheirs, to(kBlockDownloadEnd), to(kBlockDownloadEnd), to(kBlockDownloadEnd),
-         to(kBlockDownloadEnd), to(kBlockDownloadEnd), kRebooted, to(kBlockDownloadEnd),
-         to(kBlockDownloadEnd), kTimedOut, kCancelled}}},
-      {kBlockUploadInitiate,
-       {[](SdoClient& client, RecordingPort&) { read(client, Mode::kBlock); },
-        "585#C60020010E000000",
-        "585#4300200100000000",
-        {to(kBlockUploadStream, {"605#A300000000000000"}), kSync, kTheirs, to(kBlockUploadInitiate),
-         to(kBlockUploadInitiate), to(kBlockUploadInitiate), to(kBlockUploadInitiate),
-         to(kBlockUploadInitiate), kRebooted, to(kBlockUploadInitiate), to(kBlockUploadInitiate), kTimedOut,
-         kCancelled}}},
-      {kBlockUploadStream,
-       {[](SdoClient& client, RecordingPort&) {
-          read(client, Mode::kBlock);
-          arrive(client, "585#C60020010E000000");
-        },
-        // Byte 0 is a sequence number: 60h is one that was not asked for, 43h too; half the timeout asks for
-        // the rest.
-        "585#0101020304050607",
-        "585#6000200100000000",
-        {to(kBlockUploadStream), failed(0x05040003, {"605#8000200103000405"}), kTheirs,
-         to(kBlockUploadStream), failed(0x05040003, {"605#8000200103000405"}), to(kBlockUploadStream),
-         to(kBlockUploadStream), to(kBlockUploadStream), kRebooted, to(kBlockUploadStream),
-         to(kBlockUploadStream), to(kBlockUploadStream, {"605#A200020000000000"}), kCancelled}}},
-      {kBlockUploadEnd,
-       {[](SdoClient& client, RecordingPort&) {
-          read(client, Mode::kBlock);
-          arrive(client, "585#C60020010E000000");
-          arrive(client, "585#0100000000000000");
-          arrive(client, "585#8200000000000000");
-        },
-        "585#C100000000000000",
-        "585#6000200100000000",
-        {to(kIdle, {"605#A100000000000000"}), kSync, kTheirs, to(kBlockUploadEnd), to(kBlockUploadEnd),
-         to(kBlockUploadEnd), to(kBlockUploadEnd), to(kBlockUploadEnd), kRebooted, to(kBlockUploadEnd),
-         to(kBlockUploadEnd), kTimedOut, kCancelled}}},
-  };
-  return table;
-}
+constexpr Row kRows[] = {
+    {kIdle,
+     [](SdoClient&, RecordingPort&) {},
+     "585#4300200100000000",
+     "585#E000000000000000",
+     {to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle), to(kIdle),
+      to(kIdle), to(kIdle), to(kIdle), to(kIdle)}},
+    {kHeldBack,
+     [](SdoClient& client, RecordingPort&) {
+       time_out(client);
+       read(client, Mode::kAuto);
+     },
+     // What may be the late answer sets the request free.
+     "585#4300200100000000",
+     "585#E000000000000000",
+     {to(kUploadInitiate, "605#4000200100000000"), to(kUploadInitiate, "605#4000200100000000"),
+      to(kUploadInitiate, "605#4000200100000000"), to(kHeldBack), to(kHeldBack), to(kHeldBack), to(kHeldBack),
+      to(kHeldBack), to(kUploadInitiate, "605#4000200100000000"), to(kHeldBack), to(kHeldBack),
+      to(kUploadInitiate, "605#4000200100000000"), to(kIdle)}},
+    {kQueued,
+     [](SdoClient& client, RecordingPort& port) {
+       read(client, Mode::kAuto);
+       port.refuse_next = RecordingPort::kAlways;
+       client.poll(1000 * kMillisecond);
+       client.start(request(Direction::kRead, Mode::kAuto, 14, 6), 1000 * kMillisecond);
+     },
+     "586#4300200100000000",
+     "586#E000000000000000",
+     {to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued), to(kQueued),
+      to(kQueued), to(kQueued), to(kUploadInitiate, "605#8000200100000405", "606#4000200100000000"),
+      failed(0x05040000), to(kIdle)}},
+    {kUploadInitiate,
+     [](SdoClient& client, RecordingPort&) { read(client, Mode::kAuto); },
+     "585#410020010E000000",
+     "585#6000200100000000",
+     {to(kUploadSegment, "605#6000000000000000"), kSync, kTheirs, to(kUploadInitiate), to(kUploadInitiate),
+      to(kUploadInitiate), to(kUploadInitiate), to(kUploadInitiate), kRebooted, to(kUploadInitiate),
+      to(kUploadInitiate), kTimedOut, kCancelled}},
+    {kUploadSegment,
+     [](SdoClient& client, RecordingPort&) {
+       read(client, Mode::kAuto);
+       arrive(client, "585#410020010E000000");
+     },
+     "585#0001020304050607",
+     "585#2000000000000000",
+     {to(kUploadSegment, "605#7000000000000000"), kSync, kTheirs, to(kUploadSegment), to(kUploadSegment),
+      to(kUploadSegment), to(kUploadSegment), to(kUploadSegment), kRebooted, to(kUploadSegment),
+      to(kUploadSegment), kTimedOut, kCancelled}},
+    {kDownloadExpedited,
+     [](SdoClient& client, RecordingPort&) { write(client, Mode::kAuto, 2); },
+     "585#6000200100000000",
+     "585#2000000000000000",
+     {to(kIdle), kSync, kTheirs, to(kDownloadExpedited), to(kDownloadExpedited), to(kDownloadExpedited),
+      to(kDownloadExpedited), to(kDownloadExpedited), kRebooted, to(kDownloadExpedited),
+      to(kDownloadExpedited), kTimedOut, kCancelled}},
+    {kDownloadInitiate,
+     [](SdoClient& client, RecordingPort&) { write(client, Mode::kAuto, 14); },
+     "585#6000200100000000",
+     "585#4300200100000000",
+     {to(kDownloadSegment, "605#0000000000000000"), kSync, kTheirs, to(kDownloadInitiate),
+      to(kDownloadInitiate), to(kDownloadInitiate), to(kDownloadInitiate), to(kDownloadInitiate), kRebooted,
+      to(kDownloadInitiate), to(kDownloadInitiate), kTimedOut, kCancelled}},
+    {kDownloadSegment,
+     [](SdoClient& client, RecordingPort&) {
+       write(client, Mode::kAuto, 14);
+       arrive(client, "585#6000200100000000");
+     },
+     "585#2000000000000000",
+     "585#0000000000000000",
+     {to(kDownloadSegment, "605#1100000000000000"), kSync, kTheirs, to(kDownloadSegment),
+      to(kDownloadSegment), to(kDownloadSegment), to(kDownloadSegment), to(kDownloadSegment), kRebooted,
+      to(kDownloadSegment), to(kDownloadSegment), kTimedOut, kCancelled}},
+    {kBlockDownloadInitiate,
+     [](SdoClient& client, RecordingPort&) { write(client, Mode::kBlock, 14); },
+     "585#A400200102000000",
+     "585#6000200100000000",
+     {to(kBlockDownloadAcknowledge, "605#0100000000000000", "605#8200000000000000"), kSync, kTheirs,
+      to(kBlockDownloadInitiate), to(kBlockDownloadInitiate), to(kBlockDownloadInitiate),
+      to(kBlockDownloadInitiate), to(kBlockDownloadInitiate), kRebooted, to(kBlockDownloadInitiate),
+      to(kBlockDownloadInitiate), kTimedOut, kCancelled}},
+    {kBlockDownloadStream,
+     [](SdoClient& client, RecordingPort& port) {
+       write(client, Mode::kBlock, 14);
+       port.refuse_next = RecordingPort::kAlways;
+       arrive(client, "585#A400200102000000");
+     },
+     // Nothing can be answered yet: the sub-block has not been sent.
+     "585#A201020000000000",
+     "585#6000200100000000",
+     {to(kBlockDownloadStream), to(kBlockDownloadStream), kTheirs, to(kBlockDownloadStream),
+      to(kBlockDownloadStream), to(kBlockDownloadStream), to(kBlockDownloadStream), to(kBlockDownloadStream),
+      kRebooted, to(kBlockDownloadStream),
+      to(kBlockDownloadAcknowledge, "605#0100000000000000", "605#8200000000000000"), failed(0x05040000),
+      to(kIdle)}},
+    {kBlockDownloadAcknowledge,
+     [](SdoClient& client, RecordingPort&) {
+       write(client, Mode::kBlock, 14);
+       arrive(client, "585#A400200102000000");
+     },
+     "585#A202020000000000",
+     "585#A100000000000000",
+     {to(kBlockDownloadEnd, "605#C100000000000000"), kSync, kTheirs, to(kBlockDownloadAcknowledge),
+      to(kBlockDownloadAcknowledge), to(kBlockDownloadAcknowledge), to(kBlockDownloadAcknowledge),
+      to(kBlockDownloadAcknowledge), kRebooted, to(kBlockDownloadAcknowledge), to(kBlockDownloadAcknowledge),
+      kTimedOut, kCancelled}},
+    {kBlockDownloadEnd,
+     [](SdoClient& client, RecordingPort&) {
+       write(client, Mode::kBlock, 14);
+       arrive(client, "585#A400200102000000");
+       arrive(client, "585#A202020000000000");
+     },
+     "585#A100000000000000",
+     "585#A202020000000000",
+     {to(kIdle), kSync, kTheirs, to(kBlockDownloadEnd), to(kBlockDownloadEnd), to(kBlockDownloadEnd),
+      to(kBlockDownloadEnd), to(kBlockDownloadEnd), kRebooted, to(kBlockDownloadEnd), to(kBlockDownloadEnd),
+      kTimedOut, kCancelled}},
+    {kBlockUploadInitiate,
+     [](SdoClient& client, RecordingPort&) { read(client, Mode::kBlock); },
+     "585#C60020010E000000",
+     "585#4300200100000000",
+     {to(kBlockUploadStream, "605#A300000000000000"), kSync, kTheirs, to(kBlockUploadInitiate),
+      to(kBlockUploadInitiate), to(kBlockUploadInitiate), to(kBlockUploadInitiate), to(kBlockUploadInitiate),
+      kRebooted, to(kBlockUploadInitiate), to(kBlockUploadInitiate), kTimedOut, kCancelled}},
+    {kBlockUploadStream,
+     [](SdoClient& client, RecordingPort&) {
+       read(client, Mode::kBlock);
+       arrive(client, "585#C60020010E000000");
+     },
+     // Byte 0 is a sequence number: 60h is one that was not asked for, 43h too; half the timeout asks for
+     // the rest.
+     "585#0101020304050607",
+     "585#6000200100000000",
+     {to(kBlockUploadStream), failed(0x05040003, "605#8000200103000405"), kTheirs, to(kBlockUploadStream),
+      failed(0x05040003, "605#8000200103000405"), to(kBlockUploadStream), to(kBlockUploadStream),
+      to(kBlockUploadStream), kRebooted, to(kBlockUploadStream), to(kBlockUploadStream),
+      to(kBlockUploadStream, "605#A200020000000000"), kCancelled}},
+    {kBlockUploadEnd,
+     [](SdoClient& client, RecordingPort&) {
+       read(client, Mode::kBlock);
+       arrive(client, "585#C60020010E000000");
+       arrive(client, "585#0100000000000000");
+       arrive(client, "585#8200000000000000");
+     },
+     "585#C100000000000000",
+     "585#6000200100000000",
+     {to(kIdle, "605#A100000000000000"), kSync, kTheirs, to(kBlockUploadEnd), to(kBlockUploadEnd),
+      to(kBlockUploadEnd), to(kBlockUploadEnd), to(kBlockUploadEnd), kRebooted, to(kBlockUploadEnd),
+      to(kBlockUploadEnd), kTimedOut, kCancelled}},
+};
 
 void happen(Event event, const Row& row, SdoClient& client, RecordingPort& port, Time now) {
   const bool other_node_asked = row.answer[2] == '6';
@@ -277,26 +269,32 @@ void happen(Event event, const Row& row, SdoClient& client, RecordingPort& port,
 TEST_CASE("state table: every state of the SDO client has a row") {
   for (std::size_t phase = 0; phase < SdoClient::kPhases; ++phase) {
     INFO("state " << phase);
-    CHECK(rows().contains(static_cast<Phase>(phase)));
+    CHECK(std::ranges::count(kRows, static_cast<Phase>(phase), &Row::phase) == 1);
   }
-  CHECK(rows().size() == SdoClient::kPhases);
+}
+
+std::vector<std::string> frames_of(const Cell& cell) {
+  std::vector<std::string> frames;
+  for (const char* frame : cell.sent)
+    if (frame != nullptr) frames.emplace_back(frame);
+  return frames;
 }
 
 TEST_CASE("state table: every event in every state") {
-  for (const auto& [phase, row] : rows()) {
+  for (const Row& row : kRows) {
     for (std::size_t event = 0; event < kEvents; ++event) {
-      INFO("state " << static_cast<int>(phase) << ", event: " << kEventNames[event]);
+      INFO("state " << static_cast<int>(row.phase) << ", event: " << kEventNames[event]);
       const Cell& cell = row.cells[event];
       CHECK(cell.written);
       RecordingPort port;
       SdoClient client(port);
       row.enter(client, port);
-      REQUIRE(client.phase() == phase);
+      REQUIRE(client.phase() == row.phase);
       port.sent.clear();
-      const Time now = phase == kHeldBack || phase == kQueued ? 1000 * kMillisecond : 0;
+      const Time now = row.phase == kHeldBack || row.phase == kQueued ? 1000 * kMillisecond : 0;
       happen(static_cast<Event>(event), row, client, port, now);
       CHECK(client.phase() == cell.next);
-      CHECK(std::vector<std::string>(port.sent.begin(), port.sent.end()) == cell.sent);
+      CHECK(std::vector<std::string>(port.sent.begin(), port.sent.end()) == frames_of(cell));
       CHECK((client.outcome() == SdoClient::Outcome::kFailed) == (cell.code != 0));
       if (cell.code != 0) CHECK(static_cast<std::uint32_t>(client.error()) == cell.code);
     }
