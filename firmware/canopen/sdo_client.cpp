@@ -11,7 +11,6 @@ namespace cbcan {
 /// What each kind of event means in one state. An abort, a frame with another multiplexer and a short frame
 /// mean the same in all of them and never get here.
 struct SdoClient::State {
-  Phase phase;
   std::uint8_t accepts;  ///< bit n: an answer with command specifier n belongs here; any other is ABORT_SYNC
   void (SdoClient::*on_answer)(const Frame&, Time);
   void (SdoClient::*on_deadline)(Time);
@@ -30,6 +29,12 @@ constexpr std::uint8_t kSegments = 0xFF;
 /// What the server is told when the PLC no longer wants an answer.
 constexpr AbortCode kCancelled = AbortCode::kGeneral;
 
+/// Among the segments of a block only sequence number 0 is free to mean something else.
+constexpr bool is_abort(std::uint8_t command, std::uint8_t accepts) {
+  return accepts == kSegments ? command == sdo::command(sdo::Answer::kAbort)
+                              : sdo::is(command, sdo::Answer::kAbort);
+}
+
 constexpr bool is_short(const Frame& frame) {
   return frame.length < frame.data.size() && frame.length < sdo::answer_length(frame.data[0]);
 }
@@ -45,45 +50,36 @@ constexpr bool is_about(sdo::Multiplexer mux, const Frame& frame) {
 }  // namespace
 
 using Self = SdoClient;
-using Phase = SdoClient::Phase;
 
-const Self::State Self::kIdle{Phase::kIdle, kNone, &Self::misplaced, &Self::nothing, &Self::nothing};
-const Self::State Self::kHeldBack{Phase::kHeldBack, kNone, &Self::misplaced, &Self::hold_or_begin,
-                                  &Self::nothing};
-const Self::State Self::kQueued{Phase::kQueued, kNone, &Self::misplaced, &Self::timed_out, &Self::begin};
+const std::array<Self::State, Self::kPhases> Self::kStates{{
+    /* kIdle */ {kNone, &Self::misplaced, &Self::nothing, &Self::nothing},
+    /* kHeldBack */ {kNone, &Self::misplaced, &Self::hold_or_begin, &Self::nothing},
+    /* kQueued */ {kNone, &Self::misplaced, &Self::timed_out, &Self::begin},
+    /* kUploadInitiate */
+    {only(sdo::Answer::kInitiateUpload), &Self::upload_initiated, &Self::timed_out, &Self::opened},
+    /* kUploadSegment */
+    {only(sdo::Answer::kUploadSegment), &Self::upload_segment, &Self::timed_out, &Self::nothing},
+    /* kDownloadExpedited */
+    {only(sdo::Answer::kInitiateDownload), &Self::download_done, &Self::timed_out, &Self::opened},
+    /* kDownloadInitiate */
+    {only(sdo::Answer::kInitiateDownload), &Self::download_initiated, &Self::timed_out, &Self::opened},
+    /* kDownloadSegment */
+    {only(sdo::Answer::kDownloadSegment), &Self::download_segment_taken, &Self::timed_out, &Self::nothing},
+    /* kBlockDownloadInitiate */
+    {only(sdo::Answer::kBlockDownload), &Self::block_download_initiated, &Self::timed_out, &Self::opened},
+    /* kBlockDownloadStream */ {kNone, &Self::misplaced, &Self::timed_out, &Self::stream_segments},
+    /* kBlockDownloadAcknowledge */
+    {only(sdo::Answer::kBlockDownload), &Self::block_download_acknowledged, &Self::timed_out, &Self::nothing},
+    /* kBlockDownloadEnd */
+    {only(sdo::Answer::kBlockDownload), &Self::block_download_ended, &Self::timed_out, &Self::nothing},
+    /* kBlockUploadInitiate */
+    {only(sdo::Answer::kBlockUpload), &Self::block_upload_initiated, &Self::timed_out, &Self::opened},
+    /* kBlockUploadStream */ {kSegments, &Self::block_upload_segment, &Self::ask_for_rest, &Self::nothing},
+    /* kBlockUploadEnd */ {kSegments, &Self::block_upload_ended, &Self::timed_out, &Self::nothing},
+}};
 
-const Self::State Self::kUploadInitiate{Phase::kUploadInitiate, only(sdo::Answer::kInitiateUpload),
-                                        &Self::upload_initiated, &Self::timed_out, &Self::opened};
-const Self::State Self::kUploadSegment{Phase::kUploadSegment, only(sdo::Answer::kUploadSegment),
-                                       &Self::upload_segment, &Self::timed_out, &Self::nothing};
-
-const Self::State Self::kDownloadExpedited{Phase::kDownloadExpedited, only(sdo::Answer::kInitiateDownload),
-                                           &Self::download_done, &Self::timed_out, &Self::opened};
-const Self::State Self::kDownloadInitiate{Phase::kDownloadInitiate, only(sdo::Answer::kInitiateDownload),
-                                          &Self::download_initiated, &Self::timed_out, &Self::opened};
-const Self::State Self::kDownloadSegment{Phase::kDownloadSegment, only(sdo::Answer::kDownloadSegment),
-                                         &Self::download_segment_taken, &Self::timed_out, &Self::nothing};
-
-const Self::State Self::kBlockDownloadInitiate{
-    Phase::kBlockDownloadInitiate, only(sdo::Answer::kBlockDownload), &Self::block_download_initiated,
-    &Self::timed_out, &Self::opened};
-const Self::State Self::kBlockDownloadStream{Phase::kBlockDownloadStream, kNone, &Self::misplaced,
-                                             &Self::timed_out, &Self::stream_segments};
-const Self::State Self::kBlockDownloadAcknowledge{
-    Phase::kBlockDownloadAcknowledge, only(sdo::Answer::kBlockDownload), &Self::block_download_acknowledged,
-    &Self::timed_out, &Self::nothing};
-const Self::State Self::kBlockDownloadEnd{Phase::kBlockDownloadEnd, only(sdo::Answer::kBlockDownload),
-                                          &Self::block_download_ended, &Self::timed_out, &Self::nothing};
-
-const Self::State Self::kBlockUploadInitiate{Phase::kBlockUploadInitiate, only(sdo::Answer::kBlockUpload),
-                                             &Self::block_upload_initiated, &Self::timed_out, &Self::opened};
-const Self::State Self::kBlockUploadStream{Phase::kBlockUploadStream, kSegments, &Self::block_upload_segment,
-                                           &Self::ask_for_rest, &Self::nothing};
-const Self::State Self::kBlockUploadEnd{Phase::kBlockUploadEnd, kSegments, &Self::block_upload_ended,
-                                        &Self::timed_out, &Self::nothing};
-
-SdoClient::Phase SdoClient::phase() const {
-  return state_->phase;
+const SdoClient::State& SdoClient::state() const {
+  return kStates[static_cast<std::size_t>(phase_)];
 }
 
 void SdoClient::leave(Outcome outcome) {
@@ -106,7 +102,7 @@ void SdoClient::fail(AbortCode code) {
 
 void SdoClient::abort_and_tell(AbortCode code, Time now) {
   const bool tell = opened_;
-  const bool streaming = phase() == Phase::kBlockUploadStream;
+  const bool streaming = phase_ == kBlockUploadStream;
   const bool answer_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
                                   code == AbortCode::kToggleBit || code == kCancelled;
   fail(code);
@@ -185,8 +181,9 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
   }
   if (!opened_ || frame.id != sdo::kAnswerId + request_.node) return on_stray(frame, now);
   const std::uint8_t command = frame.data[0];
-  const bool aborts = is_abort(command);
-  const bool segment = phase() == Phase::kBlockUploadStream && !aborts;
+  const State& waiting = state();
+  const bool aborts = is_abort(command, waiting.accepts);
+  const bool segment = phase_ == kBlockUploadStream && !aborts;
   if (segment ? frame.length < frame.data.size() : is_short(frame)) {
     ++counters_.too_short;
     return;
@@ -200,8 +197,8 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
     ++counters_.unexpected;
     return;
   }
-  if ((state_->accepts >> sdo::specifier_of(command) & 1) == 0) return misplaced(frame, now);
-  (this->*state_->on_answer)(frame, now);
+  if ((waiting.accepts >> sdo::specifier_of(command) & 1) == 0) return misplaced(frame, now);
+  (this->*waiting.on_answer)(frame, now);
 }
 
 /// Nothing is asked of this node. If it is in quarantine this may be the late answer, and the next transfer
@@ -215,26 +212,19 @@ void SdoClient::on_stray(const Frame& frame, Time now) {
   ++counters_.late;
   if (slot->stream || is_short(frame) || !is_about(slot->mux, frame)) return;
   release(*slot);
-  if (phase() == Phase::kHeldBack) hold_or_begin(now);
+  if (phase_ == kHeldBack) hold_or_begin(now);
 }
 
 void SdoClient::on_boot_up(std::uint8_t node, Time now) {
   if (Quarantine* slot = find(node); slot != nullptr) release(*slot);
-  if (phase() == Phase::kHeldBack) return hold_or_begin(now);
+  if (phase_ == kHeldBack) return hold_or_begin(now);
   if (opened_ && node == request_.node) fail(AbortCode::kDeviceState);
-}
-
-bool SdoClient::is_abort(std::uint8_t command) const {
-  // Among the segments of a block only sequence number 0 is free to mean something else.
-  if (state_->accepts == kSegments) return command == sdo::command(sdo::Answer::kAbort);
-  return sdo::is(command, sdo::Answer::kAbort);
 }
 
 void SdoClient::on_abort(const Frame& frame, Time now) {
   ++counters_.aborts_received;
   // Segments that were on their way when the server gave up may be answered too, each by an abort.
-  if (phase() == Phase::kBlockDownloadStream || phase() == Phase::kBlockDownloadAcknowledge)
-    quarantine(true, now);
+  if (phase_ == kBlockDownloadStream || phase_ == kBlockDownloadAcknowledge) quarantine(true, now);
   const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
   fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
 }
@@ -324,8 +314,8 @@ void SdoClient::send_download_segment(Time now) {
 // --------------------------------------------------------------------------------------
 
 void SdoClient::poll(Time now) {
-  if (outbox_.retry(now)) (this->*state_->on_room)(now);
-  if (now >= deadline_) (this->*state_->on_deadline)(now);
+  if (outbox_.retry(now)) (this->*state().on_room)(now);
+  if (now >= deadline_) (this->*state().on_deadline)(now);
 }
 
 void SdoClient::nothing(Time /*now*/) {}
@@ -339,26 +329,25 @@ void SdoClient::timed_out(Time now) {
   abort_and_tell(AbortCode::kTimeOut, now);
 }
 
-Frame SdoClient::request_frame(std::uint8_t command) const {
-  return sdo::make_frame(sdo::kRequestId + request_.node, command);
+Frame SdoClient::request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) const {
+  return sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail);
 }
 
-void SdoClient::await(const State& state, Time now) {
-  enter(state, timeout_from(now));
+void SdoClient::await(Phase phase, Time now) {
+  enter(phase, timeout_from(now));
 }
 
 /// Sends a request and waits for its answer. The first one that leaves opens the transfer.
-void SdoClient::ask(const State& state, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3,
+void SdoClient::ask(Phase phase, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3,
                     std::uint32_t tail) {
-  await(state, now);
-  if (outbox_.send(sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail), now))
-    opened_ = true;
+  await(phase, now);
+  if (outbox_.send(request_frame(command, bytes_1_to_3, tail), now)) opened_ = true;
 }
 
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this
 /// one's.
 void SdoClient::drop_refused() {
-  if (phase() != Phase::kQueued && phase() != Phase::kHeldBack) outbox_.drop();
+  if (phase_ != kQueued && phase_ != kHeldBack) outbox_.drop();
 }
 
 // ---- Quarantine

@@ -60,7 +60,7 @@ class SdoClient {
     kBlockUploadStream,         ///< next segment of a sub-block
     kBlockUploadEnd,            ///< end of the block upload
   };
-  static constexpr std::size_t kPhases = 15;
+  static constexpr std::size_t kPhases = static_cast<std::size_t>(Phase::kBlockUploadEnd) + 1;
 
   struct Request {
     std::uint8_t node;  ///< 1..127
@@ -112,7 +112,7 @@ class SdoClient {
 
   Outcome outcome() const { return outcome_; }
   bool busy() const { return outcome_ == Outcome::kBusy; }
-  Phase phase() const;
+  Phase phase() const { return phase_; }
   std::uint16_t size() const { return received_; }
   AbortCode error() const { return error_; }
   const Counters& counters() const { return counters_; }
@@ -121,21 +121,8 @@ class SdoClient {
  private:
   struct State;
 
-  static const State kIdle;
-  static const State kHeldBack;
-  static const State kQueued;
-  static const State kUploadInitiate;
-  static const State kUploadSegment;
-  static const State kDownloadExpedited;
-  static const State kDownloadInitiate;
-  static const State kDownloadSegment;
-  static const State kBlockDownloadInitiate;
-  static const State kBlockDownloadStream;
-  static const State kBlockDownloadAcknowledge;
-  static const State kBlockDownloadEnd;
-  static const State kBlockUploadInitiate;
-  static const State kBlockUploadStream;
-  static const State kBlockUploadEnd;
+  using enum Phase;
+  static const std::array<State, kPhases> kStates;  ///< by Phase
 
   struct Quarantine {
     Time until;
@@ -173,13 +160,13 @@ class SdoClient {
   void abort_and_tell(AbortCode code, Time now);
   void leave(Outcome outcome);
 
-  void enter(const State& state, Time deadline) {
-    state_ = &state;
+  const State& state() const;
+  void enter(Phase phase, Time deadline) {
+    phase_ = phase;
     deadline_ = deadline;
   }
   void on_stray(const Frame& frame, Time now);
   void on_abort(const Frame& frame, Time now);
-  bool is_abort(std::uint8_t command) const;
   void begin_read(Time now);
   void begin_write(Time now);
   void send_download_segment(Time now);
@@ -194,10 +181,10 @@ class SdoClient {
     received_ = static_cast<std::uint16_t>(received_ + size);
   }
 
-  Frame request_frame(std::uint8_t command) const;
-  void await(const State& state, Time now);
+  Frame request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0) const;
+  void await(Phase phase, Time now);
   void await_segment(Time now);
-  void ask(const State& state, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
+  void ask(Phase phase, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
            std::uint32_t tail = 0);
   void drop_refused();
 
@@ -210,8 +197,7 @@ class SdoClient {
   Time timeout_from(Time now) const { return timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_); }
 
   Outbox outbox_;
-  const State* state_ = &kIdle;
-  Time deadline_ = kNever;  ///< of the state; kNever when idle, so it cannot outlive a transfer
+  Time deadline_ = kNever;  ///< of the phase; kNever when idle, so it cannot outlive a transfer
   Request request_{};
   AbortCode error_ = AbortCode::kNone;
   std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
@@ -230,6 +216,7 @@ class SdoClient {
   bool asked_again_ = false;
   bool opened_ = false;  ///< the first request has left: the server may know of this transfer
   Outcome outcome_ = Outcome::kIdle;
+  Phase phase_ = Phase::kIdle;
   std::uint8_t quarantined_ = 0;
   std::array<Quarantine, kQuarantineSlots> quarantines_{};
   std::array<std::uint8_t, kMaxBytes> data_{};

@@ -127,9 +127,8 @@ void SdoClient::acknowledge_block(Time now) {
 void SdoClient::send_block_acknowledge(Time now) {
   const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
   outbox_.send(
-      sdo::make_frame(sdo::kRequestId + request_.node,
-                      sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
-                      taken_and_size),
+      request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
+                    taken_and_size),
       now);
 }
 

@@ -147,7 +147,12 @@ void Coprocessor::begin_sdo(const Request& request, Time now) {
       {static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub), request.index,
        request.size, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite, mode_},
       now);
-  if (!client_.busy()) return end_sdo();
+  follow_sdo();
+}
+
+/// The client may have ended its transfer, and may want to be called at another time.
+void Coprocessor::follow_sdo() {
+  if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
   wake_at(client_.deadline());
 }
 
@@ -244,8 +249,7 @@ void Coprocessor::on_frame(const Frame& frame, Time now) {
 
 void Coprocessor::on_sdo_answer(const Frame& frame, Time now) {
   client_.on_frame(frame, now);
-  if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
-  wake_at(client_.deadline());
+  follow_sdo();
 }
 
 void Coprocessor::on_own_node(const Frame& frame, Time now) {
@@ -265,8 +269,7 @@ void Coprocessor::on_error_control(const Frame& frame, Time now) {
 
 void Coprocessor::on_boot_up(std::uint8_t node, Time now) {
   client_.on_boot_up(node, now);
-  if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
-  wake_at(client_.deadline());
+  follow_sdo();
 }
 
 // ---- The own node's dictionary

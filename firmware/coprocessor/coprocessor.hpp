@@ -86,6 +86,7 @@ class Coprocessor final : private Application {
   void on_own_node(const Frame& frame, Time now);
   void on_error_control(const Frame& frame, Time now);
   void on_boot_up(std::uint8_t node, Time now);
+  void follow_sdo();
   void end_sdo();
   void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint16_t>(state)); }
   void end_node_state_unanswered(Time now);
