@@ -126,126 +126,123 @@ struct Fault {
   bool repeats = false;
 };
 
-const std::vector<Fault>& faults() {
-  using enum Role;
-  // A segment of a block is asked for again; for anything else the client waits in vain.
-  static const Outcomes lost_answer{
-      {kExpedited, kTimedOut},   {kUpload, kTimedOut},          {kSegment, kTimedOut},
-      {kLastSegment, kTimedOut}, {kWritten, kTimedOut},         {kDownload, kTimedOut},
-      {kTaken, kTimedOut},       {kLastTaken, kTimedOut},       {kBlockDownload, kTimedOut},
-      {kAcknowledge, kTimedOut}, {kLastAcknowledge, kTimedOut}, {kBlockDownloadEnd, kTimedOut},
-      {kBlockUpload, kTimedOut}, {kBlockSegment, kOk},          {kBlockUploadEnd, kTimedOut}};
-  static const Outcomes other_object{{kExpedited, kTimedOut},     {kUpload, kTimedOut},
-                                     {kWritten, kTimedOut},       {kDownload, kTimedOut},
-                                     {kBlockDownload, kTimedOut}, {kBlockUpload, kTimedOut}};
-  static const std::vector<Fault> all{
-      {"dropped answer", [](const Frame&) { return Arrivals{}; }, lost_answer},
-      {"dropped request",
-       [](const Frame&) { return Arrivals{}; },
-       {{kInitiate, kTimedOut},
-        {kRequest, kTimedOut},
-        {kLastRequest, kTimedOut},
-        {kBlockOut, kOk},
-        {kBlockOutLast, kTimedOut},
-        // Not told to start, the server does not understand that it is asked for the rest.
-        {kStart, kRefused},
-        {kConfirm, kTimedOut},
-        {kEnd, kTimedOut},
-        {kGoodbye, kOk}}},
-      {"duplicated",
-       [](const Frame& frame) {
-         return Arrivals{{0, frame}, {0, frame}};
-       },
-       {{kExpedited, kOk},
-        {kUpload, kSync},
-        {kSegment, kToggle},
-        {kLastSegment, kOk},
-        {kWritten, kOk},
-        {kDownload, kSync},
-        {kTaken, kToggle},
-        {kLastTaken, kOk},
-        {kBlockDownload, kSync},
-        // Confirms more segments than the next sub-block has.
-        {kAcknowledge, kSequence},
-        {kLastAcknowledge, kSync},
-        {kBlockDownloadEnd, kOk},
-        // C6h among the segments of a block is one with number 70.
-        {kBlockUpload, kSequence},
-        {kBlockSegment, kOk},
-        {kBlockUploadEnd, kOk},
-        {kRequest, kRefused},
-        {kLastRequest, kOk},
-        {kBlockOut, kOk},
-        {kGoodbye, kOk}},
-       true},
-      {"delayed past the timeout",
-       [](const Frame& frame) {
-         return Arrivals{{FaultRig::kTimeout * 3 / 2, frame}};
-       },
-       lost_answer},
-      {"wrong toggle",
-       changed([](Frame& frame) { frame.data[0] ^= 0x10; }),
-       {{kSegment, kToggle}, {kLastSegment, kToggle}, {kTaken, kToggle}, {kLastTaken, kToggle}}},
-      {"last bit too early", changed([](Frame& frame) { frame.data[0] |= 1; }), {{kSegment, kObjectLength}}},
-      // Asked for one segment more than there are, the server refuses.
-      {"last bit missing", changed([](Frame& frame) { frame.data[0] &= 0xFE; }), {{kLastSegment, kRefused}}},
-      {"wrong command specifier",
-       changed([](Frame& frame) { frame.data[0] = 0xE0; }),
-       {{kExpedited, kSync},
-        {kUpload, kSync},
-        {kSegment, kSync},
-        {kLastSegment, kSync},
-        {kWritten, kSync},
-        {kDownload, kSync},
-        {kTaken, kSync},
-        {kLastTaken, kSync},
-        {kBlockDownload, kSync},
-        {kAcknowledge, kSync},
-        {kLastAcknowledge, kSync},
-        {kBlockDownloadEnd, kSync},
-        {kBlockUpload, kSync},
-        {kBlockUploadEnd, kSync}}},
-      {"wrong index", changed([](Frame& frame) { frame.data[1] = 0x01; }), other_object},
-      {"wrong sub-index", changed([](Frame& frame) { frame.data[3] = 0x01; }), other_object},
-      {"short DLC", changed([](Frame& frame) { frame.length = 0; }), lost_answer},
-      {"DLC without the multiplexer's last byte",
-       changed([](Frame& frame) { frame.length = 3; }),
-       {{kExpedited, kTimedOut},
-        {kUpload, kTimedOut},
-        {kSegment, kTimedOut},
-        {kWritten, kTimedOut},
-        {kDownload, kTimedOut},
-        {kBlockDownload, kTimedOut},
-        {kBlockUpload, kTimedOut},
-        {kBlockSegment, kOk}}},
-      {"size one above",
-       changed([](Frame& frame) { ++frame.data[4]; }),
-       {{kUpload, kReadLength}, {kBlockUpload, kReadLength}}},
-      {"size one below",
-       changed([](Frame& frame) { --frame.data[4]; }),
-       {{kUpload, kObjectLength}, {kBlockUpload, kObjectLength}}},
-      {"size FFFF FFFFh",
-       changed([](Frame& frame) { std::fill(frame.data.begin() + 4, frame.data.end(), 0xFF); }),
-       {{kUpload, kReadLength}, {kBlockUpload, kReadLength}}},
-      {"bad CRC",
-       changed([](Frame& frame) { frame.data[1] ^= 1; }),
-       {{kBlockUploadEnd, kCrc}, {kEnd, kRefused}}},
-      {"sequence number 0", changed([](Frame& frame) { frame.data[0] = 0; }), {{kBlockSegment, kSequence}}},
-      {"sequence number beyond the sub-block",
-       changed([](Frame& frame) { frame.data[0] = 7; }),
-       {{kBlockSegment, kSequence}}},
-      {"sequence number of a segment not sent",
-       changed([](Frame& frame) { frame.data[1] = 5; }),
-       {{kAcknowledge, kSequence}, {kLastAcknowledge, kSequence}}},
-      {"block size 0",
-       changed([](Frame& frame) { frame.data[frame.data[0] == 0xA4 ? 4 : 2] = 0; }),
-       {{kBlockDownload, kBlockSize}, {kAcknowledge, kBlockSize}, {kLastAcknowledge, kBlockSize}}},
-      {"block size 128",
-       changed([](Frame& frame) { frame.data[frame.data[0] == 0xA4 ? 4 : 2] = 128; }),
-       {{kBlockDownload, kBlockSize}, {kAcknowledge, kBlockSize}, {kLastAcknowledge, kBlockSize}}},
-  };
-  return all;
-}
+using enum Role;
+
+// A segment of a block is asked for again; for anything else the client waits in vain.
+const Outcomes kLostAnswer{
+    {kExpedited, kTimedOut},   {kUpload, kTimedOut},          {kSegment, kTimedOut},
+    {kLastSegment, kTimedOut}, {kWritten, kTimedOut},         {kDownload, kTimedOut},
+    {kTaken, kTimedOut},       {kLastTaken, kTimedOut},       {kBlockDownload, kTimedOut},
+    {kAcknowledge, kTimedOut}, {kLastAcknowledge, kTimedOut}, {kBlockDownloadEnd, kTimedOut},
+    {kBlockUpload, kTimedOut}, {kBlockSegment, kOk},          {kBlockUploadEnd, kTimedOut}};
+const Outcomes kOtherObject{{kExpedited, kTimedOut}, {kUpload, kTimedOut},        {kWritten, kTimedOut},
+                            {kDownload, kTimedOut},  {kBlockDownload, kTimedOut}, {kBlockUpload, kTimedOut}};
+const std::vector<Fault> kFaults{
+    {"dropped answer", [](const Frame&) { return Arrivals{}; }, kLostAnswer},
+    {"dropped request",
+     [](const Frame&) { return Arrivals{}; },
+     {{kInitiate, kTimedOut},
+      {kRequest, kTimedOut},
+      {kLastRequest, kTimedOut},
+      {kBlockOut, kOk},
+      {kBlockOutLast, kTimedOut},
+      // Not told to start, the server does not understand that it is asked for the rest.
+      {kStart, kRefused},
+      {kConfirm, kTimedOut},
+      {kEnd, kTimedOut},
+      {kGoodbye, kOk}}},
+    {"duplicated",
+     [](const Frame& frame) {
+       return Arrivals{{0, frame}, {0, frame}};
+     },
+     {{kExpedited, kOk},
+      {kUpload, kSync},
+      {kSegment, kToggle},
+      {kLastSegment, kOk},
+      {kWritten, kOk},
+      {kDownload, kSync},
+      {kTaken, kToggle},
+      {kLastTaken, kOk},
+      {kBlockDownload, kSync},
+      // Confirms more segments than the next sub-block has.
+      {kAcknowledge, kSequence},
+      {kLastAcknowledge, kSync},
+      {kBlockDownloadEnd, kOk},
+      // C6h among the segments of a block is one with number 70.
+      {kBlockUpload, kSequence},
+      {kBlockSegment, kOk},
+      {kBlockUploadEnd, kOk},
+      {kRequest, kRefused},
+      {kLastRequest, kOk},
+      {kBlockOut, kOk},
+      {kGoodbye, kOk}},
+     true},
+    {"delayed past the timeout",
+     [](const Frame& frame) {
+       return Arrivals{{FaultRig::kTimeout * 3 / 2, frame}};
+     },
+     kLostAnswer},
+    {"wrong toggle",
+     changed([](Frame& frame) { frame.data[0] ^= 0x10; }),
+     {{kSegment, kToggle}, {kLastSegment, kToggle}, {kTaken, kToggle}, {kLastTaken, kToggle}}},
+    {"last bit too early", changed([](Frame& frame) { frame.data[0] |= 1; }), {{kSegment, kObjectLength}}},
+    // Asked for one segment more than there are, the server refuses.
+    {"last bit missing", changed([](Frame& frame) { frame.data[0] &= 0xFE; }), {{kLastSegment, kRefused}}},
+    {"wrong command specifier",
+     changed([](Frame& frame) { frame.data[0] = 0xE0; }),
+     {{kExpedited, kSync},
+      {kUpload, kSync},
+      {kSegment, kSync},
+      {kLastSegment, kSync},
+      {kWritten, kSync},
+      {kDownload, kSync},
+      {kTaken, kSync},
+      {kLastTaken, kSync},
+      {kBlockDownload, kSync},
+      {kAcknowledge, kSync},
+      {kLastAcknowledge, kSync},
+      {kBlockDownloadEnd, kSync},
+      {kBlockUpload, kSync},
+      {kBlockUploadEnd, kSync}}},
+    {"wrong index", changed([](Frame& frame) { frame.data[1] = 0x01; }), kOtherObject},
+    {"wrong sub-index", changed([](Frame& frame) { frame.data[3] = 0x01; }), kOtherObject},
+    {"short DLC", changed([](Frame& frame) { frame.length = 0; }), kLostAnswer},
+    {"DLC without the multiplexer's last byte",
+     changed([](Frame& frame) { frame.length = 3; }),
+     {{kExpedited, kTimedOut},
+      {kUpload, kTimedOut},
+      {kSegment, kTimedOut},
+      {kWritten, kTimedOut},
+      {kDownload, kTimedOut},
+      {kBlockDownload, kTimedOut},
+      {kBlockUpload, kTimedOut},
+      {kBlockSegment, kOk}}},
+    {"size one above",
+     changed([](Frame& frame) { ++frame.data[4]; }),
+     {{kUpload, kReadLength}, {kBlockUpload, kReadLength}}},
+    {"size one below",
+     changed([](Frame& frame) { --frame.data[4]; }),
+     {{kUpload, kObjectLength}, {kBlockUpload, kObjectLength}}},
+    {"size FFFF FFFFh",
+     changed([](Frame& frame) { std::fill(frame.data.begin() + 4, frame.data.end(), 0xFF); }),
+     {{kUpload, kReadLength}, {kBlockUpload, kReadLength}}},
+    {"bad CRC",
+     changed([](Frame& frame) { frame.data[1] ^= 1; }),
+     {{kBlockUploadEnd, kCrc}, {kEnd, kRefused}}},
+    {"sequence number 0", changed([](Frame& frame) { frame.data[0] = 0; }), {{kBlockSegment, kSequence}}},
+    {"sequence number beyond the sub-block",
+     changed([](Frame& frame) { frame.data[0] = 7; }),
+     {{kBlockSegment, kSequence}}},
+    {"sequence number of a segment not sent",
+     changed([](Frame& frame) { frame.data[1] = 5; }),
+     {{kAcknowledge, kSequence}, {kLastAcknowledge, kSequence}}},
+    {"block size 0",
+     changed([](Frame& frame) { frame.data[frame.data[0] == 0xA4 ? 4 : 2] = 0; }),
+     {{kBlockDownload, kBlockSize}, {kAcknowledge, kBlockSize}, {kLastAcknowledge, kBlockSize}}},
+    {"block size 128",
+     changed([](Frame& frame) { frame.data[frame.data[0] == 0xA4 ? 4 : 2] = 128; }),
+     {{kBlockDownload, kBlockSize}, {kAcknowledge, kBlockSize}, {kLastAcknowledge, kBlockSize}}},
+};
 
 std::vector<std::uint8_t> counting_from(std::uint8_t first, std::size_t count) {
   std::vector<std::uint8_t> bytes;
@@ -323,7 +320,7 @@ TEST_CASE("fault sweep: every harm to every frame of every kind of transfer") {
   for (const Transfer& transfer : kTransfers) {
     const auto wire = undisturbed(transfer);
     for (std::size_t number = 0; number < wire.size(); ++number) {
-      for (const Fault& fault : faults()) {
+      for (const Fault& fault : kFaults) {
         const auto expected = fault.outcome.find(role(transfer, wire, number));
         if (expected == fault.outcome.end()) continue;
         INFO(transfer.name << ", frame " << number << " " << text_of(wire[number].frame) << ": "

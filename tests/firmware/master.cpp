@@ -6,17 +6,13 @@
 
 #include "canopen/node_monitor.hpp"
 #include "canopen/sdo_client.hpp"
+#include "hardware.hpp"
 
 namespace {
 
 using namespace cbcan;
 
-struct Hardware {
-  volatile bool sent;
-  volatile bool received;
-  Frame out;
-  Frame in;
-  volatile Time now;
+struct Controls {
   volatile std::uint8_t
       job;  // 1 = begin `request`, 2 = cancel it, 3 = NMT command, 4 = set the consumer time
   SdoClient::Request request;
@@ -27,15 +23,7 @@ struct Hardware {
   volatile SdoClient::Outcome outcome;
   volatile AbortCode error;
 };
-Hardware& hardware = *reinterpret_cast<Hardware*>(0x40000000);
-
-class Port final : public CanPort {
- public:
-  bool try_send(const Frame& frame) override {
-    hardware.out = frame;
-    return hardware.sent;
-  }
-};
+Controls& controls = *reinterpret_cast<Controls*>(0x40000100);
 
 struct Master {
   Port port;
@@ -52,13 +40,13 @@ void receive(Master& master, const Frame& frame, Time now) {
 
 void work(Master& master, std::uint8_t job, Time now) {
   switch (job) {
-    case 1: return master.client.start(hardware.request, now);
+    case 1: return master.client.start(controls.request, now);
     case 2: return master.client.cancel(now);
     case 3:
-      if (master.port.try_send(nmt::command_frame(hardware.command, hardware.node)))
-        master.monitor.doubt(hardware.node);
+      if (master.port.try_send(nmt::command_frame(controls.command, controls.node)))
+        master.monitor.doubt(controls.node);
       return;
-    case 4: return master.monitor.set_consumer_time(hardware.node, hardware.ms);
+    case 4: return master.monitor.set_consumer_time(controls.node, controls.ms);
     default: return;
   }
 }
@@ -70,11 +58,11 @@ extern "C" void run() {
   for (;;) {
     const Time now = hardware.now;
     if (hardware.received) receive(master, hardware.in, now);
-    work(master, hardware.job, now);
+    work(master, controls.job, now);
     if (now >= master.client.deadline()) master.client.poll(now);
-    hardware.outcome = master.client.outcome();
-    hardware.error = master.client.error();
-    if (master.monitor.is_fresh(hardware.node, now))
-      hardware.state = master.monitor.last_state(hardware.node);
+    controls.outcome = master.client.outcome();
+    controls.error = master.client.error();
+    if (master.monitor.is_fresh(controls.node, now))
+      controls.state = master.monitor.last_state(controls.node);
   }
 }

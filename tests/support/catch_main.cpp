@@ -2,12 +2,11 @@
 // Runs a suite, says how many cases ran, and fails when fewer ran than CBCAN_CASES (from CMakeLists.txt) asks
 // for.
 #define CATCH_CONFIG_RUNNER
+#include "support/cases.hpp"
 #include "support/catch.hpp"
 
 #include <cstdlib>
-#include <iostream>
 #include <optional>
-#include <string>
 
 namespace {
 
@@ -35,16 +34,6 @@ struct CaseCounter : ListenerBase {
   }
 };
 
-bool enough_ran() {
-  std::cout << *g_ran << " cases ran" << std::endl;
-  const char* const committed = std::getenv("CBCAN_CASES");
-  if (committed == nullptr || *g_ran >= std::stoul(committed)) return true;
-  std::cout << "but " << committed
-            << " are committed: some were lost, or skip themselves; if that is meant, commit CASES " << *g_ran
-            << " for this test in its CMakeLists.txt" << std::endl;
-  return false;
-}
-
 }  // namespace
 
 CATCH_REGISTER_LISTENER(CaseCounter)
@@ -53,5 +42,5 @@ int main(int argc, char** argv) {
   Catch::Session session;
   const int result = session.run(argc, argv);
   if (!g_ran || session.config().hasTestFilters()) return result;
-  return enough_ran() ? result : EXIT_FAILURE;
+  return cbcan::test::enough_ran(*g_ran) ? result : EXIT_FAILURE;
 }

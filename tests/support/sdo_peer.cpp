@@ -61,7 +61,7 @@ void SdoPeer::on_frame(const Frame& frame) {
         return;
       }
       return abort();
-    case 6: return (command & 1) == 0 ? initiate_block_download(frame) : end_block_download(frame);
+    case 6: return (command & 1) == 0 ? initiate_block_download() : end_block_download(frame);
     default: return abort();
   }
 }
@@ -145,7 +145,7 @@ void SdoPeer::upload_segment(const Frame& frame) {
 
 // ---- Block download
 
-void SdoPeer::initiate_block_download(const Frame& /*frame*/) {
+void SdoPeer::initiate_block_download() {
   state_ = State::kBlockDownload;
   done_ = 0;
   sequence_ = 0;

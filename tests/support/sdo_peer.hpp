@@ -51,7 +51,7 @@ class SdoPeer {
   void download_segment(const Frame& frame);
   void initiate_upload();
   void upload_segment(const Frame& frame);
-  void initiate_block_download(const Frame& frame);
+  void initiate_block_download();
   void block_download_segment(const Frame& frame);
   void end_block_download(const Frame& frame);
   void initiate_block_upload(const Frame& frame);
