@@ -98,6 +98,7 @@ class Ending(unittest.TestCase):
         healthy.wait_for(50)
         simulator.process.send_signal(signal.SIGTERM)
         self.assertEqual(simulator.process.wait(LIMIT), 0)
+        healthy.join(LIMIT)  # it goes on until it finds nobody there
         with self.assertRaises(AssertionError):
             healthy.finish()
         log = simulator.log_path.read_text()
