@@ -32,6 +32,21 @@ TEST_CASE("CBCAN, table 1: 70 registers, R3700..R3769, without gap or overlap") 
   CHECK(kSdoWrite == 5066);
 }
 
+TEST_CASE("The diagnostics: 32 registers from R4100, without gap or overlap, read-only, outside the window") {
+  std::uint32_t next = 4100;
+  for (const RegisterRow& row : kDiagnostics) {
+    CHECK(row.first == next);
+    CHECK(row.last - row.first == (row.range == "32 bits" ? 1 : 0));
+    CHECK(row.access == Access::kReadOnly);
+    CHECK(row.writer == Writer::kCoprocessor);
+    next = row.last + 1u;
+  }
+  CHECK(next == 4132);
+  CHECK(kDiagnosticsFirst == 4100);
+  CHECK(kDiagnosticsWords == 32);
+  CHECK(next <= kRegisterFileWords);
+}
+
 TEST_CASE("CBCAN, table 2: result codes") {
   CHECK(static_cast<int>(Result::kOk) == 0);
   CHECK(static_cast<int>(Result::kCommandCodeError) == 1);

@@ -12,6 +12,39 @@
 #define CBCAN_R_DATA                       3706         /* data words #0..#63, low byte first; after a failure #0 and #1 hold the SDO abort code, low word first */
 #define CBCAN_R_DATA_LAST                  3769         /* the last of them */
 
+#define CBCAN_R_DIAGNOSTIC_VERSION         4100         /* version of the image: major in the high byte, minor in the low byte */
+#define CBCAN_R_DIAGNOSTIC_PATCH_LEVEL     4101         /* the version's third number */
+#define CBCAN_R_DIAGNOSTIC_UPTIME          4102         /* milliseconds since the start, modulo 2^32 */
+#define CBCAN_R_DIAGNOSTIC_UPTIME_LAST     4103         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_RESET_CAUSE     4104         /* 0 = the board cannot tell, 1 = power on, 2 = reset pin, 3 = software, 4 = watchdog, 5 = brown-out */
+#define CBCAN_R_DIAGNOSTIC_STACK_SIZE      4105         /* bytes */
+#define CBCAN_R_DIAGNOSTIC_STACK_USED      4106         /* bytes of the stack that were ever in use */
+#define CBCAN_R_DIAGNOSTIC_CAN_STATE       4107         /* kernel state as in object 3002h */
+#define CBCAN_R_DIAGNOSTIC_MODBUS_REQUESTS 4108         /* requests for this station */
+#define CBCAN_R_DIAGNOSTIC_MODBUS_REQUESTS_LAST 4109         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_MODBUS_CRC_ERRORS 4110         /* frames with a wrong CRC, or cut short */
+#define CBCAN_R_DIAGNOSTIC_MODBUS_CRC_ERRORS_LAST 4111         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_MODBUS_EXCEPTIONS 4112         /* requests answered by an exception */
+#define CBCAN_R_DIAGNOSTIC_MODBUS_EXCEPTIONS_LAST 4113         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_MODBUS_LOST     4114         /* bytes that came too soon, or that the UART lost */
+#define CBCAN_R_DIAGNOSTIC_MODBUS_LOST_LAST 4115         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_CAN_RECEIVED    4116         /* frames received */
+#define CBCAN_R_DIAGNOSTIC_CAN_RECEIVED_LAST 4117         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_CAN_SENT        4118         /* frames handed to the CAN controller */
+#define CBCAN_R_DIAGNOSTIC_CAN_SENT_LAST   4119         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_CAN_REFUSED     4120         /* times that the CAN controller had no room; the frame is tried again */
+#define CBCAN_R_DIAGNOSTIC_CAN_REFUSED_LAST 4121         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_CAN_LOST        4122         /* frames, or bytes of a serial adapter, lost for want of room */
+#define CBCAN_R_DIAGNOSTIC_CAN_LOST_LAST   4123         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_CAN_ERRORS      4124         /* bus errors, or lines of a serial adapter without sense */
+#define CBCAN_R_DIAGNOSTIC_CAN_ERRORS_LAST 4125         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS    4126         /* CA0Eh seen in R3700 */
+#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_LAST 4127         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_FAILED 4128         /* ended with a result other than 0 */
+#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_FAILED_LAST 4129         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED 4130         /* overwritten by the PLC while under way */
+#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED_LAST 4131         /* the last of them */
+
 #define CBCAN_EXECUTE                      0xCA0E       /* written to CBCAN_R_EXECUTE_FLAG */
 #define CBCAN_COMMAND_SDO_READ             5055         /* SDO read (upload) */
 #define CBCAN_COMMAND_SDO_WRITE            5066         /* SDO write (download) */

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The register contract as data: which register is what, who writes it, and every number that may appear in one.
+/// The register contract as data: which register is what, who writes it, and every number that may appear in
+/// one.
 ///
 /// Source: "CBCAN SDO and NMT Service PLC Interface" V1.2 (15 June 2012), tables 1 to 4 and section 3; in the
 /// comments "CBCAN, table N". What that document leaves open is settled in docs/contract.md.
 ///
-/// Freestanding and header-only. Register R<n> is Modbus holding register address n (0-based on the wire), shown as
-/// 4xxxx number 40001 + n. All numbers are the ones a PLC programmer writes: 5055 and 5066 are decimal.
+/// Freestanding and header-only. Register R<n> is Modbus holding register address n (0-based on the wire),
+/// shown as 4xxxx number 40001 + n. All numbers are the ones a PLC programmer writes: 5055 and 5066 are
+/// decimal.
 
 #include <array>
 #include <cstddef>
@@ -16,7 +18,8 @@
 
 namespace cbcan::regmap {
 
-// ---- The window ----------------------------------------------------------------------------------------------
+// ---- The window
+// ----------------------------------------------------------------------------------------------
 
 /// Addresses of the window's registers (CBCAN, table 1).
 inline constexpr std::uint16_t kExecuteFlag = 3700;
@@ -37,17 +40,19 @@ inline constexpr std::size_t kMaxDataBytes = 2 * kDataWords;
 inline constexpr std::uint16_t kRegisterFileWords = 4168;
 
 /// 4xxxx number of a register, as HMI and SCADA programs show it.
-constexpr std::uint32_t modicon_number(std::uint16_t address) { return 40001u + address; }
+constexpr std::uint32_t modicon_number(std::uint16_t address) {
+  return 40001u + address;
+}
 
-enum class Access : std::uint8_t { kReadWrite };
-enum class Writer : std::uint8_t { kPlc, kBoth };
+enum class Access : std::uint8_t { kReadWrite, kReadOnly };
+enum class Writer : std::uint8_t { kPlc, kBoth, kCoprocessor };
 
 struct RegisterRow {
   std::uint16_t first;  ///< address of the first register of this row
   std::uint16_t last;   ///< address of the last one; equal to first for a single register
   std::string_view name;
   Access access;
-  Writer writer;  ///< who writes it: the PLC alone, or the PLC and, as an answer, the coprocessor
+  Writer writer;  ///< who writes it: the PLC, the coprocessor, or the PLC and, as an answer, the coprocessor
   std::string_view range;
   std::string_view meaning;
 };
@@ -58,7 +63,8 @@ inline constexpr std::array<RegisterRow, 7> kWindow{{
     {kCommand, kCommand, "COMMAND", Access::kReadWrite, Writer::kPlc, "5055, 5066",
      "5055 = SDO read (upload), 5066 = SDO write (download)"},
     {kNodeId, kNodeId, "NODE_ID", Access::kReadWrite, Writer::kPlc, "0..127", "node ID; 0 = this node"},
-    {kObjectIndex, kObjectIndex, "OBJECT_INDEX", Access::kReadWrite, Writer::kPlc, "0..65535", "object index"},
+    {kObjectIndex, kObjectIndex, "OBJECT_INDEX", Access::kReadWrite, Writer::kPlc, "0..65535",
+     "object index"},
     {kObjectSubIndex, kObjectSubIndex, "OBJECT_SUB_INDEX", Access::kReadWrite, Writer::kPlc, "0..255",
      "object sub-index"},
     {kDataSize, kDataSize, "DATA_SIZE", Access::kReadWrite, Writer::kBoth, "1..128",
@@ -67,7 +73,79 @@ inline constexpr std::array<RegisterRow, 7> kWindow{{
      "data words #0..#63, low byte first; after a failure #0 and #1 hold the SDO abort code, low word first"},
 }};
 
-// ---- Commands and results ------------------------------------------------------------------------------------
+// ---- Diagnostics of the firmware images
+// ------------------------------------------------------------------------
+
+/// A block of read-only registers that the images for microcontrollers have outside the window; in the
+/// simulator these are registers like any other. Two registers hold a 32-bit number, low word first.
+inline constexpr std::uint16_t kVersion = 4100;
+inline constexpr std::uint16_t kPatchLevel = 4101;
+inline constexpr std::uint16_t kUptime = 4102;
+inline constexpr std::uint16_t kResetCause = 4104;
+inline constexpr std::uint16_t kStackSize = 4105;
+inline constexpr std::uint16_t kStackUsed = 4106;
+inline constexpr std::uint16_t kCanState = 4107;
+inline constexpr std::uint16_t kModbusRequests = 4108;
+inline constexpr std::uint16_t kModbusCrcErrors = 4110;
+inline constexpr std::uint16_t kModbusExceptions = 4112;
+inline constexpr std::uint16_t kModbusLost = 4114;
+inline constexpr std::uint16_t kCanReceived = 4116;
+inline constexpr std::uint16_t kCanSent = 4118;
+inline constexpr std::uint16_t kCanRefused = 4120;
+inline constexpr std::uint16_t kCanLost = 4122;
+inline constexpr std::uint16_t kCanErrors = 4124;
+inline constexpr std::uint16_t kTransactions = 4126;
+inline constexpr std::uint16_t kTransactionsFailed = 4128;
+inline constexpr std::uint16_t kTransactionsCancelled = 4130;
+
+inline constexpr std::uint16_t kDiagnosticsFirst = kVersion;
+inline constexpr std::size_t kDiagnosticsWords = 32;
+
+constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::string_view name,
+                                 std::string_view range, std::string_view meaning) {
+  return {first,
+          static_cast<std::uint16_t>(first + words - 1),
+          name,
+          Access::kReadOnly,
+          Writer::kCoprocessor,
+          range,
+          meaning};
+}
+
+inline constexpr std::array<RegisterRow, 19> kDiagnostics{{
+    diagnostic(kVersion, 1, "VERSION", "0..65535",
+               "version of the image: major in the high byte, minor in the low byte"),
+    diagnostic(kPatchLevel, 1, "PATCH_LEVEL", "0..65535", "the version's third number"),
+    diagnostic(kUptime, 2, "UPTIME", "32 bits", "milliseconds since the start, modulo 2^32"),
+    diagnostic(
+        kResetCause, 1, "RESET_CAUSE", "0..5",
+        "0 = the board cannot tell, 1 = power on, 2 = reset pin, 3 = software, 4 = watchdog, 5 = brown-out"),
+    diagnostic(kStackSize, 1, "STACK_SIZE", "0..65535", "bytes"),
+    diagnostic(kStackUsed, 1, "STACK_USED", "0..65535", "bytes of the stack that were ever in use"),
+    diagnostic(kCanState, 1, "CAN_STATE", "0, 2, 16, 17", "kernel state as in object 3002h"),
+    diagnostic(kModbusRequests, 2, "MODBUS_REQUESTS", "32 bits", "requests for this station"),
+    diagnostic(kModbusCrcErrors, 2, "MODBUS_CRC_ERRORS", "32 bits", "frames with a wrong CRC, or cut short"),
+    diagnostic(kModbusExceptions, 2, "MODBUS_EXCEPTIONS", "32 bits", "requests answered by an exception"),
+    diagnostic(kModbusLost, 2, "MODBUS_LOST", "32 bits", "bytes that came too soon, or that the UART lost"),
+    diagnostic(kCanReceived, 2, "CAN_RECEIVED", "32 bits", "frames received"),
+    diagnostic(kCanSent, 2, "CAN_SENT", "32 bits", "frames handed to the CAN controller"),
+    diagnostic(kCanRefused, 2, "CAN_REFUSED", "32 bits",
+               "times that the CAN controller had no room; the frame is tried again"),
+    diagnostic(kCanLost, 2, "CAN_LOST", "32 bits",
+               "frames, or bytes of a serial adapter, lost for want of room"),
+    diagnostic(kCanErrors, 2, "CAN_ERRORS", "32 bits",
+               "bus errors, or lines of a serial adapter without sense"),
+    diagnostic(kTransactions, 2, "TRANSACTIONS", "32 bits", "CA0Eh seen in R3700"),
+    diagnostic(kTransactionsFailed, 2, "TRANSACTIONS_FAILED", "32 bits", "ended with a result other than 0"),
+    diagnostic(kTransactionsCancelled, 2, "TRANSACTIONS_CANCELLED", "32 bits",
+               "overwritten by the PLC while under way"),
+}};
+
+/// Values of kResetCause.
+enum class ResetCause : std::uint16_t { kUnknown, kPowerOn, kPin, kSoftware, kWatchdog, kBrownOut };
+
+// ---- Commands and results
+// ------------------------------------------------------------------------------------
 
 struct NamedNumber {
   std::uint32_t value;
@@ -86,7 +164,12 @@ inline constexpr std::array<NamedNumber, 2> kCommands{{
 }};
 
 /// Result codes in R3700 (CBCAN, table 2). There is no code 3.
-enum class Result : std::uint16_t { kOk = 0, kCommandCodeError = 1, kNodeIdError = 2, kSdoExecutionError = 4 };
+enum class Result : std::uint16_t {
+  kOk = 0,
+  kCommandCodeError = 1,
+  kNodeIdError = 2,
+  kSdoExecutionError = 4
+};
 
 inline constexpr std::array<NamedNumber, 4> kResults{{
     {0, "OK", "done"},
@@ -95,13 +178,17 @@ inline constexpr std::array<NamedNumber, 4> kResults{{
     {4, "SDO_EXEC_ERR", "the service failed; R3706 (low word) and R3707 (high word) hold the SDO abort code"},
 }};
 
-// ---- Services addressed through objects (CBCAN, section 3) ----------------------------------------------------
+// ---- Services addressed through objects (CBCAN, section 3)
+// ----------------------------------------------------
 
-inline constexpr std::uint16_t kNmtService = 0x1F82;        ///< written: NMT command; sub-index 1..127, or 128 = all
-inline constexpr std::uint16_t kNodeStateService = 0x300C;  ///< read, sub-index 0: NMT state of the node in R3702
+inline constexpr std::uint16_t kNmtService =
+    0x1F82;  ///< written: NMT command; sub-index 1..127, or 128 = all
+inline constexpr std::uint16_t kNodeStateService =
+    0x300C;  ///< read, sub-index 0: NMT state of the node in R3702
 inline constexpr std::uint16_t kNmtAllNodes = 128;
 
-/// One NMT service: the numbers that R3706 may hold for it, and its command specifier on the bus (CiA 301, 7.2.8.3.1).
+/// One NMT service: the numbers that R3706 may hold for it, and its command specifier on the bus (CiA
+/// 301, 7.2.8.3.1).
 struct NmtRow {
   std::uint16_t state_code;
   std::uint16_t command_code;
@@ -124,7 +211,8 @@ inline constexpr std::array<NamedNumber, 4> kNodeStates{{
     {127, "PRE_OPERATIONAL", "Pre-operational"},
 }};
 
-// ---- SDO abort codes -----------------------------------------------------------------------------------------
+// ---- SDO abort codes
+// -----------------------------------------------------------------------------------------
 
 struct AbortRow {
   std::uint32_t code;
@@ -142,7 +230,8 @@ inline constexpr std::array<AbortRow, 31> kAbortCodes{{
     {0x05040003, "ABORT_BLOCK_SEQUENCE", "invalid sequence number", false},
     {0x05040004, "ABORT_BLOCK_CRC", "CRC error", false},
     {0x05040005, "ABORT_READ_LENGTH", "object length too big to read (CiA 301: out of memory)", true},
-    {0x06010000, "ABORT_NO_SEGMENT", "unsupported access to the object, or segmented transfer not supported", true},
+    {0x06010000, "ABORT_NO_SEGMENT", "unsupported access to the object, or segmented transfer not supported",
+     true},
     {0x06010001, "ABORT_WO", "attempt to read a write-only object", true},
     {0x06010002, "ABORT_RO", "attempt to write a read-only object", true},
     {0x06020000, "ABORT_NO_OBJ", "no such object", true},
@@ -163,7 +252,8 @@ inline constexpr std::array<AbortRow, 31> kAbortCodes{{
     {0x08000000, "ABORT_GENERAL", "general error", false},
     {0x08000020, "ABORT_STORE", "data cannot be transferred or stored to the application", false},
     {0x08000021, "ABORT_LOCAL_CONTROL", "data cannot be transferred because of local control", false},
-    {0x08000022, "ABORT_DEVICE_STATE", "data cannot be transferred because of the present device state", false},
+    {0x08000022, "ABORT_DEVICE_STATE", "data cannot be transferred because of the present device state",
+     false},
     {0x08000023, "ABORT_NO_DICTIONARY", "no object dictionary is present", false},
     {0x08000024, "ABORT_NO_DATA", "no data available", false},
 }};

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include "boards/common/cortex_m.hpp"
+
+#include "boards/common/registers.hpp"
+
+int main();
+
+extern "C" {
+// cortex_m.ld
+extern std::uint32_t stack_begin[];
+extern const std::uint32_t data_image[];
+extern std::uint32_t data_begin[];
+extern std::uint32_t data_end[];
+extern std::uint32_t bss_begin[];
+extern std::uint32_t bss_end[];
+extern std::uint32_t registers_begin[];
+extern std::uint32_t registers_end[];
+extern const cbcan::boards::Handler constructors_begin[];
+extern const cbcan::boards::Handler constructors_end[];
+// A pure virtual function was called: without this, the library's own would bring the heap along.
+[[noreturn]] void __cxa_pure_virtual();
+void start_fault(const std::uint32_t* frame);
+}
+
+namespace cbcan::boards {
+
+namespace {
+
+// System control space (B3.2).
+constexpr Mmio kSystem{0xE000E000};
+constexpr std::uint32_t kInterruptEnable = 0x100;
+constexpr std::uint32_t kInterruptPend = 0x200;
+constexpr std::uint32_t kInterruptState = 0xD04;  // ICSR
+constexpr std::uint32_t kResetControl = 0xD0C;    // AIRCR
+constexpr std::uint32_t kResetRequest = 0x05FA0004;
+constexpr std::uint32_t kConfiguration = 0xD14;  // CCR
+constexpr std::uint32_t kTrapDivisionByZero = 1u << 4;
+constexpr std::uint32_t kHandlerControl = 0xD24;  // SHCSR
+constexpr std::uint32_t kMemoryBusUsageFaults = 7u << 16;
+constexpr std::uint32_t kFaultStatus = 0xD28;  // CFSR
+constexpr std::uint32_t kMemoryAddressValid = 1u << 7;
+constexpr std::uint32_t kBusAddressValid = 1u << 15;
+constexpr std::uint32_t kMemoryFaultAddress = 0xD34;  // MMFAR
+constexpr std::uint32_t kBusFaultAddress = 0xD38;     // BFAR
+constexpr std::uint32_t kMpuControl = 0xD94;
+constexpr std::uint32_t kMpuOnWithDefaultMap = 5;
+constexpr std::uint32_t kMpuRegionBase = 0xD9C;
+constexpr std::uint32_t kRegionZeroAtZero = 1u << 4;
+constexpr std::uint32_t kMpuRegionAttributes = 0xDA0;
+constexpr std::uint32_t kNoAccess32Bytes = 4u << 1 | 1;
+
+constexpr std::uint32_t kPaint = 0xDEADBEEF;
+
+void copy_data() {
+  const std::uint32_t* from = data_image;
+  for (std::uint32_t* to = data_begin; to != data_end; ++to)
+    *to = *from++;
+}
+
+void clear(std::uint32_t* begin, const std::uint32_t* end) {
+  for (std::uint32_t* word = begin; word != end; ++word)
+    *word = 0;
+}
+
+void paint_stack() {
+  std::uint32_t* used;
+  asm volatile("mov %0, sp" : "=r"(used));
+  for (volatile std::uint32_t* word = stack_begin; word != used; ++word)
+    *word = kPaint;
+}
+
+/// Null pointers and divisions by zero fault instead of going on.
+void enable_traps() {
+  kSystem.write(kHandlerControl, kMemoryBusUsageFaults);
+  kSystem.write(kConfiguration, kSystem.read(kConfiguration) | kTrapDivisionByZero);
+  kSystem.write(kMpuRegionBase, kRegionZeroAtZero);
+  kSystem.write(kMpuRegionAttributes, kNoAccess32Bytes);
+  kSystem.write(kMpuControl, kMpuOnWithDefaultMap);
+  asm volatile("dsb\n\tisb" ::: "memory");
+}
+
+std::uint32_t fault_address(std::uint32_t status) {
+  if (status & kMemoryAddressValid) return kSystem.read(kMemoryFaultAddress);
+  if (status & kBusAddressValid) return kSystem.read(kBusFaultAddress);
+  return 0;
+}
+
+bool in_stack(const std::uint32_t* frame) {
+  constexpr std::size_t kFrameWords = 8;
+  return frame >= stack_begin && frame + kFrameWords <= stack_end;
+}
+
+}  // namespace
+
+extern "C" void reset_handler() {
+  paint_stack();
+  copy_data();
+  clear(bss_begin, bss_end);
+  clear(registers_begin, registers_end);
+  enable_traps();
+  for (const Handler* constructor = constructors_begin; constructor != constructors_end; ++constructor)
+    (*constructor)();
+  main();
+}
+
+// The stack may be what is wrong: a fresh one before anything else.
+extern "C" [[gnu::naked]] void fault_handler() {
+  asm volatile(
+      "cpsid i\n\t"
+      "mov r0, sp\n\t"
+      "ldr r1, =stack_end\n\t"
+      "mov sp, r1\n\t"
+      "b start_fault");
+}
+
+extern "C" [[gnu::used]] void start_fault(const std::uint32_t* frame) {
+  constexpr std::uint32_t kExceptionNumber = 0x1FF;
+  constexpr std::size_t kStackedPc = 6;
+  const std::uint32_t status = kSystem.read(kFaultStatus);
+  on_fault({kSystem.read(kInterruptState) & kExceptionNumber, status, fault_address(status),
+            in_stack(frame) ? frame[kStackedPc] : 0});
+}
+
+std::size_t stack_size() {
+  return static_cast<std::size_t>(stack_end - stack_begin) * sizeof(std::uint32_t);
+}
+
+std::size_t stack_high_water() {
+  const volatile std::uint32_t* word = stack_begin;
+  while (*word == kPaint)
+    ++word;
+  return static_cast<std::size_t>(stack_end - word) * sizeof(std::uint32_t);
+}
+
+void system_reset() {
+  kSystem.write(kResetControl, kResetRequest);
+  for (;;)
+    wait_for_interrupt();
+}
+
+void enable_interrupt(std::size_t number) {
+  kSystem.write(static_cast<std::uint32_t>(kInterruptEnable + number / 32 * 4), 1u << number % 32);
+}
+
+void pend_interrupt(std::size_t number) {
+  kSystem.write(static_cast<std::uint32_t>(kInterruptPend + number / 32 * 4), 1u << number % 32);
+}
+
+}  // namespace cbcan::boards
+
+void __cxa_pure_virtual() {
+  asm volatile("udf #0");
+  __builtin_unreachable();
+}

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What the boards with a Cortex-M core have in common: the vector table, start-up, faults, interrupts, the
+/// stack's measure. Source: ARMv7-M Architecture Reference Manual (ARM DDI 0403), chapters B1 and B3.
+///
+/// A board's own part is a VectorTable named `vectors` in section ".vectors", main(), on_fault() and a linker
+/// script that sets the memory regions and includes cortex_m.ld. Everything is in one image: no heap, no
+/// exceptions, no exit.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace cbcan::boards {
+
+using Handler = void (*)();
+
+/// Start-up: copies .data, clears .bss, paints the stack, protects address 0, runs the constructors and then
+/// main(). It is the reset vector; nobody calls it.
+extern "C" void reset_handler();
+
+/// The vector of every exception that means a fault, and of every interrupt that a board does not use.
+extern "C" void fault_handler();
+
+/// The top of the stack (cortex_m.ld).
+extern "C" const std::uint32_t stack_end[];
+
+/// `kInterrupts` is how many the board has.
+template <std::size_t kInterrupts>
+struct VectorTable {
+  const void* stack = stack_end;
+  Handler reset = reset_handler;
+  Handler nmi = fault_handler;
+  Handler hard_fault = fault_handler;
+  Handler memory_fault = fault_handler;
+  Handler bus_fault = fault_handler;
+  Handler usage_fault = fault_handler;
+  std::array<Handler, 4> reserved{};
+  Handler svcall = fault_handler;
+  Handler debug_monitor = fault_handler;
+  Handler reserved_13 = nullptr;
+  Handler pendsv = fault_handler;
+  Handler systick = fault_handler;
+  std::array<Handler, kInterrupts> interrupts{};
+};
+
+struct Fault {
+  std::uint32_t exception;  ///< number: 2 NMI, 3 hard, 4 memory, 5 bus, 6 usage fault; 16 + n = interrupt n
+  std::uint32_t status;     ///< CFSR (B3.2.15)
+  std::uint32_t address;    ///< that the access went to, or 0 where the core does not say
+  std::uint32_t pc;         ///< of the instruction, or 0 where the stack was gone
+};
+
+/// The board's: the fault handler calls it on a fresh stack with interrupts off. Does not come back.
+[[noreturn]] void on_fault(const Fault& fault);
+
+/// Bytes of the stack, and how many of them have been in use at most since the reset.
+std::size_t stack_size();
+std::size_t stack_high_water();
+
+/// Resets the core and its peripherals (AIRCR.SYSRESETREQ).
+[[noreturn]] void system_reset();
+
+/// Interrupt n of the board, 0..: enabled, or made to happen as if the peripheral had asked.
+void enable_interrupt(std::size_t number);
+void pend_interrupt(std::size_t number);
+
+/// Interrupts wait while one of these lives.
+class InterruptLock {
+ public:
+  InterruptLock() { asm volatile("cpsid i" ::: "memory"); }
+  ~InterruptLock() { asm volatile("cpsie i" ::: "memory"); }
+  InterruptLock(const InterruptLock&) = delete;
+  InterruptLock& operator=(const InterruptLock&) = delete;
+};
+
+/// Until an interrupt wants to happen, also one that an InterruptLock holds back.
+inline void wait_for_interrupt() {
+  asm volatile("dsb\n\twfi" ::: "memory");
+}
+
+}  // namespace cbcan::boards
