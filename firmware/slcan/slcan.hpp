@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// CAN frames as lines of text on a serial line (SLCAN): the protocol of the LAWICEL adapters, both
+/// directions. Pure: no port, no clock, no state but the line that is being read.
+///
+/// Source: LAWICEL AB, "CAN232 Version 3 Manual" (February 2010), chapter "Available CAN232 commands"; the
+/// same commands as in "CANUSB Manual". A command and a received frame end with CR; an adapter answers a
+/// command with CR (z CR or Z CR for a frame to send) or, where it cannot, with BEL (07h).
+///
+///   t60584017100000000000 CR    identifier 605h, DLC 8, 40h 17h 10h 00h 00h 00h 00h 00h
+///   T1FFFFFFF0 CR               29-bit identifier 1FFF FFFFh, no data
+///   r7021 CR, R000007021 CR     remote frames: identifier 702h, DLC 1, never data
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "cbcan/frame.hpp"
+
+namespace cbcan::slcan {
+
+/// The longest line: T, 8 digits of identifier, DLC, 16 digits of data, 4 of a time stamp, CR.
+inline constexpr std::size_t kMaxLine = 31;
+inline constexpr char kEnd = '\r';
+inline constexpr char kNo = '\a';  ///< the adapter's "no"
+
+/// Writes the line of a frame with its CR, hexadecimal digits in capitals; returns its length in characters,
+/// at most 27. 0 = an error report (Frame::kError), which is not a frame to send. Identifier and length are
+/// within the limits that Frame names.
+std::size_t encode(const Frame& frame, std::span<char, kMaxLine> out);
+
+/// Reads the line of a frame, without its CR. False, and `frame` unchanged, for anything else: another
+/// command, a wrong number of digits, something that is no digit, a DLC over 8, an identifier over 7FFh or
+/// 1FFF FFFFh. Small letters are digits too. The time stamp of adapters with Z1, four digits after the data,
+/// is ignored.
+bool decode(std::string_view line, Frame& frame);
+
+/// Takes characters as they come and makes lines of them. Line feeds are ignored.
+class LineReader {
+ public:
+  enum class Event : std::uint8_t {
+    kNone,
+    kLine,  ///< line() has one; it may be empty: the answer "yes"
+    kBell,  ///< the answer "no"; a line that had begun is gone
+    kLost,  ///< the end of a line that was too long: it is dropped whole
+  };
+
+  Event on_char(char c);
+
+  /// The line that kLine reported, without its CR; until the next on_char().
+  std::string_view line() const { return {text_.data(), length_}; }
+
+  /// Lines that were too long.
+  std::uint32_t lost() const { return lost_; }
+
+ private:
+  std::array<char, kMaxLine - 1> text_{};
+  std::uint8_t length_ = 0;
+  bool ended_ = false;
+  bool too_long_ = false;
+  std::uint32_t lost_ = 0;
+};
+
+/// Bits of the answer to the command F, two hexadecimal digits (LAWICEL, command F; the names are those of
+/// the SJA1000's data sheet).
+namespace status {
+inline constexpr std::uint8_t kReceiveFull = 0x01;
+inline constexpr std::uint8_t kTransmitFull = 0x02;
+inline constexpr std::uint8_t kErrorWarning = 0x04;
+inline constexpr std::uint8_t kDataOverrun = 0x08;
+inline constexpr std::uint8_t kErrorPassive = 0x20;
+inline constexpr std::uint8_t kArbitrationLost = 0x40;
+inline constexpr std::uint8_t kBusError = 0x80;  ///< some error on the bus; not bus-off
+}  // namespace status
+
+/// What a line says about the adapter's CAN controller; none where it says nothing about it.
+///   F28            answer to the command F: error passive, else overflow where received frames were lost
+///                  (kReceiveFull, kDataOverrun), else active. It cannot say bus-off.
+///   sb256000       unasked, by newer adapters: s, the state (a active, w warning, p passive, b bus-off),
+///   three
+///                  decimal digits each of the receive and the transmit error counter (Linux,
+///                  drivers/net/can/slcan/slcan-core.c, slcan_bump_state)
+std::optional<BusState> decode_state(std::string_view line);
+
+inline constexpr std::string_view kClose = "C\r";
+inline constexpr std::string_view kOpen = "O\r";
+inline constexpr std::string_view kAskStatus = "F\r";
+
+/// What Sn sets, by n: kbit/s.
+inline constexpr std::array<std::uint16_t, 9> kBitRates{10, 20, 50, 100, 125, 250, 500, 800, 1000};
+
+/// Writes what brings an adapter onto the bus from whatever state it was left in, at `kbit_per_second`: three
+/// CR that end what it may have read before, C, Sn, O. Returns the length; 0 = not one of kBitRates. The
+/// answers, of which those before the last may be "no", need not be waited for.
+std::size_t encode_open(std::uint16_t kbit_per_second, std::span<char, kMaxLine> out);
+
+}  // namespace cbcan::slcan
