@@ -33,16 +33,6 @@ void store_bytes(const RegisterWindow& window, std::span<const std::uint8_t> byt
   }
 }
 
-constexpr local::KernelState kernel_state(BusState state) {
-  switch (state) {
-    case BusState::kActive: return local::KernelState::kNone;
-    case BusState::kOverflow: return local::KernelState::kOverflow;
-    case BusState::kErrorPassive: return local::KernelState::kErrorPassive;
-    case BusState::kBusOff: break;
-  }
-  return local::KernelState::kBusOff;
-}
-
 /// Initialising is over before anybody can ask: a boot-up message means pre-operational.
 constexpr local::DeviceState to_device_state(nmt::State state) {
   if (state == nmt::State::kStopped) return local::DeviceState::kStopped;
@@ -303,7 +293,7 @@ std::uint32_t Coprocessor::computed(std::uint16_t index, std::uint8_t sub) const
     }
     case local::kSdoServerParameter: return (sub == 1 ? sdo::kRequestId : sdo::kAnswerId) + slave_.node_id();
     case local::kOwnNodeId: return slave_.node_id();
-    case local::kKernelState: return static_cast<std::uint32_t>(kernel_state(bus_state_));
+    case local::kKernelState: return static_cast<std::uint32_t>(local::kernel_state(bus_state_));
     case local::kSdoTimeout: return client_.timeout_ms();
     case local::kTransferMode: return static_cast<std::uint32_t>(mode_);
     default: return static_cast<std::uint32_t>(device_state(sub));  // 3007h

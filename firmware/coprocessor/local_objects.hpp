@@ -13,6 +13,7 @@
 #include <span>
 
 #include "canopen/object_dictionary.hpp"
+#include "cbcan/frame.hpp"
 
 namespace cbcan::local {
 
@@ -40,6 +41,16 @@ enum class KernelState : std::uint8_t {
   kBusOff = 0x10,
   kErrorPassive = 0x11
 };
+
+constexpr KernelState kernel_state(BusState state) {
+  switch (state) {
+    case BusState::kActive: return KernelState::kNone;
+    case BusState::kOverflow: return KernelState::kOverflow;
+    case BusState::kErrorPassive: return KernelState::kErrorPassive;
+    case BusState::kBusOff: break;
+  }
+  return KernelState::kBusOff;
+}
 
 /// CiA 405, DEVICE_STATE.
 enum class DeviceState : std::uint8_t {

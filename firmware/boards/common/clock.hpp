@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "cbcan/time.hpp"
+
+namespace cbcan::boards {
+
+/// Makes the core's time out of a free-running microsecond counter of 32 bits, which wraps every 71.6
+/// minutes: ask at least that often, and from one context.
+class Clock {
+ public:
+  Time now(std::uint32_t counter) {
+    time_ += counter - last_;
+    last_ = counter;
+    return time_;
+  }
+
+ private:
+  Time time_ = 0;
+  std::uint32_t last_ = 0;
+};
+
+}  // namespace cbcan::boards

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What a Station asks of its board besides the CanPort. All calls come from the loop.
+
+#include <cstdint>
+#include <span>
+
+#include "cbcan/frame.hpp"
+#include "cbcan/regmap.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan::boards {
+
+struct CanCounters {
+  std::uint32_t received = 0;  ///< frames
+  std::uint32_t sent = 0;      ///< frames that the controller took
+  std::uint32_t refused = 0;   ///< times that it had no room
+  std::uint32_t lost = 0;      ///< frames, or bytes of a serial adapter, lost for want of room
+  std::uint32_t errors = 0;    ///< bus errors, or lines of a serial adapter without sense
+};
+
+/// For the diagnostics registers.
+struct Health {
+  regmap::ResetCause reset_cause = regmap::ResetCause::kUnknown;
+  std::uint16_t stack_size = 0;   ///< bytes
+  std::uint16_t stack_used = 0;   ///< bytes, ever
+  std::uint32_t modbus_lost = 0;  ///< bytes that the UART received and could not hand on
+  CanCounters can;
+};
+
+class Hardware {
+ public:
+  /// Never goes back.
+  virtual Time now() = 0;
+  /// The next frame that has arrived; false = none.
+  virtual bool receive(Frame& frame) = 0;
+  virtual BusState bus_state() = 0;
+  /// Begins to send a Modbus response; the bytes stay until the board calls RtuServer::on_sent().
+  virtual void respond(std::span<const std::uint8_t> response) = 0;
+  virtual Health health() = 0;
+
+ protected:
+  ~Hardware() = default;
+};
+
+}  // namespace cbcan::boards

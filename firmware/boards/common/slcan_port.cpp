@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "boards/common/slcan_port.hpp"
+
+#include <array>
+
+namespace cbcan::boards {
+
+bool SlcanPort::put(std::string_view line) {
+  if (to_send_.free() < line.size()) return false;
+  for (const char c : line)
+    to_send_.push(c);
+  return true;
+}
+
+bool SlcanPort::try_send(const Frame& frame) {
+  std::array<char, slcan::kMaxLine> line;
+  if (!put({line.data(), slcan::encode(frame, line)})) {
+    ++counters_.refused;
+    return false;
+  }
+  ++counters_.sent;
+  return true;
+}
+
+bool SlcanPort::receive(Frame& frame) {
+  using Event = slcan::LineReader::Event;
+  char c;
+  while (received_.pop(c)) {
+    const Event event = reader_.on_char(c);
+    if (event != Event::kNone && !answers_status_) silent_ = 1;
+    if (event == Event::kBell || event == Event::kLost) ++counters_.errors;
+    if (event != Event::kLine) continue;
+    if (slcan::decode(reader_.line(), frame)) {
+      ++counters_.received;
+      return true;
+    }
+    on_line(reader_.line());
+  }
+  return false;
+}
+
+/// Another line than a frame: a state, or an answer to something that was sent.
+void SlcanPort::on_line(std::string_view line) {
+  const auto state = slcan::decode_state(line);
+  if (!state) {
+    const bool answer = line.empty() || line == "z" || line == "Z";
+    if (!answer) ++counters_.errors;
+  } else if (line.front() == 's') {
+    unasked_ = *state;
+  } else {
+    status_ = *state;
+    answers_status_ = true;
+    silent_ = 1;
+  }
+}
+
+Time SlcanPort::poll(Time now) {
+  if (now < due_) return due_;
+  due_ = now + kStatusInterval;
+  if (silent_ == 0) {
+    std::array<char, slcan::kMaxLine> line;
+    put({line.data(), slcan::encode_open(kbit_per_second_, line)});
+  } else {
+    put(slcan::kAskStatus);
+  }
+  silent_ = static_cast<std::uint8_t>((silent_ + 1) % kSilentPolls);
+  return due_;
+}
+
+CanCounters SlcanPort::counters() const {
+  CanCounters counters = counters_;
+  counters.lost = received_.overflows();
+  return counters;
+}
+
+}  // namespace cbcan::boards

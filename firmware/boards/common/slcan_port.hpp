@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A CAN bus behind a serial SLCAN adapter (slcan/slcan.hpp), for boards without a CAN controller: opens the
+/// adapter, and asks it for its state ten times a second. An adapter that says nothing, or no longer does, as
+/// after a restart of its own, is opened again once a second.
+///
+/// The UART's interrupts call on_char() and next_char(); the loop calls all the rest.
+
+#include <cstdint>
+#include <string_view>
+
+#include "boards/common/hardware.hpp"
+#include "boards/common/ring.hpp"
+#include "cbcan/ports.hpp"
+#include "slcan/slcan.hpp"
+
+namespace cbcan::boards {
+
+class SlcanPort final : public CanPort {
+ public:
+  static constexpr Time kStatusInterval = 100 * kMillisecond;
+
+  /// `kbit_per_second`: one of slcan::kBitRates.
+  explicit SlcanPort(std::uint16_t kbit_per_second) : kbit_per_second_(kbit_per_second) {}
+
+  // Interrupts.
+
+  void on_char(char c) { received_.push(c); }
+  /// The next character to send; false = none. A frame's characters are there as a whole.
+  bool next_char(char& c) { return to_send_.pop(c); }
+
+  // The loop.
+
+  /// There is something for next_char().
+  bool has_output() const { return !to_send_.empty(); }
+
+  /// False when a whole line has no room in the queue. Before the adapter has been opened, frames are queued
+  /// behind the command that opens it.
+  bool try_send(const Frame& frame) override;
+
+  /// The next frame from the adapter; reads what lies before it. False = no more for now.
+  bool receive(Frame& frame);
+
+  /// Opens the adapter or asks for its state, when that is due; returns the time of the next call.
+  Time poll(Time now);
+
+  BusState state() const { return status_ > unasked_ ? status_ : unasked_; }
+  CanCounters counters() const;
+
+ private:
+  static constexpr std::size_t kQueue = 1024;  ///< characters each way: some 40 frames
+  static constexpr std::uint8_t kSilentPolls = 10;
+
+  bool put(std::string_view line);
+  void on_line(std::string_view line);
+
+  Ring<char, kQueue> received_;
+  Ring<char, kQueue> to_send_;
+  slcan::LineReader reader_;
+  Time due_ = 0;
+  std::uint16_t kbit_per_second_;
+  std::uint8_t silent_ = 0;               ///< polls since the adapter was opened, or last gave a sign of life
+  bool answers_status_ = false;           ///< it has done so: from then on nothing else is a sign of life
+  BusState status_ = BusState::kActive;   ///< as asked for
+  BusState unasked_ = BusState::kActive;  ///< as it last said by itself
+  CanCounters counters_;
+};
+
+}  // namespace cbcan::boards

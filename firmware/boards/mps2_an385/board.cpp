@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "boards/mps2_an385/board.hpp"
+
+#include "boards/common/cortex_m.hpp"
+
+namespace cbcan::boards::mps2 {
+
+namespace {
+
+// Interrupt numbers (AN385, 3.5).
+constexpr std::size_t kModbusReceive = 0;
+constexpr std::size_t kModbusTransmit = 1;
+constexpr std::size_t kAdapterReceive = 2;
+constexpr std::size_t kAdapterTransmit = 3;
+constexpr std::size_t kTimer = 8;
+
+constexpr std::uint32_t kTicksPerMicrosecond = kSystemClock / kSecond;
+constexpr Time kLongestSleep = kSecond;
+constexpr std::uint32_t kWatchdogPeriod = 4 * kSystemClock;  // warned after one, reset after two
+
+}  // namespace
+
+Board::Board(const Settings& settings, regmap::ResetCause cause)
+    : settings_(settings), reset_cause_(cause), can_(settings.can_kbit_per_second) {}
+
+void Board::start(RtuServer& modbus) {
+  modbus_ = &modbus;
+  counter_.start(kSystemClock);
+  watchdog_.start(kWatchdogPeriod);
+  modbus_uart_.start(kSystemClock, settings_.modbus_baud);
+  adapter_uart_.start(kSystemClock, settings_.adapter_baud);
+  for (const std::size_t interrupt :
+       {kModbusReceive, kModbusTransmit, kAdapterReceive, kAdapterTransmit, kTimer})
+    enable_interrupt(interrupt);
+  can_.poll(now());  // opens the adapter ahead of the first frame
+}
+
+void Board::sleep_until(Time due) {
+  watchdog_.feed();
+  const Time time = now();
+  due = earlier(earlier(due, can_.poll(time)), time + kLongestSleep);
+  if (can_.has_output()) pend_interrupt(kAdapterTransmit);
+  if (due > time) {
+    wake_up_.arm(static_cast<std::uint32_t>(due - time) * kTicksPerMicrosecond);
+    const InterruptLock lock;
+    if (!woken_.load(std::memory_order_relaxed)) wait_for_interrupt();
+  }
+  woken_.store(false, std::memory_order_relaxed);
+}
+
+void Board::respond(std::span<const std::uint8_t> response) {
+  response_ = response;
+  pend_interrupt(kModbusTransmit);
+}
+
+Health Board::health() {
+  Health health;
+  health.reset_cause = reset_cause_;
+  health.stack_size = static_cast<std::uint16_t>(stack_size());
+  health.stack_used = static_cast<std::uint16_t>(stack_high_water());
+  health.modbus_lost = modbus_uart_.lost();
+  health.can = can_.counters();
+  health.can.lost += adapter_uart_.lost();
+  return health;
+}
+
+void Board::on_modbus_received() {
+  const std::uint32_t time = counter_.read();
+  modbus_uart_.on_receive_interrupt([&](std::uint8_t byte) { modbus_->on_byte(byte, time); });
+  woken_.store(true, std::memory_order_relaxed);
+}
+
+void Board::on_modbus_sent() {
+  modbus_uart_.on_transmit_interrupt([&](std::uint8_t& byte) { return next_response_byte(byte); });
+}
+
+bool Board::next_response_byte(std::uint8_t& byte) {
+  if (response_.empty()) {
+    modbus_->on_sent();
+    return false;
+  }
+  byte = response_.front();
+  response_ = response_.subspan(1);
+  return true;
+}
+
+void Board::on_adapter_received() {
+  adapter_uart_.on_receive_interrupt([&](std::uint8_t byte) { can_.on_char(static_cast<char>(byte)); });
+  woken_.store(true, std::memory_order_relaxed);
+}
+
+void Board::on_adapter_sent() {
+  adapter_uart_.on_transmit_interrupt([&](std::uint8_t& byte) {
+    char c;
+    if (!can_.next_char(c)) return false;
+    byte = static_cast<std::uint8_t>(c);
+    return true;
+  });
+}
+
+void Board::on_timer() {
+  wake_up_.on_interrupt();
+  woken_.store(true, std::memory_order_relaxed);
+}
+
+}  // namespace cbcan::boards::mps2

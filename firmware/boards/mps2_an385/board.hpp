@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// ARM MPS2 with the image AN385 (Cortex-M3, 25 MHz), as it is on the bench or in QEMU (-M mps2-an385; the
+/// same program runs on mps2-an386, a Cortex-M4, and mps2-an500, a Cortex-M7):
+///
+///   UART0   Modbus RTU, 115200 baud, 8N1
+///   UART1   SLCAN: the way to the CAN bus, through an adapter or an emulator's socket
+///   FPGAIO  time; TIMER0 ends a sleep; the watchdog resets a loop that hangs for 8 seconds
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+
+#include "boards/common/clock.hpp"
+#include "boards/common/registers.hpp"
+#include "boards/common/slcan_port.hpp"
+#include "boards/common/station.hpp"
+#include "boards/mps2_an385/cmsdk.hpp"
+
+namespace cbcan::boards::mps2 {
+
+inline constexpr std::uint32_t kSystemClock = 25'000'000;  ///< Hz
+
+class Board final : public Hardware {
+ public:
+  struct Settings {
+    std::uint32_t modbus_baud;
+    std::uint32_t adapter_baud;
+    std::uint16_t can_kbit_per_second;  ///< one of slcan::kBitRates
+  };
+
+  /// `cause`: of the reset that has just been.
+  Board(const Settings& settings, regmap::ResetCause cause);
+
+  /// Interrupts on. `modbus` gets the bytes of UART0.
+  void start(RtuServer& modbus);
+
+  CanPort& can() { return can_; }
+  /// Feeds the watchdog, and waits for an interrupt or until `due`, but not longer than a second.
+  void sleep_until(Time due);
+
+  // Hardware.
+  Time now() override { return clock_.now(counter_.read()); }
+  bool receive(Frame& frame) override { return can_.receive(frame); }
+  BusState bus_state() override { return can_.state(); }
+  void respond(std::span<const std::uint8_t> response) override;
+  Health health() override;
+
+  // Interrupts.
+  void on_modbus_received();
+  void on_modbus_sent();
+  void on_adapter_received();
+  void on_adapter_sent();
+  void on_timer();
+
+ private:
+  bool next_response_byte(std::uint8_t& byte);
+
+  Settings settings_;
+  regmap::ResetCause reset_cause_;
+  Uart<Mmio> modbus_uart_{Mmio(0x40004000)};
+  Uart<Mmio> adapter_uart_{Mmio(0x40005000)};
+  WakeUp<Mmio> wake_up_{Mmio(0x40000000)};
+  Watchdog<Mmio> watchdog_{Mmio(0x40008000)};
+  MicrosecondCounter<Mmio> counter_{Mmio(0x40028000)};
+  Clock clock_;
+  SlcanPort can_;
+  RtuServer* modbus_ = nullptr;
+  std::span<const std::uint8_t> response_;  ///< what of it is still to be sent
+  std::atomic<bool> woken_ = false;         ///< by an interrupt, since the last sleep
+};
+
+}  // namespace cbcan::boards::mps2

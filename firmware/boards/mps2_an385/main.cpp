@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// The coprocessor on an MPS2 with AN385: what board.hpp says, put together.
+
+#include "boards/common/cortex_m.hpp"
+#include "boards/common/semihosting.hpp"
+#include "boards/mps2_an385/board.hpp"
+#include "boards/mps2_an385/reset_note.hpp"
+
+namespace {
+
+using namespace cbcan;
+using namespace cbcan::boards;
+
+constexpr mps2::Board::Settings kBoardSettings{115'200, 115'200, 500};
+// The longest of the gaps that a loaded PC makes between two bytes for the emulator; on the bench t3.5 is
+// 1750.
+constexpr Station::Settings kSettings{1, 50'000, {}};
+
+[[gnu::section(".registers")]] std::uint16_t registers[regmap::kRegisterFileWords];
+
+mps2::Board board(kBoardSettings, mps2::take_reset_cause());
+Station station(registers, board, board.can(), kSettings);
+
+void on_watchdog() {
+  mps2::leave_reset_cause(regmap::ResetCause::kWatchdog);
+  system_reset();
+}
+
+template <void (mps2::Board::*kMember)()>
+void interrupt() {
+  (board.*kMember)();
+}
+
+constexpr VectorTable<32> table() {
+  VectorTable<32> vectors;
+  vectors.nmi = on_watchdog;
+  vectors.interrupts.fill(fault_handler);
+  vectors.interrupts[0] = interrupt<&mps2::Board::on_modbus_received>;
+  vectors.interrupts[1] = interrupt<&mps2::Board::on_modbus_sent>;
+  vectors.interrupts[2] = interrupt<&mps2::Board::on_adapter_received>;
+  vectors.interrupts[3] = interrupt<&mps2::Board::on_adapter_sent>;
+  vectors.interrupts[8] = interrupt<&mps2::Board::on_timer>;
+  return vectors;
+}
+
+[[gnu::section(".vectors"), gnu::used]] constinit const VectorTable<32> vectors = table();
+
+void tell(const char* name, std::uint32_t value) {
+  semihosting::write(name);
+  semihosting::write_hex(value);
+}
+
+}  // namespace
+
+void cbcan::boards::on_fault(const Fault& fault) {
+  tell("cbcan: fault: exception ", fault.exception);
+  tell(" status ", fault.status);
+  tell(" address ", fault.address);
+  tell(" pc ", fault.pc);
+  semihosting::write("\n");
+  semihosting::exit(1);
+}
+
+int main() {
+  board.start(station.modbus());
+  station.start();
+  for (;;)
+    board.sleep_until(station.turn());
+}
