@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include "boards/common/station.hpp"
+
+#include <array>
+#include <deque>
+#include <initializer_list>
+#include <memory>
+#include <vector>
+
+#include "support/bench.hpp"
+
+using namespace cbcan;
+using namespace cbcan::boards;
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// A board that the test plays.
+class FakeBoard final : public Hardware {
+ public:
+  Time now() override { return time; }
+  bool receive(Frame& frame) override {
+    if (arrived.empty()) return false;
+    frame = arrived.front();
+    arrived.pop_front();
+    return true;
+  }
+  BusState bus_state() override { return state; }
+  void respond(std::span<const std::uint8_t> bytes) override { response.assign(bytes.begin(), bytes.end()); }
+  Health health() override { return report; }
+
+  Time time = 1000;
+  std::deque<Frame> arrived;
+  BusState state = BusState::kActive;
+  Bytes response;
+  Health report;
+};
+
+struct Bench {
+  Bench() { station.start(); }
+
+  /// A request with its CRC, and the turn that follows; the response.
+  Bytes ask(std::initializer_list<std::uint8_t> request) {
+    board.response.clear();
+    for (const std::uint8_t byte : request)
+      station.modbus().on_byte(byte, static_cast<std::uint32_t>(board.time));
+    station.turn();
+    station.modbus().on_sent();
+    return board.response;
+  }
+  std::uint32_t pair(std::size_t address) const {
+    return registers[address] | static_cast<std::uint32_t>(registers[address + 1]) << 16;
+  }
+
+  std::array<std::uint16_t, regmap::kRegisterFileWords> registers{};
+  FakeBoard board;
+  test::RecordingPort port;
+  Station station{registers, board, port, {}};
+};
+
+// CRCs by the algorithm of MODBUS over Serial Line V1.02, 6.2.2, worked out apart from this project.
+constexpr auto kExecute = {0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C};
+
+Bytes bytes(std::initializer_list<int> values) {
+  Bytes result;
+  for (const int value : values)
+    result.push_back(static_cast<std::uint8_t>(value));
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("A transaction by Modbus RTU: request, frames, answer, result") {
+  Bench bench;
+  CHECK(bench.port.sent == std::deque<std::string>{"77F#00"});
+  bench.port.sent.clear();
+  CHECK(bench.ask({0x01, 0x10, 0x0E, 0x75, 0x00, 0x05, 0x0A, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00, 0x00, 0x00,
+                   0x00, 0x04, 0x2D, 0x47}) == bytes({0x01, 0x10, 0x0E, 0x75, 0x00, 0x05, 0x13, 0x38}));
+  CHECK(bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C}) == bytes(kExecute));
+  CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}) ==
+        bytes({0x01, 0x03, 0x02, 0xCA, 0x0E, 0x6F, 0x20}));
+  bench.board.arrived.push_back(test::frame_from("585#4300200078563412"));
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xFE}) ==
+        bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
+               0x00, 0x00, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0x21, 0x34}));
+}
+
+TEST_CASE("A cancel and a new CA0Eh right behind it are two things: one request a turn, a poll after each") {
+  Bench bench;
+  bench.registers[3701] = 5055;
+  bench.registers[3702] = 5;
+  bench.registers[3703] = 0x2000;
+  bench.registers[3705] = 4;
+  bench.port.sent.clear();
+  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
+  bench.ask({0x01, 0x06, 0x0E, 0x74, 0x00, 0x00, 0xCB, 0x38});
+  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
+  CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000", "605#8000200000000008"});
+  CHECK(bench.station.coprocessor().counters().cancelled == 1);
+  CHECK(bench.station.coprocessor().counters().executed == 2);
+}
+
+TEST_CASE("A turn says when the next one is due") {
+  Bench bench;
+  CHECK(bench.station.turn() == kNever);
+  bench.registers[3701] = 5055;
+  bench.registers[3702] = 5;
+  bench.registers[3705] = 4;
+  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
+  CHECK(bench.station.turn() == 1'001'000);  // the SDO timeout
+}
+
+TEST_CASE("The diagnostics registers are fresh when somebody reads") {
+  Bench bench;
+  bench.board.report = {regmap::ResetCause::kWatchdog, 2048, 400, 7, {0x10001, 2, 3, 4, 5}};
+  bench.board.state = BusState::kErrorPassive;
+  bench.board.time = 4'294'967'296'999;  // 2^32 ms and 999 us
+  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
+  CHECK(bench.registers[4100] == 0x0001);  // version 0.1.0
+  CHECK(bench.registers[4101] == 0);
+  CHECK(bench.pair(4102) == 0);  // 2^32 ms, modulo 2^32
+  CHECK(bench.registers[4104] == 4);
+  CHECK(bench.registers[4105] == 2048);
+  CHECK(bench.registers[4106] == 400);
+  CHECK(bench.registers[4107] == 0x11);
+  CHECK(bench.pair(4108) == 0);
+  CHECK(bench.pair(4110) == 0);
+  CHECK(bench.pair(4112) == 0);
+  CHECK(bench.pair(4114) == 7);
+  CHECK(bench.pair(4116) == 0x10001);
+  CHECK(bench.pair(4118) == 2);
+  CHECK(bench.pair(4120) == 3);
+  CHECK(bench.pair(4122) == 4);
+  CHECK(bench.pair(4124) == 5);
+  CHECK(bench.pair(4126) == 0);
+  bench.board.time += 1'234'567'001;
+  bench.registers[3700] = 0xCA0E;  // with command 0
+  bench.station.turn();
+  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
+  CHECK(bench.pair(4102) == 1'234'568);
+  CHECK(bench.pair(4108) == 1);
+  CHECK(bench.pair(4126) == 1);
+  CHECK(bench.pair(4128) == 1);
+  CHECK(bench.pair(4130) == 0);
+}
+
+TEST_CASE("The diagnostics registers cannot be written") {
+  Bench bench;
+  CHECK(bench.ask({0x01, 0x06, 0x10, 0x04, 0x00, 0x01, 0x0D, 0x0B}) == bytes({0x01, 0x86, 0x02, 0xC3, 0xA1}));
+}
