@@ -45,9 +45,8 @@ constexpr std::uint32_t kBusFaultAddress = 0xD38;     // BFAR
 constexpr std::uint32_t kMpuControl = 0xD94;
 constexpr std::uint32_t kMpuOnWithDefaultMap = 5;
 constexpr std::uint32_t kMpuRegionBase = 0xD9C;
-constexpr std::uint32_t kRegionZeroAtZero = 1u << 4;
+constexpr std::uint32_t kRegionValid = 1u << 4;
 constexpr std::uint32_t kMpuRegionAttributes = 0xDA0;
-constexpr std::uint32_t kNoAccess32Bytes = 4u << 1 | 1;
 
 constexpr std::uint32_t kPaint = 0xDEADBEEF;
 
@@ -69,12 +68,19 @@ void paint_stack() {
     *word = kPaint;
 }
 
-/// Null pointers and divisions by zero fault instead of going on.
+/// No access to 2^`log2` bytes at `address`, a multiple of that (B3.5.8, B3.5.9).
+void protect(std::uint32_t region, std::uintptr_t address, std::uint32_t log2) {
+  kSystem.write(kMpuRegionBase, static_cast<std::uint32_t>(address) | kRegionValid | region);
+  kSystem.write(kMpuRegionAttributes, (log2 - 1) << 1 | 1);
+}
+
+/// Null pointers, a stack that is too deep and divisions by zero fault instead of going on.
 void enable_traps() {
+  constexpr std::uint32_t kGuardLog2 = 10;  // no function's frame is as large: -Wstack-usage
   kSystem.write(kHandlerControl, kMemoryBusUsageFaults);
-  kSystem.write(kConfiguration, kSystem.read(kConfiguration) | kTrapDivisionByZero);
-  kSystem.write(kMpuRegionBase, kRegionZeroAtZero);
-  kSystem.write(kMpuRegionAttributes, kNoAccess32Bytes);
+  modify(kSystem, kConfiguration, 0, kTrapDivisionByZero);
+  protect(0, 0, 5);
+  protect(1, reinterpret_cast<std::uintptr_t>(stack_begin) - (1u << kGuardLog2), kGuardLog2);
   kSystem.write(kMpuControl, kMpuOnWithDefaultMap);
   asm volatile("dsb\n\tisb" ::: "memory");
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The coprocessor on an MPS2 with AN385: what board.hpp says, put together.
+// The coprocessor on an MPS2 with AN385: what board.hpp says, put together. A fault is reported by
+// semihosting (common/report_fault.cpp).
 
 #include "boards/common/cortex_m.hpp"
-#include "boards/common/semihosting.hpp"
 #include "boards/mps2_an385/board.hpp"
 #include "boards/mps2_an385/reset_note.hpp"
 
@@ -21,11 +21,6 @@ constexpr Station::Settings kSettings{1, 50'000, {}};
 mps2::Board board(kBoardSettings, mps2::take_reset_cause());
 Station station(registers, board, board.can(), kSettings);
 
-void on_watchdog() {
-  mps2::leave_reset_cause(regmap::ResetCause::kWatchdog);
-  system_reset();
-}
-
 template <void (mps2::Board::*kMember)()>
 void interrupt() {
   (board.*kMember)();
@@ -33,7 +28,7 @@ void interrupt() {
 
 constexpr VectorTable<32> table() {
   VectorTable<32> vectors;
-  vectors.nmi = on_watchdog;
+  vectors.nmi = mps2::on_watchdog;
   vectors.interrupts.fill(fault_handler);
   vectors.interrupts[0] = interrupt<&mps2::Board::on_modbus_received>;
   vectors.interrupts[1] = interrupt<&mps2::Board::on_modbus_sent>;
@@ -45,21 +40,7 @@ constexpr VectorTable<32> table() {
 
 [[gnu::section(".vectors"), gnu::used]] constinit const VectorTable<32> vectors = table();
 
-void tell(const char* name, std::uint32_t value) {
-  semihosting::write(name);
-  semihosting::write_hex(value);
-}
-
 }  // namespace
-
-void cbcan::boards::on_fault(const Fault& fault) {
-  tell("cbcan: fault: exception ", fault.exception);
-  tell(" status ", fault.status);
-  tell(" address ", fault.address);
-  tell(" pc ", fault.pc);
-  semihosting::write("\n");
-  semihosting::exit(1);
-}
 
 int main() {
   board.start(station.modbus());

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "boards/common/cortex_m.hpp"
 #include "cbcan/regmap.hpp"
 
 namespace cbcan::boards::mps2 {
@@ -28,6 +29,12 @@ inline regmap::ResetCause take_reset_cause() {
   const bool left = reset_note.mark == kResetMark;
   reset_note.mark = 0;
   return left ? reset_note.cause : regmap::ResetCause::kPowerOn;
+}
+
+/// The vector of the NMI: the watchdog's only warning.
+inline void on_watchdog() {
+  leave_reset_cause(regmap::ResetCause::kWatchdog);
+  system_reset();
 }
 
 }  // namespace cbcan::boards::mps2

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// Does what the emulator's command line names, on the start-up code, the fault handlers and the watchdog of
+// the real image; mps2_faults_test.py knows what has to come of it.
+
+#include <array>
+#include <string_view>
+
+#include "boards/common/cortex_m.hpp"
+#include "boards/common/semihosting.hpp"
+#include "boards/mps2_an385/board.hpp"
+#include "boards/mps2_an385/reset_note.hpp"
+
+namespace {
+
+using namespace cbcan;
+using namespace cbcan::boards;
+
+[[gnu::section(".registers")]] std::uint16_t registers[regmap::kRegisterFileWords];
+std::uint32_t initialised = 0x12345678;
+volatile std::uintptr_t null = 0;  // the compiler must not know
+
+mps2::Board board({115'200, 115'200, 500}, mps2::take_reset_cause());
+Station station(registers, board, board.can(), {});
+
+constexpr VectorTable<32> table() {
+  VectorTable<32> vectors;
+  vectors.nmi = mps2::on_watchdog;
+  vectors.interrupts.fill(fault_handler);
+  return vectors;
+}
+
+[[gnu::section(".vectors"), gnu::used]] constinit const VectorTable<32> vectors = table();
+
+struct Check {
+  std::string_view name;
+  void (*run)();
+};
+
+constexpr Check kChecks[] = {
+    {"nothing", [] {}},
+    {"data", [] { semihosting::exit(initialised == 0x12345678 && registers[4167] == 0 ? 0 : 2); }},
+    {"null-read", [] { semihosting::exit(Mmio(null).read(4)); }},
+    {"null-write", [] { Mmio(null).write(0, 1); }},
+    {"unmapped", [] { semihosting::exit(Mmio(0x60000000).read(0)); }},
+    {"division",
+     [] {
+       volatile std::uint32_t zero = 0;
+       semihosting::exit(1000 / zero);
+     }},
+    {"undefined", [] { asm volatile("udf #1"); }},
+    {"stack",
+     [] {
+       for (;;)
+         asm volatile("push {r0-r3}");
+     }},
+    {"interrupt",
+     [] {
+       enable_interrupt(5);
+       pend_interrupt(5);
+     }},
+    {"power-on",
+     [] { semihosting::exit(board.health().reset_cause == regmap::ResetCause::kPowerOn ? 0 : 2); }},
+    {"watchdog",
+     [] {
+       if (board.health().reset_cause == regmap::ResetCause::kWatchdog) semihosting::exit(0);
+       board.start(station.modbus());
+       for (;;)
+         wait_for_interrupt();  // and never feeds it
+     }},
+};
+
+}  // namespace
+
+int main() {
+  std::array<char, 64> text{};
+  semihosting::command_line(text);
+  const std::string_view wanted(text.data());
+  for (const Check& check : kChecks)
+    if (wanted == check.name) check.run();
+  semihosting::write("still there\n");
+  semihosting::exit(3);
+}
