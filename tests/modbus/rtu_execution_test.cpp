@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// What a request does and what it is answered. The CRCs were worked out with another implementation (one bit
+// at a time, in Python), which gives the documents' examples too.
+#include "modbus/line.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan {
+namespace {
+
+using test::Bytes;
+using test::filled;
+using test::hex;
+using test::Line;
+
+RtuServer::Settings station(std::uint8_t address) {
+  RtuServer::Settings settings;
+  settings.station = address;
+  return settings;
+}
+
+TEST_CASE("RTU: the examples of the Modbus specification") {
+  Line line(station(0x11));
+  SECTION("FC 3 (V1.1b3, 6.3)") {
+    line.words[107] = 0x022B;
+    line.words[109] = 0x0064;
+    CHECK(line.ask(hex("11 03 00 6B 00 03 76 87")) == hex("11 03 06 02 2B 00 00 00 64 C8 BA"));
+  }
+  SECTION("FC 6 (6.6)") {
+    CHECK(line.ask(hex("11 06 00 01 00 03 9A 9B")) == hex("11 06 00 01 00 03 9A 9B"));
+    CHECK(line.words[1] == 3);
+  }
+  SECTION("FC 16 (6.12)") {
+    CHECK(line.ask(hex("11 10 00 01 00 02 04 00 0A 01 02 C6 F0")) == hex("11 10 00 01 00 02 12 98"));
+    CHECK(line.words[1] == 0x000A);
+    CHECK(line.words[2] == 0x0102);
+  }
+  SECTION("FC 22 (6.16)") {
+    line.words[4] = 0x0012;
+    CHECK(line.ask(hex("11 16 00 04 00 F2 00 25 66 E2")) == hex("11 16 00 04 00 F2 00 25 66 E2"));
+    CHECK(line.words[4] == 0x0017);
+  }
+  SECTION("FC 23 (6.17)") {
+    line.words[3] = 0x00FE;
+    line.words[4] = 0x0ACD;
+    line.words[5] = 0x0001;
+    line.words[6] = 0x0003;
+    line.words[7] = 0x000D;
+    line.words[8] = 0x00FF;
+    CHECK(line.ask(hex("11 17 00 03 00 06 00 0E 00 03 06 00 FF 00 FF 00 FF 4B 54")) ==
+          hex("11 17 0C 00 FE 0A CD 00 01 00 03 00 0D 00 FF 0D 75"));
+    CHECK(line.words[14] == 0x00FF);
+    CHECK(line.words[16] == 0x00FF);
+  }
+  CHECK(line.server.counters().slave_messages == 1);
+  CHECK(line.server.counters().slave_exceptions == 0);
+}
+
+TEST_CASE("RTU: the CRC example of the serial line specification is a request for an unknown function") {
+  Line line(station(2));
+  CHECK(line.ask(hex("02 07 41 12")) == hex("02 87 01 72 30"));  // Serial Line V1.02, 6.2.2
+}
+
+TEST_CASE("RTU: FC 23 writes before it reads") {
+  Line line;
+  CHECK(line.ask(hex("01 17 00 00 00 01 00 00 00 01 02 12 34 59 D9")) == hex("01 17 02 12 34 B0 C3"));
+}
+
+TEST_CASE("RTU: FC 22 leaves the bits of its AND mask and takes those of its OR mask elsewhere") {
+  Line line;
+  line.words[0] = 0xF00F;
+  CHECK(line.ask(hex("01 16 00 00 FF 00 12 34 CB 65")) == hex("01 16 00 00 FF 00 12 34 CB 65"));
+  CHECK(line.words[0] == 0xF034);
+}
+
+TEST_CASE("RTU: a quantity outside its limits is exception 03") {
+  Line line;
+  CHECK(line.ask(hex("01 03 00 00 00 00 45 CA")) == hex("01 83 03 01 31"));
+  CHECK(line.ask(hex("01 03 00 00 00 01 84 0A")) == hex("01 03 02 00 00 B8 44"));
+  CHECK(line.ask(hex("01 03 00 00 00 7D 85 EB")).size() == 255);
+  CHECK(line.ask(hex("01 03 00 00 00 7E C5 EA")) == hex("01 83 03 01 31"));
+  CHECK(line.ask(hex("01 03 00 00 FF FF 44 7A")) == hex("01 83 03 01 31"));
+  CHECK(line.ask(hex("01 10 00 00 00 00 00 09 50")) == hex("01 90 03 0C 01"));
+  CHECK(line.ask(hex("01 10 00 00 00 01 02 5A 5A 1C CB")) == hex("01 10 00 00 00 01 01 C9"));
+  CHECK(line.ask(filled("01 10 00 00 00 7B F6", 246, "89 20")) == hex("01 10 00 00 00 7B 80 2A"));
+  CHECK(line.words[122] == 0x5A5A);
+  CHECK(line.words[123] == 0);
+  CHECK(line.ask(filled("01 10 00 00 00 7C F6", 246, "5F 2C")) == hex("01 90 03 0C 01"));
+}
+
+TEST_CASE("RTU: the quantities of FC 23 outside their limits are exception 03") {
+  Line line;
+  CHECK(line.ask(filled("01 17 00 00 00 7D 00 00 00 79 F2", 242, "D8 3D")).size() == 255);
+  CHECK(line.words[120] == 0x5A5A);
+  CHECK(line.words[121] == 0);
+  CHECK(line.ask(filled("01 17 00 00 00 00 00 00 00 01 02", 2, "2F F9")) == hex("01 97 03 0E 31"));
+  CHECK(line.ask(filled("01 17 00 00 00 7E 00 00 00 01 02", 2, "A9 51")) == hex("01 97 03 0E 31"));
+  CHECK(line.ask(filled("01 17 00 00 00 01 00 00 00 00 00", 0, "B3 86")) == hex("01 97 03 0E 31"));
+  CHECK(line.ask(filled("01 17 00 00 00 01 00 00 00 7A F2", 242, "69 ED")) == hex("01 97 03 0E 31"));
+}
+
+TEST_CASE("RTU: more registers than a frame holds are exception 03, and are never stored") {
+  Line line;
+  CHECK(line.ask(filled("01 10 00 00 00 7C F8", 248, "9B CB")) == hex("01 90 03 0C 01"));  // 257 bytes
+  CHECK(line.ask(filled("01 10 00 00 00 7F FE", 254, "C3 18")) == hex("01 90 03 0C 01"));
+  CHECK(line.ask(filled("01 10 00 00 00 01 FF", 255, "10 3C")) == hex("01 90 03 0C 01"));
+  CHECK(line.ask(filled("01 17 00 00 00 01 00 00 00 7A F4", 244, "BA E0")) ==
+        hex("01 97 03 0E 31"));  // 257 bytes
+  CHECK(line.ask(filled("01 17 00 00 00 01 00 00 00 7F FF", 255, "DC C5")) == hex("01 97 03 0E 31"));
+  CHECK(line.words[0] == 0);
+  CHECK(line.ask(hex("01 03 00 00 00 01 84 0A")) == hex("01 03 02 00 00 B8 44"));
+}
+
+TEST_CASE("RTU: a byte count that does not fit the quantity is exception 03") {
+  Line line;
+  CHECK(line.ask(filled("01 10 00 00 00 02 03", 3, "0F 0E")) == hex("01 90 03 0C 01"));
+  CHECK(line.ask(filled("01 10 00 00 00 02 05", 5, "3E C9")) == hex("01 90 03 0C 01"));
+  CHECK(line.ask(filled("01 10 00 00 00 02 00", 0, "08 30")) == hex("01 90 03 0C 01"));
+  CHECK(line.ask(filled("01 17 00 00 00 01 00 00 00 02 02", 2, "EE 71")) == hex("01 97 03 0E 31"));
+  CHECK(line.words[0] == 0);
+}
+
+TEST_CASE("RTU: an address outside R0..R4167 is exception 02") {
+  Line line;
+  line.words[4167] = 0x0102;
+  CHECK(line.ask(hex("01 03 10 47 00 01 30 DF")) == hex("01 03 02 01 02 38 15"));
+  CHECK(line.ask(hex("01 03 10 48 00 01 00 DC")) == hex("01 83 02 C0 F1"));
+  CHECK(line.ask(hex("01 03 10 47 00 02 70 DE")) == hex("01 83 02 C0 F1"));
+  CHECK(line.ask(hex("01 03 FF FF 00 7D 85 CF")) == hex("01 83 02 C0 F1"));
+  CHECK(line.ask(hex("01 06 10 47 03 04 3C 2C")) == hex("01 06 10 47 03 04 3C 2C"));
+  CHECK(line.words[4167] == 0x0304);
+  CHECK(line.ask(hex("01 06 10 48 03 04 0C 2F")) == hex("01 86 02 C3 A1"));
+  CHECK(line.ask(hex("01 10 10 46 00 02 04 00 05 00 06 2A 76")) == hex("01 10 10 46 00 02 A4 DD"));
+  CHECK(line.words[4167] == 6);
+  CHECK(line.ask(hex("01 10 10 47 00 02 04 00 07 00 08 CB BE")) == hex("01 90 02 CD C1"));
+  CHECK(line.words[4167] == 6);
+  CHECK(line.ask(hex("01 16 10 47 00 00 00 09 80 9F")) == hex("01 16 10 47 00 00 00 09 80 9F"));
+  CHECK(line.words[4167] == 9);
+  CHECK(line.ask(hex("01 16 10 48 00 00 00 09 D4 9E")) == hex("01 96 02 CE 61"));
+}
+
+TEST_CASE("RTU: FC 23 with one of its addresses outside is exception 02 and writes nothing") {
+  Line line;
+  CHECK(line.ask(hex("01 17 10 48 00 01 00 00 00 01 02 00 01 42 90")) == hex("01 97 02 CF F1"));
+  CHECK(line.ask(hex("01 17 10 47 00 02 00 00 00 01 02 00 01 32 B5")) == hex("01 97 02 CF F1"));
+  CHECK(line.ask(hex("01 17 00 00 00 01 10 48 00 01 02 00 01 8B 27")) == hex("01 97 02 CF F1"));
+  CHECK(line.ask(hex("01 17 00 00 00 01 10 47 00 02 04 00 01 00 02 6F 58")) == hex("01 97 02 CF F1"));
+  CHECK(line.words[0] == 0);
+  CHECK(line.words[4167] == 0);
+}
+
+TEST_CASE("RTU: quantities are looked at before addresses") {
+  Line line;
+  CHECK(line.ask(hex("01 03 10 48 00 00 C1 1C")) == hex("01 83 03 01 31"));
+  CHECK(line.ask(hex("01 10 10 48 00 00 00 DF 33")) == hex("01 90 03 0C 01"));
+  CHECK(line.ask(hex("01 17 10 48 00 01 10 48 00 00 00 AD B3")) == hex("01 97 03 0E 31"));
+}
+
+TEST_CASE("RTU: a write that touches a read-only register is exception 02 and changes nothing") {
+  RtuServer::Settings settings;
+  settings.read_only_first = 0x0FA0;
+  settings.read_only_count = 3;
+  Line line(settings);
+  line.words[0x0FA2] = 0x1234;
+  CHECK(line.ask(hex("01 06 0F 9F 00 01 7B 30")) == hex("01 06 0F 9F 00 01 7B 30"));
+  CHECK(line.ask(hex("01 06 0F A0 00 01 4B 3C")) == hex("01 86 02 C3 A1"));
+  CHECK(line.ask(hex("01 06 0F A2 00 01 EA FC")) == hex("01 86 02 C3 A1"));
+  CHECK(line.ask(hex("01 06 0F A3 00 01 BB 3C")) == hex("01 06 0F A3 00 01 BB 3C"));
+  CHECK(line.ask(hex("01 10 0F 9E 00 02 04 00 02 00 03 DB 7E")) == hex("01 10 0F 9E 00 02 23 32"));
+  CHECK(line.ask(hex("01 10 0F 9F 00 02 04 00 02 00 03 1A B2")) == hex("01 90 02 CD C1"));
+  CHECK(line.ask(hex("01 10 0F A2 00 02 04 00 02 00 03 D8 3F")) == hex("01 90 02 CD C1"));
+  CHECK(line.ask(hex("01 16 0F A1 00 00 00 01 8A E0")) == hex("01 96 02 CE 61"));
+  CHECK(line.ask(hex("01 17 0F A0 00 01 0F A0 00 01 02 00 01 44 58")) == hex("01 97 02 CF F1"));
+  CHECK(line.ask(hex("01 17 0F A2 00 01 00 00 00 01 02 00 01 02 32")) == hex("01 17 02 12 34 B0 C3"));
+  CHECK(line.words[0x0F9F] == 3);
+  CHECK(line.words[0x0FA0] == 0);
+  CHECK(line.words[0x0FA2] == 0x1234);
+  CHECK(line.words[0x0FA3] == 1);
+}
+
+TEST_CASE("RTU: no register is read-only where none are set, wherever they would begin") {
+  RtuServer::Settings settings;
+  settings.read_only_first = 1;
+  Line line(settings);
+  CHECK(line.ask(hex("01 10 00 00 00 03 06 00 01 00 02 00 03 3A 81")) == hex("01 10 00 00 00 03 80 08"));
+  CHECK(line.words[2] == 3);
+}
+
+TEST_CASE("RTU: a broadcast writes and is not answered") {
+  Line line;
+  line.words[3] = 0xFFFF;
+  CHECK(line.ask(hex("00 06 00 00 00 01 49 DB")).empty());
+  CHECK(line.ask(hex("00 10 00 01 00 02 04 00 02 00 03 D7 5E")).empty());
+  CHECK(line.ask(hex("00 16 00 03 0F 0F 00 00 40 DD")).empty());
+  CHECK(line.ask(hex("00 17 00 00 00 01 00 04 00 01 02 00 05 97 A8")).empty());
+  CHECK(line.words[0] == 1);
+  CHECK(line.words[2] == 3);
+  CHECK(line.words[3] == 0x0F0F);
+  CHECK(line.words[4] == 5);
+  CHECK(line.server.counters().slave_no_responses == 4);
+  CHECK(line.ask(hex("01 03 00 00 00 01 84 0A")) == hex("01 03 02 00 01 79 84"));
+}
+
+TEST_CASE("RTU: a broadcast that cannot be executed is counted, not answered") {
+  Line line;
+  CHECK(line.ask(hex("00 03 00 00 00 00 44 1B")).empty());
+  CHECK(line.ask(hex("00 06 10 48 00 01 CD 0D")).empty());
+  CHECK(line.ask(hex("00 07 40 72")).empty());
+  CHECK(line.server.counters().slave_exceptions == 3);
+  CHECK(line.server.counters().slave_no_responses == 3);
+  CHECK(line.ask(hex("00 03 00 00 00 01 85 DB")).empty());
+}
+
+TEST_CASE("RTU: every function but five is exception 01") {
+  Line line;
+  CHECK(line.ask(hex("01 01 00 00 00 01 FD CA")) == hex("01 81 01 81 90"));
+  CHECK(line.ask(hex("01 02 00 00 00 01 B9 CA")) == hex("01 82 01 81 60"));
+  CHECK(line.ask(hex("01 04 00 00 00 01 31 CA")) == hex("01 84 01 82 C0"));
+  CHECK(line.ask(hex("01 05 00 00 FF 00 8C 3A")) == hex("01 85 01 83 50"));
+  CHECK(line.ask(hex("01 08 00 00 A5 37 DA 8D")) == hex("01 88 01 87 C0"));
+  CHECK(line.ask(hex("01 11 C0 2C")) == hex("01 91 01 8C 50"));
+  CHECK(line.ask(hex("01 2B 0E 01 00 70 77")) == hex("01 AB 01 9E F0"));
+  CHECK(line.ask(hex("01 00 00 20")) == hex("01 80 01 80 00"));
+  CHECK(line.server.counters().slave_exceptions == 8);
+}
+
+TEST_CASE("RTU: one poll executes one request, and none where there is none") {
+  Line line;
+  CHECK(line.server.poll().empty());
+  CHECK_FALSE(line.server.request_waiting());
+  line.send(hex("01 06 00 00 00 01 48 0A"));
+  CHECK(line.server.request_waiting());
+  CHECK(line.words[0] == 0);
+  CHECK(line.server.poll().size() == 8);
+  CHECK(line.words[0] == 1);
+  CHECK_FALSE(line.server.request_waiting());
+  CHECK(line.server.poll().empty());
+}
+
+}  // namespace
+}  // namespace cbcan

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+// Where a request begins and ends on the line, and what happens to everything else.
+#include "modbus/line.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan {
+namespace {
+
+using test::Bytes;
+using test::filled;
+using test::hex;
+using test::Line;
+
+const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
+const Bytes kValue = hex("01 03 02 12 34 B5 33");
+
+/// A line whose R0 is 1234h, so that kRead is answered by kValue.
+struct ReadyLine : Line {
+  explicit ReadyLine(const RtuServer::Settings& settings = {}) : Line(settings) { words[0] = 0x1234; }
+};
+
+TEST_CASE("RTU: the end of a request is known from its bytes, without silence") {
+  ReadyLine line;
+  for (int i = 0; i < 3; ++i) {
+    line.send(kRead);
+    CHECK(line.response() == kValue);
+  }
+  CHECK(line.server.counters().bus_messages == 3);
+}
+
+TEST_CASE("RTU: every damaged bit of a request keeps it from being executed, and the next one is") {
+  const Bytes write = hex("01 10 00 00 00 02 04 00 0A 01 02 53 FC");
+  for (std::size_t bit = 0; bit < 8 * write.size(); ++bit) {
+    ReadyLine line;
+    Bytes damaged = write;
+    damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ 1u << bit % 8);
+    CHECK(line.ask(damaged).empty());
+    CHECK(line.words[0] == 0x1234);
+    CHECK(line.ask(kRead) == kValue);
+    const RtuServer::Counters& counters = line.server.counters();
+    CHECK(counters.bus_communication_errors + counters.broken_frames == 1);
+  }
+}
+
+TEST_CASE("RTU: after a wrong CRC everything is ignored until a gap") {
+  ReadyLine line;
+  line.send(hex("01 03 00 00 00 01 84 0B"));  // 84 0A is right
+  CHECK(line.response().empty());
+  CHECK(line.server.counters().bus_communication_errors == 1);
+  line.send(kRead);
+  CHECK(line.response().empty());
+  CHECK(line.server.counters().ignored_bytes == 8);
+  CHECK(line.ask(kRead) == kValue);
+  CHECK(line.server.counters().broken_frames == 0);
+}
+
+TEST_CASE("RTU: a gap is more than the time set, from byte to byte") {
+  RtuServer::Settings settings;
+  settings.gap_us = 5000;
+  ReadyLine line(settings);
+  line.send(hex("01 03 00 00"));
+  SECTION("exactly the time: the frame goes on") {
+    line.wait(5000);
+    line.send(hex("00 01 84 0A"));
+    CHECK(line.response() == kValue);
+    CHECK(line.server.counters().broken_frames == 0);
+  }
+  SECTION("a microsecond more: a new frame") {
+    line.wait(5001);
+    line.send(hex("00 01 84 0A"));
+    CHECK(line.response().empty());
+    CHECK(line.server.counters().broken_frames == 1);
+  }
+}
+
+TEST_CASE("RTU: the counter of microseconds may wrap in a frame and in a gap") {
+  ReadyLine line;
+  line.now = 0xFFFFFFFF - 3 * Line::kByteUs;
+  line.send(kRead);
+  CHECK(line.now < 1000);
+  CHECK(line.response() == kValue);
+  line.now = 0xFFFFFFFF - 4 * Line::kByteUs;
+  line.send(hex("01 03 00"));
+  line.gap();
+  CHECK(line.now < 0x80000000);
+  line.send(kRead);
+  CHECK(line.response() == kValue);
+}
+
+TEST_CASE("RTU: a truncated request is forgotten at the gap") {
+  const Bytes write = hex("01 10 00 00 00 02 04 00 0A 01 02 53 FC");
+  for (std::size_t size = 1; size < write.size(); ++size) {
+    ReadyLine line;
+    CHECK(line.ask(Bytes(write.begin(), write.begin() + static_cast<std::ptrdiff_t>(size))).empty());
+    CHECK(line.ask(kRead) == kValue);
+    CHECK(line.server.counters().broken_frames == 1);
+  }
+}
+
+TEST_CASE("RTU: garbage in front of a request ends with the gap") {
+  ReadyLine line;
+  line.send(hex("FF"));
+  line.send(kRead);
+  CHECK(line.response().empty());
+  CHECK(line.ask(hex("55 AA 01 03 01 03 00")).empty());
+  CHECK(line.ask(kRead) == kValue);
+  CHECK(line.server.counters().broken_frames == 2);
+}
+
+TEST_CASE("RTU: requests and answers of other stations, back to back, do not hide ours") {
+  ReadyLine line;
+  line.send(hex("11 03 00 6B 00 03 76 87"));
+  line.send(hex("11 03 06 02 2B 00 00 00 64 C8 BA"));
+  line.send(hex("11 10 00 01 00 02 04 00 0A 01 02 C6 F0"));
+  line.send(hex("11 10 00 01 00 02 12 98"));
+  line.send(hex("02 07 41 12"));
+  line.send(hex("11 83 02 C1 34"));
+  line.send(filled("11 03 FA", 250, "ED 5F"));
+  CHECK(line.response().empty());
+  CHECK(line.server.counters().foreign_frames == 7);
+  CHECK(line.server.counters().bus_messages == 7);
+  CHECK(line.server.counters().slave_messages == 0);
+  line.send(kRead);
+  CHECK(line.response() == kValue);
+  CHECK(line.server.counters().bus_messages == 8);
+}
+
+TEST_CASE("RTU: a damaged frame of another station ends with the gap") {
+  ReadyLine line;
+  line.send(hex("11 03 00 6B 00 03 76 88"));
+  line.send(kRead);
+  CHECK(line.response().empty());
+  CHECK(line.ask(kRead) == kValue);
+  CHECK(line.server.counters().broken_frames == 1);
+  CHECK(line.server.counters().foreign_frames == 0);
+}
+
+TEST_CASE("RTU: a frame of 256 bytes is the longest that is followed") {
+  ReadyLine line;
+  line.send(filled("11 64", 252, "77 DC"));
+  CHECK(line.server.counters().foreign_frames == 1);
+  line.send(filled("11 64", 253, "1C 1D"));
+  CHECK(line.server.counters().foreign_frames == 1);
+  CHECK(line.server.counters().broken_frames == 1);
+  CHECK(line.server.counters().ignored_bytes == 1);
+  CHECK(line.ask(filled("01 64", 252, "7B CC")) == hex("01 E4 01 AA C0"));
+  CHECK(line.ask(filled("01 64", 253, "0C 18")).empty());
+  CHECK(line.server.counters().broken_frames == 2);
+  CHECK(line.ask(kRead) == kValue);
+}
+
+TEST_CASE("RTU: an endless stream without a gap is only counted") {
+  ReadyLine line;
+  for (int i = 0; i < 10000; ++i)
+    line.send(hex("01 64 5A 5A"));
+  CHECK(line.response().empty());
+  CHECK(line.server.counters().broken_frames == 1);
+  CHECK(line.server.counters().ignored_bytes == 40000 - 256);
+  CHECK(line.ask(kRead) == kValue);
+}
+
+TEST_CASE("RTU: a CRC that comes out right too early does not end a request of known length") {
+  ReadyLine line;
+  // The first six bytes are a frame with a right CRC: a write to R0 with the first word of its CRC as value.
+  const Bytes write = hex("01 06 00 00 E1 D9 00 00");
+  line.send(Bytes(write.begin(), write.begin() + 6));
+  CHECK_FALSE(line.server.request_waiting());
+  line.send(Bytes(write.begin() + 6, write.end()));
+  CHECK(line.response() == write);
+}
+
+TEST_CASE("RTU: what comes while a request is executed or answered is ignored and counted") {
+  ReadyLine line;
+  line.send(kRead);
+  line.send(hex("01 06 00 00 00 01 48 0A"));
+  CHECK(line.server.counters().ignored_bytes == 8);
+  const std::span<const std::uint8_t> response = line.server.poll();
+  line.send(kValue);  // the echo of a two-wire transceiver
+  CHECK(line.server.counters().ignored_bytes == 15);
+  CHECK(Bytes(response.begin(), response.end()) == kValue);
+  CHECK(line.server.poll().empty());
+  line.server.on_sent();
+  line.send(kRead);
+  CHECK(line.response() == kValue);
+  CHECK(line.server.counters().bus_messages == 2);
+}
+
+TEST_CASE("RTU: on_sent without a response under way disturbs nothing") {
+  ReadyLine line;
+  line.server.on_sent();
+  line.send(hex("01 03 00 00"));
+  line.server.on_sent();
+  line.send(hex("00 01 84 0A"));
+  line.server.on_sent();
+  CHECK(line.server.request_waiting());
+  CHECK(line.response() == kValue);
+}
+
+TEST_CASE("RTU: the station address is a setting") {
+  RtuServer::Settings settings;
+  settings.station = 247;
+  ReadyLine line(settings);
+  CHECK(line.ask(kRead).empty());
+  CHECK(line.ask(hex("F7 03 00 00 00 01 90 9C")) == hex("F7 03 02 12 34 7D 26"));
+}
+
+}  // namespace
+}  // namespace cbcan
