@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Builds the core for Cortex-M3 and looks at what came out: no static data, and nothing needed from outside but these.
+# Builds the libraries for Cortex-M3 and looks at what came out: no static data, and nothing needed from outside but these.
 # usage: cortex_m3_library.sh SOURCE_DIR BUILD_DIR
 set -euo pipefail
 source_dir=$1 build_dir=$2
@@ -9,22 +9,27 @@ allowed='^(memcpy|memmove|memset|memcmp|__aeabi_(memcpy|memcpy4|memcpy8|memset|m
 
 cmake -S "$source_dir" -B "$build_dir" -G Ninja -DCMAKE_BUILD_TYPE=MinSizeRel \
   -DCMAKE_TOOLCHAIN_FILE="$source_dir/cmake/arm-none-eabi.cmake" >/dev/null
-cmake --build "$build_dir" --target cbcan_core
-library=$build_dir/firmware/libcbcan_core.a
+cmake --build "$build_dir" --target cbcan_core cbcan_modbus
 
-arm-none-eabi-size -t "$library"
-read -r text data bss _ < <(arm-none-eabi-size -t "$library" | tail -n 1)
-if ((data != 0 || bss != 0)); then
-  echo "static data in the core: data $data, bss $bss; state belongs into objects that the caller owns" >&2
-  exit 1
-fi
-((text > 4000)) || { echo "only $text bytes of text: the library is not all there" >&2; exit 1; }
+# look_at LIBRARY LEAST_TEXT
+look_at() {
+  local library=$build_dir/firmware/lib$1.a text data bss defined undefined outside foreign
+  arm-none-eabi-size -t "$library"
+  read -r text data bss _ < <(arm-none-eabi-size -t "$library" | tail -n 1)
+  if ((data != 0 || bss != 0)); then
+    echo "static data in $1: data $data, bss $bss; state belongs into objects that the caller owns" >&2
+    exit 1
+  fi
+  ((text > $2)) || { echo "only $text bytes of text: $1 is not all there" >&2; exit 1; }
 
-defined=$(arm-none-eabi-nm --defined-only "$library" | awk 'NF == 3 {print $3}' | sort -u)
-undefined=$(arm-none-eabi-nm --undefined-only "$library" | awk 'NF == 2 {print $2}' | sort -u)
-outside=$(comm -13 <(echo "$defined") <(echo "$undefined"))
-if foreign=$(grep -Ev "$allowed" <<<"$outside"); then
-  echo "the core needs from outside what a bare-metal image does not have: $foreign" >&2
-  exit 1
-fi
-echo "needed from outside: $(tr '\n' ' ' <<<"$outside")"
+  defined=$(arm-none-eabi-nm --defined-only "$library" | awk 'NF == 3 {print $3}' | sort -u)
+  undefined=$(arm-none-eabi-nm --undefined-only "$library" | awk 'NF == 2 {print $2}' | sort -u)
+  outside=$(comm -13 <(echo "$defined") <(echo "$undefined"))
+  if foreign=$(grep -Ev "$allowed" <<<"$outside" | grep .); then
+    echo "$1 needs from outside what a bare-metal image does not have: $foreign" >&2
+    exit 1
+  fi
+  echo "$1 needs from outside: $(tr '\n' ' ' <<<"$outside")"
+}
+look_at cbcan_core 4000
+look_at cbcan_modbus 800

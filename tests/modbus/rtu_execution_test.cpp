@@ -106,6 +106,7 @@ TEST_CASE("RTU: more registers than a frame holds are exception 03, and are neve
   CHECK(line.ask(filled("01 17 00 00 00 01 00 00 00 7A F4", 244, "BA E0")) ==
         hex("01 97 03 0E 31"));  // 257 bytes
   CHECK(line.ask(filled("01 17 00 00 00 01 00 00 00 7F FF", 255, "DC C5")) == hex("01 97 03 0E 31"));
+  CHECK(line.server.counters().bus_messages == 5);  // what lies behind the buffer
   CHECK(line.words[0] == 0);
   CHECK(line.ask(hex("01 03 00 00 00 01 84 0A")) == hex("01 03 02 00 00 B8 44"));
 }

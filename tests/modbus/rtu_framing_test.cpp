@@ -105,6 +105,9 @@ TEST_CASE("RTU: garbage in front of a request ends with the gap") {
   CHECK(line.ask(hex("55 AA 01 03 01 03 00")).empty());
   CHECK(line.ask(kRead) == kValue);
   CHECK(line.server.counters().broken_frames == 2);
+  line.gap();
+  line.send(hex("FF FF"));  // its CRC is right, but four bytes are the fewest
+  CHECK(line.server.counters().foreign_frames == 0);
 }
 
 TEST_CASE("RTU: requests and answers of other stations, back to back, do not hide ours") {
