@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+// Any bytes at any times to the Modbus RTU server, polls and ends of transmissions in between: it answers
+// byte for byte what the model answers, and has the model's registers and counts afterwards.
+//
+// The input is a byte of settings and then steps; each is a byte and what belongs to it.
+#include <algorithm>
+#include <array>
+
+#include "fuzz/fuzz.hpp"
+#include "fuzz/rtu_model.hpp"
+#include "modbus/rtu_server.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+using Bytes = RtuModel::Bytes;
+using View = RtuModel::View;
+
+enum Step : std::uint8_t {
+  kBytes,    ///< length, bytes
+  kFrame,    ///< length, bytes; they get a CRC
+  kLong,     ///< length, bytes, number: they get so many times their last byte, and a CRC
+  kWait,     ///< two bytes: microseconds
+  kNearGap,  ///< a byte: so much more than 128 microseconds less than a gap
+  kPoll,
+  kSent,
+  kPollSent,
+  kSteps
+};
+
+constexpr std::uint32_t kByteUs = 96;
+constexpr std::uint64_t kStart = 0xFFFF0000;  ///< so that the counter of microseconds wraps soon
+
+const std::vector<std::uint16_t> kAtStart = [] {
+  std::vector<std::uint16_t> values(ModbusModel::kRegisters);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = static_cast<std::uint16_t>(i * 40503);
+  return values;
+}();
+
+RtuModel::Settings settings_of(std::uint8_t choice) {
+  return {static_cast<std::uint8_t>(choice % 2 != 0 ? 247 : 1),
+          std::array<std::uint64_t, 4>{1750, 50'000, 96, 0}[choice / 2 % 4], 3800u + choice / 8 % 4,
+          choice / 32u};
+}
+
+RtuServer::Settings product_settings(const RtuModel::Settings& settings) {
+  RtuServer::Settings product;
+  product.station = settings.station;
+  product.gap_us = static_cast<std::uint32_t>(settings.gap_us);
+  product.read_only_first = static_cast<std::uint16_t>(settings.read_only_first);
+  product.read_only_count = static_cast<std::uint16_t>(settings.read_only_count);
+  return product;
+}
+
+class Run {
+ public:
+  explicit Run(std::uint8_t choice)
+      : settings_(settings_of(choice)),
+        model_(settings_, kAtStart),
+        server_(registers_, product_settings(settings_)) {}
+
+  void send(View bytes) {
+    for (const std::uint8_t byte : bytes) {
+      wait(kByteUs);
+      server_.on_byte(byte, static_cast<std::uint32_t>(now_));
+      model_.receive(byte, now_);
+    }
+  }
+  void wait(std::uint64_t us) { now_ += us; }
+  std::uint64_t gap() const { return settings_.gap_us; }
+
+  void poll() {
+    const View response = server_.poll();
+    const Bytes expected = model_.poll();
+    require(std::ranges::equal(response, expected),
+            "each request has its own answer, and nothing else comes");
+    require(!server_.request_waiting(), "a poll leaves no request behind");
+  }
+  void sent() {
+    server_.on_sent();
+    model_.sent();
+  }
+
+  void end() {
+    poll();
+    sent();
+    wait(gap() + 1);
+    send(with_crc(Bytes{settings_.station, 3, 0x0E, 0x74, 0, 70}));
+    require(server_.request_waiting() || gap() < kByteUs, "after a gap a request is understood");
+    poll();
+    require(registers_ == model_.registers(), "the registers are those that were written");
+    compare(server_.counters(), model_.counts());
+  }
+
+ private:
+  static void compare(const RtuServer::Counters& counters, const RtuModel::Counts& counts) {
+    require(counters.bus_messages == counts.frames, "right frames are counted");
+    require(counters.bus_communication_errors == counts.crc_errors, "wrong CRCs are counted");
+    require(counters.slave_exceptions == counts.exceptions, "exceptions are counted");
+    require(counters.slave_messages == counts.executed, "requests are counted");
+    require(counters.slave_no_responses == counts.unanswered, "broadcasts are counted");
+    require(counters.foreign_frames == counts.foreign, "frames of others are counted");
+    require(counters.broken_frames == counts.broken, "broken frames are counted");
+    require(counters.ignored_bytes == counts.ignored, "ignored bytes are counted");
+  }
+
+  RtuModel::Settings settings_;
+  RtuModel model_;
+  std::vector<std::uint16_t> registers_ = kAtStart;
+  RtuServer server_;
+  std::uint64_t now_ = kStart;
+};
+
+/// Takes its parts off the front of the input; where that has ended they are 0 or empty.
+class Input {
+ public:
+  Input(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
+
+  bool empty() const { return rest_.empty(); }
+  std::uint8_t byte() {
+    if (rest_.empty()) return 0;
+    const std::uint8_t value = rest_[0];
+    rest_ = rest_.subspan(1);
+    return value;
+  }
+  View bytes() {
+    const std::size_t size = byte();
+    const View part = rest_.first(std::min(size, rest_.size()));
+    rest_ = rest_.subspan(part.size());
+    return part;
+  }
+
+ private:
+  View rest_;
+};
+
+Bytes lengthened(View bytes, std::size_t more) {
+  Bytes result(bytes.begin(), bytes.end());
+  result.insert(result.end(), more, bytes.empty() ? 0 : bytes.back());
+  return result;
+}
+
+void step(Run& run, Input& input) {
+  switch (input.byte() % kSteps) {
+    case kBytes: return run.send(input.bytes());
+    case kFrame: return run.send(with_crc(input.bytes()));
+    case kLong: {
+      const View head = input.bytes();
+      return run.send(with_crc(lengthened(head, input.byte())));
+    }
+    case kWait: {
+      const std::uint64_t high = input.byte();
+      return run.wait(256 * high + input.byte());
+    }
+    case kNearGap:
+      return run.wait(std::max<std::uint64_t>(run.gap() + input.byte(), 128 + kByteUs) - 128 - kByteUs);
+    case kPoll: return run.poll();
+    case kSent: return run.sent();
+    default: run.poll(); return run.sent();
+  }
+}
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  cbcan::fuzz::Input input(data, size);
+  cbcan::fuzz::Run run(input.byte());
+  while (!input.empty())
+    cbcan::fuzz::step(run, input);
+  run.end();
+  return 0;
+}
