@@ -7,9 +7,9 @@ build_packages=(g++ cmake ninja-build pkg-config libmodbus-dev libcli11-dev libt
 # Besides: what the tests are made with, the clients that they drive, and the guest with a CAN kernel.
 test_packages=(catch2 librapidcheck-dev libbenchmark-dev valgrind git python3
   clang-14 libclang-rt-14-dev gcovr
-  gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev
+  gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev g++-aarch64-linux-gnu
   python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2
-  qemu-system-x86 busybox-static)
+  qemu-system-x86 qemu-system-arm busybox-static)
 
 is_installed() { [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
 

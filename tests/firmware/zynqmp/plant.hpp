@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Both ends of QEMU's CAN bus in one image: CAN0 has the coprocessor, with the test as its PLC, CAN1 has one
+/// CANopen node.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "boards/zynqmp_a53/board.hpp"
+#include "boards/zynqmp_a53/zynqmp_can.hpp"
+#include "canopen/slave.hpp"
+#include "coprocessor/coprocessor.hpp"
+
+namespace cbcan::test {
+
+using Can = boards::ZynqmpCan<boards::Mmio>;
+
+inline constexpr std::uint8_t kOwnNode = 0x7F;
+inline constexpr std::uint8_t kNode = 0x42;
+
+/// 2000h:00 U32, 2001h:00 string of up to 32 bytes, 2002h:00 DOMAIN of 128 bytes, 2003h:00 U16 read-only,
+/// 1017h.
+class Device final : public Application {
+ public:
+  explicit Device(CanPort& port);
+
+  Slave slave;
+  unsigned resets = 0;
+
+ private:
+  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&) override {
+    return AbortCode::kGeneral;
+  }
+  AbortCode on_write(const ObjectEntry&, std::uint8_t, std::span<const std::uint8_t>) override {
+    return AbortCode::kNone;
+  }
+  void restore(std::uint16_t first_index, std::uint16_t last_index) override;
+  void on_nmt_state(nmt::State) override {}
+
+  std::array<std::uint8_t, 192> values_{};
+  std::array<std::uint8_t, 128> buffer_{};
+};
+
+struct Plant {
+  /// Starts both controllers and both nodes; false: a controller did not start.
+  bool start();
+  /// One turn of the loop.
+  void turn();
+
+  // The PLC's side of the registers.
+  std::uint16_t& reg(unsigned address) { return words[address - regmap::kWindowFirst]; }
+  /// R3701.. = these, CA0Eh, and turns until there is a result: R3700. CA0Eh: there was none for 5 seconds.
+  std::uint16_t execute(std::initializer_list<std::uint16_t> request);
+
+  std::array<std::uint16_t, regmap::kWindowWords> words{};
+  Can can0{boards::Mmio(boards::kCan0)};
+  Can can1{boards::Mmio(boards::kCan1)};
+  Coprocessor coprocessor{
+      RegisterWindow(RegisterWindow::Words(words)), can0, {.node_id = kOwnNode, .sdo_timeout_ms = 50}};
+  Device device{can1};
+  BusState bus_state = BusState::kActive;
+  std::array<std::atomic<std::uint32_t>, 2> interrupts{};
+};
+
+extern Plant plant;
+
+}  // namespace cbcan::test
