@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""What goes wrong on the board is told, and ends the emulator with exit code 1; a loop that hangs is restarted.
+
+usage: mps2_faults_test.py IMAGE
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases  # noqa: E402
+from simulator import program_from_arguments  # noqa: E402
+
+LIMIT = 60  # seconds
+FAULT = re.compile(r"cbcan: fault: exception (\w{8}) status (\w{8}) address (\w{8}) pc (\w{8})\n")
+
+
+def run(name):
+    """(exit code, standard error) of the image told to do `name`; time passes with its instructions alone."""
+    done = subprocess.run(
+        ["qemu-system-arm", "-M", "mps2-an385", "-kernel", IMAGE, "-display", "none", "-monitor", "none",
+         "-serial", "null", "-serial", "null", "-icount", "shift=5,sleep=off",
+         "-semihosting-config", f"enable=on,target=native,arg={name}"],
+        stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, timeout=LIMIT)
+    return done.returncode, done.stderr
+
+
+class Mps2(unittest.TestCase):
+    def check_fault(self, name, exception, status, address):
+        """Numbers as in the ARMv7-M manual: the exception's, CFSR, and the address if the core tells one."""
+        code, error = run(name)
+        self.assertEqual(code, 1, error)
+        fault = FAULT.search(error)
+        self.assertTrue(fault, error)
+        self.assertEqual([int(number, 16) for number in fault.groups()[:3]], [exception, status, address])
+        return int(fault[4], 16)
+
+    def test_the_start_up_fills_data_and_clears_the_registers(self):
+        self.assertEqual(run("data"), (0, ""))
+
+    def test_reading_through_a_null_pointer_faults(self):
+        pc = self.check_fault("null-read", 4, 0x82, 4)  # MMARVALID, DACCVIOL
+        self.assertTrue(0x40 <= pc < 24 * 1024, hex(pc))
+
+    def test_writing_through_a_null_pointer_faults(self):
+        self.check_fault("null-write", 4, 0x82, 0)
+
+    def test_an_address_where_nothing_is_faults(self):
+        self.check_fault("unmapped", 5, 0x8200, 0x60000000)  # BFARVALID, PRECISERR
+
+    def test_a_division_by_zero_faults(self):
+        self.check_fault("division", 6, 1 << 25, 0)  # DIVBYZERO
+
+    def test_an_undefined_instruction_faults(self):
+        self.check_fault("undefined", 6, 1 << 16, 0)  # UNDEFINSTR
+
+    def test_a_stack_too_deep_faults_and_is_reported_on_a_fresh_one(self):
+        pc = self.check_fault("stack", 4, 0x92, 0x1FFFFFF0)  # MMARVALID, MSTKERR, DACCVIOL: the guard below it
+        self.assertEqual(pc, 0)
+
+    def test_an_interrupt_that_nobody_expects_faults(self):
+        self.check_fault("interrupt", 16 + 5, 0, 0)
+
+    def test_power_on_is_the_cause_of_the_first_start(self):
+        self.assertEqual(run("power-on"), (0, ""))
+
+    def test_a_loop_that_hangs_is_reset_by_the_watchdog_and_the_next_start_knows(self):
+        self.assertEqual(run("watchdog")[0], 0)
+
+
+if __name__ == "__main__":
+    IMAGE = program_from_arguments(sys.argv)
+    cases.main()
