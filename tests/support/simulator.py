@@ -40,9 +40,10 @@ class Simulator:
             self.stop()
             raise AssertionError("no ready line")
         self.ready = self.process.stdout.readline().strip()
-        if not self.ready.startswith("ready modbus="):
+        if not self.ready.startswith("ready "):
             raise AssertionError(f"no ready line: {self.ready!r} {self.stop()[1]}")
-        self.port = int(self.ready.split()[1].rsplit(":", 1)[1])
+        self.where = dict(part.split("=", 1) for part in self.ready.split()[1:])  # "modbus": "127.0.0.1:1502", ...
+        self.port = int(self.where.get("modbus", ":0").rsplit(":", 1)[1])
 
     def __enter__(self):
         return self

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""The image for the MPS2 board in QEMU, over Modbus RTU, with the test or cbcan-sim's nodes at its CAN side.
+
+usage: mps2_image_test.py IMAGE CBCAN_SIM
+"""
+
+import multiprocessing
+import os
+import pathlib
+import random
+import select
+import struct
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases  # noqa: E402
+from mcu import Mcu, crc, die_with_parent  # noqa: E402
+from simulator import Simulator, program_from_arguments, wait_until  # noqa: E402
+
+OPENING = b"\r\r\rC\rS6\rO\r"
+BOOT_UP = b"t77F100\r"
+READ, WRITE = 5055, 5066
+MOST_STACK = 1024
+TRANSACTIONS = 500
+GARBAGE = 100_000
+
+
+def spin():
+    die_with_parent()
+    while True:
+        pass
+
+
+class LoadedHost:
+    """Twice as many busy processes as the machine has processors."""
+
+    def __enter__(self):
+        self.processes = [multiprocessing.Process(target=spin, daemon=True) for _ in range(2 * os.cpu_count())]
+        for process in self.processes:
+            process.start()
+
+    def __exit__(self, *_):
+        for process in self.processes:
+            process.kill()
+            process.join()
+
+
+def hear_silence(line):
+    """Takes what comes until nothing has come for a while: the silence between frames that RTU asks of a client."""
+    while select.select([line.socket], [], [], 0.3)[0]:
+        line.socket.recv(65536)
+
+
+def ask_until_answered(mcu):
+    """The line may still be full of garbage, so that a request drowns: one after another, with silence between."""
+    frame = b"\x01" + struct.pack(">BHH", 3, 3700, 1)
+
+    def answered():
+        hear_silence(mcu.modbus)
+        mcu.modbus.send(frame + crc(frame))
+        return select.select([mcu.modbus.socket], [], [], 1)[0]
+
+    wait_until(answered, "an answer after the garbage")
+    mcu.modbus.receive(7)
+
+
+def read_until(line, text):
+    data = b""
+    while not data.endswith(text):
+        data += line.receive(1)
+    return data
+
+
+class Image(unittest.TestCase):
+    def finish(self, mcu):
+        """What every test ends with: it still answers, nothing was lost, and the stack is within its limit."""
+        diagnostics = mcu.diagnostics()
+        print(f"{self.id().split('.')[-1]}: stack {diagnostics['stack_used']} of {diagnostics['stack_size']} bytes")
+        self.assertEqual(diagnostics["stack_size"], 2048)
+        self.assertLessEqual(diagnostics["stack_used"], MOST_STACK)
+        return diagnostics
+
+    def test_the_same_program_runs_on_three_cores(self):
+        for machine in "mps2-an385", "mps2-an386", "mps2-an500":
+            with self.subTest(machine), Mcu(IMAGE, machine) as mcu:
+                self.assertEqual(mcu.can.receive(len(OPENING + BOOT_UP)), OPENING + BOOT_UP)
+                self.assertEqual(mcu.execute(READ, 0, 0x3001, 0, 1), 0)
+                self.assertEqual(mcu.read(3705, 2), [1, 127])
+                diagnostics = self.finish(mcu)
+                self.assertEqual(diagnostics["reset_cause"], 1)
+                self.assertEqual(diagnostics["transactions"], 1)
+
+    def test_a_transfer_byte_by_byte(self):
+        with Mcu(IMAGE) as mcu:
+            mcu.can.receive(len(OPENING + BOOT_UP))
+            mcu.write(3700, [0xCA0E, READ, 5, 0x2000, 0, 4])
+            read_until(mcu.can, b"t60584000200000000000\r")
+            self.assertEqual(mcu.read(3700, 1), [0xCA0E])
+            mcu.can.send(b"t58584300200078563412\r")
+            while mcu.read(3700, 1) == [0xCA0E]:
+                pass
+            self.assertEqual(mcu.read(3700, 8), [0, READ, 5, 0x2000, 0, 4, 0x5678, 0x1234])
+            self.finish(mcu)
+
+    def test_exceptions_and_other_stations(self):
+        with Mcu(IMAGE) as mcu:
+            self.assertEqual(mcu.request(b"\x2b\x0e\x01\x00", 2), b"\xab\x01")  # no such function
+            self.assertEqual(mcu.request(struct.pack(">BHH", 3, 4167, 2), 2), b"\x83\x02")
+            self.assertEqual(mcu.request(struct.pack(">BHH", 3, 0, 126), 2), b"\x83\x03")
+            self.assertEqual(mcu.request(struct.pack(">BHH", 6, 4100, 1), 2), b"\x86\x02")  # read-only
+            other = b"\x02" + struct.pack(">BHH", 6, 100, 7)
+            mcu.modbus.send(other + crc(other))
+            everybody = b"\x00" + struct.pack(">BHH", 6, 101, 8)
+            mcu.modbus.send(everybody + crc(everybody))
+            hear_silence(mcu.modbus)  # the turnaround delay after a broadcast
+            self.assertEqual(mcu.read(100, 2), [0, 8])
+            self.assertEqual(self.finish(mcu)["modbus_exceptions"], 4)
+
+    def test_ten_thousand_transactions_on_a_loaded_host_none_lost_none_wrong(self):
+        """Writes of random bytes of every size to the node, and their reading back; no request is sent twice."""
+        chance = random.Random(1)
+        with Simulator(SIMULATOR, "--demo", "--no-module", "--slcan", "127.0.0.1:0", log=False) as sim:
+            with Mcu(IMAGE, can=f"tcp:{sim.where['slcan']},nodelay=on") as mcu, LoadedHost():
+                for number in range(TRANSACTIONS // 2):
+                    index, size = (0x2004, 4) if number % 16 else (0x2080, 128)
+                    words = [chance.randrange(65536) for _ in range(size // 2)]
+                    self.assertEqual(mcu.execute(WRITE, 0x20, index, 0, size, *words), 0, number)
+                    mcu.write(3706, [0] * (size // 2))
+                    self.assertEqual(mcu.execute(READ, 0x20, index, 0, 128), 0, number)
+                    self.assertEqual(mcu.read(3705, 1 + size // 2), [size, *words], number)
+                diagnostics = self.finish(mcu)
+                self.assertEqual(diagnostics["transactions"], TRANSACTIONS)
+                for name in "transactions_failed", "transactions_cancelled", "modbus_crc_errors", "modbus_lost", "can_lost":
+                    self.assertEqual(diagnostics[name], 0, name)
+
+    def test_a_hundred_thousand_random_bytes_into_each_line_and_it_still_answers(self):
+        chance = random.Random(2)
+        with Mcu(IMAGE) as mcu:
+            mcu.can.receive(len(OPENING + BOOT_UP))
+            for _ in range(GARBAGE // 1000):
+                mcu.can.send(chance.randbytes(1000))
+                mcu.modbus.send(chance.randbytes(1000))
+            ask_until_answered(mcu)
+            hear_silence(mcu.can)
+            mcu.can.send(b"\r")
+            mcu.write(3700, [0xCA0E, READ, 5, 0x2000, 0, 4])
+            read_until(mcu.can, b"t60584000200000000000\r")
+            mcu.can.send(b"t58584300200078563412\r")
+            while mcu.read(3700, 1) == [0xCA0E]:
+                pass
+            self.assertEqual(mcu.read(3700, 8), [0, READ, 5, 0x2000, 0, 4, 0x5678, 0x1234])
+            diagnostics = self.finish(mcu)
+            self.assertGreater(diagnostics["can_errors"], 100)
+
+
+if __name__ == "__main__":
+    IMAGE, SIMULATOR = program_from_arguments(sys.argv, 2)
+    cases.main()
