@@ -35,7 +35,8 @@ Examples:
   cbcanctl read 0x42 0x6411 1 --type i16
   cbcanctl write 0x42 0x6411 1 300 --type i16
   cbcanctl nmt start all
-  cbcanctl state all)";
+  cbcanctl state all
+  cbcanctl --rtu /dev/ttyUSB0 --baud 19200 --station 1 state all)";
 
 constexpr std::uint64_t kMaxNode = 127;
 constexpr std::uint16_t kNotDetected = 6;
@@ -251,21 +252,40 @@ void add_object(CLI::App& command, Options& options) {
   command.add_option("--type", options.type, "u8, u16, ... u64, i8 ... i64, f32, f64, bool, string or hex");
 }
 
+void add_target(CLI::App& app, cbcan::tools::Target& target) {
+  using CLI::Range;
+  CLI::Option* host =
+      app.add_option("--host", target.host, "where the Modbus TCP server is")->capture_default_str();
+  CLI::Option* port = app.add_option("--port", target.port)->capture_default_str()->check(Range(1, 65535));
+  CLI::Option* rtu = app.add_option("--rtu", target.rtu,
+                                    "serial device of a Modbus RTU server, instead of --host and --port")
+                         ->excludes(host)
+                         ->excludes(port);
+  app.add_option("--baud", target.baud)
+      ->capture_default_str()
+      ->check(CLI::IsMember(cbcan::tools::kBaudRates))
+      ->needs(rtu);
+  app.add_option("--parity", target.parity, "E even, O odd, or N none with two stop bits")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"E", "O", "N"}))
+      ->needs(rtu);
+  app.add_option("--unit,--station", target.unit, "Modbus unit ID, or station address")
+      ->capture_default_str()
+      ->check(Range(0, 247));
+}
+
 using Command = int (*)(const Options&);
 
 int run(int argc, char** argv) {
   Options options;
   Command chosen = nullptr;
-  CLI::App app("The PLC's side of the CBCAN register window: SDO, NMT and node states over Modbus TCP.",
-               "cbcanctl");
+  CLI::App app(
+      "The PLC's side of the CBCAN register window: SDO, NMT and node states over Modbus TCP or RTU.",
+      "cbcanctl");
   app.footer(kFooter);
   app.require_subcommand(1);
   app.fallthrough();
-  app.add_option("--host", options.target.host, "where the Modbus server is")->capture_default_str();
-  app.add_option("--port", options.target.port)->capture_default_str()->check(CLI::Range(1, 65535));
-  app.add_option("--unit", options.target.unit, "Modbus unit ID")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 247));
+  add_target(app, options.target);
   app.add_option("--timeout", options.timeout_ms, "how long to wait for R3700, in ms")
       ->capture_default_str()
       ->check(CLI::Range(1, 3'600'000));
@@ -300,6 +320,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsage;
   }
+  if (!options.target.rtu.empty() && options.target.unit == 0)
+    throw UsageError("--station 0 is all stations, and none of them answers; write 1..247");
   options.target.timeout = std::chrono::milliseconds(options.timeout_ms);
   return chosen(options);
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The PLC's side of the register window over Modbus TCP. Every call blocks for as long as its time-out
-/// allows.
+/// The PLC's side of the register window over Modbus TCP or RTU. Every call blocks for as long as its
+/// time-out allows.
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -37,12 +38,19 @@ class Interrupted : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Where the Modbus server is: at the serial device where one is named, else at host and port.
 struct Target {
   std::string host = "127.0.0.1";
   int port = 1502;
-  int unit = 1;
+  std::string rtu;                          ///< serial device; empty = TCP
+  int baud = 115200;                        ///< one of kBaudRates
+  char parity = 'E';                        ///< E, O, or N, which takes two stop bits
+  int unit = 1;                             ///< the station, over RTU
   std::chrono::milliseconds timeout{5000};  ///< for R3700 to change; at least 1 s for each Modbus answer
 };
+
+inline constexpr std::array kBaudRates{1200,  2400,   4800,   9600,   19200, 38400,
+                                       57600, 115200, 230400, 460800, 921600};
 
 /// What a PLC program writes to R3701..R3705, and the data words behind it.
 struct Transaction {
@@ -74,11 +82,16 @@ class WindowClient {
  private:
   using Deadline = std::chrono::steady_clock::time_point;
 
+  void connect_tcp();
+  void connect_rtu();
   std::vector<std::uint16_t> read(std::uint16_t address, std::size_t count);
+  bool repeat_after_failure(int attempt);
+  void drain();
   void write(std::uint16_t address, std::span<const std::uint16_t> words);
   std::uint16_t wait_for_result(Deadline deadline);
   void wait_for_others(Deadline deadline);
   void cancel();
+  std::string line() const;
   [[noreturn]] void lost(const std::string& doing) const;
 
   Target target_;

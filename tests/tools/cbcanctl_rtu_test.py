@@ -1,0 +1,258 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""cbcanctl and mbpoll over pseudo-terminals: with the RTU server of firmware/, and with devices that misbehave."""
+
+import fcntl
+import os
+import pathlib
+import re
+import select
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import tty
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, program_from_arguments
+
+CBCANCTL, RTU_STATION = program_from_arguments(sys.argv, 2)
+DONE, USAGE, NO_CONNECTION, REFUSED = 0, 1, 2, 3
+
+
+def run(device, *arguments, **options):
+    return subprocess.run([CBCANCTL, "--rtu", device, *arguments], capture_output=True, text=True, timeout=LIMIT, **options)
+
+
+class Station:
+    """Ends with this program, whatever happens: its standard input does."""
+
+    def __init__(self, *arguments):
+        self.process = subprocess.Popen([RTU_STATION, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        word, self.device = self.process.stdout.readline().split()
+        assert word == "ready"
+
+    def stop(self):
+        self.process.stdin.close()
+        self.process.stdout.close()
+        return self.process.wait(LIMIT)
+
+
+class OurServer(unittest.TestCase):
+    def setUp(self):
+        self.station = Station()
+        self.addCleanup(self.station.stop)
+
+    def check(self, arguments, out="", code=DONE, error=""):
+        done = run(self.station.device, *arguments.split())
+        self.assertEqual((done.stdout, done.returncode, done.stderr), (out, code, error))
+
+    def test_read_and_write(self):
+        self.check("read 0 0x3001 0 --type u8", "127\n")
+        self.check("write 0 0x3003 0 500 --type u16")
+        self.check("read 0 0x3003 0 --type u16", "500\n")
+        self.check("read 0 0x3333 0", "", REFUSED, "cbcanctl: 0602 0000h ABORT_NO_OBJ: no such object\n")
+
+    def test_nmt_and_state(self):
+        self.check("nmt start all")
+        self.check("state 0", "0 Pre-operational\n")
+        self.check("state 5", "5 Not detected\n")
+
+    def test_every_baud_rate_and_parity_can_be_set(self):
+        for baud in (1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600):
+            self.check(f"--baud {baud} state 0", "0 Pre-operational\n")
+        for parity in "EON":
+            self.check(f"--parity {parity} state 0", "0 Pre-operational\n")
+
+    def test_wrong_station(self):
+        done = run(self.station.device, "--station", "9", "--baud", "9600", "--parity", "N", "state", "0")
+        self.assertEqual((done.stdout, done.returncode), ("", NO_CONNECTION))
+        self.assertIn(f"{self.station.device} (9600 baud, 8N2, station 9): reading R3700: no answer", done.stderr)
+        for word in ("--station", "--baud", "--parity"):
+            self.assertIn(word, done.stderr)
+
+    def test_another_program_on_the_line(self):
+        with open(self.station.device, "rb", buffering=0) as other:
+            fcntl.flock(other, fcntl.LOCK_EX)
+            self.check("state 0", "", NO_CONNECTION, f"cbcanctl: {self.station.device}: another program uses it\n")
+
+    def test_mbpoll(self):
+        def mbpoll(*arguments):
+            done = subprocess.run(["mbpoll", "-q", "-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-0", "-1", "-o", "5",
+                                   *arguments], capture_output=True, text=True, timeout=LIMIT)
+            return [int(value) for value in re.findall(r"^\[\d+\]:\s+(\d+)", done.stdout, re.MULTILINE)], done.stderr
+        device = self.station.device
+        mbpoll("-r", "3700", device, str(0xCA0E), "5055", "0", str(0x3001), "0", "1")
+        self.assertEqual(mbpoll("-r", "3700", "-c", "7", device)[0], [0, 5055, 0, 0x3001, 0, 1, 127])
+        self.assertEqual(len(mbpoll("-r", "4043", "-c", "125", device)[0]), 125)
+        self.assertIn("Illegal data address", mbpoll("-r", "4044", "-c", "125", device)[1])
+        self.assertIn("Illegal function", mbpoll("-t", "0", "-r", "0", "-c", "1", device)[1])
+        self.check("read 0 0x3001 0 --type u8", "127\n")
+
+
+class AnotherAddress(unittest.TestCase):
+    def test_station_247(self):
+        station = Station("247")
+        self.addCleanup(station.stop)
+        done = run(station.device, "--station", "247", "state", "0")
+        self.assertEqual((done.stdout, done.stderr), ("0 Pre-operational\n", ""))
+
+
+def with_crc(frame):
+    crc = 0xFFFF
+    for byte in frame:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ 0xA001 if crc & 1 else crc >> 1
+    return frame + struct.pack("<H", crc)
+
+
+class Device:
+    """A station whose transactions are done at once: four bytes, 12345678h. Before it sends an answer, the next of its misdeeds
+    may change it: a function of the answer, and of this."""
+
+    def __init__(self, *misdeeds):
+        self.line, self.slave = os.openpty()
+        tty.setraw(self.slave)
+        self.name = os.ttyname(self.slave)
+        self.misdeeds = list(misdeeds)
+        self.requests = []
+        self.words = [0] * 70
+        self.woken, self.wake = os.pipe()
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+        self.thread.start()
+
+    def stop(self):
+        os.close(self.wake)
+        self.thread.join(LIMIT)
+        for descriptor in (self.line, self.slave, self.woken):
+            os.close(descriptor)
+
+    def stopped_within(self, seconds):
+        return bool(select.select([self.woken], [], [], seconds)[0])
+
+    def serve(self):
+        data = b""
+        while self.woken not in select.select([self.line, self.woken], [], [])[0]:
+            data += os.read(self.line, 256)
+            size = 8 if len(data) < 7 or data[1] == 3 else 9 + data[6]
+            if len(data) >= size:
+                self.execute(data[:size])
+                data = data[size:]
+
+    def execute(self, request):
+        assert with_crc(request[:-2]) == request, request.hex()
+        self.requests.append(request)
+        at = struct.unpack(">H", request[2:4])[0] - 3700
+        count = struct.unpack(">H", request[4:6])[0]
+        if request[1] == 3:
+            answer = request[:2] + bytes([2 * count]) + struct.pack(f">{count}H", *self.words[at:at + count])
+        else:
+            self.words[at:at + count] = struct.unpack(f">{count}H", request[7:-2])
+            self.words[0], self.words[5:8] = 0, [4, 0x5678, 0x1234]
+            answer = request[:6]
+        answer = with_crc(answer)
+        if self.misdeeds:
+            answer = self.misdeeds.pop(0)(answer, self)
+        os.write(self.line, answer)
+
+
+def good(answer, _):
+    return answer
+
+
+def none(_, __):
+    return b""
+
+
+class BadDevices(unittest.TestCase):
+    def result(self, *misdeeds):
+        device = Device(*misdeeds)
+        try:
+            return run(device.name, "read", "1", "0x1000", "0", "--type", "u32"), device.requests
+        finally:
+            device.stop()
+
+    def check_done(self, *misdeeds):
+        done, requests = self.result(*misdeeds)
+        self.assertEqual((done.stdout, done.returncode, done.stderr), (f"{0x12345678}\n", DONE, ""))
+        self.assertEqual([request[1] for request in requests].count(16), 1)
+
+    def check_lost(self, word, *misdeeds):
+        done, requests = self.result(*misdeeds)
+        self.assertEqual((done.stdout, done.returncode), ("", NO_CONNECTION), done.stderr)
+        self.assertIn(word, done.stderr)
+        return requests
+
+    def test_without_misdeeds(self):
+        self.check_done()
+
+    def test_a_lost_answer_to_a_read_is_asked_for_again(self):
+        self.check_done(none)
+        self.check_done(good, good, none)
+
+    def test_a_damaged_answer_to_a_read_is_asked_for_again(self):
+        self.check_done(lambda answer, _: answer[:3] + bytes([answer[3] ^ 1]) + answer[4:])
+        self.check_done(good, good, good, lambda answer, _: answer[:-10])
+
+    def test_a_late_answer_is_not_taken_for_the_next_one(self):
+        def late(answer, device):
+            device.stopped_within(2)  # cbcanctl waits 1.5 s, and then until 1 s long nothing comes
+            return answer
+        self.check_done(good, good, late)
+
+    def test_bytes_that_nobody_asked_for_are_not_taken_for_an_answer(self):
+        self.check_done(lambda answer, _: answer + with_crc(bytes.fromhex("01 03 02 CA 0E")))
+
+    def test_an_answer_of_another_station(self):
+        self.check_lost("reading R3700", *2 * [lambda answer, _: with_crc(b"\x02" + answer[1:-2])])
+
+    def test_a_lost_answer_to_a_write_is_not_asked_for_again(self):
+        requests = self.check_lost("writing R3700: no answer", good, none)
+        self.assertEqual([request[1] for request in requests], [3, 16])
+
+    def test_an_exception_is_an_answer(self):
+        requests = self.check_lost("reading R3700: Illegal data address", lambda _, __: with_crc(bytes.fromhex("01 83 02")))
+        self.assertEqual(len(requests), 1)
+
+    def test_garbage(self):
+        self.check_lost("reading R3700", *2 * [lambda _, __: b"\r\nlogin: "])
+
+
+class NoDevice(unittest.TestCase):
+    def check(self, device, word, **options):
+        done = run(device, "state", "0", **options)
+        self.assertEqual((done.stdout, done.returncode), ("", NO_CONNECTION))
+        self.assertIn(f"{device}: {word}", done.stderr)
+
+    def test_no_such_device(self):
+        self.check("/dev/no-such-tty", "no such device")
+
+    def test_not_a_serial_device(self):
+        with tempfile.NamedTemporaryFile() as file:
+            self.check(file.name, "not a serial device")
+        self.check("/dev", "not a serial device")
+
+    def test_no_permission(self):
+        def become_nobody():
+            if os.geteuid() == 0:
+                os.setgroups([])
+                os.setgid(65534)
+                os.setuid(65534)
+        device = Device()
+        self.addCleanup(device.stop)
+        os.chmod(device.name, 0)
+        self.check(device.name, "no permission", preexec_fn=become_nobody)
+
+    def test_usage(self):
+        for arguments in ("--rtu=", "--rtu x --port 1502", "--rtu x --host y", "--rtu x --baud 1", "--rtu x --parity M",
+                          "--rtu x --station 0", "--rtu x --station 248", "--baud 9600", "--parity N"):
+            done = subprocess.run([CBCANCTL, *arguments.split(), "state", "0"], capture_output=True, text=True, timeout=LIMIT)
+            self.assertEqual((done.returncode, done.stdout), (USAGE, ""), arguments)
+            self.assertTrue(done.stderr, arguments)
+
+
+cases.main()
