@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import select
+import shutil
 import struct
 import subprocess
 import sys
@@ -23,8 +24,8 @@ CBCANCTL, RTU_STATION = program_from_arguments(sys.argv, 2)
 DONE, USAGE, NO_CONNECTION, REFUSED = 0, 1, 2, 3
 
 
-def run(device, *arguments, **options):
-    return subprocess.run([CBCANCTL, "--rtu", device, *arguments], capture_output=True, text=True, timeout=LIMIT, **options)
+def run(device, *arguments):
+    return subprocess.run([CBCANCTL, "--rtu", device, *arguments], capture_output=True, text=True, timeout=LIMIT)
 
 
 class Station:
@@ -224,8 +225,8 @@ class BadDevices(unittest.TestCase):
 
 
 class NoDevice(unittest.TestCase):
-    def check(self, device, word, **options):
-        done = run(device, "state", "0", **options)
+    def check(self, device, word):
+        done = run(device, "state", "0")
         self.assertEqual((done.stdout, done.returncode), ("", NO_CONNECTION))
         self.assertIn(f"{device}: {word}", done.stderr)
 
@@ -246,7 +247,13 @@ class NoDevice(unittest.TestCase):
         device = Device()
         self.addCleanup(device.stop)
         os.chmod(device.name, 0)
-        self.check(device.name, "no permission", preexec_fn=become_nobody)
+        with tempfile.TemporaryDirectory() as folder:  # the build may be where nobody can go
+            os.chmod(folder, 0o755)
+            program = shutil.copy(CBCANCTL, folder)
+            done = subprocess.run([program, "--rtu", device.name, "state", "0"], capture_output=True, text=True, timeout=LIMIT,
+                                  cwd="/", preexec_fn=become_nobody)
+        self.assertEqual((done.stdout, done.returncode), ("", NO_CONNECTION))
+        self.assertIn(f"{device.name}: no permission", done.stderr)
 
     def test_usage(self):
         for arguments in ("--rtu=", "--rtu x --port 1502", "--rtu x --host y", "--rtu x --baud 1", "--rtu x --parity M",
