@@ -10,7 +10,8 @@ namespace cbcan::bench {
 
 struct Run {
   const char* name;
-  unsigned limit;  ///< instructions, x86-64 -O2: the figure to reach
+  unsigned limit;            ///< instructions, x86-64 -O2: the figure to reach
+  unsigned limit_cortex_m3;  ///< likewise, Cortex-M3 -Os; 0 = none was asked for
   /// Does it `count` times; false: an outcome was wrong.
   bool (*run)(unsigned count);
 };

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// ../counted.cpp for a Cortex-M3 in QEMU: does one of the runs a number of times, "RUN COUNT" on the command
+// line, so that instructions_cortex_m3 can count. Without them: lists the runs.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "../runs.hpp"
+#include "boards/common/cortex_m.hpp"
+#include "boards/common/registers.hpp"
+#include "boards/common/semihosting.hpp"
+
+namespace {
+
+using namespace cbcan::boards;
+
+constexpr VectorTable<32> table() {
+  VectorTable<32> vectors;
+  vectors.interrupts.fill(fault_handler);
+  return vectors;
+}
+
+[[gnu::section(".vectors"), gnu::used]] constinit const VectorTable<32> vectors = table();
+
+/// A decimal number; `at` is then behind it and the blanks around it.
+unsigned number(const char*& at) {
+  unsigned value = 0;
+  for (; *at == ' '; ++at) {
+  }
+  for (; *at >= '0' && *at <= '9'; ++at)
+    value = 10 * value + static_cast<unsigned>(*at - '0');
+  return value;
+}
+
+void write_number(unsigned value) {
+  if (value >= 10) write_number(value / 10);
+  const char digit[2] = {static_cast<char>('0' + value % 10), 0};
+  semihosting::write(digit);
+}
+
+/// Limit, tab, name; 0 = no limit.
+void list() {
+  for (const cbcan::bench::Run& run : cbcan::bench::runs()) {
+    write_number(run.limit_cortex_m3);
+    semihosting::write("\t");
+    semihosting::write(run.name);
+    semihosting::write("\n");
+  }
+}
+
+}  // namespace
+
+void cbcan::boards::on_fault(const Fault& fault) {
+  semihosting::write("fault at ");
+  semihosting::write_hex(fault.pc);
+  semihosting::write("\n");
+  semihosting::exit(1);
+}
+
+int main() {
+  // With the MPU on, QEMU's semihosting cannot read strings that lie in the first kilobyte, next to its
+  // region.
+  constexpr std::uint32_t kMpuControl = 0xD94;
+  Mmio(0xE000E000).write(kMpuControl, 0);
+  std::array<char, 256> line{};
+  const char* at = line.data();
+  if (semihosting::command_line(line))
+    for (; *at != 0 && *at != ' '; ++at) {  // the program's name
+    }
+  if (*at == 0) {
+    list();
+    semihosting::exit(0);
+  }
+  const unsigned which = number(at);
+  const unsigned count = number(at);
+  const auto runs = cbcan::bench::runs();
+  semihosting::exit(which < runs.size() && runs[which].run(count) ? 0 : 1);
+}
