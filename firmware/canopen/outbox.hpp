@@ -16,8 +16,11 @@ class Outbox {
 
   /// False: the port has no room; the frame is kept, in the place of one that was kept before.
   bool send(const Frame& frame, Time now) {
-    waiting_ = !port_.try_send(frame);
-    if (!waiting_) return true;
+    if (port_.try_send(frame)) {
+      waiting_ = false;
+      return true;
+    }
+    waiting_ = true;
     ++refused_;
     frame_ = frame;
     retry_at_ = now + kRetryInterval;

@@ -12,9 +12,24 @@ namespace cbcan {
 /// mean the same in all of them and never get here.
 struct SdoClient::State {
   std::uint8_t accepts;  ///< bit n: an answer with command specifier n belongs here; any other is ABORT_SYNC
-  void (SdoClient::*on_answer)(const Frame&, Time);
-  void (SdoClient::*on_deadline)(Time);
-  void (SdoClient::*on_room)(Time);  ///< the port has taken the frame that it had refused
+  void (*on_answer)(SdoClient&, const Frame&, Time);
+  void (*on_deadline)(SdoClient&, Time);
+  void (*on_room)(SdoClient&, Time);  ///< the port has taken the frame that it had refused
+
+  template <auto kOnAnswer, auto kOnDeadline, auto kOnRoom>
+  static constexpr State of(std::uint8_t accepts) {
+    return {accepts, answer<kOnAnswer>, event<kOnDeadline>, event<kOnRoom>};
+  }
+
+  // Member functions as plain ones: pointers to members are twice the size, and slower to call.
+  template <void (SdoClient::*kHandler)(const Frame&, Time)>
+  static void answer(SdoClient& client, const Frame& frame, Time now) {
+    (client.*kHandler)(frame, now);
+  }
+  template <void (SdoClient::*kHandler)(Time)>
+  static void event(SdoClient& client, Time now) {
+    (client.*kHandler)(now);
+  }
 };
 
 namespace {
@@ -31,20 +46,20 @@ constexpr AbortCode kCancelled = AbortCode::kGeneral;
 
 /// Among the segments of a block only sequence number 0 is free to mean something else.
 constexpr bool is_abort(std::uint8_t command, std::uint8_t accepts) {
-  return accepts == kSegments ? command == sdo::command(sdo::Answer::kAbort)
-                              : sdo::is(command, sdo::Answer::kAbort);
+  return sdo::is(command, sdo::Answer::kAbort) &&
+         (accepts != kSegments || command == sdo::command(sdo::Answer::kAbort));
 }
 
 constexpr bool is_short(const Frame& frame) {
   return frame.length < frame.data.size() && frame.length < sdo::answer_length(frame.data[0]);
 }
 
-/// An abort without index and sub-index is about whatever there is.
+/// An abort without index and sub-index is about whatever there is. The usual case comes first.
 constexpr bool is_about(sdo::Multiplexer mux, const Frame& frame) {
-  const std::uint8_t command = frame.data[0];
-  if (!sdo::has_multiplexer(command)) return true;
   const sdo::Multiplexer theirs = sdo::multiplexer_of(frame);
-  return theirs == mux || (theirs == 0 && sdo::is(command, sdo::Answer::kAbort));
+  if (theirs == mux) return true;
+  const std::uint8_t command = frame.data[0];
+  return !sdo::has_multiplexer(command) || (theirs == 0 && sdo::is(command, sdo::Answer::kAbort));
 }
 
 }  // namespace
@@ -52,30 +67,41 @@ constexpr bool is_about(sdo::Multiplexer mux, const Frame& frame) {
 using Self = SdoClient;
 
 const std::array<Self::State, Self::kPhases> Self::kStates{{
-    /* kIdle */ {kNone, &Self::misplaced, &Self::nothing, &Self::nothing},
-    /* kHeldBack */ {kNone, &Self::misplaced, &Self::hold_or_begin, &Self::nothing},
-    /* kQueued */ {kNone, &Self::misplaced, &Self::timed_out, &Self::begin},
+    /* kIdle */ State::of<&Self::misplaced, &Self::nothing, &Self::nothing>(kNone),
+    /* kHeldBack */
+    State::of<&Self::misplaced, &Self::hold_or_begin, &Self::nothing>(kNone),
+    /* kQueued */
+    State::of<&Self::misplaced, &Self::timed_out, &Self::begin>(kNone),
     /* kUploadInitiate */
-    {only(sdo::Answer::kInitiateUpload), &Self::upload_initiated, &Self::timed_out, &Self::opened},
+    State::of<&Self::upload_initiated, &Self::timed_out, &Self::opened>(only(sdo::Answer::kInitiateUpload)),
     /* kUploadSegment */
-    {only(sdo::Answer::kUploadSegment), &Self::upload_segment, &Self::timed_out, &Self::nothing},
+    State::of<&Self::upload_segment, &Self::timed_out, &Self::nothing>(only(sdo::Answer::kUploadSegment)),
     /* kDownloadExpedited */
-    {only(sdo::Answer::kInitiateDownload), &Self::download_done, &Self::timed_out, &Self::opened},
+    State::of<&Self::download_done, &Self::timed_out, &Self::opened>(only(sdo::Answer::kInitiateDownload)),
     /* kDownloadInitiate */
-    {only(sdo::Answer::kInitiateDownload), &Self::download_initiated, &Self::timed_out, &Self::opened},
+    State::of<&Self::download_initiated, &Self::timed_out, &Self::opened>(
+        only(sdo::Answer::kInitiateDownload)),
     /* kDownloadSegment */
-    {only(sdo::Answer::kDownloadSegment), &Self::download_segment_taken, &Self::timed_out, &Self::nothing},
+    State::of<&Self::download_segment_taken, &Self::timed_out, &Self::nothing>(
+        only(sdo::Answer::kDownloadSegment)),
     /* kBlockDownloadInitiate */
-    {only(sdo::Answer::kBlockDownload), &Self::block_download_initiated, &Self::timed_out, &Self::opened},
-    /* kBlockDownloadStream */ {kNone, &Self::misplaced, &Self::timed_out, &Self::stream_segments},
+    State::of<&Self::block_download_initiated, &Self::timed_out, &Self::opened>(
+        only(sdo::Answer::kBlockDownload)),
+    /* kBlockDownloadStream */
+    State::of<&Self::misplaced, &Self::timed_out, &Self::stream_segments>(kNone),
     /* kBlockDownloadAcknowledge */
-    {only(sdo::Answer::kBlockDownload), &Self::block_download_acknowledged, &Self::timed_out, &Self::nothing},
+    State::of<&Self::block_download_acknowledged, &Self::timed_out, &Self::nothing>(
+        only(sdo::Answer::kBlockDownload)),
     /* kBlockDownloadEnd */
-    {only(sdo::Answer::kBlockDownload), &Self::block_download_ended, &Self::timed_out, &Self::nothing},
+    State::of<&Self::block_download_ended, &Self::timed_out, &Self::nothing>(
+        only(sdo::Answer::kBlockDownload)),
     /* kBlockUploadInitiate */
-    {only(sdo::Answer::kBlockUpload), &Self::block_upload_initiated, &Self::timed_out, &Self::opened},
-    /* kBlockUploadStream */ {kSegments, &Self::block_upload_segment, &Self::ask_for_rest, &Self::nothing},
-    /* kBlockUploadEnd */ {kSegments, &Self::block_upload_ended, &Self::timed_out, &Self::nothing},
+    State::of<&Self::block_upload_initiated, &Self::timed_out, &Self::opened>(
+        only(sdo::Answer::kBlockUpload)),
+    /* kBlockUploadStream */
+    State::of<&Self::block_upload_segment, &Self::ask_for_rest, &Self::nothing>(kSegments),
+    /* kBlockUploadEnd */
+    State::of<&Self::block_upload_ended, &Self::timed_out, &Self::nothing>(kSegments),
 }};
 
 const SdoClient::State& SdoClient::state() const {
@@ -131,11 +157,11 @@ void SdoClient::start(const Request& request, Time now) {
   if (request.direction == Direction::kWrite && request.mode == Mode::kExpedited &&
       request.size > sdo::kExpeditedBytes)
     return fail(AbortCode::kNoSegment);
-  hold_or_begin(now);
+  quarantined_ == 0 ? begin(now) : hold_or_begin(now);
 }
 
 void SdoClient::hold_or_begin(Time now) {
-  const Time until = quarantined_ == 0 ? now : held_until(now);
+  const Time until = held_until(now);
   if (until > now) return enter(kHeldBack, until);
   begin(now);
 }
@@ -182,23 +208,22 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
   if (!opened_ || frame.id != sdo::kAnswerId + request_.node) return on_stray(frame, now);
   const std::uint8_t command = frame.data[0];
   const State& waiting = state();
-  const bool aborts = is_abort(command, waiting.accepts);
-  const bool segment = phase_ == kBlockUploadStream && !aborts;
+  const bool segment = phase_ == kBlockUploadStream && !is_abort(command, kSegments);
   if (segment ? frame.length < frame.data.size() : is_short(frame)) {
     ++counters_.too_short;
     return;
   }
-  if (!segment && !is_about(mux(), frame)) {
+  if (!segment && !sdo::is_segment_answer(command) && !is_about(mux(), frame)) {
     ++counters_.other_object;
     return;
   }
-  if (aborts) return on_abort(frame, now);
+  if (is_abort(command, waiting.accepts)) return on_abort(frame, now);
   if (outbox_.waiting()) {  // our request has not even left
     ++counters_.unexpected;
     return;
   }
   if ((waiting.accepts >> sdo::specifier_of(command) & 1) == 0) return misplaced(frame, now);
-  (this->*waiting.on_answer)(frame, now);
+  waiting.on_answer(*this, frame, now);
 }
 
 /// Nothing is asked of this node. If it is in quarantine this may be the late answer, and the next transfer
@@ -314,8 +339,8 @@ void SdoClient::send_download_segment(Time now) {
 // --------------------------------------------------------------------------------------
 
 void SdoClient::poll(Time now) {
-  if (outbox_.retry(now)) (this->*state().on_room)(now);
-  if (now >= deadline_) (this->*state().on_deadline)(now);
+  if (outbox_.retry(now)) state().on_room(*this, now);
+  if (now >= deadline_) state().on_deadline(*this, now);
 }
 
 void SdoClient::nothing(Time /*now*/) {}

@@ -95,7 +95,9 @@ constexpr BlockStep block_step(std::uint8_t command) {
 }
 
 constexpr Multiplexer multiplexer_of(const Frame& frame) {
-  return frame.data[1] | std::uint32_t{frame.data[2]} << 8 | std::uint32_t{frame.data[3]} << 16;
+  const std::uint32_t word =
+      frame.data[0] | frame.data[1] << 8 | frame.data[2] << 16 | std::uint32_t{frame.data[3]} << 24;
+  return word >> 8;  // as one number it is one load
 }
 constexpr std::uint32_t tail_of(const Frame& frame) {
   return load32(frame, 4);
@@ -144,6 +146,11 @@ constexpr bool has_multiplexer(std::uint8_t command) {
     case Answer::kBlockUpload: return (command & 1) == 0;
     default: return false;
   }
+}
+
+/// The answer to a segment, either way: it has no multiplexer.
+constexpr bool is_segment_answer(std::uint8_t command) {
+  return specifier_of(command) <= static_cast<std::uint8_t>(Answer::kDownloadSegment);
 }
 
 /// The bytes behind byte 0 of a segment. Nearly all segments are full, and those go without a loop; by way of
