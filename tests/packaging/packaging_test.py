@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The library as others take it in: PlatformIO, Zephyr, Arduino; and the example of docs/porting.md.
+
+Neither of these build systems is here; each test does with the Cortex-M3 compiler what that build system does with the
+manifest: its sources, its include paths and no other."""
+
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+
+EXAMPLE = ROOT / "examples/minimal_port.cpp"
+COMPILER = ["arm-none-eabi-g++", "-mcpu=cortex-m3", "-mthumb", "-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics", "-Os",
+            "-Wall", "-Wextra", "-Werror", "-Wno-psabi", "-fsyntax-only"]
+PARTS = ("canopen", "coprocessor", "modbus", "slcan")
+
+
+def run(*command, **options):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, **options)
+    if done.returncode != 0:
+        raise AssertionError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def compile_with(flags, sources):
+    for source in sources:
+        run(*COMPILER, *flags, source, cwd=ROOT)
+
+
+def library_sources():
+    """All that belongs into a library, relative to firmware/."""
+    return sorted(str(path.relative_to(ROOT / "firmware")) for part in PARTS for path in (ROOT / "firmware" / part).glob("*.cpp"))
+
+
+def version():
+    return re.search(r'kVersion = "([0-9.]+)"', (ROOT / "firmware/include/cbcan/version.hpp").read_text())[1]
+
+
+class Packaging(unittest.TestCase):
+    def test_versions_are_the_one_of_version_hpp(self):
+        self.assertEqual(json.loads((ROOT / "library.json").read_text())["version"], version())
+        self.assertIn(f"\nversion={version()}\n", (ROOT / "arduino/library.properties").read_text())
+
+    def test_platformio(self):
+        """PlatformIO: sources by srcFilter below srcDir; include paths are includeDir, srcDir and the -I of the flags, the
+        same for the sketch that uses the library."""
+        build = json.loads((ROOT / "library.json").read_text())["build"]
+        sources = set()
+        for rule in build["srcFilter"]:
+            sign, pattern = re.fullmatch(r"([+-])<(.+)>", rule).groups()
+            found = set((ROOT / build["srcDir"]).glob("**/*" if pattern == "*" else pattern))
+            sources = sources | found if sign == "+" else sources - found
+        self.assertEqual(sorted(str(path.relative_to(ROOT / "firmware")) for path in sources), library_sources())
+        flags = [flag.replace("-I ", "-I") for flag in build["flags"]]
+        compile_with([f"-I{build['includeDir']}", f"-I{build['srcDir']}", *flags], [*sorted(sources), EXAMPLE])
+
+    def test_platformio_exports_what_it_builds(self):
+        manifest = json.loads((ROOT / "library.json").read_text())
+        exported = manifest["export"]["include"]
+        for needed in ("firmware", "regmap/include", "library.json", "LICENSE"):
+            self.assertIn(needed, exported)
+        for path in exported:
+            self.assertTrue((ROOT / path).exists(), path)
+
+    def test_zephyr(self):
+        module = (ROOT / "zephyr/module.yml").read_text()
+        self.assertEqual(re.findall(r"^(?:name|  cmake|  kconfig): (.*)$", module, re.MULTILINE),
+                         ["cbcan", "zephyr", "zephyr/Kconfig"])
+        self.assertRegex((ROOT / "zephyr/Kconfig").read_text(), r"(?m)^config CBCAN$")
+        listed = re.findall(r"\$\{cbcan\}/firmware/(\S+\.cpp)", (ROOT / "zephyr/CMakeLists.txt").read_text())
+        self.assertEqual(sorted(listed), library_sources())
+        with tempfile.TemporaryDirectory() as folder:
+            run("cmake", "-S", ROOT / "tests/packaging/zephyr", "-B", folder, "-G", "Ninja",
+                f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/cmake/arm-none-eabi.cmake", "-DCMAKE_BUILD_TYPE=MinSizeRel")
+            run("cmake", "--build", folder)
+            defined = run("arm-none-eabi-nm", "-C", "--defined-only", pathlib.Path(folder) / "cbcan/libcbcan.a")
+            self.assertIn("cbcan::Coprocessor::poll", defined)
+
+    def test_arduino(self):
+        """Arduino: everything below src/ is compiled, and src/ is the only include path."""
+        with tempfile.TemporaryDirectory() as folder:
+            library = pathlib.Path(run(ROOT / "tools/arduino-library", folder).strip())
+            sources = sorted((library / "src").rglob("*.cpp"))
+            self.assertEqual([str(path.relative_to(library / "src")) for path in sources], library_sources())
+            sketch = pathlib.Path(folder) / "sketch.cpp"
+            sketch.write_text("#include <cbcan.h>\n" + EXAMPLE.read_text())
+            compile_with([f"-I{library}/src", "-std=gnu++20"], [*sources, sketch])
+            again = subprocess.run([ROOT / "tools/arduino-library", folder], capture_output=True, text=True)
+            self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
+
+    def test_the_page_shows_the_example_as_it_is(self):
+        page = (ROOT / "docs/porting.md").read_text()
+        shown = re.search(r"```cpp\n(.*?)```", page, re.DOTALL)[1]
+        self.assertEqual(shown, EXAMPLE.read_text())
+        self.assertLess(len(shown.splitlines()), 100)
+
+
+cases.main()
