@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Driver of the bxCAN controller of STM32F1/F2/F4 (RM0390, chapter 30) as the core's CanPort.
+///
+/// Who calls what: init() once; on_rx_interrupt() from CAN1_RX0 and CAN1_RX1, which have the same priority;
+/// on_error_interrupt() from CAN1_SCE; everything else from the loop. Nothing blocks but init(), which waits
+/// for one handshake, bounded.
+///
+/// Reception: FIFO 0 has what is addressed to this node - SDO answers and requests, NMT commands, node
+/// guarding requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC. Each
+/// has its own queue in memory too, so that a storm of EMCY messages fills its own places and loses no SDO
+/// answer. Other frames are turned away by the filters.
+///
+/// Bus-off: the controller is told to recover (ABOM = 0) by poll(), once every mailbox has been emptied; from
+/// bus-off to recovery try_send() takes nothing. With ABOM = 1 the controller comes back by itself, and
+/// whatever was handed to it in the moment of bus-off goes out then: an NMT command, minutes late. For the
+/// same reason a frame that nobody acknowledges (the cable is off: the controller would repeat it for ever)
+/// is taken back after kStaleAfter. After that time the one who sent it has given up waiting for an answer.
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include "boards/common/registers.hpp"
+#include "boards/common/ring.hpp"
+#include "boards/stm32f4/bit_timing.hpp"
+#include "boards/stm32f4/bxcan_registers.hpp"
+#include "cbcan/ports.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan::boards::stm32f4 {
+
+enum class CanInit : std::uint8_t {
+  kDone,
+  kBitRate,     ///< the clock does not give this bit rate: choose another, or another clock
+  kNoResponse,  ///< no INAK: the controller has no clock (RCC_APB1ENR), or no CANRX pin to follow a frame's
+                ///< end
+};
+
+struct CanCounters {
+  std::uint32_t received = 0;    ///< frames that passed the filters
+  std::uint32_t sent = 0;        ///< acknowledged by another node
+  std::uint32_t overruns = 0;    ///< times a FIFO was full: the interrupt came too late
+  std::uint32_t queue_full = 0;  ///< frames lost as the loop came too late
+  std::uint32_t bus_off = 0;     ///< times bus-off was entered
+  std::uint32_t taken_back = 0;  ///< frames that were not sent: bus-off, or kStaleAfter
+  std::uint8_t last_error = 0;   ///< LEC: 1 stuff, 2 form, 3 acknowledgement, 4 and 5 bit, 6 CRC; 0 none yet
+  std::uint8_t transmit_errors = 0;  ///< TEC
+  std::uint8_t receive_errors = 0;   ///< REC
+};
+
+template <class Registers>
+class BxCan final : public CanPort {
+ public:
+  /// Frames that wait for the loop, per FIFO.
+  static constexpr std::size_t kQueue = 64;
+  /// After this time in a mailbox a frame is taken back.
+  static constexpr Time kStaleAfter = kSecond;
+  /// BusState::kOverflow is shown this long after the last loss, so that a slow PLC sees it.
+  static constexpr Time kOverflowShown = kSecond;
+
+  explicit BxCan(Registers registers) : registers_(registers) {}
+  BxCan(const BxCan&) = delete;
+  BxCan& operator=(const BxCan&) = delete;
+
+  /// `clock` is that of APB1, `bit_rate` 10'000..1'000'000, both in Hz; `node_id` the own one, 1..127. The
+  /// controller joins the bus when it has seen 11 recessive bits: until then state() is kBusOff.
+  CanInit init(std::uint32_t clock, std::uint32_t bit_rate, std::uint8_t node_id) {
+    const std::optional<BitTiming> timing = bit_timing(clock, bit_rate);
+    if (!timing) return CanInit::kBitRate;
+    registers_.write(bxcan::kMcr, kOptions | bxcan::kInrq);
+    if (!initialization_entered()) return CanInit::kNoResponse;
+    registers_.write(bxcan::kBtr, timing->btr());
+    set_filters(node_id);
+    registers_.write(bxcan::kIer,
+                     bxcan::kFmpie0 | bxcan::kFmpie1 | bxcan::kEpvie | bxcan::kBofie | bxcan::kErrie);
+    registers_.write(bxcan::kEsr, bxcan::kLec);
+    registers_.write(bxcan::kMcr, kOptions);
+    phase_ = Phase::kJoining;
+    return CanInit::kDone;
+  }
+
+  [[nodiscard]] bool try_send(const Frame& frame) override {
+    if (phase_ != Phase::kRunning) return false;
+    const std::uint32_t status = collect();
+    if ((status & bxcan::kAllTme) == 0) return false;
+    const std::uint32_t mailbox = status >> bxcan::kCodeAt & 3;
+    const std::uint32_t base = bxcan::kTi0r + mailbox * bxcan::kMailboxStride;
+    registers_.write(base + bxcan::kLengthOffset, frame.length);
+    registers_.write(base + bxcan::kLowOffset, word(frame, 0));
+    registers_.write(base + bxcan::kHighOffset, word(frame, 4));
+    registers_.write(base, identifier(frame) | bxcan::kTxrq);
+    pending_since_[mailbox] = kNever;
+    return true;
+  }
+
+  void on_rx_interrupt() {
+    drain(0);
+    drain(1);
+  }
+
+  /// Wakes the loop, nothing else: poll() looks.
+  void on_error_interrupt() { registers_.write(bxcan::kMsr, bxcan::kErri); }
+
+  /// The next received frame; those addressed to this node first.
+  bool receive(Frame& frame) { return queues_[0].pop(frame) || queues_[1].pop(frame); }
+  bool has_received() const { return !queues_[0].empty() || !queues_[1].empty(); }
+
+  /// Follows errors, bus-off and old frames; once in each turn of the loop. Returns when it wants to be
+  /// called next.
+  Time poll(Time now) {
+    collect();
+    const std::uint32_t errors = read_errors();
+    follow_bus_off(errors);
+    const Time due = take_back_stale(now);
+    follow_losses(now);
+    state_ = state_of(errors, now);
+    return state_ == BusState::kActive ? due : earlier(due, now + kLook);
+  }
+
+  /// As of the last poll().
+  BusState state() const { return state_; }
+
+  CanCounters counters() const {
+    CanCounters counters = counters_;
+    counters.received = received_.load(std::memory_order_relaxed);
+    counters.overruns = overruns_.load(std::memory_order_relaxed);
+    counters.queue_full = queues_[0].overflows() + queues_[1].overflows();
+    return counters;
+  }
+
+ private:
+  /// Requests are served in their order, as CanPort asks. A full FIFO keeps what it has: what the interrupt
+  /// is reading cannot change under it. DBF is left as reset leaves it.
+  static constexpr std::uint32_t kOptions = bxcan::kTxfp | bxcan::kRflm | bxcan::kDbf;
+  /// Reads of MSR until init() gives up: several ms, where the manual has some clock periods.
+  static constexpr std::uint32_t kHandshakeReads = 100'000;
+  /// How often poll() wants to be called while the bus is not well: that it is well again is no interrupt.
+  static constexpr Time kLook = kMillisecond;
+
+  enum class Phase : std::uint8_t {
+    kStopped,  ///< before init()
+    kRunning,
+    kEmptying,   ///< bus-off: until all mailboxes are empty
+    kResetting,  ///< bus-off: until the controller is in initialization mode, which asks for the recovery
+    kJoining,    ///< until it is on the bus: 11 recessive bits, after bus-off 128 times
+  };
+
+  bool initialization_entered() {
+    for (std::uint32_t i = 0; i < kHandshakeReads; ++i)
+      if ((registers_.read(bxcan::kMsr) & (bxcan::kInak | bxcan::kSlak)) == bxcan::kInak) return true;
+    return false;
+  }
+
+  // ---- Filters: 16-bit, banks 0 and 1 to FIFO 0, bank 2 to FIFO 1; data frames with 11-bit identifiers
+  // only, but for the node guarding request.
+
+  static constexpr std::uint32_t exactly(std::uint32_t id) { return id << bxcan::kFilterStidAt; }
+  /// One half of a mask bank: the identifiers that equal `id` where `mask` is 1.
+  static constexpr std::uint32_t masked(std::uint32_t id, std::uint32_t mask) {
+    return (exactly(mask) | bxcan::kFilterRtr | bxcan::kFilterIde) << 16 | exactly(id);
+  }
+
+  void set_filters(std::uint8_t node_id) {
+    constexpr std::uint32_t kFunction = 0x780, kWhole = 0x7FF;  // without and with the node ID
+    const std::uint32_t own = exactly(0x600u + node_id) | (exactly(0x700u + node_id) | bxcan::kFilterRtr)
+                                                              << 16;
+    modify(registers_, bxcan::kFmr, 0, bxcan::kFinit);
+    registers_.write(bxcan::kFa1r, 0);
+    registers_.write(bxcan::kFm1r, bxcan::bit(1));
+    registers_.write(bxcan::kFs1r, 0);
+    registers_.write(bxcan::kFfa1r, bxcan::bit(2));
+    set_bank(0, masked(0x580, kFunction), masked(0x000, kWhole));
+    set_bank(1, own, own);  // four places in the list for two identifiers
+    set_bank(2, masked(0x700, kFunction), masked(0x080, kFunction));
+    registers_.write(bxcan::kFa1r, bxcan::bit(0) | bxcan::bit(1) | bxcan::bit(2));
+    modify(registers_, bxcan::kFmr, bxcan::kFinit, 0);
+  }
+
+  void set_bank(std::uint32_t bank, std::uint32_t first, std::uint32_t second) {
+    registers_.write(bxcan::kF0r1 + bank * bxcan::kBankStride, first);
+    registers_.write(bxcan::kF0r2 + bank * bxcan::kBankStride, second);
+  }
+
+  // ---- Transmission
+
+  static std::uint32_t identifier(const Frame& frame) {
+    const std::uint32_t remote = (frame.flags & Frame::kRemote) != 0 ? bxcan::kRtr : 0;
+    if ((frame.flags & Frame::kExtended) != 0) return frame.id << bxcan::kExidAt | bxcan::kIde | remote;
+    return frame.id << bxcan::kStidAt | remote;
+  }
+
+  static std::uint32_t word(const Frame& frame, std::size_t at) {
+    return frame.data[at] | std::uint32_t{frame.data[at + 1]} << 8 | std::uint32_t{frame.data[at + 2]} << 16 |
+           std::uint32_t{frame.data[at + 3]} << 24;
+  }
+
+  /// Counts what became of the requests that have ended, and returns TSR.
+  std::uint32_t collect() {
+    const std::uint32_t status = registers_.read(bxcan::kTsr);
+    std::uint32_t ended = 0;
+    for (unsigned mailbox = 0; mailbox < bxcan::kMailboxes; ++mailbox) {
+      const unsigned at = mailbox * bxcan::kTsrStride;
+      if ((status & bxcan::kRqcp0 << at) == 0) continue;
+      ended |= bxcan::kRqcp0 << at;
+      ++((status & bxcan::kTxok0 << at) != 0 ? counters_.sent : counters_.taken_back);
+    }
+    if (ended != 0) registers_.write(bxcan::kTsr, ended);
+    return status;
+  }
+
+  /// Asks for the frame back; one that is just on the bus may still be sent.
+  void abort(unsigned mailbox) {
+    registers_.write(bxcan::kTsr, bxcan::kAbrq0 << mailbox * bxcan::kTsrStride);
+  }
+
+  /// True while there was something to abort.
+  bool abort_all() {
+    const bool pending = (registers_.read(bxcan::kTsr) & bxcan::kAllTme) != bxcan::kAllTme;
+    for (unsigned mailbox = 0; pending && mailbox < bxcan::kMailboxes; ++mailbox)
+      abort(mailbox);
+    return pending;
+  }
+
+  Time take_back_stale(Time now) {
+    const std::uint32_t status = registers_.read(bxcan::kTsr);
+    Time due = kNever;
+    for (unsigned mailbox = 0; mailbox < bxcan::kMailboxes; ++mailbox) {
+      if ((status & bxcan::kTme0 << mailbox) != 0) continue;
+      Time& since = pending_since_[mailbox];
+      if (since == kNever) since = now;  // try_send() is not told the time
+      if (now - since >= kStaleAfter) abort(mailbox);
+      due = earlier(due, now - since < kStaleAfter ? since + kStaleAfter : now + kLook);
+    }
+    return due;
+  }
+
+  // ---- Errors
+
+  /// ESR, its counters and last error noted.
+  std::uint32_t read_errors() {
+    const std::uint32_t errors = registers_.read(bxcan::kEsr);
+    const std::uint32_t last = (errors & bxcan::kLec) >> bxcan::kLecAt;
+    if (last != 0 && last != 7) {
+      counters_.last_error = static_cast<std::uint8_t>(last);
+      registers_.write(bxcan::kEsr, bxcan::kLec);
+    }
+    counters_.transmit_errors = static_cast<std::uint8_t>(errors >> bxcan::kTecAt);
+    counters_.receive_errors = static_cast<std::uint8_t>(errors >> bxcan::kRecAt);
+    return errors;
+  }
+
+  /// One step at most: bus-off, mailboxes empty, initialization mode, back on the bus.
+  void follow_bus_off(std::uint32_t errors) {
+    const bool bus_off = (errors & bxcan::kBoff) != 0;
+    switch (phase_) {
+      case Phase::kStopped: return;
+      case Phase::kRunning:
+        if (!bus_off) return;
+        ++counters_.bus_off;
+        phase_ = Phase::kEmptying;
+        [[fallthrough]];
+      case Phase::kEmptying:
+        if (abort_all()) return;
+        registers_.write(bxcan::kMcr, kOptions | bxcan::kInrq);
+        phase_ = Phase::kResetting;
+        return;
+      case Phase::kResetting:
+        if ((registers_.read(bxcan::kMsr) & bxcan::kInak) == 0) return;
+        registers_.write(bxcan::kMcr, kOptions);
+        phase_ = Phase::kJoining;
+        return;
+      case Phase::kJoining:
+        if (!bus_off && (registers_.read(bxcan::kMsr) & bxcan::kInak) == 0) phase_ = Phase::kRunning;
+        return;
+    }
+  }
+
+  void follow_losses(Time now) {
+    const CanCounters counters = this->counters();
+    const std::uint32_t losses = counters.overruns + counters.queue_full;
+    if (losses != losses_seen_) overflow_until_ = now + kOverflowShown;
+    losses_seen_ = losses;
+  }
+
+  BusState state_of(std::uint32_t errors, Time now) const {
+    if (phase_ != Phase::kRunning) return BusState::kBusOff;
+    if ((errors & bxcan::kEpvf) != 0) return BusState::kErrorPassive;
+    return now < overflow_until_ ? BusState::kOverflow : BusState::kActive;
+  }
+
+  // ---- Reception, in the interrupt
+
+  /// No more than a FIFO holds: what has come meanwhile brings the next interrupt.
+  void drain(unsigned fifo) {
+    const std::uint32_t control = bxcan::kRf0r + fifo * bxcan::kRfrStride;
+    for (unsigned i = 0; i < bxcan::kFifoDepth; ++i) {
+      const std::uint32_t status = registers_.read(control);
+      if ((status & bxcan::kFovr) != 0) {
+        count(overruns_);
+        registers_.write(control, bxcan::kFovr);
+      }
+      if ((status & bxcan::kFmp) == 0 || (status & bxcan::kRfom) != 0) return;
+      queues_[fifo].push(read_mailbox(fifo));
+      count(received_);
+      registers_.write(control, bxcan::kRfom);
+    }
+  }
+
+  Frame read_mailbox(unsigned fifo) {
+    const std::uint32_t base = bxcan::kRi0r + fifo * bxcan::kMailboxStride;
+    const std::uint32_t id = registers_.read(base);
+    const std::uint32_t length = registers_.read(base + bxcan::kLengthOffset) & bxcan::kDlc;
+    const std::uint32_t low = registers_.read(base + bxcan::kLowOffset);
+    const std::uint32_t high = registers_.read(base + bxcan::kHighOffset);
+    Frame frame;
+    frame.length = static_cast<std::uint8_t>(length < 8 ? length : 8);  // 9..15 mean 8 (ISO 11898-1)
+    frame.id = id >> bxcan::kStidAt;  // the filters let no 29-bit identifier pass
+    if ((id & bxcan::kRtr) != 0) {
+      frame.flags |= Frame::kRemote;
+      return frame;  // has a length, but no data
+    }
+    for (unsigned i = 0; i < frame.length; ++i)
+      frame.data[i] = static_cast<std::uint8_t>((i < 4 ? low : high) >> i % 4 * 8);
+    return frame;
+  }
+
+  /// Only the interrupt writes.
+  static void count(std::atomic<std::uint32_t>& counter) {
+    counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+
+  Registers registers_;
+  std::array<Ring<Frame, kQueue>, bxcan::kFifos> queues_;
+  std::atomic<std::uint32_t> received_{0};
+  std::atomic<std::uint32_t> overruns_{0};
+  std::array<Time, bxcan::kMailboxes> pending_since_{};  ///< kNever: since after the last poll()
+  Time overflow_until_ = 0;
+  std::uint32_t losses_seen_ = 0;
+  CanCounters counters_;
+  Phase phase_ = Phase::kStopped;
+  BusState state_ = BusState::kBusOff;
+};
+
+}  // namespace cbcan::boards::stm32f4

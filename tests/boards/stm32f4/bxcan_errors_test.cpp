@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+#include "boards/stm32f4/bxcan_rig.hpp"
+
+using cbcan::BusState;
+using cbcan::kMillisecond;
+using cbcan::kSecond;
+using cbcan::test::BxCanRig;
+using cbcan::test::frame_from;
+
+namespace {
+
+constexpr std::uint32_t kTsr = 0x008;
+constexpr std::uint32_t kAllEmpty = 0x1C000000;
+
+/// As many polls as it takes until the driver waits for the bus.
+void let_it_ask(BxCanRig& rig) {
+  for (int i = 0; i < 10; ++i)
+    rig.poll(kMillisecond);
+}
+
+}  // namespace
+
+TEST_CASE("errors: passive and active again") {
+  BxCanRig rig;
+  rig.start();
+  CHECK(rig.send("601#"));
+  rig.fail(15);
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kActive);  // TEC = 120: warning, which has no name in the contract
+  CHECK_FALSE(rig.model.sce_line());
+  rig.fail(1);
+  CHECK(rig.model.sce_line());
+  rig.can.on_error_interrupt();
+  CHECK_FALSE(rig.model.sce_line());
+  CHECK(rig.poll() == rig.now + kMillisecond);  // looks again: getting well is no interrupt
+  CHECK(rig.can.state() == BusState::kErrorPassive);
+  CHECK(rig.can.counters().transmit_errors == 128);
+  CHECK(rig.sent() == "601#");
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kActive);
+  CHECK(rig.can.counters().transmit_errors == 127);
+}
+
+TEST_CASE("errors: passive because of what is received") {
+  BxCanRig rig;
+  rig.start();
+  rig.model.receive_error(BxCanRig::Model::kCrc, 200);
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kErrorPassive);
+  CHECK(rig.can.counters().receive_errors == 200);
+  CHECK(rig.can.counters().last_error == 6);
+  rig.hear(frame_from("581#"));
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kActive);
+  CHECK(rig.can.counters().receive_errors == 119);
+  CHECK(rig.can.counters().last_error == 6);  // still the last one
+}
+
+TEST_CASE("errors: each code of LEC is kept until the next") {
+  BxCanRig rig;
+  rig.start();
+  CHECK(rig.can.counters().last_error == 0);
+  for (const auto error : {BxCanRig::Model::kStuff, BxCanRig::Model::kForm, BxCanRig::Model::kAcknowledgement,
+                           BxCanRig::Model::kBit1, BxCanRig::Model::kBit0, BxCanRig::Model::kCrc}) {
+    rig.model.receive_error(error);
+    rig.poll();
+    rig.poll();
+    CHECK(rig.can.counters().last_error == error);
+  }
+}
+
+TEST_CASE(
+    "bus-off: frames in the mailboxes are taken back, none is accepted, and none comes out afterwards") {
+  BxCanRig rig;
+  rig.start();
+  CHECK(rig.send("000#0100"));
+  CHECK(rig.send("601#"));
+  CHECK(rig.send("602#"));
+  rig.fail(32);
+  CHECK(rig.model.sce_line());
+  rig.can.on_error_interrupt();
+  CHECK((rig.model.read(kTsr) & kAllEmpty) == 0);
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kBusOff);
+  CHECK((rig.model.read(kTsr) & kAllEmpty) == kAllEmpty);
+  CHECK_FALSE(rig.send("603#"));
+  let_it_ask(rig);
+  CHECK(rig.can.counters().taken_back == 3);
+  CHECK(rig.can.counters().sent == 0);
+  CHECK(rig.can.counters().bus_off == 1);
+
+  rig.poll(10 * 60 * kSecond);  // the bus is shorted for ten minutes
+  CHECK(rig.can.state() == BusState::kBusOff);
+  rig.model.recessive(11);
+  CHECK_FALSE(rig.hear(frame_from("581#")));
+  rig.model.recessive(128 * 11 - 1);
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kBusOff);
+  CHECK_FALSE(rig.send("603#"));
+  rig.model.recessive(1);
+  CHECK(rig.poll() == cbcan::kNever);
+  CHECK(rig.can.state() == BusState::kActive);
+  CHECK(rig.sent().empty());
+  CHECK(rig.send("603#"));
+  CHECK(rig.sent() == "603#");
+  CHECK(rig.can.counters().bus_off == 1);
+}
+
+TEST_CASE("bus-off: the controller is not asked to recover before every mailbox is empty") {
+  BxCanRig rig;
+  rig.start();
+  CHECK(rig.send("601#"));
+  rig.fail(32);
+  // A frame that is handed over in the moment of bus-off, before the loop has seen it.
+  CHECK(rig.send("000#0100"));
+  rig.poll();
+  CHECK((rig.model.read(0x000) & 1) == 0);  // not yet INRQ
+  rig.poll();
+  CHECK((rig.model.read(0x000) & 1) == 1);
+  CHECK((rig.model.read(kTsr) & kAllEmpty) == kAllEmpty);
+  let_it_ask(rig);
+  CHECK((rig.model.read(0x000) & 1) == 0);
+  rig.model.recessive(129 * 11);
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kActive);
+  CHECK(rig.sent().empty());
+}
+
+TEST_CASE("bus-off: filters, bit timing and interrupts are as before when it is over") {
+  BxCanRig rig;
+  rig.start();
+  CHECK(rig.send("601#"));
+  rig.fail(32);
+  let_it_ask(rig);
+  rig.model.recessive(129 * 11);
+  rig.poll();
+  CHECK(rig.model.read(0x000) == 0x0001000C);
+  CHECK(rig.model.read(0x01C) == 0x011C0004);
+  CHECK(rig.model.read(0x014) == 0x00008612);
+  CHECK(rig.hear(frame_from("581#01")));
+  CHECK(rig.received() == "581#01");
+}
+
+TEST_CASE("bus-off: again and again, each counted") {
+  BxCanRig rig;
+  rig.start();
+  for (std::uint32_t i = 1; i <= 5; ++i) {
+    CHECK(rig.send("601#"));
+    rig.fail(32);
+    let_it_ask(rig);
+    rig.model.recessive(129 * 11);
+    rig.poll();
+    CHECK(rig.can.state() == BusState::kActive);
+    CHECK(rig.can.counters().bus_off == i);
+  }
+}
+
+TEST_CASE("bus-off: an abort that the controller does not do at once is waited for") {
+  BxCanRig rig;
+  rig.start();
+  CHECK(rig.send("601#"));
+  CHECK(rig.send("602#"));
+  rig.fail(32);
+  rig.model.abort_held = true;
+  let_it_ask(rig);
+  CHECK((rig.model.read(0x000) & 1) == 0);  // no INRQ
+  CHECK(rig.can.state() == BusState::kBusOff);
+  rig.model.abort_held = false;
+  let_it_ask(rig);
+  CHECK(rig.can.counters().taken_back == 2);
+  rig.model.recessive(129 * 11);
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kActive);
+  CHECK(rig.sent().empty());
+}

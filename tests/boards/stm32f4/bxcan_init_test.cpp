@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// What init() leaves in the registers: expected values from the bit definitions of RM0390, 30.9, by hand.
+
+#include "boards/stm32f4/bxcan_rig.hpp"
+
+using cbcan::BusState;
+using cbcan::boards::stm32f4::bit_timing;
+using cbcan::boards::stm32f4::CanInit;
+using cbcan::test::BxCanRig;
+
+TEST_CASE("bit timing: BTR from the clock of APB1 and the bit rate") {
+  struct Row {
+    std::uint32_t clock, bit_rate, btr;
+  };
+  // BTR: SJW-1 in 25:24, TS2-1 in 22:20, TS1-1 in 19:16, BRP-1 in 9:0.
+  for (const Row& row : {
+           // 40 MHz: 16 quanta, sampled after 14, or 8 after 7: 87.5 %; 800k: 10 after 9.
+           Row{40'000'000, 10'000, 0x011C00F9},
+           Row{40'000'000, 20'000, 0x011C007C},
+           Row{40'000'000, 50'000, 0x011C0031},
+           Row{40'000'000, 100'000, 0x011C0018},
+           Row{40'000'000, 125'000, 0x011C0013},
+           Row{40'000'000, 250'000, 0x011C0009},
+           Row{40'000'000, 500'000, 0x011C0004},
+           Row{40'000'000, 800'000, 0x00070004},
+           Row{40'000'000, 1'000'000, 0x00050004},
+           // 45 MHz: 15 quanta, sampled after 13: 86.7 %; 125k: 8 after 7.
+           Row{45'000'000, 1'000'000, 0x011B0002},
+           Row{45'000'000, 500'000, 0x011B0005},
+           Row{45'000'000, 125'000, 0x0005002C},
+           // 42 MHz: 14 quanta, sampled after 12: 85.7 %.
+           Row{42'000'000, 1'000'000, 0x011A0002},
+       }) {
+    INFO(row.clock << " Hz, " << row.bit_rate << " bit/s");
+    const auto timing = bit_timing(row.clock, row.bit_rate);
+    REQUIRE(timing);
+    CHECK(timing->btr() == row.btr);
+    CHECK(timing->brp * (1 + timing->ts1 + timing->ts2) * row.bit_rate == row.clock);
+  }
+}
+
+TEST_CASE("bit timing: the longest SJW is 4") {
+  const cbcan::boards::stm32f4::BitTiming timing{1, 10, 5};
+  CHECK(timing.btr() == 0x03490000);
+}
+
+TEST_CASE("bit timing: a rate that the clock does not give is refused") {
+  CHECK_FALSE(bit_timing(45'000'000, 800'000));  // 56.25 periods
+  CHECK_FALSE(bit_timing(40'000'000, 0));
+  CHECK_FALSE(bit_timing(40'000'000, 8'000'000));  // 5 periods
+  CHECK_FALSE(bit_timing(42'000'000, 1'000));      // BRP > 1024
+  CHECK_FALSE(bit_timing(29'000'000, 1'000'000));  // 29 quanta, and 29 is prime
+}
+
+TEST_CASE("init: modes, bit timing, filters and interrupts") {
+  BxCanRig rig;
+  REQUIRE(rig.can.init(40'000'000, 500'000, 0x7F) == CanInit::kDone);
+  const auto reg = [&](std::uint32_t offset) { return rig.model.read(offset); };
+  CHECK(reg(0x000) == 0x0001000C);  // MCR: DBF, RFLM, TXFP; ABOM, NART, SLEEP, INRQ = 0
+  CHECK(reg(0x01C) == 0x011C0004);  // BTR
+  CHECK(reg(0x014) == 0x00008612);  // IER: ERRIE, BOFIE, EPVIE, FMPIE1, FMPIE0
+  CHECK(reg(0x018) == 0x00000070);  // ESR: LEC = 7
+  CHECK(reg(0x200) == 0x2A1C0E00);  // FMR: FINIT = 0, CAN2SB unchanged
+  CHECK(reg(0x204) == 0x2);         // FM1R: bank 1 is a list
+  CHECK(reg(0x20C) == 0x0);         // FS1R: 16 bits
+  CHECK(reg(0x214) == 0x4);         // FFA1R: bank 2 to FIFO 1
+  CHECK(reg(0x21C) == 0x7);         // FA1R
+  CHECK(reg(0x240) == 0xF018B000);  // 580h: 101 1000 0000 b; mask 780h, RTR, IDE
+  CHECK(reg(0x244) == 0xFFF80000);  // 000h: mask 7FFh, RTR, IDE
+  CHECK(reg(0x248) == 0xEFF0CFE0);  // 67Fh; 77Fh with RTR
+  CHECK(reg(0x24C) == 0xEFF0CFE0);
+  CHECK(reg(0x250) == 0xF018E000);  // 700h, mask 780h, RTR, IDE
+  CHECK(reg(0x254) == 0xF0181000);  // 080h, mask 780h, RTR, IDE
+}
+
+TEST_CASE("init: on the bus after 11 recessive bits, until then bus-off and no frame taken") {
+  BxCanRig rig;
+  CHECK(rig.can.state() == BusState::kBusOff);
+  CHECK_FALSE(rig.send("000#0100"));  // before init
+  rig.poll();
+  REQUIRE(rig.can.init(40'000'000, 500'000, 1) == CanInit::kDone);
+  rig.model.recessive(10);
+  CHECK(rig.poll() == rig.now + 1000);
+  CHECK(rig.can.state() == BusState::kBusOff);
+  CHECK_FALSE(rig.send("000#0100"));
+  rig.model.recessive(1);
+  CHECK(rig.poll() == cbcan::kNever);
+  CHECK(rig.can.state() == BusState::kActive);
+  CHECK(rig.can.counters().bus_off == 0);
+  CHECK(rig.send("000#0100"));
+}
+
+TEST_CASE("init: fails clearly when the controller does not answer, or has no such bit rate") {
+  BxCanRig rig;
+  CHECK(rig.can.init(45'000'000, 800'000, 1) == CanInit::kBitRate);
+  CHECK(rig.model.read(0x000) == 0x00010002);  // untouched
+  rig.model.init_refused = true;
+  CHECK(rig.can.init(40'000'000, 500'000, 1) == CanInit::kNoResponse);
+  CHECK_FALSE(rig.send("000#0100"));
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kBusOff);
+  rig.model.init_refused = false;
+  rig.model.acknowledge_after = 90'000;  // slow, but there
+  CHECK(rig.can.init(40'000'000, 500'000, 1) == CanInit::kDone);
+}
