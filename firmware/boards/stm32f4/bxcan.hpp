@@ -39,13 +39,15 @@ enum class CanInit : std::uint8_t {
                 ///< end
 };
 
-struct CanCounters {
+struct BxCanCounters {
   std::uint32_t received = 0;    ///< frames that passed the filters
   std::uint32_t sent = 0;        ///< acknowledged by another node
+  std::uint32_t refused = 0;     ///< try_send() had no room, or was not on the bus
   std::uint32_t overruns = 0;    ///< times a FIFO was full: the interrupt came too late
   std::uint32_t queue_full = 0;  ///< frames lost as the loop came too late
-  std::uint32_t bus_off = 0;     ///< times bus-off was entered
   std::uint32_t taken_back = 0;  ///< frames that were not sent: bus-off, or kStaleAfter
+  std::uint32_t errors = 0;      ///< times that poll() found a new code in LEC
+  std::uint32_t bus_off = 0;     ///< times bus-off was entered
   std::uint8_t last_error = 0;   ///< LEC: 1 stuff, 2 form, 3 acknowledgement, 4 and 5 bit, 6 CRC; 0 none yet
   std::uint8_t transmit_errors = 0;  ///< TEC
   std::uint8_t receive_errors = 0;   ///< REC
@@ -83,9 +85,11 @@ class BxCan final : public CanPort {
   }
 
   [[nodiscard]] bool try_send(const Frame& frame) override {
-    if (phase_ != Phase::kRunning) return false;
     const std::uint32_t status = collect();
-    if ((status & bxcan::kAllTme) == 0) return false;
+    if (phase_ != Phase::kRunning || (status & bxcan::kAllTme) == 0) {
+      ++counters_.refused;
+      return false;
+    }
     const std::uint32_t mailbox = status >> bxcan::kCodeAt & 3;
     const std::uint32_t base = bxcan::kTi0r + mailbox * bxcan::kMailboxStride;
     registers_.write(base + bxcan::kLengthOffset, frame.length);
@@ -123,8 +127,8 @@ class BxCan final : public CanPort {
   /// As of the last poll().
   BusState state() const { return state_; }
 
-  CanCounters counters() const {
-    CanCounters counters = counters_;
+  BxCanCounters counters() const {
+    BxCanCounters counters = counters_;
     counters.received = received_.load(std::memory_order_relaxed);
     counters.overruns = overruns_.load(std::memory_order_relaxed);
     counters.queue_full = queues_[0].overflows() + queues_[1].overflows();
@@ -244,6 +248,7 @@ class BxCan final : public CanPort {
     const std::uint32_t errors = registers_.read(bxcan::kEsr);
     const std::uint32_t last = (errors & bxcan::kLec) >> bxcan::kLecAt;
     if (last != 0 && last != 7) {
+      ++counters_.errors;
       counters_.last_error = static_cast<std::uint8_t>(last);
       registers_.write(bxcan::kEsr, bxcan::kLec);
     }
@@ -279,7 +284,7 @@ class BxCan final : public CanPort {
   }
 
   void follow_losses(Time now) {
-    const CanCounters counters = this->counters();
+    const BxCanCounters counters = this->counters();
     const std::uint32_t losses = counters.overruns + counters.queue_full;
     if (losses != losses_seen_) overflow_until_ = now + kOverflowShown;
     losses_seen_ = losses;
@@ -339,7 +344,7 @@ class BxCan final : public CanPort {
   std::array<Time, bxcan::kMailboxes> pending_since_{};  ///< kNever: since after the last poll()
   Time overflow_until_ = 0;
   std::uint32_t losses_seen_ = 0;
-  CanCounters counters_;
+  BxCanCounters counters_;
   Phase phase_ = Phase::kStopped;
   BusState state_ = BusState::kBusOff;
 };

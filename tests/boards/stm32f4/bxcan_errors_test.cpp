@@ -67,6 +67,7 @@ TEST_CASE("errors: each code of LEC is kept until the next") {
     rig.poll();
     CHECK(rig.can.counters().last_error == error);
   }
+  CHECK(rig.can.counters().errors == 6);
 }
 
 TEST_CASE(

@@ -131,15 +131,4 @@ class BxCanModel {
   std::array<std::array<std::uint32_t, 2>, 28> banks_;
 };
 
-/// What the driver is given.
-class BxCanModelRegisters {
- public:
-  explicit BxCanModelRegisters(BxCanModel& model) : model_(&model) {}
-  std::uint32_t read(std::uint32_t offset) const { return model_->read(offset); }
-  void write(std::uint32_t offset, std::uint32_t value) const { model_->write(offset, value); }
-
- private:
-  BxCanModel* model_;
-};
-
 }  // namespace cbcan::test

@@ -7,19 +7,20 @@
 
 #include "boards/stm32f4/bxcan.hpp"
 #include "boards/stm32f4/bxcan_model.hpp"
+#include "boards/stm32f4/model_registers.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
 
 namespace cbcan::test {
 
 struct BxCanRig {
-  using Driver = boards::stm32f4::BxCan<BxCanModelRegisters>;
+  using Driver = boards::stm32f4::BxCan<ModelRegisters<BxCanModel>>;
   using Model = BxCanModel;
 
   static constexpr std::uint8_t kOwnNode = 0x7F;
 
   BxCanModel model;
-  Driver can{BxCanModelRegisters(model)};
+  Driver can{ModelRegisters<BxCanModel>(model)};
   Time now = 0;
 
   /// On the bus, error active.

@@ -42,6 +42,7 @@ TEST_CASE("transmit: three mailboxes, then full; in the order of the requests, n
   CHECK(rig.sent().empty());
   rig.poll();
   CHECK(rig.can.counters().sent == 4);
+  CHECK(rig.can.counters().refused == 2);
   CHECK(rig.can.counters().taken_back == 0);
 }
 

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Driver of the USART of STM32F1/F2/F4 (RM0390, chapter 25) for a protocol of requests and responses, such
+/// as Modbus RTU: every byte that arrives goes to a handler in the interrupt, and a response is sent from the
+/// caller's memory. Nothing blocks.
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+
+#include "boards/common/registers.hpp"
+
+namespace cbcan::boards::stm32f4 {
+
+/// Data bits, parity, stop bits. Modbus asks for 8E1, or 8N2 without parity; 8N1 is what many devices have.
+enum class SerialFormat : std::uint8_t { k8E1, k8N1, k8N2 };
+
+struct UsartCounters {
+  std::uint32_t parity = 0;   ///< bytes left out for a wrong parity
+  std::uint32_t framing = 0;  ///< bytes left out for a missing stop bit, breaks too
+  std::uint32_t noise = 0;    ///< bytes whose samples were not all equal; they are handed on
+  std::uint32_t overrun = 0;  ///< bytes lost as the interrupt came too late
+};
+
+template <class Registers>
+class Usart {
+ public:
+  explicit Usart(Registers registers) : registers_(registers) {}
+
+  /// `clock` is that of the USART's bus, in Hz. False: it does not give this rate, which must be within
+  /// clock / 65535 .. clock / 16.
+  bool init(std::uint32_t clock, std::uint32_t baud, SerialFormat format) {
+    const std::uint32_t divider = baud == 0 ? 0 : (clock + baud / 2) / baud;
+    if (divider < kMinDivider || divider > kMaxDivider) return false;
+    registers_.write(kBrr, divider);  // oversampling by 16: mantissa and fraction are the divider's digits
+    registers_.write(kCr2, format == SerialFormat::k8N2 ? kTwoStopBits : 0);
+    // The parity bit counts as a ninth data bit.
+    registers_.write(kCr1, kEnabled | (format == SerialFormat::k8E1 ? kNineBits | kParity : 0));
+    return true;
+  }
+
+  /// From the loop, while nothing is being sent. The bytes, one or more, stay until on_sent().
+  void send(std::span<const std::uint8_t> bytes) {
+    rest_ = bytes;
+    std::atomic_signal_fence(std::memory_order_release);  // rest_ first
+    modify(registers_, kCr1, 0, kTxeie);
+  }
+
+  /// The USART's interrupt. Calls handler.on_byte(byte) for what has arrived, and handler.on_sent() when the
+  /// last stop bit has left: time to switch an RS-485 driver off.
+  template <class Handler>
+  void on_interrupt(Handler& handler) {
+    const std::uint32_t status = registers_.read(kSr);
+    if ((status & (kRxne | kOre)) != 0) receive(status, handler);
+    const std::uint32_t enabled = registers_.read(kCr1);
+    if ((enabled & kTxeie) != 0 && (status & kTxe) != 0) {
+      send_next();
+    } else if ((enabled & kTcie) != 0 && (status & kTc) != 0) {
+      modify(registers_, kCr1, kTcie, 0);
+      handler.on_sent();
+    }
+  }
+
+  /// Each has one writer, the interrupt.
+  const UsartCounters& counters() const { return counters_; }
+
+ private:
+  static constexpr std::uint32_t bit(unsigned number) { return std::uint32_t{1} << number; }
+
+  // RM0390, 25.6.
+  static constexpr std::uint32_t kSr = 0x00;
+  static constexpr std::uint32_t kPe = bit(0), kFe = bit(1), kNf = bit(2), kOre = bit(3), kRxne = bit(5);
+  static constexpr std::uint32_t kTc = bit(6), kTxe = bit(7);
+  static constexpr std::uint32_t kDr = 0x04;
+  static constexpr std::uint32_t kBrr = 0x08;
+  static constexpr std::uint32_t kMinDivider = 16, kMaxDivider = 0xFFFF;
+  static constexpr std::uint32_t kCr1 = 0x0C;
+  static constexpr std::uint32_t kRe = bit(2), kTe = bit(3), kRxneie = bit(5), kTcie = bit(6),
+                                 kTxeie = bit(7);
+  static constexpr std::uint32_t kParity = bit(10), kNineBits = bit(12), kUe = bit(13);
+  static constexpr std::uint32_t kEnabled = kUe | kRxneie | kTe | kRe;
+  static constexpr std::uint32_t kCr2 = 0x10;
+  static constexpr std::uint32_t kTwoStopBits = bit(13);
+
+  /// Reading SR, then DR has cleared the flags.
+  template <class Handler>
+  void receive(std::uint32_t status, Handler& handler) {
+    const auto byte = static_cast<std::uint8_t>(registers_.read(kDr));
+    if ((status & kOre) != 0) ++counters_.overrun;
+    if ((status & kRxne) == 0) return;
+    if ((status & kNf) != 0) ++counters_.noise;
+    if ((status & kPe) != 0) ++counters_.parity;
+    if ((status & kFe) != 0) ++counters_.framing;
+    if ((status & (kPe | kFe)) == 0) handler.on_byte(byte);
+  }
+
+  /// Reading SR, then writing DR clears TC: it means the end of the last byte.
+  void send_next() {
+    registers_.write(kDr, rest_.front());
+    rest_ = rest_.subspan(1);
+    if (rest_.empty()) modify(registers_, kCr1, kTxeie, kTcie);
+  }
+
+  Registers registers_;
+  std::span<const std::uint8_t> rest_;  ///< of what is being sent
+  UsartCounters counters_;
+};
+
+}  // namespace cbcan::boards::stm32f4

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+namespace cbcan::test {
+
+/// What a driver is given of a model: boards/common/registers.hpp.
+template <class Model>
+class ModelRegisters {
+ public:
+  explicit ModelRegisters(Model& model) : model_(&model) {}
+  std::uint32_t read(std::uint32_t offset) const { return model_->read(offset); }
+  void write(std::uint32_t offset, std::uint32_t value) const { model_->write(offset, value); }
+
+ private:
+  Model* model_;
+};
+
+}  // namespace cbcan::test

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// Expected register values from the bit definitions of RM0390, 25.6, by hand.
+
+#include "boards/stm32f4/usart.hpp"
+
+#include <vector>
+
+#include "boards/stm32f4/model_registers.hpp"
+#include "boards/stm32f4/usart_model.hpp"
+#include "support/catch.hpp"
+
+using cbcan::boards::stm32f4::SerialFormat;
+using cbcan::test::UsartModel;
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+struct Rig {
+  UsartModel model;
+  cbcan::boards::stm32f4::Usart<cbcan::test::ModelRegisters<UsartModel>> usart{
+      cbcan::test::ModelRegisters<UsartModel>(model)};
+  Bytes received;
+  int sent = 0;
+
+  Rig() { REQUIRE(usart.init(40'000'000, 19'200, SerialFormat::k8E1)); }
+
+  void on_byte(std::uint8_t byte) { received.push_back(byte); }
+  void on_sent() { ++sent; }
+
+  /// Interrupts as long as the line asks for them.
+  void serve() {
+    for (int i = 0; model.line(); ++i) {
+      REQUIRE(i < 10);
+      usart.on_interrupt(*this);
+    }
+  }
+  void receive(std::uint8_t byte, std::uint32_t faults = UsartModel::kGood) {
+    model.receive(byte, faults);
+    serve();
+  }
+};
+
+}  // namespace
+
+TEST_CASE("USART: format and baud rate") {
+  Rig rig;
+  CHECK(rig.model.read(0x08) == 0x823);   // 40 MHz / 19200 = 2083.33
+  CHECK(rig.model.read(0x0C) == 0x342C);  // UE, M, PCE, RXNEIE, TE, RE; PS = 0: even
+  CHECK(rig.model.read(0x10) == 0);
+  REQUIRE(rig.usart.init(40'000'000, 115'200, SerialFormat::k8N1));
+  CHECK(rig.model.read(0x08) == 0x15B);  // 347.22
+  CHECK(rig.model.read(0x0C) == 0x202C);
+  CHECK(rig.model.read(0x10) == 0);
+  REQUIRE(rig.usart.init(80'000'000, 9'600, SerialFormat::k8N2));
+  CHECK(rig.model.read(0x08) == 0x208D);  // 8333.33
+  CHECK(rig.model.read(0x0C) == 0x202C);
+  CHECK(rig.model.read(0x10) == 0x2000);  // STOP = 10
+}
+
+TEST_CASE("USART: a baud rate that the clock does not give is refused") {
+  Rig rig;
+  CHECK_FALSE(rig.usart.init(40'000'000, 0, SerialFormat::k8N1));
+  CHECK_FALSE(rig.usart.init(40'000'000, 3'000'000, SerialFormat::k8N1));  // 13.3: below 16
+  CHECK_FALSE(rig.usart.init(40'000'000, 600, SerialFormat::k8N1));        // 66667
+  CHECK(rig.model.read(0x08) == 0x823);                                    // as before
+}
+
+TEST_CASE("USART: bytes go to the handler, 0 to 255") {
+  Rig rig;
+  Bytes all;
+  for (unsigned value = 0; value < 256; ++value) {
+    all.push_back(static_cast<std::uint8_t>(value));
+    rig.receive(static_cast<std::uint8_t>(value));
+  }
+  CHECK(rig.received == all);
+}
+
+TEST_CASE("USART: bytes with parity or framing errors are left out, noisy ones are not; each is counted") {
+  Rig rig;
+  rig.receive(1, UsartModel::kParity);
+  rig.receive(2, UsartModel::kFraming);
+  rig.receive(3, UsartModel::kNoise);
+  rig.receive(4, UsartModel::kFraming | UsartModel::kNoise);
+  rig.receive(5);
+  CHECK(rig.received == Bytes{3, 5});
+  CHECK(rig.usart.counters().parity == 1);
+  CHECK(rig.usart.counters().framing == 2);
+  CHECK(rig.usart.counters().noise == 2);
+  CHECK(rig.usart.counters().overrun == 0);
+}
+
+TEST_CASE("USART: an overrun is counted, and what came before it is there") {
+  Rig rig;
+  rig.model.receive(1);
+  rig.model.receive(2);
+  rig.serve();
+  CHECK(rig.received == Bytes{1});
+  CHECK(rig.usart.counters().overrun == 1);
+  rig.receive(3);
+  CHECK(rig.received == Bytes{1, 3});
+  CHECK(rig.usart.counters().overrun == 1);
+}
+
+TEST_CASE("USART: an overrun whose byte has been read before is cleared all the same") {
+  Rig rig;
+  rig.model.receive(1);
+  rig.model.receive(2);
+  rig.model.write(0x00, ~0x20u);  // RXNE gone, ORE still there
+  rig.serve();
+  CHECK(rig.received.empty());
+  CHECK(rig.usart.counters().overrun == 1);
+  CHECK_FALSE(rig.model.line());
+}
+
+TEST_CASE("USART: a response leaves byte by byte, and on_sent comes with the end of the last one") {
+  Rig rig;
+  const Bytes response{0x01, 0x03, 0x02, 0x00, 0xFF};
+  rig.usart.send(response);
+  rig.serve();
+  Bytes wire;
+  while (const auto byte = rig.model.shift_out()) {
+    CHECK(rig.sent == 0);
+    wire.push_back(*byte);
+    rig.serve();
+  }
+  CHECK(wire == response);
+  CHECK(rig.sent == 1);
+  CHECK(rig.model.read(0x0C) == 0x342C);  // TXEIE and TCIE off again
+  CHECK_FALSE(rig.model.line());
+}
+
+TEST_CASE("USART: one byte alone, twice: TC of the one before does not end the next") {
+  Rig rig;
+  const Bytes first{0xAA}, second{0x55};
+  for (const Bytes* response : {&first, &second}) {
+    const int before = rig.sent;
+    rig.usart.send(*response);
+    rig.serve();
+    CHECK(rig.sent == before);
+    CHECK(rig.model.shift_out() == response->front());
+    rig.serve();
+    CHECK(rig.sent == before + 1);
+  }
+}
+
+TEST_CASE("USART: bytes that arrive while it sends are handed on") {
+  Rig rig;
+  const Bytes response{1, 2};
+  rig.usart.send(response);
+  rig.receive(0x77);
+  CHECK(rig.model.shift_out() == 1);
+  rig.receive(0x78);
+  CHECK(rig.model.shift_out() == 2);
+  rig.receive(0x79);
+  CHECK(rig.received == Bytes{0x77, 0x78, 0x79});
+  CHECK(rig.sent == 1);
+}
