@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
-# Cortex-M3, freestanding: the core and the board images.
+# Cortex-M, freestanding: the core and the board images.
+set(CBCAN_CPU cortex-m3 CACHE STRING "cortex-m3, or cortex-m4 for firmware/boards/stm32f4")
+set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES CBCAN_CPU)
 set(CMAKE_SYSTEM_NAME Generic)
-set(CMAKE_SYSTEM_PROCESSOR cortex-m3)
+set(CMAKE_SYSTEM_PROCESSOR ${CBCAN_CPU})
 set(CMAKE_CXX_COMPILER arm-none-eabi-g++)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 set(CMAKE_CXX_FLAGS_INIT
-  "-mcpu=cortex-m3 -mthumb -ffreestanding -fno-exceptions -fno-rtti -fno-unwind-tables -fno-asynchronous-unwind-tables \
+  "-mcpu=${CBCAN_CPU} -mthumb -ffreestanding -fno-exceptions -fno-rtti -fno-unwind-tables -fno-asynchronous-unwind-tables \
 -fno-threadsafe-statics -ffunction-sections -fdata-sections -fstack-usage -Wstack-usage=512 -Werror=stack-usage=512")
 set(CMAKE_CXX_FLAGS_MINSIZEREL_INIT "-Os -g -DNDEBUG")
 # Images link with -nostdlib: of the libraries only what the compiler calls, and nothing that allocates or prints.

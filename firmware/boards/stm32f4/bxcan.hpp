@@ -85,8 +85,8 @@ class BxCan final : public CanPort {
   }
 
   [[nodiscard]] bool try_send(const Frame& frame) override {
-    const std::uint32_t status = collect();
-    if (phase_ != Phase::kRunning || (status & bxcan::kAllTme) == 0) {
+    const std::uint32_t status = phase_ == Phase::kRunning ? collect() : 0;
+    if ((status & bxcan::kAllTme) == 0) {
       ++counters_.refused;
       return false;
     }
@@ -110,11 +110,11 @@ class BxCan final : public CanPort {
 
   /// The next received frame; those addressed to this node first.
   bool receive(Frame& frame) { return queues_[0].pop(frame) || queues_[1].pop(frame); }
-  bool has_received() const { return !queues_[0].empty() || !queues_[1].empty(); }
 
   /// Follows errors, bus-off and old frames; once in each turn of the loop. Returns when it wants to be
   /// called next.
   Time poll(Time now) {
+    if (phase_ == Phase::kStopped) return kNever;
     collect();
     const std::uint32_t errors = read_errors();
     follow_bus_off(errors);
@@ -261,7 +261,7 @@ class BxCan final : public CanPort {
   void follow_bus_off(std::uint32_t errors) {
     const bool bus_off = (errors & bxcan::kBoff) != 0;
     switch (phase_) {
-      case Phase::kStopped: return;
+      case Phase::kStopped:
       case Phase::kRunning:
         if (!bus_off) return;
         ++counters_.bus_off;

@@ -15,17 +15,21 @@
 
 namespace cbcan::boards::stm32f4 {
 
-inline constexpr std::uint32_t kCoreClock = 160'000'000;  ///< Hz
-inline constexpr std::uint32_t kApb1Clock = 40'000'000;
-inline constexpr std::uint32_t kApb2Clock = 80'000'000;
-inline constexpr std::uint32_t kTimerClock = 80'000'000;  ///< of TIM2..TIM7: twice APB1 (6.2)
-
 enum class ClockSource : std::uint8_t {
-  kHse,   ///< 8 MHz from outside
-  kHsi,   ///< the RC oscillator: 1 % at 25 C, more over temperature. Too inaccurate for a CAN bus of some
-          ///< length
-  kNone,  ///< the PLL did not start: the core runs on at 16 MHz, nothing else is as promised
+  kHse,   ///< 8 MHz from outside, through the PLL
+  kHsi,   ///< the RC oscillator, through the PLL: 1 % at 25 C, more over temperature; too inaccurate for CAN
+  kSlow,  ///< the RC oscillator itself, 16 MHz: the PLL did not start
 };
+
+struct Clocks {
+  ClockSource source;
+  std::uint32_t apb1;    ///< Hz
+  std::uint32_t apb2;    ///< Hz
+  std::uint32_t timers;  ///< Hz, of TIM2..TIM7: twice APB1 where that is divided (6.2)
+};
+
+inline constexpr Clocks kFastClocks{ClockSource::kHse, 40'000'000, 80'000'000, 80'000'000};
+inline constexpr Clocks kSlowClocks{ClockSource::kSlow, 16'000'000, 16'000'000, 16'000'000};
 
 template <class Registers>
 class Rcc {
@@ -35,18 +39,15 @@ class Rcc {
 
   /// Right after a reset. Each wait is bounded: some 10 ms. `bypass`: HSE is a clock signal (on a Nucleo the
   /// ST-LINK's), else a crystal.
-  ClockSource start(bool bypass) {
+  Clocks start(bool bypass) {
     const bool outside = start_hse(bypass);
-    // HSE / 4 or HSI / 8 = 2 MHz, x 160 / 2. The 48 MHz domain, / 7, is not used.
-    rcc_.write(kPllcfgr, kPllR2 | kPllQ7 | kPllN160 | (outside ? kPllFromHse | 4u : 8u));
-    modify(rcc_, kCr, 0, kPllOn);
-    if (!wait_for(rcc_, kCr, kPllReady, kPllReady)) return ClockSource::kNone;
-    flash_.write(kAcr, kFlashCaches | kFiveWaitStates);
-    if (!wait_for(flash_, kAcr, kWaitStates, kFiveWaitStates)) return ClockSource::kNone;
-    rcc_.write(kCfgr, kApb1By4 | kApb2By2);
-    modify(rcc_, kCfgr, 0, kSwitchToPll);
-    if (!wait_for(rcc_, kCfgr, kSwitched, kSwitchedToPll)) return ClockSource::kNone;
-    return outside ? ClockSource::kHse : ClockSource::kHsi;
+    if (!start_pll(outside)) {
+      rcc_.write(kCfgr, 0);
+      return kSlowClocks;
+    }
+    Clocks clocks = kFastClocks;
+    if (!outside) clocks.source = ClockSource::kHsi;
+    return clocks;
   }
 
   /// Peripherals on; the bits are those of AHB1ENR, APB1ENR and APB2ENR.
@@ -104,6 +105,18 @@ class Rcc {
     if (wait_for(rcc_, kCr, kHseReady, kHseReady)) return true;
     modify(rcc_, kCr, kHseOn, 0);
     return false;
+  }
+
+  bool start_pll(bool outside) {
+    // HSE / 4 or HSI / 8 = 2 MHz, x 160 / 2. The 48 MHz domain, / 7, is not used.
+    rcc_.write(kPllcfgr, kPllR2 | kPllQ7 | kPllN160 | (outside ? kPllFromHse | 4u : 8u));
+    modify(rcc_, kCr, 0, kPllOn);
+    if (!wait_for(rcc_, kCr, kPllReady, kPllReady)) return false;
+    flash_.write(kAcr, kFlashCaches | kFiveWaitStates);
+    if (!wait_for(flash_, kAcr, kWaitStates, kFiveWaitStates)) return false;
+    rcc_.write(kCfgr, kApb1By4 | kApb2By2);
+    modify(rcc_, kCfgr, 0, kSwitchToPll);
+    return wait_for(rcc_, kCfgr, kSwitched, kSwitchedToPll);
   }
 
   Registers rcc_;

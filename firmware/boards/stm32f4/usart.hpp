@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "boards/common/registers.hpp"
@@ -23,17 +24,25 @@ struct UsartCounters {
   std::uint32_t overrun = 0;  ///< bytes lost as the interrupt came too late
 };
 
+/// BRR for a baud rate, both in Hz; none where it is not within clock / 65535 .. clock / 16. With
+/// oversampling by 16 mantissa and fraction are the digits of the divider (25.4.4).
+constexpr std::optional<std::uint32_t> usart_divider(std::uint32_t clock, std::uint32_t baud) {
+  constexpr std::uint32_t kLeast = 16, kMost = 0xFFFF;
+  const std::uint32_t divider = baud == 0 ? 0 : (clock + baud / 2) / baud;
+  if (divider < kLeast || divider > kMost) return {};
+  return divider;
+}
+
 template <class Registers>
 class Usart {
  public:
   explicit Usart(Registers registers) : registers_(registers) {}
 
-  /// `clock` is that of the USART's bus, in Hz. False: it does not give this rate, which must be within
-  /// clock / 65535 .. clock / 16.
+  /// `clock` is that of the USART's bus, in Hz. False: it does not give this rate.
   bool init(std::uint32_t clock, std::uint32_t baud, SerialFormat format) {
-    const std::uint32_t divider = baud == 0 ? 0 : (clock + baud / 2) / baud;
-    if (divider < kMinDivider || divider > kMaxDivider) return false;
-    registers_.write(kBrr, divider);  // oversampling by 16: mantissa and fraction are the divider's digits
+    const std::optional<std::uint32_t> divider = usart_divider(clock, baud);
+    if (!divider) return false;
+    registers_.write(kBrr, *divider);
     registers_.write(kCr2, format == SerialFormat::k8N2 ? kTwoStopBits : 0);
     // The parity bit counts as a ninth data bit.
     registers_.write(kCr1, kEnabled | (format == SerialFormat::k8E1 ? kNineBits | kParity : 0));
@@ -53,13 +62,10 @@ class Usart {
   void on_interrupt(Handler& handler) {
     const std::uint32_t status = registers_.read(kSr);
     if ((status & (kRxne | kOre)) != 0) receive(status, handler);
-    const std::uint32_t enabled = registers_.read(kCr1);
-    if ((enabled & kTxeie) != 0 && (status & kTxe) != 0) {
-      send_next();
-    } else if ((enabled & kTcie) != 0 && (status & kTc) != 0) {
-      modify(registers_, kCr1, kTcie, 0);
-      handler.on_sent();
-    }
+    if ((registers_.read(kCr1) & kTxeie) != 0) send_more();
+    if ((registers_.read(kCr1) & kTcie) == 0 || (registers_.read(kSr) & kTc) == 0) return;
+    modify(registers_, kCr1, kTcie, 0);
+    handler.on_sent();
   }
 
   /// Each has one writer, the interrupt.
@@ -74,7 +80,6 @@ class Usart {
   static constexpr std::uint32_t kTc = bit(6), kTxe = bit(7);
   static constexpr std::uint32_t kDr = 0x04;
   static constexpr std::uint32_t kBrr = 0x08;
-  static constexpr std::uint32_t kMinDivider = 16, kMaxDivider = 0xFFFF;
   static constexpr std::uint32_t kCr1 = 0x0C;
   static constexpr std::uint32_t kRe = bit(2), kTe = bit(3), kRxneie = bit(5), kTcie = bit(6),
                                  kTxeie = bit(7);
@@ -95,11 +100,14 @@ class Usart {
     if ((status & (kPe | kFe)) == 0) handler.on_byte(byte);
   }
 
-  /// Reading SR, then writing DR clears TC: it means the end of the last byte.
-  void send_next() {
-    registers_.write(kDr, rest_.front());
-    rest_ = rest_.subspan(1);
-    if (rest_.empty()) modify(registers_, kCr1, kTxeie, kTcie);
+  /// Reading SR, then writing DR clears TC: from the last byte on it means that byte's end.
+  void send_more() {
+    while (!rest_.empty()) {
+      if ((registers_.read(kSr) & kTxe) == 0) return;
+      registers_.write(kDr, rest_.front());
+      rest_ = rest_.subspan(1);
+    }
+    modify(registers_, kCr1, kTxeie, kTcie);
   }
 
   Registers registers_;

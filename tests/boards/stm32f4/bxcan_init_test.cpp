@@ -97,7 +97,7 @@ TEST_CASE("init: fails clearly when the controller does not answer, or has no su
   rig.model.init_refused = true;
   CHECK(rig.can.init(40'000'000, 500'000, 1) == CanInit::kNoResponse);
   CHECK_FALSE(rig.send("000#0100"));
-  rig.poll();
+  CHECK(rig.poll() == cbcan::kNever);
   CHECK(rig.can.state() == BusState::kBusOff);
   rig.model.init_refused = false;
   rig.model.acknowledge_after = 90'000;  // slow, but there

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include "boards/stm32f4/board.hpp"
+
+#include "boards/common/cortex_m.hpp"
+
+namespace cbcan::boards::stm32f4 {
+
+namespace {
+
+constexpr Time kLongestSleep = kSecond;  // well within the watchdog's time, and the counter's
+
+// Clocks of peripherals: AHB1ENR, APB1ENR and APB2ENR (RM0390, 6.3.10, 6.3.13, 6.3.14).
+constexpr std::uint32_t kPortsAAndB = 1u << 0 | 1u << 1;
+constexpr std::uint32_t kTim2Usart2Can1 = 1u << 0 | 1u << 17 | 1u << 25;
+constexpr std::uint32_t kUsart1 = 1u << 4;
+
+// Pins and alternate functions (data sheet DS10693, table 11).
+constexpr unsigned kUsart2Tx = 2, kUsart2Rx = 3, kDriverEnable = 8, kUsart1Tx = 9, kUsart1Rx = 10;  // port A
+constexpr unsigned kCan1Rx = 8, kCan1Tx = 9;                                                        // port B
+constexpr std::uint32_t kUsartFunction = 7, kCanFunction = 9;
+
+constexpr std::uintptr_t kUsart1Base = 0x40011000, kUsart2Base = 0x40004400;
+
+}  // namespace
+
+Board::Board(const Settings& settings)
+    : settings_(settings), usart_(Mmio(settings.line == ModbusLine::kRs485 ? kUsart1Base : kUsart2Base)) {}
+
+void Board::start(RtuServer& modbus, std::uint8_t node_id) {
+  modbus_ = &modbus;
+  reset_cause_ = rcc_.take_reset_cause();
+  const Clocks clocks = rcc_.start(settings_.hse_is_clock);
+  rcc_.enable(kPortsAAndB, kTim2Usart2Can1, kUsart1);
+  set_pins();
+  timer_.start(clocks.timers);
+  watchdog_.start();
+  // A controller that does not answer is never on the bus: the registers show bus-off.
+  can_.init(clocks.apb1, settings_.can_bit_rate, node_id);
+  usart_.init(is_rs485() ? clocks.apb2 : clocks.apb1, settings_.baud, settings_.format);
+  for (const std::size_t interrupt :
+       {kCan1Rx0Interrupt, kCan1Rx1Interrupt, kCan1SceInterrupt, kTim2Interrupt, modbus_interrupt()})
+    enable_interrupt(interrupt);
+}
+
+/// Inputs are pulled up: a line that is not connected is idle.
+void Board::set_pins() {
+  port_b_.set_alternate(kCan1Rx, kCanFunction, Pull::kUp);
+  port_b_.set_alternate(kCan1Tx, kCanFunction, Pull::kNone);
+  if (is_rs485()) port_a_.set_output(kDriverEnable);
+  port_a_.set_alternate(is_rs485() ? kUsart1Rx : kUsart2Rx, kUsartFunction, Pull::kUp);
+  port_a_.set_alternate(is_rs485() ? kUsart1Tx : kUsart2Tx, kUsartFunction, Pull::kNone);
+}
+
+void Board::sleep_until(Time due) {
+  watchdog_.feed();
+  const Time time = now();
+  due = earlier(earlier(due, can_.poll(time)), time + kLongestSleep);
+  if (due > time) {
+    timer_.wake_at(static_cast<std::uint32_t>(due));
+    const InterruptLock lock;
+    if (!woken_.load(std::memory_order_relaxed)) wait_for_interrupt();
+  }
+  woken_.store(false, std::memory_order_relaxed);
+}
+
+void Board::respond(std::span<const std::uint8_t> response) {
+  if (is_rs485()) port_a_.write(kDriverEnable, true);
+  usart_.send(response);
+  pend_interrupt(modbus_interrupt());  // TXE does that too, but not in every emulator
+}
+
+Health Board::health() {
+  const BxCanCounters can = can_.counters();
+  const UsartCounters& usart = usart_.counters();
+  Health health;
+  health.reset_cause = reset_cause_;
+  health.stack_size = static_cast<std::uint16_t>(stack_size());
+  health.stack_used = static_cast<std::uint16_t>(stack_high_water());
+  health.modbus_lost = usart.overrun + usart.parity + usart.framing;
+  health.can.received = can.received;
+  health.can.sent = can.sent;
+  health.can.refused = can.refused;
+  health.can.lost = can.overruns + can.queue_full + can.taken_back;
+  health.can.errors = can.errors;
+  return health;
+}
+
+void Board::on_can_received() {
+  can_.on_rx_interrupt();
+  woken();
+}
+
+void Board::on_can_error() {
+  can_.on_error_interrupt();
+  woken();
+}
+
+void Board::on_modbus() {
+  usart_.on_interrupt(*this);
+  woken();
+}
+
+void Board::on_sent() {
+  if (is_rs485()) port_a_.write(kDriverEnable, false);
+  modbus_->on_sent();
+}
+
+void Board::on_timer() {
+  timer_.on_interrupt();
+  woken();
+}
+
+}  // namespace cbcan::boards::stm32f4

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A board with an STM32F446, such as Nucleo-F446RE:
+///
+///   CAN1    PB8 (D15) receives, PB9 (D14) sends, to a transceiver
+///   USART   Modbus RTU, one of two lines (settings.hpp)
+///   TIM2    time, and the end of a sleep; the watchdog resets a loop that hangs for some seconds
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+
+#include "boards/common/clock.hpp"
+#include "boards/common/registers.hpp"
+#include "boards/common/station.hpp"
+#include "boards/stm32f4/bxcan.hpp"
+#include "boards/stm32f4/gpio.hpp"
+#include "boards/stm32f4/rcc.hpp"
+#include "boards/stm32f4/settings.hpp"
+#include "boards/stm32f4/timer.hpp"
+#include "boards/stm32f4/usart.hpp"
+#include "boards/stm32f4/watchdog.hpp"
+
+namespace cbcan::boards::stm32f4 {
+
+// Interrupt numbers (RM0390, table 38).
+inline constexpr std::size_t kCan1Rx0Interrupt = 20;
+inline constexpr std::size_t kCan1Rx1Interrupt = 21;
+inline constexpr std::size_t kCan1SceInterrupt = 22;
+inline constexpr std::size_t kTim2Interrupt = 28;
+inline constexpr std::size_t kUsart1Interrupt = 37;
+inline constexpr std::size_t kUsart2Interrupt = 38;
+inline constexpr std::size_t kInterrupts = 97;
+
+class Board final : public Hardware {
+ public:
+  explicit Board(const Settings& settings);
+
+  /// Clocks, pins, peripherals and interrupts on. `modbus` gets the bytes of the line; `node_id` is the own
+  /// one.
+  void start(RtuServer& modbus, std::uint8_t node_id);
+
+  CanPort& can() { return can_; }
+  /// Feeds the watchdog, and waits for an interrupt or until `due`, but not longer than a second.
+  void sleep_until(Time due);
+
+  // Hardware.
+  Time now() override { return clock_.now(timer_.read()); }
+  bool receive(Frame& frame) override { return can_.receive(frame); }
+  BusState bus_state() override { return can_.state(); }
+  void respond(std::span<const std::uint8_t> response) override;
+  Health health() override;
+
+  // Interrupts.
+  void on_can_received();
+  void on_can_error();
+  void on_modbus();
+  void on_timer();
+
+  // What the USART calls in its interrupt.
+  void on_byte(std::uint8_t byte) { modbus_->on_byte(byte, timer_.read()); }
+  void on_sent();
+
+ private:
+  bool is_rs485() const { return settings_.line == ModbusLine::kRs485; }
+  std::size_t modbus_interrupt() const { return is_rs485() ? kUsart1Interrupt : kUsart2Interrupt; }
+  void set_pins();
+  void woken() { woken_.store(true, std::memory_order_relaxed); }
+
+  Settings settings_;
+  Rcc<Mmio> rcc_{Mmio(0x40023800), Mmio(0x40023C00)};
+  Gpio<Mmio> port_a_{Mmio(0x40020000)};
+  Gpio<Mmio> port_b_{Mmio(0x40020400)};
+  MicrosecondTimer<Mmio> timer_{Mmio(0x40000000)};
+  Watchdog<Mmio> watchdog_{Mmio(0x40003000)};
+  BxCan<Mmio> can_{Mmio(0x40006400)};
+  Usart<Mmio> usart_;
+  Clock clock_;
+  regmap::ResetCause reset_cause_ = regmap::ResetCause::kUnknown;
+  RtuServer* modbus_ = nullptr;
+  std::atomic<bool> woken_ = false;  ///< by an interrupt, since the last sleep
+};
+
+}  // namespace cbcan::boards::stm32f4
