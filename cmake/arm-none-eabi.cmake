@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 # Cortex-M, freestanding: the core and the board images.
-set(CBCAN_CPU cortex-m3 CACHE STRING "cortex-m3, or cortex-m4 for firmware/boards/stm32f4")
-set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES CBCAN_CPU)
+if(NOT DEFINED CBCAN_CPU)
+  set(CBCAN_CPU cortex-m3)
+endif()
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR ${CBCAN_CPU})
 set(CMAKE_CXX_COMPILER arm-none-eabi-g++)
