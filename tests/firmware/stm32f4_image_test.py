@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The image for the STM32F446: its size, its start, and as much of it as QEMU has hardware for.
+
+QEMU's netduinoplus2 is an STM32F405 with the USARTs, TIM2 and the flash where the F446 has them; clocks, pins, watchdog and CAN are not there and
+read as 0. So the image finds no PLL and stays at 16 MHz, and no CAN controller, which shows as bus-off. TIM2 counts 62.5 times too fast:
+20 ms between two bytes are 0.3 ms, which a loaded host exceeds. A request without an answer is repeated, as a Modbus client does.
+
+usage: stm32f4_image_test.py IMAGE.elf
+"""
+
+import ctypes
+import pathlib
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases  # noqa: E402
+from simulator import program_from_arguments, wait_until  # noqa: E402
+
+FLASH, RAM, STACK = 0x08000000, 0x20000000, 2048
+MOST_TEXT, MOST_RAM = 32 * 1024, 16 * 1024
+ANSWER_WITHIN = 1  # seconds; later it would be taken for the answer to the next request
+
+
+def crc(data):
+    value = 0xFFFF
+    for byte in data:
+        value ^= byte
+        for _ in range(8):
+            value = value >> 1 ^ (0xA001 if value & 1 else 0)
+    return struct.pack("<H", value)
+
+
+def end_with_us():
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+
+
+class Machine:
+    """The image in QEMU, as a Modbus client sees it through USART2."""
+
+    def __enter__(self):
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            server.settimeout(60)
+            self.process = subprocess.Popen(
+                ["qemu-system-arm", "-M", "netduinoplus2", "-kernel", IMAGE, "-display", "none", "-monitor", "none",
+                 "-serial", "null", "-serial", f"tcp:127.0.0.1:{server.getsockname()[1]},nodelay=on"],
+                stdin=subprocess.DEVNULL, preexec_fn=end_with_us)
+            try:
+                self.line = server.accept()[0]
+            except OSError:
+                self.process.kill()
+                self.process.wait()
+                raise
+        self.line.settimeout(ANSWER_WITHIN)
+        return self
+
+    def __exit__(self, *_):
+        self.line.close()
+        self.process.kill()
+        self.process.wait()
+
+    def send(self, frame, expected):
+        """What comes back within ANSWER_WITHIN, up to `expected` bytes."""
+        self.line.sendall(frame)
+        answer = b""
+        try:
+            while len(answer) < expected:
+                answer += self.line.recv(expected - len(answer))
+        except TimeoutError:
+            pass
+        return answer
+
+    def ask(self, request, expected):
+        frame = b"\x01" + request
+        answer = wait_until(lambda: self.send(frame + crc(frame), expected + 2), f"an answer to {request.hex()}")
+        if crc(answer[:-2]) != answer[-2:]:
+            raise AssertionError(f"CRC of {answer.hex()}")
+        return answer[1:-2]
+
+    def read(self, first, count):
+        answer = self.ask(struct.pack(">BHH", 3, first, count), 3 + 2 * count)
+        return list(struct.unpack(f">{count}H", answer[2:]))
+
+    def write(self, first, *values):
+        data = struct.pack(f">{len(values)}H", *values)
+        self.ask(struct.pack(">BHHB", 16, first, len(values), len(data)) + data, 6)
+
+    def transact(self, *request):
+        """R3700..R3707 after a transaction; R3701 is written last but R3700."""
+        self.write(3701, *request)
+        self.write(3700, 0xCA0E)
+        return wait_until(lambda: (words := self.read(3700, 8))[0] != 0xCA0E and words, "the transaction's end")
+
+
+class Image(unittest.TestCase):
+    def test_size(self):
+        lines = subprocess.run(["arm-none-eabi-size", "-A", IMAGE], capture_output=True, text=True, check=True).stdout
+        sizes = {line.split()[0]: int(line.split()[1]) for line in lines.splitlines() if line.startswith(".")}
+        flash = sizes[".text"] + sizes[".data"]
+        ram = sizes[".stack"] + sizes[".data"] + sizes[".bss"]
+        print(f"stm32f4: text {sizes['.text']}, data {sizes['.data']}, bss {sizes['.bss']}; flash {flash} (at most {MOST_TEXT}), "
+              f"RAM {ram} with {sizes['.stack']} of stack (at most {MOST_RAM}), registers {sizes['.registers']}", flush=True)
+        self.assertLessEqual(flash, MOST_TEXT)
+        self.assertLessEqual(ram, MOST_RAM)
+        self.assertGreater(flash, 12000, "it is not all there")
+        self.assertEqual(sizes[".registers"], 4168 * 2)
+
+    def test_flash_begins_with_the_vectors(self):
+        image = pathlib.Path(IMAGE).with_suffix(".bin").read_bytes()
+        vectors = struct.unpack_from("<113I", image)
+        self.assertEqual(vectors[0], RAM + STACK)
+        handlers = [vector for i, vector in enumerate(vectors) if i not in (0, 7, 8, 9, 10, 13)]
+        for handler in handlers:
+            self.assertEqual(handler & 1, 1, "Thumb")
+            self.assertTrue(FLASH + 113 * 4 <= handler < FLASH + len(image))
+        unexpected = vectors[2]
+        # CAN1_RX0, CAN1_RX1, CAN1_SCE, TIM2, USART1, USART2 (RM0390, table 38) and nothing else.
+        self.assertEqual([i for i in range(97) if vectors[16 + i] != unexpected], [20, 21, 22, 28, 37, 38])
+
+    def test_it_starts_and_shows_its_diagnostics_over_modbus(self):
+        with Machine() as machine:
+            words = machine.read(4100, 30)
+            self.assertEqual(words[:2], VERSION)
+            self.assertEqual(words[5], STACK)
+            self.assertTrue(64 < words[6] < STACK // 2, words[6])
+            self.assertEqual(words[7], 0x10)  # no CAN controller: bus-off
+            later = machine.read(4102, 2)
+            self.assertGreater(later[0] | later[1] << 16, words[2] | words[3] << 16)
+            print(f"stm32f4: {words[6]} bytes of stack used", flush=True)
+
+    def test_the_coprocessor_answers_and_a_bus_that_is_off_is_told(self):
+        with Machine() as machine:
+            self.assertEqual(machine.transact(5055, 0, 0x3001, 0, 1)[:7], [0, 5055, 0, 0x3001, 0, 1, 127])
+            self.assertEqual(machine.transact(5055, 0, 0x3002, 0, 1)[6], 0x10)
+            words = machine.transact(5055, 5, 0x1000, 0, 4)
+            self.assertEqual(words[0], 4)
+            self.assertEqual(words[6:], [0x0000, 0x0504])
+
+    def test_a_wrong_crc_is_not_answered_and_counted(self):
+        with Machine() as machine:
+            machine.read(4110, 2)
+            self.assertEqual(machine.send(bytes.fromhex("010300000001FFFF"), 1), b"")
+            self.assertGreater(machine.read(4110, 2)[0], 0)
+
+
+def version():
+    """What R4100 and R4101 should hold."""
+    text = (pathlib.Path(__file__).resolve().parents[2] / "firmware/include/cbcan/version.hpp").read_text()
+    major, minor, patch = (int(n) for n in text.split('kVersion = "')[1].split('"')[0].split("."))
+    return [major << 8 | minor, patch]
+
+
+if __name__ == "__main__":
+    IMAGE = program_from_arguments(sys.argv)
+    VERSION = version()
+    cases.main()
