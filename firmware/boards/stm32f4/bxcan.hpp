@@ -257,29 +257,24 @@ class BxCan final : public CanPort {
     return errors;
   }
 
-  /// One step at most: bus-off, mailboxes empty, initialization mode, back on the bus.
+  /// From bus-off back: mailboxes empty, initialization mode, on the bus again.
   void follow_bus_off(std::uint32_t errors) {
     const bool bus_off = (errors & bxcan::kBoff) != 0;
-    switch (phase_) {
-      case Phase::kStopped:
-      case Phase::kRunning:
-        if (!bus_off) return;
-        ++counters_.bus_off;
-        phase_ = Phase::kEmptying;
-        [[fallthrough]];
-      case Phase::kEmptying:
-        if (abort_all()) return;
-        registers_.write(bxcan::kMcr, kOptions | bxcan::kInrq);
-        phase_ = Phase::kResetting;
-        return;
-      case Phase::kResetting:
-        if ((registers_.read(bxcan::kMsr) & bxcan::kInak) == 0) return;
-        registers_.write(bxcan::kMcr, kOptions);
-        phase_ = Phase::kJoining;
-        return;
-      case Phase::kJoining:
-        if (!bus_off && (registers_.read(bxcan::kMsr) & bxcan::kInak) == 0) phase_ = Phase::kRunning;
-        return;
+    if (phase_ == Phase::kRunning && bus_off) {
+      ++counters_.bus_off;
+      phase_ = Phase::kEmptying;
+    }
+    if (phase_ == Phase::kEmptying && !abort_all()) {
+      registers_.write(bxcan::kMcr, kOptions | bxcan::kInrq);
+      phase_ = Phase::kResetting;
+    }
+    if (phase_ == Phase::kRunning || phase_ == Phase::kEmptying) return;
+    const bool in_initialization = (registers_.read(bxcan::kMsr) & bxcan::kInak) != 0;
+    if (phase_ == Phase::kResetting && in_initialization) {
+      registers_.write(bxcan::kMcr, kOptions);
+      phase_ = Phase::kJoining;
+    } else if (phase_ == Phase::kJoining && !in_initialization && !bus_off) {
+      phase_ = Phase::kRunning;
     }
   }
 
