@@ -16,7 +16,7 @@ enum class ModbusLine : std::uint8_t {
 struct Settings {
   ModbusLine line = ModbusLine::kVirtualComPort;
   std::uint32_t baud = 115'200;
-  SerialFormat format = SerialFormat::k8N1;
+  SerialFormat format = SerialFormat::k8E1;
   std::uint32_t can_bit_rate = 500'000;  ///< bit/s
   bool hse_is_clock = true;              ///< 8 MHz from the ST-LINK; false = a crystal of 8 MHz
 };
