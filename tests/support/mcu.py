@@ -116,12 +116,12 @@ class Mcu:
         assert answer[:2] == bytes([3, 2 * count]), answer.hex()
         return list(struct.unpack(f">{count}H", answer[2:]))
 
-    def execute(self, *words):
-        """R3701.. = words and CA0Eh in one request; the result code. Each poll is one more request."""
+    def execute(self, *words, seen=1):
+        """R3701.. = words and CA0Eh in one request; R3700 and the registers behind it, `seen` in all, when it is done."""
         self.write(3700, [0xCA0E, *words])
-        while (result := self.read(3700, 1)[0]) == 0xCA0E:
+        while (registers := self.read(3700, seen))[0] == 0xCA0E:
             pass
-        return result
+        return registers
 
     def diagnostics(self):
         """R4100..R4131 by name, as docs/registers.md has them."""
