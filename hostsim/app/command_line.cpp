@@ -18,6 +18,7 @@ namespace {
 constexpr std::string_view kConfig = "--config";
 constexpr std::string_view kDemo = "--demo";
 constexpr std::string_view kVerbose = "--verbose";
+constexpr std::string_view kNoModule = "--no-module";
 
 /// The command line as it was typed, before anybody asks what the arguments mean.
 struct Typed {
@@ -39,11 +40,14 @@ Diagnostics collect(int argc, const char* const* argv, Typed& typed) {
   parser.add_flag("--version", typed.version);
   parser.add_flag(std::string(kDemo), typed.demo);
   std::string verbose;
+  std::string no_module;
   parser.add_flag("-v,--verbose", verbose);
+  parser.add_flag(std::string(kNoModule), no_module);
   parser.add_option(std::string(kConfig), typed.config)->allow_extra_args(false);
   for (const std::string_view option : setting_options()) {
     auto& arguments = typed.settings[option];
-    if (option != kVerbose) parser.add_option(std::string(option), arguments)->allow_extra_args(false);
+    if (option != kVerbose && option != kNoModule)
+      parser.add_option(std::string(option), arguments)->allow_extra_args(false);
   }
   try {
     parser.parse(argc, argv);
@@ -54,6 +58,7 @@ Diagnostics collect(int argc, const char* const* argv, Typed& typed) {
     return {about_option("command line", error.what())};
   }
   if (!verbose.empty()) typed.settings[kVerbose] = {verbose};
+  if (!no_module.empty()) typed.settings[kNoModule] = {no_module};
   typed.unknown = parser.remaining();
   return {};
 }
@@ -106,7 +111,7 @@ Diagnostics read_plant_of(const Typed& typed, const FileReader& read, Config& co
 
 std::string remarks_on(const Config& config) {
   std::string text;
-  if (config.can.kind == CanKind::kVirtual && config.nodes.empty()) {
+  if (config.can.kind == CanKind::kVirtual && config.nodes.empty() && config.can.slcan.empty()) {
     text += "cbcan-sim: nobody else is on the virtual bus; try --demo, or add a node: --node 5=FILE.eds\n";
   }
   if (config.can.kind == CanKind::kSocketCan && config.can.bit_rate != 0) {

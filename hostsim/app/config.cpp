@@ -34,7 +34,7 @@ void check_node_ids(const Config& config, Diagnostics& found) {
     if (first != nullptr) {
       found.push_back({node.place, who + "already at " + to_string(first->place) +
                                        "; every node on the bus needs an ID of its own"});
-    } else if (node.id == config.module.node_id) {
+    } else if (config.module.enabled && node.id == config.module.node_id) {
       found.push_back({node.place, who +
                                        "this is the module's own ID; change the node's, or the module's with "
                                        "module.node_id or --node-id"});
@@ -52,6 +52,9 @@ std::string can_spec(const CanConfig& can) {
 Diagnostics check(const Config& config) {
   Diagnostics found;
   check_node_ids(config, found);
+  if (config.time.clock == ClockKind::kManual && config.can.kind != CanKind::kVirtual)
+    found.push_back(about_option("--clock manual", "the time of " + can_spec(config.can) +
+                                                       " cannot stand still; use it with --can virtual"));
   for (const NodeConfig& node : config.nodes)
     check_objects(node, found);
   return found;

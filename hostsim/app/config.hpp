@@ -16,6 +16,7 @@ namespace cbcan::app {
 
 /// The coprocessor itself.
 struct ModuleConfig {
+  bool enabled = true;                  ///< false: nodes and bus alone; no Modbus server then
   std::uint8_t node_id = 127;           ///< 1..127, its own address on the bus
   std::uint16_t sdo_timeout_ms = 1000;  ///< 0..65535, 0 = none; each answer of the server starts it again
   std::uint16_t node_state_fresh_ms =
@@ -38,7 +39,15 @@ struct CanConfig {
   CanKind kind = CanKind::kVirtual;
   std::string interface_name;  ///< of kSocketCan: "vcan0"; else empty
   std::uint32_t bit_rate = 0;  ///< of kVirtual, in bit/s: 10000..1000000, 0 = as fast as possible
+  std::string slcan;           ///< where SLCAN adapters are served: HOST:PORT or unix:PATH; empty = nowhere
   bool operator==(const CanConfig&) const = default;
+};
+
+enum class ClockKind : std::uint8_t { kReal, kManual };
+
+struct TimeConfig {
+  ClockKind clock = ClockKind::kReal;  ///< kManual: time passes by lines on standard input
+  bool operator==(const TimeConfig&) const = default;
 };
 
 struct LogConfig {
@@ -70,6 +79,7 @@ struct Config {
   ModuleConfig module;
   ModbusConfig modbus;
   CanConfig can;
+  TimeConfig time;
   LogConfig log;
   std::vector<NodeConfig> nodes;
   bool operator==(const Config&) const = default;

@@ -36,6 +36,9 @@ Module, the coprocessor itself:
                          1016h sets no time, 1..65535 ms (default 2000)
   --guarding-timeout MS  how long it waits for the answer to a node guarding
                          request, 1..65535 ms (default 100)
+  --no-module            nodes and bus alone, for a coprocessor that runs
+                         elsewhere: no Modbus server either; --no-module=false
+                         takes back a false of module.enabled (default true)
 
 Modbus TCP:
   --modbus HOST:PORT     where to listen: an IP address or a host name, and a
@@ -46,6 +49,15 @@ CAN:
   --can SPEC             the bus: virtual or socketcan:IFNAME (default virtual)
   --bit-rate N           pace of the virtual bus, 10000..1000000 bit/s, or 0 =
                          as fast as possible (default 0)
+  --slcan ADDRESS        serve CAN adapters (LAWICEL, SLCAN) on the bus, one for
+                         each connection to HOST:PORT or unix:PATH; port 0 = any
+                         free one, shown as slcan=HOST:PORT in the ready line
+
+Time:
+  --clock CLOCK          real, or manual: time stands still but for lines such as
+                         "pass 100ms" (us, ms, s) on standard input, each
+                         answered by "at SECONDS"; ends with the input
+                         (default real)
 
 Simulated nodes (these may be given several times):
   --node ID=FILE         a node with node ID 1..127 after an EDS or DCF file; a

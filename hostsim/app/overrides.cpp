@@ -14,6 +14,7 @@ namespace cbcan::app {
 namespace {
 
 constexpr std::string_view kModbus = "--modbus";
+constexpr std::string_view kNoModule = "--no-module";
 constexpr std::string_view kNode = "--node";
 constexpr std::string_view kName = "--name";
 constexpr std::string_view kHeartbeat = "--heartbeat";
@@ -42,11 +43,12 @@ class Overrides {
   Diagnostics apply() {
     for (const auto& row : settings()) {
       const std::string_view option = option_name(row.option);
-      if (option == kModbus) continue;
+      if (option == kModbus || option == kNoModule) continue;
       for (const std::string& text : arguments_.at(option))
         apply_setting(row, text, at(option, text));
     }
     each(kModbus, &Overrides::apply_modbus);
+    each(kNoModule, &Overrides::apply_no_module);
     each(kNode, &Overrides::apply_node);
     each(kName, &Overrides::apply_name);
     each(kHeartbeat, &Overrides::apply_heartbeat);
@@ -82,8 +84,9 @@ class Overrides {
 
   template <class Target>
   static Problem assign_text(const Setting<Target>& row, Target& target, const std::string& text) {
-    const bool as_typed = row.type == SettingType::kText || row.type == SettingType::kPath;
-    return assign(row, target, as_typed ? Value(text) : parse_value(text));
+    const bool parsed =
+        row.type != SettingType::kText && row.type != SettingType::kPath && row.type != SettingType::kAddress;
+    return assign(row, target, parsed ? parse_value(text) : Value(text));
   }
 
   void apply_modbus(const std::string& text, const Place& where) {
@@ -93,6 +96,12 @@ class Overrides {
     } catch (const io::UsageError& error) {
       complain(where, error.what());
     }
+  }
+
+  /// The opposite of its setting.
+  void apply_no_module(const std::string& text, const Place& where) {
+    if (text != "true" && text != "false") return complain(where, "must be true or false");
+    config_.module.enabled = text == "false";
   }
 
   void apply_node(const std::string& text, const Place& where) {

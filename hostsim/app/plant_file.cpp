@@ -42,6 +42,8 @@ std::string contents_of(std::string_view table) {
   return (table.empty() ? "a plant file" : std::string(table)) + " has " + text;
 }
 
+constexpr std::string_view kUnix = "unix:";
+
 class Reader {
  public:
   Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
@@ -143,8 +145,14 @@ class Reader {
 
   Value based_here(SettingType type, const Value& value) const {
     const auto* path = std::get_if<std::string>(&value);
-    if (type != SettingType::kPath || path == nullptr || path->empty()) return value;
-    return (std::filesystem::path(file_name_).parent_path() / *path).lexically_normal().string();
+    if (path == nullptr || path->empty()) return value;
+    if (type == SettingType::kPath) return based_here(*path);
+    const bool is_socket = type == SettingType::kAddress && path->starts_with(kUnix);
+    return is_socket ? std::string(kUnix) + based_here(path->substr(kUnix.size())) : value;
+  }
+
+  std::string based_here(std::string_view path) const {
+    return (std::filesystem::path(file_name_).parent_path() / path).lexically_normal().string();
   }
 
   void complain_unknown(const toml::key& key, std::string_view table) {

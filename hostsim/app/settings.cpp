@@ -7,6 +7,8 @@
 
 #include "app/can_spec.hpp"
 #include "app/suggest.hpp"
+#include "io/errors.hpp"
+#include "io/stream_listener.hpp"
 
 namespace cbcan::app {
 namespace {
@@ -38,6 +40,24 @@ Problem store(Target& target, const Value& value) {
 
 Problem store_can_spec(Config& config, const Value& value) {
   return parse_can_spec(std::get<std::string>(value), config.can);
+}
+
+Problem store_slcan(Config& config, const Value& value) {
+  const std::string& text = std::get<std::string>(value);
+  try {
+    static_cast<void>(io::parse_stream_address(text));
+  } catch (const io::UsageError& error) {
+    return error.what();
+  }
+  config.can.slcan = text;
+  return {};
+}
+
+Problem store_clock(Config& config, const Value& value) {
+  const std::string& text = std::get<std::string>(value);
+  if (text != "real" && text != "manual") return "must be real or manual";
+  config.time.clock = text == "real" ? ClockKind::kReal : ClockKind::kManual;
+  return {};
 }
 
 Problem store_bit_rate(Config& config, const Value& value) {
@@ -73,10 +93,11 @@ constexpr auto kInteger = SettingType::kInteger;
 constexpr auto kBoolean = SettingType::kBoolean;
 constexpr auto kText = SettingType::kText;
 constexpr auto kPath = SettingType::kPath;
+constexpr auto kAddress = SettingType::kAddress;
 constexpr auto kAny = SettingType::kAny;
 
 // clang-format off
-constexpr std::array<Setting<Config>, 10> kSettings{{
+constexpr std::array<Setting<Config>, 13> kSettings{{
     {"module.node_id", "--node-id N", "1..127", "127", "",
      kInteger, 1, 127, store<&Config::module, &ModuleConfig::node_id>},
     {"module.sdo_timeout_ms", "--sdo-timeout MS", "0..65535 ms, 0 = none", "1000", "",
@@ -85,6 +106,8 @@ constexpr std::array<Setting<Config>, 10> kSettings{{
      kInteger, 1, 65535, store<&Config::module, &ModuleConfig::node_state_fresh_ms>},
     {"module.guarding_timeout_ms", "--guarding-timeout MS", "1..65535 ms", "100", "",
      kInteger, 1, 65535, store<&Config::module, &ModuleConfig::guarding_timeout_ms>},
+    {"module.enabled", "--no-module", "true or false", "true", "",
+     kBoolean, 0, 0, store<&Config::module, &ModuleConfig::enabled>},
     {"modbus.host", "--modbus HOST:PORT", "an IP address or a host name", "\"127.0.0.1\"", "",
      kText, 0, 0, store<&Config::modbus, &ModbusConfig::host>},
     {"modbus.port", "--modbus HOST:PORT", "0..65535, 0 = any free one", "1502", "",
@@ -93,6 +116,10 @@ constexpr std::array<Setting<Config>, 10> kSettings{{
      kText, 0, 0, store_can_spec},
     {"can.bit_rate", "--bit-rate N", "10000..1000000 bit/s, or 0 = as fast as possible", "0", "",
      kInteger, 0, 1'000'000, store_bit_rate},
+    {"can.slcan", "--slcan ADDRESS", "HOST:PORT or unix:PATH", "", "",
+     kAddress, 0, 0, store_slcan},
+    {"time.clock", "--clock CLOCK", "real or manual", "\"real\"", "",
+     kText, 0, 0, store_clock},
     {"log.file", "--log FILE", "a path", "", "",
      kPath, 0, 0, store<&Config::log, &LogConfig::file>},
     {"log.verbose", "--verbose", "true or false", "false", "",
@@ -126,7 +153,8 @@ bool has_type(const Value& value, SettingType type) {
     case kInteger: return std::holds_alternative<std::int64_t>(value);
     case kBoolean: return std::holds_alternative<bool>(value);
     case kText:
-    case kPath: return std::holds_alternative<std::string>(value);
+    case kPath:
+    case kAddress: return std::holds_alternative<std::string>(value);
     case kAny: return true;
   }
   return false;
@@ -182,7 +210,8 @@ template <class Target>
 Problem wrong_type(const Setting<Target>& setting) {
   std::string type;
   if (setting.type == kInteger) type = "an integer, ";
-  if (setting.type == kText || setting.type == kPath) type = "a text in double quotes: ";
+  if (setting.type == kText || setting.type == kPath || setting.type == kAddress)
+    type = "a text in double quotes: ";
   return "must be " + type + std::string(setting.domain);
 }
 

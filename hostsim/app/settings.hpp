@@ -18,8 +18,9 @@ namespace cbcan::app {
 /// What is wrong with a value, to be put behind its name: "must be 1..127". Empty = nothing.
 using Problem = std::string;
 
-/// kPath is a text that the plant file gives relative to itself. kAny is whatever the object needs.
-enum class SettingType : std::uint8_t { kInteger, kBoolean, kText, kPath, kAny };
+/// kPath is a text that the plant file gives relative to itself, and so is what follows `unix:` in a
+/// kAddress. kAny is whatever the object needs.
+enum class SettingType : std::uint8_t { kInteger, kBoolean, kText, kPath, kAddress, kAny };
 
 /// One setting of a `Target`: Config, NodeConfig or InitialValue.
 template <class Target>

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "app/simulator.hpp"
 
-#include <algorithm>
-#include <chrono>
+#include <unistd.h>
+
+#include <iostream>
 #include <sstream>
 #include <utility>
 
+#include "app/manual_clock.hpp"
 #include "cbcan/version.hpp"
 
 namespace cbcan::app {
@@ -33,55 +35,8 @@ RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
 }
 
-}  // namespace
-
-Simulator::Simulator(const Config& config, std::vector<sim::NodeImage> images, const io::Warn& warn)
-    : can_(can_spec(config.can)),
-      signals_(reactor_),
-      world_(config.can.bit_rate),
-      module_(world_.add_module(window_of(registers_), settings_of(config.module))),
-      modbus_(
-          reactor_, registers_, settings_of(config.modbus),
-          [this](bool /*wrote*/) { advance(io::Reactor::now()); }, warn) {
-  for (std::size_t i = 0; i < images.size(); ++i)
-    world_.add_node(config.nodes[i].id, std::move(images[i]));
-  if (config.can.kind == CanKind::kSocketCan)
-    socketcan_.emplace(reactor_, world_.bus(), config.can.interface_name, warn);
-  if (config.log.file.empty()) return;
-  const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
-  log_.emplace(config.log.file, interface, io::Reactor::wall_offset(), warn);
-  world_.bus().observe(*log_);
-}
-
-std::string Simulator::where() const {
-  return "modbus=" + io::to_string(modbus_.address()) + " can=" + can_;
-}
-
-void Simulator::run() {
-  world_.start(io::Reactor::now());
-  while (!signals_.stop_requested()) {
-    const Time now = io::Reactor::now();
-    advance(now);
-    modbus_.poll(now);
-    if (log_) log_->flush();
-    reactor_.run_once(next_deadline());
-  }
-}
-
-void Simulator::advance(Time now) {
-  if (socketcan_) socketcan_->poll(now);
-  world_.advance(now);
-}
-
-Time Simulator::next_deadline() const {
-  const Time world = earlier(world_.next_deadline(), modbus_.next_deadline());
-  return socketcan_ ? earlier(world, socketcan_->next_deadline()) : world;
-}
-
-std::string Simulator::summary() const {
-  const Coprocessor& coprocessor = module_.coprocessor();
+std::string summary_of(const Coprocessor& coprocessor, const io::ModbusTcp::Counters& modbus) {
   const auto& sdo = coprocessor.sdo_client().counters();
-  const auto& modbus = modbus_.counters();
   std::ostringstream text;
   text << "transactions " << coprocessor.counters().executed << ", failed " << coprocessor.counters().failed
        << ", cancelled " << coprocessor.counters().cancelled << "\n"
@@ -90,6 +45,101 @@ std::string Simulator::summary() const {
        << sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object << "\n"
        << "Modbus requests " << modbus.requests << ", exceptions " << modbus.exceptions << ", connections "
        << modbus.connections << "\n";
+  return text.str();
+}
+
+}  // namespace
+
+Simulator::Simulator(const Config& config, std::vector<sim::NodeImage> images, const io::Warn& warn)
+    : can_(can_spec(config.can)), signals_(reactor_), world_(config.can.bit_rate) {
+  if (config.time.clock == ClockKind::kManual) input_.emplace(reactor_, STDIN_FILENO);
+  if (config.module.enabled) {
+    module_ = &world_.add_module(window_of(registers_), settings_of(config.module));
+    modbus_.emplace(
+        reactor_, registers_, settings_of(config.modbus), [this](bool /*wrote*/) { advance(); }, warn);
+  }
+  for (std::size_t i = 0; i < images.size(); ++i)
+    world_.add_node(config.nodes[i].id, std::move(images[i]));
+  if (config.can.kind == CanKind::kSocketCan)
+    socketcan_.emplace(reactor_, world_.bus(), config.can.interface_name, warn);
+  if (!config.can.slcan.empty()) open_slcan(config, warn);
+  if (!config.log.file.empty()) open_log(config, warn);
+}
+
+void Simulator::open_slcan(const Config& config, const io::Warn& warn) {
+  slcan_.emplace(
+      reactor_, world_.bus(), io::parse_stream_address(config.can.slcan), [this] { advance(); }, warn);
+}
+
+/// A manual clock's log begins at 0, and is the same every time.
+void Simulator::open_log(const Config& config, const io::Warn& warn) {
+  const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
+  log_.emplace(config.log.file, interface, input_ ? 0 : io::Reactor::wall_offset(), warn);
+  world_.bus().observe(*log_);
+}
+
+std::string Simulator::where() const {
+  std::string text;
+  if (modbus_) text += "modbus=" + io::to_string(modbus_->address()) + " ";
+  text += "can=" + can_;
+  if (slcan_) text += " slcan=" + io::to_string(slcan_->address());
+  return text;
+}
+
+void Simulator::run() {
+  world_.start(now());
+  while (!signals_.stop_requested() && !(input_ && input_->ended())) {
+    turn(kNever);
+    if (input_) take_input();
+  }
+}
+
+/// Does what is due, waits until `until` at most, and takes in what has come; returns how many had something.
+std::size_t Simulator::turn(Time until) {
+  advance();
+  if (modbus_) modbus_->poll(io::Reactor::now());
+  if (log_) log_->flush();
+  if (slcan_) slcan_->flush();
+  return reactor_.run_once(earlier(until, next_deadline()));
+}
+
+void Simulator::take_input() {
+  input_->poll();
+  for (auto line = input_->take(); line && !signals_.stop_requested(); line = input_->take()) {
+    const Time duration = parse_pass(*line);
+    for (int turns = 0; turns < kMostTurnsBeforePass && turn(0) != 0; ++turns) {
+    }
+    pass(duration);
+  }
+}
+
+/// What came due has been sent when the answer is printed.
+void Simulator::pass(Time duration) {
+  now_ += duration;
+  advance();
+  if (log_) log_->flush();
+  if (slcan_) slcan_->flush();
+  std::cout << at_text(now_) << std::endl;
+}
+
+void Simulator::advance() {
+  const Time time = now();
+  if (socketcan_) socketcan_->poll(time);
+  world_.advance(time);
+}
+
+Time Simulator::next_deadline() const {
+  Time next = input_ ? input_->next_deadline() : world_.next_deadline();
+  if (modbus_) next = earlier(next, modbus_->next_deadline());
+  return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;
+}
+
+std::string Simulator::summary() const {
+  std::ostringstream text;
+  if (module_ != nullptr) text << summary_of(module_->coprocessor(), modbus_->counters());
+  if (slcan_)
+    text << "SLCAN connections " << slcan_->counters().connections << ", frames not read in time "
+         << slcan_->counters().lost << "\n";
   return text.str();
 }
 

@@ -2,7 +2,8 @@
 #pragma once
 
 /// cbcan-sim put together: registers, module, nodes and bus of a World, with Modbus TCP in front of it, a CAN
-/// interface or nothing behind it, and the clock of this machine to drive it.
+/// interface, SLCAN adapters or nothing behind it, and a clock to drive it: this machine's, or one that
+/// stands still but for `pass` lines on standard input.
 
 #include <cstdint>
 #include <optional>
@@ -12,8 +13,10 @@
 #include "app/config.hpp"
 #include "cbcan/regmap.hpp"
 #include "io/candump_log.hpp"
+#include "io/line_input.hpp"
 #include "io/modbus_tcp.hpp"
 #include "io/reactor.hpp"
+#include "io/slcan_server.hpp"
 #include "io/socketcan.hpp"
 #include "io/stop_signals.hpp"
 #include "sim/world.hpp"
@@ -26,17 +29,29 @@ class Simulator {
   /// io::EnvironmentError.
   Simulator(const Config& config, std::vector<sim::NodeImage> images, const io::Warn& warn);
 
-  /// "modbus=127.0.0.1:1502 can=virtual", with the real port.
+  /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536", with the real ports; what is not served is
+  /// left out.
   std::string where() const;
 
-  /// Serves until SIGINT or SIGTERM.
+  /// Serves until SIGINT or SIGTERM; on a manual clock also until standard input ends. Throws io::UsageError
+  /// for a line that means nothing.
   void run();
 
   /// What has happened, in lines for people.
   std::string summary() const;
 
  private:
-  void advance(Time now);
+  /// Before time passes, what has come in until then is dealt with: so many turns of it at most, lest clients
+  /// that never stop asking stop the clock.
+  static constexpr int kMostTurnsBeforePass = 100;
+
+  void open_slcan(const Config& config, const io::Warn& warn);
+  void open_log(const Config& config, const io::Warn& warn);
+  std::size_t turn(Time until);
+  void take_input();
+  void pass(Time duration);
+  void advance();
+  Time now() const { return input_ ? now_ : io::Reactor::now(); }
   Time next_deadline() const;
 
   std::string can_;
@@ -44,10 +59,13 @@ class Simulator {
   io::Reactor reactor_;
   io::StopSignals signals_;
   sim::World world_;
-  sim::Module& module_;
+  sim::Module* module_ = nullptr;
   std::optional<io::CandumpLog> log_;
   std::optional<io::SocketCan> socketcan_;
-  io::ModbusTcp modbus_;
+  std::optional<io::SlcanServer> slcan_;
+  std::optional<io::ModbusTcp> modbus_;
+  std::optional<io::LineInput> input_;  ///< there = the clock is manual
+  Time now_ = 0;                        ///< of the manual clock
 };
 
 }  // namespace cbcan::app

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/modbus_tcp.hpp"
 
-#include <fcntl.h>
 #include <linux/sockios.h>
 #include <modbus.h>
 #include <netinet/in.h>
@@ -26,7 +25,6 @@ constexpr std::size_t kMaxLength = 1 + kMaxPduBytes;
 constexpr std::size_t kMaxAduBytes = kUnitOffset + kMaxLength;
 constexpr std::size_t kMinAnswerBytes = kPduOffset + 2;
 
-constexpr int kAcceptsPerTurn = 64;
 constexpr int kSendBufferBytes = 64 * 1024;
 // More than the kernel charges for one small segment with its bookkeeping.
 constexpr int kSendBufferPerAnswer = 4096;
@@ -45,14 +43,6 @@ int prepare(int listener) {
   setsockopt(listener, SOL_SOCKET, SO_SNDBUF, &bytes, size);
   getsockopt(listener, SOL_SOCKET, SO_SNDBUF, &bytes, &size);
   return bytes;
-}
-
-Descriptor open_reserve() {
-  return Descriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
-}
-
-Descriptor accept_client(int listener) {
-  return Descriptor(accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
 }
 
 }  // namespace
@@ -102,18 +92,17 @@ ModbusTcp::ModbusTcp(Reactor& reactor, std::span<std::uint16_t> registers, Modbu
     : reactor_(reactor),
       settings_(std::move(settings)),
       on_request_(std::move(on_request)),
-      warn_(std::move(warn)),
       registers_(registers.size()),
       libmodbus_(std::make_unique<Libmodbus>(registers)),
-      reserve_(open_reserve()),
-      listener_(listen_tcp("modbus", settings_.listen)) {
-  raise_descriptor_limit();
+      listener_(listen_tcp("modbus", settings_.listen)),
+      acceptor_(
+          reactor, listener_.socket.get(), "modbus " + to_string(listener_.address),
+          [this](Descriptor socket) { adopt(std::move(socket)); }, [this] { return clients(); },
+          std::move(warn)) {
   direct_answers_ = static_cast<std::uint64_t>(prepare(listener_.socket.get()) / kSendBufferPerAnswer);
-  reactor_.watch(listener_.socket.get(), Reactor::kReadable, [this](std::uint32_t) { accept_clients(); });
 }
 
 ModbusTcp::~ModbusTcp() {
-  reactor_.forget(listener_.socket.get());
   for (const auto& [fd, client] : connections_)
     reactor_.forget(fd);
 }
@@ -125,34 +114,6 @@ void ModbusTcp::poll(Time now) {
   }
 }
 
-void ModbusTcp::accept_clients() {
-  for (int i = 0; i < kAcceptsPerTurn; ++i) {
-    Descriptor socket = accept_client(listener_.socket.get());
-    if (socket) {
-      adopt(std::move(socket));
-    } else if (errno == EMFILE || errno == ENFILE) {
-      if (!refuse_client()) return;
-    } else if (errno != ECONNABORTED && errno != EINTR) {
-      return;
-    }
-  }
-}
-
-/// Out of descriptors: a client that were left waiting would wake us for ever. False when there is none any
-/// more.
-bool ModbusTcp::refuse_client() {
-  reserve_.reset();
-  const bool refused = static_cast<bool>(accept_client(listener_.socket.get()));
-  reserve_ = open_reserve();
-  if (!refused) return false;
-  ++counters_.refused;
-  if (!full_told_)
-    warn_("modbus " + to_string(address()) + ": no descriptor left for a further client (" +
-          std::to_string(clients()) + " are connected); raise the limit with `ulimit -n`");
-  full_told_ = true;
-  return true;
-}
-
 void ModbusTcp::adopt(Descriptor socket) {
   const int fd = socket.get();
   Connection& client = *(connections_[fd] = std::make_unique<Connection>(std::move(socket)));
@@ -160,7 +121,6 @@ void ModbusTcp::adopt(Descriptor socket) {
     if (!on_ready(client)) close_client(client);
   });
   ++counters_.connections;
-  full_told_ = false;
 }
 
 void ModbusTcp::close_client(Connection& client) {

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
+#include "io/acceptor.hpp"
 #include "io/descriptor.hpp"
 #include "io/errors.hpp"
 #include "io/listen_address.hpp"
@@ -69,7 +70,6 @@ class ModbusTcp {
 
   struct Counters {
     std::uint64_t connections = 0;     ///< accepted
-    std::uint64_t refused = 0;         ///< closed at once: no descriptor left
     std::uint64_t requests = 0;        ///< answered, with exceptions
     std::uint64_t exceptions = 0;      ///< answered by an exception
     std::uint64_t bad_frames = 0;      ///< connections closed: protocol ID not 0, or length outside 2..254
@@ -78,14 +78,14 @@ class ModbusTcp {
     std::uint64_t waits_for_room = 0;  ///< answers that the client's connection had no room for at once
   };
   const Counters& counters() const { return counters_; }
+  /// Clients that were closed at once: no descriptor left.
+  std::uint64_t refused() const { return acceptor_.refused(); }
 
  private:
   struct Connection;
   struct Libmodbus;
   using Bytes = std::span<const std::uint8_t>;
 
-  void accept_clients();
-  bool refuse_client();
   void close_client(Connection& client);
 
   bool on_ready(Connection& client);
@@ -102,16 +102,14 @@ class ModbusTcp {
   Reactor& reactor_;
   ModbusTcpSettings settings_;
   OnRequest on_request_;
-  Warn warn_;
   std::size_t registers_;
   std::unique_ptr<Libmodbus> libmodbus_;
-  Descriptor reserve_;  ///< given up to be able to accept and close when there are no others
-  bool full_told_ = false;
   Listener listener_;
   std::uint64_t direct_answers_ = 0;  ///< so many answers fit into a socket's send buffer for certain
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::set<std::pair<Time, int>> deadlines_;  ///< of half requests, with the connection's descriptor
   Counters counters_;
+  Acceptor acceptor_;
 };
 
 }  // namespace cbcan::io

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include "sim/slcan_adapter.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace cbcan::sim {
+
+namespace {
+
+constexpr std::uint32_t kLastStandardId = 0x7FF;
+constexpr Time kTimeStampPeriod = 60 * kSecond;
+constexpr std::string_view kYes = "\r";
+constexpr std::string_view kNo = "\a";
+
+std::string hex(std::uint64_t value, int digits) {
+  std::string text;
+  while (digits-- > 0)
+    text += "0123456789ABCDEF"[value >> 4 * digits & 0xF];
+  return text;
+}
+
+bool is_hex(std::string_view text) {
+  return text.find_first_not_of("0123456789ABCDEFabcdef") == std::string_view::npos;
+}
+
+}  // namespace
+
+SlcanAdapter::SlcanAdapter(Bus& bus, OnQueued on_queued)
+    : port_(bus.attach(*this)), on_queued_(std::move(on_queued)) {}
+
+void SlcanAdapter::reset() {
+  if (is_open()) close();
+  reader_ = {};
+  unsent_.clear();
+  time_stamps_ = false;
+}
+
+void SlcanAdapter::receive(std::string_view characters) {
+  using Event = slcan::LineReader::Event;
+  for (const char c : characters) {
+    const Event event = reader_.on_char(c);
+    if (event == Event::kNone || event == Event::kBell) continue;
+    ++counters_.commands;
+    if (event == Event::kLine && execute(reader_.line())) continue;
+    ++counters_.refused;
+    answer(kNo);
+  }
+}
+
+void SlcanAdapter::answer(std::string_view text) {
+  unsent_ += text;
+}
+
+/// False: it cannot be done; else it has been answered.
+bool SlcanAdapter::execute(std::string_view line) {
+  const char command = line.empty() ? slcan::kEnd : line[0];
+  bool done = false;
+  switch (command) {
+    case 't':
+    case 'T':
+    case 'r':
+    case 'R': return send(line);
+    case slcan::kEnd: done = true; break;
+    case 'O': done = line.size() == 1 && open(Channel::kOpen); break;
+    case 'L': done = line.size() == 1 && open(Channel::kListening); break;
+    case 'C': done = line.size() == 1 && close(); break;
+    case 'S': done = line.size() == 2 && line[1] >= '0' && line[1] <= '8' && !is_open(); break;
+    case 'Z': done = set_time_stamps(line); break;
+    case 'M':
+    case 'm': done = line.size() == 9 && is_hex(line.substr(1)) && !is_open(); break;
+    case 'F': return line.size() == 1 && tell_status();
+    case 'V':
+      if (line.size() != 1) return false;
+      answer("V1013");
+      done = true;
+      break;
+    case 'N':
+      if (line.size() != 1) return false;
+      answer("NCB01");
+      done = true;
+      break;
+    default: break;
+  }
+  if (done) answer(kYes);
+  return done;
+}
+
+bool SlcanAdapter::open(Channel channel) {
+  if (is_open()) return false;
+  channel_ = channel;
+  flags_ = 0;
+  port_.accept(0, kLastStandardId);
+  return true;
+}
+
+bool SlcanAdapter::close() {
+  if (!is_open()) return false;
+  channel_ = Channel::kClosed;
+  port_.refuse(0, kLastStandardId);
+  return true;
+}
+
+/// The answer comes before what the frame brings about.
+bool SlcanAdapter::send(std::string_view line) {
+  Frame frame;
+  if (channel_ != Channel::kOpen || !slcan::decode(line, frame)) return false;
+  if (!port_.try_send(frame)) {
+    flags_ |= slcan::status::kTransmitFull;
+    return false;
+  }
+  answer((frame.flags & Frame::kExtended) != 0 ? "Z\r" : "z\r");
+  on_queued_();
+  return true;
+}
+
+bool SlcanAdapter::tell_status() {
+  if (!is_open()) return false;
+  std::uint8_t flags = std::exchange(flags_, std::uint8_t{0});
+  if (port_.state() == BusState::kOverflow) flags |= slcan::status::kDataOverrun;
+  if (port_.state() == BusState::kErrorPassive) flags |= slcan::status::kErrorPassive;
+  if (port_.state() == BusState::kBusOff) flags |= slcan::status::kErrorPassive | slcan::status::kBusError;
+  answer("F" + hex(flags, 2) + "\r");
+  return true;
+}
+
+bool SlcanAdapter::set_time_stamps(std::string_view line) {
+  if (is_open() || (line != "Z0" && line != "Z1")) return false;
+  time_stamps_ = line == "Z1";
+  return true;
+}
+
+void SlcanAdapter::on_frame(const Frame& frame, Time now) {
+  std::array<char, slcan::kMaxLine> line;
+  std::size_t length = slcan::encode(frame, line);
+  if (length == 0) return;
+  if (unsent_.size() + line.size() > kMostUnsent) {
+    ++counters_.lost;
+    flags_ |= slcan::status::kReceiveFull | slcan::status::kDataOverrun;
+    return;
+  }
+  unsent_.append(line.data(), length - kYes.size());
+  if (time_stamps_) unsent_ += hex(now % kTimeStampPeriod / kMillisecond, 4);
+  unsent_ += slcan::kEnd;
+}
+
+void SlcanAdapter::on_bus_state(BusState state, Time /*now*/) {
+  if (!is_open()) return;
+  switch (state) {
+    case BusState::kActive: return answer("sa000000\r");
+    case BusState::kOverflow: return;
+    case BusState::kErrorPassive: return answer("sp128128\r");
+    case BusState::kBusOff: return answer("sb000256\r");
+  }
+}
+
+}  // namespace cbcan::sim
