@@ -16,12 +16,12 @@ namespace cbcan::app {
 
 /// The coprocessor itself.
 struct ModuleConfig {
-  bool enabled = true;                  ///< false: nodes and bus alone; no Modbus server then
   std::uint8_t node_id = 127;           ///< 1..127, its own address on the bus
   std::uint16_t sdo_timeout_ms = 1000;  ///< 0..65535, 0 = none; each answer of the server starts it again
   std::uint16_t node_state_fresh_ms =
       2000;  ///< 1..65535, how long a heartbeat counts where 1016h says nothing
   std::uint16_t guarding_timeout_ms = 100;  ///< 1..65535, the wait for the answer to a node guarding request
+  bool enabled = true;                      ///< false: nodes and bus alone; no Modbus server then
   bool operator==(const ModuleConfig&) const = default;
 };
 

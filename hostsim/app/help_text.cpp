@@ -54,7 +54,7 @@ CAN:
                          free one, shown as slcan=HOST:PORT in the ready line
 
 Time:
-  --clock CLOCK          real, or manual: time stands still but for lines such as
+  --clock CLOCK          real, or manual: time stands still but for lines like
                          "pass 100ms" (us, ms, s) on standard input, each
                          answered by "at SECONDS"; ends with the input
                          (default real)

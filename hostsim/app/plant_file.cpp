@@ -147,7 +147,8 @@ class Reader {
     const auto* path = std::get_if<std::string>(&value);
     if (path == nullptr || path->empty()) return value;
     if (type == SettingType::kPath) return based_here(*path);
-    const bool is_socket = type == SettingType::kAddress && path->starts_with(kUnix);
+    const bool is_socket =
+        type == SettingType::kAddress && path->starts_with(kUnix) && path->size() > kUnix.size();
     return is_socket ? std::string(kUnix) + based_here(path->substr(kUnix.size())) : value;
   }
 

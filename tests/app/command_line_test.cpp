@@ -75,9 +75,9 @@ TEST_CASE("every option of a setting, both ways to write it") {
   REQUIRE(apart.err == "");
   REQUIRE(joined.err == "");
   CHECK(apart.config == joined.config);
-  CHECK(apart.config.module == ModuleConfig{3, 0, 5, 6});
+  CHECK(apart.config.module == ModuleConfig{3, 0, 5, 6, true});
   CHECK(apart.config.modbus == ModbusConfig{"0.0.0.0", 0});
-  CHECK(apart.config.can == CanConfig{CanKind::kVirtual, "", 1000000});
+  CHECK(apart.config.can == CanConfig{CanKind::kVirtual, "", 1000000, ""});
   CHECK(apart.config.log == LogConfig{"a.log", true});
   CHECK(apart.config.nodes.at(0).eds == "a.eds");
 }
@@ -85,7 +85,7 @@ TEST_CASE("every option of a setting, both ways to write it") {
 TEST_CASE("the command line wins over the plant file, wherever --config stands") {
   const Start file = start({"--config", "plant.toml"}, disk_files());
   REQUIRE(file.err == "");
-  CHECK(file.config.module == ModuleConfig{10, 11, 12, 13});
+  CHECK(file.config.module == ModuleConfig{10, 11, 12, 13, true});
   CHECK(file.config.modbus == ModbusConfig{"10.0.0.1", 14});
   CHECK(file.config.log == LogConfig{"file.log", true});
 
@@ -94,7 +94,7 @@ TEST_CASE("the command line wins over the plant file, wherever --config stands")
        "--sdo-timeout", "21", "--node-state-fresh", "22", "--guarding-timeout", "23", "--log", "line.log"},
       disk_files());
   REQUIRE(both.run);
-  CHECK(both.config.module == ModuleConfig{20, 21, 22, 23});
+  CHECK(both.config.module == ModuleConfig{20, 21, 22, 23, true});
   CHECK(both.config.modbus == ModbusConfig{"127.0.0.1", 24});
   CHECK(both.config.can == CanConfig{});
   CHECK(both.config.log == LogConfig{"line.log", false});
@@ -189,4 +189,42 @@ TEST_CASE("help and version are asked for, not mistakes") {
   CHECK_FALSE(version.run);
   CHECK(version.exit_code == ExitCode::kDone);
   CHECK(version.out == "cbcan-sim " CBCAN_TEST_VERSION "\n");
+}
+
+TEST_CASE("--no-module leaves the module out, and its ID to a node") {
+  CHECK_FALSE(start({"--demo", "--no-module"}).config.module.enabled);
+  CHECK(start({"--demo", "--no-module", "--node", "127=a.eds"}).run);
+  const Files without{{"plant.toml", "[module]\nenabled = false\n"}};
+  CHECK_FALSE(start({"--config", "plant.toml"}, without).config.module.enabled);
+  CHECK(start({"--config", "plant.toml", "--no-module=false"}, without).config.module.enabled);
+  CHECK(refusal({"--no-module=maybe"}) ==
+        "cbcan-sim: --no-module maybe: must be true or false\n" + std::string(kHint));
+}
+
+TEST_CASE("--slcan is an address") {
+  CHECK(start({"--slcan", "127.0.0.1:0"}).config.can.slcan == "127.0.0.1:0");
+  CHECK(start({"--slcan", "unix:can"}).config.can.slcan == "unix:can");
+  CHECK(start({"--slcan", ":0"}).err == "");
+  CHECK(refusal({"--slcan", "1.2.3.4:x"}) ==
+        "cbcan-sim: --slcan 1.2.3.4:x: address \"1.2.3.4:x\": the port is a number 0..65535, 0 = any free "
+        "one\n" +
+            std::string(kHint));
+}
+
+TEST_CASE("a socket in a plant file is relative to the file") {
+  const Files plant{{"plants/p.toml", "[can]\nslcan = \"unix:../run/can\"\n"},
+                    {"q/p.toml", "[can]\nslcan = \"unix:\"\n"}};
+  CHECK(start({"--config", "plants/p.toml"}, plant).config.can.slcan == "unix:run/can");
+  CHECK(contains(start({"--config", "q/p.toml"}, plant).err, "1..107"));
+}
+
+TEST_CASE("--clock is real or manual, and manual on the virtual bus") {
+  CHECK(start({"--clock", "real"}).config == start({}).config);
+  CHECK(start({"--demo", "--clock", "manual"}).config.time.clock == ClockKind::kManual);
+  CHECK(refusal({"--clock", "sundial"}) ==
+        "cbcan-sim: --clock sundial: must be real or manual\n" + std::string(kHint));
+  CHECK(refusal({"--clock", "manual", "--can", "socketcan:can0"}) ==
+        "cbcan-sim: --clock manual: the time of socketcan:can0 cannot stand still; use it with --can "
+        "virtual\n" +
+            std::string(kHint));
 }

@@ -47,9 +47,10 @@ TEST_CASE("a key in the wrong table is shown the right one") {
 }
 
 TEST_CASE("an unknown key that is like nothing gets the list") {
-  CHECK(errors_in("[can]\nfoo = 1\n") == Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate"});
+  CHECK(errors_in("[can]\nfoo = 1\n") ==
+        Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan"});
   CHECK(errors_in("[faults]\n") ==
-        Lines{"plant.toml:1: faults: no such key; a plant file has module, modbus, can, log, node"});
+        Lines{"plant.toml:1: faults: no such key; a plant file has module, modbus, can, time, log, node"});
 }
 
 TEST_CASE("numbers out of range") {

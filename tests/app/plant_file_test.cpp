@@ -43,9 +43,9 @@ file = "bus.log"
 verbose = true
 )");
   REQUIRE(plant.errors == Lines{});
-  CHECK(plant.config.module == ModuleConfig{126, 0, 3000, 50});
+  CHECK(plant.config.module == ModuleConfig{126, 0, 3000, 50, true});
   CHECK(plant.config.modbus == ModbusConfig{"::1", 0});
-  CHECK(plant.config.can == CanConfig{CanKind::kSocketCan, "can0", 125000});
+  CHECK(plant.config.can == CanConfig{CanKind::kSocketCan, "can0", 125000, ""});
   CHECK(plant.config.log == LogConfig{"bus.log", true});
 }
 

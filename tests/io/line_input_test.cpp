@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "io/line_input.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <string>
+
+#include "io/errors.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::io {
+namespace {
+
+struct Pipe {
+  Pipe() {
+    int ends[2];
+    REQUIRE(pipe2(ends, O_CLOEXEC) == 0);
+    out = Descriptor(ends[0]);
+    in = Descriptor(ends[1]);
+  }
+  void write(std::string_view text) {
+    REQUIRE(::write(in.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()));
+  }
+  Descriptor out;
+  Descriptor in;
+};
+
+TEST_CASE("lines from a pipe, when they are whole") {
+  Reactor reactor;
+  Pipe pipe;
+  LineInput input(reactor, pipe.out.get());
+  CHECK(reactor.run_once(0) == 0);
+  CHECK(input.next_deadline() == kNever);
+  pipe.write("one\ntw");
+  CHECK(reactor.run_once(0) == 1);
+  CHECK(input.take() == "one");
+  CHECK(input.take() == std::nullopt);
+  pipe.write("o\n\n");
+  reactor.run_once(0);
+  input.poll();
+  CHECK(input.take() == "two");
+  CHECK(input.take() == "");
+  CHECK_FALSE(input.ended());
+  pipe.write("last");
+  pipe.in.reset();
+  while (reactor.run_once(0) != 0) {
+  }
+  CHECK_FALSE(input.ended());
+  CHECK(input.take() == "last");
+  CHECK(input.ended());
+}
+
+TEST_CASE("lines from a file, which cannot wake the reactor") {
+  Reactor reactor;
+  const Descriptor file(open("/tmp", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
+  REQUIRE(::write(file.get(), "one\ntwo\n", 8) == 8);
+  REQUIRE(lseek(file.get(), 0, SEEK_SET) == 0);
+  LineInput input(reactor, file.get());
+  CHECK(input.next_deadline() == 0);
+  input.poll();
+  CHECK(input.take() == "one");
+  input.poll();
+  CHECK(input.next_deadline() == kNever);
+  CHECK_FALSE(input.ended());
+  CHECK(input.take() == "two");
+  CHECK(input.ended());
+}
+
+TEST_CASE("a line without end is refused") {
+  Reactor reactor;
+  Pipe pipe;
+  LineInput input(reactor, pipe.out.get());
+  pipe.write(std::string(1000, 'x') + "\n");
+  reactor.run_once(0);
+  CHECK(input.take()->size() == 1000);
+  pipe.write(std::string(1001, 'x'));
+  CHECK_THROWS_AS(reactor.run_once(0), UsageError);
+}
+
+TEST_CASE("an input that cannot be read is told") {
+  Reactor reactor;
+  const Descriptor write_only(open("/tmp", O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600));
+  LineInput input(reactor, write_only.get());
+  CHECK_THROWS_AS(input.poll(), EnvironmentError);
+}
+
+}  // namespace
+}  // namespace cbcan::io

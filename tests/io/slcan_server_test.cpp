@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+#include "io/slcan_server.hpp"
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/catch.hpp"
+
+namespace cbcan::io {
+namespace {
+
+/// A folder of this test's own, and a socket's path in it.
+class Folder {
+ public:
+  Folder() { REQUIRE(mkdtemp(name_.data()) != nullptr); }
+  ~Folder() {
+    unlink(socket().c_str());
+    rmdir(name_.c_str());
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::string socket() const { return name_ + "/s"; }
+
+ private:
+  std::string name_ = "/tmp/cbcan_slcan_XXXXXX";
+};
+
+struct Server {
+  explicit Server(std::string_view address = "127.0.0.1:0")
+      : slcan(
+            reactor, bus, parse_stream_address(address), [this] { bus.advance(0); },
+            [this](const std::string& line) { warnings.push_back(line); }) {}
+
+  Reactor reactor;
+  sim::Bus bus;
+  std::vector<std::string> warnings;
+  SlcanServer slcan;
+
+  std::size_t turn() {
+    slcan.flush();
+    return reactor.run_once(0);
+  }
+  template <typename Done>
+  void run_until(Done done) {
+    const Time limit = Reactor::now() + 5 * kSecond;
+    while (!done()) {
+      REQUIRE(Reactor::now() < limit);
+      turn();
+    }
+  }
+};
+
+class Client {
+ public:
+  explicit Client(const Server& server) {
+    const StreamAddress& address = server.slcan.address();
+    address.path.empty() ? connect_tcp(address.tcp.port) : connect_unix(address.path);
+  }
+
+  void send(std::string_view text) {
+    REQUIRE(::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL) ==
+            static_cast<ssize_t>(text.size()));
+  }
+  /// So many characters as the server takes.
+  std::size_t send_some(std::string_view text) {
+    const ssize_t count = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    return count < 0 ? 0 : static_cast<std::size_t>(count);
+  }
+  const std::string& heard() {
+    std::array<char, 4096> part;
+    ssize_t count = 0;
+    while ((count = recv(socket_.get(), part.data(), part.size(), MSG_DONTWAIT)) > 0)
+      heard_.append(part.data(), static_cast<std::size_t>(count));
+    if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) closed_ = true;
+    return heard_;
+  }
+  bool closed() {
+    heard();
+    return closed_;
+  }
+  void leave() { socket_.reset(); }
+  void slam() {
+    const linger at_once{1, 0};
+    setsockopt(socket_.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+    leave();
+  }
+
+ private:
+  void connect_tcp(std::uint16_t port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socket_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  }
+  void connect_unix(const std::string& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    socket_ = Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  }
+
+  Descriptor socket_;
+  std::string heard_;
+  bool closed_ = false;
+};
+
+/// A socket's file that nobody listens on.
+void leave_behind(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  const Descriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  REQUIRE(bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+}
+
+template <class Error>
+std::string complaint(std::string_view address) {
+  try {
+    const StreamListener listener("slcan", parse_stream_address(address));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+void check_answers(Server& server, Client& client, std::string_view question, std::string_view answer) {
+  client.send(question);
+  server.run_until([&] { return client.heard().size() >= answer.size(); });
+  CHECK(client.heard() == answer);
+}
+
+TEST_CASE("addresses of streams") {
+  CHECK(parse_stream_address("127.0.0.1:7") == StreamAddress{"", {"127.0.0.1", 7}});
+  CHECK(parse_stream_address("[::1]") == StreamAddress{"", {"::1", 0}});
+  CHECK(parse_stream_address("unix:a:b").path == "a:b");
+  CHECK(to_string(parse_stream_address("unix:/run/can")) == "unix:/run/can");
+  CHECK(to_string(parse_stream_address("[::1]:5")) == "[::1]:5");
+  CHECK(complaint<UsageError>("unix:") == "address \"unix:\": the path of a socket has 1..107 characters");
+  CHECK(complaint<UsageError>("unix:" + std::string(108, 'x')).ends_with("has 1..107 characters"));
+}
+
+TEST_CASE("SLCAN over TCP: connections are adapters on one bus") {
+  Server server;
+  CHECK(server.slcan.address().tcp.port != 0);
+  Client left(server), right(server);
+  left.send("S6\rO\r");
+  check_answers(server, right, "O\r", "\r");
+  server.run_until([&] { return left.heard() == "\r\r"; });
+  left.send("t1230\r");
+  server.run_until([&] { return right.heard() == "\rt1230\r"; });
+  CHECK(left.heard() == "\r\rz\r");
+  CHECK(server.slcan.clients() == 2);
+}
+
+TEST_CASE("SLCAN over a Unix socket, whose file goes with the server") {
+  const Folder folder;
+  {
+    Server server("unix:" + folder.socket());
+    Client client(server);
+    check_answers(server, client, "V\r", "V1013\r");
+  }
+  CHECK(access(folder.socket().c_str(), F_OK) != 0);
+}
+
+TEST_CASE("a Unix socket that a killed program left is replaced, one in use and a file are not") {
+  const Folder folder;
+  const std::string address = "unix:" + folder.socket();
+  const std::string in_use =
+      "slcan " + address + ": in use: another program listens there, or it is a file; write another path";
+  {
+    const Server server(address);
+    CHECK(complaint<EnvironmentError>(address) == in_use);
+  }
+  leave_behind(folder.socket());
+  CHECK(complaint<EnvironmentError>(address) == "none");
+  std::ofstream(folder.socket()) << "not a socket";
+  CHECK(complaint<EnvironmentError>(address) == in_use);
+  CHECK(complaint<EnvironmentError>("unix:/nonexistent/s") ==
+        "slcan unix:/nonexistent/s: No such file or directory; write a path in a folder that can be written");
+}
+
+TEST_CASE("an adapter is used again by the next client, and begins anew") {
+  Server server;
+  for (int i = 0; i < 3; ++i) {
+    Client client(server);
+    check_answers(server, client, "O\rt12", "\r");
+    i == 1 ? client.slam() : client.leave();
+    server.run_until([&] { return server.slcan.clients() == 0; });
+  }
+  Client client(server);
+  check_answers(server, client, "0\rZ1\rO\r", "\a\r\r");
+  CHECK(server.slcan.counters().connections == 4);
+}
+
+TEST_CASE("a client that does not read loses frames; the others lose none") {
+  Server server;
+  Client deaf(server), sender(server), reader(server);
+  for (Client* client : {&deaf, &sender, &reader})
+    client->send("O\r");
+  server.run_until([&] { return reader.heard() == "\r" && sender.heard() == "\r"; });
+  const std::string frame = "t12381122334455667788\r";
+  std::size_t sent = 0;
+  while (server.slcan.counters().lost == 0 && sent < 1'000'000) {
+    sender.send(frame);
+    ++sent;
+    server.turn();
+    reader.heard();
+    sender.heard();
+  }
+  CHECK(server.slcan.counters().lost > 0);
+  server.run_until([&] { return sender.heard().size() == 1 + 2 * sent; });
+  server.run_until([&] { return reader.heard().size() == 1 + frame.size() * sent; });
+  deaf.slam();
+  server.run_until([&] { return server.slcan.clients() == 2; });
+}
+
+TEST_CASE("a client that asks and does not read the answers is not read from either, and can go on later") {
+  Server server;
+  Client client(server);
+  const std::string questions(4096, '\r');
+  constexpr std::size_t kFarMore = 100'000'000;
+  std::size_t sent = 0;
+  for (int vain = 0; vain < 100 && sent < kFarMore; ++vain) {
+    const std::size_t taken = client.send_some(questions);
+    if (taken > 0) vain = 0;
+    sent += taken;
+    server.turn();
+  }
+  CHECK(sent < kFarMore);
+  server.run_until([&] { return client.heard().size() == sent; });
+}
+
+}  // namespace
+}  // namespace cbcan::io

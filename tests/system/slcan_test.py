@@ -1,0 +1,251 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""CAN adapters over sockets: python-can's slcan interface as a client that nobody here wrote, and bare sockets for what it cannot do."""
+
+import os
+import pathlib
+import random
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import can
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from healthy import Healthy
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+PROGRAM = program_from_arguments(sys.argv)
+READ, WRITE = 5055, 5066
+
+
+class Adapter:
+    """A connection for whatever characters."""
+
+    def __init__(self, address):
+        if address.startswith("unix:"):
+            self.socket = socket.socket(socket.AF_UNIX)
+            self.socket.connect(address.removeprefix("unix:"))
+        else:
+            host, port = address.rsplit(":", 1)
+            self.socket = socket.create_connection((host, int(port)))
+        self.socket.settimeout(LIMIT)
+
+    def send(self, text):
+        self.socket.sendall(text.encode("latin-1"))
+
+    def receive(self, count):
+        text = b""
+        while len(text) < count:
+            part = self.socket.recv(count - len(text))
+            if not part:
+                break
+            text += part
+        return text.decode("latin-1")
+
+    def ask(self, text, count):
+        self.send(text)
+        return self.receive(count)
+
+    def leave(self):
+        self.socket.close()
+
+    def reset(self):
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self.socket.close()
+
+
+class Case(unittest.TestCase):
+    def start(self, *options, slcan="127.0.0.1:0", **keywords):
+        self.simulator = Simulator(PROGRAM, "--slcan", slcan, *options, **keywords)
+        self.addCleanup(self.simulator.stop)
+        self.slcan = self.simulator.ready.split("slcan=")[1]
+
+    def adapter(self):
+        adapter = Adapter(self.slcan)
+        self.addCleanup(adapter.leave)
+        return adapter
+
+    def python_can(self, **options):
+        bus = can.Bus(interface="slcan", channel=f"socket://{self.slcan}", sleep_after_open=0, **options)
+        self.addCleanup(bus.shutdown)
+        # O is answered before V: from now on the frames come.
+        self.assertEqual(bus.get_version(LIMIT), (10, 13))
+        return bus
+
+
+class PythonCan(Case):
+    def test_a_node_and_its_heartbeat(self):
+        self.start("--demo")
+        bus = self.python_can(bitrate=500000)
+        bus.send(can.Message(arbitration_id=0x620, is_extended_id=False, data=bytes.fromhex("4018100000000000")))
+        self.assertEqual(self.next(bus, 0x5A0).data.hex(), "4f18100004000000")
+        self.assertEqual(bus.get_serial_number(LIMIT), "CB01")
+
+    def next(self, bus, identifier):
+        message = wait_until(lambda: bus.recv(timeout=1), "a frame")
+        while message.arbitration_id != identifier:
+            message = wait_until(lambda: bus.recv(timeout=1), f"a frame {identifier:X}")
+        return message
+
+    def test_a_node_played_by_python_can(self):
+        self.start()
+        bus = self.python_can()
+        with self.simulator.window() as window:
+            window.start(READ, 0x33, 0x2000, 1, 4)
+            self.assertEqual(self.next(bus, 0x633).data.hex(), "4000200100000000")
+            bus.send(can.Message(arbitration_id=0x5B3, is_extended_id=False, data=bytes.fromhex("43002001EFBEADDE")))
+            self.assertEqual(window.result(), 0)
+            self.assertEqual(window.read(3705, 3), [4, 0xBEEF, 0xDEAD])
+
+    def test_every_kind_of_frame_between_two(self):
+        self.start()
+        left, right = self.python_can(), self.python_can(bitrate=250000)
+        for message in (can.Message(arbitration_id=0x7FF, is_extended_id=False, data=bytes(range(8))),
+                        can.Message(arbitration_id=0x1ABCDEF0, is_extended_id=True, data=b"\xff"),
+                        can.Message(arbitration_id=0x42, is_extended_id=False, is_remote_frame=True, dlc=1),
+                        can.Message(arbitration_id=0x42, is_extended_id=True, is_remote_frame=True, dlc=8)):
+            left.send(message)
+            heard = self.next(right, message.arbitration_id)
+            self.assertTrue(heard.equals(message, timestamp_delta=None, check_direction=False, check_channel=False), heard)
+
+
+class Serving(Case):
+    def test_ready_lines(self):
+        self.start("--demo")
+        self.assertRegex(self.simulator.ready, r"\Aready modbus=127\.0\.0\.1:\d+ can=virtual slcan=127\.0\.0\.1:\d+\Z")
+        self.assertNotEqual(self.slcan, "127.0.0.1:0")
+        self.assertEqual(self.simulator.stop(), (0, ""))
+
+    def test_unix_socket(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = f"{folder}/can"
+            self.start("--demo", slcan=f"unix:{path}")
+            self.assertEqual(self.slcan, f"unix:{path}")
+            self.assertEqual(self.adapter().ask("C\rS6\rO\rV\r", 9), "\a\r\rV1013\r")
+            self.simulator.stop()
+            self.assertFalse(os.path.exists(path))
+
+    def test_port_in_use(self):
+        with socket.create_server(("127.0.0.1", 0)) as other:
+            address = f"127.0.0.1:{other.getsockname()[1]}"
+            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--slcan", address], capture_output=True, text=True,
+                                  timeout=LIMIT)
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (3, "", f"cbcan-sim: slcan {address}: address in use: another program listens there; stop it, or use "
+                                 "--slcan 127.0.0.1:0 for any free port\n"))
+
+    def test_nodes_without_a_module(self):
+        self.start("--demo", "--no-module")
+        self.assertRegex(self.simulator.ready, r"\Aready can=virtual slcan=127\.0\.0\.1:\d+\Z")
+        adapter = self.adapter()
+        self.assertEqual(adapter.ask("O\rt62084018100000000000\r", 1 + 2 + 22), "\rz\rt5A084F18100004000000\r")
+        self.assertEqual(adapter.ask("t67F84000100000000000\rV\r", 2 + 6), "z\rV1013\r")  # nobody has node ID 127
+
+    def test_slcand_of_linux_sends_this_to_open(self):
+        self.start("--demo")
+        adapter = self.adapter()
+        self.assertEqual(adapter.ask("C\rS6\rF\rO\r", 4), "\a\r\a\r")
+        self.assertEqual(adapter.ask("F\rC\r", 5), "F00\r\r")
+
+    def test_module_and_adapters_share_the_bus(self):
+        self.start("--demo")
+        first, second = self.adapter(), self.adapter()
+        self.assertEqual([first.ask("O\r", 1), second.ask("O\r", 1)], ["\r", "\r"])
+        with self.simulator.window() as window:
+            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        heard = "t64284000100000000000\rt5C284300100091010F00\r"
+        self.assertEqual(first.ask("V\r", len(heard) + 6), heard + "V1013\r")
+        self.assertEqual(second.ask("V\r", len(heard) + 6), heard + "V1013\r")
+
+
+class Abuse(Case):
+    def setUp(self):
+        self.start("--demo")
+        self.healthy = Healthy(self.simulator.port)
+        self.witness = self.adapter()
+        self.assertEqual(self.witness.ask("L\r", 1), "\r")
+
+    def tearDown(self):
+        self.healthy.wait_for(5)
+        self.healthy.finish()
+        self.assertIsNone(self.simulator.process.poll(), "the simulator has ended")
+        self.assertEqual(self.simulator.stop(), (0, ""))
+
+    def check_served(self):
+        adapter = self.adapter()
+        self.assertEqual(adapter.ask("V\rO\rt7E5100\rC\r", 11)[:9], "V1013\r\rz\r"[:9])
+        adapter.leave()
+
+    def test_garbage(self):
+        random.seed(1)
+        adapter = self.adapter()
+        adapter.send("O\r")
+        for _ in range(100):
+            adapter.send(random.randbytes(1000).decode("latin-1"))
+            adapter.socket.recv(65536)
+        self.check_served()
+
+    def test_half_lines_that_never_end(self):
+        for begin in ("t", "t123", "t12381122", "T0000", "V", "\x00"):
+            self.adapter().send(begin)
+        adapter = self.adapter()
+        for _ in range(100):
+            adapter.send(10000 * "t")
+        self.assertEqual(adapter.ask("\rV\r", 7), "\aV1013\r")
+        self.check_served()
+
+    def test_a_client_that_never_reads(self):
+        deaf = self.adapter()
+        deaf.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        deaf.send("O\r")
+        sender = self.adapter()
+        self.assertEqual(sender.ask("L\rC\rO\r", 3), "\r\r\r")
+        # More than all buffers between the two take: what is too much is lost to it, not to the others.
+        for _ in range(1000):
+            sender.send(100 * "t7E580000000000000000\r")
+            self.drain(self.witness)
+            self.drain(sender)
+        self.check_served()
+        # Its own F comes after what had room; only then is it told.
+        deaf.send("F\r")
+        text = b""
+        while b"F" not in text[-4:]:
+            text = text[-8:] + deaf.socket.recv(65536)
+        self.assertEqual(text.decode()[-4:], "F09\r")
+
+    def drain(self, adapter):
+        adapter.socket.setblocking(False)
+        try:
+            while adapter.socket.recv(65536):
+                pass
+        except BlockingIOError:
+            pass
+        adapter.socket.settimeout(LIMIT)
+
+    def test_resets_and_reconnects(self):
+        for i in range(300):
+            adapter = Adapter(self.slcan)
+            adapter.send(("", "O\r", "O\rt12", "O\r" + 50 * "t7E50\r")[i % 4])
+            adapter.reset() if i % 2 else adapter.leave()
+        self.check_served()
+
+    def test_300_adapters(self):
+        adapters = [Adapter(self.slcan) for _ in range(300)]
+        for adapter in adapters:
+            self.assertEqual(adapter.ask("O\r", 1), "\r")
+        adapters[0].send("t7E50\r")
+        for adapter in adapters[1:]:
+            text = ""
+            while "t7E50\r" not in text:
+                text += adapter.receive(1)
+        for adapter in adapters:
+            adapter.leave()
+        self.check_served()
+
+
+cases.main()
