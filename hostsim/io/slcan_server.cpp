@@ -14,12 +14,14 @@ namespace cbcan::io {
 namespace {
 
 constexpr std::size_t kReadBytes = 4096;
+constexpr int kSendBufferBytes = 64 * 1024;
 
 /// Accepted sockets inherit these; a Unix socket does not know the first.
 void prepare(int listener) {
   const int on = 1;
   setsockopt(listener, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   setsockopt(listener, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+  setsockopt(listener, SOL_SOCKET, SO_SNDBUF, &kSendBufferBytes, sizeof kSendBufferBytes);
 }
 
 bool is_temporary(int error) {

@@ -5,6 +5,7 @@
 import os
 import pathlib
 import random
+import re
 import socket
 import struct
 import subprocess
@@ -111,7 +112,7 @@ class PythonCan(Case):
                         can.Message(arbitration_id=0x42, is_extended_id=True, is_remote_frame=True, dlc=8)):
             left.send(message)
             heard = self.next(right, message.arbitration_id)
-            self.assertTrue(heard.equals(message, timestamp_delta=None, check_direction=False, check_channel=False), heard)
+            self.assertTrue(heard.equals(message, timestamp_delta=None, check_direction=False), heard)
 
 
 class Serving(Case):
@@ -178,7 +179,7 @@ class Abuse(Case):
 
     def check_served(self):
         adapter = self.adapter()
-        self.assertEqual(adapter.ask("V\rO\rt7E5100\rC\r", 11)[:9], "V1013\r\rz\r"[:9])
+        self.assertEqual(adapter.ask("V\rO\rt7E5100\rC\r", 10), "V1013\r\rz\r\r")
         adapter.leave()
 
     def test_garbage(self):
@@ -206,26 +207,18 @@ class Abuse(Case):
         sender = self.adapter()
         self.assertEqual(sender.ask("L\rC\rO\r", 3), "\r\r\r")
         # More than all buffers between the two take: what is too much is lost to it, not to the others.
-        for _ in range(1000):
+        for _ in range(200):
             sender.send(100 * "t7E580000000000000000\r")
-            self.drain(self.witness)
-            self.drain(sender)
+            answers = 0
+            while answers < 100:
+                answers += sender.socket.recv(65536).count(b"z")
         self.check_served()
         # Its own F comes after what had room; only then is it told.
         deaf.send("F\r")
         text = b""
-        while b"F" not in text[-4:]:
+        while not re.search(rb"\rF..\r", text):
             text = text[-8:] + deaf.socket.recv(65536)
-        self.assertEqual(text.decode()[-4:], "F09\r")
-
-    def drain(self, adapter):
-        adapter.socket.setblocking(False)
-        try:
-            while adapter.socket.recv(65536):
-                pass
-        except BlockingIOError:
-            pass
-        adapter.socket.settimeout(LIMIT)
+        self.assertIn(b"\rF09\r", text)
 
     def test_resets_and_reconnects(self):
         for i in range(300):
@@ -235,14 +228,14 @@ class Abuse(Case):
         self.check_served()
 
     def test_300_adapters(self):
+        self.healthy.pause()
         adapters = [Adapter(self.slcan) for _ in range(300)]
         for adapter in adapters:
             self.assertEqual(adapter.ask("O\r", 1), "\r")
         adapters[0].send("t7E50\r")
         for adapter in adapters[1:]:
-            text = ""
-            while "t7E50\r" not in text:
-                text += adapter.receive(1)
+            self.assertEqual(adapter.receive(6), "t7E50\r")
+        self.healthy.go_on()
         for adapter in adapters:
             adapter.leave()
         self.check_served()
