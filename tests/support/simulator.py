@@ -26,7 +26,7 @@ def wait_until(condition, what):
 
 
 class Simulator:
-    def __init__(self, program, *options, log=True, before_start=None):
+    def __init__(self, program, *options, log=True, before_start=None, stdin=subprocess.DEVNULL):
         self.folder = tempfile.TemporaryDirectory()
         self.log_path = pathlib.Path(self.folder.name) / "bus.log"
         command = [program, "--modbus", "127.0.0.1:0", *options]
@@ -34,7 +34,7 @@ class Simulator:
             command += ["--log", str(self.log_path)]
         self.error_path = pathlib.Path(self.folder.name) / "stderr"
         with self.error_path.open("w") as error:
-            self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=error, text=True,
+            self.process = subprocess.Popen(command, stdin=stdin, stdout=subprocess.PIPE, stderr=error, text=True,
                                             preexec_fn=before_start)
         if not select.select([self.process.stdout], [], [], LIMIT)[0]:
             self.stop()
@@ -63,6 +63,8 @@ class Simulator:
             raise
         finally:
             self.process.stdout.close()
+            if self.process.stdin:
+                self.process.stdin.close()
         if self.error_path.exists():
             self.error = self.error_path.read_text()
         self.folder.cleanup()

@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""cbcan-sim on a clock that stands still but for `pass` lines."""
+
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments
+
+PROGRAM = program_from_arguments(sys.argv)
+READ, EXECUTE = 5055, 0xCA0E
+
+
+def run(lines, *options):
+    return subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0", *options], input=lines,
+                          capture_output=True, text=True, timeout=LIMIT)
+
+
+class Lines(unittest.TestCase):
+    def test_each_pass_is_answered_by_the_time(self):
+        done = run("pass 100ms\npass 0us\npass 1us\npass 2s")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.stdout.splitlines()[1:], ["at 0.100000", "at 0.100000", "at 0.100001", "at 2.100001"])
+
+    def test_a_file_of_steps(self):
+        with tempfile.TemporaryFile("w+") as steps:
+            steps.write(1000 * "pass 1ms\n")
+            steps.seek(0)
+            done = subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0"], stdin=steps,
+                                  capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.stdout.splitlines()[1:], [f"at {i // 1000}.{i % 1000:03}000" for i in range(1, 1001)])
+
+    def test_a_line_that_means_nothing_ends_it(self):
+        done = run("pass 1ms\nwait 5s\npass 1ms\n")
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.stdout.splitlines()[1:], ["at 0.001000"])
+        self.assertEqual(done.stderr, 'cbcan-sim: standard input: "wait 5s": write pass and how long, a whole number of us, ms or s, such '
+                                      "as pass 100ms\n")
+
+    def test_a_day_of_heartbeats_is_the_same_every_time(self):
+        logs = []
+        with tempfile.TemporaryDirectory() as folder:
+            for steps in (["pass 86400s\n"], 24 * ["pass 3600s\n"]):
+                log = pathlib.Path(folder) / "bus.log"
+                self.assertEqual(run("".join(steps), "--heartbeat", "0x42=1000", "--log", str(log)).returncode, 0)
+                logs.append(log.read_text())
+        self.assertEqual(logs[0].count(" 742#7F\n"), 86400)
+        self.assertIn("(0000086400.000000) virtual 742#7F\n", logs[0])
+        self.assertEqual(logs[0], logs[1])
+
+
+class Standing(unittest.TestCase):
+    def setUp(self):
+        self.simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--slcan", "127.0.0.1:0", stdin=subprocess.PIPE)
+        self.addCleanup(self.simulator.stop)
+        self.window = self.simulator.window()
+        self.addCleanup(self.window.socket.close)
+
+    def pass_time(self, duration, at):
+        self.simulator.process.stdin.write(f"pass {duration}\n")
+        self.simulator.process.stdin.flush()
+        self.assertEqual(self.simulator.process.stdout.readline(), f"at {at}\n")
+
+    def test_requests_are_served_while_time_stands(self):
+        self.assertEqual(self.window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.pass_time("0us", "0.000000")
+
+    def test_a_timeout_to_the_microsecond(self):
+        self.window.start(READ, 99, 0x1000, 0, 4)
+        self.pass_time("999999us", "0.999999")
+        self.assertEqual(self.window.read(3700, 1), [EXECUTE])
+        self.pass_time("1us", "1.000000")
+        self.assertEqual(self.window.read(3700, 1), [4])
+        self.assertEqual(self.window.abort_code(), 0x05040000)
+
+    def test_what_has_come_is_dealt_with_before_time_passes(self):
+        """Nobody waits for an answer here: all of it is in the sockets when the simulator reads the line."""
+        host, port = self.simulator.ready.split("slcan=")[1].rsplit(":", 1)
+        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
+            adapter.sendall(b"O\rV\r")
+            self.assertEqual(self.receive(adapter, 7), b"\rV1013\r")
+            self.simulator.process.send_signal(signal.SIGSTOP)
+            adapter.sendall(100 * b"t7E50\r")
+            self.simulator.process.stdin.write("pass 1s\n")
+            self.simulator.process.stdin.flush()
+            self.simulator.process.send_signal(signal.SIGCONT)
+            self.assertEqual(self.simulator.process.stdout.readline(), "at 1.000000\n")
+            self.assertEqual(self.receive(adapter, 200), 100 * b"z\r")
+        marks = [line for line in self.simulator.log_path.read_text().splitlines() if line.endswith(" 7E5#")]
+        self.assertEqual(marks, 100 * ["(0000000000.000000) virtual 7E5#"])
+
+    def receive(self, connection, count):
+        text = b""
+        while len(text) < count:
+            text += connection.recv(count - len(text))
+        return text
+
+    def test_signals_end_it(self):
+        self.assertEqual(self.simulator.stop(), (0, ""))
+
+
+cases.main()
