@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 using Duration = std::chrono::microseconds;
 using Words = std::vector<std::uint16_t>;
 
-/// What a target may be unable to do; the cases that need it are then reported as skipped.
+/// What a target may be unable to do; the cases that need it are then reported as skipped, with its reason.
 enum class Ability {
   kBusState,      ///< set_bus_state()
   kRefusal,       ///< refuse_frames()
@@ -41,7 +41,8 @@ class Target {
  public:
   virtual ~Target() = default;
 
-  virtual bool can(Ability ability) const = 0;
+  /// Why this target cannot do it; "" = it can.
+  virtual std::string lacks(Ability ability) const = 0;
 
   /// One request of the PLC: it is applied whole. `first` is a register address, 3700..3769.
   virtual void write(unsigned first, const Words& words) = 0;

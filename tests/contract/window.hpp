@@ -11,20 +11,16 @@
 
 #include "contract/target.hpp"
 #include "support/catch.hpp"
+#include "support/skips.hpp"
 
-/// Ends a case that the target cannot run; the report has its name.
-#ifdef SKIP
-#define CONTRACT_NEEDS(window, ability) \
-  if (!(window).can(ability)) SKIP("this target lacks " #ability)
-#else
-#define CONTRACT_NEEDS(window, ability)             \
-  do {                                              \
-    if (!(window).can(ability)) {                   \
-      WARN("skipped: this target lacks " #ability); \
-      return;                                       \
-    }                                               \
+/// Ends a case that the target cannot run, and has that reported with the target's reason.
+#define CONTRACT_NEEDS(window, ability)                                        \
+  do {                                                                         \
+    if (const std::string reason = (window).lacks(ability); !reason.empty()) { \
+      cbcan::test::skip_case(reason);                                          \
+      return;                                                                  \
+    }                                                                          \
   } while (false)
-#endif
 
 namespace cbcan::contract {
 
@@ -47,7 +43,7 @@ class Window {
   }
 
   Target& target() { return *target_; }
-  bool can(Ability ability) const { return target_->can(ability); }
+  std::string lacks(Ability ability) const { return target_->lacks(ability); }
 
   // The PLC.
   std::uint16_t reg(unsigned address) { return target_->read(address, 1).at(0); }

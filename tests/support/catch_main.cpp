@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Runs a suite, says how many cases ran, and fails when fewer ran than CBCAN_CASES (from CMakeLists.txt) asks
-// for.
+// for, or when others than the CBCAN_SKIPS that it announces were skipped.
 #define CATCH_CONFIG_RUNNER
 #include "support/cases.hpp"
 #include "support/catch.hpp"
+#include "support/skips.hpp"
 
 #include <cstdlib>
 #include <optional>
@@ -27,6 +28,10 @@ std::size_t skipped(const Counts& counts) {
 
 struct CaseCounter : ListenerBase {
   using ListenerBase::ListenerBase;
+  void testCaseStarting(const Catch::TestCaseInfo& info) override {
+    cbcan::test::skips().running = info.name;
+    ListenerBase::testCaseStarting(info);
+  }
   void testRunEnded(const Catch::TestRunStats& stats) override {
     const Catch::Counts& cases = stats.totals.testCases;
     g_ran = static_cast<std::size_t>(cases.total()) - skipped(cases);
@@ -42,5 +47,9 @@ int main(int argc, char** argv) {
   Catch::Session session;
   const int result = session.run(argc, argv);
   if (!g_ran || session.config().hasTestFilters()) return result;
-  return cbcan::test::enough_ran(*g_ran) ? result : EXIT_FAILURE;
+  const auto& skips = cbcan::test::skips().why;
+  for (const auto& [name, why] : skips)
+    std::cout << "skipped: " << name << "\n    because " << why << "\n";
+  const bool as_announced = cbcan::test::as_many_skipped(skips.size());
+  return cbcan::test::enough_ran(*g_ran) && as_announced ? result : EXIT_FAILURE;
 }

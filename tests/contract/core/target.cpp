@@ -30,7 +30,7 @@ class CoreTarget final : public Target {
   explicit CoreTarget(const Settings& settings)
       : bench_(new test::Bench(registers_.words(), core_settings(settings))) {}
 
-  bool can(Ability /*ability*/) const override { return true; }
+  std::string lacks(Ability /*ability*/) const override { return {}; }
 
   void write(unsigned first, const Words& words) override {
     for (const std::uint16_t word : words)

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#include "contract/remote/slcan_bus.hpp"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <stdexcept>
+
+#include "contract/remote/child.hpp"
+
+namespace cbcan::contract {
+
+namespace {
+
+/// "605#4000200100000000" to "t60584000200100000000", "705#R1" to "r7051": not by our own encoder.
+std::string line_of(const std::string& frame) {
+  const std::size_t hash = frame.find('#');
+  std::string data = frame.substr(hash + 1);
+  std::erase(data, ' ');
+  const bool remote = data.starts_with('R');
+  char type = remote ? 'r' : 't';
+  if (hash == 8) type = static_cast<char>(std::toupper(type));
+  std::string line = type + frame.substr(0, hash);
+  if (remote) return line + (data.size() > 1 ? data.substr(1) : "0");
+  return line + std::to_string(data.size() / 2) + data;
+}
+
+/// The way back.
+std::string frame_of(const std::string& line) {
+  const std::size_t digits = std::isupper(static_cast<unsigned char>(line[0])) ? 8 : 3;
+  const bool remote = line[0] == 'r' || line[0] == 'R';
+  const std::string length = line.substr(1 + digits, 1);
+  return line.substr(1, digits) + "#" + (remote ? "R" + length : line.substr(2 + digits));
+}
+
+bool is_frame(const std::string& line) {
+  return !line.empty() && std::string("tTrR").find(line[0]) != std::string::npos;
+}
+
+io::Descriptor connect_to(std::uint16_t port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  io::Descriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  if (connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    throw std::runtime_error("no SLCAN adapter at 127.0.0.1:" + std::to_string(port));
+  const int on = 1;
+  setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  return socket;
+}
+
+}  // namespace
+
+SlcanBus::SlcanBus(std::uint16_t port) : socket_(connect_to(port)) {
+  write("O");
+  if (!read_line().empty()) throw std::runtime_error("the SLCAN adapter does not open");
+}
+
+void SlcanBus::send(const std::string& frame) {
+  const std::string line = line_of(frame);
+  write(line);
+  read_until(frame.find('#') == 8 ? 'Z' : 'z');
+}
+
+void SlcanBus::settle() {
+  write("V");
+  read_until('V');
+}
+
+std::string SlcanBus::take() {
+  if (inbox_.empty()) return {};
+  std::string frame = inbox_.front();
+  inbox_.pop_front();
+  return frame;
+}
+
+void SlcanBus::write(const std::string& line) {
+  const std::string text = line + "\r";
+  if (::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(text.size()))
+    throw std::runtime_error("the SLCAN adapter has gone");
+}
+
+std::string SlcanBus::read_line() {
+  std::size_t end = 0;
+  while ((end = characters_.find_first_of("\r\a")) == std::string::npos) {
+    std::array<char, 4096> part;
+    wait_readable(socket_.get(), "the SLCAN adapter");
+    const ssize_t count = recv(socket_.get(), part.data(), part.size(), 0);
+    if (count <= 0) throw std::runtime_error("the SLCAN adapter has gone");
+    characters_.append(part.data(), static_cast<std::size_t>(count));
+  }
+  if (characters_[end] == '\a') throw std::runtime_error("the SLCAN adapter refuses");
+  std::string line = characters_.substr(0, end);
+  characters_.erase(0, end + 1);
+  return line;
+}
+
+/// Frames that come on the way go to the inbox.
+void SlcanBus::read_until(char answer) {
+  for (std::string line = read_line(); !line.starts_with(answer); line = read_line())
+    if (is_frame(line)) inbox_.push_back(frame_of(line));
+}
+
+}  // namespace cbcan::contract

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+// The suite's target "sim": a cbcan-sim process for each case, with Modbus TCP (libmodbus) in front, an SLCAN
+// adapter behind, and its clock in the suite's hands. Nothing here is a race: cbcan-sim is one thread, and
+// everything that a request, a frame or a `pass` brings about has been done when it looks at the next one, on
+// whichever connection that comes.
+
+#include <modbus.h>
+
+#include <atomic>
+#include <cerrno>
+#include <stdexcept>
+#include <thread>
+
+#include "contract/remote/child.hpp"
+#include "contract/remote/slcan_bus.hpp"
+#include "contract/target.hpp"
+
+namespace cbcan::contract {
+
+namespace {
+
+std::string in_ms(Duration duration) {
+  return std::to_string(duration / 1ms);
+}
+
+/// The number behind "modbus=127.0.0.1:" or "slcan=127.0.0.1:".
+std::uint16_t port_in(const std::string& ready, const std::string& service) {
+  const std::string begin = service + "=127.0.0.1:";
+  const std::size_t at = ready.find(begin);
+  if (at == std::string::npos) throw std::runtime_error("no " + begin + " in: " + ready);
+  return static_cast<std::uint16_t>(std::stoul(ready.substr(at + begin.size())));
+}
+
+/// A PLC's connection.
+class Plc {
+ public:
+  explicit Plc(std::uint16_t port) : modbus_(modbus_new_tcp("127.0.0.1", port)) {
+    constexpr std::uint32_t kPatienceSeconds = 60;
+    if (modbus_ != nullptr) modbus_set_response_timeout(modbus_, kPatienceSeconds, 0);
+    if (modbus_ == nullptr || modbus_connect(modbus_) != 0) fail("connect");
+  }
+  ~Plc() {
+    modbus_close(modbus_);
+    modbus_free(modbus_);
+  }
+  Plc(const Plc&) = delete;
+  Plc& operator=(const Plc&) = delete;
+
+  void write(unsigned first, const Words& words) {
+    const int count = static_cast<int>(words.size());
+    if (modbus_write_registers(modbus_, static_cast<int>(first), count, words.data()) != count) fail("write");
+  }
+  Words read(unsigned first, std::size_t count) {
+    Words words(count);
+    const int wanted = static_cast<int>(count);
+    if (modbus_read_registers(modbus_, static_cast<int>(first), wanted, words.data()) != wanted) fail("read");
+    return words;
+  }
+
+ private:
+  [[noreturn]] static void fail(const std::string& what) {
+    throw std::runtime_error("Modbus " + what + ": " + modbus_strerror(errno));
+  }
+
+  modbus_t* modbus_;
+};
+
+class SimTarget final : public Target {
+ public:
+  explicit SimTarget(const Settings& settings)
+      : simulator_({CBCAN_SIM, "--clock", "manual", "--modbus", "127.0.0.1:0", "--slcan", "127.0.0.1:0",
+                    "--node-state-fresh", in_ms(settings.state_fresh_for), "--guarding-timeout",
+                    in_ms(settings.guard_timeout)}),
+        ready_(simulator_.hear()),
+        plc_(port_in(ready_, "modbus")),
+        bus_(port_in(ready_, "slcan")) {}
+
+  std::string lacks(Ability ability) const override {
+    switch (ability) {
+      case Ability::kBusState: return "cbcan-sim's virtual bus has no errors, and no option that makes some";
+      case Ability::kRefusal:
+        return "cbcan-sim's virtual bus takes every frame, and has no option to refuse one";
+      case Ability::kSecondReader:
+      case Ability::kSettings: return "";
+    }
+    return "unknown";
+  }
+
+  void write(unsigned first, const Words& words) override { plc_.write(first, words); }
+  Words read(unsigned first, std::size_t count) override { return plc_.read(first, count); }
+
+  std::string next_frame() override {
+    std::string frame = bus_.take();
+    if (!frame.empty()) return frame;
+    bus_.settle();
+    return bus_.take();
+  }
+  void arrive(const std::string& frame) override { bus_.send(frame); }
+
+  void pass(Duration duration) override {
+    now_ += duration;
+    simulator_.say("pass " + std::to_string(duration.count()) + "us");
+    const std::string told = simulator_.hear();
+    if (told != at(now_)) throw std::runtime_error("it should be \"" + at(now_) + "\", not \"" + told + "\"");
+  }
+  Duration precision() const override { return 1us; }
+
+  void set_bus_state(BusState /*state*/) override {}
+  void refuse_frames(bool /*refuse*/) override {}
+
+  Words first_done(const std::function<void()>& ending) override {
+    Plc second(port_in(ready_, "modbus"));
+    std::atomic<bool> ended = false;
+    Words seen;
+    std::thread reader([&] { seen = read_until_done(second, ended); });
+    ending();
+    ended = true;
+    reader.join();
+    return seen;
+  }
+
+ private:
+  static std::string at(Duration now) {
+    const std::string fraction = std::to_string(now % 1s / 1us);
+    return "at " + std::to_string(now / 1s) + "." + std::string(6 - fraction.size(), '0') + fraction;
+  }
+
+  /// At least once after the end.
+  static Words read_until_done(Plc& plc, const std::atomic<bool>& ended) {
+    constexpr std::uint16_t kExecute = 0xCA0E;
+    for (bool last = false; !last;) {
+      last = ended;
+      const Words words = plc.read(3700, 70);
+      if (words[0] != kExecute) return words;
+    }
+    return {};
+  }
+
+  Child simulator_;
+  std::string ready_;
+  Plc plc_;
+  SlcanBus bus_;
+  Duration now_{0};
+};
+
+}  // namespace
+
+std::unique_ptr<Target> make_target(const Settings& settings) {
+  return std::make_unique<SimTarget>(settings);
+}
+
+}  // namespace cbcan::contract
