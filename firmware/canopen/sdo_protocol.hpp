@@ -95,8 +95,8 @@ constexpr BlockStep block_step(std::uint8_t command) {
 }
 
 constexpr Multiplexer multiplexer_of(const Frame& frame) {
-  const std::uint32_t word =
-      frame.data[0] | frame.data[1] << 8 | frame.data[2] << 16 | std::uint32_t{frame.data[3]} << 24;
+  const std::uint32_t word = frame.data[0] | std::uint32_t{frame.data[1]} << 8 |
+                             std::uint32_t{frame.data[2]} << 16 | std::uint32_t{frame.data[3]} << 24;
   return word >> 8;  // as one number it is one load
 }
 constexpr std::uint32_t tail_of(const Frame& frame) {
