@@ -5,41 +5,15 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
-#include <algorithm>
 #include <array>
-#include <cctype>
 #include <stdexcept>
 
 #include "contract/remote/child.hpp"
+#include "contract/remote/slcan_text.hpp"
 
 namespace cbcan::contract {
 
 namespace {
-
-/// "605#4000200100000000" to "t60584000200100000000", "705#R1" to "r7051": not by our own encoder.
-std::string line_of(const std::string& frame) {
-  const std::size_t hash = frame.find('#');
-  std::string data = frame.substr(hash + 1);
-  std::erase(data, ' ');
-  const bool remote = data.starts_with('R');
-  char type = remote ? 'r' : 't';
-  if (hash == 8) type = static_cast<char>(std::toupper(type));
-  std::string line = type + frame.substr(0, hash);
-  if (remote) return line + (data.size() > 1 ? data.substr(1) : "0");
-  return line + std::to_string(data.size() / 2) + data;
-}
-
-/// The way back.
-std::string frame_of(const std::string& line) {
-  const std::size_t digits = std::isupper(static_cast<unsigned char>(line[0])) ? 8 : 3;
-  const bool remote = line[0] == 'r' || line[0] == 'R';
-  const std::string length = line.substr(1 + digits, 1);
-  return line.substr(1, digits) + "#" + (remote ? "R" + length : line.substr(2 + digits));
-}
-
-bool is_frame(const std::string& line) {
-  return !line.empty() && std::string("tTrR").find(line[0]) != std::string::npos;
-}
 
 io::Descriptor connect_to(std::uint16_t port) {
   sockaddr_in address{};
@@ -62,7 +36,7 @@ SlcanBus::SlcanBus(std::uint16_t port) : socket_(connect_to(port)) {
 }
 
 void SlcanBus::send(const std::string& frame) {
-  const std::string line = line_of(frame);
+  const std::string line = slcan_line(frame);
   write(line);
   read_until(frame.find('#') == 8 ? 'Z' : 'z');
 }
@@ -103,7 +77,7 @@ std::string SlcanBus::read_line() {
 /// Frames that come on the way go to the inbox.
 void SlcanBus::read_until(char answer) {
   for (std::string line = read_line(); !line.starts_with(answer); line = read_line())
-    if (is_frame(line)) inbox_.push_back(frame_of(line));
+    if (is_slcan_frame(line)) inbox_.push_back(candump_text(line));
 }
 
 }  // namespace cbcan::contract

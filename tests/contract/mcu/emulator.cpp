@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+#include "contract/mcu/emulator.hpp"
+
+#include <linux/sockios.h>
+#include <sched.h>
+#include <stdlib.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <stdexcept>
+
+namespace cbcan::contract {
+
+namespace {
+
+constexpr std::chrono::minutes kPatience{1};
+
+// Registers of the board: Application Note AN385, and the Cortex-M System Design Kit.
+constexpr std::uint32_t kCounter = 0x40028018;
+constexpr std::uint32_t kPrescale = 0x4002801C;
+constexpr std::uint32_t kNearlyNever = 0x7FFFFFFE;
+constexpr std::uint32_t kWakeUpControl = 0x40000000;
+constexpr std::uint32_t kWakeUpReload = 0x40000008;  ///< what the image wrote when it last went to sleep
+constexpr std::uint32_t kTicksPerMicrosecond = 25;
+constexpr std::uint32_t kNotArmed = 0xFFFFFFFF;
+
+}  // namespace
+
+Stream::Stream(std::filesystem::path path)
+    : path_(std::move(path)), listener_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string name = path_.string();
+  if (name.size() >= sizeof address.sun_path) throw std::runtime_error(name + ": too long for a socket");
+  std::copy(name.begin(), name.end(), address.sun_path);
+  if (bind(listener_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      listen(listener_.get(), 1) != 0)
+    throw std::runtime_error(name + ": no socket");
+}
+
+void Stream::accept() {
+  wait_readable(listener_.get(), "QEMU");
+  socket_ = io::Descriptor(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC));
+}
+
+void Stream::send(const std::string& bytes) {
+  if (::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(bytes.size()))
+    throw std::runtime_error("QEMU has closed " + path_.filename().string());
+}
+
+std::string Stream::receive(std::size_t count) {
+  std::string bytes(count, '\0');
+  for (std::size_t got = 0; got < count;) {
+    wait_readable(socket_.get(), "QEMU's " + path_.filename().string());
+    const ssize_t part = recv(socket_.get(), bytes.data() + got, count - got, 0);
+    if (part <= 0) throw std::runtime_error("QEMU has closed " + path_.filename().string());
+    got += static_cast<std::size_t>(part);
+  }
+  return bytes;
+}
+
+std::string Stream::receive_available() {
+  std::array<char, 4096> part;
+  const ssize_t count = recv(socket_.get(), part.data(), part.size(), MSG_DONTWAIT);
+  return count > 0 ? std::string(part.data(), static_cast<std::size_t>(count)) : std::string();
+}
+
+void Stream::wait_taken() const {
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  for (int waiting = 1; waiting != 0; sched_yield()) {
+    if (ioctl(socket_.get(), SIOCOUTQ, &waiting) != 0 || std::chrono::steady_clock::now() > end)
+      throw std::runtime_error("QEMU does not read its " + path_.filename().string());
+  }
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = std::filesystem::temp_directory_path() / "cbcan-XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": no folder");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+Emulator::Emulator(const std::string& image)
+    : modbus_(folder_.path() / "modbus"),
+      can_(folder_.path() / "can"),
+      hardware_(folder_.path() / "hardware"),
+      qemu_({"/usr/bin/qemu-system-arm",
+             "-M",
+             "mps2-an385",
+             "-accel",
+             "tcg",
+             "-kernel",
+             image,
+             "-display",
+             "none",
+             "-monitor",
+             "none",
+             "-semihosting-config",
+             "enable=on,target=native",
+             "-serial",
+             modbus_.address(),
+             "-serial",
+             can_.address(),
+             "-qtest",
+             hardware_.address(),
+             "-qtest-log",
+             "/dev/null"}) {
+  modbus_.accept();
+  can_.accept();
+  hardware_.accept();
+}
+
+void Emulator::freeze() {
+  write(kPrescale, kNearlyNever);
+  settle();
+}
+
+// A turn of the image's loop that had begun before may end first: the second one began later.
+void Emulator::settle() {
+  can_.wait_taken();
+  modbus_.wait_taken();
+  turn();
+  due_ = turn();
+}
+
+void Emulator::pass(std::uint64_t us) {
+  settle();
+  std::uint32_t counter = read(kCounter);
+  while (us > 0) {
+    const std::uint64_t step = std::clamp<std::uint64_t>(due_, 1, us);
+    counter += static_cast<std::uint32_t>(step);
+    write(kCounter, counter);
+    us -= step;
+    due_ = turn();
+  }
+}
+
+/// Wakes the image by a line feed, which it ignores otherwise, and returns when it has gone to sleep: in how
+/// many microseconds it wants to wake. Its timer, which does not know that the clock stands still, is
+/// stopped.
+std::uint64_t Emulator::turn() {
+  write(kWakeUpReload, kNotArmed);
+  can_.send("\n");
+  can_.wait_taken();
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  std::uint32_t ticks = kNotArmed;
+  while ((ticks = read(kWakeUpReload)) == kNotArmed)
+    if (std::chrono::steady_clock::now() > end) throw std::runtime_error("the image hangs");
+  write(kWakeUpControl, 0);
+  return ticks / kTicksPerMicrosecond;
+}
+
+std::uint32_t Emulator::read(std::uint32_t address) {
+  hardware_.send("readl " + std::to_string(address) + "\n");
+  const std::string answer = hardware_.receive(std::string("OK 0x0123456789ABCDEF\n").size());
+  return static_cast<std::uint32_t>(std::stoull(answer.substr(3), nullptr, 16));
+}
+
+void Emulator::write(std::uint32_t address, std::uint32_t value) {
+  hardware_.send("writel " + std::to_string(address) + " " + std::to_string(value) + "\n");
+  hardware_.receive(std::string("OK\n").size());
+}
+
+}  // namespace cbcan::contract

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// The suite's target "mcu": the image for the MPS2 board in QEMU, for each case a new one, with Modbus RTU in
+// front and an SLCAN adapter behind that the suite plays.
+
+#include <deque>
+#include <stdexcept>
+
+#include "contract/mcu/emulator.hpp"
+#include "contract/remote/slcan_text.hpp"
+#include "contract/target.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::contract {
+
+namespace {
+
+constexpr std::size_t kFixedBytes = 5;  // station, function, byte count, CRC
+
+/// MODBUS over Serial Line V1.02, 6.2.2.
+std::string crc(const std::string& bytes) {
+  unsigned value = 0xFFFF;
+  for (const char byte : bytes) {
+    value ^= static_cast<std::uint8_t>(byte);
+    for (int bit = 0; bit < 8; ++bit)
+      value = value & 1 ? value >> 1 ^ 0xA001 : value >> 1;
+  }
+  return {static_cast<char>(value), static_cast<char>(value >> 8)};
+}
+
+std::string big_endian(std::size_t value) {
+  return {static_cast<char>(value >> 8), static_cast<char>(value)};
+}
+
+class McuTarget final : public Target {
+ public:
+  McuTarget() : emulator_(CBCAN_IMAGE) {
+    const std::string start = "\r\r\rC\rS6\rO\rt77F100\r";
+    if (emulator_.can().receive(start.size()) != start)
+      throw std::runtime_error("the image begins otherwise");
+    emulator_.freeze();
+  }
+  /// Every case ends with a look at the stack (docs/registers.md, STACK_USED).
+  ~McuTarget() override {
+    constexpr std::uint16_t kMostStack = 1024;
+    CHECK(read(4106, 1).at(0) <= kMostStack);
+  }
+
+  std::string lacks(Ability ability) const override {
+    switch (ability) {
+      case Ability::kBusState: return "";
+      case Ability::kRefusal: return "the image's queue to the serial adapter holds more than a case sends";
+      case Ability::kSecondReader: return "a Modbus RTU line has one client";
+      case Ability::kSettings: return "the image's settings are built in";
+    }
+    return "unknown";
+  }
+
+  void write(unsigned first, const Words& words) override {
+    std::string request = "\x01\x10" + big_endian(first) + big_endian(words.size());
+    request += static_cast<char>(2 * words.size());
+    for (const std::uint16_t word : words)
+      request += big_endian(word);
+    const std::string answer = ask(request, 8);
+    if (answer != request.substr(0, 6)) throw std::runtime_error("another answer to FC 16");
+  }
+  Words read(unsigned first, std::size_t count) override {
+    const std::string request = "\x01\x03" + big_endian(first) + big_endian(count);
+    const std::string answer = ask(request, kFixedBytes + 2 * count);
+    if (answer.substr(0, 2) != "\x01\x03") throw std::runtime_error("another answer to FC 3");
+    Words words;
+    for (std::size_t at = 3; at < answer.size(); at += 2)
+      words.push_back(static_cast<std::uint16_t>(static_cast<std::uint8_t>(answer[at]) << 8 |
+                                                 static_cast<std::uint8_t>(answer[at + 1])));
+    return words;
+  }
+
+  std::string next_frame() override {
+    if (inbox_.empty()) {
+      emulator_.settle();
+      take_lines();
+    }
+    if (inbox_.empty()) return {};
+    std::string frame = inbox_.front();
+    inbox_.pop_front();
+    return frame;
+  }
+  void arrive(const std::string& frame) override {
+    emulator_.can().send(slcan_line(frame) + "\r");
+    emulator_.settle();
+  }
+
+  void pass(Duration duration) override { emulator_.pass(static_cast<std::uint64_t>(duration.count())); }
+  Duration precision() const override { return 1us; }
+
+  void set_bus_state(BusState state) override {
+    const char* const lines[] = {"F00\rsa000000\r", "F08\rsa000000\r", "F20\rsa000000\r", "F00\rsb000255\r"};
+    emulator_.can().send(lines[static_cast<std::size_t>(state)]);
+    emulator_.settle();
+  }
+  void refuse_frames(bool /*refuse*/) override {}
+  Words first_done(const std::function<void()>& /*ending*/) override { return {}; }
+
+ private:
+  /// The answer without its CRC, of `size` bytes with it.
+  std::string ask(const std::string& request, std::size_t size) {
+    emulator_.can().wait_taken();
+    emulator_.modbus().send(request + crc(request));
+    const std::string answer = emulator_.modbus().receive(size);
+    const std::string bytes = answer.substr(0, size - 2);
+    if (crc(bytes) != answer.substr(size - 2)) throw std::runtime_error("wrong CRC in an answer");
+    return bytes;
+  }
+
+  /// Frames go to the inbox; the commands that open an adapter and ask for its state need no answer.
+  void take_lines() {
+    characters_ += emulator_.can().receive_available();
+    for (std::size_t end = 0; (end = characters_.find('\r')) != std::string::npos;) {
+      const std::string line = characters_.substr(0, end);
+      characters_.erase(0, end + 1);
+      if (is_slcan_frame(line)) inbox_.push_back(candump_text(line));
+    }
+  }
+
+  Emulator emulator_;
+  std::string characters_;
+  std::deque<std::string> inbox_;
+};
+
+}  // namespace
+
+std::unique_ptr<Target> make_target(const Settings& /*settings*/) {
+  return std::make_unique<McuTarget>();
+}
+
+}  // namespace cbcan::contract
