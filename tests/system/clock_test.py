@@ -88,14 +88,14 @@ class Standing(unittest.TestCase):
             adapter.sendall(b"O\rV\r")
             self.assertEqual(self.receive(adapter, 7), b"\rV1013\r")
             self.simulator.process.send_signal(signal.SIGSTOP)
-            adapter.sendall(100 * b"t7E50\r")
+            adapter.sendall(5000 * b"t7E50\r")
             self.simulator.process.stdin.write("pass 1s\n")
             self.simulator.process.stdin.flush()
             self.simulator.process.send_signal(signal.SIGCONT)
             self.assertEqual(self.simulator.process.stdout.readline(), "at 1.000000\n")
-            self.assertEqual(self.receive(adapter, 200), 100 * b"z\r")
+            self.assertEqual(self.receive(adapter, 10000), 5000 * b"z\r")
         marks = [line for line in self.simulator.log_path.read_text().splitlines() if line.endswith(" 7E5#")]
-        self.assertEqual(marks, 100 * ["(0000000000.000000) virtual 7E5#"])
+        self.assertEqual(marks, 5000 * ["(0000000000.000000) virtual 7E5#"])
 
     def receive(self, connection, count):
         text = b""
