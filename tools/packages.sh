@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: MIT
-# Sourced by tools/demo and tools/test: the Debian packages that they need, and their installation.
+# Sourced by tools/demo, tools/demo-mcu and tools/test: the Debian packages that they need, and their installation.
 
 # What it takes to build and run the simulator.
 build_packages=(g++ cmake ninja-build pkg-config libmodbus-dev libcli11-dev libtomlplusplus-dev)
 
+# Besides: what it takes to build and run the image for a microcontroller.
+mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev qemu-system-arm socat)
+
 # Besides: what the tests are made with, the clients that they drive, and the guest with a CAN kernel.
 test_packages=(catch2 librapidcheck-dev libbenchmark-dev valgrind git python3
   clang-14 libclang-rt-14-dev gcovr
-  gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev g++-aarch64-linux-gnu
+  "${mcu_packages[@]}" g++-aarch64-linux-gnu
   python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2
-  qemu-system-x86 qemu-system-arm busybox-static)
+  qemu-system-x86 busybox-static)
 
 is_installed() { [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
 

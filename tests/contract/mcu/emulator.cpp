@@ -152,7 +152,7 @@ std::uint64_t Emulator::turn() {
   can_.wait_taken();
   const auto end = std::chrono::steady_clock::now() + kPatience;
   std::uint32_t ticks = kNotArmed;
-  while ((ticks = read(kWakeUpReload)) == kNotArmed)
+  while ((ticks = read(kWakeUpReload)) == kNotArmed || read(kWakeUpControl) == 0)
     if (std::chrono::steady_clock::now() > end) throw std::runtime_error("the image hangs");
   write(kWakeUpControl, 0);
   return ticks / kTicksPerMicrosecond;
