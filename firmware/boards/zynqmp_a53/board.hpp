@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One Cortex-A53 of a Zynq UltraScale+, at EL1 with the MMU off: what an image needs besides its drivers.
+/// One Cortex-A53 of a Zynq UltraScale+, at EL1: what an image needs besides its drivers.
 /// Source: UG1085, chapters "System Addresses" and "Interrupts"; Arm GICv2 (IHI 0048B); Arm ARM (DDI 0487).
 ///
 /// An image has a main() and an on_interrupt(). It lies in the on-chip memory (zynqmp_a53.ld). What main()
 /// returns is the exit code of the emulator.
-///
-/// With the MMU off all memory is Device memory. QEMU does not mind, but lets an access to nowhere pass;
-/// on silicon exclusive accesses (the compare-and-swap of RegisterWindow) want Normal memory: a product
-/// switches the MMU on before main().
 
 #include <cstdint>
 

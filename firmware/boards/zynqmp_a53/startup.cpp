@@ -3,6 +3,7 @@
 // stack pointer, the vector table (Arm ARM, D1.10.2), the registers around an interrupt.
 #include <cstdint>
 
+#include "boards/zynqmp_a53/mmu.hpp"
 #include "boards/zynqmp_a53/semihosting.hpp"
 
 int main();
@@ -97,6 +98,7 @@ void start() {
   asm volatile("msr vbar_el1, %0\n\tisb" : : "r"(vectors));
   for (volatile std::uint64_t* word = bss_begin; word != bss_end; ++word)
     *word = 0;
+  cbcan::boards::enable_mmu();
   for (const Constructor* constructor = constructors_begin; constructor != constructors_end; ++constructor)
     (*constructor)();
   cbcan::boards::semihosting::exit(static_cast<std::uint64_t>(main()));

@@ -247,13 +247,28 @@ bool asked_to(std::string_view what) {
   return std::string_view(line.begin(), std::find(line.begin(), line.end(), '\0')).ends_with(what);
 }
 
+/// More calls than the stack has room for.
+[[gnu::noinline]] unsigned call_deeper(volatile unsigned& left) {
+  volatile unsigned here = left - 1;
+  return left == 0 ? 0 : call_deeper(here) + here;
+}
+
+/// The faults that have to be reported, by the word on the command line.
+void fault_if_asked() {
+  volatile std::uintptr_t nothing = 0;
+  volatile unsigned many = 100'000;
+  if (asked_to("undefined")) asm volatile("udf #0");
+  if (asked_to("null")) *reinterpret_cast<volatile std::uint32_t*>(nothing) = 1;
+  if (asked_to("deep")) call_deeper(many);
+}
+
 }  // namespace
 
 }  // namespace cbcan::test
 
 int main() {
   using namespace cbcan::test;
-  if (asked_to("fault")) asm volatile("udf #0");
+  fault_if_asked();
   run("boot-up", boot_up);
   run("expedited read", expedited_read);
   run("expedited write", expedited_write);
