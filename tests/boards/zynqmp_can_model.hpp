@@ -84,6 +84,13 @@ class ZynqmpCanModel {
     return true;
   }
 
+  /// The next frame leaves, and somebody acknowledges it.
+  void transmit() {
+    tx.pop_front();
+    latched_ |= 1u << 1;
+    if (tx.empty()) latched_ |= 1u << 14;
+  }
+
   /// 1 = error active, 2 = bus off, 3 = error passive.
   void set_error_state(std::uint32_t state) {
     error_state = state;
@@ -146,7 +153,9 @@ class ZynqmpCanModel {
            filters;
   }
 
-  std::uint32_t pending() const { return latched_ | (rx.empty() ? 0 : 1u << 7); }
+  std::uint32_t pending() const {
+    return latched_ | (rx.empty() ? 0 : 1u << 7) | (tx.empty() ? 1u << 14 : 0);
+  }
 
   bool enabled_ = false;
   std::uint32_t latched_ = 0;

@@ -134,7 +134,7 @@ TEST_CASE("ZynqMP CAN: a full transmit FIFO refuses, and takes again when a fram
     REQUIRE(rig.can.try_send(frame));
   CHECK(!rig.can.try_send(frame));
   CHECK(rig.model.tx.size() == 64);
-  rig.model.tx.pop_front();
+  rig.model.transmit();
   CHECK(rig.can.try_send(frame));
   CHECK(!rig.can.try_send(frame));
 }
@@ -237,4 +237,45 @@ TEST_CASE("ZynqMP CAN: a reset that does not succeed is tried again") {
   CHECK(rig.can.poll(400'100) == BusState::kBusOff);
   CHECK(rig.can.poll(400'200) == BusState::kActive);
   CHECK(rig.can.try_send(frame_from("000#0100")));
+}
+
+TEST_CASE("ZynqMP CAN: frames that nobody acknowledges for a second are thrown away") {
+  Rig rig;
+  const Frame frame = frame_from("000#0100");
+  REQUIRE(rig.can.try_send(frame));
+  rig.model.transmit();
+  REQUIRE(rig.can.try_send(frame));
+  REQUIRE(rig.can.try_send(frame));
+  rig.can.poll(0);
+  rig.can.poll(900'000);
+  rig.model.transmit();  // one gets through: the second begins again
+  rig.can.poll(999'000);
+  rig.can.poll(1'998'999);
+  CHECK(rig.model.tx.size() == 1);
+  CHECK(rig.can.counters().stuck == 0);
+  rig.model.set_error_state(3);
+  CHECK(rig.can.poll(1'999'000) == BusState::kErrorPassive);
+  CHECK(rig.model.tx.empty());
+  CHECK(rig.can.counters().stuck == 1);
+  CHECK(rig.model.resets == 2);
+  CHECK(rig.can.poll(1'999'100) == BusState::kActive);
+  CHECK(rig.can.poll(9'000'000) == BusState::kActive);
+  CHECK(rig.model.resets == 2);
+}
+
+TEST_CASE("ZynqMP CAN: frames that leave are not stuck, however long the silence after them") {
+  Rig rig;
+  for (const Time sent : {0u, 5'000'000u}) {
+    REQUIRE(rig.can.try_send(frame_from("000#0100")));
+    rig.can.poll(sent);
+    rig.model.transmit();
+    rig.can.poll(sent + 500);
+    rig.can.poll(sent + 4'000'000);
+  }
+  REQUIRE(rig.can.try_send(frame_from("000#0100")));
+  rig.model.transmit();
+  rig.can.poll(20'000'000);
+  rig.can.poll(30'000'000);
+  CHECK(rig.can.counters().stuck == 0);
+  CHECK(rig.model.resets == 1);
 }

@@ -57,9 +57,11 @@ inline constexpr std::uint32_t SR_ESTAT_PASSIVE = 3u << 7;
 inline constexpr std::uint32_t SR_TXFLL = 1u << 10;
 inline constexpr std::uint32_t SR_ACFBSY = 1u << 11;
 // ISR, IER and ICR.
+inline constexpr std::uint32_t IXR_TXOK = 1u << 1;
 inline constexpr std::uint32_t IXR_RXOFLW = 1u << 6;
 inline constexpr std::uint32_t IXR_RXNEMP = 1u << 7;
 inline constexpr std::uint32_t IXR_BSOFF = 1u << 9;
+inline constexpr std::uint32_t IXR_TXFEMP = 1u << 14;
 inline constexpr std::uint32_t ESR_ACKER = 1u << 4;
 // Words of a frame, and of a filter.
 inline constexpr std::uint32_t ID_IDH_SHIFT = 21;     ///< the 11 bits, or the upper 11 of 29
@@ -151,6 +153,10 @@ class ZynqmpCan final : public CanPort {
   /// reset cuts short, take at 10 kbit/s (141 ms).
   static constexpr Time kBusOffPause = 200 * kMillisecond;
 
+  /// How long frames wait for somebody to acknowledge one: with the cable off they would wait for ever, and
+  /// come out when it is back.
+  static constexpr Time kStuckAfter = kSecond;
+
   struct Settings {
     std::uint32_t clock_hz;  ///< CAN_REF_CLK; QEMU's is 24 MHz and does not matter there
     std::uint32_t bit_rate;  ///< 10'000..1'000'000
@@ -167,6 +173,7 @@ class ZynqmpCan final : public CanPort {
   struct Counters {
     std::uint32_t overflows = 0;    ///< times that the receive FIFO or the ring was found to have lost frames
     std::uint32_t bus_offs = 0;     ///< resets to end a bus-off
+    std::uint32_t stuck = 0;        ///< resets to throw away frames that nobody acknowledged
     std::uint32_t ack_errors = 0;   ///< polls that found "nobody acknowledged"
     std::uint32_t wire_errors = 0;  ///< polls that found a bit, stuff, form or CRC error
   };
@@ -200,6 +207,8 @@ class ZynqmpCan final : public CanPort {
     registers_.write(TXFIFO_DLC, words.dlc);
     registers_.write(TXFIFO_DATA1, words.data1);
     registers_.write(TXFIFO_DATA2, words.data2);  // starts it: all four words, whatever the DLC
+    registers_.write(ICR, IXR_TXFEMP);            // comes back when the FIFO is empty
+    sending_ = true;
     return true;
   }
 
@@ -221,12 +230,16 @@ class ZynqmpCan final : public CanPort {
   bool has_received() const { return !received_.empty(); }
 
   /// What goes to Coprocessor::on_bus_state(). To be called in every turn of the loop, after start(): it also
-  /// ends a bus-off, by a reset kBusOffPause after it was seen.
+  /// ends a bus-off, by a reset kBusOffPause after it was seen, and throws away frames that are stuck.
   BusState poll(Time now) {
     const std::uint32_t status = registers_.read(zynqmp_can::SR);
     count_errors();
     look_for_overflow(now);
     if (is_off_bus(status)) return wait_off_bus(now);
+    if (is_stuck(now)) {
+      ++counters_.stuck;
+      restart();
+    }
     if ((status & zynqmp_can::SR_ESTAT) == zynqmp_can::SR_ESTAT_PASSIVE) return BusState::kErrorPassive;
     return now < overflow_until_ ? BusState::kOverflow : BusState::kActive;
   }
@@ -257,6 +270,7 @@ class ZynqmpCan final : public CanPort {
 
   bool restart() {
     using namespace zynqmp_can;
+    sending_ = false;
     registers_.write(SRR, SRR_SRST);
     if (!wait_for(SR_CONFIG, true)) return false;
     registers_.write(SRR, 0);
@@ -312,6 +326,21 @@ class ZynqmpCan final : public CanPort {
     overflow_until_ = now + kOverflowShown;
   }
 
+  /// There are frames to send, and for a second none has left.
+  bool is_stuck(Time now) {
+    using namespace zynqmp_can;
+    if (!sending_) {
+      stuck_at_ = kNever;
+      return false;
+    }
+    const std::uint32_t pending = registers_.read(ISR);
+    sending_ = (pending & IXR_TXFEMP) == 0;
+    if (stuck_at_ != kNever && (pending & IXR_TXOK) == 0) return now >= stuck_at_;
+    registers_.write(ICR, IXR_TXOK);
+    stuck_at_ = now + kStuckAfter;
+    return false;
+  }
+
   BusState wait_off_bus(Time now) {
     if (recover_at_ == kNever) recover_at_ = now + kBusOffPause;
     if (now < recover_at_) return BusState::kBusOff;
@@ -326,6 +355,8 @@ class ZynqmpCan final : public CanPort {
   std::atomic<std::uint32_t> overflows_{0};
   Time overflow_until_ = 0;
   Time recover_at_ = kNever;
+  Time stuck_at_ = kNever;
+  bool sending_ = false;  ///< frames were taken, and the transmit FIFO was not seen empty since
   zynqmp_can::BitTiming timing_{};
   std::uint8_t node_id_ = 0;
   Counters counters_;
