@@ -30,6 +30,13 @@ auto& words = *reinterpret_cast<std::uint16_t (*)[regmap::kWindowWords]>(0x60000
 
 boards::Ring<Frame, 32> received;
 
+std::uint32_t word_of(const std::uint8_t* bytes) {
+  std::uint32_t word = 0;
+  for (unsigned i = 4; i-- > 0;)
+    word = word << 8 | bytes[i];
+  return word;
+}
+
 // 1. try_send: into the controller, or false; never waits.
 class Port final : public CanPort {
  public:
@@ -37,10 +44,8 @@ class Port final : public CanPort {
     if ((can.status & kSending) != 0) return false;
     can.transmit.id = frame.id;
     can.transmit.length = frame.length | ((frame.flags & Frame::kRemote) != 0 ? 0x80u : 0u);
-    for (unsigned word = 0; word < 2; ++word)
-      can.transmit.data[word] = frame.data[4 * word] | frame.data[4 * word + 1] << 8 |
-                                frame.data[4 * word + 2] << 16 |
-                                static_cast<std::uint32_t>(frame.data[4 * word + 3]) << 24;
+    can.transmit.data[0] = word_of(&frame.data[0]);
+    can.transmit.data[1] = word_of(&frame.data[4]);
     can.command = kSend;
     return true;
   }
