@@ -63,6 +63,13 @@ def complaint(room, kind, name):
     return None
 
 
+def other_board(path, name):
+    """The board that a file of another board includes: boards are leaves, which know only what they have in common."""
+    parts = name.split("/")
+    own = path.parts[2] if path.is_relative_to("firmware/boards") and len(path.parts) > 3 else None
+    return parts[1] if own and parts[0] == "boards" and parts[1] not in (own, "common") else None
+
+
 def check(path):
     room = room_of(path)
     found = []
@@ -72,6 +79,8 @@ def check(path):
         match = INCLUDE.match(line)
         if match and (why := complaint(room, *match.groups())):
             found.append(f"{path}:{number}: includes {match[2]}: {why}")
+        if match and (board := other_board(path, match[2])):
+            found.append(f"{path}:{number}: includes {match[2]}: a board may not know {board}")
     return found
 
 
