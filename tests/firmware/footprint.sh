@@ -13,7 +13,7 @@ measure() {
   read -r text data bss _ < <(arm-none-eabi-size "$build_dir/$1" | tail -n 1)
   registers=$(arm-none-eabi-size -A "$build_dir/$1" | awk '$1 == ".registers" {print $2}')
   bss=$((bss - ${registers:-0}))
-  printf '%-50s text %6d (at most %d)   RAM %5d (at most %d)\n' "$1" $((text + data)) "$2" $((data + bss)) "$3"
+  printf 'figure: %-48s text %6d (at most %d)   RAM %5d (at most %d)\n' "$1" $((text + data)) "$2" $((data + bss)) "$3"
   if ((text + data > $2 || data + bss > $3)); then failed=true; fi
   if ((text < 3000)); then
     echo "$1: only $text bytes of text: it is not all there" >&2

@@ -76,7 +76,7 @@ class Image(unittest.TestCase):
     def finish(self, mcu):
         """What every test ends with: it still answers, nothing was lost, and the stack is within its limit."""
         diagnostics = mcu.diagnostics()
-        print(f"{self.id().split('.')[-1]}: stack {diagnostics['stack_used']} of {diagnostics['stack_size']} bytes")
+        print(f"figure: {self.id().split('.')[-1]}: stack {diagnostics['stack_used']} of {diagnostics['stack_size']} bytes")
         self.assertEqual(diagnostics["stack_size"], 2048)
         self.assertLessEqual(diagnostics["stack_used"], MOST_STACK)
         return diagnostics

@@ -2,7 +2,9 @@
 // The suite's target "mcu": the image for the MPS2 board in QEMU, for each case a new one, with Modbus RTU in
 // front and an SLCAN adapter behind that the suite plays.
 
+#include <algorithm>
 #include <deque>
+#include <iostream>
 #include <stdexcept>
 
 #include "contract/mcu/emulator.hpp"
@@ -31,6 +33,15 @@ std::string big_endian(std::size_t value) {
   return {static_cast<char>(value >> 8), static_cast<char>(value)};
 }
 
+/// Says at the end of the program how deep the stack has been in any case.
+struct DeepestStack {
+  DeepestStack() = default;
+  DeepestStack(const DeepestStack&) = delete;
+  DeepestStack& operator=(const DeepestStack&) = delete;
+  ~DeepestStack() { std::cout << "figure: stack, at most " << bytes << " bytes over the contract's suite\n"; }
+  std::uint16_t bytes = 0;
+} deepest_stack;
+
 class McuTarget final : public Target {
  public:
   McuTarget() : emulator_(CBCAN_IMAGE) {
@@ -42,7 +53,9 @@ class McuTarget final : public Target {
   /// Every case ends with a look at the stack (docs/registers.md, STACK_USED).
   ~McuTarget() override {
     constexpr std::uint16_t kMostStack = 1024;
-    CHECK(read(4106, 1).at(0) <= kMostStack);
+    const std::uint16_t used = read(4106, 1).at(0);
+    CHECK(used <= kMostStack);
+    deepest_stack.bytes = std::max(deepest_stack.bytes, used);
   }
 
   std::string lacks(Ability ability) const override {
