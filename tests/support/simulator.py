@@ -11,6 +11,8 @@ import subprocess
 import tempfile
 import time
 
+from mcu import die_with_parent
+
 LIMIT = 60  # seconds; for what takes milliseconds on a machine that has nothing else to do
 
 
@@ -33,9 +35,14 @@ class Simulator:
         if log:
             command += ["--log", str(self.log_path)]
         self.error_path = pathlib.Path(self.folder.name) / "stderr"
+        def prepare():
+            die_with_parent()
+            if before_start:
+                before_start()
+
         with self.error_path.open("w") as error:
             self.process = subprocess.Popen(command, stdin=stdin, stdout=subprocess.PIPE, stderr=error, text=True,
-                                            preexec_fn=before_start)
+                                            preexec_fn=prepare)
         if not select.select([self.process.stdout], [], [], LIMIT)[0]:
             self.stop()
             raise AssertionError("no ready line")
