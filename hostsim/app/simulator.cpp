@@ -66,9 +66,12 @@ Simulator::Simulator(const Config& config, std::vector<sim::NodeImage> images, c
   if (!config.log.file.empty()) open_log(config, warn);
 }
 
+/// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
 void Simulator::open_slcan(const Config& config, const io::Warn& warn) {
+  const std::size_t most_unsent = input_ ? sim::SlcanAdapter::kUnlimited : sim::SlcanAdapter::kMostUnsent;
   slcan_.emplace(
-      reactor_, world_.bus(), io::parse_stream_address(config.can.slcan), [this] { advance(); }, warn);
+      reactor_, world_.bus(), io::parse_stream_address(config.can.slcan), most_unsent, [this] { advance(); },
+      warn);
 }
 
 /// A manual clock's log begins at 0, and is the same every time.

@@ -39,10 +39,11 @@ struct SlcanServer::Connection {
   std::uint32_t interest = Reactor::kReadable;
 };
 
-SlcanServer::SlcanServer(Reactor& reactor, sim::Bus& bus, const StreamAddress& address, OnQueued on_queued,
-                         Warn warn)
+SlcanServer::SlcanServer(Reactor& reactor, sim::Bus& bus, const StreamAddress& address,
+                         std::size_t most_unsent, OnQueued on_queued, Warn warn)
     : reactor_(reactor),
       bus_(bus),
+      most_unsent_(most_unsent),
       on_queued_(std::move(on_queued)),
       listener_("slcan", address),
       acceptor_(
@@ -92,7 +93,7 @@ void SlcanServer::close_client(Connection& client) {
 }
 
 std::unique_ptr<sim::SlcanAdapter> SlcanServer::take_adapter() {
-  if (idle_.empty()) return std::make_unique<sim::SlcanAdapter>(bus_, on_queued_);
+  if (idle_.empty()) return std::make_unique<sim::SlcanAdapter>(bus_, on_queued_, most_unsent_);
   auto adapter = std::move(idle_.back());
   idle_.pop_back();
   return adapter;

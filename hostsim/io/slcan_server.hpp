@@ -5,8 +5,8 @@
 /// (sim/slcan_adapter.hpp), closed until it is told to open, and gets every frame that another one, the
 /// module or a node sends.
 ///
-/// Nothing blocks. A client that does not read loses frames and is told so by F; one that asks and does not
-/// read the answers is not read from either.
+/// Nothing blocks. A client that does not read loses frames, where they are limited, and is told so by F; one
+/// that asks and does not read the answers is not read from either.
 
 #include <cstddef>
 #include <cstdint>
@@ -28,9 +28,10 @@ class SlcanServer {
   using OnQueued = sim::SlcanAdapter::OnQueued;
 
   /// Listens at once; throws EnvironmentError when it cannot. `on_queued` is called for each frame that a
-  /// client has sent, before anything else is looked at. Reactor and bus are the caller's; the bus is not
-  /// advanced after this has gone.
-  SlcanServer(Reactor& reactor, sim::Bus& bus, const StreamAddress& address, OnQueued on_queued, Warn warn);
+  /// client has sent, before anything else is looked at. `most_unsent`: see SlcanAdapter. Reactor and bus are
+  /// the caller's; the bus is not advanced after this has gone.
+  SlcanServer(Reactor& reactor, sim::Bus& bus, const StreamAddress& address, std::size_t most_unsent,
+              OnQueued on_queued, Warn warn);
   ~SlcanServer();
   SlcanServer(const SlcanServer&) = delete;
   SlcanServer& operator=(const SlcanServer&) = delete;
@@ -61,6 +62,7 @@ class SlcanServer {
 
   Reactor& reactor_;
   sim::Bus& bus_;
+  std::size_t most_unsent_;
   OnQueued on_queued_;
   StreamListener listener_;
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;

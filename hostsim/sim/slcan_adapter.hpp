@@ -31,14 +31,15 @@ namespace cbcan::sim {
 
 class SlcanAdapter final : public Receiver {
  public:
-  /// A frame that finds more than this waiting for the serial line is lost.
   static constexpr std::size_t kMostUnsent = 64 * 1024;
+  static constexpr std::size_t kUnlimited = ~std::size_t{0};
 
   /// Called for each frame that has been queued: time to let the bus go on.
   using OnQueued = std::function<void()>;
 
-  /// Attaches itself to the bus, closed. Bus and adapter live equally long.
-  SlcanAdapter(Bus& bus, OnQueued on_queued);
+  /// Attaches itself to the bus, closed. Bus and adapter live equally long. A frame that would make more than
+  /// `most_unsent` characters wait for the serial line is lost.
+  SlcanAdapter(Bus& bus, OnQueued on_queued, std::size_t most_unsent = kMostUnsent);
   SlcanAdapter(const SlcanAdapter&) = delete;
   SlcanAdapter& operator=(const SlcanAdapter&) = delete;
 
@@ -49,8 +50,8 @@ class SlcanAdapter final : public Receiver {
   void receive(std::string_view characters);
 
   /// What waits for the serial line; sent() takes away the first `count` characters of it.
-  std::string_view unsent() const { return unsent_; }
-  void sent(std::size_t count) { unsent_.erase(0, count); }
+  std::string_view unsent() const { return std::string_view(unsent_).substr(sent_); }
+  void sent(std::size_t count);
 
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
@@ -76,8 +77,10 @@ class SlcanAdapter final : public Receiver {
 
   Port& port_;
   OnQueued on_queued_;
+  std::size_t most_unsent_;
   slcan::LineReader reader_;
   std::string unsent_;
+  std::size_t sent_ = 0;  ///< of unsent_, not yet taken out of it
   Channel channel_ = Channel::kClosed;
   bool time_stamps_ = false;
   std::uint8_t flags_ = 0;  ///< of F, until it is asked for

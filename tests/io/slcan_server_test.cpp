@@ -37,8 +37,8 @@ class Folder {
 struct Server {
   explicit Server(std::string_view address = "127.0.0.1:0")
       : slcan(
-            reactor, bus, parse_stream_address(address), [this] { bus.advance(0); },
-            [this](const std::string& line) { warnings.push_back(line); }) {}
+            reactor, bus, parse_stream_address(address), sim::SlcanAdapter::kMostUnsent,
+            [this] { bus.advance(0); }, [this](const std::string& line) { warnings.push_back(line); }) {}
 
   Reactor reactor;
   sim::Bus bus;

@@ -149,6 +149,27 @@ TEST_CASE("SLCAN: whoever does not read loses frames, and F says so once") {
   CHECK(desk.said() == "t6050\r");
 }
 
+TEST_CASE("SLCAN: without a limit nothing is lost, in whatever pieces it is taken") {
+  Desk desk;
+  SlcanAdapter second(
+      desk.bus, [] {}, SlcanAdapter::kUnlimited);
+  second.receive("O\r");
+  second.sent(1);
+  std::string expected, taken;
+  for (int i = 0; i < 10'000; ++i) {
+    const std::string digits = std::to_string(10'000 + i);
+    desk.arrive("605#" + digits + "0");
+    expected += "t6053" + digits + "0\r";
+  }
+  for (std::size_t step = 1; !second.unsent().empty(); step = step * 3 % 1013) {
+    const std::string_view piece = second.unsent().substr(0, step);
+    taken += piece;
+    second.sent(piece.size());
+  }
+  CHECK(taken == expected);
+  CHECK(second.counters().lost == 0);
+}
+
 TEST_CASE("SLCAN: a full transmit queue refuses, and F says so once") {
   Desk desk;
   desk.bus.set_link(false);

@@ -83,7 +83,7 @@ class Standing(unittest.TestCase):
 
     def test_what_has_come_is_dealt_with_before_time_passes(self):
         """Nobody waits for an answer here: all of it is in the sockets when the simulator reads the line."""
-        host, port = self.simulator.ready.split("slcan=")[1].rsplit(":", 1)
+        host, port = self.simulator.where["slcan"].rsplit(":", 1)
         with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
             adapter.sendall(b"O\rV\r")
             self.assertEqual(self.receive(adapter, 7), b"\rV1013\r")
@@ -96,6 +96,15 @@ class Standing(unittest.TestCase):
             self.assertEqual(self.receive(adapter, 10000), 5000 * b"z\r")
         marks = [line for line in self.simulator.log_path.read_text().splitlines() if line.endswith(" 7E5#")]
         self.assertEqual((len(marks), set(marks)), (5000, {"(0000000000.000000) virtual 7E5#"}))
+
+    def test_however_much_time_passes_no_frame_is_lost(self):
+        host, port = self.simulator.where["slcan"].rsplit(":", 1)
+        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
+            # 1017h of node 42h = 1000
+            adapter.sendall(b"O\rt64282B171000E8030000\r")
+            self.receive(adapter, len("\rz\rt5C286017100000000000\r"))
+            self.pass_time("86400s", "86400.000000")
+            self.assertEqual(self.receive(adapter, 8 * 86400), 86400 * b"t74217F\r")
 
     def receive(self, connection, count):
         text = b""
