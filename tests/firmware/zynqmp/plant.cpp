@@ -5,29 +5,6 @@
 
 namespace cbcan::test {
 
-namespace {
-
-using Flags = ObjectFlags;
-
-constexpr std::array kEntries{
-    ObjectEntry{0x1017, 0, 0, DataType::kUnsigned16, Flags::kReadWrite | Flags::kChecked, 0, 2},
-    ObjectEntry{0x2000, 0, 0, DataType::kUnsigned32, Flags::kReadWrite, 4, 4},
-    ObjectEntry{0x2001, 0, 0, DataType::kVisibleString, Flags::kReadWrite | Flags::kVariable, 12, 32},
-    ObjectEntry{0x2002, 0, 0, DataType::kDomain, Flags::kReadWrite, 48, 128},
-    ObjectEntry{0x2003, 0, 0, DataType::kUnsigned16, Flags::kRead, 176, 2},
-};
-
-}  // namespace
-
-Device::Device(CanPort& port) : slave(kNode, {kEntries, values_, {}}, buffer_, *this, port) {}
-
-/// Power-on: 2000h = 12345678h, everything else 0 or empty.
-void Device::restore(std::uint16_t first_index, std::uint16_t last_index) {
-  static constexpr std::array<std::uint8_t, 192> kPowerOn{0, 0, 0, 0, 0x78, 0x56, 0x34, 0x12};
-  restore_values(kEntries, kPowerOn, values_, first_index, last_index);
-  ++resets;
-}
-
 bool Plant::start() {
   constexpr std::uint32_t kClock = 24'000'000;
   constexpr std::uint32_t kBitRate = 500'000;

@@ -6,12 +6,11 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 
 #include "boards/zynqmp_a53/board.hpp"
 #include "boards/zynqmp_a53/zynqmp_can.hpp"
-#include "canopen/slave.hpp"
 #include "coprocessor/coprocessor.hpp"
+#include "support/device.hpp"
 
 namespace cbcan::test {
 
@@ -19,29 +18,6 @@ using Can = boards::ZynqmpCan<boards::Mmio>;
 
 inline constexpr std::uint8_t kOwnNode = 0x7F;
 inline constexpr std::uint8_t kNode = 0x42;
-
-/// 2000h:00 U32, 2001h:00 string of up to 32 bytes, 2002h:00 DOMAIN of 128 bytes, 2003h:00 U16 read-only,
-/// 1017h.
-class Device final : public Application {
- public:
-  explicit Device(CanPort& port);
-
-  Slave slave;
-  unsigned resets = 0;
-
- private:
-  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&) override {
-    return AbortCode::kGeneral;
-  }
-  AbortCode on_write(const ObjectEntry&, std::uint8_t, std::span<const std::uint8_t>) override {
-    return AbortCode::kNone;
-  }
-  void restore(std::uint16_t first_index, std::uint16_t last_index) override;
-  void on_nmt_state(nmt::State) override {}
-
-  std::array<std::uint8_t, 192> values_{};
-  std::array<std::uint8_t, 128> buffer_{};
-};
 
 struct Plant {
   /// Starts both controllers and both nodes; false: a controller did not start.
@@ -59,7 +35,7 @@ struct Plant {
   Can can1{boards::Mmio(boards::kCan1)};
   Coprocessor coprocessor{
       RegisterWindow(RegisterWindow::Words(words)), can0, {.node_id = kOwnNode, .sdo_timeout_ms = 50}};
-  Device device{can1};
+  Device device{kNode, can1};
   BusState bus_state = BusState::kActive;
   std::array<std::atomic<std::uint32_t>, 2> interrupts{};
 };
