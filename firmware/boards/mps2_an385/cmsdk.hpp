@@ -68,7 +68,8 @@ class Uart {
   volatile std::uint32_t lost_ = 0;
 };
 
-/// APB timer (4.4), as a one-shot that wakes the core.
+/// APB timer (4.4), as a one-shot that wakes the core: with nothing to reload it stops at 0. (In QEMU with
+/// -icount sleep=off the interrupt of a timer that reloads comes one reload late.)
 template <class Registers>
 class WakeUp {
  public:
@@ -77,7 +78,7 @@ class WakeUp {
   /// An interrupt `ticks` of the system clock from now, at least 1; replaces the one asked for before.
   void arm(std::uint32_t ticks) {
     registers_.write(kControl, 0);
-    registers_.write(kReload, ticks);
+    registers_.write(kReload, 0);  // before the value: it sets that too
     registers_.write(kValue, ticks);
     registers_.write(kControl, kEnable | kInterruptEnable);
   }
