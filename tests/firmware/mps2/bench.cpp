@@ -116,7 +116,7 @@ void Reference::check(Time now) {
 Bench::Bench()
     : board({115'200, 115'200, 500}, mps2::take_reset_cause()),
       station(registers, *this, to_nodes, {}),
-      nodes{Device{kFirstNode, to_coprocessor, 500}, Device{kFirstNode + 1, to_coprocessor, 1000},
+      nodes{Device{kFirstNode, to_coprocessor, 1000}, Device{kFirstNode + 1, to_coprocessor, 1300},
             Device{kFirstNode + 2, to_coprocessor, 1700}, Device{kGuarded, to_coprocessor}} {}
 
 void Bench::start() {

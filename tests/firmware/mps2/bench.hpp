@@ -73,7 +73,7 @@ class Reference {
 
 class Bench final : public boards::Hardware {
  public:
-  static constexpr std::uint8_t kFirstNode = 2;  ///< a heartbeat every 500 ms; 3: 1 s; 4: 1.7 s
+  static constexpr std::uint8_t kFirstNode = 2;  ///< a heartbeat every 1 s; 3: 1.3 s; 4: 1.7 s
   static constexpr std::uint8_t kGuarded = 5;    ///< none
   static constexpr std::uint8_t kAbsent = 6;
 
@@ -103,7 +103,7 @@ class Bench final : public boards::Hardware {
   std::array<Device, 4> nodes;
   Reference reference;
 
-  std::array<Beat, 3> heartbeats{Beat(500 * kMillisecond), Beat(1000 * kMillisecond),
+  std::array<Beat, 3> heartbeats{Beat(1000 * kMillisecond), Beat(1300 * kMillisecond),
                                  Beat(1700 * kMillisecond)};  ///< of the first nodes
   Beat own_heartbeat{2 * kSecond};
   Beat sync{kSecond};
