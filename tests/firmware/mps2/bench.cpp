@@ -19,6 +19,8 @@ namespace {
 constexpr std::uint32_t kTicksPerMicrosecond = 25;
 // A microsecond is 25 ticks, and the two counters are read one after the other.
 constexpr std::uint32_t kMostTicksApart = 75;
+// A message may be due while a turn is busy with something else.
+constexpr std::uint32_t kMostOffBeat = 1'000;
 constexpr Time kCheckInterval = 100 * kMillisecond;
 
 [[noreturn]] void fail(std::uint64_t found, const char* relation, std::uint64_t bound, const char* what) {
@@ -83,6 +85,7 @@ void print(std::uint32_t number) {
 void Beat::on_message(Time now) {
   if (count_++ == 0) expected_ = now;
   const auto apart = static_cast<std::uint32_t>(now > expected_ ? now - expected_ : expected_ - now);
+  check_at_most(apart, kMostOffBeat, "us that a message is off its beat");
   farthest_ = std::max(farthest_, apart);
   expected_ += period_;
 }
