@@ -18,6 +18,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
+from mcu import crc
 from simulator import LIMIT, program_from_arguments
 
 CBCANCTL, RTU_STATION = program_from_arguments(sys.argv, 2)
@@ -103,12 +104,7 @@ class AnotherAddress(unittest.TestCase):
 
 
 def with_crc(frame):
-    crc = 0xFFFF
-    for byte in frame:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ 0xA001 if crc & 1 else crc >> 1
-    return frame + struct.pack("<H", crc)
+    return frame + crc(frame)
 
 
 class Device:

@@ -5,7 +5,7 @@
 
 #include "boards/common/cortex_m.hpp"
 #include "boards/common/semihosting.hpp"
-#include "boards/mps2_an385/reset_note.hpp"
+#include "boards/mps2_an385/vectors.hpp"
 
 namespace cbcan::test {
 
@@ -38,24 +38,11 @@ constexpr Time kCheckInterval = 100 * kMillisecond;
   semihosting::exit(1);
 }
 
-template <void (mps2::Board::*kMember)()>
-void interrupt() {
-  (bench.board.*kMember)();
+mps2::Board& the_board() {
+  return bench.board;
 }
 
-constexpr VectorTable<32> table() {
-  VectorTable<32> vectors;
-  vectors.nmi = mps2::on_watchdog;
-  vectors.interrupts.fill(fault_handler);
-  vectors.interrupts[0] = interrupt<&mps2::Board::on_modbus_received>;
-  vectors.interrupts[1] = interrupt<&mps2::Board::on_modbus_sent>;
-  vectors.interrupts[2] = interrupt<&mps2::Board::on_adapter_received>;
-  vectors.interrupts[3] = interrupt<&mps2::Board::on_adapter_sent>;
-  vectors.interrupts[8] = interrupt<&mps2::Board::on_timer>;
-  return vectors;
-}
-
-[[gnu::section(".vectors"), gnu::used]] constinit const VectorTable<32> vectors = table();
+[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<the_board>();
 
 }  // namespace
 

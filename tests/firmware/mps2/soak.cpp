@@ -88,8 +88,7 @@ void check_timeout(Time since, Time after) {
   latest = std::max(latest, static_cast<std::uint32_t>(late));
 }
 
-// ---- Parts of a round, with their transactions
-// ----------------------------------------------------------------------
+// ---- Parts of a round, with their transactions ----
 
 void set_up() {                             // 7
   write(kSelf, 0x1016, 1, 0x0002'05DC, 4);  // node 2: 1,500 ms
@@ -194,8 +193,7 @@ void cross(Time wrap) {  // 1, failed: 1
   check_timeout(bench.begun, kSecond);
 }
 
-// ---- The end
-// ----------------------------------------------------------------------------------------------------
+// ---- The end ----
 
 void check_beats() {
   CHECK(bench.heartbeats[0].count(), 86'400);
