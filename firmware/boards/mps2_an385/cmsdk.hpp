@@ -69,7 +69,7 @@ class Uart {
 };
 
 /// APB timer (4.4), as a one-shot that wakes the core: with nothing to reload it stops at 0. (In QEMU with
-/// -icount sleep=off the interrupt of a timer that reloads comes one reload late.)
+/// -icount sleep=off the interrupt of a timer that reloads its own period comes a period late.)
 template <class Registers>
 class WakeUp {
  public:
