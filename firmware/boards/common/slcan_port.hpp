@@ -2,7 +2,7 @@
 #pragma once
 
 /// A CAN bus behind a serial SLCAN adapter (slcan/slcan.hpp), for boards without a CAN controller: opens the
-/// adapter, and asks it for its state ten times a second. An adapter that says nothing, or no longer does, as
+/// adapter, and asks it for its state four times a second. An adapter that says nothing, or no longer does, as
 /// after a restart of its own, is opened again once a second.
 ///
 /// The UART's interrupts call on_char() and next_char(); the loop calls all the rest.
@@ -19,7 +19,7 @@ namespace cbcan::boards {
 
 class SlcanPort final : public CanPort {
  public:
-  static constexpr Time kStatusInterval = 100 * kMillisecond;
+  static constexpr Time kStatusInterval = 250 * kMillisecond;
 
   /// `kbit_per_second`: one of slcan::kBitRates.
   explicit SlcanPort(std::uint16_t kbit_per_second) : kbit_per_second_(kbit_per_second) {}
@@ -50,7 +50,7 @@ class SlcanPort final : public CanPort {
 
  private:
   static constexpr std::size_t kQueue = 1024;  ///< characters each way: some 40 frames
-  static constexpr std::uint8_t kSilentPolls = 10;
+  static constexpr std::uint8_t kSilentPolls = 4;
 
   bool put(std::string_view line);
   void on_line(std::string_view line);

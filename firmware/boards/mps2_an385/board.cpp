@@ -12,7 +12,7 @@ constexpr std::size_t kModbusReceive = 0;
 constexpr std::size_t kModbusTransmit = 1;
 constexpr std::size_t kAdapterReceive = 2;
 constexpr std::size_t kAdapterTransmit = 3;
-constexpr std::size_t kTimer = 8;
+constexpr std::size_t kTimer = 10;
 
 constexpr std::uint32_t kTicksPerMicrosecond = kSystemClock / kSecond;
 constexpr Time kLongestSleep = kSecond;

@@ -6,7 +6,7 @@
 ///
 ///   UART0   Modbus RTU, 115200 baud, 8N1
 ///   UART1   SLCAN: the way to the CAN bus, through an adapter or an emulator's socket
-///   FPGAIO  time; TIMER0 ends a sleep; the watchdog resets a loop that hangs for 8 seconds
+///   FPGAIO  time; the dual timer ends a sleep; the watchdog resets a loop that hangs for 8 seconds
 
 #include <atomic>
 #include <cstdint>
@@ -61,7 +61,7 @@ class Board final : public Hardware {
   regmap::ResetCause reset_cause_;
   Uart<Mmio> modbus_uart_{Mmio(0x40004000)};
   Uart<Mmio> adapter_uart_{Mmio(0x40005000)};
-  WakeUp<Mmio> wake_up_{Mmio(0x40000000)};
+  WakeUp<Mmio> wake_up_{Mmio(0x40002000)};
   Watchdog<Mmio> watchdog_{Mmio(0x40008000)};
   MicrosecondCounter<Mmio> counter_{Mmio(0x40028000)};
   Clock clock_;

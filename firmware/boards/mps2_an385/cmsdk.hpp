@@ -68,8 +68,8 @@ class Uart {
   volatile std::uint32_t lost_ = 0;
 };
 
-/// APB timer (4.4), as a one-shot that wakes the core: with nothing to reload it stops at 0. (In QEMU with
-/// -icount sleep=off the interrupt of a timer that reloads its own period comes a period late.)
+/// APB dual timer (4.5), the first of the two, as a one-shot that wakes the core. (Not an APB timer: in QEMU
+/// with -icount sleep=off the interrupt of one with a reload value comes late.)
 template <class Registers>
 class WakeUp {
  public:
@@ -78,21 +78,18 @@ class WakeUp {
   /// An interrupt `ticks` of the system clock from now, at least 1; replaces the one asked for before.
   void arm(std::uint32_t ticks) {
     registers_.write(kControl, 0);
-    registers_.write(kReload, 0);  // before the value: it sets that too
-    registers_.write(kValue, ticks);
-    registers_.write(kControl, kEnable | kInterruptEnable);
+    registers_.write(kLoad, ticks);
+    registers_.write(kControl, kEnable | kInterruptEnable | k32Bits | kOneShot);
   }
-  void on_interrupt() {
-    registers_.write(kControl, 0);
-    registers_.write(kInterruptClear, 1);
-  }
+  void on_interrupt() { registers_.write(kInterruptClear, 1); }
 
  private:
-  static constexpr std::uint32_t kControl = 0x00;
-  static constexpr std::uint32_t kEnable = 1u << 0;
-  static constexpr std::uint32_t kInterruptEnable = 1u << 3;
-  static constexpr std::uint32_t kValue = 0x04;
-  static constexpr std::uint32_t kReload = 0x08;
+  static constexpr std::uint32_t kLoad = 0x00;
+  static constexpr std::uint32_t kControl = 0x08;
+  static constexpr std::uint32_t kOneShot = 1u << 0;
+  static constexpr std::uint32_t k32Bits = 1u << 1;
+  static constexpr std::uint32_t kInterruptEnable = 1u << 5;
+  static constexpr std::uint32_t kEnable = 1u << 7;
   static constexpr std::uint32_t kInterruptClear = 0x0C;
 
   Registers registers_;

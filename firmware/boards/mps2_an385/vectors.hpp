@@ -24,7 +24,7 @@ constexpr Vectors vectors_of() {
   vectors.interrupts[1] = [] { kBoard().on_modbus_sent(); };
   vectors.interrupts[2] = [] { kBoard().on_adapter_received(); };
   vectors.interrupts[3] = [] { kBoard().on_adapter_sent(); };
-  vectors.interrupts[8] = [] { kBoard().on_timer(); };
+  vectors.interrupts[10] = [] { kBoard().on_timer(); };
   return vectors;
 }
 

@@ -23,10 +23,9 @@ constexpr std::chrono::minutes kPatience{1};
 constexpr std::uint32_t kCounter = 0x40028018;
 constexpr std::uint32_t kPrescale = 0x4002801C;
 constexpr std::uint32_t kNearlyNever = 0x7FFFFFFE;
-constexpr std::uint32_t kWakeUpControl = 0x40000000;
-constexpr std::uint32_t kWakeUpReload = 0x40000008;  ///< what the image wrote when it last went to sleep
+constexpr std::uint32_t kWakeUpControl = 0x40002008;  ///< not 0 when the image has gone to sleep
+constexpr std::uint32_t kWakeUpLoad = 0x40002000;     ///< what it has asked for then
 constexpr std::uint32_t kTicksPerMicrosecond = 25;
-constexpr std::uint32_t kNotArmed = 0xFFFFFFFF;
 
 }  // namespace
 
@@ -120,6 +119,7 @@ Emulator::Emulator(const std::string& image)
 
 void Emulator::freeze() {
   write(kPrescale, kNearlyNever);
+  write(kWakeUpControl, 0);
   settle();
 }
 
@@ -144,18 +144,15 @@ void Emulator::pass(std::uint64_t us) {
 }
 
 /// Wakes the image by a line feed, which it ignores otherwise, and returns when it has gone to sleep: in how
-/// many microseconds it wants to wake. Its timer, which does not know that the clock stands still, is
-/// stopped.
+/// many microseconds it wants to wake. Its timer does not know that the clock stands still, and is stopped.
 std::uint64_t Emulator::turn() {
-  write(kWakeUpReload, kNotArmed);
   can_.send("\n");
   can_.wait_taken();
   const auto end = std::chrono::steady_clock::now() + kPatience;
-  std::uint32_t ticks = kNotArmed;
-  while ((ticks = read(kWakeUpReload)) == kNotArmed || read(kWakeUpControl) == 0)
+  while (read(kWakeUpControl) == 0)
     if (std::chrono::steady_clock::now() > end) throw std::runtime_error("the image hangs");
   write(kWakeUpControl, 0);
-  return ticks / kTicksPerMicrosecond;
+  return read(kWakeUpLoad) / kTicksPerMicrosecond;
 }
 
 std::uint32_t Emulator::read(std::uint32_t address) {
