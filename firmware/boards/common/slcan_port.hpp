@@ -2,8 +2,8 @@
 #pragma once
 
 /// A CAN bus behind a serial SLCAN adapter (slcan/slcan.hpp), for boards without a CAN controller: opens the
-/// adapter, and asks it for its state four times a second. An adapter that says nothing, or no longer does, as
-/// after a restart of its own, is opened again once a second.
+/// adapter, and asks it for its state four times a second. An adapter that says nothing, or no longer does,
+/// as after a restart of its own, is opened again once a second.
 ///
 /// The UART's interrupts call on_char() and next_char(); the loop calls all the rest.
 
