@@ -16,7 +16,8 @@ constexpr std::size_t kTimer = 10;
 
 constexpr std::uint32_t kTicksPerMicrosecond = kSystemClock / kSecond;
 constexpr Time kLongestSleep = kSecond;
-constexpr std::uint32_t kWatchdogPeriod = 4 * kSystemClock;  // warned after one, reset after two
+constexpr std::uint32_t kWatchdogPeriod =
+    4 * kSystemClock;  // one until the NMI, which resets; the second one resets without it
 
 }  // namespace
 

@@ -6,7 +6,7 @@
 ///
 ///   UART0   Modbus RTU, 115200 baud, 8N1
 ///   UART1   SLCAN: the way to the CAN bus, through an adapter or an emulator's socket
-///   FPGAIO  time; the dual timer ends a sleep; the watchdog resets a loop that hangs for 8 seconds
+///   FPGAIO  time; the dual timer ends a sleep; the watchdog resets a loop that hangs for 4 seconds
 
 #include <atomic>
 #include <cstdint>
