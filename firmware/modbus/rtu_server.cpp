@@ -137,6 +137,14 @@ void RtuServer::begin_frame() {
 
 // ---- loop
 
+bool RtuServer::request_reads(std::uint16_t first, std::size_t count) const {
+  if (!request_waiting()) return false;
+  const std::uint8_t function = buffer_[kFunction];
+  if (function != kReadHoldingRegisters && function != kReadWriteMultipleRegisters) return false;
+  const std::uint16_t address = word(kAddress);
+  return address < first + count && first < std::size_t{address} + word(kQuantity);
+}
+
 std::span<const std::uint8_t> RtuServer::poll() {
   if (!request_waiting()) return {};
   ++counters_.slave_messages;

@@ -79,6 +79,9 @@ class RtuServer final {
   /// Loop, or an interrupt with masked interrupts: a request waits for poll(), so this is no time to sleep.
   bool request_waiting() const { return state_.load(std::memory_order_acquire) == State::kRequest; }
 
+  /// Loop: a request waits that reads one of these registers: the moment to make them fresh.
+  bool request_reads(std::uint16_t first, std::size_t count) const;
+
   /// Loop: executes the request that waits, if one does, and gives the frame to send; empty = nothing to
   /// send. The bytes stay valid until on_sent(). At most one request: poll the coprocessor after each, so
   /// that it misses no cancel.

@@ -237,5 +237,28 @@ TEST_CASE("RTU: one poll executes one request, and none where there is none") {
   CHECK(line.server.poll().empty());
 }
 
+TEST_CASE("RTU: whether the request that waits reads certain registers") {
+  struct Row {
+    const char* request;
+    bool reads;
+  };
+  const Row rows[] = {
+      {"01 03 10 03 00 01 70 CA", false},  // 4099
+      {"01 03 10 03 00 02 30 CB", true},   // 4099, 4100
+      {"01 03 10 23 00 01 71 00", true},   // 4131
+      {"01 03 10 24 00 01 C0 C1", false},  // 4132
+      {"01 03 FF FF 00 7D 85 CF", false},  // from 65535 on
+      {"01 17 10 23 00 01 00 00 00 01 02 00 00 F1 0B", true},
+      {"01 06 10 04 00 01 0D 0B", false},  // writes 4100
+  };
+  for (const Row& row : rows) {
+    INFO(row.request);
+    Line line;
+    CHECK_FALSE(line.server.request_reads(4100, 32));
+    line.send(hex(row.request));
+    CHECK(line.server.request_reads(4100, 32) == row.reads);
+  }
+}
+
 }  // namespace
 }  // namespace cbcan

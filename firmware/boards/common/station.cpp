@@ -54,10 +54,8 @@ Time Station::turn() {
   while (hardware_.receive(frame))
     coprocessor_.on_frame(frame, now);
   coprocessor_.on_bus_state(hardware_.bus_state());
-  if (modbus_.request_waiting()) {
-    publish(now);
-    if (const auto response = modbus_.poll(); !response.empty()) hardware_.respond(response);
-  }
+  if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords)) publish(now);
+  if (const auto response = modbus_.poll(); !response.empty()) hardware_.respond(response);
   return coprocessor_.poll(now);
 }
 

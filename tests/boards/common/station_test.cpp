@@ -135,12 +135,16 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   CHECK(bench.pair(4122) == 4);
   CHECK(bench.pair(4124) == 5);
   CHECK(bench.pair(4126) == 0);
+  bench.board.report.stack_used = 500;
+  bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});  // R3700: nobody reads them
+  CHECK(bench.registers[4106] == 400);
   bench.board.time += 1'234'567'001;
   bench.registers[3700] = 0xCA0E;  // with command 0
   bench.station.turn();
   bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
   CHECK(bench.pair(4102) == 1'234'568);
-  CHECK(bench.pair(4108) == 1);
+  CHECK(bench.registers[4106] == 500);
+  CHECK(bench.pair(4108) == 2);
   CHECK(bench.pair(4126) == 1);
   CHECK(bench.pair(4128) == 1);
   CHECK(bench.pair(4130) == 0);
