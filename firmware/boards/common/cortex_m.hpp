@@ -9,8 +9,11 @@
 /// exceptions, no exit.
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+
+#include "cbcan/time.hpp"
 
 namespace cbcan::boards {
 
@@ -79,5 +82,31 @@ class InterruptLock {
 inline void wait_for_interrupt() {
   asm volatile("dsb\n\twfi" ::: "memory");
 }
+
+/// The loop's sleep. No interrupt is lost to it: one that comes before the core waits keeps it from waiting.
+class Sleep {
+ public:
+  /// Also the longest time between two feedings of a watchdog.
+  static constexpr Time kLongest = kSecond;
+
+  /// In every interrupt after which the loop has something to do.
+  void wake() { woken_.store(true, std::memory_order_relaxed); }
+
+  /// Waits until wake(), also one since the last sleep, or `due`. arm(time) sets a timer whose interrupt
+  /// calls wake() at that time; it is told kLongest after `now` at the latest.
+  template <class Arm>
+  void until(Time due, Time now, Arm arm) {
+    due = earlier(due, now + kLongest);
+    if (due > now) {
+      arm(due);
+      const InterruptLock lock;
+      if (!woken_.load(std::memory_order_relaxed)) wait_for_interrupt();
+    }
+    woken_.store(false, std::memory_order_relaxed);
+  }
+
+ private:
+  std::atomic<bool> woken_ = false;
+};
 
 }  // namespace cbcan::boards

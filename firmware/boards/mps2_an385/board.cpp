@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "boards/mps2_an385/board.hpp"
 
-#include "boards/common/cortex_m.hpp"
-
 namespace cbcan::boards::mps2 {
 
 namespace {
@@ -15,7 +13,6 @@ constexpr std::size_t kAdapterTransmit = 3;
 constexpr std::size_t kTimer = 10;
 
 constexpr std::uint32_t kTicksPerMicrosecond = kSystemClock / kSecond;
-constexpr Time kLongestSleep = kSecond;
 constexpr std::uint32_t kWatchdogPeriod =
     4 * kSystemClock;  // one until the NMI, which resets; the second one resets without it
 
@@ -39,14 +36,11 @@ void Board::start(RtuServer& modbus) {
 void Board::sleep_until(Time due) {
   watchdog_.feed();
   const Time time = now();
-  due = earlier(earlier(due, can_.poll(time)), time + kLongestSleep);
+  due = earlier(due, can_.poll(time));
   if (can_.has_output()) pend_interrupt(kAdapterTransmit);
-  if (due > time) {
-    wake_up_.arm(static_cast<std::uint32_t>(due - time) * kTicksPerMicrosecond);
-    const InterruptLock lock;
-    if (!woken_.load(std::memory_order_relaxed)) wait_for_interrupt();
-  }
-  woken_.store(false, std::memory_order_relaxed);
+  sleep_.until(due, time, [&](Time end) {
+    wake_up_.arm(static_cast<std::uint32_t>(end - time) * kTicksPerMicrosecond);
+  });
 }
 
 void Board::respond(std::span<const std::uint8_t> response) {
@@ -68,7 +62,7 @@ Health Board::health() {
 void Board::on_modbus_received() {
   const std::uint32_t time = counter_.read();
   modbus_uart_.on_receive_interrupt([&](std::uint8_t byte) { modbus_->on_byte(byte, time); });
-  woken_.store(true, std::memory_order_relaxed);
+  sleep_.wake();
 }
 
 void Board::on_modbus_sent() {
@@ -87,7 +81,7 @@ bool Board::next_response_byte(std::uint8_t& byte) {
 
 void Board::on_adapter_received() {
   adapter_uart_.on_receive_interrupt([&](std::uint8_t byte) { can_.on_char(static_cast<char>(byte)); });
-  woken_.store(true, std::memory_order_relaxed);
+  sleep_.wake();
 }
 
 void Board::on_adapter_sent() {
@@ -101,7 +95,7 @@ void Board::on_adapter_sent() {
 
 void Board::on_timer() {
   wake_up_.on_interrupt();
-  woken_.store(true, std::memory_order_relaxed);
+  sleep_.wake();
 }
 
 }  // namespace cbcan::boards::mps2

@@ -8,11 +8,11 @@
 ///   UART1   SLCAN: the way to the CAN bus, through an adapter or an emulator's socket
 ///   FPGAIO  time; the dual timer ends a sleep; the watchdog resets a loop that hangs for 4 seconds
 
-#include <atomic>
 #include <cstdint>
 #include <span>
 
 #include "boards/common/clock.hpp"
+#include "boards/common/cortex_m.hpp"
 #include "boards/common/registers.hpp"
 #include "boards/common/slcan_port.hpp"
 #include "boards/common/station.hpp"
@@ -37,7 +37,7 @@ class Board final : public Hardware {
   void start(RtuServer& modbus);
 
   CanPort& can() { return can_; }
-  /// Feeds the watchdog, and waits for an interrupt or until `due`, but not longer than a second.
+  /// Feeds the watchdog, and waits for an interrupt or until `due`, but not longer than Sleep::kLongest.
   void sleep_until(Time due);
 
   // Hardware.
@@ -68,7 +68,7 @@ class Board final : public Hardware {
   SlcanPort can_;
   RtuServer* modbus_ = nullptr;
   std::span<const std::uint8_t> response_;  ///< what of it is still to be sent
-  std::atomic<bool> woken_ = false;         ///< by an interrupt, since the last sleep
+  Sleep sleep_;
 };
 
 }  // namespace cbcan::boards::mps2

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "boards/stm32f4/board.hpp"
 
-#include "boards/common/cortex_m.hpp"
-
 namespace cbcan::boards::stm32f4 {
 
 namespace {
-
-constexpr Time kLongestSleep = kSecond;  // well within the watchdog's time, and the counter's
 
 // Clocks of peripherals: AHB1ENR, APB1ENR and APB2ENR (RM0390, 6.3.10, 6.3.13, 6.3.14).
 constexpr std::uint32_t kPortsAAndB = 1u << 0 | 1u << 1;
@@ -54,13 +50,8 @@ void Board::set_pins() {
 void Board::sleep_until(Time due) {
   watchdog_.feed();
   const Time time = now();
-  due = earlier(earlier(due, can_.poll(time)), time + kLongestSleep);
-  if (due > time) {
-    timer_.wake_at(static_cast<std::uint32_t>(due));
-    const InterruptLock lock;
-    if (!woken_.load(std::memory_order_relaxed)) wait_for_interrupt();
-  }
-  woken_.store(false, std::memory_order_relaxed);
+  due = earlier(due, can_.poll(time));
+  sleep_.until(due, time, [this](Time end) { timer_.wake_at(static_cast<std::uint32_t>(end)); });
 }
 
 void Board::respond(std::span<const std::uint8_t> response) {
@@ -87,17 +78,17 @@ Health Board::health() {
 
 void Board::on_can_received() {
   can_.on_rx_interrupt();
-  woken();
+  sleep_.wake();
 }
 
 void Board::on_can_error() {
   can_.on_error_interrupt();
-  woken();
+  sleep_.wake();
 }
 
 void Board::on_modbus() {
   usart_.on_interrupt(*this);
-  woken();
+  sleep_.wake();
 }
 
 void Board::on_sent() {
@@ -107,7 +98,7 @@ void Board::on_sent() {
 
 void Board::on_timer() {
   timer_.on_interrupt();
-  woken();
+  sleep_.wake();
 }
 
 }  // namespace cbcan::boards::stm32f4

@@ -7,11 +7,11 @@
 ///   USART   Modbus RTU, one of two lines (settings.hpp)
 ///   TIM2    time, and the end of a sleep; the watchdog resets a loop that hangs for some seconds
 
-#include <atomic>
 #include <cstdint>
 #include <span>
 
 #include "boards/common/clock.hpp"
+#include "boards/common/cortex_m.hpp"
 #include "boards/common/registers.hpp"
 #include "boards/common/station.hpp"
 #include "boards/stm32f4/bxcan.hpp"
@@ -42,7 +42,7 @@ class Board final : public Hardware {
   void start(RtuServer& modbus, std::uint8_t node_id);
 
   CanPort& can() { return can_; }
-  /// Feeds the watchdog, and waits for an interrupt or until `due`, but not longer than a second.
+  /// Feeds the watchdog, and waits for an interrupt or until `due`, but not longer than Sleep::kLongest.
   void sleep_until(Time due);
 
   // Hardware.
@@ -66,7 +66,6 @@ class Board final : public Hardware {
   bool is_rs485() const { return settings_.line == ModbusLine::kRs485; }
   std::size_t modbus_interrupt() const { return is_rs485() ? kUsart1Interrupt : kUsart2Interrupt; }
   void set_pins();
-  void woken() { woken_.store(true, std::memory_order_relaxed); }
 
   Settings settings_;
   Rcc<Mmio> rcc_{Mmio(0x40023800), Mmio(0x40023C00)};
@@ -79,7 +78,7 @@ class Board final : public Hardware {
   Clock clock_;
   regmap::ResetCause reset_cause_ = regmap::ResetCause::kUnknown;
   RtuServer* modbus_ = nullptr;
-  std::atomic<bool> woken_ = false;  ///< by an interrupt, since the last sleep
+  Sleep sleep_;
 };
 
 }  // namespace cbcan::boards::stm32f4
