@@ -2,7 +2,8 @@
 #pragma once
 
 /// Words to and from a debugger or an emulator (Semihosting for AArch32 and AArch64, ARM 100863, chapter 5).
-/// Where there is none, the breakpoint faults: only for images that run under one.
+/// Where there is none, a call faults: only for images that run under one. Blocks have fields of a register's
+/// size.
 
 #include <cstddef>
 #include <cstdint>
@@ -10,24 +11,22 @@
 
 namespace cbcan::boards::semihosting {
 
-inline std::intptr_t call(std::uint32_t operation, const void* argument) {
-  register std::intptr_t r0 asm("r0") = static_cast<std::intptr_t>(operation);
-  register const void* r1 asm("r1") = argument;
-  asm volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
-  return r0;
-}
+/// The instruction for it, which the kind of core decides: semihosting_cortex_m.cpp,
+/// zynqmp_a53/semihosting.cpp.
+std::intptr_t call(std::uintptr_t operation, const void* argument);
 
 /// SYS_WRITE0: `text` ends with 0.
 inline void write(const char* text) {
   call(0x04, text);
 }
 
-/// `value` in hexadecimal, eight digits.
-inline void write_hex(std::uint32_t value) {
-  char text[9];
-  for (std::size_t digit = 8; digit-- > 0; value >>= 4)
+/// `value` in hexadecimal, all digits of a register.
+inline void write_hex(std::uintptr_t value) {
+  constexpr std::size_t kDigits = 2 * sizeof value;
+  char text[kDigits + 1];
+  for (std::size_t digit = kDigits; digit-- > 0; value >>= 4)
     text[digit] = "0123456789ABCDEF"[value & 15];
-  text[8] = 0;
+  text[kDigits] = 0;
   write(text);
 }
 
@@ -41,9 +40,9 @@ inline bool command_line(std::span<char> text) {
 }
 
 /// SYS_EXIT_EXTENDED: ends the emulator with this exit code.
-[[noreturn]] inline void exit(std::uint32_t code) {
-  constexpr std::uint32_t kApplicationExit = 0x20026;
-  const std::uint32_t block[2] = {kApplicationExit, code};
+[[noreturn]] inline void exit(std::uintptr_t code) {
+  constexpr std::uintptr_t kApplicationExit = 0x20026;
+  const std::uintptr_t block[2] = {kApplicationExit, code};
   for (;;)
     call(0x20, block);
 }

@@ -3,8 +3,8 @@
 // stack pointer, the vector table (Arm ARM, D1.10.2), the registers around an interrupt.
 #include <cstdint>
 
+#include "boards/common/semihosting.hpp"
 #include "boards/zynqmp_a53/mmu.hpp"
-#include "boards/zynqmp_a53/semihosting.hpp"
 
 int main();
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "boards/zynqmp_a53/semihosting.hpp"
+#include "boards/common/semihosting.hpp"
 #include "plant.hpp"
 
 namespace cbcan::test {
