@@ -9,10 +9,7 @@ read as 0. So the image finds no PLL and stays at 16 MHz, and no CAN controller,
 usage: stm32f4_image_test.py IMAGE.elf
 """
 
-import ctypes
 import pathlib
-import signal
-import socket
 import struct
 import subprocess
 import sys
@@ -20,6 +17,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases  # noqa: E402
+from mcu import Line, crc, die_with_parent  # noqa: E402
 from simulator import program_from_arguments, wait_until  # noqa: E402
 
 FLASH, RAM, STACK = 0x08000000, 0x20000000, 2048
@@ -27,50 +25,35 @@ MOST_TEXT, MOST_RAM = 32 * 1024, 16 * 1024
 ANSWER_WITHIN = 1  # seconds; later it would be taken for the answer to the next request
 
 
-def crc(data):
-    value = 0xFFFF
-    for byte in data:
-        value ^= byte
-        for _ in range(8):
-            value = value >> 1 ^ (0xA001 if value & 1 else 0)
-    return struct.pack("<H", value)
-
-
-def end_with_us():
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
-
-
 class Machine:
     """The image in QEMU, as a Modbus client sees it through USART2."""
 
     def __enter__(self):
-        with socket.create_server(("127.0.0.1", 0)) as server:
-            server.settimeout(60)
-            self.process = subprocess.Popen(
-                ["qemu-system-arm", "-M", "netduinoplus2", "-kernel", IMAGE, "-display", "none", "-monitor", "none",
-                 "-serial", "null", "-serial", f"tcp:127.0.0.1:{server.getsockname()[1]},nodelay=on"],
-                stdin=subprocess.DEVNULL, preexec_fn=end_with_us)
-            try:
-                self.line = server.accept()[0]
-            except OSError:
-                self.process.kill()
-                self.process.wait()
-                raise
-        self.line.settimeout(ANSWER_WITHIN)
+        self.line = Line()
+        self.process = subprocess.Popen(
+            ["qemu-system-arm", "-M", "netduinoplus2", "-kernel", IMAGE, "-display", "none", "-monitor", "none",
+             "-serial", "null", "-serial", self.line.option()],
+            stdin=subprocess.DEVNULL, preexec_fn=die_with_parent)
+        try:
+            self.line.accept()
+        except OSError:
+            self.__exit__()
+            raise
+        self.line.socket.settimeout(ANSWER_WITHIN)
         return self
 
     def __exit__(self, *_):
-        self.line.close()
         self.process.kill()
         self.process.wait()
+        self.line.close()
 
     def send(self, frame, expected):
         """What comes back within ANSWER_WITHIN, up to `expected` bytes."""
-        self.line.sendall(frame)
+        self.line.send(frame)
         answer = b""
         try:
             while len(answer) < expected:
-                answer += self.line.recv(expected - len(answer))
+                answer += self.line.socket.recv(expected - len(answer))
         except TimeoutError:
             pass
         return answer

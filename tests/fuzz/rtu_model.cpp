@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "fuzz/rtu_model.hpp"
 
+#include "support/modbus_crc.hpp"
+
 namespace cbcan::fuzz {
 
 namespace {
@@ -8,20 +10,9 @@ namespace {
 using Bytes = RtuModel::Bytes;
 using View = RtuModel::View;
 
-/// Serial Line V1.02, 6.2.2, "CRC generation", one bit at a time.
-unsigned crc_of(View bytes) {
-  unsigned crc = 0xFFFF;
-  for (const std::uint8_t byte : bytes) {
-    crc ^= byte;
-    for (int bit = 0; bit < 8; ++bit)
-      crc = crc % 2 != 0 ? crc / 2 ^ 0xA001u : crc / 2;
-  }
-  return crc;
-}
-
 bool has_right_crc(View frame) {
   const std::size_t size = frame.size() - 2;
-  return crc_of(frame.first(size)) == frame[size] + 256u * frame[size + 1];
+  return test::modbus_crc(frame.first(size)) == frame[size] + 256u * frame[size + 1];
 }
 
 bool is_known(std::uint8_t function) {
@@ -40,7 +31,7 @@ std::size_t size_of(View frame) {
 
 Bytes with_crc(View bytes) {
   Bytes frame(bytes.begin(), bytes.end());
-  const unsigned crc = crc_of(bytes);
+  const unsigned crc = test::modbus_crc(bytes);
   frame.push_back(static_cast<std::uint8_t>(crc % 256));
   frame.push_back(static_cast<std::uint8_t>(crc / 256));
   return frame;

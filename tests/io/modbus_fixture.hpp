@@ -13,6 +13,7 @@
 #include "bytes.hpp"
 #include "io/modbus_tcp.hpp"
 #include "support/catch.hpp"
+#include "turns.hpp"
 
 namespace cbcan::io::test {
 
@@ -49,11 +50,7 @@ struct Server {
   /// Turns until `done`.
   template <typename Done>
   void run_until(Done done) {
-    const Time limit = Reactor::now() + 5 * kSecond;
-    while (!done()) {
-      REQUIRE(Reactor::now() < limit);
-      turn();
-    }
+    test::turn_until([this] { turn(); }, done);
   }
 
   void run_until_quiet() {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "support/catch.hpp"
+#include "turns.hpp"
 
 namespace cbcan::io {
 namespace {
@@ -51,11 +52,7 @@ struct Server {
   }
   template <typename Done>
   void run_until(Done done) {
-    const Time limit = Reactor::now() + 5 * kSecond;
-    while (!done()) {
-      REQUIRE(Reactor::now() < limit);
-      turn();
-    }
+    test::turn_until([this] { turn(); }, done);
   }
 };
 

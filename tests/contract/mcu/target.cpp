@@ -11,6 +11,7 @@
 #include "contract/remote/slcan_text.hpp"
 #include "contract/target.hpp"
 #include "support/catch.hpp"
+#include "support/modbus_crc.hpp"
 
 namespace cbcan::contract {
 
@@ -18,14 +19,8 @@ namespace {
 
 constexpr std::size_t kFixedBytes = 5;  // station, function, byte count, CRC
 
-/// MODBUS over Serial Line V1.02, 6.2.2.
 std::string crc(const std::string& bytes) {
-  unsigned value = 0xFFFF;
-  for (const char byte : bytes) {
-    value ^= static_cast<std::uint8_t>(byte);
-    for (int bit = 0; bit < 8; ++bit)
-      value = value & 1 ? value >> 1 ^ 0xA001 : value >> 1;
-  }
+  const std::uint16_t value = test::modbus_crc(bytes);
   return {static_cast<char>(value), static_cast<char>(value >> 8)};
 }
 

@@ -2,23 +2,13 @@
 #include "client.hpp"
 
 #include "bench.hpp"
+#include "support/modbus_crc.hpp"
 
 namespace cbcan::test {
 
 namespace {
 
 constexpr std::uint8_t kStation = 1;
-
-/// MODBUS over Serial Line V1.02, 6.2.2, bit by bit as it stands there.
-std::uint16_t crc_of(std::span<const std::uint8_t> bytes) {
-  std::uint32_t crc = 0xFFFF;
-  for (const std::uint8_t byte : bytes) {
-    crc ^= byte;
-    for (int bit = 0; bit < 8; ++bit)
-      crc = (crc & 1) != 0 ? crc >> 1 ^ 0xA001 : crc >> 1;
-  }
-  return static_cast<std::uint16_t>(crc);
-}
 
 }  // namespace
 
@@ -113,7 +103,7 @@ void Client::add_word(std::size_t word) {
 }
 
 std::span<const std::uint8_t> Client::exchange(Time second_half) {
-  const std::uint16_t crc = crc_of(std::span(request_).first(size_));
+  const std::uint16_t crc = modbus_crc(std::span(request_).first(size_));
   add(static_cast<std::uint8_t>(crc));
   add(static_cast<std::uint8_t>(crc >> 8));
   const auto request = std::span(request_).first(size_);
@@ -122,7 +112,7 @@ std::span<const std::uint8_t> Client::exchange(Time second_half) {
   bench.put(request.subspan(size_ / 2));
   ++requests_;
   const auto response = bench.await_response();
-  CHECK(crc_of(response), 0);
+  CHECK(modbus_crc(response), 0);
   CHECK(response[0], kStation);
   CHECK(response[1], request_[1]);
   return response;

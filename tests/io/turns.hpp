@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "io/reactor.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::io::test {
+
+/// Calls `turn` until `done`; fails after 5 s.
+template <typename Turn, typename Done>
+void turn_until(Turn turn, Done done) {
+  const Time limit = Reactor::now() + 5 * kSecond;
+  while (!done()) {
+    REQUIRE(Reactor::now() < limit);
+    turn();
+  }
+}
+
+}  // namespace cbcan::io::test

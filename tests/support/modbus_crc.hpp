@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+namespace cbcan::test {
+
+/// The CRC of a Modbus RTU frame, for tests and models: one bit at a time, as MODBUS over Serial Line V1.02,
+/// 6.2.2 has it, and not as the product does it. `bytes`: any range of characters or bytes.
+template <class Bytes>
+constexpr std::uint16_t modbus_crc(const Bytes& bytes) {
+  std::uint32_t crc = 0xFFFF;
+  for (const auto byte : bytes) {
+    crc ^= static_cast<std::uint8_t>(byte);
+    for (int bit = 0; bit < 8; ++bit)
+      crc = (crc & 1) != 0 ? crc >> 1 ^ 0xA001 : crc >> 1;
+  }
+  return static_cast<std::uint16_t>(crc);
+}
+
+}  // namespace cbcan::test
