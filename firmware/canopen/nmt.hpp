@@ -40,6 +40,12 @@ constexpr bool is_state(std::uint8_t value) {
   return false;
 }
 
+/// In Pre-operational and Operational SDO, SYNC, TIME and EMCY are there; in Stopped and before, NMT and
+/// error control alone (CiA 301, table 37).
+constexpr bool is_running(State state) {
+  return state == State::kPreOperational || state == State::kOperational;
+}
+
 constexpr bool is_command(std::uint8_t value) {
   switch (static_cast<Command>(value)) {
     case Command::kStart:

@@ -3,28 +3,11 @@
 
 #include <algorithm>
 
+#include "canopen/little_endian.hpp"
+
 namespace cbcan {
 
 namespace {
-
-constexpr std::uint64_t load_little_endian(std::span<const std::uint8_t> bytes) {
-  std::uint64_t value = 0;
-  for (std::size_t i = bytes.size(); i-- > 0;)
-    value = value << 8 | bytes[i];
-  return value;
-}
-
-constexpr void store_little_endian(std::span<std::uint8_t> bytes, std::uint64_t value) {
-  for (std::uint8_t& byte : bytes) {
-    byte = static_cast<std::uint8_t>(value);
-    value >>= 8;
-  }
-}
-
-constexpr std::int64_t sign_extend(std::uint64_t value, std::size_t bytes) {
-  const auto shift = static_cast<unsigned>(64 - 8 * bytes);
-  return static_cast<std::int64_t>(value << shift) >> shift;
-}
 
 constexpr std::uint32_t order_of(std::uint16_t index, std::uint8_t sub) {
   return std::uint32_t{index} << 8 | sub;
@@ -114,13 +97,13 @@ std::span<std::uint8_t> ObjectDictionary::value(const ObjectEntry& entry, std::u
 }
 
 AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
-                                 std::size_t& size) const {
+                                 std::size_t& size, Time now) const {
   const ObjectEntry* entry = nullptr;
   if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
   if (!entry->has(ObjectFlags::kRead)) return AbortCode::kWriteOnly;
   if (entry->has(ObjectFlags::kComputed)) {
     if (entry->capacity > out.size()) return AbortCode::kReadLength;
-    return handler_->on_read(*entry, sub, out, size);
+    return handler_->on_read(*entry, sub, out, size, now);
   }
   const std::span<const std::uint8_t> bytes = value(*entry, sub);
   if (bytes.size() > out.size()) return AbortCode::kReadLength;
@@ -129,19 +112,21 @@ AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::spa
   return AbortCode::kNone;
 }
 
-AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub,
-                                  std::span<const std::uint8_t> bytes) {
+AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,
+                                  Time now) {
   const ObjectEntry* entry = nullptr;
   if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
   if (!entry->has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
   if (bytes.size() > entry->capacity) return AbortCode::kParameterLength;
   if (bytes.size() < entry->capacity && !entry->has(ObjectFlags::kVariable)) return AbortCode::kObjectLength;
   if (const AbortCode bad = check_limits(*entry, sub, bytes); bad != AbortCode::kNone) return bad;
-  if (entry->has(ObjectFlags::kChecked) || entry->has(ObjectFlags::kComputed)) {
-    if (const AbortCode refused = handler_->on_write(*entry, sub, bytes); refused != AbortCode::kNone)
+  const bool handled = entry->has(ObjectFlags::kChecked) || entry->has(ObjectFlags::kComputed);
+  if (handled) {
+    if (const AbortCode refused = handler_->on_write(*entry, sub, bytes, now); refused != AbortCode::kNone)
       return refused;
   }
   if (!entry->has(ObjectFlags::kComputed)) store(*entry, sub, bytes);
+  if (handled) handler_->on_stored(*entry, sub, now);
   return AbortCode::kNone;
 }
 

@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <span>
 
+#include "cbcan/time.hpp"
+
 namespace cbcan {
 
 /// SDO abort codes that a dictionary or an SDO partner gives (CiA 301, 7.2.4.3.17; names as in CBCAN, table
@@ -122,16 +124,19 @@ struct ObjectLimits {
   std::int64_t high;
 };
 
-/// Behaviour behind entries: computed values, and a say before a value is stored.
+/// Behaviour behind entries: computed values, a say before a value is stored, and word of it afterwards.
 class ObjectHandler {
  public:
   /// Writes the value of a kComputed entry to `out` and its length to `size`.
   virtual AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                            std::size_t& size) = 0;
+                            std::size_t& size, Time now) = 0;
 
   /// `value` has passed access, length and limits. A code other than kNone refuses it and nothing is stored.
-  virtual AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub,
-                             std::span<const std::uint8_t> value) = 0;
+  virtual AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                             Time now) = 0;
+
+  /// A value that on_write() let pass stands in the dictionary now.
+  virtual void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) = 0;
 
  protected:
   ~ObjectHandler() = default;
@@ -154,11 +159,12 @@ class ObjectDictionary {
   AbortCode find(std::uint16_t index, std::uint8_t sub, const ObjectEntry*& entry) const;
 
   /// As an SDO upload sees it: access rights count. At most out.size() bytes; a larger object is kReadLength.
-  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size) const;
+  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
+                 Time now) const;
 
   /// As an SDO download sees it: access rights, length (too long kParameterLength, too short kObjectLength),
   /// limits and handler count; the value is stored whole or not at all.
-  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value);
+  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now);
 
   /// The device's own side: a stored number of up to 8 bytes, whatever its access rights. 0 where there is
   /// none.

@@ -71,9 +71,9 @@ AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
   return capacity_ > buffer_.size() ? AbortCode::kReadLength : AbortCode::kNone;
 }
 
-AbortCode SdoServer::store() {
+AbortCode SdoServer::store(Time now) {
   if (declared_ && done_ != size_) return AbortCode::kObjectLength;
-  return dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_.first(done_));
+  return dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_.first(done_), now);
 }
 
 void SdoServer::initiate_download(const Frame& frame, Time now) {
@@ -97,7 +97,7 @@ void SdoServer::download_expedited(const Frame& frame, Time now) {
       size = std::min<std::size_t>(sdo::kExpeditedBytes, entry->capacity);
   }
   const AbortCode refused =
-      dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), std::span(frame.data).subspan(4, size));
+      dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), std::span(frame.data).subspan(4, size), now);
   if (refused != AbortCode::kNone) return abort(refused, now);
   answer(sdo::command(sdo::Answer::kInitiateDownload), mux_, 0, now);
 }
@@ -112,7 +112,7 @@ void SdoServer::download_segment(const Frame& frame, Time now) {
   done_ += size;
   if ((command & sdo::kLastSegment) != 0) {
     state_ = State::kIdle;
-    if (const AbortCode refused = store(); refused != AbortCode::kNone) return abort(refused, now);
+    if (const AbortCode refused = store(now); refused != AbortCode::kNone) return abort(refused, now);
   }
   answer(sdo::command(sdo::Answer::kDownloadSegment, toggle_), 0, 0, now);
   toggle_ ^= sdo::kToggle;
@@ -121,16 +121,17 @@ void SdoServer::download_segment(const Frame& frame, Time now) {
 // ---- Upload
 // --------------------------------------------------------------------------------------------------
 
-AbortCode SdoServer::begin_upload(const Frame& frame) {
+AbortCode SdoServer::begin_upload(const Frame& frame, Time now) {
   mux_ = sdo::multiplexer_of(frame);
   done_ = 0;
   size_ = 0;
-  return dictionary_.read(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_, size_);
+  return dictionary_.read(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_, size_, now);
 }
 
 void SdoServer::initiate_upload(const Frame& frame, Time now) {
   state_ = State::kIdle;
-  if (const AbortCode refused = begin_upload(frame); refused != AbortCode::kNone) return abort(refused, now);
+  if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
+    return abort(refused, now);
   if (size_ != 0 && size_ <= sdo::kExpeditedBytes) {
     Frame out = sdo::make_frame(sdo::kAnswerId + node_id_,
                                 sdo::command(sdo::Answer::kInitiateUpload, sdo::expedited_bits(size_)), mux_);
@@ -208,7 +209,7 @@ void SdoServer::end_block_download(const Frame& frame, Time now) {
   done_ -= unused;
   if (crc_ && sdo::load16(frame, 1) != crc16(buffer_.first(done_))) return abort(AbortCode::kBlockCrc, now);
   state_ = State::kIdle;
-  if (const AbortCode refused = store(); refused != AbortCode::kNone) return abort(refused, now);
+  if (const AbortCode refused = store(now); refused != AbortCode::kNone) return abort(refused, now);
   answer(sdo::command(sdo::Answer::kBlockDownload, sdo::bits(sdo::BlockStep::kEnd)), 0, 0, now);
 }
 
@@ -231,7 +232,8 @@ void SdoServer::block_upload(const Frame& frame, Time now) {
 
 void SdoServer::initiate_block_upload(const Frame& frame, Time now) {
   state_ = State::kIdle;
-  if (const AbortCode refused = begin_upload(frame); refused != AbortCode::kNone) return abort(refused, now);
+  if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
+    return abort(refused, now);
   crc_ = (frame.data[0] & sdo::kBlockCrc) != 0;
   block_size_ = frame.data[4];
   if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort(AbortCode::kBlockSize, now);

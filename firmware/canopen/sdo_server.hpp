@@ -75,8 +75,8 @@ class SdoServer {
   void stream_segments(Time now);
 
   AbortCode begin_download(const Frame& frame, bool sized);
-  AbortCode begin_upload(const Frame& frame);
-  AbortCode store();
+  AbortCode begin_upload(const Frame& frame, Time now);
+  AbortCode store(Time now);
   void abort(AbortCode code, Time now);
   void answer(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now);
 

@@ -7,30 +7,13 @@ namespace {
 
 // Bits of wanted_, in the order in which they are sent.
 constexpr std::uint8_t kBootUp = 1;
-constexpr std::uint8_t kSync = 2;
-constexpr std::uint8_t kGuardAnswer = 4;
-constexpr std::uint8_t kHeartbeat = 8;
-
-// COB-ID SYNC message, 1005h (CiA 301, 7.5.2.5).
-constexpr std::uint32_t kSyncProducer = 0x40000000;
-constexpr std::uint32_t kSyncIdMask = 0x7FF;
-constexpr std::uint32_t kSyncReserved = 0x3FFFF800;  // 29-bit identifiers are not supported
-
-/// CAN-IDs that nothing configurable may use (CiA 301, 7.3.5).
-constexpr bool is_restricted(std::uint32_t id) {
-  return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
-         (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
-}
+constexpr std::uint8_t kGuardAnswer = 2;
+constexpr std::uint8_t kHeartbeat = 4;
 
 constexpr std::uint16_t kFirstIndex = 0x0000;
 constexpr std::uint16_t kFirstCommunicationIndex = 0x1000;
 constexpr std::uint16_t kLastCommunicationIndex = 0x1FFF;
 constexpr std::uint16_t kLastIndex = 0xFFFF;
-
-/// The next moment of a period, without drift; after a long sleep, without a burst.
-constexpr Time next_after(Time due, Time period, Time now) {
-  return due + period > now ? due + period : now + period;
-}
 
 }  // namespace
 
@@ -47,29 +30,29 @@ void Slave::start(Time now) {
 }
 
 void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now) {
-  enter(nmt::State::kInitialising);
-  application_.restore(first_index, last_index);
+  enter(nmt::State::kInitialising, now);
+  application_.restore(first_index, last_index, now);
   sdo_server_.reset(node_id_);
   guard_toggle_ = 0;
-  heartbeat_period_ = sync_period_ = 0;
-  heartbeat_at_ = sync_at_ = kNever;
+  heartbeat_period_ = 0;
+  heartbeat_at_ = kNever;
   configure(now);
   wanted_ = kBootUp;
-  enter(nmt::State::kPreOperational);
+  enter(nmt::State::kPreOperational, now);
   poll(now);
 }
 
-void Slave::enter(nmt::State state) {
+void Slave::enter(nmt::State state, Time now) {
   if (state == state_) return;
   state_ = state;
-  application_.on_nmt_state(state);
+  application_.on_nmt_state(state, now);
 }
 
 void Slave::command(nmt::Command command, Time now) {
   switch (command) {
-    case nmt::Command::kStart: return enter(nmt::State::kOperational);
-    case nmt::Command::kStop: return enter(nmt::State::kStopped);
-    case nmt::Command::kEnterPreOperational: return enter(nmt::State::kPreOperational);
+    case nmt::Command::kStart: return enter(nmt::State::kOperational, now);
+    case nmt::Command::kStop: return enter(nmt::State::kStopped, now);
+    case nmt::Command::kEnterPreOperational: return enter(nmt::State::kPreOperational, now);
     case nmt::Command::kResetNode: return reset(kFirstIndex, kLastIndex, now);
     case nmt::Command::kResetCommunication:
       return reset(kFirstCommunicationIndex, kLastCommunicationIndex, now);
@@ -81,7 +64,6 @@ void Slave::on_frame(const Frame& frame, Time now) {
   if (frame.id == sdo::kRequestId + node_id_) {
     if (state_ == nmt::State::kStopped) return;
     sdo_server_.on_frame(frame, now);
-    if (reconfigure_) configure(now);
   } else if (frame.id == nmt::kCommandId) {
     const bool for_us = frame.data[1] == node_id_ || frame.data[1] == nmt::kAllNodes;
     if (frame.flags == 0 && frame.length >= 2 && for_us && nmt::is_command(frame.data[0]))
@@ -95,52 +77,35 @@ void Slave::on_frame(const Frame& frame, Time now) {
 }
 
 AbortCode Slave::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
-  const AbortCode refused = dictionary_.write(index, sub, value);
-  if (reconfigure_) configure(now);
-  return refused;
+  return dictionary_.write(index, sub, value, now);
 }
 
 AbortCode Slave::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                         std::size_t& size) {
-  return application_.on_read(entry, sub, out, size);
+                         std::size_t& size, Time now) {
+  return application_.on_read(entry, sub, out, size, now);
 }
 
-AbortCode Slave::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) {
-  if (entry.index == kSyncId && value.size() == 4) {
-    std::uint32_t cob_id = 0;
-    for (std::size_t byte = 4; byte-- > 0;)
-      cob_id = cob_id << 8 | value[byte];
-    const std::uint32_t id = cob_id & kSyncIdMask;
-    if ((cob_id & kSyncReserved) != 0 || is_restricted(id) || (sync_period_ != 0 && id != sync_id_))
-      return AbortCode::kValue;
-  }
-  reconfigure_ =
-      reconfigure_ || entry.index == kSyncId || entry.index == kSyncPeriod || entry.index == kHeartbeatTime;
-  return application_.on_write(entry, sub, value);
+AbortCode Slave::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                          Time now) {
+  return application_.on_write(entry, sub, value, now);
 }
 
-/// Takes over what the dictionary says now. A period that has not changed keeps its beat.
+void Slave::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
+  if (entry.index == kHeartbeatTime) configure(now);
+  application_.on_stored(entry, sub, now);
+}
+
+/// A period that has not changed keeps its beat.
 void Slave::configure(Time now) {
-  reconfigure_ = false;
   const Time heartbeat = dictionary_.get(kHeartbeatTime, 0) * kMillisecond;
   if (heartbeat != heartbeat_period_) heartbeat_at_ = heartbeat == 0 ? kNever : now + heartbeat;
   heartbeat_period_ = heartbeat;
-
-  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(kSyncId, 0));
-  sync_id_ = cob_id & kSyncIdMask;
-  const Time sync = (cob_id & kSyncProducer) != 0 ? dictionary_.get(kSyncPeriod, 0) : 0;
-  if (sync != sync_period_) sync_at_ = sync == 0 ? kNever : now + sync;
-  sync_period_ = sync;
 }
 
 Time Slave::poll(Time now) {
   if (now >= heartbeat_at_) {
     wanted_ |= kHeartbeat;
     heartbeat_at_ = next_after(heartbeat_at_, heartbeat_period_, now);
-  }
-  if (now >= sync_at_) {
-    if (state_ != nmt::State::kStopped) wanted_ |= kSync;
-    sync_at_ = next_after(sync_at_, sync_period_, now);
   }
   sdo_server_.poll(now);
   retry_at_ = kNever;
@@ -150,7 +115,7 @@ Time Slave::poll(Time now) {
 }
 
 Time Slave::deadline() const {
-  return earlier(earlier(heartbeat_at_, sync_at_), earlier(retry_at_, sdo_server_.deadline()));
+  return earlier(heartbeat_at_, earlier(retry_at_, sdo_server_.deadline()));
 }
 
 bool Slave::send_wanted(Time now) {
@@ -171,10 +136,7 @@ Frame Slave::frame_for(std::uint8_t wanted) const {
     return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(nmt::State::kInitialising));
   if (wanted == kGuardAnswer)
     return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(state | guard_toggle_));
-  if (wanted == kHeartbeat) return nmt::error_control_frame(node_id_, state);
-  Frame sync;
-  sync.id = sync_id_;
-  return sync;
+  return nmt::error_control_frame(node_id_, state);
 }
 
 }  // namespace cbcan

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One CANopen device over its object dictionary: NMT state machine, SDO server, boot-up, heartbeat producer,
-/// node guarding, SYNC producer (CiA 301). The coprocessor's own node and every simulated node are this
-/// class.
+/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary,
+/// boot-up, heartbeat producer, node guarding. The coprocessor's own node is this class, and so is the inside
+/// of every Device (device.hpp), which adds process data and the rest.
 ///
-/// Objects it acts on, where the dictionary has them: 1005h, 1006h (SYNC producer), 1017h (heartbeat
-/// producer). Nothing blocks, nothing is allocated; not re-entrant. A frame that the port refuses stays
-/// wanted and is tried again.
+/// Acts on 1017h (heartbeat producer), where the dictionary has it. Nothing blocks, nothing is allocated; not
+/// re-entrant. A frame that the port refuses stays wanted and is tried again.
 
 #include <cstddef>
 #include <cstdint>
@@ -25,9 +24,9 @@ namespace cbcan {
 class Application : public ObjectHandler {
  public:
   /// Puts stored values back to what they are at power-on: those with first_index <= index <= last_index.
-  virtual void restore(std::uint16_t first_index, std::uint16_t last_index) = 0;
+  virtual void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) = 0;
   /// The NMT state has changed.
-  virtual void on_nmt_state(nmt::State state) = 0;
+  virtual void on_nmt_state(nmt::State state, Time now) = 0;
 
  protected:
   ~Application() = default;
@@ -35,8 +34,6 @@ class Application : public ObjectHandler {
 
 class Slave final : private ObjectHandler {
  public:
-  static constexpr std::uint16_t kSyncId = 0x1005;
-  static constexpr std::uint16_t kSyncPeriod = 0x1006;
   static constexpr std::uint16_t kHeartbeatTime = 0x1017;
 
   /// The tables of a dictionary, see ObjectDictionary.
@@ -64,9 +61,9 @@ class Slave final : private ObjectHandler {
   void command(nmt::Command command, Time now);
 
   /// Local access with the rights of an SDO client.
-  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
-                 std::size_t& size) const {
-    return dictionary_.read(index, sub, out, size);
+  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
+                 Time now) const {
+    return dictionary_.read(index, sub, out, size, now);
   }
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now);
 
@@ -77,11 +74,12 @@ class Slave final : private ObjectHandler {
 
  private:
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                    std::size_t& size) override;
-  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub,
-                     std::span<const std::uint8_t> value) override;
+                    std::size_t& size, Time now) override;
+  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                     Time now) override;
+  void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
 
-  void enter(nmt::State state);
+  void enter(nmt::State state, Time now);
   void reset(std::uint16_t first_index, std::uint16_t last_index, Time now);
   void configure(Time now);
   bool send_wanted(Time now);
@@ -92,16 +90,12 @@ class Slave final : private ObjectHandler {
   Application& application_;
   CanPort& port_;
   Time heartbeat_at_ = kNever;
-  Time sync_at_ = kNever;
   Time retry_at_ = kNever;
   Time heartbeat_period_ = 0;
-  Time sync_period_ = 0;
-  std::uint32_t sync_id_ = 0;
   nmt::State state_ = nmt::State::kInitialising;
   std::uint8_t node_id_;
   std::uint8_t guard_toggle_ = 0;
   std::uint8_t wanted_ = 0;  ///< frames that are to be sent, one bit each
-  bool reconfigure_ = false;
 };
 
 }  // namespace cbcan

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "canopen/little_endian.hpp"
+
 namespace cbcan {
 
 namespace {
@@ -48,7 +50,8 @@ Coprocessor::Coprocessor(RegisterWindow window, CanPort& port, const Settings& s
       settings_(settings),
       client_(port),
       monitor_(settings.state_fresh_for),
-      slave_(settings.node_id, {local::entries(), values_, {}}, buffer_, *this, port) {}
+      slave_(settings.node_id, {local::entries(), values_, {}}, buffer_, *this, port),
+      sync_(slave_.dictionary(), port) {}
 
 void Coprocessor::start(Time now) {
   slave_.start(now);
@@ -63,13 +66,13 @@ Time Coprocessor::poll(Time now) {
 }
 
 void Coprocessor::work(Time now) {
-  now_ = now;
   client_.poll(now);
   if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
   if (command_refused_) send_command(now);
   if (now >= deadline_)
     activity_ == Activity::kNodeState ? end_node_state_unanswered(now) : end(AbortCode::kTimeOut);
-  due_ = earlier(earlier(client_.deadline(), slave_.poll(now)), deadline_);
+  sync_.poll(now);
+  due_ = earlier(earlier(client_.deadline(), slave_.poll(now)), earlier(sync_.deadline(), deadline_));
   if (command_refused_) wake_at(now + kRetryInterval);
 }
 
@@ -79,7 +82,6 @@ void Coprocessor::work(Time now) {
 /// The checks are in the order of the contract.
 void Coprocessor::begin(Time now) {
   ++counters_.executed;
-  now_ = now;
   const Request request{window_.get(regmap::kCommand), window_.get(regmap::kNodeId),
                         window_.get(regmap::kObjectIndex), window_.get(regmap::kObjectSubIndex),
                         window_.get(regmap::kDataSize)};
@@ -162,7 +164,7 @@ void Coprocessor::begin_local(const Request& request, Time now) {
     return refused == AbortCode::kNone ? finish(regmap::Result::kOk) : end(refused);
   }
   std::size_t size = 0;
-  const AbortCode refused = slave_.read(request.index, sub, value, size);
+  const AbortCode refused = slave_.read(request.index, sub, value, size, now);
   refused == AbortCode::kNone ? end_read(value.first(size)) : end(refused);
 }
 
@@ -243,7 +245,6 @@ void Coprocessor::on_sdo_answer(const Frame& frame, Time now) {
 }
 
 void Coprocessor::on_own_node(const Frame& frame, Time now) {
-  now_ = now;
   slave_.on_frame(frame, now);
   wake_at(slave_.deadline());
 }
@@ -265,8 +266,9 @@ void Coprocessor::on_boot_up(std::uint8_t node, Time now) {
 // ---- The own node's dictionary
 // -------------------------------------------------------------------------------
 
-void Coprocessor::restore(std::uint16_t first_index, std::uint16_t last_index) {
+void Coprocessor::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   local::restore(values_, first_index, last_index);
+  sync_.reset(now);
   if (first_index <= local::kConsumerHeartbeat) {
     for (std::size_t i = 0; i < consumer_node_.size(); ++i)
       set_consumer_time(i, 0, 0);
@@ -277,15 +279,15 @@ void Coprocessor::restore(std::uint16_t first_index, std::uint16_t last_index) {
 }
 
 AbortCode Coprocessor::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                               std::size_t& size) {
-  std::uint32_t value = computed(entry.index, sub);
+                               std::size_t& size, Time now) {
+  std::uint32_t value = computed(entry.index, sub, now);
   size = entry.capacity;
   for (std::size_t i = 0; i < size; ++i, value >>= 8)
     out[i] = static_cast<std::uint8_t>(value);
   return AbortCode::kNone;
 }
 
-std::uint32_t Coprocessor::computed(std::uint16_t index, std::uint8_t sub) const {
+std::uint32_t Coprocessor::computed(std::uint16_t index, std::uint8_t sub, Time now) const {
   switch (index) {
     case local::kConsumerHeartbeat: {
       const std::uint8_t node = consumer_node_[sub - 1u];
@@ -296,15 +298,13 @@ std::uint32_t Coprocessor::computed(std::uint16_t index, std::uint8_t sub) const
     case local::kKernelState: return static_cast<std::uint32_t>(local::kernel_state(bus_state_));
     case local::kSdoTimeout: return client_.timeout_ms();
     case local::kTransferMode: return static_cast<std::uint32_t>(mode_);
-    default: return static_cast<std::uint32_t>(device_state(sub));  // 3007h
+    default: return static_cast<std::uint32_t>(device_state(sub, now));  // 3007h
   }
 }
 
 AbortCode Coprocessor::on_write(const ObjectEntry& entry, std::uint8_t sub,
-                                std::span<const std::uint8_t> bytes) {
-  std::uint32_t value = 0;
-  for (std::size_t i = bytes.size(); i-- > 0;)
-    value = value << 8 | bytes[i];
+                                std::span<const std::uint8_t> bytes, Time /*now*/) {
+  const auto value = static_cast<std::uint32_t>(load_little_endian(bytes));
   switch (entry.index) {
     case local::kConsumerHeartbeat: return on_write_consumer(sub, value);
     case local::kSdoTimeout: client_.set_timeout(static_cast<std::uint16_t>(value)); return AbortCode::kNone;
@@ -312,8 +312,18 @@ AbortCode Coprocessor::on_write(const ObjectEntry& entry, std::uint8_t sub,
       if (value > static_cast<std::uint32_t>(SdoClient::Mode::kBlock)) return AbortCode::kValueHigh;
       mode_ = static_cast<SdoClient::Mode>(value);
       return AbortCode::kNone;
-    default: return AbortCode::kNone;
+    default: return sync_.check(entry, bytes);
   }
+}
+
+void Coprocessor::on_stored(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/, Time now) {
+  sync_.configure(now);
+  wake_at(sync_.deadline());
+}
+
+void Coprocessor::on_nmt_state(nmt::State state, Time now) {
+  sync_.set_running(nmt::is_running(state), now);
+  wake_at(sync_.deadline());
 }
 
 /// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either the entry is unused (CiA
@@ -341,9 +351,9 @@ void Coprocessor::set_consumer_time(std::size_t slot, std::uint8_t node, std::ui
 
 /// UNKNOWN is a node that nobody watches and that has said nothing lately; NOT_AVAIL one that should report
 /// and does not.
-local::DeviceState Coprocessor::device_state(std::uint8_t node) const {
+local::DeviceState Coprocessor::device_state(std::uint8_t node, Time now) const {
   if (node == slave_.node_id()) return to_device_state(slave_.state());
-  if (monitor_.is_fresh(node, now_)) return to_device_state(monitor_.last_state(node));
+  if (monitor_.is_fresh(node, now)) return to_device_state(monitor_.last_state(node));
   return monitor_.consumer_time(node) == 0 ? local::DeviceState::kUnknown : local::DeviceState::kNotAvailable;
 }
 

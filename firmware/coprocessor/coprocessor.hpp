@@ -21,6 +21,7 @@
 #include "canopen/node_monitor.hpp"
 #include "canopen/sdo_client.hpp"
 #include "canopen/slave.hpp"
+#include "canopen/sync.hpp"
 #include "cbcan/ports.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"
@@ -98,21 +99,21 @@ class Coprocessor final : private Application {
 
   // The own node's dictionary.
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                    std::size_t& size) override;
-  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub,
-                     std::span<const std::uint8_t> value) override;
-  void restore(std::uint16_t first_index, std::uint16_t last_index) override;
-  void on_nmt_state(nmt::State /*state*/) override {}
-  std::uint32_t computed(std::uint16_t index, std::uint8_t sub) const;
+                    std::size_t& size, Time now) override;
+  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                     Time now) override;
+  void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
+  void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
+  void on_nmt_state(nmt::State state, Time now) override;
+  std::uint32_t computed(std::uint16_t index, std::uint8_t sub, Time now) const;
   AbortCode on_write_consumer(std::uint8_t sub, std::uint32_t value);
   void set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms);
-  local::DeviceState device_state(std::uint8_t node) const;
+  local::DeviceState device_state(std::uint8_t node, Time now) const;
 
   RegisterWindow window_;
   CanPort& port_;
   Settings settings_;
   Time due_ = 0;            ///< poll has work to do from then on; may be early, is never late
-  Time now_ = 0;            ///< of the call that is being served, for the dictionary's handlers
   Time deadline_ = kNever;  ///< of an NMT command or a node state request
   Frame command_{};         ///< NMT command or node guarding request of this transaction
   SdoClient client_;
@@ -122,6 +123,7 @@ class Coprocessor final : private Application {
   std::array<std::uint8_t, nmt::kMaxNode>
       consumer_node_{};  ///< node that sub-index n + 1 of 1016h names; 0 = none
   Slave slave_;
+  Sync sync_;
   std::uint8_t state_node_ = 0;  ///< whose state is asked for
   SdoClient::Mode mode_ = SdoClient::Mode::kAuto;
   Activity activity_ = Activity::kIdle;

@@ -55,16 +55,16 @@ void Node::on_bus_state(BusState /*state*/, Time now) {
 }
 
 AbortCode Node::on_read(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/, std::span<std::uint8_t> /*out*/,
-                        std::size_t& /*size*/) {
+                        std::size_t& /*size*/, Time /*now*/) {
   return AbortCode::kGeneral;  // every value is stored
 }
 
 AbortCode Node::on_write(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
-                         std::span<const std::uint8_t> /*value*/) {
+                         std::span<const std::uint8_t> /*value*/, Time /*now*/) {
   return AbortCode::kNone;
 }
 
-void Node::restore(std::uint16_t first_index, std::uint16_t last_index) {
+void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time /*now*/) {
   restore_values(image_.entries, image_.values, values_, first_index, last_index);
 }
 

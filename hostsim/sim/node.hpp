@@ -33,11 +33,12 @@ class Node final : public Participant, private Application {
 
  private:
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                    std::size_t& size) override;
-  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub,
-                     std::span<const std::uint8_t> value) override;
-  void restore(std::uint16_t first_index, std::uint16_t last_index) override;
-  void on_nmt_state(nmt::State /*state*/) override {}
+                    std::size_t& size, Time now) override;
+  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                     Time now) override;
+  void on_stored(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/, Time /*now*/) override {}
+  void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
+  void on_nmt_state(nmt::State /*state*/, Time /*now*/) override {}
 
   NodeImage image_;
   std::vector<std::uint8_t> values_;

@@ -29,7 +29,7 @@ struct Fixture {
   ObjectDictionary dictionary{kEntries, values, nullptr, kLimits};
 
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::initializer_list<std::uint8_t> bytes) {
-    return dictionary.write(index, sub, std::span(bytes.begin(), bytes.size()));
+    return dictionary.write(index, sub, std::span(bytes.begin(), bytes.size()), 0);
   }
 };
 
@@ -77,14 +77,14 @@ TEST_CASE("Variable length: what was written is what is read, up to the capacity
   Fixture fixture;
   std::array<std::uint8_t, 16> out{};
   std::size_t size = 99;
-  CHECK(fixture.dictionary.read(0x2001, 5, out, size) == AbortCode::kNone);
+  CHECK(fixture.dictionary.read(0x2001, 5, out, size, 0) == AbortCode::kNone);
   CHECK(size == 0);
   CHECK(fixture.write(0x2001, 5, {'a', 'b', 'c'}) == AbortCode::kNone);
-  CHECK(fixture.dictionary.read(0x2001, 5, out, size) == AbortCode::kNone);
+  CHECK(fixture.dictionary.read(0x2001, 5, out, size, 0) == AbortCode::kNone);
   CHECK(size == 3);
   CHECK(out[2] == 'c');
   CHECK(fixture.write(0x2001, 5, {1, 2, 3, 4, 5, 6, 7, 8, 9}) == AbortCode::kParameterLength);
-  CHECK(fixture.dictionary.read(0x2001, 5, std::span(out).first(2), size) == AbortCode::kReadLength);
+  CHECK(fixture.dictionary.read(0x2001, 5, std::span(out).first(2), size, 0) == AbortCode::kReadLength);
 }
 
 TEST_CASE("set() and get() are the device's own side: no access rights, no limits") {

@@ -64,18 +64,23 @@ class Device final : private cbcan::Application {
   cbcan::Slave slave;
 
  private:
-  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&) override {
+  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&,
+                    cbcan::Time) override {
     return AbortCode::kGeneral;
   }
-  AbortCode on_write(const ObjectEntry& entry, std::uint8_t, std::span<const std::uint8_t> value) override {
+  AbortCode on_write(const ObjectEntry& entry, std::uint8_t, std::span<const std::uint8_t> value,
+                     cbcan::Time) override {
     return entry.index == 0x2001 && value[0] == 0xEE ? AbortCode::kValue : AbortCode::kNone;
   }
-  void restore(std::uint16_t first_index, std::uint16_t last_index) override {
+  void on_stored(const ObjectEntry&, std::uint8_t, cbcan::Time) override {}
+  void restore(std::uint16_t first_index, std::uint16_t last_index, cbcan::Time) override {
     const std::vector<std::uint8_t> power_on(values.size());
     cbcan::restore_values(kEntries, power_on, values, first_index, last_index);
     slave.dictionary().set(0x1005, 0, 0x80);
   }
-  void on_nmt_state(cbcan::nmt::State state) override { states.push_back(static_cast<int>(state)); }
+  void on_nmt_state(cbcan::nmt::State state, cbcan::Time) override {
+    states.push_back(static_cast<int>(state));
+  }
 };
 
 }  // namespace

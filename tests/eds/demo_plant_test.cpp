@@ -25,7 +25,7 @@ struct Node {
   std::size_t size(std::uint16_t index) const {
     Bytes bytes(2000);
     std::size_t size = 0;
-    REQUIRE(dictionary.read(index, 0, bytes, size) == AbortCode::kNone);
+    REQUIRE(dictionary.read(index, 0, bytes, size, 0) == AbortCode::kNone);
     return size;
   }
 
@@ -66,11 +66,11 @@ TEST_CASE("The I/O module has eight digital and two analogue inputs and outputs"
   CHECK(node.get(0x1000, 0) == 0x000F0191);
   CHECK(node.get(0x6411, 0) == 2);
   CHECK(node.result.device.find(0x6411, 1)->type == DataType::kInteger16);
-  CHECK(node.dictionary.write(0x6411, 1, Bytes{0x2C, 0x01}) == AbortCode::kNone);
+  CHECK(node.dictionary.write(0x6411, 1, Bytes{0x2C, 0x01}, 0) == AbortCode::kNone);
   CHECK(node.get(0x6411, 1) == 300);
-  CHECK(node.dictionary.write(0x6411, 3, Bytes{0, 0}) == AbortCode::kNoSubIndex);
-  CHECK(node.dictionary.write(0x6401, 1, Bytes{0, 0}) == AbortCode::kReadOnly);
-  CHECK(node.dictionary.write(0x6200, 1, Bytes{0xFF}) == AbortCode::kNone);
+  CHECK(node.dictionary.write(0x6411, 3, Bytes{0, 0}, 0) == AbortCode::kNoSubIndex);
+  CHECK(node.dictionary.write(0x6401, 1, Bytes{0, 0}, 0) == AbortCode::kReadOnly);
+  CHECK(node.dictionary.write(0x6200, 1, Bytes{0xFF}, 0) == AbortCode::kNone);
   CHECK(node.get(0x1400, 1) == 0x242);
   CHECK(node.get(0x1401, 1) == 0x342);
   CHECK(node.get(0x1800, 1) == 0x1C2);
@@ -123,16 +123,16 @@ TEST_CASE("The generic node has objects of every size") {
   CHECK(node.size(0x207F) == 127);
   CHECK(node.size(0x2080) == 128);
   CHECK(node.size(0x2100) == 1000);
-  CHECK(node.dictionary.write(0x2080, 0, Bytes(129)) == AbortCode::kParameterLength);
-  CHECK(node.dictionary.write(0x2004, 0, Bytes(3)) == AbortCode::kObjectLength);
-  CHECK(node.dictionary.write(0x2200, 0, Bytes(4)) == AbortCode::kReadOnly);
+  CHECK(node.dictionary.write(0x2080, 0, Bytes(129), 0) == AbortCode::kParameterLength);
+  CHECK(node.dictionary.write(0x2004, 0, Bytes(3), 0) == AbortCode::kObjectLength);
+  CHECK(node.dictionary.write(0x2200, 0, Bytes(4), 0) == AbortCode::kReadOnly);
   Bytes out(4);
   std::size_t size = 0;
-  CHECK(node.dictionary.read(0x2201, 0, out, size) == AbortCode::kWriteOnly);
-  CHECK(node.dictionary.write(0x2201, 0, Bytes(4)) == AbortCode::kNone);
-  CHECK(node.dictionary.write(0x2202, 0, Bytes{0xE9, 0x03}) == AbortCode::kValueHigh);  // 1001
-  CHECK(node.dictionary.write(0x2202, 0, Bytes{0x17, 0xFC}) == AbortCode::kValueLow);   // -1001
-  CHECK(node.dictionary.write(0x2202, 0, Bytes{0x18, 0xFC}) == AbortCode::kNone);       // -1000
+  CHECK(node.dictionary.read(0x2201, 0, out, size, 0) == AbortCode::kWriteOnly);
+  CHECK(node.dictionary.write(0x2201, 0, Bytes(4), 0) == AbortCode::kNone);
+  CHECK(node.dictionary.write(0x2202, 0, Bytes{0xE9, 0x03}, 0) == AbortCode::kValueHigh);  // 1001
+  CHECK(node.dictionary.write(0x2202, 0, Bytes{0x17, 0xFC}, 0) == AbortCode::kValueLow);   // -1001
+  CHECK(node.dictionary.write(0x2202, 0, Bytes{0x18, 0xFC}, 0) == AbortCode::kNone);       // -1000
 }
 
 }  // namespace cbcan::tests

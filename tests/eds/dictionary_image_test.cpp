@@ -28,13 +28,13 @@ struct Device {
   Bytes read(std::uint16_t index, std::uint8_t sub) const {
     Bytes bytes(1024);
     std::size_t size = 0;
-    REQUIRE(dictionary.read(index, sub, bytes, size) == AbortCode::kNone);
+    REQUIRE(dictionary.read(index, sub, bytes, size, 0) == AbortCode::kNone);
     bytes.resize(size);
     return bytes;
   }
 
   AbortCode write(std::uint16_t index, std::uint8_t sub, const Bytes& bytes) {
-    return dictionary.write(index, sub, bytes);
+    return dictionary.write(index, sub, bytes, 0);
   }
 
   eds::DictionaryImage image;

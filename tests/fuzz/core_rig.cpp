@@ -31,7 +31,7 @@ void Rig::note_settings() {
   if (timeout == 0) waited_for_ever_ = true;
   std::array<std::uint8_t, 1> mode{};
   std::size_t size = 0;
-  require(coprocessor.own_node().read(0x3004, 0, mode, size) == AbortCode::kNone && mode[0] <= 3,
+  require(coprocessor.own_node().read(0x3004, 0, mode, size, 0) == AbortCode::kNone && mode[0] <= 3,
           "there are four modes");
   if (!plc.busy()) wire.mode = mode[0];
 }

@@ -81,7 +81,7 @@ void Wire::check_error_control(const Frame& frame) {
 void Wire::check_sync(const Frame& frame) const {
   std::array<std::uint8_t, 4> cob_id{};
   std::size_t size = 0;
-  require(own->read(0x1005, 0, cob_id, size) == AbortCode::kNone && size == 4, "the own node has a 1005h");
+  require(own->read(0x1005, 0, cob_id, size, 0) == AbortCode::kNone && size == 4, "the own node has a 1005h");
   const std::uint32_t sync = cob_id[0] | (cob_id[1] & 7u) << 8;
   require(frame.id == sync && frame.length == 0, "nothing else than SYNC is left");
   require(!is_restricted(frame.id), "SYNC keeps clear of the restricted CAN-IDs");

@@ -21,4 +21,9 @@ constexpr Time earlier(Time a, Time b) {
   return a < b ? a : b;
 }
 
+/// The next moment of a period, without drift; after a long sleep, without a burst.
+constexpr Time next_after(Time due, Time period, Time now) {
+  return due + period > now ? due + period : now + period;
+}
+
 }  // namespace cbcan

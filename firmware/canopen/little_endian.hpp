@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Numbers as CANopen has them on the bus and in the dictionary: low byte first (CiA 301, 7.1.4).
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace cbcan {
+
+/// Of at most eight bytes.
+constexpr std::uint64_t load_little_endian(std::span<const std::uint8_t> bytes) {
+  std::uint64_t value = 0;
+  for (std::size_t i = bytes.size(); i-- > 0;)
+    value = value << 8 | bytes[i];
+  return value;
+}
+
+constexpr void store_little_endian(std::span<std::uint8_t> bytes, std::uint64_t value) {
+  for (std::uint8_t& byte : bytes) {
+    byte = static_cast<std::uint8_t>(value);
+    value >>= 8;
+  }
+}
+
+/// The number that the lowest `bytes` bytes of `value` are in two's complement; 1..8.
+constexpr std::int64_t sign_extend(std::uint64_t value, std::size_t bytes) {
+  const auto shift = static_cast<unsigned>(64 - 8 * bytes);
+  return static_cast<std::int64_t>(value << shift) >> shift;
+}
+
+}  // namespace cbcan

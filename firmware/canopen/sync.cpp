@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "canopen/sync.hpp"
+
+#include "canopen/cob_id.hpp"
+#include "canopen/little_endian.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr std::uint8_t kHighestCounter = 240;
+
+}  // namespace
+
+void Sync::reset(Time now) {
+  outbox_.drop();
+  due_ = kNever;
+  period_ = 0;
+  counter_ = 0;
+  running_ = false;
+  configure(now);
+}
+
+AbortCode Sync::check(const ObjectEntry& entry, std::span<const std::uint8_t> value) const {
+  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
+  if (entry.index == kCobId) {
+    const bool moves_while_producing = period_ != 0 && cob::id_of(number) != id_;
+    return cob::is_usable(number) && !moves_while_producing ? AbortCode::kNone : AbortCode::kValue;
+  }
+  if (entry.index != kCounterOverflow) return AbortCode::kNone;
+  // CiA 301, 7.5.2.22: only while no period is set.
+  if (dictionary_.get(kPeriod, 0) != 0) return AbortCode::kDeviceState;
+  return number == 1 || number > kHighestCounter ? AbortCode::kValue : AbortCode::kNone;
+}
+
+void Sync::configure(Time now) {
+  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(kCobId, 0));
+  id_ = cob::id_of(cob_id);
+  window_ = dictionary_.get(kWindow, 0);
+  const auto overflow = static_cast<std::uint8_t>(dictionary_.get(kCounterOverflow, 0));
+  if (overflow != overflow_) counter_ = 0;
+  overflow_ = overflow;
+  const Time period = (cob_id & cob::kProduces) != 0 ? dictionary_.get(kPeriod, 0) : 0;
+  if (period != period_) {
+    due_ = period == 0 || !running_ ? kNever : now + period;
+    counter_ = 0;
+  }
+  period_ = period;
+}
+
+void Sync::set_running(bool running, Time now) {
+  if (running == running_) return;
+  running_ = running;
+  counter_ = 0;
+  if (!running) outbox_.drop();
+  if (period_ != 0) due_ = running ? now + period_ : kNever;
+}
+
+bool Sync::on_frame(const Frame& frame) {
+  if (!running_ || frame.id != id_ || frame.flags != 0) return false;
+  counter_ = frame.length == 1 ? frame.data[0] : std::uint8_t{0};
+  return true;
+}
+
+bool Sync::poll(Time now) {
+  if (now < due_) return outbox_.retry(now);
+  due_ = next_after(due_, period_, now);
+  Frame frame;
+  frame.id = id_;
+  if (overflow_ != 0) {
+    counter_ = counter_ >= overflow_ ? std::uint8_t{1} : static_cast<std::uint8_t>(counter_ + 1);
+    frame.length = 1;
+    frame.data[0] = counter_;
+  }
+  return outbox_.send(frame, now);
+}
+
+}  // namespace cbcan

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+#include "canopen/object_dictionary.hpp"
+
+namespace cbcan::sim {
+
+/// A number in a dictionary, found once, then as quick as a variable. Where the dictionary has no such
+/// object, or one of another size, it is a variable of its own, so that a device also works from a file that
+/// leaves it out. The dictionary's values stay where they are as long as this lives.
+template <class Number>
+class Bound {
+ public:
+  static_assert(std::endian::native == std::endian::little, "values are stored as on the bus");
+
+  Bound(ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t sub, Number standard = {})
+      : own_(standard) {
+    const ObjectEntry* entry = nullptr;
+    if (dictionary.find(index, sub, entry) != AbortCode::kNone || entry->capacity != sizeof(Number) ||
+        entry->has(ObjectFlags::kVariable) || entry->has(ObjectFlags::kComputed))
+      return;
+    place_ = dictionary.value(*entry, sub).data();
+  }
+
+  bool exists() const { return place_ != nullptr; }
+
+  Number get() const {
+    if (place_ == nullptr) return own_;
+    Number number;
+    std::memcpy(&number, place_, sizeof number);
+    return number;
+  }
+
+  void set(Number number) {
+    own_ = number;
+    if (place_ != nullptr) std::memcpy(place_, &number, sizeof number);
+  }
+
+ private:
+  std::uint8_t* place_ = nullptr;
+  Number own_;
+};
+
+}  // namespace cbcan::sim
