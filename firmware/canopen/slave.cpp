@@ -23,7 +23,8 @@ Slave::Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t>
       sdo_server_(dictionary_, port, buffer),
       application_(application),
       port_(port),
-      node_id_(node_id) {}
+      node_id_(node_id),
+      next_node_id_(node_id) {}
 
 void Slave::start(Time now) {
   reset(kFirstIndex, kLastIndex, now);
@@ -31,6 +32,7 @@ void Slave::start(Time now) {
 
 void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   enter(nmt::State::kInitialising, now);
+  node_id_ = next_node_id_;
   application_.restore(first_index, last_index, now);
   sdo_server_.reset(node_id_);
   guard_toggle_ = 0;

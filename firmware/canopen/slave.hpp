@@ -69,6 +69,8 @@ class Slave final : private ObjectHandler {
 
   nmt::State state() const { return state_; }
   std::uint8_t node_id() const { return node_id_; }
+  /// Counts from the next start() or reset on.
+  void set_node_id(std::uint8_t node_id) { next_node_id_ = node_id; }
   ObjectDictionary& dictionary() { return dictionary_; }
   const SdoServer& sdo_server() const { return sdo_server_; }
 
@@ -94,6 +96,7 @@ class Slave final : private ObjectHandler {
   Time heartbeat_period_ = 0;
   nmt::State state_ = nmt::State::kInitialising;
   std::uint8_t node_id_;
+  std::uint8_t next_node_id_;
   std::uint8_t guard_toggle_ = 0;
   std::uint8_t wanted_ = 0;  ///< frames that are to be sent, one bit each
 };

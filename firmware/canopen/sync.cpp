@@ -57,7 +57,7 @@ void Sync::set_running(bool running, Time now) {
 }
 
 bool Sync::on_frame(const Frame& frame) {
-  if (!running_ || frame.id != id_ || frame.flags != 0) return false;
+  if (!running_ || id_ == 0 || frame.id != id_ || frame.flags != 0) return false;
   counter_ = frame.length == 1 ? frame.data[0] : std::uint8_t{0};
   return true;
 }

@@ -45,6 +45,7 @@ class Sync {
   bool poll(Time now);
   Time deadline() const { return earlier(due_, outbox_.deadline()); }
 
+  /// 0 = the dictionary has no 1005h.
   std::uint32_t id() const { return id_; }
   /// Of the last SYNC, 1..240; 0 = it had none.
   std::uint8_t counter() const { return counter_; }

@@ -3,22 +3,15 @@
 
 /// CAN adapters behind sockets: each connection is a LAWICEL adapter of its own on a simulated bus
 /// (sim/slcan_adapter.hpp), closed until it is told to open, and gets every frame that another one, the
-/// module or a node sends.
-///
-/// Nothing blocks. A client that does not read loses frames, where they are limited, and is told so by F; one
-/// that asks and does not read the answers is not read from either.
+/// module or a node sends. A client that does not read loses frames, where they are limited, and is told so
+/// by F.
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
-#include "io/acceptor.hpp"
-#include "io/descriptor.hpp"
-#include "io/errors.hpp"
-#include "io/reactor.hpp"
-#include "io/stream_listener.hpp"
+#include "io/stream_server.hpp"
 #include "sim/slcan_adapter.hpp"
 
 namespace cbcan::io {
@@ -32,17 +25,14 @@ class SlcanServer {
   /// the caller's; the bus is not advanced after this has gone.
   SlcanServer(Reactor& reactor, sim::Bus& bus, const StreamAddress& address, std::size_t most_unsent,
               OnQueued on_queued, Warn warn);
-  ~SlcanServer();
-  SlcanServer(const SlcanServer&) = delete;
-  SlcanServer& operator=(const SlcanServer&) = delete;
 
   /// Where it listens, with the real port.
-  const StreamAddress& address() const { return listener_.address(); }
+  const StreamAddress& address() const { return server_.address(); }
 
   /// Sends what the bus has brought; to be called once per turn, before waiting.
-  void flush();
+  void flush() { server_.flush(); }
 
-  std::size_t clients() const { return connections_.size(); }
+  std::size_t clients() const { return server_.clients(); }
 
   struct Counters {
     std::uint64_t connections = 0;  ///< accepted
@@ -51,24 +41,17 @@ class SlcanServer {
   Counters counters() const;
 
  private:
-  struct Connection;
+  class Session;
 
-  void adopt(Descriptor socket);
-  void close_client(Connection& client);
-  std::unique_ptr<sim::SlcanAdapter> take_adapter();
-  bool receive(Connection& client);
-  bool send(Connection& client);
-  void watch(Connection& client);
+  sim::SlcanAdapter& take_adapter();
 
-  Reactor& reactor_;
   sim::Bus& bus_;
   std::size_t most_unsent_;
   OnQueued on_queued_;
-  StreamListener listener_;
-  std::unordered_map<int, std::unique_ptr<Connection>> connections_;
-  std::vector<std::unique_ptr<sim::SlcanAdapter>> idle_;  ///< a bus cannot let go of one: they are used again
-  Counters counters_;
-  Acceptor acceptor_;
+  /// A bus cannot let go of an adapter: those of connections that have ended are used again.
+  std::vector<std::unique_ptr<sim::SlcanAdapter>> adapters_;
+  std::vector<sim::SlcanAdapter*> idle_;
+  StreamServer server_;
 };
 
 }  // namespace cbcan::io

@@ -16,6 +16,7 @@
 #include <span>
 #include <string_view>
 
+#include "canopen/device.hpp"
 #include "canopen/nmt.hpp"
 #include "canopen/object_dictionary.hpp"
 #include "cbcan/time.hpp"
@@ -23,7 +24,9 @@
 namespace cbcan::sim {
 
 /// The five bytes of an EMCY message that are the manufacturer's.
-using EmergencyInfo = std::array<std::uint8_t, 5>;
+using EmergencyInfo = Emergency::Info;
+
+using cbcan::NetworkFailure;
 
 /// What a behaviour may ask of its node.
 class DeviceNode {
@@ -33,7 +36,7 @@ class DeviceNode {
   /// An error has occurred: EMCY with this code, once, and `register_bits` set in 1001h until it is over (CiA
   /// 301, 7.2.7). An error that is there already is not told again.
   virtual void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) = 0;
-  /// The error with this code is over; after the last one EMCY 0000h goes out.
+  /// The error with this code is over: EMCY 0000h goes out, with what is left in 1001h.
   virtual void error_over(std::uint16_t code, Time now) = 0;
 
   /// The event that event-driven TPDOs with this object in them wait for: they are sent, when the inhibit
@@ -42,13 +45,6 @@ class DeviceNode {
 
  protected:
   ~DeviceNode() = default;
-};
-
-/// Why a node has to do without its network (CiA 301, 7.5.2.32 error behaviour).
-enum class NetworkFailure : std::uint8_t {
-  kHeartbeat,  ///< a node watched by 1016h is no longer heard
-  kGuarding,   ///< the life time of node guarding has passed
-  kBusOff,
 };
 
 class Behaviour {

@@ -13,27 +13,12 @@
 #include <utility>
 #include <vector>
 
+#include "stream_client.hpp"
 #include "support/catch.hpp"
 #include "turns.hpp"
 
 namespace cbcan::io {
 namespace {
-
-/// A folder of this test's own, and a socket's path in it.
-class Folder {
- public:
-  Folder() { REQUIRE(mkdtemp(name_.data()) != nullptr); }
-  ~Folder() {
-    unlink(socket().c_str());
-    rmdir(name_.c_str());
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  std::string socket() const { return name_ + "/s"; }
-
- private:
-  std::string name_ = "/tmp/cbcan_slcan_XXXXXX";
-};
 
 struct Server {
   explicit Server(std::string_view address = "127.0.0.1:0")
@@ -46,6 +31,7 @@ struct Server {
   std::vector<std::string> warnings;
   SlcanServer slcan;
 
+  const StreamAddress& address() const { return slcan.address(); }
   std::size_t turn() {
     slcan.flush();
     return reactor.run_once(0);
@@ -54,63 +40,6 @@ struct Server {
   void run_until(Done done) {
     test::turn_until([this] { turn(); }, done);
   }
-};
-
-class Client {
- public:
-  explicit Client(const Server& server) {
-    const StreamAddress& address = server.slcan.address();
-    address.path.empty() ? connect_tcp(address.tcp.port) : connect_unix(address.path);
-  }
-
-  void send(std::string_view text) {
-    REQUIRE(::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL) ==
-            static_cast<ssize_t>(text.size()));
-  }
-  /// So many characters as the server takes.
-  std::size_t send_some(std::string_view text) {
-    const ssize_t count = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    return count < 0 ? 0 : static_cast<std::size_t>(count);
-  }
-  const std::string& heard() {
-    std::array<char, 4096> part;
-    ssize_t count = 0;
-    while ((count = recv(socket_.get(), part.data(), part.size(), MSG_DONTWAIT)) > 0)
-      heard_.append(part.data(), static_cast<std::size_t>(count));
-    if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) closed_ = true;
-    return heard_;
-  }
-  bool closed() {
-    heard();
-    return closed_;
-  }
-  void leave() { socket_.reset(); }
-  void slam() {
-    const linger at_once{1, 0};
-    setsockopt(socket_.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
-    leave();
-  }
-
- private:
-  void connect_tcp(std::uint16_t port) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socket_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
-  }
-  void connect_unix(const std::string& path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path.copy(address.sun_path, sizeof address.sun_path - 1);
-    socket_ = Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
-  }
-
-  Descriptor socket_;
-  std::string heard_;
-  bool closed_ = false;
 };
 
 /// A socket's file that nobody listens on.
@@ -132,7 +61,7 @@ std::string complaint(std::string_view address) {
   return "none";
 }
 
-void check_answers(Server& server, Client& client, std::string_view question, std::string_view answer) {
+void check_answers(Server& server, StreamClient& client, std::string_view question, std::string_view answer) {
   client.send(question);
   server.run_until([&] { return client.heard().size() >= answer.size(); });
   CHECK(client.heard() == answer);
@@ -151,7 +80,7 @@ TEST_CASE("addresses of streams") {
 TEST_CASE("SLCAN over TCP: connections are adapters on one bus") {
   Server server;
   CHECK(server.slcan.address().tcp.port != 0);
-  Client left(server), right(server);
+  StreamClient left(server.address()), right(server.address());
   left.send("S6\rO\r");
   check_answers(server, right, "O\r", "\r");
   server.run_until([&] { return left.heard() == "\r\r"; });
@@ -165,7 +94,7 @@ TEST_CASE("SLCAN over a Unix socket, whose file goes with the server") {
   const Folder folder;
   {
     Server server("unix:" + folder.socket());
-    Client client(server);
+    StreamClient client(server.address());
     check_answers(server, client, "V\r", "V1013\r");
   }
   CHECK(access(folder.socket().c_str(), F_OK) != 0);
@@ -191,20 +120,20 @@ TEST_CASE("a Unix socket that a killed program left is replaced, one in use and 
 TEST_CASE("an adapter is used again by the next client, and begins anew") {
   Server server;
   for (int i = 0; i < 3; ++i) {
-    Client client(server);
+    StreamClient client(server.address());
     check_answers(server, client, "O\rt12", "\r");
     i == 1 ? client.slam() : client.leave();
     server.run_until([&] { return server.slcan.clients() == 0; });
   }
-  Client client(server);
+  StreamClient client(server.address());
   check_answers(server, client, "0\rZ1\rO\r", "\a\r\r");
   CHECK(server.slcan.counters().connections == 4);
 }
 
 TEST_CASE("a client that does not read loses frames; the others lose none") {
   Server server;
-  Client deaf(server), sender(server), reader(server);
-  for (Client* client : {&deaf, &sender, &reader})
+  StreamClient deaf(server.address()), sender(server.address()), reader(server.address());
+  for (StreamClient* client : {&deaf, &sender, &reader})
     client->send("O\r");
   server.run_until([&] { return reader.heard() == "\r" && sender.heard() == "\r"; });
   const std::string frame = "t12381122334455667788\r";
@@ -225,7 +154,7 @@ TEST_CASE("a client that does not read loses frames; the others lose none") {
 
 TEST_CASE("a client that asks and does not read the answers is not read from either, and can go on later") {
   Server server;
-  Client client(server);
+  StreamClient client(server.address());
   const std::string questions(4096, '\r');
   constexpr std::size_t kFarMore = 100'000'000;
   std::size_t sent = 0;

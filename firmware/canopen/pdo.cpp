@@ -1,0 +1,456 @@
+// SPDX-License-Identifier: MIT
+#include "canopen/pdo.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "canopen/cob_id.hpp"
+#include "canopen/little_endian.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr std::uint16_t kNumberMask = 0x1FF;
+constexpr std::uint16_t kMappingBit = 0x200;  ///< from parameters 1400h, 1800h to mapping 1600h, 1A00h
+
+// Sub-indices of 1400h+n and 1800h+n.
+constexpr std::uint8_t kCobId = 1;
+constexpr std::uint8_t kType = 2;
+constexpr std::uint8_t kInhibitTime = 3;
+constexpr std::uint8_t kEventTimer = 5;
+constexpr std::uint8_t kStartValue = 6;
+
+constexpr Time kInhibitUnit = 100;
+constexpr std::uint8_t kHighestCounter = 240;
+
+// Transmission types (CiA 301, 7.5.2.35 and 7.5.2.37).
+constexpr std::uint8_t kAcyclic = 0;
+constexpr std::uint8_t kLastSynchronous = 240;
+constexpr std::uint8_t kRemoteSynchronous = 252;
+constexpr std::uint8_t kRemoteEvent = 253;
+constexpr std::uint8_t kFirstEvent = 254;
+
+constexpr bool is_synchronous(std::uint8_t type) {
+  return type <= kLastSynchronous;
+}
+
+/// True where the values are those of the moment of sending.
+constexpr bool is_sampled_late(std::uint8_t type) {
+  return type >= kRemoteEvent;
+}
+
+constexpr bool is_receive(std::uint16_t index) {
+  return index < Pdo::kTransmit;
+}
+
+constexpr bool is_type(std::uint16_t index, std::uint32_t type) {
+  return type <= kLastSynchronous || type >= (is_receive(index) ? kFirstEvent : kRemoteSynchronous);
+}
+
+constexpr bool is_valid(std::uint32_t cob_id) {
+  return (cob_id & cob::kInvalid) == 0 && cob::is_usable(cob_id);
+}
+
+/// Calls visit(n) for each object first + n, n = 0..511.
+template <class Visitor>
+void visit_objects(std::span<const ObjectEntry> entries, std::uint16_t first, Visitor visit) {
+  auto entry = std::partition_point(entries.begin(), entries.end(),
+                                    [&](const ObjectEntry& candidate) { return candidate.index < first; });
+  for (std::uint16_t next = first; entry != entries.end() && entry->index <= (first | kNumberMask); ++entry) {
+    if (entry->index < next) continue;  // one more entry of the same object
+    visit(static_cast<std::uint16_t>(entry->index - first));
+    next = static_cast<std::uint16_t>(entry->index + 1);
+  }
+}
+
+std::size_t count_objects(std::span<const ObjectEntry> entries, std::uint16_t first) {
+  std::size_t count = 0;
+  visit_objects(entries, first, [&](std::uint16_t /*number*/) { ++count; });
+  return count;
+}
+
+template <class Room>
+std::span<Room> numbered(std::span<const ObjectEntry> entries, std::uint16_t first, std::span<Room> room) {
+  std::size_t count = 0;
+  visit_objects(entries, first, [&](std::uint16_t number) {
+    if (count < room.size()) room[count++].number = number;
+  });
+  return room.first(count);
+}
+
+template <class Room>
+Room* find_number(std::span<Room> pdos, std::size_t number) {
+  const auto found =
+      std::partition_point(pdos.begin(), pdos.end(), [&](const Room& pdo) { return pdo.number < number; });
+  return found != pdos.end() && found->number == number ? &*found : nullptr;
+}
+
+}  // namespace
+
+// Configuration.
+
+std::size_t Pdo::rpdo_count(std::span<const ObjectEntry> entries) {
+  return count_objects(entries, kReceive);
+}
+
+std::size_t Pdo::tpdo_count(std::span<const ObjectEntry> entries) {
+  return count_objects(entries, kTransmit);
+}
+
+void Pdo::reset(Time now) {
+  set_operational(false, now);
+  rpdos_ = numbered(dictionary_.entries(), kReceive, rpdo_room_);
+  tpdos_ = numbered(dictionary_.entries(), kTransmit, tpdo_room_);
+  for (Rpdo& rpdo : rpdos_)
+    load(rpdo);
+  for (Tpdo& tpdo : tpdos_)
+    load(tpdo);
+  order_rpdos();
+  order_tpdos();
+}
+
+AbortCode Pdo::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes) const {
+  const auto value = static_cast<std::uint32_t>(load_little_endian(bytes));
+  const auto index = static_cast<std::uint16_t>(entry.index & ~kMappingBit);
+  const std::uint32_t cob_id = parameter(index, kCobId);
+  const AbortCode unless_invalid = is_valid(cob_id) ? AbortCode::kDeviceState : AbortCode::kNone;
+  if (entry.index != index)
+    return unless_invalid != AbortCode::kNone ? unless_invalid : check_mapping(entry.index, sub, value);
+  switch (sub) {
+    case kCobId: return check_cob_id(index, value, cob_id);
+    case kType: return is_type(index, value) ? AbortCode::kNone : AbortCode::kValue;
+    case kInhibitTime: return is_receive(index) ? AbortCode::kNone : unless_invalid;
+    case kStartValue: return value > kHighestCounter ? AbortCode::kValue : unless_invalid;
+    default: return AbortCode::kNone;
+  }
+}
+
+AbortCode Pdo::check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const {
+  if (sub == 0) return PdoMapping().resolve(dictionary_, index, value);
+  if (parameter(index, 0) != 0) return AbortCode::kDeviceState;
+  return value == 0 ? AbortCode::kNone : PdoMapping::check(dictionary_, index, value);
+}
+
+AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint32_t current) const {
+  if ((value & cob::kReserved) != 0) return AbortCode::kValue;
+  if ((value & cob::kInvalid) != 0) return AbortCode::kNone;
+  if (!cob::is_usable(value)) return AbortCode::kValue;
+  if (is_valid(current))
+    return cob::id_of(value) == cob::id_of(current) ? AbortCode::kNone : AbortCode::kValue;
+  const auto mapping_index = static_cast<std::uint16_t>(index | kMappingBit);
+  PdoMapping mapping;
+  const AbortCode wrong = mapping.resolve(dictionary_, mapping_index, parameter(mapping_index, 0));
+  return wrong == AbortCode::kNone && mapping.bytes() != 0 ? AbortCode::kNone : AbortCode::kDeviceState;
+}
+
+void Pdo::configure(std::uint16_t index, Time now) {
+  if ((index & kMappingBit) != 0) return;  // comes with the COB-ID that makes it valid
+  const auto number = static_cast<std::uint16_t>(index & kNumberMask);
+  if (is_receive(index)) {
+    Rpdo* const rpdo = find_number(rpdos_, number);
+    if (rpdo == nullptr) return;
+    load(*rpdo);
+    order_rpdos();
+  } else {
+    Tpdo* const tpdo = find_number(tpdos_, number);
+    if (tpdo == nullptr) return;
+    const bool was_active = tpdo->active;
+    load(*tpdo);
+    order_tpdos();
+    if (!operational_ || !tpdo->active) return;
+    update(now);
+    start(*tpdo, !was_active, now);
+    poll(now);
+  }
+}
+
+void Pdo::load(Rpdo& rpdo) {
+  const auto index = static_cast<std::uint16_t>(kReceive + rpdo.number);
+  const auto mapping = static_cast<std::uint16_t>(kReceiveMapping + rpdo.number);
+  const std::uint32_t cob_id = parameter(index, kCobId);
+  rpdo.id = static_cast<std::uint16_t>(cob::id_of(cob_id));
+  rpdo.type = static_cast<std::uint8_t>(parameter(index, kType));
+  rpdo.timer = milliseconds(parameter(index, kEventTimer));
+  rpdo.active = is_valid(cob_id) &&
+                rpdo.mapping.resolve(dictionary_, mapping, parameter(mapping, 0)) == AbortCode::kNone &&
+                rpdo.mapping.bytes() != 0;
+  start(rpdo);
+}
+
+void Pdo::load(Tpdo& tpdo) {
+  const auto index = static_cast<std::uint16_t>(kTransmit + tpdo.number);
+  const auto mapping = static_cast<std::uint16_t>(kTransmitMapping + tpdo.number);
+  const std::uint32_t cob_id = parameter(index, kCobId);
+  tpdo.remote = (cob_id & cob::kNoRemote) == 0;
+  tpdo.type = static_cast<std::uint8_t>(parameter(index, kType));
+  const bool has_events = tpdo.type >= kFirstEvent;
+  tpdo.inhibit_time = has_events ? parameter(index, kInhibitTime) * kInhibitUnit : 0;
+  tpdo.timer = has_events ? milliseconds(parameter(index, kEventTimer)) : 0;
+  tpdo.start_value = static_cast<std::uint8_t>(parameter(index, kStartValue));
+  tpdo.active = is_valid(cob_id) &&
+                tpdo.mapping.resolve(dictionary_, mapping, parameter(mapping, 0)) == AbortCode::kNone &&
+                tpdo.mapping.bytes() != 0;
+  tpdo.frame = {};
+  tpdo.frame.id = cob::id_of(cob_id);
+  tpdo.frame.length = tpdo.mapping.bytes();
+}
+
+void Pdo::order_rpdos() {
+  active_rpdos_ = 0;
+  for (std::size_t place = 0; place < rpdos_.size(); ++place) {
+    if (!rpdos_[place].active) continue;
+    std::size_t k = active_rpdos_++;
+    for (; k > 0 && rpdo(k - 1).id > rpdos_[place].id; --k)
+      rpdos_[k].order = rpdos_[k - 1].order;
+    rpdos_[k].order = static_cast<std::uint16_t>(place);
+  }
+}
+
+void Pdo::order_tpdos() {
+  active_tpdos_ = 0;
+  for (std::size_t place = 0; place < tpdos_.size(); ++place)
+    if (tpdos_[place].active) tpdos_[active_tpdos_++].order = static_cast<std::uint16_t>(place);
+}
+
+// Operation.
+
+void Pdo::set_operational(bool operational, Time now) {
+  if (operational == operational_) return;
+  operational_ = operational;
+  reception_due_ = kNever;
+  transmission_due_ = kNever;
+  retry_at_ = 0;
+  window_end_ = kNever;
+  if (!operational) return;
+  for (Rpdo& rpdo : rpdos_)
+    start(rpdo);
+  if (active_tpdos_ == 0) return;
+  update(now);
+  for (std::size_t k = 0; k < active_tpdos_; ++k)
+    start(tpdo(k), true, now);
+  poll(now);
+}
+
+/// The timer runs from the first reception.
+void Pdo::start(Rpdo& rpdo) {
+  rpdo.timer_at = kNever;
+  rpdo.fresh = false;
+}
+
+void Pdo::start(Tpdo& tpdo, bool send, Time now) {
+  tpdo.event = false;
+  tpdo.wanted = false;
+  tpdo.syncs_left = 0;
+  tpdo.inhibited_until = 0;
+  tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
+  sample(tpdo);
+  if (send && tpdo.type >= kFirstEvent) want(tpdo);
+  transmission_due_ = earlier(transmission_due_, due_of(tpdo));
+}
+
+void Pdo::on_frame(const Frame& frame, Time now) {
+  if (!operational_) return;
+  if (frame.flags == Frame::kRemote) return on_remote(frame.id, now);
+  if (frame.flags != 0) return;
+  std::size_t first = 0;
+  for (std::size_t end = active_rpdos_; first < end;) {
+    const std::size_t middle = (first + end) / 2;
+    if (rpdo(middle).id < frame.id)
+      first = middle + 1;
+    else
+      end = middle;
+  }
+  bool received = false;
+  for (; first < active_rpdos_ && rpdo(first).id == frame.id; ++first)
+    received |= receive(rpdo(first), frame, now);
+  if (received) tell([&] { application_.on_received(now); });
+  poll(now);
+}
+
+bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
+  if (is_synchronous(rpdo.type) && now > window_end_) return false;
+  if (frame.length < rpdo.mapping.bytes()) {
+    report(kTooShort, rpdo, now);
+    return false;
+  }
+  if (frame.length > rpdo.mapping.bytes()) report(kTooLong, rpdo, now);
+  if (rpdo.timer != 0) {
+    rpdo.timer_at = now + rpdo.timer;
+    reception_due_ = earlier(reception_due_, rpdo.timer_at);
+  }
+  if (!is_synchronous(rpdo.type)) {
+    rpdo.mapping.apply(dictionary_, frame.data);
+    return true;
+  }
+  rpdo.data = frame.data;
+  rpdo.fresh = true;
+  return false;
+}
+
+void Pdo::on_remote(std::uint32_t id, Time now) {
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& asked = tpdo(k);
+    if (asked.frame.id == id && asked.remote) want(asked);
+  }
+  poll(now);
+}
+
+void Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
+  if (!operational_) return;
+  const bool late = now > window_end_;
+  window_end_ = window == 0 ? kNever : now + window;
+  take_effect();
+  tell([&] { application_.on_synchronised(now); });
+  sample_and_send(counter, late, now);
+  poll(now);
+}
+
+/// RPDOs that have waited for the SYNC.
+void Pdo::take_effect() {
+  for (std::size_t k = 0; k < active_rpdos_; ++k) {
+    Rpdo& received = rpdo(k);
+    if (!std::exchange(received.fresh, false)) continue;
+    received.mapping.apply(dictionary_, received.data);
+  }
+}
+
+namespace {
+
+/// True for a SYNC at which this TPDO is sampled.
+bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
+  if (tpdo.type == kAcyclic) return std::exchange(tpdo.event, false);
+  if (!is_synchronous(tpdo.type)) return tpdo.type == kRemoteSynchronous;
+  if (tpdo.syncs_left == 0) {
+    const bool awaited = tpdo.start_value == 0 || counter == 0 || counter == tpdo.start_value;
+    if (!awaited) return false;
+    tpdo.syncs_left = tpdo.type;
+  }
+  if (--tpdo.syncs_left != 0) return false;
+  tpdo.syncs_left = tpdo.type;
+  return true;
+}
+
+}  // namespace
+
+/// `late`: the window of the last SYNC was over, and so is what was to be sent in it.
+void Pdo::sample_and_send(std::uint8_t counter, bool late, Time now) {
+  bool updated = false;
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& sampled = tpdo(k);
+    if (late && sampled.windowed) sampled.wanted = false;
+    if (!takes_sync(sampled, counter)) continue;
+    if (!std::exchange(updated, true)) update(now);
+    sample(sampled);
+    if (sampled.type == kRemoteSynchronous) continue;
+    sampled.wanted = true;
+    sampled.windowed = true;
+    if (now >= retry_at_) send(sampled, now);
+    if (sampled.wanted) transmission_due_ = earlier(transmission_due_, retry_at_);
+  }
+}
+
+void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
+  const ObjectEntry* entry = nullptr;
+  if (!operational_ || dictionary_.find(index, sub, entry) != AbortCode::kNone) return;
+  const std::uint8_t* const place = dictionary_.value(*entry, sub).data();
+  for (std::size_t k = 0; k < active_tpdos_; ++k)
+    if (tpdo(k).mapping.holds(dictionary_, place)) on_event(tpdo(k));
+  poll(now);
+}
+
+void Pdo::request(std::uint16_t number, Time now) {
+  Tpdo* const requested = find_number(tpdos_, number - 1u);
+  if (!operational_ || requested == nullptr || !requested->active) return;
+  on_event(*requested);
+  poll(now);
+}
+
+void Pdo::on_event(Tpdo& tpdo) {
+  if (tpdo.type == kAcyclic) tpdo.event = true;
+  if (tpdo.type >= kFirstEvent) want(tpdo);
+}
+
+void Pdo::want(Tpdo& tpdo) {
+  tpdo.wanted = true;
+  tpdo.windowed = false;
+  transmission_due_ = earlier(transmission_due_, due_of(tpdo));
+}
+
+bool Pdo::is_ready(const Tpdo& tpdo, Time now) const {
+  return tpdo.wanted && now >= due_of(tpdo);
+}
+
+Time Pdo::due_of(const Tpdo& tpdo) const {
+  return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
+}
+
+Time Pdo::poll(Time now) {
+  if (telling_) return deadline();
+  if (now >= reception_due_) watch_receptions(now);
+  if (now >= transmission_due_) transmit(now);
+  return deadline();
+}
+
+void Pdo::watch_receptions(Time now) {
+  reception_due_ = kNever;
+  for (std::size_t k = 0; k < active_rpdos_; ++k) {
+    Rpdo& watched = rpdo(k);
+    if (now >= watched.timer_at) {
+      watched.timer_at = kNever;
+      report(kTimedOut, watched, now);
+    }
+    reception_due_ = earlier(reception_due_, watched.timer_at);
+  }
+}
+
+/// The application is brought up to date once, before the first frame: what it wants sent then goes out too.
+void Pdo::transmit(Time now) {
+  bool samples = false;
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& due = tpdo(k);
+    if (now >= due.timer_at) due.wanted = true;
+    if (due.windowed && now > window_end_) due.wanted = false;
+    samples |= is_sampled_late(due.type) && is_ready(due, now);
+  }
+  if (samples) update(now);
+  transmission_due_ = kNever;
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& due = tpdo(k);
+    if (is_ready(due, now)) {
+      if (is_sampled_late(due.type)) sample(due);
+      send(due, now);
+    }
+    transmission_due_ = earlier(transmission_due_, due_of(due));
+  }
+}
+
+void Pdo::send(Tpdo& tpdo, Time now) {
+  if (!port_.try_send(tpdo.frame)) {
+    retry_at_ = now + kRetryInterval;
+    return;
+  }
+  tpdo.wanted = false;
+  tpdo.inhibited_until = now + tpdo.inhibit_time;
+  if (tpdo.timer == 0) return;
+  tpdo.timer_at = now >= tpdo.timer_at ? next_after(tpdo.timer_at, tpdo.timer, now) : now + tpdo.timer;
+}
+
+// The application.
+
+template <class Call>
+void Pdo::tell(Call call) {
+  telling_ = true;
+  call();
+  telling_ = false;
+}
+
+void Pdo::update(Time now) {
+  tell([&] { application_.before_sampling(now); });
+}
+
+void Pdo::report(std::uint16_t emergency_code, const Rpdo& rpdo, Time now) {
+  tell([&] { application_.on_pdo_error(emergency_code, static_cast<std::uint16_t>(rpdo.number + 1), now); });
+}
+
+}  // namespace cbcan

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/errors.hpp"
+#include "sim/parameters.hpp"
+
+namespace cbcan::io {
+
+/// What object 1010h of a node has stored, in a text file that people can read and edit: a line for each
+/// value that is not the one of the EDS file, such as
+///
+///   1017:00 = E803
+///
+/// with the bytes as they are on the bus, low byte first. Lines that begin with # mean nothing. The file is
+/// made when something is stored for the first time.
+class ParameterFile final : public sim::ParameterStore {
+ public:
+  /// `warn` is told what cannot be written, as the node has only an abort code for it.
+  ParameterFile(std::string path, Warn warn) : path_(std::move(path)), warn_(std::move(warn)) {}
+
+  /// A file that is not there is empty. Throws UsageError for one that cannot be understood, with file and
+  /// line.
+  std::vector<sim::StoredValue> load() override;
+
+  /// Replaces the file as a whole: a crash leaves the old one or the new one.
+  bool save(const std::vector<sim::StoredValue>& values) override;
+
+ private:
+  std::string path_;
+  Warn warn_;
+};
+
+/// The text of such a file. Both are pure; `path` is for the message of the UsageError.
+std::string parameter_text(const std::vector<sim::StoredValue>& values);
+std::vector<sim::StoredValue> parse_parameters(std::string_view text, const std::string& path);
+
+}  // namespace cbcan::io

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, but process
+/// inputs and outputs (access rwr and rww in an EDS file).
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "canopen/object_dictionary.hpp"
+
+namespace cbcan::sim {
+
+/// One stored value, as it is on the bus.
+struct StoredValue {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  std::vector<std::uint8_t> bytes;
+  bool operator==(const StoredValue&) const = default;
+};
+
+/// Where the parameters of a node outlive the program; a file, say.
+class ParameterStore {
+ public:
+  /// What was saved last; nothing if nothing was.
+  virtual std::vector<StoredValue> load() = 0;
+  /// Keeps these and forgets what was kept before. False = could not, nothing has changed.
+  virtual bool save(const std::vector<StoredValue>& values) = 0;
+
+ protected:
+  ~ParameterStore() = default;
+};
+
+/// Copies the parameters of first_index..last_index; both blocks are laid out as `entries` say.
+void copy_parameters(std::span<const ObjectEntry> entries, std::span<const std::uint8_t> from,
+                     std::span<std::uint8_t> to, std::uint16_t first_index, std::uint16_t last_index);
+
+/// Those parameters whose value in `saved` is not the one in `factory`.
+std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries,
+                                            std::span<std::uint8_t> factory, std::span<std::uint8_t> saved);
+
+/// Puts values back in; those that the dictionary no longer has, or has with another length, are left out.
+/// Returns how many those were.
+std::size_t put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved);
+
+}  // namespace cbcan::sim

@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: MIT
+// A whole CANopen device, as its master sees it on the wire: SYNC, TIME, EMCY, heartbeat consumer, life
+// guarding, stored parameters. PDOs have tests of their own.
+
+#include "core/device_rig.hpp"
+
+using cbcan::AbortCode;
+using cbcan::BusState;
+using cbcan::kMillisecond;
+using cbcan::kSecond;
+using cbcan::test::DeviceRig;
+using cbcan::test::Row;
+using enum cbcan::DataType;
+
+namespace {
+
+std::vector<Row> everything() {
+  return {
+      {0x1001, 0, 0, kUnsigned8},         {0x1003, 0, 0, kUnsigned8},
+      {0x1003, 1, 3, kUnsigned32},        {0x1005, 0, 0, kUnsigned32, 0x80},
+      {0x1006, 0, 0, kUnsigned32},        {0x1007, 0, 0, kUnsigned32},
+      {0x100C, 0, 0, kUnsigned16},        {0x100D, 0, 0, kUnsigned8},
+      {0x1010, 1, 4, kUnsigned32, 1},     {0x1011, 1, 4, kUnsigned32, 1},
+      {0x1012, 0, 0, kUnsigned32, 0x100}, {0x1014, 0, 0, kUnsigned32, 0xC2},
+      {0x1015, 0, 0, kUnsigned16},        {0x1016, 1, 3, kUnsigned32},
+      {0x1017, 0, 0, kUnsigned16},        {0x1019, 0, 0, kUnsigned8},
+      {0x1029, 1, 1, kUnsigned8},         {0x2001, 0, 0, kUnsigned8},
+  };
+}
+
+}  // namespace
+
+// ---- SYNC
+
+TEST_CASE("SYNC producer: the period in us, the counter from 1 to 1019h, and from 1 again") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.write(0x1019, 0, 1, 3);
+  rig.write(0x1006, 0, 4, 10000);
+  rig.write(0x1005, 0, 4, 0x40000080);
+  rig.pass(10 * kMillisecond - 1);
+  rig.expect_silence();
+  rig.pass(1);
+  rig.expect("080#01");
+  rig.pass(30 * kMillisecond);
+  rig.expect("080#02");
+  rig.expect("080#03");
+  rig.expect("080#01");
+  rig.arrive("000#0200");
+  rig.pass(kSecond);
+  rig.expect_silence();
+  rig.arrive("000#0100");
+  rig.pass(10 * kMillisecond);
+  rig.expect("080#01");
+  rig.write(0x1006, 0, 4, 0);
+  rig.pass(kSecond);
+}
+
+TEST_CASE("A SYNC that the node itself produces is also its own") {
+  DeviceRig rig(everything());
+  rig.start(true);
+  rig.write(0x1006, 0, 4, 10000);
+  rig.write(0x1005, 0, 4, 0x40000080);
+  rig.events.clear();
+  rig.pass(10 * kMillisecond);
+  rig.expect("080#");
+  CHECK(rig.events == std::vector<std::string>{"sync"});
+}
+
+TEST_CASE("1019h cannot change while a period is set, and is 0 or 2..240") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.write(0x1019, 0, 1, 1, "06090030");
+  rig.write(0x1019, 0, 1, 241, "06090030");
+  rig.write(0x1019, 0, 1, 240);
+  rig.write(0x1006, 0, 4, 1000);
+  rig.write(0x1019, 0, 1, 10, "08000022");
+  rig.write(0x1005, 0, 4, 0x20000080, "06090030");
+  rig.write(0x1005, 0, 4, 0x700 + 0x42, "06090030");
+}
+
+TEST_CASE("SYNC acts in Operational, on the identifier in 1005h, data frames alone") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.write(0x1005, 0, 4, 0x85);
+  rig.events.clear();
+  rig.arrive("085#");
+  rig.arrive("000#0142");
+  rig.arrive("080#");
+  rig.arrive("085#R0");
+  rig.arrive("085#");
+  rig.arrive("085#07");
+  rig.arrive("000#0242");
+  rig.arrive("085#");
+  CHECK(rig.events == std::vector<std::string>{"state 5", "sync", "sync", "state 4"});
+  CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x085, 0x642, 0x742});
+}
+
+TEST_CASE("Without 1005h there is no SYNC, and NMT commands are NMT commands") {
+  DeviceRig rig({{0x1001, 0, 0, kUnsigned8}});
+  rig.start();
+  rig.arrive("000#0100");
+  CHECK(rig.events == std::vector<std::string>{"state 5"});
+}
+
+// ---- NMT table
+
+TEST_CASE("Stopped: no SDO, no SYNC, no TIME, no EMCY; error control alone") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.write(0x1017, 0, 2, 1000);
+  rig.write(0x1012, 0, 4, 0x80000100);
+  rig.arrive("000#0200");
+  rig.events.clear();
+  rig.arrive("642#4001100000000000");
+  rig.arrive("080#");
+  rig.arrive("100#0000000001000000");
+  rig.device.emergency().error(0x1000, 0, {}, rig.now);
+  rig.pass(kSecond);
+  rig.expect("742#04");
+  CHECK(rig.events.empty());
+  rig.arrive("000#8000");
+  rig.expect("0C2#0010010000000000");  // it had waited
+}
+
+// ---- EMCY
+
+TEST_CASE("EMCY: once for each error and once for its end; 1001h and 1003h follow") {
+  DeviceRig rig(everything());
+  rig.start();
+  auto& emergency = rig.device.emergency();
+  emergency.error(0x2310, 0x02, {0x11, 0x22, 0x33, 0x44, 0x55}, rig.now);
+  rig.expect("0C2#1023031122334455");
+  emergency.error(0x2310, 0x02, {}, rig.now);
+  rig.expect_silence();
+  emergency.error(0x4210, 0x08, {}, rig.now);
+  rig.expect("0C2#10420B0000000000");
+  CHECK(rig.read(0x1001, 0) == 0x0B);
+  CHECK(rig.read(0x1003, 0) == 2);
+  CHECK(rig.read(0x1003, 1) == 0x00004210);
+  CHECK(rig.read(0x1003, 2) == 0x22112310);
+  emergency.error_over(0x2310, rig.now);
+  rig.expect("0C2#0000090000000000");
+  emergency.error_over(0x2310, rig.now);
+  rig.expect_silence();
+  emergency.error_over(0x4210, rig.now);
+  rig.expect("0C2#0000000000000000");
+  CHECK(rig.read(0x1001, 0) == 0);
+  CHECK(rig.read(0x1003, 0) == 2);
+}
+
+TEST_CASE("1003h: the newest first, the oldest out, and 0 written to sub-index 0 empties it") {
+  DeviceRig rig(everything());
+  rig.start();
+  for (std::uint16_t code = 0x1001; code <= 0x1004; ++code)
+    rig.device.emergency().error(code, 0, {}, rig.now);
+  rig.port.sent.clear();
+  CHECK(rig.read(0x1003, 0) == 3);
+  CHECK(rig.read(0x1003, 1) == 0x1004);
+  CHECK(rig.read(0x1003, 3) == 0x1002);
+  rig.write(0x1003, 0, 1, 1, "06090030");
+  rig.write(0x1003, 0, 1, 0);
+  CHECK(rig.read(0x1003, 1) == 0);
+  CHECK(rig.read(0x1003, 3) == 0);
+}
+
+TEST_CASE("1014h: the identifier cannot change while it is valid; bit 31 turns EMCY off") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.write(0x1014, 0, 4, 0x85, "06090030");
+  rig.write(0x1014, 0, 4, 0x800000C2);
+  rig.device.emergency().error(0x1000, 0, {}, rig.now);
+  rig.expect_silence();
+  rig.write(0x1014, 0, 4, 0x77, "06090030");
+  rig.write(0x1014, 0, 4, 0x85);
+  rig.device.emergency().error_over(0x1000, rig.now);
+  rig.expect("085#0000000000000000");
+}
+
+TEST_CASE("1015h: the inhibit time in 100 us lies between two messages, and none is lost") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.write(0x1015, 0, 2, 50);
+  rig.device.emergency().error(0x1000, 0, {}, rig.now);
+  rig.device.emergency().error(0x2000, 0x02, {}, rig.now);
+  rig.expect("0C2#0010010000000000");
+  rig.expect_silence();
+  rig.pass(5 * kMillisecond - 1);
+  rig.expect_silence();
+  rig.pass(1);
+  rig.expect("0C2#0020030000000000");
+}
+
+TEST_CASE("EMCY that the port refuses is tried again") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.port.refuse_next = 3;
+  rig.device.emergency().error(0x1000, 0, {}, rig.now);
+  rig.pass(299);
+  rig.expect_silence();
+  rig.pass(1);
+  rig.expect("0C2#0010010000000000");
+}
+
+TEST_CASE("Errors outlive a reset of the communication in 1001h, and end with a reset of the node") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.device.emergency().error(0x2310, 0x02, {}, rig.now);
+  rig.expect("0C2#1023030000000000");
+  rig.arrive("000#8242");
+  rig.expect("742#00");
+  CHECK(rig.read(0x1001, 0) == 0x03);
+  rig.arrive("000#8142");
+  rig.expect("742#00");
+  CHECK(rig.read(0x1001, 0) == 0);
+  CHECK(rig.read(0x1003, 0) == 0);
+}
+
+// ---- Heartbeat consumer, life guarding
+
+TEST_CASE("1016h: a node that was heard and falls silent is EMCY 8130h, once; heard again it is over") {
+  DeviceRig rig(everything());
+  rig.start(true);
+  rig.write(0x1016, 1, 4, 0x00050064);
+  CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x642, 0x705, 0x742});
+  rig.pass(kSecond);
+  rig.expect_silence();  // never heard is not lost
+  rig.events.clear();
+  rig.arrive("705#05");
+  rig.pass(99 * kMillisecond);
+  rig.arrive("705#05");
+  rig.pass(100 * kMillisecond - 1);
+  rig.expect_silence();
+  rig.pass(1);
+  rig.expect("0C2#3081110000000000");
+  CHECK(rig.events == std::vector<std::string>{"lost heartbeat", "state 127"});  // 1029h:01 = 0
+  rig.pass(kSecond);
+  rig.expect_silence();
+  rig.arrive("705#05");
+  rig.expect("0C2#0000000000000000");
+}
+
+TEST_CASE("1029h:01 = 1 leaves the state alone, 2 stops the node") {
+  for (const auto& [reaction, events] : std::map<std::uint32_t, std::vector<std::string>>{
+           {1, {"lost heartbeat"}}, {2, {"lost heartbeat", "state 4"}}}) {
+    DeviceRig rig(everything());
+    rig.start(true);
+    rig.write(0x1029, 1, 1, reaction);
+    rig.write(0x1016, 2, 4, 0x00050064);
+    rig.events.clear();
+    rig.arrive("705#05");
+    rig.pass(100 * kMillisecond);
+    CHECK(rig.events == events);
+    rig.expect("0C2#3081110000000000");
+  }
+}
+
+TEST_CASE("1016h: one entry for each node, IDs up to 127") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.write(0x1016, 1, 4, 0x00050064);
+  rig.write(0x1016, 2, 4, 0x00050064, "06040043");
+  rig.write(0x1016, 2, 4, 0x00800064, "06090030");
+  rig.write(0x1016, 1, 4, 0x00050000);
+  rig.write(0x1016, 2, 4, 0x00050064);
+}
+
+TEST_CASE("Two watched nodes lost are one error, over when both are back") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.write(0x1016, 1, 4, 0x00050064);
+  rig.write(0x1016, 2, 4, 0x00060032);
+  rig.arrive("705#05");
+  rig.arrive("706#05");
+  rig.pass(50 * kMillisecond);
+  rig.expect("0C2#3081110000000000");
+  rig.pass(50 * kMillisecond);
+  rig.expect_silence();
+  rig.arrive("706#05");
+  rig.expect_silence();
+  rig.arrive("705#00");
+  rig.expect("0C2#0000000000000000");
+}
+
+TEST_CASE("Node guarding: the toggle bit alternates; life guarding watches the master") {
+  DeviceRig rig(everything());
+  rig.start(true);
+  rig.write(0x100C, 0, 2, 100);
+  rig.write(0x100D, 0, 1, 3);
+  rig.pass(kSecond);
+  rig.expect_silence();  // it begins with the first request
+  rig.arrive("742#R1");
+  rig.expect("742#05");
+  rig.pass(299 * kMillisecond);
+  rig.arrive("742#R1");
+  rig.expect("742#85");
+  rig.events.clear();
+  rig.pass(300 * kMillisecond);
+  rig.expect("0C2#3081110000000000");
+  CHECK(rig.events == std::vector<std::string>{"lost guarding", "state 127"});
+  rig.arrive("742#R1");
+  rig.expect("742#7F");
+  rig.expect("0C2#0000000000000000");
+}
+
+TEST_CASE("Bus-off is a network failure too") {
+  DeviceRig rig(everything());
+  rig.start(true);
+  rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
+  CHECK(rig.events.empty());
+  rig.device.on_bus_state(BusState::kBusOff, rig.now);
+  CHECK(rig.events == std::vector<std::string>{"lost bus-off", "state 127"});
+}
+
+// ---- TIME
+
+TEST_CASE("TIME consumer: milliseconds after midnight and days since 1984") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.arrive("100#0000000001000000");
+  CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{0, 0});
+  rig.write(0x1012, 0, 4, 0x80000100);
+  CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x100, 0x642, 0x742});
+  rig.arrive("100#FF5B2605D03C");  // 86,400,000 - 1 ms after midnight, 15568 days: 2026-08-16
+  CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{86'399'999, 15568});
+  rig.pass(kMillisecond);
+  CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{0, 15569});
+}
+
+TEST_CASE("TIME producer: the time of day in its period") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.device.time_stamp().set({1000, 2}, rig.now);
+  rig.device.time_stamp().produce_every(kSecond, rig.now);
+  rig.pass(2 * kSecond);
+  rig.expect_silence();
+  rig.write(0x1012, 0, 4, 0x40000100);
+  rig.pass(kSecond);
+  rig.expect("100#A00F00000200");  // 4000 ms
+  rig.write(0x1012, 0, 4, 0x40000101, "06090030");
+  rig.write(0x1012, 0, 4, 0x100);
+  rig.pass(2 * kSecond);
+}
+
+// ---- Parameters
+
+TEST_CASE("1010h and 1011h: each sub-index its range, for the right signature") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.events.clear();
+  rig.write(0x1010, 1, 4, 0x64616F6C, "08000020");
+  rig.write(0x1011, 1, 4, 0x65766173, "08000020");
+  CHECK(rig.events == std::vector<std::string>{"refresh", "refresh"});
+  rig.events.clear();
+  rig.write(0x1010, 1, 4, 0x65766173);
+  rig.write(0x1010, 2, 4, 0x65766173);
+  rig.write(0x1010, 3, 4, 0x65766173);
+  rig.write(0x1011, 4, 4, 0x64616F6C);
+  std::vector<std::string> kept;
+  for (const std::string& event : rig.events)
+    if (event.find("..") != std::string::npos) kept.push_back(event);
+  CHECK(kept == std::vector<std::string>{"save 1000..FFFF", "save 1000..1FFF", "save 6000..9FFF",
+                                         "forget 2000..5FFF"});
+  rig.keeps = AbortCode::kHardware;
+  rig.write(0x1010, 1, 4, 0x65766173, "06060000");
+}
+
+TEST_CASE("What the application refuses is not stored, and it hears of what is") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.events.clear();
+  rig.write(0x2001, 0, 1, 0xEE, "06090030");
+  CHECK(rig.events == std::vector<std::string>{"refresh"});
+  rig.write(0x2001, 0, 1, 0x12);
+  CHECK(rig.events == std::vector<std::string>{"refresh", "refresh", "written"});
+  CHECK(rig.get(0x2001, 0) == 0x12);
+}
+
+TEST_CASE("A node ID that is set holds from the next reset of the communication on") {
+  DeviceRig rig(everything());
+  rig.start();
+  rig.device.set_node_id(0x43);
+  CHECK(rig.read(0x1001, 0) == 0);
+  rig.arrive("000#8242");
+  rig.expect("743#00");
+  CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x643, 0x743});
+}

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#include "io/parameter_file.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "support/catch.hpp"
+
+using cbcan::io::parameter_text;
+using cbcan::io::ParameterFile;
+using cbcan::io::parse_parameters;
+using cbcan::sim::StoredValue;
+
+namespace {
+
+const std::vector<StoredValue> kValues{{0x1017, 0, {0xE8, 0x03}}, {0x2010, 0x1F, {}}, {0x6207, 1, {0xAA}}};
+
+class Folder {
+ public:
+  Folder() {
+    char name[] = "/tmp/cbcan-parameters-XXXXXX";
+    REQUIRE(::mkdtemp(name) != nullptr);
+    path_ = name;
+  }
+  ~Folder() { REQUIRE(std::system(("rm -r " + path_).c_str()) == 0); }
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::string complaint(const std::string& text) {
+  try {
+    static_cast<void>(parse_parameters(text, "drive.par"));
+  } catch (const cbcan::io::UsageError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("Stored parameters: a line for each value, low byte first") {
+  const std::string text = parameter_text(kValues);
+  CHECK(text.substr(text.find('\n') + 1) == "1017:00 = E803\n2010:1F = \n6207:01 = AA\n");
+  CHECK(text.front() == '#');
+  CHECK(parse_parameters(text, "") == kValues);
+  CHECK(parse_parameters(" 1017 : 0=e803\r\n\n# no\n6207:1 = aa", "") ==
+        std::vector<StoredValue>{kValues[0], kValues[2]});
+}
+
+TEST_CASE("Stored parameters: what is wrong is told with file and line") {
+  for (const char* const line : {"1017 = E803", "1017:00 E803", "1017:00 = E80", "10170:00 = 01",
+                                 "1017:100 = 01", "= : ", "1017:00 = G0"})
+    CHECK(complaint(std::string("# heading\n") + line + "\n") ==
+          "drive.par:2: \"" + std::string(line).substr(0, std::string(line).find_last_not_of(' ') + 1) +
+              "\": write INDEX:SUB = BYTES in hexadecimal, such as 1017:00 = E803");
+}
+
+TEST_CASE("A parameter file that is not there is empty, and is made when something is stored") {
+  const Folder folder;
+  std::vector<std::string> warnings;
+  ParameterFile file(folder.file("5.par"), [&](const std::string& line) { warnings.push_back(line); });
+  CHECK(file.load().empty());
+  CHECK(file.save(kValues));
+  CHECK(file.load() == kValues);
+  CHECK(file.save({}));
+  CHECK(file.load().empty());
+  CHECK(warnings.empty());
+}
+
+TEST_CASE("A parameter file that cannot be written keeps what it had, and somebody is told") {
+  const Folder folder;
+  std::vector<std::string> warnings;
+  ParameterFile good(folder.file("5.par"), [](const std::string&) {});
+  REQUIRE(good.save(kValues));
+  const std::string before = text_of(folder.file("5.par"));
+  REQUIRE(::mkdir(folder.file("5.par.new").c_str(), 0700) == 0);
+  ParameterFile file(folder.file("5.par"), [&](const std::string& line) { warnings.push_back(line); });
+  CHECK_FALSE(file.save({}));
+  CHECK(text_of(folder.file("5.par")) == before);
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0] == folder.file("5.par") + ": parameters could not be stored: Is a directory");
+}
