@@ -471,7 +471,9 @@ TEST_CASE("LSS: fastscan with parts that the master knows or leaves out") {
   device.ask_in_vain("7E5#5101020304000102");                  // not the part that it has come to
   device.ask_in_vain("7E5#5179563412000300");                  // one bit wrong
   device.ask("7E5#5179563412010303", "7E4#4F00000000000000");  // not looked at
+  device.ask("7E5#5179563412010300", "7E4#4F00000000000000");  // back, but the part is not complete
   device.ask_in_vain("7E5#5E00000000000000");
+  device.ask("7E5#5119030000000003", "7E4#4F00000000000000");
   device.ask("7E5#5178563412000300", "7E4#4F00000000000000");
   device.ask("7E5#5E00000000000000", "7E4#5EFF000000000000");
   device.ask_in_vain("7E5#5100000000800000");  // not in the configuration state
