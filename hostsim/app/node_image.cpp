@@ -35,8 +35,8 @@ std::string object_name(const InitialValue& initial) {
   return text;
 }
 
-/// Puts the value in; returns what is wrong with it, or nothing.
-std::string put(const InitialValue& initial, ObjectDictionary& dictionary) {
+/// Puts the value in, which then no longer follows the node ID; returns what is wrong with it, or nothing.
+std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::DictionaryImage& image) {
   const ObjectEntry* entry = nullptr;
   if (dictionary.find(initial.index, initial.sub, entry) != AbortCode::kNone)
     return object_name(initial) + ": the node's EDS file has no such object";
@@ -46,6 +46,9 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary) {
     return object_name(initial) + ": " + value_text(initial.value) + " does not fit its data type " +
            std::string(eds::name_of(entry->type)) + " of " + std::to_string(entry->capacity) + " bytes";
   dictionary.store(*entry, initial.sub, *bytes);
+  const std::uint8_t* const place = dictionary.value(*entry, initial.sub).data();
+  std::erase_if(image.node_id_values,
+                [&](const NodeIdValue& relative) { return image.values.data() + relative.offset == place; });
   return {};
 }
 
@@ -80,11 +83,12 @@ NodeBuild build_node(const NodeConfig& node, const FileReader& read) {
     build.problems.push_back(node.eds + ": not one object in it that a node could have");
   ObjectDictionary dictionary(image.entries, image.values, nullptr);
   for (const InitialValue& initial : node.objects)
-    if (std::string wrong = put(initial, dictionary); !wrong.empty())
+    if (std::string wrong = put(initial, dictionary, image); !wrong.empty())
       build.problems.push_back(to_string(initial.place) + ": node " + std::to_string(node.id) + ": " +
                                std::move(wrong));
   if (build.problems.empty())
-    build.image = sim::NodeImage{std::move(image.entries), std::move(image.limits), std::move(image.values)};
+    build.image = sim::NodeImage{std::move(image.entries), std::move(image.limits), std::move(image.values),
+                                 std::move(image.node_id_values)};
   return build;
 }
 

@@ -157,16 +157,17 @@ bool AttributeReader::read_value(Object& object, const Section& section) {
 }
 
 bool AttributeReader::set_value(Object& object, const Section& section, const KeyValue& entry) {
-  std::optional<std::vector<std::uint8_t>> bytes = values_.bytes(entry, object.type);
-  if (!bytes) return false;
+  std::optional<Value> value = values_.value(entry, object.type);
+  if (!value) return false;
   const bool has_size = section.find(kSizeKey) != nullptr;
   const std::uint32_t most = has_size ? object.capacity : kMostCapacity;
-  if (bytes->size() > most && size_of(object.type) == 0) {
+  if (value->bytes.size() > most && size_of(object.type) == 0) {
     findings_.warning(entry.line, shortened(entry.key) + " is longer than " + std::to_string(most) +
                                       " bytes: the rest is cut off");
-    bytes->resize(most);
+    value->bytes.resize(most);
   }
-  object.value = std::move(*bytes);
+  object.value = std::move(value->bytes);
+  object.node_ids = value->node_ids;
   object.capacity = std::max(object.capacity, static_cast<std::uint32_t>(object.value.size()));
   return true;
 }
@@ -175,8 +176,8 @@ void AttributeReader::read_limits(Object& object, const Section& section) {
   if (!has_limits(object.type)) return;
   const auto limit = [&](std::string_view key) -> std::optional<std::int64_t> {
     const KeyValue* const entry = section.find(key);
-    const auto bits = entry == nullptr ? std::nullopt : values_.bits(*entry, object.type);
-    return bits ? std::optional(from_bits(*bits, object.type)) : std::nullopt;
+    const auto number = entry == nullptr ? std::nullopt : values_.pattern(*entry, object.type);
+    return number ? std::optional(from_bits(number->bits, object.type)) : std::nullopt;
   };
   object.low = limit("LowLimit");
   object.high = limit("HighLimit");

@@ -49,6 +49,7 @@ struct Object {
   /// ParameterValue if there is one, else DefaultValue, else zeros; $NODEID applied, little-endian. A number
   /// has as many bytes as its type; a string or DOMAIN as many as it is long.
   std::vector<std::uint8_t> value;
+  std::uint32_t node_ids = 0;  ///< how often $NODEID has been added to the value
   std::uint32_t capacity = 0;  ///< bytes that it can hold: see eds_reader.hpp
   /// Integers only, both allowed; unsigned ones as their bit pattern.
   std::optional<std::int64_t> low;

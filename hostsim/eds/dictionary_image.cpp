@@ -78,6 +78,9 @@ void append(const Object& object, DictionaryImage& image) {
                            static_cast<std::uint32_t>(image.values.size() + ahead), object.capacity});
   ObjectLimits limits = limits_of(object);
   for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
+    if (object.node_ids != 0)
+      image.node_id_values.push_back({static_cast<std::uint32_t>(image.values.size()), object.node_ids,
+                                      static_cast<std::uint8_t>(object.value.size())});
     append_element(object, image.values);
     limits.sub = static_cast<std::uint8_t>(sub);
     if (is_limited(object)) image.limits.push_back(limits);

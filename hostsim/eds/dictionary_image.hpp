@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "canopen/node_id_values.hpp"
 #include "canopen/object_dictionary.hpp"
 #include "eds/device_description.hpp"
 
@@ -19,6 +20,9 @@ struct DictionaryImage {
       limits;  ///< sorted by index, then sub; only where a limit is narrower than the type
   std::vector<std::uint8_t>
       values;  ///< every entry's value behind the one before; a variable one with its length
+  /// Values that $NODEID is part of, by offset: change_node_id() makes them those of another node. Limits
+  /// stay as they are.
+  std::vector<NodeIdValue> node_id_values;
 };
 
 /// Entry for entry what is in `device.objects`, without those below 1000h (data types, which SDO does not

@@ -40,8 +40,8 @@ class ListChecker {
       const std::optional<std::uint64_t> position = parse_count(entry.key);
       if (!position || entry.value.empty()) continue;
       positions.push_back({*position, entry.line});
-      if (const auto index = values_.bits(entry, DataType::kUnsigned16))
-        listed_.push_back({*index, entry.line});
+      if (const auto index = values_.pattern(entry, DataType::kUnsigned16))
+        listed_.push_back({index->bits, entry.line});
     }
     check_numbering(list, positions);
   }

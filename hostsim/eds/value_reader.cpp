@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "eds/value_reader.hpp"
 
+#include <utility>
+
 #include "eds/text.hpp"
 
 namespace cbcan::eds {
@@ -56,31 +58,33 @@ std::string ValueReader::text(const KeyValue& entry) {
   return to_utf8(head(entry.value, kMostTextBytes));
 }
 
-std::optional<std::uint64_t> ValueReader::bits(const KeyValue& entry, DataType type) {
+std::optional<Pattern> ValueReader::pattern(const KeyValue& entry, DataType type) {
   std::optional<std::uint64_t> bits;
+  std::uint32_t node_ids = 0;
   if (is_real(type)) {
     bits = parse_real(without_comment(entry), type);
   } else if (const std::optional<Number> number = integer(entry)) {
     bits = to_bits(*number, type);
+    node_ids = number->node_ids;
   } else {
     return std::nullopt;
   }
-  if (!bits)
-    findings_.warning(entry.line, key_is(entry) + " is no " + std::string(name_of(type)) + ": ignored");
-  return bits;
+  if (bits) return Pattern{*bits, node_ids};
+  findings_.warning(entry.line, key_is(entry) + " is no " + std::string(name_of(type)) + ": ignored");
+  return std::nullopt;
 }
 
-std::optional<std::vector<std::uint8_t>> ValueReader::bytes(const KeyValue& entry, DataType type) {
+std::optional<Value> ValueReader::value(const KeyValue& entry, DataType type) {
   if (const std::size_t size = size_of(type); size > 0) {
-    const std::optional<std::uint64_t> pattern = bits(entry, type);
-    return pattern ? std::optional(to_bytes(*pattern, size)) : std::nullopt;
+    const std::optional<Pattern> number = pattern(entry, type);
+    return number ? std::optional(Value{to_bytes(number->bits, size), number->node_ids}) : std::nullopt;
   }
-  if (type == DataType::kVisibleString)
-    return std::vector<std::uint8_t>(entry.value.begin(), entry.value.end());
-  if (type == DataType::kUnicodeString) return to_utf16(entry.value);
+  if (type == DataType::kVisibleString) return Value{{entry.value.begin(), entry.value.end()}};
+  if (type == DataType::kUnicodeString) return Value{to_utf16(entry.value)};
   std::optional<std::vector<std::uint8_t>> octets = parse_octets(entry.value);
-  if (!octets) findings_.warning(entry.line, key_is(entry) + " is not pairs of hexadecimal digits: ignored");
-  return octets;
+  if (octets) return Value{std::move(*octets)};
+  findings_.warning(entry.line, key_is(entry) + " is not pairs of hexadecimal digits: ignored");
+  return std::nullopt;
 }
 
 std::optional<Number> ValueReader::integer(const KeyValue& entry) {
@@ -92,7 +96,7 @@ std::optional<Number> ValueReader::integer(const KeyValue& entry) {
   if (number->no_octal)
     findings_.warning(entry.line,
                       key_is(entry) + " starts like an octal number, but is none: read as decimal");
-  if (number->uses_node_id && !node_id_ && !missing_node_id_reported_) {
+  if (number->node_ids != 0 && !node_id_ && !missing_node_id_reported_) {
     findings_.warning(entry.line,
                       "$NODEID is used, but there is no node ID: 0 is used, here and further down");
     missing_node_id_reported_ = true;

@@ -14,6 +14,18 @@
 
 namespace cbcan::eds {
 
+/// A number of some type.
+struct Pattern {
+  std::uint64_t bits = 0;
+  std::uint32_t node_ids = 0;  ///< how often $NODEID is in it
+};
+
+/// What a key says, as it is on the bus.
+struct Value {
+  std::vector<std::uint8_t> bytes;
+  std::uint32_t node_ids = 0;  ///< how often $NODEID is in it
+};
+
 class ValueReader {
  public:
   /// Without a node ID $NODEID is 0, and the first use of it is reported.
@@ -33,11 +45,11 @@ class ValueReader {
   static std::string text(const Section& section, std::string_view key);
   static std::string text(const KeyValue& entry);
 
-  /// The bit pattern of an integer, REAL or time; nothing if it is no such value.
-  std::optional<std::uint64_t> bits(const KeyValue& entry, DataType type);
+  /// An integer, REAL or time; nothing if it is no such value.
+  std::optional<Pattern> pattern(const KeyValue& entry, DataType type);
 
-  /// The bytes of a value of any type.
-  std::optional<std::vector<std::uint8_t>> bytes(const KeyValue& entry, DataType type);
+  /// A value of any type.
+  std::optional<Value> value(const KeyValue& entry, DataType type);
 
  private:
   std::optional<Number> integer(const KeyValue& entry);

@@ -86,14 +86,14 @@ std::optional<Number> parse_term(std::string_view text, std::uint8_t node_id) {
   if (!same_text(text, kNodeId)) return parse_unsigned(text);
   Number number;
   number.magnitude = node_id;
-  number.uses_node_id = true;
+  number.node_ids = 1;
   return number;
 }
 
 /// Adds a term of a sum; false if it takes more than 64 bits.
 bool add(Number& sum, const Number& term) {
   sum.hexadecimal |= term.hexadecimal;
-  sum.uses_node_id |= term.uses_node_id;
+  sum.node_ids += term.node_ids;
   sum.no_octal |= term.no_octal;
   sum.magnitude += term.magnitude;
   return sum.magnitude >= term.magnitude;

@@ -17,8 +17,8 @@ namespace cbcan::eds {
 struct Number {
   std::uint64_t magnitude = 0;
   bool negative = false;
-  bool hexadecimal = false;  ///< may be meant as a two's complement
-  bool uses_node_id = false;
+  bool hexadecimal = false;    ///< may be meant as a two's complement
+  std::uint32_t node_ids = 0;  ///< how often $NODEID is in it
   bool no_octal = false;  ///< starts with 0 as an octal number does, but has an 8 or a 9: read as decimal
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "canopen/device.hpp"
+#include "canopen/node_id_values.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/parameters.hpp"
 #include "sim/participant.hpp"
@@ -22,6 +23,9 @@ struct NodeImage {
   std::vector<ObjectEntry> entries;
   std::vector<ObjectLimits> limits;
   std::vector<std::uint8_t> values;
+  /// Those of the values that follow the node ID, see change_node_id(); they are made for the one that the
+  /// node starts with.
+  std::vector<NodeIdValue> node_id_values;
 };
 
 /// What a node has besides its dictionary.

@@ -77,6 +77,21 @@ TEST_CASE("A node's image: the EDS file's defaults, and the plant file's values 
   CHECK(std::string(text.begin(), text.end()) == "xyzzy");
 }
 
+TEST_CASE("A node's image says which values follow the node ID: not those that the plant file sets") {
+  const auto read = [](const std::string&) {
+    return std::optional<std::string>(
+        "[1200]\nParameterName=SDO\nObjectType=9\n"
+        "[1200sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=2\n"
+        "[1200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n"
+        "[1200sub2]\nParameterName=out\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x580\n");
+  };
+  auto build = build_node(node_with({{0x1200, 1, std::int64_t{0x605}, {}}}), read);
+  REQUIRE(build.image);
+  CHECK(build.image->values == Bytes{2, 0x05, 6, 0, 0, 0x85, 5, 0, 0});
+  cbcan::change_node_id(build.image->values, build.image->node_id_values, 5, 10);
+  CHECK(build.image->values == Bytes{2, 0x05, 6, 0, 0, 0x8A, 5, 0, 0});
+}
+
 TEST_CASE("What cannot be built is named with its line") {
   CHECK(first_problem({0x3000, 1, std::int64_t{1}, {}}) ==
         "plant.toml:9: node 5: object 3000h:01: the node's EDS file has no such object");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Each file of the corpus has one quirk, named in its file name, and beside it what is to come of it.
 #include "corpus.hpp"
+#include "eds/dictionary_image.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::tests {
@@ -23,6 +24,21 @@ TEST_CASE("Every file of the corpus gives the diagnostics and objects expected o
     const eds::Result result = eds::read(read_file(path), path.filename().string(), std::nullopt);
     CHECK(summary(result) == read_file(path.string() + ".expected"));
   }
+}
+
+TEST_CASE("The values of every file of the corpus can be moved from one node ID to another") {
+  std::size_t moved = 0;
+  for (const std::filesystem::path& path : corpus_files()) {
+    INFO(path.filename().string());
+    const auto image = [&](std::uint8_t node_id) {
+      return eds::dictionary_image(eds::read(read_file(path), path.filename().string(), node_id).device);
+    };
+    eds::DictionaryImage from = image(5);
+    change_node_id(from.values, from.node_id_values, 5, 6);
+    CHECK(from.values == image(6).values);
+    moved += from.node_id_values.size();
+  }
+  CHECK(moved >= 10);
 }
 
 }  // namespace cbcan::tests

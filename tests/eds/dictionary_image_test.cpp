@@ -132,6 +132,59 @@ TEST_CASE("Data types below 1000h are no objects of a dictionary") {
   CHECK(image.values == Bytes{1, 0, 0, 0});
 }
 
+TEST_CASE("Values with $NODEID in them follow the node ID, all others stay") {
+  const std::string text = variable("1014", "7", "rw", "DefaultValue=$NODEID+0x80") +
+                           variable("1015", "6", "rw", "DefaultValue=5") +
+                           variable("1016", "9", "rw", "DefaultValue=$NODEID\nCBCAN_Size=7") +
+                           variable("2000", "5", "rw", "DefaultValue= 0x10 + $nodeid") +
+                           variable("2001", "0x1B", "rw", "DefaultValue=$NODEID") +
+                           variable("2002", "4", "rw", "DefaultValue=$NODEID+$NODEID+0x300");
+  eds::DictionaryImage image = eds::dictionary_image(eds::read(text, "test.eds", std::nullopt).device);
+  const Bytes without{0x80, 0,   0,    0, 5, 0, 7, 0, 0, 0, '$', 'N', 'O', 'D', 'E',
+                      'I',  'D', 0x10, 0, 0, 0, 0, 0, 0, 0, 0,   0,   3,   0,   0};
+  CHECK(image.values == without);
+  change_node_id(image.values, image.node_id_values, 0, 5);
+  CHECK(image.values == Bytes{0x85, 0,   0,    0, 5, 0, 7, 0, 0, 0, '$', 'N',  'O', 'D', 'E',
+                              'I',  'D', 0x15, 5, 0, 0, 0, 0, 0, 0, 0,   0x0A, 3,   0,   0});
+  CHECK(image.values == image_of(text).values);
+  change_node_id(image.values, image.node_id_values, 5, 127);
+  CHECK(image.values == Bytes{0xFF, 0,   0,    0,   5, 0, 7, 0, 0, 0, '$', 'N',  'O', 'D', 'E',
+                              'I',  'D', 0x8F, 127, 0, 0, 0, 0, 0, 0, 0,   0xFE, 3,   0,   0});
+  change_node_id(image.values, image.node_id_values, 127, 0);
+  CHECK(image.values == without);
+}
+
+TEST_CASE("Values that follow the node ID wrap round within their size") {
+  eds::DictionaryImage image =
+      eds::dictionary_image(eds::read(variable("2000", "5", "rw", "DefaultValue=0xFE+$NODEID") +
+                                          variable("2001", "5", "rw", "DefaultValue=1"),
+                                      "test.eds", std::nullopt)
+                                .device);
+  change_node_id(image.values, image.node_id_values, 0, 3);
+  CHECK(image.values == Bytes{0x01, 0x01});
+  change_node_id(image.values, image.node_id_values, 3, 1);
+  CHECK(image.values == Bytes{0xFF, 0x01});
+}
+
+TEST_CASE("Each element of a compact array follows the node ID, but those with a value of their own") {
+  Device device(
+      "[2000]\nObjectType=8\nDataType=6\nDefaultValue=$NODEID+0x200\nCompactSubObj=3\n"
+      "[2000Value]\nNrOfEntries=1\n2=0x0777\n");
+  CHECK(device.image.values == Bytes{3, 0x05, 2, 0x77, 7, 0x05, 2});
+  change_node_id(device.image.values, device.image.node_id_values, 5, 0x42);
+  CHECK(device.image.values == Bytes{3, 0x42, 2, 0x77, 7, 0x42, 2});
+}
+
+TEST_CASE("A ParameterValue decides whether a value follows the node ID; one that cannot be read does not") {
+  eds::DictionaryImage image =
+      image_of(variable("2000", "5", "rw", "DefaultValue=$NODEID\nParameterValue=9") +
+               variable("2001", "5", "rw", "DefaultValue=9\nParameterValue=$NODEID") +
+               variable("2002", "5", "rw", "DefaultValue=9\nParameterValue=0x100+$NODEID"));
+  CHECK(image.values == Bytes{9, 5, 9});
+  change_node_id(image.values, image.node_id_values, 5, 6);
+  CHECK(image.values == Bytes{9, 6, 9});
+}
+
 TEST_CASE("A device without objects has an empty dictionary") {
   const Device device("");
   const ObjectEntry* entry = nullptr;

@@ -81,6 +81,12 @@ void check_image(const eds::DictionaryImage& image) {
     end = entry.offset + std::size_t{entry.stride()} * (entry.last_sub - entry.first_sub) + entry.capacity;
   }
   RC_ASSERT(end == image.values.size());
+  std::size_t previous_end = 0;
+  for (const NodeIdValue& relative : image.node_id_values) {
+    RC_ASSERT(relative.offset >= previous_end);
+    previous_end = relative.offset + std::size_t{relative.size};
+    RC_ASSERT(relative.size >= 1 && relative.size <= 8 && previous_end <= image.values.size());
+  }
   RC_ASSERT(std::is_sorted(image.limits.begin(), image.limits.end(), [](const auto& a, const auto& b) {
     return a.index < b.index || (a.index == b.index && a.sub < b.sub);
   }));

@@ -40,8 +40,9 @@ TEST_CASE("$NODEID is added in any case and order") {
   CHECK(bits_of("$nodeid + 0x200", DataType::kUnsigned32) == 0x205);
   CHECK(bits_of("0x180+ $NodeID", DataType::kUnsigned32) == 0x185);
   CHECK(bits_of("$NODEID", DataType::kUnsigned8) == 5);
-  CHECK(eds::parse_number("$NODEID", kNode)->uses_node_id);
-  CHECK_FALSE(eds::parse_number("5", kNode)->uses_node_id);
+  CHECK(eds::parse_number("$NODEID", kNode)->node_ids == 1);
+  CHECK(eds::parse_number("0x80 + $NODEID+$nodeid", kNode)->node_ids == 2);
+  CHECK(eds::parse_number("5", kNode)->node_ids == 0);
 }
 
 TEST_CASE("An integer has to fit its type") {
