@@ -14,16 +14,17 @@ MAY_KNOW = {
     "firmware/boards": {"firmware", "regmap"},
     "firmware": {"regmap"},
     "hostsim/sim": {"firmware", "regmap"},
+    "hostsim/devices": {"hostsim/sim", "firmware", "regmap"},
     "hostsim/eds": {"firmware", "regmap"},
     "hostsim/io": {"hostsim/sim", "firmware", "regmap"},
-    "hostsim/app": {"hostsim/io", "hostsim/eds", "hostsim/sim", "firmware", "regmap"},
+    "hostsim/app": {"hostsim/io", "hostsim/eds", "hostsim/devices", "hostsim/sim", "firmware", "regmap"},
     "tools": {"regmap"},
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"cbcan": "firmware", "canopen": "firmware", "coprocessor": "firmware", "modbus": "firmware",
             "slcan": "firmware", "boards": "firmware/boards",
-            "sim": "hostsim/sim", "eds": "hostsim/eds", "io": "hostsim/io",
+            "sim": "hostsim/sim", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
             "app": "hostsim/app"}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
@@ -58,7 +59,7 @@ def complaint(room, kind, name):
         return None
     if room in ("regmap", "firmware", "firmware/boards") and name not in FREESTANDING:
         return f"{room} is freestanding"
-    if room in ("hostsim/sim", "hostsim/eds") and IMPURE.fullmatch(name):
+    if room in ("hostsim/sim", "hostsim/devices", "hostsim/eds") and IMPURE.fullmatch(name):
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None
 

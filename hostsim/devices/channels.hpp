@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Channels of a device: one for each sub-index, from 1 on, of an object in its dictionary.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "canopen/object_dictionary.hpp"
+
+namespace cbcan::devices {
+
+/// The highest sub-index of an object; 0 = there is no such object.
+inline std::uint8_t highest_sub(const ObjectDictionary& dictionary, std::uint16_t index) {
+  std::uint8_t highest = 0;
+  for (const ObjectEntry& entry : dictionary.entries())
+    if (entry.index == index) highest = std::max(highest, entry.last_sub);
+  return highest;
+}
+
+template <class Channel>
+std::vector<Channel> channels(ObjectDictionary& dictionary, std::uint16_t index) {
+  std::vector<Channel> all;
+  for (unsigned sub = 1; sub <= highest_sub(dictionary, index); ++sub)
+    all.emplace_back(dictionary, static_cast<std::uint8_t>(sub));
+  return all;
+}
+
+constexpr std::uint8_t sub_of(std::size_t position) {
+  return static_cast<std::uint8_t>(position + 1);
+}
+
+/// Null where there is no such channel.
+template <class Channel>
+Channel* find(std::vector<Channel>& all, std::uint8_t sub) {
+  return sub >= 1 && sub <= all.size() && all[sub - 1u].exists() ? &all[sub - 1u] : nullptr;
+}
+
+}  // namespace cbcan::devices

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What can be done to a device on purpose, as far as it is nothing but an error with a code: the EMCY goes
+/// out when it begins, and again after a reset while it lasts.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "sim/behaviour.hpp"
+
+namespace cbcan::devices {
+
+struct ErrorKind {
+  std::uint16_t code;          ///< emergency error code
+  std::uint8_t register_bits;  ///< in 1001h
+};
+
+/// The bits of 1001h (CiA 301, 7.5.2.2).
+namespace error_register {
+inline constexpr std::uint8_t kGeneric = 0x01;
+inline constexpr std::uint8_t kCurrent = 0x02;
+inline constexpr std::uint8_t kVoltage = 0x04;
+}  // namespace error_register
+
+class Incidents {
+ public:
+  /// Names and kinds belong together one by one; the caller's, and they outlive this.
+  Incidents(std::span<const std::string_view> names, std::span<const ErrorKind> kinds);
+
+  std::span<const std::string_view> names() const { return names_; }
+  bool present(std::size_t incident) const { return present_.at(incident); }
+
+  /// An unknown name is ignored.
+  void set(std::string_view name, bool present);
+  /// The node has forgotten its errors.
+  void reset() { told_ = {}; }
+  /// Tells the node what has begun or ended.
+  void update(sim::DeviceNode& node, Time now);
+
+ private:
+  static constexpr std::size_t kMost = 8;
+  std::span<const std::string_view> names_;
+  std::span<const ErrorKind> kinds_;
+  std::array<bool, kMost> present_{};
+  std::array<bool, kMost> told_{};
+};
+
+}  // namespace cbcan::devices

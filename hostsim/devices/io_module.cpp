@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "devices/io_module.hpp"
+
+#include <array>
+#include <utility>
+
+#include "devices/channels.hpp"
+#include "sim/rounded.hpp"
+
+namespace cbcan::devices {
+
+namespace {
+
+constexpr std::uint16_t kDigitalInterruptEnable = 0x6005;
+constexpr std::uint16_t kInterruptSource = 0x6422;
+constexpr std::uint16_t kAnalogueInterruptEnable = 0x6423;
+constexpr std::size_t kChannelsPerSource = 32;
+
+constexpr std::array<std::string_view, 2> kIncidents{"output-short-circuit", "input-voltage-low"};
+constexpr std::array<ErrorKind, 2> kIncidentErrors{{
+    {0x2320, error_register::kGeneric | error_register::kCurrent},
+    {0x3120, error_register::kGeneric | error_register::kVoltage},
+}};
+
+std::vector<sim::Bound<std::uint32_t>> numbers(ObjectDictionary& dictionary, std::uint16_t index) {
+  std::vector<sim::Bound<std::uint32_t>> all;
+  for (unsigned sub = 1; sub <= highest_sub(dictionary, index); ++sub)
+    all.emplace_back(dictionary, index, static_cast<std::uint8_t>(sub));
+  return all;
+}
+
+}  // namespace
+
+IoModule::IoModule(sim::DeviceNode& node)
+    : node_(node),
+      digital_interrupts_(node.dictionary(), kDigitalInterruptEnable, 0, 1),
+      analogue_interrupts_(node.dictionary(), kAnalogueInterruptEnable, 0, 0),
+      digital_inputs_(channels<Input<DigitalInput>>(node.dictionary(), kReadInput)),
+      digital_outputs_(channels<DigitalOutput>(node.dictionary(), kWriteOutput)),
+      analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), kReadAnalogueInput)),
+      analogue_outputs_(channels<AnalogueOutput>(node.dictionary(), kWriteAnalogueOutput)),
+      interrupt_sources_(numbers(node.dictionary(), kInterruptSource)),
+      incidents_(kIncidents, kIncidentErrors) {}
+
+std::uint8_t IoModule::digital_output(std::uint8_t block) const {
+  return block >= 1 && block <= digital_outputs_.size() ? digital_outputs_[block - 1u].terminals()
+                                                        : std::uint8_t{0};
+}
+
+std::int16_t IoModule::analogue_output(std::uint8_t channel) const {
+  return channel >= 1 && channel <= analogue_outputs_.size() ? analogue_outputs_[channel - 1u].terminal()
+                                                             : std::int16_t{0};
+}
+
+void IoModule::reset(bool application, Time now) {
+  incidents_.reset();
+  if (!application) return;
+  failed_ = false;
+  for (DigitalOutput& output : digital_outputs_)
+    output.switch_off();
+  for (auto& input : digital_inputs_) {
+    input.filter(now);
+    input.refresh();
+    input.interrupt = false;
+  }
+  for (auto& input : analogue_inputs_) {
+    input.refresh();
+    input.told();
+    input.interrupt = false;
+  }
+}
+
+Time IoModule::update(Time now) {
+  Time next = kNever;
+  for (auto& input : digital_inputs_) {
+    next = earlier(next, input.filter(now));
+    if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = true;
+  }
+  for (std::size_t i = 0; i < analogue_inputs_.size(); ++i) {
+    auto& input = analogue_inputs_[i];
+    if (!input.refresh() || analogue_interrupts_.get() == 0) continue;
+    input.told();
+    input.interrupt = true;
+    note_source(i, now);
+  }
+  refresh_outputs();
+  incidents_.update(node_, now);
+  tell(now);
+  return next;
+}
+
+void IoModule::refresh_outputs() {
+  for (DigitalOutput& output : digital_outputs_)
+    output.refresh(failed_);
+  for (AnalogueOutput& output : analogue_outputs_)
+    output.refresh(failed_);
+}
+
+void IoModule::note_source(std::size_t channel, Time now) {
+  if (interrupt_at_ != now)
+    for (auto& source : interrupt_sources_)
+      source.set(0);
+  interrupt_at_ = now;
+  if (channel / kChannelsPerSource >= interrupt_sources_.size()) return;
+  auto& source = interrupt_sources_[channel / kChannelsPerSource];
+  source.set(source.get() | 1u << channel % kChannelsPerSource);
+}
+
+/// When everything is up to date: a PDO that the first one sends may carry the others too.
+void IoModule::tell(Time now) {
+  for (std::size_t i = 0; i < digital_inputs_.size(); ++i)
+    if (std::exchange(digital_inputs_[i].interrupt, false)) node_.changed(kReadInput, sub_of(i), now);
+  for (std::size_t i = 0; i < analogue_inputs_.size(); ++i)
+    if (std::exchange(analogue_inputs_[i].interrupt, false))
+      node_.changed(kReadAnalogueInput, sub_of(i), now);
+}
+
+void IoModule::on_nmt_state(nmt::State state, Time /*now*/) {
+  if (state == nmt::State::kStopped) failed_ = true;
+  if (state == nmt::State::kOperational) failed_ = false;
+}
+
+void IoModule::on_network_failure(sim::NetworkFailure /*failure*/, Time /*now*/) {
+  failed_ = true;
+}
+
+bool IoModule::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
+  if (index == kReadInput)
+    if (DigitalInput* input = find(digital_inputs_, sub)) {
+      input->set_terminals(sim::rounded<std::uint8_t>(value), now);
+      return true;
+    }
+  if (index == kReadAnalogueInput)
+    if (AnalogueInput* input = find(analogue_inputs_, sub)) {
+      input->set_terminal(value);
+      return true;
+    }
+  return false;
+}
+
+std::span<const std::string_view> IoModule::incidents() const {
+  return incidents_.names();
+}
+
+void IoModule::set_incident(std::string_view incident, bool present, Time /*now*/) {
+  incidents_.set(incident, present);
+}
+
+}  // namespace cbcan::devices

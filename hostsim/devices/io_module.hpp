@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// An I/O module (CiA 401): as many blocks of eight digital inputs and outputs, and as many analogue ones of
+/// 16 bits, as its dictionary has sub-indices of 6000h, 6200h, 6401h and 6411h. docs/devices.md lists the
+/// objects. An object that the file leaves out, or has with another size, is as the profile's default.
+///
+/// Interrupts become DeviceNode::changed() of 6000h or 6401h. An analogue one needs 6423h, a change of the
+/// value, one of the limits chosen in 6421h (if any is) and one of the deltas (if any is); deltas count from
+/// the value at the last interrupt. 6422h shows the channels that had one in the last moment in which there
+/// was any.
+///
+/// Outputs have their error values from a network failure or NMT Stopped on until the node is Operational
+/// again; 6200h and 6411h keep what was written.
+
+#include <cstdint>
+#include <vector>
+
+#include "devices/incidents.hpp"
+#include "devices/io_channels.hpp"
+#include "sim/behaviour.hpp"
+
+namespace cbcan::devices {
+
+class IoModule final : public sim::Behaviour {
+ public:
+  explicit IoModule(sim::DeviceNode& node);
+
+  /// Levels at the output terminals, after polarity and error values; bit 0 is the first. 0 for a block that
+  /// there is not. Blocks and channels count from 1.
+  std::uint8_t digital_output(std::uint8_t block) const;
+  /// Likewise, in the unit of 6411h.
+  std::int16_t analogue_output(std::uint8_t channel) const;
+
+  void reset(bool application, Time now) override;
+  Time update(Time now) override;
+  void on_nmt_state(nmt::State state, Time now) override;
+  void on_network_failure(sim::NetworkFailure failure, Time now) override;
+  /// 6000h: levels at eight terminals, 0..255. 6401h: the number that it will show. Both are rounded.
+  bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
+  /// "output-short-circuit" (EMCY 2320h) and "input-voltage-low" (3120h).
+  std::span<const std::string_view> incidents() const override;
+  void set_incident(std::string_view incident, bool present, Time now) override;
+
+ private:
+  template <class Channel>
+  struct Input : Channel {
+    using Channel::Channel;
+    bool interrupt = false;  ///< that the node has not been told of
+  };
+
+  void refresh_outputs();
+  void note_source(std::size_t channel, Time now);
+  void tell(Time now);
+
+  sim::DeviceNode& node_;
+  sim::Bound<std::uint8_t> digital_interrupts_;
+  sim::Bound<std::uint8_t> analogue_interrupts_;
+  std::vector<Input<DigitalInput>> digital_inputs_;
+  std::vector<DigitalOutput> digital_outputs_;
+  std::vector<Input<AnalogueInput>> analogue_inputs_;
+  std::vector<AnalogueOutput> analogue_outputs_;
+  std::vector<sim::Bound<std::uint32_t>> interrupt_sources_;
+  Time interrupt_at_ = kNever;
+  bool failed_ = false;
+  Incidents incidents_;
+};
+
+}  // namespace cbcan::devices

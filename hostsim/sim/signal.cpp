@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#include "sim/signal.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+namespace cbcan::sim {
+
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kDegree = kTurn / 360;
+
+double part(Time of, Time whole) {
+  return static_cast<double>(of) / static_cast<double>(whole);
+}
+
+double between(double from, double to, double share) {
+  return from + (to - from) * share;
+}
+
+/// Output number `count` of SplitMix64 (Steele, Lea, Flood 2014) with this seed.
+std::uint64_t split_mix(std::uint64_t seed, std::uint64_t count) {
+  std::uint64_t z = seed + (count + 1) * 0x9E3779B97F4A7C15u;
+  z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9u;
+  z = (z ^ z >> 27) * 0x94D049BB133111EBu;
+  return z ^ z >> 31;
+}
+
+/// 0 <= result < 1, in steps of 2^-53.
+double fraction(std::uint64_t bits) {
+  return static_cast<double>(bits >> 11) * 0x1p-53;
+}
+
+/// Mean 0, standard deviation 1 (Box and Muller).
+double normal(std::uint64_t seed, std::uint64_t sample) {
+  const double radius = std::sqrt(-2 * std::log(1 - fraction(split_mix(seed, 2 * sample))));
+  return radius * std::cos(kTurn * fraction(split_mix(seed, 2 * sample + 1)));
+}
+
+struct ValueAt {
+  Time time;
+  Time sample_period;
+
+  double operator()(const Constant& constant) const { return constant.value; }
+
+  double operator()(const Ramp& ramp) const {
+    const Time length = ramp.duration;
+    if (length == 0 || (ramp.then == Ramp::Then::kHold && time >= length)) return ramp.to;
+    if (ramp.then != Ramp::Then::kBackAndForth)
+      return between(ramp.from, ramp.to, part(time % length, length));
+    const Time phase = time % (2 * length);
+    return between(ramp.from, ramp.to, part(phase <= length ? phase : 2 * length - phase, length));
+  }
+
+  double operator()(const Sine& sine) const {
+    if (sine.period == 0) return sine.mean;
+    const double angle = kTurn * part(time % sine.period, sine.period) + kDegree * sine.phase;
+    return sine.mean + sine.amplitude * std::sin(angle);
+  }
+
+  double operator()(const Noise& noise) const {
+    const std::uint64_t sample = time / sample_period;
+    const double unit = noise.distribution == Noise::Distribution::kNormal
+                            ? normal(noise.seed, sample)
+                            : 2 * fraction(split_mix(noise.seed, sample)) - 1;
+    return noise.mean + noise.deviation * unit;
+  }
+
+  double operator()(const Replay& replay) const {
+    const std::vector<Replay::Point>& points = replay.points;
+    const Time length = points.back().at;
+    const Time at = replay.repeat && length != 0 ? time % length : time;
+    const auto later = std::upper_bound(points.begin(), points.end(), at,
+                                        [](Time t, const Replay::Point& point) { return t < point.at; });
+    if (later == points.begin()) return points.front().value;
+    const Replay::Point& last = *(later - 1);
+    if (later == points.end() || replay.between == Replay::Between::kStep) return last.value;
+    return between(last.value, later->value, part(at - last.at, later->at - last.at));
+  }
+};
+
+/// From when on the value stays as it is.
+struct SettledAt {
+  Time operator()(const Constant&) const { return 0; }
+  Time operator()(const Ramp& ramp) const {
+    return ramp.duration == 0 || ramp.then == Ramp::Then::kHold ? ramp.duration : kNever;
+  }
+  Time operator()(const Sine& sine) const { return sine.period == 0 ? 0 : kNever; }
+  Time operator()(const Noise&) const { return kNever; }
+  Time operator()(const Replay& replay) const {
+    const Time length = replay.points.back().at;
+    return replay.repeat && length != 0 ? kNever : length;
+  }
+};
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+std::optional<double> number(std::string_view text) {
+  text = trimmed(text);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/// A hundred years: more than any run, and exact to the microsecond in a double.
+constexpr double kLongest = 3.2e9;
+
+/// One line into a point behind `points`; what is wrong with it, or nothing.
+std::string add_point(std::string_view line, std::vector<Replay::Point>& points) {
+  const std::size_t comma = line.find(',');
+  if (comma == std::string_view::npos)
+    return "`" + std::string(line) + "`: must be a time in seconds and a value with a comma between them";
+  const std::optional<double> seconds = number(line.substr(0, comma));
+  if (!seconds || *seconds < 0 || *seconds > kLongest)
+    return "time `" + std::string(trimmed(line.substr(0, comma))) + "`: must be seconds, from 0 to 3.2e9";
+  const std::optional<double> value = number(line.substr(comma + 1));
+  if (!value) return "value `" + std::string(trimmed(line.substr(comma + 1))) + "`: must be one number";
+  const auto at = static_cast<Time>(std::llround(*seconds * 1e6));
+  if (!points.empty() && at <= points.back().at)
+    return "time `" + std::string(trimmed(line.substr(0, comma))) + "`: must be later than the one before";
+  points.push_back({at, *value});
+  return {};
+}
+
+/// Column names: nothing in the line is a number.
+bool is_header(std::string_view line) {
+  const std::size_t comma = line.find(',');
+  return !number(line.substr(0, comma)) &&
+         (comma == std::string_view::npos || !number(line.substr(comma + 1)));
+}
+
+}  // namespace
+
+double Signal::value_at(Time since_start) const {
+  return std::visit(ValueAt{since_start, sample_period}, shape);
+}
+
+Time Signal::next_sample(Time since_start) const {
+  if (since_start >= std::visit(SettledAt{}, shape)) return kNever;
+  return (since_start / sample_period + 1) * sample_period;
+}
+
+CsvPoints parse_csv_points(std::string_view text) {
+  CsvPoints found;
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  bool first = true;
+  while (!text.empty()) {
+    ++found.line;
+    const std::string_view line = trimmed(text.substr(0, text.find('\n')));
+    text.remove_prefix(std::min(text.size(), text.find('\n')));
+    if (!text.empty()) text.remove_prefix(1);
+    if (line.empty() || line.front() == '#') continue;
+    if (std::exchange(first, false) && is_header(line)) continue;
+    found.problem = add_point(line, found.points);
+    if (!found.problem.empty()) return found;
+  }
+  if (!found.points.empty()) return found;
+  found.line = 1;
+  found.problem = "no point in it: one `seconds,value` is needed at least";
+  return found;
+}
+
+}  // namespace cbcan::sim
