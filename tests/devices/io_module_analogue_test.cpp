@@ -1,1 +1,251 @@
 // SPDX-License-Identifier: MIT
+// The analogue half of the CiA 401 I/O module.
+#include "devices/io_module.hpp"
+#include "tests/devices/rig.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+using nmt::State;
+using Module = Rig<devices::IoModule>;
+
+constexpr std::uint8_t kUpper = 1, kLower = 2, kDelta = 4, kNegativeDelta = 8, kPositiveDelta = 16;
+
+/// The demo plant's module, events on, channel 1 with this selection.
+class Watched {
+ public:
+  explicit Watched(std::uint8_t trigger) : module_(demo_dictionary("io_module.eds")) { set_up(trigger); }
+  void set_up(std::uint8_t trigger) {
+    write(0x6423, 0, 1);
+    write(0x6421, 1, trigger);
+  }
+  void write(std::uint16_t index, std::uint8_t sub, std::uint64_t value) { module_.write(index, sub, value); }
+  void reset() { module_.reset(true); }
+  /// The channel's value becomes this; an event is due only where `event` says so.
+  void step(double value, bool event) {
+    INFO(value);
+    module_.input(0x6401, 1, value);
+    if (event) module_.expect("changed 6401:01");
+    module_.expect_nothing();
+  }
+
+ private:
+  Module module_;
+};
+
+constexpr std::uint64_t bits(std::int32_t number) {
+  return static_cast<std::uint32_t>(number);
+}
+
+}  // namespace
+
+TEST_CASE("an analogue input shows in 6401h, rounded and within 16 bits") {
+  Module module(demo_dictionary("io_module.eds"));
+  const auto shows = [&](double value, std::uint16_t shown) {
+    INFO(value);
+    module.input(0x6401, 2, value);
+    CHECK(module.get(0x6401, 2) == shown);
+  };
+  shows(1000.4, 1000);
+  shows(1000.5, 1001);
+  shows(-1.5, 0xFFFE);
+  shows(40000, 0x7FFF);
+  shows(-40000, 0x8000);
+  shows(std::numeric_limits<double>::infinity(), 0x7FFF);
+  CHECK(module.get(0x6401, 1) == 0);
+}
+
+TEST_CASE("6423h is off at first: no analogue event, by CiA 401") {
+  Module module(demo_dictionary("io_module.eds"));
+  module.input(0x6401, 1, 100);
+  module.write(0x6423, 0, 1);
+  module.expect_nothing();
+  module.input(0x6401, 1, 101);
+  module.expect("changed 6401:01");
+}
+
+TEST_CASE("the default selection 07h with its zeros: every change is an event") {
+  Watched module(7);
+  module.step(1, true);
+  module.step(1, false);
+  module.step(-1, true);
+  module.step(0, true);
+}
+
+TEST_CASE("no bit of 6421h: no event") {
+  Watched module(0);
+  module.step(100, false);
+  module.write(0x6421, 1, 0xE0);  // bits that mean nothing
+  module.step(200, false);
+}
+
+TEST_CASE("6424h: from the upper limit on, every change") {
+  Watched module(kUpper);
+  module.write(0x6424, 1, 100);
+  module.step(99, false);
+  module.step(100, true);
+  module.step(100, false);
+  module.step(101, true);
+  module.step(99, false);
+  module.step(-200, false);
+}
+
+TEST_CASE("6425h: below the lower limit, every change") {
+  Watched module(kLower);
+  module.write(0x6425, 1, bits(-100));
+  module.step(-100, false);
+  module.step(-101, true);
+  module.step(-102, true);
+  module.step(-100, false);
+  module.step(32767, false);
+}
+
+TEST_CASE("limits are numbers of 32 bits in the unit of 6401h") {
+  Watched module(kUpper | kLower);
+  module.write(0x6424, 1, 0x00010000);  // beyond what 16 bits can reach
+  module.write(0x6425, 1, bits(-32768));
+  module.step(32767, false);
+  module.step(-32768, false);
+}
+
+TEST_CASE("6426h: the difference to the value at the last event, both ways") {
+  Watched module(kDelta);
+  module.write(0x6426, 1, 10);
+  module.step(9, false);
+  module.step(10, true);
+  module.step(1, false);
+  module.step(0, true);
+  module.step(-9, false);
+  module.step(-32768, true);
+  module.step(32767, true);
+}
+
+TEST_CASE("6427h: only falls") {
+  Watched module(kNegativeDelta);
+  module.write(0x6427, 1, 10);
+  module.step(100, false);
+  module.step(-9, false);
+  module.step(-10, true);
+  module.step(-19, false);
+  module.step(-20, true);
+}
+
+TEST_CASE("6428h: only rises") {
+  Watched module(kPositiveDelta);
+  module.write(0x6428, 1, 10);
+  module.step(-100, false);
+  module.step(9, false);
+  module.step(10, true);
+  module.step(19, false);
+  module.step(20, true);
+}
+
+TEST_CASE("a delta of 32 bits is more than any change") {
+  Watched module(kDelta | kNegativeDelta | kPositiveDelta);
+  module.write(0x6426, 1, 0xFFFFFFFF);
+  module.write(0x6427, 1, 0xFFFFFFFF);
+  module.write(0x6428, 1, 0xFFFFFFFF);
+  module.step(32767, false);
+  module.step(-32768, false);
+}
+
+TEST_CASE("a limit and a delta: both have to be reached") {
+  Watched module(kUpper | kDelta);
+  module.write(0x6424, 1, 100);
+  module.write(0x6426, 1, 10);
+  module.step(50, false);
+  module.step(100, true);
+  module.step(105, false);
+  module.step(110, true);
+  module.step(99, false);
+}
+
+TEST_CASE("6422h shows the channels of the last moment with an event") {
+  Module module(demo_dictionary("io_module.eds"));
+  module.write(0x6423, 0, 1);
+  module.input(0x6401, 2, 5);
+  module.expect("changed 6401:02");
+  CHECK(module.get(0x6422, 1) == 2);
+  module.input(0x6401, 1, 5);  // in the same moment
+  module.expect("changed 6401:01");
+  CHECK(module.get(0x6422, 1) == 3);
+  module.now += 1;
+  module.run();
+  CHECK(module.get(0x6422, 1) == 3);
+  module.input(0x6401, 1, 6);
+  module.expect("changed 6401:01");
+  CHECK(module.get(0x6422, 1) == 1);
+}
+
+TEST_CASE("channel 33 is bit 0 of 6422h:02") {
+  Module module(dictionary_of({{0x6401, 40, DataType::kInteger16},
+                               {0x6422, 2, DataType::kUnsigned32},
+                               {0x6423, 0, DataType::kBoolean}}));
+  module.write(0x6423, 0, 1);
+  module.input(0x6401, 33, 1);
+  module.input(0x6401, 32, 1);
+  CHECK(module.get(0x6422, 1) == 0x80000000);
+  CHECK(module.get(0x6422, 2) == 0x00000001);
+  module.expect("changed 6401:21");
+  module.expect("changed 6401:20");
+}
+
+TEST_CASE("a source without a place in 6422h is an event all the same") {
+  Module module(dictionary_of({{0x6401, 33, DataType::kInteger16},
+                               {0x6422, 1, DataType::kUnsigned32},
+                               {0x6423, 0, DataType::kBoolean}}));
+  module.write(0x6423, 0, 1);
+  module.input(0x6401, 33, 1);
+  module.expect("changed 6401:21");
+  CHECK(module.get(0x6422, 1) == 0);
+}
+
+TEST_CASE("6411h goes out: 300 stays 300") {
+  Module module(demo_dictionary("io_module.eds"));
+  module.write(0x6411, 1, 300);
+  CHECK(module.get(0x6411, 1) == 300);
+  CHECK(module.device.analogue_output(1) == 300);
+  CHECK(module.device.analogue_output(2) == 0);
+  module.write(0x6411, 2, 0x8000);
+  CHECK(module.device.analogue_output(2) == -32768);
+  CHECK(module.device.analogue_output(0) == 0);
+  CHECK(module.device.analogue_output(3) == 0);
+}
+
+TEST_CASE("6443h and 6444h: analogue error values") {
+  Module module(demo_dictionary("io_module.eds"));
+  module.write(0x6411, 1, 300);
+  module.write(0x6411, 2, 400);
+  module.write(0x6444, 1, bits(-7));
+  module.write(0x6443, 2, 0);
+  module.write(0x6444, 2, 9);
+  module.state(State::kOperational);
+  module.device.on_network_failure(sim::NetworkFailure::kHeartbeat, module.now);
+  module.run();
+  CHECK(module.device.analogue_output(1) == -7);
+  CHECK(module.device.analogue_output(2) == 400);
+  CHECK(module.get(0x6411, 1) == 300);
+  module.write(0x6444, 1, 100000);  // the nearest that 16 bits have
+  CHECK(module.device.analogue_output(1) == 32767);
+  module.state(State::kPreOperational);
+  module.state(State::kOperational);
+  CHECK(module.device.analogue_output(1) == 300);
+  module.state(State::kStopped);
+  CHECK(module.device.analogue_output(1) == 32767);
+  module.reset(true);
+  CHECK(module.device.analogue_output(1) == 0);
+}
+
+TEST_CASE("reset node: deltas count from what the inputs are then") {
+  Watched module(kDelta);
+  module.write(0x6426, 1, 10);
+  module.step(9, false);
+  module.reset();
+  module.set_up(kDelta);
+  module.write(0x6426, 1, 10);
+  module.step(18, false);
+  module.step(19, true);
+}
+
+}  // namespace cbcan::test

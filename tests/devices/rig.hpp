@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdio>
+#include <deque>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "eds/dictionary_image.hpp"
+#include "eds/eds_reader.hpp"
+#include "sim/behaviour.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::test {
+
+/// `count` sub-indices of one index, from 1 on; 0 = only sub-index 0.
+struct Objects {
+  std::uint16_t index;
+  std::uint8_t count;
+  DataType type;
+};
+
+inline eds::DictionaryImage dictionary_of(const std::vector<Objects>& objects) {
+  eds::DictionaryImage image;
+  for (const Objects& each : objects) {
+    const auto size = static_cast<std::uint32_t>(size_of(each.type));
+    const std::uint8_t first = each.count == 0 ? 0 : 1;
+    image.entries.push_back({each.index, first, each.count, each.type, ObjectFlags::kReadWrite,
+                             static_cast<std::uint32_t>(image.values.size()), size});
+    image.values.resize(image.values.size() + size * (each.count == 0 ? 1 : each.count));
+  }
+  return image;
+}
+
+/// The dictionary of a node of the demo plant.
+inline eds::DictionaryImage demo_dictionary(const std::string& file) {
+  std::ifstream stream(std::string(DEMO_PLANT) + "/" + file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return eds::dictionary_image(eds::read(text.str(), file, 0x42).device);
+}
+
+/// A node that plays its part by hand and writes down what the device asks of it. Everything that it is asked
+/// has to be expected, in order, and nothing may be left over at the end.
+template <class Device>
+class Rig final : public sim::DeviceNode {
+ public:
+  /// `values`: what the plant file sets.
+  struct Value {
+    std::uint16_t index;
+    std::uint8_t sub;
+    std::uint64_t value;
+  };
+  explicit Rig(eds::DictionaryImage image, const std::vector<Value>& values = {})
+      : image_(with(std::move(image), values)),
+        values_(image_.values),
+        dictionary_(image_.entries, values_, nullptr, image_.limits),
+        device(*this) {
+    device.reset(true, now);
+    run();
+  }
+  Rig(const Rig&) = delete;
+  ~Rig() noexcept(false) {
+    if (std::uncaught_exceptions() == 0) expect_nothing();
+  }
+
+  void run() { next = device.update(now); }
+  void write(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
+    CAPTURE(index, sub);
+    REQUIRE(dictionary_.set(index, sub, value));
+    run();
+  }
+  void input(std::uint16_t index, std::uint8_t sub, double value) {
+    CHECK(device.set_input(index, sub, value, now));
+    run();
+  }
+  void state(nmt::State state) {
+    device.on_nmt_state(state, now);
+    run();
+  }
+  void incident(std::string_view name, bool present) {
+    device.set_incident(name, present, now);
+    run();
+  }
+  void reset(bool application) {
+    restore_values(image_.entries, image_.values, values_, 0x1000, application ? 0xFFFF : 0x1FFF);
+    device.reset(application, now);
+    run();
+  }
+  /// Lets time pass, with every call that the device wants on the way.
+  void pass(Time duration) {
+    const Time end = now + duration;
+    while (next <= end) {
+      now = std::max(now, next);
+      run();
+    }
+    now = end;
+  }
+
+  std::uint64_t get(std::uint16_t index, std::uint8_t sub) const { return dictionary_.get(index, sub); }
+
+  void expect(const std::string& wanted) {
+    if (asked_.empty()) {
+      FAIL_CHECK("the device asks for nothing; expected " << wanted);
+      return;
+    }
+    CHECK(asked_.front() == wanted);
+    asked_.pop_front();
+  }
+  void expect_nothing() {
+    for (const std::string& left : asked_)
+      FAIL_CHECK("left over: " << left);
+    asked_.clear();
+  }
+
+  ObjectDictionary& dictionary() override { return dictionary_; }
+  void error(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo& /*info*/,
+             Time at) override {
+    note("error " + hex(code, 4) + " " + hex(register_bits, 2), at);
+  }
+  void error_over(std::uint16_t code, Time at) override { note("over " + hex(code, 4), at); }
+  void changed(std::uint16_t index, std::uint8_t sub, Time at) override {
+    note("changed " + hex(index, 4) + ":" + hex(sub, 2), at);
+  }
+
+ private:
+  static eds::DictionaryImage with(eds::DictionaryImage image, const std::vector<Value>& values) {
+    ObjectDictionary dictionary(image.entries, image.values, nullptr);
+    for (const Value& value : values)
+      REQUIRE(dictionary.set(value.index, value.sub, value.value));
+    return image;
+  }
+  static std::string hex(unsigned number, int digits) {
+    char text[16];
+    std::snprintf(text, sizeof text, "%0*X", digits, number);
+    return text;
+  }
+  void note(const std::string& asked, Time at) {
+    asked_.push_back(asked);
+    CHECK(at == now);
+  }
+
+  eds::DictionaryImage image_;
+  std::vector<std::uint8_t> values_;
+  ObjectDictionary dictionary_;
+  std::deque<std::string> asked_;
+
+ public:
+  Time now = 1000;
+  Time next = kNever;
+  Device device;
+};
+
+}  // namespace cbcan::test
