@@ -92,6 +92,20 @@ TEST_CASE("6003h: a filtered input has to stand for 3 ms") {
   module.expect("changed 6000:01");
 }
 
+TEST_CASE("6003h: each input has a time of its own") {
+  Module module(demo_dictionary("io_module.eds"));
+  module.write(0x6003, 1, 0x03);
+  module.input(0x6000, 1, 0x01);
+  module.pass(2000);
+  module.input(0x6000, 1, 0x03);
+  module.pass(1000);
+  CHECK(module.get(0x6000, 1) == 0x01);
+  module.expect("changed 6000:01");
+  module.pass(2000);
+  CHECK(module.get(0x6000, 1) == 0x03);
+  module.expect("changed 6000:01");
+}
+
 TEST_CASE("6005h turns digital events off, not the inputs") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6005, 0, 0);
