@@ -31,6 +31,10 @@ constexpr auto kLoses = [](const auto& a, const auto& b) { return a.key > b.key;
 
 }  // namespace
 
+Time frame_time(const Frame& frame, std::uint32_t bit_rate) {
+  return (bits_of(frame) * std::uint64_t{1'000'000} + bit_rate - 1) / bit_rate;
+}
+
 bool Port::try_send(const Frame& frame) {
   if (count_ == kQueueFrames || state_ == BusState::kBusOff || !bus_.link_) {
     ++bus_.counters_.refused;
@@ -80,7 +84,7 @@ Port& Bus::attach(Receiver& receiver) {
 
 void Bus::receive(const Frame& frame, Time now) {
   ++counters_.received;
-  deliver(frame, nullptr, now);
+  arrive(frame, nullptr, now);
 }
 
 void Bus::set_link(bool up) {
@@ -152,14 +156,20 @@ bool Bus::start_next(Time now) {
   sender_ = &port;
   ++counters_.frames;
   const bool paced = bit_rate_ != 0 && outside_ == nullptr;
-  current_ends_ =
-      paced ? now + (bits_of(current_) * std::uint64_t{1'000'000} + bit_rate_ - 1) / bit_rate_ : now;
+  current_ends_ = paced ? now + frame_time(current_, bit_rate_) : now;
   return true;
 }
 
 void Bus::finish_current() {
   const Time ended = std::exchange(current_ends_, kNever);
-  deliver(current_, sender_, ended);
+  arrive(current_, sender_, ended);
+}
+
+void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
+  if (disturbance_ != nullptr)
+    disturbance_->on_arrival(frame, sender, now);
+  else
+    deliver(frame, sender, now);
 }
 
 void Bus::deliver(const Frame& frame, const Port* sender, Time now) {

@@ -52,6 +52,23 @@ class Outside {
   ~Outside() = default;
 };
 
+class Port;
+
+/// Comes between the wire and everybody who hears it: decides what becomes of a frame. For faults on purpose
+/// (faults/bus_faults.hpp).
+class Disturbance {
+ public:
+  /// The last bit of this frame has passed. What is to be heard of it goes to Bus::deliver(), now or later.
+  /// `sender` is null for a frame from outside.
+  virtual void on_arrival(const Frame& frame, const Port* sender, Time now) = 0;
+
+ protected:
+  ~Disturbance() = default;
+};
+
+/// How long a frame and the pause behind it occupy a bus, without stuff bits; `bit_rate` in bit/s, not 0.
+Time frame_time(const Frame& frame, std::uint32_t bit_rate);
+
 /// One CAN controller on a bus: a FIFO transmit queue and an acceptance filter. Made by Bus::attach; lives
 /// with the bus.
 class Port final : public CanPort {
@@ -100,10 +117,19 @@ class Bus {
   /// A new controller whose frames go to `receiver`, which outlives the bus's last advance().
   Port& attach(Receiver& receiver);
 
+  std::uint32_t bit_rate() const { return bit_rate_; }
+
   void observe(Observer& observer) { observers_.push_back(&observer); }
 
   /// Joins the outside wire; null takes it away.
   void set_outside(Outside* outside) { outside_ = outside; }
+
+  /// Frames go through `disturbance` before anybody hears them; null takes it away.
+  void set_disturbance(Disturbance* disturbance) { disturbance_ = disturbance; }
+
+  /// Everybody hears this frame now, the observers first; `sender` does not, null = everybody does. For a
+  /// disturbance: a frame that comes by itself goes through receive().
+  void deliver(const Frame& frame, const Port* sender, Time now);
 
   /// A frame came in from outside: delivered now to every port that accepts it, and to the observers.
   void receive(const Frame& frame, Time now);
@@ -150,7 +176,7 @@ class Bus {
   void drop_queue(Port& port);
   bool start_next(Time now);
   void finish_current();
-  void deliver(const Frame& frame, const Port* sender, Time now);
+  void arrive(const Frame& frame, const Port* sender, Time now);
 
   std::uint32_t bit_rate_;
   std::vector<std::unique_ptr<Port>> ports_;
@@ -158,6 +184,7 @@ class Bus {
   std::vector<Contender> contenders_;  ///< a heap
   std::vector<Observer*> observers_;
   Outside* outside_ = nullptr;
+  Disturbance* disturbance_ = nullptr;
   bool link_ = true;
   bool stopped_ = false;  ///< the outside had no room for the winner
   Frame current_{};       ///< on a paced bus, the frame whose bits are passing

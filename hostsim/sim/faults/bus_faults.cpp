@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#include "sim/faults/bus_faults.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cbcan::sim {
+
+namespace {
+
+constexpr std::uint32_t kRateOfUnpacedBus = 1'000'000;
+constexpr std::uint32_t kIdBits = 11;
+constexpr std::uint32_t kExtendedIdBits = 29;
+constexpr std::uint32_t kDlcBits = 4;
+constexpr std::uint8_t kMostData = 8;
+
+Frame load_frame(const Fault& fault) {
+  return {.id = fault.id, .length = kMostData};
+}
+
+Time load_interval(const Fault& fault, std::uint32_t bit_rate) {
+  if (fault.rate != 0) return std::max<Time>(kSecond / fault.rate, 1);
+  const std::uint32_t rate = bit_rate != 0 ? bit_rate : kRateOfUnpacedBus;
+  return frame_time(load_frame(fault), rate) * 100 / fault.percent;
+}
+
+/// Turns over bit `bit` of identifier, DLC and data, in this order; a DLC above 8 means eight bytes.
+void turn_over(Frame& frame, std::uint32_t bit, std::uint32_t id_bits) {
+  if (bit < id_bits) {
+    frame.id ^= 1u << bit;
+  } else if (bit < id_bits + kDlcBits) {
+    const auto length = static_cast<std::uint8_t>(frame.length ^ 1u << (bit - id_bits));
+    frame.length = std::min(length, kMostData);
+  } else {
+    const std::uint32_t of_data = bit - id_bits - kDlcBits;
+    frame.data[of_data / 8] ^= static_cast<std::uint8_t>(1u << of_data % 8);
+  }
+}
+
+/// A frame without data has no bit in its data: then it stays as it is.
+Frame corrupted(const Frame& frame, FramePart part, Random& random) {
+  const std::uint32_t id_bits = (frame.flags & Frame::kExtended) != 0 ? kExtendedIdBits : kIdBits;
+  const std::uint32_t data_bits = (frame.flags & Frame::kRemote) != 0 ? 0 : 8u * frame.length;
+  std::uint32_t first = 0;
+  std::uint32_t count = id_bits + kDlcBits + data_bits;
+  switch (part) {
+    case FramePart::kAny: break;
+    case FramePart::kId: count = id_bits; break;
+    case FramePart::kDlc:
+      first = id_bits;
+      count = kDlcBits;
+      break;
+    case FramePart::kData:
+      first = id_bits + kDlcBits;
+      count = data_bits;
+      break;
+  }
+  Frame other = frame;
+  if (count != 0) turn_over(other, first + random.below(count), id_bits);
+  return other;
+}
+
+bool concerns(const Fault& fault, const Frame& frame) {
+  return is_of_frames(fault.kind) && frame.id >= fault.first_id && frame.id <= fault.last_id;
+}
+
+}  // namespace
+
+unsigned BusFaults::add(const Fault& fault, Time now) {
+  Fault as_set = fault;
+  if (fault.kind == FaultKind::kBusLoad) {
+    as_set.interval = load_interval(fault, bus_.bit_rate());
+    if (load_port_ == nullptr) load_port_ = &bus_.attach(*this);
+  }
+  const unsigned number = faults_.add(as_set, now);
+  settle(now);
+  return number;
+}
+
+bool BusFaults::remove(unsigned number, Time now) {
+  const bool removed = faults_.remove(number, now);
+  settle(now);
+  return removed;
+}
+
+void BusFaults::clear(Time now) {
+  faults_.clear(now);
+  settle(now);
+}
+
+void BusFaults::settle(Time now) {
+  const auto list = faults_.list();
+  const bool frames =
+      std::any_of(list.begin(), list.end(), [](const SetFault& set) { return is_of_frames(set.fault.kind); });
+  bus_.set_disturbance(frames ? this : nullptr);
+  poll(now);
+}
+
+void BusFaults::poll(Time now) {
+  deliver_late(now);
+  follow_states(now);
+  send_load(now);
+  wants(next());
+}
+
+Time BusFaults::next() const {
+  return late_.empty() ? faults_.deadline() : earlier(faults_.deadline(), late_.front().due);
+}
+
+void BusFaults::on_arrival(const Frame& frame, const Port* sender, Time now) {
+  Frame arriving = frame;
+  Time due = now;
+  unsigned copies = 1;
+  for (SetFault& set : faults_.all()) {
+    if (!concerns(set.fault, frame) || !faults_.happens(set, &frame, now)) continue;
+    switch (set.fault.kind) {
+      case FaultKind::kFrameLoss: return;
+      case FaultKind::kFrameTwice: copies = 2; break;
+      case FaultKind::kFrameLate: due = now + set.fault.delay; break;
+      default: arriving = corrupted(arriving, set.fault.part, set.random); break;
+    }
+  }
+  for (; copies != 0; --copies) {
+    if (due == now) {
+      bus_.deliver(arriving, sender, now);
+      continue;
+    }
+    const auto place = std::upper_bound(late_.begin(), late_.end(), due,
+                                        [](Time time, const Late& other) { return time < other.due; });
+    late_.insert(place, {arriving, sender, due});
+  }
+  wants(next());
+}
+
+void BusFaults::deliver_late(Time now) {
+  while (!late_.empty() && late_.front().due <= now) {
+    const Late late = late_.front();
+    late_.erase(late_.begin());
+    bus_.deliver(late.frame, late.sender, now);
+  }
+}
+
+void BusFaults::follow_states(Time now) {
+  const BusState state = faults_.follow_states(now);
+  const bool holds = state != BusState::kActive;
+  if (!std::exchange(has_state_, holds) && !holds) return;
+  bus_.set_state(state, now);
+}
+
+/// What the bus has not taken when the next frame is due is not sent: a load is no backlog.
+void BusFaults::send_load(Time now) {
+  for (SetFault& set : faults_.all()) {
+    if (set.fault.kind != FaultKind::kBusLoad) continue;
+    while (faults_.beat_due(set, now))
+      if (load_port_->queued() == 0) static_cast<void>(load_port_->try_send(load_frame(set.fault)));
+  }
+}
+
+}  // namespace cbcan::sim

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "sim/faults/faults.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace cbcan::sim {
+
+namespace {
+
+/// As candump writes it.
+std::string candump_text(const Frame& frame) {
+  char text[16];
+  const bool extended = (frame.flags & Frame::kExtended) != 0;
+  std::snprintf(text, sizeof text, extended ? "%08X#" : "%03X#", frame.id);
+  std::string result = text;
+  if ((frame.flags & Frame::kRemote) != 0) return result + "R" + std::to_string(frame.length);
+  for (std::size_t i = 0; i < frame.length; ++i) {
+    std::snprintf(text, sizeof text, "%02X", frame.data[i]);
+    result += text;
+  }
+  return result;
+}
+
+/// Numbers and seeds that differ in one bit give sequences that have nothing in common.
+std::uint64_t seed_of(std::uint64_t set, std::uint64_t fault, std::uint64_t number) {
+  return Random(Random(Random(set).next() ^ fault).next() ^ number).next();
+}
+
+bool spent(const SetFault& set) {
+  return set.fault.count != 0 && set.fired == set.fault.count;
+}
+
+}  // namespace
+
+unsigned Faults::add(const Fault& fault, Time now) {
+  const unsigned number = ++last_number_;
+  const Time begins = now + fault.from;
+  SetFault set{.number = number,
+               .fault = fault,
+               .text = text_of(fault),
+               .begins = begins,
+               .ends = fault.until == kNever ? kNever : now + fault.until,
+               .due = is_storm(fault.kind) || fault.kind == FaultKind::kBusLoad ? begins : kNever,
+               .random = Random(seed_of(seed_, fault.seed, number))};
+  set_.push_back(std::move(set));
+  return number;
+}
+
+bool Faults::remove(unsigned number, Time now) {
+  const auto found =
+      std::find_if(set_.begin(), set_.end(), [&](const SetFault& set) { return set.number == number; });
+  if (found == set_.end()) return false;
+  close(*found, now);
+  set_.erase(found);
+  return true;
+}
+
+void Faults::clear(Time now) {
+  for (SetFault& set : set_)
+    close(set, now);
+  set_.clear();
+}
+
+bool Faults::happens(SetFault& set, const Frame* frame, Time now) {
+  if (now < set.begins || now >= set.ends || spent(set)) return false;
+  if (set.occasions++ < set.fault.after) return false;
+  if (set.fault.probability < 1 && set.random.fraction() >= set.fault.probability) return false;
+  ++set.fired;
+  tell(set, frame != nullptr ? candump_text(*frame) : std::string(), now);
+  return true;
+}
+
+bool Faults::beat_due(SetFault& set, Time now) {
+  if (spent(set) || set.due >= set.ends) set.due = kNever;
+  if (set.due > now) return false;
+  set.due += set.fault.interval;
+  return true;
+}
+
+BusState Faults::follow_states(Time now) {
+  BusState worst = BusState::kActive;
+  for (SetFault& set : set_) {
+    if (!is_state(set.fault.kind)) continue;
+    const bool open = now >= set.begins && now < set.ends;
+    if (open && !set.open) {
+      set.open = true;
+      ++set.fired;
+      tell(set, "begins", now);
+    }
+    if (!open) close(set, now);
+    if (open && set.fault.kind == FaultKind::kBusOff) worst = BusState::kBusOff;
+    if (open && set.fault.kind == FaultKind::kErrorPassive) worst = std::max(worst, BusState::kErrorPassive);
+  }
+  return worst;
+}
+
+Time Faults::deadline() const {
+  Time next = kNever;
+  for (const SetFault& set : set_) {
+    next = earlier(next, set.due);
+    if (!is_state(set.fault.kind)) continue;
+    if (set.open)
+      next = earlier(next, set.ends);
+    else if (set.fired == 0)
+      next = earlier(next, set.begins);
+  }
+  return next;
+}
+
+void Faults::close(SetFault& set, Time now) {
+  if (std::exchange(set.open, false)) tell(set, "ends", now);
+}
+
+void Faults::tell(const SetFault& set, std::string_view what, Time now) {
+  if (listener_ == nullptr) return;
+  std::string text = subject_ + ": fault " + std::to_string(set.number) + ": " + set.text;
+  if (!what.empty()) text += ": " + std::string(what);
+  listener_->on_fault(text, now);
+}
+
+}  // namespace cbcan::sim

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "sim/faults/faulty_port.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "canopen/little_endian.hpp"
+#include "canopen/nmt.hpp"
+
+namespace cbcan::sim {
+
+namespace {
+
+constexpr std::uint32_t kEmergencyId = 0x080;
+constexpr std::uint8_t kGenericError = 0x01;  // bit 0 of the error register, 1001h
+
+bool is_boot_up(const Frame& frame) {
+  return (frame.data[0] & nmt::kStateMask) == 0;
+}
+
+}  // namespace
+
+FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener)
+    : out_(out), node_id_(node_id), faults_("node " + std::to_string(node_id), seed, listener) {}
+
+unsigned FaultyPort::add(const Fault& fault, Time now) {
+  if (faults_.empty()) watch_ = {};  // it has heard nothing since the last fault
+  const unsigned number = faults_.add(fault, now);
+  poll(now);
+  return number;
+}
+
+bool FaultyPort::remove(unsigned number, Time now) {
+  const bool removed = faults_.remove(number, now);
+  poll(now);
+  return removed;
+}
+
+void FaultyPort::clear(Time now) {
+  faults_.clear(now);
+  poll(now);
+}
+
+bool FaultyPort::try_send(const Frame& frame) {
+  if (faults_.empty() && held_.empty()) return out_.try_send(frame);
+  if (!flush()) return false;
+  SdoAnswer answer{SdoStep::kAny, 0};
+  if (is_answer(frame)) answer = {watch_.on_answer(frame), watch_.multiplexer()};
+  if (is_error_control(frame) && is_boot_up(frame)) watch_ = {};
+  Leaving leaving{.frame = frame, .due = now_};
+  for (SetFault& set : faults_.all()) {
+    if (!concerns(set.fault, frame, answer) || !faults_.happens(set, &frame, now_)) continue;
+    harm(set.fault, answer, leaving);
+    if (leaving.swallowed) return true;
+  }
+  hold(leaving, answer);
+  flush();
+  return true;
+}
+
+void FaultyPort::poll(Time now) {
+  now_ = now;
+  if (faults_.empty() && held_.empty() && !has_state_) return;
+  follow_states();
+  send_storms();
+  flush();
+}
+
+Time FaultyPort::deadline() const {
+  const Time next = faults_.deadline();
+  return held_.empty() ? next : earlier(next, std::max(held_.front().due, retry_at_));
+}
+
+bool FaultyPort::concerns(const Fault& fault, const Frame& frame, const SdoAnswer& answer) const {
+  if (is_of_answers(fault.kind)) return is_answer(frame) && is_about(fault, answer, frame);
+  switch (fault.kind) {
+    case FaultKind::kSilent: return true;
+    case FaultKind::kHeartbeatStops: return is_error_control(frame);
+    case FaultKind::kStateWrong: return is_error_control(frame) && !is_boot_up(frame);
+    case FaultKind::kDuplicateNodeId: return is_error_control(frame) || is_answer(frame);
+    default: return false;
+  }
+}
+
+void FaultyPort::harm(const Fault& fault, const SdoAnswer& answer, Leaving& leaving) const {
+  switch (fault.kind) {
+    case FaultKind::kAnswerNever:
+    case FaultKind::kSilent:
+    case FaultKind::kHeartbeatStops: leaving.swallowed = true; break;
+    case FaultKind::kAnswerLate: leaving.due = now_ + fault.delay; break;
+    case FaultKind::kAnswerTwice: leaving.again = fault.delay; break;
+    case FaultKind::kAnswerOutOfOrder:
+      leaving.due = now_ + fault.delay;
+      leaving.after_next = true;
+      break;
+    case FaultKind::kStateWrong:
+      leaving.frame.data[0] =
+          static_cast<std::uint8_t>((leaving.frame.data[0] & nmt::kGuardToggle) | fault.state);
+      break;
+    case FaultKind::kDuplicateNodeId: leaving.from_twin_too = true; break;
+    default: leaving.frame = changed(fault, answer, leaving.frame); break;
+  }
+}
+
+void FaultyPort::hold(const Leaving& leaving, const SdoAnswer& answer) {
+  const Frame& frame = leaving.frame;
+  hold({frame, leaving.due, leaving.after_next});
+  if (leaving.again != kNever) hold({frame, leaving.due + leaving.again, leaving.after_next});
+  if (leaving.from_twin_too) {
+    const Frame other = is_answer(frame) ? answer_of_twin(answer, frame) : frame;
+    hold({other, leaving.due, leaving.after_next});
+  }
+  if (leaving.due == now_) let_waiting_go();
+}
+
+/// Behind what is due at the same time.
+void FaultyPort::hold(const Held& held) {
+  const auto place = std::upper_bound(held_.begin(), held_.end(), held.due,
+                                      [](Time due, const Held& other) { return due < other.due; });
+  held_.insert(place, held);
+}
+
+/// A frame leaves now: what waits for the next one goes behind it.
+void FaultyPort::let_waiting_go() {
+  for (Held& held : held_)
+    if (std::exchange(held.after_next, false)) held.due = now_;
+  std::stable_sort(held_.begin(), held_.end(), [](const Held& a, const Held& b) { return a.due < b.due; });
+}
+
+/// False: the controller has no room for something that is due.
+bool FaultyPort::flush() {
+  std::size_t gone = 0;
+  while (gone < held_.size() && held_[gone].due <= now_ && out_.try_send(held_[gone].frame))
+    ++gone;
+  held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(gone));
+  if (held_.empty() || held_.front().due > now_) return true;
+  retry_at_ = now_ + kRetryInterval;
+  return false;
+}
+
+void FaultyPort::follow_states() {
+  const BusState state = faults_.follow_states(now_);
+  const bool holds = state != BusState::kActive;
+  if (!std::exchange(has_state_, holds) && !holds) return;
+  out_.set_state(state, now_);
+}
+
+void FaultyPort::send_storms() {
+  for (SetFault& set : faults_.all()) {
+    if (!is_storm(set.fault.kind)) continue;
+    const Frame frame = storm_frame(set.fault);
+    while (faults_.beat_due(set, now_))
+      if (faults_.happens(set, &frame, now_)) hold({frame, now_, false});
+  }
+}
+
+Frame FaultyPort::storm_frame(const Fault& fault) const {
+  if (fault.kind == FaultKind::kBootUpStorm) return nmt::error_control_frame(node_id_, 0);
+  Frame frame{.id = kEmergencyId + node_id_, .length = 8};
+  store_little_endian(std::span(frame.data).first(2), fault.code);
+  frame.data[2] = kGenericError;
+  return frame;
+}
+
+}  // namespace cbcan::sim

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Between a node's CANopen stack and its controller: the node's faults on purpose. Without a fault it costs
+/// a call and two comparisons for each frame, and it allocates nothing.
+///
+/// Its node:
+///   on a frame:   port.set_now(now); port.heard(frame); stack.on_frame(frame, now);
+///   when polled:  port.poll(now); stack.poll(now);
+///   wants to be called at the earlier of the stack's deadline and port.deadline().
+/// A frame that a fault swallows or holds back has been sent, as far as the stack can see.
+
+#include <cstdint>
+#include <vector>
+
+#include "canopen/nmt.hpp"
+#include "cbcan/ports.hpp"
+#include "sim/bus.hpp"
+#include "sim/faults/answer_faults.hpp"
+#include "sim/faults/faults.hpp"
+#include "sim/faults/sdo_watch.hpp"
+
+namespace cbcan::sim {
+
+class FaultyPort final : public CanPort {
+ public:
+  /// `seed` is the node's own. A null listener is not told. All outlive the port.
+  FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener);
+
+  /// The node has another ID from now on; messages keep the first.
+  void set_node_id(std::uint8_t node_id) { node_id_ = node_id; }
+
+  /// `fault` is one for kNode. Returns its number. The node's deadline may have changed after each of these.
+  unsigned add(const Fault& fault, Time now);
+  /// False: there is none with this number. What was held back still comes.
+  bool remove(unsigned number, Time now);
+  void clear(Time now);
+  std::span<const SetFault> list() const { return faults_.list(); }
+
+  /// To be called before each call into the stack: what time it is in try_send().
+  void set_now(Time now) { now_ = now; }
+
+  /// A frame for this node, before its stack has it.
+  void heard(const Frame& frame) {
+    if (!faults_.empty() && frame.id == sdo::kRequestId + node_id_) watch_.on_request(frame);
+  }
+
+  /// False also while a frame of the faults' own waits for the controller.
+  bool try_send(const Frame& frame) override;
+
+  /// Sends what is due.
+  void poll(Time now);
+  Time deadline() const;
+
+  /// The controller has gone bus-off: what was held back is lost.
+  void drop() { held_.clear(); }
+
+ private:
+  struct Held {
+    Frame frame;
+    Time due;
+    bool after_next;  ///< may go earlier: after the next frame
+  };
+
+  /// A frame of the stack's on its way out.
+  struct Leaving {
+    Frame frame;
+    Time due;
+    Time again = kNever;  ///< once more, then
+    bool after_next = false;
+    bool swallowed = false;
+    bool from_twin_too = false;
+  };
+
+  bool concerns(const Fault& fault, const Frame& frame, const SdoAnswer& answer) const;
+  void harm(const Fault& fault, const SdoAnswer& answer, Leaving& leaving) const;
+  void hold(const Leaving& leaving, const SdoAnswer& answer);
+  bool is_answer(const Frame& frame) const { return frame.id == sdo::kAnswerId + node_id_; }
+  bool is_error_control(const Frame& frame) const { return frame.id == nmt::kErrorControlId + node_id_; }
+  Frame storm_frame(const Fault& fault) const;
+  void send_storms();
+  void hold(const Held& held);
+  void let_waiting_go();
+  bool flush();
+  void follow_states();
+
+  Port& out_;
+  std::uint8_t node_id_;
+  Faults faults_;
+  SdoWatch watch_;
+  std::vector<Held> held_;  ///< in the order in which they are due
+  Time now_ = 0;
+  Time retry_at_ = 0;       ///< the controller had no room
+  bool has_state_ = false;  ///< the controller is in a state because of a fault
+};
+
+}  // namespace cbcan::sim
