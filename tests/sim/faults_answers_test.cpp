@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+// Faults of SDO answers: a real SDO server behind the port, every frame written out.
+#include "sim/faulty_plant.hpp"
+
+using cbcan::test::FaultyPlant;
+using cbcan::test::Texts;
+
+namespace {
+
+struct Case {
+  const char* fault;
+  Texts answers;  ///< with the time in microseconds
+};
+
+void check(const Texts& requests, const std::vector<Case>& cases) {
+  for (const Case& row : cases) {
+    INFO(row.fault);
+    FaultyPlant plant;
+    plant.set(row.fault);
+    plant.send(requests);
+    plant.pass(10 * cbcan::kSecond);
+    CHECK(plant.heard() == row.answers);
+  }
+}
+
+const Texts kRead1000{"605#4000100000000000"};
+const char* const kAnswer = "0 585#4300100091010000";
+
+const Texts kReadSegments{"605#4010200000000000", "605#6000000000000000", "605#7000000000000000",
+                          "605#6000000000000000"};
+const Texts kWriteSegments{"605#2110200014000000", "605#0000010203040506", "605#100708090A0B0C0D",
+                           "605#030E0F1011121300"};
+const Texts kReadBlock{"605#A410200014000000", "605#A300000000000000", "605#A203140000000000",
+                       "605#A100000000000000"};
+// The CRC-16/XMODEM of 00 01 .. 13 is ACCCh.
+const Texts kWriteBlock{"605#C610200014000000", "605#0100010203040506", "605#020708090A0B0C0D",
+                        "605#830E0F1011121300", "605#C5CCAC0000000000"};
+
+}  // namespace
+
+TEST_CASE("An expedited read with each fault of answers") {
+  check(kRead1000, {
+                       {"answer-never", {}},
+                       {"answer-late delay_ms=50", {"50000 585#4300100091010000"}},
+                       {"answer-twice", {kAnswer, kAnswer}},
+                       {"answer-twice delay_ms=3", {kAnswer, "3000 585#4300100091010000"}},
+                       {"answer-out-of-order", {"100000 585#4300100091010000"}},
+                       {"answer-out-of-order delay_ms=7", {"7000 585#4300100091010000"}},
+                       {"answer-other-toggle", {kAnswer}},
+                       {"answer-other-specifier", {"0 585#E300100091010000"}},
+                       {"answer-other-specifier specifier=3", {"0 585#6300100091010000"}},
+                       {"answer-other-index", {"0 585#4301100091010000"}},
+                       {"answer-other-index other_index=0x2001 other_sub=7", {"0 585#4301200791010000"}},
+                       {"answer-other-index other_sub=7", {"0 585#4300100791010000"}},
+                       {"answer-other-size", {"0 585#4700100091010000"}},
+                       {"answer-other-size size=1", {"0 585#4F00100091010000"}},
+                       {"answer-other-crc", {kAnswer}},
+                       {"answer-other-sequence", {kAnswer}},
+                       {"abort", {"0 585#8000100000000008"}},
+                       {"abort code=0x06020000", {"0 585#8000100000000206"}},
+                       {"short-frame", {"0 585#43001000910100"}},
+                       {"short-frame length=0", {"0 585#"}},
+                       {"duplicate-node-id", {kAnswer, "0 585#430010006EFEFFFF"}},
+                       {"silent", {}},
+                       {"heartbeat-stops", {kAnswer}},
+                   });
+}
+
+TEST_CASE("Faults for one object or one step leave the others alone") {
+  check(kRead1000, {
+                       {"answer-never index=0x1000", {}},
+                       {"answer-never index=0x1000 sub=0", {}},
+                       {"answer-never index=0x1000 sub=1", {kAnswer}},
+                       {"answer-never index=0x2001", {kAnswer}},
+                       {"answer-never step=initiate", {}},
+                       {"answer-never step=segment", {kAnswer}},
+                   });
+  check({"605#4000200000000000"}, {
+                                      {"answer-other-index step=abort", {"0 585#8001200000000206"}},
+                                      {"answer-other-index step=initiate", {"0 585#8000200000000206"}},
+                                  });
+}
+
+TEST_CASE("A segmented read with each fault that is about its steps") {
+  const char* const first = "0 585#4110200014000000";
+  const char* const one = "0 585#0000010203040506";
+  const char* const two = "0 585#100708090A0B0C0D";
+  const char* const three = "0 585#030E0F1011121300";
+  check(kReadSegments,
+        {
+            {"answer-other-crc", {first, one, two, three}},
+            {"answer-other-toggle",
+             {first, "0 585#1000010203040506", "0 585#000708090A0B0C0D", "0 585#130E0F1011121300"}},
+            {"answer-other-toggle after=1 count=1", {first, one, "0 585#000708090A0B0C0D", three}},
+            {"answer-other-size step=initiate", {"0 585#4110200013000000", one, two, three}},
+            {"answer-other-size step=initiate size=0xFFFFFFFF", {"0 585#41102000FFFFFFFF", one, two, three}},
+            {"answer-other-size step=segment after=2", {first, one, two, "0 585#050E0F1011121300"}},
+            {"answer-other-size step=segment count=1 size=0", {first, "0 585#0E00010203040506", two, three}},
+            {"answer-never step=segment after=1 count=1", {first, one, three}},
+            {"abort step=segment after=1 count=1", {first, one, "0 585#8010200000000008", three}},
+            {"duplicate-node-id after=1 count=1", {first, one, "0 585#00FFFEFDFCFBFAF9", two, three}},
+            {"answer-out-of-order after=1 count=1", {first, two, one, three}},
+        });
+}
+
+TEST_CASE("A segmented write with each fault that is about its steps") {
+  const char* const first = "0 585#6010200000000000";
+  const char* const even = "0 585#2000000000000000";
+  const char* const odd = "0 585#3000000000000000";
+  check(kWriteSegments, {
+                            {"answer-other-size", {first, even, odd, even}},
+                            {"answer-other-toggle count=1", {first, odd, odd, even}},
+                            {"answer-never step=segment after=2", {first, even, odd}},
+                            {"abort step=segment count=1", {first, "0 585#8010200000000008", odd, even}},
+                            {"duplicate-node-id count=1", {first, first, even, odd, even}},
+                        });
+}
+
+TEST_CASE("A block read with each fault that is about its steps") {
+  const char* const first = "0 585#C610200014000000";
+  const char* const one = "0 585#0100010203040506";
+  const char* const two = "0 585#020708090A0B0C0D";
+  const char* const three = "0 585#830E0F1011121300";
+  const char* const end = "0 585#C5CCAC0000000000";
+  check(kReadBlock,
+        {
+            {"answer-other-toggle", {first, one, two, three, end}},
+            {"answer-other-size step=initiate", {"0 585#C610200013000000", one, two, three, end}},
+            {"answer-other-size step=block-end", {first, one, two, three, "0 585#C9CCAC0000000000"}},
+            {"answer-other-crc", {first, one, two, three, "0 585#C533530000000000"}},
+            {"answer-other-sequence count=1", {first, "0 585#0200010203040506", two, three, end}},
+            {"answer-other-sequence after=2", {first, one, two, "0 585#840E0F1011121300", end}},
+            {"answer-other-specifier step=block-segment", {first, one, two, three, end}},
+            {"answer-never step=block-segment after=1 count=1", {first, one, three, end}},
+            {"answer-never step=block-end", {first, one, two, three}},
+            {"answer-out-of-order step=block-segment count=1", {first, two, one, three, end}},
+            {"answer-out-of-order count=2", {two, first, one, three, end}},
+            {"answer-late step=block-segment after=2", {first, one, two, end, "50000 585#830E0F1011121300"}},
+            {"abort step=block-segment count=1", {first, "0 585#8010200000000008", two, three, end}},
+            {"duplicate-node-id after=2 count=1", {first, one, two, "0 585#02F8F7F6F5F4F3F2", three, end}},
+        });
+}
+
+TEST_CASE("A block write with each fault that is about its steps") {
+  const char* const first = "0 585#A41020007F000000";
+  const char* const taken = "0 585#A2037F0000000000";
+  const char* const end = "0 585#A100000000000000";
+  check(kWriteBlock,
+        {
+            {"answer-other-crc", {first, taken, end}},
+            {"answer-other-sequence", {first, "0 585#A2027F0000000000", end}},
+            {"answer-never step=block-acknowledge", {first, end}},
+            {"answer-other-specifier step=block-end specifier=0", {first, taken, "0 585#0100000000000000"}},
+            {"answer-other-index", {"0 585#A41120007F000000", taken, end}},
+            {"abort step=block-end code=0x05040004", {first, taken, "0 585#8010200004000405"}},
+        });
+}

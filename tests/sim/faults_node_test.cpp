@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+// When a node's faults happen, what the node sends unasked, states, and the set of faults itself.
+#include <numeric>
+
+#include "sim/faulty_plant.hpp"
+
+using cbcan::kMillisecond;
+using cbcan::kSecond;
+using cbcan::test::FaultyPlant;
+using cbcan::test::frame_from;
+using cbcan::test::Texts;
+
+namespace {
+
+const Texts kRead{"605#4000100000000000"};
+const char* const kHeartbeatEvery10Ms = "605#2B1710000A000000";
+
+/// Asks so many times, 1 ms apart; '1' for each answer that came, '0' for each that did not.
+std::string answers(FaultyPlant& plant, int times) {
+  std::string pattern;
+  for (int i = 0; i < times; ++i) {
+    plant.send(kRead);
+    pattern += plant.heard().empty() ? '0' : '1';
+    plant.pass(kMillisecond);
+  }
+  return pattern;
+}
+
+std::string answers(const std::string& fault, int times) {
+  FaultyPlant plant;
+  plant.set(fault);
+  return answers(plant, times);
+}
+
+}  // namespace
+
+TEST_CASE("after, count and the window in time") {
+  CHECK(answers("answer-never", 6) == "000000");
+  CHECK(answers("answer-never after=2", 6) == "110000");
+  CHECK(answers("answer-never count=2", 6) == "001111");
+  CHECK(answers("answer-never after=1 count=2", 6) == "100111");
+  CHECK(answers("answer-never from_ms=2", 6) == "110000");
+  CHECK(answers("answer-never until_ms=2", 6) == "001111");
+  CHECK(answers("answer-never from_ms=1 until_ms=5 after=1 count=2", 6) == "110011");
+  CHECK(answers("answer-never probability=0", 6) == "111111");
+}
+
+TEST_CASE("probability: the same seed, the same answers; another seed or number, others") {
+  const std::string first = answers("answer-never probability=0.25", 1000);
+  CHECK(std::count(first.begin(), first.end(), '0') == 260);
+  CHECK(answers("answer-never probability=0.25", 1000) == first);
+  CHECK(answers("answer-never probability=0.25 seed=1", 1000) != first);
+  FaultyPlant second_number;
+  second_number.set("short-frame probability=0");
+  second_number.set("answer-never probability=0.25");
+  CHECK(answers(second_number, 1000) != first);
+}
+
+TEST_CASE("Setting and removing another fault does not change what one does") {
+  const std::string alone = answers("answer-never probability=0.5", 100);
+  FaultyPlant plant;
+  plant.set("answer-never probability=0.5");
+  std::string beside = answers(plant, 30);
+  const unsigned other = plant.set("answer-late delay_ms=0 probability=0.5");
+  beside += answers(plant, 30);
+  CHECK(plant.node.faults.remove(other, plant.now));
+  CHECK(beside + answers(plant, 40) == alone);
+}
+
+TEST_CASE(
+    "Faults are applied in the order of their numbers; a swallowed frame is no occasion for those behind") {
+  FaultyPlant plant;
+  plant.set("answer-late delay_ms=5");
+  plant.set("answer-twice delay_ms=2");
+  plant.set("answer-other-specifier");
+  plant.send(kRead);
+  plant.pass(kSecond);
+  CHECK(plant.heard() == Texts{"5000 585#E300100091010000", "7000 585#E300100091010000"});
+  plant.node.faults.clear(plant.now);
+  plant.set("answer-never count=1");
+  plant.set("short-frame");
+  plant.send(kRead);
+  plant.send(kRead);
+  CHECK(plant.node.faults.list()[1].occasions == 1);
+  CHECK(plant.heard() == Texts{"1000000 585#43001000910100"});
+}
+
+TEST_CASE("Numbers, list, remove and clear") {
+  FaultyPlant plant;
+  cbcan::sim::FaultyPort& faults = plant.node.faults;
+  CHECK(plant.set("answer-never count=1") == 1);
+  CHECK(plant.set("answer-late") == 2);
+  plant.send(kRead);
+  REQUIRE(faults.list().size() == 2);
+  CHECK(faults.list()[0].number == 1);
+  CHECK(faults.list()[0].fired == 1);
+  CHECK(faults.list()[1].text == "answer-late delay_ms=50");
+  CHECK(faults.list()[1].fired == 0);
+  CHECK_FALSE(faults.remove(3, plant.now));
+  CHECK(faults.remove(1, plant.now));
+  CHECK_FALSE(faults.remove(1, plant.now));
+  plant.send(kRead);
+  faults.clear(plant.now);
+  CHECK(faults.list().empty());
+  CHECK(plant.heard().empty());
+  plant.pass(kSecond);
+  CHECK(plant.heard() == Texts{"50000 585#4300100091010000"});
+  CHECK(plant.set("silent") == 3);
+}
+
+TEST_CASE("Every firing is told: whose, which, when and to what frame") {
+  FaultyPlant plant;
+  plant.set("answer-late index=0x1000 count=1");
+  plant.set("bus-off from_ms=20 until_ms=30");
+  plant.pass(7 * kMillisecond);
+  plant.send(kRead);
+  plant.send(kRead);
+  plant.pass(kSecond);
+  CHECK(plant.told.lines ==
+        Texts{"7000 node 5: fault 1: answer-late delay_ms=50 count=1 index=0x1000: 585#4300100091010000",
+              "20000 node 5: fault 2: bus-off from_ms=20 until_ms=30: begins",
+              "30000 node 5: fault 2: bus-off from_ms=20 until_ms=30: ends"});
+}
+
+TEST_CASE("silent: after so many frames nothing leaves, until it is removed") {
+  FaultyPlant plant;
+  plant.send({kHeartbeatEvery10Ms});
+  plant.heard();
+  const unsigned number = plant.set("silent after=2");
+  plant.pass(50 * kMillisecond);
+  plant.send(kRead);
+  CHECK(plant.heard() == Texts{"10000 705#7F", "20000 705#7F"});
+  plant.node.faults.remove(number, plant.now);
+  plant.send(kRead);
+  plant.pass(10 * kMillisecond);
+  CHECK(plant.heard() == Texts{"50000 585#4300100091010000", "60000 705#7F"});
+}
+
+TEST_CASE("heartbeat-stops: error control is silent, SDO is not") {
+  FaultyPlant plant;
+  plant.send({kHeartbeatEvery10Ms});
+  plant.heard();
+  plant.set("heartbeat-stops count=2");
+  plant.pass(20 * kMillisecond);
+  plant.send(kRead);
+  plant.pass(10 * kMillisecond);
+  CHECK(plant.heard() == Texts{"20000 585#4300100091010000", "30000 705#7F"});
+}
+
+TEST_CASE("state-wrong: heartbeat and guarding report it, the toggle bit and the boot-up stay") {
+  FaultyPlant plant;
+  plant.set("state-wrong state=5");
+  plant.send({"705#R1", "705#R1", "000#8205"});
+  CHECK(plant.heard() == Texts{"0 705#05", "0 705#85", "0 705#00"});
+  plant.node.faults.clear(0);
+  plant.set("state-wrong");
+  plant.send({"705#R1"});
+  CHECK(plant.heard() == Texts{"0 705#04"});
+}
+
+TEST_CASE("duplicate-node-id: both answer, both boot, both are alive") {
+  FaultyPlant plant;
+  plant.set("duplicate-node-id");
+  plant.send({"000#8105", "705#R1", "605#4010200000000000"});
+  CHECK(plant.heard() == Texts{"0 705#00", "0 705#00", "0 705#7F", "0 705#7F", "0 585#4110200014000000",
+                               "0 585#4110200014000000"});
+}
+
+TEST_CASE("answer-out-of-order: the heartbeat goes first") {
+  FaultyPlant plant;
+  plant.send({kHeartbeatEvery10Ms});
+  plant.heard();
+  plant.pass(9 * kMillisecond);
+  plant.set("answer-out-of-order");
+  plant.send(kRead);
+  plant.pass(10 * kMillisecond);
+  CHECK(plant.heard() == Texts{"10000 705#7F", "10000 585#4300100091010000"});
+}
+
+TEST_CASE("Storms beat from the beginning on, for count frames or as long as they are set") {
+  FaultyPlant plant;
+  plant.set("boot-up-storm count=3 interval_ms=2 from_ms=1");
+  plant.pass(kSecond);
+  CHECK(plant.heard() == Texts{"1000 705#00", "3000 705#00", "5000 705#00"});
+  const unsigned number = plant.set("emcy-storm code=0x8110 interval_ms=10 until_ms=25");
+  plant.pass(kSecond);
+  CHECK(plant.heard() == Texts{"1000000 085#1081010000000000", "1010000 085#1081010000000000",
+                               "1020000 085#1081010000000000"});
+  CHECK(plant.node.faults.list()[1].fired == 3);
+  CHECK(plant.node.faults.remove(number, plant.now));
+  plant.set("emcy-storm after=1 count=2");
+  plant.pass(kSecond);
+  CHECK(plant.heard() == Texts{"2010000 085#0010010000000000", "2020000 085#0010010000000000"});
+  CHECK(plant.deadline() == cbcan::kNever);
+}
+
+TEST_CASE("bus-off and error-passive of one controller, and back; the worst of them holds") {
+  FaultyPlant plant;
+  plant.set("error-passive from_ms=10 until_ms=50");
+  plant.set("bus-off from_ms=20 until_ms=30");
+  std::vector<cbcan::BusState> states;
+  for (const int ms : {5, 10, 10, 10, 20}) {
+    plant.pass(static_cast<cbcan::Time>(ms) * kMillisecond);
+    states.push_back(plant.node.port().state());
+  }
+  using enum cbcan::BusState;
+  CHECK(states == std::vector<cbcan::BusState>{kActive, kErrorPassive, kBusOff, kErrorPassive, kActive});
+}
+
+TEST_CASE("bus-off without an end lasts until it is removed; what was held back is lost") {
+  FaultyPlant plant;
+  plant.set("answer-late");
+  plant.send(kRead);
+  const unsigned number = plant.set("bus-off");
+  plant.send(kRead);
+  plant.pass(kSecond);
+  CHECK(plant.node.faults.remove(number, plant.now));
+  CHECK(plant.node.port().state() == cbcan::BusState::kActive);
+  plant.pass(kSecond);
+  CHECK(plant.heard().empty());
+  plant.send(kRead);
+  plant.pass(kSecond);
+  CHECK(plant.heard() == Texts{"2050000 585#4300100091010000"});
+}
+
+TEST_CASE(
+    "A frame for which the controller has no room waits in front of all others; none is lost or counted "
+    "twice") {
+  FaultyPlant plant;
+  plant.set("answer-twice count=1");
+  cbcan::sim::FaultyPort& port = plant.node.faults;
+  for (int i = 0; i < 63; ++i)
+    CHECK(port.try_send(frame_from("185#00")));
+  CHECK(port.try_send(frame_from("585#4300100091010000")));
+  CHECK_FALSE(port.try_send(frame_from("185#01")));
+  CHECK(port.deadline() == 100);
+  plant.bus.advance(0);
+  CHECK(port.try_send(frame_from("185#02")));
+  plant.bus.advance(0);
+  const Texts heard = plant.heard();
+  REQUIRE(heard.size() == 66);
+  CHECK(Texts(heard.end() - 3, heard.end()) ==
+        Texts{"0 585#4300100091010000", "0 585#4300100091010000", "0 185#02"});
+  CHECK(plant.node.faults.list()[0].fired == 1);
+}
+
+TEST_CASE("Without a fault the port is the controller: the same frames, the same refusals, no deadline") {
+  FaultyPlant plant;
+  cbcan::sim::FaultyPort& port = plant.node.faults;
+  for (int i = 0; i < 64; ++i)
+    CHECK(port.try_send(frame_from("185#00")));
+  CHECK_FALSE(port.try_send(frame_from("185#01")));
+  CHECK(port.deadline() == cbcan::kNever);
+  CHECK(plant.bus.counters().refused == 1);
+}
+
+TEST_CASE("A fault set in the middle of a transfer, and a node that is reset in one, are followed") {
+  FaultyPlant plant;
+  plant.set("short-frame step=initiate after=1");
+  // A block download breaks off by a reset: what comes next is a request again and no segment.
+  plant.send({"605#C610200014000000", "605#0100010203040506", "000#8205", "605#4000100000000000"});
+  CHECK(plant.heard() == Texts{"0 585#A41020007F000000", "0 705#00", "0 585#43001000910100"});
+  plant.node.faults.clear(0);
+  plant.send({"605#4010200000000000"});
+  plant.heard();
+  plant.set("answer-never step=segment");
+  plant.send({"605#6000000000000000"});
+  CHECK(plant.heard().empty());
+}
+
+TEST_CASE("A last segment with number 65 is told from the end of the block: same byte, C1h") {
+  cbcan::sim::SdoWatch watch;
+  using cbcan::sim::SdoStep;
+  watch.on_request(frame_from("605#A410200050000000"));
+  CHECK(watch.on_answer(frame_from("585#C6102000C7010000")) == SdoStep::kInitiate);
+  watch.on_request(frame_from("605#A300000000000000"));
+  CHECK(watch.on_answer(frame_from("585#4000000000000000")) == SdoStep::kBlockSegment);
+  CHECK(watch.on_answer(frame_from("585#C100000000000000")) == SdoStep::kBlockSegment);
+  watch.on_request(frame_from("605#A240500000000000"));  // the last one is missing
+  CHECK(watch.on_answer(frame_from("585#8100000000000000")) == SdoStep::kBlockSegment);
+  watch.on_request(frame_from("605#A201500000000000"));
+  CHECK(watch.on_answer(frame_from("585#C100000000000000")) == SdoStep::kBlockEnd);
+  // The other way: a segment that looks like "initiate upload of 1000h" is none.
+  watch.on_request(frame_from("605#C610200000000000"));
+  CHECK(watch.on_answer(frame_from("585#A41020007F000000")) == SdoStep::kInitiate);
+  watch.on_request(frame_from("605#4000100000000000"));
+  CHECK(watch.multiplexer() == 0x002010);
+  watch.on_request(frame_from("605#C100000000000000"));
+  CHECK(watch.on_answer(frame_from("585#A2417F0000000000")) == SdoStep::kBlockAcknowledge);
+  watch.on_request(frame_from("605#4000100000000000"));
+  CHECK(watch.multiplexer() == 0x001000);
+}

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A node whose frames go through a FaultyPort, a bus with BusFaults, and a master that the test plays.
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "canopen/slave.hpp"
+#include "sim/faults/bus_faults.hpp"
+#include "sim/faults/faulty_port.hpp"
+#include "support/catch.hpp"
+#include "support/frame_text.hpp"
+
+namespace cbcan::test {
+
+using Texts = std::vector<std::string>;
+
+inline sim::Fault fault_from(const std::string& text, sim::FaultPlace here) {
+  sim::FaultOrProblem parsed = sim::parse_fault(text, here);
+  if (!parsed.problem.empty()) throw std::invalid_argument(parsed.problem);
+  return parsed.fault;
+}
+
+/// Writes down what it is told.
+class Told final : public sim::FaultListener {
+ public:
+  void on_fault(std::string_view text, Time now) override {
+    lines.push_back(std::to_string(now) + " " + std::string(text));
+  }
+  Texts lines;
+};
+
+/// 1000h = 191h, 2001h a number, 2010h twenty bytes 0, 1, 2 ...
+class FaultyNode final : public sim::Participant, private Application {
+ public:
+  FaultyNode(sim::Bus& bus, sim::Schedule& schedule, std::uint8_t id, sim::FaultListener* listener)
+      : Participant(schedule),
+        port_(bus.attach(*this)),
+        faults(port_, id, id, listener),
+        slave_(id, {kEntries, values_, {}}, buffer_, *this, faults) {
+    port_.accept(nmt::kCommandId, nmt::kCommandId);
+    port_.accept(sdo::kRequestId + id, sdo::kRequestId + id);
+    port_.accept(nmt::kErrorControlId + id, nmt::kErrorControlId + id);
+    restore(0, 0xFFFF, 0);
+  }
+
+  void start(Time now) override {
+    faults.set_now(now);
+    slave_.start(now);
+    poll(now);
+  }
+  void poll(Time now) override {
+    faults.poll(now);
+    slave_.poll(now);
+    wake();
+  }
+  void on_frame(const Frame& frame, Time now) override {
+    faults.set_now(now);
+    faults.heard(frame);
+    slave_.on_frame(frame, now);
+    wake();
+  }
+  void on_bus_state(BusState state, Time now) override {
+    if (state == BusState::kBusOff) faults.drop();
+    poll(now);
+  }
+  void wake() { wants(earlier(slave_.deadline(), faults.deadline())); }
+  sim::Port& port() { return port_; }
+
+ private:
+  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
+    return AbortCode::kGeneral;
+  }
+  AbortCode on_write(const ObjectEntry&, std::uint8_t, std::span<const std::uint8_t>, Time) override {
+    return AbortCode::kNone;
+  }
+  void on_stored(const ObjectEntry&, std::uint8_t, Time) override {}
+  void restore(std::uint16_t, std::uint16_t, Time) override {
+    std::fill(values_.begin(), values_.end(), std::uint8_t{0});
+    values_[0] = 0x91;
+    values_[1] = 0x01;
+    values_[8] = 20;  // the length of 2010h stands in front of it
+    std::iota(values_.begin() + 12, values_.end(), std::uint8_t{0});
+  }
+  void on_nmt_state(nmt::State, Time) override {}
+
+  static constexpr std::uint8_t kReadWrite = ObjectFlags::kReadWrite | ObjectFlags::kChecked;
+  static inline const std::vector<ObjectEntry> kEntries{
+      {0x1000, 0, 0, DataType::kUnsigned32, ObjectFlags::kRead, 0, 4},
+      {0x1017, 0, 0, DataType::kUnsigned16, kReadWrite, 4, 2},
+      {0x2001, 0, 0, DataType::kUnsigned16, kReadWrite, 6, 2},
+      {0x2010, 0, 0, DataType::kDomain, kReadWrite | ObjectFlags::kVariable, 12, 20},
+  };
+  std::vector<std::uint8_t> values_ = std::vector<std::uint8_t>(32);
+  std::vector<std::uint8_t> buffer_ = std::vector<std::uint8_t>(20);
+  sim::Port& port_;
+
+ public:
+  sim::FaultyPort faults;
+
+ private:
+  Slave slave_;
+};
+
+/// Hears every frame but its own, with the time.
+class Master final : public sim::Receiver {
+ public:
+  void on_frame(const Frame& frame, Time now) override {
+    heard.push_back(std::to_string(now) + " " + text_of(frame));
+  }
+  void on_bus_state(BusState state, Time now) override {
+    heard.push_back(std::to_string(now) + " state " + std::to_string(static_cast<int>(state)));
+  }
+  Texts heard;
+};
+
+/// Bus, node 5, master. Time begins at 0, after the node's boot-up.
+class FaultyPlant {
+ public:
+  explicit FaultyPlant(std::uint32_t bit_rate = 0) : bus(bit_rate), bus_faults(bus, schedule, 0, &told) {
+    master_port.accept(0, 0x7FF);
+    add(node);
+    add(bus_faults);
+    node.start(0);
+    bus_faults.start(0);
+    pass(0);
+    master.heard.clear();
+  }
+
+  void add(sim::Participant& participant) { participants.push_back(&participant); }
+
+  unsigned set(const std::string& fault) {
+    const unsigned number = node.faults.add(fault_from(fault, sim::FaultPlace::kNode), now);
+    node.wake();
+    return number;
+  }
+  unsigned set_bus(const std::string& fault) {
+    return bus_faults.add(fault_from(fault, sim::FaultPlace::kBus), now);
+  }
+
+  /// Frames from the master, each when all that came of the one before is over.
+  void send(const Texts& frames) {
+    for (const std::string& frame : frames) {
+      CHECK(master_port.try_send(frame_from(frame)));
+      pass(0);
+    }
+  }
+  void pass(Time duration) {
+    const Time end = now + duration;
+    for (Time next = deadline(); next <= end; next = deadline()) {
+      now = std::max(now, next);
+      bus.advance(now);
+      while (schedule.first_time() <= now)
+        participants.at(schedule.first())->poll(now);
+    }
+    now = end;
+  }
+  Time deadline() const { return earlier(schedule.first_time(), bus.next_deadline()); }
+
+  /// What the master has heard since it was last asked.
+  Texts heard() { return std::exchange(master.heard, {}); }
+
+  sim::Bus bus;
+  sim::Schedule schedule;
+  Told told;
+  FaultyNode node{bus, schedule, 5, &told};
+  sim::BusFaults bus_faults;
+  Master master;
+  sim::Port& master_port = bus.attach(master);
+  std::vector<sim::Participant*> participants;
+  Time now = 0;
+};
+
+}  // namespace cbcan::test
