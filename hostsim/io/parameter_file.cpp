@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 
+#include "canopen/lss_slave.hpp"
+#include "canopen/nmt.hpp"
 #include "io/files.hpp"
 
 namespace cbcan::io {
@@ -16,8 +18,10 @@ namespace cbcan::io {
 namespace {
 
 constexpr std::string_view kHeading =
-    "# Written by object 1010h (store parameters) of a simulated node: index:sub-index = bytes, low byte "
-    "first\n";
+    "# Written by object 1010h (store parameters) and LSS of a simulated node.\n"
+    "# index:sub-index = bytes, low byte first\n";
+constexpr std::string_view kNodeId = "node-id";
+constexpr std::string_view kBitRate = "bit-rate";
 
 std::string_view trim(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r";
@@ -27,27 +31,39 @@ std::string_view trim(std::string_view text) {
 }
 
 template <class Number>
-bool parse_hex(std::string_view text, Number& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, 16);
+bool parse_number(std::string_view text, Number& number, int base) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base);
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-std::optional<sim::StoredValue> parse_line(std::string_view line) {
-  const auto colon = line.find(':');
-  const auto equals = line.find('=');
-  if (colon == std::string_view::npos || equals == std::string_view::npos || colon > equals)
-    return std::nullopt;
-  sim::StoredValue value;
-  const std::string_view digits = trim(line.substr(equals + 1));
-  if (!parse_hex(trim(line.substr(0, colon)), value.index) ||
-      !parse_hex(trim(line.substr(colon + 1, equals - colon - 1)), value.sub) || digits.size() % 2 != 0)
-    return std::nullopt;
+bool parse_object(std::string_view object, std::string_view digits, sim::StoredValue& value) {
+  const auto colon = object.find(':');
+  if (colon == std::string_view::npos || digits.size() % 2 != 0 ||
+      !parse_number(trim(object.substr(0, colon)), value.index, 16) ||
+      !parse_number(trim(object.substr(colon + 1)), value.sub, 16))
+    return false;
   for (std::size_t at = 0; at < digits.size(); at += 2) {
-    std::uint8_t byte = 0;
-    if (!parse_hex(digits.substr(at, 2), byte)) return std::nullopt;
-    value.bytes.push_back(byte);
+    value.bytes.emplace_back();
+    if (!parse_number(digits.substr(at, 2), value.bytes.back(), 16)) return false;
   }
-  return value;
+  return true;
+}
+
+bool is_node_id(std::uint8_t id) {
+  return (id >= 1 && id <= nmt::kMaxNode) || id == LssSlave::kNoNodeId;
+}
+
+/// False: the line means nothing.
+bool parse_line(std::string_view line, sim::StoredParameters& parameters) {
+  const auto equals = line.find('=');
+  if (equals == std::string_view::npos) return false;
+  const std::string_view key = trim(line.substr(0, equals));
+  const std::string_view value = trim(line.substr(equals + 1));
+  if (key == kNodeId)
+    return parse_number(value, parameters.lss.node_id, 10) && is_node_id(parameters.lss.node_id);
+  if (key == kBitRate) return parse_number(value, parameters.lss.bit_rate, 10);
+  parameters.values.emplace_back();
+  return parse_object(key, value, parameters.values.back());
 }
 
 bool write_whole(const std::string& path, const std::string& text) {
@@ -59,9 +75,13 @@ bool write_whole(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-std::string parameter_text(const std::vector<sim::StoredValue>& values) {
+std::string parameter_text(const sim::StoredParameters& parameters) {
   std::string text(kHeading);
-  for (const sim::StoredValue& value : values) {
+  if (parameters.lss.node_id != 0) {
+    text += std::string(kNodeId) + " = " + std::to_string(parameters.lss.node_id) + "\n";
+    text += std::string(kBitRate) + " = " + std::to_string(parameters.lss.bit_rate) + "\n";
+  }
+  for (const sim::StoredValue& value : parameters.values) {
     char number[16];
     std::snprintf(number, sizeof number, "%04X:%02X = ", value.index, value.sub);
     text += number;
@@ -74,23 +94,22 @@ std::string parameter_text(const std::vector<sim::StoredValue>& values) {
   return text;
 }
 
-std::vector<sim::StoredValue> parse_parameters(std::string_view text, const std::string& path) {
-  std::vector<sim::StoredValue> values;
+sim::StoredParameters parse_parameters(std::string_view text, const std::string& path) {
+  sim::StoredParameters parameters;
   for (std::size_t number = 1; !text.empty(); ++number) {
     const auto end = text.find('\n');
     const std::string_view line = trim(text.substr(0, end));
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    if (line.empty() || line.front() == '#') continue;
-    auto value = parse_line(line);
-    if (!value)
-      throw UsageError(path + ":" + std::to_string(number) + ": \"" + std::string(line) +
-                       "\": write INDEX:SUB = BYTES in hexadecimal, such as 1017:00 = E803");
-    values.push_back(std::move(*value));
+    if (line.empty() || line.front() == '#' || parse_line(line, parameters)) continue;
+    throw UsageError(
+        path + ":" + std::to_string(number) + ": \"" + std::string(line) +
+        "\": write INDEX:SUB = BYTES in hexadecimal, such as 1017:00 = E803, node-id = 1..127 or "
+        "bit-rate = 250000");
   }
-  return values;
+  return parameters;
 }
 
-std::vector<sim::StoredValue> ParameterFile::load() {
+sim::StoredParameters ParameterFile::load() {
   const std::optional<std::string> text = read_file(path_);
   if (text) return parse_parameters(*text, path_);
   if (::access(path_.c_str(), F_OK) == 0)
@@ -98,9 +117,9 @@ std::vector<sim::StoredValue> ParameterFile::load() {
   return {};
 }
 
-bool ParameterFile::save(const std::vector<sim::StoredValue>& values) {
+bool ParameterFile::save(const sim::StoredParameters& parameters) {
   const std::string fresh = path_ + ".new";
-  if (write_whole(fresh, parameter_text(values)) && std::rename(fresh.c_str(), path_.c_str()) == 0)
+  if (write_whole(fresh, parameter_text(parameters)) && std::rename(fresh.c_str(), path_.c_str()) == 0)
     return true;
   warn_(path_ + ": parameters could not be stored: " + reason(errno));
   static_cast<void>(std::remove(fresh.c_str()));

@@ -3,7 +3,6 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "io/errors.hpp"
 #include "sim/parameters.hpp"
@@ -15,8 +14,12 @@ namespace cbcan::io {
 ///
 ///   1017:00 = E803
 ///
-/// with the bytes as they are on the bus, low byte first. Lines that begin with # mean nothing. The file is
-/// made when something is stored for the first time.
+/// with the bytes as they are on the bus, low byte first; and what LSS has stored, in decimal:
+///
+///   node-id = 5
+///   bit-rate = 250000
+///
+/// Lines that begin with # mean nothing. The file is made when something is stored for the first time.
 class ParameterFile final : public sim::ParameterStore {
  public:
   /// `warn` is told what cannot be written, as the node has only an abort code for it.
@@ -24,10 +27,10 @@ class ParameterFile final : public sim::ParameterStore {
 
   /// A file that is not there is empty. Throws UsageError for one that cannot be understood, with file and
   /// line.
-  std::vector<sim::StoredValue> load() override;
+  sim::StoredParameters load() override;
 
   /// Replaces the file as a whole: a crash leaves the old one or the new one.
-  bool save(const std::vector<sim::StoredValue>& values) override;
+  bool save(const sim::StoredParameters& parameters) override;
 
  private:
   std::string path_;
@@ -35,7 +38,7 @@ class ParameterFile final : public sim::ParameterStore {
 };
 
 /// The text of such a file. Both are pure; `path` is for the message of the UsageError.
-std::string parameter_text(const std::vector<sim::StoredValue>& values);
-std::vector<sim::StoredValue> parse_parameters(std::string_view text, const std::string& path);
+std::string parameter_text(const sim::StoredParameters& parameters);
+sim::StoredParameters parse_parameters(std::string_view text, const std::string& path);
 
 }  // namespace cbcan::io

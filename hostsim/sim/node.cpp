@@ -62,47 +62,113 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       watched_(highest_sub(image_.entries, HeartbeatConsumer::kTimes)),
       parameters_(parts.parameters),
       port_(bus.attach(*this)),
+      faulty_(port_, node_id, parts.seed, parts.listener),
       device_(node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_}, *this,
-              port_) {
+              faulty_),
+      values_node_id_(node_id == kNoNodeId ? std::uint8_t{0} : node_id),
+      signals_(parts.signals),
+      samples_due_(parts.signals.size(), kNever) {
+  LssNode& lss_node = *this;
+  if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   if (parts.behaviour != nullptr) behaviour_ = parts.behaviour(*this, parts.seed);
-  if (parameters_ == nullptr) return;
+  device_.time_stamp().produce_every(parts.time_period, 0);
+  stored_lss_.node_id = node_id;
+  if (parameters_ != nullptr) load_parameters();
+}
+
+void Node::load_parameters() {
+  const StoredParameters stored = parameters_->load();
+  if (lss_ && stored.lss.node_id != 0) stored_lss_ = stored.lss;
+  if (stored_lss_.node_id != kNoNodeId) take_node_id(stored_lss_.node_id);
   ObjectDictionary saved(image_.entries, saved_, nullptr);
-  put_parameters(parameters_->load(), saved);
+  put_parameters(stored.values, saved);
 }
 
 void Node::start(Time now) {
-  device_.start(now);
+  faulty_.set_now(now);
+  started_at_ = now;
+  if (lss_) lss_->start(stored_lss_.node_id, stored_lss_.bit_rate, now);
+  if (stored_lss_.node_id != kNoNodeId) device_.start(now);
   update(now);
+  if (!signals_.empty()) {
+    samples_due_.assign(signals_.size(), now);
+    follow_signals(now);
+  }
+  follow_ids();
   settle();
 }
 
 void Node::poll(Time now) {
+  faulty_.poll(now);
+  if (lss_) lss_->slave().poll(now);
+  if (now >= sample_due_) follow_signals(now);
   if (now >= behaviour_due_) update(now);
   device_.poll(now);
   settle();
 }
 
 void Node::on_frame(const Frame& frame, Time now) {
-  device_.on_frame(frame, now);
+  faulty_.set_now(now);
+  faulty_.heard(frame);
+  if (lss_ && frame.id == LssSlave::kRequestId) {
+    lss_->slave().on_frame(frame, now);
+  } else {
+    device_.on_frame(frame, now);
+  }
   settle();
 }
 
 void Node::on_bus_state(BusState state, Time now) {
+  faulty_.set_now(now);
+  if (state == BusState::kBusOff) faulty_.drop();
   device_.on_bus_state(state, now);
   poll(now);
+}
+
+// ---- Node ID
+// -------------------------------------------------------------------------------------------------
+
+std::uint32_t Node::identity(std::uint8_t part) const {
+  constexpr std::uint16_t kIdentity = 0x1018;
+  const ObjectDictionary values(image_.entries, std::span(const_cast<Node*>(this)->values_), nullptr);
+  return static_cast<std::uint32_t>(values.get(kIdentity, static_cast<std::uint8_t>(part + 1)));
+}
+
+bool Node::keep(const StoredLss& stored) {
+  stored_lss_ = stored;
+  return keep_saved();
+}
+
+/// $NODEID in the power-on values follows.
+void Node::take_node_id(std::uint8_t node_id) {
+  if (node_id == values_node_id_) return;
+  change_node_id(image_.values, image_.node_id_values, values_node_id_, node_id);
+  change_node_id(saved_, image_.node_id_values, values_node_id_, node_id);
+  values_node_id_ = node_id;
+  faulty_.set_node_id(node_id);
+  device_.set_node_id(node_id);
+}
+
+void Node::start_with(std::uint8_t node_id, Time now) {
+  take_node_id(node_id);
+  device_.start(now);
 }
 
 /// After anything that has happened: what is heard, and when to be called next.
 void Node::settle() {
   if (ids_changed_) follow_ids();
-  wants(earlier(device_.deadline(), behaviour_due_));
+  const Time own = earlier(device_.deadline(), earlier(behaviour_due_, sample_due_));
+  const Time lss = lss_ ? lss_->slave().deadline() : kNever;
+  wants(earlier(own, earlier(lss, faulty_.deadline())));
 }
 
 /// The port's filter may be what is delivering right now: identifiers that stay are left alone.
 void Node::follow_ids() {
   ids_changed_ = false;
   std::vector<std::uint32_t> wanted;
-  device_.visit_ids([&wanted](std::uint32_t id) { wanted.push_back(id); });
+  if (lss_) wanted.push_back(LssSlave::kRequestId);
+  if (device_.state() != nmt::State::kInitialising)
+    device_.visit_ids([&wanted](std::uint32_t id) { wanted.push_back(id); });
   std::ranges::sort(wanted);
   wanted.erase(std::ranges::unique(wanted).begin(), wanted.end());
   for (const std::uint32_t id : received_ids_)
@@ -136,6 +202,7 @@ void Node::on_sync(Time now) {
 }
 
 void Node::on_nmt_state(nmt::State state, Time now) {
+  if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
   if (!behaviour_) return;
   behaviour_->on_nmt_state(state, now);
   update(now);
@@ -148,11 +215,15 @@ void Node::on_network_failure(NetworkFailure failure, Time now) {
 }
 
 bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
-  if (behaviour_ && behaviour_->set_input(index, sub, value, now)) {
-    update(now);
-    settle();
-    return true;
-  }
+  faulty_.set_now(now);
+  if (!put_input(index, sub, value, now)) return false;
+  update(now);
+  settle();
+  return true;
+}
+
+bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
+  if (behaviour_ && behaviour_->set_input(index, sub, value, now)) return true;
   const ObjectEntry* entry = nullptr;
   if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
   const std::size_t bytes = size_of(entry->type);
@@ -160,19 +231,50 @@ bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
   const std::uint64_t before = dictionary().get(index, sub);
   dictionary().set(index, sub, to_raw(value, entry->type, bytes));
   if (dictionary().get(index, sub) != before) device_.changed(index, sub, now);
-  update(now);
-  settle();
   return true;
+}
+
+void Node::follow_signals(Time now) {
+  sample_due_ = kNever;
+  const Time since_start = now - started_at_;
+  for (std::size_t i = 0; i < signals_.size(); ++i) {
+    const Signal& signal = signals_[i];
+    if (now >= samples_due_[i]) {
+      put_input(signal.index, signal.sub, signal.value_at(since_start), now);
+      const Time next = signal.next_sample(since_start);
+      samples_due_[i] = next == kNever ? kNever : started_at_ + next;
+    }
+    sample_due_ = earlier(sample_due_, samples_due_[i]);
+  }
+  update(now);
 }
 
 bool Node::set_incident(std::string_view incident, bool present, Time now) {
   if (!behaviour_) return false;
   const auto known = behaviour_->incidents();
   if (std::ranges::find(known, incident) == known.end()) return false;
+  faulty_.set_now(now);
   behaviour_->set_incident(incident, present, now);
   update(now);
   settle();
   return true;
+}
+
+unsigned Node::add_fault(const Fault& fault, Time now) {
+  const unsigned number = faulty_.add(fault, now);
+  settle();
+  return number;
+}
+
+bool Node::remove_fault(unsigned number, Time now) {
+  const bool removed = faulty_.remove(number, now);
+  settle();
+  return removed;
+}
+
+void Node::clear_faults(Time now) {
+  faulty_.clear(now);
+  settle();
 }
 
 void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {
@@ -216,19 +318,18 @@ void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now
 
 AbortCode Node::save(std::uint16_t first_index, std::uint16_t last_index) {
   copy_parameters(image_.entries, values_, saved_, first_index, last_index);
-  return keep_saved();
+  return keep_saved() ? AbortCode::kNone : AbortCode::kHardware;
 }
 
 AbortCode Node::forget(std::uint16_t first_index, std::uint16_t last_index) {
   copy_parameters(image_.entries, image_.values, saved_, first_index, last_index);
-  return keep_saved();
+  return keep_saved() ? AbortCode::kNone : AbortCode::kHardware;
 }
 
-/// 0606 0000h: access failed due to a hardware error.
-AbortCode Node::keep_saved() {
-  if (parameters_ == nullptr) return AbortCode::kNone;
-  const bool kept = parameters_->save(changed_parameters(image_.entries, image_.values, saved_));
-  return kept ? AbortCode::kNone : AbortCode::kHardware;
+bool Node::keep_saved() {
+  if (parameters_ == nullptr) return true;
+  const StoredLss lss = lss_ ? stored_lss_ : StoredLss{};
+  return parameters_->save({changed_parameters(image_.entries, image_.values, saved_), lss});
 }
 
 }  // namespace cbcan::sim

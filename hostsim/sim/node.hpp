@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One simulated CANopen device on a bus: a Device with values of its own, a behaviour that gives them life,
-/// and parameters that it can store.
+/// One simulated CANopen device on a bus: a Device with values of its own, a behaviour and signals that give
+/// them life, parameters that it can store, LSS, and faults on purpose.
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "canopen/device.hpp"
 #include "canopen/node_id_values.hpp"
 #include "sim/behaviour.hpp"
+#include "sim/faults/faulty_port.hpp"
+#include "sim/node_lss.hpp"
 #include "sim/parameters.hpp"
 #include "sim/participant.hpp"
+#include "sim/signal.hpp"
 
 namespace cbcan::sim {
 
@@ -30,14 +35,21 @@ struct NodeImage {
 
 /// What a node has besides its dictionary.
 struct NodeParts {
-  BehaviourMaker behaviour = nullptr;  ///< null: values only change when they are written
-  std::uint64_t seed = 0;              ///< of whatever is random in the behaviour
-  ParameterStore* parameters =
-      nullptr;  ///< outlives the node; null: stored parameters last as long as it does
+  BehaviourMaker behaviour = nullptr;    ///< null: values only change when they are written
+  std::uint64_t seed = 0;                ///< of whatever is random in behaviour and faults
+  std::vector<Signal> signals;           ///< begin with the node's power-on
+  ParameterStore* parameters = nullptr;  ///< outlives the node; null: what is stored lasts as long as it does
+  FaultListener* listener = nullptr;     ///< outlives the node; null: nobody is told of faults
+  bool lss = false;                      ///< an LSS master can find it, and give it node ID and bit rate
+  Time time_period = 0;                  ///< as a TIME producer (1012h), microseconds; 0 = it sends none
 };
 
-class Node final : public Participant, private DeviceApplication, private DeviceNode {
+class Node final : public Participant, private DeviceApplication, private DeviceNode, private LssNode {
  public:
+  /// Without a node ID: it waits until LSS gives it one. The image is then made for node ID 0.
+  static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
+
+  /// `node_id`: 1..127, or kNoNodeId with `parts.lss`; the parameters may have stored another one.
   Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, const NodeParts& parts = {});
 
   void start(Time now) override;
@@ -51,6 +63,12 @@ class Node final : public Participant, private DeviceApplication, private Device
 
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
+
+  /// The node's own faults on purpose, see FaultyPort.
+  unsigned add_fault(const Fault& fault, Time now);
+  bool remove_fault(unsigned number, Time now);
+  void clear_faults(Time now);
+  std::span<const SetFault> faults() const { return faulty_.list(); }
 
   const Device& device() const { return device_; }
   Device& device() { return device_; }
@@ -67,7 +85,14 @@ class Node final : public Participant, private DeviceApplication, private Device
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
-  AbortCode keep_saved();
+  bool keep_saved();
+  void load_parameters();
+
+  // LSS.
+  std::uint32_t identity(std::uint8_t part) const override;
+  bool keep(const StoredLss& stored) override;
+  void start_with(std::uint8_t node_id, Time now) override;
+  void take_node_id(std::uint8_t node_id);
 
   // The device.
   void on_nmt_state(nmt::State state, Time now) override;
@@ -84,6 +109,8 @@ class Node final : public Participant, private DeviceApplication, private Device
   void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
 
   void update(Time now);
+  void follow_signals(Time now);
+  bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
   void settle();
   void follow_ids();
 
@@ -96,7 +123,15 @@ class Node final : public Participant, private DeviceApplication, private Device
   std::vector<HeartbeatConsumer::Watched> watched_;
   ParameterStore* parameters_;
   Port& port_;
+  FaultyPort faulty_;
   Device device_;
+  std::optional<NodeLss> lss_;
+  StoredLss stored_lss_;
+  std::uint8_t values_node_id_;  ///< for which the images are made; 0 = none
+  std::vector<Signal> signals_;
+  std::vector<Time> samples_due_;  ///< by signal
+  Time sample_due_ = kNever;       ///< the earliest of them
+  Time started_at_ = 0;
   std::unique_ptr<Behaviour> behaviour_;
   Time behaviour_due_ = kNever;
   Time updated_at_ = kNever;  ///< the behaviour has seen everything up to then; kNever = it has not

@@ -20,13 +20,26 @@ struct StoredValue {
   bool operator==(const StoredValue&) const = default;
 };
 
+/// What LSS has stored (CiA 305, store configuration).
+struct StoredLss {
+  std::uint8_t node_id = 0;    ///< 1..127, 255 = none; 0 = nothing is stored
+  std::uint32_t bit_rate = 0;  ///< bit/s
+  bool operator==(const StoredLss&) const = default;
+};
+
+struct StoredParameters {
+  std::vector<StoredValue> values;
+  StoredLss lss;
+  bool operator==(const StoredParameters&) const = default;
+};
+
 /// Where the parameters of a node outlive the program; a file, say.
 class ParameterStore {
  public:
   /// What was saved last; nothing if nothing was.
-  virtual std::vector<StoredValue> load() = 0;
+  virtual StoredParameters load() = 0;
   /// Keeps these and forgets what was kept before. False = could not, nothing has changed.
-  virtual bool save(const std::vector<StoredValue>& values) = 0;
+  virtual bool save(const StoredParameters& parameters) = 0;
 
  protected:
   ~ParameterStore() = default;

@@ -13,11 +13,12 @@
 using cbcan::io::parameter_text;
 using cbcan::io::ParameterFile;
 using cbcan::io::parse_parameters;
-using cbcan::sim::StoredValue;
+using cbcan::sim::StoredParameters;
 
 namespace {
 
-const std::vector<StoredValue> kValues{{0x1017, 0, {0xE8, 0x03}}, {0x2010, 0x1F, {}}, {0x6207, 1, {0xAA}}};
+const StoredParameters kParameters{
+    .values = {{0x1017, 0, {0xE8, 0x03}}, {0x2010, 0x1F, {}}, {0x6207, 1, {0xAA}}}, .lss = {5, 250000}};
 
 class Folder {
  public:
@@ -52,31 +53,34 @@ std::string complaint(const std::string& text) {
 }  // namespace
 
 TEST_CASE("Stored parameters: a line for each value, low byte first") {
-  const std::string text = parameter_text(kValues);
-  CHECK(text.substr(text.find('\n') + 1) == "1017:00 = E803\n2010:1F = \n6207:01 = AA\n");
+  const std::string text = parameter_text(kParameters);
   CHECK(text.front() == '#');
-  CHECK(parse_parameters(text, "") == kValues);
+  CHECK(text.ends_with("\nnode-id = 5\nbit-rate = 250000\n1017:00 = E803\n2010:1F = \n6207:01 = AA\n"));
+  CHECK(parse_parameters(text, "") == kParameters);
   CHECK(parse_parameters(" 1017 : 0=e803\r\n\n# no\n6207:1 = aa", "") ==
-        std::vector<StoredValue>{kValues[0], kValues[2]});
+        StoredParameters{.values = {kParameters.values[0], kParameters.values[2]}, .lss = {}});
+  CHECK(parameter_text({}).find('=') == parameter_text({}).rfind('='));  // the heading's
 }
 
 TEST_CASE("Stored parameters: what is wrong is told with file and line") {
-  for (const char* const line : {"1017 = E803", "1017:00 E803", "1017:00 = E80", "10170:00 = 01",
-                                 "1017:100 = 01", "= : ", "1017:00 = G0"})
+  for (const char* const line :
+       {"1017 = E803", "1017:00 E803", "1017:00 = E80", "10170:00 = 01", "1017:100 = 01",
+        "= : ", "1017:00 = G0", "node-id = 0", "node-id = 128", "bit-rate = x"})
     CHECK(complaint(std::string("# heading\n") + line + "\n") ==
           "drive.par:2: \"" + std::string(line).substr(0, std::string(line).find_last_not_of(' ') + 1) +
-              "\": write INDEX:SUB = BYTES in hexadecimal, such as 1017:00 = E803");
+              "\": write INDEX:SUB = BYTES in hexadecimal, such as 1017:00 = E803, node-id = 1..127 or "
+              "bit-rate = 250000");
 }
 
 TEST_CASE("A parameter file that is not there is empty, and is made when something is stored") {
   const Folder folder;
   std::vector<std::string> warnings;
   ParameterFile file(folder.file("5.par"), [&](const std::string& line) { warnings.push_back(line); });
-  CHECK(file.load().empty());
-  CHECK(file.save(kValues));
-  CHECK(file.load() == kValues);
+  CHECK(file.load() == StoredParameters{});
+  CHECK(file.save(kParameters));
+  CHECK(file.load() == kParameters);
   CHECK(file.save({}));
-  CHECK(file.load().empty());
+  CHECK(file.load() == StoredParameters{});
   CHECK(warnings.empty());
 }
 
@@ -84,7 +88,7 @@ TEST_CASE("A parameter file that cannot be written keeps what it had, and somebo
   const Folder folder;
   std::vector<std::string> warnings;
   ParameterFile good(folder.file("5.par"), [](const std::string&) {});
-  REQUIRE(good.save(kValues));
+  REQUIRE(good.save(kParameters));
   const std::string before = text_of(folder.file("5.par"));
   REQUIRE(::mkdir(folder.file("5.par.new").c_str(), 0700) == 0);
   ParameterFile file(folder.file("5.par"), [&](const std::string& line) { warnings.push_back(line); });

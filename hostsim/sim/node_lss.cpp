@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include "sim/node_lss.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace cbcan::sim {
+
+namespace {
+
+/// CiA 305's table, bit/s; 0 = there is no such rate.
+constexpr std::array<std::uint32_t, 9> kBitRates{1'000'000, 800'000, 500'000, 250'000, 125'000,
+                                                 0,         50'000,  20'000,  10'000};
+
+/// A rate that the table does not have is shown as its first one.
+std::uint8_t index_of(std::uint32_t bit_rate) {
+  const auto found = std::ranges::find(kBitRates, bit_rate);
+  return found == kBitRates.end() ? std::uint8_t{0} : static_cast<std::uint8_t>(found - kBitRates.begin());
+}
+
+}  // namespace
+
+void NodeLss::start(std::uint8_t node_id, std::uint32_t stored_bit_rate, Time now) {
+  own_rate_ = stored_bit_rate == 0 ? bus_rate_ : stored_bit_rate;
+  set_on_bus(true, now);
+  slave_.start(node_id, index_of(own_rate_), now);
+}
+
+bool NodeLss::is_bit_rate_supported(std::uint8_t table_index) const {
+  return table_index < kBitRates.size() && kBitRates[table_index] != 0;
+}
+
+void NodeLss::set_on_bus(bool on, Time now) {
+  const bool hears = on && (bus_rate_ == 0 || own_rate_ == bus_rate_);
+  port_.set_state(hears ? BusState::kActive : BusState::kBusOff, now);
+}
+
+void NodeLss::activate_bit_rate(std::uint8_t table_index, Time /*now*/) {
+  own_rate_ = kBitRates[table_index];
+}
+
+LssApplication::StoreResult NodeLss::store(std::uint8_t node_id, std::uint8_t bit_rate) {
+  const bool kept = node_.keep({node_id, kBitRates[bit_rate]});
+  return kept ? StoreResult::kStored : StoreResult::kAccessError;
+}
+
+}  // namespace cbcan::sim

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// LSS of a simulated node (canopen/lss_slave.hpp): node ID and bit rate from an LSS master. On a bus that is
+/// paced a node with another bit rate than the bus is bus-off; on one that is not every bit rate is right.
+
+#include <cstdint>
+
+#include "canopen/lss_slave.hpp"
+#include "sim/bus.hpp"
+#include "sim/parameters.hpp"
+
+namespace cbcan::sim {
+
+/// The node behind its LSS.
+class LssNode {
+ public:
+  /// 1018h.
+  virtual std::uint32_t identity(std::uint8_t part) const = 0;
+  /// Keeps them for the next power-on; false = could not.
+  virtual bool keep(const StoredLss& stored) = 0;
+  /// The node had no ID; now it has this one: it starts.
+  virtual void start_with(std::uint8_t node_id, Time now) = 0;
+
+ protected:
+  ~LssNode() = default;
+};
+
+class NodeLss final : private LssApplication {
+ public:
+  /// All outlive it. `bit_rate` is that of the bus, 0 = not paced.
+  NodeLss(LssNode& node, Port& port, CanPort& out, std::uint32_t bit_rate)
+      : node_(node), port_(port), bus_rate_(bit_rate), slave_(*this, out) {}
+
+  /// Power-on. `node_id`: 1..127, or LssSlave::kNoNodeId. Without a stored bit rate it has the bus's.
+  void start(std::uint8_t node_id, std::uint32_t stored_bit_rate, Time now);
+
+  LssSlave& slave() { return slave_; }
+  const LssSlave& slave() const { return slave_; }
+
+ private:
+  std::uint32_t identity(std::uint8_t part) const override { return node_.identity(part); }
+  bool is_bit_rate_supported(std::uint8_t table_index) const override;
+  void set_on_bus(bool on, Time now) override;
+  void activate_bit_rate(std::uint8_t table_index, Time now) override;
+  StoreResult store(std::uint8_t node_id, std::uint8_t bit_rate) override;
+  void on_node_id(std::uint8_t node_id, Time now) override { node_.start_with(node_id, now); }
+
+  LssNode& node_;
+  Port& port_;
+  std::uint32_t bus_rate_;
+  std::uint32_t own_rate_ = 0;
+  LssSlave slave_;
+};
+
+}  // namespace cbcan::sim
