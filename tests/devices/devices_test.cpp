@@ -30,7 +30,8 @@ TEST_CASE("devices are found by their names and by the profile in 1000h") {
   REQUIRE(devices::find_device("none") != nullptr);
   CHECK(devices::find_device("none")->make == nullptr);
   CHECK(devices::find_device("none") == &devices::device_for_profile(0));
-  CHECK(devices::find_device("none") == &devices::device_for_profile(0x4567));
+  for (const auto profile : std::initializer_list<std::uint16_t>{400, 403, 405, 0xFFFF})
+    CHECK(devices::find_device("none") == &devices::device_for_profile(profile));
   for (const char* name : {"", "CIA401", "cia40", "cia4011"})
     CHECK(devices::find_device(name) == nullptr);
 }

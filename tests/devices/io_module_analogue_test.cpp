@@ -73,6 +73,26 @@ TEST_CASE("the default selection 07h with its zeros: every change is an event") 
   module.step(0, true);
 }
 
+TEST_CASE("a file without 6421h: limits and delta count, by CiA 401") {
+  Module module(dictionary_of({{0x6401, 1, DataType::kInteger16},
+                               {0x6423, 0, DataType::kBoolean},
+                               {0x6424, 1, DataType::kInteger32},
+                               {0x6425, 1, DataType::kInteger32},
+                               {0x6426, 1, DataType::kUnsigned32}}));
+  module.write(0x6423, 0, 1);
+  module.write(0x6424, 1, 100);
+  module.write(0x6425, 1, bits(-100));
+  module.write(0x6426, 1, 10);
+  module.input(0x6401, 1, 99);
+  module.input(0x6401, 1, 9);
+  module.input(0x6401, 1, 100);
+  module.expect("changed 6401:01");
+  module.input(0x6401, 1, 109);
+  module.expect_nothing();
+  module.input(0x6401, 1, -101);
+  module.expect("changed 6401:01");
+}
+
 TEST_CASE("no bit of 6421h: no event") {
   Watched module(0);
   module.step(100, false);
