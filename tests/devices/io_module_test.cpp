@@ -209,6 +209,15 @@ TEST_CASE("reset node: outputs as at power-on, inputs as they are, without an ev
   CHECK(module.device.digital_output(1) == 0x00);  // the failure is over
 }
 
+TEST_CASE("reset node switches outputs off that are masked from power-on") {
+  Module module(demo_dictionary("io_module.eds"), {{0x6208, 1, 0x0F}});
+  module.write(0x6208, 1, 0xFF);
+  module.write(0x6200, 1, 0xFF);
+  CHECK(module.device.digital_output(1) == 0xFF);
+  module.reset(true);
+  CHECK(module.device.digital_output(1) == 0x00);
+}
+
 TEST_CASE("reset communication leaves the outputs be") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6200, 1, 0x77);
