@@ -37,10 +37,13 @@ void turn_over(Frame& frame, std::uint32_t bit, std::uint32_t id_bits) {
   }
 }
 
-/// A frame without data has no bit in its data: then it stays as it is.
+std::uint32_t data_bits_of(const Frame& frame) {
+  return (frame.flags & Frame::kRemote) != 0 ? 0 : 8u * frame.length;
+}
+
 Frame corrupted(const Frame& frame, FramePart part, Random& random) {
   const std::uint32_t id_bits = (frame.flags & Frame::kExtended) != 0 ? kExtendedIdBits : kIdBits;
-  const std::uint32_t data_bits = (frame.flags & Frame::kRemote) != 0 ? 0 : 8u * frame.length;
+  const std::uint32_t data_bits = data_bits_of(frame);
   std::uint32_t first = 0;
   std::uint32_t count = id_bits + kDlcBits + data_bits;
   switch (part) {
@@ -56,12 +59,14 @@ Frame corrupted(const Frame& frame, FramePart part, Random& random) {
       break;
   }
   Frame other = frame;
-  if (count != 0) turn_over(other, first + random.below(count), id_bits);
+  turn_over(other, first + random.below(count), id_bits);
   return other;
 }
 
 bool concerns(const Fault& fault, const Frame& frame) {
-  return is_of_frames(fault.kind) && frame.id >= fault.first_id && frame.id <= fault.last_id;
+  if (!is_of_frames(fault.kind) || frame.id < fault.first_id || frame.id > fault.last_id) return false;
+  const bool in_data = fault.kind == FaultKind::kFrameCorrupt && fault.part == FramePart::kData;
+  return !in_data || data_bits_of(frame) != 0;
 }
 
 }  // namespace
@@ -147,12 +152,17 @@ void BusFaults::follow_states(Time now) {
   bus_.set_state(state, now);
 }
 
-/// What the bus has not taken when the next frame is due is not sent: a load is no backlog.
+/// What the bus has not taken when the next frame is due is not sent: a load is no backlog. A full load is
+/// one frame ahead, so that the bus never finds nobody else in its way.
 void BusFaults::send_load(Time now) {
   for (SetFault& set : faults_.all()) {
-    if (set.fault.kind != FaultKind::kBusLoad) continue;
+    const Fault& fault = set.fault;
+    if (fault.kind != FaultKind::kBusLoad) continue;
+    const bool full = fault.percent == 100 && fault.rate == 0 && bus_.bit_rate() != 0;
+    const std::size_t most = full ? 2 : 1;
     while (faults_.beat_due(set, now))
-      if (load_port_->queued() == 0) static_cast<void>(load_port_->try_send(load_frame(set.fault)));
+      while (load_port_->queued() < most && load_port_->try_send(load_frame(fault))) {
+      }
   }
 }
 

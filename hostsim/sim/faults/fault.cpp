@@ -20,7 +20,10 @@ constexpr std::string_view kBlanks = " \t";
 std::string written(Form form, double value) {
   char text[32];
   if (form == Form::kFraction) return {text, std::to_chars(text, text + sizeof text, value).ptr};
-  std::snprintf(text, sizeof text, form == Form::kHex ? "0x%llX" : "%lld", static_cast<long long>(value));
+  const auto whole = static_cast<std::int64_t>(value);
+  if (form == Form::kDecimal) return std::to_string(whole);
+  const int digits = whole > 0xFFFF ? 8 : whole > 0xFFF ? 4 : 3;  // 32 bits, an index, a CAN-ID
+  std::snprintf(text, sizeof text, "0x%0*llX", digits, static_cast<unsigned long long>(whole));
   return text;
 }
 

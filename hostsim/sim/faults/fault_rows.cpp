@@ -78,8 +78,10 @@ constexpr std::array kAnswers{
     choice<&Fault::step>("step", kSteps, "Answers only that are this within their transfer."),
 };
 constexpr std::array kIdentifiers{
-    number<&Fault::first_id>("first_id", 0, kMostId, 0, "Frames from this CAN-ID on,", Form::kHex),
-    number<&Fault::last_id>("last_id", 0, kMostId, kMostId, "up to this one.", Form::kHex),
+    number<&Fault::first_id>("first_id", 0, kMostId, 0, "Frames with this CAN-ID or a higher one only.",
+                             Form::kHex),
+    number<&Fault::last_id>("last_id", 0, kMostId, kMostId, "Frames with this CAN-ID or a lower one only.",
+                            Form::kHex),
 };
 
 using Keys = std::span<const FaultParameter>;
