@@ -45,8 +45,8 @@ std::string key_row(const FaultParameter& key) {
 std::string kind_row(const FaultRow& row) {
   std::string own;
   for (const FaultParameter& key : row.own) {
-    if (!own.empty()) own += "; ";
-    own += code(key.key) + " " + domain_of(key) + ", " + standard_of(key);
+    if (!own.empty()) own += "<br>";
+    own += code(key.key) + " " + domain_of(key) + ", " + standard_of(key) + ": " + std::string(key.meaning);
   }
   return "| " + code(row.name) + " | " + own + " | " + std::string(row.meaning) + " |";
 }

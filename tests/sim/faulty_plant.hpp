@@ -56,17 +56,23 @@ class FaultyNode final : public sim::Participant, private Application {
   void poll(Time now) override {
     faults.poll(now);
     slave_.poll(now);
-    wake();
+    finish(now);
   }
   void on_frame(const Frame& frame, Time now) override {
     faults.set_now(now);
     faults.heard(frame);
     slave_.on_frame(frame, now);
-    wake();
+    finish(now);
   }
   void on_bus_state(BusState state, Time now) override {
     if (state == BusState::kBusOff) faults.drop();
     poll(now);
+  }
+  /// After each call into the stack.
+  void finish(Time now) {
+    while (faults.has_aborted())
+      slave_.on_frame(faults.take_abort(), now);
+    wake();
   }
   void wake() { wants(earlier(slave_.deadline(), faults.deadline())); }
   sim::Port& port() { return port_; }

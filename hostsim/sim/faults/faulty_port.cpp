@@ -45,6 +45,7 @@ void FaultyPort::clear(Time now) {
 bool FaultyPort::try_send(const Frame& frame) {
   if (faults_.empty() && held_.empty()) return out_.try_send(frame);
   if (!flush()) return false;
+  if (has_aborted_ && is_answer(frame)) return true;
   SdoAnswer answer{SdoStep::kAny, 0};
   if (is_answer(frame)) answer = {watch_.on_answer(frame), watch_.multiplexer()};
   if (is_error_control(frame) && is_boot_up(frame)) watch_ = {};
@@ -57,6 +58,13 @@ bool FaultyPort::try_send(const Frame& frame) {
   hold(leaving, answer);
   flush();
   return true;
+}
+
+Frame FaultyPort::take_abort() {
+  has_aborted_ = false;
+  const Frame abort = sdo::make_abort(sdo::kRequestId + node_id_, watch_.multiplexer(), AbortCode::kGeneral);
+  watch_.on_request(abort);
+  return abort;
 }
 
 void FaultyPort::poll(Time now) {
@@ -83,7 +91,7 @@ bool FaultyPort::concerns(const Fault& fault, const Frame& frame, const SdoAnswe
   }
 }
 
-void FaultyPort::harm(const Fault& fault, const SdoAnswer& answer, Leaving& leaving) const {
+void FaultyPort::harm(const Fault& fault, const SdoAnswer& answer, Leaving& leaving) {
   switch (fault.kind) {
     case FaultKind::kAnswerNever:
     case FaultKind::kSilent:
@@ -99,6 +107,7 @@ void FaultyPort::harm(const Fault& fault, const SdoAnswer& answer, Leaving& leav
           static_cast<std::uint8_t>((leaving.frame.data[0] & nmt::kGuardToggle) | fault.state);
       break;
     case FaultKind::kDuplicateNodeId: leaving.from_twin_too = true; break;
+    case FaultKind::kAbort: has_aborted_ = true; [[fallthrough]];
     default: leaving.frame = changed(fault, answer, leaving.frame); break;
   }
 }

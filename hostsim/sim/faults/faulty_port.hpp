@@ -7,8 +7,10 @@
 /// Its node:
 ///   on a frame:   port.set_now(now); port.heard(frame); stack.on_frame(frame, now);
 ///   when polled:  port.poll(now); stack.poll(now);
+///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
 ///   wants to be called at the earlier of the stack's deadline and port.deadline().
-/// A frame that a fault swallows or holds back has been sent, as far as the stack can see.
+/// A frame that a fault swallows or holds back has been sent, as far as the stack can see. An abort in its
+/// name ends the transfer for it too: it is told as if the client had aborted.
 
 #include <cstdint>
 #include <vector>
@@ -48,6 +50,11 @@ class FaultyPort final : public CanPort {
   /// False also while a frame of the faults' own waits for the controller.
   bool try_send(const Frame& frame) override;
 
+  /// An SDO answer was replaced by an abort: the stack has to hear of it. Until the frame has been taken,
+  /// answers of the transfer that is over are swallowed.
+  bool has_aborted() const { return has_aborted_; }
+  Frame take_abort();
+
   /// Sends what is due.
   void poll(Time now);
   Time deadline() const;
@@ -73,7 +80,7 @@ class FaultyPort final : public CanPort {
   };
 
   bool concerns(const Fault& fault, const Frame& frame, const SdoAnswer& answer) const;
-  void harm(const Fault& fault, const SdoAnswer& answer, Leaving& leaving) const;
+  void harm(const Fault& fault, const SdoAnswer& answer, Leaving& leaving);
   void hold(const Leaving& leaving, const SdoAnswer& answer);
   bool is_answer(const Frame& frame) const { return frame.id == sdo::kAnswerId + node_id_; }
   bool is_error_control(const Frame& frame) const { return frame.id == nmt::kErrorControlId + node_id_; }
@@ -90,7 +97,8 @@ class FaultyPort final : public CanPort {
   SdoWatch watch_;
   std::vector<Held> held_;  ///< in the order in which they are due
   Time now_ = 0;
-  Time retry_at_ = 0;       ///< the controller had no room
+  Time retry_at_ = 0;  ///< the controller had no room
+  bool has_aborted_ = false;
   bool has_state_ = false;  ///< the controller is in a state because of a fault
 };
 
