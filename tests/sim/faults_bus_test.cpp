@@ -219,3 +219,43 @@ TEST_CASE(
   high.pass(kSecond);
   CHECK(high.master_port.queued() == 0);
 }
+
+TEST_CASE("States of the bus and of one controller: the worse one holds, and the other one after it") {
+  Wire wire;
+  const auto state = [&] { return wire.node.port().state(); };
+  wire.set("error-passive");
+  const unsigned bus_off = wire.set_bus("bus-off");
+  CHECK(state() == cbcan::BusState::kBusOff);
+  CHECK(wire.bus_faults.remove(bus_off, wire.now));
+  CHECK(state() == cbcan::BusState::kErrorPassive);
+  const unsigned own = wire.set("bus-off");
+  wire.set_bus("error-passive until_ms=1");
+  CHECK(state() == cbcan::BusState::kBusOff);
+  wire.pass(kSecond);
+  CHECK(state() == cbcan::BusState::kBusOff);
+  CHECK(wire.master_port.state() == cbcan::BusState::kActive);
+  CHECK(wire.node.faults.remove(own, wire.now));
+  CHECK(state() == cbcan::BusState::kErrorPassive);
+  wire.node.faults.clear(wire.now);
+  CHECK(state() == cbcan::BusState::kActive);
+}
+
+TEST_CASE("The order in which a plant with faults runs is the same every time") {
+  Texts first;
+  for (int run = 0; run < 2; ++run) {
+    Wire wire(125'000);
+    for (const char* const fault : {"frame-loss probability=0.2", "frame-corrupt probability=0.2 part=data",
+                                    "frame-late probability=0.2 delay_ms=3", "bus-load percent=30"})
+      wire.set_bus(fault);
+    wire.set("answer-twice delay_ms=1 probability=0.5");
+    wire.set("heartbeat-stops probability=0.5");
+    wire.send({"605#2B17100005000000"});
+    for (int i = 0; i < 100; ++i) {
+      wire.send({"605#4000100000000000"});
+      wire.pass(10 * kMillisecond);
+    }
+    CHECK(wire.log.lines.size() > 300);
+    if (run == 0) first = wire.log.lines;
+    CHECK(wire.log.lines == first);
+  }
+}

@@ -117,7 +117,7 @@ void BusFaults::on_arrival(const Frame& frame, const Port* sender, Time now) {
   Time due = now;
   unsigned copies = 1;
   for (SetFault& set : faults_.all()) {
-    if (!concerns(set.fault, frame) || !faults_.happens(set, &frame, now)) continue;
+    if (!concerns(set.fault, frame) || !faults_.happens(set, frame, now)) continue;
     switch (set.fault.kind) {
       case FaultKind::kFrameLoss: return;
       case FaultKind::kFrameTwice: copies = 2; break;

@@ -5,6 +5,7 @@
 /// `answer-late delay_ms=50 index=0x2001 after=3`, or as the same keys and values in a plant file. The tables
 /// below are the only place where kinds, keys, ranges and defaults stand; docs/faults.md is held to them.
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>

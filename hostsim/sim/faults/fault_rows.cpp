@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The tables: keys, groups of keys, kinds.
 #include <array>
+#include <type_traits>
 
 #include "sim/faults/fault.hpp"
 

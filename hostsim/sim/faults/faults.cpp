@@ -63,12 +63,12 @@ void Faults::clear(Time now) {
   set_.clear();
 }
 
-bool Faults::happens(SetFault& set, const Frame* frame, Time now) {
+bool Faults::happens(SetFault& set, const Frame& frame, Time now) {
   if (now < set.begins || now >= set.ends || spent(set)) return false;
   if (set.occasions++ < set.fault.after) return false;
   if (set.fault.probability < 1 && set.random.fraction() >= set.fault.probability) return false;
   ++set.fired;
-  tell(set, frame != nullptr ? candump_text(*frame) : std::string(), now);
+  if (listener_ != nullptr) tell(set, candump_text(frame), now);
   return true;
 }
 
@@ -115,9 +115,8 @@ void Faults::close(SetFault& set, Time now) {
 
 void Faults::tell(const SetFault& set, std::string_view what, Time now) {
   if (listener_ == nullptr) return;
-  std::string text = subject_ + ": fault " + std::to_string(set.number) + ": " + set.text;
-  if (!what.empty()) text += ": " + std::string(what);
-  listener_->on_fault(text, now);
+  const std::string which = subject_ + ": fault " + std::to_string(set.number) + ": " + set.text;
+  listener_->on_fault(which + ": " + std::string(what), now);
 }
 
 }  // namespace cbcan::sim

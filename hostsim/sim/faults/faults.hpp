@@ -64,8 +64,8 @@ class Faults {
   // For those who make the faults happen.
   std::span<SetFault> all() { return set_; }
 
-  /// Here is an occasion; true: it happens, counted and told. `frame` may be null.
-  bool happens(SetFault& set, const Frame* frame, Time now);
+  /// This frame is an occasion; true: it happens, counted and told.
+  bool happens(SetFault& set, const Frame& frame, Time now);
 
   /// Of a storm: the time is over until its next beat. False = not yet, or no more of them.
   bool beat_due(SetFault& set, Time now);

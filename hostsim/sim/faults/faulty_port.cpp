@@ -51,7 +51,7 @@ bool FaultyPort::try_send(const Frame& frame) {
   if (is_error_control(frame) && is_boot_up(frame)) watch_ = {};
   Leaving leaving{.frame = frame, .due = now_};
   for (SetFault& set : faults_.all()) {
-    if (!concerns(set.fault, frame, answer) || !faults_.happens(set, &frame, now_)) continue;
+    if (!concerns(set.fault, frame, answer) || !faults_.happens(set, frame, now_)) continue;
     harm(set.fault, answer, leaving);
     if (leaving.swallowed) return true;
   }
@@ -69,7 +69,7 @@ Frame FaultyPort::take_abort() {
 
 void FaultyPort::poll(Time now) {
   now_ = now;
-  if (faults_.empty() && held_.empty() && !has_state_) return;
+  if (faults_.empty() && held_.empty() && own_state_ == BusState::kActive) return;
   follow_states();
   send_storms();
   flush();
@@ -148,11 +148,11 @@ bool FaultyPort::flush() {
   return false;
 }
 
+/// The controller may be in a worse state for other reasons: that is left alone.
 void FaultyPort::follow_states() {
   const BusState state = faults_.follow_states(now_);
-  const bool holds = state != BusState::kActive;
-  if (!std::exchange(has_state_, holds) && !holds) return;
-  out_.set_state(state, now_);
+  const BusState before = std::exchange(own_state_, state);
+  if (out_.state() < state || (out_.state() == before && before != state)) out_.set_state(state, now_);
 }
 
 void FaultyPort::send_storms() {
@@ -160,7 +160,7 @@ void FaultyPort::send_storms() {
     if (!is_storm(set.fault.kind)) continue;
     const Frame frame = storm_frame(set.fault);
     while (faults_.beat_due(set, now_))
-      if (faults_.happens(set, &frame, now_)) hold({frame, now_, false});
+      if (faults_.happens(set, frame, now_)) hold({frame, now_, false});
   }
 }
 

@@ -99,7 +99,7 @@ class FaultyPort final : public CanPort {
   Time now_ = 0;
   Time retry_at_ = 0;  ///< the controller had no room
   bool has_aborted_ = false;
-  bool has_state_ = false;  ///< the controller is in a state because of a fault
+  BusState own_state_ = BusState::kActive;  ///< that faults want the controller to be in
 };
 
 }  // namespace cbcan::sim
