@@ -29,10 +29,6 @@ constexpr Range range_of(std::uint8_t sub) {
 /// 1029h:01, what becomes of a node in Operational when its network fails.
 enum class Reaction : std::uint8_t { kPreOperational = 0, kNone = 1, kStopped = 2 };
 
-constexpr bool is_pdo_object(std::uint16_t index) {
-  return index >= Pdo::kReceive && index <= Pdo::kLastIndex;
-}
-
 constexpr std::uint16_t number(EmergencyCode code) {
   return static_cast<std::uint16_t>(code);
 }
@@ -169,7 +165,7 @@ AbortCode Device::check(const ObjectEntry& entry, std::uint8_t sub,
     case Emergency::kCobId: return emergency_.check(entry, sub, value);
     case TimeStamp::kCobId: return time_.check(entry, value);
     case HeartbeatConsumer::kTimes: return consumer_.check(entry, sub, value);
-    default: return is_pdo_object(entry.index) ? pdo_.check(entry, sub, value) : AbortCode::kNone;
+    default: return Pdo::owns(entry.index) ? pdo_.check(entry, sub, value) : AbortCode::kNone;
   }
 }
 
@@ -201,7 +197,7 @@ void Device::configure(std::uint16_t index, Time now) {
     case LifeGuard::kLifeTimeFactor: return life_guard_.configure();
     case HeartbeatConsumer::kTimes: consumer_.configure(); break;
     default:
-      if (!is_pdo_object(index)) return;
+      if (!Pdo::owns(index)) return;
       pdo_.configure(index, now);
   }
   application_.on_received_ids();
@@ -249,6 +245,10 @@ void Device::on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) {
   const auto low = static_cast<std::uint8_t>(pdo);
   const auto high = static_cast<std::uint8_t>(pdo >> 8);
   emergency_.error(code, ErrorRegister::kCommunication, {low, high}, now);
+}
+
+void Device::on_pdo_recovered(std::uint16_t code, Time now) {
+  emergency_.error_over(code, now);
 }
 
 }  // namespace cbcan

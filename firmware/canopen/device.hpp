@@ -120,6 +120,7 @@ class Device final : private Application, private PdoApplication {
   void on_received(Time now) override;
   void on_synchronised(Time now) override;
   void on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) override;
+  void on_pdo_recovered(std::uint16_t code, Time now) override;
 
   AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
   AbortCode store_or_restore(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value);

@@ -11,6 +11,7 @@ namespace cbcan {
 
 namespace {
 
+constexpr std::uint16_t kNoError = 0;
 constexpr std::uint16_t kNumberMask = 0x1FF;
 constexpr std::uint16_t kMappingBit = 0x200;  ///< from parameters 1400h, 1800h to mapping 1600h, 1A00h
 
@@ -21,7 +22,10 @@ constexpr std::uint8_t kInhibitTime = 3;
 constexpr std::uint8_t kEventTimer = 5;
 constexpr std::uint8_t kStartValue = 6;
 
-constexpr Time kInhibitUnit = 100;
+// Units, in us.
+constexpr std::uint32_t kInhibitUnit = 100;
+constexpr std::uint32_t kTimerUnit = 1000;
+
 constexpr std::uint8_t kHighestCounter = 240;
 
 // Transmission types (CiA 301, 7.5.2.35 and 7.5.2.37).
@@ -52,41 +56,73 @@ constexpr bool is_valid(std::uint32_t cob_id) {
   return (cob_id & cob::kInvalid) == 0 && cob::is_usable(cob_id);
 }
 
-/// Calls visit(n) for each object first + n, n = 0..511.
-template <class Visitor>
-void visit_objects(std::span<const ObjectEntry> entries, std::uint16_t first, Visitor visit) {
-  auto entry = std::partition_point(entries.begin(), entries.end(),
-                                    [&](const ObjectEntry& candidate) { return candidate.index < first; });
-  for (std::uint16_t next = first; entry != entries.end() && entry->index <= (first | kNumberMask); ++entry) {
-    if (entry->index < next) continue;  // one more entry of the same object
-    visit(static_cast<std::uint16_t>(entry->index - first));
-    next = static_cast<std::uint16_t>(entry->index + 1);
-  }
+/// 1400h, 1600h, 1800h or 1A00h of an index in between.
+constexpr std::uint16_t first_of(std::uint16_t index) {
+  return static_cast<std::uint16_t>(index & ~kNumberMask);
+}
+
+constexpr std::uint16_t number_of(std::uint16_t index) {
+  return static_cast<std::uint16_t>(index & kNumberMask);
 }
 
 std::size_t count_objects(std::span<const ObjectEntry> entries, std::uint16_t first) {
   std::size_t count = 0;
-  visit_objects(entries, first, [&](std::uint16_t /*number*/) { ++count; });
+  std::uint16_t previous = 0;
+  for (const ObjectEntry& entry : entries) {
+    if (first_of(entry.index) == first && entry.index != previous) ++count;
+    previous = entry.index;
+  }
   return count;
 }
 
 template <class Room>
-std::span<Room> numbered(std::span<const ObjectEntry> entries, std::uint16_t first, std::span<Room> room) {
-  std::size_t count = 0;
-  visit_objects(entries, first, [&](std::uint16_t number) {
-    if (count < room.size()) room[count++].number = number;
-  });
-  return room.first(count);
+Room* find_number(std::span<Room> pdos, std::uint32_t number) {
+  for (Room& pdo : pdos)
+    if (pdo.number == number) return &pdo;
+  return nullptr;
 }
 
-template <class Room>
-Room* find_number(std::span<Room> pdos, std::size_t number) {
-  const auto found =
-      std::partition_point(pdos.begin(), pdos.end(), [&](const Room& pdo) { return pdo.number < number; });
-  return found != pdos.end() && found->number == number ? &*found : nullptr;
+/// True for a SYNC at which this TPDO is sampled.
+bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
+  if (tpdo.type == kAcyclic) return std::exchange(tpdo.event, false);
+  if (!is_synchronous(tpdo.type)) return tpdo.type == kRemoteSynchronous;
+  if (tpdo.syncs_left == 0) {
+    const bool awaited = tpdo.start_value == 0 || counter == 0 || counter == tpdo.start_value;
+    if (!awaited) return false;
+    tpdo.syncs_left = tpdo.type;
+  }
+  if (--tpdo.syncs_left != 0) return false;
+  tpdo.syncs_left = tpdo.type;
+  return true;
 }
 
 }  // namespace
+
+// The application.
+
+template <class Call>
+void Pdo::tell(Call call) {
+  telling_ = true;
+  call();
+  telling_ = false;
+}
+
+void Pdo::update(Time now) {
+  tell([&] { application_.before_sampling(now); });
+}
+
+/// What is wrong with an RPDO lasts until it is received as it should be.
+void Pdo::note(std::uint16_t emergency_code, Rpdo& rpdo, Time now) {
+  const std::uint16_t before = std::exchange(rpdo.error, emergency_code);
+  if (emergency_code != kNoError) {
+    const auto number = static_cast<std::uint16_t>(rpdo.number + 1);
+    tell([&] { application_.on_pdo_error(emergency_code, number, now); });
+  }
+  if (before == kNoError || before == emergency_code) return;
+  for (const Rpdo& other : rpdos_)
+    if (other.error == before) return;
+  tell([&] { application_.on_pdo_recovered(before, now); });
+}
 
 // Configuration.
 
@@ -100,10 +136,21 @@ std::size_t Pdo::tpdo_count(std::span<const ObjectEntry> entries) {
 
 void Pdo::reset(Time now) {
   set_operational(false, now);
-  rpdos_ = numbered(dictionary_.entries(), kReceive, rpdo_room_);
-  tpdos_ = numbered(dictionary_.entries(), kTransmit, tpdo_room_);
+  std::size_t rpdos = 0;
+  std::size_t tpdos = 0;
+  std::uint16_t previous = 0;
+  for (const ObjectEntry& entry : dictionary_.entries()) {
+    if (entry.index == std::exchange(previous, entry.index)) continue;
+    const std::uint16_t first = first_of(entry.index);
+    if (first == kReceive && rpdos < rpdo_room_.size())
+      rpdo_room_[rpdos++].number = number_of(entry.index);
+    else if (first == kTransmit && tpdos < tpdo_room_.size())
+      tpdo_room_[tpdos++].number = number_of(entry.index);
+  }
+  rpdos_ = rpdo_room_.first(rpdos);
+  tpdos_ = tpdo_room_.first(tpdos);
   for (Rpdo& rpdo : rpdos_)
-    load(rpdo);
+    load(rpdo, now);
   for (Tpdo& tpdo : tpdos_)
     load(tpdo);
   order_rpdos();
@@ -138,19 +185,24 @@ AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint3
   if (!cob::is_usable(value)) return AbortCode::kValue;
   if (is_valid(current))
     return cob::id_of(value) == cob::id_of(current) ? AbortCode::kNone : AbortCode::kValue;
-  const auto mapping_index = static_cast<std::uint16_t>(index | kMappingBit);
   PdoMapping mapping;
-  const AbortCode wrong = mapping.resolve(dictionary_, mapping_index, parameter(mapping_index, 0));
-  return wrong == AbortCode::kNone && mapping.bytes() != 0 ? AbortCode::kNone : AbortCode::kDeviceState;
+  return take_mapping(mapping, index) ? AbortCode::kNone : AbortCode::kDeviceState;
+}
+
+/// True if the PDO with parameters `index` has a mapping that holds, of one object at least.
+bool Pdo::take_mapping(PdoMapping& mapping, std::uint16_t index) const {
+  const auto mapping_index = static_cast<std::uint16_t>(index | kMappingBit);
+  return mapping.resolve(dictionary_, mapping_index, parameter(mapping_index, 0)) == AbortCode::kNone &&
+         mapping.bytes() != 0;
 }
 
 void Pdo::configure(std::uint16_t index, Time now) {
   if ((index & kMappingBit) != 0) return;  // comes with the COB-ID that makes it valid
-  const auto number = static_cast<std::uint16_t>(index & kNumberMask);
+  const std::uint16_t number = number_of(index);
   if (is_receive(index)) {
     Rpdo* const rpdo = find_number(rpdos_, number);
     if (rpdo == nullptr) return;
-    load(*rpdo);
+    load(*rpdo, now);
     order_rpdos();
   } else {
     Tpdo* const tpdo = find_number(tpdos_, number);
@@ -165,33 +217,28 @@ void Pdo::configure(std::uint16_t index, Time now) {
   }
 }
 
-void Pdo::load(Rpdo& rpdo) {
-  const auto index = static_cast<std::uint16_t>(kReceive + rpdo.number);
-  const auto mapping = static_cast<std::uint16_t>(kReceiveMapping + rpdo.number);
+/// What both kinds have; the COB-ID.
+std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index) {
   const std::uint32_t cob_id = parameter(index, kCobId);
-  rpdo.id = static_cast<std::uint16_t>(cob::id_of(cob_id));
-  rpdo.type = static_cast<std::uint8_t>(parameter(index, kType));
-  rpdo.timer = milliseconds(parameter(index, kEventTimer));
-  rpdo.active = is_valid(cob_id) &&
-                rpdo.mapping.resolve(dictionary_, mapping, parameter(mapping, 0)) == AbortCode::kNone &&
-                rpdo.mapping.bytes() != 0;
-  start(rpdo);
+  pdo.active = is_valid(cob_id) && take_mapping(pdo.mapping, index);
+  pdo.type = static_cast<std::uint8_t>(parameter(index, kType));
+  pdo.timer = parameter(index, kEventTimer) * kTimerUnit;
+  return cob_id;
+}
+
+void Pdo::load(Rpdo& rpdo, Time now) {
+  const auto index = static_cast<std::uint16_t>(kReceive + rpdo.number);
+  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index)));
+  start(rpdo, now);
 }
 
 void Pdo::load(Tpdo& tpdo) {
   const auto index = static_cast<std::uint16_t>(kTransmit + tpdo.number);
-  const auto mapping = static_cast<std::uint16_t>(kTransmitMapping + tpdo.number);
-  const std::uint32_t cob_id = parameter(index, kCobId);
+  const std::uint32_t cob_id = load_common(tpdo, index);
   tpdo.remote = (cob_id & cob::kNoRemote) == 0;
-  tpdo.type = static_cast<std::uint8_t>(parameter(index, kType));
-  const bool has_events = tpdo.type >= kFirstEvent;
-  tpdo.inhibit_time = has_events ? parameter(index, kInhibitTime) * kInhibitUnit : 0;
-  tpdo.timer = has_events ? milliseconds(parameter(index, kEventTimer)) : 0;
+  tpdo.inhibit_time = parameter(index, kInhibitTime) * kInhibitUnit;
+  if (tpdo.type < kFirstEvent) tpdo.inhibit_time = tpdo.timer = 0;
   tpdo.start_value = static_cast<std::uint8_t>(parameter(index, kStartValue));
-  tpdo.active = is_valid(cob_id) &&
-                tpdo.mapping.resolve(dictionary_, mapping, parameter(mapping, 0)) == AbortCode::kNone &&
-                tpdo.mapping.bytes() != 0;
-  tpdo.frame = {};
   tpdo.frame.id = cob::id_of(cob_id);
   tpdo.frame.length = tpdo.mapping.bytes();
 }
@@ -224,7 +271,7 @@ void Pdo::set_operational(bool operational, Time now) {
   window_end_ = kNever;
   if (!operational) return;
   for (Rpdo& rpdo : rpdos_)
-    start(rpdo);
+    start(rpdo, now);
   if (active_tpdos_ == 0) return;
   update(now);
   for (std::size_t k = 0; k < active_tpdos_; ++k)
@@ -233,14 +280,16 @@ void Pdo::set_operational(bool operational, Time now) {
 }
 
 /// The timer runs from the first reception.
-void Pdo::start(Rpdo& rpdo) {
+void Pdo::start(Rpdo& rpdo, Time now) {
   rpdo.timer_at = kNever;
   rpdo.fresh = false;
+  if (rpdo.error != kNoError) note(kNoError, rpdo, now);
 }
 
 void Pdo::start(Tpdo& tpdo, bool send, Time now) {
   tpdo.event = false;
   tpdo.wanted = false;
+  tpdo.windowed = false;
   tpdo.syncs_left = 0;
   tpdo.inhibited_until = 0;
   tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
@@ -271,10 +320,11 @@ void Pdo::on_frame(const Frame& frame, Time now) {
 bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   if (is_synchronous(rpdo.type) && now > window_end_) return false;
   if (frame.length < rpdo.mapping.bytes()) {
-    report(kTooShort, rpdo, now);
+    note(kTooShort, rpdo, now);
     return false;
   }
-  if (frame.length > rpdo.mapping.bytes()) report(kTooLong, rpdo, now);
+  const bool too_long = frame.length > rpdo.mapping.bytes();
+  if (too_long || rpdo.error != kNoError) note(too_long ? kTooLong : kNoError, rpdo, now);
   if (rpdo.timer != 0) {
     rpdo.timer_at = now + rpdo.timer;
     reception_due_ = earlier(reception_due_, rpdo.timer_at);
@@ -314,24 +364,6 @@ void Pdo::take_effect() {
     received.mapping.apply(dictionary_, received.data);
   }
 }
-
-namespace {
-
-/// True for a SYNC at which this TPDO is sampled.
-bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
-  if (tpdo.type == kAcyclic) return std::exchange(tpdo.event, false);
-  if (!is_synchronous(tpdo.type)) return tpdo.type == kRemoteSynchronous;
-  if (tpdo.syncs_left == 0) {
-    const bool awaited = tpdo.start_value == 0 || counter == 0 || counter == tpdo.start_value;
-    if (!awaited) return false;
-    tpdo.syncs_left = tpdo.type;
-  }
-  if (--tpdo.syncs_left != 0) return false;
-  tpdo.syncs_left = tpdo.type;
-  return true;
-}
-
-}  // namespace
 
 /// `late`: the window of the last SYNC was over, and so is what was to be sent in it.
 void Pdo::sample_and_send(std::uint8_t counter, bool late, Time now) {
@@ -398,7 +430,7 @@ void Pdo::watch_receptions(Time now) {
     Rpdo& watched = rpdo(k);
     if (now >= watched.timer_at) {
       watched.timer_at = kNever;
-      report(kTimedOut, watched, now);
+      note(kTimedOut, watched, now);
     }
     reception_due_ = earlier(reception_due_, watched.timer_at);
   }
@@ -434,23 +466,6 @@ void Pdo::send(Tpdo& tpdo, Time now) {
   tpdo.inhibited_until = now + tpdo.inhibit_time;
   if (tpdo.timer == 0) return;
   tpdo.timer_at = now >= tpdo.timer_at ? next_after(tpdo.timer_at, tpdo.timer, now) : now + tpdo.timer;
-}
-
-// The application.
-
-template <class Call>
-void Pdo::tell(Call call) {
-  telling_ = true;
-  call();
-  telling_ = false;
-}
-
-void Pdo::update(Time now) {
-  tell([&] { application_.before_sampling(now); });
-}
-
-void Pdo::report(std::uint16_t emergency_code, const Rpdo& rpdo, Time now) {
-  tell([&] { application_.on_pdo_error(emergency_code, static_cast<std::uint16_t>(rpdo.number + 1), now); });
 }
 
 }  // namespace cbcan

@@ -52,6 +52,8 @@ class PdoApplication {
   /// RPDO `number`, 1..512: Pdo::kTooShort (it was ignored), kTooLong (the rest was ignored), kTimedOut
   /// (once, until it is received again).
   virtual void on_pdo_error(std::uint16_t emergency_code, std::uint16_t number, Time now) = 0;
+  /// There is no RPDO any more with this error: each has been received as it should be, or is off.
+  virtual void on_pdo_recovered(std::uint16_t emergency_code, Time now) = 0;
 
  protected:
   ~PdoApplication() = default;
@@ -60,48 +62,47 @@ class PdoApplication {
 class Pdo {
  public:
   static constexpr std::uint16_t kReceive = 0x1400;
-  static constexpr std::uint16_t kReceiveMapping = 0x1600;
   static constexpr std::uint16_t kTransmit = 0x1800;
-  static constexpr std::uint16_t kTransmitMapping = 0x1A00;
   static constexpr std::uint16_t kLastIndex = 0x1BFF;
+
+  /// True for the objects that configure PDOs: see check() and configure().
+  static constexpr bool owns(std::uint16_t index) { return index >= kReceive && index <= kLastIndex; }
 
   // Emergency error codes (CiA 301, 7.2.7.1).
   static constexpr std::uint16_t kTooShort = 0x8210;
   static constexpr std::uint16_t kTooLong = 0x8220;
   static constexpr std::uint16_t kTimedOut = 0x8250;
 
-  /// Room for one RPDO; the content is Pdo's.
-  struct Rpdo {
+  /// What both kinds have.
+  struct Common {
     PdoMapping mapping;
-    std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< of a synchronous one, until the SYNC
     Time timer_at = kNever;
-    Time timer = 0;
+    std::uint32_t timer = 0;   ///< us
     std::uint16_t number = 0;  ///< from 0
-    std::uint16_t order = 0;   ///< not of this one: see rpdo()
-    std::uint16_t id = 0;
+    std::uint16_t order = 0;   ///< not of this one: see rpdo(), tpdo()
     std::uint8_t type = 0;
     bool active = false;
-    bool fresh = false;  ///< data waits for the SYNC
+  };
+
+  /// Room for one RPDO; the content is Pdo's.
+  struct Rpdo : Common {
+    std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< of a synchronous one, until the SYNC
+    std::uint16_t id = 0;
+    std::uint16_t error = 0;  ///< emergency error code of what is wrong with it
+    bool fresh = false;       ///< data waits for the SYNC
   };
 
   /// Room for one TPDO; the content is Pdo's.
-  struct Tpdo {
-    PdoMapping mapping;
-    Frame frame;  ///< as sampled last
-    Time timer_at = kNever;
-    Time timer = 0;
-    Time inhibit_time = 0;
+  struct Tpdo : Common {
+    Frame frame;                     ///< as sampled last
+    std::uint32_t inhibit_time = 0;  ///< us
     Time inhibited_until = 0;
-    std::uint16_t number = 0;  ///< from 0
-    std::uint16_t order = 0;   ///< not of this one: see tpdo()
-    std::uint8_t type = 0;
     std::uint8_t start_value = 0;
     std::uint8_t syncs_left = 0;  ///< until it is sent; 0 = the first has not come
-    bool active = false;
-    bool remote = false;    ///< RTR allowed
-    bool event = false;     ///< type 0: to be sent at the next SYNC
-    bool wanted = false;    ///< to be sent as soon as inhibit time and port allow
-    bool windowed = false;  ///< wanted because of a SYNC, so not after the window
+    bool remote = false;          ///< RTR allowed
+    bool event = false;           ///< type 0: to be sent at the next SYNC
+    bool wanted = false;          ///< to be sent as soon as inhibit time and port allow
+    bool windowed = false;        ///< wanted because of a SYNC, so not after the window
   };
 
   /// How many of each a dictionary describes.
@@ -143,13 +144,14 @@ class Pdo {
   /// The event that TPDO `number`, 1..512, waits for.
   void request(std::uint16_t number, Time now);
 
-  /// Sends what is due. Returns when it wants to be called next, at the latest; kNever = only after something
-  /// else.
+  /// Sends what is due. Returns when it wants to be called next, which may turn out to be too early; kNever =
+  /// only after something else.
   Time poll(Time now);
   Time deadline() const { return earlier(reception_due_, transmission_due_); }
 
   /// Calls visit(id) for each CAN-ID that is to be received: of valid RPDOs, and of valid TPDOs that answer
-  /// an RTR. One may come twice. Only reset() and configure() change what they are.
+  /// an RTR. One may come twice. Only reset() and configure() change what they are: around these, an
+  /// acceptance filter closes for all, then opens for all.
   template <class Visitor>
   void visit_ids(Visitor visit) const {
     for (const Rpdo& rpdo : rpdos_)
@@ -168,12 +170,14 @@ class Pdo {
   }
   AbortCode check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const;
   AbortCode check_cob_id(std::uint16_t index, std::uint32_t value, std::uint32_t current) const;
+  bool take_mapping(PdoMapping& mapping, std::uint16_t index) const;
 
-  void load(Rpdo& rpdo);
+  std::uint32_t load_common(Common& pdo, std::uint16_t index);
+  void load(Rpdo& rpdo, Time now);
   void load(Tpdo& tpdo);
   void order_rpdos();
   void order_tpdos();
-  void start(Rpdo& rpdo);
+  void start(Rpdo& rpdo, Time now);
   void start(Tpdo& tpdo, bool send, Time now);
 
   bool receive(Rpdo& rpdo, const Frame& frame, Time now);
@@ -192,7 +196,7 @@ class Pdo {
   template <class Call>
   void tell(Call call);
   void update(Time now);
-  void report(std::uint16_t emergency_code, const Rpdo& rpdo, Time now);
+  void note(std::uint16_t emergency_code, Rpdo& rpdo, Time now);
 
   ObjectDictionary& dictionary_;
   CanPort& port_;

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "canopen/little_endian.hpp"
-
 namespace cbcan {
 
 namespace {
@@ -17,9 +15,6 @@ constexpr std::uint16_t kLastDataType = 0x1F;
 struct MappedObject {
   std::uint8_t* place = nullptr;  ///< of its value; null = a data type
   std::uint32_t bits = 0;
-
-  std::span<std::uint8_t> value() const { return {place, (bits + 7) / 8}; }
-  std::uint64_t mask() const { return ~std::uint64_t{0} >> (kMostBits - bits); }
 };
 
 std::uint32_t bits_of(DataType type, std::size_t bytes) {
@@ -66,6 +61,15 @@ AbortCode find_mapped(const ObjectDictionary& dictionary, std::uint16_t mapping_
   return find_mapped(dictionary, mapping_index, mapped, object);
 }
 
+/// Sets those of the bits to_bit.. that the bits from_bit.. have set.
+void copy_bits(const std::uint8_t* from, std::uint32_t from_bit, std::uint8_t* to, std::uint32_t to_bit,
+               std::uint32_t count) {
+  for (const std::uint32_t end = from_bit + count; from_bit < end; ++from_bit, ++to_bit) {
+    const unsigned bit = from[from_bit / 8] >> from_bit % 8 & 1u;
+    to[to_bit / 8] = static_cast<std::uint8_t>(to[to_bit / 8] | bit << to_bit % 8);
+  }
+}
+
 }  // namespace
 
 AbortCode PdoMapping::check(const ObjectDictionary& dictionary, std::uint16_t index, std::uint32_t mapped) {
@@ -99,15 +103,14 @@ void PdoMapping::sample(const ObjectDictionary& dictionary, std::span<std::uint8
       data[i] = *places_[i];
     return;
   }
-  std::uint64_t image = 0;
+  std::fill(data.begin(), data.end(), std::uint8_t{0});
   std::uint32_t bit = 0;
   for (std::uint8_t k = 1; k <= count_; ++k) {
     MappedObject object;
     find_mapped(dictionary, index_, k, object);
-    image |= (load_little_endian(object.value()) & object.mask()) << bit;
+    copy_bits(object.place, 0, data.data(), bit, object.bits);
     bit += object.bits;
   }
-  store_little_endian(data, image);
 }
 
 void PdoMapping::apply(const ObjectDictionary& dictionary,
@@ -117,19 +120,24 @@ void PdoMapping::apply(const ObjectDictionary& dictionary,
       if (places_[i] != nullptr) *places_[i] = data[i];
     return;
   }
-  const std::uint64_t image = load_little_endian(data);
   std::uint32_t bit = 0;
   for (std::uint8_t k = 1; k <= count_; ++k) {
     MappedObject object;
     find_mapped(dictionary, index_, k, object);
-    if (object.place != nullptr) store_little_endian(object.value(), (image >> bit) & object.mask());
+    if (object.place != nullptr) {
+      std::fill_n(object.place, (object.bits + 7) / 8, std::uint8_t{0});
+      copy_bits(data.data(), bit, object.place, 0, object.bits);
+    }
     bit += object.bits;
   }
 }
 
 bool PdoMapping::holds(const ObjectDictionary& dictionary, const std::uint8_t* place) const {
-  if (by_bytes_)
-    return std::find(places_.begin(), places_.begin() + bytes(), place) != places_.begin() + bytes();
+  if (by_bytes_) {
+    for (std::size_t i = 0; i < bytes(); ++i)
+      if (places_[i] == place) return true;
+    return false;
+  }
   for (std::uint8_t k = 1; k <= count_; ++k) {
     MappedObject object;
     find_mapped(dictionary, index_, k, object);

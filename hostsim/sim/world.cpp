@@ -20,6 +20,7 @@ Module& World::add_module(RegisterWindow window, const Coprocessor::Settings& se
 
 void World::start(Time now) {
   now_ = now;
+  faults_.start(now);
   for (auto& module : modules_)
     module->start(now);
   for (auto& node : nodes_)

@@ -16,6 +16,7 @@
 
 #include "cbcan/time.hpp"
 #include "sim/bus.hpp"
+#include "sim/faults/bus_faults.hpp"
 #include "sim/module.hpp"
 #include "sim/node.hpp"
 #include "sim/schedule.hpp"
@@ -24,10 +25,12 @@ namespace cbcan::sim {
 
 class World {
  public:
-  /// `bit_rate`: see Bus.
-  explicit World(std::uint32_t bit_rate = 0) : bus_(bit_rate) {}
+  /// `bit_rate`: see Bus. `seed` and `listener` are those of the bus's faults on purpose, see BusFaults.
+  explicit World(std::uint32_t bit_rate = 0, std::uint64_t seed = 0, FaultListener* listener = nullptr)
+      : bus_(bit_rate), faults_(bus_, schedule_, seed, listener), participants_{&faults_} {}
 
   Bus& bus() { return bus_; }
+  BusFaults& faults() { return faults_; }
 
   /// Both live with the world and are off until start(). `window` is memory of the caller's.
   Node& add_node(std::uint8_t node_id, NodeImage image, const NodeParts& parts = {});
@@ -47,6 +50,7 @@ class World {
 
   Bus bus_;
   Schedule schedule_;
+  BusFaults faults_;
   std::vector<std::unique_ptr<Module>> modules_;
   std::vector<std::unique_ptr<Node>> nodes_;
   std::vector<Participant*> participants_;  ///< by their number in the schedule

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+// Configuration of PDOs by SDO: every refusal with its code, and what is allowed when.
+
+#include "core/pdo_rig.hpp"
+
+using cbcan::AbortCode;
+using cbcan::Pdo;
+using cbcan::test::PdoRig;
+
+using Ids = std::vector<std::uint32_t>;
+
+TEST_CASE("A mapping is refused with the code that says why, entry by entry and as a whole") {
+  struct Row {
+    std::uint32_t mapped, receive, transmit;
+  };
+  const Row rows[] = {
+      {0x20010108, 0, 0},                    //
+      {0x20000101, 0, 0},                    // BOOLEAN: one bit
+      {0x20050018, 0, 0},                    // 24 bits
+      {0x20040040, 0, 0},                    // 64 bits
+      {0x30000008, 0x06020000, 0x06020000},  // no such object
+      {0x00000008, 0x06020000, 0x06020000},
+      {0x20010908, 0x06090011, 0x06090011},  // no such sub-index
+      {0x20010008, 0x06090011, 0x06090011},
+      {0x20010110, 0x06040041, 0x06040041},  // lengths that are not the object's
+      {0x20010100, 0x06040041, 0x06040041},
+      {0x20000108, 0x06040041, 0x06040041},
+      {0x20100008, 0x06040041, 0x06040041},  // not mappable
+      {0x20110020, 0x06040041, 0x06040041},  // of variable length
+      {0x20120010, 0x06040041, 0x06040041},  // computed
+      {0x20130008, 0, 0x06040041},           // one direction only
+      {0x20140008, 0x06040041, 0},
+      {0x00050008, 0, 0x06040041},  // data types: RPDOs only
+      {0x00010001, 0, 0x06040041},
+      {0x001B0040, 0, 0x06040041},
+      {0x00050010, 0x06040041, 0x06040041},
+      {0x00050108, 0x06090011, 0x06090011},
+      {0x00090008, 0x06020000, 0x06020000},  // VISIBLE_STRING has no length of its own
+      {0x00200008, 0x06020000, 0x06020000},
+  };
+  PdoRig rig;
+  for (const Row& row : rows) {
+    INFO(std::hex << row.mapped);
+    for (const std::uint16_t index : {std::uint16_t{0x1600}, std::uint16_t{0x1A00}}) {
+      const std::uint32_t code = index == 0x1600 ? row.receive : row.transmit;
+      if (code == 0) {
+        rig.configure(index, 1, row.mapped);
+        rig.configure(index, 0, 1);
+        rig.configure(index, 0, 0);
+        continue;
+      }
+      if (row.mapped != 0x00000008) rig.refuse(index, 1, row.mapped, code);
+      rig.set(index, 1, row.mapped);  // as from an EDS
+      rig.refuse(index, 0, 1, code);
+      rig.set(index, 1, 0);
+    }
+  }
+}
+
+TEST_CASE("An unused entry may be cleared, but not counted") {
+  PdoRig rig;
+  rig.configure(0x1A00, 1, 0x20010108);
+  rig.configure(0x1A00, 2, 0);
+  rig.refuse(0x1A00, 0, 2, 0x06020000);
+  rig.configure(0x1A00, 0, 1);
+}
+
+TEST_CASE("64 objects and 64 bits at most") {
+  PdoRig rig;
+  for (std::uint8_t sub = 1; sub <= 64; ++sub)
+    rig.configure(0x1600, sub, sub % 2 == 0 ? 0x20000101 : 0x00010001);
+  rig.refuse(0x1600, 0, 65, 0x06040042);
+  rig.refuse(0x1600, 0, 254, 0x06040042);  // MPDOs
+  rig.refuse(0x1600, 0, 255, 0x06040042);
+  rig.configure(0x1600, 0, 64);
+  rig.configure(0x1600, 0, 0);
+  rig.configure(0x1600, 64, 0x20010108);  // 71 bits
+  rig.refuse(0x1600, 0, 64, 0x06040042);
+  rig.configure(0x1600, 1, 0x20040040);
+  rig.configure(0x1600, 2, 0x20000101);  // 65 bits
+  rig.refuse(0x1600, 0, 2, 0x06040042);
+  rig.configure(0x1600, 0, 1);
+}
+
+TEST_CASE("Mapping entries may change while sub 0 is 0, and nothing of a mapping while the PDO is valid") {
+  PdoRig rig;
+  for (const std::uint16_t first : {std::uint16_t{0x1400}, std::uint16_t{0x1800}}) {
+    const auto mapping = static_cast<std::uint16_t>(first + 0x200);
+    rig.map(first, 1, {0x20010108, 0x20010208});
+    rig.refuse(mapping, 1, 0x20010308, 0x08000022);
+    rig.configure(mapping, 0, 1);  // fewer, without passing through 0
+    rig.configure(first, 1, 0x40000201);
+    rig.refuse(mapping, 0, 0, 0x08000022);
+    rig.refuse(mapping, 0, 1, 0x08000022);
+    rig.refuse(mapping, 1, 0x20010308, 0x08000022);
+    rig.configure(first, 1, 0xC0000201);
+    rig.configure(mapping, 0, 0);
+    rig.configure(mapping, 1, 0x20010308);
+  }
+}
+
+TEST_CASE("COB-ID: 11 bits, not restricted, not another one while valid, valid only with a mapping") {
+  PdoRig rig;
+  for (const std::uint16_t index : {std::uint16_t{0x1400}, std::uint16_t{0x1801}}) {
+    rig.refuse(index, 1, 0x40000201, 0x08000022);  // nothing mapped
+    rig.set(index + 0x200u, 0, 1);                 // as from an EDS: one object, which there is not
+    rig.set(index + 0x200u, 1, 0x30000008);
+    rig.refuse(index, 1, 0x40000201, 0x08000022);
+    rig.set(index + 0x200u, 1, 0x20010108);
+    for (const std::uint32_t cob_id :
+         {0x20000201u, 0x00000A01u, 0xA0000201u, 0x80000A01u, 0x00000000u, 0x0000007Fu, 0x00000101u,
+          0x00000180u, 0x00000581u, 0x00000601u, 0x000006E0u, 0x00000701u, 0x000007FFu})
+      rig.refuse(index, 1, cob_id, 0x06090030);
+    rig.configure(index, 1, 0x80000000);  // not valid: any
+    rig.configure(index, 1, 0xC0000701);
+    rig.configure(index, 1, 0x40000201);
+    rig.refuse(index, 1, 0x40000202, 0x06090030);
+    rig.configure(index, 1, 0x00000201);  // bit 30 may change
+    rig.configure(index, 1, 0x80000000);
+    rig.configure(index, 1, 0x00000202);
+  }
+}
+
+TEST_CASE("Transmission types that there are") {
+  PdoRig rig;
+  for (unsigned type = 0; type <= 255; ++type) {
+    const auto code = static_cast<std::uint32_t>(rig.write(0x1400, 2, type));
+    CHECK(code == (type <= 240 || type >= 254 ? 0 : 0x06090030));
+    const auto sending = static_cast<std::uint32_t>(rig.write(0x1800, 2, type));
+    CHECK(sending == (type <= 240 || type >= 252 ? 0 : 0x06090030));
+  }
+}
+
+TEST_CASE("Inhibit time and SYNC start value not while valid; event timer and type at any time") {
+  PdoRig rig;
+  rig.refuse(0x1800, 6, 241, 0x06090030);
+  rig.configure(0x1800, 6, 240);
+  rig.configure(0x1800, 3, 100);
+  rig.set_up(0x1800, 1, 0x40000181, 255, {0x20010108});
+  rig.refuse(0x1800, 3, 200, 0x08000022);
+  rig.refuse(0x1800, 6, 1, 0x08000022);
+  rig.refuse(0x1800, 6, 241, 0x06090030);
+  rig.configure(0x1800, 5, 50);
+  rig.configure(0x1800, 2, 1);
+  rig.configure(0x1800, 1, 0xC0000181);
+  rig.configure(0x1800, 3, 200);
+  rig.configure(0x1800, 6, 1);
+  rig.set_up(0x1400, 1, 0x201, 255, {0x20010108});
+  rig.configure(0x1400, 3, 200);  // means nothing for RPDOs
+  rig.configure(0x1400, 5, 50);
+  rig.configure(0x1400, 2, 1);
+}
+
+TEST_CASE("Values from the start: valid PDOs work, ones whose mapping does not hold stay off") {
+  PdoRig rig;
+  const auto put = [&](std::uint16_t parameters, std::uint32_t cob_id, std::uint32_t mapped) {
+    rig.set(parameters, 1, cob_id);
+    rig.set(parameters, 2, 255);
+    rig.set(parameters + 0x200u, 0, mapped == 0 ? 0 : 1);
+    rig.set(parameters + 0x200u, 1, mapped);
+  };
+  put(0x1400, 0x201, 0x20010108);
+  put(0x1401, 0x301, 0);           // nothing mapped
+  put(0x1402, 0x401, 0x20100008);  // not mappable
+  put(0x1404, 0, 0x20010308);      // no COB-ID
+  put(0x15FF, 0x501, 0x20010208);
+  put(0x1800, 0x40000181, 0x20010108);
+  put(0x1801, 0x281, 0x20010208);
+  rig.pdo.reset(rig.now);
+  CHECK(rig.ids() == Ids{0x201, 0x501, 0x281});
+  rig.operational();
+  rig.expect("181#00");
+  rig.expect("281#00");
+  rig.arrive("201#11");
+  rig.expect("received");
+  rig.arrive("501#22");
+  rig.expect("received");
+  rig.arrive("301#");
+  rig.arrive("401#33");
+  rig.arrive("000#33");
+  CHECK(rig.get(0x2001, 1) == 0x11);
+  CHECK(rig.get(0x2001, 2) == 0x22);
+  CHECK(rig.get(0x2001, 3) == 0);
+  rig.configure(0x1604, 0, 0);  // without a COB-ID that can be one it is not valid
+  rig.pdo.reset(rig.now);
+  rig.arrive("201#44");
+  CHECK(rig.get(0x2001, 1) == 0x11);
+}
+
+TEST_CASE("The CAN-IDs to receive: RPDOs, and TPDOs that answer an RTR") {
+  PdoRig rig;
+  CHECK(rig.ids().empty());
+  rig.set_up(0x1400, 2, 0x302, 255, {0x20010108});
+  rig.set_up(0x1800, 1, 0x00000182, 255, {0x20010108});
+  rig.set_up(0x1800, 2, 0x40000282, 255, {0x20010108});
+  CHECK(rig.ids() == Ids{0x302, 0x182});
+  rig.configure(0x1801, 1, 0x00000282);
+  rig.configure(0x1401, 1, 0x80000302);
+  CHECK(rig.ids() == Ids{0x182, 0x282});
+}
+
+TEST_CASE("How many there are; less room than that is for the first ones") {
+  PdoRig rig(2, 1);
+  CHECK(Pdo::rpdo_count(rig.entries) == 5);
+  CHECK(Pdo::tpdo_count(rig.entries) == 5);
+  CHECK(Pdo::rpdo_count({}) == 0);
+  rig.set_up(0x1400, 2, 0x202, 255, {0x20010108});
+  rig.set_up(0x1400, 3, 0x203, 255, {0x20010108});
+  rig.set_up(0x1800, 1, 0x40000181, 255, {0x20010108});
+  rig.set_up(0x1800, 512, 0x40000182, 255, {0x20010108});
+  CHECK(rig.ids() == Ids{0x202});
+  rig.operational();
+  rig.expect("181#00");
+  rig.arrive("203#01");
+}
+
+TEST_CASE("A PDO that becomes valid, changes or ends in Operational") {
+  PdoRig rig;
+  rig.operational();
+  rig.set(0x2001, 1, 0x5A);
+  rig.set_up(0x1800, 1, 0x40000181, 255, {0x20010108});
+  rig.expect("181#5A");
+  rig.configure(0x1800, 5, 10);  // the timer starts, nothing is sent
+  rig.pass(9'999);
+  rig.expect_silence();
+  rig.pass(1);
+  rig.expect("181#5A");
+  rig.configure(0x1800, 1, 0xC0000181);
+  rig.pass(50'000);
+  rig.change(0x2001, 1, 1);
+  rig.pdo.request(1, rig.now);
+  rig.expect_silence();
+  rig.set_up(0x1800, 1, 0x40000191, 255, {0x20010208});
+  rig.expect("191#00");
+  rig.set_up(0x1400, 1, 0x201, 255, {0x20010208});
+  rig.arrive("201#07");
+  rig.expect("received");
+  CHECK(rig.get(0x2001, 2) == 7);
+  rig.configure(0x1400, 1, 0x80000201);
+  rig.arrive("201#08");
+  CHECK(rig.get(0x2001, 2) == 7);
+  rig.pass(9'000);
+  rig.expect_silence();
+}

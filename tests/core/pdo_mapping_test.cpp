@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// What stands where in a PDO's eight bytes.
+
+#include "core/pdo_rig.hpp"
+
+using cbcan::test::PdoRig;
+
+TEST_CASE("TPDO: the I/O module's inputs and first analog channel") {
+  PdoRig rig;
+  rig.set_up(0x1800, 1, 0x400001C2, 255, {0x64010110, 0x60000108});
+  rig.set(0x6401, 1, 0x012C);
+  rig.set(0x6000, 1, 0x0F);
+  rig.operational();
+  rig.expect("1C2#2C010F");
+}
+
+TEST_CASE("TPDO: eight bytes of one value, of eight values, and lengths that are no power of two") {
+  PdoRig rig;
+  rig.set_up(0x1800, 1, 0x40000181, 255, {0x20040040});
+  rig.set_up(
+      0x1800, 2, 0x40000182, 255,
+      {0x20010108, 0x20010208, 0x20010308, 0x20010408, 0x20010508, 0x20010608, 0x20010708, 0x20010808});
+  rig.set_up(0x1800, 3, 0x40000183, 255, {0x20050018, 0x20030020});
+  rig.set(0x2004, 0, 0x0807060504030201);
+  for (std::uint8_t sub = 1; sub <= 8; ++sub)
+    rig.set(0x2001, sub, 0xA0u + sub);
+  rig.set(0x2005, 0, 0xFFFFFE);
+  rig.set(0x2003, 0, 0x12345678);
+  rig.operational();
+  rig.expect("181#0102030405060708");
+  rig.expect("182#A1A2A3A4A5A6A7A8");
+  rig.expect("183#FEFFFF78563412");
+}
+
+TEST_CASE("TPDO: BOOLEANs take one bit each, and what follows them crosses bytes") {
+  PdoRig rig;
+  rig.set_up(0x1800, 1, 0x40000181, 255, {0x20000101, 0x20000201, 0x20000301});
+  rig.set_up(0x1800, 2, 0x40000182, 255, {0x20000101, 0x64010110, 0x20000201, 0x60000108});
+  rig.set_up(0x1800, 3, 0x40000183, 255, {0x20010108, 0x20000101});
+  rig.set(0x2000, 1, 1);
+  rig.set(0x2000, 3, 0xFF);  // one bit of it
+  rig.set(0x6401, 1, 0x8001);
+  rig.set(0x6000, 1, 0xC1);
+  rig.set(0x2001, 1, 0x77);
+  rig.operational();
+  rig.expect("181#05");
+  rig.expect("182#03000503");
+  rig.expect("183#7701");
+  rig.change(0x2000, 1, 0);
+  rig.expect("181#04");
+  rig.expect("182#02000503");
+  rig.expect("183#7700");
+}
+
+TEST_CASE("TPDO: 64 BOOLEANs") {
+  PdoRig rig;
+  rig.configure(0x1800, 2, 255);
+  for (std::uint8_t sub = 1; sub <= 64; ++sub)
+    rig.configure(0x1A00, sub, sub == 1 || sub == 64 ? 0x20000101 : 0x20000201);
+  rig.configure(0x1A00, 0, 64);
+  rig.configure(0x1800, 1, 0x40000181);
+  rig.set(0x2000, 1, 1);
+  rig.operational();
+  rig.expect("181#0100000000000080");
+}
+
+TEST_CASE("RPDO: values of every length") {
+  PdoRig rig;
+  rig.set_up(0x1400, 1, 0x201, 255, {0x20020110, 0x20010108, 0x20030020, 0x20010308});
+  rig.set_up(0x1400, 2, 0x202, 255, {0x20040040});
+  rig.operational();
+  rig.arrive("201#2C01550403020199");
+  rig.expect("received");
+  CHECK(rig.get(0x2002, 1) == 0x012C);
+  CHECK(rig.get(0x2001, 1) == 0x55);
+  CHECK(rig.get(0x2001, 2) == 0);
+  CHECK(rig.get(0x2003, 0) == 0x01020304);
+  CHECK(rig.get(0x2001, 3) == 0x99);
+  rig.arrive("202#0123456789ABCDEF");
+  rig.expect("received");
+  CHECK(rig.get(0x2004, 0) == 0xEFCDAB8967452301);
+}
+
+TEST_CASE("RPDO: data types pass over what is for others") {
+  PdoRig rig;
+  rig.set_up(0x1400, 1, 0x201, 255, {0x00060010, 0x20010108, 0x00020008, 0x20010208});
+  rig.operational();
+  rig.arrive("201#1122334455");
+  rig.expect("received");
+  CHECK(rig.get(0x2001, 1) == 0x33);
+  CHECK(rig.get(0x2001, 2) == 0x55);
+}
+
+TEST_CASE("RPDO: bits") {
+  PdoRig rig;
+  rig.set_up(0x1400, 1, 0x201, 255, {0x00010001, 0x20000101, 0x00020008, 0x20000201, 0x20020110, 0x20000301});
+  rig.operational();
+  rig.set(0x2000, 3, 1);
+  // Bit 1; bit 10; 8421h << 11; bit 27.
+  rig.arrive("201#020C2104");
+  rig.expect("received");
+  CHECK(rig.get(0x2000, 1) == 1);
+  CHECK(rig.get(0x2000, 2) == 1);
+  CHECK(rig.get(0x2002, 1) == 0x8421);
+  CHECK(rig.get(0x2000, 3) == 0);
+  rig.arrive("201#FDF3DEFB");
+  rig.expect("received");
+  CHECK(rig.get(0x2000, 1) == 0);
+  CHECK(rig.get(0x2000, 2) == 0);
+  CHECK(rig.get(0x2002, 1) == 0x7BDE);
+  CHECK(rig.get(0x2000, 3) == 1);
+}

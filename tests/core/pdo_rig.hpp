@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "canopen/pdo.hpp"
+#include "support/bench.hpp"
+
+namespace cbcan::test {
+
+/// Process data over a small dictionary, in virtual time. What leaves and what the application is told is one
+/// log, in order; nothing may be left over at the end.
+///
+/// RPDOs 1, 2, 3, 5, 512 and TPDOs 1, 2, 3, 5, 512, all invalid with an empty mapping. 2000h:1..8 BOOLEAN,
+/// 2001h:1..8 U8, 2002h:1..4 U16, 2003h U32, 2004h U64, 2005h I24, mappable both ways; 2010h U8 not at all;
+/// 2011h a string; 2012h computed; 2013h RPDO only, 2014h TPDO only; 6000h:1 U8, 6401h:1 I16 TPDO only.
+class PdoRig final : private PdoApplication, private ObjectHandler {
+ public:
+  explicit PdoRig(std::size_t rpdos = 5, std::size_t tpdos = 5);
+  ~PdoRig() noexcept(false);
+
+  // As an SDO client.
+  AbortCode write(std::uint16_t index, std::uint8_t sub, std::uint64_t value);
+  void configure(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
+    INFO("object " << std::hex << index << " sub " << int{sub});
+    CHECK(write(index, sub, value) == AbortCode::kNone);
+  }
+  void refuse(std::uint16_t index, std::uint8_t sub, std::uint64_t value, std::uint32_t abort_code) {
+    INFO("object " << std::hex << index << " sub " << int{sub} << " value " << value);
+    const std::uint64_t before = get(index, sub);
+    CHECK(static_cast<std::uint32_t>(write(index, sub, value)) == abort_code);
+    CHECK(get(index, sub) == before);
+  }
+  /// By the procedure of CiA 301. `first` is 1400h or 1800h, `number` from 1.
+  void map(std::uint16_t first, std::uint16_t number, std::initializer_list<std::uint32_t> objects);
+  void set_up(std::uint16_t first, std::uint16_t number, std::uint32_t cob_id, std::uint8_t type,
+              std::initializer_list<std::uint32_t> objects);
+
+  // The bus and the master.
+  void operational(bool on = true) { pdo.set_operational(on, now); }
+  void arrive(const std::string& frame) { pdo.on_frame(frame_from(frame), now); }
+  void sync(std::uint8_t counter = 0, Time window = 0) { pdo.on_sync(counter, window, now); }
+  void pass(Time duration);
+  void expect(const std::string& entry);
+  void expect_silence();
+
+  // The device.
+  void set(unsigned index, std::uint8_t sub, std::uint64_t value) {
+    REQUIRE(dictionary.set(static_cast<std::uint16_t>(index), sub, value));
+  }
+  std::uint64_t get(std::uint16_t index, std::uint8_t sub) { return dictionary.get(index, sub); }
+  void change(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
+    set(index, sub, value);
+    pdo.changed(index, sub, now);
+  }
+  std::vector<std::uint32_t> ids() const;
+
+  Time now = 1000;
+  bool log_sampling = false;
+  bool log_recovery = false;
+  /// Called by before_sampling(), and by on_received() and on_synchronised().
+  std::function<void()> in_sampling = [] {};
+  std::function<void()> in_reception = [] {};
+
+  RecordingPort port;
+  std::vector<ObjectEntry> entries;
+  std::vector<std::uint8_t> values;
+  ObjectDictionary dictionary;
+  std::vector<Pdo::Rpdo> rpdos;
+  std::vector<Pdo::Tpdo> tpdos;
+  Pdo pdo;
+
+ private:
+  void before_sampling(Time at) override;
+  void on_received(Time at) override;
+  void on_synchronised(Time at) override;
+  void on_pdo_error(std::uint16_t code, std::uint16_t number, Time at) override;
+  void on_pdo_recovered(std::uint16_t code, Time at) override;
+  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
+    return AbortCode::kGeneral;
+  }
+  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                     Time) override {
+    CHECK(Pdo::owns(entry.index));
+    return pdo.check(entry, sub, value);
+  }
+  void on_stored(const ObjectEntry& entry, std::uint8_t, Time at) override { pdo.configure(entry.index, at); }
+};
+
+}  // namespace cbcan::test
