@@ -115,7 +115,7 @@ TEST_CASE("A segmented write with each fault that is about its steps") {
             {"answer-other-toggle count=1", {first, odd, odd, even}},
             {"answer-never step=segment after=2", {first, even, odd}},
             {"abort step=segment count=1", {first, "0 585#8010200000000008", kUnknown, kUnknown}},
-            {"duplicate-node-id count=1", {first, first, even, odd, even}},
+            {"duplicate-node-id", {first, first, even, even, odd, odd, even, even}},
         });
 }
 

@@ -254,18 +254,33 @@ TEST_CASE("Without a fault the port is the controller: the same frames, the same
   CHECK(plant.bus.counters().refused == 1);
 }
 
-TEST_CASE("A fault set in the middle of a transfer, and a node that is reset in one, are followed") {
+TEST_CASE("A transfer that breaks off by a reset, or while no fault is set, does not confuse the next") {
+  const Texts half_a_block{"605#C610200014000000", "605#0100010203040506"};
   FaultyPlant plant;
-  plant.set("short-frame step=initiate after=1");
-  // A block download breaks off by a reset: what comes next is a request again and no segment.
-  plant.send({"605#C610200014000000", "605#0100010203040506", "000#8205", "605#4000100000000000"});
+  plant.set("short-frame index=0x1000");
+  plant.send(half_a_block);
+  plant.send({"000#8205", "605#4000100000000000"});
   CHECK(plant.heard() == Texts{"0 585#A41020007F000000", "0 705#00", "0 585#43001000910100"});
+  plant.send(half_a_block);
   plant.node.faults.clear(0);
+  plant.send({"605#8010200000000008"});
+  plant.heard();
+  plant.set("short-frame index=0x1000");
+  plant.send(kRead);
+  CHECK(plant.heard() == Texts{"0 585#43001000910100"});
+}
+
+TEST_CASE("A fault set in the middle of a transfer knows the steps, but not the object") {
+  FaultyPlant plant;
   plant.send({"605#4010200000000000"});
   plant.heard();
-  plant.set("answer-never step=segment");
+  plant.set("answer-never index=0x2010");
+  const unsigned number = plant.set("answer-never step=segment");
   plant.send({"605#6000000000000000"});
   CHECK(plant.heard().empty());
+  CHECK(plant.node.faults.remove(number, 0));
+  plant.send({"605#7000000000000000"});
+  CHECK(plant.heard() == Texts{"0 585#100708090A0B0C0D"});
 }
 
 TEST_CASE("A last segment with number 65 is told from the end of the block: same byte, C1h") {
