@@ -158,3 +158,23 @@ TEST_CASE("A block write with each fault that is about its steps") {
             {"abort step=block-end code=0x05040004", {first, taken, "0 585#8010200004000405"}},
         });
 }
+
+TEST_CASE("One byte less than the least that can be said is one more") {
+  using cbcan::sim::SdoStep;
+  const cbcan::sim::Fault fault = cbcan::test::fault_from("answer-other-size", cbcan::sim::FaultPlace::kNode);
+  const auto other = [&](SdoStep step, const char* frame) {
+    return cbcan::test::text_of(changed(fault, {step, 0}, cbcan::test::frame_from(frame)));
+  };
+  CHECK(other(SdoStep::kInitiate, "585#4F01200005000000") == "585#4B01200005000000");
+  CHECK(other(SdoStep::kInitiate, "585#4101200000000000") == "585#4101200001000000");
+  CHECK(other(SdoStep::kSegment, "585#0F00000000000000") == "585#0D00000000000000");
+  CHECK(other(SdoStep::kBlockEnd, "585#DD00000000000000") == "585#D900000000000000");
+}
+
+TEST_CASE("An acknowledgement of no segment tells of one") {
+  const cbcan::sim::Fault fault =
+      cbcan::test::fault_from("answer-other-sequence", cbcan::sim::FaultPlace::kNode);
+  const cbcan::sim::SdoAnswer answer{cbcan::sim::SdoStep::kBlockAcknowledge, 0};
+  CHECK(cbcan::test::text_of(changed(fault, answer, cbcan::test::frame_from("585#A2007F0000000000"))) ==
+        "585#A2017F0000000000");
+}

@@ -215,6 +215,7 @@ TEST_CASE("bus-off without an end lasts until it is removed; what was held back 
   plant.send(kRead);
   plant.pass(kSecond);
   CHECK(plant.node.faults.remove(number, plant.now));
+  CHECK(plant.told.lines.back() == "1000000 node 5: fault 2: bus-off: ends");
   CHECK(plant.node.port().state() == cbcan::BusState::kActive);
   plant.pass(kSecond);
   CHECK(plant.heard().empty());
@@ -298,6 +299,9 @@ TEST_CASE("A last segment with number 65 is told from the end of the block: same
   // The other way: a segment that looks like "initiate upload of 1000h" is none.
   watch.on_request(frame_from("605#C610200000000000"));
   CHECK(watch.on_answer(frame_from("585#A41020007F000000")) == SdoStep::kInitiate);
+  watch.on_request(frame_from("605#4000100000000000"));
+  CHECK(watch.multiplexer() == 0x002010);
+  CHECK(watch.on_answer(frame_from("585#A27F7F0000000000")) == SdoStep::kBlockAcknowledge);
   watch.on_request(frame_from("605#4000100000000000"));
   CHECK(watch.multiplexer() == 0x002010);
   watch.on_request(frame_from("605#C100000000000000"));
