@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cbcan/frame.hpp"
@@ -24,7 +25,7 @@ class FaultListener {
  public:
   /// One line: whose fault, its number, the fault, and the frame as it was before:
   /// "node 5: fault 1: answer-late delay_ms=50: 585#4B17100000000000". States are told when they begin and
-  /// end.
+  /// end. Must not change the faults.
   virtual void on_fault(std::string_view text, Time now) = 0;
 
  protected:

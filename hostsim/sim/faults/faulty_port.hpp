@@ -8,6 +8,7 @@
 ///   on a frame:   port.set_now(now); port.heard(frame); stack.on_frame(frame, now);
 ///   when polled:  port.poll(now); stack.poll(now);
 ///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
+///   on bus-off:   port.drop();
 ///   wants to be called at the earlier of the stack's deadline and port.deadline().
 /// A frame that a fault swallows or holds back has been sent, as far as the stack can see. An abort in its
 /// name ends the transfer for it too: it is told as if the client had aborted.
