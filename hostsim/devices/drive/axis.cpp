@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "devices/drive/axis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cbcan::devices {
+
+namespace {
+constexpr double kSecondsPerMinute = 60;
+}
+
+void Axis::reset(Time now) {
+  take_over_units();
+  const double here = actual(now).position;
+  zero_ -= here;
+  blocked_at_ = 0;
+  target_ = 0;
+  profile_ = Profile(0);
+}
+
+void Axis::take_over_units() {
+  const UnitFactors factors{
+      objects_.encoder_increments.get(),
+      objects_.encoder_revolutions.get(),
+      objects_.gear_motor_revolutions.get(),
+      objects_.gear_shaft_revolutions.get(),
+      objects_.feed.get(),
+      objects_.feed_shaft_revolutions.get(),
+  };
+  if (factors == factors_) return;
+  factors_ = factors;
+  units_ = Units(factors);
+}
+
+void Axis::refresh(Time now) {
+  take_over_units();
+  double low = std::numeric_limits<std::int32_t>::min();
+  double high = std::numeric_limits<std::int32_t>::max();
+  if (objects_.range_min.get() < objects_.range_max.get()) {
+    low = objects_.range_min.get();
+    high = objects_.range_max.get();
+  }
+  const double position = user(demand(now).position);
+  if (position >= low - 0.5 && position < high + 0.5) return;
+  const double span = high - low + 1;
+  shift(-increments(std::floor((position - (low - 0.5)) / span) * span));
+}
+
+void Axis::shift(double distance) {
+  profile_.shift(distance);
+  target_ += distance;
+  zero_ += distance;
+  blocked_at_ += distance;
+}
+
+void Axis::move_to(double target, const Dynamics& dynamics, Time now) {
+  target_ = target;
+  profile_ = Profile::to_position(demand(now), target, dynamics, now);
+}
+
+void Axis::run_at(double velocity, double acceleration, double deceleration, Time now) {
+  profile_ = Profile::to_velocity(demand(now), velocity, acceleration, deceleration, now);
+}
+
+void Axis::line_to(double target, Time duration, Time now) {
+  target_ = target;
+  profile_ = Profile::line(demand(now).position, target, duration, now);
+}
+
+void Axis::change_evenly_to(double velocity, Time duration, Time now) {
+  profile_ = Profile::even_change(demand(now), velocity, duration, now);
+}
+
+void Axis::stop(Ramp ramp, Time now) {
+  const std::uint32_t rate =
+      ramp == Ramp::kSlowDown ? objects_.profile_deceleration.get() : objects_.quick_stop_deceleration.get();
+  run_at(0, 0, increments(rate), now);
+}
+
+void Axis::give_up_demand(Time now) {
+  if (blocked_) profile_ = Profile(actual(now).position);
+}
+
+void Axis::set_blocked(bool blocked, Time now) {
+  if (blocked == blocked_) return;
+  if (blocked) {
+    blocked_at_ = demand(now).position;
+  } else {
+    give_up_demand(now);
+  }
+  blocked_ = blocked;
+}
+
+Dynamics Axis::profile_dynamics() const {
+  return {std::min(increments(objects_.profile_velocity.get()), max_velocity()),
+          increments(objects_.profile_acceleration.get()), increments(objects_.profile_deceleration.get())};
+}
+
+double Axis::max_velocity() const {
+  const double motor =
+      objects_.max_motor_speed.get() / kSecondsPerMinute * units_.increments_per_revolution();
+  return std::min(increments(objects_.max_profile_velocity.get()), motor);
+}
+
+bool Axis::has_limits() const {
+  return objects_.limit_min.get() < objects_.limit_max.get();
+}
+
+double Axis::within_limits(double position) const {
+  if (!has_limits()) return position;
+  return std::clamp(position, increments(objects_.limit_min.get()), increments(objects_.limit_max.get()));
+}
+
+}  // namespace cbcan::devices

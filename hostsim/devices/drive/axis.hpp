@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// One axis: motor, encoder and what it drives. It does what the profile demands, exactly, unless its motor
+/// is blocked. Positions here are increments from the zero of position (what homing sets); the switches stand
+/// at places of the machine, which homing does not move.
+///
+/// An axis without power runs down with the quick stop deceleration (6085h).
+
+#include <cstdint>
+
+#include "devices/drive/objects.hpp"
+#include "devices/drive/profile.hpp"
+#include "devices/drive/units.hpp"
+
+namespace cbcan::devices {
+
+/// Where the switches are, in increments from where the axis stands at power-on. Switches at an end are
+/// active from there on outwards, the home switch from home_low to home_high. The encoder gives an index
+/// pulse at 0 and every motor revolution (608Fh).
+struct AxisLayout {
+  double negative_limit = -1'000'000;
+  double positive_limit = 1'000'000;
+  double home_low = 200'000;
+  double home_high = 250'000;
+};
+
+/// The ramps that option codes 605Ah..605Eh choose.
+enum class Ramp : std::uint8_t {
+  kSlowDown,   ///< profile deceleration, 6084h
+  kQuickStop,  ///< quick stop deceleration, 6085h
+};
+
+class Axis {
+ public:
+  Axis(DriveObjects& objects, const AxisLayout& layout) : objects_(objects), layout_(layout) {}
+
+  /// Power-on: at rest, and position 0 is here.
+  void reset(Time now);
+
+  /// Takes over changed units and wraps the position into its range (607Bh, else INTEGER32).
+  void refresh(Time now);
+
+  // Motion. All of it begins now, from the motion that is.
+  void move_to(double target, const Dynamics& dynamics, Time now);
+  void run_at(double velocity, double acceleration, double deceleration, Time now);
+  void line_to(double target, Time duration, Time now);
+  void change_evenly_to(double velocity, Time duration, Time now);
+  void stop(Ramp ramp, Time now);
+  /// Says where it is to go, without going.
+  void aim_at(double target) { target_ = target; }
+  /// The demand becomes what the axis really does: before a profile is left for good.
+  void give_up_demand(Time now);
+
+  Motion demand(Time now) const { return profile_.at(now); }
+  Motion actual(Time now) const { return blocked_ ? Motion{blocked_at_, 0} : profile_.at(now); }
+  const Profile& profile() const { return profile_; }
+  bool over(Time now) const { return now >= profile_.end(); }
+  /// The profile is over and the axis stands.
+  bool at_rest(Time now) const { return over(now) && profile_.final_velocity() == 0; }
+  /// What move_to(), line_to() or aim_at() was told last.
+  double target() const { return target_; }
+
+  /// A blocked motor stays where it is, whatever is demanded. Freed, it starts again from there.
+  void set_blocked(bool blocked, Time now);
+  bool blocked() const { return blocked_; }
+  double blocked_at() const { return blocked_at_; }
+
+  // What the objects say, in increments.
+  Dynamics profile_dynamics() const;
+  double max_velocity() const;
+  /// Within the software position limits (607Dh), which count where the lower is below the upper.
+  double within_limits(double position) const;
+  bool has_limits() const;
+  double increments(double user) const { return units_.increments(user); }
+  double user(double increments) const { return units_.user(increments); }
+
+  // The machine.
+  const AxisLayout& layout() const { return layout_; }
+  double to_machine(double position) const { return position - zero_; }
+  double from_machine(double place) const { return place + zero_; }
+  double index_pitch() const { return units_.increments_per_revolution(); }
+  /// The place where it is now is `position` from here on.
+  void set_position(double position, Time now) { shift(position - demand(now).position); }
+
+ private:
+  void shift(double distance);
+  void take_over_units();
+
+  DriveObjects& objects_;
+  AxisLayout layout_;
+  UnitFactors factors_{};
+  Units units_{};
+  Profile profile_{};
+  double target_ = 0;
+  double zero_ = 0;  ///< position of the machine's place 0
+  double blocked_at_ = 0;
+  bool blocked_ = false;
+};
+
+}  // namespace cbcan::devices

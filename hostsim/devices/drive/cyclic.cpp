@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "devices/drive/cyclic.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "devices/drive/profile_velocity.hpp"
+
+namespace cbcan::devices {
+
+namespace {
+constexpr double kTicksPerSecond = 1e6;
+constexpr Time kLongestPeriod = 3600 * kSecond;
+constexpr int kMicro = -6;
+}  // namespace
+
+Time interpolation_period(const DriveObjects& objects) {
+  Time period = objects.interpolation_time.get();
+  int exponent = objects.interpolation_exponent.get();
+  for (; exponent > kMicro && period < kLongestPeriod && period != 0; --exponent)
+    period *= 10;
+  for (; exponent < kMicro && period != 0; ++exponent)
+    period /= 10;
+  return std::min(period, kLongestPeriod);
+}
+
+void CyclicPosition::enter(const ModeInput& /*input*/, Time now) {
+  limited_ = false;
+  axis_.stop(Ramp::kSlowDown, now);
+}
+
+void CyclicPosition::on_sync(const ModeInput& input, Time now) {
+  const Time period = interpolation_period(objects_);
+  const double here = axis_.demand(now).position;
+  const double user = double{1} * objects_.target_position.get() + objects_.position_offset.get();
+  const double wanted = std::round(axis_.increments(user));
+  const double step = axis_.max_velocity() * static_cast<double>(period) / kTicksPerSecond;
+  double target = std::clamp(axis_.within_limits(wanted), here - step, here + step);
+  if (input.barred(target - here)) target = here;
+  limited_ = target != wanted;
+  axis_.line_to(target, period, now);
+}
+
+std::uint16_t CyclicPosition::status(Time /*now*/) const {
+  return static_cast<std::uint16_t>(statusword::kFollowsCommand |
+                                    (limited_ ? statusword::kInternalLimit : 0));
+}
+
+void CyclicVelocity::enter(const ModeInput& /*input*/, Time now) {
+  limited_ = false;
+  axis_.stop(Ramp::kSlowDown, now);
+}
+
+void CyclicVelocity::run(const ModeInput& input, Time now) {
+  if (!input.barred(axis_.profile().final_velocity())) return;
+  limited_ = true;
+  axis_.stop(Ramp::kQuickStop, now);
+}
+
+void CyclicVelocity::on_sync(const ModeInput& input, Time now) {
+  const Time period = interpolation_period(objects_);
+  const double most = axis_.max_velocity();
+  const double user = double{1} * objects_.target_velocity.get() + objects_.velocity_offset.get();
+  const double wanted = axis_.increments(user);
+  const double velocity = input.barred(wanted) ? 0 : std::clamp(wanted, -most, most);
+  limited_ = velocity != wanted;
+  if (!axis_.has_limits()) return axis_.change_evenly_to(velocity, period, now);
+  const double change = std::abs(velocity - axis_.demand(now).velocity);
+  Dynamics dynamics = axis_.profile_dynamics();
+  dynamics.acceleration = period == 0 ? 0 : change * kTicksPerSecond / static_cast<double>(period);
+  if (!run_within_limits(axis_, velocity, dynamics, now)) limited_ = true;
+}
+
+std::uint16_t CyclicVelocity::status(Time /*now*/) const {
+  return static_cast<std::uint16_t>(statusword::kFollowsCommand |
+                                    (limited_ ? statusword::kInternalLimit : 0));
+}
+
+}  // namespace cbcan::devices

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Cyclic synchronous position and velocity (6060h = 8, 9): the controller makes the profile. The set-points
+/// that stand at a SYNC are reached, in a straight line, one interpolation period (60C2h) later. One that is
+/// not followed by another holds: the position stands, the velocity goes on. Without SYNC nothing moves.
+///
+/// 60B0h and 60B1h are added. Positions are kept within 607Dh and a step within the velocity of 607Fh and
+/// 6080h; statusword bit 11 says so. With 607Dh in force cyclic velocity slows down by 6084h.
+
+#include "devices/drive/mode.hpp"
+
+namespace cbcan::devices {
+
+/// 60C2h in microseconds, at most an hour.
+Time interpolation_period(const DriveObjects& objects);
+
+class CyclicPosition final : public Mode {
+ public:
+  using Mode::Mode;
+
+  void enter(const ModeInput& input, Time now) override;
+  void run(const ModeInput& /*input*/, Time /*now*/) override {}
+  void on_sync(const ModeInput& input, Time now) override;
+  std::uint16_t status(Time now) const override;
+
+ private:
+  bool limited_ = false;
+};
+
+class CyclicVelocity final : public Mode {
+ public:
+  using Mode::Mode;
+
+  void enter(const ModeInput& input, Time now) override;
+  void run(const ModeInput& input, Time now) override;
+  void on_sync(const ModeInput& input, Time now) override;
+  std::uint16_t status(Time now) const override;
+
+ private:
+  bool limited_ = false;
+};
+
+}  // namespace cbcan::devices

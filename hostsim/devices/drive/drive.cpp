@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+#include "devices/drive/drive.hpp"
+
+#include <cmath>
+
+#include "canopen/little_endian.hpp"
+
+namespace cbcan::devices {
+
+namespace {
+
+constexpr std::uint16_t kControlword = 0x6040;
+constexpr std::uint16_t kStatusword = 0x6041;
+constexpr std::uint16_t kModesOfOperation = 0x6060;
+constexpr std::uint16_t kModesOfOperationDisplay = 0x6061;
+constexpr std::uint16_t kHomingMethod = 0x6098;
+
+constexpr std::uint32_t kAllFaults = (std::uint32_t{1} << kFaultKinds) - 1;
+
+// 6007h; 0 = no action.
+constexpr std::int16_t kAbortFault = 1;
+constexpr std::int16_t kAbortDisableVoltage = 2;
+constexpr std::int16_t kAbortQuickStop = 3;
+
+// 60FDh.
+constexpr std::uint32_t kInputNegativeLimit = 0x1;
+constexpr std::uint32_t kInputPositiveLimit = 0x2;
+constexpr std::uint32_t kInputHomeSwitch = 0x4;
+
+/// Increments beyond the following error window at which it is certainly passed.
+constexpr double kPast = 1e-3;
+
+template <class Number>
+Number number_in(std::span<const std::uint8_t> value) {
+  return static_cast<Number>(load_little_endian(value));
+}
+
+}  // namespace
+
+Drive::Drive(sim::DeviceNode& node, const AxisLayout& layout)
+    : node_(node), objects_(node.dictionary()), axis_(objects_, layout), stage_(objects_, axis_) {}
+
+void Drive::reset(bool application, Time now) {
+  if (!application) return;
+  objects_.mode_display.set(0);
+  axis_.reset(now);
+  stage_.reset();
+  mode_ = nullptr;
+  operating_ = false;
+  told_ = 0;
+  lagging_since_ = kNever;
+  lost_ = false;
+}
+
+Time Drive::update(Time now) {
+  axis_.refresh(now);
+  axis_.set_blocked(has(Incident::kMotorBlocked), now);
+  watch_following(now);
+  begin_faults(now);
+  stage_.step((present_ & kAllFaults) != 0, now);
+  end_faults(now);
+  run_mode(now);
+  publish(now);
+  return deadline(now);
+}
+
+// Modes.
+
+Mode* Drive::mode_of(std::int8_t number) {
+  switch (number) {
+    case 1: return &profile_position_;
+    case 3: return &profile_velocity_;
+    case 4: return &profile_torque_;
+    case 6: return &homing_;
+    case 8: return &cyclic_position_;
+    case 9: return &cyclic_velocity_;
+    case 10: return &cyclic_torque_;
+    default: return nullptr;
+  }
+}
+
+/// 6502h has a bit for each mode, from mode 1 on; "no mode" is always there.
+bool Drive::supports(std::int8_t mode) const {
+  constexpr std::int8_t kLast = 10;
+  if (mode == 0) return true;
+  return mode > 0 && mode <= kLast && (objects_.supported_modes.get() >> (mode - 1) & 1) != 0;
+}
+
+ModeInput Drive::input() const {
+  return {objects_.controlword.get(), has(Incident::kNegativeLimit), has(Incident::kPositiveLimit)};
+}
+
+void Drive::run_mode(Time now) {
+  const std::int8_t wanted = objects_.mode.get();
+  const bool changed = wanted != objects_.mode_display.get() && supports(wanted);
+  if (changed) {
+    mode_ = mode_of(wanted);
+    objects_.mode_display.set(wanted);
+    node_.changed(kModesOfOperationDisplay, 0, now);
+  }
+  const bool before = operating_;
+  operating_ = stage_.is_operating();
+  if (!operating_) return;
+  if (mode_ == nullptr) {
+    if (changed) axis_.stop(Ramp::kSlowDown, now);
+    return;
+  }
+  if (changed || !before) mode_->enter(input(), now);
+  mode_->run(input(), now);
+}
+
+void Drive::on_sync(Time now) {
+  if (operating_ && mode_ != nullptr) mode_->on_sync(input(), now);
+}
+
+AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<const std::uint8_t> value,
+                       Time /*now*/) {
+  if (entry.index == kControlword) stage_.controlword_written();
+  if (entry.index == kModesOfOperation && !supports(number_in<std::int8_t>(value))) return AbortCode::kValue;
+  if (entry.index == kHomingMethod && !is_homing_method(number_in<std::int8_t>(value)))
+    return AbortCode::kValue;
+  return AbortCode::kNone;
+}
+
+// Faults.
+
+void Drive::set_incident(std::string_view incident, bool present, Time now) {
+  const std::optional<Incident> known = incident_named(incident);
+  if (!known) return;
+  present_ = present ? present_ | bit_of(*known) : present_ & ~bit_of(*known);
+  if (*known != Incident::kMotorBlocked || present == axis_.blocked()) return;
+  axis_.set_blocked(present, now);
+  if (!present && operating_ && mode_ != nullptr) mode_->resume(input(), now);
+}
+
+void Drive::begin_faults(Time now) {
+  const std::uint32_t causes = present_ | (lost_ ? bit_of(Incident::kFollowingError) : 0);
+  const std::uint32_t fresh = causes & kAllFaults & ~told_;
+  if (fresh == 0) return;
+  for (std::size_t i = 0; i < kFaultKinds; ++i) {
+    if ((fresh >> i & 1) == 0) continue;
+    objects_.error_code.set(kFaults[i].code);
+    node_.error(kFaults[i].code, kFaults[i].error_register, {}, now);
+  }
+  told_ |= fresh;
+  stage_.impose(PowerEvent::kFault, now);
+}
+
+/// After a fault reset, which the power stage lets pass only when no cause is left.
+void Drive::end_faults(Time now) {
+  const bool faulty =
+      stage_.state() == PowerState::kFault || stage_.state() == PowerState::kFaultReactionActive;
+  if (faulty) return;
+  objects_.error_code.set(0);
+  for (std::size_t i = 0; told_ != 0; ++i, told_ >>= 1)
+    if ((told_ & 1) != 0) node_.error_over(kFaults[i].code, now);
+  lost_ = false;
+}
+
+void Drive::watch_following(Time now) {
+  const std::uint32_t window = objects_.following_error_window.get();
+  const double lag = axis_.demand(now).position - axis_.actual(now).position;
+  if (window == DriveObjects::kNoLimit || std::abs(lag) <= axis_.increments(window)) {
+    lagging_since_ = kNever;
+    return;
+  }
+  if (lagging_since_ == kNever) lagging_since_ = now;
+  if (now >= lagging_since_ + milliseconds(objects_.following_error_time_out.get())) lost_ = true;
+}
+
+void Drive::network_failed(std::uint16_t code, Time now) {
+  switch (objects_.abort_connection_option.get()) {
+    case kAbortFault:
+      stage_.impose(PowerEvent::kFault, now);
+      objects_.error_code.set(code);
+      break;
+    case kAbortDisableVoltage: stage_.impose(PowerEvent::kDisableVoltage, now); break;
+    case kAbortQuickStop: stage_.impose(PowerEvent::kQuickStop, now); break;
+    default: break;
+  }
+}
+
+void Drive::on_network_failure(sim::NetworkFailure failure, Time now) {
+  network_failed(failure == sim::NetworkFailure::kBusOff ? kBusOffFault : kHeartbeatFault, now);
+}
+
+void Drive::on_nmt_state(nmt::State state, Time now) {
+  if (state == nmt::State::kStopped && stage_.state() == PowerState::kOperationEnabled)
+    network_failed(kCommunicationFault, now);
+}
+
+// What is to be seen.
+
+std::uint16_t Drive::status(Time now) const {
+  std::uint16_t bits = status_of(stage_.state()) | statusword::kRemote;
+  if (stage_.state() != PowerState::kNotReadyToSwitchOn && !has(Incident::kUndervoltage))
+    bits |= statusword::kVoltageEnabled;
+  if (has(Incident::kWarning)) bits |= statusword::kWarning;
+  if (stage_.state() == PowerState::kQuickStopActive && axis_.at_rest(now))
+    bits |= statusword::kTargetReached;
+  if (!operating_ || mode_ == nullptr) return bits;
+  bits |= mode_->status(now);
+  const bool positions = mode_ == &profile_position_ || mode_ == &cyclic_position_;
+  if (positions && lagging_since_ != kNever) bits |= statusword::kFollowingError;
+  return bits;
+}
+
+void Drive::publish(Time now) {
+  publish_motion(now);
+  const std::uint16_t bits = status(now);
+  if (bits == objects_.statusword.get()) return;
+  objects_.statusword.set(bits);
+  node_.changed(kStatusword, 0, now);
+}
+
+void Drive::publish_motion(Time now) {
+  const Motion demand = axis_.demand(now);
+  const Motion actual = axis_.actual(now);
+  objects_.position_demand.set(to_integer32(axis_.user(demand.position)));
+  objects_.position_demand_increments.set(to_integer32(demand.position));
+  objects_.position_actual.set(to_integer32(axis_.user(actual.position)));
+  objects_.position_actual_increments.set(to_integer32(actual.position));
+  objects_.velocity_demand.set(to_integer32(axis_.user(demand.velocity)));
+  objects_.velocity_actual.set(to_integer32(axis_.user(actual.velocity)));
+  objects_.following_error.set(to_integer32(axis_.user(demand.position - actual.position)));
+  const double torque = operating_ && mode_ != nullptr ? mode_->torque(now) : 0;
+  const auto thousandths = static_cast<std::int16_t>(to_integer32(torque));
+  objects_.torque_demand.set(thousandths);
+  objects_.torque_actual.set(thousandths);
+  const AxisLayout& layout = axis_.layout();
+  const double place = axis_.to_machine(actual.position);
+  std::uint32_t inputs = 0;
+  if (place <= layout.negative_limit || has(Incident::kNegativeLimit)) inputs |= kInputNegativeLimit;
+  if (place >= layout.positive_limit || has(Incident::kPositiveLimit)) inputs |= kInputPositiveLimit;
+  if (place >= layout.home_low && place <= layout.home_high) inputs |= kInputHomeSwitch;
+  objects_.digital_inputs.set(inputs);
+}
+
+Time Drive::deadline(Time now) const {
+  Time first = earlier(axis_.profile().next_change(now), following_deadline(now));
+  if (operating_ && mode_ != nullptr) {
+    const Time mode = mode_->deadline(now);
+    if (mode > now) first = earlier(first, mode);
+  }
+  return first;
+}
+
+/// Only a blocked motor lags.
+Time Drive::following_deadline(Time now) const {
+  const std::uint32_t window = objects_.following_error_window.get();
+  if (!axis_.blocked() || window == DriveObjects::kNoLimit || lost_) return kNever;
+  if (lagging_since_ != kNever) return lagging_since_ + milliseconds(objects_.following_error_time_out.get());
+  const double reach = axis_.increments(window) + kPast;
+  return earlier(axis_.profile().time_at(axis_.blocked_at() + reach, now + 1),
+                 axis_.profile().time_at(axis_.blocked_at() - reach, now + 1));
+}
+
+}  // namespace cbcan::devices

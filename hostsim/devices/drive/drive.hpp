@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A servo drive with one axis (CiA 402, IEC 61800-7-201): the power state machine and the modes profile
+/// position, profile velocity, profile torque, homing, cyclic synchronous position, velocity and torque, as
+/// far as 6502h has them.
+///
+/// The axis follows its demand exactly: no load, no friction, no noise. There are no ticks: positions are
+/// calculated when somebody looks, and update() names the time at which something changes by itself. What it
+/// decides where CiA 402 leaves room is written at each part: power_stage.hpp, profile_position.hpp, ...
+///
+/// Positions are in user units (6064h, 607Ah, ...), converted by 608Fh, 6091h and 6092h and rounded to the
+/// nearest increment inside (6063h, 60FCh), to the nearest user unit outside.
+///
+/// The switches of AxisLayout count for homing and show in 60FDh (bit 0 negative limit, 1 positive limit, 2
+/// home). In the other modes the axis is endless, and wraps at 607Bh or INTEGER32; there a limit switch is an
+/// incident: it stops the axis with the quick stop ramp and lets it move the other way only.
+///
+/// 6007h acts when the network fails, and when NMT stops the node while operation is enabled; going to
+/// Pre-operational changes nothing, because the drive can be commanded by SDO. The EMCY of a network failure
+/// is the node's.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "devices/drive/axis.hpp"
+#include "devices/drive/cyclic.hpp"
+#include "devices/drive/homing.hpp"
+#include "devices/drive/incidents.hpp"
+#include "devices/drive/objects.hpp"
+#include "devices/drive/power_stage.hpp"
+#include "devices/drive/profile_position.hpp"
+#include "devices/drive/profile_velocity.hpp"
+#include "devices/drive/torque.hpp"
+#include "sim/behaviour.hpp"
+
+namespace cbcan::devices {
+
+class Drive final : public sim::Behaviour {
+ public:
+  explicit Drive(sim::DeviceNode& node, const AxisLayout& layout = {});
+
+  void reset(bool application, Time now) override;
+  Time update(Time now) override;
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                  Time now) override;
+  void on_sync(Time now) override;
+  void on_nmt_state(nmt::State state, Time now) override;
+  void on_network_failure(sim::NetworkFailure failure, Time now) override;
+  std::span<const std::string_view> incidents() const override { return kIncidentNames; }
+  void set_incident(std::string_view incident, bool present, Time now) override;
+
+  PowerState state() const { return stage_.state(); }
+  const Axis& axis() const { return axis_; }
+
+ private:
+  bool has(Incident incident) const { return (present_ & bit_of(incident)) != 0; }
+  ModeInput input() const;
+  Mode* mode_of(std::int8_t number);
+  bool supports(std::int8_t mode) const;
+
+  void network_failed(std::uint16_t code, Time now);
+  void begin_faults(Time now);
+  void end_faults(Time now);
+  void watch_following(Time now);
+  void run_mode(Time now);
+  void publish(Time now);
+  void publish_motion(Time now);
+  std::uint16_t status(Time now) const;
+  Time deadline(Time now) const;
+  Time following_deadline(Time now) const;
+
+  sim::DeviceNode& node_;
+  DriveObjects objects_;
+  Axis axis_;
+  PowerStage stage_;
+  ProfilePosition profile_position_{objects_, axis_};
+  ProfileVelocity profile_velocity_{objects_, axis_};
+  ProfileTorque profile_torque_{objects_, axis_};
+  Homing homing_{objects_, axis_};
+  CyclicPosition cyclic_position_{objects_, axis_};
+  CyclicVelocity cyclic_velocity_{objects_, axis_};
+  CyclicTorque cyclic_torque_{objects_, axis_};
+
+  Mode* mode_ = nullptr;  ///< that of 6061h
+  bool operating_ = false;
+  std::uint32_t present_ = 0;  ///< incidents, one bit each
+  std::uint32_t told_ = 0;     ///< faults that have not been reset
+  Time lagging_since_ = kNever;
+  bool lost_ = false;  ///< the motor has been blocked for too long
+};
+
+}  // namespace cbcan::devices

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#include "devices/drive/homing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cbcan::devices {
+
+void Homing::enter(const ModeInput& input, Time now) {
+  bit_before_ = input.has(controlword::kStartHoming);
+  end(Phase::kIdle, Ramp::kSlowDown, now);
+}
+
+void Homing::resume(const ModeInput& /*input*/, Time now) {
+  if (under_way()) end(Phase::kFailed, Ramp::kQuickStop, now);
+}
+
+void Homing::run(const ModeInput& input, Time now) {
+  const bool bit = input.has(controlword::kStartHoming);
+  const bool halt = input.has(controlword::kHalt);
+  if (bit && !bit_before_ && !halt) start(now);
+  bit_before_ = bit;
+  if (!under_way()) return;
+  if (!bit || halt) return end(Phase::kIdle, halt_ramp(), now);
+  if (input.barred(axis_.demand(now).velocity)) return end(Phase::kFailed, Ramp::kQuickStop, now);
+  if (phase_ == Phase::kSearching && now >= leg_ends_) next_leg(now);
+  if (phase_ == Phase::kToHome && axis_.over(now)) {
+    axis_.set_position(-axis_.increments(objects_.home_offset.get()), now);
+    phase_ = Phase::kAttained;
+  }
+}
+
+void Homing::start(Time now) {
+  const std::int8_t method = objects_.homing_method.get();
+  if (!is_homing_method(method)) return end(Phase::kFailed, Ramp::kSlowDown, now);
+  const double place = axis_.to_machine(axis_.demand(now).position);
+  way_ = homing_way(method, place, axis_.layout(), axis_.index_pitch());
+  leg_ = 0;
+  phase_ = Phase::kSearching;
+  next_leg(now);
+}
+
+void Homing::next_leg(Time now) {
+  const double acceleration = axis_.increments(objects_.homing_acceleration.get());
+  if (leg_ == way_.count) {
+    if (way_.blind) return end(Phase::kFailed, Ramp::kQuickStop, now);
+    const double speed = axis_.increments(objects_.homing_speed_zero.get());
+    axis_.move_to(std::round(axis_.from_machine(way_.home)),
+                  {std::min(speed, axis_.max_velocity()), acceleration, acceleration}, now);
+    phase_ = Phase::kToHome;
+    leg_ends_ = kNever;
+    return;
+  }
+  const HomingLeg& leg = way_.legs[leg_++];
+  const double speed = std::min(axis_.increments(objects_.homing_speed_switch.get()), axis_.max_velocity());
+  const bool turns = axis_.demand(now).velocity * leg.direction < 0;
+  axis_.run_at(leg.direction * speed, acceleration, acceleration, now);
+  // The edge just passed comes again on the way back: that is the one that counts.
+  const Time from = turns ? axis_.profile().next_change(now) : now;
+  leg_ends_ = axis_.profile().time_at(axis_.from_machine(leg.until), from);
+}
+
+void Homing::end(Phase phase, Ramp ramp, Time now) {
+  phase_ = phase;
+  leg_ends_ = kNever;
+  axis_.stop(ramp, now);
+}
+
+std::uint16_t Homing::status(Time now) const {
+  std::uint16_t bits = 0;
+  if (!under_way() && axis_.at_rest(now)) bits |= statusword::kTargetReached;
+  if (phase_ == Phase::kAttained) bits |= statusword::kHomingAttained;
+  if (phase_ == Phase::kFailed) bits |= statusword::kHomingError;
+  return bits;
+}
+
+Time Homing::deadline(Time /*now*/) const {
+  return leg_ends_;
+}
+
+}  // namespace cbcan::devices

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Homing mode (6060h = 6). The rising edge of controlword bit 4 starts the method of 6098h with the speeds
+/// 6099h and the acceleration 609Ah; bit 4 back to 0, or halt, interrupts it. The axis ends on its home, and
+/// the zero of position is 607Ch further: 6064h then reads -607Ch.
+///
+/// Statusword bits 13, 12, 10: 0 0 0 under way; 0 0 1 not started or interrupted; 0 1 1 attained; 1 0 0
+/// error, still moving; 1 0 1 error. An error is a method that is not supported, or a limit switch where the
+/// method has no use for one.
+
+#include "devices/drive/homing_method.hpp"
+#include "devices/drive/mode.hpp"
+
+namespace cbcan::devices {
+
+class Homing final : public Mode {
+ public:
+  using Mode::Mode;
+
+  void enter(const ModeInput& input, Time now) override;
+  void run(const ModeInput& input, Time now) override;
+  void resume(const ModeInput& input, Time now) override;
+  std::uint16_t status(Time now) const override;
+  Time deadline(Time now) const override;
+
+ private:
+  enum class Phase : std::uint8_t { kIdle, kSearching, kToHome, kAttained, kFailed };
+
+  void start(Time now);
+  void next_leg(Time now);
+  void end(Phase phase, Ramp ramp, Time now);
+  bool under_way() const { return phase_ == Phase::kSearching || phase_ == Phase::kToHome; }
+
+  HomingWay way_{};
+  std::size_t leg_ = 0;
+  Time leg_ends_ = kNever;
+  Phase phase_ = Phase::kIdle;
+  bool bit_before_ = false;
+};
+
+}  // namespace cbcan::devices

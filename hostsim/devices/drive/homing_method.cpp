@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "devices/drive/homing_method.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cbcan::devices {
+
+namespace {
+
+constexpr std::int8_t kWithoutIndex = 16;  ///< method n + 16 is n without its index pulse
+constexpr double kUp = 1;
+constexpr double kDown = -1;
+
+enum class Edge : std::uint8_t { kLow, kHigh };  ///< of the home switch
+
+/// Methods 3..14 and 19..30.
+struct HomeSwitchMethod {
+  std::int8_t method;
+  Edge edge;
+  double last_direction;   ///< in which the edge is found
+  double first_direction;  ///< where the switch is looked for
+  bool turns_at_limit;
+};
+
+constexpr auto kHomeSwitchMethods = std::to_array<HomeSwitchMethod>({
+    {3, Edge::kLow, kDown, kUp, false},
+    {4, Edge::kLow, kUp, kUp, false},
+    {5, Edge::kHigh, kUp, kDown, false},
+    {6, Edge::kHigh, kDown, kDown, false},
+    {7, Edge::kLow, kDown, kUp, true},
+    {8, Edge::kLow, kUp, kUp, true},
+    {9, Edge::kHigh, kDown, kUp, true},
+    {10, Edge::kHigh, kUp, kUp, true},
+    {11, Edge::kHigh, kUp, kDown, true},
+    {12, Edge::kHigh, kDown, kDown, true},
+    {13, Edge::kLow, kUp, kDown, true},
+    {14, Edge::kLow, kDown, kDown, true},
+});
+
+double next_index(double place, double direction, double pitch) {
+  const double steps = place / pitch;
+  return pitch * (direction > 0 ? std::floor(steps) + 1 : std::ceil(steps) - 1);
+}
+
+void add(HomingWay& way, double direction, double until) {
+  way.legs[way.count++] = {direction, until};
+}
+
+/// Until the home switch is active. False = it is not there.
+bool look_for_switch(HomingWay& way, const HomeSwitchMethod& row, double place, const AxisLayout& layout) {
+  if (place >= layout.home_low && place <= layout.home_high) return true;
+  double direction = row.first_direction;
+  const bool ahead = direction > 0 ? place < layout.home_low : place > layout.home_high;
+  if (!ahead) {
+    add(way, direction, direction > 0 ? layout.positive_limit : layout.negative_limit);
+    if (!row.turns_at_limit) return false;
+    direction = -direction;
+  }
+  add(way, direction, direction > 0 ? layout.home_low : layout.home_high);
+  return true;
+}
+
+HomingWay way_to_home_switch(const HomeSwitchMethod& row, double place, const AxisLayout& layout) {
+  HomingWay way;
+  way.home = row.edge == Edge::kLow ? layout.home_low : layout.home_high;
+  way.blind = !look_for_switch(way, row, place, layout);
+  const bool from_within = (row.edge == Edge::kHigh) == (row.last_direction > 0);
+  if (!way.blind && !from_within) add(way, -row.last_direction, way.home);
+  return way;
+}
+
+HomingWay way_to_limit(double direction, double place, double limit) {
+  HomingWay way;
+  way.home = limit;
+  if ((limit - place) * direction > 0) add(way, direction, limit);
+  return way;
+}
+
+}  // namespace
+
+bool is_homing_method(std::int8_t method) {
+  return (method >= 1 && method <= 14) || (method >= 17 && method <= 30) || method == 33 || method == 34 ||
+         method == 35 || method == 37;
+}
+
+HomingWay homing_way(std::int8_t method, double place, const AxisLayout& layout, double pitch) {
+  HomingWay way;
+  way.home = place;
+  if (method == 33 || method == 34) way.home = next_index(place, method == 33 ? kDown : kUp, pitch);
+  if (method > 30) return way;
+  const bool without_index = method > kWithoutIndex;
+  const auto base = static_cast<std::int8_t>(without_index ? method - kWithoutIndex : method);
+  double last_direction = base == 1 ? kUp : kDown;
+  if (base <= 2) {
+    way = way_to_limit(-last_direction, place, base == 1 ? layout.negative_limit : layout.positive_limit);
+  } else {
+    const HomeSwitchMethod& row = *std::ranges::find(kHomeSwitchMethods, base, &HomeSwitchMethod::method);
+    way = way_to_home_switch(row, place, layout);
+    last_direction = row.last_direction;
+  }
+  if (!without_index) way.home = next_index(way.home, last_direction, pitch);
+  return way;
+}
+
+}  // namespace cbcan::devices

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What can be done to the drive from outside, and the faults that come of it (CiA 301, error register; CiA
+/// 402, error codes).
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace cbcan::devices {
+
+enum class Incident : std::uint8_t {
+  // Faults: EMCY, 603Fh and transition 13. They stay until a fault reset after their cause is gone.
+  kOvercurrent,
+  kShortCircuit,
+  kOvervoltage,
+  kUndervoltage,
+  kOvertemperature,
+  kEncoder,
+  kFollowingError,
+  // Not faults.
+  kMotorBlocked,
+  kNegativeLimit,
+  kPositiveLimit,
+  kWarning,
+};
+
+inline constexpr std::size_t kFaultKinds = 7;
+
+inline constexpr std::array<std::string_view, 11> kIncidentNames = {
+    "overcurrent", "short-circuit",   "overvoltage",   "undervoltage",          "overtemperature",
+    "encoder",     "following-error", "motor-blocked", "limit-switch-negative", "limit-switch-positive",
+    "warning",
+};
+
+struct FaultKind {
+  std::uint16_t code;
+  std::uint8_t error_register;
+};
+
+namespace error_register {
+inline constexpr std::uint8_t kGeneric = 0x01;
+inline constexpr std::uint8_t kCurrent = 0x02;
+inline constexpr std::uint8_t kVoltage = 0x04;
+inline constexpr std::uint8_t kTemperature = 0x08;
+inline constexpr std::uint8_t kProfile = 0x20;
+}  // namespace error_register
+
+/// By Incident.
+inline constexpr std::array<FaultKind, kFaultKinds> kFaults = {{
+    {0x2310, error_register::kGeneric | error_register::kCurrent},
+    {0x2320, error_register::kGeneric | error_register::kCurrent},
+    {0x3210, error_register::kGeneric | error_register::kVoltage},
+    {0x3220, error_register::kGeneric | error_register::kVoltage},
+    {0x4210, error_register::kGeneric | error_register::kTemperature},
+    {0x7305, error_register::kGeneric | error_register::kProfile},
+    {0x8611, error_register::kGeneric | error_register::kProfile},
+}};
+
+// 603Fh after a failure of the network; the EMCY is the node's own.
+inline constexpr std::uint16_t kCommunicationFault = 0x8100;
+inline constexpr std::uint16_t kHeartbeatFault = 0x8130;
+inline constexpr std::uint16_t kBusOffFault = 0x8140;
+
+inline std::optional<Incident> incident_named(std::string_view name) {
+  for (std::size_t i = 0; i < kIncidentNames.size(); ++i)
+    if (kIncidentNames[i] == name) return static_cast<Incident>(i);
+  return std::nullopt;
+}
+
+constexpr std::uint32_t bit_of(Incident incident) {
+  return std::uint32_t{1} << static_cast<unsigned>(incident);
+}
+
+}  // namespace cbcan::devices

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The objects of CiA 402 that the drive reads and writes, found once. What the dictionary leaves out has the
+/// value given here.
+
+#include <cstdint>
+
+#include "sim/bound.hpp"
+
+namespace cbcan::devices {
+
+struct DriveObjects {
+  template <class Number>
+  using Bound = sim::Bound<Number>;
+  static constexpr std::uint32_t kNoLimit = 0xFFFFFFFF;
+
+  explicit DriveObjects(ObjectDictionary& dictionary) : d(dictionary) {}
+
+  ObjectDictionary& d;
+
+  Bound<std::int16_t> abort_connection_option{d, 0x6007, 0, 1};
+  Bound<std::uint16_t> error_code{d, 0x603F, 0};
+  Bound<std::uint16_t> controlword{d, 0x6040, 0};
+  Bound<std::uint16_t> statusword{d, 0x6041, 0};
+  Bound<std::int16_t> quick_stop_option{d, 0x605A, 0, 2};
+  Bound<std::int16_t> shutdown_option{d, 0x605B, 0, 0};
+  Bound<std::int16_t> disable_operation_option{d, 0x605C, 0, 1};
+  Bound<std::int16_t> halt_option{d, 0x605D, 0, 1};
+  Bound<std::int16_t> fault_reaction_option{d, 0x605E, 0, 2};
+  Bound<std::int8_t> mode{d, 0x6060, 0};
+  Bound<std::int8_t> mode_display{d, 0x6061, 0};
+  Bound<std::uint32_t> supported_modes{d, 0x6502, 0, 0x000003AD};
+
+  Bound<std::int32_t> position_demand{d, 0x6062, 0};
+  Bound<std::int32_t> position_actual_increments{d, 0x6063, 0};
+  Bound<std::int32_t> position_actual{d, 0x6064, 0};
+  Bound<std::uint32_t> following_error_window{d, 0x6065, 0, kNoLimit};
+  Bound<std::uint16_t> following_error_time_out{d, 0x6066, 0};
+  Bound<std::uint32_t> position_window{d, 0x6067, 0, kNoLimit};
+  Bound<std::uint16_t> position_window_time{d, 0x6068, 0};
+  Bound<std::int32_t> velocity_demand{d, 0x606B, 0};
+  Bound<std::int32_t> velocity_actual{d, 0x606C, 0};
+  Bound<std::uint16_t> velocity_window{d, 0x606D, 0};
+  Bound<std::uint16_t> velocity_window_time{d, 0x606E, 0};
+  Bound<std::uint16_t> velocity_threshold{d, 0x606F, 0};
+  Bound<std::uint16_t> velocity_threshold_time{d, 0x6070, 0};
+  Bound<std::int16_t> target_torque{d, 0x6071, 0};
+  Bound<std::uint16_t> max_torque{d, 0x6072, 0, 1000};
+  Bound<std::int16_t> torque_demand{d, 0x6074, 0};
+  Bound<std::int16_t> torque_actual{d, 0x6077, 0};
+  Bound<std::int32_t> target_position{d, 0x607A, 0};
+  Bound<std::int32_t> range_min{d, 0x607B, 1};
+  Bound<std::int32_t> range_max{d, 0x607B, 2};
+  Bound<std::int32_t> home_offset{d, 0x607C, 0};
+  Bound<std::int32_t> limit_min{d, 0x607D, 1};
+  Bound<std::int32_t> limit_max{d, 0x607D, 2};
+  Bound<std::uint32_t> max_profile_velocity{d, 0x607F, 0, kNoLimit};
+  Bound<std::uint32_t> max_motor_speed{d, 0x6080, 0, kNoLimit};
+  Bound<std::uint32_t> profile_velocity{d, 0x6081, 0};
+  Bound<std::uint32_t> profile_acceleration{d, 0x6083, 0};
+  Bound<std::uint32_t> profile_deceleration{d, 0x6084, 0};
+  Bound<std::uint32_t> quick_stop_deceleration{d, 0x6085, 0};
+  Bound<std::uint32_t> torque_slope{d, 0x6087, 0};
+  Bound<std::uint32_t> encoder_increments{d, 0x608F, 1, 1};
+  Bound<std::uint32_t> encoder_revolutions{d, 0x608F, 2, 1};
+  Bound<std::uint32_t> gear_motor_revolutions{d, 0x6091, 1, 1};
+  Bound<std::uint32_t> gear_shaft_revolutions{d, 0x6091, 2, 1};
+  Bound<std::uint32_t> feed{d, 0x6092, 1, 1};
+  Bound<std::uint32_t> feed_shaft_revolutions{d, 0x6092, 2, 1};
+  Bound<std::int8_t> homing_method{d, 0x6098, 0};
+  Bound<std::uint32_t> homing_speed_switch{d, 0x6099, 1};
+  Bound<std::uint32_t> homing_speed_zero{d, 0x6099, 2};
+  Bound<std::uint32_t> homing_acceleration{d, 0x609A, 0};
+  Bound<std::int32_t> position_offset{d, 0x60B0, 0};
+  Bound<std::int32_t> velocity_offset{d, 0x60B1, 0};
+  Bound<std::int16_t> torque_offset{d, 0x60B2, 0};
+  Bound<std::uint8_t> interpolation_time{d, 0x60C2, 1, 1};
+  Bound<std::int8_t> interpolation_exponent{d, 0x60C2, 2, -3};
+  Bound<std::int32_t> following_error{d, 0x60F4, 0};
+  Bound<std::int32_t> position_demand_increments{d, 0x60FC, 0};
+  Bound<std::uint32_t> digital_inputs{d, 0x60FD, 0};
+  Bound<std::int32_t> target_velocity{d, 0x60FF, 0};
+};
+
+}  // namespace cbcan::devices

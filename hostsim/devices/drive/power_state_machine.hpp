@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The PDS finite state automaton of CiA 402 (IEC 61800-7-201) as a table: states, commands,
+/// transitions 1..16 and what the statusword shows. Pure; what a transition does to the motor is
+/// power_stage.hpp.
+
+#include <cstdint>
+#include <span>
+
+namespace cbcan::devices {
+
+enum class PowerState : std::uint8_t {
+  kNotReadyToSwitchOn,
+  kSwitchOnDisabled,
+  kReadyToSwitchOn,
+  kSwitchedOn,
+  kOperationEnabled,
+  kQuickStopActive,
+  kFaultReactionActive,
+  kFault,
+};
+
+/// Commands of the controlword, then what happens within the drive.
+enum class PowerEvent : std::uint8_t {
+  kNone,
+  kShutdown,
+  kSwitchOn,  ///< with operation enabled: disable operation
+  kEnableOperation,
+  kDisableVoltage,
+  kQuickStop,
+  kFaultReset,
+  kInitialised,
+  kFault,
+  kFaultReactionOver,
+  kQuickStopOver,
+};
+
+namespace controlword {
+inline constexpr std::uint16_t kSwitchOn = 0x0001;
+inline constexpr std::uint16_t kEnableVoltage = 0x0002;
+inline constexpr std::uint16_t kQuickStop = 0x0004;  ///< 0 = quick stop
+inline constexpr std::uint16_t kEnableOperation = 0x0008;
+inline constexpr std::uint16_t kNewSetPoint = 0x0010;  ///< profile position
+inline constexpr std::uint16_t kStartHoming = 0x0010;  ///< homing
+inline constexpr std::uint16_t kChangeImmediately = 0x0020;
+inline constexpr std::uint16_t kRelative = 0x0040;
+inline constexpr std::uint16_t kFaultReset = 0x0080;
+inline constexpr std::uint16_t kHalt = 0x0100;
+inline constexpr std::uint16_t kChangeOnSetPoint = 0x0200;
+}  // namespace controlword
+
+namespace statusword {
+inline constexpr std::uint16_t kVoltageEnabled = 0x0010;
+inline constexpr std::uint16_t kWarning = 0x0080;
+inline constexpr std::uint16_t kRemote = 0x0200;
+inline constexpr std::uint16_t kTargetReached = 0x0400;
+inline constexpr std::uint16_t kInternalLimit = 0x0800;
+inline constexpr std::uint16_t kSetPointAcknowledge = 0x1000;  ///< profile position
+inline constexpr std::uint16_t kSpeedZero = 0x1000;            ///< profile velocity
+inline constexpr std::uint16_t kHomingAttained = 0x1000;       ///< homing
+inline constexpr std::uint16_t kFollowsCommand = 0x1000;       ///< cyclic synchronous modes
+inline constexpr std::uint16_t kFollowingError = 0x2000;       ///< position modes
+inline constexpr std::uint16_t kHomingError = 0x2000;          ///< homing
+/// Bits 0..3, 5 and 6, which are the state.
+inline constexpr std::uint16_t kStateMask = 0x006F;
+}  // namespace statusword
+
+struct Transition {
+  std::uint8_t number;  ///< as CiA 402 numbers them
+  PowerState from;
+  PowerEvent event;
+  PowerState to;
+};
+
+/// All of them; at most one for a state and an event. Transition 16 is there whatever the quick stop option
+/// code; the power stage allows it or not.
+std::span<const Transition> power_transitions();
+
+/// Null where the event means nothing in that state.
+const Transition* power_transition(PowerState from, PowerEvent event);
+
+/// The command that a controlword is. Fault reset is the rising edge of bit 7 against the controlword
+/// `before`; while bit 7 stays 1 there is no command.
+PowerEvent command_of(std::uint16_t controlword, std::uint16_t before);
+
+/// Statusword bits 0..3, 5 and 6 of a state. Where CiA 402 leaves bit 5 open it is 0.
+std::uint16_t status_of(PowerState state);
+
+}  // namespace cbcan::devices

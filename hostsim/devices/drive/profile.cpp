@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#include "devices/drive/profile.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cbcan::devices {
+
+namespace {
+
+constexpr double kSecondsPerTick = 1e-6;
+/// "At once": what stands for an acceleration of 0.
+constexpr double kAtOnce = 1e15;
+/// Increments; two positions that are nearer are one.
+constexpr double kSamePosition = 1e-6;
+constexpr double kNotReached = std::numeric_limits<double>::infinity();
+
+double usable(double acceleration) {
+  return acceleration > 0 ? acceleration : kAtOnce;
+}
+
+double sign_of(double value) {
+  return value < 0 ? -1.0 : 1.0;
+}
+
+/// Times far away are never.
+Time ticks_after(Time start, double seconds) {
+  constexpr double kFar = 1e18;
+  const double ticks = std::ceil(seconds / kSecondsPerTick);
+  return ticks < kFar ? start + static_cast<Time>(ticks) : kNever;
+}
+
+}  // namespace
+
+void Profile::append(double duration, double acceleration, double end_velocity) {
+  if (!(duration > 0)) return;
+  phases_[count_++] = {length_, last_.position, last_.velocity, acceleration};
+  last_.position += duration * (last_.velocity + end_velocity) / 2;
+  last_.velocity = end_velocity;
+  length_ += duration;
+}
+
+void Profile::finish(double position, double velocity) {
+  phases_[count_++] = {length_, position, velocity, 0};
+  end_ = ticks_after(start_, length_);
+}
+
+Profile Profile::to_position(const Motion& from, double target, const Dynamics& dynamics, Time start) {
+  const double acceleration = usable(dynamics.acceleration);
+  const double deceleration = usable(dynamics.deceleration);
+  Profile profile(from, start);
+  const double speed = std::abs(from.velocity);
+  const double stop = from.position + from.velocity * speed / (2 * deceleration);
+  const bool turns = (target - stop) * from.velocity < 0 || std::abs(target - stop) < kSamePosition ||
+                     !(dynamics.velocity > 0);
+  if (turns) profile.append(speed / deceleration, -sign_of(from.velocity) * deceleration, 0);
+  const double distance = std::abs(target - profile.last_.position);
+  if (distance < kSamePosition || !(dynamics.velocity > 0)) {
+    profile.finish(distance < kSamePosition ? target : profile.last_.position, 0);
+    return profile;
+  }
+  const double direction = sign_of(target - profile.last_.position);
+  const double entry = std::abs(profile.last_.velocity);
+  const double peak = std::sqrt((distance + entry * entry / (2 * acceleration)) * 2 * acceleration *
+                                deceleration / (acceleration + deceleration));
+  const double cruise = std::min(std::max(peak, entry), dynamics.velocity);
+  const bool slower = entry > cruise;
+  const double change = slower ? deceleration : acceleration;
+  profile.append(std::abs(cruise - entry) / change, direction * (slower ? -change : change),
+                 direction * cruise);
+  const double braking = cruise * cruise / (2 * deceleration);
+  const double left = direction * (target - profile.last_.position) - braking;
+  profile.append(left / cruise, 0, direction * cruise);
+  profile.append(cruise / deceleration, -direction * deceleration, 0);
+  profile.finish(target, 0);
+  return profile;
+}
+
+Profile Profile::to_velocity(const Motion& from, double velocity, double acceleration, double deceleration,
+                             Time start) {
+  Profile profile(from, start);
+  const bool turns = from.velocity * velocity < 0;
+  const bool slower = std::abs(velocity) < std::abs(from.velocity);
+  if (turns || slower) {
+    const double rate = usable(deceleration);
+    const double until = turns ? 0 : velocity;
+    profile.append(std::abs(until - from.velocity) / rate, -sign_of(from.velocity) * rate, until);
+  }
+  const double rate = usable(acceleration);
+  const double change = velocity - profile.last_.velocity;
+  profile.append(std::abs(change) / rate, sign_of(change) * rate, velocity);
+  profile.finish(profile.last_.position, velocity);
+  return profile;
+}
+
+Profile Profile::line(double from, double target, Time duration, Time start) {
+  Profile profile({from, 0}, start);
+  const double seconds = static_cast<double>(duration) * kSecondsPerTick;
+  if (duration != 0) {
+    profile.last_.velocity = (target - from) / seconds;
+    profile.append(seconds, 0, profile.last_.velocity);
+  }
+  profile.finish(target, 0);
+  profile.end_ = start + duration;
+  return profile;
+}
+
+Profile Profile::even_change(const Motion& from, double velocity, Time duration, Time start) {
+  Profile profile(from, start);
+  const double seconds = static_cast<double>(duration) * kSecondsPerTick;
+  if (duration != 0) profile.append(seconds, (velocity - from.velocity) / seconds, velocity);
+  profile.finish(profile.last_.position, velocity);
+  profile.end_ = start + duration;
+  return profile;
+}
+
+double Profile::seconds_at(Time now) const {
+  return now > start_ ? static_cast<double>(now - start_) * kSecondsPerTick : 0;
+}
+
+std::size_t Profile::phase_at(Time now) const {
+  std::size_t i = count_ - 1;
+  if (now >= end_) return i;
+  while (i > 0 && (i == count_ - 1 || begin_of(i) > now))
+    --i;
+  return i;
+}
+
+Time Profile::begin_of(std::size_t phase) const {
+  return phase + 1 == count_ ? end_ : ticks_after(start_, phases_[phase].begin);
+}
+
+Motion Profile::at(Time now) const {
+  const Phase& phase = phases_[phase_at(now)];
+  const double t = std::max(seconds_at(now) - phase.begin, 0.0);
+  return {phase.position + t * (phase.velocity + t * phase.acceleration / 2),
+          phase.velocity + t * phase.acceleration};
+}
+
+Time Profile::next_change(Time now) const {
+  const std::size_t next = phase_at(now) + 1;
+  return next < count_ ? begin_of(next) : kNever;
+}
+
+Time Profile::steady_since(Time now) const {
+  const std::size_t phase = phase_at(now);
+  return phases_[phase].acceleration == 0 ? begin_of(phase) : kNever;
+}
+
+/// Seconds after the start at which the phase is at `position`, not before `from` and not after `until`.
+double Profile::first_reach(const Phase& phase, double position, double from, double until) const {
+  const double distance = position - phase.position;
+  std::array<double, 2> candidates = {kNotReached, kNotReached};
+  if (phase.acceleration == 0) {
+    if (phase.velocity != 0) candidates[0] = distance / phase.velocity;
+  } else {
+    const double square = phase.velocity * phase.velocity + 2 * phase.acceleration * distance;
+    if (square < 0) return kNotReached;
+    const double root = std::sqrt(square);
+    candidates = {(-phase.velocity - root) / phase.acceleration,
+                  (-phase.velocity + root) / phase.acceleration};
+    if (candidates[0] > candidates[1]) std::swap(candidates[0], candidates[1]);
+  }
+  for (const double t : candidates)
+    if (phase.begin + t >= from && phase.begin + t <= until) return phase.begin + t;
+  return kNotReached;
+}
+
+Time Profile::time_at(double position, Time from) const {
+  const double earliest = seconds_at(from);
+  for (std::size_t i = 0; i < count_; ++i) {
+    const double until = i + 1 < count_ ? phases_[i + 1].begin : kNotReached;
+    if (until < earliest) continue;
+    const double reached = first_reach(phases_[i], position, std::max(earliest, phases_[i].begin), until);
+    if (reached < kNotReached) return std::max(from, ticks_after(start_, reached));
+    // What is left of a stop on the very position is lost to rounding: it is there at the end.
+    if (i + 1 == count_ && std::abs(position - phases_[i].position) < kSamePosition)
+      return std::max(from, end_);
+  }
+  return kNever;
+}
+
+void Profile::shift(double distance) {
+  for (std::size_t i = 0; i < count_; ++i)
+    phases_[i].position += distance;
+}
+
+}  // namespace cbcan::devices

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Profile velocity mode (6060h = 3): 60FFh with the ramps 6083h and 6084h, which take effect when they
+/// change. At a software position limit the axis stops, and moves on when it is told to go back.
+
+#include "devices/drive/mode.hpp"
+
+namespace cbcan::devices {
+
+class ProfileVelocity final : public Mode {
+ public:
+  using Mode::Mode;
+
+  void enter(const ModeInput& input, Time now) override;
+  void run(const ModeInput& input, Time now) override;
+  void resume(const ModeInput& input, Time now) override;
+  std::uint16_t status(Time now) const override;
+  Time deadline(Time now) const override;
+
+ private:
+  /// All that the profile was made from.
+  struct Plan {
+    Dynamics dynamics;
+    double velocity = 0;
+    double limit = 0;
+    bool halted = false;
+    bool barred = false;
+    bool operator==(const Plan&) const = default;
+  };
+
+  void follow(Time now);
+  bool steady(Time now, std::uint16_t for_milliseconds) const;
+
+  Plan plan_{};
+  bool planned_ = false;
+  bool limited_ = false;
+};
+
+/// The axis runs at `velocity`, and where there are software position limits no further than them. False = it
+/// stands at the limit, or beyond.
+bool run_within_limits(Axis& axis, double velocity, const Dynamics& dynamics, Time now);
+
+}  // namespace cbcan::devices

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Profile torque and cyclic synchronous torque (6060h = 4, 10). The load holds the axis: torque is made and
+/// nothing moves. Torques are thousandths of the rated torque, at most 6072h either way.
+
+#include "devices/drive/mode.hpp"
+
+namespace cbcan::devices {
+
+/// 6071h with the slope 6087h, thousandths per second; halt ramps to 0.
+class ProfileTorque final : public Mode {
+ public:
+  using Mode::Mode;
+
+  void enter(const ModeInput& input, Time now) override;
+  void run(const ModeInput& input, Time now) override;
+  std::uint16_t status(Time now) const override;
+  Time deadline(Time now) const override { return torque_.next_change(now); }
+  double torque(Time now) const override { return torque_.at(now).velocity; }
+
+ private:
+  Profile torque_;  ///< its velocity is the torque
+  double target_ = 0;
+  double slope_ = 0;
+  bool limited_ = false;
+};
+
+/// 6071h + 60B2h at each SYNC, reached one interpolation period (60C2h) later.
+class CyclicTorque final : public Mode {
+ public:
+  using Mode::Mode;
+
+  void enter(const ModeInput& input, Time now) override;
+  void run(const ModeInput& /*input*/, Time /*now*/) override {}
+  void on_sync(const ModeInput& input, Time now) override;
+  std::uint16_t status(Time now) const override;
+  Time deadline(Time now) const override { return torque_.next_change(now); }
+  double torque(Time now) const override { return torque_.at(now).velocity; }
+
+ private:
+  Profile torque_;  ///< its velocity is the torque
+  bool limited_ = false;
+};
+
+}  // namespace cbcan::devices
