@@ -12,6 +12,8 @@ namespace {
 constexpr double kSecondsPerTick = 1e-6;
 /// "At once": what stands for an acceleration of 0.
 constexpr double kAtOnce = 1e15;
+/// Ticks: what rounding may add to a time that is a whole number of them.
+constexpr double kSameTick = 1e-3;
 /// Increments; two positions that are nearer are one.
 constexpr double kSamePosition = 1e-6;
 constexpr double kNotReached = std::numeric_limits<double>::infinity();
@@ -27,7 +29,7 @@ double sign_of(double value) {
 /// Times far away are never.
 Time ticks_after(Time start, double seconds) {
   constexpr double kFar = 1e18;
-  const double ticks = std::ceil(seconds / kSecondsPerTick);
+  const double ticks = std::ceil(seconds / kSecondsPerTick - kSameTick);
   return ticks < kFar ? start + static_cast<Time>(ticks) : kNever;
 }
 

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "canopen/little_endian.hpp"
+#include "devices/drive/drive.hpp"
+#include "eds/dictionary_image.hpp"
+#include "eds/eds_reader.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::test {
+
+inline const eds::DictionaryImage& drive_image() {
+  static const eds::DictionaryImage image = [] {
+    std::ifstream file(DRIVE_EDS);
+    const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    return eds::dictionary_image(eds::read(text, "drive.eds", std::uint8_t{5}).device);
+  }();
+  return image;
+}
+
+/// A drive on the dictionary of plants/demo/drive.eds; the test is its node, in virtual time.
+class DriveBench final : public sim::DeviceNode {
+ public:
+  explicit DriveBench(const devices::AxisLayout& layout = {}) : drive(*this, layout) {
+    drive.reset(true, now);
+    update();
+  }
+  virtual ~DriveBench() = default;
+
+  // The node.
+  ObjectDictionary& dictionary() override { return objects; }
+  void error(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo&, Time) override {
+    char text[16];
+    std::snprintf(text, sizeof text, "%04X/%02X", unsigned{code}, unsigned{register_bits});
+    log.emplace_back(text);
+  }
+  void error_over(std::uint16_t code, Time) override {
+    char text[16];
+    std::snprintf(text, sizeof text, "%04X over", unsigned{code});
+    log.emplace_back(text);
+  }
+  void changed(std::uint16_t index, std::uint8_t, Time) override { events.push_back(index); }
+
+  // Objects.
+  void put(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
+    INFO(index);
+    REQUIRE(objects.set(index, sub, static_cast<std::uint64_t>(value)));
+  }
+  void set(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
+    put(index, sub, value);
+    update();
+  }
+  std::int64_t get(std::uint16_t index, std::uint8_t sub = 0) {
+    const ObjectEntry* entry = nullptr;
+    REQUIRE(objects.find(index, sub, entry) == AbortCode::kNone);
+    const std::uint64_t raw = objects.get(index, sub);
+    return is_signed(entry->type) ? sign_extend(raw, entry->capacity) : static_cast<std::int64_t>(raw);
+  }
+  /// As by SDO, with the drive's say.
+  AbortCode write(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
+    const ObjectEntry* entry = nullptr;
+    REQUIRE(objects.find(index, sub, entry) == AbortCode::kNone);
+    std::vector<std::uint8_t> bytes(entry->capacity);
+    store_little_endian(bytes, static_cast<std::uint64_t>(value));
+    const AbortCode code = drive.check(*entry, sub, bytes, now);
+    if (code == AbortCode::kNone) set(index, sub, value);
+    return code;
+  }
+
+  void control(std::uint16_t word) { set(0x6040, 0, word); }
+  unsigned status() { return static_cast<unsigned>(get(0x6041)); }
+  std::int64_t position() { return get(0x6064); }
+  std::int64_t velocity() { return get(0x606C); }
+
+  void incident(std::string_view name, bool present) {
+    drive.set_incident(name, present, now);
+    update();
+  }
+  void sync() {
+    drive.on_sync(now);
+    update();
+  }
+  /// In this mode, operation enabled.
+  void enable(std::int8_t mode) {
+    put(0x6060, 0, mode);
+    control(0x0006);
+    control(0x0007);
+    control(0x000F);
+  }
+
+  // Time.
+  void update() {
+    deadline = drive.update(now);
+    REQUIRE(deadline > now);
+  }
+  void pass(Time duration) {
+    const Time end = now + duration;
+    for (int steps = 0; deadline <= end; ++steps) {
+      REQUIRE(steps < 10'000);
+      now = std::max(now, deadline);
+      update();
+    }
+    now = end;
+    update();
+  }
+
+  eds::DictionaryImage image = drive_image();
+  ObjectDictionary objects{image.entries, image.values, nullptr, image.limits};
+  std::vector<std::string> log;
+  std::vector<std::uint16_t> events;
+  Time now = 1000;
+  Time deadline = kNever;
+  devices::Drive drive;
+};
+
+}  // namespace cbcan::test
