@@ -27,7 +27,7 @@ inline const eds::DictionaryImage& drive_image() {
 }
 
 /// A drive on the dictionary of plants/demo/drive.eds; the test is its node, in virtual time.
-class DriveBench final : public sim::DeviceNode {
+class DriveBench : public sim::DeviceNode {
  public:
   explicit DriveBench(const devices::AxisLayout& layout = {}) : drive(*this, layout) {
     drive.reset(true, now);

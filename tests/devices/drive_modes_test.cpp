@@ -1,8 +1,487 @@
 // SPDX-License-Identifier: MIT
+// Profile position, profile velocity, torque and the cyclic modes, on the EDS's ramps: 1,000,000/s^2 up and
+// down, quick stop 4,000,000/s^2, profile velocity 100,000/s.
 #include "drive_bench.hpp"
+
 namespace cbcan::test {
-TEST_CASE("placeholder") {
-  DriveBench bench;
-  CHECK(bench.get(0x6502) == 0x3AD);
+
+namespace {
+
+// Statusword in Operation enabled, and what modes add.
+constexpr unsigned kEnabled = 0x0237;
+constexpr unsigned kReached = 0x0400;
+constexpr unsigned kLimit = 0x0800;
+constexpr unsigned kBit12 = 0x1000;
+constexpr unsigned kFollowingError = 0x2000;
+
+/// A new set-point by the handshake; `bits` of the controlword besides.
+void set_point(DriveBench& bench, std::int64_t target, unsigned bits = 0) {
+  bench.put(0x607A, 0, target);
+  bench.control(static_cast<std::uint16_t>(0x001F | bits));
+  bench.control(static_cast<std::uint16_t>(0x000F | bits));
 }
+
+}  // namespace
+
+TEST_CASE("Modes: those of 6502h are taken over, others refused with 0609 0030h") {
+  DriveBench bench;
+  for (const int mode : {0, 1, 3, 4, 6, 8, 9, 10}) {
+    CHECK(bench.write(0x6060, 0, mode) == AbortCode::kNone);
+    CHECK(bench.get(0x6061) == mode);
+  }
+  for (const int mode : {2, 5, 7, 11, 33, 127, -1, -128})
+    CHECK(bench.write(0x6060, 0, mode) == AbortCode::kValue);
+  bench.set(0x6060, 0, 2);  // by RPDO
+  CHECK(bench.get(0x6061) == 10);
+  bench.put(0x6502, 0, 0x01);
+  CHECK(bench.write(0x6060, 0, 3) == AbortCode::kValue);
+}
+
+TEST_CASE("Profile position: a set-point, its handshake, and the target reached") {
+  DriveBench bench;
+  bench.enable(1);
+  CHECK(bench.status() == (kEnabled | kReached));
+  bench.put(0x607A, 0, 50'000);
+  bench.control(0x001F);
+  CHECK(bench.status() == (kEnabled | kBit12));
+  bench.control(0x000F);
+  CHECK(bench.status() == kEnabled);
+  // 0.1 s and 5,000 up, 0.4 s and 40,000 at 100,000/s, 0.1 s and 5,000 down.
+  bench.pass(100'000);
+  CHECK(bench.position() == 5'000);
+  CHECK(bench.velocity() == 100'000);
+  bench.pass(250'000);
+  CHECK(bench.position() == 30'000);
+  CHECK(bench.get(0x6062) == 30'000);
+  bench.pass(249'999);
+  CHECK(bench.status() == kEnabled);
+  bench.pass(1);
+  CHECK(bench.status() == (kEnabled | kReached));
+  CHECK(bench.position() == 50'000);
+  CHECK(bench.get(0x6063) == 50'000);
+  CHECK(bench.get(0x60FC) == 50'000);
+  CHECK(bench.velocity() == 0);
+  CHECK(bench.deadline == kNever);
+}
+
+TEST_CASE("Profile position: the position window's time") {
+  DriveBench bench;
+  bench.put(0x6068, 0, 20);
+  bench.enable(1);
+  set_point(bench, 50'000);
+  bench.pass(619'999);
+  CHECK(bench.status() == kEnabled);
+  bench.pass(1);
+  CHECK(bench.status() == (kEnabled | kReached));
+}
+
+TEST_CASE("Profile position: one set-point waits, a third is not acknowledged") {
+  DriveBench bench;
+  bench.enable(1);
+  set_point(bench, 50'000);
+  set_point(bench, 20'000);
+  CHECK(bench.status() == (kEnabled | kBit12));  // no room for another
+  set_point(bench, -99'000);
+  bench.pass(600'000);
+  CHECK(bench.position() == 50'000);
+  CHECK(bench.status() == kEnabled);
+  bench.pass(400'000);
+  CHECK(bench.position() == 20'000);
+  CHECK(bench.status() == (kEnabled | kReached));
+}
+
+TEST_CASE("Profile position: change set immediately, also backwards") {
+  DriveBench bench;
+  bench.enable(1);
+  set_point(bench, 50'000);
+  bench.pass(200'000);
+  CHECK(bench.position() == 15'000);
+  set_point(bench, 10'000, 0x20);
+  bench.pass(100'000);
+  CHECK(bench.position() == 20'000);
+  CHECK(bench.velocity() == 0);
+  bench.pass(200'000);
+  CHECK(bench.position() == 10'000);
+  CHECK(bench.status() == (kEnabled | kReached));
+}
+
+TEST_CASE("Profile position: relative set-points count from the one before") {
+  DriveBench bench;
+  bench.enable(1);
+  set_point(bench, 10'000, 0x40);
+  bench.pass(kSecond);
+  set_point(bench, 10'000, 0x40);
+  bench.pass(50'000);
+  set_point(bench, -5'000, 0x40 | 0x20);
+  bench.pass(kSecond);
+  CHECK(bench.position() == 15'000);
+}
+
+TEST_CASE("Profile position: change on set-point passes the first at its velocity") {
+  DriveBench bench;
+  bench.enable(1);
+  set_point(bench, 20'000);
+  bench.put(0x6081, 0, 50'000);
+  set_point(bench, 40'000, 0x200);
+  // 0.1 s and 5,000, then 15,000 at 100,000/s: passed after 0.25 s.
+  bench.pass(249'990);
+  CHECK(bench.velocity() == 100'000);
+  bench.pass(10);
+  CHECK(bench.position() == 20'000);
+  CHECK(bench.velocity() == 100'000);
+  bench.pass(100'000);
+  CHECK(bench.velocity() == 50'000);
+  bench.pass(kSecond);
+  CHECK(bench.position() == 40'000);
+  CHECK(bench.status() == (kEnabled | kReached));
+}
+
+TEST_CASE("Profile position: halt, and on again") {
+  for (const int option : {1, 2, 3, 4}) {
+    INFO(option);
+    DriveBench bench;
+    bench.put(0x605D, 0, option);
+    bench.enable(1);
+    set_point(bench, 50'000);
+    bench.pass(200'000);
+    bench.control(0x010F);
+    bench.pass(option == 1 ? 99'999 : 24'999);
+    CHECK(bench.status() == kEnabled);
+    bench.pass(1);
+    CHECK(bench.status() == (kEnabled | kReached));
+    CHECK(bench.position() == (option == 1 ? 20'000 : 16'250));
+    bench.control(0x000F);
+    CHECK(bench.status() == kEnabled);
+    bench.pass(kSecond);
+    CHECK(bench.position() == 50'000);
+  }
+}
+
+TEST_CASE("Profile position: targets are kept within the software limits") {
+  DriveBench bench;
+  bench.put(0x607D, 1, -1'000);
+  bench.put(0x607D, 2, 3'000);
+  bench.enable(1);
+  set_point(bench, 5'000);
+  CHECK(bench.status() == (kEnabled | kLimit));
+  bench.pass(kSecond);
+  CHECK(bench.position() == 3'000);
+  set_point(bench, -2'000);
+  bench.pass(kSecond);
+  CHECK(bench.position() == -1'000);
+  set_point(bench, 0);
+  bench.pass(kSecond);
+  CHECK(bench.position() == 0);
+  CHECK(bench.status() == (kEnabled | kReached));
+}
+
+TEST_CASE("Profile position: a limit switch stops the axis; the other way is free") {
+  DriveBench bench;
+  bench.enable(1);
+  set_point(bench, 50'000);
+  bench.pass(200'000);
+  bench.incident("limit-switch-positive", true);
+  CHECK(bench.get(0x60FD) == 0x2);
+  bench.pass(25'000);
+  CHECK(bench.position() == 16'250);
+  CHECK(bench.status() == (kEnabled | kLimit));
+  set_point(bench, 0, 0x20);
+  bench.pass(kSecond);
+  CHECK(bench.position() == 0);
+  set_point(bench, 1'000);
+  bench.pass(kSecond);
+  CHECK(bench.position() == 0);
+  bench.incident("limit-switch-positive", false);
+  bench.pass(kSecond);
+  CHECK(bench.position() == 1'000);
+}
+
+TEST_CASE("Profile position: 607Fh and 6080h bound the velocity") {
+  DriveBench bench;
+  bench.put(0x607F, 0, 40'000);
+  bench.enable(1);
+  set_point(bench, 500'000);
+  bench.pass(kSecond);
+  CHECK(bench.velocity() == 40'000);
+  bench.put(0x6080, 0, 60);  // a revolution a second, 10,000 increments
+  set_point(bench, 400'000, 0x20);
+  bench.pass(kSecond);
+  CHECK(bench.velocity() == 10'000);
+}
+
+TEST_CASE("Profile position in micrometres") {
+  DriveBench bench;
+  bench.put(0x608F, 1, 65'536);
+  bench.put(0x6091, 1, 5);
+  bench.put(0x6092, 1, 100'000);
+  bench.enable(1);
+  set_point(bench, 24'414);
+  bench.pass(10 * kSecond);
+  CHECK(bench.position() == 24'414);
+  CHECK(bench.get(0x6063) == 80'000);  // 24,414 * 327,680 / 100,000 = 79,999.8
+}
+
+TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a fault") {
+  DriveBench bench;
+  bench.put(0x6065, 0, 2'000);
+  bench.put(0x6066, 0, 10);
+  bench.enable(1);
+  set_point(bench, 50'000);
+  bench.pass(200'000);
+  bench.incident("motor-blocked", true);
+  bench.pass(20'000);  // 2,000 at 100,000/s
+  CHECK(bench.position() == 15'000);
+  CHECK(bench.velocity() == 0);
+  CHECK(bench.get(0x60F4) == 2'000);
+  CHECK(bench.status() == kEnabled);
+  bench.pass(1);
+  CHECK(bench.status() == (kEnabled | kFollowingError));
+  bench.pass(9'999);
+  CHECK(bench.status() == (kEnabled | kFollowingError));
+  bench.pass(1);
+  CHECK(bench.status() == 0x021F);
+  CHECK(bench.log == std::vector<std::string>{"8611/21"});
+  bench.pass(25'000);
+  CHECK(bench.status() == 0x0218);
+  CHECK(bench.get(0x60F4) == 0);
+  CHECK(bench.position() == 15'000);
+  bench.control(0x0080);
+  CHECK(bench.status() == 0x0250);
+  CHECK(bench.log == std::vector<std::string>{"8611/21", "8611 over"});
+}
+
+TEST_CASE("A motor freed in time goes on from where it stands") {
+  DriveBench bench;
+  bench.put(0x6065, 0, 0xFFFFFFFF);
+  bench.enable(1);
+  set_point(bench, 50'000);
+  bench.pass(200'000);
+  bench.incident("motor-blocked", true);
+  bench.pass(kSecond);
+  CHECK(bench.get(0x60F4) == 35'000);
+  CHECK(bench.status() == kEnabled);
+  bench.incident("motor-blocked", false);
+  CHECK(bench.position() == 15'000);
+  bench.pass(450'000);  // 0.1 s, 25,000 at 100,000/s, 0.1 s
+  CHECK(bench.position() == 50'000);
+  CHECK(bench.status() == (kEnabled | kReached));
+}
+
+TEST_CASE("Profile velocity: ramps, windows, standstill") {
+  DriveBench bench;
+  bench.put(0x606E, 0, 10);
+  bench.put(0x6070, 0, 10);
+  bench.enable(3);
+  bench.pass(10'000);
+  CHECK(bench.status() == (kEnabled | kReached | kBit12));
+  bench.set(0x60FF, 0, 100'000);
+  CHECK(bench.status() == kEnabled);
+  bench.pass(50'000);
+  CHECK(bench.velocity() == 50'000);
+  CHECK(bench.get(0x606B) == 50'000);
+  CHECK(bench.position() == 1'250);
+  bench.pass(59'999);
+  CHECK(bench.status() == kEnabled);
+  bench.pass(1);
+  CHECK(bench.velocity() == 100'000);
+  CHECK(bench.status() == (kEnabled | kReached));
+  bench.set(0x60FF, 0, -100'000);
+  bench.pass(200'000);
+  CHECK(bench.velocity() == -100'000);
+  CHECK(bench.status() == kEnabled);
+  bench.pass(10'000);
+  CHECK(bench.status() == (kEnabled | kReached));
+}
+
+TEST_CASE("Profile velocity: halt, and what is more than 607Fh") {
+  DriveBench bench;
+  bench.put(0x60FF, 0, 900'000);
+  bench.enable(3);
+  bench.pass(kSecond);
+  CHECK(bench.velocity() == 500'000);
+  CHECK((bench.status() & kLimit) != 0);
+  bench.control(0x010F);
+  bench.pass(499'999);
+  CHECK((bench.status() & kReached) == 0);
+  bench.pass(1);
+  CHECK(bench.velocity() == 0);
+  CHECK((bench.status() & (kReached | kBit12)) == (kReached | kBit12));
+}
+
+TEST_CASE("Profile velocity: it stops at a software limit and leaves it the other way") {
+  DriveBench bench;
+  bench.put(0x607D, 1, -30'000);
+  bench.put(0x607D, 2, 30'000);
+  bench.put(0x60FF, 0, 100'000);
+  bench.enable(3);
+  bench.pass(200'000);
+  CHECK(bench.velocity() == 100'000);
+  CHECK(bench.status() == (kEnabled | kReached));
+  bench.pass(kSecond);
+  CHECK(bench.position() == 30'000);
+  CHECK(bench.status() == (kEnabled | kLimit | kBit12));
+  bench.set(0x60FF, 0, -100'000);
+  bench.pass(10 * kSecond);
+  CHECK(bench.position() == -30'000);
+}
+
+TEST_CASE("An endless axis wraps at INTEGER32, or at 607Bh") {
+  DriveBench bench;
+  bench.put(0x60FF, 0, 100'000);
+  bench.put(0x607B, 1, 0);
+  bench.put(0x607B, 2, 35'999);
+  bench.enable(3);
+  bench.pass(kSecond);  // 95,000 = 2 * 36,000 + 23,000
+  CHECK(bench.position() == 23'000);
+  bench.put(0x607B, 1, 0);
+  bench.put(0x607B, 2, 0);
+  bench.pass(30'000 * kSecond);  // 3,000,023,000 - 4,294,967,296
+  CHECK(bench.position() == -1'294'944'296);
+  CHECK(bench.velocity() == 100'000);
+}
+
+TEST_CASE("Profile torque: the slope, the limit, halt") {
+  DriveBench bench;
+  bench.put(0x6071, 0, 500);
+  bench.put(0x6087, 0, 1'000);
+  bench.enable(4);
+  bench.pass(250'000);
+  CHECK(bench.get(0x6077) == 250);
+  CHECK(bench.status() == kEnabled);
+  bench.pass(250'000);
+  CHECK(bench.get(0x6074) == 500);
+  CHECK(bench.status() == (kEnabled | kReached));
+  bench.put(0x6072, 0, 300);
+  bench.update();
+  bench.pass(200'000);
+  CHECK(bench.get(0x6077) == 300);
+  CHECK(bench.status() == (kEnabled | kReached | kLimit));
+  bench.control(0x010F);
+  bench.pass(300'000);
+  CHECK(bench.get(0x6077) == 0);
+  bench.control(0x0000);
+  CHECK(bench.get(0x6077) == 0);
+  CHECK(bench.position() == 0);
+}
+
+TEST_CASE("Cyclic position: straight lines between the set-points of SYNCs; the last one holds") {
+  DriveBench bench;
+  bench.put(0x60C2, 1, 10);
+  bench.enable(8);
+  CHECK(bench.status() == (kEnabled | kBit12));
+  bench.set(0x607A, 0, 1'000);
+  bench.pass(kSecond);
+  CHECK(bench.position() == 0);
+  bench.sync();
+  bench.pass(2'500);
+  CHECK(bench.position() == 250);
+  CHECK(bench.velocity() == 100'000);
+  bench.pass(7'500);
+  CHECK(bench.position() == 1'000);
+  bench.set(0x607A, 0, 3'000);
+  bench.sync();
+  bench.pass(5'000);
+  CHECK(bench.position() == 2'000);
+  bench.pass(kSecond);
+  CHECK(bench.position() == 3'000);
+  CHECK(bench.velocity() == 0);
+  bench.put(0x60B0, 0, 50);
+  bench.sync();
+  bench.pass(10'000);
+  CHECK(bench.position() == 3'050);
+}
+
+TEST_CASE("Cyclic position: no further than 607Dh, no faster than 607Fh") {
+  DriveBench bench;
+  bench.put(0x607D, 1, -100);
+  bench.put(0x607D, 2, 100);
+  bench.put(0x607A, 0, 400);
+  bench.enable(8);
+  bench.sync();
+  CHECK(bench.status() == (kEnabled | kBit12 | kLimit));
+  bench.pass(1'000);
+  CHECK(bench.position() == 100);
+  bench.put(0x607D, 1, 0);
+  bench.put(0x607D, 2, 0);
+  bench.set(0x607A, 0, 10'000);
+  bench.sync();
+  bench.pass(1'000);
+  CHECK(bench.position() == 600);  // 500,000/s for 1 ms
+}
+
+TEST_CASE("Cyclic velocity: an even change, then the velocity goes on") {
+  DriveBench bench;
+  bench.put(0x60C2, 1, 10);
+  bench.put(0x60FF, 0, 10'000);
+  bench.enable(9);
+  bench.sync();
+  bench.pass(5'000);
+  CHECK(bench.velocity() == 5'000);
+  bench.pass(5'000);
+  CHECK(bench.position() == 50);
+  bench.pass(kSecond);
+  CHECK(bench.velocity() == 10'000);
+  CHECK(bench.position() == 10'050);
+  CHECK(bench.status() == (kEnabled | kBit12));
+}
+
+TEST_CASE("Cyclic velocity: it stops at a software limit without further SYNCs") {
+  DriveBench bench;
+  bench.put(0x607D, 1, -5'000);
+  bench.put(0x607D, 2, 5'000);
+  bench.put(0x60FF, 0, 10'000);
+  bench.enable(9);
+  bench.sync();
+  bench.pass(10 * kSecond);
+  CHECK(bench.position() == 5'000);
+  bench.sync();
+  CHECK(bench.status() == (kEnabled | kBit12 | kLimit));
+}
+
+TEST_CASE("Cyclic torque") {
+  DriveBench bench;
+  bench.put(0x60C2, 1, 10);
+  bench.put(0x6071, 0, 200);
+  bench.put(0x60B2, 0, 100);
+  bench.enable(10);
+  bench.sync();
+  bench.pass(5'000);
+  CHECK(bench.get(0x6077) == 150);
+  bench.pass(kSecond);
+  CHECK(bench.get(0x6077) == 300);
+  CHECK(bench.status() == (kEnabled | kBit12));
+}
+
+TEST_CASE("The interpolation period is 60C2h:1 times ten to the 60C2h:2 seconds") {
+  DriveBench bench;
+  devices::DriveObjects objects(bench.objects);
+  struct Row {
+    int value, exponent;
+    Time period;
+  };
+  for (const Row& row : {Row{1, -3, 1'000}, Row{250, -6, 250}, Row{20, -4, 2'000}, Row{2, 0, 2'000'000},
+                         Row{255, 127, 3'600'000'000}, Row{255, -7, 25}, Row{0, 127, 0}, Row{255, -128, 0}}) {
+    bench.put(0x60C2, 1, row.value);
+    bench.put(0x60C2, 2, row.exponent);
+    CHECK(devices::interpolation_period(objects) == row.period);
+  }
+}
+
+TEST_CASE("A mode changed in motion: what cannot take it over stops it") {
+  DriveBench bench;
+  bench.put(0x60FF, 0, 100'000);
+  for (const int mode : {0, 1, 4, 6, 8, 9, 10}) {
+    INFO(mode);
+    bench.put(0x6060, 0, 3);
+    bench.control(0x0006);
+    bench.control(0x000F);
+    bench.pass(kSecond);
+    REQUIRE(bench.velocity() == 100'000);
+    bench.set(0x6060, 0, mode);
+    CHECK(bench.velocity() == 100'000);
+    bench.pass(100'000);
+    CHECK(bench.velocity() == 0);
+  }
+}
+
 }  // namespace cbcan::test

@@ -27,7 +27,7 @@ constexpr std::uint32_t kInputNegativeLimit = 0x1;
 constexpr std::uint32_t kInputPositiveLimit = 0x2;
 constexpr std::uint32_t kInputHomeSwitch = 0x4;
 
-/// Increments beyond the following error window at which it is certainly passed.
+/// Increments by which the following error window has to be passed, so that rounding alone does not.
 constexpr double kPast = 1e-3;
 
 template <class Number>
@@ -160,7 +160,7 @@ void Drive::end_faults(Time now) {
 void Drive::watch_following(Time now) {
   const std::uint32_t window = objects_.following_error_window.get();
   const double lag = axis_.demand(now).position - axis_.actual(now).position;
-  if (window == DriveObjects::kNoLimit || std::abs(lag) <= axis_.increments(window)) {
+  if (window == DriveObjects::kNoLimit || std::abs(lag) < axis_.increments(window) + kPast / 2) {
     lagging_since_ = kNever;
     return;
   }

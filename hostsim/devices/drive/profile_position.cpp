@@ -15,7 +15,7 @@ void ProfilePosition::enter(const ModeInput& input, Time now) {
 
 void ProfilePosition::run(const ModeInput& input, Time now) {
   const bool bit = input.has(controlword::kNewSetPoint);
-  if (now >= pass_at_ || (next_ && !held_ && axis_.over(now))) begin(*next_, now);
+  if (now >= pass_at_ || (next_ && !held_ && axis_.at_rest(now))) begin(*next_, now);
   if (bit && !bit_before_) take(input, now);
   if (!bit) acknowledged_ = false;
   bit_before_ = bit;
@@ -25,7 +25,7 @@ void ProfilePosition::run(const ModeInput& input, Time now) {
 void ProfilePosition::take(const ModeInput& input, Time now) {
   const SetPoint set_point{axis_.increments(objects_.target_position.get()),
                            input.has(controlword::kRelative), axis_.profile_dynamics()};
-  const bool under_way = has_target_ && (held_ || go_ || !axis_.over(now));
+  const bool under_way = has_target_ && (held_ || go_ || !axis_.at_rest(now));
   if (input.has(controlword::kChangeImmediately) || !under_way) {
     begin(set_point, now);
   } else {

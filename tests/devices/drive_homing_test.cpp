@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+// Homing, method by method. The axis: negative limit at -100,000, positive limit at 100,000, home switch from
+// 20,500 to 24,500, an index pulse every 10,000. Homes worked out by hand from the drawings of CiA 402.
+#include <array>
+
+#include "drive_bench.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+constexpr devices::AxisLayout kLayout{-100'000, 100'000, 20'500, 24'500};
+
+constexpr unsigned kEnabled = 0x0237;
+constexpr unsigned kIdle = 0x0400;
+constexpr unsigned kAttained = 0x1400;
+constexpr unsigned kMovingError = 0x2000;
+constexpr unsigned kError = 0x2400;
+
+/// A drive in homing mode that stands at this place, where it also began to count.
+struct Home : DriveBench {
+  explicit Home(std::int64_t place) : DriveBench(kLayout) {
+    enable(1);
+    put(0x607A, 0, place);
+    control(0x001F);
+    pass(10 * kSecond);
+    control(0x000F);
+    set(0x6060, 0, 6);
+    REQUIRE(position() == place);
+    REQUIRE(status() == (kEnabled | kIdle));
+  }
+  void start(int method) {
+    put(0x6098, 0, method);
+    control(0x001F);
+  }
+  /// The place where the axis stands: homing does not move this.
+  std::int64_t place() {
+    return devices::to_integer32(drive.axis().to_machine(drive.axis().actual(now).position));
+  }
+};
+
+struct Row {
+  int method;
+  std::int64_t from_left, from_switch, from_right;  ///< home, started at 0, 22,000 and 60,000
+};
+
+constexpr std::int64_t kNone = -1;
+
+}  // namespace
+
+TEST_CASE("Every homing method, from the left of the home switch, from within and from the right") {
+  constexpr std::array<Row, 30> kRows = {{
+      {1, -90'000, -90'000, -90'000},
+      {2, 90'000, 90'000, 90'000},
+      // 3 and 4 look for the switch to the right, 5 and 6 to the left; beyond it there is only the limit.
+      {3, 20'000, 20'000, kNone},
+      {4, 30'000, 30'000, kNone},
+      {5, kNone, 30'000, 30'000},
+      {6, kNone, 20'000, 20'000},
+      {7, 20'000, 20'000, 20'000},
+      {8, 30'000, 30'000, 30'000},
+      {9, 20'000, 20'000, 20'000},
+      {10, 30'000, 30'000, 30'000},
+      {11, 30'000, 30'000, 30'000},
+      {12, 20'000, 20'000, 20'000},
+      {13, 30'000, 30'000, 30'000},
+      {14, 20'000, 20'000, 20'000},
+      {17, -100'000, -100'000, -100'000},
+      {18, 100'000, 100'000, 100'000},
+      {19, 20'500, 20'500, kNone},
+      {20, 20'500, 20'500, kNone},
+      {21, kNone, 24'500, 24'500},
+      {22, kNone, 24'500, 24'500},
+      {23, 20'500, 20'500, 20'500},
+      {24, 20'500, 20'500, 20'500},
+      {25, 24'500, 24'500, 24'500},
+      {26, 24'500, 24'500, 24'500},
+      {27, 24'500, 24'500, 24'500},
+      {28, 24'500, 24'500, 24'500},
+      {29, 20'500, 20'500, 20'500},
+      {30, 20'500, 20'500, 20'500},
+      {35, 0, 22'000, 60'000},
+      {37, 0, 22'000, 60'000},
+  }};
+  for (const Row& row : kRows) {
+    const std::array<std::array<std::int64_t, 2>, 3> starts = {
+        {{0, row.from_left}, {22'000, row.from_switch}, {60'000, row.from_right}}};
+    for (const auto& [from, home] : starts) {
+      INFO("method " << row.method << " from " << from);
+      Home bench(from);
+      bench.start(row.method);
+      bench.pass(60 * kSecond);
+      if (home == kNone) {
+        CHECK(bench.status() == (kEnabled | kError));
+        continue;
+      }
+      CHECK(bench.status() == (kEnabled | kAttained));
+      CHECK(bench.place() == home);
+      CHECK(bench.position() == 0);
+    }
+  }
+}
+
+TEST_CASE("Homing on the next index pulse, also from on top of one") {
+  for (const auto& [method, from, home] : {std::array<int, 3>{33, 22'000, 20'000},
+                                           {34, 22'000, 30'000},
+                                           {33, 20'000, 10'000},
+                                           {34, 20'000, 30'000},
+                                           {33, -5'000, -10'000},
+                                           {34, -5'000, 0}}) {
+    INFO("method " << method << " from " << from);
+    Home bench(from);
+    bench.start(method);
+    bench.pass(60 * kSecond);
+    CHECK(bench.status() == (kEnabled | kAttained));
+    CHECK(bench.place() == home);
+  }
+}
+
+TEST_CASE("Reserved homing methods are refused, and an error where no SDO brought them") {
+  Home bench(0);
+  for (const int method : {0, 15, 16, 31, 32, 36, 38, 127, -1, -128}) {
+    INFO(method);
+    CHECK(bench.write(0x6098, 0, method) == AbortCode::kValue);
+  }
+  for (const int method : {1, 14, 17, 30, 33, 34, 35, 37})
+    CHECK(bench.write(0x6098, 0, method) == AbortCode::kNone);
+  bench.start(31);
+  CHECK(bench.status() == (kEnabled | kError));
+}
+
+TEST_CASE("The zero of position is the home offset further than the home") {
+  Home bench(0);
+  bench.put(0x607C, 0, 1'500);
+  bench.start(34);
+  CHECK(bench.status() == kEnabled);
+  bench.pass(kSecond + 9'999);  // 10,000 at 10,000/s, and 10 ms for each ramp's half
+  CHECK(bench.status() == kEnabled);
+  bench.pass(1);
+  CHECK(bench.status() == (kEnabled | kAttained));
+  CHECK(bench.position() == -1'500);
+  CHECK(bench.get(0x6063) == -1'500);
+  bench.control(0x000F);
+  CHECK(bench.status() == (kEnabled | kAttained));
+}
+
+TEST_CASE("A search: fast to the switch, slowly off it, at the speeds of 6099h") {
+  Home bench(-70'000);
+  bench.start(17);
+  bench.pass(100'000);
+  CHECK(bench.velocity() == -50'000);
+  // 0.05 s and 1,250, then 28,750 at 50,000/s: the switch at 0.625 s; then 1,250 further to stop.
+  bench.pass(525'000);
+  CHECK(bench.place() == -100'000);
+  CHECK(bench.get(0x60FD) == 0x1);
+  bench.pass(50'000);
+  CHECK(bench.place() == -101'250);
+  bench.pass(50'000);
+  CHECK(bench.velocity() == 10'000);
+  bench.pass(kSecond);
+  CHECK(bench.place() == -100'000);
+  CHECK(bench.status() == (kEnabled | kAttained));
+}
+
+TEST_CASE("Homing is interrupted by bit 4, by halt and by another mode") {
+  for (const std::uint16_t word : {std::uint16_t{0x000F}, std::uint16_t{0x011F}}) {
+    Home bench(0);
+    bench.start(17);
+    bench.pass(200'000);
+    bench.control(word);
+    CHECK(bench.status() == kEnabled);
+    bench.pass(50'000);
+    CHECK(bench.status() == (kEnabled | kIdle));
+    bench.control(0x000F);
+    bench.pass(kSecond);
+    CHECK(bench.velocity() == 0);
+    bench.control(0x001F);
+    bench.pass(10 * kSecond);
+    CHECK(bench.status() == (kEnabled | kAttained));
+  }
+  Home bench(0);
+  bench.start(17);
+  bench.pass(200'000);
+  bench.set(0x6060, 0, 3);
+  bench.set(0x6060, 0, 6);
+  bench.pass(kSecond);
+  CHECK(bench.status() == (kEnabled | kIdle));
+}
+
+TEST_CASE("A limit switch in the way, or a motor that was blocked, is an error of homing") {
+  Home bench(0);
+  bench.start(18);
+  bench.pass(200'000);
+  bench.incident("limit-switch-positive", true);
+  CHECK(bench.status() == (kEnabled | kMovingError));
+  bench.pass(kSecond);
+  CHECK(bench.status() == (kEnabled | kError));
+  Home blocked(0);
+  blocked.put(0x6065, 0, 0xFFFFFFFF);
+  blocked.start(18);
+  blocked.pass(200'000);
+  blocked.incident("motor-blocked", true);
+  blocked.pass(10'000);
+  blocked.incident("motor-blocked", false);
+  blocked.pass(kSecond);
+  CHECK(blocked.status() == (kEnabled | kError));
+}
+
+}  // namespace cbcan::test
