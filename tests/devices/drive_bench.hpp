@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <vector>
@@ -100,6 +101,7 @@ class DriveBench : public sim::DeviceNode {
   void update() {
     deadline = drive.update(now);
     REQUIRE(deadline > now);
+    if (seen) seen();
   }
   void pass(Time duration) {
     const Time end = now + duration;
@@ -114,6 +116,7 @@ class DriveBench : public sim::DeviceNode {
 
   eds::DictionaryImage image = drive_image();
   ObjectDictionary objects{image.entries, image.values, nullptr, image.limits};
+  std::function<void()> seen;  ///< called after every update
   std::vector<std::string> log;
   std::vector<std::uint16_t> events;
   Time now = 1000;

@@ -95,7 +95,7 @@ std::vector<Action> actions() {
       rc::gen::pair(rc::gen::inRange(0U, 24U), rc::gen::inRange(0U, 1000U)));
 }
 
-/// Statusword bits 0..3, 5 and 6, and what may come next, from one look to the next.
+/// Statusword bits 0..3, 5 and 6, and what may come next, from one update to the next.
 struct StateRow {
   unsigned bits;
   std::vector<unsigned> next;
@@ -131,11 +131,16 @@ bool is_cyclic(std::int64_t mode) {
   return mode >= 8;
 }
 
-/// Looks at a bench again and again, and compares with the look before.
+/// Looks at a bench after every update, and compares with the look before.
 class Watch {
  public:
-  Watch(DriveBench& bench, const Room& room) : bench_(bench), room_(room) { remember(); }
+  Watch(DriveBench& bench, const Room& room) : bench_(bench), room_(room) {
+    remember();
+    bench.seen = [this] { look(); };
+  }
+  ~Watch() { bench_.seen = nullptr; }
 
+ private:
   void look() {
     check_step(status_, bench_.status());
     const devices::Motion motion = bench_.drive.axis().demand(bench_.now);
@@ -156,8 +161,6 @@ class Watch {
     time_ = bench_.now;
   }
 
- private:
-
   DriveBench& bench_;
   const Room& room_;
   unsigned status_ = 0;
@@ -173,16 +176,10 @@ void run(const Room& room) {
   Watch watch(bench, room);
   for (const Action& action : actions()) {
     if (action.first < kTimePasses) {
-      // Enabling is three controlwords in one; each is looked at elsewhere.
-      if (action.first == 9 && (bench.status() & 0x6FU) != 0x40U) continue;
       act(bench, present, room, action);
-      if (action.first == 9) watch.remember();
-      watch.look();
-      continue;
-    }
-    for (int part = 0; part < 5; ++part) {
-      bench.pass(pick(kTimes, action.second));
-      watch.look();
+    } else {
+      for (int part = 0; part < 5; ++part)
+        bench.pass(pick(kTimes, action.second) / 5 + 1);
     }
   }
 }

@@ -80,10 +80,9 @@ Mode* Drive::mode_of(std::int8_t number) {
 }
 
 /// 6502h has a bit for each mode, from mode 1 on; "no mode" is always there.
-bool Drive::supports(std::int8_t mode) const {
-  constexpr std::int8_t kLast = 10;
+bool Drive::supports(std::int8_t mode) {
   if (mode == 0) return true;
-  return mode > 0 && mode <= kLast && (objects_.supported_modes.get() >> (mode - 1) & 1) != 0;
+  return mode_of(mode) != nullptr && (objects_.supported_modes.get() >> (mode - 1) & 1) != 0;
 }
 
 ModeInput Drive::input() const {
@@ -253,6 +252,10 @@ Time Drive::following_deadline(Time now) const {
   const double reach = axis_.increments(window) + kPast;
   return earlier(axis_.profile().time_at(axis_.blocked_at() + reach, now + 1),
                  axis_.profile().time_at(axis_.blocked_at() - reach, now + 1));
+}
+
+std::unique_ptr<sim::Behaviour> make_drive(sim::DeviceNode& node, std::uint64_t /*seed*/) {
+  return std::make_unique<Drive>(node);
 }
 
 }  // namespace cbcan::devices

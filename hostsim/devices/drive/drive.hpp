@@ -22,6 +22,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string_view>
 
@@ -59,7 +60,7 @@ class Drive final : public sim::Behaviour {
   bool has(Incident incident) const { return (present_ & bit_of(incident)) != 0; }
   ModeInput input() const;
   Mode* mode_of(std::int8_t number);
-  bool supports(std::int8_t mode) const;
+  bool supports(std::int8_t mode);
 
   void network_failed(std::uint16_t code, Time now);
   void begin_faults(Time now);
@@ -91,5 +92,8 @@ class Drive final : public sim::Behaviour {
   Time lagging_since_ = kNever;
   bool lost_ = false;  ///< the motor has been blocked for too long
 };
+
+/// A sim::BehaviourMaker, with the switches of AxisLayout's defaults. Nothing in a drive is random.
+std::unique_ptr<sim::Behaviour> make_drive(sim::DeviceNode& node, std::uint64_t seed);
 
 }  // namespace cbcan::devices

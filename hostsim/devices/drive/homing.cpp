@@ -22,7 +22,7 @@ void Homing::run(const ModeInput& input, Time now) {
   bit_before_ = bit;
   if (!under_way()) return;
   if (!bit || halt) return end(Phase::kIdle, halt_ramp(), now);
-  if (input.barred(axis_.demand(now).velocity)) return end(Phase::kFailed, Ramp::kQuickStop, now);
+  if (input.barred(direction_)) return end(Phase::kFailed, Ramp::kQuickStop, now);
   if (phase_ == Phase::kSearching && now >= leg_ends_) next_leg(now);
   if (phase_ == Phase::kToHome && axis_.over(now)) {
     axis_.set_position(-axis_.increments(objects_.home_offset.get()), now);
@@ -45,13 +45,15 @@ void Homing::next_leg(Time now) {
   if (leg_ == way_.count) {
     if (way_.blind) return end(Phase::kFailed, Ramp::kQuickStop, now);
     const double speed = axis_.increments(objects_.homing_speed_zero.get());
-    axis_.move_to(std::round(axis_.from_machine(way_.home)),
-                  {std::min(speed, axis_.max_velocity()), acceleration, acceleration}, now);
+    const double home = std::round(axis_.from_machine(way_.home));
+    direction_ = home - axis_.demand(now).position;
+    axis_.move_to(home, {std::min(speed, axis_.max_velocity()), acceleration, acceleration}, now);
     phase_ = Phase::kToHome;
     leg_ends_ = kNever;
     return;
   }
   const HomingLeg& leg = way_.legs[leg_++];
+  direction_ = leg.direction;
   const double speed = std::min(axis_.increments(objects_.homing_speed_switch.get()), axis_.max_velocity());
   const bool turns = axis_.demand(now).velocity * leg.direction < 0;
   axis_.run_at(leg.direction * speed, acceleration, acceleration, now);

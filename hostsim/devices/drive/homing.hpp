@@ -35,6 +35,7 @@ class Homing final : public Mode {
   HomingWay way_{};
   std::size_t leg_ = 0;
   Time leg_ends_ = kNever;
+  double direction_ = 0;  ///< its sign: that in which the leg goes
   Phase phase_ = Phase::kIdle;
   bool bit_before_ = false;
 };

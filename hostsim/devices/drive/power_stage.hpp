@@ -6,8 +6,8 @@
 ///
 /// Option codes that name a limit of current or voltage act as the quick stop ramp. While a ramp of
 /// transition 5 or 8 runs the state is still Operation enabled; another command calls the transition off.
-/// What the drive does by itself holds until somebody writes the controlword again, though its value may be
-/// the same.
+/// What a fault or the network imposes holds until somebody writes another controlword, or by SDO the same
+/// one; what is over by itself (transitions 12 and 14) does not ask for that.
 
 #include <optional>
 

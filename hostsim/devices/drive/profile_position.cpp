@@ -42,6 +42,7 @@ void ProfilePosition::begin(const SetPoint& set_point, Time now) {
   const double target = axis_.within_limits(wanted);
   limited_ = target != wanted;
   dynamics_ = set_point.dynamics;
+  direction_ = target - axis_.demand(now).position;
   axis_.aim_at(target);
   next_.reset();
   pass_at_ = kNever;
@@ -66,7 +67,8 @@ void ProfilePosition::pass_through(Time now) {
 
 void ProfilePosition::hold_or_go(const ModeInput& input, Time now) {
   halted_ = input.has(controlword::kHalt);
-  const bool barred = has_target_ && input.barred(axis_.target() - axis_.demand(now).position);
+  if (!held_ && !go_ && axis_.at_rest(now)) direction_ = 0;
+  const bool barred = has_target_ && input.barred(direction_);
   const bool hold = halted_ || barred;
   if (hold && !held_) {
     axis_.stop(halted_ ? halt_ramp() : Ramp::kQuickStop, now);

@@ -43,6 +43,7 @@ class ProfilePosition final : public Mode {
   std::optional<SetPoint> next_;
   Dynamics dynamics_{};
   Time pass_at_ = kNever;  ///< when the set-point is passed
+  double direction_ = 0;   ///< its sign; that of the set-point when it began, 0 = it is reached
   bool has_target_ = false;
   bool go_ = false;  ///< a new set-point waits for its profile
   bool held_ = false;
