@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "devices/drive/power_state_machine.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -55,8 +54,22 @@ constexpr auto kCommands = std::to_array<CommandPattern>({
     {0x0086, 0x0002, Event::kQuickStop},
 });
 
-constexpr std::array<std::uint16_t, 8> kStatus = {0x0000, 0x0040, 0x0021, 0x0023,
-                                                  0x0027, 0x0007, 0x000F, 0x0008};
+constexpr std::size_t kStates = 8;
+constexpr std::size_t kEvents = 11;
+
+/// By state and event: the row of the table, from 1 on; 0 = there is none.
+using Rows = std::array<std::array<std::uint8_t, kEvents>, kStates>;
+
+constexpr Rows kRows = [] {
+  Rows rows{};
+  for (std::size_t i = 0; i < kTransitions.size(); ++i)
+    rows[static_cast<std::size_t>(kTransitions[i].from)][static_cast<std::size_t>(kTransitions[i].event)] =
+        static_cast<std::uint8_t>(i + 1);
+  return rows;
+}();
+
+constexpr std::array<std::uint16_t, kStates> kStatus = {0x0000, 0x0040, 0x0021, 0x0023,
+                                                        0x0027, 0x0007, 0x000F, 0x0008};
 
 }  // namespace
 
@@ -65,9 +78,8 @@ std::span<const Transition> power_transitions() {
 }
 
 const Transition* power_transition(PowerState from, PowerEvent event) {
-  const auto* found = std::ranges::find_if(
-      kTransitions, [&](const Transition& row) { return row.from == from && row.event == event; });
-  return found == kTransitions.end() ? nullptr : found;
+  const std::size_t row = kRows[static_cast<std::size_t>(from)][static_cast<std::size_t>(event)];
+  return row == 0 ? nullptr : &kTransitions[row - 1];
 }
 
 PowerEvent command_of(std::uint16_t controlword, std::uint16_t before) {

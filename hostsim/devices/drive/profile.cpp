@@ -37,15 +37,15 @@ Time ticks_after(Time start, double seconds) {
 
 void Profile::append(double duration, double acceleration, double end_velocity) {
   if (!(duration > 0)) return;
-  phases_[count_++] = {length_, last_.position, last_.velocity, acceleration};
+  phases_[count_++] = {ticks_after(start_, length_), length_, last_.position, last_.velocity, acceleration};
   last_.position += duration * (last_.velocity + end_velocity) / 2;
   last_.velocity = end_velocity;
   length_ += duration;
 }
 
 void Profile::finish(double position, double velocity) {
-  phases_[count_++] = {length_, position, velocity, 0};
   end_ = ticks_after(start_, length_);
+  phases_[count_++] = {end_, length_, position, velocity, 0};
 }
 
 Profile Profile::to_position(const Motion& from, double target, const Dynamics& dynamics, Time start) {
@@ -104,7 +104,6 @@ Profile Profile::line(double from, double target, Time duration, Time start) {
     profile.append(seconds, 0, profile.last_.velocity);
   }
   profile.finish(target, 0);
-  profile.end_ = start + duration;
   return profile;
 }
 
@@ -113,7 +112,6 @@ Profile Profile::even_change(const Motion& from, double velocity, Time duration,
   const double seconds = static_cast<double>(duration) * kSecondsPerTick;
   if (duration != 0) profile.append(seconds, (velocity - from.velocity) / seconds, velocity);
   profile.finish(profile.last_.position, velocity);
-  profile.end_ = start + duration;
   return profile;
 }
 
@@ -123,14 +121,9 @@ double Profile::seconds_at(Time now) const {
 
 std::size_t Profile::phase_at(Time now) const {
   std::size_t i = count_ - 1;
-  if (now >= end_) return i;
-  while (i > 0 && (i == count_ - 1 || begin_of(i) > now))
+  while (i > 0 && phases_[i].begins > now)
     --i;
   return i;
-}
-
-Time Profile::begin_of(std::size_t phase) const {
-  return phase + 1 == count_ ? end_ : ticks_after(start_, phases_[phase].begin);
 }
 
 Motion Profile::at(Time now) const {
@@ -142,12 +135,12 @@ Motion Profile::at(Time now) const {
 
 Time Profile::next_change(Time now) const {
   const std::size_t next = phase_at(now) + 1;
-  return next < count_ ? begin_of(next) : kNever;
+  return next < count_ ? phases_[next].begins : kNever;
 }
 
 Time Profile::steady_since(Time now) const {
-  const std::size_t phase = phase_at(now);
-  return phases_[phase].acceleration == 0 ? begin_of(phase) : kNever;
+  const Phase& phase = phases_[phase_at(now)];
+  return phase.acceleration == 0 ? phase.begins : kNever;
 }
 
 /// Seconds after the start at which the phase is at `position`, not before `from` and not after `until`.

@@ -68,6 +68,7 @@ class Profile {
 
  private:
   struct Phase {
+    Time begins;   ///< the first microsecond in it
     double begin;  ///< seconds after the start
     double position;
     double velocity;
@@ -79,7 +80,6 @@ class Profile {
   void finish(double position, double velocity);
   double seconds_at(Time now) const;
   std::size_t phase_at(Time now) const;
-  Time begin_of(std::size_t phase) const;
   double first_reach(const Phase& phase, double position, double from, double until) const;
 
   std::array<Phase, 5> phases_{};
