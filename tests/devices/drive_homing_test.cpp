@@ -162,6 +162,35 @@ TEST_CASE("A search: fast to the switch, slowly off it, at the speeds of 6099h")
   CHECK(bench.status() == (kEnabled | kAttained));
 }
 
+TEST_CASE("An edge that has to be found from outside: past it, back out, and slowly to it") {
+  Home bench(0);
+  bench.start(24);
+  // 1,250 to speed up; 20,500 after 0.435 s; 1,250 further to turn, and out again over 20,500 after 0.535 s.
+  bench.pass(485'000);
+  CHECK(bench.place() == 21'750);
+  CHECK(bench.get(0x60FD) == 0x4);
+  bench.pass(50'000);
+  CHECK(bench.velocity() == -50'000);
+  bench.pass(50'000);
+  CHECK(bench.place() == 19'250);
+  bench.pass(50'000);
+  CHECK(bench.velocity() == 10'000);
+  bench.pass(kSecond);
+  CHECK(bench.place() == 20'500);
+  CHECK(bench.status() == (kEnabled | kAttained));
+}
+
+TEST_CASE("Homing does not start towards a limit switch that is active") {
+  Home bench(0);
+  bench.incident("limit-switch-positive", true);
+  bench.start(18);
+  CHECK(bench.status() == (kEnabled | kError));
+  bench.control(0x000F);
+  bench.start(17);
+  bench.pass(10 * kSecond);
+  CHECK(bench.status() == (kEnabled | kAttained));
+}
+
 TEST_CASE("Homing is interrupted by bit 4, by halt and by another mode") {
   for (const std::uint16_t word : {std::uint16_t{0x000F}, std::uint16_t{0x011F}}) {
     Home bench(0);

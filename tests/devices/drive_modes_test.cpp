@@ -136,6 +136,21 @@ TEST_CASE("Profile position: change on set-point passes the first at its velocit
   CHECK(bench.status() == (kEnabled | kReached));
 }
 
+TEST_CASE("Profile position: change on set-point stops where the next is too near or lies back") {
+  for (const int next : {24'999, 20'000, -20'000}) {
+    INFO(next);
+    DriveBench bench;
+    bench.enable(1);
+    set_point(bench, 20'000);
+    set_point(bench, next, 0x200);
+    bench.pass(300'000);
+    CHECK(bench.position() == 20'000);
+    CHECK(bench.velocity() == 0);
+    bench.pass(kSecond);
+    CHECK(bench.position() == next);
+  }
+}
+
 TEST_CASE("Profile position: halt, and on again") {
   for (const int option : {1, 2, 3, 4}) {
     INFO(option);
@@ -246,6 +261,8 @@ TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a f
   CHECK(bench.get(0x60F4) == 0);
   CHECK(bench.position() == 15'000);
   bench.control(0x0080);
+  CHECK(bench.status() == 0x0250);
+  bench.incident("motor-blocked", false);
   CHECK(bench.status() == 0x0250);
   CHECK(bench.log == std::vector<std::string>{"8611/21", "8611 over"});
 }
