@@ -455,6 +455,26 @@ TEST_CASE("Cyclic velocity: it stops at a software limit without further SYNCs")
   CHECK(bench.status() == (kEnabled | kBit12 | kLimit));
 }
 
+TEST_CASE("Cyclic velocity: a limit switch stops it between SYNCs, with software limits or without") {
+  for (const int limit : {0, 900'000}) {
+    INFO(limit);
+    DriveBench bench;
+    bench.put(0x607D, 2, limit);
+    bench.put(0x60FF, 0, 100'000);
+    bench.enable(9);
+    bench.sync();
+    bench.pass(kSecond);
+    bench.incident("limit-switch-positive", true);
+    bench.pass(25'000);
+    CHECK(bench.velocity() == 0);
+    CHECK(bench.status() == (kEnabled | kBit12 | kLimit));
+    bench.put(0x60FF, 0, -100'000);
+    bench.sync();
+    bench.pass(2 * kSecond);
+    CHECK(bench.velocity() == (limit == 0 ? -100'000 : 0));  // 607Dh then begins at 0
+  }
+}
+
 TEST_CASE("Cyclic torque") {
   DriveBench bench;
   bench.put(0x60C2, 1, 10);

@@ -48,12 +48,14 @@ std::uint16_t CyclicPosition::status(Time /*now*/) const {
 
 void CyclicVelocity::enter(const ModeInput& /*input*/, Time now) {
   limited_ = false;
+  velocity_ = 0;
   axis_.stop(Ramp::kSlowDown, now);
 }
 
 void CyclicVelocity::run(const ModeInput& input, Time now) {
-  if (!input.barred(axis_.profile().final_velocity())) return;
+  if (!input.barred(velocity_)) return;
   limited_ = true;
+  velocity_ = 0;
   axis_.stop(Ramp::kQuickStop, now);
 }
 
@@ -62,13 +64,13 @@ void CyclicVelocity::on_sync(const ModeInput& input, Time now) {
   const double most = axis_.max_velocity();
   const double user = double{1} * objects_.target_velocity.get() + objects_.velocity_offset.get();
   const double wanted = axis_.increments(user);
-  const double velocity = input.barred(wanted) ? 0 : std::clamp(wanted, -most, most);
-  limited_ = velocity != wanted;
-  if (!axis_.has_limits()) return axis_.change_evenly_to(velocity, period, now);
-  const double change = std::abs(velocity - axis_.demand(now).velocity);
+  velocity_ = input.barred(wanted) ? 0 : std::clamp(wanted, -most, most);
+  limited_ = velocity_ != wanted;
+  if (!axis_.has_limits()) return axis_.change_evenly_to(velocity_, period, now);
+  const double change = std::abs(velocity_ - axis_.demand(now).velocity);
   Dynamics dynamics = axis_.profile_dynamics();
   dynamics.acceleration = period == 0 ? 0 : change * kTicksPerSecond / static_cast<double>(period);
-  if (!run_within_limits(axis_, velocity, dynamics, now)) limited_ = true;
+  if (!run_within_limits(axis_, velocity_, dynamics, now)) limited_ = true;
 }
 
 std::uint16_t CyclicVelocity::status(Time /*now*/) const {

@@ -6,7 +6,8 @@
 /// not followed by another holds: the position stands, the velocity goes on. Without SYNC nothing moves.
 ///
 /// 60B0h and 60B1h are added. Positions are kept within 607Dh and a step within the velocity of 607Fh and
-/// 6080h; statusword bit 11 says so. With 607Dh in force cyclic velocity slows down by 6084h.
+/// 6080h; statusword bit 11 says so. A limit switch stops cyclic velocity at once, cyclic position at the
+/// next SYNC. With 607Dh in force cyclic velocity slows down by 6084h.
 
 #include "devices/drive/mode.hpp"
 
@@ -38,6 +39,7 @@ class CyclicVelocity final : public Mode {
   std::uint16_t status(Time now) const override;
 
  private:
+  double velocity_ = 0;  ///< the last set-point, increments/s
   bool limited_ = false;
 };
 
