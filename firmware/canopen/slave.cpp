@@ -31,7 +31,7 @@ void Slave::start(Time now) {
 }
 
 void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now) {
-  enter(nmt::State::kInitialising, now);
+  if (state_ != nmt::State::kInitialising) enter(nmt::State::kInitialising, now);
   node_id_ = next_node_id_;
   application_.restore(first_index, last_index, now);
   sdo_server_.reset(node_id_);
@@ -45,7 +45,6 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
 }
 
 void Slave::enter(nmt::State state, Time now) {
-  if (state == state_) return;
   state_ = state;
   application_.on_nmt_state(state, now);
 }

@@ -25,7 +25,7 @@ class Application : public ObjectHandler {
  public:
   /// Puts stored values back to what they are at power-on: those with first_index <= index <= last_index.
   virtual void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) = 0;
-  /// The NMT state has changed.
+  /// This NMT state has been entered, perhaps anew: a node may be started that is Operational.
   virtual void on_nmt_state(nmt::State state, Time now) = 0;
 
  protected:

@@ -11,6 +11,9 @@
 
 #include "app/diagnostic.hpp"
 #include "app/value.hpp"
+#include "cbcan/time.hpp"
+#include "sim/faults/fault.hpp"
+#include "sim/signal.hpp"
 
 namespace cbcan::app {
 
@@ -34,12 +37,20 @@ struct ModbusConfig {
 
 enum class CanKind : std::uint8_t { kVirtual, kSocketCan };
 
+/// A fault on purpose that is there from the start.
+struct FaultConfig {
+  sim::Fault fault;
+  Place place;
+  bool operator==(const FaultConfig&) const = default;
+};
+
 /// The CAN bus.
 struct CanConfig {
   CanKind kind = CanKind::kVirtual;
   std::string interface_name;  ///< of kSocketCan: "vcan0"; else empty
   std::uint32_t bit_rate = 0;  ///< of kVirtual, in bit/s: 10000..1000000, 0 = as fast as possible
   std::string slcan;           ///< where SLCAN adapters are served: HOST:PORT or unix:PATH; empty = nowhere
+  std::vector<FaultConfig> faults;
   bool operator==(const CanConfig&) const = default;
 };
 
@@ -48,6 +59,18 @@ enum class ClockKind : std::uint8_t { kReal, kManual };
 struct TimeConfig {
   ClockKind clock = ClockKind::kReal;  ///< kManual: time passes by lines on standard input
   bool operator==(const TimeConfig&) const = default;
+};
+
+/// Everything random, noise and the probability of faults, follows from this one number.
+struct RandomConfig {
+  std::uint32_t seed = 1;
+  bool operator==(const RandomConfig&) const = default;
+};
+
+/// Commands at run time (control.hpp).
+struct ControlConfig {
+  std::string listen;  ///< HOST:PORT or unix:PATH; empty = nowhere
+  bool operator==(const ControlConfig&) const = default;
 };
 
 struct LogConfig {
@@ -65,12 +88,26 @@ struct InitialValue {
   bool operator==(const InitialValue&) const = default;
 };
 
+/// A value over time at an input of a node.
+struct SignalConfig {
+  sim::Signal signal;  ///< of a replay without its points
+  std::string file;    ///< of a replay: path of the CSV file, ready to be opened
+  Place place;
+  bool operator==(const SignalConfig&) const = default;
+};
+
 /// A simulated node.
 struct NodeConfig {
-  std::uint8_t id = 0;  ///< 1..127, each once on the bus
-  std::string name;     ///< for people, in the log; may be empty
-  std::string eds;      ///< path of the EDS or DCF file, ready to be opened
+  std::uint8_t id = 0;     ///< 1..127, each once on the bus; 0 = none, it waits for one from LSS
+  std::string name;        ///< for people, in the log; may be empty
+  std::string eds;         ///< path of the EDS or DCF file, ready to be opened
+  std::string device;      ///< name of a device of devices.hpp; empty = as 1000h says
+  std::string parameters;  ///< path of the file that 1010h and LSS store to; empty = none
+  bool lss = false;        ///< has an LSS slave
+  Time time_period = 0;    ///< as a TIME producer, microseconds; 0 = it sends none
   std::vector<InitialValue> objects;
+  std::vector<SignalConfig> signals;
+  std::vector<FaultConfig> faults;
   Place place;
   bool operator==(const NodeConfig&) const = default;
 };
@@ -80,6 +117,8 @@ struct Config {
   ModbusConfig modbus;
   CanConfig can;
   TimeConfig time;
+  RandomConfig random;
+  ControlConfig control;
   LogConfig log;
   std::vector<NodeConfig> nodes;
   bool operator==(const Config&) const = default;

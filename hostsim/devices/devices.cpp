@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 
+#include "devices/drive/drive.hpp"
 #include "devices/io_module.hpp"
 #include "devices/transducer.hpp"
 
@@ -22,6 +23,8 @@ constexpr std::uint16_t kNoProfile = 0;
 constexpr auto kKinds = std::to_array<DeviceKind>({
     {"none", kNoProfile, nullptr, "values that stay as they were written"},
     {"cia401", 401, make<IoModule>, "I/O module: digital and analogue inputs and outputs"},
+    {"cia402", 402, make<Drive>,
+     "drive: power state machine, motion profiles, homing, cyclic synchronous modes"},
     {"cia404", 404, make<Transducer>, "measuring device: process values with decimal digits and status"},
 });
 

@@ -19,13 +19,6 @@ struct ErrorKind {
   std::uint8_t register_bits;  ///< in 1001h
 };
 
-/// The bits of 1001h (CiA 301, 7.5.2.2).
-namespace error_register {
-inline constexpr std::uint8_t kGeneric = 0x01;
-inline constexpr std::uint8_t kCurrent = 0x02;
-inline constexpr std::uint8_t kVoltage = 0x04;
-}  // namespace error_register
-
 class Incidents {
  public:
   /// Names and kinds belong together one by one; the caller's, and they outlive this.

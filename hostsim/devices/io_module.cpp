@@ -18,8 +18,8 @@ constexpr std::size_t kChannelsPerSource = 32;
 
 constexpr std::array<std::string_view, 2> kIncidents{"output-short-circuit", "input-voltage-low"};
 constexpr std::array<ErrorKind, 2> kIncidentErrors{{
-    {0x2320, error_register::kGeneric | error_register::kCurrent},
-    {0x3120, error_register::kGeneric | error_register::kVoltage},
+    {0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
+    {0x3120, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
 }};
 
 std::vector<sim::Bound<std::uint32_t>> numbers(ObjectDictionary& dictionary, std::uint16_t index) {

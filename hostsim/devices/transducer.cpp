@@ -24,7 +24,7 @@ constexpr std::uint8_t kNegativeOverload = 0x04;
 
 constexpr std::size_t kSensorBreak = 0;
 constexpr std::array<std::string_view, 1> kIncidents{"sensor-break"};
-constexpr std::array<ErrorKind, 1> kIncidentErrors{{{0x5000, error_register::kGeneric}}};
+constexpr std::array<ErrorKind, 1> kIncidentErrors{{{0x5000, ErrorRegister::kGeneric}}};
 
 std::uint8_t overload(double value) {
   if (value > double{std::numeric_limits<std::int32_t>::max()}) return kPositiveOverload;

@@ -69,7 +69,7 @@ class Behaviour {
   /// A SYNC: synchronous RPDOs have been applied, synchronous TPDOs are sampled after it. update() follows.
   virtual void on_sync(Time /*now*/) {}
 
-  /// update() follows.
+  /// This state has been entered, perhaps anew. update() follows.
   virtual void on_nmt_state(nmt::State /*state*/, Time /*now*/) {}
 
   /// The network has failed or the node has left Operational because of it: outputs to their error values,

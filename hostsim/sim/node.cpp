@@ -95,7 +95,7 @@ void Node::start(Time now) {
     follow_signals(now);
   }
   follow_ids();
-  settle();
+  settle(now);
 }
 
 void Node::poll(Time now) {
@@ -104,7 +104,7 @@ void Node::poll(Time now) {
   if (now >= sample_due_) follow_signals(now);
   if (now >= behaviour_due_) update(now);
   device_.poll(now);
-  settle();
+  settle(now);
 }
 
 void Node::on_frame(const Frame& frame, Time now) {
@@ -115,7 +115,7 @@ void Node::on_frame(const Frame& frame, Time now) {
   } else {
     device_.on_frame(frame, now);
   }
-  settle();
+  settle(now);
 }
 
 void Node::on_bus_state(BusState state, Time now) {
@@ -154,8 +154,11 @@ void Node::start_with(std::uint8_t node_id, Time now) {
   device_.start(now);
 }
 
-/// After anything that has happened: what is heard, and when to be called next.
-void Node::settle() {
+/// After anything that has happened: a transfer that a fault has aborted, what is heard, and when to be
+/// called next.
+void Node::settle(Time now) {
+  while (faulty_.has_aborted())
+    device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
   const Time own = earlier(device_.deadline(), earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->slave().deadline() : kNever;
@@ -218,7 +221,7 @@ bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
   faulty_.set_now(now);
   if (!put_input(index, sub, value, now)) return false;
   update(now);
-  settle();
+  settle(now);
   return true;
 }
 
@@ -256,25 +259,25 @@ bool Node::set_incident(std::string_view incident, bool present, Time now) {
   faulty_.set_now(now);
   behaviour_->set_incident(incident, present, now);
   update(now);
-  settle();
+  settle(now);
   return true;
 }
 
 unsigned Node::add_fault(const Fault& fault, Time now) {
   const unsigned number = faulty_.add(fault, now);
-  settle();
+  settle(now);
   return number;
 }
 
 bool Node::remove_fault(unsigned number, Time now) {
   const bool removed = faulty_.remove(number, now);
-  settle();
+  settle(now);
   return removed;
 }
 
 void Node::clear_faults(Time now) {
   faulty_.clear(now);
-  settle();
+  settle(now);
 }
 
 void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {

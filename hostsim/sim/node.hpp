@@ -111,7 +111,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   void update(Time now);
   void follow_signals(Time now);
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
-  void settle();
+  void settle(Time now);
   void follow_ids();
 
   NodeImage image_;

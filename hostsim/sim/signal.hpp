@@ -18,6 +18,7 @@ namespace cbcan::sim {
 
 struct Constant {
   double value = 0;
+  bool operator==(const Constant&) const = default;
 };
 
 /// A straight line; then it stays at `to`, begins again at `from`, or goes back and forth. Without a
@@ -28,6 +29,7 @@ struct Ramp {
   double to = 0;
   Time duration = 0;
   Then then = Then::kHold;
+  bool operator==(const Ramp&) const = default;
 };
 
 /// mean + amplitude * sin(2 pi t / period + phase). Without a period it is its mean.
@@ -36,6 +38,7 @@ struct Sine {
   double amplitude = 0;
   Time period = 0;
   double phase = 0;  ///< degrees
+  bool operator==(const Sine&) const = default;
 };
 
 /// A new value for each sample, which depends on nothing but the seed and the sample's number.
@@ -48,6 +51,7 @@ struct Noise {
   double deviation = 0;
   std::uint64_t seed = 0;
   Distribution distribution = Distribution::kNormal;
+  bool operator==(const Noise&) const = default;
 };
 
 /// Recorded values. Before the first point it is the first value. Repeated, it begins again at the time of
@@ -62,6 +66,7 @@ struct Replay {
   std::vector<Point> points;  ///< one at least, each later than the one before
   Between between = Between::kStep;
   bool repeat = false;
+  bool operator==(const Replay&) const = default;
 };
 
 using Shape = std::variant<Constant, Ramp, Sine, Noise, Replay>;
@@ -78,6 +83,7 @@ struct Signal {
   /// The first multiple of the sample period after `since_start`; kNever when the value will not change any
   /// more.
   Time next_sample(Time since_start) const;
+  bool operator==(const Signal&) const = default;
 };
 
 /// What a CSV text comes to.

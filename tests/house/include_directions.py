@@ -18,7 +18,6 @@ MAY_KNOW = {
     "hostsim/eds": {"firmware", "regmap"},
     "hostsim/io": {"hostsim/sim", "firmware", "regmap"},
     "hostsim/app": {"hostsim/io", "hostsim/eds", "hostsim/devices", "hostsim/sim", "firmware", "regmap"},
-    "hostsim/app": {"hostsim/io", "hostsim/devices", "hostsim/eds", "hostsim/sim", "firmware", "regmap"},
     "tools": {"regmap"},
 }
 

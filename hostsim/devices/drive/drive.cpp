@@ -139,7 +139,7 @@ void Drive::begin_faults(Time now) {
   for (std::size_t i = 0; i < kFaultKinds; ++i) {
     if ((fresh >> i & 1) == 0) continue;
     objects_.error_code.set(kFaults[i].code);
-    node_.error(kFaults[i].code, kFaults[i].error_register, {}, now);
+    node_.error(kFaults[i].code, kFaults[i].register_bits, {}, now);
   }
   told_ |= fresh;
   stage_.impose(PowerEvent::kFault, now);

@@ -10,6 +10,8 @@
 #include <optional>
 #include <string_view>
 
+#include "devices/incidents.hpp"
+
 namespace cbcan::devices {
 
 enum class Incident : std::uint8_t {
@@ -36,28 +38,15 @@ inline constexpr std::array<std::string_view, 11> kIncidentNames = {
     "warning",
 };
 
-struct FaultKind {
-  std::uint16_t code;
-  std::uint8_t error_register;
-};
-
-namespace error_register {
-inline constexpr std::uint8_t kGeneric = 0x01;
-inline constexpr std::uint8_t kCurrent = 0x02;
-inline constexpr std::uint8_t kVoltage = 0x04;
-inline constexpr std::uint8_t kTemperature = 0x08;
-inline constexpr std::uint8_t kProfile = 0x20;
-}  // namespace error_register
-
 /// By Incident.
-inline constexpr std::array<FaultKind, kFaultKinds> kFaults = {{
-    {0x2310, error_register::kGeneric | error_register::kCurrent},
-    {0x2320, error_register::kGeneric | error_register::kCurrent},
-    {0x3210, error_register::kGeneric | error_register::kVoltage},
-    {0x3220, error_register::kGeneric | error_register::kVoltage},
-    {0x4210, error_register::kGeneric | error_register::kTemperature},
-    {0x7305, error_register::kGeneric | error_register::kProfile},
-    {0x8611, error_register::kGeneric | error_register::kProfile},
+inline constexpr std::array<ErrorKind, kFaultKinds> kFaults = {{
+    {0x2310, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
+    {0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
+    {0x3210, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
+    {0x3220, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
+    {0x4210, ErrorRegister::kGeneric | ErrorRegister::kTemperature},
+    {0x7305, ErrorRegister::kGeneric | ErrorRegister::kProfile},
+    {0x8611, ErrorRegister::kGeneric | ErrorRegister::kProfile},
 }};
 
 // 603Fh after a failure of the network; the EMCY is the node's own.

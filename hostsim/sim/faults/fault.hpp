@@ -103,6 +103,7 @@ struct Fault {
   std::int64_t other_index = kUnset;
   std::int64_t other_sub = kUnset;
   FramePart part = FramePart::kAny;
+  bool operator==(const Fault&) const = default;
 };
 
 /// One key: how it is written, what it may be, and where it goes.
