@@ -54,7 +54,6 @@ void Drive::reset(bool application, Time now) {
 
 Time Drive::update(Time now) {
   axis_.refresh(now);
-  axis_.set_blocked(has(Incident::kMotorBlocked), now);
   watch_following(now);
   begin_faults(now);
   stage_.step((present_ & kAllFaults) != 0, now);
@@ -226,13 +225,17 @@ void Drive::publish_motion(Time now) {
   const auto thousandths = static_cast<std::int16_t>(to_integer32(torque));
   objects_.torque_demand.set(thousandths);
   objects_.torque_actual.set(thousandths);
+  objects_.digital_inputs.set(digital_inputs(actual.position));
+}
+
+std::uint32_t Drive::digital_inputs(double position) const {
   const AxisLayout& layout = axis_.layout();
-  const double place = axis_.to_machine(actual.position);
+  const double place = axis_.to_machine(position);
   std::uint32_t inputs = 0;
   if (place <= layout.negative_limit || has(Incident::kNegativeLimit)) inputs |= kInputNegativeLimit;
   if (place >= layout.positive_limit || has(Incident::kPositiveLimit)) inputs |= kInputPositiveLimit;
   if (place >= layout.home_low && place <= layout.home_high) inputs |= kInputHomeSwitch;
-  objects_.digital_inputs.set(inputs);
+  return inputs;
 }
 
 Time Drive::deadline(Time now) const {

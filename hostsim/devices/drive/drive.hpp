@@ -42,6 +42,8 @@ namespace cbcan::devices {
 class Drive final : public sim::Behaviour {
  public:
   explicit Drive(sim::DeviceNode& node, const AxisLayout& layout = {});
+  Drive(const Drive&) = delete;
+  Drive& operator=(const Drive&) = delete;
 
   void reset(bool application, Time now) override;
   Time update(Time now) override;
@@ -69,6 +71,7 @@ class Drive final : public sim::Behaviour {
   void run_mode(Time now);
   void publish(Time now);
   void publish_motion(Time now);
+  std::uint32_t digital_inputs(double position) const;
   std::uint16_t status(Time now) const;
   Time deadline(Time now) const;
   Time following_deadline(Time now) const;

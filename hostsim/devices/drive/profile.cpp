@@ -49,34 +49,34 @@ void Profile::finish(double position, double velocity) {
 }
 
 Profile Profile::to_position(const Motion& from, double target, const Dynamics& dynamics, Time start) {
-  const double acceleration = usable(dynamics.acceleration);
   const double deceleration = usable(dynamics.deceleration);
   Profile profile(from, start);
   const double speed = std::abs(from.velocity);
   const double stop = from.position + from.velocity * speed / (2 * deceleration);
-  const bool turns = (target - stop) * from.velocity < 0 || std::abs(target - stop) < kSamePosition ||
-                     !(dynamics.velocity > 0);
-  if (turns) profile.append(speed / deceleration, -sign_of(from.velocity) * deceleration, 0);
-  const double distance = std::abs(target - profile.last_.position);
-  if (distance < kSamePosition || !(dynamics.velocity > 0)) {
-    profile.finish(distance < kSamePosition ? target : profile.last_.position, 0);
-    return profile;
-  }
-  const double direction = sign_of(target - profile.last_.position);
-  const double entry = std::abs(profile.last_.velocity);
+  const bool moves = dynamics.velocity > 0;
+  const bool passes = (target - stop) * from.velocity < 0 || std::abs(target - stop) < kSamePosition;
+  if (passes || !moves) profile.append(speed / deceleration, -sign_of(from.velocity) * deceleration, 0);
+  const bool there = std::abs(target - profile.last_.position) < kSamePosition;
+  if (moves && !there) profile.travel(target, dynamics);
+  profile.finish(moves || there ? target : profile.last_.position, 0);
+  return profile;
+}
+
+/// From a standstill, or from motion towards a target that is not too near to stop at.
+void Profile::travel(double target, const Dynamics& dynamics) {
+  const double acceleration = usable(dynamics.acceleration);
+  const double deceleration = usable(dynamics.deceleration);
+  const double direction = sign_of(target - last_.position);
+  const double distance = std::abs(target - last_.position);
+  const double entry = std::abs(last_.velocity);
   const double peak = std::sqrt((distance + entry * entry / (2 * acceleration)) * 2 * acceleration *
                                 deceleration / (acceleration + deceleration));
   const double cruise = std::min(std::max(peak, entry), dynamics.velocity);
-  const bool slower = entry > cruise;
-  const double change = slower ? deceleration : acceleration;
-  profile.append(std::abs(cruise - entry) / change, direction * (slower ? -change : change),
-                 direction * cruise);
+  const double change = entry > cruise ? -deceleration : acceleration;
+  append((cruise - entry) / change, direction * change, direction * cruise);
   const double braking = cruise * cruise / (2 * deceleration);
-  const double left = direction * (target - profile.last_.position) - braking;
-  profile.append(left / cruise, 0, direction * cruise);
-  profile.append(cruise / deceleration, -direction * deceleration, 0);
-  profile.finish(target, 0);
-  return profile;
+  append((direction * (target - last_.position) - braking) / cruise, 0, direction * cruise);
+  append(cruise / deceleration, -direction * deceleration, 0);
 }
 
 Profile Profile::to_velocity(const Motion& from, double velocity, double acceleration, double deceleration,

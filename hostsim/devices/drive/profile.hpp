@@ -76,6 +76,7 @@ class Profile {
   };
 
   Profile(const Motion& from, Time start) : start_(start), last_(from) {}
+  void travel(double target, const Dynamics& dynamics);
   void append(double duration, double acceleration, double end_velocity);
   void finish(double position, double velocity);
   double seconds_at(Time now) const;
