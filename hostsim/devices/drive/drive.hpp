@@ -16,6 +16,8 @@
 /// home). In the other modes the axis is endless, and wraps at 607Bh or INTEGER32; there a limit switch is an
 /// incident: it stops the axis with the quick stop ramp and lets it move the other way only.
 ///
+/// What event-driven TPDOs are told of: a changed statusword (6041h) or mode (6061h), not positions.
+///
 /// 6007h acts when the network fails, and when NMT stops the node while operation is enabled; going to
 /// Pre-operational changes nothing, because the drive can be commanded by SDO. The EMCY of a network failure
 /// is the node's.
