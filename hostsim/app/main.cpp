@@ -20,10 +20,10 @@ void warn(const std::string& line) {
   std::cerr << "cbcan-sim: " << line << "\n";
 }
 
-/// The images of all nodes; or nothing, when what is wrong has been said.
-std::vector<cbcan::sim::NodeImage> build_nodes(const cbcan::app::Config& config,
+/// All nodes; or fewer, when what is wrong has been said.
+std::vector<cbcan::app::BuiltNode> build_nodes(const cbcan::app::Config& config,
                                                const cbcan::app::FileReader& read, bool& good) {
-  std::vector<cbcan::sim::NodeImage> images;
+  std::vector<cbcan::app::BuiltNode> nodes;
   for (const cbcan::app::NodeConfig& node : config.nodes) {
     cbcan::app::NodeBuild build = cbcan::app::build_node(node, read);
     for (const std::string& line : build.warnings)
@@ -33,17 +33,17 @@ std::vector<cbcan::sim::NodeImage> build_nodes(const cbcan::app::Config& config,
     if (config.log.verbose)
       for (const std::string& line : build.notes)
         std::cerr << line << "\n";
-    if (build.image) images.push_back(std::move(*build.image));
+    if (build.node) nodes.push_back(std::move(*build.node));
   }
-  good = images.size() == config.nodes.size();
-  return images;
+  good = nodes.size() == config.nodes.size();
+  return nodes;
 }
 
 ExitCode run(const cbcan::app::Config& config, const cbcan::app::FileReader& read) {
   bool good = false;
-  std::vector<cbcan::sim::NodeImage> images = build_nodes(config, read, good);
+  std::vector<cbcan::app::BuiltNode> nodes = build_nodes(config, read, good);
   if (!good) return ExitCode::kUsage;
-  cbcan::app::Simulator simulator(config, std::move(images), warn);
+  cbcan::app::Simulator simulator(config, std::move(nodes), warn);
   std::cout << "ready " << simulator.where() << std::endl;
   simulator.run();
   if (config.log.verbose) std::cerr << simulator.summary();

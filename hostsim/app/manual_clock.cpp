@@ -25,6 +25,10 @@ Time unit_of(std::string_view text) {
 
 }  // namespace
 
+bool is_pass(std::string_view line) {
+  return line.substr(0, line.find(' ')) == "pass";
+}
+
 Time parse_pass(std::string_view line) {
   std::string_view rest = line;
   if (rest.ends_with('\r')) rest.remove_suffix(1);
@@ -38,9 +42,9 @@ Time parse_pass(std::string_view line) {
   return count * unit;
 }
 
-std::string at_text(Time now) {
+std::string seconds_text(Time now) {
   const std::string fraction = std::to_string(now % kSecond);
-  return "at " + std::to_string(now / kSecond) + "." + std::string(6 - fraction.size(), '0') + fraction;
+  return std::to_string(now / kSecond) + "." + std::string(6 - fraction.size(), '0') + fraction;
 }
 
 }  // namespace cbcan::app

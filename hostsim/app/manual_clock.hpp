@@ -10,10 +10,13 @@
 
 namespace cbcan::app {
 
+/// Does this line ask for time to pass, rightly or not?
+bool is_pass(std::string_view line);
+
 /// "pass 100ms": a whole number, and us, ms or s; 0 is allowed, a year the most. Throws io::UsageError.
 Time parse_pass(std::string_view line);
 
-/// "at 12.345678": seconds since the start.
-std::string at_text(Time now);
+/// "12.345678": seconds since the start.
+std::string seconds_text(Time now);
 
 }  // namespace cbcan::app

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
 #include "eds/values.hpp"
@@ -86,9 +87,15 @@ NodeBuild build_node(const NodeConfig& node, const FileReader& read) {
     if (std::string wrong = put(initial, dictionary, image); !wrong.empty())
       build.problems.push_back(to_string(initial.place) + ": node " + std::to_string(node.id) + ": " +
                                std::move(wrong));
-  if (build.problems.empty())
-    build.image = sim::NodeImage{std::move(image.entries), std::move(image.limits), std::move(image.values),
-                                 std::move(image.node_id_values)};
+  if (!build.problems.empty()) return build;
+  constexpr std::uint16_t kDeviceType = 0x1000;
+  const auto profile = static_cast<std::uint16_t>(dictionary.get(kDeviceType, 0));
+  const devices::DeviceKind& device = devices::device_for_profile(profile);
+  build.node.emplace();
+  build.node->image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
+                       std::move(image.node_id_values)};
+  build.node->parts.behaviour = device.make;
+  build.node->device = device.name;
   return build;
 }
 

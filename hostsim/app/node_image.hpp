@@ -14,11 +14,18 @@
 
 namespace cbcan::app {
 
+/// A node ready to be put into a world.
+struct BuiltNode {
+  sim::NodeImage image;
+  sim::NodeParts parts;
+  std::string device;  ///< name of a device of devices.hpp
+};
+
 struct NodeBuild {
-  std::optional<sim::NodeImage> image;  ///< none if the EDS file cannot be read or a value cannot be put in
-  std::vector<std::string> problems;    ///< why there is no image
-  std::vector<std::string> warnings;    ///< what is wrong in the EDS file and what is used in its place
-  std::vector<std::string> notes;       ///< of interest to somebody who asks
+  std::optional<BuiltNode> node;      ///< none if the EDS file cannot be read or a value cannot be put in
+  std::vector<std::string> problems;  ///< why there is no image
+  std::vector<std::string> warnings;  ///< what is wrong in the EDS file and what is used in its place
+  std::vector<std::string> notes;     ///< of interest to somebody who asks
 };
 
 NodeBuild build_node(const NodeConfig& node, const FileReader& read);

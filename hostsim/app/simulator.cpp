@@ -35,6 +35,8 @@ RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
 }
 
+constexpr std::string_view kError = "error: ";
+
 std::string summary_of(const Coprocessor& coprocessor, const io::ModbusTcp::Counters& modbus) {
   const auto& sdo = coprocessor.sdo_client().counters();
   std::ostringstream text;
@@ -50,34 +52,81 @@ std::string summary_of(const Coprocessor& coprocessor, const io::ModbusTcp::Coun
 
 }  // namespace
 
-Simulator::Simulator(const Config& config, std::vector<sim::NodeImage> images, const io::Warn& warn)
-    : can_(can_spec(config.can)), signals_(reactor_), world_(config.can.bit_rate) {
+Simulator::Simulator(const Config& config, std::vector<BuiltNode> nodes, const io::Warn& warn)
+    : can_(can_spec(config.can)),
+      warn_(warn),
+      signals_(reactor_),
+      started_(config.time.clock == ClockKind::kManual ? 0 : io::Reactor::now()),
+      world_(config.can.bit_rate, config.random.seed, this),
+      control_(world_, nodes_, started_) {
   if (config.time.clock == ClockKind::kManual) input_.emplace(reactor_, STDIN_FILENO);
   if (config.module.enabled) {
     module_ = &world_.add_module(window_of(registers_), settings_of(config.module));
     modbus_.emplace(
         reactor_, registers_, settings_of(config.modbus), [this](bool /*wrote*/) { advance(); }, warn);
   }
-  for (std::size_t i = 0; i < images.size(); ++i)
-    world_.add_node(config.nodes[i].id, std::move(images[i]));
+  add_nodes(config, std::move(nodes));
+  set_faults(config);
   if (config.can.kind == CanKind::kSocketCan)
     socketcan_.emplace(reactor_, world_.bus(), config.can.interface_name, warn);
-  if (!config.can.slcan.empty()) open_slcan(config, warn);
-  if (!config.log.file.empty()) open_log(config, warn);
+  if (!config.can.slcan.empty()) open_slcan(config);
+  if (!config.control.listen.empty()) open_control(config);
+  if (!config.log.file.empty()) open_log(config);
+}
+
+void Simulator::add_nodes(const Config& config, std::vector<BuiltNode> nodes) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const NodeConfig& node = config.nodes[i];
+    sim::NodeParts& parts = nodes[i].parts;
+    parts.listener = this;
+    if (!node.parameters.empty())
+      parts.parameters =
+          parameters_.emplace_back(std::make_unique<io::ParameterFile>(node.parameters, warn_)).get();
+    const std::uint8_t id = node.id == 0 ? sim::Node::kNoNodeId : node.id;
+    sim::Node& made = world_.add_node(id, std::move(nodes[i].image), parts);
+    nodes_.push_back({&made, node.name, nodes[i].device});
+  }
+}
+
+void Simulator::set_faults(const Config& config) {
+  for (const FaultConfig& fault : config.can.faults)
+    world_.faults().add(fault.fault, started_);
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    for (const FaultConfig& fault : config.nodes[i].faults)
+      nodes_[i].node->add_fault(fault.fault, started_);
+}
+
+/// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
+/// begins.
+void Simulator::tell_time_of_day() {
+  constexpr Time kDay = 24 * 3600 * kSecond;
+  constexpr Time kDaysTo1984 = 5113;  // since 1970
+  if (input_) return;
+  const Time since_1970 = started_ + io::Reactor::wall_offset();
+  const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
+                       static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
+  for (const PlantNode& plant : nodes_)
+    plant.node->device().time_stamp().set(time, started_);
 }
 
 /// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
-void Simulator::open_slcan(const Config& config, const io::Warn& warn) {
+void Simulator::open_slcan(const Config& config) {
   const std::size_t most_unsent = input_ ? sim::SlcanAdapter::kUnlimited : sim::SlcanAdapter::kMostUnsent;
   slcan_.emplace(
       reactor_, world_.bus(), io::parse_stream_address(config.can.slcan), most_unsent, [this] { advance(); },
-      warn);
+      warn_);
+}
+
+void Simulator::open_control(const Config& config) {
+  commands_.emplace(
+      reactor_, io::parse_stream_address(config.control.listen),
+      [this](std::string_view line) { return execute(line); }, warn_);
 }
 
 /// A manual clock's log begins at 0, and is the same every time.
-void Simulator::open_log(const Config& config, const io::Warn& warn) {
+void Simulator::open_log(const Config& config) {
   const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
-  log_.emplace(config.log.file, interface, input_ ? 0 : io::Reactor::wall_offset(), warn);
+  log_.emplace(config.log.file, interface, input_ ? 0 : io::Reactor::wall_offset(), warn_);
   world_.bus().observe(*log_);
 }
 
@@ -86,10 +135,12 @@ std::string Simulator::where() const {
   if (modbus_) text += "modbus=" + io::to_string(modbus_->address()) + " ";
   text += "can=" + can_;
   if (slcan_) text += " slcan=" + io::to_string(slcan_->address());
+  if (commands_) text += " control=" + io::to_string(commands_->address());
   return text;
 }
 
 void Simulator::run() {
+  tell_time_of_day();
   world_.start(now());
   while (!signals_.stop_requested() && !(input_ && input_->ended())) {
     turn(kNever);
@@ -103,17 +154,27 @@ std::size_t Simulator::turn(Time until) {
   if (modbus_) modbus_->poll(io::Reactor::now());
   if (log_) log_->flush();
   if (slcan_) slcan_->flush();
+  if (commands_) commands_->flush();
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
 void Simulator::take_input() {
   input_->poll();
   for (auto line = input_->take(); line && !signals_.stop_requested(); line = input_->take()) {
-    const Time duration = parse_pass(*line);
-    for (int turns = 0; turns < kMostTurnsBeforePass && turn(0) != 0; ++turns) {
+    for (int turns = 0; turns < kMostTurnsBeforeLine && turn(0) != 0; ++turns) {
     }
-    pass(duration);
+    take_line(*line);
   }
+}
+
+/// A line that means nothing ends the program: whoever wrote it is a script.
+void Simulator::take_line(const std::string& line) {
+  if (is_pass(line)) return pass(parse_pass(line));
+  const std::string answer = execute(line);
+  if (answer.starts_with(kError))
+    throw io::UsageError("standard input: " +
+                         answer.substr(kError.size(), answer.size() - kError.size() - 1));
+  std::cout << answer << std::flush;
 }
 
 /// What came due has been sent when the answer is printed.
@@ -122,7 +183,21 @@ void Simulator::pass(Time duration) {
   advance();
   if (log_) log_->flush();
   if (slcan_) slcan_->flush();
-  std::cout << at_text(now_) << std::endl;
+  std::cout << "at " << seconds_text(now_) << std::endl;
+}
+
+/// What the command brings about has happened when it is answered.
+std::string Simulator::execute(std::string_view line) {
+  advance();
+  std::string answer = control_.execute(line, now());
+  advance();
+  if (log_) log_->flush();
+  if (slcan_) slcan_->flush();
+  return answer;
+}
+
+void Simulator::on_fault(std::string_view text, Time now) {
+  warn_(seconds_text(now - started_) + " " + std::string(text));
 }
 
 void Simulator::advance() {

@@ -252,6 +252,12 @@ void Node::follow_signals(Time now) {
   update(now);
 }
 
+void Node::bring_up_to_date(Time now) {
+  faulty_.set_now(now);
+  refresh(now);
+  settle(now);
+}
+
 bool Node::set_incident(std::string_view incident, bool present, Time now) {
   if (!behaviour_) return false;
   const auto known = behaviour_->incidents();

@@ -61,6 +61,9 @@ class Node final : public Participant, private DeviceApplication, private Device
   /// input of the behaviour, or else the object itself. False = there is no such number.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
 
+  /// All values are those of `now`.
+  void bring_up_to_date(Time now);
+
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
 

@@ -28,8 +28,8 @@ TEST_CASE("what says no time is refused with what would be right") {
 }
 
 TEST_CASE("what time it is") {
-  CHECK(at_text(0) == "at 0.000000");
-  CHECK(at_text(1) == "at 0.000001");
-  CHECK(at_text(100'000) == "at 0.100000");
-  CHECK(at_text(3'600'000'042) == "at 3600.000042");
+  CHECK(seconds_text(0) == "0.000000");
+  CHECK(seconds_text(1) == "0.000001");
+  CHECK(seconds_text(100'000) == "0.100000");
+  CHECK(seconds_text(3'600'000'042) == "3600.000042");
 }

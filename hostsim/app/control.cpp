@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: MIT
+#include "app/control.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "app/manual_clock.hpp"
+#include "app/suggest.hpp"
+#include "app/value.hpp"
+#include "canopen/little_endian.hpp"
+
+namespace cbcan::app {
+
+namespace {
+
+using Words = std::vector<std::string_view>;
+
+/// What the answer's last line complains about.
+class Refused : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+constexpr std::string_view kBlanks = " \t";
+
+Words words_of(std::string_view line) {
+  Words words;
+  while (true) {
+    const auto first = line.find_first_not_of(kBlanks);
+    if (first == std::string_view::npos) return words;
+    line.remove_prefix(first);
+    words.push_back(line.substr(0, line.find_first_of(kBlanks)));
+    line.remove_prefix(words.back().size());
+  }
+}
+
+std::string quoted(std::string_view word) {
+  return "\"" + std::string(word) + "\"";
+}
+
+std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high,
+                        const std::string& what) {
+  const auto number = parse_integer(text);
+  if (!number || *number < low || *number > high)
+    throw Refused(what + " " + quoted(text) + ": must be " + std::to_string(low) + ".." +
+                  std::to_string(high));
+  return static_cast<std::uint32_t>(*number);
+}
+
+struct Address {
+  std::uint16_t index;
+  std::uint8_t sub;
+};
+
+/// "0x6041", "0x6401:2"
+Address address_of(std::string_view text) {
+  constexpr std::uint32_t kMostIndex = 0xFFFF;
+  const auto colon = text.find(':');
+  Address address{};
+  address.index = static_cast<std::uint16_t>(number_of(text.substr(0, colon), 1, kMostIndex, "index"));
+  if (colon != std::string_view::npos)
+    address.sub = static_cast<std::uint8_t>(number_of(text.substr(colon + 1), 0, 0xFF, "sub-index"));
+  return address;
+}
+
+std::string object_name(const Address& address) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%04Xh:%02X", address.index, address.sub);
+  return text.data();
+}
+
+std::string_view name_of(nmt::State state) {
+  switch (state) {
+    case nmt::State::kInitialising: return "initialising";
+    case nmt::State::kStopped: return "stopped";
+    case nmt::State::kOperational: return "operational";
+    case nmt::State::kPreOperational: return "pre-operational";
+  }
+  return "";
+}
+
+std::string id_text(const sim::Node& node) {
+  const std::uint8_t id = node.device().node_id();
+  return id == sim::Node::kNoNodeId ? "-" : std::to_string(id);
+}
+
+/// As a plant file would write it.
+std::string text_of_value(std::span<const std::uint8_t> bytes, DataType type) {
+  const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
+  if (type == DataType::kReal32)
+    return value_text(double{std::bit_cast<float>(static_cast<std::uint32_t>(raw))});
+  if (type == DataType::kReal64) return value_text(std::bit_cast<double>(raw));
+  if (type == DataType::kBoolean) return value_text(raw != 0);
+  if (is_signed(type)) return value_text(sign_extend(raw, bytes.size()));
+  if (type == DataType::kVisibleString) return value_text(std::string(bytes.begin(), bytes.end()));
+  if (size_of(type) != 0) return std::to_string(raw);
+  return value_text(Bytes(bytes.begin(), bytes.end()));
+}
+
+std::string line_of(const sim::SetFault& set) {
+  return std::to_string(set.number) + " " + set.text + " occasions=" + std::to_string(set.occasions) +
+         " fired=" + std::to_string(set.fired) + "\n";
+}
+
+/// One line's execution.
+class Execution {
+ public:
+  Execution(sim::World& world, const std::vector<PlantNode>& nodes, Words words, Time started, Time now)
+      : world_(world), nodes_(nodes), words_(std::move(words)), started_(started), now_(now) {}
+
+  std::string run();
+
+ private:
+  struct Command {
+    std::string_view name;
+    std::size_t least;  ///< words behind the name
+    std::size_t most;
+    std::string_view usage;
+    std::string_view meaning;
+    std::string (Execution::*run)();
+  };
+  static std::span<const Command> commands();
+
+  std::string list_nodes();
+  std::string get();
+  std::string set();
+  std::string incident();
+  std::string fault();
+  std::string list_faults();
+  std::string clear();
+  std::string tell_time() { return "ok " + seconds_text(now_ - started_) + "\n"; }
+  std::string help();
+
+  bool is_bus(std::string_view word) const { return word == "bus"; }
+  sim::Node& node(std::string_view word) const;
+  std::string faults_of(std::string_view place, std::span<const sim::SetFault> faults) const;
+
+  sim::World& world_;
+  const std::vector<PlantNode>& nodes_;
+  Words words_;
+  Time started_;
+  Time now_;
+};
+
+std::span<const Execution::Command> Execution::commands() {
+  constexpr std::size_t kAny = ~std::size_t{0};
+  static constexpr std::array kCommands = std::to_array<Command>({
+      {"nodes", 0, 0, "nodes", "the nodes, a line each", &Execution::list_nodes},
+      {"get", 2, 2, "get NODE INDEX[:SUB]", "a value of its dictionary", &Execution::get},
+      {"set", 3, 3, "set NODE INDEX[:SUB] NUMBER", "an input gets this value from outside", &Execution::set},
+      {"incident", 3, 3, "incident NODE NAME on|off", "something happens to the device, or is over",
+       &Execution::incident},
+      {"fault", 2, kAny, "fault NODE|bus KIND [KEY=VALUE ...]",
+       "a fault on purpose; the answer is its number", &Execution::fault},
+      {"faults", 0, 1, "faults [NODE|bus]", "the faults that are set, a line each", &Execution::list_faults},
+      {"clear", 0, 2, "clear [NODE|bus [NUMBER]]", "no more faults: all, one place's, or one of them",
+       &Execution::clear},
+      {"time", 0, 0, "time", "seconds since the start", &Execution::tell_time},
+      {"help", 0, 0, "help", "these lines", &Execution::help},
+  });
+  return kCommands;
+}
+
+std::string Execution::run() {
+  const auto known = commands();
+  const auto command = std::ranges::find(known, words_.front(), &Command::name);
+  if (command == known.end()) {
+    std::vector<std::string_view> names;
+    for (const Command& other : known)
+      names.push_back(other.name);
+    throw Refused(quoted(words_.front()) + ": no such command" + did_you_mean(words_.front(), names) +
+                  "; help lists them");
+  }
+  const std::size_t given = words_.size() - 1;
+  if (given < command->least || given > command->most) throw Refused("write " + std::string(command->usage));
+  return (this->*command->run)();
+}
+
+sim::Node& Execution::node(std::string_view word) const {
+  if (word.starts_with('#')) {
+    const std::uint32_t place =
+        number_of(word.substr(1), 1, static_cast<std::uint32_t>(nodes_.size()), "node");
+    return *nodes_[place - 1].node;
+  }
+  const std::uint32_t id = number_of(word, 1, nmt::kMaxNode, "node");
+  const auto found = std::ranges::find_if(
+      nodes_, [id](const PlantNode& plant) { return plant.node->device().node_id() == id; });
+  if (found == nodes_.end())
+    throw Refused("node " + std::string(word) + ": not in this plant; nodes lists them");
+  return *found->node;
+}
+
+std::string Execution::list_nodes() {
+  std::string text;
+  for (std::size_t place = 0; place < nodes_.size(); ++place) {
+    const PlantNode& plant = nodes_[place];
+    text += "#" + std::to_string(place + 1) + " " + id_text(*plant.node) + " " +
+            std::string(name_of(plant.node->device().state())) + " " + plant.device;
+    if (!plant.name.empty()) text += " " + quoted(plant.name);
+    text += "\n";
+  }
+  return text + "ok\n";
+}
+
+std::string Execution::get() {
+  sim::Node& of = node(words_[1]);
+  const Address address = address_of(words_[2]);
+  const ObjectEntry* entry = nullptr;
+  if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
+    throw Refused(object_name(address) + ": node " + std::string(words_[1]) + " has no such object");
+  of.bring_up_to_date(now_);
+  return "ok " + text_of_value(of.device().dictionary().value(*entry, address.sub), entry->type) + "\n";
+}
+
+std::string Execution::set() {
+  sim::Node& of = node(words_[1]);
+  const Address address = address_of(words_[2]);
+  const Value value = parse_value(words_[3]);
+  double number = 0;
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    number = static_cast<double>(*integer);
+  } else if (const auto* real = std::get_if<double>(&value)) {
+    number = *real;
+  } else if (const auto* flag = std::get_if<bool>(&value)) {
+    number = *flag ? 1 : 0;
+  } else {
+    throw Refused(quoted(words_[3]) + ": must be a number, true or false");
+  }
+  if (!of.set_input(address.index, address.sub, number, now_))
+    throw Refused(object_name(address) + ": node " + std::string(words_[1]) + " has no such number");
+  return "ok\n";
+}
+
+std::string Execution::incident() {
+  sim::Node& of = node(words_[1]);
+  if (words_[3] != "on" && words_[3] != "off") throw Refused(quoted(words_[3]) + ": must be on or off");
+  if (of.set_incident(words_[2], words_[3] == "on", now_)) return "ok\n";
+  std::string known;
+  if (of.behaviour() != nullptr)
+    for (const std::string_view name : of.behaviour()->incidents())
+      known += (known.empty() ? "; it has " : ", ") + std::string(name);
+  throw Refused(quoted(words_[2]) + ": node " + std::string(words_[1]) + " has no such incident" + known);
+}
+
+std::string Execution::fault() {
+  const char* const kind = words_[2].data();
+  const std::string_view text(kind,
+                              static_cast<std::size_t>(words_.back().data() + words_.back().size() - kind));
+  const bool of_bus = is_bus(words_[1]);
+  sim::FaultOrProblem parsed =
+      sim::parse_fault(text, of_bus ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
+  if (!parsed.problem.empty()) throw Refused(parsed.problem);
+  const unsigned number =
+      of_bus ? world_.faults().add(parsed.fault, now_) : node(words_[1]).add_fault(parsed.fault, now_);
+  return "ok " + std::to_string(number) + "\n";
+}
+
+std::string Execution::faults_of(std::string_view place, std::span<const sim::SetFault> faults) const {
+  std::string text;
+  for (const sim::SetFault& set : faults)
+    text += std::string(place) + " " + line_of(set);
+  return text;
+}
+
+std::string Execution::list_faults() {
+  std::string text;
+  const bool all = words_.size() == 1;
+  if (all || is_bus(words_[1])) text += faults_of("bus", world_.faults().list());
+  if (all) {
+    for (std::size_t place = 0; place < nodes_.size(); ++place)
+      text += faults_of("#" + std::to_string(place + 1), nodes_[place].node->faults());
+  } else if (!is_bus(words_[1])) {
+    text += faults_of(words_[1], node(words_[1]).faults());
+  }
+  return text + "ok\n";
+}
+
+std::string Execution::clear() {
+  constexpr std::uint32_t kMostNumber = 1'000'000'000;
+  if (words_.size() == 1) {
+    world_.faults().clear(now_);
+    for (const PlantNode& plant : nodes_)
+      plant.node->clear_faults(now_);
+    return "ok\n";
+  }
+  sim::Node* const of = is_bus(words_[1]) ? nullptr : &node(words_[1]);
+  if (words_.size() == 2) {
+    of == nullptr ? world_.faults().clear(now_) : of->clear_faults(now_);
+    return "ok\n";
+  }
+  const std::uint32_t number = number_of(words_[2], 1, kMostNumber, "fault");
+  const bool was_there =
+      of == nullptr ? world_.faults().remove(number, now_) : of->remove_fault(number, now_);
+  if (!was_there)
+    throw Refused("fault " + std::string(words_[2]) + ": " + std::string(words_[1]) +
+                  " has none with this number");
+  return "ok\n";
+}
+
+std::string Execution::help() {
+  std::string text;
+  for (const Command& command : commands()) {
+    std::array<char, 100> line{};
+    std::snprintf(line.data(), line.size(), "%-37s %s\n", command.usage.data(), command.meaning.data());
+    text += line.data();
+  }
+  return text + "ok\n";
+}
+
+}  // namespace
+
+std::string Control::execute(std::string_view line, Time now) {
+  Words words = words_of(line);
+  if (words.empty()) return {};
+  try {
+    return Execution(world_, nodes_, std::move(words), started_, now).run();
+  } catch (const Refused& refused) {
+    return "error: " + std::string(refused.what()) + "\n";
+  }
+}
+
+}  // namespace cbcan::app

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Commands at run time, one line each, from a socket (--control) or, on a manual clock, from standard input:
+/// what the world does to the plant, and what one may want to know of it. docs/control.md is the page about
+/// them.
+///
+///   nodes                            the nodes, a line each
+///   get NODE INDEX[:SUB]             a value of its dictionary, brought up to date
+///   set NODE INDEX[:SUB] NUMBER      an input gets this value from outside
+///   incident NODE NAME on|off        something happens to the device, or is over
+///   fault NODE|bus KIND [KEY=VALUE]  a fault on purpose from now on; the answer is its number
+///   faults [NODE|bus]                the faults that are set, a line each
+///   clear [NODE|bus [NUMBER]]        no more faults: all, one place's, or one of them
+///   time                             seconds since the start
+///   help                             these lines
+///
+/// NODE is a node ID, or #N for the N-th node of the plant. The last line of every answer is "ok", with a
+/// value where there is one, or "error: " and what is wrong.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cbcan/time.hpp"
+#include "sim/world.hpp"
+
+namespace cbcan::app {
+
+/// A node of the plant under its names.
+struct PlantNode {
+  sim::Node* node;
+  std::string name;    ///< for people; may be empty
+  std::string device;  ///< "cia402"
+};
+
+class Control {
+ public:
+  /// World and nodes outlive it. `started`: when the world was.
+  Control(sim::World& world, const std::vector<PlantNode>& nodes, Time started)
+      : world_(world), nodes_(nodes), started_(started) {}
+
+  /// Does what the line says, at this time, and returns the answer: lines with their ends. What follows on
+  /// the bus has not happened yet: advance the world before anybody sees the answer.
+  std::string execute(std::string_view line, Time now);
+
+ private:
+  sim::World& world_;
+  const std::vector<PlantNode>& nodes_;
+  Time started_;
+};
+
+}  // namespace cbcan::app
