@@ -174,8 +174,9 @@ std::string Execution::run() {
     std::vector<std::string_view> names;
     for (const Command& other : known)
       names.push_back(other.name);
-    throw Refused(quoted(words_.front()) + ": no such command" + did_you_mean(words_.front(), names) +
-                  "; help lists them");
+    const std::string suggestion = did_you_mean(words_.front(), names);
+    throw Refused(quoted(words_.front()) + ": no such command" +
+                  (suggestion.empty() ? "; help lists them" : suggestion));
   }
   const std::size_t given = words_.size() - 1;
   if (given < command->least || given > command->most) throw Refused("write " + std::string(command->usage));

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// Commands at run time, on a plant of two nodes.
+
+#include "app/control.hpp"
+
+#include <fstream>
+#include <sstream>
+
+#include "app/node_image.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::app {
+namespace {
+
+std::optional<std::string> read_plant_file(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return file ? std::optional(text.str()) : std::nullopt;
+}
+
+BuiltNode built(std::uint8_t id, const std::string& eds) {
+  NodeConfig node;
+  node.id = id;
+  node.eds = std::string(CBCAN_SOURCE_DIR "/plants/demo/") + eds;
+  NodeBuild build = build_node(node, read_plant_file);
+  REQUIRE(build.node);
+  return std::move(*build.node);
+}
+
+class Log final : public sim::Observer {
+ public:
+  void on_bus_frame(const Frame& frame, Time /*now*/) override { ids.push_back(frame.id); }
+  std::vector<std::uint32_t> ids;
+};
+
+struct Plant {
+  Plant() {
+    add(0x42, "io_module.eds", "I/O");
+    add(16, "drive.eds", "");
+    world.bus().observe(log);
+    world.start(now);
+    log.ids.clear();
+  }
+  void add(std::uint8_t id, const std::string& eds, const std::string& name) {
+    BuiltNode node = built(id, eds);
+    sim::Node& made = world.add_node(id, std::move(node.image), node.parts);
+    nodes.push_back({&made, name, node.device});
+  }
+  std::string run(std::string_view line) {
+    std::string answer = control.execute(line, now);
+    world.advance(now);
+    return answer;
+  }
+
+  Time now = 5 * kSecond;
+  sim::World world;
+  std::vector<PlantNode> nodes;
+  Log log;
+  Control control{world, nodes, 5 * kSecond};
+};
+
+}  // namespace
+
+TEST_CASE("nodes, time and help") {
+  Plant plant;
+  CHECK(plant.run("nodes") == "#1 66 pre-operational cia401 \"I/O\"\n#2 16 pre-operational cia402\nok\n");
+  plant.now += 1'500'000;
+  CHECK(plant.run(" time\t") == "ok 1.500000\n");
+  const std::string help = plant.run("help");
+  CHECK(help.starts_with("nodes "));
+  CHECK(help.ends_with("\nok\n"));
+  CHECK(plant.run("").empty());
+  CHECK(plant.run("  ").empty());
+}
+
+TEST_CASE("get shows values as a plant file would write them, brought up to date") {
+  Plant plant;
+  CHECK(plant.run("get 16 0x6041") == "ok 592\n");
+  CHECK(plant.run("get #2 0x6041:0") == "ok 592\n");
+  CHECK(plant.run("get 66 0x1008") == "ok \"cbcan I/O module\"\n");
+  CHECK(plant.run("set 0x42 0x6401:1 -5") == "ok\n");
+  CHECK(plant.run("get 0x42 0x6401:1") == "ok -5\n");
+  CHECK(plant.run("get 66 0x2000") == "error: 2000h:00: node 66 has no such object\n");
+  CHECK(plant.run("get 66 0x6401:300") == "error: sub-index \"300\": must be 0..255\n");
+  CHECK(plant.run("get 66 x") == "error: index \"x\": must be 1..65535\n");
+}
+
+TEST_CASE("set is an input: an event-driven TPDO tells of it") {
+  Plant plant;
+  plant.world.advance(plant.now);
+  CHECK(plant.run("set 66 0x6000:1 3") == "ok\n");
+  CHECK(plant.run("set 66 0x6000:1 true") == "ok\n");
+  CHECK(plant.run("get 66 0x6000:1") == "ok 1\n");
+  CHECK(plant.run("set 66 0x6000:1 abc") == "error: \"abc\": must be a number, true or false\n");
+  CHECK(plant.run("set 66 0x1008 1") == "error: 1008h:00: node 66 has no such number\n");
+  CHECK(plant.run("set 66 0x6000:1") == "error: write set NODE INDEX[:SUB] NUMBER\n");
+}
+
+TEST_CASE("incidents begin and end, and an EMCY tells of them") {
+  Plant plant;
+  CHECK(plant.run("incident 16 overtemperature on") == "ok\n");
+  CHECK(plant.log.ids == std::vector<std::uint32_t>{0x90});
+  CHECK(plant.run("get 16 0x603F") == "ok 16912\n");  // 4210h
+  CHECK(plant.run("incident 16 overtemperature off") == "ok\n");
+  CHECK(plant.run("incident 16 overtemperature maybe") == "error: \"maybe\": must be on or off\n");
+  CHECK(plant.run("incident 66 fire on") ==
+        "error: \"fire\": node 66 has no such incident; it has output-short-circuit, input-voltage-low\n");
+}
+
+TEST_CASE("faults are set, listed and cleared, each place its own") {
+  Plant plant;
+  CHECK(plant.run("fault 66 answer-never count=2") == "ok 1\n");
+  CHECK(plant.run("fault #1 heartbeat-stops") == "ok 2\n");
+  CHECK(plant.run("fault bus frame-loss probability=0.5") == "ok 1\n");
+  CHECK(plant.run("faults") ==
+        "bus 1 frame-loss probability=0.5 occasions=0 fired=0\n"
+        "#1 1 answer-never count=2 occasions=0 fired=0\n"
+        "#1 2 heartbeat-stops occasions=0 fired=0\nok\n");
+  CHECK(plant.run("faults 16") == "ok\n");
+  CHECK(plant.run("clear 66 1") == "ok\n");
+  CHECK(plant.run("clear 66 1") == "error: fault 1: 66 has none with this number\n");
+  CHECK(plant.run("faults 66") == "66 2 heartbeat-stops occasions=0 fired=0\nok\n");
+  CHECK(plant.run("clear bus") == "ok\n");
+  CHECK(plant.run("faults bus") == "ok\n");
+  CHECK(plant.run("clear") == "ok\n");
+  CHECK(plant.run("faults") == "ok\n");
+}
+
+TEST_CASE("what a command cannot mean is told, and nothing happens") {
+  Plant plant;
+  CHECK(plant.run("fautl 66 answer-never") ==
+        "error: \"fautl\": no such command; did you mean fault?\n");
+  CHECK(plant.run("shutdown") == "error: \"shutdown\": no such command; help lists them\n");
+  CHECK(plant.run("get 17 0x6041") == "error: node 17: not in this plant; nodes lists them\n");
+  CHECK(plant.run("get 300 0x6041") == "error: node \"300\": must be 1..127\n");
+  CHECK(plant.run("get #3 0x6041") == "error: node \"3\": must be 1..2\n");
+  CHECK(plant.run("fault 66 frame-loss").starts_with("error: "));
+  CHECK(plant.run("fault 66 answer-late dealy_ms=5").starts_with("error: "));
+  CHECK(plant.run("faults") == "ok\n");
+  CHECK(plant.log.ids.empty());
+}
+
+}  // namespace cbcan::app
