@@ -29,8 +29,8 @@ def names(found):
 
 
 def objects(found):
-    for path in sorted((ROOT / "hostsim/devices").glob("*.?pp")):
-        for index in re.findall(r"= 0x([69]\w{3});", path.read_text()):
+    for path in sorted((ROOT / "hostsim/devices").rglob("*.?pp")):
+        for index in re.findall(r"(?:= |\{d, )0x([69]\w{3})\b", path.read_text()):
             if f"{index}h" not in PAGE:
                 found.append(f"docs/devices.md: nothing about {index}h, which {path.name} uses")
 
