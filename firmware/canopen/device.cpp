@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "canopen/device.hpp"
 
+#include <utility>
+
 #include "canopen/little_endian.hpp"
 
 namespace cbcan {
@@ -137,8 +139,11 @@ void Device::fail(NetworkFailure failure, Time now) {
 }
 
 void Device::on_bus_state(BusState state, Time now) {
-  if (state == BusState::kBusOff && slave_.state() != nmt::State::kInitialising)
-    fail(NetworkFailure::kBusOff, now);
+  const bool was_off = std::exchange(bus_off_, state == BusState::kBusOff);
+  if (bus_off_ == was_off || slave_.state() == nmt::State::kInitialising) return;
+  if (bus_off_) return fail(NetworkFailure::kBusOff, now);
+  emergency_.error(number(EmergencyCode::kBusOffRecovered), ErrorRegister::kCommunication, {}, now);
+  emergency_.error_over(number(EmergencyCode::kBusOffRecovered), now);
 }
 
 // ---- The dictionary

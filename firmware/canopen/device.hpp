@@ -141,6 +141,7 @@ class Device final : private Application, private PdoApplication {
   TimeStamp time_;
   std::size_t known_lost_ = 0;  ///< what the heartbeat consumer had lost when it was last looked at
   bool known_unguarded_ = false;
+  bool bus_off_ = false;
   bool written_ = false;
 };
 

@@ -18,15 +18,11 @@
 
 namespace cbcan {
 
-/// Error codes that CiA 301 itself gives meaning to (table 26).
+/// Error codes of a device's communication (CiA 301, table 26); those of PDOs are in pdo.hpp.
 enum class EmergencyCode : std::uint16_t {
   kReset = 0x0000,
-  kCommunication = 0x8100,
   kBusOffRecovered = 0x8140,
   kHeartbeat = 0x8130,  ///< life guard error or heartbeat error
-  kPdoTooShort = 0x8210,
-  kPdoTooLong = 0x8220,
-  kRpdoTimeout = 0x8250,
 };
 
 /// Bits of the error register, 1001h.

@@ -303,13 +303,18 @@ TEST_CASE("Node guarding: the toggle bit alternates; life guarding watches the m
   rig.expect("0C2#0000000000000000");
 }
 
-TEST_CASE("Bus-off is a network failure too") {
+TEST_CASE("Bus-off is a network failure too; back on the bus it is told, by EMCY 8140h") {
   DeviceRig rig(everything());
   rig.start(true);
   rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
   CHECK(rig.events.empty());
   rig.device.on_bus_state(BusState::kBusOff, rig.now);
+  rig.device.on_bus_state(BusState::kBusOff, rig.now);
   CHECK(rig.events == std::vector<std::string>{"lost bus-off", "state 127"});
+  rig.expect_silence();
+  rig.device.on_bus_state(BusState::kActive, rig.now);
+  rig.expect("0C2#4081110000000000");
+  rig.expect("0C2#0000000000000000");
 }
 
 // ---- TIME
