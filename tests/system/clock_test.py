@@ -42,7 +42,12 @@ class Lines(unittest.TestCase):
         done = run("pass 1ms\nwait 5s\npass 1ms\n")
         self.assertEqual(done.returncode, 2)
         self.assertEqual(done.stdout.splitlines()[1:], ["at 0.001000"])
-        self.assertEqual(done.stderr, 'cbcan-sim: standard input: "wait 5s": write pass and how long, a whole number of us, ms or s, such '
+        self.assertEqual(done.stderr, 'cbcan-sim: standard input: "wait": no such command; help lists them\n')
+
+    def test_a_pass_of_no_time_is_told_what_would_be_right(self):
+        done = run("pass 5m\n")
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.stderr, 'cbcan-sim: standard input: "pass 5m": write pass and how long, a whole number of us, ms or s, such '
                                       "as pass 100ms\n")
 
     def test_a_day_of_heartbeats_is_the_same_every_time(self):

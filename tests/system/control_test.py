@@ -1,0 +1,179 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Commands at run time: over a socket on a running clock, and between `pass` lines on a standing one; signals, faults and stored
+parameters of a plant file."""
+
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+PROGRAM = program_from_arguments(sys.argv)
+EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo"
+READ, WRITE = 5055, 5066
+
+PLANT = """
+[modbus]
+port = 0
+
+[[node]]
+id = 5
+eds = "{eds}/io_module.eds"
+parameters = "module.par"
+signals = [ {{ index = 0x6401, sub = 1, shape = "ramp", from = 0, to = 1000, duration_ms = 1000, sample_ms = 100 }} ]
+faults = [ {{ kind = "answer-never", index = 0x6411, count = 1 }} ]
+"""
+
+
+class Commands:
+    """A client of the control socket."""
+
+    def __init__(self, address):
+        if address.startswith("unix:"):
+            self.socket = socket.socket(socket.AF_UNIX)
+            self.socket.settimeout(LIMIT)
+            self.socket.connect(address[len("unix:"):])
+        else:
+            host, port = address.rsplit(":", 1)
+            self.socket = socket.create_connection((host, int(port)), timeout=LIMIT)
+        self.lines = self.socket.makefile("r")
+
+    def __call__(self, line):
+        self.socket.sendall(line.encode() + b"\n")
+        answer = [self.lines.readline()]
+        while not answer[-1].startswith(("ok", "error: ")):
+            answer.append(self.lines.readline())
+        return "".join(answer)
+
+    def close(self):
+        self.lines.close()
+        self.socket.close()
+
+
+class OverASocket(unittest.TestCase):
+    def start(self, *options):
+        simulator = Simulator(PROGRAM, "--demo", *options)
+        self.addCleanup(simulator.stop)
+        commands = Commands(simulator.where["control"])
+        self.addCleanup(commands.close)
+        return simulator, commands
+
+    def test_what_a_command_has_brought_about_is_on_the_bus_when_it_is_answered(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0")
+        window = simulator.window()
+        self.addCleanup(window.socket.close)
+        self.assertEqual(commands("incident 0x42 output-short-circuit on"), "ok\n")
+        self.assertIn("0C2#2023030000000000", simulator.frames())
+        self.assertEqual(window.execute(READ, 0x42, 0x1001, 0, 1), 0)
+        self.assertEqual(commands("incident 0x42 output-short-circuit off"), "ok\n")
+        self.assertIn("0C2#0000000000000000", simulator.frames())
+
+    def test_a_fault_is_told_on_standard_error_each_time(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0")
+        window = simulator.window()
+        self.addCleanup(window.socket.close)
+        self.assertEqual(commands("fault 0x42 abort code=0x08000021 count=2"), "ok 1\n")
+        for _ in range(2):
+            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 4)
+            self.assertEqual(window.abort_code(), 0x08000021)
+        self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.assertEqual(commands("faults 0x42"), "0x42 1 abort code=0x08000021 count=2 occasions=2 fired=2\nok\n")
+        told = [line.split(" ", 2)[2] for line in simulator.errors()]
+        self.assertEqual(told, 2 * ["node 66: fault 1: abort code=0x08000021 count=2: 5C2#4300100091010F00"])
+
+    def test_a_unix_socket_that_is_taken_away_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = f"{folder}/control"
+            simulator, commands = self.start("--control", f"unix:{path}")
+            self.assertEqual(commands("get 1 0x9130:1"), "ok 99021\n")
+            self.assertEqual(simulator.stop()[0], 0)
+            self.assertFalse(pathlib.Path(path).exists())
+
+    def test_garbage_is_answered_and_nobody_else_notices(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0")
+        other = Commands(simulator.where["control"])
+        other.socket.sendall(bytes(range(256)) * 100 + b"\n" + b"x" * 100_000 + b"\n")
+        self.assertTrue(other.lines.readline().startswith("error: "))
+        other.close()
+        self.assertEqual(commands("time")[:3], "ok ")
+        self.assertEqual(commands("get 0x42"), "error: write get NODE INDEX[:SUB]\n")
+
+
+class OnAStandingClock(unittest.TestCase):
+    def run_plant(self, lines, folder):
+        plant = pathlib.Path(folder) / "plant.toml"
+        plant.write_text(PLANT.format(eds=EDS))
+        log = pathlib.Path(folder) / "bus.log"
+        done = subprocess.run([PROGRAM, "--config", str(plant), "--clock", "manual", "--log", str(log)], input=lines,
+                              capture_output=True, text=True, timeout=LIMIT)
+        return done, log.read_text()
+
+    def test_commands_between_passes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done, log = self.run_plant("get 5 0x6401:1\npass 500ms\nget 5 0x6401:1\npass 2s\nget 5 0x6401:1\ntime\n"
+                                       "incident 5 input-voltage-low on\n", folder)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.stdout.splitlines()[1:], ["ok 0", "at 0.500000", "ok 500", "at 2.500000", "ok 1000", "ok 2.500000", "ok"])
+        self.assertIn("(0000000002.500000) virtual 085#2031050000000000\n", log)
+
+    def test_a_wrong_command_ends_the_program(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done, _ = self.run_plant("pass 1ms\nincident 5 fire on\npass 1ms\n", folder)
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.stdout.splitlines()[1:], ["at 0.001000"])
+        self.assertIn('cbcan-sim: standard input: "fire": node 5 has no such incident; it has ', done.stderr)
+
+    def test_a_run_is_the_same_every_time(self):
+        lines = "fault bus frame-loss probability=0.3\nfault 5 answer-late delay_ms=7 probability=0.5\n" + \
+            "".join(f"set 5 0x6000:1 {step % 256}\npass 13ms\n" for step in range(50))
+        with tempfile.TemporaryDirectory() as folder:
+            runs = [self.run_plant(lines, folder) for _ in range(2)]
+        self.assertEqual(runs[0][0].stderr, runs[1][0].stderr)
+        self.assertEqual(runs[0][1], runs[1][1])
+
+    def test_stored_parameters_outlive_the_program(self):
+        with tempfile.TemporaryDirectory() as folder:
+            plant = pathlib.Path(folder) / "plant.toml"
+            plant.write_text(PLANT.format(eds=EDS))
+            for heartbeat in (0, 1234):
+                simulator = Simulator(PROGRAM, "--config", str(plant))
+                self.addCleanup(simulator.stop)
+                with simulator.window() as window:
+                    self.assertEqual(window.execute(READ, 5, 0x1017, 0, 2), 0)
+                    self.assertEqual(window.read(3706, 1), [heartbeat])
+                    if heartbeat == 0:
+                        self.assertEqual(window.execute(WRITE, 5, 0x1017, 0, 2, 1234), 0)
+                        self.assertEqual(window.execute(WRITE, 5, 0x1010, 1, 4, 0x6173, 0x6576), 0)
+                simulator.stop()
+            self.assertIn("1017:00 = D204\n", (pathlib.Path(folder) / "module.par").read_text())
+
+    def test_a_parameter_file_that_is_broken_is_told_with_its_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "module.par").write_text("# mine\n1017 = 5\n")
+            plant = pathlib.Path(folder) / "plant.toml"
+            plant.write_text(PLANT.format(eds=EDS))
+            done = subprocess.run([PROGRAM, "--config", str(plant)], capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(f'{folder}/module.par:2: "1017 = 5": write INDEX:SUB = BYTES', done.stderr)
+
+    def test_a_fault_of_the_plant_file_happens_at_the_first_occasion(self):
+        with tempfile.TemporaryDirectory() as folder:
+            plant = pathlib.Path(folder) / "plant.toml"
+            plant.write_text(PLANT.format(eds=EDS))
+            simulator = Simulator(PROGRAM, "--config", str(plant), "--sdo-timeout", "20")
+            self.addCleanup(simulator.stop)
+            with simulator.window() as window:
+                window.start(READ, 5, 0x6411, 1, 2)
+                wait_until(lambda: window.read(3700, 1) == [4], "the timeout")
+                self.assertEqual(window.abort_code(), 0x05040000)
+                window.start(READ, 5, 0x6411, 1, 2)
+                wait_until(lambda: window.read(3700, 1) == [0], "the answer after quarantine")
+
+
+cases.main()
