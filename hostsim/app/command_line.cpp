@@ -18,7 +18,6 @@ namespace {
 constexpr std::string_view kConfig = "--config";
 constexpr std::string_view kDemo = "--demo";
 constexpr std::string_view kVerbose = "--verbose";
-constexpr std::string_view kNoModule = "--no-module";
 
 /// The command line as it was typed, before anybody asks what the arguments mean.
 struct Typed {
@@ -39,15 +38,15 @@ Diagnostics collect(int argc, const char* const* argv, Typed& typed) {
   parser.add_flag("-h,--help", typed.help);
   parser.add_flag("--version", typed.version);
   parser.add_flag(std::string(kDemo), typed.demo);
-  std::string verbose;
-  std::string no_module;
-  parser.add_flag("-v,--verbose", verbose);
-  parser.add_flag(std::string(kNoModule), no_module);
   parser.add_option(std::string(kConfig), typed.config)->allow_extra_args(false);
   for (const std::string_view option : setting_options()) {
     auto& arguments = typed.settings[option];
-    if (option != kVerbose && option != kNoModule)
-      parser.add_option(std::string(option), arguments)->allow_extra_args(false);
+    const std::string name = (option == kVerbose ? "-v," : "") + std::string(option);
+    if (is_flag(option)) {
+      parser.add_flag(name, arguments);
+    } else {
+      parser.add_option(name, arguments)->allow_extra_args(false);
+    }
   }
   try {
     parser.parse(argc, argv);
@@ -57,8 +56,6 @@ Diagnostics collect(int argc, const char* const* argv, Typed& typed) {
   } catch (const CLI::ParseError& error) {
     return {about_option("command line", error.what())};
   }
-  if (!verbose.empty()) typed.settings[kVerbose] = {verbose};
-  if (!no_module.empty()) typed.settings[kNoModule] = {no_module};
   typed.unknown = parser.remaining();
   return {};
 }

@@ -1,27 +1,55 @@
 // SPDX-License-Identifier: MIT
 #include "app/config.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <map>
+#include <string_view>
+
+#include "sim/faults/random.hpp"
 
 namespace cbcan::app {
 namespace {
 
-std::string object_name(const InitialValue& object) {
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "%04Xh:%02X", object.index, object.sub);
-  return text.data();
+template <class Item>
+bool same_object(const Item& one, const Item& other) {
+  return one.index == other.index && one.sub == other.sub;
 }
 
-void check_objects(const NodeConfig& node, Diagnostics& found) {
-  for (auto later = node.objects.begin(); later != node.objects.end(); ++later) {
-    for (auto first = node.objects.begin(); first != later; ++first) {
-      if (first->index != later->index || first->sub != later->sub) continue;
-      found.push_back({later->place, "node " + std::to_string(node.id) + ": object " + object_name(*later) +
-                                         " is already set at " + to_string(first->place) +
+bool same_object(const SignalConfig& one, const SignalConfig& other) {
+  return same_object(one.signal, other.signal);
+}
+
+std::string name_of(const InitialValue& value) {
+  return "object " + object_name(value.index, value.sub) + " is already set at ";
+}
+
+std::string name_of(const SignalConfig& signal) {
+  return "object " + object_name(signal.signal.index, signal.signal.sub) + " already has a signal at ";
+}
+
+/// Values, or signals, of the same object.
+template <class Item>
+void check_objects(const NodeConfig& node, const std::vector<Item>& items, Diagnostics& found) {
+  for (auto later = items.begin(); later != items.end(); ++later) {
+    const auto first =
+        std::find_if(items.begin(), later, [&](const Item& item) { return same_object(item, *later); });
+    if (first != later)
+      found.push_back({later->place, node_name(node) + ": " + name_of(*later) + to_string(first->place) +
                                          "; remove one of the two"});
-      break;
-    }
+  }
+}
+
+void check_parameter_files(const Config& config, Diagnostics& found) {
+  std::map<std::string_view, const NodeConfig*> owners;
+  for (const NodeConfig& node : config.nodes) {
+    if (node.parameters.empty()) continue;
+    const auto [owner, is_first] = owners.emplace(node.parameters, &node);
+    if (!is_first)
+      found.push_back({node.place, node_name(node) + ": " + node.parameters +
+                                       " already has the parameters of " + node_name(*owner->second) +
+                                       "; every node needs a file of its own"});
   }
 }
 
@@ -29,7 +57,7 @@ void check_node_ids(const Config& config, Diagnostics& found) {
   std::array<const NodeConfig*, 128> owner{};
   for (const NodeConfig& node : config.nodes) {
     if (node.id == 0 || node.id >= owner.size()) continue;
-    const std::string who = "node " + std::to_string(node.id) + ": ";
+    const std::string who = node_name(node) + ": ";
     const NodeConfig*& first = owner[node.id];
     if (first != nullptr) {
       found.push_back({node.place, who + "already at " + to_string(first->place) +
@@ -49,14 +77,37 @@ std::string can_spec(const CanConfig& can) {
   return can.kind == CanKind::kVirtual ? "virtual" : "socketcan:" + can.interface_name;
 }
 
+std::string node_name(const NodeConfig& node) {
+  return node.id != 0 ? "node " + std::to_string(node.id) : "node without an ID";
+}
+
+std::string object_name(std::uint16_t index, std::uint8_t sub) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%04Xh:%02X", index, sub);
+  return text.data();
+}
+
+std::uint64_t node_seed(const Config& config, const NodeConfig& node) {
+  constexpr std::uint64_t kFirstWithoutId = 128;
+  std::uint64_t number = node.id;
+  if (number == 0)
+    number =
+        kFirstWithoutId + static_cast<std::uint64_t>(std::count_if(
+                              config.nodes.data(), &node, [](const NodeConfig& n) { return n.id == 0; }));
+  return sim::Random(std::uint64_t{config.random.seed} << 32 | number).next();
+}
+
 Diagnostics check(const Config& config) {
   Diagnostics found;
   check_node_ids(config, found);
+  check_parameter_files(config, found);
   if (config.time.clock == ClockKind::kManual && config.can.kind != CanKind::kVirtual)
     found.push_back(about_option("--clock manual", "the time of " + can_spec(config.can) +
                                                        " cannot stand still; use it with --can virtual"));
-  for (const NodeConfig& node : config.nodes)
-    check_objects(node, found);
+  for (const NodeConfig& node : config.nodes) {
+    check_objects(node, node.objects, found);
+    check_objects(node, node.signals, found);
+  }
   return found;
 }
 

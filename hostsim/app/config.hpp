@@ -6,6 +6,7 @@
 /// settings.hpp has them as a table, with the names they go by in the file and on the command line.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -90,8 +91,9 @@ struct InitialValue {
 
 /// A value over time at an input of a node.
 struct SignalConfig {
-  sim::Signal signal;  ///< of a replay without its points
-  std::string file;    ///< of a replay: path of the CSV file, ready to be opened
+  sim::Signal signal;                 ///< of a replay without its points, of a noise without its seed
+  std::string file;                   ///< of a replay: path of the CSV file, ready to be opened
+  std::optional<std::uint32_t> seed;  ///< of a noise; none = it follows from the node's, see node_seed()
   Place place;
   bool operator==(const SignalConfig&) const = default;
 };
@@ -127,8 +129,19 @@ struct Config {
 /// "virtual" or "socketcan:vcan0"
 std::string can_spec(const CanConfig& can);
 
-/// What no single setting can tell: node IDs and objects given twice, a node with the module's ID. To be
-/// asked once both the plant file and the command line have been read.
+/// "node 5", "node without an ID"
+std::string node_name(const NodeConfig& node);
+
+/// "6401h:02"
+std::string object_name(std::uint16_t index, std::uint8_t sub);
+
+/// The seed of all that is random about `node`, one of `config.nodes`: it follows from random.seed and the
+/// node's ID, or, of one without, from how many of those stand before it. Nothing else in the plant changes
+/// it.
+std::uint64_t node_seed(const Config& config, const NodeConfig& node);
+
+/// What no single setting can tell: node IDs, objects, signals and parameter files given twice, a node with
+/// the module's ID. To be asked once both the plant file and the command line have been read.
 Diagnostics check(const Config& config);
 
 }  // namespace cbcan::app

@@ -25,7 +25,7 @@ std::vector<cbcan::app::BuiltNode> build_nodes(const cbcan::app::Config& config,
                                                const cbcan::app::FileReader& read, bool& good) {
   std::vector<cbcan::app::BuiltNode> nodes;
   for (const cbcan::app::NodeConfig& node : config.nodes) {
-    cbcan::app::NodeBuild build = cbcan::app::build_node(node, read);
+    cbcan::app::NodeBuild build = cbcan::app::build_node(node, cbcan::app::node_seed(config, node), read);
     for (const std::string& line : build.warnings)
       std::cerr << line << "\n";
     for (const std::string& line : build.problems)

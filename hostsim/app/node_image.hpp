@@ -2,7 +2,7 @@
 #pragma once
 
 /// From a node of the configuration to what the simulation runs: its EDS read, its values of the plant file
-/// put in.
+/// put in, its device found, its signals ready.
 
 #include <optional>
 #include <string>
@@ -17,18 +17,20 @@ namespace cbcan::app {
 /// A node ready to be put into a world.
 struct BuiltNode {
   sim::NodeImage image;
-  sim::NodeParts parts;
-  std::string device;  ///< name of a device of devices.hpp
+  sim::NodeParts parts;  ///< without parameters and listener
+  std::string device;    ///< name of a device of devices.hpp
 };
 
 struct NodeBuild {
-  std::optional<BuiltNode> node;      ///< none if the EDS file cannot be read or a value cannot be put in
-  std::vector<std::string> problems;  ///< why there is no image
+  std::optional<BuiltNode> node;      ///< none if a file cannot be read, or a value or a signal not be put in
+  std::vector<std::string> problems;  ///< why there is no node
   std::vector<std::string> warnings;  ///< what is wrong in the EDS file and what is used in its place
   std::vector<std::string> notes;     ///< of interest to somebody who asks
 };
 
-NodeBuild build_node(const NodeConfig& node, const FileReader& read);
+/// `seed`: see node_seed(). A node without an ID is built for the ID 0, see sim::Node; the node ID that a DCF
+/// has of its own counts for nothing.
+NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, const FileReader& read);
 
 /// The bytes of a value as an object of this type has them, little-endian; nullopt if it does not fit.
 std::optional<Bytes> encode(const Value& value, DataType type);

@@ -2,7 +2,9 @@
 #include "app/overrides.hpp"
 
 #include <algorithm>
-#include <array>
+#include <iterator>
+#include <set>
+#include <sstream>
 #include <utility>
 
 #include "app/settings.hpp"
@@ -14,11 +16,12 @@ namespace cbcan::app {
 namespace {
 
 constexpr std::string_view kModbus = "--modbus";
-constexpr std::string_view kNoModule = "--no-module";
 constexpr std::string_view kNode = "--node";
-constexpr std::string_view kName = "--name";
 constexpr std::string_view kHeartbeat = "--heartbeat";
 constexpr std::string_view kObject = "--object";
+constexpr std::string_view kSignal = "--signal";
+constexpr std::string_view kFault = "--fault";
+constexpr std::string_view kOpposite = "--no-";
 
 /// The parts left and right of the first `mark`; one part where there is none.
 std::vector<std::string> split(const std::string& text, char mark) {
@@ -27,13 +30,32 @@ std::vector<std::string> split(const std::string& text, char mark) {
   return {text.substr(0, at), text.substr(at + 1)};
 }
 
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream stream(text);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
+/// An example of a plant file in the words of an option: "to=100"
+std::string as_word(std::string_view example) {
+  std::string word(example);
+  std::erase_if(word, [](char letter) { return letter == ' ' || letter == '"'; });
+  return word;
+}
+
+bool same_object(const InitialValue& one, const InitialValue& other) {
+  return one.index == other.index && one.sub == other.sub;
+}
+
+bool same_object(const SignalConfig& one, const SignalConfig& other) {
+  return one.signal.index == other.signal.index && one.signal.sub == other.signal.sub;
+}
+
 /// What the plant file set gives way; what another option set stays, so that check() complains about the two.
-void put_object(NodeConfig& node, InitialValue object) {
-  const auto same = std::ranges::find_if(node.objects, [&object](const InitialValue& other) {
-    return other.index == object.index && other.sub == object.sub && other.place.line != 0;
-  });
-  if (same != node.objects.end()) node.objects.erase(same);
-  node.objects.push_back(std::move(object));
+template <class Item>
+void put_item(std::vector<Item>& items, Item item) {
+  std::erase_if(items,
+                [&item](const Item& other) { return same_object(other, item) && other.place.line != 0; });
+  items.push_back(std::move(item));
 }
 
 class Overrides {
@@ -43,16 +65,22 @@ class Overrides {
   Diagnostics apply() {
     for (const auto& row : settings()) {
       const std::string_view option = option_name(row.option);
-      if (option == kModbus || option == kNoModule) continue;
+      if (option == kModbus) continue;
       for (const std::string& text : arguments_.at(option))
         apply_setting(row, text, at(option, text));
     }
     each(kModbus, &Overrides::apply_modbus);
-    each(kNoModule, &Overrides::apply_no_module);
     each(kNode, &Overrides::apply_node);
-    each(kName, &Overrides::apply_name);
+    for (const auto& row : node_settings()) {
+      const std::string_view option = option_name(row.option);
+      if (option == kNode || option == kHeartbeat) continue;
+      for (const std::string& text : arguments_.at(option))
+        apply_to_node(row, text, at(option, text));
+    }
     each(kHeartbeat, &Overrides::apply_heartbeat);
     each(kObject, &Overrides::apply_object);
+    each(kSignal, &Overrides::apply_signal);
+    each(kFault, &Overrides::apply_fault);
     return std::move(found_);
   }
 
@@ -70,7 +98,8 @@ class Overrides {
   void complain(const Place& where, std::string message) { found_.push_back({where, std::move(message)}); }
 
   void apply_setting(const Setting<Config>& row, const std::string& text, const Place& where) {
-    Problem problem = assign_text(row, config_, text);
+    const bool opposite = row.option.starts_with(kOpposite) && (text == "true" || text == "false");
+    Problem problem = assign_text(row, config_, opposite ? (text == "true" ? "false" : "true") : text);
     if (!problem.empty()) complain(where, std::move(problem));
   }
 
@@ -84,9 +113,7 @@ class Overrides {
 
   template <class Target>
   static Problem assign_text(const Setting<Target>& row, Target& target, const std::string& text) {
-    const bool parsed =
-        row.type != SettingType::kText && row.type != SettingType::kPath && row.type != SettingType::kAddress;
-    return assign(row, target, parsed ? parse_value(text) : Value(text));
+    return assign(row, target, is_text(row.type) ? Value(text) : parse_value(text));
   }
 
   void apply_modbus(const std::string& text, const Place& where) {
@@ -96,12 +123,6 @@ class Overrides {
     } catch (const io::UsageError& error) {
       complain(where, error.what());
     }
-  }
-
-  /// The opposite of its setting.
-  void apply_no_module(const std::string& text, const Place& where) {
-    if (text != "true" && text != "false") return complain(where, "must be true or false");
-    config_.module.enabled = text == "false";
   }
 
   void apply_node(const std::string& text, const Place& where) {
@@ -121,42 +142,114 @@ class Overrides {
     }
   }
 
-  void apply_name(const std::string& text, const Place& where) { apply_to_node("node.name", text, where); }
+  /// ID=VALUE; null after a complaint, else the node, and what `parts` has on the right is the value.
+  NodeConfig* node_of(const Setting<NodeConfig>& row, const std::vector<std::string>& parts,
+                      const Place& where) {
+    if (parts.size() == 2) return addressed(parts[0], where);
+    complain(where, "must be " + std::string(option_argument(row.option)));
+    return nullptr;
+  }
+
+  void apply_to_node(const Setting<NodeConfig>& row, const std::string& text, const Place& where) {
+    const auto parts = split(text, '=');
+    if (NodeConfig* node = node_of(row, parts, where)) assign_part(row, *node, parts[1], where);
+  }
 
   void apply_heartbeat(const std::string& text, const Place& where) {
-    apply_to_node("node.heartbeat_ms", text, where);
-  }
-
-  void apply_to_node(std::string_view key, const std::string& text, const Place& where) {
-    const auto& row = setting_of(node_settings(), key);
+    const auto& row = setting_of(node_settings(), "node.heartbeat_ms");
     const auto parts = split(text, '=');
-    if (parts.size() != 2) return complain(where, "must be " + std::string(option_argument(row.option)));
     NodeConfig given;
     given.place = where;
-    NodeConfig* node = addressed(parts[0], where);
-    if (node == nullptr || !assign_part(row, given, parts[1], where)) return;
-    if (!given.name.empty()) node->name = given.name;
-    for (InitialValue& object : given.objects)
-      put_object(*node, std::move(object));
+    NodeConfig* node = node_of(row, parts, where);
+    if (node != nullptr && assign_part(row, given, parts[1], where))
+      put_item(node->objects, given.objects.front());
   }
 
-  void apply_object(const std::string& text, const Place& where) {
+  /// ID:INDEX:SUB=VALUE, where `key` is the one of the value: the node after no complaint, else null.
+  template <class Item>
+  NodeConfig* apply_address(std::span<const Setting<Item>> rows, std::string_view value_key,
+                            const std::string& text, const std::string& form, Item& item) {
     const auto sides = split(text, '=');
     const auto address = split(sides[0], ':');
     if (sides.size() != 2 || address.size() != 2) {
-      return complain(where, "must be ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1");
+      complain(item.place, "must be " + form);
+      return nullptr;
     }
     const auto object_address = split(address[1], ':');
+    const std::string table(table_of(value_key));
+    const auto part = [&](const std::string& key, const std::string& typed) {
+      return assign_part(setting_of(rows, key), item, typed, item.place);
+    };
+    bool good = part(table + ".index", object_address[0]);
+    if (object_address.size() == 2) good = part(table + ".sub", object_address[1]) && good;
+    good = part(std::string(value_key), sides[1]) && good;
+    NodeConfig* node = addressed(address[0], item.place);
+    return good ? node : nullptr;
+  }
+
+  void apply_object(const std::string& text, const Place& where) {
     InitialValue object;
     object.place = where;
-    const auto part = [&](std::string_view key, const std::string& typed_part) {
-      return assign_part(setting_of(object_settings(), key), object, typed_part, where);
-    };
-    bool good = part("node.objects.index", object_address[0]);
-    if (object_address.size() == 2) good = part("node.objects.sub", object_address[1]) && good;
-    good = part("node.objects.value", sides[1]) && good;
-    NodeConfig* node = addressed(address[0], where);
-    if (node != nullptr && good) put_object(*node, std::move(object));
+    NodeConfig* node = apply_address(object_settings(), "node.objects.value", text,
+                                     "ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1", object);
+    if (node != nullptr) put_item(node->objects, std::move(object));
+  }
+
+  void apply_signal(const std::string& text, const Place& where) {
+    const std::vector<std::string> words = words_of(text);
+    SignalConfig signal;
+    signal.place = where;
+    NodeConfig* node = apply_address(
+        signal_settings(), kSignalShape, words.empty() ? text : words.front(),
+        "ID:INDEX:SUB=SHAPE KEY=VALUE..., such as 5:0x6401:1=sine amplitude=10 period_ms=60000", signal);
+    if (node == nullptr || !assign_keys({words.begin() + 1, words.end()}, signal)) return;
+    put_item(node->signals, std::move(signal));
+  }
+
+  /// key=value each; all that the signal's shape needs has to be there.
+  bool assign_keys(const std::vector<std::string>& words, SignalConfig& signal) {
+    std::set<std::string> given{"index", "sub", "shape"};
+    bool good = true;
+    for (const std::string& word : words) {
+      const auto sides = split(word, '=');
+      good = assign_key(sides[0], sides.size() == 2 ? sides[1] : "", given, signal) && good;
+    }
+    for (const auto& row : signal_settings()) {
+      const std::string key(leaf_of(row.key));
+      if (row.example.empty() || !belongs(row, signal) || given.contains(key)) continue;
+      complain(signal.place, key + ": is missing; add " + as_word(row.example));
+      good = false;
+    }
+    return good;
+  }
+
+  bool assign_key(const std::string& key, const std::string& value, std::set<std::string>& given,
+                  SignalConfig& signal) {
+    const auto rows = signal_settings();
+    const auto row = std::ranges::find(rows, key, [](const auto& r) { return leaf_of(r.key); });
+    if (row == rows.end()) {
+      complain(signal.place, key + ": no such key; " + keys_of(signal));
+    } else if (!given.insert(key).second) {
+      complain(signal.place, key + ": is given twice");
+    } else {
+      return assign_part(*row, signal, value, signal.place);
+    }
+    return false;
+  }
+
+  /// A fault of the command line comes on top of those of the plant file.
+  void apply_fault(const std::string& text, const Place& where) {
+    const auto parts = split(text, ':');
+    if (parts.size() != 2)
+      return complain(
+          where, "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:answer-late delay_ms=50");
+    const bool of_bus = parts[0] == "bus";
+    NodeConfig* node = of_bus ? nullptr : addressed(parts[0], where);
+    if (!of_bus && node == nullptr) return;
+    sim::FaultOrProblem made =
+        sim::parse_fault(parts[1], of_bus ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
+    if (!made.problem.empty()) return complain(where, std::move(made.problem));
+    (of_bus ? config_.can.faults : node->faults).push_back({made.fault, where});
   }
 
   /// The node that an argument begins with; null after a complaint.
@@ -182,21 +275,20 @@ class Overrides {
 
 std::vector<std::string_view> setting_options() {
   std::vector<std::string_view> names;
-  const auto add = [&names](const auto& rows) {
-    for (const auto& row : rows) {
-      const std::string_view name = option_name(row.option);
-      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
-    }
-  };
-  add(settings());
-  add(node_settings());
-  add(object_settings());
+  for_each_setting([&names](const auto& row) {
+    const std::string_view name = option_name(row.option);
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  });
   return names;
 }
 
+bool is_flag(std::string_view option) {
+  return std::ranges::any_of(settings(), [option](const auto& row) { return row.option == option; });
+}
+
 bool is_repeatable(std::string_view option) {
-  constexpr std::array<std::string_view, 4> kOfNodes{kNode, kName, kHeartbeat, kObject};
-  return std::ranges::find(kOfNodes, option) != kOfNodes.end();
+  return std::ranges::none_of(settings(),
+                              [option](const auto& row) { return option_name(row.option) == option; });
 }
 
 Diagnostics apply_options(const Arguments& arguments, Config& config) {

@@ -27,6 +27,14 @@ std::optional<Value> value_of(const toml::node& node) {
   return std::nullopt;
 }
 
+/// nullopt for what no key of a fault is.
+std::optional<sim::FaultValue> fault_value_of(const toml::node& node) {
+  if (const auto* integer = node.as_integer()) return integer->get();
+  if (const auto* number = node.as_floating_point()) return number->get();
+  if (const auto* text = node.as_string()) return std::string_view(text->get());
+  return std::nullopt;
+}
+
 bool is_section(std::string_view name) {
   return std::ranges::any_of(settings(), [name](const auto& row) { return table_of(row.key) == name; });
 }
@@ -69,6 +77,8 @@ class Reader {
   void read_section(const toml::key& key, const toml::node& node) {
     if (const toml::table* table = node.as_table()) {
       read_table(key.str(), *table, settings(), config_);
+      if (key.str() == "can")
+        read_faults(table->get("faults"), "can", sim::FaultPlace::kBus, config_.can.faults);
     } else {
       const std::string name(key.str());
       complain(line_of(key.source()), name + ": must be a table; write [" + name + "]");
@@ -85,21 +95,64 @@ class Reader {
     NodeConfig node;
     node.place = place(line_of(table.source()));
     read_table("node", table, node_settings(), node);
-    if (const toml::node* objects = table.get("objects")) read_objects(*objects, node);
+    if (node.id == 0 && !node.lss && !table.contains("id"))
+      complain(line_of(table.source()), "node.id: is missing; add id = 5, or lss = true");
+    read_list(table.get("objects"), "node.objects", object_settings(), node.objects,
+              "{ index = 0x2001, sub = 0, value = 1 }");
+    read_list(table.get("signals"), "node.signals", signal_settings(), node.signals,
+              "{ index = 0x6401, sub = 1, shape = \"constant\", value = 1 }");
+    read_faults(table.get("faults"), "node", sim::FaultPlace::kNode, node.faults);
     config_.nodes.push_back(std::move(node));
   }
 
-  void read_objects(const toml::node& list, NodeConfig& node) {
-    const bool listed = for_each_table(list, [this, &node](const toml::table& table) {
-      InitialValue object;
-      object.place = place(line_of(table.source()));
-      read_table("node.objects", table, object_settings(), object);
-      node.objects.push_back(std::move(object));
+  template <class Item>
+  void read_list(const toml::node* list, std::string_view name, std::span<const Setting<Item>> rows,
+                 std::vector<Item>& items, std::string_view example) {
+    for_each_item(list, name, example, [&](const toml::table& table) {
+      Item item;
+      item.place = place(line_of(table.source()));
+      read_table(name, table, rows, item);
+      items.push_back(std::move(item));
     });
-    if (!listed) {
-      complain(line_of(list.source()),
-               "node.objects: must be a list; write objects = [{ index = 0x2001, sub = 0, value = 1 }]");
+  }
+
+  void read_faults(const toml::node* list, std::string_view owner, sim::FaultPlace here,
+                   std::vector<FaultConfig>& faults) {
+    const std::string name = std::string(owner) + ".faults";
+    const auto& row = setting_of(fault_settings(), name + ".kind");
+    const std::string example = "{ " + std::string(row.example) + " }";
+    for_each_item(list, name, example,
+                  [&](const toml::table& table) { read_fault(table, row, here, faults); });
+  }
+
+  void read_fault(const toml::table& table, const Setting<FaultKindName>& row, sim::FaultPlace here,
+                  std::vector<FaultConfig>& faults) {
+    const toml::node* const name = table.get(leaf_of(row.key));
+    if (name == nullptr) return complain_missing(row, table);
+    FaultKindName kind;
+    if (!read_setting(row, *name, kind)) return;
+    std::vector<sim::FaultKey> keys;
+    for (const auto& [key, node] : table) {
+      if (&node == name) continue;
+      const auto value = fault_value_of(node);
+      if (!value)
+        return complain(line_of(node.source()), std::string(table_of(row.key)) + ": " + kind.name + ": " +
+                                                    std::string(key.str()) +
+                                                    ": must be a number, or a text in double quotes");
+      keys.push_back({key.str(), *value});
     }
+    sim::FaultOrProblem made = sim::make_fault(kind.name, keys, here);
+    if (!made.problem.empty())
+      return complain(line_of(table.source()), std::string(table_of(row.key)) + ": " + made.problem);
+    faults.push_back({made.fault, place(line_of(table.source()))});
+  }
+
+  /// `list`: null = it is not there.
+  template <class Action>
+  void for_each_item(const toml::node* list, std::string_view name, std::string_view example, Action action) {
+    if (list == nullptr || for_each_table(*list, action)) return;
+    complain(line_of(list->source()), std::string(name) + ": must be a list; write " +
+                                          std::string(leaf_of(name)) + " = [" + std::string(example) + "]");
   }
 
   /// False if `node` is not an array with tables and nothing else in it.
@@ -115,32 +168,33 @@ class Reader {
     return true;
   }
 
+  /// In the order of the rows, as some depend on those before.
   template <class Target>
   void read_table(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
                   Target& target) {
+    for (const auto& row : rows) {
+      if (table_of(row.key) != name) continue;
+      const toml::node* const node = table.get(leaf_of(row.key));
+      const bool needed = !row.example.empty() && belongs(row, target);
+      const bool good = node != nullptr ? read_setting(row, *node, target) : !needed;
+      if (node == nullptr && needed) complain_missing(row, table);
+      if (!good && row.key == kSignalShape) return;
+    }
+    const auto keys = plant_keys();
     for (const auto& [key, node] : table) {
       const std::string full = std::string(name) + "." + std::string(key.str());
-      const auto row = std::ranges::find(rows, full, &Setting<Target>::key);
-      if (row != rows.end()) {
-        read_setting(*row, node, target);
-      } else if (full != "node.objects") {
-        complain_unknown(key, name);
-      }
-    }
-    for (const auto& row : rows) {
-      if (table_of(row.key) != name || row.example.empty() || table.contains(leaf_of(row.key))) continue;
-      complain(line_of(table.source()),
-               std::string(row.key) + ": is missing; add " + std::string(row.example));
+      if (std::ranges::find(keys, full) == keys.end()) complain_unknown(key, name);
     }
   }
 
   template <class Target>
-  void read_setting(const Setting<Target>& row, const toml::node& node, Target& target) {
+  bool read_setting(const Setting<Target>& row, const toml::node& node, Target& target) {
     const auto value = value_of(node);
     const Problem problem = value ? assign(row, target, based_here(row.type, *value)) : wrong_type(row);
-    if (problem.empty()) return;
+    if (problem.empty()) return true;
     const std::string key(row.key);
     complain(line_of(node.source()), (value ? key + " " + value_text(*value) : key) + ": " + problem);
+    return false;
   }
 
   Value based_here(SettingType type, const Value& value) const {
@@ -154,6 +208,11 @@ class Reader {
 
   std::string based_here(std::string_view path) const {
     return (std::filesystem::path(file_name_).parent_path() / path).lexically_normal().string();
+  }
+
+  template <class Target>
+  void complain_missing(const Setting<Target>& row, const toml::table& table) {
+    complain(line_of(table.source()), std::string(row.key) + ": is missing; add " + std::string(row.example));
   }
 
   void complain_unknown(const toml::key& key, std::string_view table) {

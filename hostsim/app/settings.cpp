@@ -3,10 +3,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 #include <type_traits>
+#include <utility>
+#include <variant>
 
 #include "app/can_spec.hpp"
 #include "app/suggest.hpp"
+#include "devices/devices.hpp"
 #include "io/errors.hpp"
 #include "io/stream_listener.hpp"
 
@@ -19,8 +24,11 @@ template <class Type>
 void put(Type& member, const Value& value) {
   if constexpr (std::is_same_v<Type, bool>) {
     member = std::get<bool>(value);
-  } else if constexpr (std::is_integral_v<Type>) {
+  } else if constexpr (std::is_integral_v<Type> || std::is_enum_v<Type>) {
     member = static_cast<Type>(std::get<std::int64_t>(value));
+  } else if constexpr (std::is_same_v<Type, double>) {
+    const auto* integer = std::get_if<std::int64_t>(&value);
+    member = integer != nullptr ? static_cast<double>(*integer) : std::get<double>(value);
   } else {
     member = std::get<std::string>(value);
   }
@@ -42,21 +50,15 @@ Problem store_can_spec(Config& config, const Value& value) {
   return parse_can_spec(std::get<std::string>(value), config.can);
 }
 
-Problem store_slcan(Config& config, const Value& value) {
+template <auto Section, auto Member>
+Problem store_address(Config& config, const Value& value) {
   const std::string& text = std::get<std::string>(value);
   try {
     static_cast<void>(io::parse_stream_address(text));
   } catch (const io::UsageError& error) {
     return error.what();
   }
-  config.can.slcan = text;
-  return {};
-}
-
-Problem store_clock(Config& config, const Value& value) {
-  const std::string& text = std::get<std::string>(value);
-  if (text != "real" && text != "manual") return "must be real or manual";
-  config.time.clock = text == "real" ? ClockKind::kReal : ClockKind::kManual;
+  config.*Section.*Member = text;
   return {};
 }
 
@@ -77,6 +79,76 @@ Problem store_heartbeat(NodeConfig& node, const Value& value) {
   return {};
 }
 
+Problem store_time_period(NodeConfig& node, const Value& value) {
+  put(node.time_period, value);
+  node.time_period *= kMillisecond;
+  return {};
+}
+
+Problem store_device(NodeConfig& node, const Value& value) {
+  const std::string& name = std::get<std::string>(value);
+  if (devices::find_device(name) == nullptr) {
+    std::vector<std::string_view> names;
+    for (const devices::DeviceKind& kind : devices::device_kinds())
+      names.push_back(kind.name);
+    return "must be " + listed(names);
+  }
+  node.device = name;
+  return {};
+}
+
+template <auto Member>
+Problem store_address_part(SignalConfig& signal, const Value& value) {
+  put(signal.signal.*Member, value);
+  return {};
+}
+
+template <std::size_t... Number>
+sim::Shape shape_of(std::size_t number, std::index_sequence<Number...>) {
+  sim::Shape shape;
+  static_cast<void>(((number == Number && (shape.emplace<Number>(), true)) || ...));
+  return shape;
+}
+
+/// The words of the domain are in the order of sim::Shape.
+Problem store_shape(SignalConfig& signal, const Value& value) {
+  signal.signal.shape = shape_of(static_cast<std::size_t>(std::get<std::int64_t>(value)),
+                                 std::make_index_sequence<std::variant_size_v<sim::Shape>>());
+  return {};
+}
+
+/// Of a shape that has this member, which belongs() has seen to.
+template <class Shape, auto Member>
+Problem store_of(SignalConfig& signal, const Value& value) {
+  put(std::get<Shape>(signal.signal.shape).*Member, value);
+  return {};
+}
+
+template <class Shape, auto Member>
+Problem store_ms_of(SignalConfig& signal, const Value& value) {
+  Time& time = std::get<Shape>(signal.signal.shape).*Member;
+  put(time, value);
+  time *= kMillisecond;
+  return {};
+}
+
+Problem store_mean(SignalConfig& signal, const Value& value) {
+  auto* sine = std::get_if<sim::Sine>(&signal.signal.shape);
+  put(sine != nullptr ? sine->mean : std::get<sim::Noise>(signal.signal.shape).mean, value);
+  return {};
+}
+
+Problem store_sample_period(SignalConfig& signal, const Value& value) {
+  put(signal.signal.sample_period, value);
+  signal.signal.sample_period *= kMillisecond;
+  return {};
+}
+
+Problem store_seed(SignalConfig& signal, const Value& value) {
+  put(signal.seed.emplace(), value);
+  return {};
+}
+
 Problem store_object_value(InitialValue& object, const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
   if (text == nullptr || !is_hex(*text)) {
@@ -90,14 +162,18 @@ Problem store_object_value(InitialValue& object, const Value& value) {
 }
 
 constexpr auto kInteger = SettingType::kInteger;
+constexpr auto kNumber = SettingType::kNumber;
 constexpr auto kBoolean = SettingType::kBoolean;
 constexpr auto kText = SettingType::kText;
+constexpr auto kChoice = SettingType::kChoice;
 constexpr auto kPath = SettingType::kPath;
 constexpr auto kAddress = SettingType::kAddress;
 constexpr auto kAny = SettingType::kAny;
 
+constexpr std::int64_t kDayInMs = 86'400'000;
+
 // clang-format off
-constexpr std::array<Setting<Config>, 13> kSettings{{
+constexpr std::array<Setting<Config>, 15> kSettings{{
     {"module.node_id", "--node-id N", "1..127", "127", "",
      kInteger, 1, 127, store<&Config::module, &ModuleConfig::node_id>},
     {"module.sdo_timeout_ms", "--sdo-timeout MS", "0..65535 ms, 0 = none", "1000", "",
@@ -117,17 +193,21 @@ constexpr std::array<Setting<Config>, 13> kSettings{{
     {"can.bit_rate", "--bit-rate N", "10000..1000000 bit/s, or 0 = as fast as possible", "0", "",
      kInteger, 0, 1'000'000, store_bit_rate},
     {"can.slcan", "--slcan ADDRESS", "HOST:PORT or unix:PATH", "", "",
-     kAddress, 0, 0, store_slcan},
+     kAddress, 0, 0, store_address<&Config::can, &CanConfig::slcan>},
     {"time.clock", "--clock CLOCK", "real or manual", "\"real\"", "",
-     kText, 0, 0, store_clock},
+     kChoice, 0, 0, store<&Config::time, &TimeConfig::clock>},
+    {"random.seed", "--seed N", "0..4294967295", "1", "",
+     kInteger, 0, 4'294'967'295, store<&Config::random, &RandomConfig::seed>},
+    {"control.listen", "--control ADDRESS", "HOST:PORT or unix:PATH", "", "",
+     kAddress, 0, 0, store_address<&Config::control, &ControlConfig::listen>},
     {"log.file", "--log FILE", "a path", "", "",
      kPath, 0, 0, store<&Config::log, &LogConfig::file>},
     {"log.verbose", "--verbose", "true or false", "false", "",
      kBoolean, 0, 0, store<&Config::log, &LogConfig::verbose>},
 }};
 
-constexpr std::array<Setting<NodeConfig>, 4> kNodeSettings{{
-    {"node.id", "--node ID=FILE", "1..127", "", "id = 5",
+constexpr std::array<Setting<NodeConfig>, 8> kNodeSettings{{
+    {"node.id", "--node ID=FILE", "1..127", "", "",
      kInteger, 1, 127, store<NodeConfig, &NodeConfig::id>},
     {"node.eds", "--node ID=FILE", "the path of an EDS or DCF file", "", "eds = \"FILE.eds\"",
      kPath, 0, 0, store<NodeConfig, &NodeConfig::eds>},
@@ -135,6 +215,14 @@ constexpr std::array<Setting<NodeConfig>, 4> kNodeSettings{{
      kText, 0, 0, store<NodeConfig, &NodeConfig::name>},
     {"node.heartbeat_ms", "--heartbeat ID=MS", "0..65535 ms, 0 = none", "", "",
      kInteger, 0, 65535, store_heartbeat},
+    {"node.device", "--device ID=NAME", "the name of a device", "", "",
+     kText, 0, 0, store_device},
+    {"node.parameters", "--parameters ID=FILE", "a path", "", "",
+     kPath, 0, 0, store<NodeConfig, &NodeConfig::parameters>},
+    {"node.lss", "--lss ID=BOOL", "true or false", "false", "",
+     kBoolean, 0, 0, store<NodeConfig, &NodeConfig::lss>},
+    {"node.time_period_ms", "--time-period ID=MS", "0..86400000 ms, 0 = none", "0", "",
+     kInteger, 0, kDayInMs, store_time_period},
 }};
 
 constexpr std::array<Setting<InitialValue>, 3> kObjectSettings{{
@@ -146,32 +234,95 @@ constexpr std::array<Setting<InitialValue>, 3> kObjectSettings{{
      "", "value = 1",
      kAny, 0, 0, store_object_value},
 }};
+
+constexpr std::string_view kSignal = "--signal ID:INDEX:SUB=SHAPE KEY=VALUE...";
+
+constexpr std::array<Setting<SignalConfig>, 19> kSignalSettings{{
+    {"node.signals.index", kSignal, "0x0001..0xFFFF", "", "index = 0x6401",
+     kInteger, 1, 0xFFFF, store_address_part<&sim::Signal::index>},
+    {"node.signals.sub", kSignal, "0..255", "0", "",
+     kInteger, 0, 255, store_address_part<&sim::Signal::sub>},
+    {kSignalShape, kSignal, "constant, ramp, sine, noise or replay", "", "shape = \"sine\"",
+     kChoice, 0, 0, store_shape},
+    {"node.signals.value", kSignal, "a number", "", "value = 1",
+     kNumber, 0, 0, store_of<sim::Constant, &sim::Constant::value>, "constant"},
+    {"node.signals.from", kSignal, "a number", "0", "",
+     kNumber, 0, 0, store_of<sim::Ramp, &sim::Ramp::from>, "ramp"},
+    {"node.signals.to", kSignal, "a number", "", "to = 100",
+     kNumber, 0, 0, store_of<sim::Ramp, &sim::Ramp::to>, "ramp"},
+    {"node.signals.duration_ms", kSignal, "1..86400000 ms", "", "duration_ms = 10000",
+     kInteger, 1, kDayInMs, store_ms_of<sim::Ramp, &sim::Ramp::duration>, "ramp"},
+    {"node.signals.then", kSignal, "hold, repeat or back-and-forth", "\"hold\"", "",
+     kChoice, 0, 0, store_of<sim::Ramp, &sim::Ramp::then>, "ramp"},
+    {"node.signals.mean", kSignal, "a number", "0", "",
+     kNumber, 0, 0, store_mean, "sine noise"},
+    {"node.signals.amplitude", kSignal, "a number", "", "amplitude = 10",
+     kNumber, 0, 0, store_of<sim::Sine, &sim::Sine::amplitude>, "sine"},
+    {"node.signals.period_ms", kSignal, "1..86400000 ms", "", "period_ms = 60000",
+     kInteger, 1, kDayInMs, store_ms_of<sim::Sine, &sim::Sine::period>, "sine"},
+    {"node.signals.phase_deg", kSignal, "a number", "0", "",
+     kNumber, 0, 0, store_of<sim::Sine, &sim::Sine::phase>, "sine"},
+    {"node.signals.deviation", kSignal, "a number", "", "deviation = 1",
+     kNumber, 0, 0, store_of<sim::Noise, &sim::Noise::deviation>, "noise"},
+    {"node.signals.distribution", kSignal, "uniform or normal", "\"normal\"", "",
+     kChoice, 0, 0, store_of<sim::Noise, &sim::Noise::distribution>, "noise"},
+    {"node.signals.seed", kSignal, "0..4294967295", "", "",
+     kInteger, 0, 4'294'967'295, store_seed, "noise"},
+    {"node.signals.file", kSignal, "the path of a CSV file", "", "file = \"FILE.csv\"",
+     kPath, 0, 0, store<SignalConfig, &SignalConfig::file>, "replay"},
+    {"node.signals.between", kSignal, "step or linear", "\"step\"", "",
+     kChoice, 0, 0, store_of<sim::Replay, &sim::Replay::between>, "replay"},
+    {"node.signals.repeat", kSignal, "true or false", "false", "",
+     kBoolean, 0, 0, store_of<sim::Replay, &sim::Replay::repeat>, "replay"},
+    {"node.signals.sample_ms", kSignal, "1..86400000 ms", "10", "",
+     kInteger, 1, kDayInMs, store_sample_period},
+}};
+
+constexpr std::array<Setting<FaultKindName>, 2> kFaultSettings{{
+    {"node.faults.kind", "--fault ID:KIND KEY=VALUE...", "a kind of fault", "", "kind = \"answer-late\"",
+     kText, 0, 0, store<FaultKindName, &FaultKindName::name>},
+    {"can.faults.kind", "--fault bus:KIND KEY=VALUE...", "a kind of fault", "", "kind = \"frame-loss\"",
+     kText, 0, 0, store<FaultKindName, &FaultKindName::name>},
+}};
 // clang-format on
 
 bool has_type(const Value& value, SettingType type) {
-  switch (type) {
-    case kInteger: return std::holds_alternative<std::int64_t>(value);
-    case kBoolean: return std::holds_alternative<bool>(value);
-    case kText:
-    case kPath:
-    case kAddress: return std::holds_alternative<std::string>(value);
-    case kAny: return true;
-  }
-  return false;
+  const bool is_integer = std::holds_alternative<std::int64_t>(value);
+  if (type == kInteger) return is_integer;
+  if (type == kNumber) return is_integer || std::holds_alternative<double>(value);
+  if (type == kBoolean) return std::holds_alternative<bool>(value);
+  return type == kAny || std::holds_alternative<std::string>(value);
 }
 
-/// The tables that these rows are in, each once.
-template <class Target>
-void add_tables(std::span<const Setting<Target>> rows, std::vector<std::string_view>& keys) {
-  for (const auto& row : rows) {
-    if (std::ranges::find(keys, table_of(row.key)) == keys.end()) keys.push_back(table_of(row.key));
+/// The words of "step or linear", "hold, repeat or back-and-forth".
+std::vector<std::string_view> words_of(std::string_view domain) {
+  std::vector<std::string_view> words;
+  while (!domain.empty()) {
+    const std::string_view word = domain.substr(0, domain.find_first_of(", "));
+    if (!word.empty() && word != "or") words.push_back(word);
+    domain.remove_prefix(std::min(domain.size(), word.size() + 1));
   }
+  return words;
 }
 
-template <class Target>
-void add_keys(std::span<const Setting<Target>> rows, std::vector<std::string_view>& keys) {
-  for (const auto& row : rows)
-    keys.push_back(row.key);
+/// The word's number, for what is stored; anything else stays as it is.
+std::optional<Value> chosen(std::string_view domain, const Value& value) {
+  const auto words = words_of(domain);
+  const auto word = std::ranges::find(words, std::get<std::string>(value));
+  if (word == words.end()) return std::nullopt;
+  return Value(std::int64_t{word - words.begin()});
+}
+
+std::string_view shape_name(const SignalConfig& signal) {
+  return words_of(setting_of(signal_settings(), kSignalShape).domain)[signal.signal.shape.index()];
+}
+
+bool in_range(const Value& value, SettingType type, std::int64_t low, std::int64_t high) {
+  if (type == kAny) return true;
+  if (const auto* text = std::get_if<std::string>(&value)) return !text->empty();
+  if (const auto* number = std::get_if<double>(&value)) return std::isfinite(*number);
+  const auto* integer = std::get_if<std::int64_t>(&value);
+  return integer == nullptr || type != kInteger || (*integer >= low && *integer <= high);
 }
 
 }  // namespace
@@ -185,16 +336,27 @@ std::span<const Setting<NodeConfig>> node_settings() {
 std::span<const Setting<InitialValue>> object_settings() {
   return kObjectSettings;
 }
+std::span<const Setting<SignalConfig>> signal_settings() {
+  return kSignalSettings;
+}
+std::span<const Setting<FaultKindName>> fault_settings() {
+  return kFaultSettings;
+}
 
 std::vector<std::string_view> plant_keys() {
+  std::vector<std::string_view> tables;
   std::vector<std::string_view> keys;
-  add_tables(settings(), keys);
-  add_tables(node_settings(), keys);
-  add_tables(object_settings(), keys);
-  add_keys(settings(), keys);
-  add_keys(node_settings(), keys);
-  add_keys(object_settings(), keys);
+  for_each_setting([&](const auto& row) {
+    if (std::ranges::find(tables, table_of(row.key)) == tables.end()) tables.push_back(table_of(row.key));
+    keys.push_back(row.key);
+  });
+  keys.insert(keys.end(), tables.begin(), tables.end());
   return keys;
+}
+
+bool belongs(const Setting<SignalConfig>& setting, const SignalConfig& signal) {
+  const auto shapes = words_of(setting.shapes);
+  return shapes.empty() || std::ranges::find(shapes, shape_name(signal)) != shapes.end();
 }
 
 std::string_view option_name(std::string_view option) {
@@ -206,24 +368,31 @@ std::string_view option_argument(std::string_view option) {
   return blank == std::string_view::npos ? std::string_view{} : option.substr(blank + 1);
 }
 
+std::string keys_of(const SignalConfig& signal) {
+  std::vector<std::string_view> keys;
+  for (const auto& row : kSignalSettings)
+    if (belongs(row, signal)) keys.push_back(leaf_of(row.key));
+  return "shape \"" + std::string(shape_name(signal)) + "\" has " + listed(keys, " and ");
+}
+
 template <class Target>
 Problem wrong_type(const Setting<Target>& setting) {
   std::string type;
   if (setting.type == kInteger) type = "an integer, ";
-  if (setting.type == kText || setting.type == kPath || setting.type == kAddress)
-    type = "a text in double quotes: ";
+  if (is_text(setting.type)) type = "a text in double quotes: ";
   return "must be " + type + std::string(setting.domain);
 }
 
 template <class Target>
 Problem assign(const Setting<Target>& setting, Target& target, const Value& value) {
+  if constexpr (std::is_same_v<Target, SignalConfig>)
+    if (!belongs(setting, target)) return keys_of(target);
   if (!has_type(value, setting.type)) return wrong_type(setting);
-  const auto* integer = std::get_if<std::int64_t>(&value);
-  const bool in_range = setting.type != kInteger || (*integer >= setting.low && *integer <= setting.high);
-  const auto* text = std::get_if<std::string>(&value);
-  const bool says_something = setting.type == kAny || text == nullptr || !text->empty();
-  if (!in_range || !says_something) return "must be " + std::string(setting.domain);
-  return setting.store(target, value);
+  if (!in_range(value, setting.type, setting.low, setting.high))
+    return "must be " + std::string(setting.domain);
+  if (setting.type != kChoice) return setting.store(target, value);
+  const std::optional<Value> number = chosen(setting.domain, value);
+  return number ? setting.store(target, *number) : "must be " + std::string(setting.domain);
 }
 
 template Problem wrong_type(const Setting<Config>&);
@@ -232,5 +401,9 @@ template Problem wrong_type(const Setting<NodeConfig>&);
 template Problem assign(const Setting<NodeConfig>&, NodeConfig&, const Value&);
 template Problem wrong_type(const Setting<InitialValue>&);
 template Problem assign(const Setting<InitialValue>&, InitialValue&, const Value&);
+template Problem wrong_type(const Setting<SignalConfig>&);
+template Problem assign(const Setting<SignalConfig>&, SignalConfig&, const Value&);
+template Problem wrong_type(const Setting<FaultKindName>&);
+template Problem assign(const Setting<FaultKindName>&, FaultKindName&, const Value&);
 
 }  // namespace cbcan::app

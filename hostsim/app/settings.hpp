@@ -19,10 +19,18 @@ namespace cbcan::app {
 using Problem = std::string;
 
 /// kPath is a text that the plant file gives relative to itself, and so is what follows `unix:` in a
-/// kAddress. kAny is whatever the object needs.
-enum class SettingType : std::uint8_t { kInteger, kBoolean, kText, kPath, kAddress, kAny };
+/// kAddress. kChoice is one of the words that the domain lists; the setting gets its number among them, from
+/// 0. kAny is whatever the object needs.
+enum class SettingType : std::uint8_t { kInteger, kNumber, kBoolean, kText, kChoice, kPath, kAddress, kAny };
 
-/// One setting of a `Target`: Config, NodeConfig or InitialValue.
+/// It is written as a text.
+constexpr bool is_text(SettingType type) {
+  return type == SettingType::kText || type == SettingType::kChoice || type == SettingType::kPath ||
+         type == SettingType::kAddress;
+}
+
+/// One setting of a `Target`: Config, NodeConfig, InitialValue, SignalConfig or FaultKindName. An option of
+/// Config without an argument is a flag; one that begins with --no- is the opposite of its setting.
 template <class Target>
 struct Setting {
   std::string_view key;       ///< in the plant file: "module.node_id"
@@ -34,14 +42,51 @@ struct Setting {
   std::int64_t low;  ///< of a kInteger
   std::int64_t high;
   Problem (*store)(Target&, const Value&);  ///< given a value of the right type, within the range
+  std::string_view shapes = {};             ///< of a signal: which ones have it, "sine noise"; empty = all
 };
+
+/// A fault's other keys are as its kind has them: sim/faults/fault.hpp.
+struct FaultKindName {
+  std::string name;
+};
+
+/// The key that says which other ones a signal has.
+inline constexpr std::string_view kSignalShape = "node.signals.shape";
 
 std::span<const Setting<Config>> settings();
 std::span<const Setting<NodeConfig>> node_settings();
 std::span<const Setting<InitialValue>> object_settings();
+/// kSignalShape stands before the keys that only some shapes have.
+std::span<const Setting<SignalConfig>> signal_settings();
+/// Of nodes and of the bus.
+std::span<const Setting<FaultKindName>> fault_settings();
+
+/// Calls `visit` with each row of all these tables.
+template <class Visit>
+void for_each_setting(Visit visit) {
+  const auto each = [&visit](const auto& rows) {
+    for (const auto& row : rows)
+      visit(row);
+  };
+  each(settings());
+  each(node_settings());
+  each(object_settings());
+  each(signal_settings());
+  each(fault_settings());
+}
 
 /// Every name that a plant file may have: all keys of the rows above and the tables that they are in.
 std::vector<std::string_view> plant_keys();
+
+/// False: a signal of this shape has no such key.
+template <class Target>
+bool belongs(const Setting<Target>& /*setting*/, const Target& /*target*/) {
+  return true;
+}
+bool belongs(const Setting<SignalConfig>& setting, const SignalConfig& signal);
+
+/// `shape "constant" has index, sub, shape, value and sample_ms`
+std::string keys_of(const SignalConfig& signal);
 
 /// "--node-id" and "N" of "--node-id N"
 std::string_view option_name(std::string_view option);
@@ -61,6 +106,10 @@ extern template Problem wrong_type(const Setting<NodeConfig>&);
 extern template Problem assign(const Setting<NodeConfig>&, NodeConfig&, const Value&);
 extern template Problem wrong_type(const Setting<InitialValue>&);
 extern template Problem assign(const Setting<InitialValue>&, InitialValue&, const Value&);
+extern template Problem wrong_type(const Setting<SignalConfig>&);
+extern template Problem assign(const Setting<SignalConfig>&, SignalConfig&, const Value&);
+extern template Problem wrong_type(const Setting<FaultKindName>&);
+extern template Problem assign(const Setting<FaultKindName>&, FaultKindName&, const Value&);
 
 /// The row with this key, which has to exist.
 template <class Target>

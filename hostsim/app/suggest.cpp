@@ -42,6 +42,15 @@ std::size_t reach(std::string_view a, std::string_view b) {
 
 }  // namespace
 
+std::string listed(std::span<const std::string_view> words, std::string_view last) {
+  std::string list;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i != 0) list += i + 1 == words.size() ? last : ", ";
+    list += words[i];
+  }
+  return list;
+}
+
 std::string_view table_of(std::string_view key) {
   const auto dot = key.rfind('.');
   return dot == std::string_view::npos ? std::string_view{} : key.substr(0, dot);

@@ -16,6 +16,9 @@ std::string_view nearest(std::string_view word, std::span<const std::string_view
 /// "; did you mean can.bit_rate?", or nothing.
 std::string did_you_mean(std::string_view word, std::span<const std::string_view> known);
 
+/// "a, b or c"
+std::string listed(std::span<const std::string_view> words, std::string_view last = " or ");
+
 /// The parts of "node.objects.sub": "node.objects" and "sub".
 std::string_view table_of(std::string_view key);
 std::string_view leaf_of(std::string_view key);
