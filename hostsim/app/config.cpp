@@ -12,15 +12,6 @@
 namespace cbcan::app {
 namespace {
 
-template <class Item>
-bool same_object(const Item& one, const Item& other) {
-  return one.index == other.index && one.sub == other.sub;
-}
-
-bool same_object(const SignalConfig& one, const SignalConfig& other) {
-  return same_object(one.signal, other.signal);
-}
-
 std::string name_of(const InitialValue& value) {
   return "object " + object_name(value.index, value.sub) + " is already set at ";
 }
@@ -75,6 +66,14 @@ void check_node_ids(const Config& config, Diagnostics& found) {
 
 std::string can_spec(const CanConfig& can) {
   return can.kind == CanKind::kVirtual ? "virtual" : "socketcan:" + can.interface_name;
+}
+
+bool same_object(const InitialValue& one, const InitialValue& other) {
+  return one.index == other.index && one.sub == other.sub;
+}
+
+bool same_object(const SignalConfig& one, const SignalConfig& other) {
+  return one.signal.index == other.signal.index && one.signal.sub == other.signal.sub;
 }
 
 std::string node_name(const NodeConfig& node) {

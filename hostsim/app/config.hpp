@@ -132,6 +132,10 @@ std::string can_spec(const CanConfig& can);
 /// "node 5", "node without an ID"
 std::string node_name(const NodeConfig& node);
 
+/// Are both about the same object?
+bool same_object(const InitialValue& one, const InitialValue& other);
+bool same_object(const SignalConfig& one, const SignalConfig& other);
+
 /// "6401h:02"
 std::string object_name(std::uint16_t index, std::uint8_t sub);
 

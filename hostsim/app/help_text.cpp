@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include <sstream>
 #include <string>
 #include <string_view>
 
 #include "app/command_line.hpp"
 #include "cbcan/version.hpp"
+#include "devices/devices.hpp"
 
 namespace cbcan::app {
 namespace {
@@ -25,7 +27,8 @@ Every setting of a plant file has an option here, and the option wins.
 
 Plant:
   --demo                 the built-in plant: an I/O module (node 42h = 66), two
-                         pressure transducers (1, 2), a generic node (20h = 32)
+                         pressure transducers (1, 2), a drive (10h = 16), a generic
+                         node (20h = 32)
   --config FILE          a plant file in TOML; docs/plant-file.md explains it
 
 Module, the coprocessor itself:
@@ -59,6 +62,15 @@ Time:
                          answered by "at SECONDS"; ends with the input
                          (default real)
 
+Chance:
+  --seed N               what all noise and all chance of faults follow from,
+                         0..4294967295 (default 1)
+
+Commands at run time:
+  --control ADDRESS      serve them at HOST:PORT or unix:PATH; "help" lists them;
+                         port 0 = any free one, shown as control=HOST:PORT in
+                         the ready line
+
 Simulated nodes (these may be given several times):
   --node ID=FILE         a node with node ID 1..127 after an EDS or DCF file; a
                          node that the plant has gets that file instead
@@ -69,7 +81,37 @@ Simulated nodes (these may be given several times):
                          0x0001..0xFFFF, SUB 0..255 (default 0, in
                          ID:INDEX=VALUE). VALUE is a number, true or false, a
                          text, or bytes as "hex:01 02"
+  --device ID=NAME       what the node is; without it the profile number in its
+                         1000h decides. The devices are listed below
+  --parameters ID=FILE   a path, where 1010h and LSS store what the node keeps
+  --lss ID=BOOL          true: an LSS master finds the node, and can give it
+                         another node ID (default false)
+  --time-period ID=MS    it sends TIME so often, 0..86400000 ms, 0 = none
+                         (default 0)
+  --signal ID:INDEX:SUB=SHAPE KEY=VALUE...
+                         an input of the node gets values over time; all of it
+                         one argument: --signal "5:0x6401:1=sine amplitude=50
+                         period_ms=60000". SUB is 0..255 (default 0), SHAPE one
+                         of these, with keys; those in brackets have defaults:
+                           constant  value
+                           ramp      [from=0] to duration_ms [then=hold]
+                           sine      [mean=0] amplitude period_ms [phase_deg=0]
+                           noise     [mean=0] deviation
+                                     [distribution=normal] [seed]
+                           replay    file [between=step] [repeat=false]
+                         and [sample_ms=10] of all
+  --fault ID:KIND KEY=VALUE...
+                         a fault on purpose of a node, one argument:
+                         --fault "5:answer-late delay_ms=50 count=1";
+                         docs/faults.md lists kinds and keys
+  --fault bus:KIND KEY=VALUE...
+                         a fault on purpose of the bus
 
+Devices:
+)";
+
+constexpr std::string_view kHelpBehindDevices =
+    R"(
 Log:
   --log FILE             log the bus to a path, in the format of candump -L
   -v, --verbose          say on standard error what happens; --verbose=false
@@ -92,10 +134,29 @@ Examples:
         a real bus instead, open to the network, with no simulated node
 )";
 
+/// A line for each device, or some where one does not hold it.
+std::string device_lines() {
+  constexpr std::size_t kColumns = 80;
+  constexpr std::size_t kSummaryColumn = 10;
+  std::string text;
+  for (const devices::DeviceKind& kind : devices::device_kinds()) {
+    std::string line = "  " + std::string(kind.name);
+    line.resize(kSummaryColumn - 1, ' ');
+    std::istringstream words{std::string(kind.summary)};
+    for (std::string word; words >> word; line += " " + word) {
+      if (line.size() + 1 + word.size() <= kColumns) continue;
+      text += line + "\n";
+      line.assign(kSummaryColumn - 1, ' ');
+    }
+    text += line + "\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string help_text() {
-  return std::string(kHelp);
+  return std::string(kHelp) + device_lines() + std::string(kHelpBehindDevices);
 }
 
 std::string version_text() {

@@ -42,14 +42,6 @@ std::string as_word(std::string_view example) {
   return word;
 }
 
-bool same_object(const InitialValue& one, const InitialValue& other) {
-  return one.index == other.index && one.sub == other.sub;
-}
-
-bool same_object(const SignalConfig& one, const SignalConfig& other) {
-  return one.signal.index == other.signal.index && one.signal.sub == other.signal.sub;
-}
-
 /// What the plant file set gives way; what another option set stays, so that check() complains about the two.
 template <class Item>
 void put_item(std::vector<Item>& items, Item item) {
@@ -142,7 +134,7 @@ class Overrides {
     }
   }
 
-  /// ID=VALUE; null after a complaint, else the node, and what `parts` has on the right is the value.
+  /// The node of ID=VALUE, split into `parts`; null after a complaint.
   NodeConfig* node_of(const Setting<NodeConfig>& row, const std::vector<std::string>& parts,
                       const Place& where) {
     if (parts.size() == 2) return addressed(parts[0], where);
@@ -165,7 +157,7 @@ class Overrides {
       put_item(node->objects, given.objects.front());
   }
 
-  /// ID:INDEX:SUB=VALUE, where `key` is the one of the value: the node after no complaint, else null.
+  /// ID:INDEX:SUB=VALUE into `item`; `value_key` is the value's key. The node, or null after a complaint.
   template <class Item>
   NodeConfig* apply_address(std::span<const Setting<Item>> rows, std::string_view value_key,
                             const std::string& text, const std::string& form, Item& item) {
@@ -237,7 +229,7 @@ class Overrides {
     return false;
   }
 
-  /// A fault of the command line comes on top of those of the plant file.
+  /// On top of the faults of the plant file.
   void apply_fault(const std::string& text, const Place& where) {
     const auto parts = split(text, ':');
     if (parts.size() != 2)

@@ -103,17 +103,11 @@ Problem store_address_part(SignalConfig& signal, const Value& value) {
   return {};
 }
 
-template <std::size_t... Number>
-sim::Shape shape_of(std::size_t number, std::index_sequence<Number...>) {
-  sim::Shape shape;
-  static_cast<void>(((number == Number && (shape.emplace<Number>(), true)) || ...));
-  return shape;
-}
-
 /// The words of the domain are in the order of sim::Shape.
 Problem store_shape(SignalConfig& signal, const Value& value) {
-  signal.signal.shape = shape_of(static_cast<std::size_t>(std::get<std::int64_t>(value)),
-                                 std::make_index_sequence<std::variant_size_v<sim::Shape>>());
+  const std::array<sim::Shape, std::variant_size_v<sim::Shape>> shapes{
+      sim::Constant{}, sim::Ramp{}, sim::Sine{}, sim::Noise{}, sim::Replay{}};
+  signal.signal.shape = shapes[static_cast<std::size_t>(std::get<std::int64_t>(value))];
   return {};
 }
 

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 namespace cbcan::app::test {
 
@@ -36,6 +37,17 @@ std::string source_file(const std::string& path) {
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
+}
+
+NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::vector<InitialValue> objects,
+                       Place place) {
+  NodeConfig node;
+  node.id = id;
+  node.name = std::move(name);
+  node.eds = std::move(eds);
+  node.objects = std::move(objects);
+  node.place = std::move(place);
+  return node;
 }
 
 bool contains(std::string_view text, std::string_view part) {

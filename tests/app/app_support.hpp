@@ -32,6 +32,10 @@ Start start(const std::vector<const char*>& arguments, const Files& files = {});
 /// A file of the source tree; empty if it is not there.
 std::string source_file(const std::string& path);
 
+/// A node with these members, and all others as they are by default.
+NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::vector<InitialValue> objects,
+                       Place place);
+
 bool contains(std::string_view text, std::string_view part);
 
 }  // namespace cbcan::app::test

@@ -77,7 +77,7 @@ TEST_CASE("every option of a setting, both ways to write it") {
   CHECK(apart.config == joined.config);
   CHECK(apart.config.module == ModuleConfig{3, 0, 5, 6, true});
   CHECK(apart.config.modbus == ModbusConfig{"0.0.0.0", 0});
-  CHECK(apart.config.can == CanConfig{CanKind::kVirtual, "", 1000000, ""});
+  CHECK(apart.config.can == CanConfig{CanKind::kVirtual, "", 1000000, "", {}});
   CHECK(apart.config.log == LogConfig{"a.log", true});
   CHECK(apart.config.nodes.at(0).eds == "a.eds");
 }

@@ -23,7 +23,7 @@ BuiltNode built(std::uint8_t id, const std::string& eds) {
   NodeConfig node;
   node.id = id;
   node.eds = std::string(CBCAN_SOURCE_DIR "/plants/demo/") + eds;
-  NodeBuild build = build_node(node, read_plant_file);
+  NodeBuild build = build_node(node, 0, read_plant_file);
   REQUIRE(build.node);
   return std::move(*build.node);
 }

@@ -39,7 +39,7 @@ cbcan::app::NodeConfig node_with(std::vector<cbcan::app::InitialValue> objects) 
 
 std::string first_problem(cbcan::app::InitialValue initial) {
   initial.place = {"plant.toml", 9};
-  const auto build = build_node(node_with({initial}), only_this_file());
+  const auto build = build_node(node_with({initial}), 0, only_this_file());
   CHECK_FALSE(build.node);
   return build.problems.empty() ? "" : build.problems.front();
 }
@@ -65,7 +65,7 @@ TEST_CASE("Values of the plant file as bytes") {
 }
 
 TEST_CASE("A node's image: the EDS file's defaults, and the plant file's values over them") {
-  const auto build = build_node(node_with({{0x2002, 0, std::string("xyzzy"), {}}}), only_this_file());
+  const auto build = build_node(node_with({{0x2002, 0, std::string("xyzzy"), {}}}), 0, only_this_file());
   REQUIRE(build.node);
   CHECK(build.problems.empty());
   cbcan::sim::NodeImage image = build.node->image;
@@ -85,7 +85,7 @@ TEST_CASE("A node's image says which values follow the node ID: not those that t
         "[1200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n"
         "[1200sub2]\nParameterName=out\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x580\n");
   };
-  auto build = build_node(node_with({{0x1200, 1, std::int64_t{0x605}, {}}}), read);
+  auto build = build_node(node_with({{0x1200, 1, std::int64_t{0x605}, {}}}), 0, read);
   REQUIRE(build.node);
   CHECK(build.node->image.values == Bytes{2, 0x05, 6, 0, 0, 0x85, 5, 0, 0});
   cbcan::change_node_id(build.node->image.values, build.node->image.node_id_values, 5, 10);
@@ -102,11 +102,11 @@ TEST_CASE("What cannot be built is named with its line") {
         "VISIBLE_STRING of 8 bytes");
   cbcan::app::NodeConfig node = node_with({});
   node.eds = "y.eds";
-  CHECK(build_node(node, only_this_file()).problems ==
+  CHECK(build_node(node, 0, only_this_file()).problems ==
         std::vector<std::string>{
             "plant.toml:3: node 5: cannot read y.eds; paths are relative to the plant file"});
   const auto garbage =
-      build_node(node, [](const std::string&) { return std::string("\x7f\x45LF\0\1\2", 7); });
+      build_node(node, 0, [](const std::string&) { return std::string("\x7f\x45LF\0\1\2", 7); });
   CHECK_FALSE(garbage.node);
   CHECK_FALSE(garbage.problems.empty());
 }
@@ -118,7 +118,7 @@ TEST_CASE("Every node of the demo plant is built without a word") {
   REQUIRE(cbcan::app::read_plant(*read(plant), plant, config).empty());
   CHECK(config.nodes.size() == 4);
   for (const auto& node : config.nodes) {
-    const auto build = build_node(node, read);
+    const auto build = build_node(node, node_seed(config, node), read);
     CHECK(build.node);
     CHECK(build.warnings.empty());
     CHECK(build.notes.empty());

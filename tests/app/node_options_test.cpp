@@ -38,8 +38,8 @@ TEST_CASE("nodes without a plant file") {
   const Start made = start({"--node", "5=a.eds", "--node", "0x20=dir/b=c.dcf"});
   REQUIRE(made.err == "");
   REQUIRE(made.config.nodes.size() == 2);
-  CHECK(made.config.nodes[0] == NodeConfig{5, "", "a.eds", {}, {"--node 5=a.eds"}});
-  CHECK(made.config.nodes[1] == NodeConfig{32, "", "dir/b=c.dcf", {}, {"--node 0x20=dir/b=c.dcf"}});
+  CHECK(made.config.nodes[0] == node_config(5, "", "a.eds", {}, {"--node 5=a.eds"}));
+  CHECK(made.config.nodes[1] == node_config(32, "", "dir/b=c.dcf", {}, {"--node 0x20=dir/b=c.dcf"}));
 }
 
 TEST_CASE("--node gives a node of the plant another EDS file and nothing else") {

@@ -45,7 +45,7 @@ verbose = true
   REQUIRE(plant.errors == Lines{});
   CHECK(plant.config.module == ModuleConfig{126, 0, 3000, 50, true});
   CHECK(plant.config.modbus == ModbusConfig{"::1", 0});
-  CHECK(plant.config.can == CanConfig{CanKind::kSocketCan, "can0", 125000, ""});
+  CHECK(plant.config.can == CanConfig{CanKind::kSocketCan, "can0", 125000, "", {}});
   CHECK(plant.config.log == LogConfig{"bus.log", true});
 }
 
@@ -62,9 +62,9 @@ heartbeat_ms = 1000
 )");
   REQUIRE(plant.errors == Lines{});
   REQUIRE(plant.config.nodes.size() == 2);
-  CHECK(plant.config.nodes[0] == NodeConfig{66, "I/O module", "io.eds", {}, {"plant.toml", 1}});
+  CHECK(plant.config.nodes[0] == node_config(66, "I/O module", "io.eds", {}, {"plant.toml", 1}));
   const InitialValue heartbeat{0x1017, 0, std::int64_t{1000}, {"plant.toml", 6}};
-  CHECK(plant.config.nodes[1] == NodeConfig{2, "", "t.eds", {heartbeat}, {"plant.toml", 6}});
+  CHECK(plant.config.nodes[1] == node_config(2, "", "t.eds", {heartbeat}, {"plant.toml", 6}));
 }
 
 TEST_CASE("values at power-on keep the type they were written with") {
