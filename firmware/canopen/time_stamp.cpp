@@ -8,7 +8,11 @@ namespace cbcan {
 
 namespace {
 
-constexpr std::uint64_t kMillisecondsOfDay = 86'400'000;
+constexpr Time kHour = 3600 * kSecond;
+constexpr Time kDay = 24 * kHour;
+constexpr std::uint32_t kMillisecondsOfHour = 3'600'000;
+constexpr std::uint32_t kMillisecondsOfDay = 24 * kMillisecondsOfHour;
+constexpr std::uint32_t kMicroseconds = 1000;  // of a millisecond
 constexpr std::uint32_t kMillisecondBits = 0x0FFFFFFF;
 constexpr std::uint8_t kMessageBytes = 6;
 
@@ -77,14 +81,22 @@ void TimeStamp::poll(Time now) {
 }
 
 void TimeStamp::set(const TimeOfDay& time_of_day, Time now) {
-  milliseconds_at_zero_ =
-      time_of_day.days * kMillisecondsOfDay + time_of_day.milliseconds - now / kMillisecond;
+  set_ = time_of_day;
+  set_at_ = now;
 }
 
+/// By days and hours, so that what is left fits 32 bits: a 64-bit division would be a library call.
 TimeOfDay TimeStamp::at(Time now) const {
-  const std::uint64_t total = milliseconds_at_zero_ + now / kMillisecond;
-  return {static_cast<std::uint32_t>(total % kMillisecondsOfDay),
-          static_cast<std::uint16_t>(total / kMillisecondsOfDay)};
+  Time since = now - set_at_;
+  TimeOfDay time = set_;
+  for (; since >= kDay; since -= kDay)
+    ++time.days;
+  for (; since >= kHour; since -= kHour)
+    time.milliseconds += kMillisecondsOfHour;
+  time.milliseconds += static_cast<std::uint32_t>(since) / kMicroseconds;
+  for (; time.milliseconds >= kMillisecondsOfDay; time.milliseconds -= kMillisecondsOfDay)
+    ++time.days;
+  return time;
 }
 
 }  // namespace cbcan

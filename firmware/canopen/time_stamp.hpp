@@ -56,7 +56,8 @@ class TimeStamp {
  private:
   const ObjectDictionary& dictionary_;
   Outbox outbox_;
-  std::uint64_t milliseconds_at_zero_ = 0;  ///< since 1984 when `now` was 0; modulo 2^64
+  TimeOfDay set_;
+  Time set_at_ = 0;
   Time period_ = 0;
   Time due_ = kNever;
   std::uint32_t id_ = 0;

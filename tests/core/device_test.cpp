@@ -330,6 +330,8 @@ TEST_CASE("TIME consumer: milliseconds after midnight and days since 1984") {
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{86'399'999, 15568});
   rig.pass(kMillisecond);
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{0, 15569});
+  rig.now += 366 * 24 * 3600 * kSecond + 7 * 3600 * kSecond + 1'999;
+  CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{25'200'001, 15935});
 }
 
 TEST_CASE("TIME producer: the time of day in its period") {
