@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A simulated bus in virtual time, and a master on it that the test plays. Every frame that the master hears
+/// has to be expected, in order and at its time.
+
+#include <algorithm>
+#include <deque>
+#include <exception>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/world.hpp"
+#include "support/catch.hpp"
+#include "support/frame_text.hpp"
+
+namespace cbcan::test {
+
+class WorldBench final : private sim::Receiver {
+ public:
+  explicit WorldBench(std::uint32_t bit_rate = 0, sim::FaultListener* listener = nullptr)
+      : world(bit_rate, 0, listener) {
+    port_.accept(0, 0x7FF);
+  }
+  WorldBench(const WorldBench&) = delete;
+  ~WorldBench() noexcept(false) {
+    if (std::uncaught_exceptions() == 0) expect_silence();
+  }
+
+  /// Power on for all nodes; their boot-up messages are there at the same time.
+  void start() { world.start(now); }
+
+  /// A frame of the master's, and all that comes of it at the same time.
+  void send(const std::string& frame) {
+    INFO("sends " << frame);
+    CHECK(port_.try_send(frame_from(frame)));
+    world.advance(now);
+  }
+
+  /// The next frame that has been heard; at `now`, nothing having been heard since that is not expected.
+  void expect(const std::string& frame) { expect_at(now, frame); }
+  void expect_at(Time time, const std::string& frame) {
+    if (heard_.empty()) {
+      FAIL_CHECK("nothing is heard at " << now << "; expected " << frame);
+      return;
+    }
+    CHECK(heard_.front().second == frame);
+    CHECK(heard_.front().first == time);
+    heard_.pop_front();
+  }
+  void expect_silence() {
+    for (const auto& [time, frame] : heard_)
+      FAIL_CHECK("not expected: " << time << " " << frame);
+    heard_.clear();
+  }
+  void ask(const std::string& request, const std::string& answer) {
+    INFO("asked " << request);
+    expect_silence();
+    send(request);
+    expect(answer);
+    expect_silence();
+  }
+
+  /// What has been heard since it was last looked at, without times.
+  std::vector<std::string> heard() {
+    std::vector<std::string> frames;
+    for (auto& [time, frame] : heard_)
+      frames.push_back(std::move(frame));
+    heard_.clear();
+    return frames;
+  }
+
+  void pass(Time duration) {
+    const Time end = now + duration;
+    for (Time next = world.next_deadline(); next <= end; next = world.next_deadline()) {
+      now = std::max(now, next);
+      world.advance(now);
+    }
+    now = end;
+    world.advance(now);
+  }
+
+  // The world outside the nodes.
+  void input(sim::Node& node, std::uint16_t index, std::uint8_t sub, double value) {
+    CHECK(node.set_input(index, sub, value, now));
+    world.advance(now);
+  }
+  void incident(sim::Node& node, const std::string& name, bool present) {
+    CHECK(node.set_incident(name, present, now));
+    world.advance(now);
+  }
+
+  sim::World world;
+  Time now = 0;
+
+ private:
+  void on_frame(const Frame& frame, Time at) override { heard_.emplace_back(at, text_of(frame)); }
+  void on_bus_state(BusState /*state*/, Time /*at*/) override {}
+
+  std::deque<std::pair<Time, std::string>> heard_;
+  sim::Port& port_ = world.bus().attach(*this);
+};
+
+}  // namespace cbcan::test

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Nodes of the demo plant on a simulated bus, as cbcan-sim makes them.
+
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "devices/devices.hpp"
+#include "eds/dictionary_image.hpp"
+#include "eds/eds_reader.hpp"
+#include "support/world_bench.hpp"
+
+namespace cbcan::test {
+
+/// What a plant file sets.
+struct InitialValue {
+  std::uint16_t index;
+  std::uint8_t sub;
+  std::uint64_t value;
+};
+
+inline sim::NodeImage demo_image(const std::string& file, std::uint8_t node_id,
+                                 const std::vector<InitialValue>& values = {}) {
+  std::ifstream stream(std::string(DEMO_PLANT) + "/" + file);
+  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  eds::DictionaryImage image = eds::dictionary_image(eds::read(text, file, node_id).device);
+  ObjectDictionary dictionary(image.entries, image.values, nullptr);
+  for (const InitialValue& each : values)
+    REQUIRE(dictionary.set(each.index, each.sub, each.value));
+  return {std::move(image.entries), std::move(image.limits), std::move(image.values),
+          std::move(image.node_id_values)};
+}
+
+/// With the device that belongs to its profile.
+inline sim::Node& add_demo_node(WorldBench& bench, const std::string& file, std::uint8_t node_id,
+                                const std::vector<InitialValue>& values = {}, sim::NodeParts parts = {}) {
+  sim::NodeImage image = demo_image(file, node_id, values);
+  const ObjectDictionary dictionary(image.entries, image.values, nullptr);
+  const auto profile = static_cast<std::uint16_t>(dictionary.get(0x1000, 0));
+  parts.behaviour = devices::device_for_profile(profile).make;
+  return bench.world.add_node(node_id, std::move(image), parts);
+}
+
+}  // namespace cbcan::test
