@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: MIT
+// The CiA 402 introduction, its part on CiA 301: messages byte for byte, and its table of states and
+// services.
+//
+//   Section of the introduction                  Case
+//   NMT: 01h 02h 80h 81h 82h                     "node control: the five services"
+//   NMT examples: 81 00, 01 05                   "NMT examples"
+//   Error control: node guarding                 "node guarding with its time-out"
+//   Error control: heartbeat 0, 4, 5, 127        "node control: the five services"
+//   Boot-up: 700h + node ID, one byte 0          "NMT examples", "node control: the five services"
+//   State-object relationship                    "which service is there in which state"
+//   SDO: 600h, 580h + node ID                    all SDO cases
+//   Expedited, segmented, block                  "SDO: expedited ...", "SDO: segments", "SDO: block"
+//   Protocol details: cs 20..23, 40, 43, 41      "SDO: expedited and initiate specifiers"
+//   Protocol details: cs 00/01, 60/61            "SDO: segments"
+//   Protocol details: cs A0..A4, C0..C2          "SDO: block"
+//
+// Its second part, CiA 402 itself: cia402_drive_test.cpp.
+
+#include <set>
+
+#include "demo_nodes.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+using Frames = std::vector<std::string>;
+
+class Generic {
+ public:
+  Generic() {
+    bench.start();
+    bench.expect("705#00");
+  }
+  WorldBench bench;
+  sim::Node& node = add_demo_node(bench, "generic.eds", 5);
+};
+
+/// An I/O module that produces everything that a node can: SYNC every 10 ms, TIME every 50 ms, a heartbeat
+/// every 20 ms.
+class Producer {
+ public:
+  Producer() {
+    bench.start();
+    bench.expect("742#00");
+    bench.expect_silence();
+  }
+  /// Identifiers that are heard within 100 ms, while the input changes and an error occurs.
+  std::set<std::string> identifiers() {
+    bench.heard();
+    bench.input(node, 0x6000, 1, 0xFF);
+    bench.incident(node, "output-short-circuit", true);
+    bench.send("642#4017100000000000");
+    bench.pass(100 * kMillisecond);
+    std::set<std::string> found;
+    for (const std::string& frame : bench.heard())
+      found.insert(frame.substr(0, 3));
+    return found;
+  }
+  std::uint64_t outputs() { return node.device().dictionary().get(0x6200, 1); }
+
+  WorldBench bench;
+  sim::Node& node = add_demo_node(
+      bench, "io_module.eds", 0x42,
+      {{0x1017, 0, 20}, {0x1005, 0, 0x40000080}, {0x1006, 0, 10'000}, {0x1012, 0, 0x40000100}}, parts());
+
+ private:
+  static sim::NodeParts parts() {
+    sim::NodeParts parts;
+    parts.time_period = 50 * kMillisecond;
+    return parts;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("CiA 402 introduction, NMT examples") {
+  WorldBench bench;
+  add_demo_node(bench, "drive.eds", 5);
+  add_demo_node(bench, "pressure_transducer.eds", 1);
+  add_demo_node(bench, "io_module.eds", 0x42);
+  bench.start();
+  CHECK(bench.heard() == Frames{"701#00", "705#00", "742#00"});
+  bench.send("000#8100");  // reset all
+  CHECK(bench.heard() == Frames{"701#00", "705#00", "742#00"});
+  bench.send("000#0105");  // start node 5: its event-driven TPDOs say that it has
+  CHECK(bench.heard() == Frames{"185#5002", "285#500200", "385#500200000000", "485#500200000000"});
+  bench.ask("701#R1", "701#7F");
+  bench.ask("705#R1", "705#05");
+  bench.ask("742#R1", "742#7F");
+}
+
+TEST_CASE("CiA 402 introduction, node control: the five services") {
+  WorldBench bench;
+  add_demo_node(bench, "pressure_transducer.eds", 1, {{0x1017, 0, 100}});
+  bench.start();
+  bench.expect("701#00");
+  struct Row {
+    const char* command;
+    const char* heartbeat;
+  };
+  for (const Row& row :
+       std::initializer_list<Row>{{"000#0101", "701#05"}, {"000#0201", "701#04"}, {"000#8001", "701#7F"}}) {
+    bench.send(row.command);
+    bench.expect_silence();
+    bench.pass(100 * kMillisecond);
+    bench.expect(row.heartbeat);
+  }
+  for (const char* reset : {"000#8101", "000#8201"}) {
+    bench.send("000#0101");
+    bench.ask(reset, "701#00");
+    bench.pass(100 * kMillisecond);
+    bench.expect("701#7F");
+  }
+}
+
+// Node guarding in the other direction: the node, too, misses the requests. (CiA 301, 7.2.8.3.2.1.)
+TEST_CASE("CiA 402 introduction, node guarding with its time-out") {
+  WorldBench bench;
+  add_demo_node(bench, "pressure_transducer.eds", 1, {{0x100C, 0, 100}, {0x100D, 0, 2}});
+  bench.start();
+  bench.expect("701#00");
+  bench.ask("701#R1", "701#7F");
+  bench.pass(199 * kMillisecond);
+  bench.ask("701#R1", "701#FF");
+  bench.pass(200 * kMillisecond);
+  bench.expect("081#3081110000000000");  // life guarding: 8130h
+  bench.send("701#R1");
+  bench.expect("701#7F");
+  bench.expect("081#0000000000000000");
+}
+
+// The introduction's table has lost the places of its marks: Pre-operational has five services and Stopped
+// two. CiA 301, table 37, decides: no PDO in Pre-operational, error and node control alone in Stopped.
+TEST_CASE("CiA 402 introduction, state-object relationship: which service is there in which state") {
+  struct Row {
+    const char* state;
+    const char* command;
+    std::set<std::string> sent;
+    std::uint64_t received;
+  };
+  for (const Row& row : std::initializer_list<Row>{
+           {"Pre-operational", "000#8042", {"080", "0C2", "100", "5C2", "742"}, 0},
+           {"Operational", "000#0142", {"080", "0C2", "100", "1C2", "2C2", "5C2", "742"}, 0x55},
+           {"Stopped", "000#0242", {"742"}, 0}}) {
+    INFO(row.state);
+    Producer producer;
+    producer.bench.send(row.command);
+    producer.bench.send("242#55");
+    CHECK(producer.outputs() == row.received);
+    producer.bench.send("1C2#R1");
+    CHECK(producer.bench.heard().empty() == (row.received == 0));
+    producer.bench.send(row.command);
+    std::set<std::string> sent = row.sent;
+    sent.erase("2C2");  // once, when it became Operational
+    CHECK(producer.identifiers() == sent);
+    // Node control is there in each of them.
+    producer.bench.send("000#8242");
+    CHECK(producer.bench.heard() == Frames{"742#00"});
+  }
+}
+
+TEST_CASE("CiA 402 introduction, state-object relationship: SYNC that others produce") {
+  WorldBench bench;
+  add_demo_node(bench, "pressure_transducer.eds", 1, {{0x9130, 1, 99021}});
+  bench.start();
+  bench.expect("701#00");
+  bench.send("080#");
+  bench.send("000#0201");
+  bench.send("080#");
+  bench.expect_silence();  // there is no synchronous TPDO to be sent in these states
+  bench.send("000#0101");
+  bench.ask("080#", "181#CD820100");
+}
+
+// "20h to 23h": bit 1 is e, bit 0 is s; with both, bits 3 and 2 are the bytes that are unused, so 23h is four
+// bytes, and 27h, 2Bh, 2Fh are three, two, one. "43h" in answers likewise.
+TEST_CASE("CiA 402 introduction, SDO: expedited and initiate specifiers") {
+  Generic generic;
+  WorldBench& bench = generic.bench;
+  bench.ask("605#2304200078563412", "585#6004200000000000");
+  bench.ask("605#4004200000000000", "585#4304200078563412");
+  bench.ask("605#2204200021436587", "585#6004200000000000");
+  bench.ask("605#4004200000000000", "585#4304200021436587");
+  bench.ask("605#2108200008000000", "585#6008200000000000");
+  bench.ask("605#0001020304050607", "585#2000000000000000");
+  bench.ask("605#1D08000000000000", "585#3000000000000000");
+  bench.ask("605#2008200000000000", "585#6008200000000000");
+  bench.ask("605#0011020304050607", "585#2000000000000000");
+  bench.ask("605#1D08000000000000", "585#3000000000000000");
+  bench.ask("605#4008200000000000", "585#4108200008000000");
+  bench.send("605#8008200000000008");
+}
+
+// "00h/01h" and "60h/61h" for the toggle bit: by CiA 301, 7.2.4.3.5, it is bit 4: 00h and 10h, 60h and 70h;
+// bit 0 of a segment says that it is the last one.
+TEST_CASE("CiA 402 introduction, SDO: segments") {
+  Generic generic;
+  WorldBench& bench = generic.bench;
+  bench.ask("605#210E20000E000000", "585#600E200000000000");
+  bench.ask("605#0001020304050607", "585#2000000000000000");
+  bench.ask("605#1108090A0B0C0D0E", "585#3000000000000000");
+  bench.ask("605#400E200000000000", "585#410E20000E000000");
+  bench.ask("605#6000000000000000", "585#0001020304050607");
+  bench.ask("605#7000000000000000", "585#1108090A0B0C0D0E");
+  // A toggle bit that has not alternated ends the transfer: 0503 0000h.
+  bench.ask("605#400E200000000000", "585#410E20000E000000");
+  bench.ask("605#7000000000000000", "585#800E200000000305");
+}
+
+// "A0h to A4h for block download, C0h to C2h for block upload" are what the server sends in them; the client
+// has the other pair. C6h is C2h with the server's support of the CRC.
+TEST_CASE("CiA 402 introduction, SDO: block") {
+  Generic generic;
+  WorldBench& bench = generic.bench;
+  bench.ask("605#C208200008000000", "585#A40820007F000000");  // without CRC
+  bench.send("605#0101020304050607");
+  bench.ask("605#8208000000000000", "585#A2027F0000000000");
+  bench.ask("605#D900000000000000", "585#A100000000000000");
+  bench.ask("605#A00820007F000000", "585#C608200008000000");
+  bench.send("605#A300000000000000");
+  CHECK(bench.heard() == Frames{"585#0101020304050607", "585#8208000000000000"});
+  bench.ask("605#A2027F0000000000", "585#D900000000000000");
+  bench.send("605#A100000000000000");
+}
+
+}  // namespace cbcan::test
