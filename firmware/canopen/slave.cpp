@@ -40,8 +40,8 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
   heartbeat_at_ = kNever;
   configure(now);
   wanted_ = kBootUp;
+  poll(now);  // before what Pre-operational lets out
   enter(nmt::State::kPreOperational, now);
-  poll(now);
 }
 
 void Slave::enter(nmt::State state, Time now) {

@@ -45,6 +45,7 @@ std::uint64_t to_raw(double value, DataType type, std::size_t bytes) {
     if (whole >= limit) return (std::uint64_t{1} << (bits - 1)) - 1;
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::max(whole, -limit)));
   }
+  if (type == DataType::kBoolean) return whole > 0 ? 1 : 0;
   if (whole >= std::ldexp(1.0, bits)) return ~std::uint64_t{0};
   return whole <= 0 ? 0 : static_cast<std::uint64_t>(whole);
 }

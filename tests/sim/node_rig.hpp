@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Simulated nodes on dictionaries that tests write down.
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "sim/node.hpp"
+#include "support/world_bench.hpp"
+
+namespace cbcan::test {
+
+/// One or more sub-indices that are alike, and their power-on value.
+struct Row {
+  std::uint16_t index;
+  std::uint8_t first_sub;
+  std::uint8_t last_sub;
+  DataType type;
+  std::uint64_t value = 0;
+  std::uint8_t flags = ObjectFlags::kReadWrite;
+  bool follows_node_id = false;  ///< `value` is for node ID 0
+};
+
+inline sim::NodeImage image_of(const std::vector<Row>& rows, std::uint8_t node_id) {
+  sim::NodeImage image;
+  for (const Row& row : rows) {
+    const auto size = static_cast<std::uint8_t>(size_of(row.type));
+    const auto offset = static_cast<std::uint32_t>(image.values.size());
+    image.entries.push_back({row.index, row.first_sub, row.last_sub, row.type, row.flags, offset, size});
+    if (row.follows_node_id) image.node_id_values.push_back({offset, 1, size});
+    const std::uint64_t value = row.value + (row.follows_node_id ? node_id : 0u);
+    for (unsigned sub = row.first_sub; sub <= row.last_sub; ++sub)
+      for (unsigned byte = 0; byte < size; ++byte)
+        image.values.push_back(static_cast<std::uint8_t>(value >> 8 * byte));
+  }
+  return image;
+}
+
+inline constexpr std::uint8_t kInput = ObjectFlags::kRead | ObjectFlags::kMapTpdo;
+inline constexpr std::uint8_t kOutput = ObjectFlags::kReadWrite | ObjectFlags::kMapRpdo;
+
+/// One RPDO with the 16 bits of 6200h:1, one event-driven TPDO with those of 6000h:1, parameters 2000h (of
+/// the manufacturer) and 6100h (of the profile), and what CiA 301 has. With LSS, `serial` tells nodes apart.
+inline std::vector<Row> rows(std::uint32_t serial = 1) {
+  using enum DataType;
+  constexpr std::uint8_t kRo = ObjectFlags::kRead;
+  return {
+      {0x1000, 0, 0, kUnsigned32, 0, kRo},
+      {0x1001, 0, 0, kUnsigned8, 0, kRo},
+      {0x1005, 0, 0, kUnsigned32, 0x80},
+      {0x1006, 0, 0, kUnsigned32},
+      {0x1010, 0, 0, kUnsigned8, 4, kRo},
+      {0x1010, 1, 4, kUnsigned32, 1},
+      {0x1011, 0, 0, kUnsigned8, 4, kRo},
+      {0x1011, 1, 4, kUnsigned32, 1},
+      {0x1012, 0, 0, kUnsigned32, 0x100},
+      {0x1014, 0, 0, kUnsigned32, 0x80, ObjectFlags::kReadWrite, true},
+      {0x1016, 0, 0, kUnsigned8, 2, kRo},
+      {0x1016, 1, 2, kUnsigned32},
+      {0x1017, 0, 0, kUnsigned16},
+      {0x1018, 0, 0, kUnsigned8, 4, kRo},
+      {0x1018, 1, 1, kUnsigned32, 0x319, kRo},
+      {0x1018, 2, 2, kUnsigned32, 0x02, kRo},
+      {0x1018, 3, 3, kUnsigned32, 0x03, kRo},
+      {0x1018, 4, 4, kUnsigned32, serial, kRo},
+      {0x1029, 0, 0, kUnsigned8, 1, kRo},
+      {0x1029, 1, 1, kUnsigned8},
+      {0x1400, 0, 0, kUnsigned8, 2, kRo},
+      {0x1400, 1, 1, kUnsigned32, 0x200, ObjectFlags::kReadWrite, true},
+      {0x1400, 2, 2, kUnsigned8, 255},
+      {0x1600, 0, 0, kUnsigned8, 1},
+      {0x1600, 1, 1, kUnsigned32, 0x62000110},
+      {0x1600, 2, 2, kUnsigned32},
+      {0x1800, 0, 0, kUnsigned8, 2, kRo},
+      {0x1800, 1, 1, kUnsigned32, 0x180, ObjectFlags::kReadWrite, true},
+      {0x1800, 2, 2, kUnsigned8, 255},
+      {0x1A00, 0, 0, kUnsigned8, 1},
+      {0x1A00, 1, 1, kUnsigned32, 0x60000110},
+      {0x2000, 0, 0, kUnsigned16, 7},
+      {0x6000, 1, 1, kUnsigned16, 0, kInput},
+      {0x6001, 0, 0, kBoolean, 0, kInput},
+      {0x6002, 0, 0, kInteger8, 0, kInput},
+      {0x6003, 0, 0, kReal32, 0, kInput},
+      {0x6100, 0, 0, kUnsigned16, 8},
+      {0x6200, 1, 1, kUnsigned16, 0, kOutput},
+      {0x6200, 2, 2, kUnsigned8, 0, kOutput},
+  };
+}
+
+inline sim::Node& add_node(WorldBench& bench, std::uint8_t node_id, const sim::NodeParts& parts = {},
+                           std::uint32_t serial = 1) {
+  const std::uint8_t image_for = node_id == sim::Node::kNoNodeId ? std::uint8_t{0} : node_id;
+  return bench.world.add_node(node_id, image_of(rows(serial), image_for), parts);
+}
+
+inline std::uint64_t value_of(sim::Node& node, std::uint16_t index, std::uint8_t sub) {
+  return node.device().dictionary().get(index, sub);
+}
+
+}  // namespace cbcan::test

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT
+// What gives a node's values life: signals, inputs, incidents, a behaviour.
+
+#include <limits>
+#include <string>
+
+#include "node_rig.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+using sim::Ramp;
+using sim::Replay;
+using sim::Signal;
+
+/// 6000h:1 shows what comes in at it, doubled; 6200h:1 beyond 100 is an error, or the incident "jam".
+class Doubler final : public sim::Behaviour {
+ public:
+  explicit Doubler(sim::DeviceNode& node) : node_(node) {}
+
+  void reset(bool application, Time) override { resets += application ? "node " : "communication "; }
+  Time update(Time now) override {
+    const std::uint64_t shown = 2 * input_;
+    if (node_.dictionary().get(0x6000, 1) != shown) {
+      node_.dictionary().set(0x6000, 1, shown);
+      node_.changed(0x6000, 1, now);
+    }
+    const bool wrong = jammed_ || node_.dictionary().get(0x6200, 1) > 100;
+    if (wrong)
+      node_.error(0xFF01, 0x81, {1, 2, 3, 4, 5}, now);
+    else
+      node_.error_over(0xFF01, now);
+    return kNever;
+  }
+  bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time) override {
+    if (index != 0x6000 || sub != 1) return false;
+    input_ = static_cast<std::uint64_t>(value);
+    return true;
+  }
+  std::span<const std::string_view> incidents() const override { return kIncidents; }
+  void set_incident(std::string_view, bool present, Time) override { jammed_ = present; }
+
+  static inline std::string resets;
+
+ private:
+  static constexpr std::array<std::string_view, 1> kIncidents{"jam"};
+  sim::DeviceNode& node_;
+  std::uint64_t input_ = 0;
+  bool jammed_ = false;
+};
+
+sim::NodeParts with_doubler() {
+  Doubler::resets.clear();
+  sim::NodeParts parts;
+  parts.behaviour = [](sim::DeviceNode& node, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
+    return std::make_unique<Doubler>(node);
+  };
+  return parts;
+}
+
+sim::NodeParts with_signal(const sim::Shape& shape, Time sample_period = 10 * kMillisecond) {
+  sim::NodeParts parts;
+  parts.signals.push_back({0x6000, 1, sample_period, shape});
+  return parts;
+}
+
+}  // namespace
+
+TEST_CASE("Node: a constant signal is there at power-on, and stays through resets") {
+  WorldBench bench;
+  add_node(bench, 5, with_signal(sim::Constant{0x1234}));
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("605#4000600100000000", "585#4B00600134120000");
+  bench.ask("000#0105", "185#3412");
+  bench.pass(kSecond);
+  bench.expect_silence();
+}
+
+TEST_CASE("Node: a ramp at its sample times, each change an event") {
+  WorldBench bench;
+  add_node(bench, 5, with_signal(Ramp{0, 40, 40 * kMillisecond}));
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("000#0105", "185#0000");
+  bench.pass(100 * kMillisecond);
+  bench.expect_at(10 * kMillisecond, "185#0A00");
+  bench.expect_at(20 * kMillisecond, "185#1400");
+  bench.expect_at(30 * kMillisecond, "185#1E00");
+  bench.expect_at(40 * kMillisecond, "185#2800");
+}
+
+TEST_CASE("Node: a CSV's values at their times, in steps of the sample period, again and again") {
+  const sim::CsvPoints csv = sim::parse_csv_points("0,1\n0.005,2\n0.010,3\n0.012,3\n");
+  REQUIRE(csv.problem.empty());
+  WorldBench bench;
+  Replay replay;
+  replay.points = csv.points;
+  replay.repeat = true;
+  add_node(bench, 5, with_signal(replay, kMillisecond));
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("000#0105", "185#0100");
+  bench.pass(20 * kMillisecond);
+  bench.expect_at(5 * kMillisecond, "185#0200");
+  bench.expect_at(10 * kMillisecond, "185#0300");
+  bench.expect_at(12 * kMillisecond, "185#0100");
+  bench.expect_at(17 * kMillisecond, "185#0200");
+}
+
+TEST_CASE("Node: signals begin with power-on, whenever that is") {
+  WorldBench bench;
+  bench.now = 7 * kSecond;
+  add_node(bench, 5, with_signal(Ramp{1, 3, 20 * kMillisecond}));
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("000#0105", "185#0100");
+  bench.pass(10 * kMillisecond);
+  bench.expect("185#0200");
+  bench.pass(10 * kMillisecond);
+  bench.expect("185#0300");
+}
+
+TEST_CASE("Node: two signals with sample periods of their own") {
+  sim::NodeParts parts;
+  parts.signals.push_back({0x6000, 1, 3 * kMillisecond, Ramp{0, 12, 12 * kMillisecond}});
+  parts.signals.push_back({0x6002, 0, 4 * kMillisecond, Ramp{0, -12, 12 * kMillisecond}});
+  WorldBench bench;
+  sim::Node& node = add_node(bench, 5, parts);
+  bench.start();
+  bench.expect("705#00");
+  std::string seen;
+  for (int i = 0; i <= 12; ++i) {
+    seen += std::to_string(value_of(node, 0x6000, 1)) + "/" +
+            std::to_string(static_cast<std::int8_t>(value_of(node, 0x6002, 0))) + " ";
+    bench.pass(kMillisecond);
+  }
+  CHECK(seen == "0/0 0/0 0/0 3/0 3/-4 3/-4 6/-4 6/-4 6/-8 9/-8 9/-8 9/-8 12/-12 ");
+}
+
+TEST_CASE("Node: an input without a behaviour is the object's value, rounded and limited") {
+  WorldBench bench;
+  sim::Node& node = add_node(bench, 5);
+  bench.start();
+  bench.expect("705#00");
+  struct Given {
+    std::uint16_t index;
+    std::uint8_t sub;
+    double value;
+    std::uint64_t stored;
+  };
+  const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+  for (const Given& row : std::initializer_list<Given>{{0x6000, 1, 2.4, 2},
+                                                       {0x6000, 1, 2.5, 3},
+                                                       {0x6000, 1, -1, 0},
+                                                       {0x6000, 1, 65535, 65535},
+                                                       {0x6000, 1, 65536, 65535},
+                                                       {0x6000, 1, 1e300, 65535},
+                                                       {0x6000, 1, not_a_number, 0},
+                                                       {0x6001, 0, 1, 1},
+                                                       {0x6001, 0, 0, 0},
+                                                       {0x6001, 0, 5, 1},
+                                                       {0x6001, 0, -5, 0},
+                                                       {0x6002, 0, -128, 0x80},
+                                                       {0x6002, 0, -1000, 0x80},
+                                                       {0x6002, 0, 1000, 0x7F},
+                                                       {0x6002, 0, -1.5, 0xFE},
+                                                       {0x6003, 0, 0.1, 0x3DCCCCCD}}) {
+    INFO(row.index << " " << row.value);
+    bench.input(node, row.index, row.sub, row.value);
+    CHECK(value_of(node, row.index, row.sub) == row.stored);
+  }
+  CHECK_FALSE(node.set_input(0x6000, 2, 1, bench.now));  // no such sub-index
+  CHECK_FALSE(node.set_input(0x7000, 0, 1, bench.now));
+  CHECK_FALSE(node.set_input(0x1010, 1, 1, bench.now));  // a command, not a number
+}
+
+TEST_CASE("Node: an input that does not change is no event") {
+  WorldBench bench;
+  sim::Node& node = add_node(bench, 5);
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("000#0105", "185#0000");
+  bench.input(node, 0x6000, 1, 3);
+  bench.expect("185#0300");
+  bench.input(node, 0x6000, 1, 3.3);
+  bench.expect_silence();
+}
+
+TEST_CASE("Node: a behaviour has its inputs, the others are the dictionary's") {
+  WorldBench bench;
+  sim::Node& node = add_node(bench, 5, with_doubler());
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("000#0105", "185#0000");
+  bench.input(node, 0x6000, 1, 0x11);
+  bench.expect("185#2200");
+  bench.input(node, 0x6002, 0, 0x11);
+  CHECK(value_of(node, 0x6002, 0) == 0x11);
+}
+
+TEST_CASE("Node: a behaviour's errors: by SDO, by RPDO, by an incident") {
+  WorldBench bench;
+  sim::Node& node = add_node(bench, 5, with_doubler());
+  bench.start();
+  bench.expect("705#00");
+  bench.send("605#2B00620165000000");
+  bench.expect("585#6000620100000000");
+  bench.expect("085#01FF810102030405");
+  bench.ask("605#4001100000000000", "585#4F01100081000000");
+  bench.send("605#2B00620164000000");
+  bench.expect("585#6000620100000000");
+  bench.expect("085#0000000000000000");
+  bench.ask("000#0105", "185#0000");
+  bench.ask("205#6500", "085#01FF810102030405");
+  bench.ask("205#0000", "085#0000000000000000");
+  bench.incident(node, "jam", true);
+  bench.expect("085#01FF810102030405");
+  CHECK_FALSE(node.set_incident("jelly", true, bench.now));
+  bench.incident(node, "jam", false);
+  bench.expect("085#0000000000000000");
+}
+
+TEST_CASE("Node: an error whose cause is still there is told again after reset node, not after reset comm.") {
+  WorldBench bench;
+  sim::Node& node = add_node(bench, 5, with_doubler());
+  bench.start();
+  bench.expect("705#00");
+  bench.incident(node, "jam", true);
+  bench.expect("085#01FF810102030405");
+  bench.ask("000#8205", "705#00");
+  bench.ask("605#4001100000000000", "585#4F01100081000000");
+  bench.send("000#8105");
+  bench.expect("705#00");
+  bench.expect("085#01FF810102030405");
+  CHECK(Doubler::resets == "node communication node ");
+}
+
+TEST_CASE("Node: without a behaviour there are no incidents") {
+  WorldBench bench;
+  sim::Node& node = add_node(bench, 5);
+  bench.start();
+  bench.expect("705#00");
+  CHECK_FALSE(node.set_incident("jam", true, bench.now));
+}
+
+}  // namespace cbcan::test
