@@ -79,7 +79,8 @@ class Device final : private Application, private PdoApplication {
 
   /// Power on: boot-up message, then Pre-operational.
   void start(Time now);
-  /// Counts from the next start() or reset on.
+  /// Counts from the next start() or reset on. Above 127 there is none: that reset ends in Initialising,
+  /// where it is off the bus until start().
   void set_node_id(std::uint8_t node_id) { slave_.set_node_id(node_id); }
 
   void on_frame(const Frame& frame, Time now);

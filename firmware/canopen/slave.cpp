@@ -38,6 +38,8 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
   guard_toggle_ = 0;
   heartbeat_period_ = 0;
   heartbeat_at_ = kNever;
+  wanted_ = 0;
+  if (node_id_ > nmt::kMaxNode) return;  // start() has to come again
   configure(now);
   wanted_ = kBootUp;
   poll(now);  // before what Pre-operational lets out

@@ -69,7 +69,8 @@ class Slave final : private ObjectHandler {
 
   nmt::State state() const { return state_; }
   std::uint8_t node_id() const { return node_id_; }
-  /// Counts from the next start() or reset on.
+  /// Counts from the next start() or reset on. Above 127 there is none: that reset ends in Initialising,
+  /// where it is off the bus until start().
   void set_node_id(std::uint8_t node_id) { next_node_id_ = node_id; }
   ObjectDictionary& dictionary() { return dictionary_; }
   const SdoServer& sdo_server() const { return sdo_server_; }

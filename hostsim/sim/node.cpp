@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace cbcan::sim {
@@ -32,6 +33,22 @@ NodeImage prepared(NodeImage image) {
     if (is_command && entry.first_sub != 0) entry.flags |= ObjectFlags::kComputed;
   }
   return image;
+}
+
+/// For which an image is made; 0 = for none.
+constexpr std::uint8_t image_id(std::uint8_t node_id) {
+  return node_id == Node::kNoNodeId ? std::uint8_t{0} : node_id;
+}
+
+/// Those of the values that are the same in both.
+std::vector<NodeIdValue> unchanged(const std::vector<NodeIdValue>& list, std::span<const std::uint8_t> before,
+                                   std::span<const std::uint8_t> now) {
+  std::vector<NodeIdValue> same;
+  std::ranges::copy_if(list, std::back_inserter(same), [&](const NodeIdValue& value) {
+    return std::ranges::equal(before.subspan(value.offset, value.size),
+                              now.subspan(value.offset, value.size));
+  });
+  return same;
 }
 
 /// The nearest number that the type can hold, as the dictionary stores it.
@@ -66,21 +83,24 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       faulty_(port_, node_id, parts.seed, parts.listener),
       device_(node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_}, *this,
               faulty_),
-      values_node_id_(node_id == kNoNodeId ? std::uint8_t{0} : node_id),
+      start_node_id_(node_id),
+      values_node_id_(image_id(node_id)),
       signals_(parts.signals),
       samples_due_(parts.signals.size(), kNever) {
   LssNode& lss_node = *this;
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   if (parts.behaviour != nullptr) behaviour_ = parts.behaviour(*this, parts.seed);
   device_.time_stamp().produce_every(parts.time_period, 0);
-  stored_lss_.node_id = node_id;
   if (parameters_ != nullptr) load_parameters();
 }
 
 void Node::load_parameters() {
   const StoredParameters stored = parameters_->load();
-  if (lss_ && stored.lss.node_id != 0) stored_lss_ = stored.lss;
-  if (stored_lss_.node_id != kNoNodeId) take_node_id(stored_lss_.node_id);
+  if (lss_ && stored.lss.node_id != 0) {
+    stored_lss_ = stored.lss;
+    start_node_id_ = stored.lss.node_id;
+    take_node_id(start_node_id_);
+  }
   ObjectDictionary saved(image_.entries, saved_, nullptr);
   put_parameters(stored.values, saved);
 }
@@ -88,8 +108,8 @@ void Node::load_parameters() {
 void Node::start(Time now) {
   faulty_.set_now(now);
   started_at_ = now;
-  if (lss_) lss_->start(stored_lss_.node_id, stored_lss_.bit_rate, now);
-  if (stored_lss_.node_id != kNoNodeId) device_.start(now);
+  if (lss_) lss_->start(start_node_id_, stored_lss_.bit_rate, now);
+  if (start_node_id_ != kNoNodeId) device_.start(now);
   update(now);
   if (!signals_.empty()) {
     samples_due_.assign(signals_.size(), now);
@@ -136,16 +156,18 @@ std::uint32_t Node::identity(std::uint8_t part) const {
 }
 
 bool Node::keep(const StoredLss& stored) {
-  stored_lss_ = stored;
-  return keep_saved();
+  const StoredLss before = std::exchange(stored_lss_, stored);
+  const bool kept = keep_saved();
+  if (!kept) stored_lss_ = before;
+  return kept;
 }
 
-/// $NODEID in the power-on values follows.
+/// $NODEID in the power-on values follows; what was stored in its place stays.
 void Node::take_node_id(std::uint8_t node_id) {
-  if (node_id == values_node_id_) return;
-  change_node_id(image_.values, image_.node_id_values, values_node_id_, node_id);
-  change_node_id(saved_, image_.node_id_values, values_node_id_, node_id);
-  values_node_id_ = node_id;
+  const std::vector<NodeIdValue> following = unchanged(image_.node_id_values, image_.values, saved_);
+  change_node_id(image_.values, image_.node_id_values, values_node_id_, image_id(node_id));
+  change_node_id(saved_, following, values_node_id_, image_id(node_id));
+  values_node_id_ = image_id(node_id);
   faulty_.set_node_id(node_id);
   device_.set_node_id(node_id);
 }
@@ -327,19 +349,25 @@ void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now
 }
 
 AbortCode Node::save(std::uint16_t first_index, std::uint16_t last_index) {
-  copy_parameters(image_.entries, values_, saved_, first_index, last_index);
-  return keep_saved() ? AbortCode::kNone : AbortCode::kHardware;
+  return save_from(values_, first_index, last_index);
 }
 
 AbortCode Node::forget(std::uint16_t first_index, std::uint16_t last_index) {
-  copy_parameters(image_.entries, image_.values, saved_, first_index, last_index);
-  return keep_saved() ? AbortCode::kNone : AbortCode::kHardware;
+  return save_from(image_.values, first_index, last_index);
+}
+
+AbortCode Node::save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,
+                          std::uint16_t last_index) {
+  std::vector<std::uint8_t> before = saved_;
+  copy_parameters(image_.entries, values, saved_, first_index, last_index);
+  if (keep_saved()) return AbortCode::kNone;
+  saved_ = std::move(before);
+  return AbortCode::kHardware;
 }
 
 bool Node::keep_saved() {
   if (parameters_ == nullptr) return true;
-  const StoredLss lss = lss_ ? stored_lss_ : StoredLss{};
-  return parameters_->save({changed_parameters(image_.entries, image_.values, saved_), lss});
+  return parameters_->save({changed_parameters(image_.entries, image_.values, saved_), stored_lss_});
 }
 
 }  // namespace cbcan::sim

@@ -88,6 +88,8 @@ class Node final : public Participant, private DeviceApplication, private Device
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
+  AbortCode save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,
+                      std::uint16_t last_index);
   bool keep_saved();
   void load_parameters();
 
@@ -130,6 +132,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   Device device_;
   std::optional<NodeLss> lss_;
   StoredLss stored_lss_;
+  std::uint8_t start_node_id_;   ///< at power-on
   std::uint8_t values_node_id_;  ///< for which the images are made; 0 = none
   std::vector<Signal> signals_;
   std::vector<Time> samples_due_;  ///< by signal

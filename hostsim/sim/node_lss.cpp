@@ -12,10 +12,11 @@ namespace {
 constexpr std::array<std::uint32_t, 9> kBitRates{1'000'000, 800'000, 500'000, 250'000, 125'000,
                                                  0,         50'000,  20'000,  10'000};
 
-/// A rate that the table does not have is shown as its first one.
+/// A rate that the table does not have stands in its empty place: stored, it is none, so the bus's.
 std::uint8_t index_of(std::uint32_t bit_rate) {
-  const auto found = std::ranges::find(kBitRates, bit_rate);
-  return found == kBitRates.end() ? std::uint8_t{0} : static_cast<std::uint8_t>(found - kBitRates.begin());
+  auto found = std::ranges::find(kBitRates, bit_rate);
+  if (found == kBitRates.end()) found = std::ranges::find(kBitRates, 0u);
+  return static_cast<std::uint8_t>(found - kBitRates.begin());
 }
 
 }  // namespace

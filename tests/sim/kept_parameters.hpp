@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "sim/parameters.hpp"
+
+namespace cbcan::test {
+
+/// Parameters that outlive a node, as long as the test lets them be saved.
+class KeptParameters final : public sim::ParameterStore {
+ public:
+  sim::StoredParameters load() override { return kept; }
+  bool save(const sim::StoredParameters& parameters) override {
+    if (works) kept = parameters;
+    return works;
+  }
+  sim::StoredParameters kept;
+  bool works = true;
+};
+
+}  // namespace cbcan::test

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+// 1010h and 1011h: what is stored, what is restored when, and what the next power-on finds.
+
+#include "kept_parameters.hpp"
+#include "node_rig.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+using Values = std::vector<sim::StoredValue>;
+
+/// Node 5 on parameters that outlive it.
+class Keeper {
+ public:
+  explicit Keeper(sim::ParameterStore* store) : store_(store) {
+    bench.start();
+    bench.expect("705#00");
+  }
+  /// One parameter of communication, of the manufacturer and of the profile each, and an output.
+  void change(const std::string& value) {
+    bench.ask("605#2B171000" + value + "000000", "585#6017100000000000");
+    bench.ask("605#2B002000" + value + "000000", "585#6000200000000000");
+    bench.ask("605#2B006100" + value + "000000", "585#6000610000000000");
+    bench.ask("605#2B006201" + value + "000000", "585#6000620100000000");
+  }
+  void save(const std::string& sub) {
+    bench.ask("605#231010" + sub + "73617665", "585#601010" + sub + "00000000");
+  }
+  void load(const std::string& sub) {
+    bench.ask("605#231110" + sub + "6C6F6164", "585#601110" + sub + "00000000");
+  }
+  void reset_node() { bench.ask("000#8105", "705#00"); }
+  void reset_communication() { bench.ask("000#8205", "705#00"); }
+  /// 1017h, 2000h, 6100h, 6200h:1.
+  std::string values() {
+    std::string text;
+    for (const auto& [index, sub] : {std::pair{0x1017, 0}, {0x2000, 0}, {0x6100, 0}, {0x6200, 1}})
+      text +=
+          std::to_string(value_of(node, static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub))) +
+          " ";
+    return text;
+  }
+
+ private:
+  sim::NodeParts parts() {
+    sim::NodeParts parts;
+    parts.parameters = store_;
+    return parts;
+  }
+  sim::ParameterStore* store_;
+
+ public:
+  WorldBench bench;
+  sim::Node& node = add_node(bench, 5, parts());
+};
+
+}  // namespace
+
+TEST_CASE("Node: what is not stored is gone with reset node; communication alone with reset communication") {
+  Keeper keeper(nullptr);
+  keeper.change("00");
+  keeper.change("11");
+  keeper.reset_communication();
+  CHECK(keeper.values() == "0 17 17 17 ");
+  keeper.reset_node();
+  CHECK(keeper.values() == "0 7 8 0 ");
+}
+
+TEST_CASE("Node: 1010h:1 stores all parameters; outputs are none") {
+  KeptParameters store;
+  Keeper keeper(&store);
+  keeper.change("11");
+  keeper.save("01");
+  CHECK(store.kept.values == Values{{0x1017, 0, {0x11, 0}}, {0x2000, 0, {0x11, 0}}, {0x6100, 0, {0x11, 0}}});
+  CHECK(store.kept.lss == sim::StoredLss{});
+  keeper.change("22");
+  keeper.reset_communication();
+  CHECK(keeper.values() == "17 34 34 34 ");
+  keeper.reset_node();
+  CHECK(keeper.values() == "17 17 17 0 ");
+}
+
+TEST_CASE("Node: 1010h:2, :3 and :4 store communication, the profile's, the manufacturer's") {
+  const std::pair<const char*, const char*> kinds[] = {
+      {"02", "17 7 8 0 "}, {"03", "0 7 17 0 "}, {"04", "0 17 8 0 "}};
+  for (const auto& [sub, values] : kinds) {
+    INFO(sub);
+    KeptParameters store;
+    Keeper keeper(&store);
+    keeper.change("11");
+    keeper.save(sub);
+    CHECK(store.kept.values.size() == 1);
+    keeper.reset_node();
+    CHECK(keeper.values() == values);
+  }
+}
+
+TEST_CASE("Node: 1011h restores the factory's values, from the next reset on") {
+  KeptParameters store;
+  Keeper keeper(&store);
+  keeper.change("11");
+  keeper.save("01");
+  keeper.load("02");
+  CHECK(store.kept.values == Values{{0x2000, 0, {0x11, 0}}, {0x6100, 0, {0x11, 0}}});
+  CHECK(keeper.values() == "17 17 17 17 ");
+  keeper.reset_communication();
+  CHECK(keeper.values() == "0 17 17 17 ");
+  keeper.load("01");
+  CHECK(store.kept.values.empty());
+  CHECK(keeper.values() == "0 17 17 17 ");
+  keeper.reset_node();
+  CHECK(keeper.values() == "0 7 8 0 ");
+}
+
+TEST_CASE("Node: the next power-on finds what was stored") {
+  KeptParameters store;
+  {
+    Keeper keeper(&store);
+    keeper.change("11");
+    keeper.save("01");
+    keeper.change("22");
+  }
+  Keeper keeper(&store);
+  CHECK(keeper.values() == "17 17 17 0 ");
+  keeper.bench.pass(17 * kMillisecond);
+  keeper.bench.expect("705#7F");
+  keeper.load("01");
+  keeper.reset_node();
+  CHECK(keeper.values() == "0 7 8 0 ");
+}
+
+TEST_CASE("Node: without a store, what is stored lasts until power-off") {
+  Keeper keeper(nullptr);
+  keeper.change("11");
+  keeper.save("01");
+  keeper.reset_node();
+  CHECK(keeper.values() == "17 17 17 0 ");
+}
+
+TEST_CASE("Node: a PDO's COB-ID and mapping are stored too") {
+  KeptParameters store;
+  {
+    Keeper keeper(&store);
+    keeper.bench.ask("605#2300140105020080", "585#6000140100000000");
+    keeper.bench.ask("605#2300140177030000", "585#6000140100000000");
+    keeper.save("02");
+  }
+  Keeper keeper(&store);
+  keeper.bench.ask("000#0105", "185#0000");
+  keeper.bench.send("377#0300");
+  CHECK(value_of(keeper.node, 0x6200, 1) == 3);
+}
+
+TEST_CASE("Node: 1010h and 1011h: other signatures are refused, and reading tells what the device can do") {
+  KeptParameters store;
+  Keeper keeper(&store);
+  keeper.change("11");
+  keeper.bench.ask("605#2310100101000000", "585#8010100120000008");  // 0800 0020h
+  keeper.bench.ask("605#231010016C6F6164", "585#8010100120000008");  // "load"
+  keeper.bench.ask("605#2311100173617665", "585#8011100120000008");  // "save"
+  keeper.bench.ask("605#4010100100000000", "585#4310100101000000");
+  keeper.save("01");
+  keeper.bench.ask("605#4010100100000000", "585#4310100101000000");
+  keeper.bench.ask("605#4011100400000000", "585#4311100401000000");
+}
+
+TEST_CASE("Node: a store that fails is 0606 0000h, and nothing has changed") {
+  KeptParameters store;
+  Keeper keeper(&store);
+  keeper.change("11");
+  keeper.save("01");
+  store.works = false;
+  keeper.change("22");
+  keeper.bench.ask("605#2310100173617665", "585#8010100100000606");
+  CHECK(store.kept.values.size() == 3);
+  keeper.reset_node();
+  CHECK(keeper.values() == "17 17 17 0 ");
+  keeper.bench.ask("605#231110016C6F6164", "585#8011100100000606");
+  keeper.reset_node();
+  CHECK(keeper.values() == "17 17 17 0 ");
+  store.works = true;
+  keeper.load("01");
+  keeper.reset_node();
+  CHECK(keeper.values() == "0 7 8 0 ");
+}
+
+TEST_CASE("Node: stored values that do not fit the dictionary any more are left out") {
+  KeptParameters store;
+  store.kept.values = {{0x1017, 0, {0x11}},         // too short
+                       {0x1018, 4, {9, 0, 0, 0}},   // read only
+                       {0x2000, 0, {0x11, 0}},      // good
+                       {0x2001, 0, {0x11, 0}},      // no such object
+                       {0x6100, 0, {0x11, 0, 0}},   // too long
+                       {0x6200, 1, {0x11, 0}},      // an output
+                       {0x1010, 1, {9, 0, 0, 0}}};  // a command
+  Keeper keeper(&store);
+  CHECK(keeper.values() == "0 17 8 0 ");
+  CHECK(value_of(keeper.node, 0x1018, 4) == 1);
+  keeper.bench.ask("605#4010100100000000", "585#4310100101000000");
+}
+
+}  // namespace cbcan::test
