@@ -62,13 +62,21 @@ class WorldBench final : private sim::Receiver {
     expect_silence();
   }
 
-  /// What has been heard since it was last looked at, without times.
+  /// What has been heard since it was last looked at, whenever that was.
   std::vector<std::string> heard() {
     std::vector<std::string> frames;
     for (auto& [time, frame] : heard_)
       frames.push_back(std::move(frame));
     heard_.clear();
     return frames;
+  }
+  /// "55000 082#3081110000000000"
+  std::vector<std::string> heard_with_times() {
+    std::vector<std::string> lines;
+    for (const auto& [time, frame] : heard_)
+      lines.push_back(std::to_string(time) + " " + frame);
+    heard_.clear();
+    return lines;
   }
 
   void pass(Time duration) {

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+// Faults on purpose at a whole node, one of each group, and what is told of them. The faults themselves:
+// faults_answers_test.cpp, faults_node_test.cpp.
+
+#include "node_rig.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+using Frames = std::vector<std::string>;
+
+/// Is told of faults.
+class Told final : public sim::FaultListener {
+ public:
+  void on_fault(std::string_view text, Time now) override {
+    lines.push_back(std::to_string(now) + " " + std::string(text));
+  }
+  std::vector<std::string> lines;
+};
+
+class Faulty {
+ public:
+  Faulty() {
+    bench.start();
+    bench.expect("705#00");
+  }
+  unsigned set(const std::string& fault) {
+    const sim::FaultOrProblem parsed = sim::parse_fault(fault, sim::FaultPlace::kNode);
+    REQUIRE(parsed.problem.empty());
+    const unsigned number = node.add_fault(parsed.fault, bench.now);
+    bench.world.advance(bench.now);
+    return number;
+  }
+  void remove(unsigned number) {
+    CHECK(node.remove_fault(number, bench.now));
+    bench.world.advance(bench.now);
+  }
+
+ private:
+  sim::NodeParts parts() {
+    sim::NodeParts parts;
+    parts.listener = &told;
+    return parts;
+  }
+
+ public:
+  Told told;
+  WorldBench bench{0, &told};
+  sim::Node& node = add_node(bench, 5, parts());
+};
+
+const char* const kRead = "605#4000200000000000";
+const char* const kAnswer = "585#4B00200007000000";
+
+}  // namespace
+
+TEST_CASE("Node: an SDO answer that is late") {
+  Faulty faulty;
+  faulty.set("answer-late delay_ms=50 index=0x2000 count=1");
+  faulty.bench.send(kRead);
+  faulty.bench.pass(100 * kMillisecond);
+  faulty.bench.expect_at(50 * kMillisecond, kAnswer);
+  faulty.bench.ask(kRead, kAnswer);
+  CHECK(faulty.told.lines ==
+        Frames{"0 node 5: fault 1: answer-late delay_ms=50 count=1 index=0x2000: 585#4B00200007000000"});
+}
+
+TEST_CASE("Node: an abort in place of a confirmation; the node's transfer is over too") {
+  Faulty faulty;
+  const unsigned number = faulty.set("abort code=0x06090030");
+  faulty.bench.ask(kRead, "585#8000200030000906");
+  faulty.remove(number);
+  faulty.bench.ask(kRead, kAnswer);
+  CHECK(faulty.node.faults().empty());
+}
+
+TEST_CASE("Node: silent: it goes on as if it were heard, process data too") {
+  Faulty faulty;
+  faulty.bench.ask("605#2B17100064000000", "585#6017100000000000");
+  const unsigned number = faulty.set("silent");
+  faulty.bench.send("000#0105");
+  faulty.bench.send("605#2B00200055000000");
+  faulty.bench.send("205#3412");
+  faulty.bench.input(faulty.node, 0x6000, 1, 1);
+  faulty.bench.pass(150 * kMillisecond);
+  faulty.bench.expect_silence();
+  CHECK(value_of(faulty.node, 0x2000, 0) == 0x55);
+  CHECK(value_of(faulty.node, 0x6200, 1) == 0x1234);
+  faulty.remove(number);
+  faulty.bench.pass(50 * kMillisecond);
+  faulty.bench.expect("705#05");
+  CHECK(faulty.told.lines ==
+        Frames{"0 node 5: fault 1: silent: 185#0000", "0 node 5: fault 1: silent: 585#6000200000000000",
+               "0 node 5: fault 1: silent: 185#0100", "100000 node 5: fault 1: silent: 705#05"});
+}
+
+TEST_CASE("Node: heartbeats that stop are what another node's consumer sees") {
+  Faulty faulty;
+  WorldBench& bench = faulty.bench;
+  sim::Node& watcher = add_node(bench, 6);
+  watcher.start(bench.now);
+  bench.world.advance(bench.now);
+  bench.expect("706#00");
+  bench.ask("606#2316100119000500", "586#6016100100000000");
+  bench.ask("605#2B1710000A000000", "585#6017100000000000");
+  bench.pass(10 * kMillisecond);
+  bench.expect("705#7F");
+  faulty.set("heartbeat-stops until_ms=40");
+  bench.pass(25 * kMillisecond);
+  bench.expect("086#3081110000000000");
+  bench.ask(kRead, kAnswer);
+  bench.pass(15 * kMillisecond);
+  bench.expect("705#7F");  // at 50 ms
+  bench.expect("086#0000000000000000");
+}
+
+TEST_CASE("Node: an EMCY storm is not in the node's history, and is no error of its own") {
+  Faulty faulty;
+  const unsigned number = faulty.set("emcy-storm code=0x2310 interval_ms=10");
+  faulty.bench.expect("085#1023010000000000");
+  faulty.bench.pass(20 * kMillisecond);
+  faulty.bench.expect_at(10 * kMillisecond, "085#1023010000000000");
+  faulty.bench.expect("085#1023010000000000");
+  faulty.remove(number);
+  faulty.bench.pass(kSecond);
+  faulty.bench.ask("605#4001100000000000", "585#4F01100000000000");
+}
+
+TEST_CASE("Node: bus-off for a while: off the bus, out of Operational, and back") {
+  Faulty faulty;
+  faulty.bench.ask("000#0105", "185#0000");
+  faulty.set("bus-off until_ms=500");
+  CHECK(faulty.node.port().state() == BusState::kBusOff);
+  CHECK(faulty.node.device().state() == nmt::State::kPreOperational);
+  faulty.bench.send(kRead);
+  faulty.bench.pass(500 * kMillisecond);
+  CHECK(faulty.node.port().state() == BusState::kActive);
+  faulty.bench.ask(kRead, kAnswer);
+  CHECK(faulty.told.lines == Frames{"0 node 5: fault 1: bus-off until_ms=500: begins",
+                                    "500000 node 5: fault 1: bus-off until_ms=500: ends"});
+}
+
+TEST_CASE("Node: a fault of the bus, at a frame of a node") {
+  Faulty faulty;
+  const sim::FaultOrProblem parsed =
+      sim::parse_fault("frame-loss first_id=0x585 last_id=0x585 count=1", sim::FaultPlace::kBus);
+  REQUIRE(parsed.problem.empty());
+  faulty.bench.world.faults().add(parsed.fault, faulty.bench.now);
+  faulty.bench.send(kRead);
+  faulty.bench.expect_silence();
+  faulty.bench.ask(kRead, kAnswer);
+  CHECK(faulty.told.lines.size() == 1);
+}
+
+TEST_CASE("Node: faults are for its ID, also for the one that LSS gives") {
+  Told told;
+  WorldBench bench;
+  sim::NodeParts parts;
+  parts.lss = true;
+  parts.listener = &told;
+  sim::Node& node = add_node(bench, sim::Node::kNoNodeId, parts);
+  bench.start();
+  bench.send("7E5#0401000000000000");
+  bench.ask("7E5#1107000000000000", "7E4#1100000000000000");
+  bench.ask("7E5#0400000000000000", "707#00");
+  const sim::FaultOrProblem parsed = sim::parse_fault("short-frame length=3", sim::FaultPlace::kNode);
+  node.add_fault(parsed.fault, bench.now);
+  bench.ask("607#4000200000000000", "587#4B0020");
+  node.clear_faults(bench.now);
+  bench.ask("607#4000200000000000", "587#4B00200007000000");
+  CHECK(told.lines.size() == 1);
+}
+
+}  // namespace cbcan::test
