@@ -27,8 +27,8 @@ Every setting of a plant file has an option here, and the option wins.
 
 Plant:
   --demo                 the built-in plant: an I/O module (node 42h = 66), two
-                         pressure transducers (1, 2), a drive (10h = 16), a generic
-                         node (20h = 32)
+                         pressure transducers (1, 2), a drive (10h = 16), a
+                         generic node (20h = 32)
   --config FILE          a plant file in TOML; docs/plant-file.md explains it
 
 Module, the coprocessor itself:
@@ -67,9 +67,9 @@ Chance:
                          0..4294967295 (default 1)
 
 Commands at run time:
-  --control ADDRESS      serve them at HOST:PORT or unix:PATH; "help" lists them;
-                         port 0 = any free one, shown as control=HOST:PORT in
-                         the ready line
+  --control ADDRESS      serve them at HOST:PORT or unix:PATH; "help" lists
+                         them; port 0 = any free one, shown as
+                         control=HOST:PORT in the ready line
 
 Simulated nodes (these may be given several times):
   --node ID=FILE         a node with node ID 1..127 after an EDS or DCF file; a

@@ -7,6 +7,7 @@
 #include "app/overrides.hpp"
 #include "app/settings.hpp"
 #include "app_support.hpp"
+#include "devices/devices.hpp"
 #include "support/catch.hpp"
 
 using namespace cbcan::app;
@@ -72,13 +73,7 @@ std::string table_row(const Setting<Target>& row) {
 /// One line per key, as the document has to have it.
 std::map<std::string, std::string> expected_rows() {
   std::map<std::string, std::string> rows;
-  const auto add = [&rows](const auto& settings) {
-    for (const auto& row : settings)
-      rows[std::string(row.key)] = table_row(row);
-  };
-  add(settings());
-  add(node_settings());
-  add(object_settings());
+  for_each_setting([&rows](const auto& row) { rows[std::string(row.key)] = table_row(row); });
   return rows;
 }
 
@@ -95,23 +90,40 @@ Lines toml_snippets(const std::string& document) {
 }  // namespace
 
 TEST_CASE("--help has every option of every setting, with what it may be and its default") {
-  const auto check_rows = [](const auto& rows) {
-    for (const auto& row : rows) {
-      INFO(row.key);
-      const std::string help = help_on(row.option);
-      REQUIRE(help != "");
-      const std::string standard = without_quotes(row.standard);
-      CHECK(contains(help, standard));
-      if (!standard.empty() && row.type != SettingType::kAny) CHECK(contains(help, "(default "));
-    }
-  };
-  check_rows(settings());
-  check_rows(node_settings());
-  check_rows(object_settings());
+  for_each_setting([](const auto& row) {
+    INFO(row.key);
+    const std::string help = help_on(row.option);
+    REQUIRE(help != "");
+    const std::string standard = without_quotes(row.standard);
+    CHECK(contains(help, standard));
+    const bool in_brackets = row.key.starts_with("node.signals.") && row.key != "node.signals.sub";
+    if (!standard.empty() && row.type != SettingType::kAny && !in_brackets)
+      CHECK(contains(help, "(default "));
+  });
   for (const auto& row : settings()) {
     INFO(row.key);
     if (row.type == SettingType::kInteger) CHECK(contains(help_on(row.option), row.domain));
   }
+}
+
+TEST_CASE("--help has the keys of every shape of a signal, and every device") {
+  const std::string help = help_on("--signal ID:INDEX:SUB=SHAPE KEY=VALUE...");
+  for (const auto& row : signal_settings()) {
+    if (row.key == kSignalShape || row.key.ends_with(".index") || row.key.ends_with(".sub")) continue;
+    const std::string key = std::string(row.key.substr(row.key.rfind('.') + 1));
+    const std::string standard = row.standard.empty() ? "" : "=" + without_quotes(row.standard);
+    const bool needed = !row.example.empty();
+    INFO(key);
+    CHECK(contains(help, needed ? " " + key + " " : "[" + key + standard + "]"));
+  }
+  for (const auto& device : cbcan::devices::device_kinds()) {
+    INFO(device.name);
+    CHECK(contains(help_text(), "\n  " + std::string(device.name) + " "));
+    CHECK(contains(source_file("docs/plant-file.md"), "`" + std::string(device.name) + "`"));
+  }
+  CHECK(contains(help_text(),
+                 "\n  cia402  drive: power state machine, motion profiles, homing, cyclic\n"
+                 "          synchronous modes\n"));
 }
 
 TEST_CASE("--help has no option that does not exist") {
@@ -160,9 +172,12 @@ TEST_CASE("the reference names no option that does not exist") {
   }
 }
 
-TEST_CASE("every TOML snippet of the reference is a good plant") {
-  const Lines snippets = toml_snippets(source_file("docs/plant-file.md"));
-  CHECK(snippets.size() >= 2);
+TEST_CASE("every TOML snippet of the reference, and of the page about faults, is a good plant") {
+  Lines snippets = toml_snippets(source_file("docs/plant-file.md"));
+  CHECK(snippets.size() == 3);
+  const Lines of_faults = toml_snippets(source_file("docs/faults.md"));
+  CHECK(of_faults.size() == 1);
+  snippets.insert(snippets.end(), of_faults.begin(), of_faults.end());
   for (const std::string& snippet : snippets) {
     INFO(snippet);
     const Plant plant = read(snippet);
@@ -186,6 +201,23 @@ TEST_CASE("the reference's command line makes the same node as its example") {
     CHECK(in_file.objects[i].sub == on_line.objects[i].sub);
     CHECK((in_file.objects[i].value == on_line.objects[i].value));
   }
+}
+
+TEST_CASE("the reference's signals and faults are the same on the command line") {
+  const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(1));
+  const Start typed = start(
+      {"--node", "5=io_module.eds", "--signal", "5:0x6401:1=sine mean=1000 amplitude=200 period_ms=60000",
+       "--signal", "5:0x6401:2=noise mean=512 deviation=1.5 sample_ms=100", "--signal",
+       "5:0x6000:1=constant value=0x81", "--fault", "bus:frame-loss probability=0.001"});
+  REQUIRE(plant.errors == Lines{});
+  REQUIRE(typed.err == "");
+  const auto& in_file = plant.config.nodes.at(0).signals;
+  const auto& on_line = typed.config.nodes.at(0).signals;
+  CHECK(on_line.at(0).signal == in_file.at(0).signal);
+  CHECK(on_line.at(1).signal == in_file.at(1).signal);
+  CHECK(on_line.at(2).signal == in_file.at(4).signal);
+  CHECK(typed.config.can.faults.at(0).fault == plant.config.can.faults.at(0).fault);
+  CHECK(start({"--demo", "--fault", "1:answer-late delay_ms=50 count=1"}).err == "");
 }
 
 TEST_CASE("the mistakes shown in the reference are told in these words") {

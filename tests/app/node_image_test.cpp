@@ -3,8 +3,11 @@
 
 #include "app/node_image.hpp"
 
+#include <set>
+
 #include "app/demo_plant.hpp"
 #include "app/plant_file.hpp"
+#include "devices/devices.hpp"
 #include "support/catch.hpp"
 
 using cbcan::DataType;
@@ -123,4 +126,158 @@ TEST_CASE("Every node of the demo plant is built without a word") {
     CHECK(build.warnings.empty());
     CHECK(build.notes.empty());
   }
+}
+
+// ---- What a simulated node is made of besides its dictionary ----------------------------------------
+
+namespace {
+
+constexpr const char* kInputs =
+    "[1000]\nParameterName=Device type\nObjectType=7\nDataType=7\nAccessType=ro\nDefaultValue=0x00010191\n"
+    "[2002]\nParameterName=Text\nObjectType=7\nDataType=9\nAccessType=rw\nDefaultValue=abc\n"
+    "[2003]\nParameterName=Level\nObjectType=7\nDataType=6\nAccessType=ro\n"
+    "[6401]\nParameterName=Analogue inputs\nObjectType=8\n"
+    "[6401sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=2\n"
+    "[6401sub1]\nParameterName=1\nDataType=3\nAccessType=ro\n"
+    "[6401sub2]\nParameterName=2\nDataType=3\nAccessType=ro\n";
+
+std::optional<std::string> inputs_and_points(const std::string& path) {
+  if (path == "x.eds") return kInputs;
+  if (path == "good.csv") return "seconds,value\n0,1\n2.5,-3\n";
+  if (path == "bad.csv") return "0,1\n\n0,2\n";
+  return std::nullopt;
+}
+
+cbcan::app::SignalConfig signal_at(std::uint16_t index, std::uint8_t sub, cbcan::sim::Shape shape = {}) {
+  cbcan::app::SignalConfig config;
+  config.signal = {index, sub, cbcan::kSecond, std::move(shape)};
+  config.place = {"plant.toml", 7};
+  return config;
+}
+
+cbcan::app::NodeBuild build_with(std::vector<cbcan::app::SignalConfig> signals,
+                                 const std::string& device = "", std::uint64_t seed = 1) {
+  cbcan::app::NodeConfig node = node_with({});
+  node.signals = std::move(signals);
+  node.device = device;
+  return build_node(node, seed, inputs_and_points);
+}
+
+std::uint64_t noise_seed_in(const cbcan::app::NodeBuild& build, std::size_t signal) {
+  REQUIRE(build.node);
+  return std::get<cbcan::sim::Noise>(build.node->parts.signals.at(signal).shape).seed;
+}
+
+}  // namespace
+
+TEST_CASE("A node's device: the one that is named, or the one of its profile") {
+  const auto by_profile = build_with({});
+  REQUIRE(by_profile.node);
+  CHECK(by_profile.node->device == "cia401");
+  CHECK(by_profile.node->parts.behaviour == cbcan::devices::find_device("cia401")->make);
+  CHECK(build_with({}, "cia404").node->device == "cia404");
+  CHECK(build_with({}, "none").node->parts.behaviour == nullptr);
+  CHECK(build_node(node_with({}), 0, only_this_file()).node->device == "none");
+}
+
+TEST_CASE("A node's seed, LSS and time period arrive") {
+  cbcan::app::NodeConfig node = node_with({});
+  node.lss = true;
+  node.time_period = 250;
+  const auto build = build_node(node, 77, inputs_and_points);
+  REQUIRE(build.node);
+  CHECK(build.node->parts.seed == 77);
+  CHECK(build.node->parts.lss);
+  CHECK(build.node->parts.time_period == 250);
+}
+
+TEST_CASE("Signals, with the points of their files") {
+  using cbcan::sim::Replay;
+  auto replay = signal_at(0x6401, 2, Replay{{}, Replay::Between::kLinear, true});
+  replay.file = "good.csv";
+  const auto build = build_with({signal_at(0x2003, 0, cbcan::sim::Constant{5}), replay});
+  REQUIRE(build.node);
+  const auto& signals = build.node->parts.signals;
+  REQUIRE(signals.size() == 2);
+  CHECK(signals[0] == cbcan::sim::Signal{0x2003, 0, 1'000'000, cbcan::sim::Constant{5}});
+  CHECK(signals[1] == cbcan::sim::Signal{0x6401, 2, 1'000'000,
+                                         Replay{{{0, 1}, {2'500'000, -3}}, Replay::Between::kLinear, true}});
+}
+
+TEST_CASE("Files of signals that are wrong, with file and line") {
+  auto replay = signal_at(0x6401, 1, cbcan::sim::Replay{});
+  replay.file = "bad.csv";
+  const auto bad = build_with({replay});
+  CHECK_FALSE(bad.node);
+  CHECK(bad.problems == std::vector<std::string>{"bad.csv:3: time `0`: must be later than the one before"});
+  replay.file = "none.csv";
+  CHECK(build_with({replay}).problems ==
+        std::vector<std::string>{
+            "plant.toml:7: node 5: cannot read none.csv; paths are relative to the plant file"});
+}
+
+TEST_CASE("A signal at what is neither a number in the dictionary nor an input of the device") {
+  const auto problem_at = [](std::uint16_t index, std::uint8_t sub) {
+    const auto build = build_with({signal_at(index, sub)});
+    CHECK_FALSE(build.node);
+    return build.problems.at(0);
+  };
+  const std::string rest = ": neither x.eds has such a number nor the device cia401 such an input";
+  CHECK(problem_at(0x6401, 3) == "plant.toml:7: node 5: signal at 6401h:03" + rest);
+  CHECK(problem_at(0x3000, 0) == "plant.toml:7: node 5: signal at 3000h:00" + rest);
+  CHECK(problem_at(0x2002, 0) == "plant.toml:7: node 5: signal at 2002h:00" + rest);
+}
+
+TEST_CASE("Noise without a seed follows from the node's seed and the object, and from nothing else") {
+  const auto noise = [](std::uint8_t sub) { return signal_at(0x6401, sub, cbcan::sim::Noise{0, 1}); };
+  auto seeded = noise(1);
+  seeded.seed = 7;
+  CHECK(noise_seed_in(build_with({seeded}), 0) == 7);
+  const std::uint64_t first = noise_seed_in(build_with({noise(1)}), 0);
+  CHECK(noise_seed_in(build_with({noise(2), noise(1)}), 1) == first);
+  CHECK(noise_seed_in(build_with({noise(2), noise(1)}), 0) != first);
+  CHECK(noise_seed_in(build_with({noise(1)}, "", 2), 0) != first);
+}
+
+TEST_CASE("A node's seed: random.seed and its own place, whatever else is in the plant") {
+  cbcan::app::Config config;
+  config.nodes.resize(4);
+  config.nodes[0].id = 5;
+  config.nodes[2].id = 6;
+  std::vector<std::uint64_t> seeds;
+  for (const auto& node : config.nodes)
+    seeds.push_back(node_seed(config, node));
+  CHECK(std::set(seeds.begin(), seeds.end()).size() == 4);
+  config.nodes.erase(config.nodes.begin());
+  config.nodes[0].faults.resize(1);
+  CHECK(node_seed(config, config.nodes[0]) == seeds[1]);
+  CHECK(node_seed(config, config.nodes[1]) == seeds[2]);
+  CHECK(node_seed(config, config.nodes[2]) == seeds[3]);
+  config.random.seed = 2;
+  CHECK(node_seed(config, config.nodes[1]) != seeds[2]);
+}
+
+TEST_CASE("A node that waits for its ID is made for none, whatever its DCF says, without a warning") {
+  const auto read = [](const std::string&) {
+    return std::optional<std::string>(
+        "[DeviceComissioning]\nNodeID=7\n"
+        "[1200]\nParameterName=SDO\nObjectType=9\n"
+        "[1200sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=1\n"
+        "[1200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n");
+  };
+  cbcan::app::NodeConfig node = node_with({});
+  node.id = 0;
+  node.lss = true;
+  node.signals = {signal_at(0x1200, 1, cbcan::sim::Constant{1})};
+  const auto build = build_node(node, 0, read);
+  REQUIRE(build.node);
+  CHECK(build.warnings.empty());
+  CHECK(build.node->image.values == Bytes{1, 0, 6, 0, 0});
+  REQUIRE(build.node->image.node_id_values.size() == 1);
+  CHECK(build.node->image.node_id_values[0].factor == 1);
+  node.signals = {signal_at(0x1200, 2)};
+  CHECK(
+      build_node(node, 0, read).problems ==
+      std::vector<std::string>{"plant.toml:7: node without an ID: signal at 1200h:02: neither x.eds has such "
+                               "a number nor the device none such an input"});
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// --node, --name, --heartbeat, --object: the twins of [[node]].
+// --node, --name, --heartbeat, --object, --signal, --fault and the other twins of [[node]].
 #include "app_support.hpp"
 #include "support/catch.hpp"
 
@@ -119,4 +119,111 @@ TEST_CASE("the same thing twice on the command line") {
         "cbcan-sim: --object 5:0x2001:0=2: node 5: object 2001h:00 is already set at --object 5:0x2001=1; "
         "remove one "
         "of the two");
+}
+
+TEST_CASE("what a node is, on the command line") {
+  const Start both = with_plant({"--device", "5=cia401", "--parameters", "5=dir/a=b.params", "--lss",
+                                 "5=true", "--time-period", "5=250"});
+  REQUIRE(both.err == "");
+  const NodeConfig& node = both.config.nodes.at(0);
+  CHECK(node.device == "cia401");
+  CHECK(node.parameters == "dir/a=b.params");
+  CHECK(node.lss);
+  CHECK(node.time_period == 250'000);
+  CHECK(node.name == "Valve");
+  CHECK(node.place == Place{"plant.toml", 1});
+  CHECK(first_line(with_plant({"--device", "5=valve"})) ==
+        "cbcan-sim: --device 5=valve: device \"valve\": must be none, cia401, cia402 or cia404");
+  CHECK(first_line(with_plant({"--lss", "5"})) == "cbcan-sim: --lss 5: must be ID=BOOL");
+  CHECK(first_line(with_plant({"--lss", "5=yes"})) ==
+        "cbcan-sim: --lss 5=yes: lss \"yes\": must be true or false");
+}
+
+TEST_CASE("seed and control on the command line") {
+  const Start typed = start({"--seed", "9", "--control", "127.0.0.1:0"});
+  CHECK(typed.config.random.seed == 9);
+  CHECK(typed.config.control.listen == "127.0.0.1:0");
+  CHECK(contains(start({"--control", "[::1"}).err, "cbcan-sim: --control [::1: address "));
+}
+
+TEST_CASE("a signal of the command line takes the place of the plant's at the same object") {
+  const Files disk{{"plant.toml", R"([[node]]
+id = 5
+eds = "a.eds"
+signals = [{ index = 0x6401, sub = 1, shape = "constant", value = 1 },
+           { index = 0x6401, sub = 2, shape = "constant", value = 2 }]
+)"}};
+  const Start both = start({"--config", "plant.toml", "--signal",
+                            "5:0x6401:1=ramp  from=-1 to=2.5 duration_ms=1000 then=repeat sample_ms=5",
+                            "--signal", "5:0x6000=replay file=dir/x.csv repeat=true"},
+                           disk);
+  REQUIRE(both.err == "");
+  using namespace cbcan::sim;
+  const auto& signals = both.config.nodes.at(0).signals;
+  REQUIRE(signals.size() == 3);
+  CHECK(signals[0].signal == Signal{0x6401, 2, 10'000, Constant{2}});
+  CHECK(signals[1].signal == Signal{0x6401, 1, 5000, Ramp{-1, 2.5, 1'000'000, Ramp::Then::kRepeat}});
+  CHECK(signals[2].signal == Signal{0x6000, 0, 10'000, Replay{{}, Replay::Between::kStep, true}});
+  CHECK(signals[2].file == "dir/x.csv");
+}
+
+TEST_CASE("faults of the command line come behind the plant's") {
+  const Files disk{{"plant.toml", R"([can]
+faults = [{ kind = "frame-late" }]
+[[node]]
+id = 5
+eds = "a.eds"
+faults = [{ kind = "silent" }]
+)"}};
+  const Start both = start({"--config", "plant.toml", "--fault", "bus:bus-off until_ms=500", "--fault",
+                            "0x5:abort code=0x06090030 index=0x2001 sub=1", "--fault", "5:silent after=10"},
+                           disk);
+  REQUIRE(both.err == "");
+  const auto texts = [](const std::vector<FaultConfig>& faults) {
+    Lines lines;
+    for (const FaultConfig& fault : faults)
+      lines.push_back(text_of(fault.fault));
+    return lines;
+  };
+  CHECK(texts(both.config.can.faults) == Lines{"frame-late delay_ms=10", "bus-off until_ms=500"});
+  CHECK(texts(both.config.nodes.at(0).faults) ==
+        Lines{"silent", "abort code=0x06090030 index=0x2001 sub=1", "silent after=10"});
+}
+
+TEST_CASE("signals and faults that are wrong on the command line") {
+  const auto refused = [](const char* option, const std::string& argument) {
+    const std::string line = first_line(with_plant({option, argument.c_str()}));
+    const std::string opening = "cbcan-sim: " + std::string(option) + " " + argument + ": ";
+    CHECK(line.starts_with(opening));
+    return line.substr(std::min(line.size(), opening.size()));
+  };
+  const std::string form =
+      "must be ID:INDEX:SUB=SHAPE KEY=VALUE..., such as 5:0x6401:1=sine amplitude=10 period_ms=60000";
+  CHECK(refused("--signal", "") == form);
+  CHECK(refused("--signal", "5:0x6401 value=1") == form);
+  CHECK(refused("--signal", "5:0x6401:1=square") ==
+        "shape \"square\": must be constant, ramp, sine, noise or replay");
+  CHECK(refused("--signal", "5:0x6401:256=constant value=1") == "sub \"256\": must be 0..255");
+  CHECK(refused("--signal", "6:0x6401=constant value=1") == "there is no node 6; add --node 6=FILE.eds");
+  CHECK(refused("--signal", "5:0x6401=constant") == "value: is missing; add value=1");
+  CHECK(refused("--signal", "5:0x6401=replay") == "file: is missing; add file=FILE.csv");
+  CHECK(refused("--signal", "5:0x6401=constant value=x") == "value \"x\": must be a number");
+  CHECK(refused("--signal", "5:0x6401=constant value=1 value=2") == "value: is given twice");
+  CHECK(refused("--signal", "5:0x6401=constant value=1 sub=2") == "sub: is given twice");
+  CHECK(refused("--signal", "5:0x6401=constant value=1 speed=2") ==
+        "speed: no such key; shape \"constant\" has index, sub, shape, value and sample_ms");
+  CHECK(refused("--signal", "5:0x6401=constant value=1 mean=2") ==
+        "mean \"2\": shape \"constant\" has index, sub, shape, value and sample_ms");
+  CHECK(refused("--fault", "silent") ==
+        "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:answer-late delay_ms=50");
+  CHECK(refused("--fault", "6:silent") == "there is no node 6; add --node 6=FILE.eds");
+  CHECK(refused("--fault", "bus:silent") == "silent: a fault of a node, not of the bus");
+  CHECK(refused("--fault", "5:silent after") == "silent: \"after\": write key=value");
+}
+
+TEST_CASE("a signal twice on the command line") {
+  CHECK(first_line(with_plant(
+            {"--signal", "5:0x6401=constant value=1", "--signal", "5:0x6401:0=constant value=2"})) ==
+        "cbcan-sim: --signal 5:0x6401:0=constant value=2: node 5: object 6401h:00 already has a signal at "
+        "--signal 5:0x6401=constant value=1; remove one of the two");
 }

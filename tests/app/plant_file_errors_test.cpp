@@ -48,9 +48,10 @@ TEST_CASE("a key in the wrong table is shown the right one") {
 
 TEST_CASE("an unknown key that is like nothing gets the list") {
   CHECK(errors_in("[can]\nfoo = 1\n") ==
-        Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan"});
-  CHECK(errors_in("[faults]\n") ==
-        Lines{"plant.toml:1: faults: no such key; a plant file has module, modbus, can, time, log, node"});
+        Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, faults"});
+  CHECK(errors_in("[plc]\n") == Lines{"plant.toml:1: plc: no such key; a plant file has module, modbus, can, "
+                                      "time, random, control, log, node"});
+  CHECK(errors_in("[faults]\n") == Lines{"plant.toml:1: faults: no such key; did you mean node.faults?"});
 }
 
 TEST_CASE("numbers out of range") {
@@ -142,8 +143,11 @@ TEST_CASE("bus specifications") {
 }
 
 TEST_CASE("what a node has to have") {
-  CHECK(errors_in("[[node]]\n") == Lines{"plant.toml:1: node.id: is missing; add id = 5",
-                                         "plant.toml:1: node.eds: is missing; add eds = \"FILE.eds\""});
+  CHECK(errors_in("[[node]]\n") == Lines{"plant.toml:1: node.eds: is missing; add eds = \"FILE.eds\"",
+                                         "plant.toml:1: node.id: is missing; add id = 5, or lss = true"});
+  CHECK(errors_in("[[node]]\neds = \"a.eds\"\nlss = false\n") ==
+        Lines{"plant.toml:1: node.id: is missing; add id = 5, or lss = true"});
+  CHECK(errors_in("[[node]]\neds = \"a.eds\"\nid = 0\n") == Lines{"plant.toml:3: node.id 0: must be 1..127"});
   CHECK(errors_in_node("objects = [\n{ sub = 1 }\n]") ==
         Lines{"plant.toml:5: node.objects.index: is missing; add index = 0x2001",
               "plant.toml:5: node.objects.value: is missing; add value = 1"});
@@ -224,4 +228,124 @@ TEST_CASE("an object twice") {
         Lines{"plant.toml:6: node 5: object 2001h:00 is already set at plant.toml:5; remove one of the two"});
   CHECK(checked(std::string(kNode) + "heartbeat_ms = 1\nobjects = [{ index = 0x1017, value = 1 }]\n") ==
         Lines{"plant.toml:5: node 5: object 1017h:00 is already set at plant.toml:1; remove one of the two"});
+}
+
+TEST_CASE("devices, LSS, times and seeds that are wrong") {
+  CHECK(errors_in_node("device = \"cia405\"") ==
+        Lines{"plant.toml:4: node.device \"cia405\": must be none, cia401, cia402 or cia404"});
+  CHECK(errors_in_node("device = 401") ==
+        Lines{"plant.toml:4: node.device 401: must be a text in double quotes: the name of a device"});
+  CHECK(errors_in_node("lss = 1") == Lines{"plant.toml:4: node.lss 1: must be true or false"});
+  CHECK(errors_in_node("parameters = \"\"") == Lines{"plant.toml:4: node.parameters \"\": must be a path"});
+  CHECK(errors_in_node("time_period_ms = 86400001") ==
+        Lines{"plant.toml:4: node.time_period_ms 86400001: must be 0..86400000 ms, 0 = none"});
+  CHECK(errors_in("[random]\nseed = -1\n") == Lines{"plant.toml:2: random.seed -1: must be 0..4294967295"});
+  CHECK(errors_in("[random]\nseed = 4294967296\n") ==
+        Lines{"plant.toml:2: random.seed 4294967296: must be 0..4294967295"});
+  CHECK(
+      contains(errors_in("[control]\nlisten = \"1502\"\n").at(0), "plant.toml:2: control.listen \"1502\": "));
+  CHECK(errors_in("[time]\nclock = \"sundial\"\n") ==
+        Lines{"plant.toml:2: time.clock \"sundial\": must be real or manual"});
+}
+
+TEST_CASE("signals that are wrong") {
+  const auto errors_of = [](const std::string& keys) {
+    return errors_in_node("signals = [{ index = 0x6401, " + keys + " }]");
+  };
+  const std::string signal = "plant.toml:4: node.signals.";
+  CHECK(errors_of("sub = 1") == Lines{signal + "shape: is missing; add shape = \"sine\""});
+  CHECK(errors_of("shape = \"square\", amplitude = 1") ==
+        Lines{signal + "shape \"square\": must be constant, ramp, sine, noise or replay"});
+  CHECK(errors_of("shape = 3") == Lines{signal + "shape 3: must be a text in double quotes: constant, ramp, "
+                                                 "sine, noise or replay"});
+  CHECK(errors_of("shape = \"constant\"") == Lines{signal + "value: is missing; add value = 1"});
+  CHECK(errors_of("shape = \"ramp\"") == Lines{signal + "to: is missing; add to = 100",
+                                               signal + "duration_ms: is missing; add duration_ms = 10000"});
+  CHECK(errors_of("shape = \"sine\"") == Lines{signal + "amplitude: is missing; add amplitude = 10",
+                                               signal + "period_ms: is missing; add period_ms = 60000"});
+  CHECK(errors_of("shape = \"noise\"") == Lines{signal + "deviation: is missing; add deviation = 1"});
+  CHECK(errors_of("shape = \"replay\"") == Lines{signal + "file: is missing; add file = \"FILE.csv\""});
+  CHECK(errors_of("shape = \"constant\", value = \"1\"") == Lines{signal + "value \"1\": must be a number"});
+  CHECK(errors_of("shape = \"constant\", value = nan") == Lines{signal + "value nan: must be a number"});
+  CHECK(errors_of("shape = \"constant\", value = -inf") == Lines{signal + "value -inf: must be a number"});
+  CHECK(errors_of("shape = \"constant\", value = 1979-05-27") == Lines{signal + "value: must be a number"});
+  CHECK(errors_of("shape = \"ramp\", to = 1, duration_ms = 0") ==
+        Lines{signal + "duration_ms 0: must be 1..86400000 ms"});
+  CHECK(errors_of("shape = \"ramp\", to = 1, duration_ms = 1, then = \"stop\"") ==
+        Lines{signal + "then \"stop\": must be hold, repeat or back-and-forth"});
+  CHECK(errors_of("shape = \"noise\", deviation = 1, distribution = \"or\"") ==
+        Lines{signal + "distribution \"or\": must be uniform or normal"});
+  CHECK(errors_of("shape = \"constant\", value = 1, sample_ms = 0") ==
+        Lines{signal + "sample_ms 0: must be 1..86400000 ms"});
+  CHECK(errors_of("shape = \"constant\", value = 1, vlaue = 1") ==
+        Lines{signal + "vlaue: no such key; did you mean node.signals.value?"});
+  CHECK(
+      errors_in_node("signals = 5") ==
+      Lines{"plant.toml:4: node.signals: must be a list; write signals = [{ index = 0x6401, sub = 1, shape = "
+            "\"constant\", value = 1 }]"});
+}
+
+TEST_CASE("a key of another shape is told the shape's own") {
+  const auto error_of = [](const std::string& keys) {
+    return errors_in_node("signals = [{ index = 0x6401, " + keys + " }]").at(0);
+  };
+  CHECK(error_of("shape = \"constant\", value = 1, mean = 2") ==
+        "plant.toml:4: node.signals.mean 2: shape \"constant\" has index, sub, shape, value and sample_ms");
+  CHECK(
+      error_of("shape = \"ramp\", to = 1, duration_ms = 1, period_ms = 2") ==
+      "plant.toml:4: node.signals.period_ms 2: shape \"ramp\" has index, sub, shape, from, to, duration_ms, "
+      "then and sample_ms");
+  CHECK(
+      error_of("shape = \"sine\", amplitude = 1, period_ms = 1, seed = 2") ==
+      "plant.toml:4: node.signals.seed 2: shape \"sine\" has index, sub, shape, mean, amplitude, period_ms, "
+      "phase_deg and sample_ms");
+  CHECK(error_of("shape = \"noise\", deviation = 1, file = \"a.csv\"") ==
+        "plant.toml:4: node.signals.file \"a.csv\": shape \"noise\" has index, sub, shape, mean, deviation, "
+        "distribution, seed and sample_ms");
+  CHECK(
+      error_of("shape = \"replay\", file = \"a.csv\", value = 1") ==
+      "plant.toml:4: node.signals.value 1: shape \"replay\" has index, sub, shape, file, between, repeat and "
+      "sample_ms");
+}
+
+TEST_CASE("faults that are wrong") {
+  const auto errors_of = [](const std::string& keys) {
+    return errors_in_node("faults = [{ " + keys + " }]");
+  };
+  CHECK(errors_of("delay_ms = 5") ==
+        Lines{"plant.toml:4: node.faults.kind: is missing; add kind = \"answer-late\""});
+  CHECK(errors_of("kind = 5") ==
+        Lines{"plant.toml:4: node.faults.kind 5: must be a text in double quotes: a kind of fault"});
+  CHECK(contains(errors_of("kind = \"late\"").at(0),
+                 "plant.toml:4: node.faults: fault \"late\": no such kind; there are answer-never, "));
+  CHECK(errors_of("kind = \"frame-loss\"") ==
+        Lines{"plant.toml:4: node.faults: frame-loss: a fault of the bus, not of a node"});
+  CHECK(
+      errors_of("kind = \"silent\", state = 4") ==
+      Lines{
+          "plant.toml:4: node.faults: silent: state: no such key; there are after, count, probability, seed, "
+          "from_ms and until_ms"});
+  CHECK(errors_of("kind = \"silent\", probability = 2") ==
+        Lines{"plant.toml:4: node.faults: silent: probability 2: must be 0..1"});
+  CHECK(errors_of("kind = \"silent\", after = true") ==
+        Lines{"plant.toml:4: node.faults: silent: after: must be a number, or a text in double quotes"});
+  CHECK(errors_in("[can]\nfaults = [\n{ kind = \"answer-late\" },\n{ delay_ms = 1 }]\n") ==
+        Lines{"plant.toml:3: can.faults: answer-late: a fault of a node, not of the bus",
+              "plant.toml:4: can.faults.kind: is missing; add kind = \"frame-loss\""});
+  CHECK(errors_in("[can]\nfaults = \"bus-off\"\n") ==
+        Lines{"plant.toml:2: can.faults: must be a list; write faults = [{ kind = \"frame-loss\" }]"});
+  CHECK(errors_in("[module]\nfaults = []\n") ==
+        Lines{"plant.toml:2: module.faults: no such key; did you mean node.faults?"});
+}
+
+TEST_CASE("a signal twice, a parameter file twice") {
+  CHECK(checked(std::string(kNode) + "signals = [\n{ index = 0x6401, shape = \"constant\", value = 1 },\n"
+                                     "{ index = 0x6401, sub = 1, shape = \"constant\", value = 2 },\n"
+                                     "{ index = 0x6401, sub = 0, shape = \"noise\", deviation = 3 }]\n") ==
+        Lines{"plant.toml:7: node 5: object 6401h:00 already has a signal at plant.toml:5; remove one of the "
+              "two"});
+  CHECK(checked(std::string(kNode) +
+                "parameters = \"p\"\n[[node]]\nlss = true\neds = \"b\"\nparameters = \"p\"\n") ==
+        Lines{"plant.toml:5: node without an ID: p already has the parameters of node 5; every node needs a "
+              "file of its own"});
 }

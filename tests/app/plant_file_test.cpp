@@ -139,3 +139,91 @@ TEST_CASE("a BOM and CR LF line ends do no harm") {
   CHECK(plant.errors == Lines{});
   CHECK(plant.config.module.node_id == 5);
 }
+
+TEST_CASE("seed, control, and what a node is") {
+  Config config;
+  CHECK(to_lines(read_plant(R"([random]
+seed = 0xFFFFFFFF
+[control]
+listen = "unix:run/control"
+[[node]]
+id = 5
+eds = "a.eds"
+device = "cia404"
+parameters = "a.params"
+lss = true
+time_period_ms = 500
+)",
+                            "plants/plant.toml", config)) == Lines{});
+  CHECK(config.random.seed == 4294967295);
+  CHECK(config.control.listen == "unix:plants/run/control");
+  const NodeConfig& node = config.nodes.at(0);
+  CHECK(node.device == "cia404");
+  CHECK(node.parameters == "plants/a.params");
+  CHECK(node.lss);
+  CHECK(node.time_period == 500'000);
+}
+
+TEST_CASE("nodes that wait for an ID, any number of them") {
+  const Plant plant = read("[[node]]\neds = \"a.eds\"\nlss = true\n[[node]]\neds = \"a.eds\"\nlss = true\n");
+  REQUIRE(plant.errors == Lines{});
+  REQUIRE(to_lines(check(plant.config)) == Lines{});
+  CHECK(plant.config.nodes.at(0).id == 0);
+  CHECK(plant.config.nodes.at(1).id == 0);
+}
+
+TEST_CASE("signals of every shape") {
+  Config config;
+  CHECK(to_lines(read_plant(R"([[node]]
+id = 5
+eds = "a.eds"
+signals = [
+  { index = 0x6401, sub = 1, shape = "constant", value = -2 },
+  { shape = "ramp", index = 0x6401, sub = 2, from = 1.5, to = 9, duration_ms = 3, then = "back-and-forth" },
+  { index = 0x6401, sub = 3, shape = "ramp", to = 9, duration_ms = 3 },
+  { index = 0x6401, sub = 4, shape = "sine", mean = 1, amplitude = 2, period_ms = 3, phase_deg = 4.5 },
+  { index = 0x6401, sub = 5, shape = "noise", mean = 1, deviation = 2, distribution = "uniform", seed = 7 },
+  { index = 0x6401, sub = 6, shape = "noise", deviation = 2 },
+  { index = 0x6401, sub = 7, shape = "replay", file = "x.csv", between = "linear", repeat = true, sample_ms = 1 },
+  { index = 0x6000, shape = "replay", file = "x.csv" },
+]
+)",
+                            "plants/plant.toml", config)) == Lines{});
+  using namespace cbcan::sim;
+  const auto& signals = config.nodes.at(0).signals;
+  REQUIRE(signals.size() == 8);
+  CHECK(signals[0].signal == Signal{0x6401, 1, 10'000, Constant{-2}});
+  CHECK(signals[1].signal == Signal{0x6401, 2, 10'000, Ramp{1.5, 9, 3000, Ramp::Then::kBackAndForth}});
+  CHECK(signals[2].signal == Signal{0x6401, 3, 10'000, Ramp{0, 9, 3000, Ramp::Then::kHold}});
+  CHECK(signals[3].signal == Signal{0x6401, 4, 10'000, Sine{1, 2, 3000, 4.5}});
+  CHECK(signals[4].signal == Signal{0x6401, 5, 10'000, Noise{1, 2, 0, Noise::Distribution::kUniform}});
+  CHECK(signals[4].seed == 7);
+  CHECK(signals[5].signal == Signal{0x6401, 6, 10'000, Noise{0, 2, 0, Noise::Distribution::kNormal}});
+  CHECK_FALSE(signals[5].seed);
+  CHECK(signals[6].signal == Signal{0x6401, 7, 1000, Replay{{}, Replay::Between::kLinear, true}});
+  CHECK(signals[6].file == "plants/x.csv");
+  CHECK(signals[7].signal == Signal{0x6000, 0, 10'000, Replay{{}, Replay::Between::kStep, false}});
+  CHECK(signals[7].place == Place{"plants/plant.toml", 12});
+}
+
+TEST_CASE("faults of nodes and of the bus, and where they stand") {
+  const Plant plant = read(R"([can]
+faults = [ { kind = "frame-corrupt", part = "data", probability = 0.5 } ]
+[[node]]
+id = 5
+eds = "a.eds"
+faults = [
+  { kind = "answer-late", delay_ms = 50, index = 0x2001, after = 3, count = 1 },
+  { kind = "silent" },
+]
+)");
+  REQUIRE(plant.errors == Lines{});
+  REQUIRE(plant.config.can.faults.size() == 1);
+  CHECK(text_of(plant.config.can.faults[0].fault) == "frame-corrupt part=data probability=0.5");
+  CHECK(plant.config.can.faults[0].place == Place{"plant.toml", 2});
+  const auto& faults = plant.config.nodes.at(0).faults;
+  REQUIRE(faults.size() == 2);
+  CHECK(text_of(faults[0].fault) == "answer-late delay_ms=50 after=3 count=1 index=0x2001");
+  CHECK(text_of(faults[1].fault) == "silent");
+  CHECK(faults[1].place == Place{"plant.toml", 8});
+}
