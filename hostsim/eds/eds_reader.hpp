@@ -47,7 +47,8 @@ struct Result {
   bool operator==(const Result&) const = default;
 };
 
-/// `file_name` is only for the diagnostics. `node_id` is the one that $NODEID stands for, 1..127.
+/// `file_name` is only for the diagnostics. `node_id` is the one that $NODEID stands for: 1..127, or 0 for a
+/// device that has none yet.
 Result read(std::string_view text, std::string file_name, std::optional<std::uint8_t> node_id);
 
 }  // namespace cbcan::eds

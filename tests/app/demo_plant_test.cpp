@@ -40,7 +40,7 @@ TEST_CASE("--demo is the demo plant, without a complaint") {
   REQUIRE(demo.err == "");
   REQUIRE(demo.run);
   const auto& nodes = demo.config.nodes;
-  REQUIRE(nodes.size() == 4);
+  REQUIRE(nodes.size() == 5);
   CHECK(nodes[0].id == 0x42);
   CHECK(nodes[0].eds == "demo:/io_module.eds");
   CHECK(nodes[1].id == 1);
@@ -49,8 +49,10 @@ TEST_CASE("--demo is the demo plant, without a complaint") {
   CHECK(nodes[2].id == 2);
   CHECK(nodes[2].eds == "demo:/pressure_transducer.eds");
   CHECK(nodes[2].objects.at(0).value == Value(std::int64_t{99301}));
-  CHECK(nodes[3].id == 0x20);
-  CHECK(nodes[3].eds == "demo:/generic.eds");
+  CHECK(nodes[3].id == 0x10);
+  CHECK(nodes[3].eds == "demo:/drive.eds");
+  CHECK(nodes[4].id == 0x20);
+  CHECK(nodes[4].eds == "demo:/generic.eds");
   CHECK(demo.config.module == ModuleConfig{});
   CHECK(demo.config.modbus == ModbusConfig{});
   CHECK(demo.config.can == CanConfig{});

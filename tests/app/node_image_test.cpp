@@ -119,13 +119,16 @@ TEST_CASE("Every node of the demo plant is built without a word") {
   cbcan::app::Config config;
   const std::string plant = cbcan::app::kDemoPlant.data();
   REQUIRE(cbcan::app::read_plant(*read(plant), plant, config).empty());
-  CHECK(config.nodes.size() == 4);
+  CHECK(config.nodes.size() == 5);
+  std::vector<std::string> devices;
   for (const auto& node : config.nodes) {
     const auto build = build_node(node, node_seed(config, node), read);
     CHECK(build.node);
     CHECK(build.warnings.empty());
     CHECK(build.notes.empty());
+    devices.push_back(build.node ? build.node->device : "");
   }
+  CHECK(devices == std::vector<std::string>{"cia401", "cia404", "cia404", "cia402", "none"});
 }
 
 // ---- What a simulated node is made of besides its dictionary ----------------------------------------
