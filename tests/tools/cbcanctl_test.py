@@ -73,7 +73,7 @@ class WithSimulator(unittest.TestCase):
             self.check(f"nmt {service} 0x42")
             self.check("state 0x42", f"66 {state}\n")
         self.check("nmt start all")
-        self.check("state all", "1 Operational\n2 Operational\n32 Operational\n66 Operational\n127 Pre-operational\n")
+        self.check("state all", "".join(f"{node} Operational\n" for node in (1, 2, 16, 32, 66)) + "127 Pre-operational\n")
         self.check("nmt reset-node all")
         self.check("nmt reset-comm 1")
         self.check("state 99", "99 Not detected\n")
