@@ -196,7 +196,7 @@ void Node::follow_ids() {
   if (device_.state() != nmt::State::kInitialising)
     device_.visit_ids([&wanted](std::uint32_t id) { wanted.push_back(id); });
   std::ranges::sort(wanted);
-  wanted.erase(std::ranges::unique(wanted).begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   for (const std::uint32_t id : received_ids_)
     if (!std::ranges::binary_search(wanted, id)) port_.refuse(id, id);
   for (const std::uint32_t id : wanted)
