@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Three simulated nodes in virtual time, and what they promise whatever is done to them. The promises are
+/// checked frame by frame on their way to the wire, and after every step of the time.
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "cbcan/frame.hpp"
+#include "sim/world.hpp"
+
+namespace cbcan::fuzz {
+
+struct PlantOptions {
+  std::uint32_t bit_rate = 0;  ///< see Bus; on a paced one less is known of the frames that wait
+  bool signals = false;        ///< the I/O module's inputs move
+  bool stores = true;          ///< parameters can be stored
+  bool by_deadlines = true;    ///< false: time passes in one step, nothing is checked on the way
+};
+
+class DevicePlant final : private sim::Observer, private sim::Disturbance {
+ public:
+  static constexpr std::size_t kNodes = 3;
+  enum Place : std::uint8_t { kIoModule, kDrive, kWithoutId };
+
+  explicit DevicePlant(const PlantOptions& options);
+
+  sim::Node& node(std::size_t place) { return *nodes_[place].node; }
+  std::uint8_t id(std::size_t place) const { return nodes_[place].node->device().node_id(); }
+
+  /// A frame from a master. An SDO request is answered once, as far as that can be known.
+  void receive(const Frame& frame);
+
+  /// Lets time pass, until `end` or what a run may cost. Returns when that was.
+  Time pass_to(Time end);
+
+  void add_fault(std::size_t place, const sim::Fault& fault);
+  void add_bus_fault(const sim::Fault& fault);
+
+  /// What has been done to the plant from outside has its effects, and the promises are kept.
+  void settle();
+
+  struct Seen {
+    Time at;
+    Frame frame;
+    friend bool operator==(const Seen&, const Seen&) = default;
+  };
+  const std::vector<Seen>& seen() const { return seen_; }
+
+  sim::World world;
+  Time now = 1000;
+
+ private:
+  struct Store final : sim::ParameterStore {
+    sim::StoredParameters load() override { return kept; }
+    bool save(const sim::StoredParameters& parameters) override {
+      if (works) kept = parameters;
+      return works;
+    }
+    sim::StoredParameters kept;
+    bool works = true;
+  };
+  struct Watched {
+    sim::Node* node = nullptr;
+    Store store;
+    unsigned states = 0;    ///< those in which what is still on its way may have been sent
+    unsigned answers = 0;   ///< SDO answers, all in all
+    bool harmed = false;    ///< had a fault once: what it held back may still come
+    bool in_block = false;  ///< an SDO block transfer may be under way
+  };
+
+  void add(std::size_t place, std::uint8_t id, const char* eds, sim::NodeParts parts);
+  void on_bus_frame(const Frame& frame, Time at) override;
+  void on_arrival(const Frame& frame, const sim::Port* sender, Time at) override;
+  void check_frame(Watched& sender, const Frame& frame);
+  void check_configured_frame(Watched& sender, const Frame& frame);
+  void check_states();
+  bool is_heard(Watched& node);
+  bool is_answered_once(Watched& node, const Frame& request);
+  void note_states();
+  void forget_states();
+  void advance(Time time);
+
+  PlantOptions options_;
+  std::array<Watched, kNodes> nodes_;
+  std::vector<Seen> seen_;
+  unsigned steps_left_ = 4000;
+  unsigned frames_at_once_ = 0;
+};
+
+}  // namespace cbcan::fuzz

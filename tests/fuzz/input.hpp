@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace cbcan::fuzz {
+
+/// The bytes of an input, one after the other; behind the last one there are zeros.
+class Input {
+ public:
+  explicit Input(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
+
+  bool empty() const { return rest_.empty(); }
+  std::uint8_t byte() {
+    if (rest_.empty()) return 0;
+    const std::uint8_t first = rest_.front();
+    rest_ = rest_.subspan(1);
+    return first;
+  }
+  std::uint16_t word() {
+    const std::uint8_t low = byte();
+    return static_cast<std::uint16_t>(low | byte() << 8);
+  }
+  std::uint32_t number() {
+    const std::uint32_t low = word();
+    return low | std::uint32_t{word()} << 16;
+  }
+  template <class Element, std::size_t Count>
+  const Element& one_of(const std::array<Element, Count>& elements) {
+    return elements[byte() % Count];
+  }
+  std::span<const std::uint8_t> take(std::size_t count) {
+    const auto taken = rest_.first(count < rest_.size() ? count : rest_.size());
+    rest_ = rest_.subspan(taken.size());
+    return taken;
+  }
+
+ private:
+  std::span<const std::uint8_t> rest_;
+};
+
+}  // namespace cbcan::fuzz
