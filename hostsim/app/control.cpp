@@ -94,7 +94,7 @@ std::string id_text(const sim::Node& node) {
 std::string text_of_value(std::span<const std::uint8_t> bytes, DataType type) {
   const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
   if (type == DataType::kReal32)
-    return value_text(double{std::bit_cast<float>(static_cast<std::uint32_t>(raw))});
+    return value_text(static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
   if (type == DataType::kReal64) return value_text(std::bit_cast<double>(raw));
   if (type == DataType::kBoolean) return value_text(raw != 0);
   if (is_signed(type)) return value_text(sign_extend(raw, bytes.size()));

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// Any lines as commands at run time: each has its answer, and one that is refused has changed nothing.
+#include <string>
+#include <vector>
+
+#include "app/control.hpp"
+#include "fuzz/device_plant.hpp"
+#include "fuzz/fuzz.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+constexpr Time kBetweenLines = 20 * kMillisecond;
+
+class Commands {
+ public:
+  Commands() {
+    for (std::size_t place = 0; place < DevicePlant::kNodes; ++place)
+      nodes_.push_back({&plant_.node(place), place == 0 ? "I/O module" : "", "device"});
+  }
+
+  void take(std::string_view line) {
+    const std::string before = state();
+    const std::string answer = control_.execute(line, plant_.now);
+    if (check(line, answer)) require(state() == before, "what is refused has changed nothing");
+    plant_.settle();
+    plant_.pass_to(plant_.now + kBetweenLines);
+  }
+
+ private:
+  std::string state() {
+    return control_.execute("nodes", plant_.now) + control_.execute("faults", plant_.now);
+  }
+
+  /// True: an error.
+  static bool check(std::string_view line, std::string_view answer) {
+    if (answer.empty()) {
+      require(line.find_first_not_of(" \t") == std::string_view::npos, "a command is answered");
+      return false;
+    }
+    require(answer.ends_with('\n'), "an answer is whole lines");
+    answer.remove_suffix(1);
+    const bool refused = answer.starts_with("error: ");
+    const std::size_t last_line = answer.rfind('\n');
+    if (refused) require(last_line == std::string_view::npos, "an error is one line");
+    const std::string_view last = answer.substr(last_line + 1);
+    require(refused || last == "ok" || last.starts_with("ok "), "the last line says how it went");
+    return refused;
+  }
+
+  DevicePlant plant_{{}};
+  std::vector<app::PlantNode> nodes_;
+  app::Control control_{plant_.world, nodes_, plant_.now};
+};
+
+void check_lines(std::string_view text) {
+  Commands commands;
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    commands.take(text.substr(0, end));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+}
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  cbcan::fuzz::check_lines(cbcan::fuzz::text_of(data, size));
+  return 0;
+}

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// Any bytes as one of the smaller texts: a fault, recorded values, stored parameters. What is understood
+// survives being written and read again; what is not is complained of with its place. The first byte says
+// which text it is.
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+#include "fuzz/fuzz.hpp"
+#include "io/parameter_file.hpp"
+#include "sim/faults/fault.hpp"
+#include "sim/signal.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+void check_fault(std::string_view text, sim::FaultPlace here) {
+  const sim::FaultOrProblem read = sim::parse_fault(text, here);
+  if (!read.problem.empty()) return;
+  const std::string written = sim::text_of(read.fault);
+  const sim::FaultOrProblem again = sim::parse_fault(written, here);
+  require(again.problem.empty() && again.fault == read.fault, "a fault is what its text says");
+  require(sim::text_of(again.fault) == written, "a fault has one text");
+}
+
+std::string csv_of(const std::vector<sim::Replay::Point>& points) {
+  std::string text;
+  for (const sim::Replay::Point& point : points) {
+    char line[64];
+    std::snprintf(line, sizeof line, "%llu.%06llu,%.17g\n",
+                  static_cast<unsigned long long>(point.at / kSecond),
+                  static_cast<unsigned long long>(point.at % kSecond), point.value);
+    text += line;
+  }
+  return text;
+}
+
+void check_points(std::string_view text) {
+  const sim::CsvPoints read = sim::parse_csv_points(text);
+  const auto lines = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
+  if (!read.problem.empty()) return require(read.line >= 1 && read.line <= lines, "a problem has its line");
+  require(!read.points.empty(), "recorded values are not none");
+  for (std::size_t i = 1; i < read.points.size(); ++i)
+    require(read.points[i].at > read.points[i - 1].at, "each point is later than the one before");
+  const sim::CsvPoints again = sim::parse_csv_points(csv_of(read.points));
+  require(again.problem.empty() && again.points == read.points, "recorded values can be written and read");
+}
+
+void check_parameters(std::string_view text) {
+  const std::string path = "node.txt";
+  sim::StoredParameters read;
+  try {
+    read = io::parse_parameters(text, path);
+  } catch (const io::UsageError& error) {
+    return require(std::string_view(error.what()).starts_with(path + ":"), "a complaint names the file");
+  }
+  if (read.lss.node_id == 0) read.lss.bit_rate = 0;  // a bit rate is kept with a node ID
+  require(io::parse_parameters(io::parameter_text(read), path) == read,
+          "stored parameters can be written and read");
+}
+
+void check_text(std::uint8_t kind, std::string_view text) {
+  switch (kind % 4) {
+    case 0: return check_fault(text, sim::FaultPlace::kNode);
+    case 1: return check_fault(text, sim::FaultPlace::kBus);
+    case 2: return check_points(text);
+    default: return check_parameters(text);
+  }
+}
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size != 0) cbcan::fuzz::check_text(data[0], cbcan::fuzz::text_of(data + 1, size - 1));
+  return 0;
+}
