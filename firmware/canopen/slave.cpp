@@ -48,6 +48,7 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
 
 void Slave::enter(nmt::State state, Time now) {
   state_ = state;
+  if (!nmt::is_running(state)) sdo_server_.reset(node_id_);  // neither an answer nor a segment any more
   application_.on_nmt_state(state, now);
 }
 

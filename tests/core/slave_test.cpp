@@ -332,6 +332,32 @@ TEST_CASE("SDO server: what the port refuses is sent later, in order") {
   device.expect("5C2#8238390000000000");
 }
 
+TEST_CASE("SDO server: an answer that the port refuses does not come in Stopped, nor after it") {
+  Device device;
+  device.expect("742#00");
+  device.port.refuse_next = cbcan::test::RecordingPort::kAlways;
+  device.arrive("642#4000100000000000");
+  device.arrive("000#0242");
+  device.port.refuse_next = 0;
+  device.pass(10 * kMillisecond);
+  device.expect_silence();
+  device.arrive("000#0142");
+  device.pass(10 * kMillisecond);
+  device.expect_silence();
+}
+
+TEST_CASE("SDO server: Stopped ends a transfer") {
+  Device device;
+  device.expect("742#00");
+  device.arrive("642#2100210008000000");
+  device.expect("5C2#6000210000000000");
+  device.arrive("000#0242");
+  device.arrive("000#8042");
+  device.arrive("642#0011223344556677");
+  device.expect("5C2#8000210001000405");
+  device.expect_silence();
+}
+
 TEST_CASE("Reset node restores all values, reset communication only 1000h..1FFFh") {
   Device device;
   device.expect("742#00");
