@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+// The simulated devices with npm's canopen as the master. On the interface that CBCAN_VCAN names, or else over SLCAN.
+// usage: node canopen_test.mjs CBCAN_SIM SOURCE_FOLDER
+import assert from "node:assert/strict";
+import { once } from "node:events";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import test from "node:test";
+import { slcanBus, socketCanBus } from "./can_bus.mjs";
+import { LIMIT, count, startSimulator } from "./cases.mjs";
+
+const [program, sources] = process.argv.slice(2);
+const vcan = process.env.CBCAN_VCAN;
+const require = createRequire(import.meta.url);
+
+// What canopen has from a native package, which is not built here: a CRC without reflection.
+function crc(width, reflected, polynomial, start, ...[, , , , data]) {
+  let value = start;
+  for (const byte of data) {
+    value ^= byte << 8;
+    for (let i = 0; i < 8; ++i) value = ((value << 1) ^ (value & 0x8000 ? polynomial : 0)) & 0xffff;
+  }
+  return Buffer.from([value >> 8, value & 0xff]);
+}
+const native = require.resolve("node-crc");
+require.cache[native] = { id: native, filename: native, loaded: true, exports: { crc } };
+const { DataType, Device, Eds, NmtState } = require("canopen");
+
+const IO = 0x42, TRANSDUCER = 1, DRIVE = 5, GENERIC = 0x20;
+const EDS = { [IO]: "io_module", [TRANSDUCER]: "pressure_transducer", [DRIVE]: "drive" };
+
+/// Calls use(master) with a Device on a bus with the plant of devices.toml, that knows the nodes as SDO servers.
+async function withPlant(use) {
+  count();
+  const place = vcan ? ["--can", `socketcan:${vcan}`] : ["--slcan", "127.0.0.1:0"];
+  const simulator = await startSimulator(program, "--config", join(sources, "tests/system/devices.toml"), ...place);
+  const bus = vcan ? await socketCanBus(vcan) : await slcanBus(simulator.where.slcan);
+  const master = new Device({ id: 126, eds: new Eds() });
+  try {
+    for (const node of [IO, TRANSDUCER, DRIVE, GENERIC]) master.eds.addSdoClientParameter(node, 0x600 + node, 0x580 + node);
+    bus.on("frame", (frame) => master.receive(frame));
+    master.on("message", (frame) => bus.send(frame));
+    await use(master, bus);
+  } finally {
+    master.stop();
+    bus.close();
+    await simulator.stop();
+  }
+}
+
+const happens = async (emitter, event) => (await once(emitter, event, { signal: AbortSignal.timeout(LIMIT) }))[0];
+
+const read = (master, deviceId, index, subIndex, dataType, options = {}) =>
+  master.sdo.upload({ deviceId, index, subIndex, dataType, timeout: LIMIT, ...options });
+
+const write = (master, deviceId, index, subIndex, data, dataType, options = {}) =>
+  master.sdo.download({ deviceId, index, subIndex, data, dataType, timeout: LIMIT, ...options });
+
+const refusal = (code) => (error) => error.code === code;
+
+/// canopen does not know $NODEID: its user writes the node ID in.
+function description(node) {
+  const folder = mkdtempSync(join(tmpdir(), "cbcan-eds-"));
+  try {
+    const text = readFileSync(join(sources, "plants/demo", `${EDS[node]}.eds`), "latin1");
+    const path = join(folder, "node.eds");
+    writeFileSync(path, text.replace(/\$NODEID\+(0x[0-9A-F]+)/g, (_, base) => `0x${(Number(base) + node).toString(16)}`));
+    return Eds.fromFile(path);
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+}
+
+test("EDS files of the demo plant", () => {
+  count();
+  const io = description(IO);
+  assert.equal(io.getDeviceName(), "cbcan I/O module");
+  assert.deepEqual(io.getIdentity(), { vendorId: 0, productCode: 0x191, revisionNumber: 0x10000, serialNumber: 1 });
+  assert.equal(io.getEmcyCobId(), 0xc2);
+  assert.deepEqual(io.getReceivePdos().map((pdo) => [pdo.cobId, pdo.dataSize]), [[0x242, 1], [0x342, 4]]);
+  assert.deepEqual(io.getTransmitPdos().map((pdo) => [pdo.cobId, pdo.dataSize]), [[0x1c2, 1], [0x2c2, 4]]);
+  assert.deepEqual(description(DRIVE).getTransmitPdos().map((pdo) => [pdo.cobId, pdo.dataSize]),
+                   [[0x185, 2], [0x285, 3], [0x385, 6], [0x485, 6]]);
+  assert.equal(description(TRANSDUCER).getTransmitPdos()[0].dataObjects[0].parameterName, "Pressure");
+});
+
+test("SDO: what a node is", () => withPlant(async (master) => {
+  master.start();
+  assert.equal(await read(master, IO, 0x1000, 0, DataType.UNSIGNED32), 0x000f0191);
+  assert.equal(await read(master, DRIVE, 0x1018, 2, DataType.UNSIGNED32), 0x192);
+  assert.equal(await read(master, TRANSDUCER, 0x9130, 1, DataType.INTEGER32), 99021);
+  assert.equal(await read(master, IO, 0x1008, 0, DataType.VISIBLE_STRING), "cbcan I/O module");
+  assert.equal(await read(master, DRIVE, 0x1009, 0, DataType.VISIBLE_STRING), "1.0");
+}));
+
+test("SDO: expedited there and back", () => withPlant(async (master) => {
+  master.start();
+  for (const [index, type, value] of [[0x2001, "UNSIGNED8", 0xa5], [0x2002, "UNSIGNED16", 0xbeef],
+                                      [0x2003, "UNSIGNED24", 0x123456], [0x2004, "UNSIGNED32", 0xdeadbeef]]) {
+    await write(master, GENERIC, index, 0, value, DataType[type]);
+    assert.equal(await read(master, GENERIC, index, 0, DataType[type]), value);
+  }
+  await write(master, IO, 0x6411, 2, -300, DataType.INTEGER16);
+  assert.equal(await read(master, IO, 0x6411, 2, DataType.INTEGER16), -300);
+}));
+
+const bytes = (size) => Buffer.from(Array.from({ length: size }, (_, i) => (i * 7 + 1) & 0xff));
+
+test("SDO: segmented there and back", () => withPlant(async (master) => {
+  master.start();
+  for (const [index, size] of [[0x2005, 5], [0x2008, 8], [0x200e, 14], [0x207f, 127], [0x2080, 128], [0x2100, 1000]]) {
+    await write(master, GENERIC, index, 0, bytes(size));
+    assert.deepEqual(await read(master, GENERIC, index, 0), bytes(size));
+  }
+}));
+
+test("SDO: block there and back", () => withPlant(async (master) => {
+  master.start();
+  const block = { blockTransfer: true, blockInterval: 0 };
+  for (const [index, size] of [[0x2008, 8], [0x200e, 14], [0x2080, 128], [0x2100, 1000]]) {
+    await write(master, GENERIC, index, 0, bytes(size), null, block);
+    assert.deepEqual(await read(master, GENERIC, index, 0, null, block), bytes(size));
+  }
+  master.sdo.setBlockSize(3);
+  assert.deepEqual(await read(master, GENERIC, 0x2100, 0, null, block), bytes(1000));
+}));
+
+// It answers an abort with an abort, which a server has to leave unanswered.
+test("SDO: aborts", () => withPlant(async (master) => {
+  master.start();
+  await assert.rejects(read(master, IO, 0x5fff, 0), refusal(0x06020000));
+  await assert.rejects(read(master, IO, 0x6401, 9), refusal(0x06090011));
+  await assert.rejects(write(master, IO, 0x1000, 0, 1, DataType.UNSIGNED32), refusal(0x06010002));
+  await assert.rejects(write(master, IO, 0x6200, 1, 1, DataType.UNSIGNED32), refusal(0x06070012));
+  await assert.rejects(write(master, DRIVE, 0x6007, 0, 9, DataType.INTEGER16), refusal(0x06090031));
+  await assert.rejects(read(master, GENERIC, 0x3333, 0, null, { blockTransfer: true }), refusal(0x06020000));
+  assert.equal(await read(master, IO, 0x1000, 0, DataType.UNSIGNED32), 0x000f0191);
+}));
+
+test("NMT: boot-up and every state", () => withPlant(async (master) => {
+  master.eds.addHeartbeatConsumer(IO, LIMIT);
+  master.start();
+  const state = async () => {
+    const heartbeat = await happens(master.nmt, "heartbeat");
+    assert.equal(heartbeat.deviceId, IO);
+    return heartbeat.state;
+  };
+  let heard = state();
+  master.nmt.resetNode(IO);
+  assert.equal(await heard, NmtState.INITIALIZING);
+  heard = state();
+  await write(master, IO, 0x1017, 0, 10, DataType.UNSIGNED16);
+  assert.equal(await heard, NmtState.PRE_OPERATIONAL);
+  for (const [command, reached] of [["startNode", NmtState.OPERATIONAL], ["stopNode", NmtState.STOPPED],
+                                    ["enterPreOperational", NmtState.PRE_OPERATIONAL],
+                                    ["resetCommunication", NmtState.INITIALIZING]]) {
+    heard = state();
+    master.nmt[command](IO);
+    assert.equal(await heard, reached);
+  }
+  assert.equal(await read(master, IO, 0x1017, 0, DataType.UNSIGNED16), 0);
+}));
+
+test("heartbeat that ends: EMCY 8130h", () => withPlant(async (master) => {
+  master.eds.addEmcyConsumer(0xc2);
+  master.start();
+  await write(master, IO, 0x1016, 1, (126 << 16) | 100, DataType.UNSIGNED32);
+  const heard = happens(master.emcy, "emergency");
+  master.eds.setHeartbeatProducerTime(10);
+  master.nmt._sendHeartbeat();
+  master.eds.setHeartbeatProducerTime(0);
+  const { cobId, em } = await heard;
+  assert.deepEqual([cobId, em.code, em.register & 0x11], [0xc2, 0x8130, 0x11]);
+  assert.equal((await read(master, IO, 0x1003, 1, DataType.UNSIGNED32)) & 0xffff, 0x8130);
+}));
+
+test("EMCY: an RPDO that is too short, and over again", () => withPlant(async (master) => {
+  master.eds.addEmcyConsumer(0xc2);
+  master.start();
+  master.nmt.startNode(IO);
+  for (const [data, code] of [[[1, 2], 0x8210], [[1, 2, 3, 4], 0]]) {
+    const heard = happens(master.emcy, "emergency");
+    master.emit("message", { id: 0x342, data: Buffer.from(data) });
+    assert.equal((await heard).em.code, code);
+  }
+  assert.equal(await read(master, IO, 0x1001, 0, DataType.UNSIGNED8), 0);
+  assert.equal(await read(master, IO, 0x6411, 2, DataType.INTEGER16), 0x0403);
+}));
+
+test("PDO: TPDOs of all nodes are its RPDOs", () => withPlant(async (master) => {
+  for (const node of [IO, TRANSDUCER]) master.mapRemoteNode({ id: node, eds: description(node), skipSdo: true });
+  master.start();
+  master.nmt.startNode();
+  const heard = new Map();
+  const all = new Promise((resolve) => master.pdo.on("pdo", ({ cobId, dataObjects }) => {
+    heard.set(cobId, dataObjects.map((object) => object.value));
+    if (heard.size === 3) resolve();
+  }));
+  master.nmt.startNode(0);
+  await all;
+  assert.deepEqual(heard, new Map([[0x1c2, [0x5a]], [0x2c2, [1234, -2]], [0x181, [99021]]]));
+}));
+
+test("PDO: its TPDO is a node's RPDO", () => withPlant(async (master) => {
+  const output = master.eds.addEntry(0x2000, { parameterName: "Outputs", dataType: DataType.UNSIGNED8 });
+  master.eds.addTransmitPdo({ cobId: 0x242, transmissionType: 254, dataObjects: [output] });
+  master.start();
+  master.nmt.startNode(0);
+  output.value = 0xa5;
+  assert.equal(await read(master, IO, 0x6200, 1, DataType.UNSIGNED8), 0xa5);
+}));
+
+test("SYNC: with counter, from a start value on", () => withPlant(async (master, bus) => {
+  master.eds.setSyncCobId(0x80);
+  master.eds.setSyncGenerationEnable(true);
+  master.start();
+  await write(master, IO, 0x1019, 0, 4, DataType.UNSIGNED8);
+  await write(master, IO, 0x1801, 1, 0x800002c2, DataType.UNSIGNED32);
+  await write(master, IO, 0x1801, 2, 2, DataType.UNSIGNED8);
+  await write(master, IO, 0x1801, 6, 3, DataType.UNSIGNED8);
+  await write(master, IO, 0x1801, 1, 0x000002c2, DataType.UNSIGNED32);
+  master.nmt.startNode(IO);
+  const sent = [];
+  bus.on("frame", ({ id, data }) => id === 0x2c2 && sent.push(data.toString("hex")));
+  const after = [];
+  for (const counter of [1, 2, 3, 4, 1, 2, 3]) {
+    master.sync.write(counter);
+    await read(master, IO, 0x1001, 0, DataType.UNSIGNED8);  // what it sent comes before this answer
+    after.push(sent.length);
+  }
+  assert.deepEqual([...new Set(sent)], ["d204feff"]);
+  assert.deepEqual(after, [0, 0, 0, 1, 1, 2, 2]);
+}));

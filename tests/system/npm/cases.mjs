@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// As support/cases.py and support/simulator.py do.
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { createInterface } from "node:readline";
+
+/// Milliseconds; for what takes few of them on a machine that has nothing else to do.
+export const LIMIT = 60_000;
+
+let ran = 0;
+export const count = () => ++ran;
+
+process.on("exit", () => {
+  console.log(`${ran} cases ran`);
+  const committed = Number(process.env.CBCAN_CASES ?? 0);
+  if (ran >= committed) return;
+  console.log(`but ${committed} are committed; if that is meant, commit CASES ${ran} for this test in its CMakeLists.txt`);
+  process.exitCode = 1;
+});
+
+/// A running cbcan-sim: `where` it serves, as its ready line says ({ modbus: "127.0.0.1:1502", ... }), and stop().
+export async function startSimulator(program, ...options) {
+  const simulator = spawn(program, options, { stdio: ["ignore", "pipe", "inherit"] });
+  process.on("exit", () => simulator.kill());  // whatever ends the test
+  const ended = once(simulator, "exit");
+  const [ready] = await once(createInterface({ input: simulator.stdout }), "line", { signal: AbortSignal.timeout(LIMIT) });
+  const where = Object.fromEntries(ready.split(" ").slice(1).map((part) => part.split("=")));
+  const stop = async () => {
+    simulator.kill("SIGTERM");
+    await ended;
+  };
+  return { where, stop };
+}
