@@ -15,9 +15,10 @@ const [program, sources] = process.argv.slice(2);
 const vcan = process.env.CBCAN_VCAN;
 const require = createRequire(import.meta.url);
 
-// What canopen has from a native package, which is not built here: a CRC without reflection.
-function crc(width, reflected, polynomial, start, ...[, , , , data]) {
-  let value = start;
+// What canopen has from a native package, which is not built here: a CRC of 16 bits, not reflected, from 0 on.
+function crc(...parameters) {
+  const polynomial = parameters[2], data = parameters[8];
+  let value = 0;
   for (const byte of data) {
     value ^= byte << 8;
     for (let i = 0; i < 8; ++i) value = ((value << 1) ^ (value & 0x8000 ? polynomial : 0)) & 0xffff;
@@ -26,7 +27,7 @@ function crc(width, reflected, polynomial, start, ...[, , , , data]) {
 }
 const native = require.resolve("node-crc");
 require.cache[native] = { id: native, filename: native, loaded: true, exports: { crc } };
-const { DataType, Device, Eds, NmtState } = require("canopen");
+const { DataType, Device, Eds, LssMode, NmtState } = require("canopen");
 
 const IO = 0x42, TRANSDUCER = 1, DRIVE = 5, GENERIC = 0x20;
 const EDS = { [IO]: "io_module", [TRANSDUCER]: "pressure_transducer", [DRIVE]: "drive" };
@@ -128,8 +129,10 @@ test("SDO: block there and back", () => withPlant(async (master) => {
 }));
 
 // It answers an abort with an abort, which a server has to leave unanswered.
-test("SDO: aborts", () => withPlant(async (master) => {
+test("SDO: aborts", () => withPlant(async (master, bus) => {
   master.start();
+  let answers = 0;
+  bus.on("frame", ({ id }) => (answers += id === 0x580 + IO));
   await assert.rejects(read(master, IO, 0x5fff, 0), refusal(0x06020000));
   await assert.rejects(read(master, IO, 0x6401, 9), refusal(0x06090011));
   await assert.rejects(write(master, IO, 0x1000, 0, 1, DataType.UNSIGNED32), refusal(0x06010002));
@@ -137,6 +140,7 @@ test("SDO: aborts", () => withPlant(async (master) => {
   await assert.rejects(write(master, DRIVE, 0x6007, 0, 9, DataType.INTEGER16), refusal(0x06090031));
   await assert.rejects(read(master, GENERIC, 0x3333, 0, null, { blockTransfer: true }), refusal(0x06020000));
   assert.equal(await read(master, IO, 0x1000, 0, DataType.UNSIGNED32), 0x000f0191);
+  assert.equal(answers, 5);
 }));
 
 test("NMT: boot-up and every state", () => withPlant(async (master) => {
@@ -169,7 +173,7 @@ test("heartbeat that ends: EMCY 8130h", () => withPlant(async (master) => {
   await write(master, IO, 0x1016, 1, (126 << 16) | 100, DataType.UNSIGNED32);
   const heard = happens(master.emcy, "emergency");
   master.eds.setHeartbeatProducerTime(10);
-  master.nmt._sendHeartbeat();
+  while ((await happens(master, "message")).id !== 0x77e);
   master.eds.setHeartbeatProducerTime(0);
   const { cobId, em } = await heard;
   assert.deepEqual([cobId, em.code, em.register & 0x11], [0xc2, 0x8130, 0x11]);
@@ -189,8 +193,14 @@ test("EMCY: an RPDO that is too short, and over again", () => withPlant(async (m
   assert.equal(await read(master, IO, 0x6411, 2, DataType.INTEGER16), 0x0403);
 }));
 
+function produceSync(master) {
+  master.eds.setSyncCobId(0x80);
+  master.eds.setSyncGenerationEnable(true);
+}
+
 test("PDO: TPDOs of all nodes are its RPDOs", () => withPlant(async (master) => {
   for (const node of [IO, TRANSDUCER]) master.mapRemoteNode({ id: node, eds: description(node), skipSdo: true });
+  produceSync(master);
   master.start();
   master.nmt.startNode();
   const heard = new Map();
@@ -199,6 +209,7 @@ test("PDO: TPDOs of all nodes are its RPDOs", () => withPlant(async (master) => 
     if (heard.size === 3) resolve();
   }));
   master.nmt.startNode(0);
+  master.sync.write();  // the transducer's is synchronous
   await all;
   assert.deepEqual(heard, new Map([[0x1c2, [0x5a]], [0x2c2, [1234, -2]], [0x181, [99021]]]));
 }));
@@ -213,8 +224,7 @@ test("PDO: its TPDO is a node's RPDO", () => withPlant(async (master) => {
 }));
 
 test("SYNC: with counter, from a start value on", () => withPlant(async (master, bus) => {
-  master.eds.setSyncCobId(0x80);
-  master.eds.setSyncGenerationEnable(true);
+  produceSync(master);
   master.start();
   await write(master, IO, 0x1019, 0, 4, DataType.UNSIGNED8);
   await write(master, IO, 0x1801, 1, 0x800002c2, DataType.UNSIGNED32);
@@ -232,4 +242,102 @@ test("SYNC: with counter, from a start value on", () => withPlant(async (master,
   }
   assert.deepEqual([...new Set(sent)], ["d204feff"]);
   assert.deepEqual(after, [0, 0, 0, 1, 1, 2, 2]);
+}));
+
+test("TIME: set by it, told by a node", () => withPlant(async (master) => {
+  master.eds.setTimeCobId(0x100);
+  master.eds.setTimeProducerEnable(true);
+  master.eds.setTimeConsumerEnable(true);
+  master.start();
+  const date = new Date("2030-05-17T23:59:59.990Z");
+  const set = new Promise((resolve) => master.time.on("time", (heard) => heard >= date && resolve(heard)));
+  await write(master, IO, 0x1012, 0, 0xc0000100, DataType.UNSIGNED32);
+  master.time.write(date);
+  assert.ok((await set) - date < LIMIT);
+}));
+
+const IDENTITY = { vendorId: 0x2b, productCode: 0xc0ffee, revisionNumber: 0x10002, serialNumber: 0x80000001 };
+
+// No answer within so much time is an answer to fastscan. So time passes when another node, asked after the request, has answered.
+async function fastscan(master, bus) {
+  const { setTimeout, clearTimeout } = globalThis;
+  const waiting = new Set();
+  globalThis.setTimeout = (expire) => {
+    waiting.add(expire);
+    return expire;
+  };
+  globalThis.clearTimeout = (expire) => waiting.delete(expire);
+  let asked = 0, answered = 0;
+  const ask = ({ id }) => {
+    if (id !== 0x7e5) return;
+    ++asked;
+    bus.send({ id: 0x600 + GENERIC, data: Buffer.from("4000100000000000", "hex") });
+  };
+  const pass = ({ id }) => {
+    if (id !== 0x580 + GENERIC || ++answered !== asked) return;
+    for (const expire of waiting) expire();
+    waiting.clear();
+  };
+  master.on("message", ask);
+  bus.on("frame", pass);
+  try {
+    return await master.lss.fastscan();
+  } finally {
+    Object.assign(globalThis, { setTimeout, clearTimeout });
+    master.off("message", ask);
+    bus.off("frame", pass);
+  }
+}
+
+/// The data of the next frame with this identifier.
+const next = (bus, id) => new Promise((resolve, reject) => {
+  AbortSignal.timeout(LIMIT).onabort = () => reject(new Error(`no frame ${id.toString(16)}`));
+  bus.on("frame", (frame) => frame.id === id && resolve(frame.data));
+});
+
+test("LSS: fastscan, node ID, boot-up", () => withPlant(async (master, bus) => {
+  master.eds.addSdoClientParameter(0x30, 0x630, 0x5b0);
+  master.start();
+  assert.deepEqual(await fastscan(master, bus), IDENTITY);
+  await assert.rejects(master.lss.configureNodeId(128, LIMIT), refusal(1));
+  await master.lss.configureNodeId(0x30, LIMIT);
+  assert.equal(await master.lss.inquireVendorId(LIMIT), IDENTITY.vendorId);
+  const bootUp = next(bus, 0x730);
+  master.lss.switchModeGlobal(LssMode.OPERATION);
+  assert.deepEqual(await bootUp, Buffer.from([0]));
+  assert.equal(await read(master, 0x30, 0x1018, 4, DataType.UNSIGNED32), IDENTITY.serialNumber);
+  assert.equal(await fastscan(master, bus), null);  // nobody is without a node ID
+}));
+
+test("LSS: selected by its identity", () => withPlant(async (master, bus) => {
+  master.start();
+  await master.lss.switchModeSelective({ ...IDENTITY, timeout: LIMIT });
+  assert.equal(await master.lss.inquireVendorId(LIMIT), IDENTITY.vendorId);
+  assert.equal(await master.lss.inquireProductCode(LIMIT), IDENTITY.productCode);
+  assert.equal(await master.lss.inquireRevisionNumber(LIMIT), IDENTITY.revisionNumber);
+  assert.equal(await master.lss.inquireSerialNumber(LIMIT), IDENTITY.serialNumber);
+  await master.lss.configureBitTiming(0, 2, LIMIT);
+  await master.lss.configureNodeId(0x31, LIMIT);
+  await master.lss.storeConfiguration(LIMIT);
+  const bootUp = next(bus, 0x731);
+  master.lss.switchModeGlobal(LssMode.OPERATION);
+  assert.deepEqual(await bootUp, Buffer.from([0]));
+}));
+
+test("a drive under way: controlword by PDO, statusword by PDO", () => withPlant(async (master) => {
+  const control = master.eds.addEntry(0x2000, { parameterName: "Controlword", dataType: DataType.UNSIGNED16 });
+  master.eds.addTransmitPdo({ cobId: 0x205, transmissionType: 254, dataObjects: [control] });
+  const status = master.eds.addEntry(0x2001, { parameterName: "Statusword", dataType: DataType.UNSIGNED16 });
+  master.eds.addReceivePdo({ cobId: 0x185, dataObjects: [status] });
+  master.start();
+  master.nmt.startNode();
+  const reaches = async (mask, state) => {
+    while ((status.value & mask) !== state) await happens(master.pdo, "pdo");
+  };
+  master.nmt.startNode(DRIVE);
+  await reaches(0x4f, 0x40);                 // switch on disabled
+  for (const [command, state] of [[6, 0x21], [7, 0x23], [15, 0x27]]) {
+    control.value = command;
+    await reaches(0x6f, state);              // ready to switch on, switched on, operation enabled
+  }
 }));

@@ -10,7 +10,9 @@ export const LIMIT = 60_000;
 let ran = 0;
 export const count = () => ++ran;
 
+const running = new Set();
 process.on("exit", () => {
+  for (const simulator of running) simulator.kill();  // whatever has ended the test
   console.log(`${ran} cases ran`);
   const committed = Number(process.env.CBCAN_CASES ?? 0);
   if (ran >= committed) return;
@@ -21,13 +23,14 @@ process.on("exit", () => {
 /// A running cbcan-sim: `where` it serves, as its ready line says ({ modbus: "127.0.0.1:1502", ... }), and stop().
 export async function startSimulator(program, ...options) {
   const simulator = spawn(program, options, { stdio: ["ignore", "pipe", "inherit"] });
-  process.on("exit", () => simulator.kill());  // whatever ends the test
+  running.add(simulator);
   const ended = once(simulator, "exit");
   const [ready] = await once(createInterface({ input: simulator.stdout }), "line", { signal: AbortSignal.timeout(LIMIT) });
   const where = Object.fromEntries(ready.split(" ").slice(1).map((part) => part.split("=")));
   const stop = async () => {
     simulator.kill("SIGTERM");
     await ended;
+    running.delete(simulator);
   };
   return { where, stop };
 }

@@ -2,41 +2,25 @@
 // The window through npm's modbus-serial, the client behind Node-RED's Modbus nodes.
 // usage: node modbus_serial_test.mjs CBCAN_SIM
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { once } from "node:events";
-import { createInterface } from "node:readline";
 import test from "node:test";
 import ModbusRTU from "modbus-serial";
+import { LIMIT, count, startSimulator } from "./cases.mjs";
 
 const program = process.argv[2];
 const EXECUTE = 0xca0e, READ = 5055, WRITE = 5066;
 
-// As support/cases.py does.
-let ran = 0;
-process.on("exit", () => {
-  console.log(`${ran} cases ran`);
-  const committed = Number(process.env.CBCAN_CASES ?? 0);
-  if (ran >= committed) return;
-  console.log(`but ${committed} are committed; if that is meant, commit CASES ${ran} for this test in its CMakeLists.txt`);
-  process.exitCode = 1;
-});
-
 async function withSimulator(use) {
-  ++ran;
-  const simulator = spawn(program, ["--demo", "--modbus", "127.0.0.1:0"], { stdio: ["ignore", "pipe", "inherit"] });
-  const ended = once(simulator, "exit");
+  count();
+  const simulator = await startSimulator(program, "--demo", "--modbus", "127.0.0.1:0");
   const client = new ModbusRTU();
   try {
-    const [ready] = await once(createInterface({ input: simulator.stdout }), "line");
-    const port = Number(/modbus=127\.0\.0\.1:(\d+)/.exec(ready)[1]);
-    await client.connectTCP("127.0.0.1", { port });
+    await client.connectTCP("127.0.0.1", { port: Number(simulator.where.modbus.split(":")[1]) });
     client.setID(1);
-    client.setTimeout(60000);
+    client.setTimeout(LIMIT);
     await use(client);
   } finally {
     client.close(() => {});
-    simulator.kill("SIGTERM");
-    await ended;
+    await simulator.stop();
   }
 }
 
