@@ -11,7 +11,7 @@ mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-
 test_packages=(catch2 librapidcheck-dev libbenchmark-dev valgrind git python3
   clang-14 libclang-rt-14-dev gcovr
   "${mcu_packages[@]}" g++-aarch64-linux-gnu
-  python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2
+  python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2 tshark
   qemu-system-x86 busybox-static)
 
 is_installed() { [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }

@@ -123,7 +123,8 @@ class Devices(unittest.TestCase):
 
     def test_pdo_of_a_wrong_length(self):
         self.send("000#0142", "342#0102", "342#010203040506", "342#01020304")
-        self.hear("0C2#1082110200000000", "0C2#2082110200000000", "0C2#1082110200000000")
+        # Too short; too long; no longer too short; neither.
+        self.hear("0C2#1082110200000000", "0C2#2082110200000000", "0C2#0000110000000000", "0C2#0000000000000000")
 
     def test_incident(self):
         self.send("000#0105", "205#0600", "205#0700", "205#0F00")
