@@ -21,7 +21,7 @@ app::BuiltNode read_node(std::uint8_t id, const char* eds) {
   config.id = id;
   config.eds = std::string("demo:/") + eds;
   const auto no_disk = [](const std::string&) { return std::optional<std::string>(); };
-  app::NodeBuild build = app::build_node(config, app::with_demo_plant(no_disk));
+  app::NodeBuild build = app::build_node(config, 0, app::with_demo_plant(no_disk));
   require(build.node.has_value(), "the demo's nodes can be built");
   return std::move(*build.node);
 }

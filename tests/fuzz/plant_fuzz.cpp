@@ -79,13 +79,14 @@ void check_ranges(const app::Config& config) {
   require((config.can.kind == app::CanKind::kSocketCan) == !config.can.interface_name.empty(),
           "SocketCAN has an interface, the virtual bus has none");
   for (const app::NodeConfig& node : config.nodes)
-    require(is_node(node.id) && !node.eds.empty(), "a node has an ID and an EDS file");
+    require((is_node(node.id) || (node.id == 0 && node.lss)) && !node.eds.empty(),
+            "a node has an EDS file, and an ID or LSS");
 }
 
 void build_nodes(const app::Config& config, std::size_t lines) {
   for (const app::NodeConfig& node : config.nodes) {
-    const app::NodeBuild build = app::build_node(node, read_file);
-    require(build.image.has_value() == build.problems.empty(), "a node is built, or it is said why not");
+    const app::NodeBuild build = app::build_node(node, app::node_seed(config, node), read_file);
+    require(build.node.has_value() == build.problems.empty(), "a node is built, or it is said why not");
     for (const std::string& problem : build.problems)
       check_complaint(problem, lines);
   }
