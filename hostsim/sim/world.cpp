@@ -29,6 +29,8 @@ void World::start(Time now) {
 }
 
 void World::advance(Time now) {
+  // What waits on an idle bus has been sent since the last call: not before what is due next, nor after now.
+  if (bus_.next_deadline() <= now_) now_ = std::max(now_, std::min(now, schedule_.first_time()));
   run_until(now);
   for (auto& module : modules_)
     module->poll(now);

@@ -185,6 +185,29 @@ TEST_CASE("Node: the step in which time passes does not change what happens") {
   CHECK(logs[0] == logs[1]);
 }
 
+TEST_CASE("World: a frame that somebody sends between two calls of advance() is there at the later one") {
+  WorldBench bench;
+  add_node(bench, 5);
+  bench.start();
+  bench.expect("705#00");
+  bench.now += 10 * kSecond;
+  bench.ask("605#2B17100064000000", "585#6017100000000000");
+  bench.pass(100 * kMillisecond);
+  bench.expect("705#7F");
+}
+
+TEST_CASE("World: likewise on a paced bus, where it takes its time from then on") {
+  WorldBench bench(1'000'000);
+  add_node(bench, 5);
+  bench.start();
+  bench.pass(kSecond);
+  bench.expect_at(55, "705#00");  // 47 + 8 bits
+  bench.now += 10 * kSecond;
+  bench.send("605#4000100000000000");
+  bench.pass(kMillisecond);
+  bench.expect_at(11 * kSecond + 222, "585#4300100000000000");  // 47 + 64 bits each way
+}
+
 TEST_CASE("Node: 126 of them, Operational with one command, one SYNC and one answer each") {
   WorldBench bench;
   for (std::uint8_t node = 1; node <= 126; ++node)
