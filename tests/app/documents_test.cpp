@@ -215,7 +215,7 @@ TEST_CASE("the reference's signals and faults are the same on the command line")
   const auto& on_line = typed.config.nodes.at(0).signals;
   CHECK(on_line.at(0).signal == in_file.at(0).signal);
   CHECK(on_line.at(1).signal == in_file.at(1).signal);
-  CHECK(on_line.at(2).signal == in_file.at(4).signal);
+  CHECK(on_line.at(2).signal == in_file.at(2).signal);
   CHECK(typed.config.can.faults.at(0).fault == plant.config.can.faults.at(0).fault);
   CHECK(start({"--demo", "--fault", "1:answer-late delay_ms=50 count=1"}).err == "");
 }

@@ -3,6 +3,8 @@
 
 #include "app/node_image.hpp"
 
+#include <fstream>
+#include <iterator>
 #include <set>
 
 #include "app/demo_plant.hpp"
@@ -283,4 +285,21 @@ TEST_CASE("A node that waits for its ID is made for none, whatever its DCF says,
       build_node(node, 0, read).problems ==
       std::vector<std::string>{"plant.toml:7: node without an ID: signal at 1200h:02: neither x.eds has such "
                                "a number nor the device none such an input"});
+}
+
+TEST_CASE("The reference's plant with signals is made of the demo plant's EDS files") {
+  std::ifstream file(CBCAN_SOURCE_DIR "/docs/plant-file.md");
+  const std::string page(std::istreambuf_iterator<char>(file), {});
+  const auto from = page.find("[can]\nfaults = ");
+  REQUIRE(from != std::string::npos);
+  cbcan::app::Config config;
+  REQUIRE(
+      cbcan::app::read_plant(page.substr(from, page.find("```", from) - from), "plant.toml", config).empty());
+  REQUIRE(config.nodes.size() == 4);
+  const auto demo = cbcan::app::with_demo_plant([](const std::string&) { return std::nullopt; });
+  const auto read = [&demo](const std::string& path) {
+    return path == "pump.csv" ? std::optional<std::string>("0,1\n1,2\n") : demo("demo:/" + path);
+  };
+  for (const auto& node : config.nodes)
+    CHECK(build_node(node, node_seed(config, node), read).problems.empty());
 }
