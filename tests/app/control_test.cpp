@@ -3,6 +3,7 @@
 
 #include "app/control.hpp"
 
+#include <array>
 #include <fstream>
 #include <sstream>
 
@@ -95,6 +96,25 @@ TEST_CASE("set is an input: an event-driven TPDO tells of it") {
   CHECK(plant.run("set 66 0x6000:1 abc") == "error: \"abc\": must be a number, true or false\n");
   CHECK(plant.run("set 66 0x1008 1") == "error: 1008h:00: node 66 has no such number\n");
   CHECK(plant.run("set 66 0x6000:1") == "error: write set NODE INDEX[:SUB] NUMBER\n");
+}
+
+TEST_CASE("set leaves the communication objects alone, as nobody would check what they get") {
+  Plant plant;
+  CHECK(plant.run("set 16 0x1014 0") == "error: 1014h:00: 1000h..1FFFh are for SDO, not for set\n");
+  CHECK(plant.run("set 16 0x1FFF 0") == "error: 1FFFh:00: 1000h..1FFFh are for SDO, not for set\n");
+  CHECK(plant.run("get 16 0x1014") == "ok 144\n");
+  CHECK_FALSE(plant.nodes[1].node->set_input(0x1014, 0, 0, plant.now));
+  CHECK(plant.run("incident 16 overtemperature on") == "ok\n");
+  CHECK(plant.log.ids == std::vector<std::uint32_t>{0x90});
+}
+
+TEST_CASE("a text that is no line of an answer is shown as bytes") {
+  Plant plant;
+  ObjectDictionary& dictionary = plant.nodes[0].node->device().dictionary();
+  const ObjectEntry* entry = nullptr;
+  REQUIRE(dictionary.find(0x1008, 0, entry) == AbortCode::kNone);
+  dictionary.store(*entry, 0, std::array<std::uint8_t, 3>{'a', '\n', 'b'});
+  CHECK(plant.run("get 66 0x1008") == "ok \"hex:61 0A 62\"\n");
 }
 
 TEST_CASE("incidents begin and end, and an EMCY tells of them") {

@@ -13,7 +13,7 @@ namespace cbcan::fuzz {
 
 namespace {
 
-constexpr std::size_t kMostStepsAtOnce = 400;
+constexpr std::size_t kMostStepsAtOnce = 100;
 constexpr unsigned kMostFramesAtOnce = 20'000;  // what queues hold, many times over
 
 app::BuiltNode read_node(std::uint8_t id, const char* eds) {

@@ -87,7 +87,7 @@ class DevicePlant final : private sim::Observer, private sim::Disturbance {
   PlantOptions options_;
   std::array<Watched, kNodes> nodes_;
   std::vector<Seen> seen_;
-  unsigned steps_left_ = 4000;
+  unsigned steps_left_ = 800;
   unsigned frames_at_once_ = 0;
 };
 
