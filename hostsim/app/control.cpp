@@ -90,6 +90,10 @@ std::string id_text(const sim::Node& node) {
   return id == sim::Node::kNoNodeId ? "-" : std::to_string(id);
 }
 
+bool is_one_line(std::span<const std::uint8_t> text) {
+  return std::ranges::none_of(text, [](std::uint8_t byte) { return byte < ' '; });
+}
+
 /// As a plant file would write it.
 std::string text_of_value(std::span<const std::uint8_t> bytes, DataType type) {
   const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
@@ -98,7 +102,8 @@ std::string text_of_value(std::span<const std::uint8_t> bytes, DataType type) {
   if (type == DataType::kReal64) return value_text(std::bit_cast<double>(raw));
   if (type == DataType::kBoolean) return value_text(raw != 0);
   if (is_signed(type)) return value_text(sign_extend(raw, bytes.size()));
-  if (type == DataType::kVisibleString) return value_text(std::string(bytes.begin(), bytes.end()));
+  if (type == DataType::kVisibleString && is_one_line(bytes))
+    return value_text(std::string(bytes.begin(), bytes.end()));
   if (size_of(type) != 0) return std::to_string(raw);
   return value_text(Bytes(bytes.begin(), bytes.end()));
 }
@@ -233,6 +238,9 @@ std::string Execution::set() {
   } else {
     throw Refused(quoted(words_[3]) + ": must be a number, true or false");
   }
+  constexpr std::uint16_t kLastCommunicationIndex = 0x1FFF;
+  if (address.index <= kLastCommunicationIndex)
+    throw Refused(object_name(address) + ": objects below 2000h are for SDO, not for set");
   if (!of.set_input(address.index, address.sub, number, now_))
     throw Refused(object_name(address) + ": node " + std::string(words_[1]) + " has no such number");
   return "ok\n";

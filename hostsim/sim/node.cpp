@@ -11,6 +11,8 @@ namespace cbcan::sim {
 
 namespace {
 
+constexpr std::uint16_t kFirstApplicationIndex = 0x2000;
+
 std::size_t largest_object(const std::vector<ObjectEntry>& entries) {
   std::size_t largest = 0;
   for (const ObjectEntry& entry : entries)
@@ -250,6 +252,7 @@ bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
 
 bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
   if (behaviour_ && behaviour_->set_input(index, sub, value, now)) return true;
+  if (index < kFirstApplicationIndex) return false;  // nobody would check what the communication gets
   const ObjectEntry* entry = nullptr;
   if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
   const std::size_t bytes = size_of(entry->type);
@@ -343,7 +346,6 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 }
 
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
-  constexpr std::uint16_t kFirstApplicationIndex = 0x2000;
   restore_values(image_.entries, saved_, values_, first_index, last_index);
   if (behaviour_) behaviour_->reset(last_index >= kFirstApplicationIndex, now);
 }

@@ -58,7 +58,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   void on_bus_state(BusState state, Time now) override;
 
   /// The world outside gives this object a value, rounded and limited to what its data type can hold: an
-  /// input of the behaviour, or else the object itself. False = there is no such number.
+  /// input of the behaviour, or else the object itself, from 2000h on. False = there is no such number.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
 
   /// All values are those of `now`.

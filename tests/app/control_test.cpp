@@ -94,14 +94,14 @@ TEST_CASE("set is an input: an event-driven TPDO tells of it") {
   CHECK(plant.run("set 66 0x6000:1 true") == "ok\n");
   CHECK(plant.run("get 66 0x6000:1") == "ok 1\n");
   CHECK(plant.run("set 66 0x6000:1 abc") == "error: \"abc\": must be a number, true or false\n");
-  CHECK(plant.run("set 66 0x1008 1") == "error: 1008h:00: node 66 has no such number\n");
+  CHECK(plant.run("set 66 0x1008 1") == "error: 1008h:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("set 66 0x6000:1") == "error: write set NODE INDEX[:SUB] NUMBER\n");
 }
 
 TEST_CASE("set leaves the communication objects alone, as nobody would check what they get") {
   Plant plant;
-  CHECK(plant.run("set 16 0x1014 0") == "error: 1014h:00: 1000h..1FFFh are for SDO, not for set\n");
-  CHECK(plant.run("set 16 0x1FFF 0") == "error: 1FFFh:00: 1000h..1FFFh are for SDO, not for set\n");
+  CHECK(plant.run("set 16 0x1014 0") == "error: 1014h:00: objects below 2000h are for SDO, not for set\n");
+  CHECK(plant.run("set 16 0x1FFF 0") == "error: 1FFFh:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("get 16 0x1014") == "ok 144\n");
   CHECK_FALSE(plant.nodes[1].node->set_input(0x1014, 0, 0, plant.now));
   CHECK(plant.run("incident 16 overtemperature on") == "ok\n");
@@ -149,8 +149,7 @@ TEST_CASE("faults are set, listed and cleared, each place its own") {
 
 TEST_CASE("what a command cannot mean is told, and nothing happens") {
   Plant plant;
-  CHECK(plant.run("fautl 66 answer-never") ==
-        "error: \"fautl\": no such command; did you mean fault?\n");
+  CHECK(plant.run("fautl 66 answer-never") == "error: \"fautl\": no such command; did you mean fault?\n");
   CHECK(plant.run("shutdown") == "error: \"shutdown\": no such command; help lists them\n");
   CHECK(plant.run("get 17 0x6041") == "error: node 17: not in this plant; nodes lists them\n");
   CHECK(plant.run("get 300 0x6041") == "error: node \"300\": must be 1..127\n");
