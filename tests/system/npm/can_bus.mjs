@@ -55,7 +55,7 @@ export async function socketCanBus(name) {
   bus.send = ({ id, data }) => {
     const text = `${frameId(id)}#${hex(data)}`;
     own.push(text);
-    canplayer.stdin.write(`(0.0) ${name} ${text}\n`);
+    canplayer.stdin.write(`(0.000000) ${name} ${text}\n`);
   };
   bus.close = () => {
     candump.kill();
