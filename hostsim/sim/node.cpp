@@ -144,7 +144,7 @@ void Node::on_frame(const Frame& frame, Time now) {
 void Node::on_bus_state(BusState state, Time now) {
   faulty_.set_now(now);
   if (state == BusState::kBusOff) faulty_.drop();
-  device_.on_bus_state(state, now);
+  if (!lss_ || !lss_->is_switching()) device_.on_bus_state(state, now);
   poll(now);
 }
 

@@ -33,7 +33,9 @@ bool NodeLss::is_bit_rate_supported(std::uint8_t table_index) const {
 
 void NodeLss::set_on_bus(bool on, Time now) {
   const bool hears = on && (bus_rate_ == 0 || own_rate_ == bus_rate_);
+  switching_ = true;
   port_.set_state(hears ? BusState::kActive : BusState::kBusOff, now);
+  switching_ = false;
 }
 
 void NodeLss::activate_bit_rate(std::uint8_t table_index, Time /*now*/) {

@@ -35,6 +35,9 @@ class NodeLss final : private LssApplication {
   /// Power-on. `node_id`: 1..127, or LssSlave::kNoNodeId. Without a stored bit rate it has the bus's.
   void start(std::uint8_t node_id, std::uint32_t stored_bit_rate, Time now);
 
+  /// The controller is being taken off the bus or put back by LSS: that is not an error.
+  bool is_switching() const { return switching_; }
+
   LssSlave& slave() { return slave_; }
   const LssSlave& slave() const { return slave_; }
 
@@ -50,6 +53,7 @@ class NodeLss final : private LssApplication {
   Port& port_;
   std::uint32_t bus_rate_;
   std::uint32_t own_rate_ = 0;
+  bool switching_ = false;
   LssSlave slave_;
 };
 

@@ -266,24 +266,24 @@ TEST_CASE("A node that waits for its ID is made for none, whatever its DCF says,
   const auto read = [](const std::string&) {
     return std::optional<std::string>(
         "[DeviceComissioning]\nNodeID=7\n"
-        "[1200]\nParameterName=SDO\nObjectType=9\n"
-        "[1200sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=1\n"
-        "[1200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n");
+        "[2200]\nParameterName=SDO\nObjectType=9\n"
+        "[2200sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=1\n"
+        "[2200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n");
   };
   cbcan::app::NodeConfig node = node_with({});
   node.id = 0;
   node.lss = true;
-  node.signals = {signal_at(0x1200, 1, cbcan::sim::Constant{1})};
+  node.signals = {signal_at(0x2200, 1, cbcan::sim::Constant{1})};
   const auto build = build_node(node, 0, read);
   REQUIRE(build.node);
   CHECK(build.warnings.empty());
   CHECK(build.node->image.values == Bytes{1, 0, 6, 0, 0});
   REQUIRE(build.node->image.node_id_values.size() == 1);
   CHECK(build.node->image.node_id_values[0].factor == 1);
-  node.signals = {signal_at(0x1200, 2)};
+  node.signals = {signal_at(0x2200, 2)};
   CHECK(
       build_node(node, 0, read).problems ==
-      std::vector<std::string>{"plant.toml:7: node without an ID: signal at 1200h:02: neither x.eds has such "
+      std::vector<std::string>{"plant.toml:7: node without an ID: signal at 2200h:02: neither x.eds has such "
                                "a number nor the device none such an input"});
 }
 

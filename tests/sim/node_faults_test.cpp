@@ -136,6 +136,8 @@ TEST_CASE("Node: bus-off for a while: off the bus, out of Operational, and back"
   faulty.bench.send(kRead);
   faulty.bench.pass(500 * kMillisecond);
   CHECK(faulty.node.port().state() == BusState::kActive);
+  faulty.bench.expect("085#4081110000000000");  // recovered from bus-off
+  faulty.bench.expect("085#0000000000000000");
   faulty.bench.ask(kRead, kAnswer);
   CHECK(faulty.told.lines == Frames{"0 node 5: fault 1: bus-off until_ms=500: begins",
                                     "500000 node 5: fault 1: bus-off until_ms=500: ends"});

@@ -138,6 +138,9 @@ TEST_CASE("Node: bus-off is a network failure; what was to be sent waits until i
   bench.pass(10 * kMillisecond);
   bench.expect_silence();
   node.port().set_state(BusState::kActive, bench.now);
+  bench.pass(0);
+  bench.expect("085#4081110000000000");
+  bench.expect("085#0000000000000000");
   bench.pass(10 * kMillisecond);
   bench.expect_silence();  // the request was not heard
   bench.ask("605#4000100000000000", "585#4300100000000000");
