@@ -99,6 +99,7 @@ class Device final : private Application, private PdoApplication {
   nmt::State state() const { return slave_.state(); }
   std::uint8_t node_id() const { return slave_.node_id(); }
   ObjectDictionary& dictionary() { return slave_.dictionary(); }
+  const ObjectDictionary& dictionary() const { return slave_.dictionary(); }
   Slave& slave() { return slave_; }
   const Slave& slave() const { return slave_; }
   Emergency& emergency() { return emergency_; }

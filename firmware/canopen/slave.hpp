@@ -73,6 +73,7 @@ class Slave final : private ObjectHandler {
   /// where it is off the bus until start().
   void set_node_id(std::uint8_t node_id) { next_node_id_ = node_id; }
   ObjectDictionary& dictionary() { return dictionary_; }
+  const ObjectDictionary& dictionary() const { return dictionary_; }
   const SdoServer& sdo_server() const { return sdo_server_; }
 
  private:

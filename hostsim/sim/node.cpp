@@ -153,8 +153,7 @@ void Node::on_bus_state(BusState state, Time now) {
 
 std::uint32_t Node::identity(std::uint8_t part) const {
   constexpr std::uint16_t kIdentity = 0x1018;
-  const ObjectDictionary values(image_.entries, std::span(const_cast<Node*>(this)->values_), nullptr);
-  return static_cast<std::uint32_t>(values.get(kIdentity, static_cast<std::uint8_t>(part + 1)));
+  return static_cast<std::uint32_t>(device_.dictionary().get(kIdentity, static_cast<std::uint8_t>(part + 1)));
 }
 
 bool Node::keep(const StoredLss& stored) {
