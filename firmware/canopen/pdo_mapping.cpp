@@ -65,7 +65,7 @@ AbortCode find_mapped(const ObjectDictionary& dictionary, std::uint16_t mapping_
 void copy_bits(const std::uint8_t* from, std::uint32_t from_bit, std::uint8_t* to, std::uint32_t to_bit,
                std::uint32_t count) {
   for (const std::uint32_t end = from_bit + count; from_bit < end; ++from_bit, ++to_bit) {
-    const unsigned bit = from[from_bit / 8] >> from_bit % 8 & 1u;
+    const unsigned bit = unsigned{from[from_bit / 8]} >> from_bit % 8 & 1u;
     to[to_bit / 8] = static_cast<std::uint8_t>(to[to_bit / 8] | bit << to_bit % 8);
   }
 }

@@ -2,14 +2,13 @@
 #include "io/candump_log.hpp"
 
 #include <fcntl.h>
-#include <linux/can.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <utility>
 
-#include "io/can_frames.hpp"
+#include "sim/frame_text.hpp"
 
 namespace cbcan::io {
 
@@ -18,27 +17,12 @@ namespace {
 constexpr std::size_t kPendingLimit = 65536;
 constexpr int kSecondDigits = 10;
 constexpr int kMicrosecondDigits = 6;
-constexpr int kStandardIdDigits = 3;
-constexpr int kExtendedIdDigits = 8;
 
 void append_decimal(std::string& text, std::uint64_t value, int width) {
   const std::string digits = std::to_string(value);
   text.append(static_cast<std::size_t>(width) - std::min(digits.size(), static_cast<std::size_t>(width)),
               '0');
   text += digits;
-}
-
-void append_hex(std::string& text, std::uint32_t value, int digits) {
-  for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4)
-    text += "0123456789ABCDEF"[value >> shift & 0xF];
-}
-
-/// candump shows an error frame's identifier with the kernel's error flag.
-void append_id(std::string& text, const Frame& frame) {
-  if ((frame.flags & Frame::kError) != 0)
-    append_hex(text, frame.id | CAN_ERR_FLAG, kExtendedIdDigits);
-  else
-    append_hex(text, frame.id, (frame.flags & Frame::kExtended) != 0 ? kExtendedIdDigits : kStandardIdDigits);
 }
 
 }  // namespace
@@ -51,15 +35,7 @@ void append_candump_line(std::string& text, const Frame& frame, Time time, std::
   text += ") ";
   text += interface;
   text += ' ';
-  append_id(text, frame);
-  text += '#';
-  if ((frame.flags & Frame::kRemote) != 0) {
-    text += 'R';
-    if (frame.length != 0) append_hex(text, frame.length, 1);
-  } else {
-    for (std::size_t i = 0; i < frame.length; ++i)
-      append_hex(text, frame.data[i], 2);
-  }
+  sim::append_frame(text, frame);
   text += '\n';
 }
 

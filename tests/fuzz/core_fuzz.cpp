@@ -9,6 +9,7 @@
 
 #include "fuzz/core_rig.hpp"
 #include "fuzz/fuzz.hpp"
+#include "fuzz/input.hpp"
 
 namespace cbcan::fuzz {
 
@@ -20,12 +21,12 @@ constexpr std::array<std::uint16_t, 16> kObjects{0x1000, 0x1005, 0x1006, 0x1008,
                                                  0x3007, 0x300C, 0x1F82, 0x2000};
 constexpr Time kLongestStep = 1U << 26;  // a little more than the longest SDO timeout
 
-class Program {
+class Program : private Input {
  public:
-  explicit Program(std::span<const std::uint8_t> input) : rest_(input) {}
+  explicit Program(std::span<const std::uint8_t> input) : Input(input) {}
 
   void run() {
-    while (!rest_.empty())
+    while (!empty())
       (this->*kSteps[byte() % std::size(kSteps)])();
     rig_.finish();
   }
@@ -34,16 +35,6 @@ class Program {
   using Step = void (Program::*)();
   static const Step kSteps[14];
 
-  std::uint8_t byte() {
-    if (rest_.empty()) return 0;
-    const std::uint8_t first = rest_.front();
-    rest_ = rest_.subspan(1);
-    return first;
-  }
-  std::uint16_t word() {
-    const std::uint8_t low = byte();
-    return static_cast<std::uint16_t>(low | byte() << 8);
-  }
   template <std::size_t Size>
   std::array<std::uint8_t, Size> bytes() {
     std::array<std::uint8_t, Size> taken;
@@ -180,7 +171,6 @@ class Program {
 
   void change_bus_state() { rig_.coprocessor.on_bus_state(static_cast<BusState>(byte() % 4)); }
 
-  std::span<const std::uint8_t> rest_;
   Rig rig_;
 };
 

@@ -2,26 +2,13 @@
 #include "sim/faults/faults.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
+
+#include "sim/frame_text.hpp"
 
 namespace cbcan::sim {
 
 namespace {
-
-/// As candump writes it.
-std::string candump_text(const Frame& frame) {
-  char text[16];
-  const bool extended = (frame.flags & Frame::kExtended) != 0;
-  std::snprintf(text, sizeof text, extended ? "%08X#" : "%03X#", frame.id);
-  std::string result = text;
-  if ((frame.flags & Frame::kRemote) != 0) return result + "R" + std::to_string(frame.length);
-  for (std::size_t i = 0; i < frame.length; ++i) {
-    std::snprintf(text, sizeof text, "%02X", frame.data[i]);
-    result += text;
-  }
-  return result;
-}
 
 /// Numbers and seeds that differ in one bit give sequences that have nothing in common.
 std::uint64_t seed_of(std::uint64_t set, std::uint64_t fault, std::uint64_t number) {
@@ -68,7 +55,11 @@ bool Faults::happens(SetFault& set, const Frame& frame, Time now) {
   if (set.occasions++ < set.fault.after) return false;
   if (set.fault.probability < 1 && set.random.fraction() >= set.fault.probability) return false;
   ++set.fired;
-  if (listener_ != nullptr) tell(set, candump_text(frame), now);
+  if (listener_ != nullptr) {
+    std::string text;
+    append_frame(text, frame);
+    tell(set, text, now);
+  }
   return true;
 }
 
