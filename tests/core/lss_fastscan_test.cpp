@@ -45,7 +45,7 @@ class Master {
 
  private:
   static std::string scan(std::uint32_t number, unsigned bit, unsigned part, unsigned next) {
-    char text[24];
+    char text[64];
     std::snprintf(text, sizeof text, "7E5#51%02X%02X%02X%02X%02X%02X%02X", number & 0xFF, number >> 8 & 0xFF,
                   number >> 16 & 0xFF, number >> 24, bit, part, next);
     return text;
