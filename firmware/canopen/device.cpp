@@ -52,10 +52,6 @@ void Device::start(Time now) {
   slave_.start(now);
 }
 
-void Device::command(nmt::Command command, Time now) {
-  slave_.command(command, now);
-}
-
 // ---- Frames
 // --------------------------------------------------------------------------------------------------
 

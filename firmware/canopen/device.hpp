@@ -90,9 +90,6 @@ class Device final : private Application, private PdoApplication {
   Time poll(Time now);
   Time deadline() const;
 
-  /// An NMT command from within.
-  void command(nmt::Command command, Time now);
-
   /// The application has changed this value: event-driven TPDOs that carry it are due.
   void changed(std::uint16_t index, std::uint8_t sub, Time now) { pdo_.changed(index, sub, now); }
 

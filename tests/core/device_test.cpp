@@ -191,6 +191,25 @@ TEST_CASE("1015h: the inhibit time in 100 us lies between two messages, and none
   rig.expect("0C2#0020030000000000");
 }
 
+TEST_CASE("More errors and messages than there is room for are counted, and those before them are not lost") {
+  DeviceRig rig(everything());
+  rig.start();
+  auto& emergency = rig.device.emergency();
+  rig.arrive("000#0200");
+  for (std::uint16_t code = 0x1001; code <= 0x1011; ++code)
+    emergency.error(code, 0, {}, rig.now);
+  CHECK(emergency.counters().lost == 1);
+  CHECK_FALSE(emergency.has(0x1011));
+  emergency.error_over(0x1001, rig.now);  // its message finds no room either
+  CHECK(emergency.counters().lost == 2);
+  CHECK_FALSE(emergency.has(0x1001));
+  rig.arrive("000#8000");
+  CHECK(rig.port.sent.size() == 16);
+  rig.expect("0C2#0110010000000000");
+  CHECK(rig.port.sent.back() == "0C2#1010010000000000");
+  rig.port.sent.clear();
+}
+
 TEST_CASE("EMCY that the port refuses is tried again") {
   DeviceRig rig(everything());
   rig.start();
