@@ -5,12 +5,10 @@
 /// what it is for above. 29-bit identifiers are not supported.
 
 #include <cstdint>
-#include <span>
 
 namespace cbcan::cob {
 
 inline constexpr std::uint32_t kIdMask = 0x7FF;
-inline constexpr std::uint32_t kExtendedFrame = 0x20000000;
 /// Bits that have to be 0 while the identifier has 11 bits.
 inline constexpr std::uint32_t kReserved = 0x3FFFF800;
 

@@ -6,6 +6,7 @@
 
 #include "canopen/cob_id.hpp"
 #include "canopen/little_endian.hpp"
+#include "canopen/sync.hpp"
 
 namespace cbcan {
 
@@ -25,8 +26,6 @@ constexpr std::uint8_t kStartValue = 6;
 // Units, in us.
 constexpr std::uint32_t kInhibitUnit = 100;
 constexpr std::uint32_t kTimerUnit = 1000;
-
-constexpr std::uint8_t kHighestCounter = 240;
 
 // Transmission types (CiA 301, 7.5.2.35 and 7.5.2.37).
 constexpr std::uint8_t kAcyclic = 0;
@@ -168,7 +167,7 @@ AbortCode Pdo::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const
     case kCobId: return check_cob_id(index, value, cob_id);
     case kType: return is_type(index, value) ? AbortCode::kNone : AbortCode::kValue;
     case kInhibitTime: return is_receive(index) ? AbortCode::kNone : unless_invalid;
-    case kStartValue: return value > kHighestCounter ? AbortCode::kValue : unless_invalid;
+    case kStartValue: return value > Sync::kHighestCounter ? AbortCode::kValue : unless_invalid;
     default: return AbortCode::kNone;
   }
 }

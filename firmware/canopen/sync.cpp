@@ -6,12 +6,6 @@
 
 namespace cbcan {
 
-namespace {
-
-constexpr std::uint8_t kHighestCounter = 240;
-
-}  // namespace
-
 void Sync::reset(Time now) {
   outbox_.drop();
   due_ = kNever;

@@ -21,6 +21,7 @@ class Sync {
   static constexpr std::uint16_t kPeriod = 0x1006;
   static constexpr std::uint16_t kWindow = 0x1007;
   static constexpr std::uint16_t kCounterOverflow = 0x1019;
+  static constexpr std::uint8_t kHighestCounter = 240;
 
   /// Both outlive it. It does nothing before reset().
   Sync(const ObjectDictionary& dictionary, CanPort& port) : dictionary_(dictionary), outbox_(port) {}

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "app/config.hpp"
 #include "app/manual_clock.hpp"
 #include "app/suggest.hpp"
 #include "app/value.hpp"
@@ -67,12 +68,6 @@ Address address_of(std::string_view text) {
   if (colon != std::string_view::npos)
     address.sub = static_cast<std::uint8_t>(number_of(text.substr(colon + 1), 0, 0xFF, "sub-index"));
   return address;
-}
-
-std::string object_name(const Address& address) {
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "%04Xh:%02X", address.index, address.sub);
-  return text.data();
 }
 
 std::string_view name_of(nmt::State state) {
@@ -219,7 +214,8 @@ std::string Execution::get() {
   const Address address = address_of(words_[2]);
   const ObjectEntry* entry = nullptr;
   if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
-    throw Refused(object_name(address) + ": node " + std::string(words_[1]) + " has no such object");
+    throw Refused(object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
+                  " has no such object");
   of.bring_up_to_date(now_);
   return "ok " + text_of_value(of.device().dictionary().value(*entry, address.sub), entry->type) + "\n";
 }
@@ -240,9 +236,10 @@ std::string Execution::set() {
   }
   constexpr std::uint16_t kLastCommunicationIndex = 0x1FFF;
   if (address.index <= kLastCommunicationIndex)
-    throw Refused(object_name(address) + ": objects below 2000h are for SDO, not for set");
+    throw Refused(object_name(address.index, address.sub) + ": objects below 2000h are for SDO, not for set");
   if (!of.set_input(address.index, address.sub, number, now_))
-    throw Refused(object_name(address) + ": node " + std::string(words_[1]) + " has no such number");
+    throw Refused(object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
+                  " has no such number");
   return "ok\n";
 }
 

@@ -152,8 +152,7 @@ void Simulator::run() {
 std::size_t Simulator::turn(Time until) {
   advance();
   if (modbus_) modbus_->poll(io::Reactor::now());
-  if (log_) log_->flush();
-  if (slcan_) slcan_->flush();
+  flush();
   if (commands_) commands_->flush();
   return reactor_.run_once(earlier(until, next_deadline()));
 }
@@ -181,8 +180,7 @@ void Simulator::take_line(const std::string& line) {
 void Simulator::pass(Time duration) {
   now_ += duration;
   advance();
-  if (log_) log_->flush();
-  if (slcan_) slcan_->flush();
+  flush();
   std::cout << "at " << seconds_text(now_) << std::endl;
 }
 
@@ -191,13 +189,18 @@ std::string Simulator::execute(std::string_view line) {
   advance();
   std::string answer = control_.execute(line, now());
   advance();
-  if (log_) log_->flush();
-  if (slcan_) slcan_->flush();
+  flush();
   return answer;
 }
 
 void Simulator::on_fault(std::string_view text, Time now) {
   warn_(seconds_text(now - started_) + " " + std::string(text));
+}
+
+/// The log and the adapters have what the bus has brought.
+void Simulator::flush() {
+  if (log_) log_->flush();
+  if (slcan_) slcan_->flush();
 }
 
 void Simulator::advance() {

@@ -62,6 +62,7 @@ class Simulator final : private sim::FaultListener {
   void pass(Time duration);
   std::string execute(std::string_view line);
   void on_fault(std::string_view text, Time now) override;
+  void flush();
   void advance();
   Time now() const { return input_ ? now_ : io::Reactor::now(); }
   Time next_deadline() const;

@@ -2,7 +2,6 @@
 // plants/demo/drive.eds: in order, complete, and what CiA 402 wants of it.
 #include <array>
 #include <initializer_list>
-#include <memory>
 
 #include "drive_bench.hpp"
 
@@ -82,10 +81,10 @@ TEST_CASE("A drive works on a dictionary that has nothing of CiA 402") {
     void changed(std::uint16_t, std::uint8_t, Time) override {}
     ObjectDictionary objects{{}, {}, nullptr};
   } node;
-  const std::unique_ptr<sim::Behaviour> drive = devices::make_drive(node, 0);
-  drive->reset(true, 0);
-  CHECK(drive->update(0) == kNever);
-  CHECK(drive->incidents().size() == 11);
+  devices::Drive drive(node);
+  drive.reset(true, 0);
+  CHECK(drive.update(0) == kNever);
+  CHECK(drive.incidents().size() == 11);
 }
 
 }  // namespace cbcan::test

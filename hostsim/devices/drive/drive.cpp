@@ -257,8 +257,4 @@ Time Drive::following_deadline(Time now) const {
                  axis_.profile().time_at(axis_.blocked_at() - reach, now + 1));
 }
 
-std::unique_ptr<sim::Behaviour> make_drive(sim::DeviceNode& node, std::uint64_t /*seed*/) {
-  return std::make_unique<Drive>(node);
-}
-
 }  // namespace cbcan::devices

@@ -24,7 +24,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string_view>
 
@@ -97,8 +96,5 @@ class Drive final : public sim::Behaviour {
   Time lagging_since_ = kNever;
   bool lost_ = false;  ///< the motor has been blocked for too long
 };
-
-/// A sim::BehaviourMaker, with the switches of AxisLayout's defaults. Nothing in a drive is random.
-std::unique_ptr<sim::Behaviour> make_drive(sim::DeviceNode& node, std::uint64_t seed);
 
 }  // namespace cbcan::devices

@@ -51,8 +51,8 @@ inline constexpr std::array<ErrorKind, kFaultKinds> kFaults = {{
 
 // 603Fh after a failure of the network; the EMCY is the node's own.
 inline constexpr std::uint16_t kCommunicationFault = 0x8100;
-inline constexpr std::uint16_t kHeartbeatFault = 0x8130;
-inline constexpr std::uint16_t kBusOffFault = 0x8140;
+inline constexpr std::uint16_t kHeartbeatFault = static_cast<std::uint16_t>(EmergencyCode::kHeartbeat);
+inline constexpr std::uint16_t kBusOffFault = static_cast<std::uint16_t>(EmergencyCode::kBusOffRecovered);
 
 inline std::optional<Incident> incident_named(std::string_view name) {
   for (std::size_t i = 0; i < kIncidentNames.size(); ++i)
