@@ -27,6 +27,7 @@ constexpr std::uint32_t kSend = 1, kHasBeenRead = 2;
 auto& can = *reinterpret_cast<CanRegisters*>(0x40006400);
 auto& microseconds = *reinterpret_cast<volatile std::uint32_t*>(0x40001024);
 auto& words = *reinterpret_cast<std::uint16_t (*)[regmap::kWindowWords]>(0x60000000);
+auto& process = *reinterpret_cast<std::uint16_t (*)[regmap::kProcessWords]>(0x600000C8);
 
 boards::Ring<Frame, 32> received;
 
@@ -66,7 +67,7 @@ BusState bus_state() {
 }
 
 Port port;
-Coprocessor coprocessor(RegisterWindow(words), port, {.node_id = 127});
+Coprocessor coprocessor(RegisterWindow(words), process, port, {.node_id = 127});
 
 }  // namespace
 
@@ -90,7 +91,8 @@ int main() {
     Frame frame;
     while (received.pop(frame))
       coprocessor.on_frame(frame, now());
-    coprocessor.on_bus_state(bus_state());
+    coprocessor.on_bus_state(bus_state(), now());
+    coprocessor.on_registers_written(now());
     coprocessor.poll(now());
   }
 }

@@ -50,11 +50,12 @@ bool transfers(unsigned count) {
 }
 
 struct Machine {
-  Machine() : coprocessor(RegisterWindow(RegisterWindow::Words(words)), wire, {}) {
+  Machine() : coprocessor(RegisterWindow(RegisterWindow::Words(words)), process, wire, {}) {
     coprocessor.start(0);
     coprocessor.poll(0);
   }
   std::array<std::uint16_t, regmap::kWindowWords> words{};
+  std::array<std::uint16_t, regmap::kProcessWords> process{};
   Loopback wire{4};
   Coprocessor coprocessor;
 };

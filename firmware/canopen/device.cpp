@@ -43,7 +43,7 @@ Device::Device(std::uint8_t node_id, const Slave::Tables& tables, const Storage&
       slave_(node_id, tables, storage.buffer, *this, port),
       sync_(slave_.dictionary(), port),
       pdo_(slave_.dictionary(), port, storage.rpdos, storage.tpdos, *this),
-      emergency_(slave_.dictionary(), port),
+      emergency_(slave_.dictionary(), port, *this),
       consumer_(slave_.dictionary(), storage.watched),
       life_guard_(slave_.dictionary()),
       time_(slave_.dictionary(), port) {}
@@ -250,6 +250,10 @@ void Device::on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) {
 
 void Device::on_pdo_recovered(std::uint16_t code, Time now) {
   emergency_.error_over(code, now);
+}
+
+void Device::on_emergency_sent(const std::array<std::uint8_t, 8>& message) {
+  application_.on_emergency_sent(message);
 }
 
 }  // namespace cbcan

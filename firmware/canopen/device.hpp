@@ -50,6 +50,8 @@ class DeviceApplication : public Application {
   virtual AbortCode save(std::uint16_t first_index, std::uint16_t last_index) = 0;
   /// 1011h: let the factory's values hold from the next reset on.
   virtual AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) = 0;
+  /// The port has taken this EMCY message; as on the bus.
+  virtual void on_emergency_sent(const std::array<std::uint8_t, 8>& message) = 0;
   /// The CAN-IDs that the device wants to hear have changed: see Device::visit_ids().
   virtual void on_received_ids() = 0;
 
@@ -57,7 +59,7 @@ class DeviceApplication : public Application {
   ~DeviceApplication() = default;
 };
 
-class Device final : private Application, private PdoApplication {
+class Device final : private Application, private PdoApplication, private EmergencyApplication {
  public:
   static constexpr std::uint16_t kStore = 0x1010;
   static constexpr std::uint16_t kRestore = 0x1011;
@@ -93,6 +95,9 @@ class Device final : private Application, private PdoApplication {
   /// The application has changed this value: event-driven TPDOs that carry it are due.
   void changed(std::uint16_t index, std::uint8_t sub, Time now) { pdo_.changed(index, sub, now); }
 
+  /// Any values may have changed: event-driven TPDOs whose data are others now are due.
+  void look_for_changes(Time now) { pdo_.look_for_changes(now); }
+
   nmt::State state() const { return slave_.state(); }
   std::uint8_t node_id() const { return slave_.node_id(); }
   ObjectDictionary& dictionary() { return slave_.dictionary(); }
@@ -120,6 +125,7 @@ class Device final : private Application, private PdoApplication {
   void on_synchronised(Time now) override;
   void on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) override;
   void on_pdo_recovered(std::uint16_t code, Time now) override;
+  void on_emergency_sent(const std::array<std::uint8_t, 8>& message) override;
 
   AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
   AbortCode store_or_restore(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value);

@@ -86,9 +86,9 @@ std::uint8_t Emergency::update_register() {
 
 /// The newest is 1003h:01; the code in the low word, the first two bytes of the manufacturer in the high one.
 void Emergency::remember(const Message& message) {
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   if (dictionary_.find(kHistory, 1, entry) != AbortCode::kNone) return;
-  const std::uint64_t length = std::min<std::uint64_t>(dictionary_.get(kHistory, 0) + 1, entry->last_sub);
+  const std::uint64_t length = std::min<std::uint64_t>(dictionary_.get(kHistory, 0) + 1, entry.last_sub);
   for (auto sub = static_cast<std::uint8_t>(length); sub > 1; --sub)
     dictionary_.set(kHistory, sub, dictionary_.get(kHistory, static_cast<std::uint8_t>(sub - 1)));
   dictionary_.set(kHistory, 1,
@@ -127,6 +127,7 @@ void Emergency::send_waiting(Time now) {
       return;
     }
     ++counters_.sent;
+    application_.on_emergency_sent(frame.data);
     first_waiting_ = static_cast<std::uint8_t>((first_waiting_ + 1u) % kMostWaiting);
     --waiting_count_;
     next_allowed_ = now + dictionary_.get(kInhibitTime, 0) * kInhibitUnit;

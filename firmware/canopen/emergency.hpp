@@ -36,6 +36,16 @@ struct ErrorRegister {
   static constexpr std::uint8_t kManufacturer = 0x80;
 };
 
+/// Who wants to know what is sent.
+class EmergencyApplication {
+ public:
+  /// The port has taken this message; as on the bus.
+  virtual void on_emergency_sent(const std::array<std::uint8_t, 8>& message) = 0;
+
+ protected:
+  ~EmergencyApplication() = default;
+};
+
 class Emergency {
  public:
   static constexpr std::uint16_t kRegister = 0x1001;
@@ -50,7 +60,8 @@ class Emergency {
   /// The manufacturer's five bytes of a message.
   using Info = std::array<std::uint8_t, 5>;
 
-  Emergency(ObjectDictionary& dictionary, CanPort& port) : dictionary_(dictionary), port_(port) {}
+  Emergency(ObjectDictionary& dictionary, CanPort& port, EmergencyApplication& application)
+      : dictionary_(dictionary), port_(port), application_(application) {}
 
   /// The dictionary's values have been restored. `application`: errors are forgotten too; else 1001h shows
   /// them again.
@@ -98,6 +109,7 @@ class Emergency {
 
   ObjectDictionary& dictionary_;
   CanPort& port_;
+  EmergencyApplication& application_;
   Time due_ = kNever;
   Time next_allowed_ = 0;  ///< by the inhibit time
   std::array<Error, kMostErrors> errors_{};

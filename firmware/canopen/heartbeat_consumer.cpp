@@ -24,7 +24,7 @@ void HeartbeatConsumer::configure() {
   slot_of_.fill(kNotWatched);
   count_ = lost_ = 0;
   due_ = kNever;
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   for (std::size_t sub = 1; sub <= slots_.size(); ++sub) {
     if (dictionary_.find(kTimes, static_cast<std::uint8_t>(sub), entry) != AbortCode::kNone) return;
     const std::uint64_t value = dictionary_.get(kTimes, static_cast<std::uint8_t>(sub));

@@ -24,6 +24,12 @@ constexpr void store_little_endian(std::span<std::uint8_t> bytes, std::uint64_t 
   }
 }
 
+/// Sets bit 0..7 of a byte to `value`.
+constexpr void assign_bit(std::uint8_t& byte, std::size_t bit, bool value) {
+  const unsigned mask = 1u << bit;
+  byte = static_cast<std::uint8_t>((byte & ~mask) | (value ? mask : 0u));
+}
+
 /// The number that the lowest `bytes` bytes of `value` are in two's complement; 1..8.
 constexpr std::int64_t sign_extend(std::uint64_t value, std::size_t bytes) {
   const auto shift = static_cast<unsigned>(64 - 8 * bytes);

@@ -3,10 +3,19 @@
 
 namespace cbcan {
 
-void NodeMonitor::doubt(std::uint8_t node) {
+void NodeMonitor::doubt(nmt::Command command, std::uint8_t node) {
+  Report report = Report::kDoubted;
+  if (command == nmt::Command::kResetCommunication) report = Report::kResetCommunication;
+  if (command == nmt::Command::kResetNode) report = Report::kResetNode;
   for (std::size_t i = 1; i < nodes_.size(); ++i)
     if ((node == nmt::kAllNodes || node == i) && was_seen(static_cast<std::uint8_t>(i)))
-      nodes_[i].report = Report::kDoubted;
+      nodes_[i].report = report;
+}
+
+void NodeMonitor::watch_nobody() {
+  for (Node& node : nodes_)
+    node.consumer_ms = 0;
+  guarded_.clear();
 }
 
 bool NodeMonitor::is_fresh(std::uint8_t node, Time now) const {

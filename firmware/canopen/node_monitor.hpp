@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "canopen/nmt.hpp"
+#include "canopen/node_set.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
 
@@ -36,13 +37,14 @@ class NodeMonitor {
     }
     const std::size_t node = frame.id & nmt::kMaxNode;
     reported_at_[node] = now;
-    nodes_[node].report = Report::kBelieved;
     if (static_cast<nmt::State>(state) == nmt::State::kInitialising) {
       nodes_[node].state = nmt::State::kPreOperational;
+      nodes_[node].report = Report::kBootUp;
       ++counters_.boot_ups;
       return News::kBootUp;
     }
     nodes_[node].state = static_cast<nmt::State>(state);
+    nodes_[node].report = Report::kState;
     ++counters_.heartbeats;
     return News::kState;
   }
@@ -51,9 +53,26 @@ class NodeMonitor {
   void set_consumer_time(std::uint8_t node, std::uint16_t ms) { nodes_[node].consumer_ms = ms; }
   std::uint16_t consumer_time(std::uint8_t node) const { return nodes_[node].consumer_ms; }
 
-  /// An NMT command has gone out to this node, 0 = to all: what it reported before may no longer be so.
-  void doubt(std::uint8_t node);
-  bool in_doubt(std::uint8_t node) const { return nodes_[node].report == Report::kDoubted; }
+  /// What the last news of a node were.
+  enum class Report : std::uint8_t {
+    kNone,    ///< it has never reported
+    kBootUp,  ///< its boot-up message
+    kState,   ///< a heartbeat, or the answer to node guarding
+    kDoubted,  ///< either, but an NMT command has gone to it since
+    kResetCommunication,  ///< the command was this one
+    kResetNode,
+  };
+  Report report(std::uint8_t node) const { return nodes_[node].report; }
+
+  /// This NMT command has gone out to this node, 0 = to all: what it reported before may no longer be so.
+  void doubt(nmt::Command command, std::uint8_t node);
+  bool in_doubt(std::uint8_t node) const { return nodes_[node].report >= Report::kDoubted; }
+
+  /// A node guarding request has gone to this node: it is watched, with or without a consumer heartbeat time.
+  void guard(std::uint8_t node) { guarded_.insert(node); }
+  /// As after power-on: nobody is watched.
+  void watch_nobody();
+  bool is_watched(std::uint8_t node) const { return consumer_time(node) != 0 || guarded_.has(node); }
 
   /// The last reported state is recent enough to be believed.
   bool is_fresh(std::uint8_t node, Time now) const;
@@ -67,8 +86,6 @@ class NodeMonitor {
   const Counters& counters() const { return counters_; }
 
  private:
-  enum class Report : std::uint8_t { kNone, kBelieved, kDoubted };
-
   struct Node {
     std::uint16_t consumer_ms = 0;
     nmt::State state = nmt::State::kInitialising;
@@ -78,6 +95,7 @@ class NodeMonitor {
   // Times apart from the rest: 64-bit alignment would cost four bytes for every node.
   std::array<Time, nmt::kMaxNode + 1> reported_at_{};
   std::array<Node, nmt::kMaxNode + 1> nodes_{};
+  NodeSet guarded_;
   Time fresh_for_;
   Counters counters_;
 };

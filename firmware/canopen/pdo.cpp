@@ -68,7 +68,7 @@ std::size_t count_objects(std::span<const ObjectEntry> entries, std::uint16_t fi
   std::size_t count = 0;
   std::uint16_t previous = 0;
   for (const ObjectEntry& entry : entries) {
-    if (first_of(entry.index) == first && entry.index != previous) ++count;
+    if (first_of(entry.index) == first && entry.index != previous) count += entry.more_indices + 1u;
     previous = entry.index;
   }
   return count;
@@ -140,11 +140,12 @@ void Pdo::reset(Time now) {
   std::uint16_t previous = 0;
   for (const ObjectEntry& entry : dictionary_.entries()) {
     if (entry.index == std::exchange(previous, entry.index)) continue;
-    const std::uint16_t first = first_of(entry.index);
-    if (first == kReceive && rpdos < rpdo_room_.size())
-      rpdo_room_[rpdos++].number = number_of(entry.index);
-    else if (first == kTransmit && tpdos < tpdo_room_.size())
-      tpdo_room_[tpdos++].number = number_of(entry.index);
+    for (std::uint16_t index = entry.index; index <= entry.last_index(); ++index) {
+      if (first_of(index) == kReceive && rpdos < rpdo_room_.size())
+        rpdo_room_[rpdos++].number = number_of(index);
+      else if (first_of(index) == kTransmit && tpdos < tpdo_room_.size())
+        tpdo_room_[tpdos++].number = number_of(index);
+    }
   }
   rpdos_ = rpdo_room_.first(rpdos);
   tpdos_ = tpdo_room_.first(tpdos);
@@ -382,11 +383,23 @@ void Pdo::sample_and_send(std::uint8_t counter, bool late, Time now) {
 }
 
 void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   if (!operational_ || dictionary_.find(index, sub, entry) != AbortCode::kNone) return;
-  const std::uint8_t* const place = dictionary_.value(*entry, sub).data();
+  const std::uint8_t* const place = dictionary_.value(entry, sub).data();
   for (std::size_t k = 0; k < active_tpdos_; ++k)
     if (tpdo(k).mapping.holds(dictionary_, place)) on_event(tpdo(k));
+  poll(now);
+}
+
+void Pdo::look_for_changes(Time now) {
+  if (!operational_) return;
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& looked_at = tpdo(k);
+    if (looked_at.type != kAcyclic && looked_at.type < kFirstEvent) continue;
+    std::array<std::uint8_t, PdoMapping::kMostBytes> data = looked_at.frame.data;
+    looked_at.mapping.sample(dictionary_, data);
+    if (data != looked_at.frame.data) on_event(looked_at);
+  }
   poll(now);
 }
 

@@ -141,6 +141,8 @@ class Pdo {
 
   /// The event that TPDOs with this object in them wait for.
   void changed(std::uint16_t index, std::uint8_t sub, Time now);
+  /// Any values may have changed: likewise for the TPDOs whose data are no longer those sampled last.
+  void look_for_changes(Time now);
   /// The event that TPDO `number`, 1..512, waits for.
   void request(std::uint16_t number, Time now);
 

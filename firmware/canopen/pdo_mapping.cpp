@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "canopen/little_endian.hpp"
+
 namespace cbcan {
 
 namespace {
@@ -15,6 +17,8 @@ constexpr std::uint16_t kLastDataType = 0x1F;
 struct MappedObject {
   std::uint8_t* place = nullptr;  ///< of its value; null = a data type
   std::uint32_t bits = 0;
+  std::uint8_t bit = 0;  ///< where in its byte it begins
+  bool packed = false;   ///< the other bits of its byte belong to others
 };
 
 std::uint32_t bits_of(DataType type, std::size_t bytes) {
@@ -31,14 +35,16 @@ AbortCode find_data_type(bool receive, std::uint16_t index, std::uint8_t sub, Ma
 
 AbortCode find_object(const ObjectDictionary& dictionary, bool receive, std::uint16_t index, std::uint8_t sub,
                       MappedObject& object) {
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   if (const AbortCode missing = dictionary.find(index, sub, entry); missing != AbortCode::kNone)
     return missing;
-  const bool mappable = entry->has(receive ? ObjectFlags::kMapRpdo : ObjectFlags::kMapTpdo);
-  if (!mappable || entry->has(ObjectFlags::kVariable) || entry->has(ObjectFlags::kComputed))
+  const bool mappable = entry.has(receive ? ObjectFlags::kMapRpdo : ObjectFlags::kMapTpdo);
+  if (!mappable || entry.has(ObjectFlags::kVariable) || entry.has(ObjectFlags::kComputed))
     return AbortCode::kNotMappable;
-  object.place = dictionary.value(*entry, sub).data();
-  object.bits = bits_of(entry->type, entry->capacity);
+  object.place = dictionary.value(entry, sub).data();
+  object.bits = bits_of(entry.type, entry.capacity);
+  object.bit = ObjectDictionary::bit_of(entry, sub);
+  object.packed = entry.has(ObjectFlags::kPacked);
   return AbortCode::kNone;
 }
 
@@ -61,13 +67,10 @@ AbortCode find_mapped(const ObjectDictionary& dictionary, std::uint16_t mapping_
   return find_mapped(dictionary, mapping_index, mapped, object);
 }
 
-/// Sets those of the bits to_bit.. that the bits from_bit.. have set.
 void copy_bits(const std::uint8_t* from, std::uint32_t from_bit, std::uint8_t* to, std::uint32_t to_bit,
                std::uint32_t count) {
-  for (const std::uint32_t end = from_bit + count; from_bit < end; ++from_bit, ++to_bit) {
-    const unsigned bit = unsigned{from[from_bit / 8]} >> from_bit % 8 & 1u;
-    to[to_bit / 8] = static_cast<std::uint8_t>(to[to_bit / 8] | bit << to_bit % 8);
-  }
+  for (const std::uint32_t end = from_bit + count; from_bit < end; ++from_bit, ++to_bit)
+    assign_bit(to[to_bit / 8], to_bit % 8, (from[from_bit / 8] >> from_bit % 8 & 1) != 0);
 }
 
 }  // namespace
@@ -108,7 +111,7 @@ void PdoMapping::sample(const ObjectDictionary& dictionary, std::span<std::uint8
   for (std::uint8_t k = 1; k <= count_; ++k) {
     MappedObject object;
     find_mapped(dictionary, index_, k, object);
-    copy_bits(object.place, 0, data.data(), bit, object.bits);
+    copy_bits(object.place, object.bit, data.data(), bit, object.bits);
     bit += object.bits;
   }
 }
@@ -125,8 +128,8 @@ void PdoMapping::apply(const ObjectDictionary& dictionary,
     MappedObject object;
     find_mapped(dictionary, index_, k, object);
     if (object.place != nullptr) {
-      std::fill_n(object.place, (object.bits + 7) / 8, std::uint8_t{0});
-      copy_bits(data.data(), bit, object.place, 0, object.bits);
+      if (!object.packed) *object.place = 0;  // a BOOLEAN is 0 or 1
+      copy_bits(data.data(), bit, object.place, object.bit, object.bits);
     }
     bit += object.bits;
   }

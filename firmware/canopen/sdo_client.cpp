@@ -116,7 +116,13 @@ void SdoClient::leave(Outcome outcome) {
 
 void SdoClient::done(std::size_t size) {
   received_ = static_cast<std::uint16_t>(size);
+  if (request_.mode == Mode::kBlock || auto_block_) remember_block();
   leave(Outcome::kDone);
+}
+
+/// The node can do it; or it has refused what it then did without.
+void SdoClient::remember_block() {
+  request_.mode == Mode::kBlock ? block_nodes_.insert(request_.node) : block_nodes_.erase(request_.node);
 }
 
 /// The server knows already, or is no longer waiting.
@@ -154,6 +160,9 @@ void SdoClient::start(const Request& request, Time now) {
   received_ = sent_ = confirmed_ = empty_segments_ = 0;
   toggle_ = fruitless_ = 0;
   ++counters_.transfers;
+  auto_block_ =
+      request.mode == Mode::kAuto && request.size >= kAutoBlockBytes && block_nodes_.has(request.node);
+  if (auto_block_) request_.mode = Mode::kBlock;
   if (request.direction == Direction::kWrite && request.mode == Mode::kExpedited &&
       request.size > sdo::kExpeditedBytes)
     return fail(AbortCode::kNoSegment);
@@ -250,8 +259,19 @@ void SdoClient::on_abort(const Frame& frame, Time now) {
   ++counters_.aborts_received;
   // Segments that were on their way when the server gave up may be answered too, each by an abort.
   if (phase_ == kBlockDownloadStream || phase_ == kBlockDownloadAcknowledge) quarantine(true, now);
+  if (begin_without_block(now)) return;
   const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
   fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
+}
+
+/// The server has refused the block transfer that nobody but this client wanted.
+bool SdoClient::begin_without_block(Time now) {
+  const bool initiating = phase_ == kBlockDownloadInitiate || phase_ == kBlockUploadInitiate;
+  if (!auto_block_ || !initiating) return false;
+  request_.mode = Mode::kAuto;
+  outbox_.drop();
+  begin(now);
+  return true;
 }
 
 void SdoClient::misplaced(const Frame& /*frame*/, Time now) {

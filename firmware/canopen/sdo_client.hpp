@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <span>
 
+#include "canopen/node_set.hpp"
 #include "canopen/object_dictionary.hpp"
 #include "canopen/outbox.hpp"
 #include "canopen/sdo_protocol.hpp"
@@ -35,6 +36,9 @@ class SdoClient {
   static constexpr std::uint16_t kMaxEmptySegments = 256;
   /// Sub-blocks in a row that may bring nothing new before a block transfer is given up.
   static constexpr std::uint8_t kMaxFruitlessBlocks = 8;
+  /// kAuto: from this size on a block transfer takes fewer frames. It is tried with nodes that have completed
+  /// one in kBlock; where it is refused, the same transfer begins again without.
+  static constexpr std::uint16_t kAutoBlockBytes = 29;
   /// Length of a quarantine while there is no SDO timeout.
   static constexpr std::uint16_t kDefaultTimeoutMs = 1000;
 
@@ -90,6 +94,9 @@ class SdoClient {
   /// 0 = wait for ever. Holds from the next answer or transfer on.
   void set_timeout(std::uint16_t timeout_ms) { timeout_ms_ = timeout_ms; }
   std::uint16_t timeout_ms() const { return timeout_ms_; }
+
+  /// What nodes have shown that they can is forgotten.
+  void forget_nodes() { block_nodes_.clear(); }
 
   /// The transfer's bytes: fill them before start() of a write, take size() of them after a read.
   std::span<std::uint8_t, kMaxBytes> data() { return data_; }
@@ -167,6 +174,8 @@ class SdoClient {
   }
   void on_stray(const Frame& frame, Time now);
   void on_abort(const Frame& frame, Time now);
+  bool begin_without_block(Time now);
+  void remember_block();
   void begin_read(Time now);
   void begin_write(Time now);
   void send_download_segment(Time now);
@@ -215,6 +224,8 @@ class SdoClient {
   bool crc_ = false;
   bool asked_again_ = false;
   bool opened_ = false;  ///< the first request has left: the server may know of this transfer
+  bool auto_block_ = false;  ///< kAuto has chosen block
+  NodeSet block_nodes_;
   Outcome outcome_ = Outcome::kIdle;
   Phase phase_ = Phase::kIdle;
   std::uint8_t quarantined_ = 0;

@@ -61,13 +61,13 @@ AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
   done_ = 0;
   declared_ = sized;
   size_ = sized ? sdo::tail_of(frame) : 0;
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   const AbortCode missing = dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry);
   if (missing != AbortCode::kNone) return missing;
-  if (!entry->has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
-  capacity_ = entry->capacity;
+  if (!entry.has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
+  capacity_ = entry.capacity;
   if (sized && size_ > capacity_) return AbortCode::kParameterLength;
-  if (sized && size_ < capacity_ && !entry->has(ObjectFlags::kVariable)) return AbortCode::kObjectLength;
+  if (sized && size_ < capacity_ && !entry.has(ObjectFlags::kVariable)) return AbortCode::kObjectLength;
   return capacity_ > buffer_.size() ? AbortCode::kReadLength : AbortCode::kNone;
 }
 
@@ -92,9 +92,9 @@ void SdoServer::download_expedited(const Frame& frame, Time now) {
   mux_ = sdo::multiplexer_of(frame);
   std::size_t size = sdo::expedited_size(command);
   if ((command & sdo::kSizeIndicated) == 0) {  // four bytes, of which the object takes what it has
-    const ObjectEntry* entry = nullptr;
+    ObjectEntry entry{};
     if (dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry) == AbortCode::kNone)
-      size = std::min<std::size_t>(sdo::kExpeditedBytes, entry->capacity);
+      size = std::min<std::size_t>(sdo::kExpeditedBytes, entry.capacity);
   }
   const AbortCode refused =
       dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), std::span(frame.data).subspan(4, size), now);

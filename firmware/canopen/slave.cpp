@@ -19,7 +19,7 @@ constexpr std::uint16_t kLastIndex = 0xFFFF;
 
 Slave::Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t> buffer,
              Application& application, CanPort& port)
-    : dictionary_(tables.entries, tables.values, this, tables.limits),
+    : dictionary_(tables.entries, tables.values, this, tables.limits, tables.process),
       sdo_server_(dictionary_, port, buffer),
       application_(application),
       port_(port),

@@ -41,6 +41,7 @@ class Slave final : private ObjectHandler {
     std::span<const ObjectEntry> entries;
     std::span<std::uint8_t> values;
     std::span<const ObjectLimits> limits;
+    std::span<std::uint8_t> process = {};
   };
 
   /// `buffer`: see SdoServer. The slave is off the bus until start().

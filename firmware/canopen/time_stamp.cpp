@@ -13,7 +13,6 @@ constexpr Time kDay = 24 * kHour;
 constexpr std::uint32_t kMillisecondsOfHour = 3'600'000;
 constexpr std::uint32_t kMillisecondsOfDay = 24 * kMillisecondsOfHour;
 constexpr std::uint32_t kMicroseconds = 1000;  // of a millisecond
-constexpr std::uint32_t kMillisecondBits = 0x0FFFFFFF;
 constexpr std::uint8_t kMessageBytes = 6;
 
 }  // namespace
@@ -61,7 +60,7 @@ bool TimeStamp::on_frame(const Frame& frame, Time now) {
     return false;
   const auto milliseconds = static_cast<std::uint32_t>(load_little_endian(std::span(frame.data).first<4>()));
   const auto days = static_cast<std::uint16_t>(load_little_endian(std::span(frame.data).subspan<4, 2>()));
-  set({milliseconds & kMillisecondBits, days}, now);
+  set({milliseconds & TimeOfDay::kMillisecondBits, days}, now);
   return true;
 }
 
@@ -71,6 +70,11 @@ void TimeStamp::poll(Time now) {
     return;
   }
   due_ = next_after(due_, period_, now);
+  produce(now);
+}
+
+void TimeStamp::produce(Time now) {
+  if (!produces_ || !running_) return;
   const TimeOfDay time = at(now);
   Frame frame;
   frame.id = id_;

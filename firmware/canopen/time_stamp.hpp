@@ -17,6 +17,7 @@ namespace cbcan {
 
 /// TIME_OF_DAY (CiA 301, 7.1.6.5).
 struct TimeOfDay {
+  static constexpr std::uint32_t kMillisecondBits = 0x0FFFFFFF;
   std::uint32_t milliseconds = 0;  ///< after midnight, 28 bits
   std::uint16_t days = 0;          ///< since 1984-01-01
   friend constexpr bool operator==(const TimeOfDay&, const TimeOfDay&) = default;
@@ -37,6 +38,8 @@ class TimeStamp {
 
   /// As a producer: sends the time of day this often, microseconds; 0 = never.
   void produce_every(Time period, Time now);
+  /// As a producer: sends the time of day now.
+  void produce(Time now);
 
   /// TIME is sent and heard in Pre-operational and Operational only.
   void set_running(bool running, Time now);

@@ -6,8 +6,9 @@
 ///
 /// How to run it, on anything:
 ///   start(now) once; on_frame(frame, now) for every frame that arrives; on_bus_state() when the CAN
-///   controller's state changes; poll(now) at the time that the last poll returned, and whenever R3700 may
-///   have been written or the port has room again. Times are microseconds, monotonic (cbcan/time.hpp).
+///   controller's state changes; on_registers_written() when process data may have been written; poll(now) at
+///   the time that the last poll returned, and whenever R3700 may have been written, something else has been
+///   called or the port has room again. Times are microseconds, monotonic (cbcan/time.hpp).
 ///
 /// Nothing blocks, nothing is allocated, there are no globals: several coprocessors may run in one program.
 /// Not re-entrant: all calls come from one place (a loop, one interrupt level). Only the register words are
@@ -18,18 +19,15 @@
 #include <cstdint>
 #include <span>
 
-#include "canopen/node_monitor.hpp"
 #include "canopen/sdo_client.hpp"
-#include "canopen/slave.hpp"
-#include "canopen/sync.hpp"
 #include "cbcan/ports.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"
-#include "coprocessor/local_objects.hpp"
+#include "coprocessor/local_node.hpp"
 
 namespace cbcan {
 
-class Coprocessor final : private Application {
+class Coprocessor final {
  public:
   struct Settings {
     std::uint8_t node_id = 127;           ///< own node ID, 1..127
@@ -38,10 +36,7 @@ class Coprocessor final : private Application {
     Time guard_timeout = 100 * kMillisecond;  ///< wait for the answer to a node guarding request
   };
 
-  /// The largest own object that can be transferred by SDO, in bytes.
-  static constexpr std::size_t kOwnObjectBytes = 32;
-
-  Coprocessor(RegisterWindow window, CanPort& port, const Settings& settings);
+  Coprocessor(RegisterWindow window, ProcessRegisters registers, CanPort& port, const Settings& settings);
   Coprocessor(const Coprocessor&) = delete;
   Coprocessor& operator=(const Coprocessor&) = delete;
 
@@ -49,7 +44,9 @@ class Coprocessor final : private Application {
   void start(Time now);
 
   void on_frame(const Frame& frame, Time now);
-  void on_bus_state(BusState state) { bus_state_ = state; }
+  void on_bus_state(BusState state, Time now);
+  /// After a request that has written registers of process data, or may have: event-driven TPDOs.
+  void on_registers_written(Time now);
 
   /// Returns the time of the next call at the latest; kNever = only when something happens.
   Time poll(Time now);
@@ -61,8 +58,8 @@ class Coprocessor final : private Application {
   };
   const Counters& counters() const { return counters_; }
   const SdoClient& sdo_client() const { return client_; }
-  const NodeMonitor& node_monitor() const { return monitor_; }
-  const Slave& own_node() const { return slave_; }
+  const NodeMonitor& node_monitor() const { return node_.monitor(); }
+  const Slave& own_node() const { return node_.slave(); }
 
  private:
   enum class Activity : std::uint8_t { kIdle, kSdo, kNmtCommand, kNodeState };
@@ -95,20 +92,8 @@ class Coprocessor final : private Application {
   void end_read(std::span<const std::uint8_t> bytes);
   void end(AbortCode code);
   void finish(regmap::Result result);
+  void follow_node() { wake_at(node_.deadline()); }
   void wake_at(Time time) { due_ = earlier(due_, time); }
-
-  // The own node's dictionary.
-  AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                    std::size_t& size, Time now) override;
-  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
-                     Time now) override;
-  void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
-  void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
-  void on_nmt_state(nmt::State state, Time now) override;
-  std::uint32_t computed(std::uint16_t index, std::uint8_t sub, Time now) const;
-  AbortCode on_write_consumer(std::uint8_t sub, std::uint32_t value);
-  void set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms);
-  local::DeviceState device_state(std::uint8_t node, Time now) const;
 
   RegisterWindow window_;
   CanPort& port_;
@@ -117,17 +102,9 @@ class Coprocessor final : private Application {
   Time deadline_ = kNever;  ///< of an NMT command or a node state request
   Frame command_{};         ///< NMT command or node guarding request of this transaction
   SdoClient client_;
-  NodeMonitor monitor_;
-  local::LocalValues values_{};
-  std::array<std::uint8_t, kOwnObjectBytes> buffer_{};
-  std::array<std::uint8_t, nmt::kMaxNode>
-      consumer_node_{};  ///< node that sub-index n + 1 of 1016h names; 0 = none
-  Slave slave_;
-  Sync sync_;
+  LocalNode node_;
   std::uint8_t state_node_ = 0;  ///< whose state is asked for
-  SdoClient::Mode mode_ = SdoClient::Mode::kAuto;
   Activity activity_ = Activity::kIdle;
-  BusState bus_state_ = BusState::kActive;
   bool reading_ = false;
   bool command_refused_ = false;
   Counters counters_;

@@ -2,9 +2,9 @@
 #pragma once
 
 /// The coprocessor's own object dictionary: what R3702 = 0 reads and writes, and what other nodes see by SDO.
-/// The table is constant; the values live in a LocalValues that the coprocessor owns.
+/// The table is constant; the values live in a LocalValues, network variables in the PLC's registers.
 ///
-/// 3001h..3007h are CBCAN's manner of giving a PLC program the function blocks of CiA 405; see
+/// 3001h..3008h are CBCAN's manner of giving a PLC program the function blocks of CiA 405; see
 /// docs/contract.md.
 
 #include <array>
@@ -14,25 +14,50 @@
 
 #include "canopen/object_dictionary.hpp"
 #include "cbcan/frame.hpp"
+#include "cbcan/regmap.hpp"
 
 namespace cbcan::local {
 
 inline constexpr std::uint16_t kDeviceType = 0x1000;
 inline constexpr std::uint16_t kErrorRegister = 0x1001;
+inline constexpr std::uint16_t kErrorHistory = 0x1003;
 inline constexpr std::uint16_t kSyncCobId = 0x1005;
 inline constexpr std::uint16_t kSyncPeriod = 0x1006;
+inline constexpr std::uint16_t kSyncWindow = 0x1007;
 inline constexpr std::uint16_t kDeviceName = 0x1008;
 inline constexpr std::uint16_t kHardwareVersion = 0x1009;
 inline constexpr std::uint16_t kSoftwareVersion = 0x100A;
+inline constexpr std::uint16_t kTimeCobId = 0x1012;
+inline constexpr std::uint16_t kEmergencyCobId = 0x1014;
+inline constexpr std::uint16_t kEmergencyInhibitTime = 0x1015;
 inline constexpr std::uint16_t kConsumerHeartbeat = 0x1016;
 inline constexpr std::uint16_t kProducerHeartbeat = 0x1017;
 inline constexpr std::uint16_t kIdentity = 0x1018;
+inline constexpr std::uint16_t kSyncCounterOverflow = 0x1019;
+inline constexpr std::uint16_t kErrorBehaviour = 0x1029;
 inline constexpr std::uint16_t kSdoServerParameter = 0x1200;
+inline constexpr std::uint16_t kRpdoParameter = 0x1400;
+inline constexpr std::uint16_t kRpdoMapping = 0x1600;
+inline constexpr std::uint16_t kTpdoParameter = 0x1800;
+inline constexpr std::uint16_t kTpdoMapping = 0x1A00;
 inline constexpr std::uint16_t kOwnNodeId = 0x3001;
 inline constexpr std::uint16_t kKernelState = 0x3002;
 inline constexpr std::uint16_t kSdoTimeout = 0x3003;
 inline constexpr std::uint16_t kTransferMode = 0x3004;
+inline constexpr std::uint16_t kLastEmergency = 0x3005;
+inline constexpr std::uint16_t kEmergencyScan = 0x3006;
 inline constexpr std::uint16_t kDeviceState = 0x3007;
+inline constexpr std::uint16_t kClock = 0x3008;
+inline constexpr std::uint16_t kInputs = 0xA000;   ///< CiA 405, network variables
+inline constexpr std::uint16_t kOutputs = 0xA480;
+
+// How much of everything there is; each costs memory of a LocalNode.
+inline constexpr std::size_t kRpdos = 16;
+inline constexpr std::size_t kTpdos = 16;
+inline constexpr std::size_t kObjectsOfPdo = 8;
+inline constexpr std::size_t kErrorsKept = 8;
+inline constexpr std::size_t kInputBytes = 2 * regmap::kInputWords;
+inline constexpr std::size_t kOutputBytes = 2 * regmap::kOutputWords;
 
 /// CiA 405, CANOPEN_KERNEL_ERROR, as far as a CAN controller's state goes.
 enum class KernelState : std::uint8_t {
@@ -64,7 +89,7 @@ enum class DeviceState : std::uint8_t {
   kNotAvailable = 7,
 };
 
-inline constexpr std::size_t kValueBytes = 112;
+inline constexpr std::size_t kValueBytes = 1527;
 
 /// The stored values, laid out as entries() says.
 using LocalValues = std::array<std::uint8_t, kValueBytes>;

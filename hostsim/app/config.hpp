@@ -25,6 +25,7 @@ struct ModuleConfig {
   std::uint16_t node_state_fresh_ms =
       2000;  ///< 1..65535, how long a heartbeat counts where 1016h says nothing
   std::uint16_t guarding_timeout_ms = 100;  ///< 1..65535, the wait for the answer to a node guarding request
+  std::uint16_t process_first = 3800;       ///< register; 128 of them, not among R3700..R3769
   bool enabled = true;                      ///< false: nodes and bus alone; no Modbus server then
   bool operator==(const ModuleConfig&) const = default;
 };

@@ -212,12 +212,12 @@ std::string Execution::list_nodes() {
 std::string Execution::get() {
   sim::Node& of = node(words_[1]);
   const Address address = address_of(words_[2]);
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
     throw Refused(object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
                   " has no such object");
   of.bring_up_to_date(now_);
-  return "ok " + text_of_value(of.device().dictionary().value(*entry, address.sub), entry->type) + "\n";
+  return "ok " + text_of_value(of.device().dictionary().value(entry, address.sub), entry.type) + "\n";
 }
 
 std::string Execution::set() {

@@ -33,17 +33,17 @@ std::optional<Bytes> encode_real(double number, DataType type) {
 
 /// Puts the value in, which then no longer follows the node ID; returns what is wrong with it, or nothing.
 std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::DictionaryImage& image) {
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   if (dictionary.find(initial.index, initial.sub, entry) != AbortCode::kNone)
     return "object " + object_name(initial.index, initial.sub) + ": the node's EDS file has no such object";
-  const std::optional<Bytes> bytes = encode(initial.value, entry->type);
-  const bool variable = entry->has(ObjectFlags::kVariable);
-  if (!bytes || bytes->size() > entry->capacity || (!variable && bytes->size() != entry->capacity))
+  const std::optional<Bytes> bytes = encode(initial.value, entry.type);
+  const bool variable = entry.has(ObjectFlags::kVariable);
+  if (!bytes || bytes->size() > entry.capacity || (!variable && bytes->size() != entry.capacity))
     return "object " + object_name(initial.index, initial.sub) + ": " + value_text(initial.value) +
-           " does not fit its data type " + std::string(eds::name_of(entry->type)) + " of " +
-           std::to_string(entry->capacity) + " bytes";
-  dictionary.store(*entry, initial.sub, *bytes);
-  const std::uint8_t* const place = dictionary.value(*entry, initial.sub).data();
+           " does not fit its data type " + std::string(eds::name_of(entry.type)) + " of " +
+           std::to_string(entry.capacity) + " bytes";
+  dictionary.store(entry, initial.sub, *bytes);
+  const std::uint8_t* const place = dictionary.value(entry, initial.sub).data();
   std::erase_if(image.node_id_values,
                 [&](const NodeIdValue& relative) { return image.values.data() + relative.offset == place; });
   return {};

@@ -62,6 +62,14 @@ Problem store_address(Config& config, const Value& value) {
   return {};
 }
 
+Problem store_process_first(Config& config, const Value& value) {
+  const auto first = static_cast<std::uint16_t>(std::get<std::int64_t>(value));
+  const bool before = first + regmap::kProcessWords <= regmap::kWindowFirst;
+  if (!before && first <= regmap::kLastData) return "must be 0..3572 or 3770..4040: it would lie over R3700..R3769";
+  config.module.process_first = first;
+  return {};
+}
+
 Problem store_bit_rate(Config& config, const Value& value) {
   constexpr std::int64_t kSlowest = 10'000;
   const std::int64_t rate = std::get<std::int64_t>(value);
@@ -167,7 +175,7 @@ constexpr auto kAny = SettingType::kAny;
 constexpr std::int64_t kDayInMs = 86'400'000;
 
 // clang-format off
-constexpr std::array<Setting<Config>, 15> kSettings{{
+constexpr std::array<Setting<Config>, 16> kSettings{{
     {"module.node_id", "--node-id N", "1..127", "127", "",
      kInteger, 1, 127, store<&Config::module, &ModuleConfig::node_id>},
     {"module.sdo_timeout_ms", "--sdo-timeout MS", "0..65535 ms, 0 = none", "1000", "",
@@ -176,6 +184,8 @@ constexpr std::array<Setting<Config>, 15> kSettings{{
      kInteger, 1, 65535, store<&Config::module, &ModuleConfig::node_state_fresh_ms>},
     {"module.guarding_timeout_ms", "--guarding-timeout MS", "1..65535 ms", "100", "",
      kInteger, 1, 65535, store<&Config::module, &ModuleConfig::guarding_timeout_ms>},
+    {"module.process_first", "--process-first R", "0..3572 or 3770..4040", "3800", "",
+     kInteger, 0, 4040, store_process_first},
     {"module.enabled", "--no-module", "true or false", "true", "",
      kBoolean, 0, 0, store<&Config::module, &ModuleConfig::enabled>},
     {"modbus.host", "--modbus HOST:PORT", "an IP address or a host name", "\"127.0.0.1\"", "",

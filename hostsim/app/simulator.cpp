@@ -35,6 +35,10 @@ RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
 }
 
+ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const ModuleConfig& module) {
+  return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
+}
+
 constexpr std::string_view kError = "error: ";
 
 std::string summary_of(const Coprocessor& coprocessor, const io::ModbusTcp::Counters& modbus) {
@@ -61,9 +65,10 @@ Simulator::Simulator(const Config& config, std::vector<BuiltNode> nodes, const i
       control_(world_, nodes_, started_) {
   if (config.time.clock == ClockKind::kManual) input_.emplace(reactor_, STDIN_FILENO);
   if (config.module.enabled) {
-    module_ = &world_.add_module(window_of(registers_), settings_of(config.module));
+    module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
+                                  settings_of(config.module));
     modbus_.emplace(
-        reactor_, registers_, settings_of(config.modbus), [this](bool /*wrote*/) { advance(); }, warn);
+        reactor_, registers_, settings_of(config.modbus), [this](bool wrote) { on_request(wrote); }, warn);
   }
   add_nodes(config, std::move(nodes));
   set_faults(config);
@@ -201,6 +206,11 @@ void Simulator::on_fault(std::string_view text, Time now) {
 void Simulator::flush() {
   if (log_) log_->flush();
   if (slcan_) slcan_->flush();
+}
+
+void Simulator::on_request(bool wrote) {
+  advance();
+  if (wrote) module_->on_registers_written(now());
 }
 
 void Simulator::advance() {

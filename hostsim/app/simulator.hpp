@@ -61,6 +61,7 @@ class Simulator final : private sim::FaultListener {
   void take_line(const std::string& line);
   void pass(Time duration);
   std::string execute(std::string_view line);
+  void on_request(bool wrote);
   void on_fault(std::string_view text, Time now) override;
   void flush();
   void advance();

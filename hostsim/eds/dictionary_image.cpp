@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint16_t kFirstIndex = 0x1000;
 
-std::uint8_t access_flags(Access access) {
+std::uint16_t access_flags(Access access) {
   switch (access) {
     case Access::kReadOnly:
     case Access::kConstant: return ObjectFlags::kRead;
@@ -23,7 +23,7 @@ std::uint8_t access_flags(Access access) {
   return ObjectFlags::kReadWrite;
 }
 
-std::uint8_t mapping_flags(Access access) {
+std::uint16_t mapping_flags(Access access) {
   switch (access) {
     case Access::kReadOnly:
     case Access::kConstant:
@@ -74,7 +74,7 @@ void append_element(const Object& object, std::vector<std::uint8_t>& values) {
 
 void append(const Object& object, DictionaryImage& image) {
   const std::size_t ahead = is_variable(object.type) ? ObjectEntry::kLengthBytes : 0;
-  image.entries.push_back({object.index, object.first_sub, object.last_sub, object.type, object_flags(object),
+  image.entries.push_back({object.index, object.first_sub, object.last_sub, object.type, 0, object_flags(object),
                            static_cast<std::uint32_t>(image.values.size() + ahead), object.capacity});
   ObjectLimits limits = limits_of(object);
   for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
@@ -89,12 +89,12 @@ void append(const Object& object, DictionaryImage& image) {
 
 }  // namespace
 
-std::uint8_t object_flags(const Object& object) {
+std::uint16_t object_flags(const Object& object) {
   unsigned flags = access_flags(object.access);
   if (object.pdo_mapping) flags |= mapping_flags(object.access);
   if (is_variable(object.type)) flags |= ObjectFlags::kVariable;
   if (is_limited(object)) flags |= ObjectFlags::kLimited;
-  return static_cast<std::uint8_t>(flags);
+  return static_cast<std::uint16_t>(flags);
 }
 
 DictionaryImage dictionary_image(const DeviceDescription& device) {

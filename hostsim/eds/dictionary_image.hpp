@@ -31,6 +31,6 @@ DictionaryImage dictionary_image(const DeviceDescription& device);
 
 /// What access and PDO mapping of an object come to. rwr maps into TPDOs only, rww into RPDOs only (CiA
 /// 306, 4.6.3).
-std::uint8_t object_flags(const Object& object);
+std::uint16_t object_flags(const Object& object);
 
 }  // namespace cbcan::eds

@@ -19,11 +19,11 @@ class Bound {
 
   Bound(ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t sub, Number standard = {})
       : own_(standard) {
-    const ObjectEntry* entry = nullptr;
-    if (dictionary.find(index, sub, entry) != AbortCode::kNone || entry->capacity != sizeof(Number) ||
-        entry->has(ObjectFlags::kVariable) || entry->has(ObjectFlags::kComputed))
+    ObjectEntry entry{};
+    if (dictionary.find(index, sub, entry) != AbortCode::kNone || entry.capacity != sizeof(Number) ||
+        entry.has(ObjectFlags::kVariable) || entry.has(ObjectFlags::kComputed))
       return;
-    place_ = dictionary.value(*entry, sub).data();
+    place_ = dictionary.value(entry, sub).data();
   }
 
   bool exists() const { return place_ != nullptr; }

@@ -3,12 +3,13 @@
 
 namespace cbcan::sim {
 
-Module::Module(Bus& bus, Schedule& schedule, RegisterWindow window, const Coprocessor::Settings& settings)
-    : Participant(schedule), port_(bus.attach(*this)), coprocessor_(window, port_, settings) {
-  port_.accept(nmt::kCommandId, nmt::kCommandId);
-  port_.accept(sdo::kAnswerId + 1, sdo::kAnswerId + nmt::kMaxNode);
+/// All but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may be anywhere.
+Module::Module(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters registers,
+               const Coprocessor::Settings& settings)
+    : Participant(schedule), port_(bus.attach(*this)), coprocessor_(window, registers, port_, settings) {
+  port_.accept(nmt::kCommandId, sdo::kAnswerId + nmt::kMaxNode);
   port_.accept(sdo::kRequestId + settings.node_id, sdo::kRequestId + settings.node_id);
-  port_.accept(nmt::kErrorControlId + 1, nmt::kErrorControlId + nmt::kMaxNode);
+  port_.accept(sdo::kRequestId + nmt::kMaxNode + 1, nmt::kErrorControlId + nmt::kMaxNode);
 }
 
 void Module::start(Time now) {
@@ -22,7 +23,12 @@ void Module::on_frame(const Frame& frame, Time now) {
 }
 
 void Module::on_bus_state(BusState state, Time now) {
-  coprocessor_.on_bus_state(state);
+  coprocessor_.on_bus_state(state, now);
+  poll(now);
+}
+
+void Module::on_registers_written(Time now) {
+  coprocessor_.on_registers_written(now);
   poll(now);
 }
 

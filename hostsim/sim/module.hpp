@@ -9,11 +9,14 @@ namespace cbcan::sim {
 /// The CBCAN module: a coprocessor plugged into a bus.
 class Module final : public Participant {
  public:
-  Module(Bus& bus, Schedule& schedule, RegisterWindow window, const Coprocessor::Settings& settings);
+  Module(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters registers,
+         const Coprocessor::Settings& settings);
 
   void start(Time now) override;
   /// Also to be called when R3700 may have been written.
   void poll(Time now) override { wants(coprocessor_.poll(now)); }
+  /// To be called when registers of process data may have been written.
+  void on_registers_written(Time now);
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
 

@@ -252,12 +252,12 @@ bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
 bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
   if (behaviour_ && behaviour_->set_input(index, sub, value, now)) return true;
   if (index < kFirstApplicationIndex) return false;  // nobody would check what the communication gets
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
-  const std::size_t bytes = size_of(entry->type);
-  if (bytes == 0 || bytes != entry->capacity || entry->has(ObjectFlags::kComputed)) return false;
+  const std::size_t bytes = size_of(entry.type);
+  if (bytes == 0 || bytes != entry.capacity || entry.has(ObjectFlags::kComputed)) return false;
   const std::uint64_t before = dictionary().get(index, sub);
-  dictionary().set(index, sub, to_raw(value, entry->type, bytes));
+  dictionary().set(index, sub, to_raw(value, entry.type, bytes));
   if (dictionary().get(index, sub) != before) device_.changed(index, sub, now);
   return true;
 }

@@ -105,6 +105,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   void on_written(Time now) override;
   void on_sync(Time now) override;
   void on_network_failure(NetworkFailure failure, Time now) override;
+  void on_emergency_sent(const std::array<std::uint8_t, 8>& /*message*/) override {}
   void on_received_ids() override { ids_changed_ = true; }
 
   // What the behaviour asks for.

@@ -46,11 +46,11 @@ std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries
 std::size_t put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved) {
   std::size_t left_out = 0;
   for (const StoredValue& value : values) {
-    const ObjectEntry* entry = nullptr;
-    const bool fits = saved.find(value.index, value.sub, entry) == AbortCode::kNone && is_parameter(*entry) &&
-                      value.bytes.size() <= entry->capacity &&
-                      (entry->has(ObjectFlags::kVariable) || value.bytes.size() == entry->capacity);
-    fits ? saved.store(*entry, value.sub, value.bytes) : static_cast<void>(++left_out);
+    ObjectEntry entry{};
+    const bool fits = saved.find(value.index, value.sub, entry) == AbortCode::kNone && is_parameter(entry) &&
+                      value.bytes.size() <= entry.capacity &&
+                      (entry.has(ObjectFlags::kVariable) || value.bytes.size() == entry.capacity);
+    fits ? saved.store(entry, value.sub, value.bytes) : static_cast<void>(++left_out);
   }
   return left_out;
 }

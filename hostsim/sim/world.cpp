@@ -12,8 +12,9 @@ Node& World::add_node(std::uint8_t node_id, NodeImage image, const NodeParts& pa
   return *nodes_.back();
 }
 
-Module& World::add_module(RegisterWindow window, const Coprocessor::Settings& settings) {
-  modules_.push_back(std::make_unique<Module>(bus_, schedule_, window, settings));
+Module& World::add_module(RegisterWindow window, ProcessRegisters registers,
+                          const Coprocessor::Settings& settings) {
+  modules_.push_back(std::make_unique<Module>(bus_, schedule_, window, registers, settings));
   participants_.push_back(modules_.back().get());
   return *modules_.back();
 }

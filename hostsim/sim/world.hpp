@@ -34,7 +34,8 @@ class World {
 
   /// Both live with the world and are off until start(). `window` is memory of the caller's.
   Node& add_node(std::uint8_t node_id, NodeImage image, const NodeParts& parts = {});
-  Module& add_module(RegisterWindow window, const Coprocessor::Settings& settings);
+  Module& add_module(RegisterWindow window, ProcessRegisters registers,
+                     const Coprocessor::Settings& settings);
 
   /// Power on for all: modules first, so that they hear the nodes' boot-up messages.
   void start(Time now);

@@ -111,9 +111,9 @@ TEST_CASE("set leaves the communication objects alone, as nobody would check wha
 TEST_CASE("a text that is no line of an answer is shown as bytes") {
   Plant plant;
   ObjectDictionary& dictionary = plant.nodes[0].node->device().dictionary();
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   REQUIRE(dictionary.find(0x1008, 0, entry) == AbortCode::kNone);
-  dictionary.store(*entry, 0, std::array<std::uint8_t, 3>{'a', '\n', 'b'});
+  dictionary.store(entry, 0, std::array<std::uint8_t, 3>{'a', '\n', 'b'});
   CHECK(plant.run("get 66 0x1008") == "ok \"hex:61 0A 62\"\n");
 }
 

@@ -76,9 +76,9 @@ TEST_CASE("A node's image: the EDS file's defaults, and the plant file's values 
   cbcan::sim::NodeImage image = build.node->image;
   const cbcan::ObjectDictionary dictionary(image.entries, image.values, nullptr);
   CHECK(dictionary.get(0x2001, 0) == 7);
-  const cbcan::ObjectEntry* entry = nullptr;
+  cbcan::ObjectEntry entry{};
   REQUIRE(dictionary.find(0x2002, 0, entry) == cbcan::AbortCode::kNone);
-  const auto text = dictionary.value(*entry, 0);
+  const auto text = dictionary.value(entry, 0);
   CHECK(std::string(text.begin(), text.end()) == "xyzzy");
 }
 

@@ -26,8 +26,8 @@ std::vector<ObjectEntry> entries_of(const std::vector<Row>& rows) {
   std::uint32_t offset = 0;
   for (const Row& row : rows) {
     const auto size = static_cast<std::uint32_t>(size_of(row.type));
-    entries.push_back({row.index, row.first_sub, row.last_sub, row.type,
-                       static_cast<std::uint8_t>(row.flags | ObjectFlags::kChecked), offset, size});
+    entries.push_back({row.index, row.first_sub, row.last_sub, row.type, 0,
+                       static_cast<std::uint16_t>(row.flags | ObjectFlags::kChecked), offset, size});
     offset += size * (row.last_sub - row.first_sub + 1u);
   }
   return entries;

@@ -20,7 +20,7 @@ struct Row {
   std::uint8_t last_sub;
   DataType type;
   std::uint64_t value = 0;
-  std::uint8_t flags = ObjectFlags::kReadWrite;
+  std::uint16_t flags = ObjectFlags::kReadWrite;
 };
 
 class DeviceRig final : private DeviceApplication {
@@ -66,6 +66,7 @@ class DeviceRig final : private DeviceApplication {
   void on_network_failure(NetworkFailure failure, Time now) override;
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
+  void on_emergency_sent(const std::array<std::uint8_t, 8>& /*message*/) override {}
   void on_received_ids() override {}
 
   std::vector<std::uint8_t> buffer_ = std::vector<std::uint8_t>(64);

@@ -14,7 +14,7 @@ constexpr std::uint8_t kBlockSize = 4;  // smaller than a transfer: several sub-
 
 FaultRig::FaultRig(const Transfer& transfer)
     : peer_(transfer.size, kBlockSize),
-      coprocessor_(RegisterWindow(words_), *this, {.sdo_timeout_ms = kTimeout / kMillisecond}) {
+      coprocessor_(RegisterWindow(words_), process_, *this, {.sdo_timeout_ms = kTimeout / kMillisecond}) {
   coprocessor_.start(now_);
   wire_.clear();  // the boot-up message is nobody's here
   on_the_way_.clear();

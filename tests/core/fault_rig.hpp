@@ -91,6 +91,7 @@ class FaultRig final : private CanPort {
   std::size_t refuse_from_ = kNoFrame;
   bool refuse_for_ever_ = false;
   std::size_t tries_ = 0;
+  std::array<std::uint16_t, regmap::kProcessWords> process_{};
   Coprocessor coprocessor_;
 };
 

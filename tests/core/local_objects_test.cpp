@@ -38,7 +38,7 @@ TEST_CASE("3001h own node ID, by 0 and by the own ID") {
 
 TEST_CASE("The mandatory objects of CiA 301, and the names") {
   Bench bench(with_node_id(42));
-  CHECK(read_local(bench, 0x1000, 0, 4) == 0);
+  CHECK(read_local(bench, 0x1000, 0, 4) == 0x195);  // CiA 405, programmable device
   CHECK(read_local(bench, 0x1001, 0, 1) == 0);
   CHECK(read_local(bench, 0x1005, 0, 4) == 0x80);
   CHECK(read_local(bench, 0x1006, 0, 4) == 0);
@@ -120,10 +120,11 @@ TEST_CASE("1005h: SYNC cannot have a CAN-ID that CiA 301 restricts (7.3.5)") {
 
 TEST_CASE("Power on: the boot-up message, then Pre-operational") {
   std::array<std::uint16_t, 70> registers{};
+  std::array<std::uint16_t, 128> process{};
   cbcan::test::RecordingPort port;
   port.refuse_next = 2;
-  cbcan::Coprocessor coprocessor(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), port,
-                                 with_node_id(42));
+  cbcan::Coprocessor coprocessor(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process,
+                                 port, with_node_id(42));
   coprocessor.start(0);
   CHECK(port.sent.empty());
   const cbcan::Time next = coprocessor.poll(0);

@@ -8,16 +8,16 @@ namespace {
 using Flags = ObjectFlags;
 
 constexpr std::uint8_t kParameter = Flags::kReadWrite | Flags::kChecked;
-constexpr std::uint8_t kMapped = Flags::kReadWrite | Flags::kMapRpdo | Flags::kMapTpdo;
+constexpr std::uint16_t kMapped = Flags::kReadWrite | Flags::kMapRpdo | Flags::kMapTpdo;
 constexpr std::uint16_t kNumbers[] = {0, 1, 2, 4, 511};  // PDO 4 is missing
 
 class Table {
  public:
   void add(std::uint16_t index, std::uint8_t first_sub, std::uint8_t last_sub, DataType type,
-           std::uint8_t flags, std::uint32_t capacity = 0) {
+           std::uint16_t flags, std::uint32_t capacity = 0) {
     if (capacity == 0) capacity = static_cast<std::uint32_t>(size_of(type));
     const std::uint32_t front = (flags & Flags::kVariable) != 0 ? ObjectEntry::kLengthBytes : 0;
-    entries.push_back({index, first_sub, last_sub, type, flags, end + front, capacity});
+    entries.push_back({index, first_sub, last_sub, type, 0, flags, end + front, capacity});
     end += (front + capacity) * (last_sub - first_sub + 1u);
   }
   void add_parameters(std::uint16_t first, bool transmit) {
@@ -91,10 +91,10 @@ PdoRig::~PdoRig() noexcept(false) {
 }
 
 AbortCode PdoRig::write(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   REQUIRE(dictionary.find(index, sub, entry) == AbortCode::kNone);
   std::vector<std::uint8_t> bytes;
-  for (std::uint32_t i = 0; i < entry->capacity; ++i)
+  for (std::uint32_t i = 0; i < entry.capacity; ++i)
     bytes.push_back(static_cast<std::uint8_t>(value >> 8 * i));
   return dictionary.write(index, sub, bytes, now);
 }

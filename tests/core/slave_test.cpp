@@ -16,19 +16,19 @@ using Flags = cbcan::ObjectFlags;
 
 namespace {
 
-constexpr std::uint8_t kReadWrite = Flags::kReadWrite | Flags::kChecked;
+constexpr std::uint16_t kReadWrite = Flags::kReadWrite | Flags::kChecked;
 
 // Offsets are written out: variable values have four bytes of length in front.
 const std::vector<ObjectEntry> kEntries{
-    {0x1000, 0, 0, DataType::kUnsigned32, Flags::kRead, 0, 4},
-    {0x1005, 0, 0, DataType::kUnsigned32, kReadWrite, 4, 4},
-    {0x1006, 0, 0, DataType::kUnsigned32, kReadWrite, 8, 4},
-    {0x1017, 0, 0, DataType::kUnsigned16, kReadWrite, 12, 2},
-    {0x2001, 0, 0, DataType::kUnsigned8, kReadWrite, 14, 1},
-    {0x2002, 1, 2, DataType::kUnsigned16, kReadWrite | Flags::kLimited, 15, 2},
-    {0x2100, 0, 0, DataType::kDomain, Flags::kReadWrite | Flags::kVariable, 23, 1000},
-    {0x2200, 0, 0, DataType::kUnsigned32, Flags::kRead, 1023, 4},
-    {0x2201, 0, 0, DataType::kUnsigned32, Flags::kWrite, 1027, 4},
+    {0x1000, 0, 0, DataType::kUnsigned32, 0, Flags::kRead, 0, 4},
+    {0x1005, 0, 0, DataType::kUnsigned32, 0, kReadWrite, 4, 4},
+    {0x1006, 0, 0, DataType::kUnsigned32, 0, kReadWrite, 8, 4},
+    {0x1017, 0, 0, DataType::kUnsigned16, 0, kReadWrite, 12, 2},
+    {0x2001, 0, 0, DataType::kUnsigned8, 0, kReadWrite, 14, 1},
+    {0x2002, 1, 2, DataType::kUnsigned16, 0, kReadWrite | Flags::kLimited, 15, 2},
+    {0x2100, 0, 0, DataType::kDomain, 0, Flags::kReadWrite | Flags::kVariable, 23, 1000},
+    {0x2200, 0, 0, DataType::kUnsigned32, 0, Flags::kRead, 1023, 4},
+    {0x2201, 0, 0, DataType::kUnsigned32, 0, Flags::kWrite, 1027, 4},
 };
 const std::vector<cbcan::ObjectLimits> kLimits{{0x2002, 1, 10, 20}};
 

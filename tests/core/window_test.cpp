@@ -31,7 +31,9 @@ TEST_CASE("Cancelled before its request could leave: no frame at all") {
 TEST_CASE("CA0Eh that stands there at the start is executed") {
   std::array<std::uint16_t, 70> registers{0xCA0E, 1};
   cbcan::test::RecordingPort port;
-  cbcan::Coprocessor coprocessor(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), port, {});
+  std::array<std::uint16_t, 128> process{};
+  cbcan::Coprocessor coprocessor(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process,
+                                 port, {});
   coprocessor.start(0);
   coprocessor.poll(0);
   CHECK(registers[0] == 1);

@@ -9,13 +9,13 @@ namespace {
 struct Dictionary {
   explicit Dictionary(const std::string& file) : image(demo_dictionary(file)) {}
 
-  const ObjectEntry& entry(std::uint16_t index, std::uint8_t sub) {
+  ObjectEntry entry(std::uint16_t index, std::uint8_t sub) {
     CAPTURE(index, sub);
-    const ObjectEntry* found = nullptr;
+    ObjectEntry found{};
     REQUIRE(dictionary.find(index, sub, found) == AbortCode::kNone);
-    return *found;
+    return found;
   }
-  void check(std::uint16_t index, std::uint8_t sub, DataType type, std::uint8_t flags, std::uint64_t value) {
+  void check(std::uint16_t index, std::uint8_t sub, DataType type, std::uint16_t flags, std::uint64_t value) {
     CAPTURE(index, sub);
     CHECK(entry(index, sub).type == type);
     CHECK(entry(index, sub).flags == flags);
@@ -26,10 +26,10 @@ struct Dictionary {
   ObjectDictionary dictionary{image.entries, image.values, nullptr, image.limits};
 };
 
-constexpr std::uint8_t kRo = ObjectFlags::kRead;
-constexpr std::uint8_t kRw = ObjectFlags::kReadWrite;
-constexpr std::uint8_t kRpdo = ObjectFlags::kMapRpdo;
-constexpr std::uint8_t kTpdo = ObjectFlags::kMapTpdo;
+constexpr std::uint16_t kRo = ObjectFlags::kRead;
+constexpr std::uint16_t kRw = ObjectFlags::kReadWrite;
+constexpr std::uint16_t kRpdo = ObjectFlags::kMapRpdo;
+constexpr std::uint16_t kTpdo = ObjectFlags::kMapTpdo;
 
 using enum DataType;
 

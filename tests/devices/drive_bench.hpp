@@ -60,18 +60,18 @@ class DriveBench : public sim::DeviceNode {
     update();
   }
   std::int64_t get(std::uint16_t index, std::uint8_t sub = 0) {
-    const ObjectEntry* entry = nullptr;
+    ObjectEntry entry{};
     REQUIRE(objects.find(index, sub, entry) == AbortCode::kNone);
     const std::uint64_t raw = objects.get(index, sub);
-    return is_signed(entry->type) ? sign_extend(raw, entry->capacity) : static_cast<std::int64_t>(raw);
+    return is_signed(entry.type) ? sign_extend(raw, entry.capacity) : static_cast<std::int64_t>(raw);
   }
   /// As by SDO, with the drive's say.
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
-    const ObjectEntry* entry = nullptr;
+    ObjectEntry entry{};
     REQUIRE(objects.find(index, sub, entry) == AbortCode::kNone);
-    std::vector<std::uint8_t> bytes(entry->capacity);
+    std::vector<std::uint8_t> bytes(entry.capacity);
     store_little_endian(bytes, static_cast<std::uint64_t>(value));
-    const AbortCode code = drive.check(*entry, sub, bytes, now);
+    const AbortCode code = drive.check(entry, sub, bytes, now);
     if (code == AbortCode::kNone) set(index, sub, value);
     return code;
   }

@@ -47,9 +47,9 @@ TEST_CASE("The drive's PDOs are those of CiA 402") {
 TEST_CASE("What PDOs carry may be mapped: commands into RPDOs, what the drive says into TPDOs") {
   DriveBench bench;
   const auto flags = [&](std::uint16_t index) {
-    const ObjectEntry* entry = nullptr;
+    ObjectEntry entry{};
     REQUIRE(bench.objects.find(index, 0, entry) == AbortCode::kNone);
-    return entry->flags & (ObjectFlags::kMapRpdo | ObjectFlags::kMapTpdo | ObjectFlags::kReadWrite);
+    return entry.flags & (ObjectFlags::kMapRpdo | ObjectFlags::kMapTpdo | ObjectFlags::kReadWrite);
   };
   for (const std::uint16_t index :
        std::initializer_list<std::uint16_t>{0x6040, 0x6060, 0x607A, 0x60FF, 0x6071, 0x6081})
@@ -68,7 +68,7 @@ TEST_CASE("The EDS has every object that the drive uses") {
            0x6080, 0x6081, 0x6083, 0x6084, 0x6085, 0x6087, 0x608F, 0x6091, 0x6092, 0x6098, 0x6099,
            0x609A, 0x60B0, 0x60B1, 0x60B2, 0x60C2, 0x60F4, 0x60FC, 0x60FD, 0x60FF, 0x6502}) {
     INFO(std::hex << index);
-    const ObjectEntry* entry = nullptr;
+    ObjectEntry entry{};
     CHECK(bench.objects.find(index, 0, entry) == AbortCode::kNone);
   }
 }

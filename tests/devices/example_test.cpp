@@ -9,9 +9,9 @@ namespace cbcan::test {
 namespace {
 
 AbortCode check_inlet(Rig<Tank>& tank, std::uint8_t percent) {
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   REQUIRE(tank.dictionary().find(0x2001, 0, entry) == AbortCode::kNone);
-  return tank.device.check(*entry, 0, {&percent, 1}, tank.now);
+  return tank.device.check(entry, 0, {&percent, 1}, tank.now);
 }
 
 eds::DictionaryImage tank_dictionary() {

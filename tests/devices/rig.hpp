@@ -27,7 +27,7 @@ inline eds::DictionaryImage dictionary_of(const std::vector<Objects>& objects) {
   for (const Objects& each : objects) {
     const auto size = static_cast<std::uint32_t>(size_of(each.type));
     const std::uint8_t first = each.count == 0 ? 0 : 1;
-    image.entries.push_back({each.index, first, each.count, each.type, ObjectFlags::kReadWrite,
+    image.entries.push_back({each.index, first, each.count, each.type, 0, ObjectFlags::kReadWrite,
                              static_cast<std::uint32_t>(image.values.size()), size});
     image.values.resize(image.values.size() + size * (each.count == 0 ? 1 : each.count));
   }

@@ -87,11 +87,11 @@ TEST_CASE("What the default mappings name may be mapped that way") {
       REQUIRE(node.get(index, 0) > 0);
       for (unsigned sub = 1; sub <= node.get(index, 0); ++sub) {
         const std::uint64_t mapped = node.get(index, static_cast<std::uint8_t>(sub));
-        const ObjectEntry* entry = nullptr;
+        ObjectEntry entry{};
         REQUIRE(node.dictionary.find(static_cast<std::uint16_t>(mapped >> 16),
                                      static_cast<std::uint8_t>(mapped >> 8), entry) == AbortCode::kNone);
-        CHECK(entry->has(flag));
-        CHECK(entry->capacity == (mapped & 0xFF) / 8);
+        CHECK(entry.has(flag));
+        CHECK(entry.capacity == (mapped & 0xFF) / 8);
       }
     }
   };

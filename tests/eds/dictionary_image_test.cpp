@@ -187,7 +187,7 @@ TEST_CASE("A ParameterValue decides whether a value follows the node ID; one tha
 
 TEST_CASE("A device without objects has an empty dictionary") {
   const Device device("");
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   CHECK(device.dictionary.find(0x1000, 0, entry) == AbortCode::kNoObject);
 }
 

@@ -169,7 +169,7 @@ class Program : private Input {
     rig_.poll();
   }
 
-  void change_bus_state() { rig_.coprocessor.on_bus_state(static_cast<BusState>(byte() % 4)); }
+  void change_bus_state() { rig_.coprocessor.on_bus_state(static_cast<BusState>(byte() % 4), rig_.now()); }
 
   Rig rig_;
 };

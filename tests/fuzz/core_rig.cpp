@@ -17,7 +17,7 @@ constexpr std::uint16_t kIndex = 0x2345;
 
 }  // namespace
 
-Rig::Rig() : coprocessor(RegisterWindow(RegisterWindow::Words(plc.registers)), wire, {.node_id = kOwnNode}) {
+Rig::Rig() : coprocessor(RegisterWindow(RegisterWindow::Words(plc.registers)), process, wire, {.node_id = kOwnNode}) {
   wire.own = &coprocessor.own_node();
   plc.before_frame();
   coprocessor.start(now_);
@@ -94,7 +94,7 @@ void Rig::finish() {
 /// Held back by a quarantine, then a timeout: two of them, and one to spare.
 void Rig::settle() {
   wire.refuse = 0;
-  coprocessor.on_bus_state(BusState::kActive);
+  coprocessor.on_bus_state(BusState::kActive, now_);
   const Time longest = milliseconds(longest_timeout_ms_);
   poll();
   pass(3 * longest + 200 * kMillisecond);

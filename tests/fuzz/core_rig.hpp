@@ -28,8 +28,11 @@ class Rig {
   /// gets.
   void finish();
 
+  Time now() const { return now_; }
+
   Plc plc{kOwnNode};
   Wire wire{plc, kOwnNode};
+  std::array<std::uint16_t, regmap::kProcessWords> process{};
   Coprocessor coprocessor;
 
  private:

@@ -112,10 +112,10 @@ class Program {
 
   /// With the length that the object has, where it has one.
   void write(std::size_t whom, std::uint16_t index, std::uint8_t sub, std::uint32_t value) {
-    const ObjectEntry* entry = nullptr;
+    ObjectEntry entry{};
     std::size_t size = 4;
     if (plant_.node(whom).device().dictionary().find(index, sub, entry) == AbortCode::kNone)
-      size = std::clamp<std::size_t>(entry->capacity, 1, 4);
+      size = std::clamp<std::size_t>(entry.capacity, 1, 4);
     std::array<std::uint8_t, 8> request{static_cast<std::uint8_t>(0x23 | (4 - size) << 2)};
     store_little_endian(std::span(request).subspan<1, 2>(), index);
     request[3] = sub;

@@ -94,12 +94,12 @@ class FaultyNode final : public sim::Participant, private Application {
   }
   void on_nmt_state(nmt::State, Time) override {}
 
-  static constexpr std::uint8_t kReadWrite = ObjectFlags::kReadWrite | ObjectFlags::kChecked;
+  static constexpr std::uint16_t kReadWrite = ObjectFlags::kReadWrite | ObjectFlags::kChecked;
   static inline const std::vector<ObjectEntry> kEntries{
-      {0x1000, 0, 0, DataType::kUnsigned32, ObjectFlags::kRead, 0, 4},
-      {0x1017, 0, 0, DataType::kUnsigned16, kReadWrite, 4, 2},
-      {0x2001, 0, 0, DataType::kUnsigned16, kReadWrite, 6, 2},
-      {0x2010, 0, 0, DataType::kDomain, kReadWrite | ObjectFlags::kVariable, 12, 20},
+      {0x1000, 0, 0, DataType::kUnsigned32, 0, ObjectFlags::kRead, 0, 4},
+      {0x1017, 0, 0, DataType::kUnsigned16, 0, kReadWrite, 4, 2},
+      {0x2001, 0, 0, DataType::kUnsigned16, 0, kReadWrite, 6, 2},
+      {0x2010, 0, 0, DataType::kDomain, 0, kReadWrite | ObjectFlags::kVariable, 12, 20},
   };
   std::vector<std::uint8_t> values_ = std::vector<std::uint8_t>(32);
   std::vector<std::uint8_t> buffer_ = std::vector<std::uint8_t>(20);

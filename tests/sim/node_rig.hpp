@@ -19,7 +19,7 @@ struct Row {
   std::uint8_t last_sub;
   DataType type;
   std::uint64_t value = 0;
-  std::uint8_t flags = ObjectFlags::kReadWrite;
+  std::uint16_t flags = ObjectFlags::kReadWrite;
   bool follows_node_id = false;  ///< `value` is for node ID 0
 };
 
@@ -28,7 +28,7 @@ inline sim::NodeImage image_of(const std::vector<Row>& rows, std::uint8_t node_i
   for (const Row& row : rows) {
     const auto size = static_cast<std::uint8_t>(size_of(row.type));
     const auto offset = static_cast<std::uint32_t>(image.values.size());
-    image.entries.push_back({row.index, row.first_sub, row.last_sub, row.type, row.flags, offset, size});
+    image.entries.push_back({row.index, row.first_sub, row.last_sub, row.type, 0, row.flags, offset, size});
     if (row.follows_node_id) image.node_id_values.push_back({offset, 1, size});
     const std::uint64_t value = row.value + (row.follows_node_id ? node_id : 0u);
     for (unsigned sub = row.first_sub; sub <= row.last_sub; ++sub)
@@ -39,7 +39,7 @@ inline sim::NodeImage image_of(const std::vector<Row>& rows, std::uint8_t node_i
 }
 
 inline constexpr std::uint8_t kInput = ObjectFlags::kRead | ObjectFlags::kMapTpdo;
-inline constexpr std::uint8_t kOutput = ObjectFlags::kReadWrite | ObjectFlags::kMapRpdo;
+inline constexpr std::uint16_t kOutput = ObjectFlags::kReadWrite | ObjectFlags::kMapRpdo;
 
 /// One RPDO with the 16 bits of 6200h:1, one event-driven TPDO with those of 6000h:1, parameters 2000h (of
 /// the manufacturer) and 6100h (of the profile), and what CiA 301 has. With LSS, `serial` tells nodes apart.

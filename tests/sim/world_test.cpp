@@ -23,10 +23,10 @@ namespace {
 NodeImage generic_image() {
   NodeImage image;
   image.entries = {
-      {0x1000, 0, 0, DataType::kUnsigned32, Flags::kRead, 0, 4},
-      {0x1017, 0, 0, DataType::kUnsigned16, Flags::kReadWrite, 4, 2},
-      {0x2004, 0, 0, DataType::kUnsigned32, Flags::kReadWrite, 6, 4},
-      {0x2080, 0, 0, DataType::kOctetString, Flags::kReadWrite | Flags::kVariable, 14, 128},
+      {0x1000, 0, 0, DataType::kUnsigned32, 0, Flags::kRead, 0, 4},
+      {0x1017, 0, 0, DataType::kUnsigned16, 0, Flags::kReadWrite, 4, 2},
+      {0x2004, 0, 0, DataType::kUnsigned32, 0, Flags::kReadWrite, 6, 4},
+      {0x2080, 0, 0, DataType::kOctetString, 0, Flags::kReadWrite | Flags::kVariable, 14, 128},
   };
   image.values.resize(142);
   return image;
@@ -43,7 +43,7 @@ class Log final : public cbcan::sim::Observer {
 class Plant {
  public:
   explicit Plant(std::uint32_t bit_rate = 0, unsigned nodes = 1) : world(bit_rate) {
-    world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), {});
+    world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {});
     for (unsigned node = 1; node <= nodes; ++node)
       world.add_node(static_cast<std::uint8_t>(node), generic_image());
     world.bus().observe(log);
@@ -71,6 +71,7 @@ class Plant {
   }
 
   std::array<std::uint16_t, 70> registers{};
+  std::array<std::uint16_t, 128> process{};
   World world;
   Log log;
   Time now = 0;
@@ -176,11 +177,12 @@ TEST_CASE("The step in which time passes does not change what happens") {
 TEST_CASE("Two modules on one bus each do their own work") {
   World world;
   std::array<std::uint16_t, 70> first{}, second{};
+  std::array<std::uint16_t, 128> process{};
   cbcan::Coprocessor::Settings settings;
   settings.node_id = 100;
-  world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(first)), settings);
+  world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(first)), process, settings);
   settings.node_id = 101;
-  world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(second)), settings);
+  world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(second)), process, settings);
   world.add_node(1, generic_image());
   world.start(0);
   const std::array<std::uint16_t, 8> write{0xCA0E, 5066, 1, 0x2004, 0, 4, 7, 0};

@@ -45,7 +45,8 @@ Station::Station(Registers registers, Hardware& hardware, CanPort& port, const S
     : registers_(registers),
       hardware_(hardware),
       modbus_(registers, modbus_settings(settings)),
-      coprocessor_(RegisterWindow(registers.subspan<regmap::kWindowFirst, regmap::kWindowWords>()), port,
+      coprocessor_(RegisterWindow(registers.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
+                   registers.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), port,
                    settings.coprocessor) {}
 
 Time Station::turn() {
@@ -53,9 +54,12 @@ Time Station::turn() {
   Frame frame;
   while (hardware_.receive(frame))
     coprocessor_.on_frame(frame, now);
-  coprocessor_.on_bus_state(hardware_.bus_state());
+  coprocessor_.on_bus_state(hardware_.bus_state(), now);
   if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords)) publish(now);
-  if (const auto response = modbus_.poll(); !response.empty()) hardware_.respond(response);
+  if (modbus_.request_waiting()) {
+    if (const auto response = modbus_.poll(); !response.empty()) hardware_.respond(response);
+    coprocessor_.on_registers_written(now);
+  }
   return coprocessor_.poll(now);
 }
 

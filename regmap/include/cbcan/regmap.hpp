@@ -36,6 +36,13 @@ inline constexpr std::size_t kWindowWords = kLastData - kWindowFirst + 1;
 inline constexpr std::size_t kDataWords = kLastData - kData + 1;
 inline constexpr std::size_t kMaxDataBytes = 2 * kDataWords;
 
+/// Process data (CiA 405's network variables): inputs from the network, behind them outputs to it. The range may
+/// begin elsewhere.
+inline constexpr std::uint16_t kProcessFirst = 3800;
+inline constexpr std::size_t kInputWords = 64;
+inline constexpr std::size_t kOutputWords = 64;
+inline constexpr std::size_t kProcessWords = kInputWords + kOutputWords;
+
 /// R0..R4167 are holding registers 0..4167 of the FATEK FBs PLC (40001..44168).
 inline constexpr std::uint16_t kRegisterFileWords = 4168;
 
@@ -71,6 +78,13 @@ inline constexpr std::array<RegisterRow, 7> kWindow{{
      "size in bytes: bytes to write, or the room for a read; after a good read the bytes really read"},
     {kData, kLastData, "DATA", Access::kReadWrite, Writer::kBoth, "0..65535",
      "data words #0..#63, low byte first; after a failure #0 and #1 hold the SDO abort code, low word first"},
+}};
+
+inline constexpr std::array<RegisterRow, 2> kProcessData{{
+    {kProcessFirst, kProcessFirst + kInputWords - 1, "INPUTS", Access::kReadWrite, Writer::kCoprocessor,
+     "0..65535", "network variables A000h..A47Fh, written by RPDOs; low byte first"},
+    {kProcessFirst + kInputWords, kProcessFirst + kProcessWords - 1, "OUTPUTS", Access::kReadWrite,
+     Writer::kPlc, "0..65535", "network variables A480h..A8FFh, sent by TPDOs; low byte first"},
 }};
 
 // ---- Diagnostics of the firmware images

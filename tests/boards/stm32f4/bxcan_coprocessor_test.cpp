@@ -18,7 +18,9 @@ namespace {
 /// A board's loop by hand.
 struct Plant : BxCanRig {
   std::array<std::uint16_t, 70> registers{};
-  cbcan::Coprocessor coprocessor{cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), can, {}};
+  std::array<std::uint16_t, 128> process{};
+  cbcan::Coprocessor coprocessor{
+      cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, can, {}};
 
   Plant() {
     start();
@@ -31,7 +33,7 @@ struct Plant : BxCanRig {
     cbcan::Frame frame;
     while (can.receive(frame))
       coprocessor.on_frame(frame, now);
-    coprocessor.on_bus_state(can.state());
+    coprocessor.on_bus_state(can.state(), now);
     coprocessor.poll(now);
     can.poll(now);
   }

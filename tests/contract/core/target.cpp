@@ -53,7 +53,7 @@ class CoreTarget final : public Target {
   void pass(Duration duration) override { bench_->pass(static_cast<Time>(duration.count())); }
   Duration precision() const override { return 1us; }
 
-  void set_bus_state(BusState state) override { bench_->coprocessor.on_bus_state(core_state(state)); }
+  void set_bus_state(BusState state) override { bench_->coprocessor.on_bus_state(core_state(state), bench_->now); }
   void refuse_frames(bool refuse) override {
     bench_->port.refuse_next = refuse ? test::RecordingPort::kAlways : 0;
   }

@@ -13,16 +13,18 @@ volatile BusState& bus = *reinterpret_cast<volatile BusState*>(0x40000100);
 
 Port port;
 std::uint16_t window[regmap::kWindowWords];
+std::uint16_t process[regmap::kProcessWords];
 alignas(Coprocessor) std::byte memory[sizeof(Coprocessor)];
 
 }  // namespace
 
 extern "C" void run() {
-  auto& coprocessor = *new (memory) Coprocessor(RegisterWindow(window), *new (&port) Port, {});
+  auto& coprocessor = *new (memory) Coprocessor(RegisterWindow(window), process, *new (&port) Port, {});
   coprocessor.start(hardware.now);
   for (;;) {
-    coprocessor.on_bus_state(bus);
+    coprocessor.on_bus_state(bus, hardware.now);
     if (hardware.received) coprocessor.on_frame(hardware.in, hardware.now);
+    coprocessor.on_registers_written(hardware.now);
     coprocessor.poll(hardware.now);
   }
 }

@@ -8,11 +8,11 @@ namespace {
 using Flags = ObjectFlags;
 
 constexpr std::array kEntries{
-    ObjectEntry{0x1017, 0, 0, DataType::kUnsigned16, Flags::kReadWrite | Flags::kChecked, 0, 2},
-    ObjectEntry{0x2000, 0, 0, DataType::kUnsigned32, Flags::kReadWrite, 4, 4},
-    ObjectEntry{0x2001, 0, 0, DataType::kVisibleString, Flags::kReadWrite | Flags::kVariable, 12, 32},
-    ObjectEntry{0x2002, 0, 0, DataType::kDomain, Flags::kReadWrite, 48, 128},
-    ObjectEntry{0x2003, 0, 0, DataType::kUnsigned16, Flags::kRead, 176, 2},
+    ObjectEntry{0x1017, 0, 0, DataType::kUnsigned16, 0, Flags::kReadWrite | Flags::kChecked, 0, 2},
+    ObjectEntry{0x2000, 0, 0, DataType::kUnsigned32, 0, Flags::kReadWrite, 4, 4},
+    ObjectEntry{0x2001, 0, 0, DataType::kVisibleString, 0, Flags::kReadWrite | Flags::kVariable, 12, 32},
+    ObjectEntry{0x2002, 0, 0, DataType::kDomain, 0, Flags::kReadWrite, 48, 128},
+    ObjectEntry{0x2003, 0, 0, DataType::kUnsigned16, 0, Flags::kRead, 176, 2},
 };
 
 }  // namespace

@@ -26,7 +26,7 @@ void Plant::turn() {
     coprocessor.on_frame(frame, boards::now());
   const Time now = boards::now();
   bus_state = can0.poll(now);
-  coprocessor.on_bus_state(bus_state);
+  coprocessor.on_bus_state(bus_state, now);
   coprocessor.poll(now);
   can1.poll(now);
   device.slave.poll(now);

@@ -47,9 +47,9 @@ std::uint32_t data_0_1() {
   return plant.reg(3706) | static_cast<std::uint32_t>(plant.reg(3707)) << 16;
 }
 std::span<std::uint8_t> value_of(std::uint16_t index) {
-  const ObjectEntry* entry = nullptr;
+  ObjectEntry entry{};
   plant.device.slave.dictionary().find(index, 0, entry);
-  return plant.device.slave.dictionary().value(*entry, 0);
+  return plant.device.slave.dictionary().value(entry, 0);
 }
 void set_mode(std::uint16_t mode) {
   CHECK(plant.execute({kWrite, 0, 0x3004, 0, 1, mode}), 0);

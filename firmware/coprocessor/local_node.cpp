@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+#include "coprocessor/local_node.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "canopen/little_endian.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr std::size_t kConsumerTimeBits = 16;
+constexpr std::size_t kFunctionShift = 7;
+
+/// Network variables are little-endian, and so are the words of every machine that this runs on.
+static_assert(std::endian::native == std::endian::little);
+
+std::span<std::uint8_t> bytes_of(ProcessRegisters registers) {
+  return {reinterpret_cast<std::uint8_t*>(registers.data()), registers.size_bytes()};
+}
+
+constexpr local::DeviceState to_device_state(nmt::State state) {
+  if (state == nmt::State::kStopped) return local::DeviceState::kStopped;
+  return state == nmt::State::kOperational ? local::DeviceState::kOperational
+                                           : local::DeviceState::kPreOperational;
+}
+
+}  // namespace
+
+LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, const Settings& settings)
+    : client_(client),
+      sdo_timeout_ms_(settings.sdo_timeout_ms),
+      monitor_(settings.state_fresh_for),
+      device_(settings.node_id, {local::entries(), values_, {}, bytes_of(registers)},
+              {buffer_, rpdos_, tpdos_, {}}, *this, port) {}
+
+void LocalNode::on_frame(const Frame& frame, Time now) {
+  if (frame.id >> kFunctionShift == EmergencyConsumer::kFirstId >> kFunctionShift && frame.flags == 0 &&
+      frame.id != EmergencyConsumer::kFirstId)
+    emergencies_.on_frame(frame);
+  device_.on_frame(frame, now);
+}
+
+void LocalNode::on_bus_state(BusState state, Time now) {
+  bus_state_ = state;
+  device_.on_bus_state(state, now);
+}
+
+void LocalNode::on_emergency_sent(const EmergencyConsumer::Message& message) {
+  emergencies_.note(node_id(), message);
+}
+
+void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time /*now*/) {
+  local::restore(values_, first_index, last_index);
+  device_.dictionary().set(local::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
+  consumer_node_.fill(0);
+  monitor_.watch_nobody();
+  if (last_index < local::kSdoTimeout) return;
+  client_.set_timeout(sdo_timeout_ms_);
+  client_.forget_nodes();
+  mode_ = SdoClient::Mode::kAuto;
+  emergencies_.reset();
+}
+
+// ---- Reading
+// -------------------------------------------------------------------------------------------------
+
+AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                             std::size_t& size, Time now) {
+  size = entry.capacity;
+  switch (entry.index) {
+    case local::kLastEmergency: {
+      std::copy_n(emergencies_.last(sub).begin(), size, out.begin());
+      break;
+    }
+    case local::kEmergencyScan: {
+      const std::uint8_t node = emergencies_.scan();
+      const EmergencyConsumer::Message& message = emergencies_.last(node);
+      std::fill_n(out.begin(), size, std::uint8_t{0});
+      out[0] = node;
+      if (EmergencyConsumer::is_error(message)) std::copy(message.begin(), message.end(), out.begin() + 1);
+      break;
+    }
+    case local::kClock: {
+      const TimeOfDay time = device_.time_stamp().at(now);
+      store_little_endian(out.first(4), time.milliseconds);
+      store_little_endian(out.subspan(4, 2), time.days);
+      break;
+    }
+    default: store_little_endian(out.first(size), number_of(entry.index, sub, now));
+  }
+  return AbortCode::kNone;
+}
+
+std::uint32_t LocalNode::number_of(std::uint16_t index, std::uint8_t sub, Time now) const {
+  switch (index) {
+    case local::kConsumerHeartbeat: {
+      const std::uint8_t node = consumer_node_[sub - 1u];
+      return node == 0 ? 0 : std::uint32_t{node} << kConsumerTimeBits | monitor_.consumer_time(node);
+    }
+    case local::kSdoServerParameter: return (sub == 1 ? sdo::kRequestId : sdo::kAnswerId) + node_id();
+    case local::kOwnNodeId: return node_id();
+    case local::kKernelState: return static_cast<std::uint32_t>(local::kernel_state(bus_state_));
+    case local::kSdoTimeout: return client_.timeout_ms();
+    case local::kTransferMode: return static_cast<std::uint32_t>(mode_);
+    default: return static_cast<std::uint32_t>(device_state(sub, now));  // 3007h
+  }
+}
+
+/// docs/contract.md, "Local objects".
+local::DeviceState LocalNode::device_state(std::uint8_t node, Time now) const {
+  using enum NodeMonitor::Report;
+  using local::DeviceState;
+  if (node == node_id()) return to_device_state(state());
+  if (!monitor_.is_watched(node)) return DeviceState::kUnknown;
+  if (!monitor_.is_fresh(node, now)) return DeviceState::kNotAvailable;
+  switch (monitor_.report(node)) {
+    case kBootUp: return DeviceState::kInit;
+    case kResetCommunication: return DeviceState::kResetCommunication;
+    case kResetNode: return DeviceState::kResetApplication;
+    default: return to_device_state(monitor_.last_state(node));
+  }
+}
+
+// ---- Writing
+// -------------------------------------------------------------------------------------------------
+
+AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                              Time now) {
+  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
+  switch (entry.index) {
+    case local::kConsumerHeartbeat: return write_consumer(sub, number);
+    case local::kSdoTimeout: client_.set_timeout(static_cast<std::uint16_t>(number)); break;
+    case local::kTransferMode: return write_mode(number);
+    case local::kClock: set_clock(value, now); break;
+    default: break;
+  }
+  return AbortCode::kNone;
+}
+
+void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time now) {
+  if (entry.index >= local::kInputs) device_.look_for_changes(now);
+}
+
+AbortCode LocalNode::write_mode(std::uint32_t value) {
+  if (value > static_cast<std::uint32_t>(SdoClient::Mode::kBlock)) return AbortCode::kValueHigh;
+  mode_ = static_cast<SdoClient::Mode>(value);
+  return AbortCode::kNone;
+}
+
+void LocalNode::set_clock(std::span<const std::uint8_t> value, Time now) {
+  const auto milliseconds = static_cast<std::uint32_t>(load_little_endian(value.first(4)));
+  const auto days = static_cast<std::uint16_t>(load_little_endian(value.subspan(4)));
+  device_.time_stamp().set({milliseconds & TimeOfDay::kMillisecondBits, days}, now);
+  device_.time_stamp().produce(now);
+}
+
+/// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either the entry is unused (CiA
+/// 301, 7.5.2.19).
+AbortCode LocalNode::write_consumer(std::uint8_t sub, std::uint32_t value) {
+  const std::uint32_t node = value >> kConsumerTimeBits;
+  const auto time_ms = static_cast<std::uint16_t>(value);
+  const std::size_t slot = sub - 1u;
+  if (node > nmt::kMaxNode) return AbortCode::kValue;
+  if (node == 0 || time_ms == 0) {
+    set_consumer_time(slot, 0, 0);
+    return AbortCode::kNone;
+  }
+  for (std::size_t other = 0; other < consumer_node_.size(); ++other)
+    if (other != slot && consumer_node_[other] == node) return AbortCode::kIncompatible;
+  set_consumer_time(slot, static_cast<std::uint8_t>(node), time_ms);
+  return AbortCode::kNone;
+}
+
+void LocalNode::set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms) {
+  monitor_.set_consumer_time(consumer_node_[slot], 0);
+  consumer_node_[slot] = node;
+  monitor_.set_consumer_time(node, time_ms);
+}
+
+}  // namespace cbcan
