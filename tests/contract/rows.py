@@ -22,6 +22,7 @@ NO_PROMISE = {
     (CONTRACT, "The register contract"): "what the page is, and how it writes numbers",
     (REGISTERS, "Registers and codes"): "what the page is",
     (REGISTERS, "The window"): "names for the registers that every test uses; tests/regmap",
+    (REGISTERS, "Process data"): "the names of what " + CONTRACT + " says under the same heading",
     (REGISTERS, "Diagnostics of the firmware images"): "not of the contract: one target alone has them; tests/boards",
     (REGISTERS, "SDO abort codes (R3707 and R3706)"): "names: codes of servers pass unchanged, the own ones are in " + CONTRACT,
 }

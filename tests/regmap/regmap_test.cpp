@@ -32,6 +32,17 @@ TEST_CASE("CBCAN, table 1: 70 registers, R3700..R3769, without gap or overlap") 
   CHECK(kSdoWrite == 5066);
 }
 
+TEST_CASE("Process data: R3800..R3927, 64 inputs and 64 outputs, outside window and diagnostics") {
+  CHECK(kProcessFirst == 3800);
+  CHECK(kProcessWords == 128);
+  CHECK(kProcessData[0].first == 3800);
+  CHECK(kProcessData[0].last == 3863);
+  CHECK(kProcessData[0].writer == Writer::kCoprocessor);
+  CHECK(kProcessData[1].first == 3864);
+  CHECK(kProcessData[1].last == 3927);
+  CHECK(kProcessData[1].writer == Writer::kPlc);
+}
+
 TEST_CASE("The diagnostics: 32 registers from R4100, without gap or overlap, read-only, outside the window") {
   std::uint32_t next = 4100;
   for (const RegisterRow& row : kDiagnostics) {

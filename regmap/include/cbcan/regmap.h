@@ -12,6 +12,11 @@
 #define CBCAN_R_DATA                       3706         /* data words #0..#63, low byte first; after a failure #0 and #1 hold the SDO abort code, low word first */
 #define CBCAN_R_DATA_LAST                  3769         /* the last of them */
 
+#define CBCAN_R_INPUTS                     3800         /* network variables A000h..A47Fh, written by RPDOs; low byte first */
+#define CBCAN_R_INPUTS_LAST                3863         /* the last of them */
+#define CBCAN_R_OUTPUTS                    3864         /* network variables A480h..A8FFh, sent by TPDOs; low byte first */
+#define CBCAN_R_OUTPUTS_LAST               3927         /* the last of them */
+
 #define CBCAN_R_DIAGNOSTIC_VERSION         4100         /* version of the image: major in the high byte, minor in the low byte */
 #define CBCAN_R_DIAGNOSTIC_PATCH_LEVEL     4101         /* the version's third number */
 #define CBCAN_R_DIAGNOSTIC_UPTIME          4102         /* milliseconds since the start, modulo 2^32 */
