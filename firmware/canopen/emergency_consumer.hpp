@@ -47,7 +47,11 @@ class EmergencyConsumer {
 
   static bool is_error(const Message& message) { return message[0] != 0 || message[1] != 0; }
 
-  void reset() { *this = {}; }
+  void reset() {
+    last_.fill({});
+    stops_.clear();
+    stopped_at_ = 0;
+  }
 
  private:
   std::array<Message, nmt::kMaxNode + 1> last_{};

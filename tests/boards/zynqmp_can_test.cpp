@@ -71,18 +71,18 @@ TEST_CASE("ZynqMP CAN: a controller without a clock, or whose filters stay busy,
 }
 
 TEST_CASE(
-    "ZynqMP CAN: the filters let through what the core looks at, and restricted identifiers next to it") {
+    "ZynqMP CAN: the filters let through what the core looks at") {
   Rig rig;
   REQUIRE(rig.can.start({kClock, 500'000, 0x42}) == Can::Start::kDone);
   for (const std::uint32_t id :
-       {0x000u, 0x080u, 0x081u, 0x0FFu, 0x580u, 0x581u, 0x5FFu, 0x642u, 0x701u, 0x77Fu, 0x001u, 0x07Fu}) {
+       {0x000u, 0x080u, 0x100u, 0x181u, 0x3FFu, 0x400u, 0x57Fu, 0x581u, 0x5FFu, 0x642u, 0x701u, 0x77Fu}) {
     CAPTURE(id);
     CHECK(rig.arrive(id));
     CHECK(rig.arrive(id, 1u << 20));              // RTR
     CHECK(!rig.arrive(id, 1u << 20 | 1u << 19));  // 29 bits
   }
   for (const std::uint32_t id :
-       {0x100u, 0x181u, 0x57Fu, 0x600u, 0x641u, 0x643u, 0x67Fu, 0x680u, 0x6FFu, 0x780u, 0x7E4u, 0x7FFu}) {
+       {0x600u, 0x641u, 0x643u, 0x67Fu, 0x680u, 0x6FFu, 0x780u, 0x7E4u, 0x7FFu}) {
     CAPTURE(id);
     CHECK(!rig.arrive(id));
   }

@@ -22,6 +22,6 @@ measure() {
 }
 
 measure tests/firmware/images/master 6000 2000
-measure tests/firmware/images/coprocessor 16000 4000
-measure firmware/boards/mps2_an385/cbcan_mps2_an385.elf 24576 8192
+measure tests/firmware/images/coprocessor 30000 9000
+measure firmware/boards/mps2_an385/cbcan_mps2_an385.elf 36864 14336
 if $failed; then exit 1; fi

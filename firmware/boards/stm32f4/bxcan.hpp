@@ -8,9 +8,9 @@
 /// for one handshake, bounded.
 ///
 /// Reception: FIFO 0 has what is addressed to this node - SDO answers and requests, NMT commands, node
-/// guarding requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC. Each
-/// has its own queue in memory too, so that a storm of EMCY messages fills its own places and loses no SDO
-/// answer. Other frames are turned away by the filters.
+/// guarding requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC, PDOs.
+/// Each has its own queue in memory too, so that a storm of EMCY messages fills its own places and loses no
+/// SDO answer. Other frames are turned away by the filters: SDO requests to other nodes, 29-bit identifiers.
 ///
 /// Bus-off: the controller is told to recover (ABOM = 0) by poll(), once every mailbox has been emptied; from
 /// bus-off to recovery try_send() takes nothing. With ABOM = 1 the controller comes back by itself, and
@@ -158,13 +158,16 @@ class BxCan final : public CanPort {
     return false;
   }
 
-  // ---- Filters: 16-bit, banks 0 and 1 to FIFO 0, bank 2 to FIFO 1; data frames with 11-bit identifiers
-  // only, but for the node guarding request.
+  // ---- Filters: 16-bit, banks 0 and 1 to FIFO 0, 2 and 3 to FIFO 1; where two match, the lower bank counts.
+  // 11-bit identifiers only; RTR frames where they may ask for a PDO, and the node guarding request.
 
   static constexpr std::uint32_t exactly(std::uint32_t id) { return id << bxcan::kFilterStidAt; }
   /// One half of a mask bank: the identifiers that equal `id` where `mask` is 1.
   static constexpr std::uint32_t masked(std::uint32_t id, std::uint32_t mask) {
     return (exactly(mask) | bxcan::kFilterRtr | bxcan::kFilterIde) << 16 | exactly(id);
+  }
+  static constexpr std::uint32_t masked_with_rtr(std::uint32_t id, std::uint32_t mask) {
+    return (exactly(mask) | bxcan::kFilterIde) << 16 | exactly(id);
   }
 
   void set_filters(std::uint8_t node_id) {
@@ -175,11 +178,12 @@ class BxCan final : public CanPort {
     registers_.write(bxcan::kFa1r, 0);
     registers_.write(bxcan::kFm1r, bxcan::bit(1));
     registers_.write(bxcan::kFs1r, 0);
-    registers_.write(bxcan::kFfa1r, bxcan::bit(2));
+    registers_.write(bxcan::kFfa1r, bxcan::bit(2) | bxcan::bit(3));
     set_bank(0, masked(0x580, kFunction), masked(0x000, kWhole));
     set_bank(1, own, own);  // four places in the list for two identifiers
-    set_bank(2, masked(0x700, kFunction), masked(0x080, kFunction));
-    registers_.write(bxcan::kFa1r, bxcan::bit(0) | bxcan::bit(1) | bxcan::bit(2));
+    set_bank(2, masked(0x700, kFunction), masked_with_rtr(0x680, kFunction));
+    set_bank(3, masked_with_rtr(0x000, 0x400), masked_with_rtr(0x400, 0x600));  // 000h..3FFh, 400h..5FFh
+    registers_.write(bxcan::kFa1r, bxcan::bit(0) | bxcan::bit(1) | bxcan::bit(2) | bxcan::bit(3));
     modify(registers_, bxcan::kFmr, bxcan::kFinit, 0);
   }
 

@@ -183,10 +183,9 @@ class ZynqmpCan final : public CanPort {
   /// Resets the controller, sets timing and filters and joins the bus. Again at any time, for other settings:
   /// what waits to be sent is lost then.
   ///
-  /// There are four filters for five ranges. 000h (NMT) and 080h..0FFh (SYNC, EMCY) share one, 000h..0FFh:
-  /// the rest of it, 001h..07Fh, is restricted (CiA 301, 7.3.5) and used by nothing. The others are exact:
-  /// 580h..5FFh (SDO answers), 700h..77Fh (error control), 600h + own node ID (SDO requests). All are for
-  /// 11-bit identifiers; RTR or not is left to the core.
+  /// There are four filters: 000h..3FFh and 400h..5FFh (NMT, SYNC, EMCY, TIME, PDOs, SDO answers), 700h..77Fh
+  /// (error control), 600h + own node ID (SDO requests). So PDOs cannot be received on 680h..6DFh, where CiA 301
+  /// puts none by itself. All are for 11-bit identifiers; RTR or not is left to the core.
   Start start(const Settings& settings) {
     const auto timing = zynqmp_can::bit_timing(settings.clock_hz, settings.bit_rate);
     if (!timing) return Start::kBitRate;
@@ -287,9 +286,9 @@ class ZynqmpCan final : public CanPort {
     using namespace zynqmp_can;
     registers_.write(AFR, 0);
     if (!wait_for(SR_ACFBSY, false)) return false;
-    set_filter(0, 0x000, 0x700);  // NMT, SYNC, EMCY
-    set_filter(1, 0x580, 0x780);  // SDO answers
-    set_filter(2, 0x700, 0x780);  // error control
+    set_filter(0, 0x000, 0x400);
+    set_filter(1, 0x400, 0x600);
+    set_filter(2, 0x700, 0x780);
     set_filter(3, 0x600u + node_id_, 0x7FF);
     registers_.write(AFR, 0xF);
     return true;

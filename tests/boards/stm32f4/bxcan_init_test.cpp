@@ -63,14 +63,16 @@ TEST_CASE("init: modes, bit timing, filters and interrupts") {
   CHECK(reg(0x200) == 0x2A1C0E00);  // FMR: FINIT = 0, CAN2SB unchanged
   CHECK(reg(0x204) == 0x2);         // FM1R: bank 1 is a list
   CHECK(reg(0x20C) == 0x0);         // FS1R: 16 bits
-  CHECK(reg(0x214) == 0x4);         // FFA1R: bank 2 to FIFO 1
-  CHECK(reg(0x21C) == 0x7);         // FA1R
+  CHECK(reg(0x214) == 0xC);         // FFA1R: banks 2 and 3 to FIFO 1
+  CHECK(reg(0x21C) == 0xF);         // FA1R
   CHECK(reg(0x240) == 0xF018B000);  // 580h: 101 1000 0000 b; mask 780h, RTR, IDE
   CHECK(reg(0x244) == 0xFFF80000);  // 000h: mask 7FFh, RTR, IDE
   CHECK(reg(0x248) == 0xEFF0CFE0);  // 67Fh; 77Fh with RTR
   CHECK(reg(0x24C) == 0xEFF0CFE0);
   CHECK(reg(0x250) == 0xF018E000);  // 700h, mask 780h, RTR, IDE
-  CHECK(reg(0x254) == 0xF0181000);  // 080h, mask 780h, RTR, IDE
+  CHECK(reg(0x254) == 0xF008D000);  // 680h, mask 780h, IDE
+  CHECK(reg(0x258) == 0x80080000);  // 000h, mask 400h, IDE
+  CHECK(reg(0x25C) == 0xC0088000);  // 400h, mask 600h, IDE
 }
 
 TEST_CASE("init: on the bus after 11 recessive bits, until then bus-off and no frame taken") {

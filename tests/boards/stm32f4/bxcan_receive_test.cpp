@@ -11,10 +11,10 @@ namespace {
 
 /// FIFO that the frame is for, of node 7Fh; -1 = none. Written down from what the driver promises.
 int fifo_for(std::uint32_t id, bool remote) {
-  if (remote) return id == 0x77F ? 0 : -1;
+  const bool where_pdos_are = id <= 0x5FF || (id >= 0x680 && id <= 0x6FF);
+  if (remote) return id == 0x77F ? 0 : where_pdos_are ? 1 : -1;
   if (id == 0x000 || id == 0x67F || (id >= 0x580 && id <= 0x5FF)) return 0;
-  if ((id >= 0x080 && id <= 0x0FF) || (id >= 0x700 && id <= 0x77F)) return 1;
-  return -1;
+  return where_pdos_are || (id >= 0x700 && id <= 0x77F) ? 1 : -1;
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ void work(Master& master, std::uint8_t job, Time now) {
     case 2: return master.client.cancel(now);
     case 3:
       if (master.port.try_send(nmt::command_frame(controls.command, controls.node)))
-        master.monitor.doubt(controls.node);
+        master.monitor.doubt(controls.command, controls.node);
       return;
     case 4: return master.monitor.set_consumer_time(controls.node, controls.ms);
     default: return;
