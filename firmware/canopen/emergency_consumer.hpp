@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// EMCY consumer for all nodes (CiA 301, 7.2.7), with the scan of CiA 405's RECV_EMCY. A message costs one copy
-/// of eight bytes; a step of the scan looks at four words, whatever the number of nodes. Nothing is allocated;
-/// not re-entrant.
+/// EMCY consumer for all nodes (CiA 301, 7.2.7), with the scan of CiA 405's RECV_EMCY. A message costs one
+/// copy of eight bytes; a step of the scan looks at four words, whatever the number of nodes. Nothing is
+/// allocated; not re-entrant.
 
 #include <array>
 #include <cstdint>
@@ -23,7 +23,8 @@ class EmergencyConsumer {
 
   /// A data frame on 081h..0FFh; one with less than eight bytes is none.
   void on_frame(const Frame& frame) {
-    if (frame.length == frame.data.size()) note(static_cast<std::uint8_t>(frame.id & nmt::kMaxNode), frame.data);
+    if (frame.length == frame.data.size())
+      note(static_cast<std::uint8_t>(frame.id & nmt::kMaxNode), frame.data);
   }
 
   /// The last message of node 1..127.
@@ -35,8 +36,8 @@ class EmergencyConsumer {
   /// Zeros: there was none.
   const Message& last(std::uint8_t node) const { return last_[node]; }
 
-  /// Where the scan stops next, behind where it stopped last: a node whose last message is an error; once, one
-  /// whose last message is No Error (code 0000h) after an error. 0 = no such node.
+  /// Where the scan stops next, behind where it stopped last: a node whose last message is an error; once,
+  /// one whose last message is No Error (code 0000h) after an error. 0 = no such node.
   std::uint8_t scan() {
     const std::uint8_t node = stops_.next(stopped_at_);
     if (node == 0) return 0;

@@ -55,10 +55,10 @@ class NodeMonitor {
 
   /// What the last news of a node were.
   enum class Report : std::uint8_t {
-    kNone,    ///< it has never reported
-    kBootUp,  ///< its boot-up message
-    kState,   ///< a heartbeat, or the answer to node guarding
-    kDoubted,  ///< either, but an NMT command has gone to it since
+    kNone,                ///< it has never reported
+    kBootUp,              ///< its boot-up message
+    kState,               ///< a heartbeat, or the answer to node guarding
+    kDoubted,             ///< either, but an NMT command has gone to it since
     kResetCommunication,  ///< the command was this one
     kResetNode,
   };

@@ -105,9 +105,9 @@ struct ObjectFlags {
   static constexpr std::uint16_t kPacked = 0x200;
 };
 
-/// One entry, or a run of sub-indices that are alike (an array's elements, CompactSubObj), or such a run in each
-/// of several indices that follow each other (PDO parameters). Element k of a run, counted through all its
-/// indices, has its value at offset + k * stride(). Numbers are stored little-endian, as on the bus.
+/// One entry, or a run of sub-indices that are alike (an array's elements, CompactSubObj), or such a run in
+/// each of several indices that follow each other (PDO parameters). Element k of a run, counted through all
+/// its indices, has its value at offset + k * stride(). Numbers are stored little-endian, as on the bus.
 struct ObjectEntry {
   std::uint16_t index;
   std::uint8_t first_sub;
@@ -165,8 +165,8 @@ class ObjectDictionary {
  public:
   /// `entries` sorted by index, then first_sub, without overlap; entries of several indices share them with
   /// entries of the very same indices only. `limits` sorted by index, then sub. `process` is the memory of
-  /// kProcess entries. All of it is the caller's and outlives the dictionary. `handler` may be null if no entry
-  /// is kComputed or kChecked.
+  /// kProcess entries. All of it is the caller's and outlives the dictionary. `handler` may be null if no
+  /// entry is kComputed or kChecked.
   ObjectDictionary(std::span<const ObjectEntry> entries, std::span<std::uint8_t> values,
                    ObjectHandler* handler, std::span<const ObjectLimits> limits = {},
                    std::span<std::uint8_t> process = {});
@@ -192,8 +192,8 @@ class ObjectDictionary {
   /// Likewise for a value of any kind. `bytes` has the capacity's length, or less for a variable one.
   void store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes);
 
-  /// The bytes of a stored element, current length; empty for a computed one. Of a packed one the byte that it
-  /// is in, at bit_of().
+  /// The bytes of a stored element, current length; empty for a computed one. Of a packed one the byte that
+  /// it is in, at bit_of().
   std::span<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub) const;
   /// Where in its byte a packed element is, 0..7; 0 for all others.
   static std::uint8_t bit_of(const ObjectEntry& entry, std::uint8_t sub) {

@@ -223,7 +223,7 @@ class SdoClient {
   bool declared_ = false;  ///< the server has announced the size
   bool crc_ = false;
   bool asked_again_ = false;
-  bool opened_ = false;  ///< the first request has left: the server may know of this transfer
+  bool opened_ = false;      ///< the first request has left: the server may know of this transfer
   bool auto_block_ = false;  ///< kAuto has chosen block
   NodeSet block_nodes_;
   Outcome outcome_ = Outcome::kIdle;

@@ -38,7 +38,8 @@ Coprocessor::Coprocessor(RegisterWindow window, ProcessRegisters registers, CanP
       port_(port),
       settings_(settings),
       client_(port),
-      node_(registers, port, client_, {settings.node_id, settings.sdo_timeout_ms, settings.state_fresh_for}) {}
+      node_(registers, port, client_, {settings.node_id, settings.sdo_timeout_ms, settings.state_fresh_for}) {
+}
 
 void Coprocessor::start(Time now) {
   node_.start(now);
@@ -122,10 +123,10 @@ void Coprocessor::begin_sdo(const Request& request, Time now) {
   if (!read) load_bytes(window_, client_.data().first(request.size));
   activity_ = Activity::kSdo;
   reading_ = read;
-  client_.start(
-      {static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub), request.index,
-       request.size, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite, node_.transfer_mode()},
-      now);
+  client_.start({static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub),
+                 request.index, request.size,
+                 read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite, node_.transfer_mode()},
+                now);
   follow_sdo();
 }
 
@@ -202,7 +203,8 @@ void Coprocessor::send_command(Time now) {
 
 /// Nodes with a heartbeat need not answer: what they reported stands while it is fresh.
 void Coprocessor::end_node_state_unanswered(Time now) {
-  if (node_.monitor().is_fresh(state_node_, now)) return end_node_state(node_.monitor().last_state(state_node_));
+  if (node_.monitor().is_fresh(state_node_, now))
+    return end_node_state(node_.monitor().last_state(state_node_));
   end_with_state(kNotDetected);
 }
 
@@ -251,7 +253,8 @@ void Coprocessor::on_error_control(const Frame& frame, Time now) {
   const NodeMonitor::News news = node_.on_error_control(frame, now);
   if (news == NodeMonitor::News::kNone) return;
   if (news == NodeMonitor::News::kBootUp) on_boot_up(node, now);
-  if (activity_ == Activity::kNodeState && node == state_node_) end_node_state(node_.monitor().last_state(node));
+  if (activity_ == Activity::kNodeState && node == state_node_)
+    end_node_state(node_.monitor().last_state(node));
 }
 
 void Coprocessor::on_boot_up(std::uint8_t node, Time now) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and what
-/// is known of the other nodes (state, EMCY). Knows neither the window nor transactions.
+/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and
+/// what is known of the other nodes (state, EMCY). Knows neither the window nor transactions.
 
 #include <array>
 #include <cstddef>

@@ -50,10 +50,11 @@ constexpr Row name(std::uint16_t index, std::string_view text) {
 }
 
 /// Sub-index `sub` of the PDO parameters or mappings from `index` on.
-constexpr Row of_pdos(std::uint16_t index, std::size_t pdos, std::uint8_t sub, DataType type, std::uint32_t size,
-                      std::uint32_t value, std::uint16_t flags = kConfigured, std::uint8_t last_sub = 0) {
-  return {index, sub,   std::max(sub, last_sub), type, flags, size, value,
-          {},    static_cast<std::uint8_t>(pdos - 1)};
+constexpr Row of_pdos(std::uint16_t index, std::size_t pdos, std::uint8_t sub, DataType type,
+                      std::uint32_t size, std::uint32_t value, std::uint16_t flags = kConfigured,
+                      std::uint8_t last_sub = 0) {
+  return {
+      index, sub, std::max(sub, last_sub), type, flags, size, value, {}, static_cast<std::uint8_t>(pdos - 1)};
 }
 
 constexpr std::array kObjects{
@@ -107,9 +108,9 @@ constexpr std::array kObjects{
 };
 
 /// The types of network variables in the order of CiA 405; each has 64 indices.
-constexpr std::array kTypes{kInteger8,   kUnsigned8,  kBoolean,    kInteger16,  kUnsigned16, kInteger24,
-                            kUnsigned24, kInteger32,  kUnsigned32, kReal32,     kUnsigned40, kInteger40,
-                            kUnsigned48, kInteger48,  kUnsigned56, kInteger56,  kInteger64,  kUnsigned64};
+constexpr std::array kTypes{kInteger8,   kUnsigned8, kBoolean,    kInteger16, kUnsigned16, kInteger24,
+                            kUnsigned24, kInteger32, kUnsigned32, kReal32,    kUnsigned40, kInteger40,
+                            kUnsigned48, kInteger48, kUnsigned56, kInteger56, kInteger64,  kUnsigned64};
 constexpr std::uint16_t kIndicesOfType = 0x40;
 constexpr std::array<std::uint8_t, kTypes.size()> kTypeBytes{1, 1, 0, 2, 2, 3, 3, 4, 4,
                                                              4, 5, 5, 6, 6, 7, 7, 8, 8};

@@ -48,7 +48,7 @@ inline constexpr std::uint16_t kLastEmergency = 0x3005;
 inline constexpr std::uint16_t kEmergencyScan = 0x3006;
 inline constexpr std::uint16_t kDeviceState = 0x3007;
 inline constexpr std::uint16_t kClock = 0x3008;
-inline constexpr std::uint16_t kInputs = 0xA000;   ///< CiA 405, network variables
+inline constexpr std::uint16_t kInputs = 0xA000;  ///< CiA 405, network variables
 inline constexpr std::uint16_t kOutputs = 0xA480;
 
 // How much of everything there is; each costs memory of a LocalNode.

@@ -65,7 +65,8 @@ Problem store_address(Config& config, const Value& value) {
 Problem store_process_first(Config& config, const Value& value) {
   const auto first = static_cast<std::uint16_t>(std::get<std::int64_t>(value));
   const bool before = first + regmap::kProcessWords <= regmap::kWindowFirst;
-  if (!before && first <= regmap::kLastData) return "must be 0..3572 or 3770..4040: it would lie over R3700..R3769";
+  if (!before && first <= regmap::kLastData)
+    return "must be 0..3572 or 3770..4040: it would lie over R3700..R3769";
   config.module.process_first = first;
   return {};
 }

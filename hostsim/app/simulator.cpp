@@ -66,7 +66,7 @@ Simulator::Simulator(const Config& config, std::vector<BuiltNode> nodes, const i
   if (config.time.clock == ClockKind::kManual) input_.emplace(reactor_, STDIN_FILENO);
   if (config.module.enabled) {
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                                  settings_of(config.module));
+                                 settings_of(config.module));
     modbus_.emplace(
         reactor_, registers_, settings_of(config.modbus), [this](bool wrote) { on_request(wrote); }, warn);
   }

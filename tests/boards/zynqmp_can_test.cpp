@@ -70,8 +70,7 @@ TEST_CASE("ZynqMP CAN: a controller without a clock, or whose filters stay busy,
   CHECK(can.start({kClock, 500'000, 1}) == Can::Start::kNoReset);
 }
 
-TEST_CASE(
-    "ZynqMP CAN: the filters let through what the core looks at") {
+TEST_CASE("ZynqMP CAN: the filters let through what the core looks at") {
   Rig rig;
   REQUIRE(rig.can.start({kClock, 500'000, 0x42}) == Can::Start::kDone);
   for (const std::uint32_t id :
@@ -81,8 +80,7 @@ TEST_CASE(
     CHECK(rig.arrive(id, 1u << 20));              // RTR
     CHECK(!rig.arrive(id, 1u << 20 | 1u << 19));  // 29 bits
   }
-  for (const std::uint32_t id :
-       {0x600u, 0x641u, 0x643u, 0x67Fu, 0x680u, 0x6FFu, 0x780u, 0x7E4u, 0x7FFu}) {
+  for (const std::uint32_t id : {0x600u, 0x641u, 0x643u, 0x67Fu, 0x680u, 0x6FFu, 0x780u, 0x7E4u, 0x7FFu}) {
     CAPTURE(id);
     CHECK(!rig.arrive(id));
   }

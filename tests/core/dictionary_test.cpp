@@ -106,8 +106,8 @@ constexpr std::array kRuns{
     ObjectEntry{0x1800, 0, 0, DataType::kUnsigned8, 15, Flags::kReadWrite, 1, 1},
     ObjectEntry{0x1800, 3, 4, DataType::kUnsigned16, 15, Flags::kReadWrite, 17, 2},
     ObjectEntry{0xA000, 1, 4, DataType::kUnsigned8, 0, Flags::kReadWrite | Flags::kProcess, 2, 1},
-    ObjectEntry{0xA080, 1, 10, DataType::kBoolean, 1,
-                Flags::kReadWrite | Flags::kProcess | Flags::kPacked, 16, 1},
+    ObjectEntry{0xA080, 1, 10, DataType::kBoolean, 1, Flags::kReadWrite | Flags::kProcess | Flags::kPacked,
+                16, 1},
 };
 
 struct RunFixture {

@@ -17,7 +17,9 @@ constexpr std::uint16_t kIndex = 0x2345;
 
 }  // namespace
 
-Rig::Rig() : coprocessor(RegisterWindow(RegisterWindow::Words(plc.registers)), process, wire, {.node_id = kOwnNode}) {
+Rig::Rig()
+    : coprocessor(RegisterWindow(RegisterWindow::Words(plc.registers)), process, wire,
+                  {.node_id = kOwnNode}) {
   wire.own = &coprocessor.own_node();
   plc.before_frame();
   coprocessor.start(now_);

@@ -64,7 +64,8 @@ TEST_CASE("CBCAN, table 2: result codes") {
   CHECK(static_cast<int>(Result::kNodeIdError) == 2);
   CHECK(static_cast<int>(Result::kSdoExecutionError) == 4);
   const std::string names[] = {"OK", "CMD_CODE_ERR", "NODE_ID_ERR", "SDO_EXEC_ERR"};
-  for (std::size_t i = 0; i < kResults.size(); ++i) CHECK(kResults[i].name == names[i]);
+  for (std::size_t i = 0; i < kResults.size(); ++i)
+    CHECK(kResults[i].name == names[i]);
 }
 
 TEST_CASE("CBCAN, table 3: SDO error codes") {
@@ -72,12 +73,11 @@ TEST_CASE("CBCAN, table 3: SDO error codes") {
     std::uint32_t code;
     std::string_view name;
   };
-  const Row rows[] = {{0x05040000, "ABORT_TIME_OUT"},    {0x06020000, "ABORT_NO_OBJ"},
-                      {0x06010002, "ABORT_RO"},          {0x06040047, "ABORT_SYS_LENGTH"},
-                      {0x06010000, "ABORT_NO_SEGMENT"},  {0x06070010, "ABORT_OBJ_LENGTH"},
-                      {0x05040001, "ABORT_SYNC"},        {0x05030000, "ABORT_TOGGLE_BIT"},
-                      {0x06070012, "ABORT_PARM_LENGTH"}, {0x06010001, "ABORT_WO"},
-                      {0x05040005, "ABORT_READ_LENGTH"}};
+  const Row rows[] = {
+      {0x05040000, "ABORT_TIME_OUT"},   {0x06020000, "ABORT_NO_OBJ"},     {0x06010002, "ABORT_RO"},
+      {0x06040047, "ABORT_SYS_LENGTH"}, {0x06010000, "ABORT_NO_SEGMENT"}, {0x06070010, "ABORT_OBJ_LENGTH"},
+      {0x05040001, "ABORT_SYNC"},       {0x05030000, "ABORT_TOGGLE_BIT"}, {0x06070012, "ABORT_PARM_LENGTH"},
+      {0x06010001, "ABORT_WO"},         {0x05040005, "ABORT_READ_LENGTH"}};
   for (const Row& row : rows) {
     const AbortRow* found = find_abort(row.code);
     REQUIRE(found != nullptr);
@@ -85,12 +85,14 @@ TEST_CASE("CBCAN, table 3: SDO error codes") {
     CHECK(found->in_table_3);
   }
   std::size_t marked = 0;
-  for (const AbortRow& row : kAbortCodes) marked += row.in_table_3 ? 1 : 0;
+  for (const AbortRow& row : kAbortCodes)
+    marked += row.in_table_3 ? 1 : 0;
   CHECK(marked == std::size(rows));
 }
 
 TEST_CASE("Abort codes are in order, none twice") {
-  for (std::size_t i = 1; i < kAbortCodes.size(); ++i) CHECK(kAbortCodes[i - 1].code < kAbortCodes[i].code);
+  for (std::size_t i = 1; i < kAbortCodes.size(); ++i)
+    CHECK(kAbortCodes[i - 1].code < kAbortCodes[i].code);
   CHECK(find_abort(0x12345678) == nullptr);
   CHECK(find_abort(0) == nullptr);
 }
@@ -109,5 +111,6 @@ TEST_CASE("CBCAN, section 3: NMT commands and node states") {
   CHECK(kNodeStateService == 0x300C);
   CHECK(kNmtAllNodes == 128);
   const std::uint32_t states[] = {4, 5, 6, 127};
-  for (std::size_t i = 0; i < kNodeStates.size(); ++i) CHECK(kNodeStates[i].value == states[i]);
+  for (std::size_t i = 0; i < kNodeStates.size(); ++i)
+    CHECK(kNodeStates[i].value == states[i]);
 }

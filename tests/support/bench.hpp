@@ -42,7 +42,8 @@ class Bench {
   explicit Bench(Coprocessor::Settings settings = {}) : Bench(own_registers, settings) {}
   /// With the registers in somebody else's memory.
   explicit Bench(Registers& memory, Coprocessor::Settings settings = {})
-      : registers(memory), coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings) {
+      : registers(memory),
+        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings) {
     coprocessor.start(now);
     port.sent.clear();  // the boot-up message has its own test
   }

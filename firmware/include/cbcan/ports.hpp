@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What the core asks of the machine below it. There are two things: somewhere to send a CAN frame, and memory
-/// shared with the PLC's side: the 70 words of the window, and process data. Everything else (bit rate, filters, open and close, clocks,
-/// Modbus) belongs to whoever owns the core.
+/// What the core asks of the machine below it. There are two things: somewhere to send a CAN frame, and
+/// memory shared with the PLC's side: the 70 words of the window, and process data. Everything else (bit
+/// rate, filters, open and close, clocks, Modbus) belongs to whoever owns the core.
 
 #include <atomic>
 #include <cstddef>
@@ -69,8 +69,9 @@ class RegisterWindow {
   Words words_;
 };
 
-/// R3800..R3927, or wherever the range has been put: inputs, then outputs. The core writes and reads them inside
-/// its own calls only, so whoever serves Modbus from the same place sees a PDO whole. The memory is the caller's.
+/// R3800..R3927, or wherever the range has been put: inputs, then outputs. The core writes and reads them
+/// inside its own calls only, so whoever serves Modbus from the same place sees a PDO whole. The memory is
+/// the caller's.
 using ProcessRegisters = std::span<std::uint16_t, regmap::kProcessWords>;
 
 }  // namespace cbcan

@@ -36,8 +36,8 @@ inline constexpr std::size_t kWindowWords = kLastData - kWindowFirst + 1;
 inline constexpr std::size_t kDataWords = kLastData - kData + 1;
 inline constexpr std::size_t kMaxDataBytes = 2 * kDataWords;
 
-/// Process data (CiA 405's network variables): inputs from the network, behind them outputs to it. The range may
-/// begin elsewhere.
+/// Process data (CiA 405's network variables): inputs from the network, behind them outputs to it. The range
+/// may begin elsewhere.
 inline constexpr std::uint16_t kProcessFirst = 3800;
 inline constexpr std::size_t kInputWords = 64;
 inline constexpr std::size_t kOutputWords = 64;
