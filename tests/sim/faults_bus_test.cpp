@@ -169,12 +169,13 @@ TEST_CASE("A harmed frame has cost its time on the bus") {
   CHECK(wire.heard_of({}) == Texts{"1000222 182#0001020304050607"});
 }
 
-TEST_CASE("bus-off and error-passive of the whole bus, and back") {
+TEST_CASE("bus-off, error-passive and overflow of the whole bus, and back") {
   Wire wire;
   wire.set_bus("bus-off from_ms=10 until_ms=20");
   wire.set_bus("error-passive from_ms=15 until_ms=30");
+  wire.set_bus("overflow from_ms=25 until_ms=40");
   wire.pass(kSecond);
-  CHECK(wire.heard() == Texts{"10000 state 3", "20000 state 2", "30000 state 0"});
+  CHECK(wire.heard() == Texts{"10000 state 3", "20000 state 2", "30000 state 1", "40000 state 0"});
   CHECK(wire.deadline() == cbcan::kNever);
   const unsigned number = wire.set_bus("bus-off");
   CHECK_FALSE(wire.master_port.try_send(frame_from("181#")));

@@ -143,11 +143,11 @@ TEST_CASE("Mistakes are told with the key and what is allowed") {
         "fault \"answer-lat\": no such kind; there are answer-never, answer-late, answer-twice, "
         "answer-out-of-order, answer-other-toggle, answer-other-specifier, answer-other-index, "
         "answer-other-size, answer-other-crc, answer-other-sequence, abort, short-frame, silent, "
-        "heartbeat-stops, state-wrong, duplicate-node-id, boot-up-storm, emcy-storm, bus-off and "
-        "error-passive");
+        "heartbeat-stops, state-wrong, duplicate-node-id, boot-up-storm, emcy-storm, bus-off, "
+        "error-passive and overflow");
   CHECK(problem_of("", FaultPlace::kBus) ==
         "fault \"\": no such kind; there are frame-loss, frame-twice, frame-late, frame-corrupt, bus-off, "
-        "error-passive and bus-load");
+        "error-passive, overflow and bus-load");
   CHECK(problem_of("frame-loss") == "frame-loss: a fault of the bus, not of a node");
   CHECK(problem_of("silent", FaultPlace::kBus) == "silent: a fault of a node, not of the bus");
   CHECK(problem_of("silent delay=5") ==

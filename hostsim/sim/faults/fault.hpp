@@ -47,6 +47,7 @@ enum class FaultKind : std::uint8_t {
   // states, as long as they are set
   kBusOff,
   kErrorPassive,
+  kOverflow,
   kBusLoad,
 };
 inline constexpr std::size_t kFaultKinds = static_cast<std::size_t>(FaultKind::kBusLoad) + 1;

@@ -198,6 +198,12 @@ constexpr std::array<FaultRow, kFaultKinds> kRows{{
      {},
      kOfStates,
      "The controller, or every one on the bus, is error-passive."},
+    {kOverflow,
+     "overflow",
+     kNodeOrBus,
+     {},
+     kOfStates,
+     "The controller, or every one on the bus, tells of lost frames."},
     {kBusLoad, "bus-load", kBus, kLoad, kOfStates, "Somebody else sends all the time."},
 }};
 

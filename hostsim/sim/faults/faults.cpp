@@ -70,6 +70,16 @@ bool Faults::beat_due(SetFault& set, Time now) {
   return true;
 }
 
+/// What a fault wants the controller to be in.
+constexpr BusState state_of(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::kBusOff: return BusState::kBusOff;
+    case FaultKind::kErrorPassive: return BusState::kErrorPassive;
+    case FaultKind::kOverflow: return BusState::kOverflow;
+    default: return BusState::kActive;
+  }
+}
+
 BusState Faults::follow_states(Time now) {
   BusState worst = BusState::kActive;
   for (SetFault& set : set_) {
@@ -81,8 +91,7 @@ BusState Faults::follow_states(Time now) {
       tell(set, "begins", now);
     }
     if (!open) close(set, now);
-    if (open && set.fault.kind == FaultKind::kBusOff) worst = BusState::kBusOff;
-    if (open && set.fault.kind == FaultKind::kErrorPassive) worst = std::max(worst, BusState::kErrorPassive);
+    if (open) worst = std::max(worst, state_of(set.fault.kind));
   }
   return worst;
 }
