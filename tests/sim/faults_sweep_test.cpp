@@ -48,10 +48,11 @@ class Plant {
   Time next() const { return cbcan::earlier(schedule.first_time(), bus.next_deadline()); }
 
   std::array<std::uint16_t, 70> registers{};
+  std::array<std::uint16_t, 128> process{};
   cbcan::sim::Bus bus;
   cbcan::sim::Schedule schedule;
   cbcan::sim::Module module{
-      bus, schedule, cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), {}};
+      bus, schedule, cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {}};
   FaultyNode node{bus, schedule, 5, nullptr};
   std::array<cbcan::sim::Participant*, 2> participants{&module, &node};
   Time now = 0;

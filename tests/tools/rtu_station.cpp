@@ -74,6 +74,7 @@ class Station {
   void answer() {
     if (!server_.request_waiting()) return;
     const std::span<const std::uint8_t> response = server_.poll();
+    coprocessor_.on_registers_written(now());
     coprocessor_.poll(now());
     if (write(line_, response.data(), response.size()) < 0) std::perror("rtu_station");
     server_.on_sent();
@@ -84,7 +85,8 @@ class Station {
   RtuServer server_;
   EmptyBus bus_;
   Coprocessor coprocessor_{
-      RegisterWindow(std::span(registers_).subspan<regmap::kWindowFirst, regmap::kWindowWords>()), bus_,
+      RegisterWindow(std::span(registers_).subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
+      std::span(registers_).subspan<regmap::kProcessFirst, regmap::kProcessWords>(), bus_,
       Coprocessor::Settings{}};
 };
 
