@@ -3,7 +3,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <iterator>
+#include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -29,6 +32,46 @@ struct Typed {
   std::vector<std::string> unknown;
 };
 
+/// Options of the parser, by their names, and the texts that it found for them.
+struct Option {
+  const CLI::Option* option = nullptr;
+  std::vector<std::string> texts;
+};
+using Options = std::map<std::string_view, Option>;
+
+void add_options(CLI::App& parser, Options& options) {
+  for (const std::string_view name : setting_options()) {
+    Option& option = options[name];
+    const std::string names = (name == kVerbose ? "-v," : "") + std::string(name);
+    option.option = is_flag(name) ? parser.add_flag(names, option.texts)
+                                  : parser.add_option(names, option.texts)->allow_extra_args(false);
+  }
+  Option& network = options[kNetworkOption];
+  network.option = parser.add_option(std::string(kNetworkOption), network.texts)->allow_extra_args(false);
+}
+
+/// Each text with the network of the last --network before it.
+Arguments arguments_of(const CLI::App& parser, const Options& options) {
+  std::map<const CLI::Option*, std::vector<std::size_t>> networks;
+  const Option& selector = options.at(kNetworkOption);
+  std::size_t network = 1;
+  for (const CLI::Option* option : parser.parse_order()) {
+    std::vector<std::size_t>& seen = networks[option];
+    if (option == selector.option && seen.size() < selector.texts.size())
+      network = network_number(selector.texts[seen.size()]);
+    seen.push_back(network);
+  }
+  Arguments arguments;
+  for (const auto& [name, option] : options) {
+    std::vector<Argument>& found = arguments[name];
+    const std::vector<std::size_t>& seen = networks[option.option];
+    // To CLI11 "[a,b]" is one argument with two texts, and "[]" one with none.
+    for (const std::string& text : option.texts)
+      found.push_back({text, seen[std::min(found.size(), seen.size() - 1)]});
+  }
+  return arguments;
+}
+
 /// The only function that deals with CLI11. All arguments are texts to it, so that a wrong value is told the
 /// same way as in a plant file, and its own exit codes stay with it.
 Diagnostics collect(int argc, const char* const* argv, Typed& typed) {
@@ -39,15 +82,8 @@ Diagnostics collect(int argc, const char* const* argv, Typed& typed) {
   parser.add_flag("--version", typed.version);
   parser.add_flag(std::string(kDemo), typed.demo);
   parser.add_option(std::string(kConfig), typed.config)->allow_extra_args(false);
-  for (const std::string_view option : setting_options()) {
-    auto& arguments = typed.settings[option];
-    const std::string name = (option == kVerbose ? "-v," : "") + std::string(option);
-    if (is_flag(option)) {
-      parser.add_flag(name, arguments);
-    } else {
-      parser.add_option(name, arguments)->allow_extra_args(false);
-    }
-  }
+  Options options;
+  add_options(parser, options);
   try {
     parser.parse(argc, argv);
   } catch (const CLI::ArgumentMismatch& error) {
@@ -56,13 +92,14 @@ Diagnostics collect(int argc, const char* const* argv, Typed& typed) {
   } catch (const CLI::ParseError& error) {
     return {about_option("command line", error.what())};
   }
+  typed.settings = arguments_of(parser, options);
   typed.unknown = parser.remaining();
   return {};
 }
 
 Diagnostic unknown_option(const std::string& word) {
   std::vector<std::string_view> known = setting_options();
-  known.insert(known.end(), {kConfig, kDemo, "--help", "--version"});
+  known.insert(known.end(), {kConfig, kDemo, kNetworkOption, "--help", "--version"});
   const std::string name = word.substr(0, word.find('='));
   return about_option(word, "no such option" + did_you_mean(name, known));
 }
@@ -85,12 +122,21 @@ Diagnostics check_unknown(const std::vector<std::string>& words) {
   return found;
 }
 
+/// Once for each network, or once.
+void check_once(std::string_view option, const std::vector<Argument>& arguments, Diagnostics& found) {
+  if (option == kNetworkOption || is_repeatable(option)) return;
+  std::set<std::size_t> networks;
+  for (const Argument& argument : arguments) {
+    const std::size_t network = network_of(option, argument);
+    if (!networks.insert(network).second)
+      return found.push_back(about_option(std::string(option), in_network(network) + "is given twice"));
+  }
+}
+
 Diagnostics check_usage(const Typed& typed) {
   Diagnostics found = check_unknown(typed.unknown);
-  for (const auto& [option, arguments] : typed.settings) {
-    if (arguments.size() > 1 && !is_repeatable(option))
-      found.push_back(about_option(std::string(option), "is given twice"));
-  }
+  for (const auto& [option, arguments] : typed.settings)
+    check_once(option, arguments, found);
   if (typed.config.size() + (typed.demo ? 1 : 0) > 1) {
     found.push_back(
         about_option("--config", "there can be only one plant; leave out the other --config, or --demo"));
@@ -106,13 +152,18 @@ Diagnostics read_plant_of(const Typed& typed, const FileReader& read, Config& co
   return {about_option("--config " + path, "this file cannot be read; check the path and its permissions")};
 }
 
-std::string remarks_on(const Config& config) {
+std::string remarks_on(const NetworkConfig& network) {
+  const std::string opening = "cbcan-sim: " + in_network(network.number);
+  const CanConfig& can = network.can;
   std::string text;
-  if (config.can.kind == CanKind::kVirtual && config.nodes.empty() && config.can.slcan.empty()) {
-    text += "cbcan-sim: nobody else is on the virtual bus; try --demo, or add a node: --node 5=FILE.eds\n";
+  if (can.kind == CanKind::kVirtual && network.nodes.empty() && can.slcan.empty()) {
+    const bool first = network.number == 1;
+    text += opening + "nobody else is on the virtual bus; " + (first ? "try --demo, or " : "") +
+            "add a node: " + (first ? "" : "--network " + std::to_string(network.number) + " ") +
+            "--node 5=FILE.eds\n";
   }
-  if (config.can.kind == CanKind::kSocketCan && config.can.bit_rate != 0) {
-    text += "cbcan-sim: can.bit_rate (--bit-rate) is for the virtual bus; " + can_spec(config.can) +
+  if (can.kind == CanKind::kSocketCan && can.bit_rate != 0) {
+    text += opening + "can.bit_rate (--bit-rate) is for the virtual bus; " + can_spec(can) +
             " has the one that it was set up with\n";
   }
   return text;
@@ -158,7 +209,8 @@ Start parse_command_line(int argc, const char* const* argv, const FileReader& re
   if (!problems.empty()) return refuse(std::move(problems));
 
   start.run = true;
-  start.err = remarks_on(start.config);
+  for (const NetworkConfig& network : start.config.networks)
+    start.err += remarks_on(network);
   return start;
 }
 

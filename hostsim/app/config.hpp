@@ -5,9 +5,12 @@
 /// in, and what the program is put together from. Units, ranges and defaults stand at each member;
 /// settings.hpp has them as a table, with the names they go by in the file and on the command line.
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/diagnostic.hpp"
@@ -46,7 +49,7 @@ struct FaultConfig {
   bool operator==(const FaultConfig&) const = default;
 };
 
-/// The CAN bus.
+/// A CAN bus.
 struct CanConfig {
   CanKind kind = CanKind::kVirtual;
   std::string interface_name;  ///< of kSocketCan: "vcan0"; else empty
@@ -77,7 +80,6 @@ struct ControlConfig {
 
 struct LogConfig {
   std::string file;  ///< log of the bus in the format of `candump -L`; empty = none
-  bool verbose = false;
   bool operator==(const LogConfig&) const = default;
 };
 
@@ -111,26 +113,40 @@ struct NodeConfig {
   std::vector<InitialValue> objects;
   std::vector<SignalConfig> signals;
   std::vector<FaultConfig> faults;
+  std::size_t network = 1;  ///< number of the network that it is on
   Place place;
   bool operator==(const NodeConfig&) const = default;
 };
 
-struct Config {
+/// A CAN network: a bus, its nodes, and the module that connects it with Modbus.
+struct NetworkConfig {
+  std::size_t number = 1;  ///< its place in Config::networks, from 1, and the Modbus unit ID that selects it
   ModuleConfig module;
-  ModbusConfig modbus;
   CanConfig can;
+  LogConfig log;
+  std::vector<NodeConfig> nodes;
+  Place place;                               ///< where it begins; nowhere, if it is the first
+  std::map<std::string_view, Place> places;  ///< where its settings were set, by their keys
+  bool operator==(const NetworkConfig&) const = default;
+};
+
+struct Config {
+  ModbusConfig modbus;
   TimeConfig time;
   RandomConfig random;
   ControlConfig control;
-  LogConfig log;
-  std::vector<NodeConfig> nodes;
+  bool verbose = false;
+  std::vector<NetworkConfig> networks = std::vector<NetworkConfig>(1);  ///< never empty
   bool operator==(const Config&) const = default;
 };
 
 /// "virtual" or "socketcan:vcan0"
 std::string can_spec(const CanConfig& can);
 
-/// "node 5", "node without an ID"
+/// "network 2: ", to stand in front of a message; nothing for network 1, which needs no saying
+std::string in_network(std::size_t number);
+
+/// "node 5", "node without an ID", "network 2: node 5"
 std::string node_name(const NodeConfig& node);
 
 /// Are both about the same object?
@@ -140,13 +156,18 @@ bool same_object(const SignalConfig& one, const SignalConfig& other);
 /// "6401h:02"
 std::string object_name(std::uint16_t index, std::uint8_t sub);
 
-/// The seed of all that is random about `node`, one of `config.nodes`: it follows from random.seed and the
-/// node's ID, or, of one without, from how many of those stand before it. Nothing else in the plant changes
-/// it.
+/// The seed of all that is random about a network's bus: it follows from random.seed and the network's
+/// number.
+std::uint64_t network_seed(const Config& config, const NetworkConfig& network);
+
+/// The seed of all that is random about `node`, one of `config`'s: it follows from random.seed, the number of
+/// its network and the node's ID, or, of one without, from how many of those stand before it there. Nothing
+/// else in the plant changes it.
 std::uint64_t node_seed(const Config& config, const NodeConfig& node);
 
-/// What no single setting can tell: node IDs, objects, signals and parameter files given twice, a node with
-/// the module's ID. To be asked once both the plant file and the command line have been read.
+/// What no single setting can tell: node IDs, objects, signals and files given twice, a node with the
+/// module's ID, two networks with the same interface or address. To be asked once both the plant file and the
+/// command line have been read.
 Diagnostics check(const Config& config);
 
 }  // namespace cbcan::app

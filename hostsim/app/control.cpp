@@ -80,9 +80,22 @@ std::string_view name_of(nmt::State state) {
   return "";
 }
 
-std::string id_text(const sim::Node& node) {
+constexpr std::string_view kBus = "bus";
+constexpr char kSlash = '/';
+
+/// "2/", in front of what is in network 2; nothing for network 1.
+std::string prefix_of(std::size_t network) {
+  return network == 1 ? "" : std::to_string(network) + kSlash;
+}
+
+/// `place`: from 0.
+std::string place_name(std::size_t network, std::size_t place) {
+  return prefix_of(network) + "#" + std::to_string(place + 1);
+}
+
+std::string id_text(const sim::Node& node, std::size_t network) {
   const std::uint8_t id = node.device().node_id();
-  return id == sim::Node::kNoNodeId ? "-" : std::to_string(id);
+  return id == sim::Node::kNoNodeId ? "-" : prefix_of(network) + std::to_string(id);
 }
 
 bool is_one_line(std::span<const std::uint8_t> text) {
@@ -111,8 +124,8 @@ std::string line_of(const sim::SetFault& set) {
 /// One line's execution.
 class Execution {
  public:
-  Execution(sim::World& world, const std::vector<PlantNode>& nodes, Words words, Time started, Time now)
-      : world_(world), nodes_(nodes), words_(std::move(words)), started_(started), now_(now) {}
+  Execution(const std::vector<PlantNetwork*>& networks, Words words, Time started, Time now)
+      : networks_(networks), words_(std::move(words)), started_(started), now_(now) {}
 
   std::string run();
 
@@ -137,12 +150,20 @@ class Execution {
   std::string tell_time() { return "ok " + seconds_text(now_ - started_) + "\n"; }
   std::string help();
 
-  bool is_bus(std::string_view word) const { return word == "bus"; }
+  /// "2/5" and "2/bus" are node 5 and the bus of network 2; without a number it is network 1.
+  struct Where {
+    std::size_t network;  ///< from 1
+    std::string_view name;
+  };
+  Where where(std::string_view word) const;
+  /// The faults of the bus that the word means; null = it means none.
+  sim::BusFaults* bus(std::string_view word) const;
   sim::Node& node(std::string_view word) const;
+  std::string nodes_of(std::size_t network) const;
   std::string faults_of(std::string_view place, std::span<const sim::SetFault> faults) const;
+  std::string faults_of_network(std::size_t network) const;
 
-  sim::World& world_;
-  const std::vector<PlantNode>& nodes_;
+  const std::vector<PlantNetwork*>& networks_;
   Words words_;
   Time started_;
   Time now_;
@@ -183,30 +204,52 @@ std::string Execution::run() {
   return (this->*command->run)();
 }
 
+Execution::Where Execution::where(std::string_view word) const {
+  const auto slash = word.find(kSlash);
+  if (slash == std::string_view::npos) return {1, word};
+  const auto most = static_cast<std::uint32_t>(networks_.size());
+  return {number_of(word.substr(0, slash), 1, most, "network"), word.substr(slash + 1)};
+}
+
+sim::BusFaults* Execution::bus(std::string_view word) const {
+  const Where of = where(word);
+  return of.name == kBus ? &networks_[of.network - 1]->world.faults() : nullptr;
+}
+
 sim::Node& Execution::node(std::string_view word) const {
-  if (word.starts_with('#')) {
-    const std::uint32_t place =
-        number_of(word.substr(1), 1, static_cast<std::uint32_t>(nodes_.size()), "node");
-    return *nodes_[place - 1].node;
+  const auto [network, name] = where(word);
+  const std::vector<PlantNode>& nodes = networks_[network - 1]->nodes;
+  const std::string what = in_network(network) + "node";
+  if (name.starts_with('#')) {
+    const std::uint32_t place = number_of(name.substr(1), 1, static_cast<std::uint32_t>(nodes.size()), what);
+    return *nodes[place - 1].node;
   }
-  const std::uint32_t id = number_of(word, 1, nmt::kMaxNode, "node");
+  const std::uint32_t id = number_of(name, 1, nmt::kMaxNode, what);
   const auto found = std::ranges::find_if(
-      nodes_, [id](const PlantNode& plant) { return plant.node->device().node_id() == id; });
-  if (found == nodes_.end())
+      nodes, [id](const PlantNode& plant) { return plant.node->device().node_id() == id; });
+  if (found == nodes.end())
     throw Refused("node " + std::string(word) + ": not in this plant; nodes lists them");
   return *found->node;
 }
 
 std::string Execution::list_nodes() {
   std::string text;
-  for (std::size_t place = 0; place < nodes_.size(); ++place) {
-    const PlantNode& plant = nodes_[place];
-    text += "#" + std::to_string(place + 1) + " " + id_text(*plant.node) + " " +
+  for (std::size_t network = 1; network <= networks_.size(); ++network)
+    text += nodes_of(network);
+  return text + "ok\n";
+}
+
+std::string Execution::nodes_of(std::size_t network) const {
+  const std::vector<PlantNode>& nodes = networks_[network - 1]->nodes;
+  std::string text;
+  for (std::size_t place = 0; place < nodes.size(); ++place) {
+    const PlantNode& plant = nodes[place];
+    text += place_name(network, place) + " " + id_text(*plant.node, network) + " " +
             std::string(name_of(plant.node->device().state())) + " " + plant.device;
     if (!plant.name.empty()) text += " " + quoted(plant.name);
     text += "\n";
   }
-  return text + "ok\n";
+  return text;
 }
 
 std::string Execution::get() {
@@ -258,12 +301,12 @@ std::string Execution::fault() {
   const char* const kind = words_[2].data();
   const std::string_view text(kind,
                               static_cast<std::size_t>(words_.back().data() + words_.back().size() - kind));
-  const bool of_bus = is_bus(words_[1]);
+  sim::BusFaults* const of_bus = bus(words_[1]);
   sim::FaultOrProblem parsed =
-      sim::parse_fault(text, of_bus ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
+      sim::parse_fault(text, of_bus != nullptr ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
   if (!parsed.problem.empty()) throw Refused(parsed.problem);
   const unsigned number =
-      of_bus ? world_.faults().add(parsed.fault, now_) : node(words_[1]).add_fault(parsed.fault, now_);
+      of_bus != nullptr ? of_bus->add(parsed.fault, now_) : node(words_[1]).add_fault(parsed.fault, now_);
   return "ok " + std::to_string(number) + "\n";
 }
 
@@ -276,33 +319,43 @@ std::string Execution::faults_of(std::string_view place, std::span<const sim::Se
 
 std::string Execution::list_faults() {
   std::string text;
-  const bool all = words_.size() == 1;
-  if (all || is_bus(words_[1])) text += faults_of("bus", world_.faults().list());
-  if (all) {
-    for (std::size_t place = 0; place < nodes_.size(); ++place)
-      text += faults_of("#" + std::to_string(place + 1), nodes_[place].node->faults());
-  } else if (!is_bus(words_[1])) {
+  if (words_.size() == 1) {
+    for (std::size_t network = 1; network <= networks_.size(); ++network)
+      text += faults_of_network(network);
+  } else if (sim::BusFaults* const of_bus = bus(words_[1])) {
+    text += faults_of(words_[1], of_bus->list());
+  } else {
     text += faults_of(words_[1], node(words_[1]).faults());
   }
   return text + "ok\n";
 }
 
+std::string Execution::faults_of_network(std::size_t network) const {
+  PlantNetwork& plant = *networks_[network - 1];
+  std::string text = faults_of(prefix_of(network) + std::string(kBus), plant.world.faults().list());
+  for (std::size_t place = 0; place < plant.nodes.size(); ++place)
+    text += faults_of(place_name(network, place), plant.nodes[place].node->faults());
+  return text;
+}
+
 std::string Execution::clear() {
   constexpr std::uint32_t kMostNumber = 1'000'000'000;
   if (words_.size() == 1) {
-    world_.faults().clear(now_);
-    for (const PlantNode& plant : nodes_)
-      plant.node->clear_faults(now_);
+    for (PlantNetwork* network : networks_) {
+      network->world.faults().clear(now_);
+      for (const PlantNode& plant : network->nodes)
+        plant.node->clear_faults(now_);
+    }
     return "ok\n";
   }
-  sim::Node* const of = is_bus(words_[1]) ? nullptr : &node(words_[1]);
+  sim::BusFaults* const of_bus = bus(words_[1]);
+  sim::Node* const of = of_bus != nullptr ? nullptr : &node(words_[1]);
   if (words_.size() == 2) {
-    of == nullptr ? world_.faults().clear(now_) : of->clear_faults(now_);
+    of == nullptr ? of_bus->clear(now_) : of->clear_faults(now_);
     return "ok\n";
   }
   const std::uint32_t number = number_of(words_[2], 1, kMostNumber, "fault");
-  const bool was_there =
-      of == nullptr ? world_.faults().remove(number, now_) : of->remove_fault(number, now_);
+  const bool was_there = of == nullptr ? of_bus->remove(number, now_) : of->remove_fault(number, now_);
   if (!was_there)
     throw Refused("fault " + std::string(words_[2]) + ": " + std::string(words_[1]) +
                   " has none with this number");
@@ -325,7 +378,7 @@ std::string Control::execute(std::string_view line, Time now) {
   Words words = words_of(line);
   if (words.empty()) return {};
   try {
-    return Execution(world_, nodes_, std::move(words), started_, now).run();
+    return Execution(networks_, std::move(words), started_, now).run();
   } catch (const Refused& refused) {
     return "error: " + std::string(refused.what()) + "\n";
   }

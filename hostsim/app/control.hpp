@@ -15,11 +15,13 @@
 ///   time                             seconds since the start
 ///   help                             these lines
 ///
-/// NODE is a node ID, or #N for the N-th node of the plant. The last line of every answer is "ok", with a
+/// NODE is a node ID, or #N for the N-th node of its network. In network 2 and up the network's number and a
+/// slash stand in front of NODE and of `bus`: 2/5, 2/#1, 2/bus. The last line of every answer is "ok", with a
 /// value where there is one, or "error: " and what is wrong.
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cbcan/time.hpp"
@@ -34,19 +36,24 @@ struct PlantNode {
   std::string device;  ///< "cia402"
 };
 
+/// A network of the plant.
+struct PlantNetwork {
+  sim::World& world;
+  std::vector<PlantNode> nodes;
+};
+
 class Control {
  public:
-  /// World and nodes outlive it. `started`: when the world was.
-  Control(sim::World& world, const std::vector<PlantNode>& nodes, Time started)
-      : world_(world), nodes_(nodes), started_(started) {}
+  /// `networks`: all, in order, at least one; they outlive it. `started`: when the worlds were.
+  Control(std::vector<PlantNetwork*> networks, Time started)
+      : networks_(std::move(networks)), started_(started) {}
 
   /// Does what the line says, at this time, and returns the answer: lines with their ends. What follows on
-  /// the bus has not happened yet: advance the world before anybody sees the answer.
+  /// the bus has not happened yet: advance the worlds before anybody sees the answer.
   std::string execute(std::string_view line, Time now);
 
  private:
-  sim::World& world_;
-  const std::vector<PlantNode>& nodes_;
+  std::vector<PlantNetwork*> networks_;
   Time started_;
 };
 

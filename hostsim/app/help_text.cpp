@@ -39,6 +39,8 @@ Module, the coprocessor itself:
                          1016h sets no time, 1..65535 ms (default 2000)
   --guarding-timeout MS  how long it waits for the answer to a node guarding
                          request, 1..65535 ms (default 100)
+  --process-first R      the first of the 128 registers of process data,
+                         0..3572 or 3770..4040 (default 3800)
   --no-module            nodes and bus alone, for a coprocessor that runs
                          elsewhere: no Modbus server either; --no-module=false
                          takes back a false of module.enabled (default true)
@@ -55,6 +57,11 @@ CAN:
   --slcan ADDRESS        serve CAN adapters (LAWICEL, SLCAN) on the bus, one for
                          each connection to HOST:PORT or unix:PATH; port 0 = any
                          free one, shown as slcan=HOST:PORT in the ready line
+
+Several CAN networks:
+  --network N            what is said behind it of module, CAN, log file and
+                         nodes is about network N, 1..247; before it, about
+                         network 1. The Modbus unit ID selects the network
 
 Time:
   --clock CLOCK          real, or manual: time stands still but for lines like

@@ -20,33 +20,36 @@ void warn(const std::string& line) {
   std::cerr << "cbcan-sim: " << line << "\n";
 }
 
-/// All nodes; or fewer, when what is wrong has been said.
+/// All nodes of a network; or fewer, when what is wrong has been said, and `good` is false.
 std::vector<cbcan::app::BuiltNode> build_nodes(const cbcan::app::Config& config,
+                                               const cbcan::app::NetworkConfig& network,
                                                const cbcan::app::FileReader& read, bool& good) {
   std::vector<cbcan::app::BuiltNode> nodes;
-  for (const cbcan::app::NodeConfig& node : config.nodes) {
+  for (const cbcan::app::NodeConfig& node : network.nodes) {
     cbcan::app::NodeBuild build = cbcan::app::build_node(node, cbcan::app::node_seed(config, node), read);
     for (const std::string& line : build.warnings)
       std::cerr << line << "\n";
     for (const std::string& line : build.problems)
       std::cerr << line << "\n";
-    if (config.log.verbose)
+    if (config.verbose)
       for (const std::string& line : build.notes)
         std::cerr << line << "\n";
     if (build.node) nodes.push_back(std::move(*build.node));
   }
-  good = nodes.size() == config.nodes.size();
+  good = good && nodes.size() == network.nodes.size();
   return nodes;
 }
 
 ExitCode run(const cbcan::app::Config& config, const cbcan::app::FileReader& read) {
-  bool good = false;
-  std::vector<cbcan::app::BuiltNode> nodes = build_nodes(config, read, good);
+  bool good = true;
+  std::vector<std::vector<cbcan::app::BuiltNode>> nodes;
+  for (const cbcan::app::NetworkConfig& network : config.networks)
+    nodes.push_back(build_nodes(config, network, read, good));
   if (!good) return ExitCode::kUsage;
   cbcan::app::Simulator simulator(config, std::move(nodes), warn);
   std::cout << "ready " << simulator.where() << std::endl;
   simulator.run();
-  if (config.log.verbose) std::cerr << simulator.summary();
+  if (config.verbose) std::cerr << simulator.summary();
   return ExitCode::kDone;
 }
 

@@ -2,6 +2,7 @@
 #include "app/overrides.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -11,6 +12,7 @@
 #include "app/suggest.hpp"
 #include "io/errors.hpp"
 #include "io/listen_address.hpp"
+#include "io/modbus_tcp.hpp"
 
 namespace cbcan::app {
 namespace {
@@ -50,24 +52,33 @@ void put_item(std::vector<Item>& items, Item item) {
   items.push_back(std::move(item));
 }
 
+template <class Target>
+bool has_option(std::span<const Setting<Target>> rows, std::string_view option) {
+  return std::ranges::any_of(rows, [option](const auto& row) { return option_name(row.option) == option; });
+}
+
 class Overrides {
  public:
   Overrides(const Arguments& arguments, Config& config) : arguments_(arguments), config_(config) {}
 
   Diagnostics apply() {
+    make_networks();
+    for (const auto& row : network_settings())
+      each(option_name(row.option), [&](const std::string& text, const Place& where) {
+        if (apply_setting(row, *network_, text, where)) network_->places[row.key] = where;
+      });
     for (const auto& row : settings()) {
       const std::string_view option = option_name(row.option);
       if (option == kModbus) continue;
-      for (const std::string& text : arguments_.at(option))
-        apply_setting(row, text, at(option, text));
+      each(option,
+           [&](const std::string& text, const Place& where) { apply_setting(row, config_, text, where); });
     }
     each(kModbus, &Overrides::apply_modbus);
     each(kNode, &Overrides::apply_node);
     for (const auto& row : node_settings()) {
       const std::string_view option = option_name(row.option);
       if (option == kNode || option == kHeartbeat) continue;
-      for (const std::string& text : arguments_.at(option))
-        apply_to_node(row, text, at(option, text));
+      each(option, [&](const std::string& text, const Place& where) { apply_to_node(row, text, where); });
     }
     each(kHeartbeat, &Overrides::apply_heartbeat);
     each(kObject, &Overrides::apply_object);
@@ -77,22 +88,60 @@ class Overrides {
   }
 
  private:
+  /// Those in front, and behind, may have been typed in any order.
+  void make_networks() {
+    std::map<std::size_t, Place> places;
+    for (const Argument& argument : arguments_.at(kNetworkOption)) {
+      const Place where = at(kNetworkOption, argument.text);
+      if (argument.network == 0) {
+        complain(where, "must be 1.." + std::to_string(io::ModbusTcp::kMostNetworks));
+      } else {
+        places.emplace(argument.network, where);
+      }
+    }
+    for (const auto& [number, where] : places) {
+      const std::size_t next = config_.networks.size() + 1;
+      if (number > next)
+        complain(where, "there is no network " + std::to_string(next) + "; networks have no gaps");
+      if (number != next) continue;
+      NetworkConfig& made = config_.networks.emplace_back();
+      made.number = number;
+      made.place = where;
+      network_ = &config_.networks.front();
+    }
+  }
+
+  /// Calls `apply_one` with every argument of the option, for its network; what is said about a network that
+  /// has been complained about is left out.
+  template <class Apply>
+  void each(std::string_view option, Apply apply_one) {
+    for (const Argument& argument : arguments_.at(option)) {
+      const std::size_t number = network_of(option, argument);
+      if (number == 0 || number > config_.networks.size()) continue;
+      network_ = &config_.networks[number - 1];
+      apply_one(argument.text, at(option, argument.text));
+    }
+  }
   void each(std::string_view option,
             void (Overrides::*apply_one)(const std::string& text, const Place& where)) {
-    for (const std::string& text : arguments_.at(option))
-      (this->*apply_one)(text, at(option, text));
+    each(option, std::bind_front(apply_one, this));
   }
 
   static Place at(std::string_view option, std::string_view text) {
     return {std::string(option) + " " + std::string(text)};
   }
 
-  void complain(const Place& where, std::string message) { found_.push_back({where, std::move(message)}); }
+  void complain(const Place& where, const std::string& message) {
+    found_.push_back({where, in_network(network_->number) + message});
+  }
 
-  void apply_setting(const Setting<Config>& row, const std::string& text, const Place& where) {
+  template <class Target>
+  bool apply_setting(const Setting<Target>& row, Target& target, const std::string& text,
+                     const Place& where) {
     const bool opposite = row.option.starts_with(kOpposite) && (text == "true" || text == "false");
-    Problem problem = assign_text(row, config_, opposite ? (text == "true" ? "false" : "true") : text);
-    if (!problem.empty()) complain(where, std::move(problem));
+    const Problem problem = assign_text(row, target, opposite ? (text == "true" ? "false" : "true") : text);
+    if (!problem.empty()) complain(where, problem);
+    return problem.empty();
   }
 
   /// For a part of an argument; the complaint says which: `--node 300=io.eds: id "300": must be 1..127`.
@@ -121,13 +170,14 @@ class Overrides {
     const auto parts = split(text, '=');
     if (parts.size() != 2) return complain(where, "must be ID=FILE, such as 5=io_module.eds");
     NodeConfig node;
+    node.network = network_->number;
     node.place = where;
     const bool has_id = assign_part(setting_of(node_settings(), "node.id"), node, parts[0], where);
     const bool has_eds = assign_part(setting_of(node_settings(), "node.eds"), node, parts[1], where);
     if (!has_id || !has_eds) return;
     NodeConfig* known = find(node.id);
     if (known == nullptr || known->place.line == 0) {
-      config_.nodes.push_back(std::move(node));
+      network_->nodes.push_back(std::move(node));
     } else {
       known->eds = node.eds;
       known->place = where;
@@ -240,8 +290,8 @@ class Overrides {
     if (!of_bus && node == nullptr) return;
     sim::FaultOrProblem made =
         sim::parse_fault(parts[1], of_bus ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
-    if (!made.problem.empty()) return complain(where, std::move(made.problem));
-    (of_bus ? config_.can.faults : node->faults).push_back({made.fault, where});
+    if (!made.problem.empty()) return complain(where, made.problem);
+    (of_bus ? network_->can.faults : node->faults).push_back({made.fault, where});
   }
 
   /// The node that an argument begins with; null after a complaint.
@@ -254,12 +304,13 @@ class Overrides {
   }
 
   NodeConfig* find(std::uint8_t id) {
-    const auto node = std::ranges::find(config_.nodes, id, &NodeConfig::id);
-    return node == config_.nodes.end() ? nullptr : &*node;
+    const auto node = std::ranges::find(network_->nodes, id, &NodeConfig::id);
+    return node == network_->nodes.end() ? nullptr : &*node;
   }
 
   const Arguments& arguments_;
   Config& config_;
+  NetworkConfig* network_ = &config_.networks.front();  ///< that the argument is about
   Diagnostics found_;
 };
 
@@ -274,13 +325,24 @@ std::vector<std::string_view> setting_options() {
   return names;
 }
 
+std::size_t network_number(std::string_view text) {
+  const auto number = parse_integer(text);
+  const auto most = std::int64_t{io::ModbusTcp::kMostNetworks};
+  return number && *number >= 1 && *number <= most ? static_cast<std::size_t>(*number) : 0;
+}
+
 bool is_flag(std::string_view option) {
-  return std::ranges::any_of(settings(), [option](const auto& row) { return row.option == option; });
+  const auto has_no_argument = [option](const auto& row) { return row.option == option; };
+  return std::ranges::any_of(settings(), has_no_argument) ||
+         std::ranges::any_of(network_settings(), has_no_argument);
+}
+
+std::size_t network_of(std::string_view option, const Argument& argument) {
+  return has_option(settings(), option) ? 1 : argument.network;
 }
 
 bool is_repeatable(std::string_view option) {
-  return std::ranges::none_of(settings(),
-                              [option](const auto& row) { return option_name(row.option) == option; });
+  return !has_option(settings(), option) && !has_option(network_settings(), option);
 }
 
 Diagnostics apply_options(const Arguments& arguments, Config& config) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 #include "app/settings.hpp"
@@ -35,19 +36,29 @@ std::optional<sim::FaultValue> fault_value_of(const toml::node& node) {
   return std::nullopt;
 }
 
-bool is_section(std::string_view name) {
-  return std::ranges::any_of(settings(), [name](const auto& row) { return table_of(row.key) == name; });
+constexpr std::string_view kNodeTable = "node";
+
+template <class Target>
+bool is_section(std::string_view name, std::span<const Setting<Target>> rows) {
+  return std::ranges::any_of(rows, [name](const auto& row) { return table_of(row.key) == name; });
 }
 
-/// The keys of one table, for a user who is nowhere near any: "[can] has spec, bit_rate".
-std::string contents_of(std::string_view table) {
+/// A table that each network has, nodes too.
+bool is_of_network(std::string_view name) {
+  return name == kNodeTable || is_section(name, network_settings());
+}
+
+/// The keys of one table, for a user who is nowhere near any: "can has spec, bit_rate". The empty table is
+/// the top of a plant file, or of a network.
+std::string contents_of(std::string_view table, bool in_first_network) {
   std::string text;
   for (const std::string_view key : plant_keys()) {
-    if (table_of(key) != table) continue;
+    if (table_of(key) != table || (table.empty() && !in_first_network && !is_of_network(key))) continue;
     text += text.empty() ? "" : ", ";
     text += leaf_of(key);
   }
-  return (table.empty() ? "a plant file" : std::string(table)) + " has " + text;
+  if (!table.empty()) return std::string(table) + " has " + text;
+  return (in_first_network ? "a plant file has " : "a network has ") + text;
 }
 
 constexpr std::string_view kUnix = "unix:";
@@ -58,10 +69,12 @@ class Reader {
 
   void read(const toml::table& root) {
     for (const auto& [key, node] : root) {
-      if (is_section(key.str())) {
+      if (is_of_network(key.str())) {
+        read_of_network(key, node);
+      } else if (is_section(key.str(), settings())) {
         read_section(key, node);
-      } else if (key.str() == "node") {
-        read_nodes(key, node);
+      } else if (key.str() == kNetworkTable) {
+        read_networks(key, node);
       } else {
         complain_unknown(key, "");
       }
@@ -74,25 +87,68 @@ class Reader {
   }
 
  private:
-  void read_section(const toml::key& key, const toml::node& node) {
-    if (const toml::table* table = node.as_table()) {
-      read_table(key.str(), *table, settings(), config_);
-      if (key.str() == "can")
-        read_faults(table->get("faults"), "can", sim::FaultPlace::kBus, config_.can.faults);
-    } else {
-      const std::string name(key.str());
-      complain(line_of(key.source()), name + ": must be a table; write [" + name + "]");
+  bool in_first_network() const { return network_->number == 1; }
+
+  void read_networks(const toml::key& key, const toml::node& node) {
+    const bool listed = for_each_table(node, [this](const toml::table& table) { read_network(table); });
+    if (!listed)
+      complain(line_of(key.source()),
+               "network: must be a list of tables; write [[network]] above each network after the first");
+  }
+
+  void read_network(const toml::table& table) {
+    NetworkConfig network;
+    network.number = config_.networks.size() + 1;
+    network.place = place(line_of(table.source()));
+    network_ = &network;
+    for (const auto& [key, node] : table) {
+      if (is_of_network(key.str())) {
+        read_of_network(key, node);
+      } else if (is_section(key.str(), settings())) {
+        complain_global(key, std::string(key.str()));
+      } else {
+        complain_unknown(key, "");
+      }
     }
+    config_.networks.push_back(std::move(network));
+    network_ = &config_.networks.front();
+  }
+
+  void read_of_network(const toml::key& key, const toml::node& node) {
+    if (key.str() == kNodeTable) {
+      read_nodes(key, node);
+    } else {
+      read_section(key, node);
+    }
+  }
+
+  void read_section(const toml::key& key, const toml::node& node) {
+    const toml::table* const table = node.as_table();
+    if (table == nullptr)
+      return complain(line_of(key.source()),
+                      std::string(key.str()) + ": must be a table; write [" + header(key.str()) + "]");
+    read_rows(key.str(), *table, network_settings(), *network_);
+    if (in_first_network()) read_rows(key.str(), *table, settings(), config_);
+    check_keys(key.str(), *table);
+    if (key.str() == "can")
+      read_faults(table->get("faults"), "can", sim::FaultPlace::kBus, network_->can.faults);
+  }
+
+  /// "node", "network.node": what stands in the brackets.
+  std::string header(std::string_view table) const {
+    return (in_first_network() ? "" : std::string(kNetworkTable) + ".") + std::string(table);
   }
 
   void read_nodes(const toml::key& key, const toml::node& node) {
     const bool listed = for_each_table(node, [this](const toml::table& table) { read_node(table); });
     if (!listed)
-      complain(line_of(key.source()), "node: must be a list of tables; write [[node]] above each node");
+      complain(line_of(key.source()),
+               "node: must be a list of tables; write [[" + header("node") + "]] above each node");
   }
 
   void read_node(const toml::table& table) {
     NodeConfig node;
+    node.network = network_->number;
     node.place = place(line_of(table.source()));
     read_table("node", table, node_settings(), node);
     if (node.id == 0 && !node.lss && !table.contains("id"))
@@ -102,7 +158,7 @@ class Reader {
     read_list(table.get("signals"), "node.signals", signal_settings(), node.signals,
               "{ index = 0x6401, sub = 1, shape = \"constant\", value = 1 }");
     read_faults(table.get("faults"), "node", sim::FaultPlace::kNode, node.faults);
-    config_.nodes.push_back(std::move(node));
+    network_->nodes.push_back(std::move(node));
   }
 
   template <class Item>
@@ -168,22 +224,37 @@ class Reader {
     return true;
   }
 
-  /// In the order of the rows, as some depend on those before.
   template <class Target>
   void read_table(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
                   Target& target) {
+    if (read_rows(name, table, rows, target)) check_keys(name, table);
+  }
+
+  /// In the order of the rows, as some depend on those before. False: which keys there can be is not known.
+  template <class Target>
+  bool read_rows(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
+                 Target& target) {
     for (const auto& row : rows) {
       if (table_of(row.key) != name) continue;
       const toml::node* const node = table.get(leaf_of(row.key));
       const bool needed = !row.example.empty() && belongs(row, target);
       const bool good = node != nullptr ? read_setting(row, *node, target) : !needed;
       if (node == nullptr && needed) complain_missing(row, table);
-      if (!good && row.key == kSignalShape) return;
+      if (!good && row.key == kSignalShape) return false;
     }
+    return true;
+  }
+
+  void check_keys(std::string_view name, const toml::table& table) {
     const auto keys = plant_keys();
     for (const auto& [key, node] : table) {
       const std::string full = std::string(name) + "." + std::string(key.str());
-      if (std::ranges::find(keys, full) == keys.end()) complain_unknown(key, name);
+      if (std::ranges::find(keys, full) == keys.end()) {
+        complain_unknown(key, name);
+      } else if (!in_first_network() &&
+                 std::ranges::any_of(settings(), [&](const auto& row) { return row.key == full; })) {
+        complain_global(key, full);
+      }
     }
   }
 
@@ -191,6 +262,8 @@ class Reader {
   bool read_setting(const Setting<Target>& row, const toml::node& node, Target& target) {
     const auto value = value_of(node);
     const Problem problem = value ? assign(row, target, based_here(row.type, *value)) : wrong_type(row);
+    if constexpr (std::is_same_v<Target, NetworkConfig>)
+      if (problem.empty()) target.places[row.key] = place(line_of(node.source()));
     if (problem.empty()) return true;
     const std::string key(row.key);
     complain(line_of(node.source()), (value ? key + " " + value_text(*value) : key) + ": " + problem);
@@ -219,17 +292,24 @@ class Reader {
     const std::string full = (table.empty() ? "" : std::string(table) + ".") + std::string(key.str());
     const std::string suggestion = did_you_mean(full, plant_keys());
     complain(line_of(key.source()),
-             full + ": no such key" + (suggestion.empty() ? "; " + contents_of(table) : suggestion));
+             full + ": no such key" +
+                 (suggestion.empty() ? "; " + contents_of(table, in_first_network()) : suggestion));
   }
 
-  void complain(std::size_t line, std::string message) {
-    found_.push_back({place(line), std::move(message)});
+  void complain_global(const toml::key& key, const std::string& full) {
+    complain(line_of(key.source()), full + ": is for all networks; it stands at the top of the file, in [" +
+                                        full.substr(0, full.find('.')) + "]");
+  }
+
+  void complain(std::size_t line, const std::string& message) {
+    found_.push_back({place(line), in_network(network_->number) + message});
   }
 
   Place place(std::size_t line) const { return {file_name_, line}; }
 
   const std::string& file_name_;
   Config& config_;
+  NetworkConfig* network_ = &config_.networks.front();  ///< that is being read
   Diagnostics found_;
 };
 

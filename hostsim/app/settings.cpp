@@ -34,9 +34,16 @@ void put(Type& member, const Value& value) {
   }
 }
 
+template <class Owner, class Type>
+Owner owner(Type Owner::*);
+
+/// Config or NetworkConfig, the one that has this member.
+template <auto Section>
+using OwnerOf = decltype(owner(Section));
+
 template <auto Section, auto Member>
-Problem store(Config& config, const Value& value) {
-  put(config.*Section.*Member, value);
+Problem store(OwnerOf<Section>& target, const Value& value) {
+  put(target.*Section.*Member, value);
   return {};
 }
 
@@ -46,32 +53,32 @@ Problem store(Target& target, const Value& value) {
   return {};
 }
 
-Problem store_can_spec(Config& config, const Value& value) {
-  return parse_can_spec(std::get<std::string>(value), config.can);
+Problem store_can_spec(NetworkConfig& network, const Value& value) {
+  return parse_can_spec(std::get<std::string>(value), network.can);
 }
 
 template <auto Section, auto Member>
-Problem store_address(Config& config, const Value& value) {
+Problem store_address(OwnerOf<Section>& target, const Value& value) {
   const std::string& text = std::get<std::string>(value);
   try {
     static_cast<void>(io::parse_stream_address(text));
   } catch (const io::UsageError& error) {
     return error.what();
   }
-  config.*Section.*Member = text;
+  target.*Section.*Member = text;
   return {};
 }
 
-Problem store_process_first(Config& config, const Value& value) {
+Problem store_process_first(NetworkConfig& network, const Value& value) {
   const auto first = static_cast<std::uint16_t>(std::get<std::int64_t>(value));
   const bool before = first + regmap::kProcessWords <= regmap::kWindowFirst;
   if (!before && first <= regmap::kLastData)
     return "must be 0..3572 or 3770..4040: it would lie over R3700..R3769";
-  config.module.process_first = first;
+  network.module.process_first = first;
   return {};
 }
 
-Problem store_bit_rate(Config& config, const Value& value) {
+Problem store_bit_rate(NetworkConfig& network, const Value& value) {
   constexpr std::int64_t kSlowest = 10'000;
   const std::int64_t rate = std::get<std::int64_t>(value);
   if (rate != 0 && rate < kSlowest) {
@@ -79,7 +86,7 @@ Problem store_bit_rate(Config& config, const Value& value) {
         rate >= 10 && rate <= 1000 ? "; did you mean " + std::to_string(rate * 1000) + "?" : "";
     return "must be 10000..1000000 bit/s, or 0 = as fast as possible" + kilobits;
   }
-  config.can.bit_rate = static_cast<std::uint32_t>(rate);
+  network.can.bit_rate = static_cast<std::uint32_t>(rate);
   return {};
 }
 
@@ -176,39 +183,42 @@ constexpr auto kAny = SettingType::kAny;
 constexpr std::int64_t kDayInMs = 86'400'000;
 
 // clang-format off
-constexpr std::array<Setting<Config>, 16> kSettings{{
-    {"module.node_id", "--node-id N", "1..127", "127", "",
-     kInteger, 1, 127, store<&Config::module, &ModuleConfig::node_id>},
-    {"module.sdo_timeout_ms", "--sdo-timeout MS", "0..65535 ms, 0 = none", "1000", "",
-     kInteger, 0, 65535, store<&Config::module, &ModuleConfig::sdo_timeout_ms>},
-    {"module.node_state_fresh_ms", "--node-state-fresh MS", "1..65535 ms", "2000", "",
-     kInteger, 1, 65535, store<&Config::module, &ModuleConfig::node_state_fresh_ms>},
-    {"module.guarding_timeout_ms", "--guarding-timeout MS", "1..65535 ms", "100", "",
-     kInteger, 1, 65535, store<&Config::module, &ModuleConfig::guarding_timeout_ms>},
-    {"module.process_first", "--process-first R", "0..3572 or 3770..4040", "3800", "",
-     kInteger, 0, 4040, store_process_first},
-    {"module.enabled", "--no-module", "true or false", "true", "",
-     kBoolean, 0, 0, store<&Config::module, &ModuleConfig::enabled>},
+constexpr std::array<Setting<Config>, 6> kSettings{{
     {"modbus.host", "--modbus HOST:PORT", "an IP address or a host name", "\"127.0.0.1\"", "",
      kText, 0, 0, store<&Config::modbus, &ModbusConfig::host>},
     {"modbus.port", "--modbus HOST:PORT", "0..65535, 0 = any free one", "1502", "",
      kInteger, 0, 65535, store<&Config::modbus, &ModbusConfig::port>},
-    {"can.spec", "--can SPEC", "virtual or socketcan:IFNAME", "\"virtual\"", "",
-     kText, 0, 0, store_can_spec},
-    {"can.bit_rate", "--bit-rate N", "10000..1000000 bit/s, or 0 = as fast as possible", "0", "",
-     kInteger, 0, 1'000'000, store_bit_rate},
-    {"can.slcan", "--slcan ADDRESS", "HOST:PORT or unix:PATH", "", "",
-     kAddress, 0, 0, store_address<&Config::can, &CanConfig::slcan>},
     {"time.clock", "--clock CLOCK", "real or manual", "\"real\"", "",
      kChoice, 0, 0, store<&Config::time, &TimeConfig::clock>},
     {"random.seed", "--seed N", "0..4294967295", "1", "",
      kInteger, 0, 4'294'967'295, store<&Config::random, &RandomConfig::seed>},
     {"control.listen", "--control ADDRESS", "HOST:PORT or unix:PATH", "", "",
      kAddress, 0, 0, store_address<&Config::control, &ControlConfig::listen>},
-    {"log.file", "--log FILE", "a path", "", "",
-     kPath, 0, 0, store<&Config::log, &LogConfig::file>},
     {"log.verbose", "--verbose", "true or false", "false", "",
-     kBoolean, 0, 0, store<&Config::log, &LogConfig::verbose>},
+     kBoolean, 0, 0, store<Config, &Config::verbose>},
+}};
+
+constexpr std::array<Setting<NetworkConfig>, 10> kNetworkSettings{{
+    {"module.node_id", "--node-id N", "1..127", "127", "",
+     kInteger, 1, 127, store<&NetworkConfig::module, &ModuleConfig::node_id>},
+    {"module.sdo_timeout_ms", "--sdo-timeout MS", "0..65535 ms, 0 = none", "1000", "",
+     kInteger, 0, 65535, store<&NetworkConfig::module, &ModuleConfig::sdo_timeout_ms>},
+    {"module.node_state_fresh_ms", "--node-state-fresh MS", "1..65535 ms", "2000", "",
+     kInteger, 1, 65535, store<&NetworkConfig::module, &ModuleConfig::node_state_fresh_ms>},
+    {"module.guarding_timeout_ms", "--guarding-timeout MS", "1..65535 ms", "100", "",
+     kInteger, 1, 65535, store<&NetworkConfig::module, &ModuleConfig::guarding_timeout_ms>},
+    {"module.process_first", "--process-first R", "0..3572 or 3770..4040", "3800", "",
+     kInteger, 0, 4040, store_process_first},
+    {"module.enabled", "--no-module", "true or false", "true", "",
+     kBoolean, 0, 0, store<&NetworkConfig::module, &ModuleConfig::enabled>},
+    {"can.spec", "--can SPEC", "virtual or socketcan:IFNAME", "\"virtual\"", "",
+     kText, 0, 0, store_can_spec},
+    {"can.bit_rate", "--bit-rate N", "10000..1000000 bit/s, or 0 = as fast as possible", "0", "",
+     kInteger, 0, 1'000'000, store_bit_rate},
+    {"can.slcan", "--slcan ADDRESS", "HOST:PORT or unix:PATH", "", "",
+     kAddress, 0, 0, store_address<&NetworkConfig::can, &CanConfig::slcan>},
+    {"log.file", "--log FILE", "a path", "", "",
+     kPath, 0, 0, store<&NetworkConfig::log, &LogConfig::file>},
 }};
 
 constexpr std::array<Setting<NodeConfig>, 8> kNodeSettings{{
@@ -335,6 +345,9 @@ bool in_range(const Value& value, SettingType type, std::int64_t low, std::int64
 std::span<const Setting<Config>> settings() {
   return kSettings;
 }
+std::span<const Setting<NetworkConfig>> network_settings() {
+  return kNetworkSettings;
+}
 std::span<const Setting<NodeConfig>> node_settings() {
   return kNodeSettings;
 }
@@ -356,6 +369,7 @@ std::vector<std::string_view> plant_keys() {
     keys.push_back(row.key);
   });
   keys.insert(keys.end(), tables.begin(), tables.end());
+  keys.push_back(kNetworkTable);
   return keys;
 }
 
@@ -402,6 +416,8 @@ Problem assign(const Setting<Target>& setting, Target& target, const Value& valu
 
 template Problem wrong_type(const Setting<Config>&);
 template Problem assign(const Setting<Config>&, Config&, const Value&);
+template Problem wrong_type(const Setting<NetworkConfig>&);
+template Problem assign(const Setting<NetworkConfig>&, NetworkConfig&, const Value&);
 template Problem wrong_type(const Setting<NodeConfig>&);
 template Problem assign(const Setting<NodeConfig>&, NodeConfig&, const Value&);
 template Problem wrong_type(const Setting<InitialValue>&);

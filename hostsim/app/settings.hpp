@@ -29,8 +29,9 @@ constexpr bool is_text(SettingType type) {
          type == SettingType::kAddress;
 }
 
-/// One setting of a `Target`: Config, NodeConfig, InitialValue, SignalConfig or FaultKindName. An option of
-/// Config without an argument is a flag; one that begins with --no- is the opposite of its setting.
+/// One setting of a `Target`: Config, NetworkConfig, NodeConfig, InitialValue, SignalConfig or FaultKindName.
+/// An option of Config or NetworkConfig without an argument is a flag; one that begins with --no- is the
+/// opposite of its setting.
 template <class Target>
 struct Setting {
   std::string_view key;       ///< in the plant file: "module.node_id"
@@ -53,7 +54,14 @@ struct FaultKindName {
 /// The key that says which other ones a signal has.
 inline constexpr std::string_view kSignalShape = "node.signals.shape";
 
+/// The list of further networks; each has the tables of network_settings(), and nodes, as network 1 has at
+/// the top of the file.
+inline constexpr std::string_view kNetworkTable = "network";
+
+/// Of the whole plant.
 std::span<const Setting<Config>> settings();
+/// Of each network.
+std::span<const Setting<NetworkConfig>> network_settings();
 std::span<const Setting<NodeConfig>> node_settings();
 std::span<const Setting<InitialValue>> object_settings();
 /// kSignalShape stands before the keys that only some shapes have.
@@ -68,6 +76,7 @@ void for_each_setting(Visit visit) {
     for (const auto& row : rows)
       visit(row);
   };
+  each(network_settings());
   each(settings());
   each(node_settings());
   each(object_settings());
@@ -102,6 +111,8 @@ template <class Target>
 
 extern template Problem wrong_type(const Setting<Config>&);
 extern template Problem assign(const Setting<Config>&, Config&, const Value&);
+extern template Problem wrong_type(const Setting<NetworkConfig>&);
+extern template Problem assign(const Setting<NetworkConfig>&, NetworkConfig&, const Value&);
 extern template Problem wrong_type(const Setting<NodeConfig>&);
 extern template Problem assign(const Setting<NodeConfig>&, NodeConfig&, const Value&);
 extern template Problem wrong_type(const Setting<InitialValue>&);

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <iostream>
 #include <sstream>
 #include <utility>
@@ -14,15 +15,6 @@ namespace cbcan::app {
 
 namespace {
 
-Coprocessor::Settings settings_of(const ModuleConfig& module) {
-  Coprocessor::Settings settings;
-  settings.node_id = module.node_id;
-  settings.sdo_timeout_ms = module.sdo_timeout_ms;
-  settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
-  settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
-  return settings;
-}
-
 io::ModbusTcpSettings settings_of(const ModbusConfig& modbus) {
   io::ModbusTcpSettings settings;
   settings.listen = {modbus.host, modbus.port};
@@ -30,96 +22,40 @@ io::ModbusTcpSettings settings_of(const ModbusConfig& modbus) {
   return settings;
 }
 
-RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
-  const std::span<std::uint16_t> all(registers);
-  return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
-}
-
-ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const ModuleConfig& module) {
-  return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
-}
-
 constexpr std::string_view kError = "error: ";
-
-std::string summary_of(const Coprocessor& coprocessor, const io::ModbusTcp::Counters& modbus) {
-  const auto& sdo = coprocessor.sdo_client().counters();
-  std::ostringstream text;
-  text << "transactions " << coprocessor.counters().executed << ", failed " << coprocessor.counters().failed
-       << ", cancelled " << coprocessor.counters().cancelled << "\n"
-       << "SDO transfers " << sdo.transfers << ", timeouts " << sdo.timeouts << ", aborts sent "
-       << sdo.aborts_sent << ", received " << sdo.aborts_received << ", frames ignored "
-       << sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object << "\n"
-       << "Modbus requests " << modbus.requests << ", exceptions " << modbus.exceptions << ", connections "
-       << modbus.connections << "\n";
-  return text.str();
-}
 
 }  // namespace
 
-Simulator::Simulator(const Config& config, std::vector<BuiltNode> nodes, const io::Warn& warn)
-    : can_(can_spec(config.can)),
-      warn_(warn),
+Simulator::Simulator(const Config& config, std::vector<std::vector<BuiltNode>> nodes, const io::Warn& warn)
+    : warn_(warn),
       signals_(reactor_),
-      started_(config.time.clock == ClockKind::kManual ? 0 : io::Reactor::now()),
-      world_(config.can.bit_rate, config.random.seed, this),
-      control_(world_, nodes_, started_) {
+      started_(config.time.clock == ClockKind::kManual ? 0 : io::Reactor::now()) {
   if (config.time.clock == ClockKind::kManual) input_.emplace(reactor_, STDIN_FILENO);
-  if (config.module.enabled) {
-    module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                                 settings_of(config.module));
-    modbus_.emplace(
-        reactor_, registers_, settings_of(config.modbus), [this](bool wrote) { on_request(wrote); }, warn);
-  }
-  add_nodes(config, std::move(nodes));
-  set_faults(config);
-  if (config.can.kind == CanKind::kSocketCan)
-    socketcan_.emplace(reactor_, world_.bus(), config.can.interface_name, warn);
-  if (!config.can.slcan.empty()) open_slcan(config);
+  open_networks(config, std::move(nodes));
+  open_modbus(config);
   if (!config.control.listen.empty()) open_control(config);
-  if (!config.log.file.empty()) open_log(config);
 }
 
-void Simulator::add_nodes(const Config& config, std::vector<BuiltNode> nodes) {
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const NodeConfig& node = config.nodes[i];
-    sim::NodeParts& parts = nodes[i].parts;
-    parts.listener = this;
-    if (!node.parameters.empty())
-      parts.parameters =
-          parameters_.emplace_back(std::make_unique<io::ParameterFile>(node.parameters, warn_)).get();
-    const std::uint8_t id = node.id == 0 ? sim::Node::kNoNodeId : node.id;
-    sim::Node& made = world_.add_node(id, std::move(nodes[i].image), parts);
-    nodes_.push_back({&made, node.name, nodes[i].device});
+void Simulator::open_networks(const Config& config, std::vector<std::vector<BuiltNode>> nodes) {
+  const Surroundings surroundings{reactor_, warn_, [this] { return now(); }, started_, input_.has_value()};
+  std::vector<PlantNetwork*> plants;
+  for (std::size_t i = 0; i < config.networks.size(); ++i) {
+    networks_.push_back(
+        std::make_unique<Network>(config, config.networks[i], std::move(nodes[i]), surroundings));
+    plants.push_back(&networks_.back()->plant());
   }
+  control_.emplace(std::move(plants), started_);
 }
 
-void Simulator::set_faults(const Config& config) {
-  for (const FaultConfig& fault : config.can.faults)
-    world_.faults().add(fault.fault, started_);
-  for (std::size_t i = 0; i < nodes_.size(); ++i)
-    for (const FaultConfig& fault : config.nodes[i].faults)
-      nodes_[i].node->add_fault(fault.fault, started_);
-}
-
-/// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
-/// begins.
-void Simulator::tell_time_of_day() {
-  constexpr Time kDay = 24 * 3600 * kSecond;
-  constexpr Time kDaysTo1984 = 5113;  // since 1970
-  if (input_) return;
-  const Time since_1970 = started_ + io::Reactor::wall_offset();
-  const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
-                       static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
-  for (const PlantNode& plant : nodes_)
-    plant.node->device().time_stamp().set(time, started_);
-}
-
-/// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
-void Simulator::open_slcan(const Config& config) {
-  const std::size_t most_unsent = input_ ? sim::SlcanAdapter::kUnlimited : sim::SlcanAdapter::kMostUnsent;
-  slcan_.emplace(
-      reactor_, world_.bus(), io::parse_stream_address(config.can.slcan), most_unsent, [this] { advance(); },
-      warn_);
+/// Where no network has a module there is nothing to serve.
+void Simulator::open_modbus(const Config& config) {
+  std::vector<io::ModbusTcp::Registers> registers;
+  for (const auto& network : networks_)
+    registers.push_back(network->registers());
+  if (std::ranges::all_of(registers, [](const auto& words) { return words.empty(); })) return;
+  modbus_.emplace(
+      reactor_, std::move(registers), settings_of(config.modbus),
+      [this](std::size_t network, bool wrote) { networks_[network]->on_request(wrote); }, warn_);
 }
 
 void Simulator::open_control(const Config& config) {
@@ -128,25 +64,18 @@ void Simulator::open_control(const Config& config) {
       [this](std::string_view line) { return execute(line); }, warn_);
 }
 
-/// A manual clock's log begins at 0, and is the same every time.
-void Simulator::open_log(const Config& config) {
-  const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
-  log_.emplace(config.log.file, interface, input_ ? 0 : io::Reactor::wall_offset(), warn_);
-  world_.bus().observe(*log_);
-}
-
 std::string Simulator::where() const {
   std::string text;
   if (modbus_) text += "modbus=" + io::to_string(modbus_->address()) + " ";
-  text += "can=" + can_;
-  if (slcan_) text += " slcan=" + io::to_string(slcan_->address());
+  for (const auto& network : networks_)
+    text += (network == networks_.front() ? "" : " ") + network->where();
   if (commands_) text += " control=" + io::to_string(commands_->address());
   return text;
 }
 
 void Simulator::run() {
-  tell_time_of_day();
-  world_.start(now());
+  for (const auto& network : networks_)
+    network->start();
   while (!signals_.stop_requested() && !(input_ && input_->ended())) {
     turn(kNever);
     if (input_) take_input();
@@ -192,45 +121,39 @@ void Simulator::pass(Time duration) {
 /// What the command brings about has happened when it is answered.
 std::string Simulator::execute(std::string_view line) {
   advance();
-  std::string answer = control_.execute(line, now());
+  std::string answer = control_->execute(line, now());
   advance();
   flush();
   return answer;
 }
 
-void Simulator::on_fault(std::string_view text, Time now) {
-  warn_(seconds_text(now - started_) + " " + std::string(text));
-}
-
-/// The log and the adapters have what the bus has brought.
 void Simulator::flush() {
-  if (log_) log_->flush();
-  if (slcan_) slcan_->flush();
-}
-
-void Simulator::on_request(bool wrote) {
-  advance();
-  if (wrote) module_->on_registers_written(now());
+  for (const auto& network : networks_)
+    network->flush();
 }
 
 void Simulator::advance() {
-  const Time time = now();
-  if (socketcan_) socketcan_->poll(time);
-  world_.advance(time);
+  for (const auto& network : networks_)
+    network->advance();
 }
 
 Time Simulator::next_deadline() const {
-  Time next = input_ ? input_->next_deadline() : world_.next_deadline();
+  Time next = input_ ? input_->next_deadline() : kNever;
   if (modbus_) next = earlier(next, modbus_->next_deadline());
-  return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;
+  for (const auto& network : networks_)
+    next = earlier(next, network->next_deadline());
+  return next;
 }
 
 std::string Simulator::summary() const {
   std::ostringstream text;
-  if (module_ != nullptr) text << summary_of(module_->coprocessor(), modbus_->counters());
-  if (slcan_)
-    text << "SLCAN connections " << slcan_->counters().connections << ", frames not read in time "
-         << slcan_->counters().lost << "\n";
+  for (const auto& network : networks_)
+    text << network->module_summary();
+  if (modbus_)
+    text << "Modbus requests " << modbus_->counters().requests << ", exceptions "
+         << modbus_->counters().exceptions << ", connections " << modbus_->counters().connections << "\n";
+  for (const auto& network : networks_)
+    text << network->slcan_summary();
   return text.str();
 }
 

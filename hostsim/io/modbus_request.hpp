@@ -18,6 +18,7 @@ enum class ModbusException : std::uint8_t {
   kIllegalFunction = 1,
   kIllegalDataAddress = 2,
   kIllegalDataValue = 3,
+  kGatewayPathUnavailable = 0x0A,
 };
 
 inline constexpr std::size_t kMaxPduBytes = 253;

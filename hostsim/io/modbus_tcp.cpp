@@ -25,12 +25,21 @@ constexpr std::size_t kMaxLength = 1 + kMaxPduBytes;
 constexpr std::size_t kMaxAduBytes = kUnitOffset + kMaxLength;
 constexpr std::size_t kMinAnswerBytes = kPduOffset + 2;
 
+// Messaging on TCP/IP V1.0b, 4.4.2.1: either stands for the server itself where there is nothing to select.
+constexpr std::uint8_t kUnitOfServer = 0xFF;
+constexpr std::uint8_t kUnitOfServerToo = 0;
+
 constexpr int kSendBufferBytes = 64 * 1024;
 // More than the kernel charges for one small segment with its bookkeeping.
 constexpr int kSendBufferPerAnswer = 4096;
 
 std::size_t word(std::span<const std::uint8_t> bytes, std::size_t offset) {
   return static_cast<std::size_t>(bytes[offset] << 8 | bytes[offset + 1]);
+}
+
+/// Place of the network that a unit ID selects; there may be none.
+std::size_t network_of(std::uint8_t unit) {
+  return unit == kUnitOfServer || unit == kUnitOfServerToo ? 0 : std::size_t{unit} - 1;
 }
 
 /// Accepted sockets inherit all of these.
@@ -49,9 +58,11 @@ int prepare(int listener) {
 
 /// One context for all clients, answering to the socket that it is told.
 struct ModbusTcp::Libmodbus {
-  explicit Libmodbus(std::span<std::uint16_t> registers);
+  Libmodbus();
 
-  bool reply(int socket, Bytes request) {
+  bool reply(int socket, Bytes request, Registers registers) {
+    mapping.nb_registers = static_cast<int>(registers.size());
+    mapping.tab_registers = registers.data();
     modbus_set_socket(context.get(), socket);
     return modbus_reply(context.get(), request.data(), static_cast<int>(request.size()), &mapping) > 0;
   }
@@ -64,13 +75,11 @@ struct ModbusTcp::Libmodbus {
   std::array<Descriptor, 2> tray;  ///< socket pair in which it leaves an answer that cannot go out at once
 };
 
-ModbusTcp::Libmodbus::Libmodbus(std::span<std::uint16_t> registers) {
+ModbusTcp::Libmodbus::Libmodbus() {
   int pair[2];
   if (!context || socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) != 0)
     throw EnvironmentError("modbus: " + reason(errno));
   tray = {Descriptor(pair[0]), Descriptor(pair[1])};
-  mapping.nb_registers = static_cast<int>(registers.size());
-  mapping.tab_registers = registers.data();
   // It sleeps this long before it refuses a request. It is given none to refuse; should it find one, it must
   // not hold up the others.
   modbus_set_response_timeout(context.get(), 0, 1);
@@ -87,13 +96,13 @@ struct ModbusTcp::Connection {
   std::array<std::uint8_t, kMaxAduBytes> buffer;
 };
 
-ModbusTcp::ModbusTcp(Reactor& reactor, std::span<std::uint16_t> registers, ModbusTcpSettings settings,
+ModbusTcp::ModbusTcp(Reactor& reactor, std::vector<Registers> networks, ModbusTcpSettings settings,
                      OnRequest on_request, Warn warn)
     : reactor_(reactor),
       settings_(std::move(settings)),
       on_request_(std::move(on_request)),
-      registers_(registers.size()),
-      libmodbus_(std::make_unique<Libmodbus>(registers)),
+      networks_(std::move(networks)),
+      libmodbus_(std::make_unique<Libmodbus>()),
       listener_(listen_tcp("modbus", settings_.listen)),
       acceptor_(
           reactor, listener_.socket.get(), "modbus " + to_string(listener_.address),
@@ -174,33 +183,39 @@ bool ModbusTcp::serve_buffered(Connection& client) {
 
 bool ModbusTcp::serve(Connection& client, Bytes request) {
   const Bytes pdu = request.subspan(kPduOffset);
-  const ModbusException exception = check_request(pdu, registers_);
-  const bool accepted = exception == ModbusException::kNone;
+  const std::size_t network = network_of(request[kUnitOffset]);
+  const Registers registers = network < networks_.size() ? networks_[network] : Registers();
+  const bool reached = !registers.empty();
+  const ModbusException exception =
+      reached ? check_request(pdu, registers.size()) : ModbusException::kGatewayPathUnavailable;
   ++counters_.requests;
-  bool alive = false;
-  if (!accepted) {
-    ++counters_.exceptions;
-    alive = send_own(client, request, exception_answer(pdu[0], exception));
-  } else if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface)) {
-    alive = send_own(client, request, identification_answer(pdu, settings_.identity));
-  } else {
-    alive = answer_by_libmodbus(client, request);
-  }
-  on_request_(accepted && writes_registers(pdu[0]));
+  const bool alive = answer(client, request, registers, exception);
+  if (reached) on_request_(network, exception == ModbusException::kNone && writes_registers(pdu[0]));
   return alive;
+}
+
+bool ModbusTcp::answer(Connection& client, Bytes request, Registers registers, ModbusException exception) {
+  const Bytes pdu = request.subspan(kPduOffset);
+  if (exception != ModbusException::kNone) {
+    ++counters_.exceptions;
+    return send_own(client, request, exception_answer(pdu[0], exception));
+  }
+  if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface))
+    return send_own(client, request, identification_answer(pdu, settings_.identity));
+  return answer_by_libmodbus(client, request, registers);
 }
 
 /// libmodbus sends an answer itself and cannot tell how much of it went out. So it may do that only where the
 /// socket has room for certain; else it leaves the answer in the tray, and we send it piece by piece.
-bool ModbusTcp::answer_by_libmodbus(Connection& client, Bytes request) {
+bool ModbusTcp::answer_by_libmodbus(Connection& client, Bytes request, Registers registers) {
   if (has_room(client)) {
     ++client.unconfirmed;
-    if (libmodbus_->reply(client.socket.get(), request)) return true;
+    if (libmodbus_->reply(client.socket.get(), request, registers)) return true;
     ++counters_.broken;
     return false;
   }
   std::array<std::uint8_t, kMaxAduBytes> answer;
-  if (!libmodbus_->reply(libmodbus_->tray[0].get(), request)) return false;
+  if (!libmodbus_->reply(libmodbus_->tray[0].get(), request, registers)) return false;
   const ssize_t size = ::recv(libmodbus_->tray[1].get(), answer.data(), answer.size(), 0);
   return size > 0 && send(client, Bytes(answer.data(), static_cast<std::size_t>(size)));
 }

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A Modbus TCP server over the caller's 16-bit holding registers, for any number of clients, in one thread.
+/// A Modbus TCP server over the caller's 16-bit holding registers, of one network or several, for any number
+/// of clients, in one thread.
 ///
-/// Function codes 3, 6, 16, 22 and 23, and 43/14 (identification); the others get exception 01. Every unit ID
-/// is answered and echoed. One request is applied whole. Registers are in host byte order, register n is
-/// address n.
+/// Function codes 3, 6, 16, 22 and 23, and 43/14 (identification); the others get exception 01. One
+/// request is applied whole. Registers are in host byte order, register n is address n.
+///
+/// The unit ID says whose registers: 1 is the first network, 2 the second; 0 and 255 are the first too. Any
+/// other one gets exception 0Ah (gateway path unavailable), whatever the function. It is echoed always.
 ///
 /// No client can hold up another one: nothing blocks, a client gets a bounded number of requests per turn,
 /// one that does not read its answers is not read from, and half a request waits in its own connection.
@@ -41,13 +44,20 @@ struct ModbusTcpSettings {
 
 class ModbusTcp {
  public:
-  /// Called after each request, also a refused one, once its answer has been queued and before the next
-  /// request of anybody is looked at. `wrote` = it changed registers. Must not destroy the server.
-  using OnRequest = std::function<void(bool wrote)>;
+  using Registers = std::span<std::uint16_t>;
+
+  /// Called after each request to a network, also a refused one, once its answer has been queued and before
+  /// the next request of anybody is looked at. `network` is its place in `networks`, from 0; `wrote` = it
+  /// changed registers. Must not destroy the server.
+  using OnRequest = std::function<void(std::size_t network, bool wrote)>;
+
+  static constexpr std::size_t kMostNetworks = 247;  ///< Messaging on TCP/IP V1.0b: unit IDs 1..247
 
   /// Listens at once; throws EnvironmentError when it cannot. Raises the limit of open descriptors, which
-  /// alone limits the number of clients. `registers` and `reactor` are the caller's and outlive the server.
-  ModbusTcp(Reactor& reactor, std::span<std::uint16_t> registers, ModbusTcpSettings settings,
+  /// alone limits the number of clients. `networks` has the registers of each, kMostNetworks at most; one
+  /// without any is answered as one that is not there. Registers and `reactor` are the caller's and outlive
+  /// the server.
+  ModbusTcp(Reactor& reactor, std::vector<Registers> networks, ModbusTcpSettings settings,
             OnRequest on_request, Warn warn);
   ~ModbusTcp();
   ModbusTcp(const ModbusTcp&) = delete;
@@ -92,7 +102,8 @@ class ModbusTcp {
   bool receive(Connection& client);
   bool serve_buffered(Connection& client);
   bool serve(Connection& client, Bytes request);
-  bool answer_by_libmodbus(Connection& client, Bytes request);
+  bool answer(Connection& client, Bytes request, Registers registers, ModbusException exception);
+  bool answer_by_libmodbus(Connection& client, Bytes request, Registers registers);
   bool send_own(Connection& client, Bytes request, const ModbusAnswer& answer);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
@@ -102,7 +113,7 @@ class ModbusTcp {
   Reactor& reactor_;
   ModbusTcpSettings settings_;
   OnRequest on_request_;
-  std::size_t registers_;
+  std::vector<Registers> networks_;
   std::unique_ptr<Libmodbus> libmodbus_;
   Listener listener_;
   std::uint64_t direct_answers_ = 0;  ///< so many answers fit into a socket's send buffer for certain

@@ -54,7 +54,7 @@ TEST_CASE("a real bus without simulated nodes is nothing to remark on") {
   const Start real = start({"--can", "socketcan:vcan0"});
   CHECK(real.run);
   CHECK(real.err == "");
-  CHECK(can_spec(real.config.can) == "socketcan:vcan0");
+  CHECK(can_spec(real.config.networks.at(0).can) == "socketcan:vcan0");
 }
 
 TEST_CASE("a bit rate on a real bus is remarked on") {
@@ -66,38 +66,43 @@ TEST_CASE("a bit rate on a real bus is remarked on") {
 }
 
 TEST_CASE("every option of a setting, both ways to write it") {
-  const Start apart = start({"--node-id", "3", "--sdo-timeout", "0", "--node-state-fresh", "5",
-                             "--guarding-timeout", "6", "--modbus", "0.0.0.0:0", "--can", "virtual",
-                             "--bit-rate", "1000000", "--log", "a.log", "--verbose", "--node", "5=a.eds"});
-  const Start joined = start({"--node-id=0x3", "--sdo-timeout=0", "--node-state-fresh=5",
-                              "--guarding-timeout=6", "--modbus=0.0.0.0:0", "--can=virtual",
-                              "--bit-rate=1000000", "--log=a.log", "-v", "--node=5=a.eds"});
+  Start apart = start({"--node-id", "3", "--sdo-timeout", "0", "--node-state-fresh", "5",
+                       "--guarding-timeout", "6", "--modbus", "0.0.0.0:0", "--can", "virtual", "--bit-rate",
+                       "1000000", "--log", "a.log", "--verbose", "--node", "5=a.eds"});
+  Start joined = start({"--node-id=0x3", "--sdo-timeout=0", "--node-state-fresh=5", "--guarding-timeout=6",
+                        "--modbus=0.0.0.0:0", "--can=virtual", "--bit-rate=1000000", "--log=a.log", "-v",
+                        "--node=5=a.eds"});
   REQUIRE(apart.err == "");
   REQUIRE(joined.err == "");
+  apart.config.networks.at(0).places.clear();  // told as they were typed: 3, 0x3
+  joined.config.networks.at(0).places.clear();
   CHECK(apart.config == joined.config);
-  CHECK(apart.config.module == ModuleConfig{3, 0, 5, 6, true});
+  CHECK(apart.config.networks.at(0).module == ModuleConfig{3, 0, 5, 6, 3800, true});
   CHECK(apart.config.modbus == ModbusConfig{"0.0.0.0", 0});
-  CHECK(apart.config.can == CanConfig{CanKind::kVirtual, "", 1000000, "", {}});
-  CHECK(apart.config.log == LogConfig{"a.log", true});
-  CHECK(apart.config.nodes.at(0).eds == "a.eds");
+  CHECK(apart.config.networks.at(0).can == CanConfig{CanKind::kVirtual, "", 1000000, "", {}});
+  CHECK(apart.config.networks.at(0).log == LogConfig{"a.log"});
+  CHECK(apart.config.verbose == true);
+  CHECK(apart.config.networks.at(0).nodes.at(0).eds == "a.eds");
 }
 
 TEST_CASE("the command line wins over the plant file, wherever --config stands") {
   const Start file = start({"--config", "plant.toml"}, disk_files());
   REQUIRE(file.err == "");
-  CHECK(file.config.module == ModuleConfig{10, 11, 12, 13, true});
+  CHECK(file.config.networks.at(0).module == ModuleConfig{10, 11, 12, 13, 3800, true});
   CHECK(file.config.modbus == ModbusConfig{"10.0.0.1", 14});
-  CHECK(file.config.log == LogConfig{"file.log", true});
+  CHECK(file.config.networks.at(0).log == LogConfig{"file.log"});
+  CHECK(file.config.verbose == true);
 
   const Start both = start(
       {"--node-id", "20", "--modbus", ":24", "--can", "virtual", "--verbose=false", "--config", "plant.toml",
        "--sdo-timeout", "21", "--node-state-fresh", "22", "--guarding-timeout", "23", "--log", "line.log"},
       disk_files());
   REQUIRE(both.run);
-  CHECK(both.config.module == ModuleConfig{20, 21, 22, 23, true});
+  CHECK(both.config.networks.at(0).module == ModuleConfig{20, 21, 22, 23, 3800, true});
   CHECK(both.config.modbus == ModbusConfig{"127.0.0.1", 24});
-  CHECK(both.config.can == CanConfig{});
-  CHECK(both.config.log == LogConfig{"line.log", false});
+  CHECK(both.config.networks.at(0).can == CanConfig{});
+  CHECK(both.config.networks.at(0).log == LogConfig{"line.log"});
+  CHECK(both.config.verbose == false);
 }
 
 TEST_CASE("a host alone keeps the port of the plant file") {
@@ -192,18 +197,18 @@ TEST_CASE("help and version are asked for, not mistakes") {
 }
 
 TEST_CASE("--no-module leaves the module out, and its ID to a node") {
-  CHECK_FALSE(start({"--demo", "--no-module"}).config.module.enabled);
+  CHECK_FALSE(start({"--demo", "--no-module"}).config.networks.at(0).module.enabled);
   CHECK(start({"--demo", "--no-module", "--node", "127=a.eds"}).run);
   const Files without{{"plant.toml", "[module]\nenabled = false\n"}};
-  CHECK_FALSE(start({"--config", "plant.toml"}, without).config.module.enabled);
-  CHECK(start({"--config", "plant.toml", "--no-module=false"}, without).config.module.enabled);
+  CHECK_FALSE(start({"--config", "plant.toml"}, without).config.networks.at(0).module.enabled);
+  CHECK(start({"--config", "plant.toml", "--no-module=false"}, without).config.networks.at(0).module.enabled);
   CHECK(refusal({"--no-module=maybe"}) ==
         "cbcan-sim: --no-module maybe: must be true or false\n" + std::string(kHint));
 }
 
 TEST_CASE("--slcan is an address") {
-  CHECK(start({"--slcan", "127.0.0.1:0"}).config.can.slcan == "127.0.0.1:0");
-  CHECK(start({"--slcan", "unix:can"}).config.can.slcan == "unix:can");
+  CHECK(start({"--slcan", "127.0.0.1:0"}).config.networks.at(0).can.slcan == "127.0.0.1:0");
+  CHECK(start({"--slcan", "unix:can"}).config.networks.at(0).can.slcan == "unix:can");
   CHECK(start({"--slcan", ":0"}).err == "");
   CHECK(refusal({"--slcan", "1.2.3.4:x"}) ==
         "cbcan-sim: --slcan 1.2.3.4:x: address \"1.2.3.4:x\": the port is a number 0..65535, 0 = any free "
@@ -214,7 +219,7 @@ TEST_CASE("--slcan is an address") {
 TEST_CASE("a socket in a plant file is relative to the file") {
   const Files plant{{"plants/p.toml", "[can]\nslcan = \"unix:../run/can\"\n"},
                     {"q/p.toml", "[can]\nslcan = \"unix:\"\n"}};
-  CHECK(start({"--config", "plants/p.toml"}, plant).config.can.slcan == "unix:run/can");
+  CHECK(start({"--config", "plants/p.toml"}, plant).config.networks.at(0).can.slcan == "unix:run/can");
   CHECK(contains(start({"--config", "q/p.toml"}, plant).err, "1..107"));
 }
 

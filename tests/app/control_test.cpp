@@ -46,7 +46,7 @@ struct Plant {
   void add(std::uint8_t id, const std::string& eds, const std::string& name) {
     BuiltNode node = built(id, eds);
     sim::Node& made = world.add_node(id, std::move(node.image), node.parts);
-    nodes.push_back({&made, name, node.device});
+    network.nodes.push_back({&made, name, node.device});
   }
   std::string run(std::string_view line) {
     std::string answer = control.execute(line, now);
@@ -56,9 +56,38 @@ struct Plant {
 
   Time now = 5 * kSecond;
   sim::World world;
-  std::vector<PlantNode> nodes;
+  PlantNetwork network{world, {}};
   Log log;
-  Control control{world, nodes, 5 * kSecond};
+  Control control{{&network}, 5 * kSecond};
+};
+
+/// Plant, and a second network with a drive and a node without an ID.
+struct TwoNetworks {
+  TwoNetworks() {
+    add(16, "Other");
+    add(sim::Node::kNoNodeId, "");
+    world.bus().observe(log);
+    world.start(first.now);
+    log.ids.clear();
+  }
+  void add(std::uint8_t id, const std::string& name) {
+    BuiltNode node = built(id, "drive.eds");
+    node.parts.lss = true;
+    sim::Node& made = world.add_node(id, std::move(node.image), node.parts);
+    network.nodes.push_back({&made, name, node.device});
+  }
+  std::string run(std::string_view line) {
+    std::string answer = control.execute(line, first.now);
+    first.world.advance(first.now);
+    world.advance(first.now);
+    return answer;
+  }
+
+  Plant first;
+  sim::World world;
+  PlantNetwork network{world, {}};
+  Log log;
+  Control control{{&first.network, &network}, 5 * kSecond};
 };
 
 }  // namespace
@@ -103,14 +132,14 @@ TEST_CASE("set leaves the communication objects alone, as nobody would check wha
   CHECK(plant.run("set 16 0x1014 0") == "error: 1014h:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("set 16 0x1FFF 0") == "error: 1FFFh:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("get 16 0x1014") == "ok 144\n");
-  CHECK_FALSE(plant.nodes[1].node->set_input(0x1014, 0, 0, plant.now));
+  CHECK_FALSE(plant.network.nodes[1].node->set_input(0x1014, 0, 0, plant.now));
   CHECK(plant.run("incident 16 overtemperature on") == "ok\n");
   CHECK(plant.log.ids == std::vector<std::uint32_t>{0x90});
 }
 
 TEST_CASE("a text that is no line of an answer is shown as bytes") {
   Plant plant;
-  ObjectDictionary& dictionary = plant.nodes[0].node->device().dictionary();
+  ObjectDictionary& dictionary = plant.network.nodes[0].node->device().dictionary();
   ObjectEntry entry{};
   REQUIRE(dictionary.find(0x1008, 0, entry) == AbortCode::kNone);
   dictionary.store(entry, 0, std::array<std::uint8_t, 3>{'a', '\n', 'b'});
@@ -144,6 +173,56 @@ TEST_CASE("faults are set, listed and cleared, each place its own") {
   CHECK(plant.run("clear bus") == "ok\n");
   CHECK(plant.run("faults bus") == "ok\n");
   CHECK(plant.run("clear") == "ok\n");
+  CHECK(plant.run("faults") == "ok\n");
+}
+
+TEST_CASE("nodes and bus of the second network have its number in front") {
+  TwoNetworks plant;
+  CHECK(plant.run("nodes") ==
+        "#1 66 pre-operational cia401 \"I/O\"\n#2 16 pre-operational cia402\n"
+        "2/#1 2/16 pre-operational cia402 \"Other\"\n2/#2 - initialising cia402\nok\n");
+  CHECK(plant.run("set 2/16 0x2100 1").starts_with("error: 2100h:00: node 2/16 has no such number"));
+  CHECK(plant.run("incident 2/16 overtemperature on") == "ok\n");
+  CHECK(plant.run("get 2/16 0x603F") == "ok 16912\n");
+  CHECK(plant.run("get 2/#1 0x603F") == "ok 16912\n");
+  CHECK(plant.run("get 16 0x603F") == "ok 0\n");
+  CHECK(plant.run("get 1/16 0x603F") == "ok 0\n");
+  CHECK(plant.first.log.ids.empty());
+  CHECK(plant.log.ids == std::vector<std::uint32_t>{0x90});
+}
+
+TEST_CASE("faults of one network are not those of another") {
+  TwoNetworks plant;
+  CHECK(plant.run("fault 2/bus frame-loss probability=0.5") == "ok 1\n");
+  CHECK(plant.run("fault 2/16 heartbeat-stops") == "ok 1\n");
+  CHECK(plant.run("fault 16 answer-never") == "ok 1\n");
+  CHECK(plant.run("fault bus frame-late delay_ms=1").starts_with("ok 1\n"));
+  CHECK(plant.run("faults") ==
+        "bus 1 frame-late delay_ms=1 occasions=0 fired=0\n"
+        "#2 1 answer-never occasions=0 fired=0\n"
+        "2/bus 1 frame-loss probability=0.5 occasions=0 fired=0\n"
+        "2/#1 1 heartbeat-stops occasions=0 fired=0\nok\n");
+  CHECK(plant.run("faults 2/bus") == "2/bus 1 frame-loss probability=0.5 occasions=0 fired=0\nok\n");
+  CHECK(plant.run("clear 2/bus 1") == "ok\n");
+  CHECK(plant.run("clear 2/bus 1") == "error: fault 1: 2/bus has none with this number\n");
+  CHECK(plant.run("clear 2/16") == "ok\n");
+  CHECK(plant.run("faults") ==
+        "bus 1 frame-late delay_ms=1 occasions=0 fired=0\n#2 1 answer-never occasions=0 fired=0\nok\n");
+  plant.run("fault 2/bus frame-loss probability=0.5");
+  CHECK(plant.run("clear") == "ok\n");
+  CHECK(plant.run("faults") == "ok\n");
+}
+
+TEST_CASE("places in networks that are not there") {
+  TwoNetworks plant;
+  CHECK(plant.run("get 3/16 0x6041") == "error: network \"3\": must be 1..2\n");
+  CHECK(plant.run("faults 3/bus") == "error: network \"3\": must be 1..2\n");
+  CHECK(plant.run("get x/16 0x6041") == "error: network \"x\": must be 1..2\n");
+  CHECK(plant.run("get /16 0x6041") == "error: network \"\": must be 1..2\n");
+  CHECK(plant.run("get 2/66 0x6041") == "error: node 2/66: not in this plant; nodes lists them\n");
+  CHECK(plant.run("get 2/#3 0x6041") == "error: network 2: node \"3\": must be 1..2\n");
+  CHECK(plant.run("get 2/ 0x6041") == "error: network 2: node \"\": must be 1..127\n");
+  CHECK(plant.run("faults 2/buss") == "error: network 2: node \"buss\": must be 1..127\n");
   CHECK(plant.run("faults") == "ok\n");
 }
 

@@ -39,7 +39,7 @@ TEST_CASE("--demo is the demo plant, without a complaint") {
   const Start demo = start({"--demo"});
   REQUIRE(demo.err == "");
   REQUIRE(demo.run);
-  const auto& nodes = demo.config.nodes;
+  const auto& nodes = demo.config.networks.at(0).nodes;
   REQUIRE(nodes.size() == 5);
   CHECK(nodes[0].id == 0x42);
   CHECK(nodes[0].eds == "demo:/io_module.eds");
@@ -53,14 +53,15 @@ TEST_CASE("--demo is the demo plant, without a complaint") {
   CHECK(nodes[3].eds == "demo:/drive.eds");
   CHECK(nodes[4].id == 0x20);
   CHECK(nodes[4].eds == "demo:/generic.eds");
-  CHECK(demo.config.module == ModuleConfig{});
+  CHECK(demo.config.networks.at(0).module == ModuleConfig{});
   CHECK(demo.config.modbus == ModbusConfig{});
-  CHECK(demo.config.can == CanConfig{});
+  CHECK(demo.config.networks.at(0).can == CanConfig{});
 }
 
 TEST_CASE("every EDS file of the demo plant is in the program") {
   const FileReader files = with_demo_plant([](const std::string&) { return std::nullopt; });
-  for (const NodeConfig& node : start({"--demo"}).config.nodes) {
+  const Start demo = start({"--demo"});
+  for (const NodeConfig& node : demo.config.networks.at(0).nodes) {
     INFO(node.eds);
     CHECK(files(node.eds));
   }
@@ -70,6 +71,7 @@ TEST_CASE("the demo plant on the disk is the same plant") {
   const Files disk{{"plants/demo/plant.toml", source_file("plants/demo/plant.toml")}};
   const Start start_of_file = start({"--config", "plants/demo/plant.toml"}, disk);
   REQUIRE(start_of_file.run);
-  CHECK(start_of_file.config.nodes.at(0).eds == "plants/demo/io_module.eds");
-  CHECK(start_of_file.config.nodes.size() == start({"--demo"}).config.nodes.size());
+  CHECK(start_of_file.config.networks.at(0).nodes.at(0).eds == "plants/demo/io_module.eds");
+  CHECK(start_of_file.config.networks.at(0).nodes.size() ==
+        start({"--demo"}).config.networks.at(0).nodes.size());
 }

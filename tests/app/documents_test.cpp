@@ -100,10 +100,14 @@ TEST_CASE("--help has every option of every setting, with what it may be and its
     if (!standard.empty() && row.type != SettingType::kAny && !in_brackets)
       CHECK(contains(help, "(default "));
   });
-  for (const auto& row : settings()) {
-    INFO(row.key);
-    if (row.type == SettingType::kInteger) CHECK(contains(help_on(row.option), row.domain));
-  }
+  const auto check_ranges = [](const auto& rows) {
+    for (const auto& row : rows) {
+      INFO(row.key);
+      if (row.type == SettingType::kInteger) CHECK(contains(help_on(row.option), row.domain));
+    }
+  };
+  check_ranges(settings());
+  check_ranges(network_settings());
 }
 
 TEST_CASE("--help has the keys of every shape of a signal, and every device") {
@@ -127,7 +131,7 @@ TEST_CASE("--help has the keys of every shape of a signal, and every device") {
 }
 
 TEST_CASE("--help has no option that does not exist") {
-  std::set<std::string> known{"--demo", "--config", "--help", "--version"};
+  std::set<std::string> known{"--demo", "--config", "--network", "--help", "--version"};
   for (const std::string_view option : setting_options())
     known.emplace(option);
   CHECK(options_in(help_text()) == known);
@@ -163,7 +167,7 @@ TEST_CASE("the reference has one row for every key, and no other key") {
 }
 
 TEST_CASE("the reference names no option that does not exist") {
-  std::set<std::string> known{"--demo", "--config"};
+  std::set<std::string> known{"--demo", "--config", "--network"};
   for (const std::string_view option : setting_options())
     known.emplace(option);
   for (const std::string& option : options_in(source_file("docs/plant-file.md"))) {
@@ -174,7 +178,7 @@ TEST_CASE("the reference names no option that does not exist") {
 
 TEST_CASE("every TOML snippet of the reference, and of the page about faults, is a good plant") {
   Lines snippets = toml_snippets(source_file("docs/plant-file.md"));
-  CHECK(snippets.size() == 3);
+  CHECK(snippets.size() == 4);
   const Lines of_faults = toml_snippets(source_file("docs/faults.md"));
   CHECK(of_faults.size() == 1);
   snippets.insert(snippets.end(), of_faults.begin(), of_faults.end());
@@ -191,8 +195,8 @@ TEST_CASE("the reference's command line makes the same node as its example") {
   const Start typed = start({"--node", "5=../devices/valve.dcf", "--object", "5:0x2001=17", "--object",
                              "5:0x2010:1=-1.5", "--object", "5:0x2011=Valve 5, boiler room", "--object",
                              "5:0x2012=hex:01 02 FF", "--object", "5:0x2013=true"});
-  const NodeConfig& in_file = plant.config.nodes.at(1);
-  const NodeConfig& on_line = typed.config.nodes.at(0);
+  const NodeConfig& in_file = plant.config.networks.at(0).nodes.at(1);
+  const NodeConfig& on_line = typed.config.networks.at(0).nodes.at(0);
   CHECK(in_file.id == on_line.id);
   CHECK(in_file.eds == on_line.eds);
   REQUIRE(in_file.objects.size() == on_line.objects.size());
@@ -211,13 +215,38 @@ TEST_CASE("the reference's signals and faults are the same on the command line")
        "5:0x6000:1=constant value=0x81", "--fault", "bus:frame-loss probability=0.001"});
   REQUIRE(plant.errors == Lines{});
   REQUIRE(typed.err == "");
-  const auto& in_file = plant.config.nodes.at(0).signals;
-  const auto& on_line = typed.config.nodes.at(0).signals;
+  const auto& in_file = plant.config.networks.at(0).nodes.at(0).signals;
+  const auto& on_line = typed.config.networks.at(0).nodes.at(0).signals;
   CHECK(on_line.at(0).signal == in_file.at(0).signal);
   CHECK(on_line.at(1).signal == in_file.at(1).signal);
   CHECK(on_line.at(2).signal == in_file.at(2).signal);
-  CHECK(typed.config.can.faults.at(0).fault == plant.config.can.faults.at(0).fault);
+  CHECK(typed.config.networks.at(0).can.faults.at(0).fault ==
+        plant.config.networks.at(0).can.faults.at(0).fault);
   CHECK(start({"--demo", "--fault", "1:answer-late delay_ms=50 count=1"}).err == "");
+}
+
+TEST_CASE("the reference's networks are the same on the command line") {
+  const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(3));
+  const Start typed = start({"--modbus",   ":502",       "--can",         "socketcan:can0",
+                             "--network",  "2",          "--sdo-timeout", "200",
+                             "--bit-rate", "125000",     "--slcan",       "127.0.0.1:29537",
+                             "--log",      "second.log", "--node",        "5=io_module.eds",
+                             "--network",  "3",          "--can",         "socketcan:can1"});
+  REQUIRE(plant.errors == Lines{});
+  REQUIRE(typed.err == "");
+  CHECK(typed.config.modbus == plant.config.modbus);
+  REQUIRE(plant.config.networks.size() == 3);
+  REQUIRE(typed.config.networks.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    INFO(i);
+    const NetworkConfig& in_file = plant.config.networks[i];
+    const NetworkConfig& on_line = typed.config.networks[i];
+    CHECK(in_file.number == on_line.number);
+    CHECK(in_file.module == on_line.module);
+    CHECK(in_file.can == on_line.can);
+    CHECK(in_file.log == on_line.log);
+    CHECK(in_file.nodes.size() == on_line.nodes.size());
+  }
 }
 
 TEST_CASE("the mistakes shown in the reference are told in these words") {
@@ -238,6 +267,9 @@ eds = "a.eds"
 [[node]]
 id = 5
 eds = "b.eds"
+[[network]]
+[network.module]
+node_id = 128
 )");
   Lines told = plant.errors;
   for (const std::string& line : to_lines(check(plant.config)))

@@ -121,9 +121,9 @@ TEST_CASE("Every node of the demo plant is built without a word") {
   cbcan::app::Config config;
   const std::string plant = cbcan::app::kDemoPlant.data();
   REQUIRE(cbcan::app::read_plant(*read(plant), plant, config).empty());
-  CHECK(config.nodes.size() == 5);
+  CHECK(config.networks.at(0).nodes.size() == 5);
   std::vector<std::string> devices;
-  for (const auto& node : config.nodes) {
+  for (const auto& node : config.networks.at(0).nodes) {
     const auto build = build_node(node, node_seed(config, node), read);
     CHECK(build.node);
     CHECK(build.warnings.empty());
@@ -246,20 +246,20 @@ TEST_CASE("Noise without a seed follows from the node's seed and the object, and
 
 TEST_CASE("A node's seed: random.seed and its own place, whatever else is in the plant") {
   cbcan::app::Config config;
-  config.nodes.resize(4);
-  config.nodes[0].id = 5;
-  config.nodes[2].id = 6;
+  config.networks.at(0).nodes.resize(4);
+  config.networks.at(0).nodes[0].id = 5;
+  config.networks.at(0).nodes[2].id = 6;
   std::vector<std::uint64_t> seeds;
-  for (const auto& node : config.nodes)
+  for (const auto& node : config.networks.at(0).nodes)
     seeds.push_back(node_seed(config, node));
   CHECK(std::set(seeds.begin(), seeds.end()).size() == 4);
-  config.nodes.erase(config.nodes.begin());
-  config.nodes[0].faults.resize(1);
-  CHECK(node_seed(config, config.nodes[0]) == seeds[1]);
-  CHECK(node_seed(config, config.nodes[1]) == seeds[2]);
-  CHECK(node_seed(config, config.nodes[2]) == seeds[3]);
+  config.networks.at(0).nodes.erase(config.networks.at(0).nodes.begin());
+  config.networks.at(0).nodes[0].faults.resize(1);
+  CHECK(node_seed(config, config.networks.at(0).nodes[0]) == seeds[1]);
+  CHECK(node_seed(config, config.networks.at(0).nodes[1]) == seeds[2]);
+  CHECK(node_seed(config, config.networks.at(0).nodes[2]) == seeds[3]);
   config.random.seed = 2;
-  CHECK(node_seed(config, config.nodes[1]) != seeds[2]);
+  CHECK(node_seed(config, config.networks.at(0).nodes[1]) != seeds[2]);
 }
 
 TEST_CASE("A node that waits for its ID is made for none, whatever its DCF says, without a warning") {
@@ -295,11 +295,11 @@ TEST_CASE("The reference's plant with signals is made of the demo plant's EDS fi
   cbcan::app::Config config;
   REQUIRE(
       cbcan::app::read_plant(page.substr(from, page.find("```", from) - from), "plant.toml", config).empty());
-  REQUIRE(config.nodes.size() == 4);
+  REQUIRE(config.networks.at(0).nodes.size() == 4);
   const auto demo = cbcan::app::with_demo_plant([](const std::string&) { return std::nullopt; });
   const auto read = [&demo](const std::string& path) {
     return path == "pump.csv" ? std::optional<std::string>("0,1\n1,2\n") : demo("demo:/" + path);
   };
-  for (const auto& node : config.nodes)
+  for (const auto& node : config.networks.at(0).nodes)
     CHECK(build_node(node, node_seed(config, node), read).problems.empty());
 }

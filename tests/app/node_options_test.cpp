@@ -37,27 +37,28 @@ std::string first_line(const Start& refused) {
 TEST_CASE("nodes without a plant file") {
   const Start made = start({"--node", "5=a.eds", "--node", "0x20=dir/b=c.dcf"});
   REQUIRE(made.err == "");
-  REQUIRE(made.config.nodes.size() == 2);
-  CHECK(made.config.nodes[0] == node_config(5, "", "a.eds", {}, {"--node 5=a.eds"}));
-  CHECK(made.config.nodes[1] == node_config(32, "", "dir/b=c.dcf", {}, {"--node 0x20=dir/b=c.dcf"}));
+  REQUIRE(made.config.networks.at(0).nodes.size() == 2);
+  CHECK(made.config.networks.at(0).nodes[0] == node_config(5, "", "a.eds", {}, {"--node 5=a.eds"}));
+  CHECK(made.config.networks.at(0).nodes[1] ==
+        node_config(32, "", "dir/b=c.dcf", {}, {"--node 0x20=dir/b=c.dcf"}));
 }
 
 TEST_CASE("--node gives a node of the plant another EDS file and nothing else") {
   const Start both = with_plant({"--node", "5=other.eds", "--node", "6=b.eds"});
   REQUIRE(both.err == "");
-  REQUIRE(both.config.nodes.size() == 2);
-  CHECK(both.config.nodes[0].eds == "other.eds");
-  CHECK(both.config.nodes[0].name == "Valve");
-  CHECK(both.config.nodes[0].objects.size() == 3);
-  CHECK(both.config.nodes[1].id == 6);
+  REQUIRE(both.config.networks.at(0).nodes.size() == 2);
+  CHECK(both.config.networks.at(0).nodes[0].eds == "other.eds");
+  CHECK(both.config.networks.at(0).nodes[0].name == "Valve");
+  CHECK(both.config.networks.at(0).nodes[0].objects.size() == 3);
+  CHECK(both.config.networks.at(0).nodes[1].id == 6);
 }
 
 TEST_CASE("names, heartbeats and objects, of the plant's nodes and of new ones, in any order") {
   const Start both = with_plant({"--name", "6=Pump = 2", "--heartbeat", "6=250", "--object", "6:0x2002:1=1.5",
                                  "--node", "6=b.eds", "--name", "5=Big valve"});
   REQUIRE(both.err == "");
-  CHECK(both.config.nodes.at(0).name == "Big valve");
-  const NodeConfig& pump = both.config.nodes.at(1);
+  CHECK(both.config.networks.at(0).nodes.at(0).name == "Big valve");
+  const NodeConfig& pump = both.config.networks.at(0).nodes.at(1);
   CHECK(pump.name == "Pump = 2");
   CHECK(pump.objects == std::vector<InitialValue>{{0x1017, 0, std::int64_t{250}, {"--heartbeat 6=250"}},
                                                   {0x2002, 1, 1.5, {"--object 6:0x2002:1=1.5"}}});
@@ -66,7 +67,7 @@ TEST_CASE("names, heartbeats and objects, of the plant's nodes and of new ones, 
 TEST_CASE("an object of the command line takes the place of the plant's") {
   const Start both = with_plant({"--object", "5:0x2001=7", "--heartbeat", "5=0"});
   REQUIRE(both.err == "");
-  CHECK(both.config.nodes.at(0).objects ==
+  CHECK(both.config.networks.at(0).nodes.at(0).objects ==
         std::vector<InitialValue>{{0x2001, 1, std::int64_t{2}, {"plant.toml", 6}},
                                   {0x1017, 0, std::int64_t{0}, {"--heartbeat 5=0"}},
                                   {0x2001, 0, std::int64_t{7}, {"--object 5:0x2001=7"}}});
@@ -78,7 +79,7 @@ TEST_CASE("values of all kinds") {
                             "5:0x2005:0=\"5\"", "--object", "5:0x2006:0="});
   REQUIRE(made.err == "");
   std::vector<Value> values;
-  for (const InitialValue& object : made.config.nodes.at(0).objects)
+  for (const InitialValue& object : made.config.networks.at(0).nodes.at(0).objects)
     values.push_back(object.value);
   CHECK((values == std::vector<Value>{std::int64_t{-3}, true, Bytes{1, 255}, "Valve 5"s, "5"s, ""s}));
 }
@@ -125,7 +126,7 @@ TEST_CASE("what a node is, on the command line") {
   const Start both = with_plant({"--device", "5=cia401", "--parameters", "5=dir/a=b.params", "--lss",
                                  "5=true", "--time-period", "5=250"});
   REQUIRE(both.err == "");
-  const NodeConfig& node = both.config.nodes.at(0);
+  const NodeConfig& node = both.config.networks.at(0).nodes.at(0);
   CHECK(node.device == "cia401");
   CHECK(node.parameters == "dir/a=b.params");
   CHECK(node.lss);
@@ -159,7 +160,7 @@ signals = [{ index = 0x6401, sub = 1, shape = "constant", value = 1 },
                            disk);
   REQUIRE(both.err == "");
   using namespace cbcan::sim;
-  const auto& signals = both.config.nodes.at(0).signals;
+  const auto& signals = both.config.networks.at(0).nodes.at(0).signals;
   REQUIRE(signals.size() == 3);
   CHECK(signals[0].signal == Signal{0x6401, 2, 10'000, Constant{2}});
   CHECK(signals[1].signal == Signal{0x6401, 1, 5000, Ramp{-1, 2.5, 1'000'000, Ramp::Then::kRepeat}});
@@ -185,8 +186,9 @@ faults = [{ kind = "silent" }]
       lines.push_back(text_of(fault.fault));
     return lines;
   };
-  CHECK(texts(both.config.can.faults) == Lines{"frame-late delay_ms=10", "bus-off until_ms=500"});
-  CHECK(texts(both.config.nodes.at(0).faults) ==
+  CHECK(texts(both.config.networks.at(0).can.faults) ==
+        Lines{"frame-late delay_ms=10", "bus-off until_ms=500"});
+  CHECK(texts(both.config.networks.at(0).nodes.at(0).faults) ==
         Lines{"silent", "abort code=0x06090030 index=0x2001 sub=1", "silent after=10"});
 }
 

@@ -49,8 +49,9 @@ TEST_CASE("a key in the wrong table is shown the right one") {
 TEST_CASE("an unknown key that is like nothing gets the list") {
   CHECK(errors_in("[can]\nfoo = 1\n") ==
         Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, faults"});
-  CHECK(errors_in("[plc]\n") == Lines{"plant.toml:1: plc: no such key; a plant file has module, modbus, can, "
-                                      "time, random, control, log, node"});
+  CHECK(errors_in("[plc]\n") ==
+        Lines{"plant.toml:1: plc: no such key; a plant file has module, can, log, modbus, time, "
+              "random, control, node, network"});
   CHECK(errors_in("[faults]\n") == Lines{"plant.toml:1: faults: no such key; did you mean node.faults?"});
 }
 
@@ -346,6 +347,7 @@ TEST_CASE("a signal twice, a parameter file twice") {
               "two"});
   CHECK(checked(std::string(kNode) +
                 "parameters = \"p\"\n[[node]]\nlss = true\neds = \"b\"\nparameters = \"p\"\n") ==
-        Lines{"plant.toml:5: node without an ID: p already has the parameters of node 5; every node needs a "
-              "file of its own"});
+        Lines{"plant.toml:5: node without an ID: p already has the parameters of node 5 at plant.toml:1; "
+              "every node "
+              "needs a file of its own"});
 }

@@ -12,17 +12,17 @@ TEST_CASE("an empty plant file is all defaults") {
   const Plant plant = read("# nothing\n");
   CHECK(plant.errors == Lines{});
   CHECK(plant.config == Config{});
-  CHECK(plant.config.module.node_id == 127);
-  CHECK(plant.config.module.sdo_timeout_ms == 1000);
-  CHECK(plant.config.module.node_state_fresh_ms == 2000);
-  CHECK(plant.config.module.guarding_timeout_ms == 100);
+  CHECK(plant.config.networks.at(0).module.node_id == 127);
+  CHECK(plant.config.networks.at(0).module.sdo_timeout_ms == 1000);
+  CHECK(plant.config.networks.at(0).module.node_state_fresh_ms == 2000);
+  CHECK(plant.config.networks.at(0).module.guarding_timeout_ms == 100);
   CHECK(plant.config.modbus.host == "127.0.0.1");
   CHECK(plant.config.modbus.port == 1502);
-  CHECK(plant.config.can.kind == CanKind::kVirtual);
-  CHECK(plant.config.can.bit_rate == 0);
-  CHECK(plant.config.log.file.empty());
-  CHECK_FALSE(plant.config.log.verbose);
-  CHECK(plant.config.nodes.empty());
+  CHECK(plant.config.networks.at(0).can.kind == CanKind::kVirtual);
+  CHECK(plant.config.networks.at(0).can.bit_rate == 0);
+  CHECK(plant.config.networks.at(0).log.file.empty());
+  CHECK_FALSE(plant.config.verbose);
+  CHECK(plant.config.networks.at(0).nodes.empty());
 }
 
 TEST_CASE("every key arrives where it belongs") {
@@ -43,10 +43,11 @@ file = "bus.log"
 verbose = true
 )");
   REQUIRE(plant.errors == Lines{});
-  CHECK(plant.config.module == ModuleConfig{126, 0, 3000, 50, true});
+  CHECK(plant.config.networks.at(0).module == ModuleConfig{126, 0, 3000, 50, 3800, true});
   CHECK(plant.config.modbus == ModbusConfig{"::1", 0});
-  CHECK(plant.config.can == CanConfig{CanKind::kSocketCan, "can0", 125000, "", {}});
-  CHECK(plant.config.log == LogConfig{"bus.log", true});
+  CHECK(plant.config.networks.at(0).can == CanConfig{CanKind::kSocketCan, "can0", 125000, "", {}});
+  CHECK(plant.config.networks.at(0).log == LogConfig{"bus.log"});
+  CHECK(plant.config.verbose == true);
 }
 
 TEST_CASE("nodes, and where they stand") {
@@ -61,10 +62,11 @@ eds = "t.eds"
 heartbeat_ms = 1000
 )");
   REQUIRE(plant.errors == Lines{});
-  REQUIRE(plant.config.nodes.size() == 2);
-  CHECK(plant.config.nodes[0] == node_config(66, "I/O module", "io.eds", {}, {"plant.toml", 1}));
+  REQUIRE(plant.config.networks.at(0).nodes.size() == 2);
+  CHECK(plant.config.networks.at(0).nodes[0] ==
+        node_config(66, "I/O module", "io.eds", {}, {"plant.toml", 1}));
   const InitialValue heartbeat{0x1017, 0, std::int64_t{1000}, {"plant.toml", 6}};
-  CHECK(plant.config.nodes[1] == node_config(2, "", "t.eds", {heartbeat}, {"plant.toml", 6}));
+  CHECK(plant.config.networks.at(0).nodes[1] == node_config(2, "", "t.eds", {heartbeat}, {"plant.toml", 6}));
 }
 
 TEST_CASE("values at power-on keep the type they were written with") {
@@ -81,14 +83,15 @@ objects = [
 ]
 )");
   REQUIRE(plant.errors == Lines{});
-  CHECK(plant.config.nodes.at(0).objects == std::vector<InitialValue>{
-                                                {0x2001, 0, std::int64_t{17}, {"plant.toml", 5}},
-                                                {0x2001, 1, -1.5, {"plant.toml", 6}},
-                                                {0x2002, 0, "Valve 5"s, {"plant.toml", 7}},
-                                                {0x2003, 0, Bytes{1, 2, 255}, {"plant.toml", 8}},
-                                                {0x2004, 0, true, {"plant.toml", 9}},
-                                                {0x2005, 0, ""s, {"plant.toml", 10}},
-                                            });
+  CHECK(plant.config.networks.at(0).nodes.at(0).objects ==
+        std::vector<InitialValue>{
+            {0x2001, 0, std::int64_t{17}, {"plant.toml", 5}},
+            {0x2001, 1, -1.5, {"plant.toml", 6}},
+            {0x2002, 0, "Valve 5"s, {"plant.toml", 7}},
+            {0x2003, 0, Bytes{1, 2, 255}, {"plant.toml", 8}},
+            {0x2004, 0, true, {"plant.toml", 9}},
+            {0x2005, 0, ""s, {"plant.toml", 10}},
+        });
 }
 
 TEST_CASE("the other spellings that TOML has for the same") {
@@ -102,8 +105,8 @@ index = 8193
 value = 1
 )");
   REQUIRE(plant.errors == Lines{});
-  CHECK(plant.config.module.node_id == 9);
-  CHECK(plant.config.nodes.at(0).objects.at(0).index == 0x2001);
+  CHECK(plant.config.networks.at(0).module.node_id == 9);
+  CHECK(plant.config.networks.at(0).nodes.at(0).objects.at(0).index == 0x2001);
 }
 
 TEST_CASE("paths are relative to the plant file") {
@@ -119,25 +122,25 @@ eds = "/usr/share/b.eds"
 )";
   Config config;
   CHECK(to_lines(read_plant(kText, "plants/mine/plant.toml", config)) == Lines{});
-  CHECK(config.log.file == "plants/mine/bus.log");
-  CHECK(config.nodes.at(0).eds == "plants/eds/a.eds");
-  CHECK(config.nodes.at(1).eds == "/usr/share/b.eds");
+  CHECK(config.networks.at(0).log.file == "plants/mine/bus.log");
+  CHECK(config.networks.at(0).nodes.at(0).eds == "plants/eds/a.eds");
+  CHECK(config.networks.at(0).nodes.at(1).eds == "/usr/share/b.eds");
 }
 
 TEST_CASE("what a file does not mention keeps its value") {
   Config config;
-  config.module.node_id = 3;
+  config.networks.at(0).module.node_id = 3;
   config.modbus.port = 502;
   CHECK(to_lines(read_plant("[module]\nsdo_timeout_ms = 5\n", "plant.toml", config)) == Lines{});
-  CHECK(config.module.node_id == 3);
-  CHECK(config.module.sdo_timeout_ms == 5);
+  CHECK(config.networks.at(0).module.node_id == 3);
+  CHECK(config.networks.at(0).module.sdo_timeout_ms == 5);
   CHECK(config.modbus.port == 502);
 }
 
 TEST_CASE("a BOM and CR LF line ends do no harm") {
   const Plant plant = read("\xEF\xBB\xBF[module]\r\nnode_id = 5\r\n");
   CHECK(plant.errors == Lines{});
-  CHECK(plant.config.module.node_id == 5);
+  CHECK(plant.config.networks.at(0).module.node_id == 5);
 }
 
 TEST_CASE("seed, control, and what a node is") {
@@ -157,7 +160,7 @@ time_period_ms = 500
                             "plants/plant.toml", config)) == Lines{});
   CHECK(config.random.seed == 4294967295);
   CHECK(config.control.listen == "unix:plants/run/control");
-  const NodeConfig& node = config.nodes.at(0);
+  const NodeConfig& node = config.networks.at(0).nodes.at(0);
   CHECK(node.device == "cia404");
   CHECK(node.parameters == "plants/a.params");
   CHECK(node.lss);
@@ -168,8 +171,8 @@ TEST_CASE("nodes that wait for an ID, any number of them") {
   const Plant plant = read("[[node]]\neds = \"a.eds\"\nlss = true\n[[node]]\neds = \"a.eds\"\nlss = true\n");
   REQUIRE(plant.errors == Lines{});
   REQUIRE(to_lines(check(plant.config)) == Lines{});
-  CHECK(plant.config.nodes.at(0).id == 0);
-  CHECK(plant.config.nodes.at(1).id == 0);
+  CHECK(plant.config.networks.at(0).nodes.at(0).id == 0);
+  CHECK(plant.config.networks.at(0).nodes.at(1).id == 0);
 }
 
 TEST_CASE("signals of every shape") {
@@ -190,7 +193,7 @@ signals = [
 )",
                             "plants/plant.toml", config)) == Lines{});
   using namespace cbcan::sim;
-  const auto& signals = config.nodes.at(0).signals;
+  const auto& signals = config.networks.at(0).nodes.at(0).signals;
   REQUIRE(signals.size() == 8);
   CHECK(signals[0].signal == Signal{0x6401, 1, 10'000, Constant{-2}});
   CHECK(signals[1].signal == Signal{0x6401, 2, 10'000, Ramp{1.5, 9, 3000, Ramp::Then::kBackAndForth}});
@@ -218,10 +221,11 @@ faults = [
 ]
 )");
   REQUIRE(plant.errors == Lines{});
-  REQUIRE(plant.config.can.faults.size() == 1);
-  CHECK(text_of(plant.config.can.faults[0].fault) == "frame-corrupt part=data probability=0.5");
-  CHECK(plant.config.can.faults[0].place == Place{"plant.toml", 2});
-  const auto& faults = plant.config.nodes.at(0).faults;
+  REQUIRE(plant.config.networks.at(0).can.faults.size() == 1);
+  CHECK(text_of(plant.config.networks.at(0).can.faults[0].fault) ==
+        "frame-corrupt part=data probability=0.5");
+  CHECK(plant.config.networks.at(0).can.faults[0].place == Place{"plant.toml", 2});
+  const auto& faults = plant.config.networks.at(0).nodes.at(0).faults;
   REQUIRE(faults.size() == 2);
   CHECK(text_of(faults[0].fault) == "answer-late delay_ms=50 after=3 count=1 index=0x2001");
   CHECK(text_of(faults[1].fault) == "silent");

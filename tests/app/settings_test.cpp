@@ -11,46 +11,69 @@
 
 using namespace cbcan::app;
 
-TEST_CASE("the defaults of the table are the defaults of the structs") {
-  for (const auto& row : settings()) {
+namespace {
+
+template <class Target>
+void check_defaults(std::span<const Setting<Target>> rows) {
+  for (const auto& row : rows) {
     if (row.standard.empty()) continue;
     INFO(row.key);
-    Config config;
-    CHECK(assign(row, config, parse_value(row.standard)) == "");
-    CHECK(config == Config{});
+    Target target;
+    CHECK(assign(row, target, parse_value(row.standard)) == "");
+    CHECK(target == Target{});
   }
 }
 
-TEST_CASE("both ends of each range are taken, what is beyond is not") {
-  for (const auto& row : settings()) {
+template <class Target>
+void check_ranges(std::span<const Setting<Target>> rows) {
+  for (const auto& row : rows) {
     if (row.type != SettingType::kInteger) continue;
     INFO(row.key);
-    Config config;
-    CHECK(assign(row, config, row.low) == "");
-    CHECK(assign(row, config, row.high) == "");
-    const Config before = config;
-    CHECK(assign(row, config, row.low - 1) != "");
-    CHECK(assign(row, config, row.high + 1) != "");
-    CHECK(config == before);
+    Target target;
+    CHECK(assign(row, target, row.low) == "");
+    CHECK(assign(row, target, row.high) == "");
+    const Target before = target;
+    CHECK(assign(row, target, row.low - 1) != "");
+    CHECK(assign(row, target, row.high + 1) != "");
+    CHECK(target == before);
   }
 }
 
-TEST_CASE("every setting changes something of its own") {
+template <class Target>
+void check_own(std::span<const Setting<Target>> rows) {
   const std::map<SettingType, std::string> other{
       {SettingType::kInteger, "10001"}, {SettingType::kBoolean, "true"},
       {SettingType::kChoice, "manual"}, {SettingType::kText, "socketcan:x"},
       {SettingType::kPath, "x"},        {SettingType::kAddress, "unix:x"}};
-  std::vector<Config> changed;
-  for (const auto& row : settings()) {
+  std::vector<Target> changed;
+  for (const auto& row : rows) {
     INFO(row.key);
-    Config config;
-    std::string text = row.high == 127 ? "77" : other.at(row.type);
+    Target target;
+    const bool is_small = row.type == SettingType::kInteger && row.high < 10'001;
+    std::string text = is_small ? std::to_string(row.high - 1) : other.at(row.type);
     if (row.key == "module.enabled") text = "false";
-    REQUIRE(assign(row, config, parse_value(text)) == "");
-    CHECK(config != Config{});
-    CHECK(std::ranges::find(changed, config) == changed.end());
-    changed.push_back(config);
+    REQUIRE(assign(row, target, parse_value(text)) == "");
+    CHECK(target != Target{});
+    CHECK(std::ranges::find(changed, target) == changed.end());
+    changed.push_back(target);
   }
+}
+
+}  // namespace
+
+TEST_CASE("the defaults of the table are the defaults of the structs") {
+  check_defaults(settings());
+  check_defaults(network_settings());
+}
+
+TEST_CASE("both ends of each range are taken, what is beyond is not") {
+  check_ranges(settings());
+  check_ranges(network_settings());
+}
+
+TEST_CASE("every setting changes something of its own") {
+  check_own(settings());
+  check_own(network_settings());
 }
 
 TEST_CASE("every name in a plant file, each once") {

@@ -17,7 +17,7 @@ class Commands {
  public:
   Commands() {
     for (std::size_t place = 0; place < DevicePlant::kNodes; ++place)
-      nodes_.push_back({&plant_.node(place), place == 0 ? "I/O module" : "", "device"});
+      first_.nodes.push_back({&plant_.node(place), place == 0 ? "I/O module" : "", "device"});
   }
 
   void take(std::string_view line) {
@@ -50,8 +50,10 @@ class Commands {
   }
 
   DevicePlant plant_{{}};
-  std::vector<app::PlantNode> nodes_;
-  app::Control control_{plant_.world, nodes_, plant_.now};
+  sim::World empty_;
+  app::PlantNetwork first_{plant_.world, {}};
+  app::PlantNetwork second_{empty_, {}};
+  app::Control control_{{&first_, &second_}, plant_.now};
 };
 
 void check_lines(std::string_view text) {

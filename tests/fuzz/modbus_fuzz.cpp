@@ -24,6 +24,7 @@ using View = ModbusModel::View;
 constexpr std::uint8_t kIsPdu = 1;    ///< the piece is sent as one request with a good header
 constexpr std::uint8_t kKeepOut = 2;  ///< the client does not take the answers yet
 constexpr std::uint8_t kGather = 4;   ///< the server gets this piece together with the next
+constexpr std::array<std::uint8_t, 3> kUnits{1, 0, 255};
 constexpr unsigned kRepeatShift = 3;
 constexpr unsigned kMostPieces = 400;  ///< of one input
 
@@ -42,8 +43,8 @@ struct Server {
   io::Reactor reactor;
   std::vector<std::uint16_t> registers = std::vector<std::uint16_t>(ModbusModel::kRegisters);
   std::size_t requests = 0;
-  io::ModbusTcp modbus{reactor, registers, settings(), [this](bool) { ++requests; },
-                       [](const std::string&) {}};
+  io::ModbusTcp modbus{
+      reactor, {registers}, settings(), [this](std::size_t, bool) { ++requests; }, [](const std::string&) {}};
 };
 
 Server& server() {
@@ -81,7 +82,7 @@ class Run {
     take();
     require(taken_ == model_.answers(), "each request has its own answer, and nothing else comes");
     require(server().registers == model_.registers, "the registers are those that were written");
-    require(server().requests == model_.requests(), "each request is reported once");
+    require(server().requests == model_.requests(), "each request to the network is reported once");
     require(closed_ == model_.closed(), "closed is what cannot be Modbus, and only that");
     check_half_request();
     client_.reset();
@@ -90,7 +91,7 @@ class Run {
   }
 
  private:
-  /// Transaction and unit ID are all different.
+  /// Transaction IDs are all different; the unit IDs are those of the network.
   Bytes with_header(View pdu) {
     const auto length = static_cast<std::uint16_t>(pdu.size() + 1);
     ++transaction_;
@@ -100,7 +101,7 @@ class Run {
                   0,
                   static_cast<std::uint8_t>(length >> 8),
                   static_cast<std::uint8_t>(length),
-                  static_cast<std::uint8_t>(transaction_ ^ 0x55)};
+                  kUnits[transaction_ % kUnits.size()]};
     request.insert(request.end(), pdu.begin(), pdu.end());
     return request;
   }

@@ -13,6 +13,7 @@ using View = ModbusModel::View;
 constexpr std::uint8_t kIllegalFunction = 1;
 constexpr std::uint8_t kIllegalAddress = 2;
 constexpr std::uint8_t kIllegalValue = 3;
+constexpr std::uint8_t kNoPath = 10;
 
 std::size_t word(View bytes, std::size_t at) {
   return bytes[at] * 256u + bytes[at + 1];
@@ -65,8 +66,9 @@ void ModbusModel::receive(View bytes) {
 }
 
 void ModbusModel::answer(View request) {
-  ++requests_;
-  const Bytes pdu = answer_to(request.subspan(7));
+  const bool reached = request[6] < 2 || request[6] == 255;
+  if (reached) ++requests_;
+  const Bytes pdu = reached ? answer_to(request.subspan(7)) : exception(request.subspan(7), kNoPath);
   answers_.insert(answers_.end(),
                   {request[0], request[1], 0, 0, 0, static_cast<std::uint8_t>(pdu.size() + 1), request[6]});
   answers_.insert(answers_.end(), pdu.begin(), pdu.end());

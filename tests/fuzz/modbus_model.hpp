@@ -28,6 +28,7 @@ class ModbusModel {
   bool closed() const { return closed_; }
   /// The last request is not complete.
   bool waits() const { return !closed_ && !rest_.empty(); }
+  /// To the one network that there is.
   std::size_t requests() const { return requests_; }
 
   std::vector<std::uint16_t> registers;  ///< R0..R4167

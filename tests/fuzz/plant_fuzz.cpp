@@ -68,12 +68,11 @@ void check_complaints(const app::Diagnostics& found, std::size_t lines) {
     check_complaint(app::to_string(diagnostic), lines);
 }
 
-void check_ranges(const app::Config& config) {
+void check_ranges(const app::NetworkConfig& config) {
   const auto is_node = [](std::uint8_t id) { return id >= 1 && id <= 127; };
   require(is_node(config.module.node_id), "the module's node ID is 1..127");
   require(config.module.node_state_fresh_ms != 0 && config.module.guarding_timeout_ms != 0,
           "times are not 0");
-  require(!config.modbus.host.empty(), "the host has a name");
   require(config.can.bit_rate == 0 || (config.can.bit_rate >= 10'000 && config.can.bit_rate <= 1'000'000),
           "the bit rate is one of a CAN bus");
   require((config.can.kind == app::CanKind::kSocketCan) == !config.can.interface_name.empty(),
@@ -83,8 +82,8 @@ void check_ranges(const app::Config& config) {
             "a node has an EDS file, and an ID or LSS");
 }
 
-void build_nodes(const app::Config& config, std::size_t lines) {
-  for (const app::NodeConfig& node : config.nodes) {
+void build_nodes(const app::Config& config, const app::NetworkConfig& network, std::size_t lines) {
+  for (const app::NodeConfig& node : network.nodes) {
     const app::NodeBuild build = app::build_node(node, app::node_seed(config, node), read_file);
     require(build.node.has_value() == build.problems.empty(), "a node is built, or it is said why not");
     for (const std::string& problem : build.problems)
@@ -97,12 +96,15 @@ bool same(const app::Diagnostic& one, const app::Diagnostic& other) {
 }
 
 /// Not a number is not equal to itself.
+bool has_nan(const app::NodeConfig& node) {
+  return std::ranges::any_of(node.objects, [](const app::InitialValue& object) {
+    const auto* number = std::get_if<double>(&object.value);
+    return number != nullptr && *number != *number;
+  });
+}
 bool has_nan(const app::Config& config) {
-  return std::ranges::any_of(config.nodes, [](const app::NodeConfig& node) {
-    return std::ranges::any_of(node.objects, [](const app::InitialValue& object) {
-      const auto* number = std::get_if<double>(&object.value);
-      return number != nullptr && *number != *number;
-    });
+  return std::ranges::any_of(config.networks, [](const app::NetworkConfig& network) {
+    return std::ranges::any_of(network.nodes, [](const app::NodeConfig& node) { return has_nan(node); });
   });
 }
 
@@ -118,9 +120,12 @@ void check_plant(std::string_view text) {
   }
   check_complaints(found, lines);
   if (!found.empty()) return;
-  check_ranges(config);
+  require(!config.modbus.host.empty(), "the host has a name");
   check_complaints(app::check(config), lines);
-  build_nodes(config, lines);
+  for (const app::NetworkConfig& network : config.networks) {
+    check_ranges(network);
+    build_nodes(config, network, lines);
+  }
 }
 
 }  // namespace

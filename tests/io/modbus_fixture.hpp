@@ -17,18 +17,23 @@
 
 namespace cbcan::io::test {
 
-/// A server on a free port, with 4168 registers, and everything that it has told.
+/// A server on a free port, with two networks of 4168 registers each, and everything that it has told.
 struct Server {
   /// libmodbus's server makes others wait 450 ms and more.
   static constexpr Time kDelayed = 300 * kMillisecond;
 
   Reactor reactor;
   std::vector<std::uint16_t> registers = std::vector<std::uint16_t>(4168);
-  std::vector<bool> requests;  ///< on_request's arguments
+  std::vector<std::uint16_t> of_second = std::vector<std::uint16_t>(4168);
+  std::vector<bool> requests;         ///< on_request's arguments
+  std::vector<std::size_t> networks;  ///< the same
   std::function<void()> on_request;
   std::vector<std::string> warnings;
-  ModbusTcp modbus{reactor, registers, settings(),
-                   [this](bool wrote) {
+  ModbusTcp modbus{reactor,
+                   {registers, of_second},
+                   settings(),
+                   [this](std::size_t network, bool wrote) {
+                     networks.push_back(network);
                      requests.push_back(wrote);
                      if (on_request) on_request();
                    },

@@ -11,23 +11,23 @@ TEST_CASE("FC 3 reads") {
   Client client(server);
   server.registers[107] = 0x022B;
   server.registers[109] = 0x0064;
-  CHECK(ask(server, client, "00 01 00 00 00 06 11 03 00 6B 00 03", 15) ==
-        hex("00 01 00 00 00 09 11 03 06 02 2B 00 00 00 64"));
+  CHECK(ask(server, client, "00 01 00 00 00 06 01 03 00 6B 00 03", 15) ==
+        hex("00 01 00 00 00 09 01 03 06 02 2B 00 00 00 64"));
 }
 
 TEST_CASE("FC 6 writes one register") {
   Server server;
   Client client(server);
-  CHECK(ask(server, client, "00 02 00 00 00 06 11 06 00 01 00 03", 12) ==
-        hex("00 02 00 00 00 06 11 06 00 01 00 03"));
+  CHECK(ask(server, client, "00 02 00 00 00 06 01 06 00 01 00 03", 12) ==
+        hex("00 02 00 00 00 06 01 06 00 01 00 03"));
   CHECK(server.registers[1] == 3);
 }
 
 TEST_CASE("FC 16 writes many") {
   Server server;
   Client client(server);
-  CHECK(ask(server, client, "00 03 00 00 00 0B 11 10 00 01 00 02 04 00 0A 01 02", 12) ==
-        hex("00 03 00 00 00 06 11 10 00 01 00 02"));
+  CHECK(ask(server, client, "00 03 00 00 00 0B 01 10 00 01 00 02 04 00 0A 01 02", 12) ==
+        hex("00 03 00 00 00 06 01 10 00 01 00 02"));
   CHECK(server.registers[1] == 0x000A);
   CHECK(server.registers[2] == 0x0102);
 }
@@ -36,8 +36,8 @@ TEST_CASE("FC 22 masks") {
   Server server;
   Client client(server);
   server.registers[4] = 0x0012;
-  CHECK(ask(server, client, "00 04 00 00 00 08 11 16 00 04 00 F2 00 25", 14) ==
-        hex("00 04 00 00 00 08 11 16 00 04 00 F2 00 25"));
+  CHECK(ask(server, client, "00 04 00 00 00 08 01 16 00 04 00 F2 00 25", 14) ==
+        hex("00 04 00 00 00 08 01 16 00 04 00 F2 00 25"));
   CHECK(server.registers[4] == 0x0017);
 }
 
@@ -46,8 +46,8 @@ TEST_CASE("FC 23 writes and then reads") {
   Client client(server);
   server.registers[13] = 0x00FE;
   // R14 is written and read in the same request.
-  CHECK(ask(server, client, "00 05 00 00 00 11 11 17 00 0D 00 02 00 0E 00 03 06 00 FF 0A CD 00 01", 13) ==
-        hex("00 05 00 00 00 07 11 17 04 00 FE 00 FF"));
+  CHECK(ask(server, client, "00 05 00 00 00 11 01 17 00 0D 00 02 00 0E 00 03 06 00 FF 0A CD 00 01", 13) ==
+        hex("00 05 00 00 00 07 01 17 04 00 FE 00 FF"));
   CHECK(server.registers[15] == 0x0ACD);
   CHECK(server.registers[16] == 0x0001);
 }
@@ -55,8 +55,8 @@ TEST_CASE("FC 23 writes and then reads") {
 TEST_CASE("FC 43/14 says who this is") {
   Server server;
   Client client(server);
-  CHECK(ask(server, client, "00 06 00 00 00 05 11 2B 0E 01 00", 28) ==
-        hex("00 06 00 00 00 16 11 2B 0E 01 81 00 00 03 00 02 63 62 01 03 63 61 6E 02 03 31 2E 30"));
+  CHECK(ask(server, client, "00 06 00 00 00 05 01 2B 0E 01 00", 28) ==
+        hex("00 06 00 00 00 16 01 2B 0E 01 81 00 00 03 00 02 63 62 01 03 63 61 6E 02 03 31 2E 30"));
 }
 
 TEST_CASE("the largest answer and the largest request") {
@@ -76,14 +76,14 @@ TEST_CASE("the largest answer and the largest request") {
   CHECK(server.registers[123] == 0);
 }
 
-TEST_CASE("any transaction ID and any unit ID comes back") {
+TEST_CASE("any transaction ID comes back, and the unit ID; 0 and 255 are the first network too") {
   Server server;
   Client client(server);
   CHECK(ask(server, client, "FF FE 00 00 00 06 00 03 00 00 00 01", 11) ==
         hex("FF FE 00 00 00 05 00 03 02 00 00"));
   CHECK(ask(server, client, "00 00 00 00 00 06 FF 03 00 00 00 01", 11) ==
         hex("00 00 00 00 00 05 FF 03 02 00 00"));
-  CHECK(ask(server, client, "12 34 00 00 00 02 F7 07", 9) == hex("12 34 00 00 00 03 F7 87 01"));
+  CHECK(ask(server, client, "12 34 00 00 00 02 FF 07", 9) == hex("12 34 00 00 00 03 FF 87 01"));
 }
 
 TEST_CASE("the owner is told of each request, once, and whether it wrote") {

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// One CAN network of cbcan-sim: registers, module, nodes and bus of a World, with a CAN interface, SLCAN
+/// adapters or nothing behind it, and a log of what is on the bus.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/config.hpp"
+#include "app/control.hpp"
+#include "app/node_image.hpp"
+#include "cbcan/regmap.hpp"
+#include "io/candump_log.hpp"
+#include "io/parameter_file.hpp"
+#include "io/reactor.hpp"
+#include "io/slcan_server.hpp"
+#include "io/socketcan.hpp"
+#include "sim/world.hpp"
+
+namespace cbcan::app {
+
+/// What the networks of one program have in common.
+struct Surroundings {
+  io::Reactor& reactor;
+  io::Warn warn;
+  std::function<Time()> now;
+  Time started;
+  bool manual_clock;
+};
+
+class Network final : private sim::FaultListener {
+ public:
+  /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Opens
+  /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
+  /// understood.
+  Network(const Config& plant, const NetworkConfig& config, std::vector<BuiltNode> nodes,
+          const Surroundings& surroundings);
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
+
+  /// None where there is no module.
+  std::span<std::uint16_t> registers();
+
+  /// As commands see it; it lives as long as the network.
+  PlantNetwork& plant() { return plant_; }
+
+  /// "can=virtual slcan=127.0.0.1:29536"; of network 2 "2/can=virtual 2/slcan=127.0.0.1:29537".
+  std::string where() const;
+
+  void start();
+
+  /// A Modbus request to this network, which has a module then, has been answered; `wrote` = it changed
+  /// registers.
+  void on_request(bool wrote);
+
+  /// Does what is due.
+  void advance();
+
+  /// The log and the adapters have what the bus has brought.
+  void flush();
+
+  /// When the world has something to do next; kNever on a manual clock, whose time does not come by itself.
+  Time next_deadline() const;
+
+  /// What the module has done, and the adapters, in lines for people.
+  std::string module_summary() const;
+  std::string slcan_summary() const;
+
+ private:
+  void add_nodes(const NetworkConfig& config, std::vector<BuiltNode> nodes);
+  void set_faults(const NetworkConfig& config);
+  void tell_time_of_day();
+  void open_slcan(const NetworkConfig& config);
+  void open_log(const NetworkConfig& config);
+  void on_fault(std::string_view text, Time now) override;
+
+  Surroundings surroundings_;
+  std::size_t number_;
+  std::string name_;  ///< in front of lines for people; empty if it is the only one
+  std::string can_;
+  std::vector<std::uint16_t> registers_;
+  sim::World world_;
+  sim::Module* module_ = nullptr;
+  std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
+  PlantNetwork plant_{world_, {}};
+  std::optional<io::CandumpLog> log_;
+  std::optional<io::SocketCan> socketcan_;
+  std::optional<io::SlcanServer> slcan_;
+};
+
+}  // namespace cbcan::app

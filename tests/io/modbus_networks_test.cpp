@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// The unit ID selects the network: 1 the first, 2 the second; 0 and 255 the first; others none (exception
+// 0Ah, Modbus Application Protocol V1.1b3, section 7).
+#include "modbus_fixture.hpp"
+
+namespace cbcan::io::test {
+namespace {
+
+TEST_CASE("every network has registers of its own") {
+  Server server;
+  Client client(server);
+  server.registers[107] = 0x1111;
+  server.of_second[107] = 0x2222;
+  CHECK(ask(server, client, "00 01 00 00 00 06 01 03 00 6B 00 01", 11) ==
+        hex("00 01 00 00 00 05 01 03 02 11 11"));
+  CHECK(ask(server, client, "00 02 00 00 00 06 02 03 00 6B 00 01", 11) ==
+        hex("00 02 00 00 00 05 02 03 02 22 22"));
+  CHECK(ask(server, client, "00 03 00 00 00 06 02 06 00 6B 33 33", 12) ==
+        hex("00 03 00 00 00 06 02 06 00 6B 33 33"));
+  CHECK(ask(server, client, "00 04 00 00 00 06 00 06 00 6B 44 44", 12) ==
+        hex("00 04 00 00 00 06 00 06 00 6B 44 44"));
+  CHECK(server.of_second[107] == 0x3333);
+  CHECK(server.registers[107] == 0x4444);
+  CHECK(ask(server, client, "00 05 00 00 00 06 FF 03 00 6B 00 01", 11) ==
+        hex("00 05 00 00 00 05 FF 03 02 44 44"));
+}
+
+TEST_CASE("every function reaches the second network") {
+  Server server;
+  Client client(server);
+  server.of_second[4] = 0x0012;
+  CHECK(ask(server, client, "00 01 00 00 00 08 02 16 00 04 00 F2 00 25", 14) ==
+        hex("00 01 00 00 00 08 02 16 00 04 00 F2 00 25"));
+  CHECK(server.of_second[4] == 0x0017);
+  CHECK(ask(server, client, "00 02 00 00 00 0B 02 10 00 01 00 02 04 00 0A 01 02", 12) ==
+        hex("00 02 00 00 00 06 02 10 00 01 00 02"));
+  CHECK(server.of_second[2] == 0x0102);
+  CHECK(ask(server, client, "00 03 00 00 00 0D 02 17 00 01 00 02 00 02 00 01 02 0B 0C", 13) ==
+        hex("00 03 00 00 00 07 02 17 04 00 0A 0B 0C"));
+  CHECK(ask(server, client, "00 04 00 00 00 05 02 2B 0E 01 00", 28) ==
+        hex("00 04 00 00 00 16 02 2B 0E 01 81 00 00 03 00 02 63 62 01 03 63 61 6E 02 03 31 2E 30"));
+  CHECK(ask(server, client, "00 05 00 00 00 06 02 03 10 48 00 01", 9) == hex("00 05 00 00 00 03 02 83 02"));
+  CHECK(server.registers == std::vector<std::uint16_t>(4168));
+}
+
+TEST_CASE("a unit ID without a network is answered by exception 0Ah, whatever is asked") {
+  Server server;
+  Client client(server);
+  CHECK(ask(server, client, "00 01 00 00 00 06 03 03 00 00 00 01", 9) == hex("00 01 00 00 00 03 03 83 0A"));
+  CHECK(ask(server, client, "00 02 00 00 00 06 F7 06 00 00 00 01", 9) == hex("00 02 00 00 00 03 F7 86 0A"));
+  CHECK(ask(server, client, "00 03 00 00 00 0B 11 10 00 01 00 02 04 00 0A 01 02", 9) ==
+        hex("00 03 00 00 00 03 11 90 0A"));
+  CHECK(ask(server, client, "00 04 00 00 00 05 FE 2B 0E 01 00", 9) == hex("00 04 00 00 00 03 FE AB 0A"));
+  CHECK(ask(server, client, "00 05 00 00 00 02 03 07", 9) == hex("00 05 00 00 00 03 03 87 0A"));
+  CHECK(ask(server, client, "00 06 00 00 00 06 03 03 FF FF FF FF", 9) == hex("00 06 00 00 00 03 03 83 0A"));
+  CHECK(server.registers == std::vector<std::uint16_t>(4168));
+  CHECK(server.of_second == std::vector<std::uint16_t>(4168));
+  CHECK(server.requests.empty());
+  CHECK(server.modbus.counters().requests == 6);
+  CHECK(server.modbus.counters().exceptions == 6);
+}
+
+TEST_CASE("framing comes before the unit ID") {
+  Server server;
+  Client client(server);
+  client.send("00 01 00 01 00 06 03 03 00 00 00 01");
+  server.run_until([&] { return client.closed(); });
+  CHECK(client.take().empty());
+  CHECK(server.modbus.counters().bad_frames == 1);
+}
+
+TEST_CASE("a network without registers is none, be it the first") {
+  Reactor reactor;
+  std::vector<std::uint16_t> registers(10);
+  ModbusTcp modbus(
+      reactor, {{}, registers}, Server::settings(), [](std::size_t, bool) {}, [](const std::string&) {});
+  int pair[2];
+  REQUIRE(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) == 0);
+  modbus.adopt(Descriptor(pair[0]));
+  const Descriptor client(pair[1]);
+  const Bytes requests =
+      hex("00 01 00 00 00 06 01 06 00 01 00 07 00 02 00 00 00 06 FF 06 00 01 00 07"
+          "00 03 00 00 00 06 02 06 00 01 00 07");
+  REQUIRE(send(client.get(), requests.data(), requests.size(), 0) == static_cast<ssize_t>(requests.size()));
+  while (reactor.run_once(0) != 0) {
+  }
+  Bytes answers(100);
+  answers.resize(static_cast<std::size_t>(recv(client.get(), answers.data(), answers.size(), 0)));
+  CHECK(answers ==
+        hex("00 01 00 00 00 03 01 86 0A 00 02 00 00 00 03 FF 86 0A 00 03 00 00 00 06 02 06 00 01 00 07"));
+  CHECK(registers[1] == 7);
+}
+
+TEST_CASE("the owner is told which network was asked") {
+  Server server;
+  Client client(server);
+  ask(server, client, "00 01 00 00 00 06 02 03 00 00 00 01", 11);
+  ask(server, client, "00 02 00 00 00 06 00 06 00 00 00 01", 12);
+  ask(server, client, "00 03 00 00 00 06 02 06 00 00 00 01", 12);
+  ask(server, client, "00 04 00 00 00 06 02 06 FF FF 00 01", 9);
+  CHECK(server.networks == std::vector<std::size_t>{1, 0, 1, 1});
+  CHECK(server.requests == std::vector<bool>{false, true, true, false});
+}
+
+}  // namespace
+}  // namespace cbcan::io::test
