@@ -88,14 +88,15 @@ class Simulator:
     def wait_for_frame(self, frame):
         wait_until(lambda: frame in self.frames(), f"{frame} on the bus")
 
-    def window(self):
-        return Window(self.port)
+    def window(self, unit=1):
+        return Window(self.port, unit)
 
 
 class Window:
     """R3700..R3769 over a bare socket: for tests that want to see every byte."""
 
-    def __init__(self, port):
+    def __init__(self, port, unit=1):
+        self.unit = unit
         self.socket = socket.create_connection(("127.0.0.1", port), timeout=LIMIT)
         self.transaction = 0
 
@@ -105,7 +106,8 @@ class Window:
     def __exit__(self, *_):
         self.socket.close()
 
-    def request(self, pdu, unit=1):
+    def request(self, pdu, unit=None):
+        unit = self.unit if unit is None else unit
         self.transaction = (self.transaction + 1) & 0xFFFF
         self.socket.sendall(struct.pack(">HHHB", self.transaction, 0, len(pdu) + 1, unit) + pdu)
         header = self.receive(7)

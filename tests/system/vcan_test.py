@@ -19,6 +19,7 @@ from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
 VCAN = os.environ["CBCAN_VCAN"]
+EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
 READ, WRITE = 5055, 5066
 
 
@@ -217,6 +218,24 @@ class OwnInterface(unittest.TestCase):
         # The kernel takes an interface down before it deletes it, which may have been seen.
         self.assertEqual((code, error.removeprefix(is_down(self.NAME))),
                          (0, none_such(self.NAME) + is_down(self.NAME) + is_up_again(self.NAME)))
+
+    def test_a_network_for_each_of_two_interfaces(self):
+        other = self.NAME + "b"
+        self.addCleanup(subprocess.run, ["ip", "link", "del", "dev", other], stderr=subprocess.DEVNULL)
+        for name in (self.NAME, other):
+            subprocess.run(["ip", "link", "add", "dev", name, "type", "vcan"], check=True)
+            ip_link("up", interface=name)
+        simulator = Simulator(PROGRAM, "--can", f"socketcan:{self.NAME}", "--node", f"5={EDS}", "--object", "5:0x2002=1", "--network",
+                              "2", "--can", f"socketcan:{other}", "--node", f"5={EDS}", "--object", "5:0x2002=2")
+        self.addCleanup(simulator.stop)
+        self.assertEqual([simulator.where["can"], simulator.where["2/can"]], [f"socketcan:{self.NAME}", f"socketcan:{other}"])
+        for unit in (1, 2):
+            with simulator.window(unit) as window:
+                self.assertEqual(window.execute(READ, 5, 0x2002, 0, 2), 0)
+                self.assertEqual(window.read(3706, 1), [unit])
+        ip_link("down", interface=self.NAME)
+        with simulator.window(2) as window:
+            self.assertEqual(window.execute(READ, 5, 0x2002, 0, 2), 0)
 
 
 cases.main()

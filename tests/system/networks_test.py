@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Two CAN networks in one program: the Modbus unit ID selects, and nothing of one reaches the other."""
+
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from pymodbus.client import ModbusTcpClient
+from pymodbus.mei_message import ReadDeviceInformationRequest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments
+
+PROGRAM = program_from_arguments(sys.argv)
+EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
+READ, WRITE, EXECUTE = 5055, 5066, 0xCA0E
+NO_PATH = 10  # exception: gateway path unavailable
+
+PLANT = f"""
+[[node]]
+id = 5
+eds = "{EDS}"
+objects = [ {{ index = 0x2002, value = 0x1111 }} ]
+faults = [ {{ kind = "answer-late", delay_ms = 50, count = 1 }} ]
+
+[[network]]
+[network.can]
+slcan = "127.0.0.1:0"
+
+[network.log]
+file = "two.log"
+
+[[network.node]]
+id = 5
+eds = "{EDS}"
+objects = [ {{ index = 0x2002, value = 0x2222 }} ]
+faults = [ {{ kind = "answer-late", delay_ms = 50, count = 1 }} ]
+"""
+
+
+def frames_in(log):
+    return [line.split()[2] for line in log.read_text().splitlines()]
+
+
+class OneUnit:
+    """A pymodbus client of its own, which knows one unit ID."""
+
+    def __init__(self, port, unit):
+        self.unit = unit
+        self.client = ModbusTcpClient("127.0.0.1", port=port, timeout=LIMIT)
+        assert self.client.connect()
+
+    def read(self, address):
+        return self.client.read_holding_registers(address, 1, slave=self.unit).registers[0]
+
+    def start(self, *words):
+        assert not self.client.write_registers(3700, [EXECUTE, *words], slave=self.unit).isError()
+
+    def result(self):
+        """R3700, and the first data word."""
+        return self.read(3700), self.read(3706)
+
+
+class TwoNetworks(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        plant = self.folder / "plant.toml"
+        plant.write_text(PLANT)
+        self.simulator = Simulator(PROGRAM, "--config", str(plant), "--clock", "manual", "--verbose", stdin=subprocess.PIPE)
+        self.addCleanup(self.simulator.stop)
+
+    def unit(self, number):
+        client = OneUnit(self.simulator.port, number)
+        self.addCleanup(client.client.close)
+        return client
+
+    def say(self, line):
+        """A command, or `pass`, and the last line of its answer."""
+        self.simulator.process.stdin.write(line + "\n")
+        self.simulator.process.stdin.flush()
+        answer = [self.simulator.process.stdout.readline()]
+        while not answer[-1].startswith(("ok", "at ")):
+            answer.append(self.simulator.process.stdout.readline())
+        return "".join(answer)
+
+    def use_up_faults(self, *units):
+        for unit in units:
+            unit.start(READ, 5, 0x2002, 0, 2)
+        self.say("pass 50ms")
+
+    def test_transactions_on_both_at_once(self):
+        one, two = self.unit(1), self.unit(2)
+        one.start(READ, 5, 0x2002, 0, 2)
+        two.start(READ, 5, 0x2002, 0, 2)
+        self.say("pass 49ms")
+        self.assertEqual([one.read(3700), two.read(3700)], [EXECUTE, EXECUTE])
+        self.say("pass 1ms")
+        self.assertEqual([one.result(), two.result()], [(0, 0x1111), (0, 0x2222)])
+        self.assertEqual(frames_in(self.simulator.log_path)[-2:], ["605#4002200000000000", "585#4B02200011110000"])
+        self.assertEqual(frames_in(self.folder / "two.log")[-2:], ["605#4002200000000000", "585#4B02200022220000"])
+
+    def test_what_is_written_in_one_stays_there(self):
+        one, two = self.unit(1), self.unit(2)
+        self.use_up_faults(one, two)
+        two.start(WRITE, 5, 0x2002, 0, 2, 0x3333)
+        self.assertEqual(two.read(3700), 0)
+        for unit in (one, two):
+            unit.start(READ, 5, 0x2002, 0, 2)
+        self.assertEqual([one.result(), two.result()], [(0, 0x1111), (0, 0x3333)])
+        self.assertEqual(self.unit(0).result(), (0, 0x1111))
+        self.assertEqual(self.unit(255).result(), (0, 0x1111))
+
+    def test_nmt_of_one_network(self):
+        one, two = self.unit(1), self.unit(2)
+        two.start(WRITE, 128, 0x1F82, 128, 1, 5)
+        self.assertEqual(two.read(3700), 0)
+        self.assertEqual(self.say("nodes"), "#1 5 pre-operational none\n2/#1 2/5 operational none\nok\n")
+        self.assertNotIn("000#0100", frames_in(self.simulator.log_path))
+        self.assertIn("000#0100", frames_in(self.folder / "two.log"))
+
+    def test_a_unit_without_a_network(self):
+        client = self.unit(3).client
+        for answer in (client.read_holding_registers(3700, 1, slave=3), client.write_registers(3700, [EXECUTE], slave=3),
+                       client.read_coils(0, 1, slave=3), client.execute(ReadDeviceInformationRequest(unit=3))):
+            self.assertTrue(answer.isError())
+            self.assertEqual(answer.exception_code, NO_PATH)
+            self.assertEqual(answer.unit_id, 3)
+        self.assertFalse(client.execute(ReadDeviceInformationRequest(unit=2)).isError())
+
+    def test_a_fault_of_one_bus(self):
+        one, two = self.unit(1), self.unit(2)
+        self.use_up_faults(one, two)
+        self.assertEqual(self.say("fault 2/bus frame-loss"), "ok 1\n")
+        for unit in (one, two):
+            unit.start(READ, 5, 0x2002, 0, 2)
+        self.assertEqual(one.result(), (0, 0x1111))
+        self.assertEqual(two.read(3700), EXECUTE)
+        self.say("pass 1s")
+        self.assertEqual((two.result(), two.read(3707)), ((4, 0x0000), 0x0504))
+        told = [line for line in self.simulator.errors() if "frame-loss" in line]
+        self.assertEqual(told[0], "cbcan-sim: 0.050000 network 2: bus: fault 1: frame-loss: 605#4002200000000000")
+        self.assertEqual(self.say("clear 2/bus"), "ok\n")
+        self.say("pass 1s")
+        two.start(READ, 5, 0x2002, 0, 2)
+        self.assertEqual(two.result(), (0, 0x2222))
+
+    def test_adapters_are_on_their_own_bus(self):
+        self.assertEqual(sorted(self.simulator.where), ["2/can", "2/slcan", "can", "modbus"])
+        host, port = self.simulator.where["2/slcan"].rsplit(":", 1)
+        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
+            adapter.sendall(b"O\r")
+            self.assertEqual(adapter.recv(1), b"\r")
+            one, two = self.unit(1), self.unit(2)
+            one.start(WRITE, 5, 0x1F82, 5, 1, 5)
+            two.start(WRITE, 5, 0x1F82, 5, 1, 4)
+            heard = b""
+            while heard.count(b"\r") < 1:
+                heard += adapter.recv(100)
+        self.assertEqual(heard, b"t00020205\r")
+
+    def test_the_summary_names_the_network(self):
+        self.unit(2).start(READ, 5, 0x2002, 0, 2)
+        self.say("pass 50ms")
+        self.unit(3).client.read_coils(0, 1, slave=3)
+        code, text = self.simulator.stop()
+        self.assertEqual(code, 0)
+        self.assertIn("network 1: transactions 0, failed 0, cancelled 0\n", text)
+        self.assertIn("network 2: transactions 1, failed 0, cancelled 0\n", text)
+        self.assertIn("\nModbus requests 2, exceptions 1, connections 2\n", text)
+        self.assertIn("network 2: SLCAN connections 0, frames not read in time 0\n", text)
+
+
+class WithAndWithout(unittest.TestCase):
+    def run_plant(self, *options):
+        with tempfile.TemporaryDirectory() as folder:
+            log = pathlib.Path(folder) / "one.log"
+            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--log", str(log), "--fault",
+                                   "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5", "--heartbeat",
+                                   "66=10", "--signal", "66:0x6401:1=noise mean=100 deviation=50", *options],
+                                  input="pass 2s\n", capture_output=True, text=True, timeout=LIMIT)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            return log.read_text()
+
+    def test_a_second_network_changes_nothing_in_the_first(self):
+        alone = self.run_plant()
+        self.assertGreater(alone.count("\n"), 50)
+        self.assertEqual(alone, self.run_plant("--network", "2", "--node", f"66={EDS}", "--heartbeat", "66=7", "--fault",
+                                               "bus:frame-loss probability=0.2"))
+
+    def test_a_plant_without_any_module_has_no_modbus_and_one_with_a_second_module_has(self):
+        without = Simulator(PROGRAM, "--no-module", "--network", "2", "--no-module", "--slcan", "127.0.0.1:0", log=False)
+        self.addCleanup(without.stop)
+        self.assertEqual(without.ready.split()[1:3], ["can=virtual", "2/can=virtual"])
+        only_second = Simulator(PROGRAM, "--no-module", "--network", "2", log=False)
+        self.addCleanup(only_second.stop)
+        for unit, answer in ((1, b"\x83\x0a"), (2, b"\x03\x02\x00\x00"), (255, b"\x83\x0a")):
+            with only_second.window() as window:
+                self.assertEqual(window.request(b"\x03\x0e\x74\x00\x01", unit=unit), answer)
+
+    def test_an_eds_file_that_is_not_there_is_told_with_its_network(self):
+        done = subprocess.run([PROGRAM, "--network", "2", "--node", "5=/nowhere.eds"], capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--node 5=/nowhere.eds: network 2: node 5: ", done.stderr)
+
+
+cases.main()
