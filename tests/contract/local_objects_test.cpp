@@ -1,36 +1,9 @@
 // SPDX-License-Identifier: MIT
 // docs/contract.md, "Local objects: R3702 = 0".
 
-#include "contract/window.hpp"
+#include "contract/pdo.hpp"
 
 using namespace cbcan::contract;
-
-namespace {
-
-/// A number, and how many bytes it has.
-struct Value {
-  std::uint32_t number;
-  std::uint16_t size;
-  bool operator==(const Value&) const = default;
-};
-
-std::ostream& operator<<(std::ostream& out, const Value& value) {
-  return out << value.number << " in " << value.size << " bytes";
-}
-
-Value read_local(Window& window, std::uint16_t index, std::uint16_t sub) {
-  window.set(3706, {0, 0});
-  window.read(0, index, sub, 128);
-  window.check_done();
-  return {window.abort_code(), window.reg(3705)};
-}
-
-void check_read_only(Window& window, std::uint16_t index, std::uint16_t sub) {
-  window.write(0, index, sub, 1, {1});
-  window.check_failed(0x06010002);
-}
-
-}  // namespace
 
 TEST_CASE("Local objects: R3702 = 0: 3001h:00 | U8 | ro | own node ID (CiA 405: GET_LOCAL_NODE_ID)") {
   Window window;
@@ -54,6 +27,7 @@ TEST_CASE(
     window.target().set_bus_state(row.state);
     CHECK(read_local(window, 0x3002, 0) == Value{row.shown, 1});
   }
+  window.exchange({{"0FF#4081110000000000", ""}, {"0FF#0000000000000000", ""}});  // it has been bus-off
 }
 
 TEST_CASE("Local objects: R3702 = 0: 3003h:00 | U16 | rw | SDO timeout in ms, 0 = none (TIMEOUT)") {
@@ -105,26 +79,6 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "Local objects: R3702 = 0: 3007h:n | U8 | ro | state of node n: 3 pre-operational, 4 stopped, 5 "
-    "operational, 6 unknown, 7 not available (GET_STATE)") {
-  Window window;
-  CHECK(read_local(window, 0x3007, 127) == Value{3, 1});
-  CHECK(read_local(window, 0x3007, 5) == Value{6, 1});
-  window.configure(0x1016, 1, 4, {300, 5});
-  CHECK(read_local(window, 0x3007, 5) == Value{7, 1});
-  window.arrive("705#7F");
-  CHECK(read_local(window, 0x3007, 5) == Value{3, 1});
-  window.arrive("705#04");
-  CHECK(read_local(window, 0x3007, 5) == Value{4, 1});
-  window.arrive("705#05");
-  CHECK(read_local(window, 0x3007, 5) == Value{5, 1});
-  window.arrive("705#00");
-  CHECK(read_local(window, 0x3007, 5) == Value{3, 1});
-  check_read_only(window, 0x3007, 5);
-  window.expect_silence();
-}
-
-TEST_CASE(
     "Local objects: R3702 = 0: 1016h:n | U32 | rw | consumer heartbeat time: node ID in bits 23..16, ms in "
     "bits 15..0; each node in one entry at most") {
   Window window;
@@ -166,6 +120,123 @@ TEST_CASE(
   window.expect_silence();
 }
 
+TEST_CASE(
+    "Local objects: R3702 = 0: 1007h, 1019h | U32, U8 | rw | SYNC window in microseconds, and the counter "
+    "overflow value") {
+  Window window;
+  CHECK(read_local(window, 0x1007, 0) == Value{0, 4});
+  CHECK(read_local(window, 0x1019, 0) == Value{0, 1});
+  SECTION("a synchronous PDO counts within the window") {
+    window.configure(0x1007, 0, 4, {5000, 0});
+    CHECK(read_local(window, 0x1007, 0) == Value{5000, 4});
+    set_up_pdo(window, 0x1400, 0x27F, 1, {0xA1000110});
+    start_own_node(window);
+    window.arrive("080#");
+    window.pass_nearly(5ms);
+    window.arrive("27F#0102");
+    window.pass_rest();
+    window.arrive("27F#0304");
+    window.arrive("080#");
+    CHECK(window.reg(kInputs) == 0x0201);
+  }
+  SECTION("SYNC messages count") {
+    window.configure(0x1019, 0, 1, {3});
+    CHECK(read_local(window, 0x1019, 0) == Value{3, 1});
+    configure32(window, 0x1006, 0, 100000);
+    configure32(window, 0x1005, 0, 0x40000080);
+    for (const char* frame : {"080#01", "080#02", "080#03", "080#01"}) {
+      window.pass(100ms);
+      window.expect(frame);
+    }
+    window.write(0, 0x1019, 0, 1, {4});
+    window.check_failed(0x08000022);
+    configure32(window, 0x1006, 0, 0);
+    for (const std::uint16_t overflow : Words{1, 241}) {
+      window.write(0, 0x1019, 0, 1, {overflow});
+      window.check_failed(0x06090030);
+    }
+  }
+}
+
+TEST_CASE(
+    "Local objects: R3702 = 0: 3008h:00 | TIME_OF_DAY | rw | the clock: milliseconds after midnight in 4 "
+    "bytes, days since 1984-01-01 in 2; writing it sets the clock and, where 1012h makes the module a "
+    "producer, sends a TIME message") {
+  Window window;
+  CHECK(local_bytes(window, 0x3008, 0).size() == 12);
+  window.configure(0x3008, 0, 6, {0x0304, 0x0102, 0x2A1B});
+  window.expect_silence();
+  CHECK(local_bytes(window, 0x3008, 0) == "040302011B2A");
+  window.pass(1s);
+  CHECK(local_bytes(window, 0x3008, 0) == "EC0602011B2A");  // 01020304h + 1000
+  configure32(window, 0x1012, 0, 0x40000100);
+  window.configure(0x3008, 0, 6, {0x0304, 0x0102, 0x2A1B});
+  window.expect("100#040302011B2A");
+  SECTION("midnight") {
+    window.configure(0x3008, 0, 6, {0x5BFF, 0x0526, 0x00FF});  // 86,399,999 ms
+    window.expect("100#FF5B2605FF00");
+    window.pass(1ms);
+    CHECK(local_bytes(window, 0x3008, 0) == "000000000001");
+  }
+  SECTION("by SDO from another node") {
+    window.arrive("67F#2108300006000000");
+    window.expect("5FF#6008300000000000");
+    window.arrive("67F#0301000000020000");
+    window.expect("100#010000000200");
+    window.expect("5FF#2000000000000000");
+    CHECK(local_bytes(window, 0x3008, 0) == "010000000200");
+  }
+  SECTION("of another length") {
+    for (const std::uint16_t size : Words{4, 5, 7, 8}) {
+      window.write(0, 0x3008, 0, size, {1, 2, 3, 4});
+      window.check_failed(size < 6 ? 0x06070013 : 0x06070012);
+    }
+  }
+}
+
+TEST_CASE(
+    "Local objects: R3702 = 0: 1012h:00 | U32 | rw | TIME: bit 31 sets the clock by it, bit 30 makes the "
+    "module its producer") {
+  Window window;
+  CHECK(read_local(window, 0x1012, 0) == Value{0x100, 4});
+  window.configure(0x3008, 0, 6, {1, 0, 1});
+  window.arrive("100#040302011B2A");
+  CHECK(local_bytes(window, 0x3008, 0) == "010000000100");
+  SECTION("a consumer") {
+    configure32(window, 0x1012, 0, 0x80000100);
+    CHECK(read_local(window, 0x1012, 0) == Value{0x80000100, 4});
+    for (const char* frame : {"100#0403020102", "100#R6", "101#040302011B2A", "00000100#040302011B2A"}) {
+      window.arrive(frame);
+      CHECK(local_bytes(window, 0x3008, 0) == "010000000100");
+    }
+    window.arrive("100#040302F11B2A");  // the four highest bits are no milliseconds
+    CHECK(local_bytes(window, 0x3008, 0) == "040302011B2A");
+    window.configure(0x3008, 0, 6, {1, 0, 1});
+    window.expect_silence();
+  }
+  SECTION("a producer") {
+    configure32(window, 0x1012, 0, 0x40000100);
+    CHECK(read_local(window, 0x1012, 0) == Value{0x40000100, 4});
+    window.arrive("100#040302011B2A");
+    CHECK(local_bytes(window, 0x3008, 0) == "010000000100");
+    window.configure(0x3008, 0, 6, {2, 0, 1});
+    window.expect("100#020000000100");
+    command_own_node(window, 2);
+    window.configure(0x3008, 0, 6, {3, 0, 1});
+    window.expect_silence();  // there is no TIME in Stopped (CiA 301, table 37)
+  }
+  SECTION("another COB-ID") {
+    configure32(window, 0x1012, 0, 0x190);
+    configure32(window, 0x1012, 0, 0xC0000190);
+    window.arrive("190#040302011B2A");
+    CHECK(local_bytes(window, 0x3008, 0) == "040302011B2A");
+    window.configure(0x3008, 0, 6, {1, 0, 1});
+    window.expect("190#010000000100");
+    window.write(0, 0x1012, 0, 4, {0x605, 0});
+    window.check_failed(0x06090030);
+  }
+}
+
 TEST_CASE("Local objects: R3702 = 0: 1017h:00 | U16 | rw | own heartbeat, ms") {
   Window window;
   CHECK(read_local(window, 0x1017, 0) == Value{0, 2});
@@ -200,8 +271,7 @@ TEST_CASE("Local objects: R3702 = 0: Besides 1000h, 1001h, 1008h, 1009h, 100Ah, 
   CHECK(read_local(window, 0x1008, 0) == Value{0x61636263, 17});  // "cbca", of "cbcan coprocessor"
   for (const std::uint16_t text : Words{0x1009, 0x100A})
     CHECK(read_local(window, text, 0).size >= 3);
-  window.read(0, 0x1003, 0, 4);
-  window.check_failed(0x06020000);
+  check_missing(window, 0x1002, 0, 0x06020000);
 }
 
 TEST_CASE("Local objects: R3702 = 0: All of it is also reached by SDO from other nodes") {
@@ -235,17 +305,26 @@ TEST_CASE(
     const char *request, *answer;
   };
   for (const Row& row : {Row{"67F#4001100000000000", "5FF#4F01100000000000"},
+                         Row{"67F#4003100000000000", "5FF#4F03100000000000"},
                          Row{"67F#4005100000000000", "5FF#4305100080000000"},
                          Row{"67F#4006100000000000", "5FF#4306100000000000"},
+                         Row{"67F#4007100000000000", "5FF#4307100000000000"},
+                         Row{"67F#4012100000000000", "5FF#4312100000010000"},
+                         Row{"67F#4014100000000000", "5FF#43141000FF000000"},
+                         Row{"67F#4015100000000000", "5FF#4B15100000000000"},
                          Row{"67F#4016100000000000", "5FF#4F1610007F000000"},
                          Row{"67F#4016100500000000", "5FF#4316100500000000"},
                          Row{"67F#4017100000000000", "5FF#4B17100000000000"},
                          Row{"67F#4018100000000000", "5FF#4F18100004000000"},
+                         Row{"67F#4019100000000000", "5FF#4F19100000000000"},
                          Row{"67F#4000120100000000", "5FF#430012017F060000"},
                          Row{"67F#4002300000000000", "5FF#4F02300000000000"},
                          Row{"67F#4003300000000000", "5FF#4B033000E8030000"},
                          Row{"67F#4004300000000000", "5FF#4F04300000000000"},
-                         Row{"67F#4007300500000000", "5FF#4F07300506000000"}}) {
+                         Row{"67F#4005300500000000", "5FF#4105300508000000"},
+                         Row{"67F#4006300000000000", "5FF#4106300009000000"},
+                         Row{"67F#4007300500000000", "5FF#4F07300506000000"},
+                         Row{"67F#4008300000000000", "5FF#4108300006000000"}}) {
     window.arrive(row.request);
     window.expect(row.answer);
   }
@@ -261,8 +340,13 @@ TEST_CASE(
   window.configure(0x3003, 0, 2, {250});
   window.configure(0x3004, 0, 1, {2});
   window.configure(0x1016, 1, 4, {300, 5});
+  window.configure(0x1019, 0, 1, {10});
   window.configure(0x1006, 0, 4, {0xA120, 0x0007});
   window.configure(0x1005, 0, 4, {0x0080, 0x4000});
+  window.configure(0x1007, 0, 4, {1000, 0});
+  window.configure(0x1012, 0, 4, {0x0100, 0x4000});
+  window.configure(0x1014, 0, 4, {0x00FF, 0x8000});
+  window.configure(0x1015, 0, 2, {10});
   window.configure(0x1017, 0, 2, {500});
   SECTION("reset node") {
     window.write(0, 0x1F82, 127, 1, {129});
@@ -282,33 +366,12 @@ TEST_CASE(
   CHECK(read_local(window, 0x3007, 5) == Value{6, 1});
   CHECK(read_local(window, 0x1006, 0) == Value{0, 4});
   CHECK(read_local(window, 0x1005, 0) == Value{0x80, 4});
+  CHECK(read_local(window, 0x1007, 0) == Value{0, 4});
+  CHECK(read_local(window, 0x1012, 0) == Value{0x100, 4});
+  CHECK(read_local(window, 0x1014, 0) == Value{0xFF, 4});
+  CHECK(read_local(window, 0x1015, 0) == Value{0, 2});
   CHECK(read_local(window, 0x1017, 0) == Value{0, 2});
+  CHECK(read_local(window, 0x1019, 0) == Value{0, 1});
   window.pass(3s);
   window.expect_silence();
-}
-
-TEST_CASE(
-    "Local objects: R3702 = 0: 3007h: a node is unknown (6) while nothing recent has come from it and no "
-    "consumer heartbeat time is set for it; not available (7) when one is set and the node is not heard "
-    "within it") {
-  Window window;
-  SECTION("no consumer heartbeat time is set") {
-    CHECK(read_local(window, 0x3007, 5) == Value{6, 1});
-    window.arrive("705#05");
-    window.pass_nearly(2s);
-    CHECK(read_local(window, 0x3007, 5) == Value{5, 1});
-    window.pass_rest();
-    CHECK(read_local(window, 0x3007, 5) == Value{6, 1});
-  }
-  SECTION("one is set") {
-    window.configure(0x1016, 1, 4, {300, 5});
-    CHECK(read_local(window, 0x3007, 5) == Value{7, 1});
-    window.arrive("705#05");
-    window.pass_nearly(300ms);
-    CHECK(read_local(window, 0x3007, 5) == Value{5, 1});
-    window.pass_rest();
-    CHECK(read_local(window, 0x3007, 5) == Value{7, 1});
-    window.configure(0x1016, 1, 4, {0, 0});
-    CHECK(read_local(window, 0x3007, 5) == Value{5, 1});  // within 2 s
-  }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What the suite of the register contract sees of a coprocessor: the 70 words of a PLC, the far side of its
+/// What the suite of the register contract sees of a coprocessor: the registers of a PLC, the far side of its
 /// CAN bus, and time. A target may be the core in virtual time, a program behind Modbus TCP or an image on a
 /// microcontroller: each has an adapter that defines make_target(), and links the same cases.
 
@@ -32,6 +32,7 @@ enum class BusState { kActive, kOverflow, kErrorPassive, kBusOff };
 struct Settings {
   Duration state_fresh_for = 2s;
   Duration guard_timeout = 100ms;
+  unsigned process_first = 3800;  ///< register address where process data begin
 };
 
 /// A coprocessor with node ID 127 that has just been started: boot-up message sent, all registers 0. Every
@@ -44,7 +45,8 @@ class Target {
   /// Why this target cannot do it; "" = it can.
   virtual std::string lacks(Ability ability) const = 0;
 
-  /// One request of the PLC: it is applied whole. `first` is a register address, 3700..3769.
+  /// One request of the PLC: it is applied whole. `first` is a register address, 3700..3769 or one of the 128
+  /// of process data; at most 123 words, the most that a request of Modbus has.
   virtual void write(unsigned first, const Words& words) = 0;
   virtual Words read(unsigned first, std::size_t count) = 0;
 

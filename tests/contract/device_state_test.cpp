@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT
+// docs/contract.md, "Local objects: R3702 = 0", 3007h: the states of the nodes.
+
+#include "contract/local_object.hpp"
+
+using namespace cbcan::contract;
+
+namespace {
+
+constexpr std::uint16_t kInit = 0, kResetCommunication = 1, kResetApplication = 2, kPreOperational = 3,
+                        kStopped = 4, kOperational = 5, kUnknown = 6, kNotAvailable = 7;
+
+void check_state(Window& window, std::uint16_t node, std::uint32_t state) {
+  CHECK(read_local(window, 0x3007, node) == Value{state, 1});
+}
+
+/// Node 5 has to be heard every 300 ms.
+void watch(Window& window) {
+  window.configure(0x1016, 1, 4, {300, 5});
+}
+
+/// NMT service: R3706 and R3704.
+void command(Window& window, std::uint16_t service, std::uint16_t addressed, const std::string& frame) {
+  window.write(0, 0x1F82, addressed, 1, {service});
+  window.expect(frame);
+  window.check_done();
+}
+
+/// A guarding request to node 5, and the answer.
+void guard(Window& window, const std::string& answer) {
+  window.read(5, 0x300C, 0, 0);
+  window.exchange({{"705#R1", answer.c_str()}});
+  if (answer.empty()) {
+    window.pass(100ms);
+    window.pass_rest();
+  }
+  window.check_done();
+}
+
+}  // namespace
+
+TEST_CASE(
+    "Local objects: R3702 = 0: 3007h:n | U8 | ro | state of node n: 0 init, 1 reset communication, 2 reset "
+    "application, 3 pre-operational, 4 stopped, 5 operational, 6 unknown, 7 not available (GET_STATE)") {
+  Window window;
+  check_state(window, 5, kUnknown);
+  watch(window);
+  check_state(window, 5, kNotAvailable);
+  window.arrive("705#00");
+  check_state(window, 5, kInit);
+  window.arrive("705#7F");
+  check_state(window, 5, kPreOperational);
+  window.arrive("705#04");
+  check_state(window, 5, kStopped);
+  window.arrive("705#05");
+  check_state(window, 5, kOperational);
+  command(window, 130, 5, "000#8205");
+  check_state(window, 5, kResetCommunication);
+  command(window, 129, 5, "000#8105");
+  check_state(window, 5, kResetApplication);
+  for (const std::uint16_t node : Words{5, 6, Window::kOwnNode})
+    check_read_only(window, 0x3007, node);
+  check_missing(window, 0x3007, 128, 0x06090011);
+  window.expect_silence();
+}
+
+TEST_CASE(
+    "Local objects: R3702 = 0: 3007h: a node is unknown (6) while it is not watched: 1016h sets no time for "
+    "it, and no guarding request has gone to it (see Node state service) since the last reset of the own "
+    "communication") {
+  Window window;
+  SECTION("not watched, whatever it sends") {
+    for (const char* message : {"705#00", "705#7F", "705#05", "705#04"}) {
+      window.arrive(message);
+      check_state(window, 5, kUnknown);
+    }
+    command(window, 129, 5, "000#8105");
+    check_state(window, 5, kUnknown);
+  }
+  SECTION("1016h sets a time") {
+    watch(window);
+    window.arrive("705#05");
+    window.arrive("706#05");
+    check_state(window, 5, kOperational);
+    check_state(window, 6, kUnknown);
+    window.configure(0x1016, 1, 4, {0, 5});
+    check_state(window, 5, kUnknown);
+  }
+  SECTION("1016h sets a time after it has been heard") {
+    window.arrive("705#05");
+    watch(window);
+    check_state(window, 5, kOperational);
+  }
+  SECTION("a guarding request has gone to it") {
+    guard(window, "705#05");
+    check_state(window, 5, kOperational);
+    check_state(window, 6, kUnknown);
+  }
+  SECTION("a guarding request has gone to it, without an answer") {
+    guard(window, "");
+    check_state(window, 5, kNotAvailable);
+  }
+  SECTION("a state that was fresh: no guarding request has gone") {
+    window.arrive("705#05");
+    window.read(5, 0x300C, 0, 0);
+    CHECK(window.reg(3706) == 5);
+    check_state(window, 5, kUnknown);
+  }
+  SECTION("until the own communication is reset") {
+    const auto reset = GENERATE(as<std::uint16_t>(), 129, 130);
+    watch(window);
+    window.write(0, 0x1F82, Window::kOwnNode, 1, {reset});
+    window.expect("77F#00");
+    window.arrive("705#05");
+    check_state(window, 5, kUnknown);
+    window.pass(3s);
+    guard(window, "705#05");
+    check_state(window, 5, kOperational);
+    window.write(0, 0x1F82, Window::kOwnNode, 1, {reset});
+    window.expect("77F#00");
+    check_state(window, 5, kUnknown);
+  }
+}
+
+TEST_CASE(
+    "Local objects: R3702 = 0: A watched node is not available (7) when it has not been heard within its "
+    "time, that of 1016h or else 2 s") {
+  Window window;
+  SECTION("a time shorter than 2 s") {
+    watch(window);
+    check_state(window, 5, kNotAvailable);
+    window.arrive("705#05");
+    window.pass_nearly(300ms);
+    check_state(window, 5, kOperational);
+    window.pass_rest();
+    check_state(window, 5, kNotAvailable);
+    window.arrive("705#04");
+    check_state(window, 5, kStopped);
+  }
+  SECTION("a longer one") {
+    window.configure(0x1016, 127, 4, {10000, 5});
+    window.arrive("705#05");
+    window.pass_nearly(10s);
+    check_state(window, 5, kOperational);
+    window.pass_rest();
+    check_state(window, 5, kNotAvailable);
+  }
+  SECTION("guarded") {
+    guard(window, "705#05");
+    window.pass_nearly(2s);
+    check_state(window, 5, kOperational);
+    window.pass_rest();
+    check_state(window, 5, kNotAvailable);
+    window.arrive("705#84");
+    check_state(window, 5, kStopped);
+  }
+  SECTION("guarded and with a time of its own") {
+    guard(window, "705#05");
+    watch(window);
+    window.pass_nearly(300ms);
+    check_state(window, 5, kOperational);
+    window.pass_rest();
+    check_state(window, 5, kNotAvailable);
+    window.configure(0x1016, 1, 4, {0, 0});
+    check_state(window, 5, kOperational);  // still watched, and heard within 2 s
+  }
+}
+
+TEST_CASE(
+    "Local objects: R3702 = 0: Its boot-up message makes it init (0), until its next message tells its "
+    "state") {
+  Window window;
+  watch(window);
+  SECTION("heartbeat") {
+    window.arrive("705#05");
+    window.arrive("705#00");
+    check_state(window, 5, kInit);
+    window.arrive("705#7F");
+    check_state(window, 5, kPreOperational);
+  }
+  SECTION("answer to a guarding request") {
+    window.arrive("705#00");
+    command(window, 1, 5, "000#0105");
+    check_state(window, 5, kInit);
+    guard(window, "705#85");
+    check_state(window, 5, kOperational);
+  }
+  SECTION("no other message, and its time is over") {
+    window.arrive("705#00");
+    window.arrive("705#33");
+    window.arrive("705#");
+    window.pass_nearly(300ms);
+    check_state(window, 5, kInit);
+    window.pass_rest();
+    check_state(window, 5, kNotAvailable);
+  }
+}
+
+TEST_CASE(
+    "Local objects: R3702 = 0: From an NMT command of the PLC that resets it to its boot-up message it shows "
+    "which reset (1, 2), as long as it has been heard within its time") {
+  struct Row {
+    std::uint16_t service;
+    const char *to_it, *to_all;
+    std::uint16_t shown;
+  };
+  const auto [service, to_it, to_all, shown] =
+      GENERATE(values({Row{130, "000#8205", "000#8200", kResetCommunication},
+                       Row{6, "000#8105", "000#8100", kResetApplication}}));
+  Window window;
+  watch(window);
+  window.configure(0x1016, 2, 4, {300, 6});
+  window.arrive("705#05");
+  window.arrive("706#05");
+  SECTION("to it") {
+    command(window, service, 5, to_it);
+    check_state(window, 5, shown);
+    check_state(window, 6, kOperational);
+  }
+  SECTION("to all") {
+    command(window, service, 128, to_all);
+    check_state(window, 5, shown);
+    check_state(window, 6, shown);
+    check_state(window, Window::kOwnNode, kPreOperational);
+  }
+  SECTION("what it still sent before it resets does not end it") {
+    command(window, service, 5, to_it);
+    window.arrive("705#05");
+    check_state(window, 5, shown);
+  }
+  SECTION("as long as it has been heard within its time") {
+    window.pass(100ms);
+    command(window, service, 5, to_it);
+    window.pass_nearly(200ms);
+    check_state(window, 5, shown);
+    window.pass_rest();
+    check_state(window, 5, kNotAvailable);
+    command(window, service, 5, to_it);
+    check_state(window, 5, kNotAvailable);
+  }
+  SECTION("a command that is no reset shows nothing") {
+    command(window, 2, 5, "000#0205");
+    check_state(window, 5, kOperational);
+  }
+  window.arrive("705#00");
+  check_state(window, 5, kInit);
+}
+
+TEST_CASE("Local objects: R3702 = 0: For the own node it is the own state") {
+  Window window;
+  struct Row {
+    std::uint16_t service, state;
+  };
+  check_state(window, Window::kOwnNode, kPreOperational);
+  for (const Row& row : {Row{1, kOperational}, Row{2, kStopped}, Row{128, kPreOperational}}) {
+    window.write(0, 0x1F82, Window::kOwnNode, 1, {row.service});
+    check_state(window, Window::kOwnNode, row.state);
+  }
+  window.write(0, 0x1F82, Window::kOwnNode, 1, {130});
+  window.expect("77F#00");
+  check_state(window, Window::kOwnNode, kPreOperational);
+  window.configure(0x1016, 1, 4, {300, Window::kOwnNode});
+  check_state(window, Window::kOwnNode, kPreOperational);
+}

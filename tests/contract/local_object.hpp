@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The own object dictionary, as R3702 = 0 reads and writes it.
+
+#include <ostream>
+
+#include "contract/window.hpp"
+
+namespace cbcan::contract {
+
+/// A number of up to four bytes, and how many bytes it has.
+struct Value {
+  std::uint32_t number;
+  std::uint16_t size;
+  bool operator==(const Value&) const = default;
+};
+
+inline std::ostream& operator<<(std::ostream& out, const Value& value) {
+  return out << value.number << " in " << value.size << " bytes";
+}
+
+inline Value read_local(Window& window, std::uint16_t index, std::uint16_t sub) {
+  window.set(3706, {0, 0});
+  window.read(0, index, sub, 128);
+  window.check_done();
+  return {window.abort_code(), window.reg(3705)};
+}
+
+inline void check_read_only(Window& window, std::uint16_t index, std::uint16_t sub) {
+  window.write(0, index, sub, 1, {1});
+  window.check_failed(0x06010002);
+}
+
+/// A local object of any length, as "0102AB".
+inline std::string local_bytes(Window& window, std::uint16_t index, std::uint16_t sub) {
+  window.read(0, index, sub, 128);
+  window.check_done();
+  const std::size_t size = window.reg(3705);
+  const Words words = window.target().read(3706, (size + 1) / 2);
+  std::string text;
+  for (std::size_t i = 0; i < size; ++i) {
+    char byte[3];
+    std::snprintf(byte, sizeof byte, "%02X", words[i / 2] >> 8 * (i % 2) & 0xFF);
+    text += byte;
+  }
+  return text;
+}
+
+inline void check_missing(Window& window, std::uint16_t index, std::uint16_t sub, std::uint32_t code) {
+  INFO("object " << std::hex << index << " sub " << sub);
+  window.read(0, index, sub, 128);
+  window.check_failed(code);
+}
+
+}  // namespace cbcan::contract

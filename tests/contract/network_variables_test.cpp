@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT
+// docs/contract.md, "Process data: network variables": the objects that are views of the registers.
+
+#include "contract/pdo.hpp"
+
+using namespace cbcan::contract;
+
+namespace {
+
+constexpr std::uint32_t kNoObject = 0x06020000, kNoSubIndex = 0x06090011;
+constexpr std::size_t kBytes = 128;
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// Byte 2k is the low byte and byte 2k+1 the high byte of word k; an odd one out is a low byte.
+Words words_of(const Bytes& bytes) {
+  Words words((bytes.size() + 1) / 2);
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    words[i / 2] = static_cast<std::uint16_t>(words[i / 2] | bytes[i] << 8 * (i % 2));
+  return words;
+}
+
+std::string text_of(const Bytes& bytes) {
+  std::string text;
+  for (const std::uint8_t byte : bytes) {
+    char digits[3];
+    std::snprintf(digits, sizeof digits, "%02X", byte);
+    text += digits;
+  }
+  return text;
+}
+
+/// `count` bytes that differ from each other: first, first + 1, ...
+Bytes counting(std::size_t first, std::size_t count) {
+  Bytes bytes(count);
+  for (std::size_t i = 0; i < count; ++i)
+    bytes[i] = static_cast<std::uint8_t>(first + i);
+  return bytes;
+}
+
+/// By SDO, as UNSIGNED64.
+void fill_inputs(Window& window, const Bytes& bytes) {
+  for (std::uint16_t sub = 1; sub <= 16; ++sub) {
+    const auto element = bytes.begin() + 8 * (sub - 1);
+    window.configure(0xA440, sub, 8, words_of({element, element + 8}));
+  }
+}
+
+/// Sub-index 0 says how many; the last one is there, and none behind it.
+void check_count(Window& window, std::uint16_t index, std::uint16_t count) {
+  CHECK(read_local(window, index, 0) == Value{count, 1});
+  check_missing(window, index, static_cast<std::uint16_t>(count + 1), kNoSubIndex);
+}
+
+/// What is written to an input stands in its registers and nowhere else, and can be read.
+void check_input(Window& window, std::uint16_t index, std::uint16_t sub, std::size_t size) {
+  INFO("sub-index " << sub);
+  const std::size_t place = (sub - 1u) * size;
+  Bytes image = counting(1, kBytes);
+  fill_inputs(window, image);
+  CHECK(local_bytes(window, index, sub) == text_of(counting(place + 1, size)));
+  const Bytes value = counting(0xA1, size);
+  window.configure(index, sub, static_cast<std::uint16_t>(size), words_of(value));
+  std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>(place));
+  CHECK(inputs(window) == words_of(image));
+  CHECK(local_bytes(window, index, sub) == text_of(value));
+}
+
+/// What the PLC has written to the registers of an output is read.
+void check_output(Window& window, std::uint16_t index, std::uint16_t sub, std::size_t size) {
+  INFO("sub-index " << sub);
+  const std::size_t place = (sub - 1u) * size;
+  window.set(kOutputs, words_of(counting(1, kBytes)));
+  CHECK(local_bytes(window, index, sub) == text_of(counting(place + 1, size)));
+  Bytes image(kBytes);
+  const Bytes value = counting(0xA1, size);
+  std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>(place));
+  window.set(kOutputs, words_of(image));
+  CHECK(local_bytes(window, index, sub) == text_of(value));
+}
+
+/// A row of the table of types; `size` in bytes.
+void check_row(std::uint16_t input, std::uint16_t output, std::size_t size) {
+  Window window;
+  const auto count = static_cast<std::uint16_t>(kBytes / size);
+  for (const std::uint16_t index : Words{input, output})
+    check_count(window, index, count);
+  for (const std::uint16_t sub : Words{1, 2, count}) {
+    check_input(window, input, sub, size);
+    check_output(window, output, sub, size);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("Process data: network variables: A000h | A480h | INTEGER8 | 1") {
+  check_row(0xA000, 0xA480, 1);
+}
+
+TEST_CASE("Process data: network variables: A040h | A4C0h | UNSIGNED8 | 1") {
+  check_row(0xA040, 0xA4C0, 1);
+}
+
+TEST_CASE("Process data: network variables: A080h | A500h | BOOLEAN | 1 bit") {
+  Window window;
+  for (const std::uint16_t index : Words{0xA080, 0xA500})
+    check_count(window, index, 254);
+  struct Row {
+    std::uint16_t sub;
+    unsigned place;
+    std::uint16_t word;
+  };
+  for (const Row& row : {Row{1, 0, 0x0001}, Row{2, 0, 0x0002}, Row{17, 1, 0x0001}, Row{254, 15, 0x2000}}) {
+    INFO("sub-index " << row.sub);
+    CHECK(read_local(window, 0xA080, row.sub) == Value{0, 1});
+    window.configure(0xA080, row.sub, 1, {1});
+    CHECK(inputs(window) == registers_with({{row.place, row.word}}));
+    CHECK(read_local(window, 0xA080, row.sub) == Value{1, 1});
+    window.configure(0xA080, row.sub, 1, {0});
+    CHECK(inputs(window) == Words(64));
+    window.set(kOutputs, registers_with({{row.place, row.word}}));
+    CHECK(read_local(window, 0xA500, row.sub) == Value{1, 1});
+    window.set(kOutputs + row.place, {static_cast<std::uint16_t>(~row.word)});
+    CHECK(read_local(window, 0xA500, row.sub) == Value{0, 1});
+  }
+}
+
+TEST_CASE("Process data: network variables: A0C0h | A540h | INTEGER16 | 2") {
+  check_row(0xA0C0, 0xA540, 2);
+}
+
+TEST_CASE("Process data: network variables: A100h | A580h | UNSIGNED16 | 2") {
+  check_row(0xA100, 0xA580, 2);
+}
+
+TEST_CASE("Process data: network variables: A140h | A5C0h | INTEGER24 | 3") {
+  check_row(0xA140, 0xA5C0, 3);
+}
+
+TEST_CASE("Process data: network variables: A180h | A600h | UNSIGNED24 | 3") {
+  check_row(0xA180, 0xA600, 3);
+}
+
+TEST_CASE("Process data: network variables: A1C0h | A640h | INTEGER32 | 4") {
+  check_row(0xA1C0, 0xA640, 4);
+}
+
+TEST_CASE("Process data: network variables: A200h | A680h | UNSIGNED32 | 4") {
+  check_row(0xA200, 0xA680, 4);
+}
+
+TEST_CASE("Process data: network variables: A240h | A6C0h | REAL32 | 4") {
+  check_row(0xA240, 0xA6C0, 4);
+}
+
+TEST_CASE("Process data: network variables: A280h | A700h | UNSIGNED40 | 5") {
+  check_row(0xA280, 0xA700, 5);
+}
+
+TEST_CASE("Process data: network variables: A2C0h | A740h | INTEGER40 | 5") {
+  check_row(0xA2C0, 0xA740, 5);
+}
+
+TEST_CASE("Process data: network variables: A300h | A780h | UNSIGNED48 | 6") {
+  check_row(0xA300, 0xA780, 6);
+}
+
+TEST_CASE("Process data: network variables: A340h | A7C0h | INTEGER48 | 6") {
+  check_row(0xA340, 0xA7C0, 6);
+}
+
+TEST_CASE("Process data: network variables: A380h | A800h | UNSIGNED56 | 7") {
+  check_row(0xA380, 0xA800, 7);
+}
+
+TEST_CASE("Process data: network variables: A3C0h | A840h | INTEGER56 | 7") {
+  check_row(0xA3C0, 0xA840, 7);
+}
+
+TEST_CASE("Process data: network variables: A400h | A880h | INTEGER64 | 8") {
+  check_row(0xA400, 0xA880, 8);
+}
+
+TEST_CASE("Process data: network variables: A440h | A8C0h | UNSIGNED64 | 8") {
+  check_row(0xA440, 0xA8C0, 8);
+}
+
+TEST_CASE(
+    "Process data: network variables: Byte 2k is the low byte and byte 2k+1 the high byte of register k") {
+  Window window;
+  window.configure(0xA040, 1, 1, {0x11});
+  window.configure(0xA040, 2, 1, {0x22});
+  window.configure(0xA040, 128, 1, {0x33});
+  CHECK(inputs(window) == registers_with({{0, 0x2211}, {63, 0x3300}}));
+  window.set(kOutputs, registers_with({{0, 0x4433}, {63, 0x6655}}));
+  CHECK(local_bytes(window, 0xA4C0, 1) == "33");
+  CHECK(local_bytes(window, 0xA4C0, 2) == "44");
+  CHECK(local_bytes(window, 0xA4C0, 127) == "55");
+  CHECK(local_bytes(window, 0xA4C0, 128) == "66");
+}
+
+TEST_CASE(
+    "Process data: network variables: Sub-index 1 is the element in the first bytes, sub-index 2 the one "
+    "behind it, without gaps; sub-index 0 is how many there are") {
+  Window window;
+  window.set(kOutputs, words_of(counting(1, kBytes)));
+  for (std::uint16_t sub = 1; sub <= 42; ++sub)  // the last two bytes are no element
+    CHECK(local_bytes(window, 0xA600, sub) == text_of(counting(3u * sub - 2u, 3)));
+  CHECK(read_local(window, 0xA600, 0) == Value{42, 1});
+  check_missing(window, 0xA600, 43, kNoSubIndex);
+  for (std::uint16_t sub = 1; sub <= 25; ++sub)
+    window.configure(0xA280, sub, 5, words_of(counting(5u * sub - 4u, 5)));
+  Bytes image = counting(1, kBytes);
+  std::fill_n(image.begin() + 125, 3, std::uint8_t{0});
+  CHECK(inputs(window) == words_of(image));
+  CHECK(read_local(window, 0xA280, 0) == Value{25, 1});
+  check_read_only(window, 0xA280, 0);
+}
+
+TEST_CASE(
+    "Process data: network variables: BOOLEANs are the bits, from bit 0 of the first register on: 254 to an "
+    "index, A080h to A084h and A500h to A504h") {
+  Window window;
+  struct Row {
+    std::uint16_t index, count;
+    unsigned first_place, last_place;  ///< registers of the first and of the last
+    std::uint16_t first, last;         ///< their bits
+  };
+  for (const Row& row : {Row{0xA080, 254, 0, 15, 0x0001, 0x2000}, Row{0xA081, 254, 15, 31, 0x4000, 0x0800},
+                         Row{0xA082, 254, 31, 47, 0x1000, 0x0200}, Row{0xA083, 254, 47, 63, 0x0400, 0x0080},
+                         Row{0xA084, 8, 63, 63, 0x0100, 0x8000}}) {
+    INFO(std::hex << row.index);
+    check_count(window, row.index, row.count);
+    window.configure(row.index, 1, 1, {1});
+    CHECK(inputs(window) == registers_with({{row.first_place, row.first}}));
+    window.configure(row.index, 1, 1, {0});
+    window.configure(row.index, row.count, 1, {1});
+    CHECK(inputs(window) == registers_with({{row.last_place, row.last}}));
+    window.configure(row.index, row.count, 1, {0});
+    const auto output = static_cast<std::uint16_t>(row.index + 0x480);
+    check_count(window, output, row.count);
+    window.set(kOutputs, registers_with({{row.first_place, row.first}}));
+    CHECK(read_local(window, output, 1) == Value{1, 1});
+    CHECK(read_local(window, output, 2) == Value{0, 1});
+    window.set(kOutputs, registers_with({{row.last_place, row.last}}));
+    CHECK(read_local(window, output, row.count) == Value{1, 1});
+    CHECK(read_local(window, output, static_cast<std::uint16_t>(row.count - 1)) == Value{0, 1});
+  }
+  for (const std::uint16_t index : Words{0xA085, 0xA505})
+    check_missing(window, index, 0, kNoObject);
+}
+
+TEST_CASE("Process data: network variables: The types are views of the same registers") {
+  Window window;
+  const Bytes value{0x00, 0x00, 0x80, 0x3F, 0x05, 0x86, 0x07, 0xF8};  // 3F800000h is 1.0
+  struct Row {
+    std::uint16_t index, sub;
+    const char* seen;
+  };
+  const Row rows[] = {{0xA000, 8, "F8"},
+                      {0xA040, 3, "80"},
+                      {0xA080, 24, "01"},
+                      {0xA080, 23, "00"},
+                      {0xA0C0, 4, "07F8"},
+                      {0xA100, 2, "803F"},
+                      {0xA140, 1, "000080"},
+                      {0xA180, 2, "3F0586"},
+                      {0xA1C0, 2, "058607F8"},
+                      {0xA200, 1, "0000803F"},
+                      {0xA240, 1, "0000803F"},
+                      {0xA280, 1, "0000803F05"},
+                      {0xA2C0, 1, "0000803F05"},
+                      {0xA300, 1, "0000803F0586"},
+                      {0xA340, 1, "0000803F0586"},
+                      {0xA380, 1, "0000803F058607"},
+                      {0xA3C0, 1, "0000803F058607"},
+                      {0xA400, 1, "0000803F058607F8"},
+                      {0xA440, 1, "0000803F058607F8"}};
+  window.configure(0xA440, 1, 8, words_of(value));
+  window.set(kOutputs, words_of(value));
+  for (const Row& row : rows) {
+    INFO(std::hex << row.index);
+    CHECK(local_bytes(window, row.index, row.sub) == row.seen);
+    CHECK(local_bytes(window, static_cast<std::uint16_t>(row.index + 0x480), row.sub) == row.seen);
+  }
+  window.arrive("67F#2300A20111223344");  // another node's SDO writes A200h:01
+  window.expect("5FF#6000A20100000000");
+  CHECK(window.target().read(kInputs, 4) == Words{0x2211, 0x4433, 0x8605, 0xF807});
+  window.arrive("67F#40C0A40500000000");
+  window.expect("5FF#4FC0A40505000000");
+}

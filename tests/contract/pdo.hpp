@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// PDOs of the own node, set up through the window as a PLC program does it.
+
+#include "contract/local_object.hpp"
+
+namespace cbcan::contract {
+
+inline constexpr unsigned kInputs = 3800, kOutputs = 3864;
+
+inline void configure32(Window& window, unsigned index, std::uint16_t sub, std::uint32_t value) {
+  window.configure(static_cast<std::uint16_t>(index), sub, 4,
+                   {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)});
+}
+
+/// What PDO `index` (1400h.., 1800h..) carries, and when; it stays invalid. Entries are as in 1600h.. and
+/// 1A00h..: index, sub-index, bits.
+inline void prepare_pdo(Window& window, unsigned index, std::uint16_t type,
+                        const std::vector<std::uint32_t>& objects) {
+  INFO("PDO " << std::hex << index);
+  const auto mapping = static_cast<std::uint16_t>(index + 0x200);
+  for (std::uint16_t k = 0; k < objects.size(); ++k)
+    configure32(window, mapping, static_cast<std::uint16_t>(k + 1), objects[k]);
+  window.configure(mapping, 0, 1, {static_cast<std::uint16_t>(objects.size())});
+  window.configure(static_cast<std::uint16_t>(index), 2, 1, {type});
+}
+
+inline void set_up_pdo(Window& window, unsigned index, std::uint32_t cob_id, std::uint16_t type,
+                       const std::vector<std::uint32_t>& objects) {
+  prepare_pdo(window, index, type, objects);
+  configure32(window, index, 1, cob_id);
+}
+
+/// NMT to the own node.
+inline void command_own_node(Window& window, std::uint16_t service) {
+  window.write(0, 0x1F82, Window::kOwnNode, 1, {service});
+  window.check_done();
+}
+
+inline void start_own_node(Window& window) {
+  command_own_node(window, 1);
+}
+
+inline Words inputs(Window& window) {
+  return window.target().read(kInputs, 64);
+}
+
+/// 64 registers: 0 but for those given, by their number.
+inline Words registers_with(const std::map<unsigned, std::uint16_t>& words) {
+  Words all(64);
+  for (const auto& [number, word] : words)
+    all.at(number) = word;
+  return all;
+}
+
+}  // namespace cbcan::contract

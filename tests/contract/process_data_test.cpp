@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: MIT
+// docs/contract.md, "Process data: network variables": registers and PDOs.
+
+#include "contract/pdo.hpp"
+
+using namespace cbcan::contract;
+
+namespace {
+
+/// Four UNSIGNED16 from the first register on, and one UNSIGNED64 in their place.
+const std::vector<std::uint32_t> kFourInputs{0xA1000110, 0xA1000210, 0xA1000310, 0xA1000410};
+const std::vector<std::uint32_t> kFourOutputs{0xA5800110, 0xA5800210, 0xA5800310, 0xA5800410};
+
+/// PDO `number`, 0..15, as an identifier and its data: "2011122334455667788".
+std::string pdo_frame(unsigned id, unsigned number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%03X#%02X11223344556677", id + number, number);
+  return text;
+}
+
+Words pdo_words(unsigned number) {
+  return {static_cast<std::uint16_t>(0x1100 + number), 0x3322, 0x5544, 0x7766};
+}
+
+void check_same(Window& window, unsigned first, const Words& words) {
+  CHECK(window.target().read(first, words.size()) == words);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "Process data: network variables: Registers R3800..R3863 are the inputs, 128 bytes that come from the "
+    "network; R3864..R3927 are the outputs, 128 bytes that go to it") {
+  Window window;
+  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA4400140});
+  set_up_pdo(window, 0x1401, 0x37F, 255, {0xA4401040});
+  set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA8C00140});
+  set_up_pdo(window, 0x1801, 0x2FF, 255, {0xA8C01040});
+  start_own_node(window);
+  window.exchange({{"1FF#0000000000000000", ""}, {"2FF#0000000000000000", ""}});
+  window.arrive("27F#0102030405060708");
+  window.arrive("37F#1112131415161718");
+  CHECK(inputs(window) == registers_with({{0, 0x0201},
+                                          {1, 0x0403},
+                                          {2, 0x0605},
+                                          {3, 0x0807},
+                                          {60, 0x1211},
+                                          {61, 0x1413},
+                                          {62, 0x1615},
+                                          {63, 0x1817}}));
+  check_same(window, kOutputs, Words(64));
+  window.set(3864, {0x2221, 0x2423, 0x2625, 0x2827});
+  window.expect("1FF#2122232425262728");
+  window.set(3924, {0x3231, 0x3433, 0x3635, 0x3837});
+  window.expect("2FF#3132333435363738");
+}
+
+TEST_CASE("Process data: network variables: Where the range begins is a setting") {
+  Settings settings;
+  settings.process_first = 5000;
+  Window window(settings);
+  CONTRACT_NEEDS(window, Ability::kSettings);
+  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1004010});
+  set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110, 0xA5804010});
+  window.set(5064, {0x2211});
+  start_own_node(window);
+  window.expect("1FF#11220000");
+  window.arrive("27F#3344");
+  CHECK(window.reg(5063) == 0x4433);
+  window.set(5127, {0x6655});
+  window.expect("1FF#11225566");
+}
+
+TEST_CASE(
+    "Process data: network variables: 1400h..140Fh with 1600h..160Fh are sixteen RPDOs to inputs, "
+    "1800h..180Fh with 1A00h..1A0Fh sixteen TPDOs from outputs, each of eight objects at most") {
+  Window window;
+  SECTION("sixteen of each") {
+    for (unsigned k = 0; k < 16; ++k) {
+      set_up_pdo(window, 0x1400 + k, 0x201 + k, 255, {0xA4400040 + 0x100 * (k + 1)});
+      set_up_pdo(window, 0x1800 + k, 0x181 + k, 255, {0xA8C00040 + 0x100 * (k + 1)});
+      window.set(kOutputs + 4 * k, pdo_words(k));
+    }
+    start_own_node(window);
+    for (unsigned k = 0; k < 16; ++k)
+      window.expect(pdo_frame(0x181, k));
+    for (unsigned k = 0; k < 16; ++k)
+      window.arrive(pdo_frame(0x201, k));
+    for (unsigned k = 0; k < 16; ++k)
+      check_same(window, kInputs + 4 * k, pdo_words(k));
+  }
+  SECTION("and no more") {
+    for (const std::uint16_t index : Words{0x1410, 0x1610, 0x1810, 0x1A10})
+      check_missing(window, index, 0, 0x06020000);
+  }
+  SECTION("eight objects") {
+    set_up_pdo(
+        window, 0x140F, 0x27F, 255,
+        {0xA0000108, 0xA0408008, 0xA0000308, 0xA0000408, 0xA0000508, 0xA0000608, 0xA0000708, 0xA0000808});
+    start_own_node(window);
+    window.arrive("27F#1122334455667788");
+    CHECK(inputs(window) ==
+          registers_with({{0, 0x0011}, {1, 0x4433}, {2, 0x6655}, {3, 0x8877}, {63, 0x2200}}));
+    for (const std::uint16_t index : Words{0x1600, 0x160F, 0x1A00, 0x1A0F}) {
+      CHECK(read_local(window, index, 8).size == 4);
+      check_missing(window, index, 9, 0x06090011);
+    }
+  }
+  SECTION("RPDOs to inputs, TPDOs from outputs") {
+    window.write(0, 0x1600, 1, 4, {0x0110, 0xA580});
+    window.check_failed(0x06040041);
+    window.write(0, 0x1A00, 1, 4, {0x0110, 0xA100});
+    window.check_failed(0x06040041);
+  }
+}
+
+TEST_CASE("Process data: network variables: None is valid until somebody makes it so") {
+  Window window;
+  for (std::uint16_t k = 0; k < 16; ++k) {
+    for (const std::uint16_t first : Words{0x1400, 0x1800})
+      CHECK((read_local(window, static_cast<std::uint16_t>(first + k), 1).number & 0x80000000) != 0);
+  }
+  prepare_pdo(window, 0x1400, 255, {0xA1000110});
+  prepare_pdo(window, 0x1800, 255, {0xA5800110});
+  start_own_node(window);
+  window.set(kOutputs, Words(64, 0x1111));
+  window.arrive("080#");
+  for (const char* frame : {"200#1122", "27F#1122", "37F#1122", "47F#1122", "57F#1122", "1FF#R8", "2FF#R8"})
+    window.arrive(frame);
+  window.expect_silence();
+  CHECK(inputs(window) == Words(64));
+  SECTION("valid from then on, also while Operational") {
+    configure32(window, 0x1400, 1, 0x27F);
+    configure32(window, 0x1800, 1, 0x1FF);
+    window.expect("1FF#1111");
+    window.arrive("27F#1122");
+    CHECK(window.reg(kInputs) == 0x2211);
+  }
+  SECTION("and invalid again") {
+    configure32(window, 0x1400, 1, 0x27F);
+    configure32(window, 0x1400, 1, 0x8000027F);
+    window.arrive("27F#1122");
+    CHECK(window.reg(kInputs) == 0);
+  }
+  SECTION("by somebody else's SDO") {
+    window.arrive("67F#230014017F020000");
+    window.expect("5FF#6000140100000000");
+    window.arrive("27F#1122");
+    CHECK(window.reg(kInputs) == 0x2211);
+  }
+}
+
+TEST_CASE(
+    "Process data: network variables: They are exchanged while the own node is Operational: the PLC starts "
+    "it "
+    "by the NMT service, as any other node") {
+  Window window;
+  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
+  set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110});
+  set_up_pdo(window, 0x1801, 0x2FF, 1, {0xA5800210});
+  const auto check_nothing = [&] {
+    window.arrive("27F#FFFF");
+    window.set(kOutputs, {0xEEEE});
+    window.arrive("080#");
+    window.arrive("1FF#R2");
+    window.expect_silence();
+    CHECK(window.reg(kInputs) == 0);
+    window.set(kOutputs, {0});
+  };
+  check_nothing();
+  SECTION("started, and stopped") {
+    const auto leave = GENERATE(as<std::uint16_t>(), 2, 128);
+    start_own_node(window);
+    window.expect("1FF#0000");
+    window.arrive("27F#1122");
+    CHECK(window.reg(kInputs) == 0x2211);
+    window.set(kOutputs, {0x4433});
+    window.expect("1FF#3344");
+    window.arrive("080#");
+    window.expect("2FF#0000");
+    window.arrive("27F#0000");
+    command_own_node(window, leave);
+    check_nothing();
+  }
+  SECTION("by an NMT master as well") {
+    window.arrive("000#017F");
+    window.expect("1FF#0000");
+  }
+  SECTION("by an NMT master, all") {
+    window.arrive("000#0100");
+    window.expect("1FF#0000");
+  }
+}
+
+TEST_CASE(
+    "Process data: network variables: The registers of one PDO change together, as seen by one Modbus "
+    "request, and what one request writes is in a TPDO whole or not at all") {
+  Window window;
+  SECTION("in") {
+    set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110, 0xA1000210, 0xA1003F10, 0xA1004010});
+    start_own_node(window);
+    for (const char* frame : {"27F#0102030405060708", "27F#1112131415161718"})
+      window.arrive(frame);
+    CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
+    window.arrive("27F#01020304050607");  // too short: none of them
+    window.expect("0FF#1082110100000000");
+    CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
+  }
+  SECTION("in, by SYNC") {
+    set_up_pdo(window, 0x1400, 0x27F, 1, kFourInputs);
+    set_up_pdo(window, 0x1401, 0x37F, 1, {0xA4400240});
+    start_own_node(window);
+    window.arrive("27F#0102030405060708");
+    window.arrive("37F#1112131415161718");
+    CHECK(inputs(window) == Words(64));
+    window.arrive("080#");
+    check_same(window, kInputs, {0x0201, 0x0403, 0x0605, 0x0807, 0x1211, 0x1413, 0x1615, 0x1817});
+  }
+  SECTION("out: one request, one TPDO") {
+    set_up_pdo(window, 0x1800, 0x1FF, 255, kFourOutputs);
+    start_own_node(window);
+    window.expect("1FF#0000000000000000");
+    window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807});
+    window.expect("1FF#0102030405060708");
+    window.expect_silence();
+    window.set(kOutputs, {0x1211, 0x1413, 0x1615, 0x1817});
+    window.expect("1FF#1112131415161718");
+    window.expect_silence();
+    window.set(kOutputs + 1, {0x2423, 0x2625});
+    window.expect("1FF#1112232425261718");
+    window.expect_silence();
+    window.set(kOutputs, {0x3231});
+    window.set(kOutputs + 1, {0x3433});
+    window.expect("1FF#3132232425261718");
+    window.expect("1FF#3132333425261718");
+  }
+  SECTION("out: one request, several TPDOs") {
+    set_up_pdo(window, 0x1800, 0x1FF, 255, kFourOutputs);
+    set_up_pdo(window, 0x1801, 0x2FF, 255, {0xA8C00240});
+    set_up_pdo(window, 0x1802, 0x3FF, 255, {0xA8C01040});
+    start_own_node(window);
+    window.exchange(
+        {{"1FF#0000000000000000", ""}, {"2FF#0000000000000000", ""}, {"3FF#0000000000000000", ""}});
+    window.set(kOutputs, Words(64, 0x5555));
+    window.exchange(
+        {{"1FF#5555555555555555", ""}, {"2FF#5555555555555555", ""}, {"3FF#5555555555555555", ""}});
+  }
+  SECTION("out, by SYNC") {
+    set_up_pdo(window, 0x1800, 0x1FF, 1, kFourOutputs);
+    start_own_node(window);
+    window.arrive("080#");
+    window.expect("1FF#0000000000000000");
+    window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807});
+    window.expect_silence();
+    window.arrive("080#");
+    window.expect("1FF#0102030405060708");
+  }
+}
+
+TEST_CASE(
+    "Process data: network variables: A write that changes a value is the event that TPDOs of types 0, 254 "
+    "and 255 with that value wait for") {
+  Window window;
+  SECTION("254 and 255") {
+    const auto type = GENERATE(as<std::uint16_t>(), 254, 255);
+    set_up_pdo(window, 0x1800, 0x1FF, type, {0xA5800210, 0xA5800310});
+    start_own_node(window);
+    window.expect("1FF#00000000");
+    window.set(kOutputs, {0x1111, 0x2222, 0, 0x4444});
+    window.expect("1FF#22220000");
+    window.set(kOutputs, {0x1111, 0x2222, 0, 0x4444});  // changes nothing
+    window.expect_silence();
+    window.set(kOutputs, {0x9999, 0x2222, 0, 0x9999});  // changes others
+    window.expect_silence();
+    window.set(kOutputs + 2, {0x3333});
+    window.expect("1FF#22223333");
+    window.set(kOutputs + 2, {0x3334});
+    window.set(kOutputs + 2, {0x3333});
+    window.exchange({{"1FF#22223433", ""}, {"1FF#22223333", ""}});
+  }
+  SECTION("0: at the next SYNC") {
+    set_up_pdo(window, 0x1800, 0x1FF, 0, {0xA5800210});
+    start_own_node(window);
+    window.arrive("080#");
+    window.expect_silence();
+    window.set(kOutputs + 1, {0x2222});
+    window.expect_silence();
+    window.arrive("080#");
+    window.expect("1FF#2222");
+    window.arrive("080#");
+    window.set(kOutputs, {0x1111, 0x2222, 0x3333});
+    window.arrive("080#");
+    window.expect_silence();
+  }
+  SECTION("a byte of a register") {
+    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA4C00208});
+    start_own_node(window);
+    window.expect("1FF#00");
+    window.set(kOutputs, {0x0011});
+    window.expect_silence();
+    window.set(kOutputs, {0x2211});
+    window.expect("1FF#22");
+  }
+  SECTION("any byte of a value") {
+    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA8C00240});
+    start_own_node(window);
+    window.expect("1FF#0000000000000000");
+    window.set(kOutputs + 7, {0x1100});
+    window.expect("1FF#0000000000000011");
+    window.set(kOutputs + 4, {0x0022});
+    window.expect("1FF#2200000000000011");
+  }
+  SECTION("a bit of a register") {
+    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5001101, 0xA5001201});
+    start_own_node(window);
+    window.expect("1FF#00");
+    window.set(kOutputs, {0xFFFF, 0xFFFC});
+    window.expect_silence();
+    window.set(kOutputs, {0xFFFF, 0xFFFE});
+    window.expect("1FF#02");
+    window.set(kOutputs + 1, {0x0001});
+    window.expect("1FF#01");
+  }
+  SECTION("the last register, by the last word of a request") {
+    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA4C08008});
+    start_own_node(window);
+    window.expect("1FF#00");
+    window.set(kOutputs, registers_with({{63, 0x1200}}));
+    window.expect("1FF#12");
+  }
+}
+
+TEST_CASE("Process data: network variables: Process data goes on while transactions are under way") {
+  Window window;
+  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
+  set_up_pdo(window, 0x1401, 0x37F, 1, {0xA1000210});
+  set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110});
+  set_up_pdo(window, 0x1801, 0x2FF, 1, {0xA5800210});
+  start_own_node(window);
+  window.expect("1FF#0000");
+  std::uint16_t cycle = 0;
+  const auto check_cycle = [&] {
+    ++cycle;
+    const std::string data = std::string("0") + std::to_string(cycle) + "A0";
+    const auto word = static_cast<std::uint16_t>(0xA000 + cycle);
+    window.arrive("27F#" + data);
+    window.arrive("37F#" + data);
+    window.set(kOutputs, {word, word});
+    window.expect("1FF#" + data);
+    window.arrive("080#");
+    window.expect("2FF#" + data);
+    check_same(window, kInputs, {word, word});
+  };
+  SECTION("SDO") {
+    window.read(5, 0x2000, 1, 128);
+    window.expect("605#4000200100000000");
+    check_cycle();
+    window.exchange({{"", "585#4100200109000000"}});
+    window.expect("605#6000000000000000");
+    check_cycle();
+    window.exchange({{"", "585#0001020304050607"}, {"605#7000000000000000", ""}});
+    check_cycle();
+    CHECK(window.busy());
+    window.arrive("585#1B08090000000000");
+    CHECK(window.target().read(3705, 6) == Words{9, 0x0201, 0x0403, 0x0605, 0x0807, 0x0009});
+  }
+  SECTION("node state") {
+    window.read(5, 0x300C, 0, 0);
+    window.expect("705#R1");
+    check_cycle();
+    CHECK(window.busy());
+    window.arrive("705#05");
+    CHECK(window.reg(3706) == 5);
+  }
+  SECTION("held back by a quarantine") {
+    window.read(5, 0x2000, 1, 4);
+    window.expect("605#4000200100000000");
+    window.set(3700, {0});
+    window.expect("605#8000200100000008");
+    window.read(5, 0x2000, 1, 4);
+    check_cycle();
+    CHECK(window.busy());
+    window.arrive("585#8000200100000008");
+    window.exchange({{"605#4000200100000000", "585#4300200111223344"}});
+  }
+  check_cycle();
+  window.check_done();
+}
