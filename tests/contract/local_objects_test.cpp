@@ -186,12 +186,6 @@ TEST_CASE(
     window.expect("5FF#2000000000000000");
     CHECK(local_bytes(window, 0x3008, 0) == "010000000200");
   }
-  SECTION("of another length") {
-    for (const std::uint16_t size : Words{4, 5, 7, 8}) {
-      window.write(0, 0x3008, 0, size, {1, 2, 3, 4});
-      window.check_failed(size < 6 ? 0x06070013 : 0x06070012);
-    }
-  }
 }
 
 TEST_CASE(
@@ -237,6 +231,30 @@ TEST_CASE(
   }
 }
 
+TEST_CASE(
+    "Local objects: R3702 = 0: 1029h:01 | U8 | rw | what becomes of the own node when bus-off finds it "
+    "Operational: 0 pre-operational, 1 stays as it is (unless set), 2 stopped") {
+  Window window;
+  CHECK(read_local(window, 0x1029, 1) == Value{1, 1});
+  CONTRACT_NEEDS(window, Ability::kBusState);
+  struct Row {
+    std::uint16_t set;
+    std::uint32_t found, becomes;  ///< as 3007h shows it
+  };
+  for (const Row& row : {Row{1, 5, 5}, Row{0, 5, 3}, Row{2, 5, 4}, Row{2, 3, 3}, Row{0, 4, 4}}) {
+    INFO("1029h:01 = " << row.set << ", found in " << row.found);
+    window.configure(0x1029, 1, 1, {row.set});
+    CHECK(read_local(window, 0x1029, 1) == Value{row.set, 1});
+    command_own_node(window, row.found == 5 ? 1 : row.found == 4 ? 2 : 128);
+    window.target().set_bus_state(BusState::kBusOff);
+    CHECK(read_local(window, 0x3007, Window::kOwnNode) == Value{row.becomes, 1});
+    window.target().set_bus_state(BusState::kActive);
+    CHECK(read_local(window, 0x3007, Window::kOwnNode) == Value{row.becomes, 1});
+    command_own_node(window, 128);
+    window.exchange({{"0FF#4081110000000000", ""}, {"0FF#0000000000000000", ""}});
+  }
+}
+
 TEST_CASE("Local objects: R3702 = 0: 1017h:00 | U16 | rw | own heartbeat, ms") {
   Window window;
   CHECK(read_local(window, 0x1017, 0) == Value{0, 2});
@@ -260,7 +278,7 @@ TEST_CASE("Local objects: R3702 = 0: 1017h:00 | U16 | rw | own heartbeat, ms") {
 
 TEST_CASE("Local objects: R3702 = 0: Besides 1000h, 1001h, 1008h, 1009h, 100Ah, 1018h and 1200h of CiA 301") {
   Window window;
-  CHECK(read_local(window, 0x1000, 0) == Value{0, 4});
+  CHECK(read_local(window, 0x1000, 0) == Value{405, 4});
   CHECK(read_local(window, 0x1001, 0) == Value{0, 1});
   CHECK(read_local(window, 0x1018, 0) == Value{4, 1});
   for (const std::uint16_t sub : Words{1, 2, 3, 4})
@@ -279,7 +297,7 @@ TEST_CASE("Local objects: R3702 = 0: All of it is also reached by SDO from other
   window.arrive("67F#4001300000000000");
   window.expect("5FF#4F0130007F000000");
   window.arrive("67F#4000100000000000");
-  window.expect("5FF#4300100000000000");
+  window.expect("5FF#4300100095010000");
   window.arrive("67F#2B033000FA000000");
   window.expect("5FF#6003300000000000");
   CHECK(read_local(window, 0x3003, 0) == Value{250, 2});
@@ -317,6 +335,7 @@ TEST_CASE(
                          Row{"67F#4017100000000000", "5FF#4B17100000000000"},
                          Row{"67F#4018100000000000", "5FF#4F18100004000000"},
                          Row{"67F#4019100000000000", "5FF#4F19100000000000"},
+                         Row{"67F#4029100100000000", "5FF#4F29100101000000"},
                          Row{"67F#4000120100000000", "5FF#430012017F060000"},
                          Row{"67F#4002300000000000", "5FF#4F02300000000000"},
                          Row{"67F#4003300000000000", "5FF#4B033000E8030000"},
@@ -348,6 +367,7 @@ TEST_CASE(
   window.configure(0x1014, 0, 4, {0x00FF, 0x8000});
   window.configure(0x1015, 0, 2, {10});
   window.configure(0x1017, 0, 2, {500});
+  window.configure(0x1029, 1, 1, {2});
   SECTION("reset node") {
     window.write(0, 0x1F82, 127, 1, {129});
     window.check_done();
@@ -372,6 +392,7 @@ TEST_CASE(
   CHECK(read_local(window, 0x1015, 0) == Value{0, 2});
   CHECK(read_local(window, 0x1017, 0) == Value{0, 2});
   CHECK(read_local(window, 0x1019, 0) == Value{0, 1});
+  CHECK(read_local(window, 0x1029, 1) == Value{1, 1});
   window.pass(3s);
   window.expect_silence();
 }

@@ -57,17 +57,17 @@ TEST_CASE(
 
 TEST_CASE("Process data: network variables: Where the range begins is a setting") {
   Settings settings;
-  settings.process_first = 5000;
+  settings.process_first = 1000;
   Window window(settings);
   CONTRACT_NEEDS(window, Ability::kSettings);
   set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1004010});
   set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110, 0xA5804010});
-  window.set(5064, {0x2211});
+  window.set(1064, {0x2211});
   start_own_node(window);
   window.expect("1FF#11220000");
   window.arrive("27F#3344");
-  CHECK(window.reg(5063) == 0x4433);
-  window.set(5127, {0x6655});
+  CHECK(window.reg(1063) == 0x4433);
+  window.set(1127, {0x6655});
   window.expect("1FF#11225566");
 }
 

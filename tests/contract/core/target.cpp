@@ -28,18 +28,22 @@ cbcan::BusState core_state(BusState state) {
 class CoreTarget final : public Target {
  public:
   explicit CoreTarget(const Settings& settings)
-      : bench_(new test::Bench(registers_.words(), core_settings(settings))) {}
+      : bench_(new test::Bench(registers_.words(), core_settings(settings))),
+        process_first_(settings.process_first) {}
 
   std::string lacks(Ability /*ability*/) const override { return {}; }
 
   void write(unsigned first, const Words& words) override {
     for (const std::uint16_t word : words)
-      bench_->reg(first++) = word;
+      reg(first++) = word;
+    bench_->coprocessor.on_registers_written(bench_->now);
     bench_->poll();
   }
   Words read(unsigned first, std::size_t count) override {
-    const auto begin = bench_->registers.begin() + (first - regmap::kWindowFirst);
-    return Words(begin, begin + static_cast<std::ptrdiff_t>(count));
+    Words words;
+    while (words.size() < count)
+      words.push_back(reg(first++));
+    return words;
   }
 
   std::string next_frame() override {
@@ -53,7 +57,9 @@ class CoreTarget final : public Target {
   void pass(Duration duration) override { bench_->pass(static_cast<Time>(duration.count())); }
   Duration precision() const override { return 1us; }
 
-  void set_bus_state(BusState state) override { bench_->coprocessor.on_bus_state(core_state(state), bench_->now); }
+  void set_bus_state(BusState state) override {
+    bench_->coprocessor.on_bus_state(core_state(state), bench_->now);
+  }
   void refuse_frames(bool refuse) override {
     bench_->port.refuse_next = refuse ? test::RecordingPort::kAlways : 0;
   }
@@ -67,8 +73,16 @@ class CoreTarget final : public Target {
   }
 
  private:
+  std::uint16_t& reg(unsigned address) {
+    return is_process_data(address) ? bench_->process.at(address - process_first_) : bench_->reg(address);
+  }
+  bool is_process_data(unsigned address) const {
+    return address >= process_first_ && address < process_first_ + bench_->process.size();
+  }
+
   WatchedRegisters registers_;
   std::unique_ptr<test::Bench> bench_;
+  unsigned process_first_;
 };
 
 }  // namespace

@@ -70,7 +70,8 @@ class SimTarget final : public Target {
   explicit SimTarget(const Settings& settings)
       : simulator_({CBCAN_SIM, "--clock", "manual", "--modbus", "127.0.0.1:0", "--slcan", "127.0.0.1:0",
                     "--node-state-fresh", in_ms(settings.state_fresh_for), "--guarding-timeout",
-                    in_ms(settings.guard_timeout)}),
+                    in_ms(settings.guard_timeout), "--process-first",
+                    std::to_string(settings.process_first)}),
         ready_(simulator_.hear()),
         plc_(port_in(ready_, "modbus")),
         bus_(port_in(ready_, "slcan")) {}
