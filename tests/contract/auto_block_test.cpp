@@ -201,6 +201,29 @@ TEST_CASE(
     window.set(3700, {0});
     window.expect("605#8000200000000008");
   }
+  SECTION("an abort in the middle is no refusal") {
+    window.read(5, 0x2000, 0, 29);
+    window.exchange(
+        {{"605#A400200005000000", "585#C60020001D000000"}, {"605#A300000000000000", "585#8000200004000405"}});
+    window.check_failed(0x05040004);
+  }
+  SECTION("another node is not affected") {
+    window.write(5, 0x2000, 0, 29, counting_words());
+    window.exchange({{"605#C60020001D000000", "585#8000200001000405"}});
+    run(window, server);
+    set_mode(window, kBlock);
+    window.write(6, 0x2000, 0, 9, {0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
+    window.exchange({{"606#C600200009000000", "586#A40020007F000000"},
+                     {"606#0131323334353637", ""},
+                     {"606#8238390000000000", "586#A2027F0000000000"},
+                     {"606#D5C3310000000000", "586#A100000000000000"}});
+    set_mode(window, kAuto);
+    window.read(6, 0x2000, 0, 29);
+    window.exchange(
+        {{"606#A400200005000000", "586#C60020001D000000"}, {"606#A300000000000000", "586#8000200002000106"}});
+    window.check_failed(0x06010002);
+    CHECK(first_of_write(window, 29) == "605#210020001D000000");
+  }
   SECTION("mode 3 is not asked again") {
     set_mode(window, kBlock);
     window.write(5, 0x2000, 0, 29, counting_words());

@@ -228,6 +228,11 @@ TEST_CASE(
     window.arrive("705#05");
     check_state(window, 5, shown);
   }
+  SECTION("another command before its boot-up does not end it") {
+    command(window, service, 5, to_it);
+    command(window, 1, 5, "000#0105");
+    check_state(window, 5, shown);
+  }
   SECTION("as long as it has been heard within its time") {
     window.pass(100ms);
     command(window, service, 5, to_it);

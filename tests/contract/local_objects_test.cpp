@@ -368,12 +368,17 @@ TEST_CASE(
   window.configure(0x1015, 0, 2, {10});
   window.configure(0x1017, 0, 2, {500});
   window.configure(0x1029, 1, 1, {2});
+  set_up_pdo(window, 0x140F, 0x27F, 1, {0xA1000110});
+  set_up_pdo(window, 0x180F, 0x1FF, 1, {0xA5800110});
+  window.arrive("085#3081110102030405");
   SECTION("reset node") {
     window.write(0, 0x1F82, 127, 1, {129});
     window.check_done();
     window.expect("77F#00");
     CHECK(read_local(window, 0x3003, 0) == Value{1000, 2});
     CHECK(read_local(window, 0x3004, 0) == Value{0, 1});
+    CHECK(local_bytes(window, 0x3005, 5) == "0000000000000000");
+    CHECK(local_bytes(window, 0x3006, 0) == "000000000000000000");
   }
   SECTION("reset communication") {
     window.write(0, 0x1F82, 127, 1, {130});
@@ -381,6 +386,7 @@ TEST_CASE(
     window.expect("77F#00");
     CHECK(read_local(window, 0x3003, 0) == Value{250, 2});
     CHECK(read_local(window, 0x3004, 0) == Value{2, 1});
+    CHECK(local_bytes(window, 0x3005, 5) == "3081110102030405");
   }
   CHECK(read_local(window, 0x1016, 1) == Value{0, 4});
   CHECK(read_local(window, 0x3007, 5) == Value{6, 1});
@@ -393,6 +399,11 @@ TEST_CASE(
   CHECK(read_local(window, 0x1017, 0) == Value{0, 2});
   CHECK(read_local(window, 0x1019, 0) == Value{0, 1});
   CHECK(read_local(window, 0x1029, 1) == Value{1, 1});
+  for (const std::uint16_t pdo : Words{0x140F, 0x180F}) {
+    CHECK((read_local(window, pdo, 1).number & 0x80000000) != 0);
+    CHECK(read_local(window, pdo, 2) == Value{255, 1});
+    CHECK(read_local(window, static_cast<std::uint16_t>(pdo + 0x200), 0) == Value{0, 1});
+  }
   window.pass(3s);
   window.expect_silence();
 }

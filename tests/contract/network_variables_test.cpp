@@ -79,6 +79,25 @@ void check_output(Window& window, std::uint16_t index, std::uint16_t sub, std::s
   CHECK(local_bytes(window, index, sub) == text_of(value));
 }
 
+/// In PDOs, RPDO 1 and TPDO 1.
+void check_pdos(Window& window, std::uint16_t input, std::uint16_t output, std::uint16_t sub,
+                std::size_t size) {
+  const std::uint32_t place = sub * 0x100u + static_cast<std::uint32_t>(8 * size);
+  set_up_pdo(window, 0x1400, 0x27F, 255, {input * 0x10000u + place});
+  set_up_pdo(window, 0x1800, 0x1FF, 255, {output * 0x10000u + place});
+  Bytes image(kBytes);
+  fill_inputs(window, image);
+  window.set(kOutputs, Words(64));
+  start_own_node(window);
+  window.expect("1FF#" + text_of(Bytes(size)));
+  const Bytes value = counting(0xA1, size);
+  std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>((sub - 1u) * size));
+  window.arrive("27F#" + text_of(value));
+  CHECK(inputs(window) == words_of(image));
+  window.set(kOutputs, words_of(image));
+  window.expect("1FF#" + text_of(value));
+}
+
 /// A row of the table of types; `size` in bytes.
 void check_row(std::uint16_t input, std::uint16_t output, std::size_t size) {
   Window window;
@@ -89,6 +108,7 @@ void check_row(std::uint16_t input, std::uint16_t output, std::size_t size) {
     check_input(window, input, sub, size);
     check_output(window, output, sub, size);
   }
+  check_pdos(window, input, output, count, size);
 }
 
 }  // namespace
@@ -248,6 +268,27 @@ TEST_CASE(
   }
   for (const std::uint16_t index : Words{0xA085, 0xA505})
     check_missing(window, index, 0, kNoObject);
+}
+
+TEST_CASE(
+    "Process data: network variables: BOOLEANs are the bits, from bit 0 of the first register on: 254 to an "
+    "index, A080h to A084h and A500h to A504h -- in PDOs, where each is one bit") {
+  Window window;
+  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA0800201, 0xA0840801, 0xA0400208});
+  set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5000201, 0xA4C00208, 0xA5040801});
+  window.set(kOutputs, registers_with({{0, 0x00FD}, {63, 0x7FFF}}));
+  for (const std::uint16_t sub : Words{1, 4})
+    window.configure(0xA080, sub, 1, {1});
+  start_own_node(window);
+  window.expect("1FF#0000");
+  window.arrive("27F#0B02");  // 1, 1, 82h
+  CHECK(inputs(window) == registers_with({{0, 0x820B}, {63, 0x8000}}));
+  window.arrive("27F#0400");  // 0, 0, 01h
+  CHECK(inputs(window) == registers_with({{0, 0x0109}}));
+  window.set(kOutputs, registers_with({{0, 0x82FF}}));  // 1, 82h, 0
+  window.expect("1FF#0501");
+  window.set(kOutputs + 63, {0x8000});
+  window.expect("1FF#0503");
 }
 
 TEST_CASE("Process data: network variables: The types are views of the same registers") {

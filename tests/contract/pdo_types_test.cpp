@@ -115,6 +115,17 @@ TEST_CASE(
 TEST_CASE(
     "Process data: network variables: Transmission types, inhibit time, event timer, SYNC start value, "
     "remote "
+    "requests and refusals are those of CiA 301 -- bytes for somebody else, passed over by data types") {
+  Window window;
+  set_up_pdo(window, 0x1400, 0x27F, 255, {0x00050008, 0xA1000110, 0x00070020, 0xA0400408});
+  start_own_node(window);
+  window.arrive("27F#1122334455667788");
+  CHECK(window.target().read(kInputs, 2) == Words{0x3322, 0x8800});
+}
+
+TEST_CASE(
+    "Process data: network variables: Transmission types, inhibit time, event timer, SYNC start value, "
+    "remote "
     "requests and refusals are those of CiA 301 -- inhibit time and event timer") {
   Window window;
   SECTION("inhibit time, in 100 microseconds") {

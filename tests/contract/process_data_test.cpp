@@ -278,6 +278,17 @@ TEST_CASE(
     window.set(kOutputs + 2, {0x3333});
     window.exchange({{"1FF#22223433", ""}, {"1FF#22223333", ""}});
   }
+  SECTION("by SDO") {
+    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800210});
+    start_own_node(window);
+    window.expect("1FF#0000");
+    window.configure(0xA580, 2, 2, {0x2211});
+    window.expect("1FF#1122");
+    window.configure(0xA4C0, 3, 1, {0x11});
+    window.expect_silence();
+    window.arrive("67F#2FC0A40444000000");  // another node's, A4C0h:04
+    window.exchange({{"1FF#1144", ""}, {"5FF#60C0A40400000000", ""}});
+  }
   SECTION("0: at the next SYNC") {
     set_up_pdo(window, 0x1800, 0x1FF, 0, {0xA5800210});
     start_own_node(window);
@@ -328,6 +339,27 @@ TEST_CASE(
     window.set(kOutputs, registers_with({{63, 0x1200}}));
     window.expect("1FF#12");
   }
+}
+
+TEST_CASE(
+    "Process data: network variables: The registers of one PDO change together, as seen by one Modbus "
+    "request, and what one request writes is in a TPDO whole or not at all -- with a controller that was "
+    "full") {
+  Window window;
+  CONTRACT_NEEDS(window, Ability::kRefusal);
+  set_up_pdo(window, 0x1800, 0x1FF, 255, kFourOutputs);
+  set_up_pdo(window, 0x1801, 0x2FF, 1, kFourOutputs);
+  start_own_node(window);
+  window.expect("1FF#0000000000000000");
+  window.target().refuse_frames(true);
+  window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807});
+  window.arrive("080#");
+  window.set(kOutputs, {0x1211, 0x1413, 0x1615, 0x1817});
+  window.pass(1s);
+  window.target().refuse_frames(false);
+  window.pass(1ms);
+  window.expect("1FF#1112131415161718");
+  window.expect("2FF#0102030405060708");  // as it was at the SYNC
 }
 
 TEST_CASE("Process data: network variables: Process data goes on while transactions are under way") {
