@@ -6,6 +6,7 @@ import json
 import pathlib
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -117,17 +118,66 @@ class WithSimulator(unittest.TestCase):
                        "cbcanctl: another program's transaction is under way; waiting for it\n")
 
     def test_no_result_in_time(self):
-        done = run(self.simulator.port, "--timeout", "50", "read", "99", "0x1000", "0")
+        done = run(self.simulator.port, "--timeout", "50", "state", "99")  # which takes 100 ms
         self.assertEqual(done.returncode, NO_CONNECTION)
         self.assertIn("no result within 50 ms", done.stderr)
-        self.simulator.wait_for_frame("663#8000100000000008")
+
+    def test_kernel_and_local_id(self):
+        self.check("kernel", "00h no error\n")
+        self.check("--json kernel", '{"kernel": 0, "name": "no error"}\n')
+        self.check("local-id", "127\n")
+        self.check("--json local-id", '{"node": 127}\n')
+
+    def check_settings(self, timeout, mode):
+        self.check("read 0 0x3003 0 --type u16", f"{timeout}\n")
+        self.check("read 0 0x3004 0 --type u8", f"{mode}\n")
+
+    def test_modes(self):
+        self.check("write 0x20 0x2001 0 1 --type u8 --mode segmented")
+        self.check("write 0x20 0x2001 0 2 --type u8 --mode block")
+        self.check("write 0x20 0x2001 0 3 --type u8 --mode expedited")
+        self.check("write 0x20 0x2001 0 4 --type u8 --mode auto")
+        begins = [frame[4:6] for frame in self.simulator.frames() if frame.startswith("620#") and frame[6:12] == "012000"]
+        self.assertEqual(begins, ["21", "C6", "2F", "2F"])
+        self.check("read 0x20 0x2001 0 --type u8 --mode segmented", "4\n")
+        self.check_settings(1000, 0)
+
+    def test_settings_are_put_back_after_a_refusal(self):
+        self.check("write 0 0x3003 0 777 --type u16")
+        self.check("write 0 0x3004 0 2 --type u8")
+        self.check("write 0x20 0x200E 0 hex:0102030405 --mode expedited --timeout 300", "", REFUSED,
+                   "cbcanctl: 0601 0000h ABORT_NO_SEGMENT: unsupported access to the object, or segmented transfer not "
+                   "supported\n")
+        self.check_settings(777, 2)
+        self.check("--timeout 50 read 99 0x1000 0 --mode block", "", REFUSED,
+                   "cbcanctl: 0504 0000h ABORT_TIME_OUT: SDO service timed out\n")
+        self.check_settings(777, 2)
+
+    def test_settings_are_put_back_after_an_interrupt(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            control = subprocess.Popen([CBCANCTL, "--port", str(self.simulator.port), "read", str(number + 80), "0x1000", "0",
+                                        "--timeout", "60000", "--mode", "segmented"], stderr=subprocess.PIPE, text=True)
+            self.addCleanup(control.stderr.close)
+            self.simulator.wait_for_frame(f"{0x600 + number + 80:X}#4000100000000000")
+            control.send_signal(number)
+            self.assertEqual(control.wait(LIMIT), INTERRUPTED)
+            self.assertEqual(control.stderr.read(), "cbcanctl: cancelled: 0 written to R3700\n")
+            self.check_settings(1000, 0)
+
+    def test_own_objects_are_shown_as_they_are(self):
+        for node in (0, 127):
+            self.check(f"read {node} 0x3003 0 --type u16 --timeout 50", "1000\n")
+            self.check(f"write {node} 0x3004 0 2 --type u8 --mode block")
+            self.check(f"read {node} 0x3004 0 --type u8 --mode block", "2\n")
 
 
 class Usage(unittest.TestCase):
     def test_wrong_usage(self):
         for arguments in ("", "reed 1 2 3", "read 1 2", "read 128 0x1000 0", "read 1 0x10000 0", "read 1 0x1000 256",
                           "read 1 1F82 0", "write 1 0x2000 0 5", "write 1 0x2000 0 300 --type u8", "nmt begin 1",
-                          "nmt start 0", "state 128", "read 1 0x1000 0 --size 129", "read 1 0x1000 0 --type u12"):
+                          "nmt start 0", "state 128", "read 1 0x1000 0 --size 129", "read 1 0x1000 0 --type u12",
+                          "read 1 0x1000 0 --mode fast", "read 1 0x1000 0 --timeout 65536", "write 1 0x2000 0 hex:01 --timeout 0",
+                          "state 1 --mode block", "emcy", "emcy 128", "emcy all", "kernel 1", "local-id 1"):
             done = run(1, *arguments.split())
             self.assertEqual((done.returncode, done.stdout), (USAGE, ""), arguments)
             self.assertTrue(done.stderr, arguments)
@@ -135,8 +185,159 @@ class Usage(unittest.TestCase):
     def test_help(self):
         done = run(1, "--help")
         self.assertEqual(done.returncode, DONE)
-        for word in ("read", "write", "nmt", "state", "watch", "Exit codes"):
+        for word in ("read", "write", "nmt", "state", "emcy", "kernel", "local-id", "watch", "Exit codes"):
             self.assertIn(word, done.stdout)
+
+
+class Coprocessor:
+    """A window whose transactions are what `execute(command, node, index, sub, data)` says: the bytes of the answer, a number (an
+    abort code), or None: it stays under way until it is cancelled. They are all kept."""
+
+    def __init__(self, execute):
+        self.execute = execute
+        self.transactions = []
+        self.words = [0] * 70
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+        self.thread.start()
+
+    def stop(self):
+        self.listener.shutdown(socket.SHUT_RDWR)
+        self.thread.join(LIMIT)
+        self.listener.close()
+
+    def serve(self):
+        while True:
+            try:
+                client, _ = self.listener.accept()
+            except OSError:
+                return
+            with client, client.makefile("rb") as requests:
+                while header := requests.read(7):
+                    pdu = requests.read(struct.unpack(">H", header[4:6])[0] - 1)
+                    answer = self.answer(pdu)
+                    client.sendall(header[:4] + struct.pack(">H", len(answer) + 1) + header[6:] + answer)
+
+    def answer(self, pdu):
+        function, address, count = struct.unpack(">BHH", pdu[:5])
+        at = address - 3700
+        if function == 3:
+            return struct.pack(f">BB{count}H", 3, 2 * count, *self.words[at:at + count])
+        self.words[at:at + count] = struct.unpack(f">{count}H", pdu[6:])
+        if self.words[0] == 0xCA0E:
+            self.transact()
+        return pdu[:5]
+
+    def transact(self):
+        command, node, index, sub, size = self.words[1:6]
+        data = struct.pack("<64H", *self.words[6:])[:size] if command == 5066 else b""
+        self.transactions.append((command, node, index, sub, data.hex()))
+        result = self.execute(*self.transactions[-1])
+        if isinstance(result, int):
+            self.words[0], self.words[6:8] = 4, [result & 0xFFFF, result >> 16]
+        elif result is not None:
+            self.words[0], self.words[5] = 0, len(result) if command == 5055 else size
+            self.words[6:6 + 64] = struct.unpack("<64H", result.ljust(128, b"\0"))
+
+
+class WithCoprocessor(unittest.TestCase):
+    def start(self, execute):
+        coprocessor = Coprocessor(execute)
+        self.addCleanup(coprocessor.stop)
+        return coprocessor
+
+    def check(self, execute, arguments, out, code=DONE, error=""):
+        coprocessor = self.start(execute)
+        done = run(coprocessor.port, *arguments.split())
+        self.assertEqual((done.stdout, done.returncode, done.stderr), (out, code, error))
+        return coprocessor.transactions
+
+    def check_emcy(self, message, text, *arguments):
+        done = self.check(lambda *_: bytes.fromhex(message), " ".join(arguments) + " emcy 5", text)
+        self.assertEqual(done, [(5055, 0, 0x3005, 5, "")])
+
+    def test_emcy_of_a_node(self):
+        self.check_emcy("00 00 00 00 00 00 00 00", "5 no error\n")
+        self.check_emcy("30 81 11 01 02 03 04 05", "5 8130h life guard error or heartbeat error; error register 11h: generic, "
+                        "communication; data 01 02 03 04 05\n")
+        self.check_emcy("10 23 03 00 00 00 00 00", "5 2310h current, output side; error register 03h: generic, current; "
+                        "data 00 00 00 00 00\n")
+        self.check_emcy("00 FF 00 00 00 00 00 00", "5 FF00h device-specific; error register 00h; data 00 00 00 00 00\n")
+        self.check_emcy("00 00 81 00 00 00 00 00", "5 0000h no error, or an error is over; error register 81h: generic, "
+                        "manufacturer-specific; data 00 00 00 00 00\n")
+        self.check_emcy("30 81 11 01 02 03 04 05",
+                        '{"node": 5, "error_code": 33072, "meaning": "life guard error or heartbeat error", "error_register": 17, '
+                        '"bits": ["generic", "communication"], "data": "01 02 03 04 05"}\n', "--json")
+        self.check_emcy("00 00 00 00 00 00 00 00", '{"node": 5, "error_code": 0, "meaning": "no error", "error_register": 0, '
+                        '"bits": [], "data": "00 00 00 00 00"}\n', "--json")
+
+    def test_emcy_of_the_coprocessor_itself(self):
+        done = self.check(lambda _, __, index, *___: b"\x7F" if index == 0x3001 else bytes(8), "emcy 0", "127 no error\n")
+        self.assertEqual(done, [(5055, 0, 0x3001, 0, ""), (5055, 0, 0x3005, 127, "")])
+
+    def check_scan(self, stops, text, *arguments):
+        """`stops`: what the scan finds, one after the other; it is asked no more often than that."""
+        left = [bytes.fromhex(stop) for stop in stops]
+        done = self.check(lambda *_: left.pop(0), " ".join(arguments) + " emcy scan", text)
+        self.assertEqual(done, len(stops) * [(5055, 0, 0x3006, 0, "")])
+
+    def test_emcy_scan(self):
+        nothing, five, nine, over = "00" * 9, "05 2043 0900 00 00 00 00", "09 0050 0100 00 00 00 00", "07" + "00" * 8
+        hot, hardware = ("5 4320h temperature; error register 09h: generic, temperature; data 00 00 00 00 00\n",
+                         "9 5000h device hardware; error register 01h: generic; data 00 00 00 00 00\n")
+        self.check_scan([nothing], "no error\n")
+        self.check_scan([nothing], "", "--json")
+        self.check_scan([five, five], hot)
+        self.check_scan([over, nothing], "7 no error any more\n")
+        self.check_scan([five, over, nine, five], hot + "7 no error any more\n" + hardware)
+        self.check_scan([over, nine, five, nine], "7 no error any more\n" + hardware + hot)
+        self.check_scan([five, "05" + "00" * 8], hot + "5 no error any more\n")  # while the scan went round
+        self.check_scan([over, nothing], '{"node": 7, "error_code": 0, "meaning": "no error any more", "error_register": 0, '
+                        '"bits": [], "data": "00 00 00 00 00"}\n', "--json")
+
+    def test_a_coprocessor_without_the_object(self):
+        self.check(lambda *_: 0x06020000, "emcy 5", "", REFUSED,
+                   "cbcanctl: 3005h of the coprocessor: 0602 0000h ABORT_NO_OBJ: no such object\n")
+        self.check(lambda *_: b"\x01\x02", "kernel", "", NO_CONNECTION,
+                   "cbcanctl: 3002h of the coprocessor: 2 bytes instead of 1: this is no CBCAN window\n")
+
+    def test_kernel_states(self):
+        for state, text in ((0x02, "02h overflow: frames were lost\n"), (0x10, "10h bus off\n"), (0x11, "11h error passive\n"),
+                            (0x20, "20h no known state\n")):
+            self.check(lambda *_, state=state: bytes([state]), "kernel", text)
+
+    def test_settings_of_one_transfer(self):
+        before = {0x3001: b"\x7F", 0x3003: b"\xE8\x03", 0x3004: b"\x00", 0x2000: b"\x2A"}
+        done = self.check(lambda _, __, index, *___: before[index], "read 5 0x2000 0 --type u8 --timeout 300 --mode block", "42\n")
+        self.assertEqual(done, [(5055, 0, 0x3001, 0, ""), (5055, 0, 0x3003, 0, ""), (5066, 0, 0x3003, 0, "2c01"),
+                                (5055, 0, 0x3004, 0, ""), (5066, 0, 0x3004, 0, "03"), (5055, 5, 0x2000, 0, ""),
+                                (5066, 0, 0x3004, 0, "00"), (5066, 0, 0x3003, 0, "e803")])
+        done = self.check(lambda _, __, index, *___: before[index], "read 5 0x2000 0 --type u8 --timeout 1000 --mode auto", "42\n")
+        self.assertEqual([transaction[0] for transaction in done], 4 * [5055])  # nothing to change
+
+    def test_a_setting_that_is_refused(self):
+        def execute(command, _, index, *__):
+            return 0x06090030 if (command, index) == (5066, 0x3004) else bytes([7, 7][:1 if index != 0x3003 else 2])
+        self.check(execute, "read 5 0x2000 0 --mode block", "", REFUSED,
+                   "cbcanctl: 3004h of the coprocessor: 0609 0030h ABORT_VALUE: invalid value for the parameter\n")
+
+    def test_a_second_interrupt_leaves_the_settings(self):
+        def execute(command, node, index, *_):
+            if node == 5 or command == 5066 and len(coprocessor.transactions) > 4:
+                return None
+            return {0x3001: b"\x7F", 0x3003: b"\xE8\x03"}[index]
+        coprocessor = self.start(execute)
+        control = subprocess.Popen([CBCANCTL, "--port", str(coprocessor.port), "read", "5", "0x1000", "0", "--timeout", "300"],
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(control.stderr.close)
+        for count in (4, 5):
+            wait_until(lambda count=count: len(coprocessor.transactions) == count, f"transaction {count}")
+            control.send_signal(signal.SIGINT)
+        self.assertEqual(control.wait(LIMIT), INTERRUPTED)
+        self.assertEqual(control.stderr.read(),
+                         "cbcanctl: 3003h of the coprocessor was 0x03E8 1000 and could not be put back: cancelled: 0 written to "
+                         "R3700\ncbcanctl: cancelled: 0 written to R3700\n")
 
 
 class BadServers(unittest.TestCase):

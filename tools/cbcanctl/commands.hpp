@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The commands of cbcanctl: each prints its result on standard output, and throws what keeps it from that.
+
+#include "cbcanctl/session.hpp"
+
+namespace cbcan::ctl {
+
+void read(const Options& options);
+void write(const Options& options);
+void nmt(const Options& options);
+void state(const Options& options);
+void emcy(const Options& options);
+void kernel(const Options& options);
+void local_id(const Options& options);
+void watch(const Options& options);
+
+}  // namespace cbcan::ctl

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include <array>
+#include <cstdio>
+#include <iostream>
+
+#include "cbcanctl/commands.hpp"
+#include "emergency.hpp"
+
+namespace cbcan::ctl {
+
+namespace {
+
+using tools::EmergencyMessage;
+using tools::json_string;
+
+constexpr std::size_t kScanSize = 1 + EmergencyMessage::kSize;
+
+std::string hexadecimal(unsigned value, int digits) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%0*Xh", digits, value);
+  return text;
+}
+
+/// `quoted`: as the elements of a JSON array.
+std::string bits_text(std::uint8_t error_register, bool quoted) {
+  std::string text;
+  for (const std::string_view bit : tools::error_register_bits(error_register))
+    text += (text.empty() ? "" : ", ") + (quoted ? json_string(bit) : std::string(bit));
+  return text;
+}
+
+/// `nothing` is what a message of zeros means.
+void print(int node, const EmergencyMessage& message, std::string_view nothing, const Options& options) {
+  const bool is_nothing = message == EmergencyMessage{};
+  const std::string_view meaning = is_nothing ? nothing : tools::emergency_meaning(message.code);
+  const std::string bits = bits_text(message.error_register, options.json);
+  const std::string info = tools::hex_dump(message.info);
+  if (options.json)
+    std::cout << "{\"node\": " << node << ", \"error_code\": " << message.code
+              << ", \"meaning\": " << json_string(meaning)
+              << ", \"error_register\": " << int{message.error_register} << ", \"bits\": [" << bits
+              << "], \"data\": " << json_string(info) << "}\n";
+  else if (is_nothing)
+    std::cout << node << " " << nothing << "\n";
+  else
+    std::cout << node << " " << hexadecimal(message.code, 4) << " " << meaning << "; error register "
+              << hexadecimal(message.error_register, 2) << (bits.empty() ? "" : ": " + bits) << "; data "
+              << info << "\n";
+}
+
+struct Found {
+  std::uint8_t node;  ///< 0 = nothing in a full round
+  EmergencyMessage message;
+};
+
+Found next_of_scan(tools::WindowClient& client) {
+  const tools::Bytes bytes = own::read(client, own::kEmergencyScan, 0, kScanSize);
+  return {bytes[0], tools::emergency_from(std::span(bytes).subspan<1, EmergencyMessage::kSize>())};
+}
+
+/// A node that comes again has been reached once around: while it has an error the scan always stops there.
+void scan(tools::WindowClient& client, const Options& options) {
+  std::array<std::optional<EmergencyMessage>, 256> told{};
+  bool any = false;
+  while (true) {
+    const Found found = next_of_scan(client);
+    if (found.node == 0) break;
+    any = true;
+    std::optional<EmergencyMessage>& before = told[found.node];
+    if (before != found.message) print(found.node, found.message, "no error any more", options);
+    if (before) return;
+    before = found.message;
+  }
+  if (!any && !options.json) std::cout << "no error\n";
+}
+
+}  // namespace
+
+void emcy(const Options& options) {
+  const bool all = options.node == "scan";
+  auto node = static_cast<std::uint8_t>(all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE"));
+  tools::WindowClient client = connect(options);
+  if (all) return scan(client, options);
+  if (node == 0) node = own::node_id(client);
+  const tools::Bytes bytes = own::read(client, own::kEmergencyOfNode, node, EmergencyMessage::kSize);
+  print(node, tools::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error", options);
+}
+
+}  // namespace cbcan::ctl

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+// cbcanctl: what a PLC program does with the register window, from the command line. Results on standard
+// output, everything else on standard error.
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "cbcanctl/commands.hpp"
+#include "cbcanctl/transfer_settings.hpp"
+
+namespace cbcan::ctl {
+
+namespace {
+
+constexpr const char* kFooter = R"(
+Numbers are decimal, 0x2001 or 2001h. VALUE may also be bytes: hex:01 02.
+
+read and write: --timeout and --mode set objects 3003h and 3004h of the coprocessor for this transfer and put back what
+was there, also after a refusal and Ctrl-C; other programs' transfers see them meanwhile. They do not matter for NODE 0. R3700
+is waited for 5 s, and two SDO timeouts more where --timeout is given.
+
+emcy scan tells each node whose last EMCY message is an error, and each whose errors are over since the scan was there last.
+There is one scan: a PLC program that scans too does not see those that are over and were told here.
+
+Exit codes: 0 done, also where emcy and kernel tell errors, 1 usage, 2 no connection, connection lost or no result, 3 refused
+by the coprocessor or the node, 130 interrupted; a transaction that was under way has been cancelled then.
+
+Examples:
+  cbcanctl read 0x42 0x6411 1 --type i16
+  cbcanctl write 0x42 0x6411 1 300 --type i16
+  cbcanctl read 0x42 0x1008 0 --type string --mode block --timeout 200
+  cbcanctl nmt start all
+  cbcanctl state all
+  cbcanctl emcy scan
+  cbcanctl --rtu /dev/ttyUSB0 --baud 19200 --station 1 state all)";
+
+constexpr int kPatienceMs = 5000;       ///< for R3700, besides what --timeout asks for
+constexpr int kMostSdoTimeout = 65535;  ///< 3003h has two bytes
+
+void add_object(CLI::App& command, Options& options) {
+  command.add_option("NODE", options.node, "node ID, 1..127; 0 = the coprocessor itself")->required();
+  command.add_option("INDEX", options.index, "object index, such as 0x6411")->required();
+  command.add_option("SUB", options.sub, "object sub-index")->required();
+  command.add_option("--type", options.type, "u8, u16, ... u64, i8 ... i64, f32, f64, bool, string or hex");
+}
+
+void add_target(CLI::App& app, tools::Target& target) {
+  using CLI::Range;
+  CLI::Option* host =
+      app.add_option("--host", target.host, "where the Modbus TCP server is")->capture_default_str();
+  CLI::Option* port = app.add_option("--port", target.port)->capture_default_str()->check(Range(1, 65535));
+  CLI::Option* rtu = app.add_option("--rtu", target.rtu,
+                                    "serial device of a Modbus RTU server, instead of --host and --port")
+                         ->excludes(host)
+                         ->excludes(port);
+  app.add_option("--baud", target.baud)
+      ->capture_default_str()
+      ->check(CLI::IsMember(tools::kBaudRates))
+      ->needs(rtu);
+  app.add_option("--parity", target.parity, "E even, O odd, or N none with two stop bits")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"E", "O", "N"}))
+      ->needs(rtu);
+  app.add_option("--unit,--station", target.unit,
+                 "Modbus unit ID or station address; it selects the CAN network")
+      ->capture_default_str()
+      ->check(Range(0, 247));
+}
+
+void add_transfer(CLI::App& command, Options& options) {
+  const std::vector<std::string> modes(kTransferModes.begin(), kTransferModes.end());
+  command.add_option("--mode", options.mode, "SDO transfer mode: auto, expedited, segmented or block")
+      ->check(CLI::IsMember(modes));
+}
+
+/// Until when nobody has waited in vain: a held-back request takes two SDO timeouts (docs/contract.md).
+std::chrono::milliseconds patience(const Options& options, bool is_transfer) {
+  if (!is_transfer)
+    return std::chrono::milliseconds(options.timeout_ms == 0 ? kPatienceMs : options.timeout_ms);
+  if (options.timeout_ms > kMostSdoTimeout)
+    throw tools::UsageError("--timeout " + std::to_string(options.timeout_ms) +
+                            ": the SDO timeout of read and write is 1..65535 ms");
+  return std::chrono::milliseconds(kPatienceMs + 2 * options.timeout_ms);
+}
+
+struct CommandLine {
+  CLI::App app{
+      "The PLC's side of the CBCAN register window: SDO, NMT, EMCY and node states over Modbus TCP or RTU.",
+      "cbcanctl"};
+  Options options;
+  void (*chosen)(const Options&) = nullptr;
+
+  CLI::App& add(const char* name, const char* help, void (*command)(const Options&)) {
+    CLI::App* sub = app.add_subcommand(name, help);
+    sub->callback([this, command] { chosen = command; });
+    return *sub;
+  }
+};
+
+void add_transfers(CommandLine& line) {
+  Options& options = line.options;
+  CLI::App& reading = line.add("read", "SDO read (upload)", read);
+  add_object(reading, options);
+  add_transfer(reading, options);
+  reading.add_option("--size", options.size, "room for the value, in bytes")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 128));
+  CLI::App& writing = line.add("write", "SDO write (download)", write);
+  add_object(writing, options);
+  add_transfer(writing, options);
+  writing.add_option("VALUE", options.value, "the value, of --type, or hex:01 02")->required();
+}
+
+void add_services(CommandLine& line) {
+  Options& options = line.options;
+  CLI::App& managing = line.add("nmt", "NMT service", nmt);
+  managing.add_option("SERVICE", options.service, "start, stop, preop, reset-node or reset-comm")
+      ->required()
+      ->check(CLI::IsMember({"start", "stop", "preop", "reset-node", "reset-comm"}));
+  managing.add_option("NODE", options.node, "1..127, or all")->required();
+  CLI::App& asking = line.add("state", "NMT state of a node, or of all", state);
+  asking.add_option("NODE", options.node, "0..127, or all; 0 = the coprocessor itself")->required();
+  asking.add_flag("--all", options.all, "with all: also the nodes that are not detected");
+  line.add("emcy", "last EMCY message of a node, or of all that have an error", emcy)
+      .add_option("NODE", options.node, "0..127, or scan; 0 = the coprocessor itself")
+      ->required();
+  line.add("kernel", "what is wrong with the CAN bus, as the coprocessor sees it", kernel);
+  line.add("local-id", "node ID of the coprocessor itself", local_id);
+  line.add("watch", "print registers of the window as they change, until Ctrl-C", watch)
+      .add_option("--count", options.count, "end after so many lines; 0 = never")
+      ->capture_default_str();
+}
+
+int refused_by(const Refused& refused, bool json) {
+  say(refused.what());
+  if (!json) return kRefused;
+  std::cout << "{\"result\": " << refused.result;
+  if (refused.abort_code) std::cout << ", \"abort_code\": " << *refused.abort_code;
+  std::cout << ", \"error\": " << tools::json_string(refused.what()) << "}\n";
+  return kRefused;
+}
+
+int run(int argc, char** argv) {
+  CommandLine line;
+  Options& options = line.options;
+  line.app.footer(kFooter);
+  line.app.require_subcommand(1);
+  line.app.fallthrough();
+  add_target(line.app, options.target);
+  line.app
+      .add_option("--timeout", options.timeout_ms,
+                  "in ms; read, write: SDO timeout of this transfer; "
+                  "else how long to wait for R3700, 5000 where none is given")
+      ->check(CLI::Range(1, 3'600'000));
+  line.app.add_flag("--json", options.json, "print JSON, one object a line");
+  add_transfers(line);
+  add_services(line);
+  try {
+    line.app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return line.app.exit(error) == 0 ? kDone : kUsage;
+  }
+  if (!options.target.rtu.empty() && options.target.unit == 0)
+    throw tools::UsageError("--station 0 is all stations, and none of them answers; write 1..247");
+  options.target.timeout = patience(options, line.chosen == read || line.chosen == write);
+  try {
+    line.chosen(options);
+  } catch (const Refused& refused) {
+    return refused_by(refused, options.json);
+  }
+  return kDone;
+}
+
+int exit_code(int argc, char** argv) {
+  listen_for_interrupts();
+  try {
+    return run(argc, argv);
+  } catch (const tools::UsageError& error) {
+    say(error.what());
+    return kUsage;
+  } catch (const tools::Interrupted& error) {
+    say(error.what());
+    return kInterrupted;
+  } catch (const std::exception& error) {
+    say(error.what());
+    return kNoConnection;
+  }
+}
+
+}  // namespace
+
+}  // namespace cbcan::ctl
+
+int main(int argc, char** argv) {
+  return cbcan::ctl::exit_code(argc, argv);
+}

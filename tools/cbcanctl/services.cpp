@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+// read, write, nmt, state, kernel, local-id.
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <iostream>
+#include <map>
+
+#include "cbcanctl/commands.hpp"
+#include "cbcanctl/transfer_settings.hpp"
+
+namespace cbcan::ctl {
+
+namespace {
+
+using tools::Bytes;
+using tools::json_string;
+using tools::Transaction;
+using tools::UsageError;
+
+constexpr std::uint16_t kNotDetected = 6;
+
+/// 3002h: CiA 405, CANOPEN_KERNEL_ERROR.
+constexpr std::array<regmap::NamedNumber, 4> kKernelStates{{
+    {0x00, "NONE", "no error"},
+    {0x02, "OVERFLOW", "overflow: frames were lost"},
+    {0x10, "BUS_OFF", "bus off"},
+    {0x11, "ERROR_PASSIVE", "error passive"},
+}};
+
+Transaction object_of(const Options& options, std::uint16_t command) {
+  Transaction transaction;
+  transaction.command = command;
+  transaction.node = static_cast<std::uint16_t>(tools::parse_number(options.node, kMaxNode, "NODE"));
+  transaction.index = static_cast<std::uint16_t>(tools::parse_number(options.index, 0xFFFF, "INDEX"));
+  transaction.sub = static_cast<std::uint16_t>(tools::parse_number(options.sub, 0xFF, "SUB"));
+  return transaction;
+}
+
+void print_done(const Options& options) {
+  if (options.json) std::cout << "{\"result\": 0}\n";
+}
+
+std::string_view meaning_of(std::span<const regmap::NamedNumber> rows, std::uint32_t value) {
+  const auto row =
+      std::find_if(rows.begin(), rows.end(), [value](const auto& each) { return each.value == value; });
+  return row == rows.end() ? "no known state" : row->meaning;
+}
+
+std::uint16_t ask_state(tools::WindowClient& client, std::uint64_t node) {
+  Transaction transaction;
+  transaction.command = regmap::kSdoRead;
+  transaction.node = static_cast<std::uint16_t>(node);
+  transaction.index = regmap::kNodeStateService;
+  transaction.size = 1;
+  const Bytes answer = execute(client, transaction);
+  return answer.empty() ? kNotDetected : answer[0];
+}
+
+void print_state(std::uint64_t node, std::uint16_t state, const Options& options) {
+  const std::string_view name = meaning_of(regmap::kNodeStates, state);
+  if (options.json)
+    std::cout << "{\"node\": " << node << ", \"state\": " << state << ", \"name\": " << json_string(name)
+              << "}\n";
+  else
+    std::cout << node << " " << name << "\n";
+}
+
+}  // namespace
+
+void read(const Options& options) {
+  Transaction transaction = object_of(options, regmap::kSdoRead);
+  transaction.size = static_cast<std::uint16_t>(options.size);
+  const tools::ValueType* type = options.type.empty() ? nullptr : &tools::value_type(options.type);
+  tools::WindowClient client = connect(options);
+  const Bytes data = with_settings(client, options, transaction);
+  const std::string value = type == nullptr ? tools::print_value(data) : tools::print_value(data, *type);
+  if (!options.json)
+    std::cout << value << "\n";
+  else
+    std::cout << "{\"result\": 0, \"size\": " << data.size()
+              << ", \"data\": " << json_string(tools::hex_dump(data)) << ", \"value\": " << json_string(value)
+              << "}\n";
+}
+
+void write(const Options& options) {
+  if (options.type.empty() && !options.value.starts_with("hex:"))
+    throw UsageError("how long is '" + options.value +
+                     "'? Say --type u8, u16, ..., or write the bytes: hex:01 02");
+  Transaction transaction = object_of(options, regmap::kSdoWrite);
+  transaction.data =
+      tools::parse_value(options.value, tools::value_type(options.type.empty() ? "hex" : options.type));
+  if (transaction.data.empty() || transaction.data.size() > regmap::kMaxDataBytes)
+    throw UsageError("VALUE has " + std::to_string(transaction.data.size()) +
+                     " bytes; a window takes 1..128");
+  transaction.size = static_cast<std::uint16_t>(transaction.data.size());
+  tools::WindowClient client = connect(options);
+  with_settings(client, options, transaction);
+  print_done(options);
+}
+
+void nmt(const Options& options) {
+  static const std::map<std::string, std::uint8_t> kServices{
+      {"start", 5}, {"stop", 4}, {"preop", 127}, {"reset-node", 6}, {"reset-comm", 7}};
+  Transaction transaction;
+  transaction.command = regmap::kSdoWrite;
+  transaction.index = regmap::kNmtService;
+  transaction.sub = regmap::kNmtAllNodes;
+  if (options.node != "all") {
+    transaction.sub = static_cast<std::uint16_t>(tools::parse_number(options.node, kMaxNode, "NODE"));
+    if (transaction.sub == 0) throw UsageError("NODE 0: write 1..127, or all");
+  }
+  transaction.size = 1;
+  transaction.data = {kServices.at(options.service)};
+  tools::WindowClient client = connect(options);
+  execute(client, transaction);
+  print_done(options);
+}
+
+void state(const Options& options) {
+  const bool all = options.node == "all";
+  const std::uint64_t only = all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE");
+  tools::WindowClient client = connect(options);
+  const bool progress = all && isatty(STDERR_FILENO) != 0;
+  for (std::uint64_t node = all ? 1 : only; node <= (all ? kMaxNode : only); ++node) {
+    if (progress) std::cerr << "\rnode " << node << " of " << kMaxNode << " " << std::flush;
+    const std::uint16_t found = ask_state(client, node);
+    if (progress) std::cerr << "\r\033[K" << std::flush;
+    if (!all || options.all || found != kNotDetected) print_state(node, found, options);
+  }
+}
+
+void kernel(const Options& options) {
+  tools::WindowClient client = connect(options);
+  const std::uint8_t state = own::read(client, own::kKernelState, 0, 1)[0];
+  const std::string_view name = meaning_of(kKernelStates, state);
+  char number[8];
+  std::snprintf(number, sizeof number, "%02Xh", state);
+  if (options.json)
+    std::cout << "{\"kernel\": " << int{state} << ", \"name\": " << json_string(name) << "}\n";
+  else
+    std::cout << number << " " << name << "\n";
+}
+
+void local_id(const Options& options) {
+  tools::WindowClient client = connect(options);
+  const int id = own::node_id(client);
+  if (options.json)
+    std::cout << "{\"node\": " << id << "}\n";
+  else
+    std::cout << id << "\n";
+}
+
+}  // namespace cbcan::ctl

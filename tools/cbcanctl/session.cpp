@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "cbcanctl/session.hpp"
+
+#include <signal.h>
+
+#include <cstdio>
+#include <iostream>
+
+namespace cbcan::ctl {
+
+namespace {
+
+volatile sig_atomic_t interrupt_seen = 0;
+
+void on_interrupt(int /*signal*/) {
+  interrupt_seen = 1;
+}
+
+std::optional<std::uint32_t> abort_code_of(const tools::Answer& answer) {
+  if (answer.result != static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError)) return std::nullopt;
+  return answer.abort_code;
+}
+
+std::string code_text(std::uint32_t code) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%04X %04Xh", code >> 16, code & 0xFFFF);
+  const regmap::AbortRow* row = regmap::find_abort(code);
+  if (row == nullptr) return std::string(text) + ": an abort code of the node's own";
+  return std::string(text) + " " + std::string(row->name) + ": " + std::string(row->meaning);
+}
+
+std::string reason(const tools::Answer& answer) {
+  if (const auto code = abort_code_of(answer)) return code_text(*code);
+  for (const regmap::NamedNumber& row : regmap::kResults)
+    if (row.value == answer.result) return std::string(row.name) + ": " + std::string(row.meaning);
+  return "R3700 is " + std::to_string(answer.result) + ", which is no result";
+}
+
+tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::size_t size) {
+  tools::Transaction transaction;
+  transaction.command = command;
+  transaction.index = index;
+  transaction.size = static_cast<std::uint16_t>(size);
+  return transaction;
+}
+
+}  // namespace
+
+Refused::Refused(const tools::Answer& answer, const std::string& what)
+    : std::runtime_error((what.empty() ? "" : what + ": ") + reason(answer)),
+      result(answer.result),
+      abort_code(abort_code_of(answer)) {}
+
+void say(const std::string& line) {
+  std::cerr << "cbcanctl: " << line << "\n";
+}
+
+void listen_for_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+bool interrupted() {
+  return interrupt_seen != 0;
+}
+
+void forget_interrupt() {
+  interrupt_seen = 0;
+}
+
+tools::WindowClient connect(const Options& options) {
+  return tools::WindowClient(options.target, interrupted, say);
+}
+
+tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
+                     const std::string& what) {
+  const tools::Answer answer = client.execute(transaction);
+  if (answer.result != static_cast<std::uint16_t>(regmap::Result::kOk)) throw Refused(answer, what);
+  return answer.data;
+}
+
+namespace own {
+
+std::string name(std::uint16_t index) {
+  char text[8];
+  std::snprintf(text, sizeof text, "%04Xh", index);
+  return std::string(text) + " of the coprocessor";
+}
+
+tools::Bytes read(tools::WindowClient& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
+  tools::Transaction transaction = own_object(regmap::kSdoRead, index, size);
+  transaction.sub = sub;
+  tools::Bytes value = execute(client, transaction, name(index));
+  if (value.size() != size)
+    throw tools::ConnectionError(name(index) + ": " + std::to_string(value.size()) + " bytes instead of " +
+                                 std::to_string(size) + ": this is no CBCAN window");
+  return value;
+}
+
+void write(tools::WindowClient& client, std::uint16_t index, const tools::Bytes& value) {
+  tools::Transaction transaction = own_object(regmap::kSdoWrite, index, value.size());
+  transaction.data = value;
+  execute(client, transaction, name(index));
+}
+
+std::uint8_t node_id(tools::WindowClient& client) {
+  return read(client, kNodeId, 0, 1)[0];
+}
+
+}  // namespace own
+
+}  // namespace cbcan::ctl

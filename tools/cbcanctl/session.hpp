@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What the commands of cbcanctl have in common: options, messages, and the window with its refusals.
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "client.hpp"
+#include "value.hpp"
+
+namespace cbcan::ctl {
+
+enum ExitCode { kDone = 0, kUsage = 1, kNoConnection = 2, kRefused = 3, kInterrupted = 130 };
+
+inline constexpr std::uint64_t kMaxNode = 127;
+
+struct Options {
+  tools::Target target;
+  bool json = false;
+  int timeout_ms = 0;  ///< 0 = not given
+  std::string node, index, sub, value, type, service;
+  std::string mode;  ///< a name of kTransferModes; empty = not given
+  int size = static_cast<int>(regmap::kMaxDataBytes);
+  bool all = false;
+  int count = 0;
+};
+
+/// A transaction came back with a result other than 0.
+class Refused : public std::runtime_error {
+ public:
+  /// `what` is named in front of the reason, where there is something to name.
+  explicit Refused(const tools::Answer& answer, const std::string& what = {});
+
+  std::uint16_t result;                     ///< R3700
+  std::optional<std::uint32_t> abort_code;  ///< with result 4
+};
+
+/// One line on standard error.
+void say(const std::string& line);
+
+/// Ctrl-C cancels what is under way: from here on interrupted() tells it.
+void listen_for_interrupts();
+bool interrupted();
+/// It has been acted on; the next one counts again.
+void forget_interrupt();
+
+tools::WindowClient connect(const Options& options);
+
+/// The data of a good answer; throws Refused, of `what`.
+tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
+                     const std::string& what = {});
+
+/// Objects of the coprocessor itself (docs/contract.md, "Local objects").
+namespace own {
+inline constexpr std::uint16_t kNodeId = 0x3001;
+inline constexpr std::uint16_t kKernelState = 0x3002;
+inline constexpr std::uint16_t kSdoTimeout = 0x3003;
+inline constexpr std::uint16_t kTransferMode = 0x3004;
+inline constexpr std::uint16_t kEmergencyOfNode = 0x3005;
+inline constexpr std::uint16_t kEmergencyScan = 0x3006;
+
+/// "3003h of the coprocessor"
+std::string name(std::uint16_t index);
+
+/// Throws ConnectionError where the object has another size.
+tools::Bytes read(tools::WindowClient& client, std::uint16_t index, std::uint8_t sub, std::size_t size);
+void write(tools::WindowClient& client, std::uint16_t index, const tools::Bytes& value);
+std::uint8_t node_id(tools::WindowClient& client);
+}  // namespace own
+
+}  // namespace cbcan::ctl

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include <cstdio>
+#include <iostream>
+#include <thread>
+
+#include "cbcanctl/commands.hpp"
+
+namespace cbcan::ctl {
+
+namespace {
+
+std::string_view name_of(std::uint16_t address) {
+  for (const regmap::RegisterRow& row : regmap::kWindow)
+    if (address >= row.first && address <= row.last) return row.name;
+  return {};
+}
+
+std::string json(std::uint16_t address, std::uint16_t word) {
+  return "{\"register\": " + std::to_string(address) + ", \"name\": " + tools::json_string(name_of(address)) +
+         ", \"value\": " + std::to_string(word) + "}";
+}
+
+std::string describe(std::uint16_t address, std::uint16_t word) {
+  std::string text;
+  if (address == regmap::kExecuteFlag) {
+    if (word == regmap::kExecute) text = "execute";
+    for (const regmap::NamedNumber& row : regmap::kResults)
+      if (row.value == word) text = row.name;
+  }
+  for (const regmap::NamedNumber& row : regmap::kCommands)
+    if (address == regmap::kCommand && row.value == word) text = row.name;
+  char line[96];
+  std::snprintf(line, sizeof line, "R%u %u %-16s %5u %04Xh %s", address, regmap::modicon_number(address),
+                std::string(name_of(address)).c_str(), word, word, text.c_str());
+  std::string result = line;
+  while (result.ends_with(' '))
+    result.pop_back();
+  return result;
+}
+
+}  // namespace
+
+void watch(const Options& options) {
+  constexpr std::chrono::milliseconds kInterval{10};
+  tools::WindowClient client = connect(options);
+  std::vector<std::uint16_t> before = client.window();
+  int printed = 0;
+  while (!interrupted()) {
+    const std::vector<std::uint16_t> after = client.window();
+    for (std::size_t i = 0; i < after.size(); ++i) {
+      if (after[i] == before[i]) continue;
+      const auto address = static_cast<std::uint16_t>(regmap::kWindowFirst + i);
+      std::cout << (options.json ? json(address, after[i]) : describe(address, after[i])) << std::endl;
+      if (++printed == options.count) return;
+    }
+    before = after;
+    std::this_thread::sleep_for(kInterval);
+  }
+}
+
+}  // namespace cbcan::ctl
