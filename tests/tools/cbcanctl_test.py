@@ -191,10 +191,13 @@ class Usage(unittest.TestCase):
 
 class Coprocessor:
     """A window whose transactions are what `execute(command, node, index, sub, data)` says: the bytes of the answer, a number (an
-    abort code), or None: it stays under way until it is cancelled. They are all kept."""
+    abort code), or None: it stays under way until it is cancelled. They are all kept. R3700 shows CA0Eh `polls` times before that."""
 
-    def __init__(self, execute):
+    def __init__(self, execute, polls=0):
         self.execute = execute
+        self.polls = polls
+        self.left = 0
+        self.pending = None
         self.transactions = []
         self.words = [0] * 70
         self.listener = socket.create_server(("127.0.0.1", 0))
@@ -223,8 +226,12 @@ class Coprocessor:
         function, address, count = struct.unpack(">BHH", pdu[:5])
         at = address - 3700
         if function == 3:
+            if self.pending is not None and self.left == 0:
+                self.finish()
+            self.left -= 1
             return struct.pack(f">BB{count}H", 3, 2 * count, *self.words[at:at + count])
         self.words[at:at + count] = struct.unpack(f">{count}H", pdu[6:])
+        self.pending = None
         if self.words[0] == 0xCA0E:
             self.transact()
         return pdu[:5]
@@ -233,17 +240,22 @@ class Coprocessor:
         command, node, index, sub, size = self.words[1:6]
         data = struct.pack("<64H", *self.words[6:])[:size] if command == 5066 else b""
         self.transactions.append((command, node, index, sub, data.hex()))
-        result = self.execute(*self.transactions[-1])
+        self.pending, self.left = self.execute(*self.transactions[-1]), self.polls
+
+    def finish(self):
+        result, self.pending = self.pending, None
         if isinstance(result, int):
             self.words[0], self.words[6:8] = 4, [result & 0xFFFF, result >> 16]
-        elif result is not None:
-            self.words[0], self.words[5] = 0, len(result) if command == 5055 else size
+        else:
+            self.words[0] = 0
+            if self.words[1] == 5055:
+                self.words[5] = len(result)
             self.words[6:6 + 64] = struct.unpack("<64H", result.ljust(128, b"\0"))
 
 
 class WithCoprocessor(unittest.TestCase):
-    def start(self, execute):
-        coprocessor = Coprocessor(execute)
+    def start(self, execute, polls=0):
+        coprocessor = Coprocessor(execute, polls)
         self.addCleanup(coprocessor.stop)
         return coprocessor
 
@@ -321,6 +333,18 @@ class WithCoprocessor(unittest.TestCase):
             return 0x06090030 if (command, index) == (5066, 0x3004) else bytes([7, 7][:1 if index != 0x3003 else 2])
         self.check(execute, "read 5 0x2000 0 --mode block", "", REFUSED,
                    "cbcanctl: 3004h of the coprocessor: 0609 0030h ABORT_VALUE: invalid value for the parameter\n")
+
+    def test_a_slow_coprocessor_gets_its_settings_back_too(self):
+        values = {0x3001: b"\x7F", 0x3003: b"\xE8\x03", 0x1000: None}
+        coprocessor = self.start(lambda _, __, index, *___: values[index], polls=3)
+        control = subprocess.Popen([CBCANCTL, "--port", str(coprocessor.port), "read", "5", "0x1000", "0", "--timeout", "300"],
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(control.stderr.close)
+        wait_until(lambda: len(coprocessor.transactions) == 4, "the transfer")
+        control.send_signal(signal.SIGINT)
+        self.assertEqual(control.wait(LIMIT), INTERRUPTED)
+        self.assertEqual(control.stderr.read(), "cbcanctl: cancelled: 0 written to R3700\n")
+        self.assertEqual(coprocessor.transactions[4:], [(5066, 0, 0x3003, 0, "e803")])
 
     def test_a_second_interrupt_leaves_the_settings(self):
         def execute(command, node, index, *_):
