@@ -112,8 +112,16 @@ void RtuServer::skip_to_gap(std::uint32_t& reason) {
   skipping_ = true;
 }
 
+bool RtuServer::is_broadcast() const {
+  return buffer_[0] == kBroadcast;
+}
+
 bool RtuServer::is_for_us() const {
-  return buffer_[0] == settings_.station || buffer_[0] == kBroadcast;
+  return request_network() < settings_.networks;
+}
+
+std::size_t RtuServer::request_network() const {
+  return is_broadcast() ? 0 : static_cast<std::uint8_t>(buffer_[0] - settings_.station);
 }
 
 /// Size of the request under way, with its CRC; 0 = cannot be known. It may be more than the buffer has:
@@ -148,14 +156,18 @@ bool RtuServer::request_reads(std::uint16_t first, std::size_t count) const {
 std::span<const std::uint8_t> RtuServer::poll() {
   if (!request_waiting()) return {};
   ++counters_.slave_messages;
-  const Exception exception = execute();
+  base_ = request_network() * network_size_;
+  Exception exception = execute();
+  // A broadcast is refused by all networks or by none: their registers are alike.
+  while (is_broadcast() && (base_ += network_size_) < registers_.size())
+    exception = execute();
   if (exception != Exception::kNone) {
     ++counters_.slave_exceptions;
     buffer_[kFunction] |= kExceptionBit;
     buffer_[2] = static_cast<std::uint8_t>(exception);
     size_ = 3;
   }
-  if (buffer_[0] == kBroadcast) {
+  if (is_broadcast()) {
     ++counters_.slave_no_responses;
     listen();
     return {};
@@ -183,7 +195,7 @@ std::span<const std::uint8_t> RtuServer::sealed() {
   return std::span(buffer_).first(size_ + kCrcBytes);
 }
 
-/// Leaves the response in the buffer, `size_` bytes.
+/// Leaves the response in the buffer, `size_` bytes; of a broadcast the request.
 RtuServer::Exception RtuServer::execute() {
   switch (buffer_[kFunction]) {
     case kReadHoldingRegisters: return read_registers();
@@ -225,7 +237,7 @@ RtuServer::Exception RtuServer::mask_register() {
   const std::uint32_t and_mask = word(4);
   const std::uint32_t or_mask = word(6);
   if (!writable(address, 1)) return Exception::kAddress;
-  const std::atomic_ref<std::uint16_t> target(registers_[address]);
+  const std::atomic_ref<std::uint16_t> target(registers_[base_ + address]);
   std::uint16_t before = target.load(std::memory_order_relaxed);
   while (!target.compare_exchange_weak(
       before, static_cast<std::uint16_t>((before & and_mask) | (or_mask & ~and_mask)),
@@ -253,7 +265,7 @@ bool RtuServer::values_allowed(std::size_t offset, std::size_t most) const {
 }
 
 bool RtuServer::exist(std::uint16_t address, std::size_t count) const {
-  return address + count <= registers_.size();
+  return address + count <= network_size_;
 }
 
 bool RtuServer::writable(std::uint16_t address, std::size_t count) const {
@@ -266,9 +278,10 @@ bool RtuServer::writable(std::uint16_t address, std::size_t count) const {
 /// Registers into the response of FC 3 and FC 23.
 void RtuServer::load(std::uint16_t address, std::size_t count) {
   constexpr std::size_t kByteCount = 2;
+  if (is_broadcast()) return;
   buffer_[kByteCount] = static_cast<std::uint8_t>(2 * count);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::atomic_ref<std::uint16_t> source(registers_[address + i]);
+    const std::atomic_ref<std::uint16_t> source(registers_[base_ + address + i]);
     put_word(kByteCount + 1 + 2 * i, source.load(std::memory_order_relaxed));
     if (i == 0) std::atomic_thread_fence(std::memory_order_acquire);
   }
@@ -279,7 +292,7 @@ void RtuServer::load(std::uint16_t address, std::size_t count) {
 void RtuServer::store(std::uint16_t address, std::size_t count, std::size_t offset) {
   for (std::size_t i = count; i-- > 0;) {
     if (i == 0) std::atomic_thread_fence(std::memory_order_release);
-    const std::atomic_ref<std::uint16_t> target(registers_[address + i]);
+    const std::atomic_ref<std::uint16_t> target(registers_[base_ + address + i]);
     target.store(word(offset + 2 * i), std::memory_order_relaxed);
   }
 }

@@ -20,6 +20,10 @@
 /// answer, which differ in length), ends where its CRC comes out right. A byte that comes more than a gap
 /// after the one before it begins a new frame whatever went before; after a wrong CRC nothing else does.
 ///
+/// Several CAN networks: each has registers of its own and is a station of its own, the first at the address
+/// that is set, the next ones behind it. So a broadcast, which every station on a line executes (Serial Line
+/// V1.02, 2.1), writes to all of them. One request at a time, whichever of them it is for.
+///
 /// FC 3, 6, 16, 22, 23. Exceptions: 01 another function; 03 a quantity or byte count that is not allowed; 02
 /// an address that does not exist, or a write to a read-only one. Lengths and quantities are checked before
 /// addresses, and a request that is refused changes nothing. Address 0 writes and is not answered.
@@ -40,7 +44,8 @@ namespace cbcan {
 class RtuServer final {
  public:
   struct Settings {
-    std::uint8_t station = 1;  ///< own address, 1..247
+    std::uint8_t station = 1;   ///< own address, of the first network; of all of them within 1..247
+    std::uint8_t networks = 1;  ///< at least 1; each with an equal part of the registers
     /// Longest time from one byte of a frame to the next, as on_byte() is told it, in us. The specification's
     /// 3.5 characters are 1750 above 19200 baud, else 38.5 s / baud (4010 at 9600). More where interrupts
     /// come late, as in an emulator: nothing waits for it, but a frame after a broken one must keep off it.
@@ -65,10 +70,10 @@ class RtuServer final {
   /// The longest frame (Serial Line V1.02, 2.5.1), in bytes.
   static constexpr std::size_t kMaxFrame = 256;
 
-  /// `registers` are holding registers 0, 1, ..., at most 65536, in host byte order. The memory is the
-  /// caller's and must outlive the server.
+  /// `registers` are holding registers 0, 1, ..., at most 65536, in host byte order; behind those of the
+  /// first network are those of the second. The memory is the caller's and must outlive the server.
   RtuServer(std::span<std::uint16_t> registers, const Settings& settings)
-      : registers_(registers), settings_(settings) {}
+      : registers_(registers), network_size_(registers.size() / settings.networks), settings_(settings) {}
   RtuServer(const RtuServer&) = delete;
   RtuServer& operator=(const RtuServer&) = delete;
 
@@ -78,6 +83,9 @@ class RtuServer final {
 
   /// Loop, or an interrupt with masked interrupts: a request waits for poll(), so this is no time to sleep.
   bool request_waiting() const { return state_.load(std::memory_order_acquire) == State::kRequest; }
+
+  /// Loop: which network the request that waits is for, from 0; of a broadcast the first.
+  std::size_t request_network() const;
 
   /// Loop: a request waits that reads one of these registers: the moment to make them fresh.
   bool request_reads(std::uint16_t first, std::size_t count) const;
@@ -97,6 +105,7 @@ class RtuServer final {
   enum class State : std::uint8_t { kReceiving, kRequest, kSending };
   enum class Exception : std::uint8_t { kNone = 0, kFunction = 1, kAddress = 2, kValue = 3 };
 
+  bool is_broadcast() const;
   bool is_for_us() const;
   std::size_t request_size() const;
   void look_for_end();
@@ -119,7 +128,9 @@ class RtuServer final {
   void store(std::uint16_t address, std::size_t count, std::size_t offset);
   std::span<const std::uint8_t> sealed();
 
-  std::span<std::uint16_t> registers_;
+  std::span<std::uint16_t> registers_;  ///< of all networks
+  std::size_t network_size_;            ///< registers of each
+  std::size_t base_ = 0;                ///< where those begin that the request is executed on
   Settings settings_;
   std::atomic<State> state_{State::kReceiving};
   bool skipping_ = false;  ///< until the next gap

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -27,11 +28,12 @@ inline Bytes filled(std::string_view head, std::size_t count, std::string_view c
 }
 
 /// A server on a line of 115200 baud, and the client at its other end.
-struct Line {
+template <std::size_t kNetworks>
+struct LineOf {
   static constexpr std::uint32_t kByteUs = 96;       ///< 11 bits
   static constexpr std::uint32_t kSilenceUs = 1751;  ///< just over a gap
 
-  explicit Line(const RtuServer::Settings& settings = {}) : server(words, settings) {}
+  explicit LineOf(const RtuServer::Settings& settings) : server(words, settings) {}
 
   void send(const Bytes& bytes) {
     for (const std::uint8_t byte : bytes) {
@@ -56,9 +58,31 @@ struct Line {
     return response();
   }
 
-  std::array<std::uint16_t, regmap::kRegisterFileWords> words{};
+  std::array<std::uint16_t, kNetworks * regmap::kRegisterFileWords> words{};
   RtuServer server;
   std::uint32_t now = 1'000'000;
+};
+
+struct Line : LineOf<1> {
+  explicit Line(const RtuServer::Settings& settings = {}) : LineOf(settings) {}
+};
+
+/// Stations 17 and 18, unless the settings name another one.
+struct TwoNetworks : LineOf<2> {
+  explicit TwoNetworks(const RtuServer::Settings& settings = {}) : LineOf(with_networks(settings)) {}
+
+  std::uint16_t& word(std::size_t network, std::size_t address) {
+    return words[network * regmap::kRegisterFileWords + address];
+  }
+  std::uint16_t& first(std::size_t address) { return word(0, address); }
+  std::uint16_t& second(std::size_t address) { return word(1, address); }
+
+ private:
+  static RtuServer::Settings with_networks(RtuServer::Settings settings) {
+    if (settings.station == 1) settings.station = 17;
+    settings.networks = 2;
+    return settings;
+  }
 };
 
 }  // namespace cbcan::test

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a Station asks of its board besides the CanPort. All calls come from the loop.
+/// What a Station asks of its board besides the CanPorts. All calls come from the loop. `network` counts the
+/// CAN networks from 0; a board with one need not look at it.
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -34,11 +36,11 @@ class Hardware {
   /// Never goes back.
   virtual Time now() = 0;
   /// The next frame that has arrived; false = none.
-  virtual bool receive(Frame& frame) = 0;
-  virtual BusState bus_state() = 0;
+  virtual bool receive(std::size_t network, Frame& frame) = 0;
+  virtual BusState bus_state(std::size_t network) = 0;
   /// Begins to send a Modbus response; the bytes stay until the board calls RtuServer::on_sent().
   virtual void respond(std::span<const std::uint8_t> response) = 0;
-  virtual Health health() = 0;
+  virtual Health health(std::size_t network) = 0;
 
  protected:
   ~Hardware() = default;

@@ -48,7 +48,7 @@ void Board::respond(std::span<const std::uint8_t> response) {
   pend_interrupt(kModbusTransmit);
 }
 
-Health Board::health() {
+Health Board::health(std::size_t /*network*/) {
   Health health;
   health.reset_cause = reset_cause_;
   health.stack_size = static_cast<std::uint16_t>(stack_size());

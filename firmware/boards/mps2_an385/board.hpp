@@ -42,10 +42,10 @@ class Board final : public Hardware {
 
   // Hardware.
   Time now() override { return clock_.now(counter_.read()); }
-  bool receive(Frame& frame) override { return can_.receive(frame); }
-  BusState bus_state() override { return can_.state(); }
+  bool receive(std::size_t /*network*/, Frame& frame) override { return can_.receive(frame); }
+  BusState bus_state(std::size_t /*network*/) override { return can_.state(); }
   void respond(std::span<const std::uint8_t> response) override;
-  Health health() override;
+  Health health(std::size_t network) override;
 
   // Interrupts.
   void on_modbus_received();

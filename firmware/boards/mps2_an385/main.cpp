@@ -11,14 +11,15 @@ namespace {
 using namespace cbcan;
 using namespace cbcan::boards;
 
+constexpr std::size_t kNetworks = 1;  // the adapter on UART1
 constexpr mps2::Board::Settings kBoardSettings{115'200, 115'200, 500};
 // The gap is for an emulator on a loaded PC, yet below what clients wait for an answer; t3.5 would be 1750.
-constexpr Station::Settings kSettings{1, 250'000, {}};
+constexpr Station<kNetworks>::Settings kSettings{1, 250'000, {}};
 
-[[gnu::section(".registers")]] std::uint16_t registers[regmap::kRegisterFileWords];
+[[gnu::section(".registers")]] std::uint16_t registers[kNetworks * regmap::kRegisterFileWords];
 
 mps2::Board board(kBoardSettings, mps2::take_reset_cause());
-Station station(registers, board, board.can(), kSettings);
+Station<kNetworks> station(registers, board, {&board.can()}, kSettings);
 
 mps2::Board& the_board() {
   return board;

@@ -60,7 +60,7 @@ void Board::respond(std::span<const std::uint8_t> response) {
   pend_interrupt(modbus_interrupt());  // TXE does that too, but not in every emulator
 }
 
-Health Board::health() {
+Health Board::health(std::size_t /*network*/) {
   const BxCanCounters can = can_.counters();
   const UsartCounters& usart = usart_.counters();
   Health health;

@@ -9,6 +9,7 @@ namespace {
 using namespace cbcan;
 using namespace cbcan::boards;
 using stm32f4::kBoardSettings;
+using stm32f4::kNetworks;
 using stm32f4::kStationSettings;
 
 static_assert(
@@ -20,10 +21,10 @@ static_assert(stm32f4::usart_divider(stm32f4::kFastClocks.apb1, kBoardSettings.b
 
 constexpr std::uintptr_t kVectorTableOffset = 0xE000ED08;  // VTOR (ARM DDI 0403, B3.2.5)
 
-[[gnu::section(".registers")]] std::uint16_t registers[regmap::kRegisterFileWords];
+[[gnu::section(".registers")]] std::uint16_t registers[kNetworks * regmap::kRegisterFileWords];
 
 stm32f4::Board board(kBoardSettings);
-Station station(registers, board, board.can(), kStationSettings);
+Station<kNetworks> station(registers, board, {&board.can()}, kStationSettings);
 
 template <void (stm32f4::Board::*kMember)()>
 void interrupt() {
@@ -54,7 +55,7 @@ void cbcan::boards::on_fault(const Fault& /*fault*/) {
 int main() {
   // Where a boot loader started the program, something else is at address 0.
   Mmio(kVectorTableOffset).write(0, reinterpret_cast<std::uintptr_t>(&vectors));
-  board.start(station.modbus(), kStationSettings.coprocessor.node_id);
+  board.start(station.modbus(), kStationSettings.coprocessors[0].node_id);
   station.start();
   for (;;)
     board.sleep_until(station.turn());

@@ -21,9 +21,10 @@ struct Settings {
   bool hse_is_clock = true;              ///< 8 MHz from the ST-LINK; false = a crystal of 8 MHz
 };
 
+inline constexpr std::size_t kNetworks = 1;  ///< the driver runs CAN1
 inline constexpr Settings kBoardSettings{};
 /// Modbus station 1, CANopen node 127. A gap of 20 ms, as the ST-LINK passes bytes on in packets; on RS-485
 /// 1750 us is right from 19200 baud up.
-inline constexpr Station::Settings kStationSettings{1, 20'000, {}};
+inline constexpr Station<kNetworks>::Settings kStationSettings{1, 20'000, {}};
 
 }  // namespace cbcan::boards::stm32f4

@@ -20,25 +20,30 @@ using Bytes = std::vector<std::uint8_t>;
 class FakeBoard final : public Hardware {
  public:
   Time now() override { return time; }
-  bool receive(Frame& frame) override {
-    if (arrived.empty()) return false;
-    frame = arrived.front();
-    arrived.pop_front();
+  bool receive(std::size_t network, Frame& frame) override {
+    if (arrived[network].empty()) return false;
+    frame = arrived[network].front();
+    arrived[network].pop_front();
     return true;
   }
-  BusState bus_state() override { return state; }
+  BusState bus_state(std::size_t network) override { return state[network]; }
   void respond(std::span<const std::uint8_t> bytes) override { response.assign(bytes.begin(), bytes.end()); }
-  Health health() override { return report; }
+  Health health(std::size_t network) override { return report[network]; }
 
   Time time = 1000;
-  std::deque<Frame> arrived;
-  BusState state = BusState::kActive;
+  std::array<std::deque<Frame>, 2> arrived;  ///< of each network
+  std::array<BusState, 2> state{BusState::kActive, BusState::kActive};
   Bytes response;
-  Health report;
+  std::array<Health, 2> report;
 };
 
-struct Bench {
-  Bench() { station.start(); }
+template <std::size_t kNetworks>
+struct BenchOf {
+  explicit BenchOf(const typename Station<kNetworks>::Ports& ports,
+                   const typename Station<kNetworks>::Settings& settings)
+      : station(registers, board, ports, settings) {
+    station.start();
+  }
 
   /// A request with its CRC, and the turn that follows; the response.
   Bytes ask(std::initializer_list<std::uint8_t> request) {
@@ -53,10 +58,38 @@ struct Bench {
     return registers[address] | static_cast<std::uint32_t>(registers[address + 1]) << 16;
   }
 
-  std::array<std::uint16_t, regmap::kRegisterFileWords> registers{};
+  std::array<std::uint16_t, kNetworks * regmap::kRegisterFileWords> registers{};
   FakeBoard board;
+  Station<kNetworks> station;
+};
+
+struct Ports {
   test::RecordingPort port;
-  Station station{registers, board, port, {}};
+  test::RecordingPort second_port;
+};
+
+struct Bench : Ports, BenchOf<1> {
+  Bench() : BenchOf({&port}, {}) {}
+};
+
+/// Stations 1 and 2, own node IDs 127 and 126.
+struct TwoNetworks : Ports, BenchOf<2> {
+  static constexpr std::size_t kSecond = regmap::kRegisterFileWords;  ///< R0 of the second network
+
+  TwoNetworks() : BenchOf({&port, &second_port}, {1, 1750, {{{.node_id = 127}, {.node_id = 126}}}}) {
+    CHECK(port.sent == std::deque<std::string>{"77F#00"});
+    CHECK(second_port.sent == std::deque<std::string>{"77E#00"});
+    port.sent.clear();
+    second_port.sent.clear();
+  }
+
+  /// Four bytes of 2000h:00 of node 5, but for CA0Eh.
+  void prepare(std::size_t base) {
+    registers[base + 3701] = 5055;
+    registers[base + 3702] = 5;
+    registers[base + 3703] = 0x2000;
+    registers[base + 3705] = 4;
+  }
 };
 
 // CRCs by the algorithm of MODBUS over Serial Line V1.02, 6.2.2, worked out apart from this project.
@@ -81,7 +114,7 @@ TEST_CASE("A transaction by Modbus RTU: request, frames, answer, result") {
   CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}) ==
         bytes({0x01, 0x03, 0x02, 0xCA, 0x0E, 0x6F, 0x20}));
-  bench.board.arrived.push_back(test::frame_from("585#4300200078563412"));
+  bench.board.arrived[0].push_back(test::frame_from("585#4300200078563412"));
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xFE}) ==
         bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
                0x00, 0x00, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0x21, 0x34}));
@@ -114,8 +147,8 @@ TEST_CASE("A turn says when the next one is due") {
 
 TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   Bench bench;
-  bench.board.report = {regmap::ResetCause::kWatchdog, 2048, 400, 7, {0x10001, 2, 3, 4, 5}};
-  bench.board.state = BusState::kErrorPassive;
+  bench.board.report[0] = {regmap::ResetCause::kWatchdog, 2048, 400, 7, {0x10001, 2, 3, 4, 5}};
+  bench.board.state[0] = BusState::kErrorPassive;
   bench.board.time = 4'294'967'296'999;  // 2^32 ms and 999 us
   bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
   CHECK(bench.registers[4100] == 0x0001);  // version 0.1.0
@@ -135,7 +168,7 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   CHECK(bench.pair(4122) == 4);
   CHECK(bench.pair(4124) == 5);
   CHECK(bench.pair(4126) == 0);
-  bench.board.report.stack_used = 500;
+  bench.board.report[0].stack_used = 500;
   bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});  // R3700: nobody reads them
   CHECK(bench.registers[4106] == 400);
   bench.board.time += 1'234'567'001;
@@ -153,4 +186,81 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
 TEST_CASE("The diagnostics registers cannot be written") {
   Bench bench;
   CHECK(bench.ask({0x01, 0x06, 0x10, 0x04, 0x00, 0x01, 0x0D, 0x0B}) == bytes({0x01, 0x86, 0x02, 0xC3, 0xA1}));
+}
+
+TEST_CASE("Two networks: a transaction goes out on the port of the station that it was written to") {
+  TwoNetworks bench;
+  bench.prepare(0);
+  bench.prepare(TwoNetworks::kSecond);
+  CHECK(bench.ask({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F}) ==
+        bytes({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F}));
+  CHECK(bench.port.sent.empty());
+  CHECK(bench.second_port.sent == std::deque<std::string>{"605#4000200000000000"});
+  CHECK(bench.registers[3700] == 0);
+  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
+  CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
+  CHECK(bench.second_port.sent.size() == 1);
+}
+
+TEST_CASE("Two networks: answers reach the coprocessor of the network that they arrived on") {
+  TwoNetworks bench;
+  bench.prepare(0);
+  bench.prepare(TwoNetworks::kSecond);
+  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
+  bench.ask({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F});
+  bench.board.arrived[1].push_back(test::frame_from("585#4300200078563412"));
+  CHECK(bench.ask({0x02, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xCD}) ==
+        bytes({0x02, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
+               0x00, 0x00, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0x65, 0x70}));
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}) ==
+        bytes({0x01, 0x03, 0x02, 0xCA, 0x0E, 0x6F, 0x20}));
+  bench.board.arrived[0].push_back(test::frame_from("585#4300200001000000"));
+  bench.station.turn();
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xFE}) ==
+        bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
+               0x00, 0x00, 0x00, 0x04, 0x00, 0x01, 0x00, 0x00, 0xEC, 0x12}));
+  CHECK(bench.registers[TwoNetworks::kSecond + 3706] == 0x5678);
+}
+
+TEST_CASE("Two networks: a broadcast of CA0Eh starts a transaction on each") {
+  TwoNetworks bench;
+  bench.prepare(0);
+  bench.prepare(TwoNetworks::kSecond);
+  CHECK(bench.ask({0x00, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1D, 0x8D}).empty());
+  CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
+  CHECK(bench.second_port.sent == std::deque<std::string>{"605#4000200000000000"});
+}
+
+TEST_CASE("Two networks: a turn says when the next one is due on either") {
+  TwoNetworks bench;
+  CHECK(bench.station.turn() == kNever);
+  bench.prepare(TwoNetworks::kSecond);
+  bench.ask({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F});
+  CHECK(bench.station.turn() == 1'001'000);
+  bench.board.time += 500'000;
+  bench.prepare(0);
+  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
+  CHECK(bench.station.turn() == 1'001'000);
+  bench.board.time = 1'001'000;
+  CHECK(bench.station.turn() == 1'501'000);
+  CHECK(bench.registers[TwoNetworks::kSecond + 3700] == 4);
+  CHECK(bench.registers[3700] == 0xCA0E);
+}
+
+TEST_CASE("Two networks: each shows diagnostics of its own CAN controller and transactions") {
+  TwoNetworks bench;
+  bench.board.report[0].can.received = 10;
+  bench.board.report[1].can.received = 20;
+  bench.board.state[1] = BusState::kBusOff;
+  bench.registers[TwoNetworks::kSecond + 3700] = 0xCA0E;  // with command 0
+  bench.station.turn();
+  bench.ask({0x02, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x20});
+  CHECK(bench.registers[TwoNetworks::kSecond + 4107] == 0x10);
+  CHECK(bench.pair(TwoNetworks::kSecond + 4116) == 20);
+  CHECK(bench.pair(TwoNetworks::kSecond + 4126) == 1);
+  CHECK(bench.pair(4116) == 0);  // nobody has asked
+  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
+  CHECK(bench.registers[4107] == 0);
+  CHECK(bench.pair(4116) == 10);
+  CHECK(bench.pair(4126) == 0);
 }

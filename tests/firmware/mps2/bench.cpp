@@ -105,12 +105,12 @@ void Reference::check(Time now) {
 
 Bench::Bench()
     : board({115'200, 115'200, 500}, mps2::take_reset_cause()),
-      station(registers, *this, to_nodes, {}),
+      station(registers, *this, {&to_nodes}, {}),
       nodes{Device{kFirstNode, to_coprocessor, 1000}, Device{kFirstNode + 1, to_coprocessor, 1300},
             Device{kFirstNode + 2, to_coprocessor, 1700}, Device{kGuarded, to_coprocessor}} {}
 
 void Bench::start() {
-  CHECK(board.health().reset_cause, static_cast<unsigned>(regmap::ResetCause::kPowerOn));
+  CHECK(board.health(0).reset_cause, static_cast<unsigned>(regmap::ResetCause::kPowerOn));
   board.start(station.modbus());
   reference.start(board.now());
   station.start();
@@ -176,7 +176,7 @@ void Bench::watch() {
   executing_ = executing;
 }
 
-bool Bench::receive(Frame& frame) {
+bool Bench::receive(std::size_t /*network*/, Frame& frame) {
   if (!to_coprocessor.receive(frame)) return false;
   ++received;
   const std::uint32_t node = frame.id - 0x700 - kFirstNode;
@@ -184,8 +184,8 @@ bool Bench::receive(Frame& frame) {
   return true;
 }
 
-Health Bench::health() {
-  Health health = board.health();
+Health Bench::health(std::size_t network) {
+  Health health = board.health(network);
   health.can.received = received;
   health.can.sent = to_nodes.sent();
   health.can.refused = to_nodes.refused();

@@ -6,6 +6,7 @@
 /// its two UARTs lead nowhere.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -91,15 +92,15 @@ class Bench final : public boards::Hardware {
 
   // Hardware.
   Time now() override { return now_ = board.now(); }
-  bool receive(Frame& frame) override;
-  BusState bus_state() override { return BusState::kActive; }
+  bool receive(std::size_t network, Frame& frame) override;
+  BusState bus_state(std::size_t /*network*/) override { return BusState::kActive; }
   void respond(std::span<const std::uint8_t> response) override { response_ = response; }
-  boards::Health health() override;
+  boards::Health health(std::size_t network) override;
 
   boards::mps2::Board board;
   Line to_nodes;
   Line to_coprocessor;
-  boards::Station station;
+  boards::Station<> station;
   std::array<Device, 4> nodes;
   Reference reference;
 

@@ -20,7 +20,7 @@ std::uint32_t initialised = 0x12345678;
 volatile std::uintptr_t null = 0;  // the compiler must not know
 
 mps2::Board board({115'200, 115'200, 500}, mps2::take_reset_cause());
-Station station(registers, board, board.can(), {});
+Station<> station(registers, board, {&board.can()}, {});
 
 constexpr VectorTable<32> table() {
   VectorTable<32> vectors;
@@ -59,10 +59,10 @@ constexpr Check kChecks[] = {
        pend_interrupt(5);
      }},
     {"power-on",
-     [] { semihosting::exit(board.health().reset_cause == regmap::ResetCause::kPowerOn ? 0 : 2); }},
+     [] { semihosting::exit(board.health(0).reset_cause == regmap::ResetCause::kPowerOn ? 0 : 2); }},
     {"watchdog",
      [] {
-       if (board.health().reset_cause == regmap::ResetCause::kWatchdog) semihosting::exit(0);
+       if (board.health(0).reset_cause == regmap::ResetCause::kWatchdog) semihosting::exit(0);
        board.start(station.modbus());
        for (;;)
          wait_for_interrupt();  // and never feeds it
