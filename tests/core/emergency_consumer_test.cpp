@@ -23,7 +23,7 @@ TEST_CASE("A set of nodes: in, out, and the next one round") {
   NodeSet set;
   CHECK(set.next(0) == 0);
   CHECK(set.next(127) == 0);
-  for (const std::uint8_t node : {1, 31, 32, 63, 64, 127})
+  for (const std::uint8_t node : std::initializer_list<std::uint8_t>{1, 31, 32, 63, 64, 127})
     set.insert(node);
   CHECK(set.next(0) == 1);
   CHECK(set.next(1) == 31);
@@ -44,7 +44,7 @@ TEST_CASE("A set of nodes: in, out, and the next one round") {
 
 TEST_CASE("A set of nodes: the only one comes after itself") {
   NodeSet set;
-  for (const std::uint8_t node : {1, 31, 32, 64, 127}) {
+  for (const std::uint8_t node : std::initializer_list<std::uint8_t>{1, 31, 32, 64, 127}) {
     set.insert(node);
     for (unsigned from = 0; from <= 127; ++from)
       REQUIRE(set.next(static_cast<std::uint8_t>(from)) == node);
