@@ -78,9 +78,9 @@ class SimTarget final : public Target {
 
   std::string lacks(Ability ability) const override {
     switch (ability) {
-      case Ability::kBusState: return "cbcan-sim's virtual bus has no errors, and no option that makes some";
       case Ability::kRefusal:
         return "cbcan-sim's virtual bus takes every frame, and has no option to refuse one";
+      case Ability::kBusState:
       case Ability::kSecondReader:
       case Ability::kSettings: return "";
     }
@@ -100,13 +100,17 @@ class SimTarget final : public Target {
 
   void pass(Duration duration) override {
     now_ += duration;
-    simulator_.say("pass " + std::to_string(duration.count()) + "us");
-    const std::string told = simulator_.hear();
-    if (told != at(now_)) throw std::runtime_error("it should be \"" + at(now_) + "\", not \"" + told + "\"");
+    tell("pass " + std::to_string(duration.count()) + "us", at(now_));
   }
   Duration precision() const override { return 1us; }
 
-  void set_bus_state(BusState /*state*/) override {}
+  void set_bus_state(BusState state) override {
+    tell("clear bus", "ok");
+    if (state == BusState::kActive) return;
+    const char* const kinds[] = {"", "overflow", "error-passive", "bus-off"};
+    tell(std::string("fault bus ") + kinds[static_cast<std::size_t>(state)],
+         "ok " + std::to_string(++bus_faults_));
+  }
   void refuse_frames(bool /*refuse*/) override {}
 
   Words first_done(const std::function<void()>& ending) override {
@@ -121,6 +125,13 @@ class SimTarget final : public Target {
   }
 
  private:
+  void tell(const std::string& command, const std::string& expected) {
+    simulator_.say(command);
+    const std::string answer = simulator_.hear();
+    if (answer != expected)
+      throw std::runtime_error(command + ": \"" + answer + "\" instead of \"" + expected + "\"");
+  }
+
   static std::string at(Duration now) {
     const std::string fraction = std::to_string(now % 1s / 1us);
     return "at " + std::to_string(now / 1s) + "." + std::string(6 - fraction.size(), '0') + fraction;
@@ -142,6 +153,7 @@ class SimTarget final : public Target {
   Plc plc_;
   SlcanBus bus_;
   Duration now_{0};
+  unsigned bus_faults_ = 0;
 };
 
 }  // namespace
