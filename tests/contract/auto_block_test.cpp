@@ -101,6 +101,19 @@ TEST_CASE(
     CHECK(first_of_write(window, 29) == "605#C60020001D000000");
     CHECK(first_of_read(window, 29) == "605#A400200005000000");
   }
+  SECTION("from there on, whatever else went well") {
+    cbcan::test::SdoPeer server(29);
+    show_block(window);
+    for (const std::uint16_t size : Words{4, 28, 29, 29}) {
+      window.write(5, 0x2000, 0, size, counting_words());
+      run(window, server);
+    }
+    set_mode(window, 2);
+    window.read(5, 0x2000, 0, 29);
+    run(window, server);
+    set_mode(window, kAuto);
+    CHECK(first_of_write(window, 29) == "605#C60020001D000000");
+  }
   SECTION("not with another node") {
     show_block(window);
     window.write(6, 0x2000, 0, 29, {});

@@ -74,7 +74,13 @@ TEST_CASE("Local objects: R3702 = 0: The own node's is the one it sent last") {
   check_last(window, Window::kOwnNode, kNothing);
   check_stop(window, "7F" + kNothing);
   check_stop(window, kNoStop);
-  window.arrive("0FF#3081110102030405");  // somebody else's, with this node's ID
+}
+
+TEST_CASE(
+    "Local objects: R3702 = 0: The own node's is the one it sent last -- not one of somebody else's with the "
+    "same ID") {
+  Window window;
+  window.arrive("0FF#3081110102030405");
   check_last(window, Window::kOwnNode, kNothing);
   check_stop(window, kNoStop);
 }
