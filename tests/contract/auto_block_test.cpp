@@ -2,8 +2,6 @@
 // docs/contract.md, "SDO service": when mode 0 uses block transfer.
 
 #include "contract/window.hpp"
-#include "support/frame_text.hpp"
-#include "support/sdo_peer.hpp"
 
 using namespace cbcan::contract;
 
@@ -47,20 +45,37 @@ void show_block(Window& window) {
   set_mode(window, kAuto);
 }
 
-/// Runs a transfer with the server; says how many frames it took.
-int run(Window& window, cbcan::test::SdoPeer& server) {
-  int frames = 0;
-  for (std::string frame = window.target().next_frame(); !frame.empty();
-       frame = window.target().next_frame()) {
-    ++frames;
-    server.on_frame(cbcan::test::frame_from(frame));
-    while (const cbcan::Frame* const answer = server.answer()) {
-      ++frames;
-      window.arrive(cbcan::test::text_of(*answer));
-    }
-  }
-  window.check_done();
-  return frames;
+// 2000h:00 of node 5 holds, or gets, the bytes 01h, 02h, ... 1Dh.
+const std::vector<Step> kSegmentedWrite{
+    {"605#210020001D000000", "585#6000200000000000"}, {"605#0001020304050607", "585#2000000000000000"},
+    {"605#1008090A0B0C0D0E", "585#3000000000000000"}, {"605#000F101112131415", "585#2000000000000000"},
+    {"605#10161718191A1B1C", "585#3000000000000000"}, {"605#0D1D000000000000", "585#2000000000000000"}};
+const std::vector<Step> kSegmentedRead{
+    {"605#4000200000000000", "585#410020001D000000"}, {"605#6000000000000000", "585#0001020304050607"},
+    {"605#7000000000000000", "585#1008090A0B0C0D0E"}, {"605#6000000000000000", "585#000F101112131415"},
+    {"605#7000000000000000", "585#10161718191A1B1C"}, {"605#6000000000000000", "585#0D1D000000000000"}};
+const std::vector<Step> kBlockWrite{{"605#C60020001D000000", "585#A40020007F000000"},
+                                    {"605#0101020304050607", ""},
+                                    {"605#0208090A0B0C0D0E", ""},
+                                    {"605#030F101112131415", ""},
+                                    {"605#04161718191A1B1C", ""},
+                                    {"605#851D000000000000", "585#A2057F0000000000"},
+                                    {"605#D9111F0000000000", "585#A100000000000000"}};
+const std::vector<Step> kBlockRead{{"605#A400200005000000", "585#C60020001D000000"},
+                                   {"605#A300000000000000", "585#0101020304050607"},
+                                   {"", "585#0208090A0B0C0D0E"},
+                                   {"", "585#030F101112131415"},
+                                   {"", "585#04161718191A1B1C"},
+                                   {"", "585#851D000000000000"},
+                                   {"605#A205050000000000", "585#D9111F0000000000"},
+                                   {"605#A100000000000000", ""}};
+
+/// On the bus, both ways.
+int frames(const std::vector<Step>& steps) {
+  int count = 0;
+  for (const Step& step : steps)
+    count += (*step.sent != 0) + (*step.answered != 0);
+  return count;
 }
 
 /// 01h, 02h, ... 1Dh
@@ -69,6 +84,29 @@ Words counting_words() {
   for (unsigned byte = 1; byte <= 29; byte += 2)
     words.push_back(static_cast<std::uint16_t>(byte | (byte == 29 ? 0 : byte + 1) << 8));
   return words;
+}
+
+void write_29(Window& window, const std::vector<Step>& steps) {
+  window.write(5, 0x2000, 0, 29, counting_words());
+  window.exchange(steps);
+  window.check_done();
+}
+
+void read_29(Window& window, const std::vector<Step>& steps) {
+  window.set(3706, filled_data());
+  window.read(5, 0x2000, 0, 29);
+  window.exchange(steps);
+  window.check_done();
+  CHECK(window.reg(3705) == 29);
+  CHECK(window.target().read(3706, 15) == counting_words());
+  CHECK(window.reg(3721) == 0xD000 + 3721);
+}
+
+/// What node 5 says to the first request of a block transfer; then it goes on without.
+std::vector<Step> refused(const char* request, const std::vector<Step>& then) {
+  std::vector<Step> steps{{request, "585#8000200001000405"}};
+  steps.insert(steps.end(), then.begin(), then.end());
+  return steps;
 }
 
 }  // namespace
@@ -93,26 +131,22 @@ TEST_CASE(
     CHECK(first_of_write(window, 4) == "605#2300200000000000");
   }
   SECTION("after a read") {
-    cbcan::test::SdoPeer server(29);
     set_mode(window, kBlock);
-    window.read(5, 0x2000, 0, 128);
-    run(window, server);
+    read_29(window, kBlockRead);
     set_mode(window, kAuto);
     CHECK(first_of_write(window, 29) == "605#C60020001D000000");
     CHECK(first_of_read(window, 29) == "605#A400200005000000");
   }
   SECTION("from there on, whatever else went well") {
-    cbcan::test::SdoPeer server(29);
     show_block(window);
-    for (const std::uint16_t size : Words{4, 28, 29, 29}) {
-      window.write(5, 0x2000, 0, size, counting_words());
-      run(window, server);
-    }
+    write_29(window, kBlockWrite);
+    write_29(window, kBlockWrite);
+    window.write(5, 0x2000, 0, 2, {0x2211});
+    window.exchange({{"605#2B00200011220000", "585#6000200000000000"}});
     set_mode(window, 2);
-    window.read(5, 0x2000, 0, 29);
-    run(window, server);
+    read_29(window, kSegmentedRead);
     set_mode(window, kAuto);
-    CHECK(first_of_write(window, 29) == "605#C60020001D000000");
+    read_29(window, kBlockRead);
   }
   SECTION("not with another node") {
     show_block(window);
@@ -143,66 +177,36 @@ TEST_CASE(
     "well in mode 3, writes of more than 28 bytes and reads with more than 28 in R3705 go by block, which "
     "takes fewer frames from there on -- the frames, and the data") {
   Window window;
-  cbcan::test::SdoPeer server(29);
-  server.hold(1);
-  SECTION("writing") {
-    window.write(5, 0x2000, 0, 29, counting_words());
-    CHECK(run(window, server) == 12);
-    show_block(window);
-    window.write(5, 0x2000, 0, 29, counting_words());
-    CHECK(run(window, server) == 10);
-    CHECK(std::vector(server.written().begin(), server.written().end()) ==
-          std::vector<std::uint8_t>{1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14, 15,
-                                    16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29});
-  }
-  SECTION("reading") {
-    window.read(5, 0x2000, 0, 29);
-    CHECK(run(window, server) == 12);
-    show_block(window);
-    window.set(3706, filled_data());
-    window.read(5, 0x2000, 0, 29);
-    CHECK(run(window, server) == 11);
-    CHECK(window.reg(3705) == 29);
-    CHECK(window.target().read(3706, 15) == counting_words());
-    CHECK(window.reg(3721) == 0xD000 + 3721);
-  }
+  write_29(window, kSegmentedWrite);
+  read_29(window, kSegmentedRead);
+  show_block(window);
+  write_29(window, kBlockWrite);
+  read_29(window, kBlockRead);
+  CHECK(frames(kSegmentedWrite) == 12);
+  CHECK(frames(kBlockWrite) == 10);
+  CHECK(frames(kSegmentedRead) == 12);
+  CHECK(frames(kBlockRead) == 11);
 }
 
 TEST_CASE(
     "SDO service: A node that refuses it is asked again without, in the same transaction; when that works, "
     "mode 0 uses no block with that node any more") {
   Window window;
-  cbcan::test::SdoPeer server(29);
-  server.hold(1);
   show_block(window);
   SECTION("a write") {
-    window.write(5, 0x2000, 0, 29, counting_words());
-    window.exchange({{"605#C60020001D000000", "585#8000200001000405"}});
-    CHECK(window.busy());
-    CHECK(run(window, server) == 12);
-    CHECK(server.written().size() == 29);
-    CHECK(first_of_write(window, 29) == "605#210020001D000000");
-    CHECK(first_of_read(window, 29) == "605#4000200000000000");
+    write_29(window, refused("605#C60020001D000000", kSegmentedWrite));
+    write_29(window, kSegmentedWrite);
+    read_29(window, kSegmentedRead);
   }
   SECTION("a read") {
-    window.read(5, 0x2000, 0, 128);
-    window.exchange({{"605#A400200013000000", "585#8000200001000405"}});
-    CHECK(window.busy());
-    CHECK(run(window, server) == 12);
-    CHECK(window.reg(3705) == 29);
-    CHECK(window.target().read(3706, 15) == counting_words());
-    CHECK(first_of_write(window, 29) == "605#210020001D000000");
-    CHECK(first_of_read(window, 29) == "605#4000200000000000");
+    read_29(window, refused("605#A400200005000000", kSegmentedRead));
+    read_29(window, kSegmentedRead);
+    write_29(window, kSegmentedWrite);
   }
-  SECTION("not any more, whatever else happens in mode 0") {
-    window.write(5, 0x2000, 0, 29, counting_words());
-    window.exchange({{"605#C60020001D000000", "585#8000200001000405"}});
-    run(window, server);
+  SECTION("not any more, however long it is") {
+    write_29(window, refused("605#C60020001D000000", kSegmentedWrite));
     window.pass(10s);
-    for (int i = 0; i < 3; ++i) {
-      window.write(5, 0x2000, 0, 29, counting_words());
-      CHECK(run(window, server) == 12);
-    }
+    write_29(window, kSegmentedWrite);
   }
   SECTION("it does not work without either: the second answer counts") {
     window.write(5, 0x2000, 0, 29, counting_words());
@@ -221,9 +225,7 @@ TEST_CASE(
     window.check_failed(0x05040004);
   }
   SECTION("another node is not affected") {
-    window.write(5, 0x2000, 0, 29, counting_words());
-    window.exchange({{"605#C60020001D000000", "585#8000200001000405"}});
-    run(window, server);
+    write_29(window, refused("605#C60020001D000000", kSegmentedWrite));
     set_mode(window, kBlock);
     window.write(6, 0x2000, 0, 9, {0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
     window.exchange({{"606#C600200009000000", "586#A40020007F000000"},
