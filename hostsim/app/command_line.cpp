@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <iterator>
 #include <map>
 #include <set>
@@ -50,25 +49,21 @@ void add_options(CLI::App& parser, Options& options) {
   network.option = parser.add_option(std::string(kNetworkOption), network.texts)->allow_extra_args(false);
 }
 
-/// Each text with the network of the last --network before it.
+/// Each text with the network of the last --network before it. As no option takes more than one argument,
+/// each occurrence has one text.
 Arguments arguments_of(const CLI::App& parser, const Options& options) {
   std::map<const CLI::Option*, std::vector<std::size_t>> networks;
   const Option& selector = options.at(kNetworkOption);
   std::size_t network = 1;
   for (const CLI::Option* option : parser.parse_order()) {
     std::vector<std::size_t>& seen = networks[option];
-    if (option == selector.option && seen.size() < selector.texts.size())
-      network = network_number(selector.texts[seen.size()]);
+    if (option == selector.option) network = network_number(selector.texts.at(seen.size()));
     seen.push_back(network);
   }
   Arguments arguments;
-  for (const auto& [name, option] : options) {
-    std::vector<Argument>& found = arguments[name];
-    const std::vector<std::size_t>& seen = networks[option.option];
-    // To CLI11 "[a,b]" is one argument with two texts, and "[]" one with none.
-    for (const std::string& text : option.texts)
-      found.push_back({text, seen[std::min(found.size(), seen.size() - 1)]});
-  }
+  for (const auto& [name, option] : options)
+    for (std::vector<Argument>& found = arguments[name]; found.size() < option.texts.size();)
+      found.push_back({option.texts[found.size()], networks[option.option].at(found.size())});
   return arguments;
 }
 

@@ -4,6 +4,7 @@
 
 import pathlib
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -116,6 +117,15 @@ class TwoNetworks(unittest.TestCase):
         self.assertEqual([one.result(), two.result()], [(0, 0x1111), (0, 0x3333)])
         self.assertEqual(self.unit(0).result(), (0, 0x1111))
         self.assertEqual(self.unit(255).result(), (0, 0x1111))
+
+    def test_the_next_request_in_the_same_segment_sees_the_result(self):
+        self.use_up_faults(self.unit(1), self.unit(2))
+        start = struct.pack(">HHHBBHHB7H", 1, 0, 21, 2, 16, 3700, 7, 14, EXECUTE, READ, 5, 0x2002, 0, 2, 0)
+        ask = struct.pack(">HHHBBHH", 2, 0, 6, 2, 3, 3700, 7)
+        with self.simulator.window(2) as window:
+            window.socket.sendall(start + ask)
+            self.assertEqual(window.receive(12), start[:4] + b"\0\x06" + start[6:12])
+            self.assertEqual(window.receive(23)[9:], struct.pack(">7H", 0, READ, 5, 0x2002, 0, 2, 0x2222))
 
     def test_nmt_of_one_network(self):
         one, two = self.unit(1), self.unit(2)
