@@ -4,12 +4,13 @@
 namespace cbcan {
 
 void NodeMonitor::doubt(nmt::Command command, std::uint8_t node) {
-  Report report = Report::kDoubted;
-  if (command == nmt::Command::kResetCommunication) report = Report::kResetCommunication;
-  if (command == nmt::Command::kResetNode) report = Report::kResetNode;
-  for (std::size_t i = 1; i < nodes_.size(); ++i)
-    if ((node == nmt::kAllNodes || node == i) && was_seen(static_cast<std::uint8_t>(i)))
-      nodes_[i].report = report;
+  for (std::size_t i = 1; i < nodes_.size(); ++i) {
+    Node& told = nodes_[i];
+    if ((node != nmt::kAllNodes && node != i) || told.report == Report::kNone) continue;
+    told.doubted = true;
+    if (command == nmt::Command::kResetCommunication) told.report = Report::kResetCommunication;
+    if (command == nmt::Command::kResetNode) told.report = Report::kResetNode;
+  }
 }
 
 void NodeMonitor::watch_nobody() {

@@ -37,6 +37,7 @@ class NodeMonitor {
     }
     const std::size_t node = frame.id & nmt::kMaxNode;
     reported_at_[node] = now;
+    nodes_[node].doubted = false;
     if (static_cast<nmt::State>(state) == nmt::State::kInitialising) {
       nodes_[node].state = nmt::State::kPreOperational;
       nodes_[node].report = Report::kBootUp;
@@ -58,15 +59,14 @@ class NodeMonitor {
     kNone,                ///< it has never reported
     kBootUp,              ///< its boot-up message
     kState,               ///< a heartbeat, or the answer to node guarding
-    kDoubted,             ///< either, but an NMT command has gone to it since
-    kResetCommunication,  ///< the command was this one
-    kResetNode,
+    kResetCommunication,  ///< either, but this NMT command has gone to it since
+    kResetNode,           ///< likewise
   };
   Report report(std::uint8_t node) const { return nodes_[node].report; }
 
   /// This NMT command has gone out to this node, 0 = to all: what it reported before may no longer be so.
   void doubt(nmt::Command command, std::uint8_t node);
-  bool in_doubt(std::uint8_t node) const { return nodes_[node].report >= Report::kDoubted; }
+  bool in_doubt(std::uint8_t node) const { return nodes_[node].doubted; }
 
   /// A node guarding request has gone to this node: it is watched, with or without a consumer heartbeat time.
   void guard(std::uint8_t node) { guarded_.insert(node); }
@@ -89,7 +89,8 @@ class NodeMonitor {
   struct Node {
     std::uint16_t consumer_ms = 0;
     nmt::State state = nmt::State::kInitialising;
-    Report report = Report::kNone;
+    Report report : 7 = Report::kNone;
+    bool doubted : 1 = false;
   };
 
   // Times apart from the rest: 64-bit alignment would cost four bytes for every node.

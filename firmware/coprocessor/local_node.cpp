@@ -11,7 +11,6 @@ namespace cbcan {
 namespace {
 
 constexpr std::size_t kConsumerTimeBits = 16;
-constexpr std::size_t kFunctionShift = 7;
 
 /// Network variables are little-endian, and so are the words of every machine that this runs on.
 static_assert(std::endian::native == std::endian::little);
@@ -36,9 +35,8 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
               {buffer_, rpdos_, tpdos_, {}}, *this, port) {}
 
 void LocalNode::on_frame(const Frame& frame, Time now) {
-  if (frame.id >> kFunctionShift == EmergencyConsumer::kFirstId >> kFunctionShift && frame.flags == 0 &&
-      frame.id != EmergencyConsumer::kFirstId)
-    emergencies_.on_frame(frame);
+  const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
+  if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) emergencies_.on_frame(frame);
   device_.on_frame(frame, now);
 }
 

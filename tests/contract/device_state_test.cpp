@@ -197,7 +197,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "Local objects: R3702 = 0: From an NMT command of the PLC that resets it to its boot-up message it shows "
+    "Local objects: R3702 = 0: From an NMT command of the PLC that resets it to its next message it shows "
     "which reset (1, 2), as long as it has been heard within its time") {
   struct Row {
     std::uint16_t service;
@@ -223,12 +223,12 @@ TEST_CASE(
     check_state(window, 6, shown);
     check_state(window, Window::kOwnNode, kPreOperational);
   }
-  SECTION("what it still sent before it resets does not end it") {
+  SECTION("it has not heard the command") {
     command(window, service, 5, to_it);
     window.arrive("705#05");
-    check_state(window, 5, shown);
+    check_state(window, 5, kOperational);
   }
-  SECTION("another command before its boot-up does not end it") {
+  SECTION("another command does not end it") {
     command(window, service, 5, to_it);
     command(window, 1, 5, "000#0105");
     check_state(window, 5, shown);

@@ -145,9 +145,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "Local objects: R3702 = 0: It also stops, once, at a node whose last message is No Error (code 0000h) "
-    "and "
-    "the one before it was an error: then it shows the node ID and zeros") {
+    "Local objects: R3702 = 0: It also stops, once, at a node whose error is over, by No Error (code 0000h) "
+    "after an error: then it shows the node ID and zeros") {
   Window window;
   SECTION("an error that has been shown") {
     window.arrive("085#0010010000000000");
@@ -163,10 +162,11 @@ TEST_CASE(
   SECTION("there was none before") {
     window.arrive("085#0000000102030405");
   }
-  SECTION("it was not the message before") {
+  SECTION("No Error is said again before anybody has looked") {
     window.arrive("085#0010010000000000");
     window.arrive("085#0000000000000000");
     window.arrive("085#0000000000000000");
+    check_stop(window, "05" + kNothing);
   }
   SECTION("an error again, and over again") {
     for (int i = 0; i < 2; ++i) {
