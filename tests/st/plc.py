@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: MIT
+"""A PLC that runs the function blocks of tools/st against cbcan-sim, on a clock that stands still but for the scans."""
+
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+from simulator import Simulator
+from st_machine import Machine
+
+LIBRARY = ROOT / "tools/st"
+FIRST, COUNT = 3700, 70
+
+
+def source(*names):
+    """[(name, text)] of files in tools/st."""
+    return [(name, (LIBRARY / name).read_text()) for name in names]
+
+
+def configuration(program):
+    """That of tools/st, with another program."""
+    (name, text), = source("configuration.st")
+    return name, text.replace("state_of_node_5", program)
+
+
+class Instance:
+    """A function block that a program would call: instance["CONFIRM"] is one of its outputs."""
+
+    def __init__(self, block):
+        self.block, self.values, self.memory = block, block.instance(), {}
+        for name in block.names("VAR_IN_OUT"):
+            self.memory[name] = block.types[name].first()
+            self.values[name] = (self.memory, name)
+
+    def set(self, **inputs):
+        for name, value in inputs.items():
+            assert self.block.sections[name] in ("VAR_INPUT", "VAR_IN_OUT"), name
+            where = self.memory if name in self.memory else self.values
+            where[name] = value
+        return self
+
+    def __getitem__(self, name):
+        return self.memory[name] if name in self.memory else self.values[name]
+
+    def ended(self):
+        return self["CONFIRM"] or self["ERROR"] != 0
+
+
+class Plc:
+    """Between two scans all registers are exchanged and some time passes."""
+
+    def __init__(self, program, *options, files=("cia405.st", "example.st"), main="state_of_node_5", scan_us=1000):
+        self.machine = Machine(*source(*files), configuration(main))
+        self.simulator = Simulator(program, "--clock", "manual", *options, stdin=subprocess.PIPE)
+        self.window = self.simulator.window()
+        self.scan_us, self.now, self.scans, self.called, self.runs_program = scan_us, 0, 0, [], False
+        self.between = lambda: None  # what happens in the registers after a module's answer and before the PLC reads it
+
+    def close(self):
+        self.window.socket.close()
+        self.simulator.stop()
+
+    @property
+    def registers(self):
+        return self.machine.globals["REGS"]
+
+    def block(self, name, **inputs):
+        """Called in every scan from now on, behind those that are there."""
+        self.called.append(Instance(self.machine.blocks[name]).set(**inputs))
+        return self.called[-1]
+
+    def command(self, line):
+        """docs/control.md; the answer's value"""
+        self.simulator.process.stdin.write(line + "\n")
+        self.simulator.process.stdin.flush()
+        answer = self.simulator.process.stdout.readline().rstrip("\n")
+        while not answer.startswith(("ok", "error", "at ")):
+            answer = self.simulator.process.stdout.readline().rstrip("\n")
+        assert not answer.startswith("error"), f"{line}: {answer}"
+        return answer[3:]
+
+    def pass_time(self, microseconds):
+        self.command(f"pass {microseconds}us")
+        self.now += microseconds
+
+    def scan(self, count=1):
+        for _ in range(count):
+            self.between()
+            self.registers[:] = self.window.read(FIRST, COUNT)
+            before = list(self.registers)
+            for block in self.called:
+                block.block.run(block.values, self.now)
+            if self.runs_program:
+                self.machine.scan(self.now)
+            self.write_back(before)
+            self.scans += 1
+            self.pass_time(self.scan_us)
+
+    def write_back(self, before):
+        """What has changed, in one request."""
+        changed = [i for i in range(COUNT) if self.registers[i] != before[i]]
+        if changed:
+            self.window.write(FIRST + changed[0], self.registers[changed[0]:changed[-1] + 1])
+
+    def run(self, block, most=10000):
+        """Until the block is done; returns how many scans it took."""
+        for count in range(1, most + 1):
+            self.scan()
+            if block.ended():
+                return count
+        raise AssertionError(f"{block.block.name}: neither CONFIRM nor ERROR after {most} scans")
+
+    def frames(self):
+        return self.simulator.frames()
+
+    def transaction(self, *words):
+        """One of the test's own."""
+        return self.window.execute(*words)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: MIT
+"""The words of Structured Text (IEC 61131-3, 2nd edition, 2.1 and 2.2), as far as tools/st needs them."""
+
+import re
+from typing import NamedTuple
+
+
+class StError(Exception):
+    def __init__(self, place, message):
+        super().__init__(f"{place}: {message}")
+
+
+class Token(NamedTuple):
+    kind: str   # word, number, time, symbol or end
+    value: object  # a word in capitals, a number, microseconds, a symbol
+    place: str  # file:line
+
+
+PATTERN = re.compile(r"""
+    (?P<blank>\s+) | (?P<comment>\(\*.*?\*\)) |
+    (?P<time>(?:T|TIME)\#(?P<count>\d+)(?P<unit>ms|s|m|h)\b) |
+    (?P<based>16\#[0-9A-F]+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z]\w*) |
+    (?P<symbol>:=|=>|<>|<=|>=|\.\.|[-+*/<>=()\[\],;:.^])
+    """, re.VERBOSE | re.DOTALL | re.IGNORECASE)
+MICROSECONDS = {"ms": 1000, "s": 1000000, "m": 60000000, "h": 3600000000}
+
+
+def tokens_of(text, file):
+    tokens, at, line = [], 0, 1
+    while at < len(text):
+        found, place = PATTERN.match(text, at), f"{file}:{line}"
+        if not found:
+            raise StError(place, f"{text[at:at + 10].splitlines()[0]!r}: nothing that this subset has")
+        kind, value = found.lastgroup, found.group()
+        if kind == "time":
+            value = int(found["count"]) * MICROSECONDS[found["unit"].lower()]
+        elif kind == "based":
+            kind, value = "number", int(value[3:], 16)
+        elif kind == "number":
+            value = int(value)
+        elif kind == "word":
+            value = value.upper()
+        if kind not in ("blank", "comment"):
+            tokens.append(Token(kind, value, place))
+        line += found.group().count("\n")
+        at = found.end()
+    return tokens + [Token("end", "the end of the file", f"{file}:{line}")]

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""Data types, their first values, and variables that are referred to."""
+
+import copy
+from typing import NamedTuple
+
+
+class Type(NamedTuple):
+    kind: str  # bool, bits, int, time, enum, array, struct, pointer, block, or literal: a number that takes the type it meets
+    name: str
+    low: int = 0    # of a number or an index
+    high: int = 0
+    of: object = None  # elements of an array or a pointer: a Type; enum: names; struct: {NAME: (Type, first value)}
+
+    def first(self):
+        """The value where none is given."""
+        if self.kind == "array":
+            return [self.of.first() for _ in range(self.low, self.high + 1)]
+        if self.kind == "struct":
+            return {name: copy.deepcopy(value) for name, (_, value) in self.of.items()}
+        return {"bool": False, "enum": self.of and self.of[0], "pointer": None}.get(self.kind, 0)
+
+
+def number(kind, name, bits):
+    return Type(kind, name, 0, 2 ** bits - 1)
+
+
+BOOL = Type("bool", "BOOL")
+BYTE, WORD, DWORD = number("bits", "BYTE", 8), number("bits", "WORD", 16), number("bits", "DWORD", 32)
+USINT, UINT, UDINT = number("int", "USINT", 8), number("int", "UINT", 16), number("int", "UDINT", 32)
+TIME = Type("time", "TIME", 0, 2 ** 63)
+LITERAL = Type("literal", "a number")
+ADDRESS = Type("pointer", "an address")
+ELEMENTARY = {t.name: t for t in (BOOL, BYTE, WORD, DWORD, USINT, UINT, UDINT, TIME)}
+
+
+class Pointer(NamedTuple):
+    """A byte of a variable: its n-th, low byte first."""
+    container: object  # a list or a dict
+    key: object
+    type: Type
+    offset: int
+
+    def element(self):
+        """(container, key, type, offset) of the number that the byte belongs to; IndexError behind the variable"""
+        if self.type.kind == "array":
+            size = bytes_of(self.type.of)
+            place = self.offset // size
+            if not 0 <= place < len(self.container[self.key]):
+                raise IndexError
+            return self.container[self.key], place, self.offset % size
+        if not 0 <= self.offset < bytes_of(self.type):
+            raise IndexError
+        return self.container, self.key, self.offset
+
+    def read(self):
+        container, key, offset = self.element()
+        return container[key] >> 8 * offset & 0xFF
+
+    def write(self, value):
+        container, key, offset = self.element()
+        container[key] = container[key] & ~(0xFF << 8 * offset) | value << 8 * offset
+
+    def moved(self, count):
+        return self._replace(offset=self.offset + count)
+
+
+def bytes_of(a_type):
+    return a_type.high.bit_length() // 8
+
+
+class Timer:
+    """TON of IEC 61131-3, 2.5.2.3.4."""
+    inputs = {"IN": (BOOL, False), "PT": (TIME, 0)}
+    outputs = {"Q": (BOOL, False), "ET": (TIME, 0)}
+
+    @staticmethod
+    def run(values, now):
+        if not values["IN"]:
+            values["since"], values["ET"] = None, 0
+        elif values.get("since") is None:
+            values["since"] = now
+        if values["IN"]:
+            values["ET"] = min(now - values["since"], values["PT"])
+        values["Q"] = values["IN"] and values["ET"] >= values["PT"]
