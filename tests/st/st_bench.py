@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""What the tests of the function blocks have in common."""
+
+import sys
+import unittest
+
+from plc import ROOT, Plc
+from simulator import program_from_arguments
+
+PROGRAM = program_from_arguments(sys.argv)
+GENERIC = str(ROOT / "plants/demo/generic.eds")
+OK, OTHER, OVERFLOW, TIMEOUT, BUS_OFF, ERROR_PASSIVE, INTERNAL = 0, 1, 2, 3, 0x10, 0x11, 0x21
+
+
+class BlockTest(unittest.TestCase):
+    options = ("--demo",)
+    arguments = {}
+
+    def setUp(self):
+        self.plc = self.start(*self.options, **self.arguments)
+
+    def start(self, *options, **arguments):
+        plc = Plc(PROGRAM, *options, **arguments)
+        self.addCleanup(plc.close)
+        return plc
+
+    def check(self, block, confirm, error, **outputs):
+        found = {name: block[name] for name in outputs}
+        self.assertEqual((block["CONFIRM"], block["ERROR"], found), (confirm, error, outputs), block.block.name)
+
+    def good(self, block, **outputs):
+        """One execution that ends well."""
+        block.set(ENABLE=True)
+        scans = self.plc.run(block)
+        self.check(block, True, OK, **outputs)
+        return scans
+
+    def bad(self, block, error, **outputs):
+        block.set(ENABLE=True)
+        scans = self.plc.run(block)
+        self.check(block, False, error, **outputs)
+        return scans
+
+    def off(self, block, **outputs):
+        """ENABLE = FALSE: all outputs are 0."""
+        block.set(ENABLE=False)
+        self.plc.scan()
+        self.check(block, False, OK, **outputs)
+
+    def new_frames(self):
+        """Those since this was asked last."""
+        frames = self.plc.frames()
+        found, self.seen = frames[getattr(self, "seen", 0):], len(frames)
+        return found
