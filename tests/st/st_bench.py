@@ -22,6 +22,7 @@ class BlockTest(unittest.TestCase):
     def start(self, *options, **arguments):
         plc = Plc(PROGRAM, *options, **arguments)
         self.addCleanup(plc.close)
+        plc.pass_time(100000)  # boot-up messages
         return plc
 
     def check(self, block, confirm, error, **outputs):

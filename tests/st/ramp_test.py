@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The example program of CiA 405's SoMachine library: a ramp to two drives, read back from one of them."""
+
+from st_bench import BlockTest
+import cases
+from plc import ROOT
+
+EDS = str(ROOT / "tests/st/plant/altivar.eds")
+
+
+class Ramp(BlockTest):
+    options = ("--node", f"1={EDS}", "--node", f"2={EDS}")
+    arguments = {"files": ("cia405.st", "cia405_codesys.st", "ramp.st"), "main": "Read_Write_SDO"}
+
+    def setUp(self):
+        super().setUp()
+        self.plc.runs_program = True
+        self.program = self.plc.machine.programs["MAIN"][1]
+
+    def written(self, node):
+        """The values that node has been sent, from the log of the bus."""
+        head = f"60{node}#2B3C2002"
+        return [int(text[14:16] + text[12:14], 16) for text in self.plc.frames() if text.startswith(head)]
+
+    def test_nothing_before_it_is_started(self):
+        self.plc.scan(20)
+        self.assertEqual((self.program["SDOWRITE_DATA"], self.written(1), self.plc.registers[0]), (0, [], 0))
+
+    def test_until_the_ramp_has_wrapped(self):
+        self.program["START_TEST"] = True
+        read = []
+        for _ in range(1100):
+            self.plc.scan()
+            if self.program["READSDO_ATV31"]["CONFIRM"]:
+                read.append(self.program["SDOREAD_DATA"])
+            for name in ("WRITESDO_ATV31", "WRITESDO_ATV71", "READSDO_ATV31"):
+                self.assertEqual(self.program[name]["ERROR"], 0, name)
+        for node in (1, 2):
+            values = self.written(node)
+            wraps = [i for i in range(1, len(values)) if values[i] < values[i - 1]]
+            self.assertEqual(len(wraps), 2, f"node {node}: 1100 scans are two rounds of 501 and a part of the third")
+            self.assertGreater(min(values[i - 1] for i in wraps), 480)
+            self.assertLessEqual(max(values), 500)
+            self.assertGreater(len(values), 100)
+        # Node 1 is read as it was written last: what is read is what was written, in that order.
+        sent = self.written(1)
+        self.assertTrue(set(read) <= {0, *sent})
+        self.assertGreater(len(read), 100)
+        self.assertLessEqual(abs(len(self.written(1)) - len(self.written(2))), 1, "the blocks take turns")
+
+    def test_stopped_and_started_again(self):
+        self.program["START_TEST"] = True
+        self.plc.scan(33)
+        self.program["START_TEST"] = False
+        self.plc.scan(50)
+        count, value = len(self.written(1)), self.program["SDOWRITE_DATA"]
+        self.plc.scan(50)
+        self.assertEqual((len(self.written(1)), self.program["SDOWRITE_DATA"]), (count, value))
+        self.program["START_TEST"] = True
+        self.plc.scan(30)
+        self.assertGreater(len(self.written(1)), count + 2)
+
+    def test_a_drive_that_is_gone_holds_up_everybody(self):
+        """The example has no TIMEOUT: 3003h is 0, and the program waits for node 2 as long as it takes."""
+        self.program["START_TEST"] = True
+        self.plc.scan(20)
+        self.plc.command("fault 2 silent")
+        self.plc.scan(20)
+        count = len(self.written(1))
+        self.plc.pass_time(60000000)
+        self.plc.scan(20)
+        self.assertEqual(len(self.written(1)), count)
+
+
+cases.main()
