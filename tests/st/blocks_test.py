@@ -47,6 +47,8 @@ class Nmt(BlockTest):
 
 
 class Emcy(BlockTest):
+    options = ("--demo", "--slcan", "127.0.0.1:0")
+
     def test_of_a_node(self):
         block = self.plc.block("RECV_EMCY_DEV", DEVICE=0x20)
         self.good(block, ERRORINFO=NO_EMCY)
@@ -70,15 +72,10 @@ class Emcy(BlockTest):
         self.good(self.plc.block("RECV_EMCY_DEV", DEVICE=0), ERRORINFO=NO_EMCY)
 
     def test_every_byte_has_its_place(self):
-        """An answer with bytes that can be told apart, written over the module's by another client."""
-        for name, first, device in (("RECV_EMCY_DEV", [], None), ("RECV_EMCY", [0x42], 0x42)):
-            block = self.plc.block(name, ENABLE=True, **({"DEVICE": 0x42} if not first else {}))
-            data = bytes(first + [0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88, 0])
-            self.plc.scan()
-            self.plc.window.write(3706, [data[i] | data[i + 1] << 8 for i in range(0, 8 if not first else 10, 2)])
-            self.plc.run(block)
-            self.check(block, False, OTHER, ERRORINFO=emcy(0x2211, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88))
-            self.assertEqual(first, [block["DEVICE"]] if first else [])
+        self.send("0C2#1122334455667788")
+        expected = emcy(0x2211, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88)
+        self.bad(self.plc.block("RECV_EMCY_DEV", DEVICE=0x42), OTHER, ERRORINFO=expected)
+        self.bad(self.plc.block("RECV_EMCY"), OTHER, DEVICE=0x42, ERRORINFO=expected)
 
     def test_the_scan(self):
         block = self.plc.block("RECV_EMCY")

@@ -73,13 +73,15 @@ class Cancelled(BlockTest):
     options = SLOW
 
     def transfers(self):
-        return {"SDO_READ_BUFFER": {"DEVICE": NODE, "INDEX": 0x200E, "DATALENGTH": 128, "DATA": [0] * 128},
-                "SDO_WRITE_BUFFER": {"DEVICE": NODE, "INDEX": 0x200E, "DATALENGTH": 14, "DATA": [1] * 128}}
+        """Expedited, segmented, block."""
+        return [("SDO_READ4", {"INDEX": 0x1018, "SUBINDEX": 1}, "80181001"), ("SDO_WRITE4", {"INDEX": 0x2002, "DATALENGTH": 2}, "80022000"),
+                ("SDO_READ_BUFFER", {"INDEX": 0x200E, "DATALENGTH": 128}, "800E2000"), ("SDO_WRITE_BUFFER", {"INDEX": 0x200E, "DATALENGTH": 14}, "800E2000"),
+                ("SDO_WRITE_BUFFER", {"INDEX": 0x200E, "DATALENGTH": 14, "MODE": "BLOCK"}, "800E2000")]
 
     def test_at_every_frame(self):
-        for name, inputs in self.transfers().items():
+        for name, inputs, abort in self.transfers():
             plc = self.plc = self.start(*SLOW)
-            block = plc.block(name, **inputs)
+            block = plc.block(name, DEVICE=NODE, **inputs)
             other = plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001)
             self.good(block)
             self.good(other)
@@ -100,23 +102,34 @@ class Cancelled(BlockTest):
                 block.set(ENABLE=False)
                 plc.scan()
                 plc.pass_time(1500000)  # an answer that comes late has come, and quarantine is over
-                self.check_cancelled(block, other, whole)
+                self.check_cancelled(block, other, whole, f"620#{abort}00000008")
                 self.new_frames()
             self.assertEqual(seen, set(range(len(whole))), "cancelled in the middle of every frame")
 
-    def check_cancelled(self, block, other, whole):
+    def check_cancelled(self, block, other, whole, abort):
         """What was on its way has come; then one abort, and nothing of the transfer any more."""
         frames = self.plc.frames()
         start = max(i for i, text in enumerate(frames) if text == whole[0])
         transfer = frames[start:]
         self.assertEqual((block["CONFIRM"], block["ERROR"]), (False, 0))
         aborts = [text for text in transfer if text.startswith("620#80")]
-        self.assertEqual(aborts, ["620#800E200000000008"], transfer)
+        self.assertEqual(aborts, [abort], transfer)
         before = transfer.index(aborts[0])
         self.assertEqual([text for text in transfer[before + 1:] if text.startswith("620#")], [])
         self.assertEqual(transfer[:before], whole[:before])
         self.good(other)
         self.off(other)
+
+    def test_an_answer_that_comes_late_is_ignored(self):
+        block, other = (self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=index) for index in (0x1018, 0x2001))
+        block.set(SUBINDEX=3)
+        self.plc.command(f"fault {NODE} answer-late delay_ms=300 index=0x1018 count=1")
+        block.set(ENABLE=True)
+        self.plc.scan(30)
+        block.set(ENABLE=False)
+        self.good(other, DATA=[0, 0, 0, 0], DATALENGTH=1)
+        self.check(block, False, 0, DATA=[0, 0, 0, 0], DATALENGTH=0)
+        self.assertIn("5A0#4318100300000100", self.plc.frames())
 
     def test_the_next_block_starts_a_scan_later(self):
         """R3700 = 0 has to have reached the module: it would take a second CA0Eh for the same request."""

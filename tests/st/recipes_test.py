@@ -13,6 +13,8 @@ NODE, ABSENT = 0x20, 99
 
 
 class Page(BlockTest):
+    options = ("--demo", "--slcan", "127.0.0.1:0")
+
     def setUp(self):
         super().setUp()
         self.recipes = Recipes(self.plc)
@@ -66,9 +68,14 @@ class Page(BlockTest):
         self.check("RECV_EMCY", {"CONFIRM": True})
         self.check("RECV_EMCY_DEV", {"CONFIRM": True}, DEVICE=0x10)
         self.check("RECV_EMCY_DEV", {"CONFIRM": True}, DEVICE=0)
-        self.plc.command("incident 16 overtemperature on")
-        self.check("RECV_EMCY", {"ERROR": OTHER, "DEVICE": 0x10, "EMCY_ERROR_CODE": 0x4210, "ERROR_REGISTER": 9})
-        self.check("RECV_EMCY_DEV", {"ERROR": OTHER, "EMCY_ERROR_CODE": 0x4210, "ERROR_REGISTER": 9}, DEVICE=0x10)
+        for frame, code in (("090#1122334455667788", 0x2211), ("090#0022334455667788", 0x2200), ("090#1100334455667788", 0x0011)):
+            self.send(frame)
+            rest = {"EMCY_ERROR_CODE": code, "ERROR_REGISTER": 0x33, **{f"ERROR_FIELD[{i}]": 0x33 + 0x11 * i for i in range(1, 6)}}
+            self.check("RECV_EMCY", {"ERROR": OTHER, "DEVICE": 0x10, **rest})
+            self.check("RECV_EMCY_DEV", {"ERROR": OTHER, **rest}, DEVICE=0x10)
+        self.send("090#0000334455667788")
+        del rest["EMCY_ERROR_CODE"]
+        self.check("RECV_EMCY_DEV", {"CONFIRM": True, **rest}, DEVICE=0x10)
 
     def test_node_id_and_kernel(self):
         self.check("GET_LOCAL_NODE_ID", {"CONFIRM": True, "DEVICE": 127})

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 """What the tests of the function blocks have in common."""
 
+import socket
 import sys
 import unittest
 
 from plc import ROOT, Plc
-from simulator import program_from_arguments
+from simulator import LIMIT, program_from_arguments
 
 PROGRAM = program_from_arguments(sys.argv)
 GENERIC = str(ROOT / "plants/demo/generic.eds")
@@ -53,3 +54,12 @@ class BlockTest(unittest.TestCase):
         frames = self.plc.frames()
         found, self.seen = frames[getattr(self, "seen", 0):], len(frames)
         return found
+
+    def send(self, frame):
+        """Puts "0A0#1122" on the bus, by an adapter at the place that --slcan names."""
+        host, port = self.plc.simulator.where["slcan"].rsplit(":", 1)
+        identifier, data = frame.split("#")
+        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
+            adapter.sendall(f"O\rt{identifier}{len(data) // 2}{data}\r".encode())
+            self.assertEqual([adapter.recv(1) for _ in range(3)], [b"\r", b"z", b"\r"])
+        self.plc.pass_time(1000)
