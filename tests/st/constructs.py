@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Which constructs of Structured Text each system takes, and which document says so.
 
-IEC 61131-3, 2nd edition, annex B is what MATIEC is made after (its readme names the final draft of 2001-12-10; the rules have the
-same names in stage1_2/iec_bison.yy). OpenPLC Runtime and Beremiz compile with MATIEC (OpenPLC: webserver/scripts/compile_program.sh;
-Beremiz: ProjectController.py). CODESYS: pages of "CODESYS Development System", content.helpme-codesys.com."""
+IEC 61131-3, 2nd edition, annex B is what MATIEC is made after (its readme names the final draft of 2001-12-10; the
+rules have the same names in stage1_2/iec_bison.yy). OpenPLC Runtime and Beremiz compile with MATIEC (OpenPLC:
+webserver/scripts/compile_program.sh; Beremiz: ProjectController.py). CODESYS: pages of "CODESYS Development System",
+content.helpme-codesys.com."""
 
 STANDARD = {  # construct: (rule of annex B, or table of the standard, that MATIEC follows; page of the CODESYS help)
     "directly derived type": ("B.1.3.3 simple_type_declaration", "_cds_datatype_alias"),
@@ -20,27 +21,27 @@ STANDARD = {  # construct: (rule of annex B, or table of the standard, that MATI
     "VAR_OUTPUT": ("B.1.4.3 output_declarations", "_cds_vartypes_var_output"),
     "VAR_IN_OUT": ("B.1.4.3 input_output_declarations", "_cds_vartypes_var_in_out"),
     "VAR_EXTERNAL": ("B.1.4.3 external_var_declarations", "_cds_vartypes_var_external"),
-    "VAR_EXTERNAL CONSTANT": ("B.1.4.3 external_var_declarations", "_cds_vartypes_var_external"),
+    "VAR_EXTERNAL CONSTANT": ("B.1.4.3 external_var_declarations", "sil3_fbd_variables (CODESYS Safety Extension)"),
     "VAR_GLOBAL": ("B.1.4.3 global_var_declarations", "_cds_vartypes_var_global"),
     "VAR_GLOBAL CONSTANT": ("B.1.4.3 global_var_declarations", "_cds_vartypes_var_global"),
     "IF": ("B.3.2.3 if_statement", "_cds_st_instruction_if"),
     "CASE": ("B.3.2.3 case_statement", "_cds_st_instruction_case"),
     "FOR": ("B.3.2.4 for_statement", "_cds_st_instruction_for"),
     "WHILE": ("B.3.2.4 while_statement", "_cds_st_instruction_while"),
-    "output in a call": ("B.3.2.2 param_assignment", "_cds_st_fb_call"),
+    "output in a call": ("B.3.2.2 param_assignment", "_cds_st_operator_output_assignment"),
     "call of a function without names": ("B.3.1 function_name '(' param_assignment ')'", "_cds_obj_function"),
     "function SHL": ("table 25", "_cds_operator_shl"),
     "function SHR": ("table 25", "_cds_operator_shr"),
-    "function MIN": ("table 27", "_cds_operator_min"),
+    "function MIN": ("table 27", "_cds_struct_reference_operators"),
     "function MAX": ("table 27", "_cds_operator_max"),
 }
-CONVERSION = ("table 22", "_cds_operator_type_conversion")  # function A_TO_B
+CONVERSION = ("table 22", "_cds_operator_convert_integer")  # function A_TO_B
 
 CODESYS_ONLY = {
     "POINTER TO": "_cds_datatype_pointer",
     "dereferencing with ^": "_cds_datatype_pointer",
     "ADR": "_cds_operator_adr",
-    "empty argument": "example program of SoMachine's CiA 405 library",
+    "empty argument": "_cds_obj_function_block",
     "END_IF without a semicolon": "example program of SoMachine's CiA 405 library",
 }
 
