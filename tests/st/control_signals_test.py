@@ -45,6 +45,18 @@ class Diagrams(BlockTest):
                 self.off(block)
                 self.plc.called.clear()
 
+    def test_cancelled_in_every_phase(self):
+        """3003h, 3004h, the transfer, the time-out, the kernel state."""
+        other = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001)
+        block = self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, TIMEOUT=10)
+        for scans in range(1, 16):
+            with self.subTest(scans):
+                block.set(ENABLE=True)
+                self.plc.scan(scans)
+                self.off(block)
+                self.good(other, DATALENGTH=1)
+                self.off(other)
+
     def test_ended_on_an_error(self):
         block = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x5000)
         self.bad(block, OTHER)

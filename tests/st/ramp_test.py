@@ -6,7 +6,7 @@ from st_bench import BlockTest
 import cases
 from plc import ROOT
 
-EDS = str(ROOT / "tests/st/plant/altivar.eds")
+EDS = str(ROOT / "tests/st/plant/ramp_drive.eds")
 
 
 class Ramp(BlockTest):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """The four SDO blocks, and the two with pointers: every output and every error code, the frames on the bus."""
 
-from st_bench import BUS_OFF, ERROR_PASSIVE, INTERNAL, OTHER, TIMEOUT, BlockTest
+from st_bench import BUS_OFF, ERROR_PASSIVE, INTERNAL, OTHER, OVERFLOW, TIMEOUT, BlockTest
 import cases
 from st_types import Pointer
 
@@ -165,6 +165,16 @@ class Failures(BlockTest):
                     self.off(block)
                     self.plc.called.clear()
             self.plc.command("clear bus")
+
+    def test_an_overflow(self):
+        """No simulated controller gets into this state, so another client writes it into the answer."""
+        block = self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, TIMEOUT=50)
+
+        def overflow():
+            if self.plc.registers[3] == 0x3002 and self.plc.window.read(3700, 1) == [0]:
+                self.plc.window.write(3706, [2])
+        self.plc.between = overflow
+        self.bad(block, OVERFLOW)
 
     def test_faults_of_the_node(self):
         for fault, abort in (("answer-other-toggle", 0x05030000), ("answer-other-specifier specifier=7", 0x05040001),
