@@ -6,9 +6,11 @@ from st_bench import GENERIC, INTERNAL, OTHER, TIMEOUT, BlockTest
 import cases
 
 NODE = 0x20
-ALL = {"NMT": {"STATE": 5}, "RECV_EMCY": {}, "RECV_EMCY_DEV": {"DEVICE": 5}, "GET_LOCAL_NODE_ID": {}, "GET_CANOPEN_KERNEL_STATE": {}, "GET_STATE": {},
-       "SDO_READ_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5}, "SDO_READ4": {"DEVICE": NODE, "INDEX": 0x2001},
-       "SDO_WRITE_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5}, "SDO_WRITE4": {"DEVICE": NODE, "INDEX": 0x2001, "DATALENGTH": 1}}
+ALL = {"NMT": {"STATE": 5}, "RECV_EMCY": {}, "RECV_EMCY_DEV": {"DEVICE": 5}, "GET_LOCAL_NODE_ID": {}, "GET_CANOPEN_KERNEL_STATE": {},
+       "GET_STATE": {}, "SDO_READ4": {"DEVICE": NODE, "INDEX": 0x2001},
+       "SDO_READ_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5},
+       "SDO_WRITE_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5},
+       "SDO_WRITE4": {"DEVICE": NODE, "INDEX": 0x2001, "DATALENGTH": 1}}
 SLOW = ("--node", f"{NODE}={GENERIC}", "--bit-rate", "10000")  # a frame of eight bytes takes more than 10 ms
 
 
@@ -86,8 +88,10 @@ class Cancelled(BlockTest):
 
     def transfers(self):
         """Expedited, segmented, block."""
-        return [("SDO_READ4", {"INDEX": 0x1018, "SUBINDEX": 1}, "80181001"), ("SDO_WRITE4", {"INDEX": 0x2002, "DATALENGTH": 2}, "80022000"),
-                ("SDO_READ_BUFFER", {"INDEX": 0x200E, "DATALENGTH": 128}, "800E2000"), ("SDO_WRITE_BUFFER", {"INDEX": 0x200E, "DATALENGTH": 14}, "800E2000"),
+        return [("SDO_READ4", {"INDEX": 0x1018, "SUBINDEX": 1}, "80181001"),
+                ("SDO_WRITE4", {"INDEX": 0x2002, "DATALENGTH": 2}, "80022000"),
+                ("SDO_READ_BUFFER", {"INDEX": 0x200E, "DATALENGTH": 128}, "800E2000"),
+                ("SDO_WRITE_BUFFER", {"INDEX": 0x200E, "DATALENGTH": 14}, "800E2000"),
                 ("SDO_WRITE_BUFFER", {"INDEX": 0x200E, "DATALENGTH": 14, "MODE": "BLOCK"}, "800E2000")]
 
     def test_at_every_frame(self):
@@ -181,7 +185,8 @@ class Together(BlockTest):
 
     def test_first_come_first_served_wherever_they_are_called(self):
         """They are called in one order, and enabled in another, in one scan each."""
-        blocks = [self.plc.block("SDO_READ4", DEVICE=99 if number == 0 else NODE, INDEX=0x2001, TIMEOUT=60 if number == 0 else 0) for number in range(6)]
+        blocks = [self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x2001, TIMEOUT=60)]
+        blocks += [self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001) for _ in range(5)]
         enabled = [0, 4, 2, 5, 1, 3]
         for number in enabled:
             blocks[number].set(ENABLE=True)

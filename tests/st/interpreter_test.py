@@ -142,7 +142,8 @@ class Mistakes(unittest.TestCase):
         self.check("256: not within BYTE", "w : WORD := 16#0100; b : BYTE;", "b := WORD_TO_BYTE(w);")
 
     def test_arguments(self):
-        block = "FUNCTION_BLOCK f VAR_INPUT I : UINT; END_VAR VAR_IN_OUT D : FIVE; END_VAR VAR_OUTPUT O : UINT; END_VAR O := I; END_FUNCTION_BLOCK"
+        block = """FUNCTION_BLOCK f VAR_INPUT I : UINT; END_VAR VAR_IN_OUT D : FIVE; END_VAR VAR_OUTPUT O : UINT; END_VAR
+            O := I; END_FUNCTION_BLOCK"""
         self.check("D: VAR_IN_OUT of F, needs a variable", "b : f;", "b(I := 1);", block)
         self.check("J: no input of F", "b : f; a : FIVE;", "b(J := 1, D := a);", block)
         self.check("I: no input of F, or twice", "b : f; a : FIVE;", "b(I := 1, I := 2, D := a);", block)
@@ -162,7 +163,8 @@ class Mistakes(unittest.TestCase):
                      "// x\n", "x := 1.5;", "x := x ** 2;", "{pragma}", "x := THIS^.y;", "FOR x := 0 TO 9 BY 2 DO END_FOR;"):
             with self.subTest(text), self.assertRaisesRegex(StError, r"a\.st:\d+: "):
                 run("x : UINT;", text)
-        for variables in ("x AT %MW5 : WORD;", "x : REAL;", "x : STRING;", "x, y : UINT;", "x : ARRAY [0..1, 0..1] OF BYTE;", "x : REFERENCE TO BYTE;"):
+        for variables in ("x AT %MW5 : WORD;", "x : REAL;", "x : STRING;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;",
+                          "x : REFERENCE TO BYTE;"):
             with self.subTest(variables), self.assertRaisesRegex(StError, r"a\.st:\d+: "):
                 run(variables, "")
 

@@ -48,7 +48,8 @@ class Small(BlockTest):
                 wrong += [{"DATALENGTH": 0}, {"DATALENGTH": 5 if name == "SDO_WRITE4" else 129}]
             for changes in wrong:
                 with self.subTest((name, changes)):
-                    self.assertEqual(self.bad(self.plc.block(name, **{"DEVICE": NODE, "INDEX": 0x2001, **inputs, **changes}), INTERNAL, ERRORINFO=0), 1)
+                    block = self.plc.block(name, **{"DEVICE": NODE, "INDEX": 0x2001, **inputs, **changes})
+                    self.assertEqual(self.bad(block, INTERNAL, ERRORINFO=0), 1)
                     self.plc.called.clear()
         self.assertEqual(self.plc.registers, [0] * 70)
 
