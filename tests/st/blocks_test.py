@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: MIT
 """NMT, EMCY, node ID and states: every output and every error code of these blocks, against cbcan-sim."""
 
-from st_bench import BUS_OFF, ERROR_PASSIVE, INTERNAL, OTHER, TIMEOUT, BlockTest
+from st_bench import ALL, BUS_OFF, ERROR_PASSIVE, INTERNAL, OTHER, OVERFLOW, TIMEOUT, BlockTest
 import cases
 
 NO_EMCY = {"EMCY_ERROR_CODE": 0, "ERROR_REGISTER": 0, "ERROR_FIELD": [0, 0, 0, 0, 0]}
-STATES = ["NMT", "RECV_EMCY", "RECV_EMCY_DEV", "GET_LOCAL_NODE_ID", "GET_CANOPEN_KERNEL_STATE", "GET_STATE"]
 
 
 def emcy(code, register, *field):
@@ -152,8 +151,7 @@ class States(BlockTest):
 
 class InvalidInputs(BlockTest):
     def test_what_all_blocks_have(self):
-        for name in [*STATES, "SDO_READ4", "SDO_WRITE4", "SDO_READ_BUFFER", "SDO_WRITE_BUFFER"]:
-            valid = {"DATALENGTH": 1} if name.startswith("SDO_") and name != "SDO_READ4" else {"STATE": 5} if name == "NMT" else {}
+        for name, valid in ALL.items():
             for inputs in ({"NETWORK": 0}, {"NETWORK": 2}, {"TIMEOUT": 65536}):
                 with self.subTest((name, inputs)):
                     self.assertEqual(self.bad(self.plc.block(name, **valid, **inputs), INTERNAL), 1)
@@ -200,19 +198,41 @@ class NoResults(BlockTest):
                 self.check_refused("GET_LOCAL_NODE_ID", {3700: code})
 
 
-class NobodyServes(BlockTest):
-    def test_registers_that_stay_as_they_are(self):
-        """The cable to the module is out: R3700 stays CA0Eh, and so does the kernel state's."""
-        block = self.plc.block("GET_LOCAL_NODE_ID", ENABLE=True, TIMEOUT=100)
+class TimeOuts(BlockTest):
+    """Of each block, with a module that never gets done: it exists in this test only."""
+
+    def module(self, kernel):
+        """Registers that answer a read of 3002h, if at all."""
         memory = [0] * 70
         self.plc.window.read = lambda first, count: list(memory)
 
         def write(first, words):
             memory[first - 3700:first - 3700 + len(words)] = words
+            if kernel is not None and memory[0] == 0xCA0E and memory[3] == 0x3002:
+                memory[0], memory[5], memory[6] = 0, 1, kernel
         self.plc.window.write = write
-        scans = self.plc.run(block)
-        self.check(block, False, TIMEOUT, DEVICE=0)
-        self.assertEqual((scans, memory[0]), (602, 0))  # 100 ms, a scan for 0 in R3700, 500 ms for the kernel state
+        return memory
+
+    def test_the_kernel_state_is_the_error(self):
+        for kernel, error in ((0, TIMEOUT), (2, OVERFLOW), (0x10, BUS_OFF), (0x11, ERROR_PASSIVE)):
+            for name, inputs in ALL.items():
+                with self.subTest((name, kernel)):
+                    self.module(kernel)
+                    block = self.plc.block(name, TIMEOUT=20, **inputs)
+                    self.assertEqual(self.bad(block, error), 23)  # 20 ms, a scan for 0 in R3700, one for the kernel state
+                    self.off(block)
+                    self.plc.called.clear()
+
+    def test_nobody_serves_the_registers(self):
+        """The cable to the module is out: R3700 stays CA0Eh, and so it does when the kernel state is asked for."""
+        for name, inputs in ALL.items():
+            with self.subTest(name):
+                memory = self.module(None)
+                block = self.plc.block(name, TIMEOUT=20, **inputs)
+                self.assertEqual(self.bad(block, TIMEOUT), 522)  # 500 ms for the kernel state
+                self.assertEqual(memory[0], 0)
+                self.off(block)
+                self.plc.called.clear()
 
 
 cases.main()

@@ -2,15 +2,9 @@
 # SPDX-License-Identifier: MIT
 """ENABLE, CONFIRM, ERROR and TIMEOUT over time: the three execution diagrams of CiA 405, cancelling at every frame, blocks that wait."""
 
-from st_bench import GENERIC, INTERNAL, OTHER, TIMEOUT, BlockTest
+from st_bench import ALL, GENERIC, INTERNAL, NODE, OTHER, TIMEOUT, BlockTest
 import cases
 
-NODE = 0x20
-ALL = {"NMT": {"STATE": 5}, "RECV_EMCY": {}, "RECV_EMCY_DEV": {"DEVICE": 5}, "GET_LOCAL_NODE_ID": {}, "GET_CANOPEN_KERNEL_STATE": {},
-       "GET_STATE": {}, "SDO_READ4": {"DEVICE": NODE, "INDEX": 0x2001},
-       "SDO_READ_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5},
-       "SDO_WRITE_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5},
-       "SDO_WRITE4": {"DEVICE": NODE, "INDEX": 0x2001, "DATALENGTH": 1}}
 SLOW = ("--node", f"{NODE}={GENERIC}", "--bit-rate", "10000")  # a frame of eight bytes takes more than 10 ms
 
 

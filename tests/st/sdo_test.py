@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: MIT
 """The four SDO blocks, and the two with pointers: every output and every error code, the frames on the bus."""
 
-from st_bench import BUS_OFF, ERROR_PASSIVE, INTERNAL, OTHER, OVERFLOW, TIMEOUT, BlockTest
+from st_bench import BUS_OFF, ERROR_PASSIVE, INTERNAL, NODE, OTHER, OVERFLOW, TIMEOUT, BlockTest
 import cases
 from st_types import Pointer
 
-NODE = 0x20
 NO_SUCH_OBJECT, TIMED_OUT, TOO_LONG, READ_ONLY, NO_SEGMENT = 0x06020000, 0x05040000, 0x05040005, 0x06010002, 0x06010000
 
 

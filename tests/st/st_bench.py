@@ -9,6 +9,13 @@ from plc import ROOT, Plc
 from simulator import LIMIT, program_from_arguments
 
 PROGRAM = program_from_arguments(sys.argv)
+NODE = 0x20  # the generic node of the demo plant
+# The ten blocks, with inputs that they end well with.
+ALL = {"NMT": {"STATE": 5}, "RECV_EMCY": {}, "RECV_EMCY_DEV": {"DEVICE": 5}, "GET_LOCAL_NODE_ID": {}, "GET_CANOPEN_KERNEL_STATE": {},
+       "GET_STATE": {}, "SDO_READ4": {"DEVICE": NODE, "INDEX": 0x2001},
+       "SDO_READ_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5},
+       "SDO_WRITE_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5},
+       "SDO_WRITE4": {"DEVICE": NODE, "INDEX": 0x2001, "DATALENGTH": 1}}
 GENERIC = str(ROOT / "plants/demo/generic.eds")
 OK, OTHER, OVERFLOW, TIMEOUT, BUS_OFF, ERROR_PASSIVE, INTERNAL = 0, 1, 2, 3, 0x10, 0x11, 0x21
 
