@@ -207,6 +207,43 @@ class Together(BlockTest):
         waits = self.plc.block("GET_LOCAL_NODE_ID", TIMEOUT=30)
         self.assertEqual(self.bad(waits, TIMEOUT), 31)
 
+    def test_a_block_that_is_not_called_any_more_loses_its_turn(self):
+        owner = self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, ENABLE=True)
+        self.plc.scan(5)
+        first, second = (self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, ENABLE=True) for _ in range(2))
+        self.plc.scan(600)  # as long as it is called it keeps its turn
+        self.plc.called.remove(owner)
+        self.assertIn(self.plc.run(second), range(500, 515))
+        self.check(first, True, 0)
+        self.check(second, True, 0)
+        self.assertEqual([text for text in self.plc.frames() if text.startswith("663#")], ["663#4000100000000000", "663#8000100000000008"])
+        self.plc.called.append(owner)
+        self.plc.scan()
+        self.check(owner, False, INTERNAL)
+        self.off(owner)
+        owner.set(DEVICE=NODE)
+        self.good(owner, DATALENGTH=4)
+
+    def test_so_does_one_that_waits(self):
+        owner = self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, ENABLE=True, TIMEOUT=50)
+        waits = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, ENABLE=True)
+        last = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x1000, ENABLE=True)
+        self.plc.scan(20)
+        self.plc.called.remove(waits)
+        self.plc.run(owner)
+        self.assertIn(self.plc.run(last), range(1000, 1010))
+        self.check(last, True, 0, DATALENGTH=4)
+        self.plc.called.append(waits)  # it has not begun yet, and has its turn now
+        self.plc.run(waits)
+        self.check(waits, True, 0, DATALENGTH=1)
+
+    def test_a_program_that_stands_still_goes_on(self):
+        blocks = [self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, ENABLE=True) for _ in range(3)]
+        self.plc.scan(2)
+        self.plc.pass_time(5000000)
+        self.plc.scan(20)
+        self.assertEqual([block["CONFIRM"] for block in blocks], [True] * 3)
+
     def test_the_highest_ticket(self):
         blocks = [self.plc.block("GET_LOCAL_NODE_ID", ENABLE=True) for _ in range(3)]
         self.plc.machine.globals["CBCAN"]["LAST_TICKET"] = 0xFFFFFFFD

@@ -111,6 +111,22 @@ class AnySize(BlockTest):
         self.assertEqual(self.plc.transaction(5055, 0, 0x3003, 0, 2), 0)
         self.assertEqual(self.plc.window.read(3706, 1), [0])
 
+    def test_cancelled_while_they_are_written(self):
+        """The module may have done it: 3003h is 200 now, and 3004h 2."""
+        block = self.plc.block("SDO_WRITE_BUFFER", DEVICE=NODE, INDEX=0x2005, DATALENGTH=5, TIMEOUT=500)
+        self.good(block)
+        self.off(block)
+        for changes, scans in (({"TIMEOUT": 200}, 1), ({"MODE": "SEGMENTED"}, 1), ({"TIMEOUT": 200, "MODE": "SEGMENTED"}, 2)):
+            block.set(ENABLE=True, **changes)
+            self.plc.scan(scans)
+            block.set(TIMEOUT=500, MODE="AUTO")
+            self.off(block)
+            self.good(block)
+            self.off(block)
+            for index, size, value in ((0x3003, 2, 500), (0x3004, 1, 0)):
+                self.plc.transaction(5055, 0, index, 0, size)
+                self.assertEqual(self.plc.window.read(3706, 1), [value], (changes, f"{index:X}h"))
+
     def test_what_the_program_writes_there_itself_is_not_relied_on(self):
         read = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001)
         self.good(read)
