@@ -7,9 +7,9 @@ void NodeMonitor::doubt(nmt::Command command, std::uint8_t node) {
   for (std::size_t i = 1; i < nodes_.size(); ++i) {
     Node& told = nodes_[i];
     if ((node != nmt::kAllNodes && node != i) || told.report == Report::kNone) continue;
-    told.doubted = true;
-    if (command == nmt::Command::kResetCommunication) told.report = Report::kResetCommunication;
-    if (command == nmt::Command::kResetNode) told.report = Report::kResetNode;
+    told.state |= kDoubted;
+    if (command >= nmt::Command::kResetNode)
+      told.report = command == nmt::Command::kResetNode ? Report::kResetNode : Report::kResetCommunication;
   }
 }
 

@@ -37,14 +37,13 @@ class NodeMonitor {
     }
     const std::size_t node = frame.id & nmt::kMaxNode;
     reported_at_[node] = now;
-    nodes_[node].doubted = false;
     if (static_cast<nmt::State>(state) == nmt::State::kInitialising) {
-      nodes_[node].state = nmt::State::kPreOperational;
+      nodes_[node].state = static_cast<std::uint8_t>(nmt::State::kPreOperational);
       nodes_[node].report = Report::kBootUp;
       ++counters_.boot_ups;
       return News::kBootUp;
     }
-    nodes_[node].state = static_cast<nmt::State>(state);
+    nodes_[node].state = state;
     nodes_[node].report = Report::kState;
     ++counters_.heartbeats;
     return News::kState;
@@ -66,7 +65,7 @@ class NodeMonitor {
 
   /// This NMT command has gone out to this node, 0 = to all: what it reported before may no longer be so.
   void doubt(nmt::Command command, std::uint8_t node);
-  bool in_doubt(std::uint8_t node) const { return nodes_[node].doubted; }
+  bool in_doubt(std::uint8_t node) const { return (nodes_[node].state & kDoubted) != 0; }
 
   /// A node guarding request has gone to this node: it is watched, with or without a consumer heartbeat time.
   void guard(std::uint8_t node) { guarded_.insert(node); }
@@ -81,16 +80,19 @@ class NodeMonitor {
   bool was_seen(std::uint8_t node) const { return nodes_[node].report != Report::kNone; }
 
   /// The last reported state; a boot-up counts as pre-operational.
-  nmt::State last_state(std::uint8_t node) const { return nodes_[node].state; }
+  nmt::State last_state(std::uint8_t node) const {
+    return static_cast<nmt::State>(nodes_[node].state & nmt::kStateMask);
+  }
 
   const Counters& counters() const { return counters_; }
 
  private:
+  static constexpr std::uint8_t kDoubted = 0x80;
+
   struct Node {
     std::uint16_t consumer_ms = 0;
-    nmt::State state = nmt::State::kInitialising;
-    Report report : 7 = Report::kNone;
-    bool doubted : 1 = false;
+    std::uint8_t state = 0;  ///< as reported, and kDoubted
+    Report report = Report::kNone;
   };
 
   // Times apart from the rest: 64-bit alignment would cost four bytes for every node.

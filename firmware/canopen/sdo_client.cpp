@@ -54,6 +54,15 @@ constexpr bool is_short(const Frame& frame) {
   return frame.length < frame.data.size() && frame.length < sdo::answer_length(frame.data[0]);
 }
 
+/// 06xx xxxxh but 0601 0000h (unsupported access): without block the answer would be the same.
+constexpr bool is_about_object(AbortCode code) {
+  return code > AbortCode::kNoSegment && code < AbortCode::kGeneral;
+}
+
+constexpr bool by_block(SdoClient::Mode mode) {
+  return mode >= SdoClient::Mode::kBlock;
+}
+
 /// An abort without index and sub-index is about whatever there is. The usual case comes first.
 constexpr bool is_about(sdo::Multiplexer mux, const Frame& frame) {
   const sdo::Multiplexer theirs = sdo::multiplexer_of(frame);
@@ -116,13 +125,7 @@ void SdoClient::leave(Outcome outcome) {
 
 void SdoClient::done(std::size_t size) {
   received_ = static_cast<std::uint16_t>(size);
-  if (request_.mode == Mode::kBlock || auto_block_) remember_block();
   leave(Outcome::kDone);
-}
-
-/// The node can do it; or it has refused what it then did without.
-void SdoClient::remember_block() {
-  request_.mode == Mode::kBlock ? block_nodes_.insert(request_.node) : block_nodes_.erase(request_.node);
 }
 
 /// The server knows already, or is no longer waiting.
@@ -160,9 +163,8 @@ void SdoClient::start(const Request& request, Time now) {
   received_ = sent_ = confirmed_ = empty_segments_ = 0;
   toggle_ = fruitless_ = 0;
   ++counters_.transfers;
-  auto_block_ =
-      request.mode == Mode::kAuto && request.size >= kAutoBlockBytes && block_nodes_.has(request.node);
-  if (auto_block_) request_.mode = Mode::kBlock;
+  if (request.size >= kAutoBlockBytes && request.mode == Mode::kAuto && block_nodes_.has(request.node))
+    request_.mode = Mode::kAutoBlock;
   if (request.direction == Direction::kWrite && request.mode == Mode::kExpedited &&
       request.size > sdo::kExpeditedBytes)
     return fail(AbortCode::kNoSegment);
@@ -182,7 +184,7 @@ void SdoClient::begin(Time now) {
 }
 
 void SdoClient::begin_read(Time now) {
-  if (request_.mode != Mode::kBlock)
+  if (!by_block(request_.mode))
     return ask(kUploadInitiate, now, sdo::command(sdo::Request::kInitiateUpload), mux());
   // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
   block_size_ = static_cast<std::uint8_t>((request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes);
@@ -192,7 +194,7 @@ void SdoClient::begin_read(Time now) {
 
 void SdoClient::begin_write(Time now) {
   const std::uint32_t size = request_.size;
-  if (request_.mode == Mode::kBlock) {
+  if (by_block(request_.mode)) {
     const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
     return ask(kBlockDownloadInitiate, now, sdo::command(sdo::Request::kBlockDownload, bits), mux(), size);
   }
@@ -259,17 +261,17 @@ void SdoClient::on_abort(const Frame& frame, Time now) {
   ++counters_.aborts_received;
   // Segments that were on their way when the server gave up may be answered too, each by an abort.
   if (phase_ == kBlockDownloadStream || phase_ == kBlockDownloadAcknowledge) quarantine(true, now);
-  if (begin_without_block(now)) return;
   const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
+  if (!is_about_object(code) && begin_without_block(now)) return;
   fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
 }
 
 /// The server has refused the block transfer that nobody but this client wanted.
 bool SdoClient::begin_without_block(Time now) {
   const bool initiating = phase_ == kBlockDownloadInitiate || phase_ == kBlockUploadInitiate;
-  if (!auto_block_ || !initiating) return false;
+  if (request_.mode != Mode::kAutoBlock || !initiating) return false;
   request_.mode = Mode::kAuto;
-  outbox_.drop();
+  block_nodes_.erase(request_.node);
   begin(now);
   return true;
 }

@@ -43,7 +43,8 @@ class SdoClient {
   static constexpr std::uint16_t kDefaultTimeoutMs = 1000;
 
   enum class Direction : std::uint8_t { kRead, kWrite };
-  enum class Mode : std::uint8_t { kAuto, kExpedited, kSegmented, kBlock };
+  /// The last one is the client's own: kAuto has chosen block.
+  enum class Mode : std::uint8_t { kAuto, kExpedited, kSegmented, kBlock, kAutoBlock };
   enum class Outcome : std::uint8_t { kIdle, kBusy, kDone, kFailed };
 
   /// Where a transfer stands, for people and tests: what the client is waiting for.
@@ -175,7 +176,7 @@ class SdoClient {
   void on_stray(const Frame& frame, Time now);
   void on_abort(const Frame& frame, Time now);
   bool begin_without_block(Time now);
-  void remember_block();
+  void block_done(std::size_t size);
   void begin_read(Time now);
   void begin_write(Time now);
   void send_download_segment(Time now);
@@ -224,7 +225,6 @@ class SdoClient {
   bool crc_ = false;
   bool asked_again_ = false;
   bool opened_ = false;      ///< the first request has left: the server may know of this transfer
-  bool auto_block_ = false;  ///< kAuto has chosen block
   NodeSet block_nodes_;
   Outcome outcome_ = Outcome::kIdle;
   Phase phase_ = Phase::kIdle;

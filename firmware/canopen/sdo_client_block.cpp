@@ -60,7 +60,13 @@ void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
 
 void SdoClient::block_download_ended(const Frame& frame, Time now) {
   if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kEnd) return abort_and_tell(AbortCode::kSync, now);
-  done(0);
+  block_done(0);
+}
+
+/// The node has shown that it can.
+void SdoClient::block_done(std::size_t size) {
+  block_nodes_.insert(request_.node);
+  done(size);
 }
 
 // ---- Block upload
@@ -157,7 +163,7 @@ void SdoClient::block_upload_ended(const Frame& frame, Time now) {
   if (crc_ && sdo::load16(frame, 1) != crc16(std::span(data_).first(size)))
     return abort_and_tell(AbortCode::kBlockCrc, now);
   outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kEnd))), now);
-  done(size);
+  block_done(size);
 }
 
 }  // namespace cbcan

@@ -102,12 +102,12 @@ class Coprocessor final {
   Time deadline_ = kNever;  ///< of an NMT command or a node state request
   Frame command_{};         ///< NMT command or node guarding request of this transaction
   SdoClient client_;
-  LocalNode node_;
   std::uint8_t state_node_ = 0;  ///< whose state is asked for
   Activity activity_ = Activity::kIdle;
   bool reading_ = false;
   bool command_refused_ = false;
   Counters counters_;
+  LocalNode node_;  ///< large: what lies behind it would cost a Cortex-M two instructions more
 };
 
 }  // namespace cbcan

@@ -91,6 +91,8 @@ class LocalNode final : private DeviceApplication {
 
   SdoClient& client_;
   std::uint16_t sdo_timeout_ms_;
+  SdoClient::Mode mode_ = SdoClient::Mode::kAuto;
+  BusState bus_state_ = BusState::kActive;
   NodeMonitor monitor_;
   EmergencyConsumer emergencies_;
   local::LocalValues values_{};
@@ -100,8 +102,6 @@ class LocalNode final : private DeviceApplication {
   std::array<std::uint8_t, nmt::kMaxNode>
       consumer_node_{};  ///< node that sub-index n + 1 of 1016h names; 0 = none
   Device device_;
-  SdoClient::Mode mode_ = SdoClient::Mode::kAuto;
-  BusState bus_state_ = BusState::kActive;
 };
 
 }  // namespace cbcan

@@ -189,8 +189,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "SDO service: A node that refuses it is asked again without, in the same transaction; when that works, "
-    "mode 0 uses no block with that node any more") {
+    "SDO service: A node that refuses it, by a code that is not about the object (06xx xxxxh but 0601 "
+    "0000h), is asked again without, in the same transaction, and without from then on") {
   Window window;
   show_block(window);
   SECTION("a write") {

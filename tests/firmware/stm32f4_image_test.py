@@ -21,7 +21,7 @@ from mcu import Line, crc, die_with_parent  # noqa: E402
 from simulator import program_from_arguments, wait_until  # noqa: E402
 
 FLASH, RAM, STACK = 0x08000000, 0x20000000, 2048
-MOST_TEXT, MOST_RAM = 32 * 1024, 16 * 1024
+MOST_TEXT, MOST_RAM = 40 * 1024, 16 * 1024
 ANSWER_WITHIN = 1  # seconds; later it would be taken for the answer to the next request
 
 
