@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "link.hpp"
+
+#include <stdexcept>
+
+namespace cbcan::cia405 {
+
+namespace {
+
+constexpr std::uint8_t kHighestUnit = 247;  ///< Modbus over Serial Line V1.02, 2.2
+
+const LinkSettings& checked(const LinkSettings& settings) {
+  if (!settings.sharing) return settings;
+  const int program = settings.sharing->program;
+  if (program < 0 || program >= detail::kPrograms)
+    throw std::invalid_argument("cia405: program " + std::to_string(program) + ": must be 0..7");
+  if (settings.sharing->dead_after <= 0)
+    throw std::invalid_argument("cia405: dead_after: must be more than 0");
+  return settings;
+}
+
+}  // namespace
+
+Link::Link(LinkSettings settings) : connected_(std::make_unique<Connected>(checked(settings))) {}
+
+Link::~Link() = default;
+
+void Link::poll(Time now) {
+  connected_->poll(now);
+}
+
+bool Link::connected() const {
+  return connected_->connection.state() == detail::Connection::State::kOn;
+}
+
+const std::string& Link::problem() const {
+  return connected_->connection.problem();
+}
+
+int Link::descriptor() const {
+  return connected_->connection.descriptor();
+}
+
+short Link::events() const {
+  return connected_->connection.events();
+}
+
+detail::Window* Link::window(std::uint8_t number) {
+  if (number == 0 || number > kHighestUnit) return nullptr;
+  return &connected_->windows.try_emplace(number, connected_->settings.sharing).first->second;
+}
+
+void Link::Connected::poll(Time now) {
+  for (auto& [unit, window] : windows)
+    window.expire(now);
+  move(now);
+  if (ends == connection.ends()) return;
+  ends = connection.ends();
+  for (auto& [unit, window] : windows)
+    window.lost();
+}
+
+void Link::Connected::move(Time now) {
+  connection.poll(now);
+  if (connection.state() != detail::Connection::State::kOn) return;
+  if (connection.answer_due() && !receive(now)) return;
+  send(now);
+}
+
+bool Link::Connected::receive(Time now) {
+  const std::optional<detail::Answer> answer = connection.receive(now);
+  if (!answer) return false;
+  detail::Window& window = windows.at(asked);
+  answer->exception ? window.refused() : window.answered(answer->words, now);
+  return true;
+}
+
+/// Networks take turns: the first that has something to do behind the one that was asked last.
+void Link::Connected::send(Time now) {
+  auto next = windows.upper_bound(asked);
+  for (std::size_t i = 0; i < windows.size(); ++i, ++next) {
+    if (next == windows.end()) next = windows.begin();
+    const std::optional<detail::Request> request = next->second.next(now);
+    if (!request) continue;
+    asked = next->first;
+    return connection.send(asked, *request, now);
+  }
+}
+
+}  // namespace cbcan::cia405

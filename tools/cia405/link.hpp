@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <map>
+
+#include "cbcan/cia405.hpp"
+#include "connection.hpp"
+#include "window.hpp"
+
+namespace cbcan::cia405 {
+
+struct Link::Connected {
+  explicit Connected(const LinkSettings& given) : settings(given), connection(given) {}
+
+  void poll(Time now);
+  void move(Time now);
+  bool receive(Time now);
+  void send(Time now);
+
+  LinkSettings settings;
+  detail::Connection connection;
+  std::map<std::uint8_t, detail::Window> windows{};
+  std::uint8_t asked = 0;  ///< whose request was the last
+  unsigned ends = 0;       ///< of connections, that the windows know of
+};
+
+}  // namespace cbcan::cia405

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: MIT
+#include "window.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "cbcan/regmap.hpp"
+
+namespace cbcan::cia405::detail {
+
+namespace {
+
+constexpr std::uint16_t kKernelStateObject = 0x3002;
+constexpr std::uint16_t kTimeoutObject = 0x3003;
+constexpr std::uint16_t kModeObject = 0x3004;
+constexpr std::uint16_t kOwnIdObject = 0x3001;
+constexpr std::uint32_t kAbortTimeout = 0x05040000;
+
+constexpr std::size_t at(std::uint16_t address) {
+  return static_cast<std::size_t>(address - regmap::kWindowFirst);
+}
+
+Service read_local(std::uint16_t index) {
+  return {.exact = true, .index = index, .size = 1};
+}
+
+Service write_local(std::uint16_t index, std::vector<std::uint8_t> data) {
+  const auto size = static_cast<std::uint16_t>(data.size());
+  return {.write = true, .index = index, .size = size, .data = std::move(data)};
+}
+
+Service write_timeout(std::uint16_t ms) {
+  return write_local(kTimeoutObject, {static_cast<std::uint8_t>(ms), static_cast<std::uint8_t>(ms >> 8)});
+}
+
+Service write_mode(SdoMode mode) {
+  return write_local(kModeObject, {static_cast<std::uint8_t>(mode)});
+}
+
+bool changes_settings(const Service& service) {
+  return service.write && (service.index == kTimeoutObject || service.index == kModeObject ||
+                           service.index == regmap::kNmtService);
+}
+
+/// R3700..R3706+n.
+std::vector<std::uint16_t> start_words(const Service& service) {
+  std::vector<std::uint16_t> words{regmap::kExecute, service.write ? regmap::kSdoWrite : regmap::kSdoRead,
+                                   service.node,     service.index,
+                                   service.sub,      service.size};
+  for (std::size_t i = 0; i < service.data.size(); i += 2) {
+    const unsigned high = i + 1 < service.data.size() ? service.data[i + 1] : 0u;
+    words.push_back(static_cast<std::uint16_t>(service.data[i] | high << 8));
+  }
+  return words;
+}
+
+std::vector<std::uint8_t> data_bytes(std::span<const std::uint16_t> words, std::size_t size) {
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::uint16_t word = words[at(regmap::kData) + i / 2];
+    bytes.push_back(static_cast<std::uint8_t>(i % 2 == 0 ? word : word >> 8));
+  }
+  return bytes;
+}
+
+bool fits(const Service& service, std::uint16_t size) {
+  return service.exact ? size == service.size : size <= service.size;
+}
+
+}  // namespace
+
+Window::Window(const std::optional<Sharing>& sharing) {
+  if (sharing) claim_.emplace(*sharing);
+}
+
+void Window::add(Job& job) {
+  job.stage = Job::Stage::kQueued;
+  job.window = this;
+  queue_.push_back(&job);
+}
+
+void Window::remove(Job& job) {
+  if (job.stage == Job::Stage::kBegun || job.stage == Job::Stage::kKernelState) abandon();
+  std::erase(queue_, &job);
+  job.stage = Job::Stage::kIdle;
+  turn_over_ = true;
+}
+
+void Window::expire(Time now) {
+  for (std::size_t i = 0; i < queue_.size();) {
+    Job& job = *queue_[i];
+    const bool waits = job.stage == Job::Stage::kQueued;
+    const bool over = job.timeout_ms != 0 && now >= job.deadline;
+    if (over && job.stage == Job::Stage::kBegun) {
+      abandon();
+      job.stage = Job::Stage::kKernelState;
+    }
+    if (over && waits)
+      finish(job, KernelError::kTimeout);
+    else
+      ++i;
+  }
+}
+
+std::optional<Request> Window::next(Time now) {
+  if (claim_ && claim_->expired(now)) {
+    claim_->forget();
+    if (!queue_.empty() && queue_.front()->stage != Job::Stage::kQueued)
+      finish(*queue_.front(), KernelError::kInternal);
+    running_ = false;
+    flag_ = Flag::kUnknown;
+  }
+  if (flag_ == Flag::kToCancel) return clear();
+  if (must_release()) return release();
+  if (queue_.empty()) return std::nullopt;
+  if (claim_ && !claim_->owner()) return claim(now);
+  if (flag_ == Flag::kUnknown) return clear();
+  return running_ ? poll(now) : begin();
+}
+
+bool Window::must_release() const {
+  if (!claim_ || !claim_->registered()) return false;
+  return queue_.empty() || (claim_->owner() && turn_over_ && claim_->others_wait());
+}
+
+Request Window::claim(Time now) {
+  asked_ = Asked::kClaim;
+  return claim_->ask(now);
+}
+
+Request Window::release() {
+  asked_ = Asked::kRelease;
+  flag_ = Flag::kUnknown;
+  forget_settings();
+  return claim_->release(!queue_.empty());
+}
+
+/// Whatever is under way in the window is cancelled.
+Request Window::clear() {
+  asked_ = Asked::kClear;
+  flag_ = Flag::kClear;
+  return {.write_address = regmap::kExecuteFlag, .words = {0}};
+}
+
+Request Window::poll(Time now) {
+  asked_ = Asked::kPoll;
+  if (claim_) return claim_->refresh(now);
+  return {.read_address = regmap::kWindowFirst, .count = regmap::kWindowWords};
+}
+
+Request Window::begin() {
+  Job& job = *queue_.front();
+  if (job.stage == Job::Stage::kQueued) job.stage = Job::Stage::kBegun;
+  turn_over_ = false;
+  running_ = true;
+  asked_ = Asked::kStart;
+  transaction_ = next_service(job);
+  return {.write_address = regmap::kWindowFirst, .words = start_words(transaction_)};
+}
+
+Service Window::next_service(const Job& job) {
+  const Service& wanted = job.service;
+  const auto because = [this](Purpose purpose, Service service) {
+    purpose_ = purpose;
+    return service;
+  };
+  if (job.stage == Job::Stage::kKernelState)
+    return because(Purpose::kKernelState, read_local(kKernelStateObject));
+  if (wanted.on_bus && timeout_known_ != job.timeout_ms)
+    return because(Purpose::kTimeout, write_timeout(job.timeout_ms));
+  if (wanted.on_bus && mode_known_ != wanted.mode) return because(Purpose::kMode, write_mode(wanted.mode));
+  if (wanted.own_id != Service::OwnId::kNotAsked && !job.own_id)
+    return because(Purpose::kOwnId, read_local(kOwnIdObject));
+  Service service = because(Purpose::kService, wanted);
+  if (wanted.own_id == Service::OwnId::kAsSubIndex) service.sub = *job.own_id;
+  return service;
+}
+
+void Window::answered(std::span<const std::uint16_t> words, Time now) {
+  switch (std::exchange(asked_, Asked::kNothing)) {
+    case Asked::kClaim: return claimed(words, now);
+    case Asked::kPoll: return polled(words, now);
+    case Asked::kNothing:
+    case Asked::kRelease:
+    case Asked::kClear:
+    case Asked::kStart: return;
+  }
+}
+
+void Window::claimed(std::span<const std::uint16_t> words, Time now) {
+  claim_->answered(words.subspan(regmap::kWindowWords), now);
+  if (claim_->owner()) flag_ = words[0] == regmap::kExecute ? Flag::kUnknown : Flag::kClear;
+}
+
+void Window::polled(std::span<const std::uint16_t> words, Time now) {
+  if (claim_) claim_->answered(words.subspan(regmap::kWindowWords), now);
+  if (claim_ && claim_->expired(now)) return;  // the result may be somebody else's
+  if (running_ && words[0] != regmap::kExecute) ended(words);
+}
+
+void Window::ended(std::span<const std::uint16_t> words) {
+  running_ = false;
+  Job& job = *queue_.front();
+  if (purpose_ == Purpose::kKernelState) return take_kernel_state(job, words);
+  const std::uint16_t size = words[at(regmap::kDataSize)];
+  const std::uint32_t code = words[at(regmap::kData)] | std::uint32_t{words[at(regmap::kData) + 1]} << 16;
+  switch (static_cast<regmap::Result>(words[0])) {
+    case regmap::Result::kSdoExecutionError: return failed(job, code);
+    case regmap::Result::kOk:
+      if (transaction_.write || fits(transaction_, size)) return succeeded(job, words);
+      break;
+    case regmap::Result::kCommandCodeError:
+    case regmap::Result::kNodeIdError: break;
+  }
+  finish(job, KernelError::kInternal);
+}
+
+void Window::succeeded(Job& job, std::span<const std::uint16_t> words) {
+  switch (purpose_) {
+    case Purpose::kTimeout: timeout_known_ = job.timeout_ms; return;
+    case Purpose::kMode: mode_known_ = job.service.mode; return;
+    case Purpose::kOwnId: job.own_id = data_bytes(words, 1)[0]; return;
+    case Purpose::kKernelState: return;
+    case Purpose::kService: break;
+  }
+  if (changes_settings(transaction_)) forget_settings();
+  if (!transaction_.write) job.data = data_bytes(words, words[at(regmap::kDataSize)]);
+  finish(job, KernelError::kNone);
+}
+
+void Window::failed(Job& job, std::uint32_t abort_code) {
+  if (purpose_ != Purpose::kService) return finish(job, KernelError::kInternal);
+  if (job.service.has_errorinfo) job.abort_code = abort_code;
+  if (abort_code == kAbortTimeout)
+    job.stage = Job::Stage::kKernelState;
+  else
+    finish(job, job.service.has_errorinfo ? KernelError::kOther : KernelError::kInternal);
+}
+
+void Window::take_kernel_state(Job& job, std::span<const std::uint16_t> words) {
+  const bool good = words[0] == static_cast<std::uint16_t>(regmap::Result::kOk);
+  const std::uint8_t state = good ? data_bytes(words, 1)[0] : std::uint8_t{0};
+  finish(job, state == 0 ? KernelError::kTimeout : static_cast<KernelError>(state));
+}
+
+/// The job leaves the queue.
+void Window::finish(Job& job, KernelError error) {
+  std::erase(queue_, &job);
+  job.stage = Job::Stage::kDone;
+  job.error = error;
+  turn_over_ = true;
+}
+
+/// The job at the head has no use any more for what has been started.
+void Window::abandon() {
+  if (!running_) return;
+  running_ = false;
+  flag_ = Flag::kToCancel;
+  if (changes_settings(transaction_)) forget_settings();  // who knows
+}
+
+void Window::refused() {
+  asked_ = Asked::kNothing;
+  running_ = false;
+  flag_ = Flag::kUnknown;
+  if (claim_) claim_->forget();
+  if (!queue_.empty()) finish(*queue_.front(), KernelError::kInternal);
+}
+
+void Window::lost() {
+  asked_ = Asked::kNothing;
+  running_ = false;
+  flag_ = Flag::kUnknown;
+  forget_settings();
+  if (claim_) claim_->forget();
+  while (!queue_.empty()) {
+    Job& job = *queue_.front();
+    const bool timed_out = job.stage == Job::Stage::kKernelState;
+    finish(job, timed_out ? KernelError::kTimeout : KernelError::kInternal);
+  }
+}
+
+void Window::forget_settings() {
+  timeout_known_.reset();
+  mode_known_.reset();
+}
+
+}  // namespace cbcan::cia405::detail

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// One network's window: the queue of executions, and the transactions that each of them takes. Knows no
+/// socket: it is asked for the next request and given the answer.
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "cbcan/cia405.hpp"
+#include "claim.hpp"
+#include "request.hpp"
+
+namespace cbcan::cia405::detail {
+
+/// What a block wants of the window: one object read or written.
+struct Service {
+  /// Whether the module's own node ID (3001h) is read first, and then is the sub-index.
+  enum class OwnId : std::uint8_t { kNotAsked, kAsked, kAsSubIndex };
+
+  bool write = false;
+  bool on_bus = false;  ///< the module's SDO time-out matters
+  bool exact = false;   ///< an answer of another size is none
+  std::uint8_t node = 0;
+  std::uint16_t index = 0;
+  std::uint16_t sub = 0;
+  std::uint16_t size = 0;
+  std::vector<std::uint8_t> data{};  ///< to write
+  SdoMode mode = SdoMode::kAuto;
+  OwnId own_id = OwnId::kNotAsked;
+  bool has_errorinfo = false;  ///< the block can show an abort code
+};
+
+/// One execution of a block, from the rising edge of its `enable` on.
+struct Job {
+  enum class Stage : std::uint8_t {
+    kIdle,         ///< in no queue
+    kQueued,       ///< nothing of it has been sent
+    kBegun,        ///< at the head of the queue, requests have been sent
+    kKernelState,  ///< timed out: its error is what 3002h says
+    kDone,
+  };
+
+  Stage stage = Stage::kIdle;
+  Window* window = nullptr;
+  Service service{};
+  std::uint16_t timeout_ms = 0;
+  Time deadline = 0;  ///< with timeout_ms other than 0
+
+  KernelError error = KernelError::kNone;
+  std::uint32_t abort_code = 0;
+  std::optional<std::uint8_t> own_id{};
+  std::vector<std::uint8_t> data{};  ///< read
+};
+
+class Window {
+ public:
+  explicit Window(const std::optional<Sharing>& sharing);
+
+  /// The job is the caller's and stays where it is until it is kDone or has been removed.
+  void add(Job& job);
+  /// The job is cancelled.
+  void remove(Job& job);
+
+  /// Ends what has taken too long.
+  void expire(Time now);
+  /// The next request, if there is something to do. Its answer goes to answered() or refused() before next()
+  /// is called again.
+  std::optional<Request> next(Time now);
+  /// `words`: as many as were asked for.
+  void answered(std::span<const std::uint16_t> words, Time now);
+  /// The answer was a Modbus exception.
+  void refused();
+  /// The connection is gone: every job ends.
+  void lost();
+
+ private:
+  /// What R3700 may hold besides what the transaction under way has put there.
+  enum class Flag : std::uint8_t { kClear, kUnknown, kToCancel };
+  /// What the request under way is.
+  enum class Asked : std::uint8_t { kNothing, kClaim, kRelease, kClear, kStart, kPoll };
+  /// What the transaction under way is for.
+  enum class Purpose : std::uint8_t { kTimeout, kMode, kOwnId, kService, kKernelState };
+
+  Request claim(Time now);
+  Request release();
+  Request clear();
+  Request poll(Time now);
+  Request begin();
+  Service next_service(const Job& job);
+  bool must_release() const;
+
+  void claimed(std::span<const std::uint16_t> words, Time now);
+  void polled(std::span<const std::uint16_t> words, Time now);
+  void ended(std::span<const std::uint16_t> words);
+  void succeeded(Job& job, std::span<const std::uint16_t> words);
+  void failed(Job& job, std::uint32_t abort_code);
+  void take_kernel_state(Job& job, std::span<const std::uint16_t> words);
+  void finish(Job& job, KernelError error);
+  void abandon();
+  void forget_settings();
+
+  std::deque<Job*> queue_;
+  Flag flag_ = Flag::kUnknown;
+  Asked asked_ = Asked::kNothing;
+  bool running_ = false;    ///< a transaction of the job at the head has been started
+  bool turn_over_ = false;  ///< an execution has ended: others may want the window
+  Purpose purpose_ = Purpose::kService;
+  Service transaction_{};
+  std::optional<std::uint16_t> timeout_known_;  ///< value of 3003h
+  std::optional<SdoMode> mode_known_;           ///< value of 3004h
+  std::optional<Claim> claim_;
+};
+
+}  // namespace cbcan::cia405::detail
