@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#include "cia405/plant.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace cbcan::cia405::test {
+
+namespace {
+
+std::string new_file() {
+  std::string name = "/tmp/cbcan-cia405-XXXXXX";
+  const int file = mkstemp(name.data());
+  if (file < 0) throw std::runtime_error("no temporary file");
+  close(file);
+  return name;
+}
+
+std::vector<std::string> command_line(const std::vector<std::string>& options, int port,
+                                      const std::string& log) {
+  std::vector<std::string> words{CBCAN_SIM,
+                                 "--clock",
+                                 "manual",
+                                 "--modbus",
+                                 "127.0.0.1:" + std::to_string(port),
+                                 "--log",
+                                 log,
+                                 "--node",
+                                 "5=" CBCAN_PLANTS "/demo/generic.eds"};
+  words.insert(words.end(), options.begin(), options.end());
+  return words;
+}
+
+int port_in(const std::string& ready) {
+  const std::string begin = "modbus=127.0.0.1:";
+  const std::size_t at = ready.find(begin);
+  if (at == std::string::npos) throw std::runtime_error("no " + begin + " in: " + ready);
+  return std::stoi(ready.substr(at + begin.size()));
+}
+
+}  // namespace
+
+Plant::Plant(const std::vector<std::string>& options, int port)
+    : log_(new_file()), simulator_(command_line(options, port, log_)), port_(port_in(simulator_.hear())) {}
+
+Plant::~Plant() {
+  unlink(log_.c_str());
+}
+
+void Plant::pass(Time time) {
+  simulator_.say("pass " + std::to_string(time) + "us");
+  simulator_.hear();
+  now_ += time;
+}
+
+std::string Plant::command(const std::string& line) {
+  simulator_.say(line);
+  return simulator_.hear();
+}
+
+std::vector<std::string> Plant::frames() {
+  pass(0);  // what has come in has been dealt with, and the log is written
+  std::ifstream file(log_);
+  std::vector<std::string> frames;
+  std::string time, interface, frame;
+  while (file >> time >> interface >> frame)
+    frames.push_back(frame);
+  return frames;
+}
+
+std::vector<std::string> Plant::frames(const std::string& begin) {
+  std::vector<std::string> found = frames();
+  std::erase_if(found, [&](const std::string& frame) { return !frame.starts_with(begin); });
+  return found;
+}
+
+Program::Program(int port, std::optional<Sharing> sharing)
+    : link({.port = port, .sharing = std::move(sharing)}) {}
+
+void Program::cycle(Time now) {
+  wait_for(link);
+  link.poll(now);
+  for (FunctionBlock* block : blocks)
+    block->call(now);
+}
+
+void Rig::cycle(Time time) {
+  program.cycle(plant.now());
+  plant.pass(time);
+}
+
+void Rig::cycles(int count) {
+  for (int i = 0; i < count; ++i)
+    cycle();
+}
+
+bool Rig::until(const std::function<bool()>& condition, Time time) {
+  constexpr int kEnough = 1'000'000;
+  for (int i = 0; i < kEnough; ++i) {
+    if (condition()) return true;
+    cycle(time);
+  }
+  return false;
+}
+
+void wait_for(const Link& link) {
+  if (link.events() == 0) return;
+  pollfd wanted{link.descriptor(), link.events(), 0};
+  constexpr int kPatienceMs = 60'000;
+  if (poll(&wanted, 1, kPatienceMs) != 1)
+    throw std::runtime_error("the server has said nothing for a minute");
+}
+
+}  // namespace cbcan::cia405::test
