@@ -145,7 +145,6 @@ void Connection::look_at_attempt(Time now) {
 }
 
 void Connection::look_for_end(Time now) {
-  if (due_ && now >= due_->until) return end("no answer to a request", now);
   if (!due_ && peek(now).count > 0) end("it sends what nobody has asked for", now);
 }
 
@@ -158,10 +157,14 @@ void Connection::send(std::uint8_t unit, const Request& request, Time now) {
 
 std::optional<Answer> Connection::receive(Time now) {
   const Peeked peeked = peek(now);
-  if (!due_ || peeked.count < kHeader) return std::nullopt;
-  if (peeked.length() <= kLongest && peeked.count < peeked.length()) return std::nullopt;
+  if (!due_) return std::nullopt;
   if (is_answer(peeked)) return take(peeked.length(), now);
-  end("what it answers is no Modbus", now);
+  const bool comes =
+      peeked.count < kHeader || (peeked.length() <= kLongest && peeked.count < peeked.length());
+  if (!comes)
+    end("what it answers is no Modbus", now);
+  else if (now >= due_->until)
+    end("no answer to a request", now);
   return std::nullopt;
 }
 
@@ -182,7 +185,7 @@ bool Connection::is_answer(const Peeked& peeked) const {
   constexpr std::size_t kUnitAndFunction = 2, kExceptionLength = 3, kWriteLength = 6;
   const std::span<const std::uint8_t> bytes = peeked.bytes;
   const std::size_t length = word_at(bytes, 4);
-  if (peeked.count != peeked.length() || length < kExceptionLength) return false;
+  if (peeked.count < kHeader || peeked.count != peeked.length() || length < kExceptionLength) return false;
   if (word_at(bytes, 2) != 0 || bytes[kHeader] != due_->unit) return false;
   const std::uint8_t function = bytes[kHeader + 1];
   if (function == (due_->function | kException)) return length == kExceptionLength;

@@ -1,0 +1,442 @@
+// SPDX-License-Identifier: MIT
+// Connections that are not made, break, or bring what is no answer.
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <string>
+
+#include "cia405/fake_server.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::cia405::test {
+
+namespace {
+
+/// "0000" so many times.
+std::string zeros(int words) {
+  return std::string(static_cast<std::size_t>(4 * words), '0');
+}
+
+constexpr const char* kClear =
+    "01100E74000102"
+    "0000";  // FC 16: R3700 = 0
+constexpr const char* kCleared = "01100E740001";
+constexpr const char* kReadId =
+    "01100E7400060C"
+    "CA0E13BF0000300100000001";  // FC 16: 5055, 0, 3001h, 0, 1
+constexpr const char* kStarted = "01100E740006";
+constexpr const char* kPoll = "01030E740046";  // FC 3: R3700..R3769
+
+/// Node ID 42, as R3700..R3769.
+const std::string kId =
+    "01038C"
+    "000013BF0000300100000001"
+    "002A" +
+    zeros(63);
+
+/// A program with one block that reads the node ID, and the server that it talks to.
+struct Talk {
+  FakeServer server;
+  Program program{server.port()};
+  GetLocalNodeId id{program.link};
+  Time now = 0;
+
+  Talk() {
+    program.blocks = {&id};
+    id.enable = true;
+  }
+
+  void cycle() { program.cycle(now += kMs); }
+  /// The program has connected, and sent its first request.
+  void connect() {
+    while (program.link.events() != POLLIN)
+      cycle();
+    server.accept();
+  }
+  /// One request and its answer; the next request has been sent.
+  void exchange(const std::string& request, const std::string& answer) {
+    REQUIRE(server.request() == request);
+    server.answer(answer);
+    cycle();
+  }
+  /// Everything up to the poll for the result.
+  void start() {
+    connect();
+    exchange(kClear, kCleared);
+    exchange(kReadId, kStarted);
+    REQUIRE(server.request() == kPoll);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a transaction to the byte: R3700 cleared, FC 16 with everything, FC 3 until R3700 has changed") {
+  Talk talk;
+  talk.start();
+  talk.server.answer(
+      "01038C"
+      "CA0E" +
+      zeros(69));
+  talk.cycle();
+  CHECK_FALSE(talk.id.confirm);
+  talk.exchange(kPoll, kId);
+  CHECK(talk.id.confirm);
+  CHECK(talk.id.device == 42);
+  CHECK(talk.program.link.events() == 0);  // nothing more is asked
+
+  talk.id.enable = false;
+  talk.cycle();
+  talk.id.enable = true;
+  talk.cycle();
+  talk.cycle();                      // the request is on its way
+  talk.exchange(kReadId, kStarted);  // R3700 is known now
+  talk.exchange(kPoll, kId);
+  CHECK(talk.id.confirm);
+}
+
+TEST_CASE("one request is under way at a time, and an answer in pieces is waited for") {
+  Talk talk;
+  talk.connect();
+  REQUIRE(talk.server.request() == kClear);
+  const std::string answer = std::string("000000000006") + kCleared;
+  for (std::size_t i = 0; i < answer.size(); i += 2) {
+    talk.server.send(answer.substr(i, 2));
+    talk.cycle();
+    CHECK(talk.program.link.connected());
+  }
+  CHECK(talk.server.request() == kReadId);
+}
+
+TEST_CASE("what is no answer is ERROR 21h and ends the connection, and the next one is made") {
+  Talk talk;
+  const std::string bytes = GENERATE(as<std::string>(),  //
+                                     "000000010006"
+                                     "01100E740001",  // another protocol
+                                     "000000000000",  // no unit ID
+                                     "000000000002"
+                                     "0110",  // too short
+                                     "00000000FFFF"
+                                     "0110",  // too long
+                                     "000000000006"
+                                     "02100E740001",  // another unit
+                                     "000000000006"
+                                     "01060E740000",  // another function
+                                     "000000000004"
+                                     "01900200",  // an exception and something
+                                     "000000000007"
+                                     "01100E74000100",  // a byte more
+                                     "000000000006"
+                                     "01100E74000100",                 // a byte behind it
+                                     "474554202F20485454502F312E31");  // "GET / HTTP/1.1"
+  talk.connect();
+  REQUIRE(talk.server.request() == kClear);
+  talk.server.send(bytes);
+  talk.cycle();
+  CHECK(talk.id.error == KernelError::kInternal);
+  CHECK_FALSE(talk.id.confirm);
+  CHECK_FALSE(talk.program.link.connected());
+  CHECK(talk.program.link.problem() ==
+        "127.0.0.1:" + std::to_string(talk.server.port()) + ": what it answers is no Modbus");
+  CHECK(talk.server.left());
+
+  talk.id.enable = false;
+  talk.cycle();
+  talk.id.enable = true;
+  talk.now += kSecond;
+  talk.connect();
+  CHECK(talk.server.request() == kClear);
+  CHECK(talk.program.link.problem().empty());
+}
+
+TEST_CASE("an answer to a read with the wrong number of words ends the connection") {
+  Talk talk;
+  talk.start();
+  const std::string answer = GENERATE_REF("01038A" + zeros(69), "01038C" + zeros(69), "01038E" + zeros(71));
+  talk.server.answer(answer);
+  talk.cycle();
+  CHECK(talk.id.error == KernelError::kInternal);
+  CHECK_FALSE(talk.program.link.connected());
+}
+
+TEST_CASE("bytes that nobody has asked for end the connection") {
+  Talk talk;
+  talk.start();
+  talk.server.answer(kId);
+  talk.cycle();
+  REQUIRE(talk.id.confirm);
+  talk.server.send("00");
+  while (talk.program.link.connected())
+    talk.cycle();
+  CHECK(talk.server.left());
+  CHECK(talk.id.confirm);  // what is done is done
+}
+
+TEST_CASE("an exception is ERROR 21h, the connection stays") {
+  Talk talk;
+  talk.connect();
+  const bool at_once = GENERATE(true, false);
+  if (!at_once) talk.exchange(kClear, kCleared);
+  talk.server.request();
+  talk.server.answer("01900A");  // gateway path unavailable: there is no such network
+  talk.cycle();
+  CHECK(talk.id.error == KernelError::kInternal);
+  CHECK(talk.program.link.connected());
+  talk.id.enable = false;
+  talk.cycle();
+  talk.id.enable = true;
+  talk.cycle();
+  talk.cycle();  // the request is on its way
+  CHECK(talk.server.request() == kClear);
+}
+
+TEST_CASE("a result that is none, and an answer of another size, are ERROR 21h") {
+  Talk talk;
+  const std::string head = GENERATE(
+      "0001"
+      "13BF0000300100000001",
+      "0002"
+      "13BF0000300100000001",
+      "0003"
+      "13BF0000300100000001",
+      "0000"
+      "13BF0000300100000000",
+      "0000"
+      "13BF0000300100000002",
+      "0000"
+      "13BF000030010000FFFF");
+  talk.start();
+  talk.server.answer("01038C" + head + zeros(64));
+  talk.cycle();
+  CHECK(talk.id.error == KernelError::kInternal);
+  CHECK(talk.id.device == 0);
+}
+
+TEST_CASE("an abort in a block without room for its code is ERROR 21h") {
+  Talk talk;
+  talk.start();
+  talk.server.answer(
+      "01038C"
+      "000413BF0000300100000001"
+      "00000602" +
+      zeros(62));
+  talk.cycle();
+  CHECK(talk.id.error == KernelError::kInternal);
+}
+
+TEST_CASE("TIMEOUT: R3700 is cleared, 3002h is read, and ERROR is what it says, or else 03h") {
+  const auto [state, error] =
+      GENERATE(table<std::string, KernelError>({{"0000", KernelError::kTimeout},
+                                                {"0002", KernelError::kOverflow},
+                                                {"0010", KernelError::kBusOff},
+                                                {"0011", KernelError::kErrorPassive}}));
+  Talk talk;
+  talk.id.timeout = 100;
+  talk.start();
+  talk.now += 100 * kMs;
+  talk.server.answer(
+      "01038C"
+      "CA0E" +
+      zeros(69));
+  talk.cycle();
+  talk.exchange(kClear, kCleared);
+  talk.exchange(
+      "01100E7400060C"
+      "CA0E13BF0000300200000001",
+      kStarted);
+  CHECK(talk.id.error == KernelError::kNone);
+  talk.exchange(kPoll,
+                "01038C"
+                "000013BF0000300200000001" +
+                    state + zeros(63));
+  CHECK(talk.id.error == error);
+}
+
+TEST_CASE("GetCanopenKernelState confirms overflow") {
+  Talk talk;
+  talk.id.enable = false;
+  GetCanopenKernelState block(talk.program.link);
+  block.enable = true;
+  talk.program.blocks = {&block};
+  talk.start();
+  talk.server.answer(kId);
+  talk.cycle();
+  talk.exchange(
+      "01100E7400060C"
+      "CA0E13BF0000300200000001",
+      kStarted);
+  talk.exchange(kPoll,
+                "01038C"
+                "000013BF0000300200000001"
+                "0002" +
+                    zeros(63));
+  CHECK(block.confirm);
+  CHECK(block.state == KernelError::kOverflow);
+  CHECK(block.device == 42);
+}
+
+TEST_CASE("a server that says nothing: 21h after the time for an answer, 03h where TIMEOUT comes before") {
+  Talk talk;
+  talk.id.timeout = GENERATE(0u, 500u);
+  talk.start();
+  for (int ms = 0; ms < 990; ms += 10)
+    talk.program.link.poll(talk.now += 10 * kMs);
+  talk.id.call(talk.now);
+  CHECK(talk.program.link.connected());
+  CHECK(talk.id.error == KernelError::kNone);
+  talk.program.link.poll(talk.now += 20 * kMs);
+  talk.id.call(talk.now);
+  CHECK_FALSE(talk.program.link.connected());
+  CHECK(talk.id.error == (talk.id.timeout == 0 ? KernelError::kInternal : KernelError::kTimeout));
+}
+
+TEST_CASE("an answer that is there counts, however late the program looks for it") {
+  Talk talk;
+  talk.start();
+  talk.server.answer(kId);
+  talk.now += 3600 * kSecond;
+  talk.cycle();
+  CHECK(talk.id.confirm);
+}
+
+TEST_CASE("a server that hangs up: 21h, and the connection is made again after the time for it") {
+  Talk talk;
+  talk.start();
+  talk.server.hang_up();
+  talk.cycle();
+  CHECK(talk.id.error == KernelError::kInternal);
+  talk.id.enable = false;
+  talk.cycle();
+  talk.id.enable = true;
+  for (int i = 0; i < 900; ++i)
+    talk.cycle();
+  CHECK_FALSE(talk.program.link.connected());
+  CHECK(talk.id.error == KernelError::kNone);
+  talk.now += 100 * kMs;
+  talk.connect();
+  CHECK(talk.server.request() == kClear);
+}
+
+TEST_CASE("nobody there: 21h for every block that is enabled, and why") {
+  FakeServer server;
+  server.stop();
+  Program program(server.port());
+  GetLocalNodeId first(program.link), second(program.link);
+  first.enable = second.enable = true;
+  program.blocks = {&first, &second};
+  for (Time now = 0; now < 1010 * kMs; now += kMs)
+    program.cycle(now);
+  CHECK(first.error == KernelError::kInternal);
+  CHECK(second.error == KernelError::kInternal);
+  CHECK(program.link.problem() == "127.0.0.1:" + std::to_string(server.port()) + ": Connection refused");
+}
+
+TEST_CASE("an address that never answers: 21h after the time for it, and nothing has blocked") {
+  // A listener whose queue is full lets further connections wait.
+  FakeServer server;
+  std::vector<std::unique_ptr<Link>> crowd;
+  for (int i = 0; i < 8; ++i) {
+    crowd.push_back(std::make_unique<Link>(LinkSettings{.port = server.port()}));
+    crowd.back()->poll(0);
+  }
+  Link& last = *crowd.back();
+  GetLocalNodeId id(last);
+  id.enable = true;
+  id.call(0);
+  last.poll(999 * kMs);
+  CHECK_FALSE(last.connected());
+  id.call(999 * kMs);
+  CHECK(id.error == KernelError::kNone);
+  last.poll(1000 * kMs);
+  id.call(1000 * kMs);
+  CHECK(id.error == KernelError::kInternal);
+  CHECK(last.problem() == "127.0.0.1:" + std::to_string(server.port()) + ": no answer");
+}
+
+TEST_CASE("settings that cannot be are refused, with the reason") {
+  const auto refused = [](const LinkSettings& settings) {
+    try {
+      const Link link(settings);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(refused({.host = "::1"}).empty());
+  CHECK(refused({.host = "plc"}) == "cia405: host \"plc\": must be an IPv4 or IPv6 address");
+  CHECK(refused({.port = 0}) == "cia405: port 0: must be 1..65535");
+  CHECK(refused({.port = 65536}) == "cia405: port 65536: must be 1..65535");
+  CHECK(refused({.sharing = Sharing{.program = 7}}).empty());
+  CHECK(refused({.sharing = Sharing{.program = 8}}) == "cia405: program 8: must be 0..7");
+  CHECK(refused({.sharing = Sharing{.program = -1}}) == "cia405: program -1: must be 0..7");
+  CHECK(refused({.sharing = Sharing{.dead_after = 0}}) == "cia405: dead_after: must be more than 0");
+}
+
+TEST_CASE(
+    "a server that is killed and comes back: 21h, then everything works again, with its settings written "
+    "anew") {
+  auto plant = std::make_unique<Plant>();
+  Program program(plant->port());
+  SdoRead4 read(program.link);
+  read.device = 5;
+  read.index = 0x2004;
+  read.timeout = 300;
+  program.blocks = {&read};
+  Time now = 0;
+  const auto until_ended = [&] {
+    while (!read.confirm && read.error == KernelError::kNone)
+      program.cycle(now += kMs);
+  };
+  read.enable = true;
+  until_ended();
+  REQUIRE(read.confirm);
+  read.enable = false;
+  program.cycle(now);
+  read.enable = true;
+  program.cycle(now);
+  const int port = plant->port();
+  plant.reset();
+  until_ended();
+  CHECK(read.error == KernelError::kInternal);
+  read.enable = false;
+  program.cycle(now);
+
+  plant = std::make_unique<Plant>(std::vector<std::string>{}, port);
+  now += kSecond;
+  read.enable = true;
+  until_ended();
+  CHECK(read.confirm);
+  SdoRead4 timeout(program.link);
+  timeout.index = 0x3003;
+  timeout.enable = true;
+  program.blocks = {&timeout};
+  while (!timeout.confirm)
+    program.cycle(now += kMs);
+  CHECK(timeout.data == std::array<std::uint8_t, 4>{0x2C, 0x01, 0, 0});
+}
+
+TEST_CASE("a transaction that a program has left behind is cancelled, and its result is nobody's") {
+  Plant plant;
+  {
+    Program gone(plant.port());
+    SdoRead4 read(gone.link);
+    read.device = 9;
+    read.enable = true;
+    gone.blocks = {&read};
+    while (plant.frames("609#").empty())
+      gone.cycle(0);
+    close(gone.link.descriptor());  // killed: nothing is said any more
+    read.enable = false;
+  }
+  Program program(plant.port());
+  GetLocalNodeId id(program.link);
+  id.enable = true;
+  program.blocks = {&id};
+  while (!id.confirm && id.error == KernelError::kNone)
+    program.cycle(0);
+  CHECK(id.device == 127);
+  CHECK(plant.frames("609#").size() == 2);
+  CHECK(plant.frames("609#").back() == "609#8000000000000008");
+}
+
+}  // namespace cbcan::cia405::test
