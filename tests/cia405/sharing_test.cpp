@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT
+// Programs on connections of their own that share a window: against the real program.
+
+#include <modbus.h>
+
+#include <algorithm>
+
+#include "cia405/plant.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::cia405::test {
+
+namespace {
+
+/// R3770..R3777, read by somebody else.
+std::vector<std::uint16_t> claims(int port) {
+  modbus_t* const modbus = modbus_new_tcp("127.0.0.1", port);
+  modbus_connect(modbus);
+  std::vector<std::uint16_t> words(8, 0xFFFF);
+  modbus_read_registers(modbus, 3770, 8, words.data());
+  modbus_close(modbus);
+  modbus_free(modbus);
+  return words;
+}
+
+/// A program that writes numbers to node 5 + its own number and reads them back, over and over.
+class Worker {
+ public:
+  Worker(int port, int number) : program(port, Sharing{.program = number}) {
+    write_.device = read_.device = static_cast<std::uint8_t>(5 + number);
+    write_.index = read_.index = 0x2004;
+    write_.datalength = 4;
+    write_.data = {0, 0, static_cast<std::uint8_t>(number), 0x5A};
+    program.blocks = {&write_, &read_};
+  }
+
+  void cycle(Time now) {
+    if (ended(write_)) end_write();
+    if (ended(read_)) end_read();
+    if (!stops && !busy()) begin_write();
+    program.cycle(now);
+  }
+  bool busy() const { return write_.enable || read_.enable || ended(write_) || ended(read_); }
+
+  Program program;
+  int good = 0;        ///< numbers that came back
+  int bad = 0;         ///< errors, and other numbers
+  bool stops = false;  ///< begins nothing more
+
+ private:
+  static bool ended(const FunctionBlock& block) { return block.confirm || block.error != KernelError::kNone; }
+  void begin_write() {
+    if (++write_.data[0] == 0) ++write_.data[1];
+    write_.enable = true;
+  }
+  void end_write() {
+    if (!write_.confirm) ++bad;
+    write_.enable = false;
+    read_.enable = true;
+  }
+  void end_read() {
+    const bool same = read_.confirm && read_.datalength == 4 && read_.data == write_.data;
+    ++(same ? good : bad);
+    read_.enable = false;
+  }
+
+  SdoWrite4 write_{program.link};
+  SdoRead4 read_{program.link};
+};
+
+/// A node for each of the programs 0 to 3.
+std::vector<std::string> four_nodes() {
+  std::vector<std::string> options;
+  for (const char* node : {"6", "7", "8"}) {
+    options.push_back("--node");
+    options.push_back(std::string(node) + "=" CBCAN_PLANTS "/demo/generic.eds");
+  }
+  return options;
+}
+
+/// Cycles of some programs in an order that a generator makes, a part of a millisecond each.
+class Interleaved {
+ public:
+  Interleaved(Plant& plant, std::vector<Worker*> workers) : plant_(plant), workers_(std::move(workers)) {}
+
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) {
+      workers_[random(workers_.size())]->cycle(plant_.now());
+      plant_.pass(100);
+    }
+  }
+  /// No more new ones; the ones that have begun end.
+  void wind_up() {
+    for (Worker* worker : workers_)
+      worker->stops = true;
+    while (std::ranges::any_of(workers_, &Worker::busy))
+      cycles(1);
+    cycles(100);
+  }
+
+ private:
+  /// The same on every machine.
+  std::size_t random(std::size_t sides) {
+    state_ = state_ * 1664525 + 1013904223;
+    return (state_ >> 8) % sides;
+  }
+
+  Plant& plant_;
+  std::vector<Worker*> workers_;
+  std::uint32_t state_ = 1;
+};
+
+}  // namespace
+
+TEST_CASE("two programs, hundreds of transactions: none is lost, none is mixed up, and they take turns") {
+  Plant plant(four_nodes());
+  Worker first(plant.port(), 0), second(plant.port(), 1);
+  Interleaved both(plant, {&first, &second});
+  both.cycles(20'000);
+  both.wind_up();
+  CHECK(first.bad == 0);
+  CHECK(second.bad == 0);
+  CHECK(first.good > 200);
+  CHECK(std::abs(first.good - second.good) <= 2);
+  // Each write and each read is on the bus once.
+  CHECK(plant.frames("605#2304").size() == static_cast<std::size_t>(first.good));
+  CHECK(plant.frames("605#4004").size() == static_cast<std::size_t>(first.good));
+  CHECK(plant.frames("606#2304").size() == static_cast<std::size_t>(second.good));
+  CHECK(claims(plant.port()) == std::vector<std::uint16_t>(8));
+}
+
+TEST_CASE("four programs, one of them slow: each gets its turn") {
+  Plant plant(four_nodes());
+  std::vector<std::unique_ptr<Worker>> workers;
+  for (int i = 0; i < 4; ++i)
+    workers.push_back(std::make_unique<Worker>(plant.port(), i));
+  for (int ms = 0; ms < 4000; ++ms) {
+    for (std::size_t i = 0; i < 3; ++i)
+      workers[i]->cycle(plant.now());
+    if (ms % 20 == 0) workers[3]->cycle(plant.now());
+    plant.pass(kMs);
+  }
+  for (const auto& worker : workers)
+    CHECK(worker->bad == 0);
+  // An execution of the slow one takes five of its cycles at least: two to own the window, two to write and
+  // to read, one for the block.
+  CHECK(workers[3]->good >= 12);
+  const auto [least, most] =
+      std::ranges::minmax_element(workers, {}, [](const auto& worker) { return worker->good; });
+  CHECK((*most)->good - (*least)->good <= 2);
+}
+
+TEST_CASE("a program alone keeps the window while it has work, and the module's settings with it") {
+  Plant plant;
+  Program alone(plant.port(), Sharing{.program = 3});
+  std::vector<std::unique_ptr<SdoRead4>> reads;
+  for (int i = 0; i < 4; ++i) {
+    reads.push_back(std::make_unique<SdoRead4>(alone.link));
+    reads.back()->device = 5;
+    reads.back()->index = 0x2004;
+    reads.back()->timeout = 300;
+    reads.back()->enable = true;
+    alone.blocks.push_back(reads.back().get());
+  }
+  int cycles = 0;
+  while (!reads.back()->confirm) {
+    alone.cycle(plant.now());
+    ++cycles;
+  }
+  // One to connect; two to own the window; two transactions for settings and four reads, two requests each;
+  // and the last answer.
+  CHECK(cycles <= 1 + 1 + 2 + 12 + 1);
+}
+
+TEST_CASE(
+    "a program that dies as the owner: its transaction is cancelled and the next one goes on in a second") {
+  Plant plant(four_nodes());
+  Worker second(plant.port(), 1);
+  {
+    Program first(plant.port(), Sharing{.program = 0});
+    SdoRead4 read(first.link);
+    read.device = 99;  // there is no such node
+    read.enable = true;
+    first.blocks = {&read};
+    while (plant.frames("663#").empty()) {
+      first.cycle(plant.now());
+      plant.pass(kMs);
+    }
+    first.blocks.clear();
+  }  // its connection is closed, and nothing is said
+  CHECK(claims(plant.port())[0] != 0);
+  const Time died = plant.now();
+  while (second.good == 0 && plant.now() < died + 2 * kSecond) {
+    second.cycle(plant.now());
+    plant.pass(kMs);
+  }
+  CHECK(second.good == 1);
+  CHECK(second.bad == 0);
+  CHECK(plant.now() - died >= kSecond);
+  CHECK(plant.now() - died <= kSecond + 50 * kMs);
+  CHECK(plant.frames("663#") == std::vector<std::string>{"663#4000000000000000", "663#8000000000000008"});
+  CHECK(claims(plant.port())[0] == 0);
+}
+
+TEST_CASE(
+    "a program that dies while it waits does not hold up the others for more than a quarter of a second") {
+  Plant plant(four_nodes());
+  Worker first(plant.port(), 0), third(plant.port(), 2);
+  // Program 1 waits and dies.
+  {
+    Program second(plant.port(), Sharing{.program = 1});
+    SdoRead4 read(second.link);
+    read.device = 5;
+    read.enable = true;
+    second.blocks = {&read};
+    while (claims(plant.port())[1] == 0)
+      second.cycle(plant.now());
+    second.blocks.clear();
+  }
+  Interleaved rest(plant, {&first, &third});
+  rest.cycles(15'000);  // one and a half seconds
+  rest.wind_up();
+  CHECK(claims(plant.port())[1] == 0);
+  CHECK(first.good > 50);
+  CHECK(third.good > 50);
+  CHECK(first.bad + third.bad == 0);
+}
+
+TEST_CASE("an owner that stood still too long is none any more: 21h, and the new owner is not disturbed") {
+  Plant plant(four_nodes());
+  Program first(plant.port(), Sharing{.program = 0});
+  Worker second(plant.port(), 1);
+  SdoRead4 read(first.link);
+  read.device = 99;
+  read.enable = true;
+  first.blocks = {&read};
+  while (plant.frames("663#").empty()) {
+    first.cycle(plant.now());
+    plant.pass(kMs);
+  }
+  while (second.good < 3) {
+    second.cycle(plant.now());
+    plant.pass(kMs);
+  }
+  first.cycle(plant.now());
+  first.cycle(plant.now());
+  CHECK(read.error == KernelError::kInternal);
+  read.enable = false;
+  first.cycle(plant.now());
+  read.device = 5;
+  read.enable = true;
+  while (!read.confirm && read.error == KernelError::kNone) {
+    first.cycle(plant.now());
+    second.cycle(plant.now());
+    plant.pass(kMs);
+  }
+  CHECK(read.error == KernelError::kOther);  // 0000h is no object of node 5: it has been asked
+  CHECK(second.bad == 0);
+}
+
+TEST_CASE("a waiting block that is cancelled takes its program's claim back") {
+  Plant plant;
+  Program first(plant.port(), Sharing{.program = 0}), second(plant.port(), Sharing{.program = 1});
+  SdoRead4 hangs(first.link), waits(second.link);
+  hangs.device = waits.device = 99;
+  first.blocks = {&hangs};
+  second.blocks = {&waits};
+  const auto cycles = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      first.cycle(plant.now());
+      second.cycle(plant.now());
+      plant.pass(kMs);
+    }
+  };
+  hangs.enable = true;
+  cycles(20);
+  waits.enable = true;
+  cycles(20);
+  CHECK(claims(plant.port())[0] % 2 == 0);
+  CHECK(claims(plant.port())[1] % 2 == 1);
+  waits.enable = false;
+  cycles(5);
+  CHECK(claims(plant.port())[0] != 0);
+  CHECK(claims(plant.port())[1] == 0);
+  hangs.enable = false;
+  cycles(5);
+  CHECK(claims(plant.port())[0] == 0);
+  CHECK(plant.frames("663#") == std::vector<std::string>{"663#4000000000000000", "663#8000000000000008"});
+}
+
+}  // namespace cbcan::cia405::test
