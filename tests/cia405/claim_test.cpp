@@ -42,13 +42,13 @@ TEST_CASE("a word is odd while its program waits, even while it owns, and anothe
   Registers registers;
   Claim claim = claim_of(2);
   ask(claim, registers, 0);
-  CHECK(registers.claim(2) == 3);  // the first count, waiting
+  CHECK(registers.claim(2) == 0x0043);  // count 1, ticket 1, waits
   CHECK_FALSE(claim.owner());
   ask(claim, registers, 1);
-  CHECK(registers.claim(2) == 4);
+  CHECK(registers.claim(2) == 0x0082);
   CHECK(claim.owner());
   claim.answered(registers.serve(claim.refresh(2)), 2);
-  CHECK(registers.claim(2) == 6);
+  CHECK(registers.claim(2) == 0x00C2);
   registers.serve(claim.release(false));
   CHECK(registers.claim(2) == 0);
   CHECK_FALSE(claim.owner());
@@ -60,7 +60,7 @@ TEST_CASE("the count goes round without 0") {
   Claim claim = claim_of(0);
   ask(claim, registers, 0);
   ask(claim, registers, 0);
-  for (int i = 0; i < 2 * 0x7FFF; ++i) {
+  for (int i = 0; i < 3000; ++i) {
     const std::uint16_t before = registers.claim(0);
     claim.answered(registers.serve(claim.refresh(i)), i);
     REQUIRE(registers.claim(0) != 0);
@@ -80,19 +80,31 @@ TEST_CASE("a program that saw nobody and comes second goes back to waiting") {
   CHECK(registers.claim(1) % 2 == 1);
 }
 
-TEST_CASE("the next one behind the last owner goes first, and others after a quarter of a second") {
+TEST_CASE("a program draws a ticket behind the newest one, and tickets go round") {
   Registers registers;
   Claim claim = claim_of(1);
-  registers.claim(5) = 8;
+  registers.claim(4) = 30 << 1 | 1;
+  registers.claim(5) = 31 << 1 | 1;
+  registers.claim(6) = 2 << 1 | 1;  // the newest
   ask(claim, registers, 0);
-  registers.claim(5) = 0;
-  registers.claim(6) = 9;  // waits, and its turn is before ours
-  for (Time now = kMs; now < 250 * kMs; now += kMs) {
+  ask(claim, registers, 0);
+  CHECK((registers.claim(1) >> 1 & 31) == 3);
+  registers.claim(6) = 31 << 1;
+  claim = claim_of(1);
+  ask(claim, registers, 0);
+  ask(claim, registers, 0);
+  CHECK((registers.claim(1) >> 1 & 31) == 1);
+}
+
+TEST_CASE("the oldest ticket goes first, and others after a quarter of a second") {
+  Registers registers;
+  Claim claim = claim_of(1);
+  registers.claim(6) = 9 << 1 | 1;  // waits, and its turn is before ours
+  for (Time now = 0; now <= 250 * kMs; now += kMs) {
     ask(claim, registers, now);
     REQUIRE(registers.claim(1) % 2 == 1);
-    registers.claim(6) ^= 2;
+    registers.claim(6) ^= 64;
   }
-  ask(claim, registers, 250 * kMs);
   ask(claim, registers, 251 * kMs);
   CHECK(claim.owner());
 }
@@ -105,7 +117,7 @@ TEST_CASE("a word that stands still for a second is cleared by those who wait; n
   for (Time now = 0; now < kSecond; now += kMs) {
     ask(claim, registers, now);
     REQUIRE(registers.claim(3) == 8);
-    registers.claim(4) ^= 2;
+    registers.claim(4) ^= 64;
   }
   ask(claim, registers, kSecond);
   ask(claim, registers, kSecond + 1);
@@ -118,9 +130,9 @@ TEST_CASE("a program that stood still itself takes nobody for dead") {
   Claim claim = claim_of(1);
   registers.claim(3) = 8;
   ask(claim, registers, 0);
-  registers.claim(3) = 10;
+  registers.claim(3) = 72;
   ask(claim, registers, 5 * kSecond);
-  CHECK(registers.claim(3) == 10);
+  CHECK(registers.claim(3) == 72);
   CHECK_FALSE(claim.owner());
 }
 

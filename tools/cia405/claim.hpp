@@ -55,16 +55,17 @@ class Claim {
   int other_owner() const;
   int dead_program() const;
   bool may_try() const;
-  bool next_in_turn() const;
+  bool first_in_turn() const;
+  void draw_ticket();
   void note(std::span<const std::uint16_t> words, Time now);
 
   Sharing sharing_;
   State state_ = State::kFree;
-  std::uint16_t counter_ = 0;
-  bool heard_ = false;  ///< seen_ is what an answer has told
+  unsigned count_ = 0;   ///< makes each word another one
+  unsigned ticket_ = 1;  ///< the oldest one goes first
+  bool heard_ = false;   ///< there was an answer since it began to wait
   Time heard_at_ = 0;
   std::array<Seen, kPrograms> seen_{};
-  int last_owner_ = kPrograms - 1;
   Time free_since_ = 0;  ///< nobody owns the window, as far as seen
   Time sent_ = 0;
   Time refreshed_ = 0;

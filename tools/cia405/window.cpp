@@ -131,6 +131,7 @@ Request Window::claim(Time now) {
 Request Window::release() {
   asked_ = Asked::kRelease;
   flag_ = Flag::kUnknown;
+  turn_over_ = false;
   forget_settings();
   return claim_->release(!queue_.empty());
 }

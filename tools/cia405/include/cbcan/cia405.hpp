@@ -80,15 +80,21 @@ struct EmcyError {
 /// R3770..R3777, one claim word for each of eight programs, which the module never looks at. All of them have
 /// to take part; a program that does not breaks in.
 ///
-/// A word is 0, or a counter in bits 15..1 that is never 0 and changes each time that its program writes it,
-/// with bit 0: 1 = waits for the window, 0 = owns it, or tries to. Words are written by FC 23, which writes
-/// one and reads all in one go. A program owns the window when the answer to the request that wrote its own
-/// even word shows no other even word; else it goes back to waiting. It tries when nobody owns the window and
-/// it is the next one that waits behind the last owner, going round by number; when a quarter of `dead_after`
-/// has passed without an owner, also out of turn. The owner refreshes its word with each poll of R3700, and
-/// gives the window back after each execution when others wait or it has nothing to do. A word that has not
-/// changed for `dead_after` is of a program that has died: those who wait clear it. An owner that has not
-/// been polled for half of that no longer takes itself for one, and its execution ends with kInternal.
+/// A word is 0, or bit 0: 1 = waits for the window, 0 = owns it or tries to; bits 5..1: a ticket, 1..31; bits
+/// 15..6: a count that makes each word another one than the last of its program. Words are written by FC 23,
+/// which writes one and reads all in one go.
+///
+/// * A program begins to wait with a ticket behind the newest one that it sees; tickets go round.
+/// * It tries when it sees no owner and nobody who waits with an older ticket (of two with the same: the
+/// lower
+///   number), or when it has seen no owner for a quarter of `dead_after`.
+/// * It owns the window when the answer to the request that wrote its own even word shows no other even word;
+///   else it goes back to waiting.
+/// * As the owner it refreshes its word with each poll of R3700, and gives the window back after each
+///   execution when others wait or it has nothing to do.
+/// * A word that has not changed for `dead_after` is of a program that has died: those who wait clear it.
+/// * An owner that has not refreshed its word for half of that no longer takes itself for one; its execution
+///   ends with kInternal.
 struct Sharing {
   int program = 0;  ///< 0..7, another one for each program
   /// The same for all programs; more than twenty cycles of the slowest one.

@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""docs/function-blocks.md shows the example as it is and what it prints, and has a row for every block with its members, and for every error.
+
+usage: function_blocks_page.py SIMULATOR EXAMPLE
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+from simulator import LIMIT, Simulator
+
+PAGE = (ROOT / "docs/function-blocks.md").read_text()
+HEADER = (ROOT / "tools/cia405/include/cbcan/cia405.hpp").read_text()
+
+
+def example(found):
+    shown = re.findall(r"```cpp\n(.*?)```", PAGE, re.DOTALL)
+    if (ROOT / "examples/function_blocks.cpp").read_text() not in shown:
+        found.append("no block is examples/function_blocks.cpp as it is")
+
+
+def output(found):
+    with Simulator(sys.argv[1], "--demo") as simulator:
+        run = subprocess.run([sys.argv[2], str(simulator.port)], text=True, capture_output=True, timeout=LIMIT)
+    printed = "".join("    " + line + "\n" for line in run.stdout.splitlines())
+    if not printed or printed not in PAGE:
+        found.append(f"the example prints this, and the page does not say so:\n{printed}{run.stderr}")
+
+
+def blocks(found):
+    declared = re.findall(r"class (\w+) final : public \w+ \{(.*?)private:", HEADER, re.DOTALL)
+    if len(declared) != 10:
+        found.append(f"{len(declared)} blocks in cia405.hpp; this test does not find them")
+    for name, body in declared:
+        row = re.search(rf"^\| `{name}` .*$", PAGE, re.MULTILINE)
+        members = re.findall(r"^  [\w:<>, ]+ (\w+)(?: = [^;(]*|\{\});", body, re.MULTILINE)
+        found += [f"the row of `{name}` has no `{member}`" for member in members
+                  if not row or f"`{member}`" not in row[0]]
+        if not row:
+            found.append(f"no row for `{name}`")
+
+
+def errors(found):
+    enumeration = re.search(r"enum class KernelError.*?\};", HEADER, re.DOTALL)[0]
+    for name, number in re.findall(r"(k\w+) = 0x(\w\w)", enumeration):
+        if not re.search(rf"^\| {number}h \| `{name}` \|", PAGE, re.MULTILINE):
+            found.append(f"no row for {number}h `{name}`")
+
+
+def main():
+    found, checks = [], (example, output, blocks, errors)
+    for check in checks:
+        check(found)
+    print("\n".join(f"docs/function-blocks.md: {text}" for text in found))
+    sys.exit(0 if cases.enough(len(checks)) and not found else 1)
+
+
+main()
