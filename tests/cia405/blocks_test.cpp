@@ -33,6 +33,11 @@ TEST_CASE("GetCanopenKernelState tells state and node ID") {
   CHECK(block->state == KernelError::kNone);
   CHECK(block->device == 127);
 
+  rig.plant.command("fault bus overflow");
+  block = rig.run<GetCanopenKernelState>([](auto&) {});
+  CHECK(block->confirm);
+  CHECK(block->state == KernelError::kOverflow);
+
   rig.plant.command("fault bus error-passive");
   block = rig.run<GetCanopenKernelState>([](auto&) {});
   CHECK(block->confirm);

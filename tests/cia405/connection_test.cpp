@@ -275,6 +275,29 @@ TEST_CASE("GetCanopenKernelState confirms overflow") {
   CHECK(block.device == 42);
 }
 
+TEST_CASE("an EMCY message to the byte") {
+  Talk talk;
+  talk.id.enable = false;
+  RecvEmcyDev block(talk.program.link);
+  block.device = 5;
+  block.enable = true;
+  talk.program.blocks = {&block};
+  talk.connect();
+  talk.exchange(kClear, kCleared);
+  talk.exchange(
+      "01100E7400060C"
+      "CA0E13BF0000300500050008",
+      kStarted);
+  // 10 23 81 01 02 03 04 05 on the bus
+  talk.exchange(kPoll,
+                "01038C"
+                "000013BF0000300500050008"
+                "2310018103020504" +
+                    zeros(60));
+  CHECK(block.error == KernelError::kOther);
+  CHECK(block.errorinfo == EmcyError{0x2310, 0x81, {1, 2, 3, 4, 5}});
+}
+
 TEST_CASE("a server that says nothing: 21h after the time for an answer, 03h where TIMEOUT comes before") {
   Talk talk;
   talk.id.timeout = GENERATE(0u, 500u);

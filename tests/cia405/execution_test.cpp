@@ -212,6 +212,7 @@ TEST_CASE("TIMEOUT with a bus that is not well: ERROR is the kernel's state") {
   Rig rig;
   const auto [fault, error] =
       GENERATE(table<std::string, KernelError>({{"fault bus bus-off", KernelError::kBusOff},
+                                                {"fault bus overflow", KernelError::kOverflow},
                                                 {"fault bus error-passive", KernelError::kErrorPassive}}));
   rig.plant.command(fault);
   SECTION("SDO blocks") {

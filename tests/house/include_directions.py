@@ -48,6 +48,8 @@ def room_of(path):
 def room_of_include(name):
     if name in ("cbcan/regmap.hpp", "cbcan/regmap.h"):
         return "regmap"
+    if name == "cbcan/cia405.hpp":
+        return "tools"
     return PREFIXES.get(name.split("/")[0]) if "/" in name else None
 
 
