@@ -80,10 +80,13 @@ void Window::add(Job& job) {
 }
 
 void Window::remove(Job& job) {
-  if (job.stage == Job::Stage::kBegun || job.stage == Job::Stage::kKernelState) abandon();
+  const bool begun = job.stage == Job::Stage::kBegun || job.stage == Job::Stage::kKernelState;
+  if (begun) {
+    abandon();
+    turn_over_ = true;
+  }
   std::erase(queue_, &job);
   job.stage = Job::Stage::kIdle;
-  turn_over_ = true;
 }
 
 void Window::expire(Time now) {
@@ -246,10 +249,10 @@ void Window::take_kernel_state(Job& job, std::span<const std::uint16_t> words) {
 
 /// The job leaves the queue.
 void Window::finish(Job& job, KernelError error) {
+  if (job.stage != Job::Stage::kQueued) turn_over_ = true;
   std::erase(queue_, &job);
   job.stage = Job::Stage::kDone;
   job.error = error;
-  turn_over_ = true;
 }
 
 /// The job at the head has no use any more for what has been started.
