@@ -134,6 +134,9 @@ TEST_CASE("a program that stood still itself takes nobody for dead") {
   ask(claim, registers, 5 * kSecond);
   CHECK(registers.claim(3) == 72);
   CHECK_FALSE(claim.owner());
+  ask(claim, registers, 10 * kSecond);  // the same word: nobody knows what it was in between
+  ask(claim, registers, 10 * kSecond);
+  CHECK(registers.claim(3) == 72);
 }
 
 TEST_CASE("an owner that was not heard for half a second is none any more") {

@@ -298,6 +298,45 @@ TEST_CASE("an EMCY message to the byte") {
   CHECK(block.errorinfo == EmcyError{0x2310, 0x81, {1, 2, 3, 4, 5}});
 }
 
+TEST_CASE("a result that comes when the right to a shared window may be lost is not taken") {
+  FakeServer server;
+  Program program(server.port(), Sharing{.program = 0});
+  GetLocalNodeId id(program.link);
+  id.enable = true;
+  program.blocks = {&id};
+  Time now = 0;
+  const auto exchange = [&](const std::string& request, const std::string& answer) {
+    REQUIRE(server.request() == request);
+    server.answer(answer);
+    program.cycle(now);
+  };
+  while (program.link.events() != POLLIN)
+    program.cycle(now);
+  server.accept();
+  // FC 23: R3770 written, R3700..R3777 read
+  exchange(
+      "01170E74004E0EBA00010200"
+      "43",
+      "01179C" + zeros(78));
+  exchange(
+      "01170E74004E0EBA00010200"
+      "82",
+      "01179C" + zeros(78));
+  exchange(kReadId, kStarted);
+  REQUIRE(server.request() ==
+          "01170E74004E0EBA00010200"
+          "C2");
+  now += 501 * kMs;
+  server.answer(
+      "01179C"
+      "000013BF0000300100000001"
+      "002A" +
+      zeros(71));
+  program.cycle(now);
+  CHECK(id.error == KernelError::kInternal);
+  CHECK(id.device == 0);
+}
+
 TEST_CASE("a server that says nothing: 21h after the time for an answer, 03h where TIMEOUT comes before") {
   Talk talk;
   talk.id.timeout = GENERATE(0u, 500u);
