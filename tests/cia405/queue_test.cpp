@@ -115,4 +115,31 @@ TEST_CASE("NETWORK is the Modbus unit ID, and networks take turns") {
   CHECK(second.confirm);
 }
 
+TEST_CASE(
+    "each network has its own module and queue; one that there is not is ERROR 21h and disturbs nobody") {
+  Rig rig({"--network", "2", "--node-id", "42", "--node", "5=" CBCAN_PLANTS "/demo/generic.eds"});
+  SdoRead4 hangs(rig.program.link);
+  hangs.device = 9;
+  GetLocalNodeId id(rig.program.link), waits(rig.program.link), none(rig.program.link);
+  id.network = 2;
+  none.network = 3;
+  SdoRead4 read(rig.program.link);
+  read.network = 2;
+  read.device = 5;
+  read.index = 0x2004;
+  rig.program.blocks = {&hangs, &id, &waits, &none, &read};
+  for (FunctionBlock* block : rig.program.blocks)
+    block->enable = true;
+  rig.cycles(50);
+  CHECK(id.device == 42);
+  CHECK(read.confirm);
+  CHECK(none.error == KernelError::kInternal);
+  CHECK(none.device == 0);
+  CHECK(hangs.error == KernelError::kNone);
+  CHECK_FALSE(waits.confirm);  // behind the one that hangs
+  hangs.enable = false;
+  rig.cycles(5);
+  CHECK(waits.device == 127);
+}
+
 }  // namespace cbcan::cia405::test
