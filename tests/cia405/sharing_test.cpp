@@ -311,6 +311,27 @@ TEST_CASE("a waiting block that is cancelled takes its program's claim back") {
   CHECK(plant.frames("663#") == std::vector<std::string>{"663#4000000000000000", "663#8000000000000008"});
 }
 
+TEST_CASE("TIMEOUT in a shared window: cancelled, 03h, and the one that waits goes on") {
+  Plant plant;
+  Program first(plant.port(), Sharing{.program = 0}), second(plant.port(), Sharing{.program = 1});
+  SdoRead4 hangs(first.link);
+  hangs.device = 99;
+  hangs.timeout = 100;
+  GetLocalNodeId waits(second.link);
+  first.blocks = {&hangs};
+  second.blocks = {&waits};
+  hangs.enable = true;
+  for (int ms = 0; ms < 120; ++ms) {
+    if (ms == 20) waits.enable = true;
+    first.cycle(plant.now());
+    second.cycle(plant.now());
+    plant.pass(kMs);
+  }
+  CHECK(hangs.error == KernelError::kTimeout);
+  CHECK(waits.confirm);
+  CHECK(plant.frames("663#") == std::vector<std::string>{"663#4000000000000000", "663#8000000000000008"});
+}
+
 TEST_CASE("the window is kept to the end of an execution, whatever other blocks of the program do") {
   Plant plant;
   Program first(plant.port(), Sharing{.program = 0}), second(plant.port(), Sharing{.program = 1});
