@@ -54,7 +54,7 @@ void Wire::check(const Frame& frame) {
   if (frame.id >> 7 == 0xE && node != 0) return check_error_control(frame);
   if (frame.id >> 7 == 0xC && node != 0) return check_request(frame);
   if (frame.id == 0x580u + own_node_) return require(frame.length == 8, "an SDO answer has eight bytes");
-  check_sync(frame);
+  check_own(frame);
 }
 
 void Wire::check_nmt(const Frame& frame) {
@@ -78,13 +78,25 @@ void Wire::check_error_control(const Frame& frame) {
   command_ = plc_.number();
 }
 
-void Wire::check_sync(const Frame& frame) const {
-  std::array<std::uint8_t, 4> cob_id{};
-  std::size_t size = 0;
-  require(own->read(0x1005, 0, cob_id, size, 0) == AbortCode::kNone && size == 4, "the own node has a 1005h");
-  const std::uint32_t sync = cob_id[0] | (cob_id[1] & 7u) << 8;
-  require(frame.id == sync && frame.length == 0, "nothing else than SYNC is left");
-  require(!is_restricted(frame.id), "SYNC keeps clear of the restricted CAN-IDs");
+/// SYNC, TIME, EMCY and PDOs of the own node.
+void Wire::check_own(const Frame& frame) const {
+  require(!is_restricted(frame.id), "what can be configured keeps clear of the restricted CAN-IDs");
+  const bool counted = own->dictionary().get(0x1019, 0) != 0;
+  if (is_at(0x1005, 0, frame) && frame.length == (counted ? 1 : 0)) return;
+  if (is_at(0x1012, 0, frame) && frame.length == 6) return;
+  if (is_at(0x1014, 0, frame) && frame.length == 8) return;
+  bool is_pdo = false;
+  for (std::uint16_t index = 0x1800; index < 0x1810; ++index)
+    is_pdo = is_pdo || (is_at(index, 1, frame) && frame.length != 0);
+  require(is_pdo && own->state() == nmt::State::kOperational,
+          "nothing else than TPDOs in Operational is left");
+}
+
+/// The frame has the CAN-ID that this object gives to its message, which exists.
+bool Wire::is_at(std::uint16_t index, std::uint8_t sub, const Frame& frame) const {
+  const auto cob_id = static_cast<std::uint32_t>(own->dictionary().get(index, sub));
+  const bool exists = index == 0x1005 || index == 0x1012 || (cob_id & 0x80000000) == 0;
+  return exists && (cob_id & 0x7FF) == frame.id;
 }
 
 void Wire::check_request(const Frame& frame) {
@@ -110,14 +122,16 @@ void Wire::check_abort(const Frame& frame) {
 }
 
 void Wire::check_initiate(const Frame& frame) {
-  require(frame == initiate(), "a transfer begins as CiA 301 has it");
+  const bool may_choose_block = mode == 0 && plc_.request().size > 28;
+  require(frame == initiate(mode) || (may_choose_block && frame == initiate(3)),
+          "a transfer begins as CiA 301 has it");
   transfer_ = plc_.number();
   transfer_id_ = frame.id;
   mux_ = mux_of(frame);
   open_ = true;
 }
 
-Frame Wire::initiate() const {
+Frame Wire::initiate(std::uint8_t how) const {
   const Plc::Request& request = plc_.request();
   Frame frame;
   frame.id = 0x600u + request.node;
@@ -127,10 +141,10 @@ Frame Wire::initiate() const {
   frame.data = {0x40, low, static_cast<std::uint8_t>(request.index >> 8),
                 static_cast<std::uint8_t>(request.sub)};
   if (request.is_read()) {
-    if (mode == 3) frame.data[0] = 0xA4;
-    if (mode == 3) frame.data[4] = static_cast<std::uint8_t>((request.size + 6) / 7);
-  } else if (mode == 3 || mode == 2 || size > 4) {
-    frame.data[0] = mode == 3 ? 0xC6 : 0x21;
+    if (how == 3) frame.data[0] = 0xA4;
+    if (how == 3) frame.data[4] = static_cast<std::uint8_t>((request.size + 6) / 7);
+  } else if (how == 3 || how == 2 || size > 4) {
+    frame.data[0] = how == 3 ? 0xC6 : 0x21;
     frame.data[4] = size;
   } else {
     frame.data[0] = static_cast<std::uint8_t>(0x23 | (4 - size) << 2);

@@ -21,7 +21,7 @@ class Wire final : public CanPort {
   /// The server has ended the transfer itself, or is new born: no frame to it any more, also no abort.
   void server_knows() { open_ = false; }
 
-  const Slave* own = nullptr;  ///< its 1005h says which frame is its SYNC
+  const Slave* own = nullptr;  ///< its objects say which frames are its own
   static constexpr unsigned kAlways = 255;
   unsigned refuse = 0;
   std::uint8_t mode = 0;        ///< 3004h when the transaction began
@@ -34,8 +34,9 @@ class Wire final : public CanPort {
   void check_abort(const Frame& frame);
   void check_initiate(const Frame& frame);
   void check_error_control(const Frame& frame);
-  void check_sync(const Frame& frame) const;
-  Frame initiate() const;
+  void check_own(const Frame& frame) const;
+  bool is_at(std::uint16_t index, std::uint8_t sub, const Frame& frame) const;
+  Frame initiate(std::uint8_t how) const;
   bool is_last_word(const Frame& frame) const;
 
   const Plc& plc_;

@@ -171,6 +171,17 @@ class WithSimulator(unittest.TestCase):
             self.check(f"read {node} 0x3004 0 --type u8 --mode block", "2\n")
 
 
+class WithFaults(unittest.TestCase):
+    def test_emcy_and_kernel_state_as_they_come_from_the_bus(self):
+        simulator = Simulator(CBCAN_SIM, "--demo", "--fault", "0x42:emcy-storm code=0x1000 interval_ms=1 count=1",
+                              "--fault", "bus:overflow")
+        self.addCleanup(simulator.stop)
+        told = "66 1000h generic error; error register 01h: generic; data 00 00 00 00 00\n"
+        wait_until(lambda: run(simulator.port, "emcy", "0x42").stdout == told, "EMCY of node 66")
+        self.assertEqual(run(simulator.port, "emcy", "scan").stdout, told)
+        self.assertEqual(run(simulator.port, "kernel").stdout, "02h overflow: frames were lost\n")
+
+
 class Usage(unittest.TestCase):
     def test_wrong_usage(self):
         for arguments in ("", "reed 1 2 3", "read 1 2", "read 128 0x1000 0", "read 1 0x10000 0", "read 1 0x1000 256",
