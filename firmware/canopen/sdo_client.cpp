@@ -56,7 +56,7 @@ constexpr bool is_short(const Frame& frame) {
 
 /// 06xx xxxxh but 0601 0000h (unsupported access): without block the answer would be the same.
 constexpr bool is_about_object(AbortCode code) {
-  return code > AbortCode::kNoSegment && code < AbortCode::kGeneral;
+  return static_cast<std::uint32_t>(code) >> 24 == 6 && code != AbortCode::kNoSegment;
 }
 
 constexpr bool by_block(SdoClient::Mode mode) {

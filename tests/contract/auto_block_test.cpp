@@ -211,12 +211,17 @@ TEST_CASE(
   SECTION("it does not work without either: the second answer counts") {
     window.write(5, 0x2000, 0, 29, counting_words());
     window.exchange(
-        {{"605#C60020001D000000", "585#8000200001000405"}, {"605#210020001D000000", "585#8000200002000106"}});
+        {{"605#C60020001D000000", "585#8000200000000106"}, {"605#210020001D000000", "585#8000200002000106"}});
     window.check_failed(0x06010002);
-    window.write(5, 0x2000, 0, 29, counting_words());
-    window.expect("605#C60020001D000000");
-    window.set(3700, {0});
-    window.expect("605#8000200000000008");
+    CHECK(first_of_write(window, 29) == "605#210020001D000000");
+  }
+  SECTION("by a code that is about the object it is final, and block goes on") {
+    for (const char* answer : {"585#8000200001000106", "585#8000200000000206", "585#80002000FFFFFF06"}) {
+      window.read(5, 0x2000, 0, 29);
+      window.expect("605#A400200005000000");
+      window.arrive(answer);
+      CHECK(window.reg(3700) == 4);
+    }
   }
   SECTION("an abort in the middle is no refusal") {
     window.read(5, 0x2000, 0, 29);
