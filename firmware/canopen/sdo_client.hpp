@@ -224,7 +224,7 @@ class SdoClient {
   bool declared_ = false;  ///< the server has announced the size
   bool crc_ = false;
   bool asked_again_ = false;
-  bool opened_ = false;      ///< the first request has left: the server may know of this transfer
+  bool opened_ = false;  ///< the first request has left: the server may know of this transfer
   NodeSet block_nodes_;
   Outcome outcome_ = Outcome::kIdle;
   Phase phase_ = Phase::kIdle;

@@ -77,8 +77,6 @@ class LocalNode final : private DeviceApplication {
   void on_written(Time /*now*/) override {}
   void on_sync(Time /*now*/) override {}
   void on_network_failure(NetworkFailure /*failure*/, Time /*now*/) override {}
-  AbortCode save(std::uint16_t /*first*/, std::uint16_t /*last*/) override { return AbortCode::kStore; }
-  AbortCode forget(std::uint16_t /*first*/, std::uint16_t /*last*/) override { return AbortCode::kStore; }
   void on_emergency_sent(const EmergencyConsumer::Message& message) override;
   void on_received_ids() override {}
 

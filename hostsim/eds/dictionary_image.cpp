@@ -74,8 +74,9 @@ void append_element(const Object& object, std::vector<std::uint8_t>& values) {
 
 void append(const Object& object, DictionaryImage& image) {
   const std::size_t ahead = is_variable(object.type) ? ObjectEntry::kLengthBytes : 0;
-  image.entries.push_back({object.index, object.first_sub, object.last_sub, object.type, 0, object_flags(object),
-                           static_cast<std::uint32_t>(image.values.size() + ahead), object.capacity});
+  image.entries.push_back({object.index, object.first_sub, object.last_sub, object.type, 0,
+                           object_flags(object), static_cast<std::uint32_t>(image.values.size() + ahead),
+                           object.capacity});
   ObjectLimits limits = limits_of(object);
   for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
     if (object.node_ids != 0)

@@ -51,6 +51,7 @@ class DeviceRig final : private DeviceApplication {
   Time now = 0;
   std::vector<std::string> events;  ///< what the application has heard
   AbortCode keeps = AbortCode::kNone;
+  bool has_memory = true;
 
  private:
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,

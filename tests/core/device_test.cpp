@@ -391,6 +391,14 @@ TEST_CASE("1010h and 1011h: each sub-index its range, for the right signature") 
   rig.write(0x1010, 1, 4, 0x65766173, "06060000");
 }
 
+TEST_CASE("1010h and 1011h: a device without a memory refuses") {
+  DeviceRig rig(everything());
+  rig.has_memory = false;
+  rig.start();
+  rig.write(0x1010, 1, 4, 0x65766173, "08000020");
+  rig.write(0x1011, 1, 4, 0x64616F6C, "08000020");
+}
+
 TEST_CASE("What the application refuses is not stored, and it hears of what is") {
   DeviceRig rig(everything());
   rig.start();

@@ -34,8 +34,10 @@ struct Plant {
   std::array<std::uint16_t, regmap::kProcessWords> process{};
   Can can0{boards::Mmio(boards::kCan0)};
   Can can1{boards::Mmio(boards::kCan1)};
-  Coprocessor coprocessor{
-      RegisterWindow(RegisterWindow::Words(words)), process, can0, {.node_id = kOwnNode, .sdo_timeout_ms = 50}};
+  Coprocessor coprocessor{RegisterWindow(RegisterWindow::Words(words)),
+                          process,
+                          can0,
+                          {.node_id = kOwnNode, .sdo_timeout_ms = 50}};
   Device device{kNode, can1};
   BusState bus_state = BusState::kActive;
   std::array<std::atomic<std::uint32_t>, 2> interrupts{};

@@ -200,7 +200,8 @@ void acceptance_filter() {
     CHECK(plant.can1.try_send(frame_of(id, 1)), true);
   CHECK(plant.can1.try_send(frame_of(0x701, 1, Frame::kExtended)), true);
   CHECK(plant.can0.has_received(), false);
-  for (const std::uint32_t id : {0x000u, 0x080u, 0x0FFu, 0x181u, 0x57Fu, 0x581u, 0x5FFu, 0x67Fu, 0x701u, 0x77Fu}) {
+  for (const std::uint32_t id :
+       {0x000u, 0x080u, 0x0FFu, 0x181u, 0x57Fu, 0x581u, 0x5FFu, 0x67Fu, 0x701u, 0x77Fu}) {
     CHECK(plant.can1.try_send(frame_of(id, 1)), true);
     Frame frame;
     CHECK(plant.can0.receive(frame), true);
