@@ -3,6 +3,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <iostream>
@@ -56,8 +57,9 @@ class Program {
   }
 
   void show() {
-    const std::uint32_t pascals = pressure_.data[0] | pressure_.data[1] << 8 | pressure_.data[2] << 16 |
-                                  std::uint32_t{pressure_.data[3]} << 24;
+    std::uint32_t pascals = 0;
+    for (std::size_t i = pressure_.data.size(); i-- > 0;)
+      pascals = pascals << 8 | pressure_.data[i];
     std::cout << std::string(text_.begin(), text_.begin() + name_.datalength) << ": " << pascals << " Pa\n";
     ++shown_;
   }
