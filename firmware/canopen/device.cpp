@@ -37,14 +37,6 @@ constexpr std::uint16_t number(EmergencyCode code) {
 
 }  // namespace
 
-AbortCode DeviceApplication::save(std::uint16_t /*first_index*/, std::uint16_t /*last_index*/) {
-  return AbortCode::kStore;
-}
-
-AbortCode DeviceApplication::forget(std::uint16_t /*first_index*/, std::uint16_t /*last_index*/) {
-  return AbortCode::kStore;
-}
-
 Device::Device(std::uint8_t node_id, const Slave::Tables& tables, const Storage& storage,
                DeviceApplication& application, CanPort& port)
     : application_(application),

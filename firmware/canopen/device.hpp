@@ -48,9 +48,13 @@ class DeviceApplication : public Application {
   virtual void on_network_failure(NetworkFailure failure, Time now) = 0;
   /// 1010h: keep the values of first_index..last_index for the next power-on. kNone, or why not; a device
   /// without such a memory leaves this as it is.
-  virtual AbortCode save(std::uint16_t first_index, std::uint16_t last_index);
+  virtual AbortCode save(std::uint16_t /*first_index*/, std::uint16_t /*last_index*/) {
+    return AbortCode::kStore;
+  }
   /// 1011h: let the factory's values hold from the next reset on. Likewise.
-  virtual AbortCode forget(std::uint16_t first_index, std::uint16_t last_index);
+  virtual AbortCode forget(std::uint16_t /*first_index*/, std::uint16_t /*last_index*/) {
+    return AbortCode::kStore;
+  }
   /// The port has taken this EMCY message; as on the bus.
   virtual void on_emergency_sent(const std::array<std::uint8_t, 8>& message) = 0;
   /// The CAN-IDs that the device wants to hear have changed: see Device::visit_ids().
