@@ -59,6 +59,13 @@ void Rig::arrive(const Frame& frame) {
   poll();
 }
 
+void Rig::write_registers() {
+  plc.before_frame();
+  coprocessor.on_registers_written(now_);
+  plc.after();
+  poll();
+}
+
 void Rig::answer(std::uint8_t node, std::span<const std::uint8_t> bytes) {
   Frame frame;
   frame.id = 0x580u + node;

@@ -23,6 +23,8 @@ class Rig {
   /// Deadlines are met on the way, but not more than some dozens: then polls come late.
   void pass(Time duration);
   void pass_to_deadline();
+  /// Tells that process data have been written.
+  void write_registers();
 
   /// Lets the bus be well and silent until nothing can be under way, then demands what a new transaction
   /// gets.
