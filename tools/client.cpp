@@ -12,6 +12,8 @@
 #include <thread>
 #include <utility>
 
+#include "data_words.hpp"
+
 namespace cbcan::tools {
 
 namespace {
@@ -28,18 +30,8 @@ constexpr std::size_t kHeaderWords = regmap::kData - regmap::kWindowFirst;
 std::vector<std::uint16_t> words_of(const Transaction& transaction) {
   std::vector<std::uint16_t> words{regmap::kExecute,  transaction.command, transaction.node,
                                    transaction.index, transaction.sub,     transaction.size};
-  for (std::size_t i = 0; i < transaction.data.size(); i += 2) {
-    const unsigned high = i + 1 < transaction.data.size() ? transaction.data[i + 1] : 0u;
-    words.push_back(static_cast<std::uint16_t>(transaction.data[i] | high << 8));
-  }
+  append_words(words, transaction.data);
   return words;
-}
-
-std::vector<std::uint8_t> bytes_of(std::span<const std::uint16_t> words, std::size_t size) {
-  std::vector<std::uint8_t> bytes;
-  for (std::size_t i = 0; i < size; ++i)
-    bytes.push_back(static_cast<std::uint8_t>(i % 2 == 0 ? words[i / 2] : words[i / 2] >> 8));
-  return bytes;
 }
 
 void close_and_free(_modbus* context) {

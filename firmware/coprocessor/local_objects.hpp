@@ -40,14 +40,14 @@ inline constexpr std::uint16_t kRpdoParameter = 0x1400;
 inline constexpr std::uint16_t kRpdoMapping = 0x1600;
 inline constexpr std::uint16_t kTpdoParameter = 0x1800;
 inline constexpr std::uint16_t kTpdoMapping = 0x1A00;
-inline constexpr std::uint16_t kOwnNodeId = 0x3001;
-inline constexpr std::uint16_t kKernelState = 0x3002;
-inline constexpr std::uint16_t kSdoTimeout = 0x3003;
-inline constexpr std::uint16_t kTransferMode = 0x3004;
-inline constexpr std::uint16_t kLastEmergency = 0x3005;
-inline constexpr std::uint16_t kEmergencyScan = 0x3006;
-inline constexpr std::uint16_t kDeviceState = 0x3007;
-inline constexpr std::uint16_t kClock = 0x3008;
+using regmap::object::kClock;
+using regmap::object::kDeviceState;
+using regmap::object::kEmergencyScan;
+using regmap::object::kKernelState;
+using regmap::object::kLastEmergency;
+using regmap::object::kOwnNodeId;
+using regmap::object::kSdoTimeout;
+using regmap::object::kTransferMode;
 inline constexpr std::uint16_t kInputs = 0xA000;  ///< CiA 405, network variables
 inline constexpr std::uint16_t kOutputs = 0xA480;
 

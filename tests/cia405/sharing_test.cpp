@@ -23,6 +23,15 @@ std::vector<std::uint16_t> claims(int port) {
   return words;
 }
 
+/// So many cycles of both programs, a millisecond each.
+void run_both(Plant& plant, Program& first, Program& second, int count) {
+  for (int i = 0; i < count; ++i) {
+    first.cycle(plant.now());
+    second.cycle(plant.now());
+    plant.pass(kMs);
+  }
+}
+
 /// Writes numbers to an object of node 5 + the program's number and reads them back, over and over.
 class Pair {
  public:
@@ -288,13 +297,7 @@ TEST_CASE("a waiting block that is cancelled takes its program's claim back") {
   hangs.device = waits.device = 99;
   first.blocks = {&hangs};
   second.blocks = {&waits};
-  const auto cycles = [&](int count) {
-    for (int i = 0; i < count; ++i) {
-      first.cycle(plant.now());
-      second.cycle(plant.now());
-      plant.pass(kMs);
-    }
-  };
+  const auto cycles = [&](int count) { run_both(plant, first, second, count); };
   hangs.enable = true;
   cycles(20);
   waits.enable = true;
@@ -341,13 +344,7 @@ TEST_CASE("the window is kept to the end of an execution, whatever other blocks 
   late.timeout = 100;
   first.blocks = {&done, &hangs, &late};
   second.blocks = {&waits};
-  const auto cycles = [&](int count) {
-    for (int i = 0; i < count; ++i) {
-      first.cycle(plant.now());
-      second.cycle(plant.now());
-      plant.pass(kMs);
-    }
-  };
+  const auto cycles = [&](int count) { run_both(plant, first, second, count); };
   done.enable = true;
   cycles(20);
   REQUIRE(done.confirm);

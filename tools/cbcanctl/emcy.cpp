@@ -82,7 +82,7 @@ void emcy(const Options& options) {
   tools::WindowClient client = connect(options);
   if (all) return scan(client, options);
   if (node == 0) node = own::node_id(client);
-  const tools::Bytes bytes = own::read(client, own::kEmergencyOfNode, node, EmergencyMessage::kSize);
+  const tools::Bytes bytes = own::read(client, own::kLastEmergency, node, EmergencyMessage::kSize);
   print(node, tools::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error", options);
 }
 

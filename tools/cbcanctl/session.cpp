@@ -107,7 +107,7 @@ void write(tools::WindowClient& client, std::uint16_t index, const tools::Bytes&
 }
 
 std::uint8_t node_id(tools::WindowClient& client) {
-  return read(client, kNodeId, 0, 1)[0];
+  return read(client, kOwnNodeId, 0, 1)[0];
 }
 
 }  // namespace own

@@ -55,12 +55,12 @@ tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& tran
 
 /// Objects of the coprocessor itself (docs/contract.md, "Local objects").
 namespace own {
-inline constexpr std::uint16_t kNodeId = 0x3001;
-inline constexpr std::uint16_t kKernelState = 0x3002;
-inline constexpr std::uint16_t kSdoTimeout = 0x3003;
-inline constexpr std::uint16_t kTransferMode = 0x3004;
-inline constexpr std::uint16_t kEmergencyOfNode = 0x3005;
-inline constexpr std::uint16_t kEmergencyScan = 0x3006;
+using regmap::object::kEmergencyScan;
+using regmap::object::kKernelState;
+using regmap::object::kLastEmergency;
+using regmap::object::kOwnNodeId;
+using regmap::object::kSdoTimeout;
+using regmap::object::kTransferMode;
 
 /// "3003h of the coprocessor"
 std::string name(std::uint16_t index);

@@ -10,14 +10,9 @@ namespace cbcan::cia405 {
 
 namespace {
 
-constexpr std::uint8_t kHighestNode = 127;
+namespace object = regmap::object;
 
-// Objects of the module (docs/contract.md, Local objects).
-constexpr std::uint16_t kOwnIdObject = 0x3001;
-constexpr std::uint16_t kKernelStateObject = 0x3002;
-constexpr std::uint16_t kEmcyObject = 0x3005;
-constexpr std::uint16_t kEmcyScanObject = 0x3006;
-constexpr std::uint16_t kStateObject = 0x3007;
+constexpr std::uint8_t kHighestNode = 127;
 
 using detail::Service;
 using OwnId = Service::OwnId;
@@ -114,7 +109,7 @@ KernelError Nmt::show(const detail::Job& /*done*/) {
 }
 
 std::optional<Service> RecvEmcy::service() const {
-  return read_own(kEmcyScanObject, 9);
+  return read_own(object::kEmergencyScan, 9);
 }
 
 KernelError RecvEmcy::show(const detail::Job& done) {
@@ -129,7 +124,7 @@ void RecvEmcy::reset() {
 }
 
 std::optional<Service> RecvEmcyDev::service() const {
-  return read_about(device, kEmcyObject, 8);
+  return read_about(device, object::kLastEmergency, 8);
 }
 
 KernelError RecvEmcyDev::show(const detail::Job& done) {
@@ -142,7 +137,7 @@ void RecvEmcyDev::reset() {
 }
 
 std::optional<Service> GetLocalNodeId::service() const {
-  return read_own(kOwnIdObject, 1);
+  return read_own(object::kOwnNodeId, 1);
 }
 
 KernelError GetLocalNodeId::show(const detail::Job& done) {
@@ -155,7 +150,7 @@ void GetLocalNodeId::reset() {
 }
 
 std::optional<Service> GetCanopenKernelState::service() const {
-  Service service = read_own(kKernelStateObject, 1);
+  Service service = read_own(object::kKernelState, 1);
   service.own_id = OwnId::kAsked;
   return service;
 }
@@ -172,7 +167,7 @@ void GetCanopenKernelState::reset() {
 }
 
 std::optional<Service> GetState::service() const {
-  return read_about(device, kStateObject, 1);
+  return read_about(device, object::kDeviceState, 1);
 }
 
 KernelError GetState::show(const detail::Job& done) {

@@ -5,15 +5,14 @@
 #include <utility>
 
 #include "cbcan/regmap.hpp"
+#include "data_words.hpp"
 
 namespace cbcan::cia405::detail {
 
 namespace {
 
-constexpr std::uint16_t kKernelStateObject = 0x3002;
-constexpr std::uint16_t kTimeoutObject = 0x3003;
-constexpr std::uint16_t kModeObject = 0x3004;
-constexpr std::uint16_t kOwnIdObject = 0x3001;
+namespace object = regmap::object;
+
 constexpr std::uint32_t kAbortTimeout = 0x05040000;
 
 constexpr std::size_t at(std::uint16_t address) {
@@ -30,15 +29,16 @@ Service write_local(std::uint16_t index, std::vector<std::uint8_t> data) {
 }
 
 Service write_timeout(std::uint16_t ms) {
-  return write_local(kTimeoutObject, {static_cast<std::uint8_t>(ms), static_cast<std::uint8_t>(ms >> 8)});
+  return write_local(object::kSdoTimeout,
+                     {static_cast<std::uint8_t>(ms), static_cast<std::uint8_t>(ms >> 8)});
 }
 
 Service write_mode(SdoMode mode) {
-  return write_local(kModeObject, {static_cast<std::uint8_t>(mode)});
+  return write_local(object::kTransferMode, {static_cast<std::uint8_t>(mode)});
 }
 
 bool changes_settings(const Service& service) {
-  return service.write && (service.index == kTimeoutObject || service.index == kModeObject ||
+  return service.write && (service.index == object::kSdoTimeout || service.index == object::kTransferMode ||
                            service.index == regmap::kNmtService);
 }
 
@@ -47,20 +47,12 @@ std::vector<std::uint16_t> start_words(const Service& service) {
   std::vector<std::uint16_t> words{regmap::kExecute, service.write ? regmap::kSdoWrite : regmap::kSdoRead,
                                    service.node,     service.index,
                                    service.sub,      service.size};
-  for (std::size_t i = 0; i < service.data.size(); i += 2) {
-    const unsigned high = i + 1 < service.data.size() ? service.data[i + 1] : 0u;
-    words.push_back(static_cast<std::uint16_t>(service.data[i] | high << 8));
-  }
+  tools::append_words(words, service.data);
   return words;
 }
 
 std::vector<std::uint8_t> data_bytes(std::span<const std::uint16_t> words, std::size_t size) {
-  std::vector<std::uint8_t> bytes;
-  for (std::size_t i = 0; i < size; ++i) {
-    const std::uint16_t word = words[at(regmap::kData) + i / 2];
-    bytes.push_back(static_cast<std::uint8_t>(i % 2 == 0 ? word : word >> 8));
-  }
-  return bytes;
+  return tools::bytes_of(words.subspan(at(regmap::kData)), size);
 }
 
 bool fits(const Service& service, std::uint16_t size) {
@@ -169,12 +161,12 @@ Service Window::next_service(const Job& job) {
     return service;
   };
   if (job.stage == Job::Stage::kKernelState)
-    return because(Purpose::kKernelState, read_local(kKernelStateObject));
+    return because(Purpose::kKernelState, read_local(object::kKernelState));
   if (wanted.on_bus && timeout_known_ != job.timeout_ms)
     return because(Purpose::kTimeout, write_timeout(job.timeout_ms));
   if (wanted.on_bus && mode_known_ != wanted.mode) return because(Purpose::kMode, write_mode(wanted.mode));
   if (wanted.own_id != Service::OwnId::kNotAsked && !job.own_id)
-    return because(Purpose::kOwnId, read_local(kOwnIdObject));
+    return because(Purpose::kOwnId, read_local(object::kOwnNodeId));
   Service service = because(Purpose::kService, wanted);
   if (wanted.own_id == Service::OwnId::kAsSubIndex) service.sub = *job.own_id;
   return service;

@@ -5,15 +5,14 @@
 #include <string>
 #include <utility>
 
+#include "canopen/emergency.hpp"
+#include "canopen/emergency_consumer.hpp"
 #include "canopen/little_endian.hpp"
 #include "canopen/nmt.hpp"
 
 namespace cbcan::sim {
 
 namespace {
-
-constexpr std::uint32_t kEmergencyId = 0x080;
-constexpr std::uint8_t kGenericError = 0x01;  // bit 0 of the error register, 1001h
 
 bool is_boot_up(const Frame& frame) {
   return (frame.data[0] & nmt::kStateMask) == 0;
@@ -166,9 +165,9 @@ void FaultyPort::send_storms() {
 
 Frame FaultyPort::storm_frame(const Fault& fault) const {
   if (fault.kind == FaultKind::kBootUpStorm) return nmt::error_control_frame(node_id_, 0);
-  Frame frame{.id = kEmergencyId + node_id_, .length = 8};
+  Frame frame{.id = EmergencyConsumer::kFirstId + node_id_, .length = 8};
   store_little_endian(std::span(frame.data).first(2), fault.code);
-  frame.data[2] = kGenericError;
+  frame.data[2] = ErrorRegister::kGeneric;
   return frame;
 }
 

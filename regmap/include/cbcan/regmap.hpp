@@ -201,6 +201,18 @@ inline constexpr std::uint16_t kNodeStateService =
     0x300C;  ///< read, sub-index 0: NMT state of the node in R3702
 inline constexpr std::uint16_t kNmtAllNodes = 128;
 
+/// Objects of the own node, read and written with R3702 = 0 (docs/contract.md, "Local objects").
+namespace object {
+inline constexpr std::uint16_t kOwnNodeId = 0x3001;
+inline constexpr std::uint16_t kKernelState = 0x3002;
+inline constexpr std::uint16_t kSdoTimeout = 0x3003;
+inline constexpr std::uint16_t kTransferMode = 0x3004;
+inline constexpr std::uint16_t kLastEmergency = 0x3005;  ///< sub-index = node
+inline constexpr std::uint16_t kEmergencyScan = 0x3006;
+inline constexpr std::uint16_t kDeviceState = 0x3007;  ///< sub-index = node
+inline constexpr std::uint16_t kClock = 0x3008;
+}  // namespace object
+
 /// One NMT service: the numbers that R3706 may hold for it, and its command specifier on the bus (CiA
 /// 301, 7.2.8.3.1).
 struct NmtRow {
