@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "canopen/sdo_client.hpp"
+#include "canopen/sdo/client.hpp"
 #include "coprocessor/coprocessor.hpp"
 #include "support/sdo_peer.hpp"
 

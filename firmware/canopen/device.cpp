@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "canopen/little_endian.hpp"
+#include "canopen/dictionary/little_endian.hpp"
 
 namespace cbcan {
 
@@ -53,7 +53,6 @@ void Device::start(Time now) {
 }
 
 // ---- Frames
-// --------------------------------------------------------------------------------------------------
 
 void Device::on_frame(const Frame& frame, Time now) {
   constexpr unsigned kFunctionShift = 7;
@@ -111,7 +110,6 @@ Time Device::deadline() const {
 }
 
 // ---- The network
-// ---------------------------------------------------------------------------------------------
 
 /// One error for any number of lost nodes; each further loss is acted on, but told once.
 void Device::watch_network(Time now) {
@@ -143,7 +141,6 @@ void Device::on_bus_state(BusState state, Time now) {
 }
 
 // ---- The dictionary
-// ------------------------------------------------------------------------------------------
 
 AbortCode Device::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
                           std::size_t& size, Time now) {
@@ -228,7 +225,6 @@ void Device::on_nmt_state(nmt::State state, Time now) {
 }
 
 // ---- Process data
-// --------------------------------------------------------------------------------------------
 
 void Device::before_sampling(Time now) {
   application_.refresh(now);

@@ -19,10 +19,10 @@
 #include <cstdint>
 #include <span>
 
-#include "canopen/emergency.hpp"
-#include "canopen/heartbeat_consumer.hpp"
-#include "canopen/life_guard.hpp"
-#include "canopen/pdo.hpp"
+#include "canopen/emcy/emergency.hpp"
+#include "canopen/nmt/heartbeat_consumer.hpp"
+#include "canopen/nmt/life_guard.hpp"
+#include "canopen/pdo/pdo.hpp"
 #include "canopen/slave.hpp"
 #include "canopen/sync.hpp"
 #include "canopen/time_stamp.hpp"

@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include "canopen/little_endian.hpp"
-#include "canopen/nmt.hpp"
+#include "canopen/dictionary/little_endian.hpp"
+#include "canopen/nmt/nmt.hpp"
 
 namespace cbcan {
 

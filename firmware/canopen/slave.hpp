@@ -12,9 +12,9 @@
 #include <cstdint>
 #include <span>
 
-#include "canopen/nmt.hpp"
-#include "canopen/object_dictionary.hpp"
-#include "canopen/sdo_server.hpp"
+#include "canopen/dictionary/object_dictionary.hpp"
+#include "canopen/nmt/nmt.hpp"
+#include "canopen/sdo/server.hpp"
 #include "cbcan/ports.hpp"
 #include "cbcan/time.hpp"
 

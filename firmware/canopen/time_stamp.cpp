@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "canopen/time_stamp.hpp"
 
-#include "canopen/cob_id.hpp"
-#include "canopen/little_endian.hpp"
+#include "canopen/dictionary/cob_id.hpp"
+#include "canopen/dictionary/little_endian.hpp"
 
 namespace cbcan {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-#include "canopen/object_dictionary.hpp"
+#include "canopen/dictionary/object_dictionary.hpp"
 #include "canopen/outbox.hpp"
 #include "cbcan/ports.hpp"
 #include "cbcan/time.hpp"

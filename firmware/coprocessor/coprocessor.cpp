@@ -65,7 +65,6 @@ void Coprocessor::work(Time now) {
 }
 
 // ---- One transaction
-// -----------------------------------------------------------------------------------------
 
 /// The checks are in the order of the contract.
 void Coprocessor::begin(Time now) {
@@ -116,7 +115,6 @@ void Coprocessor::end_read(std::span<const std::uint8_t> bytes) {
 }
 
 // ---- SDO
-// -----------------------------------------------------------------------------------------------------
 
 void Coprocessor::begin_sdo(const Request& request, Time now) {
   const bool read = request.command == regmap::kSdoRead;
@@ -157,7 +155,6 @@ void Coprocessor::begin_local(const Request& request, Time now) {
 }
 
 // ---- NMT and node state
-// --------------------------------------------------------------------------------------
 
 void Coprocessor::begin_nmt(const Request& request, Time now) {
   if (request.sub == 0 || request.sub > regmap::kNmtAllNodes) return end(AbortCode::kNoSubIndex);
@@ -214,7 +211,6 @@ void Coprocessor::end_with_state(std::uint16_t state) {
 }
 
 // ---- Frames
-// --------------------------------------------------------------------------------------------------
 
 void Coprocessor::on_frame(const Frame& frame, Time now) {
   constexpr unsigned kFunctionShift = 7;

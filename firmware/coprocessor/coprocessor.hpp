@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <span>
 
-#include "canopen/sdo_client.hpp"
+#include "canopen/sdo/client.hpp"
 #include "cbcan/ports.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"

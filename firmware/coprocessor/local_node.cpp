@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "canopen/little_endian.hpp"
+#include "canopen/dictionary/little_endian.hpp"
 
 namespace cbcan {
 
@@ -62,7 +62,6 @@ void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Tim
 }
 
 // ---- Reading
-// -------------------------------------------------------------------------------------------------
 
 AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
                              std::size_t& size, Time now) {
@@ -122,7 +121,6 @@ local::DeviceState LocalNode::device_state(std::uint8_t node, Time now) const {
 }
 
 // ---- Writing
-// -------------------------------------------------------------------------------------------------
 
 AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                               Time now) {

@@ -10,9 +10,9 @@
 #include <span>
 
 #include "canopen/device.hpp"
-#include "canopen/emergency_consumer.hpp"
-#include "canopen/node_monitor.hpp"
-#include "canopen/sdo_client.hpp"
+#include "canopen/emcy/emergency_consumer.hpp"
+#include "canopen/nmt/node_monitor.hpp"
+#include "canopen/sdo/client.hpp"
 #include "cbcan/ports.hpp"
 #include "cbcan/time.hpp"
 #include "coprocessor/local_objects.hpp"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <string_view>
 
-#include "canopen/cob_id.hpp"
-#include "canopen/nmt.hpp"
+#include "canopen/dictionary/cob_id.hpp"
+#include "canopen/nmt/nmt.hpp"
 #include "cbcan/version.hpp"
 
 namespace cbcan::local {

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <span>
 
-#include "canopen/object_dictionary.hpp"
+#include "canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/regmap.hpp"
 

@@ -14,7 +14,7 @@
 #include "app/manual_clock.hpp"
 #include "app/suggest.hpp"
 #include "app/value.hpp"
-#include "canopen/little_endian.hpp"
+#include "canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::app {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "canopen/object_dictionary.hpp"
+#include "canopen/dictionary/object_dictionary.hpp"
 
 namespace cbcan::devices {
 

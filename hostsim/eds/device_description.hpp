@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "canopen/object_dictionary.hpp"
+#include "canopen/dictionary/object_dictionary.hpp"
 
 namespace cbcan::eds {
 

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "canopen/lss_slave.hpp"
-#include "canopen/nmt.hpp"
+#include "canopen/nmt/nmt.hpp"
 #include "io/files.hpp"
 
 namespace cbcan::io {

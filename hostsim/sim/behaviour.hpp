@@ -17,8 +17,8 @@
 #include <string_view>
 
 #include "canopen/device.hpp"
-#include "canopen/nmt.hpp"
-#include "canopen/object_dictionary.hpp"
+#include "canopen/dictionary/object_dictionary.hpp"
+#include "canopen/nmt/nmt.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::sim {

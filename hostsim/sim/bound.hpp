@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "canopen/object_dictionary.hpp"
+#include "canopen/dictionary/object_dictionary.hpp"
 
 namespace cbcan::sim {
 

@@ -149,7 +149,6 @@ void Node::on_bus_state(BusState state, Time now) {
 }
 
 // ---- Node ID
-// -------------------------------------------------------------------------------------------------
 
 std::uint32_t Node::identity(std::uint8_t part) const {
   constexpr std::uint16_t kIdentity = 0x1018;
@@ -206,7 +205,6 @@ void Node::follow_ids() {
 }
 
 // ---- Behaviour
-// -----------------------------------------------------------------------------------------------
 
 void Node::update(Time now) {
   if (!behaviour_) return;
@@ -324,7 +322,6 @@ void Node::changed(std::uint16_t index, std::uint8_t sub, Time now) {
 }
 
 // ---- The dictionary
-// ------------------------------------------------------------------------------------------
 
 /// 1010h and 1011h: what the device can do, as its EDS file says.
 AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "canopen/device.hpp"
-#include "canopen/node_id_values.hpp"
+#include "canopen/dictionary/node_id_values.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "sim/node_lss.hpp"

@@ -133,7 +133,7 @@ TEST_CASE("Every node of the demo plant is built without a word") {
   CHECK(devices == std::vector<std::string>{"cia401", "cia404", "cia404", "cia402", "none"});
 }
 
-// ---- What a simulated node is made of besides its dictionary ----------------------------------------
+// ---- What a simulated node is made of besides its dictionary
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "canopen/object_dictionary.hpp"
+#include "canopen/dictionary/object_dictionary.hpp"
 #include "support/catch.hpp"
 
 using cbcan::AbortCode;

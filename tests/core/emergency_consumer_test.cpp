@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The set of nodes, and the EMCY consumer with the scan of CiA 405's RECV_EMCY.
-#include "canopen/emergency_consumer.hpp"
+#include "canopen/emcy/emergency_consumer.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
 

@@ -2,7 +2,7 @@
 // SDO block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.15). The value is "123456789", whose CRC with this
 // polynomial is the published check value 31C3h.
 
-#include "canopen/crc16.hpp"
+#include "canopen/sdo/crc16.hpp"
 #include "support/bench.hpp"
 
 using cbcan::kMillisecond;

@@ -3,7 +3,7 @@
 // cells fail.
 #include <algorithm>
 
-#include "canopen/sdo_client.hpp"
+#include "canopen/sdo/client.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {

@@ -11,8 +11,8 @@
 #include <iterator>
 #include <string>
 
-#include "canopen/little_endian.hpp"
-#include "canopen/sdo_protocol.hpp"
+#include "canopen/dictionary/little_endian.hpp"
+#include "canopen/sdo/protocol.hpp"
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
 #include "fuzz/input.hpp"

@@ -6,7 +6,7 @@
 
 #include "app/demo_plant.hpp"
 #include "app/node_image.hpp"
-#include "canopen/cob_id.hpp"
+#include "canopen/dictionary/cob_id.hpp"
 #include "fuzz/fuzz.hpp"
 
 namespace cbcan::fuzz {
@@ -97,7 +97,6 @@ void DevicePlant::add_bus_fault(const sim::Fault& fault) {
 }
 
 // ---- Time
-// -----------------------------------------------------------------------------------------------
 
 Time DevicePlant::pass_to(Time end) {
   if (!options_.by_deadlines) {
@@ -150,7 +149,6 @@ void DevicePlant::forget_states() {
 }
 
 // ---- Frames
-// ---------------------------------------------------------------------------------------------
 
 void DevicePlant::on_bus_frame(const Frame& frame, Time at) {
   seen_.push_back({at, frame});
@@ -205,7 +203,6 @@ void DevicePlant::check_configured_frame(Watched& sender, const Frame& frame) {
 }
 
 // ---- The master
-// -----------------------------------------------------------------------------------------
 
 bool DevicePlant::is_heard(Watched& node) {
   return options_.by_deadlines && options_.bit_rate == 0 && world.faults().list().empty() &&

@@ -21,7 +21,7 @@ namespace {
 std::string vcan() {
   const char* name = std::getenv("CBCAN_VCAN");
   if (name == nullptr)
-    throw std::runtime_error("CBCAN_VCAN names no interface; run this by tools/in-vcan-vm");
+    throw std::runtime_error("CBCAN_VCAN names no interface; run this by tools/dev/in-vcan-vm");
   return name;
 }
 

@@ -37,7 +37,7 @@ def compile_with(flags, sources):
 
 def library_sources():
     """All that belongs into a library, relative to firmware/."""
-    return sorted(str(path.relative_to(ROOT / "firmware")) for part in PARTS for path in (ROOT / "firmware" / part).glob("*.cpp"))
+    return sorted(str(path.relative_to(ROOT / "firmware")) for part in PARTS for path in (ROOT / "firmware" / part).rglob("*.cpp"))
 
 
 def version():
@@ -56,7 +56,7 @@ class Packaging(unittest.TestCase):
         sources = set()
         for rule in build["srcFilter"]:
             sign, pattern = re.fullmatch(r"([+-])<(.+)>", rule).groups()
-            found = set((ROOT / build["srcDir"]).glob("**/*" if pattern == "*" else pattern))
+            found = set((ROOT / build["srcDir"]).glob("**/*" if pattern == "*" else pattern + "**/*" if pattern.endswith("/") else pattern))
             sources = sources | found if sign == "+" else sources - found
         self.assertEqual(sorted(str(path.relative_to(ROOT / "firmware")) for path in sources), library_sources())
         flags = [flag.replace("-I ", "-I") for flag in build["flags"]]
@@ -87,13 +87,13 @@ class Packaging(unittest.TestCase):
     def test_arduino(self):
         """Arduino: everything below src/ is compiled, and src/ is the only include path."""
         with tempfile.TemporaryDirectory() as folder:
-            library = pathlib.Path(run(ROOT / "tools/arduino-library", folder).strip())
+            library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", folder).strip())
             sources = sorted((library / "src").rglob("*.cpp"))
             self.assertEqual([str(path.relative_to(library / "src")) for path in sources], library_sources())
             sketch = pathlib.Path(folder) / "sketch.cpp"
             sketch.write_text("#include <cbcan.h>\n" + EXAMPLE.read_text())
             compile_with([f"-I{library}/src", "-std=gnu++20"], [*sources, sketch])
-            again = subprocess.run([ROOT / "tools/arduino-library", folder], capture_output=True, text=True)
+            again = subprocess.run([ROOT / "tools/dev/arduino-library", folder], capture_output=True, text=True)
             self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
 
     def test_the_page_shows_the_example_as_it_is(self):

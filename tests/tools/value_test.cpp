@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "value.hpp"
+#include "cbcanctl/value.hpp"
 
 #include "support/catch.hpp"
 

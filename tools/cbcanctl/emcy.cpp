@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "cbcanctl/commands.hpp"
-#include "emergency.hpp"
+#include "cbcanctl/emergency.hpp"
 
 namespace cbcan::ctl {
 

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "client.hpp"
-#include "value.hpp"
+#include "cbcanctl/client.hpp"
+#include "cbcanctl/value.hpp"
 
 namespace cbcan::ctl {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "cbcan/regmap.hpp"
-#include "data_words.hpp"
+#include "common/data_words.hpp"
 
 namespace cbcan::cia405::detail {
 

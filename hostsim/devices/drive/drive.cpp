@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "canopen/little_endian.hpp"
+#include "canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::devices {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "canopen/little_endian.hpp"
+#include "canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::sim {
 

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <variant>
 
-#include "canopen/object_dictionary.hpp"
+#include "canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::sim {

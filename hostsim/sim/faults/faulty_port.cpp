@@ -5,10 +5,10 @@
 #include <string>
 #include <utility>
 
-#include "canopen/emergency.hpp"
-#include "canopen/emergency_consumer.hpp"
-#include "canopen/little_endian.hpp"
-#include "canopen/nmt.hpp"
+#include "canopen/dictionary/little_endian.hpp"
+#include "canopen/emcy/emergency.hpp"
+#include "canopen/emcy/emergency_consumer.hpp"
+#include "canopen/nmt/nmt.hpp"
 
 namespace cbcan::sim {
 

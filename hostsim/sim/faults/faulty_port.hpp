@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "canopen/nmt.hpp"
+#include "canopen/nmt/nmt.hpp"
 #include "cbcan/ports.hpp"
 #include "sim/bus.hpp"
 #include "sim/faults/answer_faults.hpp"

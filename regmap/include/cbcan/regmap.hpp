@@ -19,7 +19,6 @@
 namespace cbcan::regmap {
 
 // ---- The window
-// ----------------------------------------------------------------------------------------------
 
 /// Addresses of the window's registers (CBCAN, table 1).
 inline constexpr std::uint16_t kExecuteFlag = 3700;
@@ -88,7 +87,6 @@ inline constexpr std::array<RegisterRow, 2> kProcessData{{
 }};
 
 // ---- Diagnostics of the firmware images
-// ------------------------------------------------------------------------
 
 /// A block of read-only registers that the images for microcontrollers have outside the window; in the
 /// simulator these are registers like any other. Two registers hold a 32-bit number, low word first.
@@ -159,7 +157,6 @@ inline constexpr std::array<RegisterRow, 19> kDiagnostics{{
 enum class ResetCause : std::uint16_t { kUnknown, kPowerOn, kPin, kSoftware, kWatchdog, kBrownOut };
 
 // ---- Commands and results
-// ------------------------------------------------------------------------------------
 
 struct NamedNumber {
   std::uint32_t value;
@@ -193,7 +190,6 @@ inline constexpr std::array<NamedNumber, 4> kResults{{
 }};
 
 // ---- Services addressed through objects (CBCAN, section 3)
-// ----------------------------------------------------
 
 inline constexpr std::uint16_t kNmtService =
     0x1F82;  ///< written: NMT command; sub-index 1..127, or 128 = all
@@ -238,7 +234,6 @@ inline constexpr std::array<NamedNumber, 4> kNodeStates{{
 }};
 
 // ---- SDO abort codes
-// -----------------------------------------------------------------------------------------
 
 struct AbortRow {
   std::uint32_t code;

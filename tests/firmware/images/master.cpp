@@ -4,8 +4,8 @@
 // memory.
 #include <new>
 
-#include "canopen/node_monitor.hpp"
-#include "canopen/sdo_client.hpp"
+#include "canopen/nmt/node_monitor.hpp"
+#include "canopen/sdo/client.hpp"
 #include "hardware.hpp"
 
 namespace {

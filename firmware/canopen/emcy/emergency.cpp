@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "canopen/emcy/emergency.hpp"
+
+#include <algorithm>
+
+#include "canopen/dictionary/cob_id.hpp"
+#include "canopen/dictionary/little_endian.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr Time kInhibitUnit = 100;
+
+}  // namespace
+
+void Emergency::reset(bool application, Time now) {
+  waiting_count_ = 0;
+  next_allowed_ = now;
+  due_ = kNever;
+  running_ = false;
+  if (application) error_count_ = 0;
+  update_register();
+}
+
+AbortCode Emergency::check(const ObjectEntry& entry, std::uint8_t sub,
+                           std::span<const std::uint8_t> value) const {
+  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
+  if (entry.index == kHistory && sub == 0) return number == 0 ? AbortCode::kNone : AbortCode::kValue;
+  if (entry.index != kCobId) return AbortCode::kNone;
+  const auto current = static_cast<std::uint32_t>(dictionary_.get(kCobId, 0));
+  const bool stays_valid = ((number | current) & cob::kInvalid) == 0;
+  if (stays_valid && number != current) return AbortCode::kValue;
+  return cob::is_usable(number & ~cob::kInvalid) ? AbortCode::kNone : AbortCode::kValue;
+}
+
+void Emergency::on_stored(std::uint16_t index, Time now) {
+  if (index == kCobId || index == kInhibitTime) send_waiting(now);
+  if (index != kHistory) return;
+  for (std::uint8_t sub = 1; dictionary_.set(kHistory, sub, 0) && sub != 0xFE; ++sub) {
+  }
+}
+
+void Emergency::error(std::uint16_t code, std::uint8_t register_bits, const Info& info, Time now) {
+  if (has(code)) return;
+  if (error_count_ == kMostErrors) {
+    ++counters_.lost;
+    return;
+  }
+  errors_[error_count_++] = {code, static_cast<std::uint8_t>(register_bits | ErrorRegister::kGeneric)};
+  const Message message{code, update_register(), info};
+  remember(message);
+  tell(message, now);
+}
+
+void Emergency::error_over(std::uint16_t code, Time now) {
+  const auto last = errors_.begin() + error_count_;
+  const auto found = std::find_if(errors_.begin(), last, [code](const Error& e) { return e.code == code; });
+  if (found == last) return;
+  std::copy(found + 1, last, found);
+  --error_count_;
+  tell({static_cast<std::uint16_t>(EmergencyCode::kReset), update_register(), {}}, now);
+}
+
+bool Emergency::has(std::uint16_t code) const {
+  const auto last = errors_.begin() + error_count_;
+  return std::any_of(errors_.begin(), last, [code](const Error& e) { return e.code == code; });
+}
+
+void Emergency::set_running(bool running, Time now) {
+  running_ = running;
+  send_waiting(now);
+}
+
+void Emergency::poll(Time now) {
+  if (now >= due_) send_waiting(now);
+}
+
+std::uint8_t Emergency::update_register() {
+  std::uint8_t bits = 0;
+  for (std::size_t i = 0; i < error_count_; ++i)
+    bits = static_cast<std::uint8_t>(bits | errors_[i].register_bits);
+  dictionary_.set(kRegister, 0, bits);
+  return bits;
+}
+
+/// The newest is 1003h:01; the code in the low word, the first two bytes of the manufacturer in the high one.
+void Emergency::remember(const Message& message) {
+  ObjectEntry entry{};
+  if (dictionary_.find(kHistory, 1, entry) != AbortCode::kNone) return;
+  const std::uint64_t length = std::min<std::uint64_t>(dictionary_.get(kHistory, 0) + 1, entry.last_sub);
+  for (auto sub = static_cast<std::uint8_t>(length); sub > 1; --sub)
+    dictionary_.set(kHistory, sub, dictionary_.get(kHistory, static_cast<std::uint8_t>(sub - 1)));
+  dictionary_.set(kHistory, 1,
+                  message.code | std::uint32_t{message.info[0]} << 16 | std::uint32_t{message.info[1]} << 24);
+  dictionary_.set(kHistory, 0, length);
+}
+
+void Emergency::tell(const Message& message, Time now) {
+  if (waiting_count_ == kMostWaiting) {
+    ++counters_.lost;
+    return;
+  }
+  waiting_[(first_waiting_ + waiting_count_++) % kMostWaiting] = message;
+  send_waiting(now);
+}
+
+void Emergency::send_waiting(Time now) {
+  due_ = kNever;
+  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(kCobId, 0));
+  const bool exists = cob_id != 0 && (cob_id & cob::kInvalid) == 0;
+  if (!exists) waiting_count_ = 0;
+  while (running_ && waiting_count_ != 0) {
+    if (now < next_allowed_) {
+      due_ = next_allowed_;
+      return;
+    }
+    const Message& message = waiting_[first_waiting_];
+    Frame frame;
+    frame.id = cob::id_of(cob_id);
+    frame.length = 8;
+    store_little_endian(std::span(frame.data).first<2>(), message.code);
+    frame.data[2] = message.error_register;
+    std::copy(message.info.begin(), message.info.end(), frame.data.begin() + 3);
+    if (!port_.try_send(frame)) {
+      due_ = now + kRetryInterval;
+      return;
+    }
+    ++counters_.sent;
+    application_.on_emergency_sent(frame.data);
+    first_waiting_ = static_cast<std::uint8_t>((first_waiting_ + 1u) % kMostWaiting);
+    --waiting_count_;
+    next_allowed_ = now + dictionary_.get(kInhibitTime, 0) * kInhibitUnit;
+  }
+}
+
+}  // namespace cbcan

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Heartbeat consumer (CiA 301, 7.2.8.3.2.1): watches the nodes that 1016h names. A heartbeat costs two array
+/// accesses; deadlines are looked through only when the earliest of them may have passed. Nothing is
+/// allocated; not re-entrant.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "canopen/dictionary/object_dictionary.hpp"
+#include "canopen/nmt/nmt.hpp"
+#include "cbcan/frame.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+class HeartbeatConsumer {
+ public:
+  static constexpr std::uint16_t kTimes = 0x1016;
+
+  /// One watched node.
+  struct Watched {
+    Time period;    ///< that may pass between two heartbeats
+    Time deadline;  ///< kNever: not heard yet, or lost
+    std::uint8_t node;
+    bool lost;
+  };
+
+  /// `slots`: as many entries of 1016h as are looked at; the caller's.
+  HeartbeatConsumer(const ObjectDictionary& dictionary, std::span<Watched> slots)
+      : dictionary_(dictionary), slots_(slots) {}
+
+  /// Takes over 1016h; whoever was watched before has to be heard anew.
+  void configure();
+
+  /// Before a value of 1016h is stored: kNone, or why it cannot be.
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+
+  /// A data frame on 700h + node ID.
+  void on_frame(const Frame& frame, Time now);
+
+  void poll(Time now);
+  Time deadline() const { return due_; }
+
+  /// Watched nodes that are lost now.
+  std::size_t lost() const { return lost_; }
+  std::span<const Watched> watched() const { return slots_.first(count_); }
+
+ private:
+  static constexpr std::uint8_t kNotWatched = 0xFF;
+
+  const ObjectDictionary& dictionary_;
+  std::span<Watched> slots_;
+  std::array<std::uint8_t, nmt::kMaxNode + 1> slot_of_{};
+  std::size_t count_ = 0;
+  std::size_t lost_ = 0;
+  Time due_ = kNever;  ///< no deadline is earlier
+};
+
+}  // namespace cbcan
