@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "app/control.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
-#include <cstdio>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
-#include "app/config.hpp"
 #include "app/manual_clock.hpp"
-#include "app/suggest.hpp"
-#include "app/value.hpp"
 #include "canopen/dictionary/little_endian.hpp"
+#include "plant/config.hpp"
+#include "text/numbers.hpp"
+#include "text/suggestion.hpp"
+#include "text/value.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::app {
 
@@ -28,26 +30,13 @@ class Refused : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-constexpr std::string_view kBlanks = " \t";
-
-Words words_of(std::string_view line) {
-  Words words;
-  while (true) {
-    const auto first = line.find_first_not_of(kBlanks);
-    if (first == std::string_view::npos) return words;
-    line.remove_prefix(first);
-    words.push_back(line.substr(0, line.find_first_of(kBlanks)));
-    line.remove_prefix(words.back().size());
-  }
-}
-
 std::string quoted(std::string_view word) {
   return "\"" + std::string(word) + "\"";
 }
 
 std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high,
                         const std::string& what) {
-  const auto number = parse_integer(text);
+  const auto number = text::parse_integer(text);
   if (!number || *number < low || *number > high)
     throw Refused(what + " " + quoted(text) + ": must be " + std::to_string(low) + ".." +
                   std::to_string(high));
@@ -106,14 +95,14 @@ bool is_one_line(std::span<const std::uint8_t> text) {
 std::string text_of_value(std::span<const std::uint8_t> bytes, DataType type) {
   const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
   if (type == DataType::kReal32)
-    return value_text(static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
-  if (type == DataType::kReal64) return value_text(std::bit_cast<double>(raw));
-  if (type == DataType::kBoolean) return value_text(raw != 0);
-  if (is_signed(type)) return value_text(sign_extend(raw, bytes.size()));
+    return text::value_text(static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
+  if (type == DataType::kReal64) return text::value_text(std::bit_cast<double>(raw));
+  if (type == DataType::kBoolean) return text::value_text(raw != 0);
+  if (is_signed(type)) return text::value_text(sign_extend(raw, bytes.size()));
   if (type == DataType::kVisibleString && is_one_line(bytes))
-    return value_text(std::string(bytes.begin(), bytes.end()));
+    return text::value_text(std::string(bytes.begin(), bytes.end()));
   if (size_of(type) != 0) return std::to_string(raw);
-  return value_text(Bytes(bytes.begin(), bytes.end()));
+  return text::value_text(text::Bytes(bytes.begin(), bytes.end()));
 }
 
 std::string line_of(const sim::SetFault& set) {
@@ -129,17 +118,16 @@ class Execution {
 
   std::string run();
 
- private:
   struct Command {
     std::string_view name;
     std::size_t least;  ///< words behind the name
     std::size_t most;
-    std::string_view usage;
-    std::string_view meaning;
+    CommandText text;
     std::string (Execution::*run)();
   };
   static std::span<const Command> commands();
 
+ private:
   std::string list_nodes();
   std::string get();
   std::string set();
@@ -172,18 +160,51 @@ class Execution {
 std::span<const Execution::Command> Execution::commands() {
   constexpr std::size_t kAny = ~std::size_t{0};
   static constexpr std::array kCommands = std::to_array<Command>({
-      {"nodes", 0, 0, "nodes", "the nodes, a line each", &Execution::list_nodes},
-      {"get", 2, 2, "get NODE INDEX[:SUB]", "a value of its dictionary", &Execution::get},
-      {"set", 3, 3, "set NODE INDEX[:SUB] NUMBER", "an input gets this value from outside", &Execution::set},
-      {"incident", 3, 3, "incident NODE NAME on|off", "something happens to the device, or is over",
+      {"nodes",
+       0,
+       0,
+       {"nodes", "The nodes, a line each",
+        "Of all networks, each with its place in the network, node ID (`-` without one), NMT state, device, "
+        "name."},
+       &Execution::list_nodes},
+      {"get",
+       2,
+       2,
+       {"get NODE INDEX[:SUB]", "A value of its dictionary",
+        "It is read as it is now, whatever its access rights."},
+       &Execution::get},
+      {"set",
+       3,
+       3,
+       {"set NODE INDEX[:SUB] NUMBER", "An input gets this value from outside",
+        "Rounded, and limited to what the object can hold, as from a signal of the plant file. Objects that "
+        "are "
+        "no input of the device are set as they are, from 2000h on."},
+       &Execution::set},
+      {"incident",
+       3,
+       3,
+       {"incident NODE NAME on|off", "Something happens to the device, or is over",
+        "[devices.md](devices.md) lists the names of each device."},
        &Execution::incident},
-      {"fault", 2, kAny, "fault NODE|bus KIND [KEY=VALUE ...]",
-       "a fault on purpose; the answer is its number", &Execution::fault},
-      {"faults", 0, 1, "faults [NODE|bus]", "the faults that are set, a line each", &Execution::list_faults},
-      {"clear", 0, 2, "clear [NODE|bus [NUMBER]]", "no more faults: all, one place's, or one of them",
+      {"fault",
+       2,
+       kAny,
+       {"fault NODE|bus KIND [KEY=VALUE ...]", "Injects a fault from now on and answers its number",
+        "See [faults.md](faults.md)."},
+       &Execution::fault},
+      {"faults",
+       0,
+       1,
+       {"faults [NODE|bus]", "The faults that are set, a line each", "Each with how often it has happened."},
+       &Execution::list_faults},
+      {"clear",
+       0,
+       2,
+       {"clear [NODE|bus [NUMBER]]", "No more faults: all, one place's, or one of them", ""},
        &Execution::clear},
-      {"time", 0, 0, "time", "seconds since the start", &Execution::tell_time},
-      {"help", 0, 0, "help", "these lines", &Execution::help},
+      {"time", 0, 0, {"time", "Seconds since the start", ""}, &Execution::tell_time},
+      {"help", 0, 0, {"help", "These lines", ""}, &Execution::help},
   });
   return kCommands;
 }
@@ -195,12 +216,13 @@ std::string Execution::run() {
     std::vector<std::string_view> names;
     for (const Command& other : known)
       names.push_back(other.name);
-    const std::string suggestion = did_you_mean(words_.front(), names);
+    const std::string suggestion = text::did_you_mean(words_.front(), names);
     throw Refused(quoted(words_.front()) + ": no such command" +
                   (suggestion.empty() ? "; help lists them" : suggestion));
   }
   const std::size_t given = words_.size() - 1;
-  if (given < command->least || given > command->most) throw Refused("write " + std::string(command->usage));
+  if (given < command->least || given > command->most)
+    throw Refused("write " + std::string(command->text.usage));
   return (this->*command->run)();
 }
 
@@ -219,7 +241,7 @@ sim::BusFaults* Execution::bus(std::string_view word) const {
 sim::Node& Execution::node(std::string_view word) const {
   const auto [network, name] = where(word);
   const std::vector<PlantNode>& nodes = networks_[network - 1]->nodes;
-  const std::string what = in_network(network) + "node";
+  const std::string what = plant::in_network(network) + "node";
   if (name.starts_with('#')) {
     const std::uint32_t place = number_of(name.substr(1), 1, static_cast<std::uint32_t>(nodes.size()), what);
     return *nodes[place - 1].node;
@@ -257,7 +279,7 @@ std::string Execution::get() {
   const Address address = address_of(words_[2]);
   ObjectEntry entry{};
   if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
-    throw Refused(object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
+    throw Refused(plant::object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
                   " has no such object");
   of.bring_up_to_date(now_);
   return "ok " + text_of_value(of.device().dictionary().value(entry, address.sub), entry.type) + "\n";
@@ -266,7 +288,7 @@ std::string Execution::get() {
 std::string Execution::set() {
   sim::Node& of = node(words_[1]);
   const Address address = address_of(words_[2]);
-  const Value value = parse_value(words_[3]);
+  const text::Value value = text::parse_value(words_[3]);
   double number = 0;
   if (const auto* integer = std::get_if<std::int64_t>(&value)) {
     number = static_cast<double>(*integer);
@@ -279,9 +301,10 @@ std::string Execution::set() {
   }
   constexpr std::uint16_t kLastCommunicationIndex = 0x1FFF;
   if (address.index <= kLastCommunicationIndex)
-    throw Refused(object_name(address.index, address.sub) + ": objects below 2000h are for SDO, not for set");
+    throw Refused(plant::object_name(address.index, address.sub) +
+                  ": objects below 2000h are for SDO, not for set");
   if (!of.set_input(address.index, address.sub, number, now_))
-    throw Refused(object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
+    throw Refused(plant::object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
                   " has no such number");
   return "ok\n";
 }
@@ -364,18 +387,22 @@ std::string Execution::clear() {
 
 std::string Execution::help() {
   std::string text;
-  for (const Command& command : commands()) {
-    std::array<char, 100> line{};
-    std::snprintf(line.data(), line.size(), "%-37s %s\n", command.usage.data(), command.meaning.data());
-    text += line.data();
-  }
+  for (const CommandText& command : command_texts())
+    text += fmt::format("{:37} {}\n", command.usage, command.meaning);
   return text + "ok\n";
 }
 
 }  // namespace
 
+std::vector<CommandText> command_texts() {
+  std::vector<CommandText> texts;
+  for (const auto& command : Execution::commands())
+    texts.push_back(command.text);
+  return texts;
+}
+
 std::string Control::execute(std::string_view line, Time now) {
-  Words words = words_of(line);
+  Words words = text::words_of(line);
   if (words.empty()) return {};
   try {
     return Execution(networks_, std::move(words), started_, now).run();

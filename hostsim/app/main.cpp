@@ -6,27 +6,28 @@
 #include <iostream>
 #include <utility>
 
-#include "app/command_line.hpp"
-#include "app/demo_plant.hpp"
-#include "app/node_image.hpp"
 #include "app/simulator.hpp"
 #include "io/files.hpp"
+#include "plant/build_node.hpp"
+#include "plant/command_line.hpp"
+#include "plant/demo_plant.hpp"
 
 namespace {
 
-using cbcan::app::ExitCode;
+using cbcan::plant::ExitCode;
 
 void warn(const std::string& line) {
   std::cerr << "cbcan-sim: " << line << "\n";
 }
 
 /// All nodes of a network; or fewer, when what is wrong has been said, and `good` is false.
-std::vector<cbcan::app::BuiltNode> build_nodes(const cbcan::app::Config& config,
-                                               const cbcan::app::NetworkConfig& network,
-                                               const cbcan::app::FileReader& read, bool& good) {
-  std::vector<cbcan::app::BuiltNode> nodes;
-  for (const cbcan::app::NodeConfig& node : network.nodes) {
-    cbcan::app::NodeBuild build = cbcan::app::build_node(node, cbcan::app::node_seed(config, node), read);
+std::vector<cbcan::plant::BuiltNode> build_nodes(const cbcan::plant::Config& config,
+                                                 const cbcan::plant::NetworkConfig& network,
+                                                 const cbcan::plant::FileReader& read, bool& good) {
+  std::vector<cbcan::plant::BuiltNode> nodes;
+  for (const cbcan::plant::NodeConfig& node : network.nodes) {
+    cbcan::plant::NodeBuild build =
+        cbcan::plant::build_node(node, cbcan::plant::node_seed(config, node), read);
     for (const std::string& line : build.warnings)
       std::cerr << line << "\n";
     for (const std::string& line : build.problems)
@@ -40,10 +41,10 @@ std::vector<cbcan::app::BuiltNode> build_nodes(const cbcan::app::Config& config,
   return nodes;
 }
 
-ExitCode run(const cbcan::app::Config& config, const cbcan::app::FileReader& read) {
+ExitCode run(const cbcan::plant::Config& config, const cbcan::plant::FileReader& read) {
   bool good = true;
-  std::vector<std::vector<cbcan::app::BuiltNode>> nodes;
-  for (const cbcan::app::NetworkConfig& network : config.networks)
+  std::vector<std::vector<cbcan::plant::BuiltNode>> nodes;
+  for (const cbcan::plant::NetworkConfig& network : config.networks)
     nodes.push_back(build_nodes(config, network, read, good));
   if (!good) return ExitCode::kUsage;
   cbcan::app::Simulator simulator(config, std::move(nodes), warn);
@@ -56,8 +57,8 @@ ExitCode run(const cbcan::app::Config& config, const cbcan::app::FileReader& rea
 }  // namespace
 
 int main(int argc, char** argv) {
-  const cbcan::app::FileReader read = cbcan::app::with_demo_plant(cbcan::io::read_file);
-  const cbcan::app::Start start = cbcan::app::parse_command_line(argc, argv, read);
+  const cbcan::plant::FileReader read = cbcan::plant::with_demo_plant(cbcan::io::read_file);
+  const cbcan::plant::Start start = cbcan::plant::parse_command_line(argc, argv, read);
   std::cout << start.out << std::flush;
   std::cerr << start.err;
   if (!start.run) return static_cast<int>(start.exit_code);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "app/manual_clock.hpp"
 
-#include <charconv>
+#include <algorithm>
 
 #include "io/errors.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::app {
 namespace {
@@ -34,12 +35,11 @@ Time parse_pass(std::string_view line) {
   if (rest.ends_with('\r')) rest.remove_suffix(1);
   if (!rest.starts_with(kPass)) refuse(line);
   rest.remove_prefix(kPass.size());
-  Time count = 0;
-  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), count);
-  rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
-  const Time unit = unit_of(rest);
-  if (error != std::errc{} || unit == 0 || count > kMost / unit) refuse(line);
-  return count * unit;
+  const std::size_t digits = std::min(rest.find_first_not_of("0123456789"), rest.size());
+  const auto count = text::parse<Time>(rest.substr(0, digits));
+  const Time unit = unit_of(rest.substr(digits));
+  if (!count || unit == 0 || *count > kMost / unit) refuse(line);
+  return *count * unit;
 }
 
 std::string seconds_text(Time now) {

@@ -10,7 +10,7 @@ namespace cbcan::app {
 
 namespace {
 
-Coprocessor::Settings settings_of(const ModuleConfig& module) {
+Coprocessor::Settings settings_of(const plant::ModuleConfig& module) {
   Coprocessor::Settings settings;
   settings.node_id = module.node_id;
   settings.sdo_timeout_ms = module.sdo_timeout_ms;
@@ -24,26 +24,26 @@ RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
 }
 
-ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const ModuleConfig& module) {
+ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
   return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
 }
 
 }  // namespace
 
-Network::Network(const Config& plant, const NetworkConfig& config, std::vector<BuiltNode> nodes,
-                 const Surroundings& surroundings)
+Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
+                 std::vector<plant::BuiltNode> nodes, const Surroundings& surroundings)
     : surroundings_(surroundings),
       number_(config.number),
       name_(plant.networks.size() == 1 ? "" : "network " + std::to_string(number_) + ": "),
-      can_(can_spec(config.can)),
+      can_(plant::can_spec(config.can)),
       registers_(regmap::kRegisterFileWords),
-      world_(config.can.bit_rate, network_seed(plant, config), this) {
+      world_(config.can.bit_rate, plant::network_seed(plant, config), this) {
   if (config.module.enabled)
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
                                  settings_of(config.module));
   add_nodes(config, std::move(nodes));
   set_faults(config);
-  if (config.can.kind == CanKind::kSocketCan)
+  if (config.can.kind == plant::CanKind::kSocketCan)
     socketcan_.emplace(surroundings_.reactor, world_.bus(), config.can.interface_name, surroundings_.warn);
   if (!config.can.slcan.empty()) open_slcan(config);
   if (!config.log.file.empty()) open_log(config);
@@ -53,9 +53,9 @@ std::span<std::uint16_t> Network::registers() {
   return module_ != nullptr ? std::span(registers_) : std::span<std::uint16_t>();
 }
 
-void Network::add_nodes(const NetworkConfig& config, std::vector<BuiltNode> nodes) {
+void Network::add_nodes(const plant::NetworkConfig& config, std::vector<plant::BuiltNode> nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const NodeConfig& node = config.nodes[i];
+    const plant::NodeConfig& node = config.nodes[i];
     sim::NodeParts& parts = nodes[i].parts;
     parts.listener = this;
     if (!node.parameters.empty())
@@ -68,11 +68,11 @@ void Network::add_nodes(const NetworkConfig& config, std::vector<BuiltNode> node
   }
 }
 
-void Network::set_faults(const NetworkConfig& config) {
-  for (const FaultConfig& fault : config.can.faults)
+void Network::set_faults(const plant::NetworkConfig& config) {
+  for (const plant::FaultConfig& fault : config.can.faults)
     world_.faults().add(fault.fault, surroundings_.started);
   for (std::size_t i = 0; i < plant_.nodes.size(); ++i)
-    for (const FaultConfig& fault : config.nodes[i].faults)
+    for (const plant::FaultConfig& fault : config.nodes[i].faults)
       plant_.nodes[i].node->add_fault(fault.fault, surroundings_.started);
 }
 
@@ -90,16 +90,16 @@ void Network::tell_time_of_day() {
 }
 
 /// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
-void Network::open_slcan(const NetworkConfig& config) {
+void Network::open_slcan(const plant::NetworkConfig& config) {
   const std::size_t most_unsent =
       surroundings_.manual_clock ? sim::SlcanAdapter::kUnlimited : sim::SlcanAdapter::kMostUnsent;
   slcan_.emplace(
-      surroundings_.reactor, world_.bus(), io::parse_stream_address(config.can.slcan), most_unsent,
+      surroundings_.reactor, world_.bus(), text::parse_stream_address(config.can.slcan), most_unsent,
       [this] { advance(); }, surroundings_.warn);
 }
 
 /// A manual clock's log begins at 0, and is the same every time.
-void Network::open_log(const NetworkConfig& config) {
+void Network::open_log(const plant::NetworkConfig& config) {
   const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
   log_.emplace(config.log.file, interface, surroundings_.manual_clock ? 0 : io::Reactor::wall_offset(),
                surroundings_.warn);
@@ -109,7 +109,7 @@ void Network::open_log(const NetworkConfig& config) {
 std::string Network::where() const {
   const std::string prefix = number_ == 1 ? "" : std::to_string(number_) + "/";
   std::string text = prefix + "can=" + can_;
-  if (slcan_) text += " " + prefix + "slcan=" + io::to_string(slcan_->address());
+  if (slcan_) text += " " + prefix + "slcan=" + to_string(slcan_->address());
   return text;
 }
 

@@ -13,15 +13,15 @@
 #include <string>
 #include <vector>
 
-#include "app/config.hpp"
 #include "app/control.hpp"
-#include "app/node_image.hpp"
 #include "cbcan/regmap.hpp"
 #include "io/candump_log.hpp"
 #include "io/parameter_file.hpp"
 #include "io/reactor.hpp"
 #include "io/slcan_server.hpp"
 #include "io/socketcan.hpp"
+#include "plant/build_node.hpp"
+#include "plant/config.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::app {
@@ -40,7 +40,7 @@ class Network final : private sim::FaultListener {
   /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
   /// understood.
-  Network(const Config& plant, const NetworkConfig& config, std::vector<BuiltNode> nodes,
+  Network(const plant::Config& plant, const plant::NetworkConfig& config, std::vector<plant::BuiltNode> nodes,
           const Surroundings& surroundings);
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
@@ -74,11 +74,11 @@ class Network final : private sim::FaultListener {
   std::string slcan_summary() const;
 
  private:
-  void add_nodes(const NetworkConfig& config, std::vector<BuiltNode> nodes);
-  void set_faults(const NetworkConfig& config);
+  void add_nodes(const plant::NetworkConfig& config, std::vector<plant::BuiltNode> nodes);
+  void set_faults(const plant::NetworkConfig& config);
   void tell_time_of_day();
-  void open_slcan(const NetworkConfig& config);
-  void open_log(const NetworkConfig& config);
+  void open_slcan(const plant::NetworkConfig& config);
+  void open_log(const plant::NetworkConfig& config);
   void on_fault(std::string_view text, Time now) override;
 
   Surroundings surroundings_;

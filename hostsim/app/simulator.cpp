@@ -15,7 +15,7 @@ namespace cbcan::app {
 
 namespace {
 
-io::ModbusTcpSettings settings_of(const ModbusConfig& modbus) {
+io::ModbusTcpSettings settings_of(const plant::ModbusConfig& modbus) {
   io::ModbusTcpSettings settings;
   settings.listen = {modbus.host, modbus.port};
   settings.identity = {"cbcan", "cbcan-sim", std::string(kVersion)};
@@ -26,17 +26,18 @@ constexpr std::string_view kError = "error: ";
 
 }  // namespace
 
-Simulator::Simulator(const Config& config, std::vector<std::vector<BuiltNode>> nodes, const io::Warn& warn)
+Simulator::Simulator(const plant::Config& config, std::vector<std::vector<plant::BuiltNode>> nodes,
+                     const io::Warn& warn)
     : warn_(warn),
       signals_(reactor_),
-      started_(config.time.clock == ClockKind::kManual ? 0 : io::Reactor::now()) {
-  if (config.time.clock == ClockKind::kManual) input_.emplace(reactor_, STDIN_FILENO);
+      started_(config.time.clock == plant::ClockKind::kManual ? 0 : io::Reactor::now()) {
+  if (config.time.clock == plant::ClockKind::kManual) input_.emplace(reactor_, STDIN_FILENO);
   open_networks(config, std::move(nodes));
   open_modbus(config);
   if (!config.control.listen.empty()) open_control(config);
 }
 
-void Simulator::open_networks(const Config& config, std::vector<std::vector<BuiltNode>> nodes) {
+void Simulator::open_networks(const plant::Config& config, std::vector<std::vector<plant::BuiltNode>> nodes) {
   const Surroundings surroundings{reactor_, warn_, [this] { return now(); }, started_, input_.has_value()};
   std::vector<PlantNetwork*> plants;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
@@ -48,7 +49,7 @@ void Simulator::open_networks(const Config& config, std::vector<std::vector<Buil
 }
 
 /// Where no network has a module there is nothing to serve.
-void Simulator::open_modbus(const Config& config) {
+void Simulator::open_modbus(const plant::Config& config) {
   std::vector<io::ModbusTcp::Registers> registers;
   for (const auto& network : networks_)
     registers.push_back(network->registers());
@@ -58,18 +59,18 @@ void Simulator::open_modbus(const Config& config) {
       [this](std::size_t network, bool wrote) { networks_[network]->on_request(wrote); }, warn_);
 }
 
-void Simulator::open_control(const Config& config) {
+void Simulator::open_control(const plant::Config& config) {
   commands_.emplace(
-      reactor_, io::parse_stream_address(config.control.listen),
+      reactor_, text::parse_stream_address(config.control.listen),
       [this](std::string_view line) { return execute(line); }, warn_);
 }
 
 std::string Simulator::where() const {
   std::string text;
-  if (modbus_) text += "modbus=" + io::to_string(modbus_->address()) + " ";
+  if (modbus_) text += "modbus=" + to_string(modbus_->address()) + " ";
   for (const auto& network : networks_)
     text += (network == networks_.front() ? "" : " ") + network->where();
-  if (commands_) text += " control=" + io::to_string(commands_->address());
+  if (commands_) text += " control=" + to_string(commands_->address());
   return text;
 }
 

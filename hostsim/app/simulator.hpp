@@ -9,15 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "app/config.hpp"
 #include "app/control.hpp"
 #include "app/network.hpp"
-#include "app/node_image.hpp"
 #include "io/command_server.hpp"
 #include "io/line_input.hpp"
 #include "io/modbus_tcp.hpp"
 #include "io/reactor.hpp"
 #include "io/stop_signals.hpp"
+#include "plant/build_node.hpp"
+#include "plant/config.hpp"
 
 namespace cbcan::app {
 
@@ -26,7 +26,8 @@ class Simulator {
   /// `nodes` has a list for each network of `config`, with one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
   /// understood.
-  Simulator(const Config& config, std::vector<std::vector<BuiltNode>> nodes, const io::Warn& warn);
+  Simulator(const plant::Config& config, std::vector<std::vector<plant::BuiltNode>> nodes,
+            const io::Warn& warn);
 
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
   /// not served is left out.
@@ -44,9 +45,9 @@ class Simulator {
   /// clients that never stop asking stop the clock.
   static constexpr int kMostTurnsBeforeLine = 100;
 
-  void open_networks(const Config& config, std::vector<std::vector<BuiltNode>> nodes);
-  void open_modbus(const Config& config);
-  void open_control(const Config& config);
+  void open_networks(const plant::Config& config, std::vector<std::vector<plant::BuiltNode>> nodes);
+  void open_modbus(const plant::Config& config);
+  void open_control(const plant::Config& config);
   std::size_t turn(Time until);
   void take_input();
   void take_line(const std::string& line);

@@ -28,10 +28,20 @@ constexpr auto kKinds = std::to_array<DeviceKind>({
     {"cia404", 404, make<Transducer>, "measuring device: process values with decimal digits and status"},
 });
 
+constexpr auto kNames = [] {
+  std::array<std::string_view, kKinds.size()> names;
+  std::ranges::transform(kKinds, names.begin(), &DeviceKind::name);
+  return names;
+}();
+
 }  // namespace
 
 std::span<const DeviceKind> device_kinds() {
   return kKinds;
+}
+
+std::span<const std::string_view> device_names() {
+  return kNames;
 }
 
 const DeviceKind* find_device(std::string_view name) {

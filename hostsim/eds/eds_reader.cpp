@@ -8,7 +8,6 @@
 #include "eds/device_sections.hpp"
 #include "eds/object_lists.hpp"
 #include "eds/object_reader.hpp"
-#include "eds/text.hpp"
 
 namespace cbcan::eds {
 

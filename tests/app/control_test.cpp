@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "app/node_image.hpp"
+#include "plant/build_node.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::app {
@@ -20,11 +20,11 @@ std::optional<std::string> read_plant_file(const std::string& path) {
   return file ? std::optional(text.str()) : std::nullopt;
 }
 
-BuiltNode built(std::uint8_t id, const std::string& eds) {
-  NodeConfig node;
+plant::BuiltNode built(std::uint8_t id, const std::string& eds) {
+  plant::NodeConfig node;
   node.id = id;
   node.eds = std::string(CBCAN_SOURCE_DIR "/plants/demo/") + eds;
-  NodeBuild build = build_node(node, 0, read_plant_file);
+  plant::NodeBuild build = build_node(node, 0, read_plant_file);
   REQUIRE(build.node);
   return std::move(*build.node);
 }
@@ -44,7 +44,7 @@ struct Plant {
     log.ids.clear();
   }
   void add(std::uint8_t id, const std::string& eds, const std::string& name) {
-    BuiltNode node = built(id, eds);
+    plant::BuiltNode node = built(id, eds);
     sim::Node& made = world.add_node(id, std::move(node.image), node.parts);
     network.nodes.push_back({&made, name, node.device});
   }
@@ -71,7 +71,7 @@ struct TwoNetworks {
     log.ids.clear();
   }
   void add(std::uint8_t id, const std::string& name) {
-    BuiltNode node = built(id, "drive.eds");
+    plant::BuiltNode node = built(id, "drive.eds");
     node.parts.lss = true;
     sim::Node& made = world.add_node(id, std::move(node.image), node.parts);
     network.nodes.push_back({&made, name, node.device});

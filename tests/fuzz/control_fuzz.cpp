@@ -36,7 +36,7 @@ class Commands {
   /// True: an error.
   static bool check(std::string_view line, std::string_view answer) {
     if (answer.empty()) {
-      require(line.find_first_not_of(" \t") == std::string_view::npos, "a command is answered");
+      require(line.find_first_not_of(" \t\r\v\f") == std::string_view::npos, "a command is answered");
       return false;
     }
     require(answer.ends_with('\n'), "an answer is whole lines");

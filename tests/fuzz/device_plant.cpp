@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <string>
 
-#include "app/demo_plant.hpp"
-#include "app/node_image.hpp"
 #include "canopen/dictionary/cob_id.hpp"
 #include "fuzz/fuzz.hpp"
+#include "plant/build_node.hpp"
+#include "plant/demo_plant.hpp"
 
 namespace cbcan::fuzz {
 
@@ -16,19 +16,19 @@ namespace {
 constexpr std::size_t kMostStepsAtOnce = 100;
 constexpr unsigned kMostFramesAtOnce = 20'000;  // what queues hold, many times over
 
-app::BuiltNode read_node(std::uint8_t id, const char* eds) {
-  app::NodeConfig config;
+plant::BuiltNode read_node(std::uint8_t id, const char* eds) {
+  plant::NodeConfig config;
   config.id = id;
   config.eds = std::string("demo:/") + eds;
   const auto no_disk = [](const std::string&) { return std::optional<std::string>(); };
-  app::NodeBuild build = app::build_node(config, 0, app::with_demo_plant(no_disk));
+  plant::NodeBuild build = plant::build_node(config, 0, plant::with_demo_plant(no_disk));
   require(build.node.has_value(), "the demo's nodes can be built");
   return std::move(*build.node);
 }
 
 /// Each file is read once.
-const app::BuiltNode& built_node(std::size_t place, std::uint8_t id, const char* eds) {
-  static std::array<std::optional<app::BuiltNode>, DevicePlant::kNodes> built;
+const plant::BuiltNode& built_node(std::size_t place, std::uint8_t id, const char* eds) {
+  static std::array<std::optional<plant::BuiltNode>, DevicePlant::kNodes> built;
   if (!built[place]) built[place] = read_node(id, eds);
   return *built[place];
 }
@@ -78,7 +78,7 @@ DevicePlant::DevicePlant(const PlantOptions& options) : world(options.bit_rate, 
 }
 
 void DevicePlant::add(std::size_t place, std::uint8_t id, const char* eds, sim::NodeParts parts) {
-  const app::BuiltNode& built = built_node(place, id, eds);
+  const plant::BuiltNode& built = built_node(place, id, eds);
   Watched& watched = nodes_[place];
   watched.store.works = options_.stores;
   parts.behaviour = built.parts.behaviour;

@@ -13,19 +13,21 @@ MAY_KNOW = {
     "regmap": set(),
     "firmware/boards": {"firmware", "regmap"},
     "firmware": {"regmap"},
-    "hostsim/sim": {"firmware", "regmap"},
-    "hostsim/devices": {"hostsim/sim", "firmware", "regmap"},
-    "hostsim/eds": {"firmware", "regmap"},
-    "hostsim/io": {"hostsim/sim", "firmware", "regmap"},
-    "hostsim/app": {"hostsim/io", "hostsim/eds", "hostsim/devices", "hostsim/sim", "firmware", "regmap"},
-    "tools": {"regmap"},
+    "hostsim/text": set(),
+    "hostsim/sim": {"hostsim/text", "firmware", "regmap"},
+    "hostsim/devices": {"hostsim/sim", "hostsim/text", "firmware", "regmap"},
+    "hostsim/eds": {"hostsim/text", "firmware", "regmap"},
+    "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", "firmware", "regmap"},
+    "hostsim/io": {"hostsim/sim", "hostsim/text", "firmware", "regmap"},
+    "hostsim/app": {"hostsim/plant", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", "firmware", "regmap"},
+    "tools": {"hostsim/text", "regmap"},  # text knows nothing, so tools see Modbus and nothing else all the same
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"cbcan": "firmware", "canopen": "firmware", "coprocessor": "firmware", "modbus": "firmware",
             "slcan": "firmware", "boards": "firmware/boards",
             "sim": "hostsim/sim", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
-            "app": "hostsim/app"}
+            "plant": "hostsim/plant", "text": "hostsim/text", "app": "hostsim/app"}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
 FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "cstdint", "limits", "optional", "span",
@@ -61,7 +63,7 @@ def complaint(room, kind, name):
         return None
     if room in ("regmap", "firmware", "firmware/boards") and name not in FREESTANDING:
         return f"{room} is freestanding"
-    if room in ("hostsim/sim", "hostsim/devices", "hostsim/eds") and IMPURE.fullmatch(name):
+    if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/eds") and IMPURE.fullmatch(name):
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None
 

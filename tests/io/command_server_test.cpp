@@ -13,7 +13,7 @@ namespace {
 struct Server {
   explicit Server(std::string_view address = "127.0.0.1:0")
       : commands(
-            reactor, parse_stream_address(address),
+            reactor, text::parse_stream_address(address),
             [this](std::string_view line) {
               executed.emplace_back(line);
               return "did " + std::string(line) + "\n";

@@ -23,7 +23,7 @@ namespace {
 struct Server {
   explicit Server(std::string_view address = "127.0.0.1:0")
       : slcan(
-            reactor, bus, parse_stream_address(address), sim::SlcanAdapter::kMostUnsent,
+            reactor, bus, text::parse_stream_address(address), sim::SlcanAdapter::kMostUnsent,
             [this] { bus.advance(0); }, [this](const std::string& line) { warnings.push_back(line); }) {}
 
   Reactor reactor;
@@ -54,7 +54,7 @@ void leave_behind(const std::string& path) {
 template <class Error>
 std::string complaint(std::string_view address) {
   try {
-    const StreamListener listener("slcan", parse_stream_address(address));
+    const StreamListener listener("slcan", text::parse_stream_address(address));
   } catch (const Error& error) {
     return error.what();
   }
@@ -68,11 +68,11 @@ void check_answers(Server& server, StreamClient& client, std::string_view questi
 }
 
 TEST_CASE("addresses of streams") {
-  CHECK(parse_stream_address("127.0.0.1:7") == StreamAddress{"", {"127.0.0.1", 7}});
-  CHECK(parse_stream_address("[::1]") == StreamAddress{"", {"::1", 0}});
-  CHECK(parse_stream_address("unix:a:b").path == "a:b");
-  CHECK(to_string(parse_stream_address("unix:/run/can")) == "unix:/run/can");
-  CHECK(to_string(parse_stream_address("[::1]:5")) == "[::1]:5");
+  CHECK(text::parse_stream_address("127.0.0.1:7") == StreamAddress{"", {"127.0.0.1", 7}});
+  CHECK(text::parse_stream_address("[::1]") == StreamAddress{"", {"::1", 0}});
+  CHECK(text::parse_stream_address("unix:a:b").path == "a:b");
+  CHECK(to_string(text::parse_stream_address("unix:/run/can")) == "unix:/run/can");
+  CHECK(to_string(text::parse_stream_address("[::1]:5")) == "[::1]:5");
   CHECK(complaint<UsageError>("unix:") == "address \"unix:\": the path of a socket has 1..107 characters");
   CHECK(complaint<UsageError>("unix:" + std::string(108, 'x')).ends_with("has 1..107 characters"));
 }

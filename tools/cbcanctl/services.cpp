@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // read, write, nmt, state, kernel, local-id.
 
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <iostream>
 #include <map>
 
@@ -137,12 +138,10 @@ void kernel(const Options& options) {
   tools::WindowClient client = connect(options);
   const std::uint8_t state = own::read(client, own::kKernelState, 0, 1)[0];
   const std::string_view name = meaning_of(kKernelStates, state);
-  char number[8];
-  std::snprintf(number, sizeof number, "%02Xh", state);
   if (options.json)
-    std::cout << "{\"kernel\": " << int{state} << ", \"name\": " << json_string(name) << "}\n";
+    fmt::print("{{\"kernel\": {}, \"name\": {}}}\n", state, json_string(name));
   else
-    std::cout << number << " " << name << "\n";
+    fmt::print("{:02X}h {}\n", state, name);
 }
 
 void local_id(const Options& options) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "cbcanctl/session.hpp"
 
+#include <fmt/format.h>
 #include <signal.h>
 
-#include <cstdio>
 #include <iostream>
 
 namespace cbcan::ctl {
@@ -22,11 +22,10 @@ std::optional<std::uint32_t> abort_code_of(const tools::Answer& answer) {
 }
 
 std::string code_text(std::uint32_t code) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%04X %04Xh", code >> 16, code & 0xFFFF);
+  const std::string number = fmt::format("{:04X} {:04X}h", code >> 16, code & 0xFFFF);
   const regmap::AbortRow* row = regmap::find_abort(code);
-  if (row == nullptr) return std::string(text) + ": an abort code of the node's own";
-  return std::string(text) + " " + std::string(row->name) + ": " + std::string(row->meaning);
+  if (row == nullptr) return number + ": an abort code of the node's own";
+  return fmt::format("{} {}: {}", number, row->name, row->meaning);
 }
 
 std::string reason(const tools::Answer& answer) {
@@ -85,9 +84,7 @@ tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& tran
 namespace own {
 
 std::string name(std::uint16_t index) {
-  char text[8];
-  std::snprintf(text, sizeof text, "%04Xh", index);
-  return std::string(text) + " of the coprocessor";
+  return fmt::format("{:04X}h of the coprocessor", index);
 }
 
 tools::Bytes read(tools::WindowClient& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
