@@ -199,6 +199,27 @@ class Usage(unittest.TestCase):
         for word in ("read", "write", "nmt", "state", "emcy", "kernel", "local-id", "watch", "Exit codes"):
             self.assertIn(word, done.stdout)
 
+    def test_help_fits_80_columns(self):
+        for command in ((), ("read",), ("write",), ("nmt",), ("watch",)):
+            for line in run(1, *command, "--help").stdout.splitlines():
+                self.assertLessEqual(len(line), 80, line)
+
+    def test_version(self):
+        done = run(1, "--version")
+        self.assertEqual((done.returncode, done.stderr), (DONE, ""))
+        self.assertRegex(done.stdout, r"^cbcanctl \d+\.\d+\.\d+\n$")
+
+    def test_suggestions(self):
+        for arguments, told in (("reed 1 2 3", "reed: no such command; did you mean read?"),
+                                ("--timeout 5 sate 1", "sate: no such command; did you mean state?"),
+                                ("frobnicate", "frobnicate: no such command"),
+                                ("read 1 2 3 --tipe u8", "--tipe: no such option; did you mean --type?"),
+                                ("--jsno state 1", "--jsno: no such option; did you mean --json?"),
+                                ("--zzzzzz state 1", "--zzzzzz: no such option")):
+            done = run(1, *arguments.split())
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (USAGE, "", f"cbcanctl: {told}; cbcanctl --help shows all\n"))
+
 
 class Coprocessor:
     """A window whose transactions are what `execute(command, node, index, sub, data)` says: the bytes of the answer, a number (an
