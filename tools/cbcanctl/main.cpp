@@ -235,6 +235,9 @@ int run(int argc, char** argv) {
   add_services(line);
   try {
     line.app.parse(argc, argv);
+  } catch (const CLI::CallForVersion& version) {
+    std::cout << version.what() << "\n";
+    return kDone;
   } catch (const CLI::ParseError& error) {
     const std::string unknown =
         error.get_exit_code() == 0 ? "" : unknown_word(line.app, std::span(argv + 1, argv + argc));
