@@ -13,9 +13,10 @@
 #include "canopen/emcy/emergency_consumer.hpp"
 #include "canopen/nmt/node_monitor.hpp"
 #include "canopen/sdo/client.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 #include "coprocessor/local_objects.hpp"
+#include "coprocessor/register_window.hpp"
 
 namespace cbcan {
 

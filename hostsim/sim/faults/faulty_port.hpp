@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "canopen/nmt/nmt.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "sim/bus.hpp"
 #include "sim/faults/answer_faults.hpp"
 #include "sim/faults/faults.hpp"

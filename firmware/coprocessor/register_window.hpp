@@ -1,36 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What the core asks of the machine below it. There are two things: somewhere to send a CAN frame, and
-/// memory shared with the PLC's side: the 70 words of the window, and process data. Everything else (bit
-/// rate, filters, open and close, clocks, Modbus) belongs to whoever owns the core.
+/// Memory that the core shares with the PLC's side: the 70 words of the window, and process data.
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
-#include "cbcan/frame.hpp"
 #include "cbcan/regmap.hpp"
-#include "cbcan/time.hpp"
 
 namespace cbcan {
-
-/// How soon the core tries again what the port has refused: sooner than a frame of eight bytes takes at 1
-/// Mbit/s, so that a controller with a single mailbox is kept busy.
-inline constexpr Time kRetryInterval = 100;
-
-/// The way out to one CAN controller.
-class CanPort {
- public:
-  /// Hands one frame to the controller, in order with the frames before it. False = no room now: the core
-  /// keeps the frame and tries again at its next poll. Must not block and must not call back into the core.
-  [[nodiscard]] virtual bool try_send(const Frame& frame) = 0;
-
- protected:
-  // Not public and not virtual: a virtual destructor would pull operator delete into an MCU image.
-  ~CanPort() = default;
-};
 
 /// R3700..R3769 as the core sees them: ordinary memory that an interrupt, a thread or another processor also
 /// writes.
