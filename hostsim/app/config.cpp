@@ -9,8 +9,8 @@
 #include <string_view>
 #include <utility>
 
-#include "io/modbus_tcp.hpp"
-#include "io/stream_listener.hpp"
+#include "io/modbus/modbus_tcp.hpp"
+#include "io/sockets/stream_listener.hpp"
 #include "sim/faults/random.hpp"
 
 namespace cbcan::app {

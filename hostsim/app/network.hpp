@@ -17,11 +17,11 @@
 #include "app/control.hpp"
 #include "app/node_image.hpp"
 #include "cbcan/regmap.hpp"
-#include "io/candump_log.hpp"
-#include "io/parameter_file.hpp"
-#include "io/reactor.hpp"
-#include "io/slcan_server.hpp"
-#include "io/socketcan.hpp"
+#include "io/can/candump_log.hpp"
+#include "io/can/slcan_server.hpp"
+#include "io/can/socketcan.hpp"
+#include "io/files/parameter_file.hpp"
+#include "io/loop/reactor.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::app {

@@ -13,11 +13,11 @@
 #include "app/control.hpp"
 #include "app/network.hpp"
 #include "app/node_image.hpp"
-#include "io/command_server.hpp"
-#include "io/line_input.hpp"
-#include "io/modbus_tcp.hpp"
-#include "io/reactor.hpp"
-#include "io/stop_signals.hpp"
+#include "io/loop/line_input.hpp"
+#include "io/loop/reactor.hpp"
+#include "io/loop/stop_signals.hpp"
+#include "io/modbus/modbus_tcp.hpp"
+#include "io/sockets/command_server.hpp"
 
 namespace cbcan::app {
 

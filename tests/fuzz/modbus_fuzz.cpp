@@ -12,7 +12,7 @@
 
 #include "fuzz/fuzz.hpp"
 #include "fuzz/modbus_model.hpp"
-#include "io/modbus_tcp.hpp"
+#include "io/modbus/modbus_tcp.hpp"
 
 namespace cbcan::fuzz {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/command_server.hpp"
+#include "io/sockets/command_server.hpp"
 
 #include <vector>
 

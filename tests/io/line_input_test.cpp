@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/line_input.hpp"
+#include "io/loop/line_input.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 #include "io/errors.hpp"
-#include "io/listen_address.hpp"
+#include "io/sockets/listen_address.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bytes.hpp"
-#include "io/modbus_tcp.hpp"
+#include "io/modbus/modbus_tcp.hpp"
 #include "support/catch.hpp"
 #include "turns.hpp"
 

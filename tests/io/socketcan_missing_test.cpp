@@ -3,7 +3,7 @@
 
 #include <cerrno>
 
-#include "io/socketcan.hpp"
+#include "io/can/socketcan.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {

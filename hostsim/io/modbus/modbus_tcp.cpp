@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/modbus_tcp.hpp"
+#include "io/modbus/modbus_tcp.hpp"
 
 #include <linux/sockios.h>
 #include <modbus.h>

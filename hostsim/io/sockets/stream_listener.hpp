@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "io/descriptor.hpp"
-#include "io/listen_address.hpp"
+#include "io/loop/descriptor.hpp"
+#include "io/sockets/listen_address.hpp"
 
 namespace cbcan::io {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "cbcan/time.hpp"
-#include "io/reactor.hpp"
+#include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/listen_address.hpp"
+#include "io/sockets/listen_address.hpp"
 
 #include <netdb.h>
 #include <netinet/in.h>

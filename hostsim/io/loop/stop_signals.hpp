@@ -3,8 +3,8 @@
 
 #include <signal.h>
 
-#include "io/descriptor.hpp"
-#include "io/reactor.hpp"
+#include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
 

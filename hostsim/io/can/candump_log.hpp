@@ -10,8 +10,8 @@
 
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
-#include "io/descriptor.hpp"
 #include "io/errors.hpp"
+#include "io/loop/descriptor.hpp"
 #include "sim/bus.hpp"
 
 namespace cbcan::io {

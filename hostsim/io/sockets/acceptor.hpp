@@ -9,9 +9,9 @@
 #include <functional>
 #include <string>
 
-#include "io/descriptor.hpp"
 #include "io/errors.hpp"
-#include "io/reactor.hpp"
+#include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
 

@@ -12,9 +12,9 @@
 #include <string>
 
 #include "cbcan/time.hpp"
-#include "io/descriptor.hpp"
 #include "io/errors.hpp"
-#include "io/reactor.hpp"
+#include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
 #include "sim/bus.hpp"
 
 namespace cbcan::io {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/candump_log.hpp"
+#include "io/can/candump_log.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/stop_signals.hpp"
+#include "io/loop/stop_signals.hpp"
 
 #include <sys/signalfd.h>
 

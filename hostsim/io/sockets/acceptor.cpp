@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/acceptor.hpp"
+#include "io/sockets/acceptor.hpp"
 
 #include <fcntl.h>
 #include <sys/socket.h>

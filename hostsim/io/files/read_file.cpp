@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/files.hpp"
+#include "io/files/read_file.hpp"
 
 #include <array>
 #include <cstdio>

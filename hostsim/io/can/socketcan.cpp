@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/socketcan.hpp"
+#include "io/can/socketcan.hpp"
 
 #include <linux/can.h>
 #include <linux/can/error.h>
@@ -15,7 +15,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "io/can_frames.hpp"
+#include "io/can/can_frames.hpp"
 
 namespace cbcan::io {
 

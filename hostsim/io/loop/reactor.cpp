@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/reactor.hpp"
+#include "io/loop/reactor.hpp"
 
 #include <poll.h>
 #include <sys/epoll.h>

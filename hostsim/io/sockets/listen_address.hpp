@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/descriptor.hpp"
+#include "io/loop/descriptor.hpp"
 
 namespace cbcan::io {
 

@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-#include "io/stream_server.hpp"
+#include "io/sockets/stream_server.hpp"
 #include "sim/slcan_adapter.hpp"
 
 namespace cbcan::io {

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/stream_server.hpp"
+#include "io/sockets/stream_server.hpp"
 
 namespace cbcan::io {
 

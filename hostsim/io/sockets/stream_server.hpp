@@ -11,11 +11,11 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "io/acceptor.hpp"
-#include "io/descriptor.hpp"
 #include "io/errors.hpp"
-#include "io/reactor.hpp"
-#include "io/stream_listener.hpp"
+#include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
+#include "io/sockets/acceptor.hpp"
+#include "io/sockets/stream_listener.hpp"
 
 namespace cbcan::io {
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
-#include "io/descriptor.hpp"
+#include "io/loop/descriptor.hpp"
 
 namespace cbcan::io {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/stream_listener.hpp"
+#include "io/sockets/stream_listener.hpp"
 
 #include <sys/socket.h>
 #include <sys/stat.h>

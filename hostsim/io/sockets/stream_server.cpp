@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/stream_server.hpp"
+#include "io/sockets/stream_server.hpp"
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/slcan_server.hpp"
+#include "io/can/slcan_server.hpp"
 
 #include <utility>
 

@@ -26,12 +26,12 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
-#include "io/acceptor.hpp"
-#include "io/descriptor.hpp"
 #include "io/errors.hpp"
-#include "io/listen_address.hpp"
-#include "io/modbus_request.hpp"
-#include "io/reactor.hpp"
+#include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
+#include "io/modbus/modbus_request.hpp"
+#include "io/sockets/acceptor.hpp"
+#include "io/sockets/listen_address.hpp"
 
 namespace cbcan::io {
 

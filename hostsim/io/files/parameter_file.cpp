@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/parameter_file.hpp"
+#include "io/files/parameter_file.hpp"
 
 #include <unistd.h>
 
@@ -11,7 +11,7 @@
 
 #include "canopen/lss_slave.hpp"
 #include "canopen/nmt/nmt.hpp"
-#include "io/files.hpp"
+#include "io/files/read_file.hpp"
 
 namespace cbcan::io {
 
