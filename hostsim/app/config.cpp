@@ -11,7 +11,7 @@
 
 #include "io/modbus/modbus_tcp.hpp"
 #include "io/sockets/stream_listener.hpp"
-#include "sim/faults/random.hpp"
+#include "sim/random.hpp"
 
 namespace cbcan::app {
 namespace {

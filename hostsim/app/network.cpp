@@ -73,7 +73,7 @@ void Network::set_faults(const NetworkConfig& config) {
     world_.faults().add(fault.fault, surroundings_.started);
   for (std::size_t i = 0; i < plant_.nodes.size(); ++i)
     for (const FaultConfig& fault : config.nodes[i].faults)
-      plant_.nodes[i].node->add_fault(fault.fault, surroundings_.started);
+      plant_.nodes[i].node->faults().add(fault.fault, surroundings_.started);
 }
 
 /// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world

@@ -87,7 +87,7 @@ class Network final : private sim::FaultListener {
   std::string can_;
   std::vector<std::uint16_t> registers_;
   sim::World world_;
-  sim::Module* module_ = nullptr;
+  sim::CoprocessorModule* module_ = nullptr;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
   PlantNetwork plant_{world_, {}};
   std::optional<io::CandumpLog> log_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sim/faults/faults.hpp"
+#include "sim/faults/fault_set.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -21,7 +21,7 @@ bool spent(const SetFault& set) {
 
 }  // namespace
 
-unsigned Faults::add(const Fault& fault, Time now) {
+unsigned FaultSet::add(const Fault& fault, Time now) {
   const unsigned number = ++last_number_;
   const Time begins = now + fault.from;
   SetFault set{.number = number,
@@ -32,25 +32,28 @@ unsigned Faults::add(const Fault& fault, Time now) {
                .due = is_storm(fault.kind) || fault.kind == FaultKind::kBusLoad ? begins : kNever,
                .random = Random(seed_of(seed_, fault.seed, number))};
   set_.push_back(std::move(set));
+  owner_.on_faults_changed(now);
   return number;
 }
 
-bool Faults::remove(unsigned number, Time now) {
+bool FaultSet::remove(unsigned number, Time now) {
   const auto found =
       std::find_if(set_.begin(), set_.end(), [&](const SetFault& set) { return set.number == number; });
   if (found == set_.end()) return false;
   close(*found, now);
   set_.erase(found);
+  owner_.on_faults_changed(now);
   return true;
 }
 
-void Faults::clear(Time now) {
+void FaultSet::clear(Time now) {
   for (SetFault& set : set_)
     close(set, now);
   set_.clear();
+  owner_.on_faults_changed(now);
 }
 
-bool Faults::happens(SetFault& set, const Frame& frame, Time now) {
+bool FaultSet::happens(SetFault& set, const Frame& frame, Time now) {
   if (now < set.begins || now >= set.ends || spent(set)) return false;
   if (set.occasions++ < set.fault.after) return false;
   if (set.fault.probability < 1 && set.random.fraction() >= set.fault.probability) return false;
@@ -63,10 +66,10 @@ bool Faults::happens(SetFault& set, const Frame& frame, Time now) {
   return true;
 }
 
-bool Faults::beat_due(SetFault& set, Time now) {
+bool FaultSet::beat_due(SetFault& set, Time interval, Time now) {
   if (spent(set) || set.due >= set.ends) set.due = kNever;
   if (set.due > now) return false;
-  set.due += set.fault.interval;
+  set.due += interval;
   return true;
 }
 
@@ -80,7 +83,7 @@ constexpr BusState state_of(FaultKind kind) {
   }
 }
 
-BusState Faults::follow_states(Time now) {
+BusState FaultSet::follow_states(Time now) {
   BusState worst = BusState::kActive;
   for (SetFault& set : set_) {
     if (!is_state(set.fault.kind)) continue;
@@ -96,7 +99,7 @@ BusState Faults::follow_states(Time now) {
   return worst;
 }
 
-Time Faults::deadline() const {
+Time FaultSet::deadline() const {
   Time next = kNever;
   for (const SetFault& set : set_) {
     next = earlier(next, set.due);
@@ -109,11 +112,11 @@ Time Faults::deadline() const {
   return next;
 }
 
-void Faults::close(SetFault& set, Time now) {
+void FaultSet::close(SetFault& set, Time now) {
   if (std::exchange(set.open, false)) tell(set, "ends", now);
 }
 
-void Faults::tell(const SetFault& set, std::string_view what, Time now) {
+void FaultSet::tell(const SetFault& set, std::string_view what, Time now) {
   if (listener_ == nullptr) return;
   const std::string which = subject_ + ": fault " + std::to_string(set.number) + ": " + set.text;
   listener_->on_fault(which + ": " + std::string(what), now);

@@ -16,7 +16,7 @@
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
 #include "sim/faults/fault.hpp"
-#include "sim/faults/random.hpp"
+#include "sim/random.hpp"
 
 namespace cbcan::sim {
 
@@ -46,15 +46,29 @@ struct SetFault {
   Random random;
 };
 
-class Faults {
+/// Makes the faults of a set happen.
+class FaultSetOwner {
  public:
-  /// `subject` is whose faults these are, for messages: "node 5". A null listener is not told.
-  Faults(std::string subject, std::uint64_t seed, FaultListener* listener)
-      : subject_(std::move(subject)), seed_(seed), listener_(listener) {}
+  /// Faults have been added or removed.
+  virtual void on_faults_changed(Time now) = 0;
+
+ protected:
+  ~FaultSetOwner() = default;
+};
+
+class FaultSet {
+ public:
+  /// The faults of `subject`, for messages: "node 5". A null listener is not told.
+  FaultSet(FaultPlace place, std::string subject, std::uint64_t seed, FaultListener* listener,
+           FaultSetOwner& owner)
+      : place_(place), subject_(std::move(subject)), seed_(seed), listener_(listener), owner_(owner) {}
+
+  /// kNode or kBus: what may be added.
+  FaultPlace place() const { return place_; }
 
   /// The number by which it can be removed.
   unsigned add(const Fault& fault, Time now);
-  /// False: there is none with this number.
+  /// False: there is none with this number. Frames that it has held back still come, also after clear().
   bool remove(unsigned number, Time now);
   void clear(Time now);
 
@@ -62,14 +76,15 @@ class Faults {
   /// In the order of their numbers; also those that will not happen any more.
   std::span<const SetFault> list() const { return set_; }
 
-  // For those who make the faults happen.
+  // For the owner.
   std::span<SetFault> all() { return set_; }
 
   /// This frame is an occasion; true: it happens, counted and told.
   bool happens(SetFault& set, const Frame& frame, Time now);
 
-  /// Of a storm: the time is over until its next beat. False = not yet, or no more of them.
-  bool beat_due(SetFault& set, Time now);
+  /// Of a storm or a load: the time is over until its next beat, and the one behind it comes after
+  /// `interval`. False = not yet, or no more of them.
+  bool beat_due(SetFault& set, Time interval, Time now);
 
   /// Opens and closes the states that begin or end now, and returns the worst bus state of those that hold.
   BusState follow_states(Time now);
@@ -81,9 +96,11 @@ class Faults {
   void close(SetFault& set, Time now);
   void tell(const SetFault& set, std::string_view what, Time now);
 
+  FaultPlace place_;
   std::string subject_;
   std::uint64_t seed_;
   FaultListener* listener_;
+  FaultSetOwner& owner_;
   unsigned last_number_ = 0;
   std::vector<SetFault> set_;
 };

@@ -7,10 +7,10 @@
 namespace cbcan::sim {
 
 /// The CBCAN module: a coprocessor plugged into a bus.
-class Module final : public Participant {
+class CoprocessorModule final : public Participant {
  public:
-  Module(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters registers,
-         const Coprocessor::Settings& settings);
+  CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters registers,
+                    const Coprocessor::Settings& settings);
 
   void start(Time now) override;
   /// Also to be called when R3700 may have been written.
