@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "app/clock.hpp"
 #include "app/config.hpp"
-#include "app/manual_clock.hpp"
 #include "app/suggest.hpp"
 #include "app/value.hpp"
 #include "canopen/dictionary/little_endian.hpp"

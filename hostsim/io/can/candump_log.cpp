@@ -45,8 +45,7 @@ CandumpLog::CandumpLog(std::string path, std::string interface, Time wall_offset
       wall_offset_(wall_offset),
       warn_(std::move(warn)),
       file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
-  if (!file_)
-    throw EnvironmentError("log " + path_ + ": " + reason(errno) + "; write --log FILE with another file");
+  if (!file_) throw EnvironmentError("log " + path_ + ": " + reason(errno) + "; write another file");
 }
 
 void CandumpLog::on_bus_frame(const Frame& frame, Time now) {
@@ -78,7 +77,7 @@ void CandumpLog::give_up(int error) {
   pending_.clear();
   file_.reset();
   warn_("log " + path_ + ": " + reason(error) +
-        "; the log ends here, the simulation goes on; make room, or put --log FILE on another disk");
+        "; the log ends here, the simulation goes on; make room, or write it to another disk");
 }
 
 }  // namespace cbcan::io

@@ -127,8 +127,8 @@ SocketCan::SocketCan(Reactor& reactor, sim::Bus& bus, std::string interface, War
   if (!new_can_socket())
     throw EnvironmentError(
         where_ + "this kernel has no CAN (" + reason(errno) +
-        "); `tools/dev/in-vcan-vm COMMAND` runs a command where there is vcan0, and --can virtual "
-        "needs no kernel");
+        "); `tools/dev/in-vcan-vm COMMAND` runs a command where there is vcan0, and the virtual "
+        "bus needs no kernel");
   const unsigned index = if_nametoindex(interface_.c_str());
   if (index == 0) throw EnvironmentError(where_ + none_such(interface_));
   open_socket(index);

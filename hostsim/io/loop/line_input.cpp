@@ -11,7 +11,8 @@
 
 namespace cbcan::io {
 
-LineInput::LineInput(Reactor& reactor, int fd) : reactor_(reactor), fd_(fd) {
+LineInput::LineInput(Reactor& reactor, int fd, std::string name)
+    : reactor_(reactor), fd_(fd), name_(std::move(name)) {
   try {
     reactor_.watch(fd_, Reactor::kReadable, [this](std::uint32_t) { read(); });
   } catch (const EnvironmentError&) {
@@ -38,7 +39,7 @@ void LineInput::read() {
   std::array<char, 4096> text;
   const ssize_t count = ::read(fd_, text.data(), text.size());
   if (count < 0 && (errno == EINTR || errno == EAGAIN)) return;
-  if (count < 0) throw EnvironmentError("standard input: " + reason(errno));
+  if (count < 0) throw EnvironmentError(name_ + ": " + reason(errno));
   if (count > 0) return split({text.data(), static_cast<std::size_t>(count)});
   closed_ = true;
   if (watched_) reactor_.forget(fd_);
@@ -52,7 +53,7 @@ void LineInput::split(std::string_view text) {
     else if (half_.size() < kLongestLine)
       half_ += c;
     else
-      throw UsageError("standard input: a line of more than " + std::to_string(kLongestLine) + " characters");
+      throw UsageError(name_ + ": a line of more than " + std::to_string(kLongestLine) + " characters");
   }
 }
 

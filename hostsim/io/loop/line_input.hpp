@@ -18,8 +18,8 @@ class LineInput {
 
   /// The descriptor is the caller's and stays as it is: it is not made non-blocking, since others may share
   /// it. Throws EnvironmentError if it cannot be read; a line that is too long ends the reactor's turn with a
-  /// UsageError.
-  LineInput(Reactor& reactor, int fd);
+  /// UsageError. `name` stands in front of both: "standard input".
+  LineInput(Reactor& reactor, int fd, std::string name);
   ~LineInput();
   LineInput(const LineInput&) = delete;
   LineInput& operator=(const LineInput&) = delete;
@@ -40,6 +40,7 @@ class LineInput {
 
   Reactor& reactor_;
   int fd_;
+  std::string name_;
   bool watched_ = true;
   bool closed_ = false;
   std::string half_;

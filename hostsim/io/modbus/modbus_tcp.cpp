@@ -3,8 +3,6 @@
 
 #include <linux/sockios.h>
 #include <modbus.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
@@ -29,7 +27,6 @@ constexpr std::size_t kMinAnswerBytes = kPduOffset + 2;
 constexpr std::uint8_t kUnitOfServer = 0xFF;
 constexpr std::uint8_t kUnitOfServerToo = 0;
 
-constexpr int kSendBufferBytes = 64 * 1024;
 // More than the kernel charges for one small segment with its bookkeeping.
 constexpr int kSendBufferPerAnswer = 4096;
 
@@ -42,14 +39,10 @@ std::size_t network_of(std::uint8_t unit) {
   return unit == kUnitOfServer || unit == kUnitOfServerToo ? 0 : std::size_t{unit} - 1;
 }
 
-/// Accepted sockets inherit all of these.
-int prepare(int listener) {
-  const int on = 1;
-  setsockopt(listener, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  setsockopt(listener, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
-  int bytes = kSendBufferBytes;
+/// Of a listener, and of every socket that it accepts.
+int send_buffer_bytes(int listener) {
+  int bytes = 0;
   socklen_t size = sizeof bytes;
-  setsockopt(listener, SOL_SOCKET, SO_SNDBUF, &bytes, size);
   getsockopt(listener, SOL_SOCKET, SO_SNDBUF, &bytes, &size);
   return bytes;
 }
@@ -96,19 +89,17 @@ struct ModbusTcp::Connection {
   std::array<std::uint8_t, kMaxAduBytes> buffer;
 };
 
-ModbusTcp::ModbusTcp(Reactor& reactor, std::vector<Registers> networks, ModbusTcpSettings settings,
-                     OnRequest on_request, Warn warn)
+ModbusTcp::ModbusTcp(Reactor& reactor, std::vector<ModbusUnit*> networks, ModbusTcpSettings settings,
+                     Warn warn)
     : reactor_(reactor),
       settings_(std::move(settings)),
-      on_request_(std::move(on_request)),
       networks_(std::move(networks)),
       libmodbus_(std::make_unique<Libmodbus>()),
-      listener_(listen_tcp("modbus", settings_.listen)),
       acceptor_(
-          reactor, listener_.socket.get(), "modbus " + to_string(listener_.address),
-          [this](Descriptor socket) { adopt(std::move(socket)); }, [this] { return clients(); },
-          std::move(warn)) {
-  direct_answers_ = static_cast<std::uint64_t>(prepare(listener_.socket.get()) / kSendBufferPerAnswer);
+          reactor, "modbus", {"", settings_.listen}, [this](Descriptor socket) { adopt(std::move(socket)); },
+          [this] { return clients(); }, std::move(warn)) {
+  const int bytes = send_buffer_bytes(acceptor_.listener().socket());
+  direct_answers_ = static_cast<std::uint64_t>(bytes / kSendBufferPerAnswer);
 }
 
 ModbusTcp::~ModbusTcp() {
@@ -184,13 +175,14 @@ bool ModbusTcp::serve_buffered(Connection& client) {
 bool ModbusTcp::serve(Connection& client, Bytes request) {
   const Bytes pdu = request.subspan(kPduOffset);
   const std::size_t network = network_of(request[kUnitOffset]);
-  const Registers registers = network < networks_.size() ? networks_[network] : Registers();
+  const Registers registers = network < networks_.size() ? networks_[network]->registers() : Registers();
   const bool reached = !registers.empty();
   const ModbusException exception =
       reached ? check_request(pdu, registers.size()) : ModbusException::kGatewayPathUnavailable;
   ++counters_.requests;
   const bool alive = answer(client, request, registers, exception);
-  if (reached) on_request_(network, exception == ModbusException::kNone && writes_registers(pdu[0]));
+  if (reached)
+    networks_[network]->on_request(exception == ModbusException::kNone && writes_registers(pdu[0]));
   return alive;
 }
 

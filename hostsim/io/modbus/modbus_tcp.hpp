@@ -17,7 +17,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <set>
 #include <span>
@@ -31,7 +30,6 @@
 #include "io/loop/reactor.hpp"
 #include "io/modbus/modbus_request.hpp"
 #include "io/sockets/acceptor.hpp"
-#include "io/sockets/listen_address.hpp"
 
 namespace cbcan::io {
 
@@ -42,29 +40,34 @@ struct ModbusTcpSettings {
   Time half_request_timeout = 5 * kSecond;
 };
 
+/// What a unit ID selects.
+class ModbusUnit {
+ public:
+  /// The same words always; none = there is nothing to select.
+  virtual std::span<std::uint16_t> registers() = 0;
+
+  /// A request to it, perhaps a refused one, has been answered, and the next one of anybody is not looked at
+  /// yet; `wrote` = it changed registers. Must not destroy the server.
+  virtual void on_request(bool wrote) = 0;
+
+ protected:
+  ~ModbusUnit() = default;
+};
+
 class ModbusTcp {
  public:
-  using Registers = std::span<std::uint16_t>;
-
-  /// Called after each request to a network, also a refused one, once its answer has been queued and before
-  /// the next request of anybody is looked at. `network` is its place in `networks`, from 0; `wrote` = it
-  /// changed registers. Must not destroy the server.
-  using OnRequest = std::function<void(std::size_t network, bool wrote)>;
-
   static constexpr std::size_t kMostNetworks = 247;  ///< Messaging on TCP/IP V1.0b: unit IDs 1..247
 
   /// Listens at once; throws EnvironmentError when it cannot. Raises the limit of open descriptors, which
-  /// alone limits the number of clients. `networks` has the registers of each, kMostNetworks at most; one
-  /// without any is answered as one that is not there. Registers and `reactor` are the caller's and outlive
-  /// the server.
-  ModbusTcp(Reactor& reactor, std::vector<Registers> networks, ModbusTcpSettings settings,
-            OnRequest on_request, Warn warn);
+  /// alone limits the number of clients. `networks` are kMostNetworks at most; they and `reactor` are the
+  /// caller's and outlive the server.
+  ModbusTcp(Reactor& reactor, std::vector<ModbusUnit*> networks, ModbusTcpSettings settings, Warn warn);
   ~ModbusTcp();
   ModbusTcp(const ModbusTcp&) = delete;
   ModbusTcp& operator=(const ModbusTcp&) = delete;
 
   /// Where it listens, with the real port.
-  const ListenAddress& address() const { return listener_.address; }
+  const ListenAddress& address() const { return acceptor_.listener().address().tcp; }
 
   /// When poll() has something to do next; kNever while nobody has sent half a request.
   Time next_deadline() const { return deadlines_.empty() ? kNever : deadlines_.begin()->first; }
@@ -95,6 +98,7 @@ class ModbusTcp {
   struct Connection;
   struct Libmodbus;
   using Bytes = std::span<const std::uint8_t>;
+  using Registers = std::span<std::uint16_t>;
 
   void close_client(Connection& client);
 
@@ -112,10 +116,8 @@ class ModbusTcp {
 
   Reactor& reactor_;
   ModbusTcpSettings settings_;
-  OnRequest on_request_;
-  std::vector<Registers> networks_;
+  std::vector<ModbusUnit*> networks_;
   std::unique_ptr<Libmodbus> libmodbus_;
-  Listener listener_;
   std::uint64_t direct_answers_ = 0;  ///< so many answers fit into a socket's send buffer for certain
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::set<std::pair<Time, int>> deadlines_;  ///< of half requests, with the connection's descriptor

@@ -2,6 +2,8 @@
 #include "io/sockets/acceptor.hpp"
 
 #include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include <cerrno>
@@ -21,28 +23,38 @@ Descriptor accept_client(int listener) {
   return Descriptor(accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
 }
 
+/// Accepted sockets inherit these; a Unix socket does not know the first.
+void prepare(int listener) {
+  const int on = 1;
+  const int bytes = Acceptor::kSendBufferBytes;
+  setsockopt(listener, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  setsockopt(listener, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+  setsockopt(listener, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
+}
+
 }  // namespace
 
-Acceptor::Acceptor(Reactor& reactor, int listener, std::string where, OnClient on_client,
-                   std::function<std::size_t()> clients, Warn warn)
+Acceptor::Acceptor(Reactor& reactor, std::string_view service, const StreamAddress& address,
+                   OnClient on_client, std::function<std::size_t()> clients, Warn warn)
     : reactor_(reactor),
-      listener_(listener),
-      where_(std::move(where)),
+      listener_(service, address),
+      where_(std::string(service) + " " + to_string(listener_.address())),
       on_client_(std::move(on_client)),
       clients_(std::move(clients)),
       warn_(std::move(warn)),
       reserve_(open_reserve()) {
+  prepare(listener_.socket());
   raise_descriptor_limit();
-  reactor_.watch(listener_, Reactor::kReadable, [this](std::uint32_t) { accept_clients(); });
+  reactor_.watch(listener_.socket(), Reactor::kReadable, [this](std::uint32_t) { accept_clients(); });
 }
 
 Acceptor::~Acceptor() {
-  reactor_.forget(listener_);
+  reactor_.forget(listener_.socket());
 }
 
 void Acceptor::accept_clients() {
   for (int i = 0; i < kAcceptsPerTurn; ++i) {
-    Descriptor socket = accept_client(listener_);
+    Descriptor socket = accept_client(listener_.socket());
     if (socket) {
       full_told_ = false;
       on_client_(std::move(socket));
@@ -57,7 +69,7 @@ void Acceptor::accept_clients() {
 /// False when there is nobody left to turn away.
 bool Acceptor::refuse_client() {
   reserve_.reset();
-  const bool refused = static_cast<bool>(accept_client(listener_));
+  const bool refused = static_cast<bool>(accept_client(listener_.socket()));
   reserve_ = open_reserve();
   if (!refused) return false;
   ++refused_;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Takes in the clients of a listening socket, and turns them away at once when there is no descriptor left:
-/// one that were left waiting would wake the reactor for ever.
+/// Listens, takes in the clients, and turns them away at once when there is no descriptor left: one that were
+/// left waiting would wake the reactor for ever.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,22 +12,26 @@
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/sockets/stream_listener.hpp"
 
 namespace cbcan::io {
 
 class Acceptor {
  public:
-  /// Gets each client's socket, non-blocking.
+  static constexpr int kSendBufferBytes = 64 * 1024;
+
+  /// Gets each client's socket: non-blocking, with kSendBufferBytes to send, and small answers go at once.
   using OnClient = std::function<void(Descriptor)>;
 
-  /// Watches `listener`, a non-blocking listening socket of the caller's, who keeps it and the reactor alive.
-  /// `where` begins the one line that is told when clients are turned away; `clients` says how many there
-  /// are. Raises the limit of open descriptors.
-  Acceptor(Reactor& reactor, int listener, std::string where, OnClient on_client,
+  /// Listens at once, see StreamListener; the reactor is the caller's. `clients` says how many there are, for
+  /// the one line that is told when some are turned away. Raises the limit of open descriptors.
+  Acceptor(Reactor& reactor, std::string_view service, const StreamAddress& address, OnClient on_client,
            std::function<std::size_t()> clients, Warn warn);
   ~Acceptor();
   Acceptor(const Acceptor&) = delete;
   Acceptor& operator=(const Acceptor&) = delete;
+
+  const StreamListener& listener() const { return listener_; }
 
   /// Turned away.
   std::uint64_t refused() const { return refused_; }
@@ -37,7 +41,7 @@ class Acceptor {
   bool refuse_client();
 
   Reactor& reactor_;
-  int listener_;
+  StreamListener listener_;
   std::string where_;
   OnClient on_client_;
   std::function<std::size_t()> clients_;

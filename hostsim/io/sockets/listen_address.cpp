@@ -69,14 +69,13 @@ Descriptor try_listen(const addrinfo& address) {
   return socket;
 }
 
-std::string way_out(std::string_view service, const ListenAddress& address, int error) {
-  const std::string option = "--" + std::string(service) + " ";
+std::string way_out(const ListenAddress& address, int error) {
   switch (error) {
     case EACCES:
-      return "permission denied: ports below 1024 need root; use " + option +
+      return "permission denied: ports below 1024 need root; use " +
              to_string({address.host, static_cast<std::uint16_t>(address.port + 1000)});
     case EADDRINUSE:
-      return "address in use: another program listens there; stop it, or use " + option +
+      return "address in use: another program listens there; stop it, or use " +
              to_string({address.host, 0}) + " for any free port";
     case EADDRNOTAVAIL:
       return "not an address of this machine; `ip address` lists them, 0.0.0.0 is all of them";
@@ -137,7 +136,7 @@ Listener listen_tcp(std::string_view service, const ListenAddress& address) {
     }
     if (error == 0) error = errno;
   }
-  throw EnvironmentError(where + way_out(service, address, error));
+  throw EnvironmentError(where + way_out(address, error));
 }
 
 }  // namespace cbcan::io

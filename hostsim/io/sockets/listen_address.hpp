@@ -31,7 +31,7 @@ struct Listener {
 
 /// A non-blocking TCP listener on the first of the host's addresses that can be had, IPv4 before IPv6. A host
 /// name is looked up, which may block. Throws EnvironmentError, its text beginning with `service` ("modbus")
-/// and the address, and naming the command line option `--service` as a way out.
+/// and the address.
 Listener listen_tcp(std::string_view service, const ListenAddress& address);
 
 }  // namespace cbcan::io

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/sockets/stream_server.hpp"
 
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include <array>
@@ -15,15 +13,6 @@ namespace cbcan::io {
 namespace {
 
 constexpr std::size_t kReadBytes = 4096;
-constexpr int kSendBufferBytes = 64 * 1024;
-
-/// Accepted sockets inherit these; a Unix socket does not know the first.
-void prepare(int listener) {
-  const int on = 1;
-  setsockopt(listener, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  setsockopt(listener, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
-  setsockopt(listener, SOL_SOCKET, SO_SNDBUF, &kSendBufferBytes, sizeof kSendBufferBytes);
-}
 
 bool is_temporary(int error) {
   return error == EAGAIN || error == EINTR;
@@ -44,13 +33,9 @@ StreamServer::StreamServer(Reactor& reactor, std::string_view service, const Str
                            MakeSession make, Warn warn)
     : reactor_(reactor),
       make_(std::move(make)),
-      listener_(service, address),
       acceptor_(
-          reactor, listener_.socket(), std::string(service) + " " + to_string(listener_.address()),
-          [this](Descriptor socket) { adopt(std::move(socket)); }, [this] { return clients(); },
-          std::move(warn)) {
-  prepare(listener_.socket());
-}
+          reactor, service, address, [this](Descriptor socket) { adopt(std::move(socket)); },
+          [this] { return clients(); }, std::move(warn)) {}
 
 StreamServer::~StreamServer() {
   for (const auto& [fd, client] : connections_)

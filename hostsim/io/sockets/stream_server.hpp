@@ -15,7 +15,6 @@
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/sockets/acceptor.hpp"
-#include "io/sockets/stream_listener.hpp"
 
 namespace cbcan::io {
 
@@ -48,7 +47,7 @@ class StreamServer {
   StreamServer& operator=(const StreamServer&) = delete;
 
   /// Where it listens, with the real port.
-  const StreamAddress& address() const { return listener_.address(); }
+  const StreamAddress& address() const { return acceptor_.listener().address(); }
 
   /// Sends what sessions have to say; to be called once per turn, before waiting.
   void flush();
@@ -68,7 +67,6 @@ class StreamServer {
 
   Reactor& reactor_;
   MakeSession make_;
-  StreamListener listener_;
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::uint64_t accepted_ = 0;
   Acceptor acceptor_;
