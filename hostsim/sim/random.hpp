@@ -9,10 +9,11 @@ namespace cbcan::sim {
 /// S. Vigna).
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
+  /// Begins behind the first `skipped` numbers.
+  explicit Random(std::uint64_t seed, std::uint64_t skipped = 0) : state_(seed + skipped * kStep) {}
 
   std::uint64_t next() {
-    std::uint64_t z = state_ += 0x9E3779B97F4A7C15;
+    std::uint64_t z = state_ += kStep;
     z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9;
     z = (z ^ z >> 27) * 0x94D049BB133111EB;
     return z ^ z >> 31;
@@ -25,6 +26,7 @@ class Random {
   }
 
  private:
+  static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15;
   std::uint64_t state_;
 };
 
