@@ -58,9 +58,8 @@ void Simulator::open_modbus(const Config& config) {
 }
 
 void Simulator::open_control(const Config& config) {
-  commands_.emplace(
-      reactor_, io::parse_stream_address(config.control.listen),
-      [this](std::string_view line) { return execute(line); }, warn_);
+  commands_.emplace(reactor_, "control", io::parse_stream_address(config.control.listen),
+                    io::command_sessions([this](std::string_view line) { return execute(line); }), warn_);
 }
 
 std::string Simulator::where() const {

@@ -17,7 +17,7 @@
 #include "io/loop/reactor.hpp"
 #include "io/loop/stop_signals.hpp"
 #include "io/modbus/modbus_tcp.hpp"
-#include "io/sockets/command_server.hpp"
+#include "io/sockets/command_session.hpp"
 
 namespace cbcan::app {
 
@@ -57,7 +57,7 @@ class Simulator final : private Program {
   Time started_;
   std::vector<std::unique_ptr<Network>> networks_;
   std::optional<Control> control_;
-  std::optional<io::CommandServer> commands_;
+  std::optional<io::StreamServer> commands_;
   std::optional<io::ModbusTcp> modbus_;
 };
 

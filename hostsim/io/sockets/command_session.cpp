@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
-#include "io/sockets/command_server.hpp"
+#include "io/sockets/command_session.hpp"
 
 #include <utility>
 
 namespace cbcan::io {
 
-class CommandServer::Session final : public StreamSession {
+namespace {
+
+class CommandSession final : public StreamSession {
  public:
-  explicit Session(const Execute& execute) : execute_(execute) {}
+  explicit CommandSession(const Execute& execute) : execute_(execute) {}
 
   void receive(std::string_view bytes) override {
     for (const char c : bytes) {
       if (c == '\n') {
         end_line();
-      } else if (line_.size() <= kLongestLine) {
+      } else if (line_.size() <= kLongestCommand) {
         line_ += c;
       }
     }
@@ -26,22 +28,22 @@ class CommandServer::Session final : public StreamSession {
     const std::string line = std::exchange(line_, {});
     std::string_view text = line;
     if (text.ends_with('\r')) text.remove_suffix(1);
-    if (text.size() > kLongestLine) {
-      unsent_ += "error: a line of more than " + std::to_string(kLongestLine) + " characters\n";
+    if (text.size() > kLongestCommand) {
+      unsent_ += "error: a line of more than " + std::to_string(kLongestCommand) + " characters\n";
     } else if (!text.empty()) {
       unsent_ += execute_(text);
     }
   }
 
-  const Execute& execute_;
+  Execute execute_;
   std::string line_;
   std::string unsent_;
 };
 
-CommandServer::CommandServer(Reactor& reactor, const StreamAddress& address, Execute execute, Warn warn)
-    : execute_(std::move(execute)),
-      server_(
-          reactor, "control", address, [this] { return std::make_unique<Session>(execute_); },
-          std::move(warn)) {}
+}  // namespace
+
+StreamServer::MakeSession command_sessions(Execute execute) {
+  return [execute = std::move(execute)] { return std::make_unique<CommandSession>(execute); };
+}
 
 }  // namespace cbcan::io

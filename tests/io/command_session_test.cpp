@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/sockets/command_server.hpp"
+#include "io/sockets/command_session.hpp"
 
 #include <vector>
 
@@ -12,17 +12,16 @@ namespace {
 
 struct Server {
   explicit Server(std::string_view address = "127.0.0.1:0")
-      : commands(
-            reactor, parse_stream_address(address),
-            [this](std::string_view line) {
-              executed.emplace_back(line);
-              return "did " + std::string(line) + "\n";
-            },
-            [](const std::string&) {}) {}
+      : commands(reactor, "control", parse_stream_address(address),
+                 command_sessions([this](std::string_view line) {
+                   executed.emplace_back(line);
+                   return "did " + std::string(line) + "\n";
+                 }),
+                 [](const std::string&) {}) {}
 
   Reactor reactor;
   std::vector<std::string> executed;
-  CommandServer commands;
+  StreamServer commands;
 
   template <typename Done>
   void run_until(Done done) {
@@ -61,10 +60,10 @@ TEST_CASE("Command server: half a line of a client that leaves is not executed; 
 TEST_CASE("Command server: a line that is too long is refused and nothing else is lost") {
   Server server;
   StreamClient client(server.commands.address());
-  client.send(std::string(CommandServer::kLongestLine, 'x') + "\n");
-  client.send(std::string(CommandServer::kLongestLine + 1, 'y') + "\nz\n");
+  client.send(std::string(kLongestCommand, 'x') + "\n");
+  client.send(std::string(kLongestCommand + 1, 'y') + "\nz\n");
   server.run_until([&] { return server.executed.size() == 2; });
-  CHECK(server.executed[0].size() == CommandServer::kLongestLine);
+  CHECK(server.executed[0].size() == kLongestCommand);
   server.run_until(
       [&] { return client.heard().ends_with("error: a line of more than 1000 characters\ndid z\n"); });
 }
