@@ -13,7 +13,7 @@
 #include "app/suggest.hpp"
 #include "devices/devices.hpp"
 #include "io/errors.hpp"
-#include "io/stream_listener.hpp"
+#include "io/sockets/stream_listener.hpp"
 
 namespace cbcan::app {
 namespace {
