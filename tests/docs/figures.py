@@ -17,7 +17,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "firmware").rglob("*.md"))]
 
 # Each group, and the compiler that its figures follow from; the pages are about its version 12.
 GROUPS = {"x86": "g++", "m3": "arm-none-eabi-g++", "size": "arm-none-eabi-g++", "plant": None}
