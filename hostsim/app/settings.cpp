@@ -11,6 +11,7 @@
 
 #include "app/can_spec.hpp"
 #include "app/suggest.hpp"
+#include "cbcan/regmap.hpp"
 #include "devices/devices.hpp"
 #include "io/errors.hpp"
 #include "io/sockets/stream_listener.hpp"
