@@ -270,11 +270,11 @@ std::string Execution::nodes_of(std::size_t network) const {
 std::string Execution::get() {
   sim::Node& of = node(words_[1]);
   const Address address = address_of(words_[2]);
-  const auto value = of.value(address.index, address.sub, now_);
-  if (!value)
+  ObjectEntry entry{};
+  if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
     throw Refused(object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
                   " has no such object");
-  return "ok " + text_of_value(value->bytes, value->type) + "\n";
+  return "ok " + text_of_value(of.value(entry, address.sub, now_), entry.type) + "\n";
 }
 
 std::string Execution::set() {

@@ -82,7 +82,7 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       watched_(highest_sub(image_.entries, HeartbeatConsumer::kTimes)),
       parameters_(parts.parameters),
       port_(bus.attach(*this)),
-      faulty_(port_, node_id, parts.seed, parts.listener, *this),
+      faulty_(port_, node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
       device_(node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_}, *this,
               faulty_),
       start_node_id_(node_id),
@@ -292,10 +292,6 @@ bool Node::set_incident(std::string_view incident, bool present, Time now) {
   return true;
 }
 
-void Node::on_faults_changed(Time now) {
-  at(now, [&] { faulty_.on_faults_changed(now); });
-}
-
 void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {
   device_.emergency().error(code, register_bits, info, now);
 }
@@ -310,18 +306,15 @@ void Node::changed(std::uint16_t index, std::uint8_t sub, Time now) {
 
 // ---- The dictionary
 
-std::optional<NodeValue> Node::value(std::uint16_t index, std::uint8_t sub, Time now) {
-  ObjectEntry entry{};
-  if (dictionary().find(index, sub, entry) != AbortCode::kNone) return std::nullopt;
+std::vector<std::uint8_t> Node::value(const ObjectEntry& entry, std::uint8_t sub, Time now) {
   bring_up_to_date(now);
   const auto stored = dictionary().value(entry, sub);
-  NodeValue value{entry.type, {stored.begin(), stored.end()}};
-  if (entry.has(ObjectFlags::kComputed)) {
-    std::size_t size = entry.capacity;
-    value.bytes.resize(size);
-    on_read(entry, sub, value.bytes, size, now);
-  }
-  return value;
+  std::vector<std::uint8_t> bytes(stored.begin(), stored.end());
+  if (!entry.has(ObjectFlags::kComputed)) return bytes;
+  std::size_t size = entry.capacity;
+  bytes.resize(size);
+  on_read(entry, sub, bytes, size, now);
+  return bytes;
 }
 
 /// 1010h and 1011h: what the device can do, as its EDS file says.
