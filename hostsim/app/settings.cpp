@@ -12,6 +12,7 @@
 #include "app/can_spec.hpp"
 #include "app/suggest.hpp"
 #include "canopen/dictionary/objects.hpp"
+#include "cbcan/regmap.hpp"
 #include "devices/devices.hpp"
 #include "io/errors.hpp"
 #include "io/stream_listener.hpp"
