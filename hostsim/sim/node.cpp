@@ -7,11 +7,11 @@
 #include <iterator>
 #include <utility>
 
+#include "canopen/dictionary/objects.hpp"
+
 namespace cbcan::sim {
 
 namespace {
-
-constexpr std::uint16_t kFirstApplicationIndex = 0x2000;
 
 std::size_t largest_object(const std::vector<ObjectEntry>& entries) {
   std::size_t largest = 0;
@@ -31,7 +31,7 @@ std::size_t highest_sub(const std::vector<ObjectEntry>& entries, std::uint16_t i
 NodeImage prepared(NodeImage image) {
   for (ObjectEntry& entry : image.entries) {
     entry.flags |= ObjectFlags::kChecked;
-    const bool is_command = entry.index == Device::kStore || entry.index == Device::kRestore;
+    const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
     if (is_command && entry.first_sub != 0) entry.flags |= ObjectFlags::kComputed;
   }
   return image;
@@ -79,7 +79,7 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       buffer_(largest_object(image_.entries)),
       rpdos_(Pdo::rpdo_count(image_.entries)),
       tpdos_(Pdo::tpdo_count(image_.entries)),
-      watched_(highest_sub(image_.entries, HeartbeatConsumer::kTimes)),
+      watched_(highest_sub(image_.entries, object::kConsumerHeartbeatTime)),
       parameters_(parts.parameters),
       port_(bus.attach(*this)),
       faulty_(port_, node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
@@ -157,8 +157,8 @@ void Node::on_bus_state(BusState state, Time now) {
 // ---- Node ID
 
 std::uint32_t Node::identity(std::uint8_t part) const {
-  constexpr std::uint16_t kIdentity = 0x1018;
-  return static_cast<std::uint32_t>(device_.dictionary().get(kIdentity, static_cast<std::uint8_t>(part + 1)));
+  return static_cast<std::uint32_t>(
+      device_.dictionary().get(object::kIdentity, static_cast<std::uint8_t>(part + 1)));
 }
 
 bool Node::keep(const StoredLss& stored) {
@@ -230,9 +230,9 @@ void Node::on_sync(Time now) {
   update(now);
 }
 
-void Node::on_nmt_state(nmt::State state, Time now) {
+void Node::on_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
-  behaviour_->on_nmt_state(state, now);
+  behaviour_->on_state(state, now);
   update(now);
 }
 
@@ -252,7 +252,7 @@ bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
 
 bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
   if (behaviour_->set_input(index, sub, value, now)) return true;
-  if (index < kFirstApplicationIndex) return false;  // nobody would check what the communication gets
+  if (index < object::kFirstManufacturer) return false;  // nobody would check what the communication gets
   ObjectEntry entry{};
   if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
   const std::size_t bytes = size_of(entry.type);
@@ -337,7 +337,7 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   restore_values(image_.entries, saved_, values_, first_index, last_index);
-  behaviour_->reset(last_index >= kFirstApplicationIndex, now);
+  behaviour_->reset(last_index >= object::kFirstManufacturer, now);
 }
 
 AbortCode Node::save(std::uint16_t first_index, std::uint16_t last_index) {

@@ -100,12 +100,11 @@ class Node final : public Participant, private DeviceApplication, private Device
   void take_node_id(std::uint8_t node_id);
 
   // The device.
-  void on_nmt_state(nmt::State state, Time now) override;
+  void on_state(nmt::State state, Time now) override;
   void refresh(Time now) override;
   void on_written(Time now) override;
   void on_sync(Time now) override;
   void on_network_failure(NetworkFailure failure, Time now) override;
-  void on_emergency_sent(const std::array<std::uint8_t, 8>& /*message*/) override {}
   void on_received_ids() override { ids_changed_ = true; }
 
   // What the behaviour asks for.

@@ -77,13 +77,6 @@ class FaultyNode final : public sim::Participant, private Application {
   sim::Port& port() { return port_; }
 
  private:
-  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
-    return AbortCode::kGeneral;
-  }
-  AbortCode on_write(const ObjectEntry&, std::uint8_t, std::span<const std::uint8_t>, Time) override {
-    return AbortCode::kNone;
-  }
-  void on_stored(const ObjectEntry&, std::uint8_t, Time) override {}
   void restore(std::uint16_t, std::uint16_t, Time) override {
     std::fill(values_.begin(), values_.end(), std::uint8_t{0});
     values_[0] = 0x91;
@@ -91,7 +84,6 @@ class FaultyNode final : public sim::Participant, private Application {
     values_[8] = 20;  // the length of 2010h stands in front of it
     std::iota(values_.begin() + 12, values_.end(), std::uint8_t{0});
   }
-  void on_nmt_state(nmt::State, Time) override {}
 
   static constexpr std::uint16_t kReadWrite = ObjectFlags::kReadWrite | ObjectFlags::kChecked;
   static inline const std::vector<ObjectEntry> kEntries{
