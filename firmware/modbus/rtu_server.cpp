@@ -167,7 +167,7 @@ void RtuServer::look_for_end() {
     if (size_ < kShortestFrame || crc_ != 0 || !is_for_us() || is_broadcast()) return;
   } else if (size_ < end) {
     return;
-  } else if (size_ != end || crc_ != 0) {
+  } else if (crc_ != 0) {
     return skip_to_gap(is_for_us() ? counters_.bus_communication_errors : counters_.broken_frames);
   }
   if (!is_for_us()) return on_foreign_frame();

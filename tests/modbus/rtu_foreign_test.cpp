@@ -21,11 +21,32 @@ const Bytes kAnswered = hex("09 03 06 02 2B 00 00 00 64 62 BA");
 /// Writes 0BADh to R0 of station 1.
 const char* const kHarm = "01 06 00 00 0B AD 4F 47";
 
+/// A foreign frame with kHarm in it.
+struct Trap {
+  Bytes head;
+  Bytes tail;
+};
+
+/// A request to FC 16 of 60h registers: the CRC of its first six bytes is the count and the first byte of
+/// data.
+const Trap kRequest{hex("02 10 00 00 00 60 C0 12"), filled("", 183, "36 6F")};
+/// A response to FC 3 of ten registers: the CRC of its first six bytes is the next two.
+const Trap kResponse{hex("09 03 14 00 00 00 41 72"), filled("", 7, "66 1D")};
+
 /// R0 is 1234h.
 struct ReadyLine : Line {
   explicit ReadyLine(const RtuServer::Settings& settings = {}) : Line(settings) {
     words[0] = 0x1234;
     gap();
+  }
+  using Line::send;
+  /// With a pause behind kHarm that is no gap here: enough silence for a request.
+  void send(const Trap& trap) {
+    send(trap.head);
+    send(hex(kHarm));
+    now += 2'000;
+    CHECK(server.poll(now) == RtuServer::kNoRequest);
+    send(trap.tail);
   }
   /// Nothing has been executed; our request is heard, after a gap if it needs one.
   void check_unharmed(bool without_gap = false) {
@@ -37,13 +58,6 @@ struct ReadyLine : Line {
     CHECK(server.counters().slave_messages == 1);
   }
 };
-
-Bytes joined(std::initializer_list<Bytes> parts) {
-  Bytes all;
-  for (const Bytes& part : parts)
-    all.insert(all.end(), part.begin(), part.end());
-  return all;
-}
 
 TEST_CASE("RTU: a foreign request is not over where the CRC of its first bytes is right") {
   for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
@@ -132,8 +146,6 @@ TEST_CASE("RTU: where silence goes unseen foreign requests and responses end by 
 }
 
 TEST_CASE("RTU: a foreign request does not end at the length of a response") {
-  // The CRC of its first six bytes are the byte count and the first byte of its data.
-  const Bytes request = joined({hex("02 10 00 00 00 60 C0 12"), hex(kHarm), filled("", 183, "36 6F")});
   ReadyLine line(late_port());
   SECTION("when a request is due") {
     line.send(kAsked);
@@ -142,7 +154,7 @@ TEST_CASE("RTU: a foreign request does not end at the length of a response") {
   SECTION("when it is repeated") {
     line.send(kAsked);
     line.send(kAnswered);
-    line.send(request);
+    line.send(kRequest);
     line.gap();
   }
   SECTION("at the start") {}
@@ -150,13 +162,11 @@ TEST_CASE("RTU: a foreign request does not end at the length of a response") {
     line.send(hex("09 03 00"));
     line.gap();
   }
-  line.send(request);
+  line.send(kRequest);
   line.check_unharmed(true);
 }
 
 TEST_CASE("RTU: a foreign response does not end at the length of a request") {
-  // The CRC of its first six bytes are the next two.
-  const Bytes response = joined({hex("09 03 14 00 00 00 41 72"), hex(kHarm), filled("", 7, "66 1D")});
   ReadyLine line(late_port());
   SECTION("when it is due") {
     line.send(hex("09 03 00 00 00 0A C4 85"));
@@ -166,7 +176,19 @@ TEST_CASE("RTU: a foreign response does not end at the length of a request") {
     line.gap();
   }
   SECTION("at the start") {}
-  line.send(response);
+  SECTION("after a broken frame") {
+    line.send(kAsked);
+    line.send(kAnswered);
+    line.send(hex("09 03 00"));
+    line.gap();
+  }
+  SECTION("after a frame that is neither a request nor a response") {
+    line.send(kAsked);
+    line.send(kAnswered);
+    line.send(hex("09 03 04 02 70 B9"));
+    line.gap();
+  }
+  line.send(kResponse);
   line.check_unharmed(true);
 }
 
@@ -232,28 +254,50 @@ TEST_CASE("RTU: a damaged foreign frame ends with the gap") {
   }
 }
 
+/// A response is on its way: what comes is not heard.
+void begin_to_send(ReadyLine& line) {
+  line.send(kRead);
+  line.now += 1'750;
+  REQUIRE(line.server.poll(line.now) == 0);
+  CHECK(line.server.execute().size() == kValue.size());
+}
+
 TEST_CASE("RTU: the rest of a foreign frame that began while this station was sending is not heard") {
   for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
     ReadyLine line(settings);
-    line.send(kRead);
-    line.now += 1'750;
-    REQUIRE(line.server.poll(line.now) == 0);
-    line.server.execute();
-    line.send(hex("09 10 00 00 00 06 0C 83 35"));
+    begin_to_send(line);
+    line.send(hex("09 10 00 00 00 06 0C 00 00"));
     line.server.on_sent();
     line.send(hex(kHarm));
     CHECK_FALSE(line.request_waits());
     CHECK(line.words[0] == 0x1234);
     CHECK(line.ask(kRead) == kValue);
+    line.send(kRead);
+    CHECK(line.response() == kValue);
   }
+}
+
+TEST_CASE("RTU: where times are exact not even as many bytes as the response has are taken for its echo") {
+  ReadyLine line;
+  begin_to_send(line);
+  line.send(hex("09 10 00 00 00 06 0C"));
+  line.server.on_sent();
+  line.send(hex(kHarm));
+  CHECK_FALSE(line.request_waits());
+}
+
+TEST_CASE("RTU: a foreign response whose request was not heard does not end at the length of a request") {
+  ReadyLine line(late_port());
+  begin_to_send(line);
+  line.send(hex("09 03 00 00 00 0A C4 85"));
+  line.server.on_sent();
+  line.gap();
+  line.send(kResponse);
 }
 
 TEST_CASE("RTU: the echo of a response is not taken for a foreign frame") {
   ReadyLine line(late_port());
-  line.send(kRead);
-  line.now += 1'750;
-  REQUIRE(line.server.poll(line.now) == 0);
-  line.server.execute();
+  begin_to_send(line);
   line.send(kValue);
   line.server.on_sent();
   line.send(kRead);

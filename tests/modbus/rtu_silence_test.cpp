@@ -97,13 +97,16 @@ TEST_CASE("RTU: a byte in the silence takes a broadcast back") {
 }
 
 TEST_CASE("RTU: a request that nobody has executed gives way to the next one") {
-  Line line;
-  line.send(kWrite);
-  line.gap();
-  line.send(kRead);
-  CHECK(line.response() == kZero);
-  CHECK(line.server.counters().broken_frames == 1);
-  CHECK(line.server.counters().slave_messages == 1);
+  for (const Bytes& request : {kWrite, hex("01 64 01 CB")}) {
+    Line line;
+    line.send(request);
+    line.gap();
+    line.send(kRead);
+    CHECK(line.response() == kZero);
+    CHECK(line.server.counters().broken_frames == 1);
+    CHECK(line.server.counters().foreign_frames == 0);
+    CHECK(line.server.counters().slave_messages == 1);
+  }
 }
 
 TEST_CASE("RTU: a byte in the response delay takes the request back too") {

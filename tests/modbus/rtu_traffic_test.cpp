@@ -82,15 +82,25 @@ class Traffic {
     const Bytes asked = request(station, function);
     const std::size_t tries = one_of(10) == 0 ? 2 : 1;
     pause();
-    line_.send(asked);
+    send(asked);
     for (std::size_t i = 1; i < tries; ++i) {
       line_.gap();
-      line_.send(asked);
+      send(asked);
     }
     if (one_of(8) == 0) return line_.gap();  // no response; its master waits
     pause();
-    line_.send(one_of(8) == 0 ? with_crc({station, static_cast<std::uint8_t>(function | 0x80), 2})
-                              : response(station, function));
+    send(one_of(8) == 0 ? with_crc({station, static_cast<std::uint8_t>(function | 0x80), 2})
+                        : response(station, function));
+  }
+
+  /// With a pause, which is no gap, behind the request that is in it.
+  void send(const Bytes& frame) {
+    const auto middle = frame.begin() + static_cast<std::ptrdiff_t>(std::min(harm_ends_, frame.size()));
+    line_.send(Bytes(frame.begin(), middle));
+    const auto longest = line_.gap_us - 1'000;
+    line_.now += static_cast<std::uint32_t>(one_of(longest));
+    if (line_.server.poll(line_.now) == 0) line_.server.execute();
+    line_.send(Bytes(middle, frame.end()));
   }
 
   /// Between two frames.
@@ -187,6 +197,7 @@ class Traffic {
         frame[at] = static_cast<std::uint8_t>(crc);
         frame[at + 1] = static_cast<std::uint8_t>(crc >> 8);
       }
+      harm_ends_ = at + 10;
       std::ranges::copy(harms_[one_of(harms_.size())], frame.begin() + static_cast<std::ptrdiff_t>(at + 2));
     }
     return with_crc(frame);
@@ -195,6 +206,7 @@ class Traffic {
   Line line_;
   std::mt19937 chance_;
   std::uint32_t executed_ = 0;
+  std::size_t harm_ends_ = 0;  ///< in the frame made last
   const Bytes functions_{1,  2,  3,  3,  3,  4,  5,  6,  7,  8,  11, 12,  15, 16,
                          16, 16, 17, 20, 21, 22, 23, 23, 24, 43, 65, 100, 127};
   const std::array<Bytes, 2> harms_{with_crc({1, 6, 0, kHarmed, 0x0B, 0xAD}),
