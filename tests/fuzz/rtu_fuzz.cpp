@@ -81,7 +81,11 @@ class Run {
       : settings_(settings_of(choice)),
         model_(settings_, kAtStart),
         ranges_(ranges_of(registers_, settings_)),
-        server_({&map_, 1}, product_settings(settings_)) {}
+        server_({&map_, 1}, product_settings(settings_)) {
+    // A counter that wraps before the first byte would have begun just then.
+    send(Bytes{0xFF});
+    wait(gap() + 1);
+  }
 
   void send(View bytes) {
     for (const std::uint8_t byte : bytes) {
