@@ -197,8 +197,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "Local objects: R3702 = 0: From an NMT command of the PLC that resets it to its next message it shows "
-    "which reset (1, 2), as long as it has been heard within its time") {
+    "Local objects: R3702 = 0: From an NMT command that resets it, of the PLC or of another master that is "
+    "heard, to its next message it shows which reset (1, 2), as long as it has been heard within its time") {
   struct Row {
     std::uint16_t service;
     const char *to_it, *to_all;
@@ -222,6 +222,11 @@ TEST_CASE(
     check_state(window, 5, shown);
     check_state(window, 6, shown);
     check_state(window, Window::kOwnNode, kPreOperational);
+  }
+  SECTION("of another master") {
+    window.arrive(to_it);
+    check_state(window, 5, shown);
+    check_state(window, 6, kOperational);
   }
   SECTION("it has not heard the command") {
     command(window, service, 5, to_it);
