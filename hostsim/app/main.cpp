@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "app/simulator.hpp"
-#include "io/files.hpp"
+#include "io/files/read_file.hpp"
 #include "plant/build_node.hpp"
 #include "plant/command_line.hpp"
 #include "plant/demo_plant.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "app/control.hpp"
-#include "io/files.hpp"
+#include "io/files/read_file.hpp"
 #include "plant/settings.hpp"
 #include "text/words.hpp"
 

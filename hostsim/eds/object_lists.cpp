@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "canopen/dictionary/objects.hpp"
 #include "eds/device_sections.hpp"
 #include "eds/diagnostics.hpp"
 #include "text/numbers.hpp"
@@ -18,7 +19,6 @@ constexpr std::array<std::string_view, 3> kLists = {"MandatoryObjects", "Optiona
                                                     "ManufacturerObjects"};
 
 /// Below it there are data types, which no list has to name.
-constexpr std::uint16_t kFirstListed = 0x1000;
 
 struct Listed {
   std::uint64_t index = 0;
@@ -94,7 +94,7 @@ class ListChecker {
       const bool is_listed =
           std::binary_search(listed_.begin(), listed_.end(), Listed{object.index, 0},
                              [](const Listed& a, const Listed& b) { return a.index < b.index; });
-      if (!is_listed && object.has_values() && object.index >= kFirstListed)
+      if (!is_listed && object.has_values() && object.index >= object::kFirstCommunication)
         findings_.note(object.line(), "object " + text::hex(object.index, 4) + "h is not listed: it is used");
     }
   }

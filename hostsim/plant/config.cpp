@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "sim/faults/random.hpp"
+#include "sim/random.hpp"
 #include "text/address.hpp"
 
 namespace cbcan::plant {

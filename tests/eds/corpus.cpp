@@ -7,8 +7,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "text/numbers.hpp"
 #include "eds/values.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::tests {
 

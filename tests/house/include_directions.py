@@ -8,24 +8,30 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
+FIRMWARE = {"firmware/include", "firmware/canopen", "firmware/coprocessor", "firmware/modbus", "firmware/slcan"}
+
 # Room (a folder) -> rooms that it may include besides itself.
 MAY_KNOW = {
     "regmap": set(),
-    "firmware/boards": {"firmware", "regmap"},
-    "firmware": {"regmap"},
+    "firmware/include": set(),
+    "firmware/canopen": {"firmware/include"},
+    "firmware/coprocessor": {"firmware/canopen", "firmware/include", "regmap"},
+    "firmware/modbus": set(),
+    "firmware/slcan": {"firmware/include"},
+    "firmware/boards": {*FIRMWARE, "regmap"},
     "hostsim/text": set(),
-    "hostsim/sim": {"hostsim/text", "firmware", "regmap"},
-    "hostsim/devices": {"hostsim/sim", "hostsim/text", "firmware", "regmap"},
-    "hostsim/eds": {"hostsim/text", "firmware", "regmap"},
-    "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", "firmware", "regmap"},
-    "hostsim/io": {"hostsim/sim", "hostsim/text", "firmware", "regmap"},
-    "hostsim/app": {"hostsim/plant", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", "firmware", "regmap"},
-    "tools": {"hostsim/text", "regmap"},  # text knows nothing, so tools see Modbus and nothing else all the same
+    "hostsim/sim": {"hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/devices": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/eds": {"hostsim/text", "firmware/canopen"},
+    "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/io": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/app": {"hostsim/plant", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "tools": {"hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.
-PREFIXES = {"cbcan": "firmware", "canopen": "firmware", "coprocessor": "firmware", "modbus": "firmware",
-            "slcan": "firmware", "boards": "firmware/boards",
+PREFIXES = {"cbcan": "firmware/include", "canopen": "firmware/canopen", "coprocessor": "firmware/coprocessor",
+            "modbus": "firmware/modbus", "slcan": "firmware/slcan", "boards": "firmware/boards",
             "sim": "hostsim/sim", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
             "plant": "hostsim/plant", "text": "hostsim/text", "app": "hostsim/app"}
 
@@ -61,7 +67,7 @@ def complaint(room, kind, name):
         if target and target != room and target not in MAY_KNOW[room]:
             return f"{room} may not know {target}"
         return None
-    if room in ("regmap", "firmware", "firmware/boards") and name not in FREESTANDING:
+    if room in ("regmap", "firmware/boards", *FIRMWARE) and name not in FREESTANDING:
         return f"{room} is freestanding"
     if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/eds") and IMPURE.fullmatch(name):
         return f"{room} is pure: it is told what time it is and opens nothing"
@@ -79,7 +85,7 @@ def check(path):
     room = room_of(path)
     found = []
     if room is None:
-        return found
+        return [f"{path}: is in no room"]
     for number, line in enumerate((ROOT / path).read_text().splitlines(), 1):
         match = INCLUDE.match(line)
         if match and (why := complaint(room, *match.groups())):

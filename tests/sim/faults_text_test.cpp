@@ -70,12 +70,12 @@ TEST_CASE("A fault from text: what is given, and defaults for the rest") {
 TEST_CASE("A fault from the keys and values of a plant file") {
   const std::vector<FaultKey> keys{{"delay_ms", std::int64_t{50}},
                                    {"index", std::int64_t{0x2001}},
-                                   {"step", std::string_view("initiate")},
+                                   {"step", std::string("initiate")},
                                    {"probability", 0.25}};
   const FaultOrProblem made = make_fault("answer-late", keys, FaultPlace::kNode);
   CHECK(made.problem.empty());
   CHECK(text_of(made.fault) == "answer-late delay_ms=50 probability=0.25 index=0x2001 step=initiate");
-  const std::vector<FaultKey> wrong{{"index", std::string_view("0x2001")}};
+  const std::vector<FaultKey> wrong{{"index", std::string("0x2001")}};
   CHECK(make_fault("answer-late", wrong, FaultPlace::kNode).problem ==
         "answer-late: index \"0x2001\": must be an integer, 0x0000..0xFFFF");
 }

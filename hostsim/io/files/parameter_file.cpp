@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "io/files/parameter_file.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "canopen/lss_slave.hpp"
+#include "canopen/nmt/nmt.hpp"
+#include "io/files/read_file.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr std::string_view kHeading =
+    "# Written by object 1010h (store parameters) and LSS of a simulated node.\n"
+    "# index:sub-index = bytes, low byte first\n";
+constexpr std::string_view kNodeId = "node-id";
+constexpr std::string_view kBitRate = "bit-rate";
+
+/// False: it is none, or does not fit.
+template <class Number>
+bool read_number(std::string_view text, Number& number, int base) {
+  const auto read = text::parse<Number>(text::trim(text), base);
+  if (read) number = *read;
+  return read.has_value();
+}
+
+bool parse_object(std::string_view object, std::string_view digits, sim::StoredValue& value) {
+  const auto address = text::split(object, ':');
+  if (!address || digits.size() % 2 != 0 || !read_number(address->first, value.index, 16) ||
+      !read_number(address->second, value.sub, 16))
+    return false;
+  for (std::size_t at = 0; at < digits.size(); at += 2)
+    if (!read_number(digits.substr(at, 2), value.bytes.emplace_back(), 16)) return false;
+  return true;
+}
+
+bool is_node_id(std::uint8_t id) {
+  return (id >= 1 && id <= nmt::kMaxNode) || id == LssSlave::kNoNodeId;
+}
+
+/// False: the line means nothing.
+bool parse_line(std::string_view line, sim::StoredParameters& parameters) {
+  const auto sides = text::split(line, '=');
+  if (!sides) return false;
+  const std::string_view key = text::trim(sides->first);
+  const std::string_view value = text::trim(sides->second);
+  if (key == kNodeId)
+    return read_number(value, parameters.lss.node_id, 10) && is_node_id(parameters.lss.node_id);
+  if (key == kBitRate) return read_number(value, parameters.lss.bit_rate, 10);
+  parameters.values.emplace_back();
+  return parse_object(key, value, parameters.values.back());
+}
+
+bool write_whole(const std::string& path, const std::string& text) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wb"), std::fclose);
+  if (!file) return false;
+  return std::fwrite(text.data(), 1, text.size(), file.get()) == text.size() &&
+         std::fflush(file.get()) == 0 && ::fsync(::fileno(file.get())) == 0;
+}
+
+}  // namespace
+
+std::string parameter_text(const sim::StoredParameters& parameters) {
+  std::string text(kHeading);
+  if (parameters.lss.node_id != 0)
+    text +=
+        fmt::format("{} = {}\n{} = {}\n", kNodeId, parameters.lss.node_id, kBitRate, parameters.lss.bit_rate);
+  for (const sim::StoredValue& value : parameters.values)
+    text += fmt::format("{:04X}:{:02X} = {:02X}\n", value.index, value.sub, fmt::join(value.bytes, ""));
+  return text;
+}
+
+sim::StoredParameters parse_parameters(std::string_view text, const std::string& path) {
+  sim::StoredParameters parameters;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::string_view line = text::trim(text::take_line(text));
+    if (line.empty() || line.front() == '#' || parse_line(line, parameters)) continue;
+    throw UsageError(
+        fmt::format("{}:{}: \"{}\": write INDEX:SUB = BYTES in hexadecimal, such as 1017:00 = E803, "
+                    "node-id = 1..127 or bit-rate = 250000",
+                    path, number, line));
+  }
+  return parameters;
+}
+
+sim::StoredParameters ParameterFile::load() {
+  const std::optional<std::string> text = read_file(path_);
+  if (text) return parse_parameters(*text, path_);
+  if (::access(path_.c_str(), F_OK) == 0)
+    throw UsageError(path_ + ": this file with stored parameters cannot be read; check its permissions");
+  return {};
+}
+
+bool ParameterFile::save(const sim::StoredParameters& parameters) {
+  const std::string fresh = path_ + ".new";
+  if (write_whole(fresh, parameter_text(parameters)) && std::rename(fresh.c_str(), path_.c_str()) == 0)
+    return true;
+  warn_(path_ + ": parameters could not be stored: " + reason(errno));
+  static_cast<void>(std::remove(fresh.c_str()));
+  return false;
+}
+
+}  // namespace cbcan::io

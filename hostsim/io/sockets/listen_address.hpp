@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string_view>
+
+#include "io/loop/descriptor.hpp"
+#include "text/address.hpp"
+
+namespace cbcan::io {
+
+using text::ListenAddress;
+
+struct Listener {
+  Descriptor socket;
+  ListenAddress address;  ///< with the port that port 0 became
+};
+
+/// A non-blocking TCP listener on the first of the host's addresses that can be had, IPv4 before IPv6. A host
+/// name is looked up, which may block. Throws EnvironmentError, its text beginning with `service` ("modbus")
+/// and the address.
+Listener listen_tcp(std::string_view service, const ListenAddress& address);
+
+}  // namespace cbcan::io
