@@ -166,7 +166,7 @@ constexpr std::array kPlant{
     plant<&Config::time, &TimeConfig::clock>({
         .key = "time.clock", .option = "--clock CLOCK",
         .help = "How time passes; manual: it stands still but for lines such as \"pass 100ms\" (us, ms, s) on standard "
-                "input, each answered by \"at SECONDS\", and the end of the input ends the program",
+                "input, each acknowledged by \"at SECONDS\", and the end of the input ends the program",
         .choices = kClocks}),
     plant<&Config::random, &RandomConfig::seed>({
         .key = "random.seed", .option = "--seed N", .help = "All noise and all chance of faults follow from it",
@@ -192,12 +192,13 @@ constexpr std::array kNetwork{
         .more = "Object 3003h sub 0 shows and changes it at run time.", .unit = " ms, 0 = none"}),
     module<&ModuleConfig::node_state_fresh_ms>({
         .key = "module.node_state_fresh_ms", .option = "--node-state-fresh MS",
-        .help = "How long a node's last boot-up or heartbeat tells its state (object 300Ch), where object 1016h sets no time "
-                "for that node",
+        .help = "How long a node's last boot-up message, heartbeat or guarding response tells its state (object 300Ch), where "
+                "object 1016h sets no time for that node",
         .low = 1, .high = 65535, .unit = " ms"}),
     module<&ModuleConfig::guarding_timeout_ms>({
         .key = "module.guarding_timeout_ms", .option = "--guarding-timeout MS",
-        .help = "How long the response to a node guarding request is waited for, when nothing fresh is known",
+        .help = "How long the response to a node guarding request is waited for; a node is asked when nothing fresh is known or its "
+                "report is in doubt",
         .low = 1, .high = 65535, .unit = " ms"}),
     module<&ModuleConfig::process_first>({
         .key = "module.process_first", .option = "--process-first R",
@@ -251,8 +252,8 @@ const std::array kNode{
     node<&NodeConfig::parameters>({
         .key = "node.parameters", .option = "--parameters ID=FILE",
         .help = "Where object 1010h and LSS store what the node keeps",
-        .more = "A file of its own for each node; it is made at the first time. Without it the node keeps that until the program "
-                "ends.",
+        .more = "A file of its own for each node; it is made when something is stored first. Without it the node keeps that until "
+                "the program ends.",
         .form = Form::kPath, .domain = "a path"}),
     node<&NodeConfig::lss>({
         .key = "node.lss", .option = "--lss ID=BOOL",

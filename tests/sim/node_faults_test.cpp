@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Faults on purpose at a whole node, one of each group, and what is told of them. The faults themselves:
+// Injected faults at a whole node, one of each group, and what is told of them. The faults themselves:
 // faults_answers_test.cpp, faults_node_test.cpp.
 
 #include "node_rig.hpp"

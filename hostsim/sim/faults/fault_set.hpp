@@ -21,7 +21,7 @@
 
 namespace cbcan::sim {
 
-/// Is told what happens on purpose.
+/// Is told what injected faults do.
 class FaultListener {
  public:
   /// One line: whose fault, its number, the fault, and the frame as it was before:

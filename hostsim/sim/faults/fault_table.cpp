@@ -45,24 +45,24 @@ constexpr auto interval(FaultKind only) {
 
 // clang-format off
 constexpr auto kKinds = std::to_array<FaultRow>({
-    {"answer-never", kNode, "An SDO answer is not sent.", {}},
-    {"answer-late", kNode, "An SDO answer is sent late.", {.delay = 50 * kMillisecond}},
-    {"answer-twice", kNode, "An SDO answer is sent twice.", {}},
-    {"answer-out-of-order", kNode, "An SDO answer is sent after the next frame of the node.", {.delay = 100 * kMillisecond}},
-    {"answer-other-toggle", kNode, "The toggle bit of a segment's answer is the other one.", {}},
-    {"answer-other-specifier", kNode, "An SDO answer has another command specifier; segments of blocks have none.", {}},
-    {"answer-other-index", kNode, "The answer to an initiate request, or an abort, is about another object.", {}},
-    {"answer-other-size", kNode, "An answer of an upload claims another number of bytes than it has.", {}},
+    {"answer-never", kNode, "An SDO response is not sent.", {}},
+    {"answer-late", kNode, "An SDO response is sent late.", {.delay = 50 * kMillisecond}},
+    {"answer-twice", kNode, "An SDO response is sent twice.", {}},
+    {"answer-out-of-order", kNode, "An SDO response is sent after the next frame of the node.", {.delay = 100 * kMillisecond}},
+    {"answer-other-toggle", kNode, "The toggle bit of the response to a segment is inverted.", {}},
+    {"answer-other-specifier", kNode, "An SDO response has another command specifier; segments of blocks have none.", {}},
+    {"answer-other-index", kNode, "The response to an initiate request, or an abort, is about another object.", {}},
+    {"answer-other-size", kNode, "A response of an upload claims another number of bytes than it has.", {}},
     {"answer-other-crc", kNode, "The CRC at the end of a block upload has all bits inverted.", {}},
     {"answer-other-sequence", kNode,
      "A block segment has the next number; an acknowledgement tells of one segment less, or of one for none.", {}},
-    {"abort", kNode, "An abort instead of an SDO answer.", {.code = 0x08000000}},
-    {"short-frame", kNode, "An SDO answer is a frame with fewer bytes.", {}},
+    {"abort", kNode, "An abort instead of an SDO response.", {.code = 0x08000000}},
+    {"short-frame", kNode, "An SDO response is a frame with fewer bytes.", {}},
     {"silent", kNode, "Nothing that the node sends leaves it.", {}},
-    {"heartbeat-stops", kNode, "Heartbeats, boot-up messages and answers to node guarding do not leave the node.", {}},
-    {"state-wrong", kNode, "Heartbeats and answers to node guarding report another state.", {}},
+    {"heartbeat-stops", kNode, "Heartbeats, boot-up messages and responses to node guarding do not leave the node.", {}},
+    {"state-wrong", kNode, "Heartbeats and responses to node guarding report another state.", {}},
     {"duplicate-node-id", kNode,
-     "A second device has the node's ID: SDO answers, with their data inverted, and error control come from it too.", {}},
+     "A second device has the node's ID: SDO responses, with their data inverted, and error control come from it too.", {}},
     {"boot-up-storm", kNode, "Boot-up messages, one after the other.", {}},
     {"emcy-storm", kNode, "EMCY messages, one after the other.", {.code = 0x1000}},
     {"frame-loss", kBus, "A frame reaches nobody.", {}},
@@ -83,9 +83,9 @@ constexpr std::array kKeys{
     key<&Fault::specifier>(kAnswerOtherSpecifier, {
         .key = "specifier", .help = "Upper three bits of the first byte", .high = 7}),
     key<&Fault::other_index>(kAnswerOtherIndex, {
-        .key = "other_index", .help = "Index in the answer", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "one more"}),
+        .key = "other_index", .help = "Index in the response", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "one more"}),
     key<&Fault::other_sub>(kAnswerOtherIndex, {
-        .key = "other_sub", .help = "Sub-index in the answer", .high = 0xFF, .absent = "the right one"}),
+        .key = "other_sub", .help = "Sub-index in the response", .high = 0xFF, .absent = "the right one"}),
     key<&Fault::size>(kAnswerOtherSize, {
         .key = "size", .help = "Bytes to claim, as far as the field holds them", .high = 0xFFFFFFFF, .absent = "one less"}),
     key<&Fault::code>(kAbort, {.key = "code", .help = "SDO abort code", .form = Form::kHexadecimal}),
@@ -118,7 +118,7 @@ constexpr std::array kKeys{
     key<&Fault::sub>(kAnswerNever, kShortFrame, {
         .key = "sub", .help = "Transfers of this sub-index only", .high = 0xFF, .absent = "any"}),
     key<&Fault::step>(kAnswerNever, kShortFrame, {
-        .key = "step", .help = "Answers only that are this within their transfer", .choices = kSteps}),
+        .key = "step", .help = "Responses only that are this within their transfer", .choices = kSteps}),
     key<&Fault::first_id>(kFrameLoss, kFrameCorrupt, {
         .key = "first_id", .help = "Frames with this CAN-ID or a higher one only", .form = Form::kHexadecimal, .high = kMostId}),
     key<&Fault::last_id>(kFrameLoss, kFrameCorrupt, {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Between a node's CANopen stack and its controller: the node's faults on purpose. Without a fault it costs
+/// Between a node's CANopen stack and its controller: the node's injected faults. Without a fault it costs
 /// a call and two comparisons for each frame, and it allocates nothing.
 ///
 /// Its node:
