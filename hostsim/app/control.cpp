@@ -114,7 +114,7 @@ std::string list_of(std::string_view place, const sim::FaultSet& faults) {
 /// One line's execution.
 class Execution {
  public:
-  Execution(const std::vector<PlantNetwork*>& networks, Words words, Time started, Time now)
+  Execution(const std::vector<sim::World*>& networks, Words words, Time started, Time now)
       : networks_(networks), words_(std::move(words)), started_(started), now_(now) {}
 
   std::string run();
@@ -154,7 +154,7 @@ class Execution {
   void for_all_faults(Visitor visit) const;
   std::string nodes_of(std::size_t network) const;
 
-  const std::vector<PlantNetwork*>& networks_;
+  const std::vector<sim::World*>& networks_;
   Words words_;
   Time started_;
   Time now_;
@@ -208,31 +208,31 @@ Execution::Where Execution::where(std::string_view word) const {
 
 sim::Node& Execution::node(std::string_view word) const {
   const auto [network, name] = where(word);
-  const std::vector<PlantNode>& nodes = networks_[network - 1]->nodes;
+  const auto nodes = networks_[network - 1]->nodes();
   const std::string what = plant::in_network(network) + "node";
   if (name.starts_with('#')) {
     const std::uint32_t place = number_of(name.substr(1), 1, static_cast<std::uint32_t>(nodes.size()), what);
-    return *nodes[place - 1].node;
+    return *nodes[place - 1];
   }
   const std::uint32_t id = number_of(name, 1, nmt::kMaxNode, what);
-  const auto found = std::ranges::find_if(
-      nodes, [id](const PlantNode& plant) { return plant.node->device().node_id() == id; });
+  const auto found =
+      std::ranges::find_if(nodes, [id](const auto& node) { return node->device().node_id() == id; });
   if (found == nodes.end()) refuse("node {}: not in this plant; nodes lists them", word);
-  return *found->node;
+  return **found;
 }
 
 sim::FaultSet& Execution::faults(std::string_view word) const {
   const Where of = where(word);
-  return of.name == kBus ? networks_[of.network - 1]->world.faults() : node(word).faults();
+  return of.name == kBus ? networks_[of.network - 1]->faults() : node(word).faults();
 }
 
 template <class Visitor>
 void Execution::for_all_faults(Visitor visit) const {
   for (std::size_t network = 1; network <= networks_.size(); ++network) {
-    PlantNetwork& plant = *networks_[network - 1];
-    visit(fmt::format("{}{}", prefix_of(network), kBus), plant.world.faults());
-    for (std::size_t place = 0; place < plant.nodes.size(); ++place)
-      visit(place_name(network, place), plant.nodes[place].node->faults());
+    sim::World& world = *networks_[network - 1];
+    visit(fmt::format("{}{}", prefix_of(network), kBus), world.faults());
+    for (std::size_t place = 0; place < world.nodes().size(); ++place)
+      visit(place_name(network, place), world.nodes()[place]->faults());
   }
 }
 
@@ -244,13 +244,13 @@ std::string Execution::list_nodes() {
 }
 
 std::string Execution::nodes_of(std::size_t network) const {
-  const std::vector<PlantNode>& nodes = networks_[network - 1]->nodes;
+  const auto nodes = networks_[network - 1]->nodes();
   std::string text;
   for (std::size_t place = 0; place < nodes.size(); ++place) {
-    const PlantNode& plant = nodes[place];
-    text += fmt::format("{} {} {} {}", place_name(network, place), id_text(*plant.node, network),
-                        name_of(plant.node->device().state()), plant.device);
-    text += plant.name.empty() ? "\n" : fmt::format(" \"{}\"\n", plant.name);
+    const sim::Node& node = *nodes[place];
+    text += fmt::format("{} {} {} {}", place_name(network, place), id_text(node, network),
+                        name_of(node.device().state()), node.device_name());
+    text += node.name().empty() ? "\n" : fmt::format(" \"{}\"\n", node.name());
   }
   return text;
 }

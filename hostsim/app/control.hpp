@@ -16,19 +16,6 @@
 
 namespace cbcan::app {
 
-/// A node of the plant under its names.
-struct PlantNode {
-  sim::Node* node;
-  std::string name;    ///< for people; may be empty
-  std::string device;  ///< "cia402"
-};
-
-/// A network of the plant.
-struct PlantNetwork {
-  sim::World& world;
-  std::vector<PlantNode> nodes;
-};
-
 /// A command, as `help` and docs/control.md show it.
 struct CommandText {
   std::string_view usage;    ///< "set NODE INDEX[:SUB] NUMBER"
@@ -39,8 +26,8 @@ std::vector<CommandText> command_texts();
 
 class Control {
  public:
-  /// `networks`: all, in order, at least one; they outlive it. `started`: when the worlds were.
-  Control(std::vector<PlantNetwork*> networks, Time started)
+  /// `networks`: all, in order, at least one; they outlive it. `started`: when they were.
+  Control(std::vector<sim::World*> networks, Time started)
       : networks_(std::move(networks)), started_(started) {}
 
   /// Does what the line says, at this time, and returns the answer: lines with their ends. What follows on
@@ -48,7 +35,7 @@ class Control {
   std::string execute(std::string_view line, Time now);
 
  private:
-  std::vector<PlantNetwork*> networks_;
+  std::vector<sim::World*> networks_;
   Time started_;
 };
 

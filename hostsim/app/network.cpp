@@ -29,7 +29,7 @@ ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::
 }  // namespace
 
 Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
-                 std::vector<plant::BuiltNode> nodes, const Surroundings& surroundings)
+                 std::vector<sim::NodeParts> nodes, const Surroundings& surroundings)
     : surroundings_(surroundings),
       number_(config.number),
       name_(plant.networks.size() == 1 ? "" : "network " + std::to_string(number_) + ": "),
@@ -40,7 +40,9 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
                                  settings_of(config.module));
   add_nodes(config, std::move(nodes));
-  set_faults(config);
+  add_faults(world_.faults(), config.can.faults);
+  for (std::size_t i = 0; i < config.nodes.size(); ++i)
+    add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults);
   if (config.can.kind == plant::CanKind::kSocketCan)
     socketcan_.emplace(surroundings_.reactor, world_.bus(), config.can.interface_name, surroundings_.warn);
   if (!config.can.slcan.empty()) open_slcan(config);
@@ -51,27 +53,19 @@ std::span<std::uint16_t> Network::registers() {
   return module_ != nullptr ? std::span(registers_) : std::span<std::uint16_t>();
 }
 
-void Network::add_nodes(const plant::NetworkConfig& config, std::vector<plant::BuiltNode> nodes) {
+void Network::add_nodes(const plant::NetworkConfig& config, std::vector<sim::NodeParts> nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const plant::NodeConfig& node = config.nodes[i];
-    sim::NodeParts& parts = nodes[i].parts;
-    parts.listener = this;
-    if (!node.parameters.empty())
-      parts.parameters =
-          parameters_.emplace_back(std::make_unique<io::ParameterFile>(node.parameters, surroundings_.warn))
-              .get();
-    const std::uint8_t id = node.id == 0 ? sim::Node::kNoNodeId : node.id;
-    sim::Node& made = world_.add_node(id, std::move(nodes[i].image), parts);
-    plant_.nodes.push_back({&made, node.name, nodes[i].device});
+    nodes[i].listener = this;
+    if (const std::string& file = config.nodes[i].parameters; !file.empty())
+      nodes[i].parameters =
+          parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, surroundings_.warn)).get();
+    world_.add_node(std::move(nodes[i]));
   }
 }
 
-void Network::set_faults(const plant::NetworkConfig& config) {
-  for (const plant::FaultConfig& fault : config.can.faults)
-    world_.faults().add(fault.fault, surroundings_.started);
-  for (std::size_t i = 0; i < plant_.nodes.size(); ++i)
-    for (const plant::FaultConfig& fault : config.nodes[i].faults)
-      plant_.nodes[i].node->faults().add(fault.fault, surroundings_.started);
+void Network::add_faults(sim::FaultSet& to, const std::vector<plant::FaultConfig>& faults) const {
+  for (const plant::FaultConfig& fault : faults)
+    to.add(fault.fault, surroundings_.started);
 }
 
 /// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
@@ -83,8 +77,8 @@ void Network::tell_time_of_day() {
   const Time since_1970 = surroundings_.started + surroundings_.clock.wall_offset();
   const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
                        static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
-  for (const PlantNode& plant : plant_.nodes)
-    plant.node->device().time_stamp().set(time, surroundings_.started);
+  for (const auto& node : world_.nodes())
+    node->device().time_stamp().set(time, surroundings_.started);
 }
 
 /// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.

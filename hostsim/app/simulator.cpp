@@ -26,7 +26,7 @@ std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor) {
 
 }  // namespace
 
-Simulator::Simulator(const plant::Config& config, std::vector<std::vector<plant::BuiltNode>> nodes,
+Simulator::Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
                      const io::Warn& warn)
     : warn_(warn),
       signals_(reactor_),
@@ -37,15 +37,15 @@ Simulator::Simulator(const plant::Config& config, std::vector<std::vector<plant:
   if (!config.control.listen.empty()) open_control(config);
 }
 
-void Simulator::open_networks(const plant::Config& config, std::vector<std::vector<plant::BuiltNode>> nodes) {
+void Simulator::open_networks(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes) {
   const Surroundings surroundings{reactor_, warn_, *clock_, started_};
-  std::vector<PlantNetwork*> plants;
+  std::vector<sim::World*> worlds;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     networks_.push_back(
         std::make_unique<Network>(config, config.networks[i], std::move(nodes[i]), surroundings));
-    plants.push_back(&networks_.back()->plant());
+    worlds.push_back(&networks_.back()->world());
   }
-  control_.emplace(std::move(plants), started_);
+  control_.emplace(std::move(worlds), started_);
 }
 
 /// Where no network has a module there is nothing to serve.

@@ -26,7 +26,7 @@ class Simulator final : private Program {
   /// `nodes` has a list for each network of `config`, with one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
   /// understood.
-  Simulator(const plant::Config& config, std::vector<std::vector<plant::BuiltNode>> nodes,
+  Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
             const io::Warn& warn);
 
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
@@ -40,7 +40,7 @@ class Simulator final : private Program {
   std::string summary() const;
 
  private:
-  void open_networks(const plant::Config& config, std::vector<std::vector<plant::BuiltNode>> nodes);
+  void open_networks(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes);
   void open_modbus(const plant::Config& config);
   void open_control(const plant::Config& config);
   bool stop_requested() const override { return signals_.stop_requested(); }

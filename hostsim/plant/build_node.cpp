@@ -103,8 +103,10 @@ class Builder {
   void add_parts() {
     const devices::DeviceKind* const named = devices::find_device(node_.device);
     const devices::DeviceKind& kind = named != nullptr ? *named : devices::device_for_profile(profile_);
-    build_.node->device = kind.name;
-    sim::NodeParts& parts = build_.node->parts;
+    sim::NodeParts& parts = *build_.node;
+    parts.node_id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
+    parts.name = node_.name;
+    parts.device = kind.name;
     parts.behaviour = kind.make;
     parts.seed = seed_;
     parts.lss = node_.lss;
@@ -115,8 +117,7 @@ class Builder {
   void add_signals() {
     if (node_.signals.empty()) return;
     sim::World world;
-    const std::uint8_t id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
-    sim::Node& trial = world.add_node(id, build_.node->image, build_.node->parts);
+    sim::Node& trial = world.add_node(*build_.node);
     world.start(0);
     for (const SignalConfig& signal : node_.signals) {
       if (trial.set_input(signal.signal.index, signal.signal.sub, 0, 0)) {
@@ -142,7 +143,7 @@ class Builder {
         return build_.problems.push_back(fmt::format("{}:{}: {}", config.file, csv.line, csv.problem));
       replay->points = std::move(csv.points);
     }
-    build_.node->parts.signals.push_back(std::move(signal));
+    build_.node->signals.push_back(std::move(signal));
   }
 
   const NodeConfig& node_;

@@ -14,15 +14,9 @@
 
 namespace cbcan::plant {
 
-/// A node ready to be put into a world.
-struct BuiltNode {
-  sim::NodeImage image;
-  sim::NodeParts parts;  ///< without parameters and listener
-  std::string device;    ///< name of a device of devices.hpp
-};
-
 struct NodeBuild {
-  std::optional<BuiltNode> node;      ///< none if a file cannot be read, or a value or a signal not be put in
+  /// Without parameters and listener; none if a file cannot be read, or a value or a signal not be put in.
+  std::optional<sim::NodeParts> node;
   std::vector<std::string> problems;  ///< why there is no node
   std::vector<std::string> warnings;  ///< what is wrong in the EDS file and what is used in its place
   std::vector<std::string> notes;     ///< of interest to somebody who asks

@@ -20,8 +20,10 @@ std::optional<std::string> read_plant_file(const std::string& path) {
   return file ? std::optional(text.str()) : std::nullopt;
 }
 
-plant::BuiltNode built(std::uint8_t id, const std::string& eds) {
+/// Of ID 0: without one.
+sim::NodeParts built(std::uint8_t id, const std::string& eds, const std::string& name) {
   plant::NodeConfig node;
+  node.name = name;
   node.id = id;
   node.eds = std::string(CBCAN_SOURCE_DIR "/plants/demo/") + eds;
   plant::NodeBuild build = build_node(node, 0, read_plant_file);
@@ -44,9 +46,7 @@ struct Plant {
     log.ids.clear();
   }
   void add(std::uint8_t id, const std::string& eds, const std::string& name) {
-    plant::BuiltNode node = built(id, eds);
-    sim::Node& made = world.add_node(id, std::move(node.image), node.parts);
-    network.nodes.push_back({&made, name, node.device});
+    world.add_node(built(id, eds, name));
   }
   std::string run(std::string_view line) {
     std::string answer = control.execute(line, now);
@@ -56,25 +56,23 @@ struct Plant {
 
   Time now = 5 * kSecond;
   sim::World world;
-  PlantNetwork network{world, {}};
   Log log;
-  Control control{{&network}, 5 * kSecond};
+  Control control{{&world}, 5 * kSecond};
 };
 
 /// Plant, and a second network with a drive and a node without an ID.
 struct TwoNetworks {
   TwoNetworks() {
     add(16, "Other");
-    add(sim::Node::kNoNodeId, "");
+    add(0, "");
     world.bus().observe(log);
     world.start(first.now);
     log.ids.clear();
   }
   void add(std::uint8_t id, const std::string& name) {
-    plant::BuiltNode node = built(id, "drive.eds");
-    node.parts.lss = true;
-    sim::Node& made = world.add_node(id, std::move(node.image), node.parts);
-    network.nodes.push_back({&made, name, node.device});
+    sim::NodeParts node = built(id, "drive.eds", name);
+    node.lss = true;
+    world.add_node(std::move(node));
   }
   std::string run(std::string_view line) {
     std::string answer = control.execute(line, first.now);
@@ -85,9 +83,8 @@ struct TwoNetworks {
 
   Plant first;
   sim::World world;
-  PlantNetwork network{world, {}};
   Log log;
-  Control control{{&first.network, &network}, 5 * kSecond};
+  Control control{{&first.world, &world}, 5 * kSecond};
 };
 
 }  // namespace
@@ -134,14 +131,14 @@ TEST_CASE("set leaves the communication objects alone, as nobody would check wha
   CHECK(plant.run("set 16 0x1014 0") == "error: 1014h:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("set 16 0x1FFF 0") == "error: 1FFFh:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("get 16 0x1014") == "ok 144\n");
-  CHECK_FALSE(plant.network.nodes[1].node->set_input(0x1014, 0, 0, plant.now));
+  CHECK_FALSE(plant.world.nodes()[1]->set_input(0x1014, 0, 0, plant.now));
   CHECK(plant.run("incident 16 overtemperature on") == "ok\n");
   CHECK(plant.log.ids == std::vector<std::uint32_t>{0x90});
 }
 
 TEST_CASE("a text that is no line of an answer is shown as bytes") {
   Plant plant;
-  ObjectDictionary& dictionary = plant.network.nodes[0].node->device().dictionary();
+  ObjectDictionary& dictionary = plant.world.nodes()[0]->device().dictionary();
   ObjectEntry entry{};
   REQUIRE(dictionary.find(0x1008, 0, entry) == AbortCode::kNone);
   dictionary.store(entry, 0, std::array<std::uint8_t, 3>{'a', '\n', 'b'});

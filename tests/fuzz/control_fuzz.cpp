@@ -15,11 +15,6 @@ constexpr Time kBetweenLines = 20 * kMillisecond;
 
 class Commands {
  public:
-  Commands() {
-    for (std::size_t place = 0; place < DevicePlant::kNodes; ++place)
-      first_.nodes.push_back({&plant_.node(place), place == 0 ? "I/O module" : "", "device"});
-  }
-
   void take(std::string_view line) {
     const std::string before = state();
     const std::string answer = control_.execute(line, plant_.now);
@@ -51,9 +46,7 @@ class Commands {
 
   DevicePlant plant_{{}};
   sim::World empty_;
-  app::PlantNetwork first_{plant_.world, {}};
-  app::PlantNetwork second_{empty_, {}};
-  app::Control control_{{&first_, &second_}, plant_.now};
+  app::Control control_{{&plant_.world, &empty_}, plant_.now};
 };
 
 void check_lines(std::string_view text) {

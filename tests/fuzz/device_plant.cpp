@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kMostStepsAtOnce = 100;
 constexpr unsigned kMostFramesAtOnce = 20'000;  // what queues hold, many times over
 
-plant::BuiltNode read_node(std::uint8_t id, const char* eds) {
+sim::NodeParts read_node(std::uint8_t id, const char* eds) {
   plant::NodeConfig config;
   config.id = id;
   config.eds = std::string("demo:/") + eds;
@@ -27,8 +27,8 @@ plant::BuiltNode read_node(std::uint8_t id, const char* eds) {
 }
 
 /// Each file is read once.
-const plant::BuiltNode& built_node(std::size_t place, std::uint8_t id, const char* eds) {
-  static std::array<std::optional<plant::BuiltNode>, DevicePlant::kNodes> built;
+const sim::NodeParts& built_node(std::size_t place, std::uint8_t id, const char* eds) {
+  static std::array<std::optional<sim::NodeParts>, DevicePlant::kNodes> built;
   if (!built[place]) built[place] = read_node(id, eds);
   return *built[place];
 }
@@ -59,6 +59,7 @@ bool is_status(std::uint16_t word) {
 
 DevicePlant::DevicePlant(const PlantOptions& options) : world(options.bit_rate, 7), options_(options) {
   sim::NodeParts io_module;
+  io_module.name = "I/O module";
   if (options.signals) {
     io_module.signals.push_back({0x6401, 1, 50 * kMillisecond, sim::Sine{0, 20'000, kSecond, 0}});
     io_module.signals.push_back({0x6000, 1, 70 * kMillisecond, sim::Noise{128, 90, 3}});
@@ -78,13 +79,16 @@ DevicePlant::DevicePlant(const PlantOptions& options) : world(options.bit_rate, 
 }
 
 void DevicePlant::add(std::size_t place, std::uint8_t id, const char* eds, sim::NodeParts parts) {
-  const plant::BuiltNode& built = built_node(place, id, eds);
+  const sim::NodeParts& built = built_node(place, id, eds);
   Watched& watched = nodes_[place];
   watched.store.works = options_.stores;
-  parts.behaviour = built.parts.behaviour;
+  parts.node_id = built.node_id;
+  parts.device = built.device;
+  parts.image = built.image;
+  parts.behaviour = built.behaviour;
   parts.parameters = &watched.store;
   parts.seed = place;
-  watched.node = &world.add_node(id == 0 ? sim::Node::kNoNodeId : id, built.image, parts);
+  watched.node = &world.add_node(std::move(parts));
 }
 
 void DevicePlant::add_fault(std::size_t place, const sim::Fault& fault) {

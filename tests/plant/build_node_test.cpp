@@ -128,7 +128,7 @@ TEST_CASE("Every node of the demo plant is built without a word") {
     CHECK(build.node);
     CHECK(build.warnings.empty());
     CHECK(build.notes.empty());
-    devices.push_back(build.node ? build.node->device : "");
+    devices.emplace_back(build.node ? build.node->device : "");
   }
   CHECK(devices == std::vector<std::string>{"cia401", "cia404", "cia404", "cia402", "none"});
 }
@@ -170,7 +170,7 @@ cbcan::plant::NodeBuild build_with(std::vector<cbcan::plant::SignalConfig> signa
 
 std::uint64_t noise_seed_in(const cbcan::plant::NodeBuild& build, std::size_t signal) {
   REQUIRE(build.node);
-  return std::get<cbcan::sim::Noise>(build.node->parts.signals.at(signal).shape).seed;
+  return std::get<cbcan::sim::Noise>(build.node->signals.at(signal).shape).seed;
 }
 
 }  // namespace
@@ -179,9 +179,9 @@ TEST_CASE("A node's device: the one that is named, or the one of its profile") {
   const auto by_profile = build_with({});
   REQUIRE(by_profile.node);
   CHECK(by_profile.node->device == "cia401");
-  CHECK(by_profile.node->parts.behaviour == cbcan::devices::find_device("cia401")->make);
+  CHECK(by_profile.node->behaviour == cbcan::devices::find_device("cia401")->make);
   CHECK(build_with({}, "cia404").node->device == "cia404");
-  CHECK(build_with({}, "none").node->parts.behaviour == nullptr);
+  CHECK(build_with({}, "none").node->behaviour == nullptr);
   CHECK(build_node(node_with({}), 0, only_this_file()).node->device == "none");
 }
 
@@ -191,9 +191,9 @@ TEST_CASE("A node's seed, LSS and time period arrive") {
   node.time_period = 250;
   const auto build = build_node(node, 77, inputs_and_points);
   REQUIRE(build.node);
-  CHECK(build.node->parts.seed == 77);
-  CHECK(build.node->parts.lss);
-  CHECK(build.node->parts.time_period == 250);
+  CHECK(build.node->seed == 77);
+  CHECK(build.node->lss);
+  CHECK(build.node->time_period == 250);
 }
 
 TEST_CASE("Signals, with the points of their files") {
@@ -202,7 +202,7 @@ TEST_CASE("Signals, with the points of their files") {
   replay.file = "good.csv";
   const auto build = build_with({signal_at(0x2003, 0, cbcan::sim::Constant{5}), replay});
   REQUIRE(build.node);
-  const auto& signals = build.node->parts.signals;
+  const auto& signals = build.node->signals;
   REQUIRE(signals.size() == 2);
   CHECK(signals[0] == cbcan::sim::Signal{0x2003, 0, 1'000'000, cbcan::sim::Constant{5}});
   CHECK(signals[1] == cbcan::sim::Signal{0x6401, 2, 1'000'000,
