@@ -43,7 +43,7 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
   add_faults(world_.faults(), config.can.faults);
   for (std::size_t i = 0; i < config.nodes.size(); ++i)
     add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults);
-  if (config.can.kind == plant::CanKind::kSocketCan)
+  if (!config.can.interface_name.empty())
     socketcan_.emplace(surroundings_.reactor, world_.bus(), config.can.interface_name, surroundings_.warn);
   if (!config.can.slcan.empty()) open_slcan(config);
   if (!config.log.file.empty()) open_log(config);

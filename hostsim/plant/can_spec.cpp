@@ -6,6 +6,7 @@
 #include <array>
 
 #include "text/suggestion.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::plant {
 namespace {
@@ -42,19 +43,12 @@ std::string bad_interface(std::string_view name) {
 
 }  // namespace
 
-std::string parse_can_spec(std::string_view spec, CanConfig& into) {
-  const auto colon = spec.find(':');
-  const std::string_view kind = spec.substr(0, colon);
-  const std::string_view rest = colon == std::string_view::npos ? "" : spec.substr(colon + 1);
-  if (kind != kVirtual && kind != kSocketCan) return unknown_kind(spec, kind);
-  if (kind == kVirtual && colon != std::string_view::npos)
-    return "the virtual bus has no interface; write virtual";
-  if (kind == kSocketCan) {
-    if (auto problem = bad_interface(rest); !problem.empty()) return problem;
-  }
-  into.kind = kind == kVirtual ? CanKind::kVirtual : CanKind::kSocketCan;
-  into.interface_name = rest;
-  return {};
+std::string check_can_spec(const Value& value) {
+  const std::string_view spec = std::get<std::string>(value);
+  const auto sides = text::split(spec, ':');
+  const std::string_view kind = sides ? sides->first : spec;
+  if (kind == kVirtual) return sides ? "the virtual bus has no interface; write virtual" : "";
+  return kind == kSocketCan ? bad_interface(sides ? sides->second : "") : unknown_kind(spec, kind);
 }
 
 }  // namespace cbcan::plant

@@ -2,14 +2,13 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "plant/config.hpp"
 
 namespace cbcan::plant {
 
-/// Reads "virtual" or "socketcan:IFNAME" into kind and interface_name. Returns what is wrong with it and what
-/// to write instead, and changes nothing then; empty = fine.
-[[nodiscard]] std::string parse_can_spec(std::string_view spec, CanConfig& into);
+/// Of a text that is to be "virtual" or "socketcan:IFNAME": what is wrong with it and what to write instead;
+/// empty = fine.
+[[nodiscard]] std::string check_can_spec(const Value& value);
 
 }  // namespace cbcan::plant

@@ -3,11 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
-
+#include <algorithm>
 #include <iterator>
-#include <map>
-#include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -16,153 +14,109 @@
 #include "plant/options.hpp"
 #include "plant/plant_file.hpp"
 #include "text/suggestion.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::plant {
 namespace {
 
-/// The command line as it was typed, before anybody asks what the arguments mean.
+constexpr std::string_view kTrue = "true";
+
 struct Typed {
-  bool help = false;
-  bool version = false;
-  bool demo = false;
-  std::vector<std::string> config;
-  Arguments settings;
-  std::vector<std::string> unknown;
+  Arguments arguments;  ///< in order
+  Diagnostics problems;
+
+  std::size_t count(std::string_view option) const {
+    return static_cast<std::size_t>(std::ranges::count(arguments, option, &Argument::option));
+  }
 };
 
-/// Options of the parser, by their names, and the texts that it found for them.
-struct Option {
-  const CLI::Option* option = nullptr;
-  std::vector<std::string> texts;
-};
-using Options = std::map<std::string_view, Option>;
-
-void add_options(CLI::App& parser, Options& options) {
-  std::vector<std::string_view> all = setting_options();
-  all.push_back(kNetworkOption);
-  for (const std::string_view text : all) {
-    const std::string_view argument = option_argument(text);
-    Option& option = options[option_name(text)];
-    const std::string names(text.substr(0, text.size() - argument.size()));
-    option.option = argument.empty() && text != kNetworkOption
-                        ? parser.add_flag(names, option.texts)
-                        : parser.add_option(names, option.texts)->allow_extra_args(false);
+/// As --help shows it; empty = there is none of this name.
+std::string_view find_option(std::string_view word) {
+  for (const std::string_view shown : all_options()) {
+    const bool is_short = shown.starts_with(word) && shown.substr(word.size()).starts_with(", ");
+    if (is_short || option_name(shown) == word) return shown;
   }
-}
-
-/// Each text with the network of the last --network before it. As no option takes more than one argument,
-/// each occurrence has one text.
-Arguments arguments_of(const CLI::App& parser, const Options& options) {
-  std::map<const CLI::Option*, std::vector<std::size_t>> networks;
-  const Option& selector = options.at(kNetworkOption);
-  std::size_t network = 1;
-  for (const CLI::Option* option : parser.parse_order()) {
-    std::vector<std::size_t>& seen = networks[option];
-    if (option == selector.option) network = network_number(selector.texts.at(seen.size()));
-    seen.push_back(network);
-  }
-  Arguments arguments;
-  for (const auto& [name, option] : options)
-    for (std::vector<Argument>& found = arguments[name]; found.size() < option.texts.size();)
-      found.push_back({option.texts[found.size()], networks[option.option].at(found.size())});
-  return arguments;
-}
-
-/// The only function that deals with CLI11. All arguments are texts to it, so that a wrong value is told the
-/// same way as in a plant file, and its own exit codes stay with it.
-Diagnostics collect(int argc, const char* const* argv, Typed& typed) {
-  CLI::App parser;
-  parser.set_help_flag();
-  parser.allow_extras();
-  parser.add_flag("-h,--help", typed.help);
-  parser.add_flag("--version", typed.version);
-  parser.add_flag(std::string(kDemoOption), typed.demo);
-  parser.add_option(std::string(kConfigOption), typed.config)->allow_extra_args(false);
-  Options options;
-  add_options(parser, options);
-  try {
-    parser.parse(argc, argv);
-  } catch (const CLI::ArgumentMismatch& error) {
-    const std::string what = error.what();
-    return {about_option(what.substr(0, what.find(':')), "needs an argument")};
-  } catch (const CLI::ParseError& error) {
-    return {about_option("command line", error.what())};
-  }
-  typed.settings = arguments_of(parser, options);
-  typed.unknown = parser.remaining();
   return {};
 }
 
-Diagnostic unknown_option(const std::string& word) {
+Diagnostic unknown_word(std::string_view word, std::string_view name) {
+  if (!word.starts_with('-'))
+    return about_option(word, word.ends_with(".toml")
+                                  ? fmt::format("a plant file is given with --config {}", word)
+                                  : "belongs to no option");
   std::vector<std::string_view> known;
-  for (const std::string_view option : setting_options())
+  for (const std::string_view option : all_options())
     known.push_back(option_name(option));
-  for (const text::Row& row : option_rows())
-    known.push_back(option_name(row.option));
-  const std::string name = word.substr(0, word.find('='));
   return about_option(word, "no such option" + text::did_you_mean(name, known));
 }
 
-Diagnostic lost_word(const std::string& word) {
-  if (word.ends_with(".toml")) return about_option(word, "a plant file is given with --config " + word);
-  return about_option(word, "belongs to no option");
+/// What is wrong with an option that comes behind those of `before`; empty = nothing.
+std::string problem_with(const Argument& argument, const Typed& before) {
+  const auto same = [&](const Argument& other) {
+    return other.option == argument.option && other.network == argument.network;
+  };
+  if (!is_repeatable(argument.option) && std::ranges::any_of(before.arguments, same))
+    return in_network(argument.network) + "is given twice";
+  const bool is_plant = argument.option == kDemoOption || argument.option == kConfigOption;
+  if (is_plant && before.count(kDemoOption) + before.count(kConfigOption) != 0)
+    return "there can be only one plant; leave out the other --config, or --demo";
+  return argument.option == kDemoOption && argument.text != kTrue ? "takes no argument" : "";
 }
 
-Diagnostics check_unknown(const std::vector<std::string>& words) {
-  Diagnostics found;
-  bool behind_option = false;  // then the word is what the unknown option was given
-  for (const std::string& word : words) {
-    if (word == "--") continue;
-    const bool option = word.starts_with('-');
-    if (option) found.push_back(unknown_option(word));
-    if (!option && !behind_option) found.push_back(lost_word(word));
-    behind_option = option;
+/// All arguments are texts to it, so that a wrong value is told the same way as in a plant file.
+Typed take_apart(std::span<const char* const> words) {
+  Typed typed;
+  std::size_t network = 1;
+  const auto take = [&words] { return std::exchange(words, words.subspan(1)).front(); };
+  while (!words.empty()) {
+    const std::string_view word = take();
+    const auto joined = text::split(word, '=');
+    const std::string_view name = joined ? joined->first : word;
+    const std::string_view shown = find_option(name);
+    const bool has_next = !words.empty() && !std::string_view(words.front()).starts_with("--") &&
+                          find_option(words.front()).empty();
+    if (shown.empty()) {
+      typed.problems.push_back(unknown_word(word, name));
+      if (word.starts_with('-') && !joined && has_next) take();  // what it was given
+      continue;
+    }
+    const bool is_flag = option_argument(shown).empty();
+    if (!joined && !is_flag && !has_next) {
+      typed.problems.push_back(about_option(name, "needs an argument"));
+      continue;
+    }
+    Argument argument{option_name(shown), std::string(joined ? joined->second : is_flag ? kTrue : take())};
+    if (argument.option == kNetworkOption) network = network_number(argument.text);
+    if (!is_about_whole_plant(argument.option)) argument.network = network;
+    if (const std::string problem = problem_with(argument, typed); !problem.empty())
+      typed.problems.push_back(about_option(argument.option, problem));
+    typed.arguments.push_back(std::move(argument));
   }
-  return found;
-}
-
-/// Once for each network, or once.
-void check_once(std::string_view option, const std::vector<Argument>& arguments, Diagnostics& found) {
-  if (option == kNetworkOption || is_repeatable(option)) return;
-  std::set<std::size_t> networks;
-  for (const Argument& argument : arguments) {
-    const std::size_t network = network_of(option, argument);
-    if (!networks.insert(network).second)
-      return found.push_back(about_option(std::string(option), in_network(network) + "is given twice"));
-  }
-}
-
-Diagnostics check_usage(const Typed& typed) {
-  Diagnostics found = check_unknown(typed.unknown);
-  for (const auto& [option, arguments] : typed.settings)
-    check_once(option, arguments, found);
-  if (typed.config.size() + (typed.demo ? 1 : 0) > 1) {
-    found.push_back(
-        about_option("--config", "there can be only one plant; leave out the other --config, or --demo"));
-  }
-  return found;
+  return typed;
 }
 
 Diagnostics read_plant_of(const Typed& typed, const FileReader& read, Config& config) {
-  if (!typed.demo && typed.config.empty()) return {};
-  const std::string path = typed.demo ? std::string(kDemoPlant) : typed.config.front();
-  const auto text = read(path);
-  if (text) return read_plant(*text, path, config);
-  return {about_option(fmt::format("{} {}", kConfigOption, path),
-                       "this file cannot be read; check the path and its permissions")};
+  for (const Argument& argument : typed.arguments) {
+    if (argument.option != kDemoOption && argument.option != kConfigOption) continue;
+    const std::string path = argument.option == kDemoOption ? std::string(kDemoPlant) : argument.text;
+    if (const auto text = read(path)) return read_plant(*text, path, config);
+    return {about_option(fmt::format("{} {}", kConfigOption, path),
+                         "this file cannot be read; check the path and its permissions")};
+  }
+  return {};
 }
 
 std::string remarks_on(const NetworkConfig& network) {
   const std::string opening = "cbcan-sim: " + in_network(network.number);
   const CanConfig& can = network.can;
   std::string text;
-  if (can.kind == CanKind::kVirtual && network.nodes.empty() && can.slcan.empty()) {
+  if (can.interface_name.empty() && network.nodes.empty() && can.slcan.empty()) {
     const bool first = network.number == 1;
     text += fmt::format("{}nobody else is on the virtual bus; {}add a node: {}--node 5=FILE.eds\n", opening,
                         first ? "try --demo, or " : "",
                         first ? "" : fmt::format("--network {} ", network.number));
   }
-  if (can.kind == CanKind::kSocketCan && can.bit_rate != 0)
+  if (!can.interface_name.empty() && can.bit_rate != 0)
     text += fmt::format(
         "{}can.bit_rate (--bit-rate) is for the virtual bus; {} has the one that it was set up with\n",
         opening, can_spec(can));
@@ -186,26 +140,20 @@ Start print(std::string text) {
   return start;
 }
 
-void append(Diagnostics& all, Diagnostics more) {
-  std::move(more.begin(), more.end(), std::back_inserter(all));
-}
-
 }  // namespace
 
 Start parse_command_line(int argc, const char* const* argv, const FileReader& read) {
-  Typed typed;
-  Diagnostics problems = collect(argc, argv, typed);
-  if (typed.help) return print(help_text());
-  if (typed.version) return print(fmt::format("cbcan-sim {}\n", kVersion));
-  append(problems, check_usage(typed));
-  if (!problems.empty()) return refuse(std::move(problems));
+  Typed typed = take_apart(std::span(argv + 1, argv + argc));
+  if (typed.count(kHelpOption) != 0) return print(help_text());
+  if (typed.count(kVersionOption) != 0) return print(fmt::format("cbcan-sim {}\n", kVersion));
+  if (!typed.problems.empty()) return refuse(std::move(typed.problems));
 
   Start start;
-  problems = read_plant_of(typed, read, start.config);
-  Diagnostics of_options = apply_options(typed.settings, start.config);
+  Diagnostics problems = read_plant_of(typed, read, start.config);
+  Diagnostics of_options = apply_options(typed.arguments, start.config);
   // Of a plant with mistakes, nodes may be missing that options are about.
   if (problems.empty()) problems = std::move(of_options);
-  append(problems, check(start.config));
+  std::ranges::move(check(start.config), std::back_inserter(problems));
   if (!problems.empty()) return refuse(std::move(problems));
 
   start.run = true;

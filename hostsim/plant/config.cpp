@@ -60,7 +60,7 @@ void check_parameter_files(const Config& config, Diagnostics& found) {
 /// What no two networks can have: the key of its setting, and it.
 std::vector<std::pair<std::string_view, std::string>> belongings(const NetworkConfig& network) {
   std::vector<std::pair<std::string_view, std::string>> all;
-  if (network.can.kind == CanKind::kSocketCan) all.emplace_back("can.spec", can_spec(network.can));
+  if (!network.can.interface_name.empty()) all.emplace_back("can.spec", can_spec(network.can));
   if (!network.log.file.empty()) all.emplace_back("log.file", normal(network.log.file));
   if (network.can.slcan.empty()) return all;
   text::StreamAddress address = text::parse_stream_address(network.can.slcan);
@@ -118,7 +118,7 @@ std::uint64_t seed_of(const Config& config, std::size_t network, std::uint64_t n
 
 void check_network(const Config& config, const NetworkConfig& network, Diagnostics& found) {
   check_node_ids(network, found);
-  if (config.time.clock == ClockKind::kManual && network.can.kind != CanKind::kVirtual)
+  if (config.time.clock == ClockKind::kManual && !network.can.interface_name.empty())
     found.push_back(about_option("--clock manual",
                                  fmt::format("{}the time of {} cannot stand still; use it with --can virtual",
                                              in_network(network.number), can_spec(network.can))));
@@ -131,7 +131,7 @@ void check_network(const Config& config, const NetworkConfig& network, Diagnosti
 }  // namespace
 
 std::string can_spec(const CanConfig& can) {
-  return can.kind == CanKind::kVirtual ? "virtual" : "socketcan:" + can.interface_name;
+  return can.interface_name.empty() ? "virtual" : "socketcan:" + can.interface_name;
 }
 
 bool same_object(const InitialValue& one, const InitialValue& other) {

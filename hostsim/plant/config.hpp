@@ -33,9 +33,10 @@ struct ModuleConfig {
   std::uint16_t sdo_timeout_ms = 1000;  ///< 0..65535, 0 = none; each response of the server starts it again
   std::uint16_t node_state_fresh_ms =
       2000;  ///< 1..65535, how long a heartbeat counts where 1016h says nothing
-  std::uint16_t guarding_timeout_ms = 100;  ///< 1..65535, the wait for the response to a node guarding request
-  std::uint16_t process_first = 3800;       ///< register; 128 of them, not among R3700..R3769
-  bool enabled = true;                      ///< false: nodes and bus alone; no Modbus server then
+  std::uint16_t guarding_timeout_ms =
+      100;                             ///< 1..65535, the wait for the response to a node guarding request
+  std::uint16_t process_first = 3800;  ///< register; 128 of them, not among R3700..R3769
+  bool enabled = true;                 ///< false: nodes and bus alone; no Modbus server then
   bool operator==(const ModuleConfig&) const = default;
 };
 
@@ -46,8 +47,6 @@ struct ModbusConfig {
   bool operator==(const ModbusConfig&) const = default;
 };
 
-enum class CanKind : std::uint8_t { kVirtual, kSocketCan };
-
 /// An injected fault that is there from the start.
 struct FaultConfig {
   sim::Fault fault;
@@ -57,10 +56,10 @@ struct FaultConfig {
 
 /// A CAN bus.
 struct CanConfig {
-  CanKind kind = CanKind::kVirtual;
-  std::string interface_name;  ///< of kSocketCan: "vcan0"; else empty
-  std::uint32_t bit_rate = 0;  ///< of kVirtual, in bit/s: 10000..1000000, 0 = as fast as possible
-  std::string slcan;           ///< where SLCAN adapters are served: HOST:PORT or unix:PATH; empty = nowhere
+  std::string interface_name;  ///< of SocketCAN: "vcan0"; empty = a bus inside the program
+  std::uint32_t bit_rate =
+      0;              ///< of a bus inside the program, in bit/s: 10000..1000000, 0 = as fast as possible
+  std::string slcan;  ///< where SLCAN adapters are served: HOST:PORT or unix:PATH; empty = nowhere
   std::vector<FaultConfig> faults;
   bool operator==(const CanConfig&) const = default;
 };

@@ -7,8 +7,8 @@
 
 namespace cbcan::plant {
 
-Diagnostic about_option(std::string typed, std::string message) {
-  return {{std::move(typed), 0}, std::move(message)};
+Diagnostic about_option(std::string_view typed, std::string message) {
+  return {{std::string(typed), 0}, std::move(message)};
 }
 
 std::string to_string(const Place& place) {

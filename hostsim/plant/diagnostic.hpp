@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cbcan::plant {
@@ -25,7 +26,7 @@ struct Diagnostic {
 using Diagnostics = std::vector<Diagnostic>;
 
 /// About an option, or a word on the command line, as it was typed.
-Diagnostic about_option(std::string typed, std::string message);
+Diagnostic about_option(std::string_view typed, std::string message);
 
 /// "plant.toml:12", "--node 5=io_module.eds"
 std::string to_string(const Place& place);

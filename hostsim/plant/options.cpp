@@ -83,7 +83,8 @@ class Options {
   /// Those in front, and behind, may have been typed in any order.
   void make_networks() {
     std::map<std::size_t, Place> places;
-    for (const Argument& argument : arguments_.at(kNetworkOption)) {
+    for (const Argument& argument : arguments_) {
+      if (argument.option != kNetworkOption) continue;
       where_ = at(kNetworkOption, argument.text);
       if (argument.network == 0) {
         complain(fmt::format("must be 1..{}", kMostNetworks));
@@ -107,11 +108,11 @@ class Options {
   /// has been complained about is left out.
   template <class Apply>
   void each(std::string_view option, Apply apply_one) {
-    for (const Argument& argument : arguments_.at(option_name(option))) {
-      const std::size_t number = network_of(option_name(option), argument);
-      if (number == 0 || number > config_.networks.size()) continue;
-      network_ = &config_.networks[number - 1];
-      where_ = at(option_name(option), argument.text);
+    for (const Argument& argument : arguments_) {
+      if (argument.option != option_name(option)) continue;
+      if (argument.network == 0 || argument.network > config_.networks.size()) continue;
+      network_ = &config_.networks[argument.network - 1];
+      where_ = at(argument.option, argument.text);
       apply_one(argument.text);
     }
   }
@@ -305,11 +306,13 @@ std::string_view option_argument(std::string_view option) {
   return parts ? parts->second : std::string_view();
 }
 
-std::vector<std::string_view> setting_options() {
+std::vector<std::string_view> all_options() {
   std::vector<std::string_view> options;
-  for_each_setting([&options](const Row& row) {
+  const auto add = [&options](const Row& row) {
     if (std::ranges::count(options, option_name(row.option), option_name) == 0) options.push_back(row.option);
-  });
+  };
+  for_each_setting(add);
+  std::ranges::for_each(kRows, add);
   return options;
 }
 
@@ -319,8 +322,8 @@ std::size_t network_number(std::string_view text) {
                                                                           : 0;
 }
 
-std::size_t network_of(std::string_view option, const Argument& argument) {
-  return has_option(settings(), option) ? 1 : argument.network;
+bool is_about_whole_plant(std::string_view option) {
+  return has_option(settings(), option);
 }
 
 bool is_repeatable(std::string_view option) {

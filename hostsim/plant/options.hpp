@@ -4,7 +4,6 @@
 /// The options of the command line: the twins of the settings, and what they mean for a configuration.
 
 #include <cstddef>
-#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -17,33 +16,34 @@ namespace cbcan::plant {
 
 inline constexpr std::string_view kConfigOption = "--config";
 inline constexpr std::string_view kDemoOption = "--demo";
+inline constexpr std::string_view kHelpOption = "--help";
+inline constexpr std::string_view kVersionOption = "--version";
 /// What stands behind it is about another network.
 inline constexpr std::string_view kNetworkOption = "--network";
 
-/// Options that are no setting's twin; their keys begin with the section of --help that they stand in. Without
-/// a key: what is said of an option that makes several settings at once.
+/// Options that are no setting's twin; their keys begin with the section of --help that they stand in.
+/// Without a key: what is said of an option that makes several settings at once.
 std::span<const text::Row> option_rows();
 
 /// "--verbose" and "" of "-v, --verbose", "--node-id" and "N" of "--node-id N".
 std::string_view option_name(std::string_view option);
 std::string_view option_argument(std::string_view option);
 
-/// Every option that is a setting's twin, each once, as --help shows it.
-std::vector<std::string_view> setting_options();
+/// Every option, each once, as --help shows it.
+std::vector<std::string_view> all_options();
 
 /// The network that an argument of kNetworkOption names; 0 = it names none.
 std::size_t network_number(std::string_view text);
 
+/// An option as it was typed.
 struct Argument {
-  std::string text;
-  std::size_t network = 1;  ///< the one that the last kNetworkOption before it names, or it itself
+  std::string_view option;  ///< its name
+  std::string text;         ///< of a flag: "true", if it has none
+  std::size_t network = 1;  ///< that it is about, see network_number(); 1 if it is about the whole plant
 };
+using Arguments = std::vector<Argument>;
 
-/// The arguments typed for each of setting_options(), by their names, and for kNetworkOption, in order.
-using Arguments = std::map<std::string_view, std::vector<Argument>>;
-
-/// The network that an argument of this option is about; what is about the whole plant counts as network 1's.
-std::size_t network_of(std::string_view option, const Argument& argument);
+bool is_about_whole_plant(std::string_view option);
 
 /// True for options that are about a node or a fault and may be given once for each.
 bool is_repeatable(std::string_view option);

@@ -7,6 +7,7 @@
 #include <array>
 #include <variant>
 
+#include "canopen/dictionary/objects.hpp"
 #include "cbcan/regmap.hpp"
 #include "devices/devices.hpp"
 #include "plant/can_spec.hpp"
@@ -18,7 +19,6 @@ namespace {
 using text::Form;
 using text::setting;
 
-constexpr std::uint16_t kProducerHeartbeatTime = 0x1017;  // CiA 301, 7.5.2.20
 constexpr std::int64_t kDayInMs = 86'400'000;
 
 constexpr std::array<std::string_view, 2> kClocks{"real", "manual"};
@@ -46,11 +46,6 @@ Problem check_bit_rate(const Value& value) {
          (is_kilobits ? fmt::format("; did you mean {}?", rate * 1000) : "");
 }
 
-Problem check_can_spec(const Value& value) {
-  CanConfig ignored;
-  return parse_can_spec(std::get<std::string>(value), ignored);
-}
-
 Problem check_bytes(const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
   const bool wrong = text != nullptr && text::is_hex(*text) && !text::parse_hex(*text);
@@ -60,14 +55,15 @@ Problem check_bytes(const Value& value) {
 // ---- What is stored in another way
 
 void store_can_spec(const Row& /*row*/, NetworkConfig& network, const Value& value) {
-  static_cast<void>(parse_can_spec(std::get<std::string>(value), network.can));
+  const auto sides = text::split(std::get<std::string>(value), ':');
+  network.can.interface_name = sides ? sides->second : "";
 }
 Value load_can_spec(const Row& /*row*/, const NetworkConfig& network) {
   return can_spec(network.can);
 }
 
 void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value) {
-  node.objects.push_back({kProducerHeartbeatTime, 0, value, node.place});
+  node.objects.push_back({cbcan::object::kProducerHeartbeatTime, 0, value, node.place});
 }
 Value load_no_heartbeat(const Row& /*row*/, const NodeConfig& /*node*/) {
   return std::string();

@@ -75,8 +75,6 @@ void check_ranges(const plant::NetworkConfig& config) {
           "times are not 0");
   require(config.can.bit_rate == 0 || (config.can.bit_rate >= 10'000 && config.can.bit_rate <= 1'000'000),
           "the bit rate is one of a CAN bus");
-  require((config.can.kind == plant::CanKind::kSocketCan) == !config.can.interface_name.empty(),
-          "SocketCAN has an interface, the virtual bus has none");
   for (const plant::NodeConfig& node : config.nodes)
     require((is_node(node.id) || (node.id == 0 && node.lss)) && !node.eds.empty(),
             "a node has an EDS file, and an ID or LSS");

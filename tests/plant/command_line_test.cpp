@@ -79,7 +79,7 @@ TEST_CASE("every option of a setting, both ways to write it") {
   CHECK(apart.config == joined.config);
   CHECK(apart.config.networks.at(0).module == ModuleConfig{3, 0, 5, 6, 3800, true});
   CHECK(apart.config.modbus == ModbusConfig{"0.0.0.0", 0});
-  CHECK(apart.config.networks.at(0).can == CanConfig{CanKind::kVirtual, "", 1000000, "", {}});
+  CHECK(apart.config.networks.at(0).can == CanConfig{"", 1000000, "", {}});
   CHECK(apart.config.networks.at(0).log == LogConfig{"a.log"});
   CHECK(apart.config.verbose == true);
   CHECK(apart.config.networks.at(0).nodes.at(0).eds == "a.eds");
