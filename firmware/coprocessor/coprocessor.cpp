@@ -37,7 +37,7 @@ Coprocessor::Coprocessor(RegisterWindow window, ProcessRegisters registers, CanP
     : window_(window),
       port_(port),
       settings_(settings),
-      client_(port),
+      client_(port, data_),
       node_(registers, port, client_, {settings.node_id, settings.sdo_timeout_ms, settings.state_fresh_for}) {
 }
 

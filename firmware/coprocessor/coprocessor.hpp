@@ -20,10 +20,11 @@
 #include <span>
 
 #include "canopen/sdo/client.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"
 #include "coprocessor/local_node.hpp"
+#include "coprocessor/register_window.hpp"
 
 namespace cbcan {
 
@@ -107,6 +108,7 @@ class Coprocessor final {
   bool reading_ = false;
   bool command_refused_ = false;
   Counters counters_;
+  std::array<std::uint8_t, regmap::kMaxDataBytes> data_{};  ///< of the client's transfer
   LocalNode node_;  ///< large: what lies behind it would cost a Cortex-M two instructions more
 };
 

@@ -13,9 +13,10 @@
 #include "canopen/emcy/emergency_consumer.hpp"
 #include "canopen/nmt/node_monitor.hpp"
 #include "canopen/sdo/client.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 #include "coprocessor/local_objects.hpp"
+#include "coprocessor/register_window.hpp"
 
 namespace cbcan {
 
@@ -72,13 +73,7 @@ class LocalNode final : private DeviceApplication {
                      Time now) override;
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
-  void on_nmt_state(nmt::State /*state*/, Time /*now*/) override {}
-  void refresh(Time /*now*/) override {}
-  void on_written(Time /*now*/) override {}
-  void on_sync(Time /*now*/) override {}
-  void on_network_failure(NetworkFailure /*failure*/, Time /*now*/) override {}
   void on_emergency_sent(const EmergencyConsumer::Message& message) override;
-  void on_received_ids() override {}
 
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
   AbortCode write_consumer(std::uint8_t sub, std::uint32_t value);

@@ -7,11 +7,11 @@
 #include <iterator>
 #include <utility>
 
+#include "canopen/dictionary/objects.hpp"
+
 namespace cbcan::sim {
 
 namespace {
-
-constexpr std::uint16_t kFirstApplicationIndex = 0x2000;
 
 std::size_t largest_object(const std::vector<ObjectEntry>& entries) {
   std::size_t largest = 0;
@@ -31,7 +31,7 @@ std::size_t highest_sub(const std::vector<ObjectEntry>& entries, std::uint16_t i
 NodeImage prepared(NodeImage image) {
   for (ObjectEntry& entry : image.entries) {
     entry.flags |= ObjectFlags::kChecked;
-    const bool is_command = entry.index == Device::kStore || entry.index == Device::kRestore;
+    const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
     if (is_command && entry.first_sub != 0) entry.flags |= ObjectFlags::kComputed;
   }
   return image;
@@ -79,10 +79,10 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       buffer_(largest_object(image_.entries)),
       rpdos_(Pdo::rpdo_count(image_.entries)),
       tpdos_(Pdo::tpdo_count(image_.entries)),
-      watched_(highest_sub(image_.entries, HeartbeatConsumer::kTimes)),
+      watched_(highest_sub(image_.entries, object::kConsumerHeartbeatTime)),
       parameters_(parts.parameters),
       port_(bus.attach(*this)),
-      faulty_(port_, node_id, parts.seed, parts.listener),
+      faulty_(port_, node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
       device_(node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_}, *this,
               faulty_),
       start_node_id_(node_id),
@@ -91,7 +91,8 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       samples_due_(parts.signals.size(), kNever) {
   LssNode& lss_node = *this;
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
-  if (parts.behaviour != nullptr) behaviour_ = parts.behaviour(*this, parts.seed);
+  behaviour_ =
+      parts.behaviour != nullptr ? parts.behaviour(*this, parts.seed) : std::make_unique<Behaviour>();
   device_.time_stamp().produce_every(parts.time_period, 0);
   if (parameters_ != nullptr) load_parameters();
 }
@@ -107,18 +108,26 @@ void Node::load_parameters() {
   put_parameters(stored.values, saved);
 }
 
-void Node::start(Time now) {
+/// Does something with the node at this time, and what follows from it.
+template <class Act>
+void Node::at(Time now, Act act) {
   faulty_.set_now(now);
-  started_at_ = now;
-  if (lss_) lss_->start(start_node_id_, stored_lss_.bit_rate, now);
-  if (start_node_id_ != kNoNodeId) device_.start(now);
-  update(now);
-  if (!signals_.empty()) {
-    samples_due_.assign(signals_.size(), now);
-    follow_signals(now);
-  }
-  follow_ids();
+  act();
   settle(now);
+}
+
+void Node::start(Time now) {
+  at(now, [&] {
+    started_at_ = now;
+    if (lss_) lss_->start(start_node_id_, stored_lss_.bit_rate, now);
+    if (start_node_id_ != kNoNodeId) device_.start(now);
+    update(now);
+    if (!signals_.empty()) {
+      samples_due_.assign(signals_.size(), now);
+      follow_signals(now);
+    }
+    follow_ids();
+  });
 }
 
 void Node::poll(Time now) {
@@ -131,14 +140,11 @@ void Node::poll(Time now) {
 }
 
 void Node::on_frame(const Frame& frame, Time now) {
-  faulty_.set_now(now);
-  faulty_.heard(frame);
-  if (lss_ && frame.id == LssSlave::kRequestId) {
-    lss_->slave().on_frame(frame, now);
-  } else {
-    device_.on_frame(frame, now);
-  }
-  settle(now);
+  at(now, [&] {
+    faulty_.heard(frame);
+    lss_&& frame.id == LssSlave::kRequestId ? lss_->slave().on_frame(frame, now)
+                                            : device_.on_frame(frame, now);
+  });
 }
 
 void Node::on_bus_state(BusState state, Time now) {
@@ -151,8 +157,8 @@ void Node::on_bus_state(BusState state, Time now) {
 // ---- Node ID
 
 std::uint32_t Node::identity(std::uint8_t part) const {
-  constexpr std::uint16_t kIdentity = 0x1018;
-  return static_cast<std::uint32_t>(device_.dictionary().get(kIdentity, static_cast<std::uint8_t>(part + 1)));
+  return static_cast<std::uint32_t>(
+      device_.dictionary().get(object::kIdentity, static_cast<std::uint8_t>(part + 1)));
 }
 
 bool Node::keep(const StoredLss& stored) {
@@ -207,7 +213,6 @@ void Node::follow_ids() {
 // ---- Behaviour
 
 void Node::update(Time now) {
-  if (!behaviour_) return;
   behaviour_due_ = behaviour_->update(now);
   updated_at_ = now;
 }
@@ -221,35 +226,33 @@ void Node::on_written(Time now) {
 }
 
 void Node::on_sync(Time now) {
-  if (!behaviour_) return;
   behaviour_->on_sync(now);
   update(now);
 }
 
-void Node::on_nmt_state(nmt::State state, Time now) {
+void Node::on_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
-  if (!behaviour_) return;
-  behaviour_->on_nmt_state(state, now);
+  behaviour_->on_state(state, now);
   update(now);
 }
 
 void Node::on_network_failure(NetworkFailure failure, Time now) {
-  if (!behaviour_) return;
   behaviour_->on_network_failure(failure, now);
   update(now);
 }
 
 bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
-  faulty_.set_now(now);
-  if (!put_input(index, sub, value, now)) return false;
-  update(now);
-  settle(now);
-  return true;
+  bool known = false;
+  at(now, [&] {
+    known = put_input(index, sub, value, now);
+    if (known) update(now);
+  });
+  return known;
 }
 
 bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
-  if (behaviour_ && behaviour_->set_input(index, sub, value, now)) return true;
-  if (index < kFirstApplicationIndex) return false;  // nobody would check what the communication gets
+  if (behaviour_->set_input(index, sub, value, now)) return true;
+  if (index < object::kFirstManufacturer) return false;  // nobody would check what the communication gets
   ObjectEntry entry{};
   if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
   const std::size_t bytes = size_of(entry.type);
@@ -276,37 +279,17 @@ void Node::follow_signals(Time now) {
 }
 
 void Node::bring_up_to_date(Time now) {
-  faulty_.set_now(now);
-  refresh(now);
-  settle(now);
+  at(now, [&] { refresh(now); });
 }
 
 bool Node::set_incident(std::string_view incident, bool present, Time now) {
-  if (!behaviour_) return false;
   const auto known = behaviour_->incidents();
   if (std::ranges::find(known, incident) == known.end()) return false;
-  faulty_.set_now(now);
-  behaviour_->set_incident(incident, present, now);
-  update(now);
-  settle(now);
+  at(now, [&] {
+    behaviour_->set_incident(incident, present, now);
+    update(now);
+  });
   return true;
-}
-
-unsigned Node::add_fault(const Fault& fault, Time now) {
-  const unsigned number = faulty_.add(fault, now);
-  settle(now);
-  return number;
-}
-
-bool Node::remove_fault(unsigned number, Time now) {
-  const bool removed = faulty_.remove(number, now);
-  settle(now);
-  return removed;
-}
-
-void Node::clear_faults(Time now) {
-  faulty_.clear(now);
-  settle(now);
 }
 
 void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {
@@ -323,6 +306,17 @@ void Node::changed(std::uint16_t index, std::uint8_t sub, Time now) {
 
 // ---- The dictionary
 
+std::vector<std::uint8_t> Node::value(const ObjectEntry& entry, std::uint8_t sub, Time now) {
+  bring_up_to_date(now);
+  const auto stored = dictionary().value(entry, sub);
+  std::vector<std::uint8_t> bytes(stored.begin(), stored.end());
+  if (!entry.has(ObjectFlags::kComputed)) return bytes;
+  std::size_t size = entry.capacity;
+  bytes.resize(size);
+  on_read(entry, sub, bytes, size, now);
+  return bytes;
+}
+
 /// 1010h and 1011h: what the device can do, as its EDS file says.
 AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
                         std::size_t& size, Time /*now*/) {
@@ -334,7 +328,7 @@ AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<st
 
 AbortCode Node::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                          Time now) {
-  return behaviour_ ? behaviour_->check(entry, sub, value, now) : AbortCode::kNone;
+  return behaviour_->check(entry, sub, value, now);
 }
 
 void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
@@ -343,7 +337,7 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   restore_values(image_.entries, saved_, values_, first_index, last_index);
-  if (behaviour_) behaviour_->reset(last_index >= kFirstApplicationIndex, now);
+  behaviour_->reset(last_index >= object::kFirstManufacturer, now);
 }
 
 AbortCode Node::save(std::uint16_t first_index, std::uint16_t last_index) {

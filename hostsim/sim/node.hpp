@@ -35,7 +35,7 @@ struct NodeImage {
 
 /// What a node has besides its dictionary.
 struct NodeParts {
-  BehaviourMaker behaviour = nullptr;    ///< null: values only change when they are written
+  BehaviourMaker behaviour = nullptr;    ///< null: values stay as they were written
   std::uint64_t seed = 0;                ///< of whatever is random in behaviour and faults
   std::vector<Signal> signals;           ///< begin with the node's power-on
   ParameterStore* parameters = nullptr;  ///< outlives the node; null: what is stored lasts as long as it does
@@ -64,18 +64,18 @@ class Node final : public Participant, private DeviceApplication, private Device
   /// All values are those of `now`.
   void bring_up_to_date(Time now);
 
+  /// What an SDO upload of this entry of the dictionary would bring now, whatever the access rights.
+  std::vector<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub, Time now);
+
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
 
-  /// The node's own faults on purpose, see FaultyPort.
-  unsigned add_fault(const Fault& fault, Time now);
-  bool remove_fault(unsigned number, Time now);
-  void clear_faults(Time now);
-  std::span<const SetFault> faults() const { return faulty_.list(); }
+  /// The node's own, see FaultyPort.
+  FaultSet& faults() { return faulty_.faults(); }
 
   const Device& device() const { return device_; }
   Device& device() { return device_; }
-  Behaviour* behaviour() { return behaviour_.get(); }
+  Behaviour& behaviour() { return *behaviour_; }
   Port& port() { return port_; }
 
  private:
@@ -100,12 +100,11 @@ class Node final : public Participant, private DeviceApplication, private Device
   void take_node_id(std::uint8_t node_id);
 
   // The device.
-  void on_nmt_state(nmt::State state, Time now) override;
+  void on_state(nmt::State state, Time now) override;
   void refresh(Time now) override;
   void on_written(Time now) override;
   void on_sync(Time now) override;
   void on_network_failure(NetworkFailure failure, Time now) override;
-  void on_emergency_sent(const std::array<std::uint8_t, 8>& /*message*/) override {}
   void on_received_ids() override { ids_changed_ = true; }
 
   // What the behaviour asks for.
@@ -114,6 +113,8 @@ class Node final : public Participant, private DeviceApplication, private Device
   void error_over(std::uint16_t code, Time now) override;
   void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
 
+  template <class Act>
+  void at(Time now, Act act);
   void update(Time now);
   void follow_signals(Time now);
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);

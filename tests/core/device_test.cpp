@@ -113,6 +113,21 @@ TEST_CASE("EMCY: once for each error and once for its end; 1001h and 1003h follo
   CHECK(rig.read(0x1003, 0) == 2);
 }
 
+TEST_CASE("1003h: the newest first, the oldest out, and 0 written to sub-index 0 empties it") {
+  DeviceRig rig(everything());
+  rig.start();
+  for (std::uint16_t code = 0x1001; code <= 0x1004; ++code)
+    rig.device.emergency().error(code, 0, {}, rig.now);
+  rig.port.sent.clear();
+  CHECK(rig.read(0x1003, 0) == 3);
+  CHECK(rig.read(0x1003, 1) == 0x1004);
+  CHECK(rig.read(0x1003, 3) == 0x1002);
+  rig.write(0x1003, 0, 1, 1, "06090030");
+  rig.write(0x1003, 0, 1, 0);
+  CHECK(rig.read(0x1003, 1) == 0);
+  CHECK(rig.read(0x1003, 3) == 0);
+}
+
 TEST_CASE("More errors and messages than there is room for are counted, and those before them are not lost") {
   DeviceRig rig(everything());
   rig.start();

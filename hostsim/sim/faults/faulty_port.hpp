@@ -17,28 +17,25 @@
 #include <vector>
 
 #include "canopen/nmt/nmt.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "sim/bus.hpp"
 #include "sim/faults/answer_faults.hpp"
-#include "sim/faults/faults.hpp"
+#include "sim/faults/fault_set.hpp"
 #include "sim/faults/sdo_watch.hpp"
 
 namespace cbcan::sim {
 
 class FaultyPort final : public CanPort {
  public:
-  /// `seed` is the node's own. A null listener is not told. All outlive the port.
-  FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener);
+  /// `seed` is the node's own. A null listener is not told. All outlive the port. When the faults have
+  /// changed it sends what is due and calls `on_change`.
+  FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener,
+             FaultSet::OnChange on_change);
 
   /// The node has another ID from now on; messages keep the first.
   void set_node_id(std::uint8_t node_id) { node_id_ = node_id; }
 
-  /// `fault` is one for kNode. Returns its number. The node's deadline may have changed after each of these.
-  unsigned add(const Fault& fault, Time now);
-  /// False: there is none with this number. What was held back still comes.
-  bool remove(unsigned number, Time now);
-  void clear(Time now);
-  std::span<const SetFault> list() const { return faults_.list(); }
+  FaultSet& faults() { return faults_; }
 
   /// To be called before each call into the stack: what time it is in try_send().
   void set_now(Time now) { now_ = now; }
@@ -94,7 +91,7 @@ class FaultyPort final : public CanPort {
 
   Port& out_;
   std::uint8_t node_id_;
-  Faults faults_;
+  FaultSet faults_;
   SdoWatch watch_;
   std::vector<Held> held_;  ///< in the order in which they are due
   Time now_ = 0;

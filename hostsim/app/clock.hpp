@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "cbcan/time.hpp"
+#include "io/loop/reactor.hpp"
+
+namespace cbcan::app {
+
+/// What a clock drives.
+class Program {
+ public:
+  virtual bool stop_requested() const = 0;
+  /// Does what is due, waits until `until` at most, and takes in what has come; returns how many had
+  /// something.
+  virtual std::size_t turn(Time until) = 0;
+  /// Does what is due, and sends what has come of it.
+  virtual void catch_up() = 0;
+  /// A command of docs/control.md; what it brings about has happened when it returns the answer.
+  virtual std::string execute(std::string_view line) = 0;
+
+ protected:
+  ~Program() = default;
+};
+
+/// What time it is in the simulation, and what makes it go on: this machine's clock, or a ManualClock.
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual Time now() const { return io::Reactor::now(); }
+  /// What makes wall-clock time (microseconds since 1970) of now()'s; 0 where there is none.
+  virtual Time wall_offset() const { return io::Reactor::wall_offset(); }
+  /// Time passes by itself; else in steps of any length, when it is told to.
+  virtual bool runs() const { return true; }
+  /// Until the program is to stop.
+  virtual void drive(Program& program) {
+    while (!program.stop_requested())
+      program.turn(kNever);
+  }
+};
+
+/// "12.345678": seconds.
+inline std::string seconds_text(Time time) {
+  const std::string fraction = std::to_string(time % kSecond);
+  return std::to_string(time / kSecond) + "." + std::string(6 - fraction.size(), '0') + fraction;
+}
+
+}  // namespace cbcan::app
