@@ -24,12 +24,13 @@ namespace cbcan::app {
 /// The coprocessor itself.
 struct ModuleConfig {
   std::uint8_t node_id = 127;           ///< 1..127, its own address on the bus
-  std::uint16_t sdo_timeout_ms = 1000;  ///< 0..65535, 0 = none; each answer of the server starts it again
+  std::uint16_t sdo_timeout_ms = 1000;  ///< 0..65535, 0 = none; each response of the server starts it again
   std::uint16_t node_state_fresh_ms =
       2000;  ///< 1..65535, how long a heartbeat counts where 1016h says nothing
-  std::uint16_t guarding_timeout_ms = 100;  ///< 1..65535, the wait for the answer to a node guarding request
-  std::uint16_t process_first = 3800;       ///< register; 128 of them, not among R3700..R3769
-  bool enabled = true;                      ///< false: nodes and bus alone; no Modbus server then
+  std::uint16_t guarding_timeout_ms =
+      100;                             ///< 1..65535, the wait for the response to a node guarding request
+  std::uint16_t process_first = 3800;  ///< register; 128 of them, not among R3700..R3769
+  bool enabled = true;                 ///< false: nodes and bus alone; no Modbus server then
   bool operator==(const ModuleConfig&) const = default;
 };
 
@@ -42,7 +43,7 @@ struct ModbusConfig {
 
 enum class CanKind : std::uint8_t { kVirtual, kSocketCan };
 
-/// A fault on purpose that is there from the start.
+/// An injected fault that is there from the start.
 struct FaultConfig {
   sim::Fault fault;
   Place place;
