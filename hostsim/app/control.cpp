@@ -26,7 +26,7 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-/// What the answer's last line complains about.
+/// What the response's last line complains about.
 class Refused : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -39,7 +39,7 @@ constexpr auto kRows = std::to_array<Row>({
      .help = "An input of the node gets values over time; all of it one argument: --signal \"5:0x6401:1=sine "
              "amplitude=50 period_ms=60000\". Keys in brackets have defaults; docs/plant-file.md explains them"},
     {.option = "--fault ID:KIND KEY=VALUE...",
-     .help = "A fault of the node, one argument: --fault \"5:answer-late delay_ms=50 count=1\"; docs/faults.md lists "
+     .help = "A fault of the node, one argument: --fault \"5:response-late delay_ms=50 count=1\"; docs/faults.md lists "
              "kinds and keys"},
     {.option = "--fault bus:KIND KEY=VALUE...", .help = "A fault of the bus"},
 });
@@ -258,7 +258,7 @@ class Options {
     const auto parts = text::split(text, ':');
     if (!parts)
       return complain(
-          "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:answer-late delay_ms=50");
+          "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:response-late delay_ms=50");
     const bool of_bus = parts->first == "bus";
     NodeConfig* node = of_bus ? nullptr : addressed(parts->first);
     if (!of_bus && node == nullptr) return;

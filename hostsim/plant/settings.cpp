@@ -321,7 +321,7 @@ constexpr std::array kSignals{
 constexpr std::array kFaultKinds{
     setting<std::string>({
         .key = "node.faults.kind", .option = "--fault ID:KIND KEY=VALUE...", .help = "Which fault, of those of a node",
-        .domain = "a kind of fault", .example = "\"answer-late\""}),
+        .domain = "a kind of fault", .example = "\"response-late\""}),
     setting<std::string>({
         .key = "can.faults.kind", .option = "--fault bus:KIND KEY=VALUE...", .help = "Which fault, of those of the bus",
         .domain = "a kind of fault", .example = "\"frame-loss\""}),

@@ -45,16 +45,16 @@ constexpr auto interval(FaultKind only) {
 
 // clang-format off
 constexpr auto kKinds = std::to_array<FaultRow>({
-    {"answer-never", kNode, "An SDO response is not sent.", {}},
-    {"answer-late", kNode, "An SDO response is sent late.", {.delay = 50 * kMillisecond}},
-    {"answer-twice", kNode, "An SDO response is sent twice.", {}},
-    {"answer-out-of-order", kNode, "An SDO response is sent after the next frame of the node.", {.delay = 100 * kMillisecond}},
-    {"answer-other-toggle", kNode, "The toggle bit of the response to a segment is inverted.", {}},
-    {"answer-other-specifier", kNode, "An SDO response has another command specifier; segments of blocks have none.", {}},
-    {"answer-other-index", kNode, "The response to an initiate request, or an abort, is about another object.", {}},
-    {"answer-other-size", kNode, "A response of an upload claims another number of bytes than it has.", {}},
-    {"answer-other-crc", kNode, "The CRC at the end of a block upload has all bits inverted.", {}},
-    {"answer-other-sequence", kNode,
+    {"response-never", kNode, "An SDO response is not sent.", {}},
+    {"response-late", kNode, "An SDO response is sent late.", {.delay = 50 * kMillisecond}},
+    {"response-twice", kNode, "An SDO response is sent twice.", {}},
+    {"response-out-of-order", kNode, "An SDO response is sent after the next frame of the node.", {.delay = 100 * kMillisecond}},
+    {"response-other-toggle", kNode, "The toggle bit of the response to a segment is inverted.", {}},
+    {"response-other-specifier", kNode, "An SDO response has another command specifier; segments of blocks have none.", {}},
+    {"response-other-index", kNode, "The response to an initiate request, or an abort, is about another object.", {}},
+    {"response-other-size", kNode, "A response of an upload claims another number of bytes than it has.", {}},
+    {"response-other-crc", kNode, "The CRC at the end of a block upload has all bits inverted.", {}},
+    {"response-other-sequence", kNode,
      "A block segment has the next number; an acknowledgement tells of one segment less, or of one for none.", {}},
     {"abort", kNode, "An abort instead of an SDO response.", {.code = 0x08000000}},
     {"short-frame", kNode, "An SDO response is a frame with fewer bytes.", {}},
@@ -77,16 +77,16 @@ constexpr auto kKinds = std::to_array<FaultRow>({
 static_assert(kKinds.size() == kFaultKinds);
 
 constexpr std::array kKeys{
-    delay(kAnswerLate, "How late"),
-    delay(kAnswerTwice, "How long after the first"),
-    delay(kAnswerOutOfOrder, "Comes after so long if nothing else is sent before"),
-    key<&Fault::specifier>(kAnswerOtherSpecifier, {
+    delay(kResponseLate, "How late"),
+    delay(kResponseTwice, "How long after the first"),
+    delay(kResponseOutOfOrder, "Comes after so long if nothing else is sent before"),
+    key<&Fault::specifier>(kResponseOtherSpecifier, {
         .key = "specifier", .help = "Upper three bits of the first byte", .high = 7}),
-    key<&Fault::other_index>(kAnswerOtherIndex, {
+    key<&Fault::other_index>(kResponseOtherIndex, {
         .key = "other_index", .help = "Index in the response", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "one more"}),
-    key<&Fault::other_sub>(kAnswerOtherIndex, {
+    key<&Fault::other_sub>(kResponseOtherIndex, {
         .key = "other_sub", .help = "Sub-index in the response", .high = 0xFF, .absent = "the right one"}),
-    key<&Fault::size>(kAnswerOtherSize, {
+    key<&Fault::size>(kResponseOtherSize, {
         .key = "size", .help = "Bytes to claim, as far as the field holds them", .high = 0xFFFFFFFF, .absent = "one less"}),
     key<&Fault::code>(kAbort, {.key = "code", .help = "SDO abort code", .form = Form::kHexadecimal}),
     key<&Fault::length>(kShortFrame, {.key = "length", .help = "DLC that is left", .high = 7}),
@@ -104,20 +104,20 @@ constexpr std::array kKeys{
     key<&Fault::id>(kBusLoad, {
         .key = "id", .help = "CAN-ID of the frames, which have eight bytes 0", .form = Form::kHexadecimal, .high = 0x7FF}),
 
-    key<&Fault::after>(kAnswerNever, kFrameCorrupt, {.key = "after", .help = "So many occasions pass unharmed first"}),
-    key<&Fault::count>(kAnswerNever, kFrameCorrupt, {
+    key<&Fault::after>(kResponseNever, kFrameCorrupt, {.key = "after", .help = "So many occasions pass unharmed first"}),
+    key<&Fault::count>(kResponseNever, kFrameCorrupt, {
         .key = "count", .help = "Happens so many times, then no more; 0 = for ever"}),
-    key<&Fault::probability>(kAnswerNever, kFrameCorrupt, {
+    key<&Fault::probability>(kResponseNever, kFrameCorrupt, {
         .key = "probability", .help = "That it happens on an occasion", .high = 1}),
-    key<&Fault::seed>(kAnswerNever, kFrameCorrupt, {.key = "seed", .help = "Makes another random sequence"}),
-    time<&Fault::from>(kAnswerNever, kBusLoad, {.key = "from_ms", .help = "Begins so long after it has been set"}),
-    time<&Fault::until>(kAnswerNever, kBusLoad, {
+    key<&Fault::seed>(kResponseNever, kFrameCorrupt, {.key = "seed", .help = "Makes another random sequence"}),
+    time<&Fault::from>(kResponseNever, kBusLoad, {.key = "from_ms", .help = "Begins so long after it has been set"}),
+    time<&Fault::until>(kResponseNever, kBusLoad, {
         .key = "until_ms", .help = "Is over so long after it has been set", .low = 1, .absent = "for ever"}),
-    key<&Fault::index>(kAnswerNever, kShortFrame, {
+    key<&Fault::index>(kResponseNever, kShortFrame, {
         .key = "index", .help = "Transfers of this object only", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "any"}),
-    key<&Fault::sub>(kAnswerNever, kShortFrame, {
+    key<&Fault::sub>(kResponseNever, kShortFrame, {
         .key = "sub", .help = "Transfers of this sub-index only", .high = 0xFF, .absent = "any"}),
-    key<&Fault::step>(kAnswerNever, kShortFrame, {
+    key<&Fault::step>(kResponseNever, kShortFrame, {
         .key = "step", .help = "Responses only that are this within their transfer", .choices = kSteps}),
     key<&Fault::first_id>(kFrameLoss, kFrameCorrupt, {
         .key = "first_id", .help = "Frames with this CAN-ID or a higher one only", .form = Form::kHexadecimal, .high = kMostId}),
