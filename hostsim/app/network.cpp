@@ -46,7 +46,7 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
   if (!config.can.interface_name.empty())
     socketcan_.emplace(surroundings_.reactor, world_.bus(), config.can.interface_name, surroundings_.warn);
   if (!config.can.slcan.empty()) open_slcan(config);
-  if (!config.log.file.empty()) open_log(config);
+  if (!config.log.empty()) open_log(config);
 }
 
 std::span<std::uint16_t> Network::registers() {
@@ -93,7 +93,7 @@ void Network::open_slcan(const plant::NetworkConfig& config) {
 /// A manual clock's log begins at 0, and is the same every time.
 void Network::open_log(const plant::NetworkConfig& config) {
   const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
-  log_.emplace(config.log.file, interface, surroundings_.clock.wall_offset(), surroundings_.warn);
+  log_.emplace(config.log, interface, surroundings_.clock.wall_offset(), surroundings_.warn);
   world_.bus().observe(*log_);
 }
 

@@ -12,7 +12,7 @@ namespace cbcan::app {
 
 namespace {
 
-io::ModbusTcpSettings settings_of(const plant::ModbusConfig& modbus) {
+io::ModbusTcpSettings settings_of(const text::ListenAddress& modbus) {
   io::ModbusTcpSettings settings;
   settings.listen = {modbus.host, modbus.port};
   settings.identity = {"cbcan", "cbcan-sim", std::string(kVersion)};
@@ -28,13 +28,10 @@ std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor) {
 
 Simulator::Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
                      const io::Warn& warn)
-    : warn_(warn),
-      signals_(reactor_),
-      clock_(make_clock(config.time.clock, reactor_)),
-      started_(clock_->now()) {
+    : warn_(warn), signals_(reactor_), clock_(make_clock(config.clock, reactor_)), started_(clock_->now()) {
   open_networks(config, std::move(nodes));
   open_modbus(config);
-  if (!config.control.listen.empty()) open_control(config);
+  if (!config.control.empty()) open_control(config);
 }
 
 void Simulator::open_networks(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes) {
@@ -59,7 +56,7 @@ void Simulator::open_modbus(const plant::Config& config) {
 }
 
 void Simulator::open_control(const plant::Config& config) {
-  commands_.emplace(reactor_, "control", text::parse_stream_address(config.control.listen),
+  commands_.emplace(reactor_, "control", text::parse_stream_address(config.control),
                     io::command_sessions([this](std::string_view line) { return execute(line); }), warn_);
 }
 

@@ -21,15 +21,6 @@ namespace {
 
 constexpr std::string_view kTrue = "true";
 
-struct Typed {
-  Arguments arguments;  ///< in order
-  Diagnostics problems;
-
-  std::size_t count(std::string_view option) const {
-    return static_cast<std::size_t>(std::ranges::count(arguments, option, &Argument::option));
-  }
-};
-
 /// As --help shows it; empty = there is none of this name.
 std::string_view find_option(std::string_view word) {
   for (const std::string_view shown : all_options()) {
@@ -39,61 +30,84 @@ std::string_view find_option(std::string_view word) {
   return {};
 }
 
-Diagnostic unknown_word(std::string_view word, std::string_view name) {
-  if (!word.starts_with('-'))
-    return about_option(word, word.ends_with(".toml")
-                                  ? fmt::format("a plant file is given with --config {}", word)
-                                  : "belongs to no option");
+std::string no_such_option(std::string_view name) {
   std::vector<std::string_view> known;
   for (const std::string_view option : all_options())
     known.push_back(option_name(option));
-  return about_option(word, "no such option" + text::did_you_mean(name, known));
+  return "no such option" + text::did_you_mean(name, known);
 }
 
-/// What is wrong with an option that comes behind those of `before`; empty = nothing.
-std::string problem_with(const Argument& argument, const Typed& before) {
-  const auto same = [&](const Argument& other) {
-    return other.option == argument.option && other.network == argument.network;
-  };
-  if (!is_repeatable(argument.option) && std::ranges::any_of(before.arguments, same))
-    return in_network(argument.network) + "is given twice";
-  const bool is_plant = argument.option == kDemoOption || argument.option == kConfigOption;
-  if (is_plant && before.count(kDemoOption) + before.count(kConfigOption) != 0)
-    return "there can be only one plant; leave out the other --config, or --demo";
-  return argument.option == kDemoOption && argument.text != kTrue ? "takes no argument" : "";
+std::string lost_word(std::string_view word) {
+  return word.ends_with(".toml") ? fmt::format("a plant file is given with --config {}", word)
+                                 : "belongs to no option";
 }
 
-/// All arguments are texts to it, so that a wrong value is told the same way as in a plant file.
-Typed take_apart(std::span<const char* const> words) {
-  Typed typed;
-  std::size_t network = 1;
-  const auto take = [&words] { return std::exchange(words, words.subspan(1)).front(); };
-  while (!words.empty()) {
-    const std::string_view word = take();
+/// The command line taken apart. All arguments are texts to it, so that a wrong value is told the same way as
+/// in a plant file.
+class Typed {
+ public:
+  explicit Typed(std::span<const char* const> words) : words_(words) {
+    while (!words_.empty())
+      take_word(take());
+  }
+
+  Arguments arguments;  ///< in order
+  Diagnostics problems;
+
+  std::size_t count(std::string_view option) const {
+    return static_cast<std::size_t>(std::ranges::count(arguments, option, &Argument::option));
+  }
+
+ private:
+  std::string_view take() { return std::exchange(words_, words_.subspan(1)).front(); }
+
+  bool has_argument() const {
+    const std::string_view word = words_.empty() ? "--" : words_.front();
+    return !word.starts_with("--") && find_option(word).empty();
+  }
+
+  void complain(std::string_view word, std::string message) {
+    problems.push_back(about_option(word, std::move(message)));
+  }
+
+  void take_word(std::string_view word) {
+    if (!word.starts_with('-') || word == "--") return complain(word, lost_word(word));
     const auto joined = text::split(word, '=');
     const std::string_view name = joined ? joined->first : word;
     const std::string_view shown = find_option(name);
-    const bool has_next = !words.empty() && !std::string_view(words.front()).starts_with("--") &&
-                          find_option(words.front()).empty();
-    if (shown.empty()) {
-      typed.problems.push_back(unknown_word(word, name));
-      if (word.starts_with('-') && !joined && has_next) take();  // what it was given
-      continue;
-    }
-    const bool is_flag = option_argument(shown).empty();
-    if (!joined && !is_flag && !has_next) {
-      typed.problems.push_back(about_option(name, "needs an argument"));
-      continue;
-    }
-    Argument argument{option_name(shown), std::string(joined ? joined->second : is_flag ? kTrue : take())};
-    if (argument.option == kNetworkOption) network = network_number(argument.text);
-    if (!is_about_whole_plant(argument.option)) argument.network = network;
-    if (const std::string problem = problem_with(argument, typed); !problem.empty())
-      typed.problems.push_back(about_option(argument.option, problem));
-    typed.arguments.push_back(std::move(argument));
+    if (shown.empty()) complain(word, no_such_option(name));
+    const bool is_flag = !shown.empty() && option_argument(shown).empty();
+    const bool takes_next = !joined && !is_flag && has_argument();
+    const std::string_view text = joined ? joined->second : takes_next ? take() : is_flag ? kTrue : "";
+    if (shown.empty()) return;
+    if (!joined && !is_flag && !takes_next) return complain(name, "needs an argument");
+    add({option_name(shown), std::string(text)});
   }
-  return typed;
-}
+
+  void add(Argument argument) {
+    if (argument.option == kNetworkOption) network_ = network_number(argument.text);
+    if (!is_about_whole_plant(argument.option)) argument.network = network_;
+    if (std::string problem = problem_with(argument); !problem.empty())
+      complain(argument.option, std::move(problem));
+    arguments.push_back(std::move(argument));
+  }
+
+  /// Behind the ones before it.
+  std::string problem_with(const Argument& argument) const {
+    const auto same = [&](const Argument& other) {
+      return other.option == argument.option && other.network == argument.network;
+    };
+    if (!is_repeatable(argument.option) && std::ranges::any_of(arguments, same))
+      return in_network(argument.network) + "is given twice";
+    const bool is_plant = argument.option == kDemoOption || argument.option == kConfigOption;
+    if (is_plant && count(kDemoOption) + count(kConfigOption) != 0)
+      return "there can be only one plant; leave out the other --config, or --demo";
+    return argument.option == kDemoOption && argument.text != kTrue ? "takes no argument" : "";
+  }
+
+  std::span<const char* const> words_;
+  std::size_t network_ = 1;
+};
 
 Diagnostics read_plant_of(const Typed& typed, const FileReader& read, Config& config) {
   for (const Argument& argument : typed.arguments) {
@@ -143,7 +157,7 @@ Start print(std::string text) {
 }  // namespace
 
 Start parse_command_line(int argc, const char* const* argv, const FileReader& read) {
-  Typed typed = take_apart(std::span(argv + 1, argv + argc));
+  Typed typed(std::span(argv + 1, argv + argc));
   if (typed.count(kHelpOption) != 0) return print(help_text());
   if (typed.count(kVersionOption) != 0) return print(fmt::format("cbcan-sim {}\n", kVersion));
   if (!typed.problems.empty()) return refuse(std::move(typed.problems));

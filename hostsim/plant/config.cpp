@@ -61,7 +61,7 @@ void check_parameter_files(const Config& config, Diagnostics& found) {
 std::vector<std::pair<std::string_view, std::string>> belongings(const NetworkConfig& network) {
   std::vector<std::pair<std::string_view, std::string>> all;
   if (!network.can.interface_name.empty()) all.emplace_back("can.spec", can_spec(network.can));
-  if (!network.log.file.empty()) all.emplace_back("log.file", normal(network.log.file));
+  if (!network.log.empty()) all.emplace_back("log.file", normal(network.log));
   if (network.can.slcan.empty()) return all;
   text::StreamAddress address = text::parse_stream_address(network.can.slcan);
   const bool any_free_port = address.path.empty() && address.tcp.port == 0;
@@ -112,13 +112,12 @@ void check_node_ids(const NetworkConfig& network, Diagnostics& found) {
 
 /// Of the member of a network with this number.
 std::uint64_t seed_of(const Config& config, std::size_t network, std::uint64_t number) {
-  return sim::Random(std::uint64_t{config.random.seed} << 32 | std::uint64_t{network - 1} << 24 | number)
-      .next();
+  return sim::Random(std::uint64_t{config.seed} << 32 | std::uint64_t{network - 1} << 24 | number).next();
 }
 
 void check_network(const Config& config, const NetworkConfig& network, Diagnostics& found) {
   check_node_ids(network, found);
-  if (config.time.clock == ClockKind::kManual && !network.can.interface_name.empty())
+  if (config.clock == ClockKind::kManual && !network.can.interface_name.empty())
     found.push_back(about_option("--clock manual",
                                  fmt::format("{}the time of {} cannot stand still; use it with --can virtual",
                                              in_network(network.number), can_spec(network.can))));
@@ -156,7 +155,7 @@ std::string object_name(std::uint16_t index, std::uint8_t sub) {
 
 std::uint64_t network_seed(const Config& config, const NetworkConfig& network) {
   constexpr std::uint64_t kItself = 0;  // no node has it
-  return network.number == 1 ? config.random.seed : seed_of(config, network.number, kItself);
+  return network.number == 1 ? config.seed : seed_of(config, network.number, kItself);
 }
 
 std::uint64_t node_seed(const Config& config, const NodeConfig& node) {

@@ -17,11 +17,13 @@
 #include "plant/diagnostic.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/signal.hpp"
+#include "text/address.hpp"
 #include "text/value.hpp"
 
 namespace cbcan::plant {
 
 using text::Bytes;
+using text::ListenAddress;
 using text::Value;
 
 /// As many as Modbus has unit IDs.
@@ -38,13 +40,6 @@ struct ModuleConfig {
   std::uint16_t process_first = 3800;  ///< register; 128 of them, not among R3700..R3769
   bool enabled = true;                 ///< false: nodes and bus alone; no Modbus server then
   bool operator==(const ModuleConfig&) const = default;
-};
-
-/// The Modbus TCP server.
-struct ModbusConfig {
-  std::string host = "127.0.0.1";  ///< address to listen on
-  std::uint16_t port = 1502;       ///< 0 = any free one
-  bool operator==(const ModbusConfig&) const = default;
 };
 
 /// An injected fault that is there from the start.
@@ -64,29 +59,8 @@ struct CanConfig {
   bool operator==(const CanConfig&) const = default;
 };
 
+/// kManual: time passes by lines on standard input.
 enum class ClockKind : std::uint8_t { kReal, kManual };
-
-struct TimeConfig {
-  ClockKind clock = ClockKind::kReal;  ///< kManual: time passes by lines on standard input
-  bool operator==(const TimeConfig&) const = default;
-};
-
-/// Everything random, noise and the probability of faults, follows from this one number.
-struct RandomConfig {
-  std::uint32_t seed = 1;
-  bool operator==(const RandomConfig&) const = default;
-};
-
-/// Commands at run time (control.hpp).
-struct ControlConfig {
-  std::string listen;  ///< HOST:PORT or unix:PATH; empty = nowhere
-  bool operator==(const ControlConfig&) const = default;
-};
-
-struct LogConfig {
-  std::string file;  ///< log of the bus in the format of `candump -L`; empty = none
-  bool operator==(const LogConfig&) const = default;
-};
 
 /// A value that a node's object has at power-on instead of the one in its EDS file.
 struct InitialValue {
@@ -128,7 +102,7 @@ struct NetworkConfig {
   std::size_t number = 1;  ///< its place in Config::networks, from 1, and the Modbus unit ID that selects it
   ModuleConfig module;
   CanConfig can;
-  LogConfig log;
+  std::string log;  ///< file: the bus in the format of `candump -L`; empty = none
   std::vector<NodeConfig> nodes;
   Place place;                               ///< where it begins; nowhere, if it is the first
   std::map<std::string_view, Place> places;  ///< where its settings were set, by their keys
@@ -136,10 +110,10 @@ struct NetworkConfig {
 };
 
 struct Config {
-  ModbusConfig modbus;
-  TimeConfig time;
-  RandomConfig random;
-  ControlConfig control;
+  ListenAddress modbus{"127.0.0.1", 1502};  ///< of the Modbus TCP server; port 0 = any free one
+  ClockKind clock = ClockKind::kReal;
+  std::uint32_t seed = 1;  ///< all that is random, noise and the probability of faults, follows from it
+  std::string control;     ///< where commands at run time are served: HOST:PORT or unix:PATH; empty = nowhere
   bool verbose = false;
   std::vector<NetworkConfig> networks = std::vector<NetworkConfig>(1);  ///< never empty
   bool operator==(const Config&) const = default;

@@ -142,8 +142,7 @@ class Options {
 
   void apply_modbus(const std::string& text) {
     try {
-      const auto address = text::parse_listen_address(text, config_.modbus.port);
-      config_.modbus = {address.host, address.port};
+      config_.modbus = text::parse_listen_address(text, config_.modbus.port);
     } catch (const text::UsageError& error) {
       complain(error.what());
     }

@@ -10,7 +10,7 @@
 #include "canopen/dictionary/objects.hpp"
 #include "cbcan/regmap.hpp"
 #include "devices/devices.hpp"
-#include "plant/can_spec.hpp"
+#include "text/suggestion.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -44,6 +44,44 @@ Problem check_bit_rate(const Value& value) {
   const bool is_kilobits = rate >= 10 && rate <= 1000;
   return "must be 10000..1000000 bit/s, or 0 = as fast as possible" +
          (is_kilobits ? fmt::format("; did you mean {}?", rate * 1000) : "");
+}
+
+constexpr std::string_view kVirtual = "virtual";
+constexpr std::string_view kSocketCan = "socketcan";
+constexpr std::array<std::string_view, 2> kKinds{kVirtual, kSocketCan};
+
+/// Linux: IFNAMSIZ is 16 with the terminating zero.
+constexpr std::size_t kLongestInterfaceName = 15;
+
+bool looks_like_interface(std::string_view text) {
+  return text.starts_with("can") || text.starts_with("vcan") || text.starts_with("slcan");
+}
+
+/// `spec` is `kind`, with ":" and an interface behind it or not.
+Problem unknown_kind(std::string_view spec, std::string_view kind) {
+  const std::string_view meant = text::nearest(kind, kKinds);
+  const std::string_view tail = spec == kind ? ":vcan0" : spec.substr(kind.size());
+  if (meant == kSocketCan) return fmt::format("no such bus; did you mean socketcan{}?", tail);
+  if (meant == kVirtual) return "no such bus; did you mean virtual?";
+  if (looks_like_interface(spec)) return fmt::format("no such bus; did you mean socketcan:{}?", spec);
+  return "no such bus; write virtual or socketcan:vcan0";
+}
+
+Problem bad_interface(std::string_view name) {
+  if (name.empty()) return "the interface is missing; write socketcan:vcan0";
+  if (name.size() > kLongestInterfaceName) return "interface names have at most 15 characters";
+  if (name.find_first_of(" \t/:") != std::string_view::npos) {
+    return "interface names have no blank, slash or colon; write socketcan:vcan0";
+  }
+  return {};
+}
+
+Problem check_can_spec(const Value& value) {
+  const std::string_view spec = std::get<std::string>(value);
+  const auto sides = text::split(spec, ':');
+  const std::string_view kind = sides ? sides->first : spec;
+  if (kind == kVirtual) return sides ? "the virtual bus has no interface; write virtual" : "";
+  return kind == kSocketCan ? bad_interface(sides ? sides->second : "") : unknown_kind(spec, kind);
 }
 
 Problem check_bytes(const Value& value) {
@@ -150,24 +188,24 @@ constexpr Row duration(Row row) {
 
 // clang-format off
 constexpr std::array kPlant{
-    plant<&Config::modbus, &ModbusConfig::host>({
+    plant<&Config::modbus, &ListenAddress::host>({
         .key = "modbus.host", .option = "--modbus HOST:PORT", .help = "Where to listen",
         .more = "`0.0.0.0` is every IPv4 address of this machine; anybody who reaches it can write registers.",
         .domain = "an IP address or a host name"}),
-    plant<&Config::modbus, &ModbusConfig::port>({
+    plant<&Config::modbus, &ListenAddress::port>({
         .key = "modbus.port", .option = "--modbus HOST:PORT", .help = "Its port",
         .more = "Modbus TCP's own is 502; ports below 1024 need a privilege. With 0 the `ready` line tells the one that "
                 "was found.",
         .unit = ", 0 = any free one"}),
-    plant<&Config::time, &TimeConfig::clock>({
+    plant<&Config::clock>({
         .key = "time.clock", .option = "--clock CLOCK",
         .help = "How time passes; manual: it stands still but for lines such as \"pass 100ms\" (us, ms, s) on standard "
                 "input, each acknowledged by \"at SECONDS\", and the end of the input ends the program",
         .choices = kClocks}),
-    plant<&Config::random, &RandomConfig::seed>({
+    plant<&Config::seed>({
         .key = "random.seed", .option = "--seed N", .help = "All noise and all chance of faults follow from it",
         .more = "The same plant with the same seed is the same every time."}),
-    plant<&Config::control, &ControlConfig::listen>({
+    plant<&Config::control>({
         .key = "control.listen", .option = "--control ADDRESS", .help = "Where commands are served; \"help\" lists them",
         .more = "They are lines of text that read and change the plant while it runs, see [control.md](control.md). With port 0 "
                 "the `ready` line tells the one that was found, as `control=HOST:PORT`. Anybody who reaches the address can "
@@ -220,7 +258,7 @@ constexpr std::array kNetwork{
         .help = "Where CAN adapters (LAWICEL, SLCAN) on the bus are served, one for each connection",
         .more = "With port 0 the `ready` line tells the one that was found, as `slcan=HOST:PORT`.",
         .form = Form::kAddress, .domain = "HOST:PORT or unix:PATH"}),
-    setting<NetworkConfig, &NetworkConfig::log, &LogConfig::file>({
+    setting<NetworkConfig, &NetworkConfig::log>({
         .key = "log.file", .option = "--log FILE", .help = "Every frame on the bus, in the format of candump -L",
         .form = Form::kPath, .domain = "a path"}),
 };

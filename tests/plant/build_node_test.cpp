@@ -258,7 +258,7 @@ TEST_CASE("A node's seed: random.seed and its own place, whatever else is in the
   CHECK(node_seed(config, config.networks.at(0).nodes[0]) == seeds[1]);
   CHECK(node_seed(config, config.networks.at(0).nodes[1]) == seeds[2]);
   CHECK(node_seed(config, config.networks.at(0).nodes[2]) == seeds[3]);
-  config.random.seed = 2;
+  config.seed = 2;
   CHECK(node_seed(config, config.networks.at(0).nodes[1]) != seeds[2]);
 }
 

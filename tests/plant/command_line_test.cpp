@@ -78,9 +78,9 @@ TEST_CASE("every option of a setting, both ways to write it") {
   joined.config.networks.at(0).places.clear();
   CHECK(apart.config == joined.config);
   CHECK(apart.config.networks.at(0).module == ModuleConfig{3, 0, 5, 6, 3800, true});
-  CHECK(apart.config.modbus == ModbusConfig{"0.0.0.0", 0});
+  CHECK(apart.config.modbus == ListenAddress{"0.0.0.0", 0});
   CHECK(apart.config.networks.at(0).can == CanConfig{"", 1000000, "", {}});
-  CHECK(apart.config.networks.at(0).log == LogConfig{"a.log"});
+  CHECK(apart.config.networks.at(0).log == "a.log");
   CHECK(apart.config.verbose == true);
   CHECK(apart.config.networks.at(0).nodes.at(0).eds == "a.eds");
 }
@@ -89,8 +89,8 @@ TEST_CASE("the command line wins over the plant file, wherever --config stands")
   const Start file = start({"--config", "plant.toml"}, disk_files());
   REQUIRE(file.err == "");
   CHECK(file.config.networks.at(0).module == ModuleConfig{10, 11, 12, 13, 3800, true});
-  CHECK(file.config.modbus == ModbusConfig{"10.0.0.1", 14});
-  CHECK(file.config.networks.at(0).log == LogConfig{"file.log"});
+  CHECK(file.config.modbus == ListenAddress{"10.0.0.1", 14});
+  CHECK(file.config.networks.at(0).log == "file.log");
   CHECK(file.config.verbose == true);
 
   const Start both = start(
@@ -99,16 +99,16 @@ TEST_CASE("the command line wins over the plant file, wherever --config stands")
       disk_files());
   REQUIRE(both.run);
   CHECK(both.config.networks.at(0).module == ModuleConfig{20, 21, 22, 23, 3800, true});
-  CHECK(both.config.modbus == ModbusConfig{"127.0.0.1", 24});
+  CHECK(both.config.modbus == ListenAddress{"127.0.0.1", 24});
   CHECK(both.config.networks.at(0).can == CanConfig{});
-  CHECK(both.config.networks.at(0).log == LogConfig{"line.log"});
+  CHECK(both.config.networks.at(0).log == "line.log");
   CHECK(both.config.verbose == false);
 }
 
 TEST_CASE("a host alone keeps the port of the plant file") {
   const Start both = start({"--config", "plant.toml", "--modbus", "localhost"}, disk_files());
-  CHECK(both.config.modbus == ModbusConfig{"localhost", 14});
-  CHECK(start({"--modbus", "[::1]:502"}).config.modbus == ModbusConfig{"::1", 502});
+  CHECK(both.config.modbus == ListenAddress{"localhost", 14});
+  CHECK(start({"--modbus", "[::1]:502"}).config.modbus == ListenAddress{"::1", 502});
 }
 
 TEST_CASE("a clash in the plant file may be settled on the command line") {
@@ -225,7 +225,7 @@ TEST_CASE("a socket in a plant file is relative to the file") {
 
 TEST_CASE("--clock is real or manual, and manual on the virtual bus") {
   CHECK(start({"--clock", "real"}).config == start({}).config);
-  CHECK(start({"--demo", "--clock", "manual"}).config.time.clock == ClockKind::kManual);
+  CHECK(start({"--demo", "--clock", "manual"}).config.clock == ClockKind::kManual);
   CHECK(refusal({"--clock", "sundial"}) ==
         "cbcan-sim: --clock sundial: must be real or manual\n" + std::string(kHint));
   CHECK(refusal({"--clock", "manual", "--can", "socketcan:can0"}) ==

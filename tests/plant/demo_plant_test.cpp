@@ -54,7 +54,7 @@ TEST_CASE("--demo is the demo plant, without a complaint") {
   CHECK(nodes[4].id == 0x20);
   CHECK(nodes[4].eds == "demo:/generic.eds");
   CHECK(demo.config.networks.at(0).module == ModuleConfig{});
-  CHECK(demo.config.modbus == ModbusConfig{});
+  CHECK(demo.config.modbus == Config{}.modbus);
   CHECK(demo.config.networks.at(0).can == CanConfig{});
 }
 

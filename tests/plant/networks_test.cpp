@@ -68,8 +68,8 @@ TEST_CASE("the tables at the top are network 1, each [[network]] is one more") {
   CHECK(first.can == CanConfig{});
   CHECK(second.can.bit_rate == 125000);
   CHECK(second.can.faults.size() == 1);
-  CHECK(first.log.file.empty());
-  CHECK(second.log.file == "two.log");
+  CHECK(first.log.empty());
+  CHECK(second.log == "two.log");
   REQUIRE(first.nodes.size() == 1);
   REQUIRE(second.nodes.size() == 2);
   CHECK(third.nodes.empty());
@@ -212,11 +212,11 @@ TEST_CASE("behind --network N options are about network N, before it about netwo
   CHECK(second.nodes.at(0).network == 2);
   CHECK(can_spec(second.can) == "socketcan:can1");
   CHECK(second.can.faults.size() == 1);
-  CHECK(second.log.file == "two.log");
+  CHECK(second.log == "two.log");
   CHECK_FALSE(third.module.enabled);
   CHECK(third.can.slcan == ":0");
   CHECK(typed.config.verbose);
-  CHECK(typed.config.random.seed == 9);
+  CHECK(typed.config.seed == 9);
 }
 
 TEST_CASE("options behind --network win over that network of the file") {
@@ -294,7 +294,7 @@ TEST_CASE("brackets are nothing special") {
     INFO(list);
     CHECK(refusal({"--network", list, "--node", "5=a"}) ==
           "cbcan-sim: --network " + std::string(list) + ": must be 1..247\n" + kHint);
-    CHECK(start({"--network", "2", "--log", list}).config.networks.at(1).log.file == list);
+    CHECK(start({"--network", "2", "--log", list}).config.networks.at(1).log == list);
   }
   for (const char* flag : {"--verbose=[]", "--verbose=[true,true]", "--no-module=[]"})
     CHECK_FALSE(start({"--network", "2", flag}).run);

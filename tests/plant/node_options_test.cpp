@@ -142,8 +142,8 @@ TEST_CASE("what a node is, on the command line") {
 
 TEST_CASE("seed and control on the command line") {
   const Start typed = start({"--seed", "9", "--control", "127.0.0.1:0"});
-  CHECK(typed.config.random.seed == 9);
-  CHECK(typed.config.control.listen == "127.0.0.1:0");
+  CHECK(typed.config.seed == 9);
+  CHECK(typed.config.control == "127.0.0.1:0");
   CHECK(contains(start({"--control", "[::1"}).err, "cbcan-sim: --control [::1: address "));
 }
 

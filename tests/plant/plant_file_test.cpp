@@ -20,7 +20,7 @@ TEST_CASE("an empty plant file is all defaults") {
   CHECK(plant.config.modbus.port == 1502);
   CHECK(plant.config.networks.at(0).can.interface_name.empty());
   CHECK(plant.config.networks.at(0).can.bit_rate == 0);
-  CHECK(plant.config.networks.at(0).log.file.empty());
+  CHECK(plant.config.networks.at(0).log.empty());
   CHECK_FALSE(plant.config.verbose);
   CHECK(plant.config.networks.at(0).nodes.empty());
 }
@@ -44,9 +44,9 @@ verbose = true
 )");
   REQUIRE(plant.errors == Lines{});
   CHECK(plant.config.networks.at(0).module == ModuleConfig{126, 0, 3000, 50, 3800, true});
-  CHECK(plant.config.modbus == ModbusConfig{"::1", 0});
+  CHECK(plant.config.modbus == ListenAddress{"::1", 0});
   CHECK(plant.config.networks.at(0).can == CanConfig{"can0", 125000, "", {}});
-  CHECK(plant.config.networks.at(0).log == LogConfig{"bus.log"});
+  CHECK(plant.config.networks.at(0).log == "bus.log");
   CHECK(plant.config.verbose == true);
 }
 
@@ -122,7 +122,7 @@ eds = "/usr/share/b.eds"
 )";
   Config config;
   CHECK(to_lines(read_plant(kText, "plants/mine/plant.toml", config)) == Lines{});
-  CHECK(config.networks.at(0).log.file == "plants/mine/bus.log");
+  CHECK(config.networks.at(0).log == "plants/mine/bus.log");
   CHECK(config.networks.at(0).nodes.at(0).eds == "plants/eds/a.eds");
   CHECK(config.networks.at(0).nodes.at(1).eds == "/usr/share/b.eds");
 }
@@ -158,8 +158,8 @@ lss = true
 time_period_ms = 500
 )",
                             "plants/plant.toml", config)) == Lines{});
-  CHECK(config.random.seed == 4294967295);
-  CHECK(config.control.listen == "unix:plants/run/control");
+  CHECK(config.seed == 4294967295);
+  CHECK(config.control == "unix:plants/run/control");
   const NodeConfig& node = config.networks.at(0).nodes.at(0);
   CHECK(node.device == "cia404");
   CHECK(node.parameters == "plants/a.params");

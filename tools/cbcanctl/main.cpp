@@ -7,11 +7,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <functional>
 #include <iostream>
-#include <map>
 #include <memory>
-#include <span>
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
@@ -68,47 +65,24 @@ class Help : public CLI::Formatter {
   }
 };
 
-/// "--timeout", and the same of every command.
-std::map<std::string, const CLI::Option*, std::less<>> long_options(const CLI::App& app) {
+/// What is wrong with the first word that the parser could do nothing with; empty = there is none.
+std::string unknown_word(const CLI::App& app) {
+  const std::vector<std::string> words = app.remaining(true);
+  const bool is_option = !words.empty() && words.front().starts_with('-');
+  if (words.empty() || (!is_option && !app.get_subcommands().empty())) return {};
+  std::vector<std::string> known;
   std::vector<const CLI::App*> owners = app.get_subcommands({});
+  for (const CLI::App* command : owners)
+    if (!is_option) known.push_back(command->get_name());
   owners.push_back(&app);
-  std::map<std::string, const CLI::Option*, std::less<>> options;
   for (const CLI::App* owner : owners)
     for (const CLI::Option* option : owner->get_options())
       for (const std::string& name : option->get_lnames())
-        options.emplace("--" + name, option);
-  return options;
-}
-
-std::vector<std::string_view> names_in(const auto& named) {
-  std::vector<std::string_view> names;
-  for (const auto& [name, what] : named)
-    names.push_back(name);
-  return names;
-}
-
-/// The first word that is no command or no option, with what may have been meant; empty = there is none.
-std::string unknown_word(const CLI::App& app, std::span<char* const> words) {
-  const auto options = long_options(app);
-  std::map<std::string, const CLI::App*, std::less<>> commands;
-  for (const CLI::App* command : app.get_subcommands({}))
-    commands.emplace(command->get_name(), command);
-  bool has_command = false;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::string_view word = words[i];
-    if (word.starts_with("--")) {
-      const std::string_view name = word.substr(0, word.find('='));
-      const auto known = options.find(name);
-      if (known == options.end())
-        return fmt::format("{}: no such option{}", word, text::did_you_mean(name, names_in(options)));
-      if (known->second->get_items_expected_max() != 0 && name == word) ++i;
-    } else if (!has_command && !word.starts_with('-')) {
-      has_command = commands.contains(word);
-      if (!has_command)
-        return fmt::format("{}: no such command{}", word, text::did_you_mean(word, names_in(commands)));
-    }
-  }
-  return {};
+        if (is_option) known.push_back("--" + name);
+  const std::vector<std::string_view> names(known.begin(), known.end());
+  const std::string_view word = words.front();
+  return fmt::format("{}: no such {}{}", word, is_option ? "option" : "command",
+                     text::did_you_mean(word.substr(0, word.find('=')), names));
 }
 
 void add_object(CLI::App& command, Options& options) {
@@ -239,8 +213,7 @@ int run(int argc, char** argv) {
     std::cout << version.what() << "\n";
     return kDone;
   } catch (const CLI::ParseError& error) {
-    const std::string unknown =
-        error.get_exit_code() == 0 ? "" : unknown_word(line.app, std::span(argv + 1, argv + argc));
+    const std::string unknown = error.get_exit_code() == 0 ? "" : unknown_word(line.app);
     if (unknown.empty()) return line.app.exit(error) == 0 ? kDone : kUsage;
     say(unknown + "; cbcanctl --help shows all");
     return kUsage;
