@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/manual_clock.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -29,8 +30,9 @@ Time unit_of(std::string_view text) {
 }
 
 [[noreturn]] void refuse(std::string_view line) {
-  throw io::UsageError("standard input: \"" + std::string(line) +
-                       "\": write pass and how long, a whole number of us, ms or s, such as pass 100ms");
+  throw io::UsageError(fmt::format(
+      "standard input: \"{}\": write pass and how long, a whole number of us, ms or s, such as pass 100ms",
+      line));
 }
 
 }  // namespace

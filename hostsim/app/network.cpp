@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "app/network.hpp"
 
-#include <sstream>
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace cbcan::app {
@@ -32,7 +33,7 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
                  std::vector<sim::NodeParts> nodes, const Surroundings& surroundings)
     : surroundings_(surroundings),
       number_(config.number),
-      name_(plant.networks.size() == 1 ? "" : "network " + std::to_string(number_) + ": "),
+      name_(plant.networks.size() == 1 ? "" : fmt::format("network {}: ", number_)),
       can_(plant::can_spec(config.can)),
       registers_(regmap::kRegisterFileWords),
       world_(config.can.bit_rate, plant::network_seed(plant, config), this) {
@@ -99,9 +100,8 @@ void Network::open_log(const plant::NetworkConfig& config) {
 
 std::string Network::where() const {
   const std::string prefix = number_ == 1 ? "" : std::to_string(number_) + "/";
-  std::string text = prefix + "can=" + can_;
-  if (slcan_) text += " " + prefix + "slcan=" + to_string(slcan_->address());
-  return text;
+  return fmt::format("{0}can={1}{2}", prefix, can_,
+                     slcan_ ? fmt::format(" {}slcan={}", prefix, to_string(slcan_->address())) : "");
 }
 
 void Network::start() {
@@ -115,7 +115,7 @@ void Network::on_request(bool wrote) {
 }
 
 void Network::on_fault(std::string_view text, Time now) {
-  surroundings_.warn(seconds_text(now - surroundings_.started) + " " + name_ + std::string(text));
+  surroundings_.warn(fmt::format("{} {}{}", seconds_text(now - surroundings_.started), name_, text));
 }
 
 void Network::flush() {
@@ -138,19 +138,18 @@ std::string Network::module_summary() const {
   if (module_ == nullptr) return {};
   const auto& transactions = module_->coprocessor().counters();
   const auto& sdo = module_->coprocessor().sdo_client().counters();
-  std::ostringstream text;
-  text << name_ << "transactions " << transactions.executed << ", failed " << transactions.failed
-       << ", cancelled " << transactions.cancelled << "\n"
-       << name_ << "SDO transfers " << sdo.transfers << ", timeouts " << sdo.timeouts << ", aborts sent "
-       << sdo.aborts_sent << ", received " << sdo.aborts_received << ", frames ignored "
-       << sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object << "\n";
-  return text.str();
+  return fmt::format(
+      "{0}transactions {1}, failed {2}, cancelled {3}\n"
+      "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n",
+      name_, transactions.executed, transactions.failed, transactions.cancelled, sdo.transfers, sdo.timeouts,
+      sdo.aborts_sent, sdo.aborts_received,
+      sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object);
 }
 
 std::string Network::slcan_summary() const {
   if (!slcan_) return {};
-  return name_ + "SLCAN connections " + std::to_string(slcan_->counters().connections) +
-         ", frames not read in time " + std::to_string(slcan_->counters().lost) + "\n";
+  return fmt::format("{}SLCAN connections {}, frames not read in time {}\n", name_,
+                     slcan_->counters().connections, slcan_->counters().lost);
 }
 
 }  // namespace cbcan::app

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "app/simulator.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <sstream>
 #include <utility>
 
 #include "app/manual_clock.hpp"
@@ -113,15 +114,15 @@ Time Simulator::next_deadline() const {
 }
 
 std::string Simulator::summary() const {
-  std::ostringstream text;
+  std::string text;
   for (const auto& network : networks_)
-    text << network->module_summary();
+    text += network->module_summary();
   if (modbus_)
-    text << "Modbus requests " << modbus_->counters().requests << ", exceptions "
-         << modbus_->counters().exceptions << ", connections " << modbus_->counters().connections << "\n";
+    text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", modbus_->counters().requests,
+                        modbus_->counters().exceptions, modbus_->counters().connections);
   for (const auto& network : networks_)
-    text << network->slcan_summary();
-  return text.str();
+    text += network->slcan_summary();
+  return text;
 }
 
 }  // namespace cbcan::app

@@ -32,9 +32,8 @@ void print(int node, const EmergencyMessage& message, std::string_view nothing, 
   const std::string info = tools::hex_dump(message.info);
   if (options.json)
     fmt::print(
-        "{{\"node\": {}, \"error_code\": {}, \"meaning\": {}, \"error_register\": {}, \"bits\": [{}], "
-        "\"data\": "
-        "{}}}\n",
+        R"({{"node": {}, "error_code": {}, "meaning": {}, "error_register": {}, "bits": [{}], "data": {}}})"
+        "\n",
         node, message.code, json_string(meaning), message.error_register, bits, json_string(info));
   else if (is_nothing)
     fmt::print("{} {}\n", node, nothing);

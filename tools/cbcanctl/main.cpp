@@ -128,8 +128,8 @@ std::chrono::milliseconds patience(const Options& options, bool is_transfer) {
   if (!is_transfer)
     return std::chrono::milliseconds(options.timeout_ms == 0 ? kPatienceMs : options.timeout_ms);
   if (options.timeout_ms > kMostSdoTimeout)
-    throw tools::UsageError("--timeout " + std::to_string(options.timeout_ms) +
-                            ": the SDO timeout of read and write is 1..65535 ms");
+    throw tools::UsageError(
+        fmt::format("--timeout {}: the SDO timeout of read and write is 1..65535 ms", options.timeout_ms));
   return std::chrono::milliseconds(kPatienceMs + 2 * options.timeout_ms);
 }
 

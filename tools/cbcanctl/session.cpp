@@ -31,7 +31,7 @@ std::string code_text(std::uint32_t code) {
 std::string reason(const tools::Response& response) {
   if (const auto code = abort_code_of(response)) return code_text(*code);
   for (const regmap::NamedNumber& row : regmap::kResults)
-    if (row.value == response.result) return std::string(row.name) + ": " + std::string(row.meaning);
+    if (row.value == response.result) return fmt::format("{}: {}", row.name, row.meaning);
   return "R3700 is " + std::to_string(response.result) + ", which is no result";
 }
 
@@ -92,8 +92,8 @@ tools::Bytes read(tools::WindowClient& client, std::uint16_t index, std::uint8_t
   transaction.sub = sub;
   tools::Bytes value = execute(client, transaction, name(index));
   if (value.size() != size)
-    throw tools::ConnectionError(name(index) + ": " + std::to_string(value.size()) + " bytes instead of " +
-                                 std::to_string(size) + ": this is no CBCAN window");
+    throw tools::ConnectionError(
+        fmt::format("{}: {} bytes instead of {}: this is no CBCAN window", name(index), value.size(), size));
   return value;
 }
 

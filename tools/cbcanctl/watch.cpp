@@ -17,8 +17,8 @@ std::string_view name_of(std::uint16_t address) {
 }
 
 std::string json(std::uint16_t address, std::uint16_t word) {
-  return "{\"register\": " + std::to_string(address) + ", \"name\": " + tools::json_string(name_of(address)) +
-         ", \"value\": " + std::to_string(word) + "}";
+  return fmt::format(R"({{"register": {}, "name": {}, "value": {}}})", address,
+                     tools::json_string(name_of(address)), word);
 }
 
 std::string describe(std::uint16_t address, std::uint16_t word) {
