@@ -158,9 +158,15 @@ constexpr auto any_signal(Row row) {
   return signal<kPath...>(0, 0xFF, row);
 }
 
-constexpr std::size_t kSine = sim::Shape(sim::Sine{}).index();
-constexpr std::size_t kNoise = sim::Shape(sim::Noise{}).index();
-constexpr std::size_t kReplay = sim::Shape(sim::Replay{}).index();
+/// The shape's place in sim::Shape.
+template <class Shape, std::size_t kPlace = 0>
+constexpr std::size_t place_of() {
+  if constexpr (std::is_same_v<std::variant_alternative_t<kPlace, sim::Shape>, Shape>) {
+    return kPlace;
+  } else {
+    return place_of<Shape, kPlace + 1>();
+  }
+}
 
 /// A member of a shape, which belongs() has seen to.
 template <class Shape, auto kMember>
@@ -168,8 +174,7 @@ constexpr auto of(Row row) {
   constexpr auto kStep = [](auto& owner) -> auto& {
     return std::get<Shape>(owner.signal.shape);
   };
-  const std::size_t place = sim::Shape(Shape{}).index();
-  return signal<kStep, kMember>(place, place, row);
+  return signal<kStep, kMember>(place_of<Shape>(), place_of<Shape>(), row);
 }
 
 /// The mean of a sine or a noise.
@@ -327,7 +332,7 @@ constexpr std::array kSignals{
     of<sim::Ramp, &sim::Ramp::then>({
         .key = "node.signals.then", .help = "And then: it stays, begins again, or goes back the same way, and so on",
         .choices = kThen}),
-    signal<kMean>(kSine, kNoise, {.key = "node.signals.mean", .help = "The middle"}),
+    signal<kMean>(place_of<sim::Sine>(), place_of<sim::Noise>(), {.key = "node.signals.mean", .help = "The middle"}),
     of<sim::Sine, &sim::Sine::amplitude>({
         .key = "node.signals.amplitude", .help = "How far it goes from there", .example = "10"}),
     of<sim::Sine, &sim::Sine::period>(duration({
@@ -339,10 +344,10 @@ constexpr std::array kSignals{
         .help = "normal: the standard deviation; uniform: from mean - deviation to mean + deviation", .example = "1"}),
     of<sim::Noise, &sim::Noise::distribution>({
         .key = "node.signals.distribution", .help = "How the values lie", .choices = kDistributions}),
-    signal<&SignalConfig::seed>(kNoise, kNoise, {
+    signal<&SignalConfig::seed>(place_of<sim::Noise>(), place_of<sim::Noise>(), {
         .key = "node.signals.seed", .help = "The same seed makes the same noise",
         .more = "Without it each signal has its own, which follows from `random.seed`, the node and the object."}),
-    signal<&SignalConfig::file>(kReplay, kReplay, {
+    signal<&SignalConfig::file>(place_of<sim::Replay>(), place_of<sim::Replay>(), {
         .key = "node.signals.file",
         .help = "A point a line: seconds since power-on, a comma, the value, such as 1.5,20.25",
         .more = "Times go up. A first line of names, blank lines and lines with `#` in front mean nothing.",
