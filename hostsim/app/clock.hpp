@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -44,8 +46,7 @@ class Clock {
 
 /// "12.345678": seconds.
 inline std::string seconds_text(Time time) {
-  const std::string fraction = std::to_string(time % kSecond);
-  return std::to_string(time / kSecond) + "." + std::string(6 - fraction.size(), '0') + fraction;
+  return fmt::format("{}.{:06}", time / kSecond, time % kSecond);
 }
 
 }  // namespace cbcan::app
