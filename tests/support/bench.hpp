@@ -43,7 +43,8 @@ class Bench {
   /// With the registers in somebody else's memory.
   explicit Bench(Registers& memory, Coprocessor::Settings settings = {})
       : registers(memory),
-        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings) {
+        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), ScannerWindow(out, in), process, port,
+                    settings) {
     coprocessor.start(now);
     port.sent.clear();  // the boot-up message has its own test
   }
@@ -113,6 +114,8 @@ class Bench {
   }
 
   Registers own_registers{};
+  std::array<std::uint16_t, regmap::kScannerOutWords> out{};
+  std::array<std::uint16_t, regmap::kScannerInWords> in{};
   std::array<std::uint16_t, regmap::kProcessWords> process{};
   Registers& registers;
   RecordingPort port;
