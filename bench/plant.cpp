@@ -127,12 +127,9 @@ bool run(const std::string& module_eds, const std::string& drive_eds, std::uint8
   }
   const double took = (processor_seconds() - began) / seconds;
   const double frames = static_cast<double>(master.received + master.sent - sent_before) / seconds;
-  std::printf("%4u %7u %9.0f %11.1f %14.0f\n", modules, drives, frames, took * 1e3,
-              took * 1e9 / (1000.0 * (modules + drives)));
+  std::printf("figure: plant.frames-%u %.0f in a second, %.1f ms of CPU, %.0f ns for a node and SYNC\n",
+              modules + drives, frames, took * 1e3, took * 1e9 / (1000.0 * (modules + drives)));
   std::fflush(stdout);
-  if (modules == kModules)
-    std::printf("figure: %u nodes, SYNC at 1 kHz, all PDOs: %.1f ms of CPU for a simulated second\n", kNodes,
-                took * 1e3);
   const std::uint64_t position = drive->device().dictionary().get(0x6064, 0);
   return master.received == std::uint64_t{cycles} * (2u * modules + 4u * drives) && position + 3 > cycles;
 }
@@ -148,7 +145,6 @@ int main(int argc, char** argv) {
   const unsigned seconds = argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 3;
   const std::string module = text_of(folder + "/io_module.eds");
   const std::string drive = text_of(folder + "/drive.eds");
-  std::printf("I/O  drives  frames/s  ms of CPU/s  ns/node, SYNC\n");
   for (const unsigned share : {8u, 4u, 2u, 1u}) {
     if (run(module, drive, static_cast<std::uint8_t>(kModules / share),
             static_cast<std::uint8_t>((kNodes - kModules) / share), seconds))

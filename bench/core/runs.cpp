@@ -40,9 +40,10 @@ bool transfer(SdoClient& client, Loopback& wire, const SdoClient::Request& reque
 template <std::uint16_t Size, Direction Way, Mode How>
 bool transfers(unsigned count) {
   Loopback wire(Size);
-  SdoClient client(wire);
-  for (std::size_t i = 0; i < client.data().size(); ++i)
-    client.data()[i] = static_cast<std::uint8_t>(i);
+  std::array<std::uint8_t, 128> data{};
+  for (std::size_t i = 0; i < data.size(); ++i)
+    data[i] = static_cast<std::uint8_t>(i);
+  SdoClient client(wire, data);
   bool good = true;
   for (unsigned i = 0; i < count; ++i)
     good = transfer(client, wire, {kNode, 0, 0x2000, Size, Way, How}, i) && good;

@@ -17,8 +17,8 @@
 #include <cstdint>
 
 #include "canopen/outbox.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/frame.hpp"
-#include "cbcan/ports.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
+#include "cbcan/can_port.hpp"
 #include "cbcan/frame.hpp"
-#include "cbcan/ports.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -21,7 +21,6 @@ class Outbox {
       return true;
     }
     waiting_ = true;
-    ++refused_;
     frame_ = frame;
     retry_at_ = now + kRetryInterval;
     return false;
@@ -34,15 +33,11 @@ class Outbox {
   void drop() { waiting_ = false; }
   Time deadline() const { return waiting_ ? retry_at_ : kNever; }
 
-  /// Times that the port had no room.
-  std::uint32_t refused() const { return refused_; }
-
  private:
   CanPort& port_;
+  bool waiting_ = false;
   Time retry_at_ = 0;
   Frame frame_{};
-  std::uint32_t refused_ = 0;
-  bool waiting_ = false;
 };
 
 }  // namespace cbcan

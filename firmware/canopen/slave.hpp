@@ -15,7 +15,7 @@
 #include "canopen/dictionary/object_dictionary.hpp"
 #include "canopen/nmt/nmt.hpp"
 #include "canopen/sdo/server.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {

@@ -28,7 +28,7 @@ Coprocessor::Coprocessor(RegisterWindow window, ScannerWindow scanner, ProcessRe
     : window_(window),
       port_(port),
       settings_(settings),
-      client_(port),
+      client_(port, data_),
       scanner_(scanner),
       node_(process, port, client_, {settings.node_id, settings.sdo_timeout_ms, settings.state_fresh_for}) {}
 
@@ -190,10 +190,12 @@ void Coprocessor::begin_sdo(const Request& request, Time now) {
   if (!read) load_data(client_.data().first(request.size));
   activity_ = Activity::kSdo;
   reading_ = read;
-  client_.start({static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub),
-                 request.index, request.size,
-                 read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite, node_.transfer_mode()},
-                now);
+  client_.set_timeout(node_.sdo_timeout_ms(served_));
+  client_.start(
+      {static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub), request.index,
+       request.size, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite,
+       node_.transfer_mode(served_)},
+      now);
   follow_sdo();
 }
 
@@ -214,12 +216,12 @@ void Coprocessor::begin_local(const Request& request, Time now) {
   const auto sub = static_cast<std::uint8_t>(request.sub);
   if (request.command == regmap::kSdoWrite) {
     load_data(value);
-    const AbortCode refused = node_.write(request.index, sub, value, now);
+    const AbortCode refused = node_.write(served_, request.index, sub, value, now);
     follow_node();
     return refused == AbortCode::kNone ? finish(regmap::Result::kOk) : end(refused);
   }
   std::size_t size = 0;
-  const AbortCode refused = node_.read(request.index, sub, value, size, now);
+  const AbortCode refused = node_.read(served_, request.index, sub, value, size, now);
   refused == AbortCode::kNone ? end_read(value.first(size)) : end(refused);
 }
 
@@ -238,7 +240,8 @@ void Coprocessor::begin_nmt(const Request& request, Time now) {
   const auto node =
       request.sub == regmap::kNmtAllNodes ? nmt::kAllNodes : static_cast<std::uint8_t>(request.sub);
   activity_ = Activity::kNmtCommand;
-  deadline_ = client_.timeout_ms() == 0 ? kNever : now + milliseconds(client_.timeout_ms());
+  const std::uint16_t timeout_ms = node_.sdo_timeout_ms(served_);
+  deadline_ = timeout_ms == 0 ? kNever : now + milliseconds(timeout_ms);
   command_ = nmt::command_frame(command, node);
   send_command(now);
 }

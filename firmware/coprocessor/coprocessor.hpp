@@ -25,10 +25,11 @@
 #include <span>
 
 #include "canopen/sdo/client.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"
 #include "coprocessor/local_node.hpp"
+#include "coprocessor/register_window.hpp"
 #include "coprocessor/scanner_window.hpp"
 
 namespace cbcan {
@@ -79,7 +80,6 @@ class Coprocessor final {
 
  private:
   enum class Activity : std::uint8_t { kIdle, kSdo, kNmtCommand, kNodeState };
-  enum class Window : std::uint8_t { kRegisters, kScanner };
 
   struct Request {
     std::uint16_t command;
@@ -137,6 +137,7 @@ class Coprocessor final {
   Window served_ = Window::kScanner;  ///< whose request is under way, or was last
   ScannerWindow scanner_;
   Counters counters_;
+  std::array<std::uint8_t, regmap::kMaxDataBytes> data_{};  ///< of the client's transfer
   LocalNode node_;  ///< large: what lies behind it would cost a Cortex-M two instructions more
 };
 

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <utility>
 
-#include "io/modbus_tcp.hpp"
-#include "io/stream_listener.hpp"
-#include "sim/faults/random.hpp"
+#include "io/modbus/modbus_tcp.hpp"
+#include "io/sockets/stream_listener.hpp"
+#include "sim/random.hpp"
 
 namespace cbcan::app {
 namespace {

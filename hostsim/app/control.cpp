@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "app/clock.hpp"
 #include "app/config.hpp"
-#include "app/manual_clock.hpp"
 #include "app/suggest.hpp"
 #include "app/value.hpp"
 #include "canopen/dictionary/little_endian.hpp"
@@ -116,9 +116,13 @@ std::string text_of_value(std::span<const std::uint8_t> bytes, DataType type) {
   return value_text(Bytes(bytes.begin(), bytes.end()));
 }
 
-std::string line_of(const sim::SetFault& set) {
-  return std::to_string(set.number) + " " + set.text + " occasions=" + std::to_string(set.occasions) +
-         " fired=" + std::to_string(set.fired) + "\n";
+/// A line for each.
+std::string list_of(std::string_view place, const sim::FaultSet& faults) {
+  std::string text;
+  for (const sim::SetFault& set : faults.list())
+    text += std::string(place) + " " + std::to_string(set.number) + " " + set.text +
+            " occasions=" + std::to_string(set.occasions) + " fired=" + std::to_string(set.fired) + "\n";
+  return text;
 }
 
 /// One line's execution.
@@ -156,12 +160,13 @@ class Execution {
     std::string_view name;
   };
   Where where(std::string_view word) const;
-  /// The faults of the bus that the word means; null = it means none.
-  sim::BusFaults* bus(std::string_view word) const;
   sim::Node& node(std::string_view word) const;
+  /// Of the bus or the node that the word means.
+  sim::FaultSet& faults(std::string_view word) const;
+  /// Calls `visit(place, faults)` for every bus and every node.
+  template <class Visitor>
+  void for_all_faults(Visitor visit) const;
   std::string nodes_of(std::size_t network) const;
-  std::string faults_of(std::string_view place, std::span<const sim::SetFault> faults) const;
-  std::string faults_of_network(std::size_t network) const;
 
   const std::vector<PlantNetwork*>& networks_;
   Words words_;
@@ -211,11 +216,6 @@ Execution::Where Execution::where(std::string_view word) const {
   return {number_of(word.substr(0, slash), 1, most, "network"), word.substr(slash + 1)};
 }
 
-sim::BusFaults* Execution::bus(std::string_view word) const {
-  const Where of = where(word);
-  return of.name == kBus ? &networks_[of.network - 1]->world.faults() : nullptr;
-}
-
 sim::Node& Execution::node(std::string_view word) const {
   const auto [network, name] = where(word);
   const std::vector<PlantNode>& nodes = networks_[network - 1]->nodes;
@@ -230,6 +230,21 @@ sim::Node& Execution::node(std::string_view word) const {
   if (found == nodes.end())
     throw Refused("node " + std::string(word) + ": not in this plant; nodes lists them");
   return *found->node;
+}
+
+sim::FaultSet& Execution::faults(std::string_view word) const {
+  const Where of = where(word);
+  return of.name == kBus ? networks_[of.network - 1]->world.faults() : node(word).faults();
+}
+
+template <class Visitor>
+void Execution::for_all_faults(Visitor visit) const {
+  for (std::size_t network = 1; network <= networks_.size(); ++network) {
+    PlantNetwork& plant = *networks_[network - 1];
+    visit(prefix_of(network) + std::string(kBus), plant.world.faults());
+    for (std::size_t place = 0; place < plant.nodes.size(); ++place)
+      visit(place_name(network, place), plant.nodes[place].node->faults());
+  }
 }
 
 std::string Execution::list_nodes() {
@@ -255,12 +270,11 @@ std::string Execution::nodes_of(std::size_t network) const {
 std::string Execution::get() {
   sim::Node& of = node(words_[1]);
   const Address address = address_of(words_[2]);
-  ObjectEntry entry{};
-  if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
+  const auto value = of.value(address.index, address.sub, now_);
+  if (!value)
     throw Refused(object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
                   " has no such object");
-  of.bring_up_to_date(now_);
-  return "ok " + text_of_value(of.device().dictionary().value(entry, address.sub), entry.type) + "\n";
+  return "ok " + text_of_value(value->bytes, value->type) + "\n";
 }
 
 std::string Execution::set() {
@@ -291,9 +305,8 @@ std::string Execution::incident() {
   if (words_[3] != "on" && words_[3] != "off") throw Refused(quoted(words_[3]) + ": must be on or off");
   if (of.set_incident(words_[2], words_[3] == "on", now_)) return "ok\n";
   std::string known;
-  if (of.behaviour() != nullptr)
-    for (const std::string_view name : of.behaviour()->incidents())
-      known += (known.empty() ? "; it has " : ", ") + std::string(name);
+  for (const std::string_view name : of.behaviour().incidents())
+    known += (known.empty() ? "; it has " : ", ") + std::string(name);
   throw Refused(quoted(words_[2]) + ": node " + std::string(words_[1]) + " has no such incident" + known);
 }
 
@@ -301,62 +314,32 @@ std::string Execution::fault() {
   const char* const kind = words_[2].data();
   const std::string_view text(kind,
                               static_cast<std::size_t>(words_.back().data() + words_.back().size() - kind));
-  sim::BusFaults* const of_bus = bus(words_[1]);
-  sim::FaultOrProblem parsed =
-      sim::parse_fault(text, of_bus != nullptr ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
+  sim::FaultSet& of = faults(words_[1]);
+  const sim::FaultOrProblem parsed = sim::parse_fault(text, of.place());
   if (!parsed.problem.empty()) throw Refused(parsed.problem);
-  const unsigned number =
-      of_bus != nullptr ? of_bus->add(parsed.fault, now_) : node(words_[1]).add_fault(parsed.fault, now_);
-  return "ok " + std::to_string(number) + "\n";
-}
-
-std::string Execution::faults_of(std::string_view place, std::span<const sim::SetFault> faults) const {
-  std::string text;
-  for (const sim::SetFault& set : faults)
-    text += std::string(place) + " " + line_of(set);
-  return text;
+  return "ok " + std::to_string(of.add(parsed.fault, now_)) + "\n";
 }
 
 std::string Execution::list_faults() {
+  if (words_.size() == 2) return list_of(words_[1], faults(words_[1])) + "ok\n";
   std::string text;
-  if (words_.size() == 1) {
-    for (std::size_t network = 1; network <= networks_.size(); ++network)
-      text += faults_of_network(network);
-  } else if (sim::BusFaults* const of_bus = bus(words_[1])) {
-    text += faults_of(words_[1], of_bus->list());
-  } else {
-    text += faults_of(words_[1], node(words_[1]).faults());
-  }
+  for_all_faults([&](const std::string& place, sim::FaultSet& of) { text += list_of(place, of); });
   return text + "ok\n";
-}
-
-std::string Execution::faults_of_network(std::size_t network) const {
-  PlantNetwork& plant = *networks_[network - 1];
-  std::string text = faults_of(prefix_of(network) + std::string(kBus), plant.world.faults().list());
-  for (std::size_t place = 0; place < plant.nodes.size(); ++place)
-    text += faults_of(place_name(network, place), plant.nodes[place].node->faults());
-  return text;
 }
 
 std::string Execution::clear() {
   constexpr std::uint32_t kMostNumber = 1'000'000'000;
   if (words_.size() == 1) {
-    for (PlantNetwork* network : networks_) {
-      network->world.faults().clear(now_);
-      for (const PlantNode& plant : network->nodes)
-        plant.node->clear_faults(now_);
-    }
+    for_all_faults([this](const std::string& /*place*/, sim::FaultSet& of) { of.clear(now_); });
     return "ok\n";
   }
-  sim::BusFaults* const of_bus = bus(words_[1]);
-  sim::Node* const of = of_bus != nullptr ? nullptr : &node(words_[1]);
+  sim::FaultSet& of = faults(words_[1]);
   if (words_.size() == 2) {
-    of == nullptr ? of_bus->clear(now_) : of->clear_faults(now_);
+    of.clear(now_);
     return "ok\n";
   }
   const std::uint32_t number = number_of(words_[2], 1, kMostNumber, "fault");
-  const bool was_there = of == nullptr ? of_bus->remove(number, now_) : of->remove_fault(number, now_);
-  if (!was_there)
+  if (!of.remove(number, now_))
     throw Refused("fault " + std::string(words_[2]) + ": " + std::string(words_[1]) +
                   " has none with this number");
   return "ok\n";

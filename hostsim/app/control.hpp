@@ -3,21 +3,8 @@
 
 /// Commands at run time, one line each, from a socket (--control) or, on a manual clock, from standard input:
 /// what the world does to the plant, and what one may want to know of it. docs/control.md is the page about
-/// them.
-///
-///   nodes                            the nodes, a line each
-///   get NODE INDEX[:SUB]             a value of its dictionary, brought up to date
-///   set NODE INDEX[:SUB] NUMBER      an input gets this value from outside
-///   incident NODE NAME on|off        something happens to the device, or is over
-///   fault NODE|bus KIND [KEY=VALUE]  a fault on purpose from now on; the answer is its number
-///   faults [NODE|bus]                the faults that are set, a line each
-///   clear [NODE|bus [NUMBER]]        no more faults: all, one place's, or one of them
-///   time                             seconds since the start
-///   help                             these lines
-///
-/// NODE is a node ID, or #N for the N-th node of its network. In network 2 and up the network's number and a
-/// slash stand in front of NODE and of `bus`: 2/5, 2/#1, 2/bus. The last line of every answer is "ok", with a
-/// value where there is one, or "error: " and what is wrong.
+/// them. The last line of every answer is "ok", with a value where there is one, or "error: " and what is
+/// wrong.
 
 #include <string>
 #include <string_view>

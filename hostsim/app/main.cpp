@@ -10,7 +10,7 @@
 #include "app/demo_plant.hpp"
 #include "app/node_image.hpp"
 #include "app/simulator.hpp"
-#include "io/files.hpp"
+#include "io/files/read_file.hpp"
 
 namespace {
 

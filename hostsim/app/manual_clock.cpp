@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "app/manual_clock.hpp"
 
+#include <unistd.h>
+
 #include <charconv>
+#include <iostream>
 
 #include "io/errors.hpp"
+#include "io/loop/line_input.hpp"
 
 namespace cbcan::app {
 namespace {
 
+/// Before a line, what has come in until then is dealt with: so many turns of it at most, lest clients that
+/// never stop asking stop the clock.
+constexpr int kMostTurnsBeforeLine = 100;
+
+constexpr std::string_view kError = "error: ";
 constexpr std::string_view kPass = "pass ";
 constexpr Time kMost = 365 * 24 * 3600 * kSecond;
 
@@ -23,11 +32,12 @@ Time unit_of(std::string_view text) {
                        "\": write pass and how long, a whole number of us, ms or s, such as pass 100ms");
 }
 
-}  // namespace
-
+/// Rightly or not.
 bool is_pass(std::string_view line) {
   return line.substr(0, line.find(' ')) == "pass";
 }
+
+}  // namespace
 
 Time parse_pass(std::string_view line) {
   std::string_view rest = line;
@@ -42,9 +52,32 @@ Time parse_pass(std::string_view line) {
   return count * unit;
 }
 
-std::string seconds_text(Time now) {
-  const std::string fraction = std::to_string(now % kSecond);
-  return std::to_string(now / kSecond) + "." + std::string(6 - fraction.size(), '0') + fraction;
+void ManualClock::drive(Program& program) {
+  io::LineInput input(reactor_, STDIN_FILENO, "standard input");
+  while (!program.stop_requested() && !input.ended()) {
+    program.turn(input.next_deadline());
+    input.poll();
+    for (auto line = input.take(); line && !program.stop_requested(); line = input.take()) {
+      for (int turns = 0; turns < kMostTurnsBeforeLine && program.turn(0) != 0; ++turns) {
+      }
+      take_line(*line, program);
+    }
+  }
+}
+
+/// What a line brings about has happened and been sent when it is answered.
+void ManualClock::take_line(const std::string& line, Program& program) {
+  if (is_pass(line)) {
+    now_ += parse_pass(line);
+    program.catch_up();
+    std::cout << "at " << seconds_text(now_) << std::endl;
+    return;
+  }
+  const std::string answer = program.execute(line);
+  if (answer.starts_with(kError))
+    throw io::UsageError("standard input: " +
+                         answer.substr(kError.size(), answer.size() - kError.size() - 1));
+  std::cout << answer << std::flush;
 }
 
 }  // namespace cbcan::app

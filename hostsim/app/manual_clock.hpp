@@ -1,22 +1,33 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Time under the control of whoever writes to standard input: how it is asked for and told.
-
-#include <string>
 #include <string_view>
 
-#include "cbcan/time.hpp"
+#include "app/clock.hpp"
+#include "io/loop/reactor.hpp"
 
 namespace cbcan::app {
 
-/// Does this line ask for time to pass, rightly or not?
-bool is_pass(std::string_view line);
+/// Time stands still and passes by lines on standard input, `pass 100ms`; commands may stand between them.
+/// Ends the program with the input; throws io::UsageError for a line that means nothing: whoever wrote it is
+/// a script.
+class ManualClock final : public Clock {
+ public:
+  explicit ManualClock(io::Reactor& reactor) : reactor_(reactor) {}
+
+  Time now() const override { return now_; }
+  Time wall_offset() const override { return 0; }
+  bool runs() const override { return false; }
+  void drive(Program& program) override;
+
+ private:
+  void take_line(const std::string& line, Program& program);
+
+  io::Reactor& reactor_;
+  Time now_ = 0;
+};
 
 /// "pass 100ms": a whole number, and us, ms or s; 0 is allowed, a year the most. Throws io::UsageError.
 Time parse_pass(std::string_view line);
-
-/// "12.345678": seconds since the start.
-std::string seconds_text(Time now);
 
 }  // namespace cbcan::app

@@ -4,8 +4,6 @@
 #include <sstream>
 #include <utility>
 
-#include "app/manual_clock.hpp"
-
 namespace cbcan::app {
 
 namespace {
@@ -73,7 +71,7 @@ void Network::set_faults(const NetworkConfig& config) {
     world_.faults().add(fault.fault, surroundings_.started);
   for (std::size_t i = 0; i < plant_.nodes.size(); ++i)
     for (const FaultConfig& fault : config.nodes[i].faults)
-      plant_.nodes[i].node->add_fault(fault.fault, surroundings_.started);
+      plant_.nodes[i].node->faults().add(fault.fault, surroundings_.started);
 }
 
 /// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
@@ -81,8 +79,8 @@ void Network::set_faults(const NetworkConfig& config) {
 void Network::tell_time_of_day() {
   constexpr Time kDay = 24 * 3600 * kSecond;
   constexpr Time kDaysTo1984 = 5113;  // since 1970
-  if (surroundings_.manual_clock) return;
-  const Time since_1970 = surroundings_.started + io::Reactor::wall_offset();
+  if (!surroundings_.clock.runs()) return;
+  const Time since_1970 = surroundings_.started + surroundings_.clock.wall_offset();
   const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
                        static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
   for (const PlantNode& plant : plant_.nodes)
@@ -92,7 +90,7 @@ void Network::tell_time_of_day() {
 /// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
 void Network::open_slcan(const NetworkConfig& config) {
   const std::size_t most_unsent =
-      surroundings_.manual_clock ? sim::SlcanAdapter::kUnlimited : sim::SlcanAdapter::kMostUnsent;
+      surroundings_.clock.runs() ? sim::SlcanAdapter::kMostUnsent : sim::SlcanAdapter::kUnlimited;
   slcan_.emplace(
       surroundings_.reactor, world_.bus(), io::parse_stream_address(config.can.slcan), most_unsent,
       [this] { advance(); }, surroundings_.warn);
@@ -101,8 +99,7 @@ void Network::open_slcan(const NetworkConfig& config) {
 /// A manual clock's log begins at 0, and is the same every time.
 void Network::open_log(const NetworkConfig& config) {
   const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
-  log_.emplace(config.log.file, interface, surroundings_.manual_clock ? 0 : io::Reactor::wall_offset(),
-               surroundings_.warn);
+  log_.emplace(config.log.file, interface, surroundings_.clock.wall_offset(), surroundings_.warn);
   world_.bus().observe(*log_);
 }
 
@@ -115,12 +112,12 @@ std::string Network::where() const {
 
 void Network::start() {
   tell_time_of_day();
-  world_.start(surroundings_.now());
+  world_.start(surroundings_.clock.now());
 }
 
 void Network::on_request(bool wrote) {
   advance();
-  if (wrote) module_->on_registers_written(surroundings_.now());
+  if (wrote) module_->on_registers_written(surroundings_.clock.now());
 }
 
 void Network::on_fault(std::string_view text, Time now) {
@@ -133,13 +130,13 @@ void Network::flush() {
 }
 
 void Network::advance() {
-  const Time time = surroundings_.now();
+  const Time time = surroundings_.clock.now();
   if (socketcan_) socketcan_->poll(time);
   world_.advance(time);
 }
 
 Time Network::next_deadline() const {
-  const Time next = surroundings_.manual_clock ? kNever : world_.next_deadline();
+  const Time next = surroundings_.clock.runs() ? world_.next_deadline() : kNever;
   return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;
 }
 

@@ -6,22 +6,23 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "app/clock.hpp"
 #include "app/config.hpp"
 #include "app/control.hpp"
 #include "app/node_image.hpp"
 #include "cbcan/regmap.hpp"
-#include "io/candump_log.hpp"
-#include "io/parameter_file.hpp"
-#include "io/reactor.hpp"
-#include "io/slcan_server.hpp"
-#include "io/socketcan.hpp"
+#include "io/can/candump_log.hpp"
+#include "io/can/slcan_server.hpp"
+#include "io/can/socketcan.hpp"
+#include "io/files/parameter_file.hpp"
+#include "io/loop/reactor.hpp"
+#include "io/modbus/modbus_tcp.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::app {
@@ -30,12 +31,11 @@ namespace cbcan::app {
 struct Surroundings {
   io::Reactor& reactor;
   io::Warn warn;
-  std::function<Time()> now;
+  const Clock& clock;
   Time started;
-  bool manual_clock;
 };
 
-class Network final : private sim::FaultListener {
+class Network final : public io::ModbusUnit, private sim::FaultListener {
  public:
   /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
@@ -46,7 +46,7 @@ class Network final : private sim::FaultListener {
   Network& operator=(const Network&) = delete;
 
   /// None where there is no module.
-  std::span<std::uint16_t> registers();
+  std::span<std::uint16_t> registers() override;
 
   /// As commands see it; it lives as long as the network.
   PlantNetwork& plant() { return plant_; }
@@ -56,9 +56,7 @@ class Network final : private sim::FaultListener {
 
   void start();
 
-  /// A Modbus request to this network, which has a module then, has been answered; `wrote` = it changed
-  /// registers.
-  void on_request(bool wrote);
+  void on_request(bool wrote) override;
 
   /// Does what is due.
   void advance();
@@ -66,7 +64,7 @@ class Network final : private sim::FaultListener {
   /// The log and the adapters have what the bus has brought.
   void flush();
 
-  /// When the world has something to do next; kNever on a manual clock, whose time does not come by itself.
+  /// When the world has something to do next; kNever where time does not pass by itself.
   Time next_deadline() const;
 
   /// What the module has done, and the adapters, in lines for people.
@@ -87,7 +85,7 @@ class Network final : private sim::FaultListener {
   std::string can_;
   std::vector<std::uint16_t> registers_;
   sim::World world_;
-  sim::Module* module_ = nullptr;
+  sim::CoprocessorModule* module_ = nullptr;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
   PlantNetwork plant_{world_, {}};
   std::optional<io::CandumpLog> log_;

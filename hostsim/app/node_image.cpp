@@ -9,7 +9,7 @@
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
 #include "eds/values.hpp"
-#include "sim/faults/random.hpp"
+#include "sim/random.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::app {

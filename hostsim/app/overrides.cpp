@@ -11,8 +11,8 @@
 #include "app/settings.hpp"
 #include "app/suggest.hpp"
 #include "io/errors.hpp"
-#include "io/listen_address.hpp"
-#include "io/modbus_tcp.hpp"
+#include "io/modbus/modbus_tcp.hpp"
+#include "io/sockets/listen_address.hpp"
 
 namespace cbcan::app {
 namespace {

@@ -11,9 +11,10 @@
 
 #include "app/can_spec.hpp"
 #include "app/suggest.hpp"
+#include "cbcan/regmap.hpp"
 #include "devices/devices.hpp"
 #include "io/errors.hpp"
-#include "io/stream_listener.hpp"
+#include "io/sockets/stream_listener.hpp"
 
 namespace cbcan::app {
 namespace {

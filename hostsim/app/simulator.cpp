@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/simulator.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <iostream>
 #include <sstream>
 #include <utility>
 
@@ -22,22 +19,25 @@ io::ModbusTcpSettings settings_of(const ModbusConfig& modbus) {
   return settings;
 }
 
-constexpr std::string_view kError = "error: ";
+std::unique_ptr<Clock> make_clock(ClockKind kind, io::Reactor& reactor) {
+  if (kind == ClockKind::kManual) return std::make_unique<ManualClock>(reactor);
+  return std::make_unique<RealClock>();
+}
 
 }  // namespace
 
 Simulator::Simulator(const Config& config, std::vector<std::vector<BuiltNode>> nodes, const io::Warn& warn)
     : warn_(warn),
       signals_(reactor_),
-      started_(config.time.clock == ClockKind::kManual ? 0 : io::Reactor::now()) {
-  if (config.time.clock == ClockKind::kManual) input_.emplace(reactor_, STDIN_FILENO);
+      clock_(make_clock(config.time.clock, reactor_)),
+      started_(clock_->now()) {
   open_networks(config, std::move(nodes));
   open_modbus(config);
   if (!config.control.listen.empty()) open_control(config);
 }
 
 void Simulator::open_networks(const Config& config, std::vector<std::vector<BuiltNode>> nodes) {
-  const Surroundings surroundings{reactor_, warn_, [this] { return now(); }, started_, input_.has_value()};
+  const Surroundings surroundings{reactor_, warn_, *clock_, started_};
   std::vector<PlantNetwork*> plants;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     networks_.push_back(
@@ -49,19 +49,17 @@ void Simulator::open_networks(const Config& config, std::vector<std::vector<Buil
 
 /// Where no network has a module there is nothing to serve.
 void Simulator::open_modbus(const Config& config) {
-  std::vector<io::ModbusTcp::Registers> registers;
+  if (std::ranges::all_of(networks_, [](const auto& network) { return network->registers().empty(); }))
+    return;
+  std::vector<io::ModbusUnit*> units;
   for (const auto& network : networks_)
-    registers.push_back(network->registers());
-  if (std::ranges::all_of(registers, [](const auto& words) { return words.empty(); })) return;
-  modbus_.emplace(
-      reactor_, std::move(registers), settings_of(config.modbus),
-      [this](std::size_t network, bool wrote) { networks_[network]->on_request(wrote); }, warn_);
+    units.push_back(network.get());
+  modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
 }
 
 void Simulator::open_control(const Config& config) {
-  commands_.emplace(
-      reactor_, io::parse_stream_address(config.control.listen),
-      [this](std::string_view line) { return execute(line); }, warn_);
+  commands_.emplace(reactor_, "control", io::parse_stream_address(config.control.listen),
+                    io::command_sessions([this](std::string_view line) { return execute(line); }), warn_);
 }
 
 std::string Simulator::where() const {
@@ -76,13 +74,9 @@ std::string Simulator::where() const {
 void Simulator::run() {
   for (const auto& network : networks_)
     network->start();
-  while (!signals_.stop_requested() && !(input_ && input_->ended())) {
-    turn(kNever);
-    if (input_) take_input();
-  }
+  clock_->drive(*this);
 }
 
-/// Does what is due, waits until `until` at most, and takes in what has come; returns how many had something.
 std::size_t Simulator::turn(Time until) {
   advance();
   if (modbus_) modbus_->poll(io::Reactor::now());
@@ -91,39 +85,15 @@ std::size_t Simulator::turn(Time until) {
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
-void Simulator::take_input() {
-  input_->poll();
-  for (auto line = input_->take(); line && !signals_.stop_requested(); line = input_->take()) {
-    for (int turns = 0; turns < kMostTurnsBeforeLine && turn(0) != 0; ++turns) {
-    }
-    take_line(*line);
-  }
-}
-
-/// A line that means nothing ends the program: whoever wrote it is a script.
-void Simulator::take_line(const std::string& line) {
-  if (is_pass(line)) return pass(parse_pass(line));
-  const std::string answer = execute(line);
-  if (answer.starts_with(kError))
-    throw io::UsageError("standard input: " +
-                         answer.substr(kError.size(), answer.size() - kError.size() - 1));
-  std::cout << answer << std::flush;
-}
-
-/// What came due has been sent when the answer is printed.
-void Simulator::pass(Time duration) {
-  now_ += duration;
+void Simulator::catch_up() {
   advance();
   flush();
-  std::cout << "at " << seconds_text(now_) << std::endl;
 }
 
-/// What the command brings about has happened when it is answered.
 std::string Simulator::execute(std::string_view line) {
   advance();
-  std::string answer = control_->execute(line, now());
-  advance();
-  flush();
+  std::string answer = control_->execute(line, clock_->now());
+  catch_up();
   return answer;
 }
 
@@ -138,8 +108,7 @@ void Simulator::advance() {
 }
 
 Time Simulator::next_deadline() const {
-  Time next = input_ ? input_->next_deadline() : kNever;
-  if (modbus_) next = earlier(next, modbus_->next_deadline());
+  Time next = modbus_ ? modbus_->next_deadline() : kNever;
   for (const auto& network : networks_)
     next = earlier(next, network->next_deadline());
   return next;

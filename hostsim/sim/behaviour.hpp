@@ -47,17 +47,18 @@ class DeviceNode {
   ~DeviceNode() = default;
 };
 
+/// As it stands: values that stay as they were written.
 class Behaviour {
  public:
   virtual ~Behaviour() = default;
 
   /// After power-on, reset node and reset communication, when the values have been restored. Whatever the
   /// device was doing is over when `application`; a reset of the communication alone leaves it be.
-  virtual void reset(bool application, Time now) = 0;
+  virtual void reset(bool /*application*/, Time /*now*/) {}
 
   /// Brings all values up to `now`, acts on what has been written, and says when to be called next; kNever =
   /// only after a change.
-  virtual Time update(Time now) = 0;
+  virtual Time update(Time /*now*/) { return kNever; }
 
   /// Before a value is stored by SDO: kNone, or why the device refuses it. Length, access and limits have
   /// been checked; update() follows if it is stored.

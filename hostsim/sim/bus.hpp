@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "cbcan/frame.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::sim {

@@ -9,11 +9,6 @@ constexpr std::uint32_t kErrorFlag = 0x20000000;  // CAN_ERR_FLAG of linux/can.h
 constexpr int kStandardIdDigits = 3;
 constexpr int kExtendedIdDigits = 8;
 
-void append_hex(std::string& text, std::uint32_t value, int digits) {
-  for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4)
-    text += "0123456789ABCDEF"[value >> shift & 0xF];
-}
-
 void append_id(std::string& text, const Frame& frame) {
   if ((frame.flags & Frame::kError) != 0)
     append_hex(text, frame.id | kErrorFlag, kExtendedIdDigits);
@@ -22,6 +17,11 @@ void append_id(std::string& text, const Frame& frame) {
 }
 
 }  // namespace
+
+void append_hex(std::string& text, std::uint32_t value, int digits) {
+  for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4)
+    text += "0123456789ABCDEF"[value >> shift & 0xF];
+}
 
 void append_frame(std::string& text, const Frame& frame) {
   append_id(text, frame);

@@ -82,7 +82,7 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       watched_(highest_sub(image_.entries, HeartbeatConsumer::kTimes)),
       parameters_(parts.parameters),
       port_(bus.attach(*this)),
-      faulty_(port_, node_id, parts.seed, parts.listener),
+      faulty_(port_, node_id, parts.seed, parts.listener, *this),
       device_(node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_}, *this,
               faulty_),
       start_node_id_(node_id),
@@ -91,7 +91,8 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       samples_due_(parts.signals.size(), kNever) {
   LssNode& lss_node = *this;
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
-  if (parts.behaviour != nullptr) behaviour_ = parts.behaviour(*this, parts.seed);
+  behaviour_ =
+      parts.behaviour != nullptr ? parts.behaviour(*this, parts.seed) : std::make_unique<Behaviour>();
   device_.time_stamp().produce_every(parts.time_period, 0);
   if (parameters_ != nullptr) load_parameters();
 }
@@ -107,18 +108,26 @@ void Node::load_parameters() {
   put_parameters(stored.values, saved);
 }
 
-void Node::start(Time now) {
+/// Does something with the node at this time, and what follows from it.
+template <class Act>
+void Node::at(Time now, Act act) {
   faulty_.set_now(now);
-  started_at_ = now;
-  if (lss_) lss_->start(start_node_id_, stored_lss_.bit_rate, now);
-  if (start_node_id_ != kNoNodeId) device_.start(now);
-  update(now);
-  if (!signals_.empty()) {
-    samples_due_.assign(signals_.size(), now);
-    follow_signals(now);
-  }
-  follow_ids();
+  act();
   settle(now);
+}
+
+void Node::start(Time now) {
+  at(now, [&] {
+    started_at_ = now;
+    if (lss_) lss_->start(start_node_id_, stored_lss_.bit_rate, now);
+    if (start_node_id_ != kNoNodeId) device_.start(now);
+    update(now);
+    if (!signals_.empty()) {
+      samples_due_.assign(signals_.size(), now);
+      follow_signals(now);
+    }
+    follow_ids();
+  });
 }
 
 void Node::poll(Time now) {
@@ -131,14 +140,11 @@ void Node::poll(Time now) {
 }
 
 void Node::on_frame(const Frame& frame, Time now) {
-  faulty_.set_now(now);
-  faulty_.heard(frame);
-  if (lss_ && frame.id == LssSlave::kRequestId) {
-    lss_->slave().on_frame(frame, now);
-  } else {
-    device_.on_frame(frame, now);
-  }
-  settle(now);
+  at(now, [&] {
+    faulty_.heard(frame);
+    lss_&& frame.id == LssSlave::kRequestId ? lss_->slave().on_frame(frame, now)
+                                            : device_.on_frame(frame, now);
+  });
 }
 
 void Node::on_bus_state(BusState state, Time now) {
@@ -207,7 +213,6 @@ void Node::follow_ids() {
 // ---- Behaviour
 
 void Node::update(Time now) {
-  if (!behaviour_) return;
   behaviour_due_ = behaviour_->update(now);
   updated_at_ = now;
 }
@@ -221,34 +226,32 @@ void Node::on_written(Time now) {
 }
 
 void Node::on_sync(Time now) {
-  if (!behaviour_) return;
   behaviour_->on_sync(now);
   update(now);
 }
 
 void Node::on_nmt_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
-  if (!behaviour_) return;
   behaviour_->on_nmt_state(state, now);
   update(now);
 }
 
 void Node::on_network_failure(NetworkFailure failure, Time now) {
-  if (!behaviour_) return;
   behaviour_->on_network_failure(failure, now);
   update(now);
 }
 
 bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
-  faulty_.set_now(now);
-  if (!put_input(index, sub, value, now)) return false;
-  update(now);
-  settle(now);
-  return true;
+  bool known = false;
+  at(now, [&] {
+    known = put_input(index, sub, value, now);
+    if (known) update(now);
+  });
+  return known;
 }
 
 bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
-  if (behaviour_ && behaviour_->set_input(index, sub, value, now)) return true;
+  if (behaviour_->set_input(index, sub, value, now)) return true;
   if (index < kFirstApplicationIndex) return false;  // nobody would check what the communication gets
   ObjectEntry entry{};
   if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
@@ -276,37 +279,21 @@ void Node::follow_signals(Time now) {
 }
 
 void Node::bring_up_to_date(Time now) {
-  faulty_.set_now(now);
-  refresh(now);
-  settle(now);
+  at(now, [&] { refresh(now); });
 }
 
 bool Node::set_incident(std::string_view incident, bool present, Time now) {
-  if (!behaviour_) return false;
   const auto known = behaviour_->incidents();
   if (std::ranges::find(known, incident) == known.end()) return false;
-  faulty_.set_now(now);
-  behaviour_->set_incident(incident, present, now);
-  update(now);
-  settle(now);
+  at(now, [&] {
+    behaviour_->set_incident(incident, present, now);
+    update(now);
+  });
   return true;
 }
 
-unsigned Node::add_fault(const Fault& fault, Time now) {
-  const unsigned number = faulty_.add(fault, now);
-  settle(now);
-  return number;
-}
-
-bool Node::remove_fault(unsigned number, Time now) {
-  const bool removed = faulty_.remove(number, now);
-  settle(now);
-  return removed;
-}
-
-void Node::clear_faults(Time now) {
-  faulty_.clear(now);
-  settle(now);
+void Node::on_faults_changed(Time now) {
+  at(now, [&] { faulty_.on_faults_changed(now); });
 }
 
 void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {
@@ -323,6 +310,20 @@ void Node::changed(std::uint16_t index, std::uint8_t sub, Time now) {
 
 // ---- The dictionary
 
+std::optional<NodeValue> Node::value(std::uint16_t index, std::uint8_t sub, Time now) {
+  ObjectEntry entry{};
+  if (dictionary().find(index, sub, entry) != AbortCode::kNone) return std::nullopt;
+  bring_up_to_date(now);
+  const auto stored = dictionary().value(entry, sub);
+  NodeValue value{entry.type, {stored.begin(), stored.end()}};
+  if (entry.has(ObjectFlags::kComputed)) {
+    std::size_t size = entry.capacity;
+    value.bytes.resize(size);
+    on_read(entry, sub, value.bytes, size, now);
+  }
+  return value;
+}
+
 /// 1010h and 1011h: what the device can do, as its EDS file says.
 AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
                         std::size_t& size, Time /*now*/) {
@@ -334,7 +335,7 @@ AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<st
 
 AbortCode Node::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                          Time now) {
-  return behaviour_ ? behaviour_->check(entry, sub, value, now) : AbortCode::kNone;
+  return behaviour_->check(entry, sub, value, now);
 }
 
 void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
@@ -343,7 +344,7 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   restore_values(image_.entries, saved_, values_, first_index, last_index);
-  if (behaviour_) behaviour_->reset(last_index >= kFirstApplicationIndex, now);
+  behaviour_->reset(last_index >= kFirstApplicationIndex, now);
 }
 
 AbortCode Node::save(std::uint16_t first_index, std::uint16_t last_index) {

@@ -35,7 +35,7 @@ struct NodeImage {
 
 /// What a node has besides its dictionary.
 struct NodeParts {
-  BehaviourMaker behaviour = nullptr;    ///< null: values only change when they are written
+  BehaviourMaker behaviour = nullptr;    ///< null: values stay as they were written
   std::uint64_t seed = 0;                ///< of whatever is random in behaviour and faults
   std::vector<Signal> signals;           ///< begin with the node's power-on
   ParameterStore* parameters = nullptr;  ///< outlives the node; null: what is stored lasts as long as it does
@@ -44,7 +44,17 @@ struct NodeParts {
   Time time_period = 0;                  ///< as a TIME producer (1012h), microseconds; 0 = it sends none
 };
 
-class Node final : public Participant, private DeviceApplication, private DeviceNode, private LssNode {
+/// A value of a dictionary, as it is on the bus.
+struct NodeValue {
+  DataType type;
+  std::vector<std::uint8_t> bytes;
+};
+
+class Node final : public Participant,
+                   private DeviceApplication,
+                   private DeviceNode,
+                   private LssNode,
+                   private FaultSetOwner {
  public:
   /// Without a node ID: it waits until LSS gives it one. The image is then made for node ID 0.
   static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
@@ -64,18 +74,18 @@ class Node final : public Participant, private DeviceApplication, private Device
   /// All values are those of `now`.
   void bring_up_to_date(Time now);
 
+  /// What an SDO upload would bring now, whatever the access rights; none = there is no such object.
+  std::optional<NodeValue> value(std::uint16_t index, std::uint8_t sub, Time now);
+
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
 
-  /// The node's own faults on purpose, see FaultyPort.
-  unsigned add_fault(const Fault& fault, Time now);
-  bool remove_fault(unsigned number, Time now);
-  void clear_faults(Time now);
-  std::span<const SetFault> faults() const { return faulty_.list(); }
+  /// The node's own, see FaultyPort.
+  FaultSet& faults() { return faulty_.faults(); }
 
   const Device& device() const { return device_; }
   Device& device() { return device_; }
-  Behaviour* behaviour() { return behaviour_.get(); }
+  Behaviour& behaviour() { return *behaviour_; }
   Port& port() { return port_; }
 
  private:
@@ -114,6 +124,10 @@ class Node final : public Participant, private DeviceApplication, private Device
   void error_over(std::uint16_t code, Time now) override;
   void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
 
+  void on_faults_changed(Time now) override;
+
+  template <class Act>
+  void at(Time now, Act act);
   void update(Time now);
   void follow_signals(Time now);
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);

@@ -12,7 +12,7 @@ namespace cbcan::sim {
 /// happens to it when that is next.
 class Participant : public Receiver {
  public:
-  explicit Participant(Schedule& schedule) : schedule_(schedule), number_(schedule.add()) {}
+  explicit Participant(Schedule& schedule) : schedule_(schedule), number_(schedule.add(*this)) {}
   virtual ~Participant() = default;
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;

@@ -1,21 +1,29 @@
 // SPDX-License-Identifier: MIT
 #include "sim/schedule.hpp"
 
+#include "sim/participant.hpp"
+
 namespace cbcan::sim {
 
-std::size_t Schedule::add() {
-  const std::size_t participant = times_.size();
+std::size_t Schedule::add(Participant& participant) {
+  const std::size_t number = times_.size();
+  participants_.push_back(&participant);
   times_.push_back(kNever);
-  slots_.push_back(participant);
-  heap_.push_back(participant);
-  return participant;
+  slots_.push_back(number);
+  heap_.push_back(number);
+  return number;
 }
 
-void Schedule::set(std::size_t participant, Time time) {
-  const Time before_change = times_[participant];
+void Schedule::set(std::size_t number, Time time) {
+  const Time before_change = times_[number];
   if (time == before_change) return;
-  times_[participant] = time;
-  time < before_change ? sift_up(slots_[participant]) : sift_down(slots_[participant]);
+  times_[number] = time;
+  time < before_change ? sift_up(slots_[number]) : sift_down(slots_[number]);
+}
+
+void Schedule::poll(Time now) {
+  while (first_time() <= now)
+    participants_[heap_.front()]->poll(now);
 }
 
 void Schedule::sift_up(std::size_t slot) {

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "sim/random.hpp"
+
 namespace cbcan::sim {
 
 namespace {
@@ -23,23 +25,11 @@ double between(double from, double to, double share) {
   return from + (to - from) * share;
 }
 
-/// Output number `count` of SplitMix64 (Steele, Lea, Flood 2014) with this seed.
-std::uint64_t split_mix(std::uint64_t seed, std::uint64_t count) {
-  std::uint64_t z = seed + (count + 1) * 0x9E3779B97F4A7C15u;
-  z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ z >> 27) * 0x94D049BB133111EBu;
-  return z ^ z >> 31;
-}
-
-/// 0 <= result < 1, in steps of 2^-53.
-double fraction(std::uint64_t bits) {
-  return static_cast<double>(bits >> 11) * 0x1p-53;
-}
-
 /// Mean 0, standard deviation 1 (Box and Muller).
 double normal(std::uint64_t seed, std::uint64_t sample) {
-  const double radius = std::sqrt(-2 * std::log(1 - fraction(split_mix(seed, 2 * sample))));
-  return radius * std::cos(kTurn * fraction(split_mix(seed, 2 * sample + 1)));
+  Random random(seed, 2 * sample);
+  const double radius = std::sqrt(-2 * std::log(1 - random.fraction()));
+  return radius * std::cos(kTurn * random.fraction());
 }
 
 struct ValueAt {
@@ -67,7 +57,7 @@ struct ValueAt {
     const std::uint64_t sample = time / sample_period;
     const double unit = noise.distribution == Noise::Distribution::kNormal
                             ? normal(noise.seed, sample)
-                            : 2 * fraction(split_mix(noise.seed, sample)) - 1;
+                            : 2 * Random(noise.seed, sample).fraction() - 1;
     return noise.mean + noise.deviation * unit;
   }
 

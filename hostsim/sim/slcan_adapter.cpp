@@ -5,6 +5,8 @@
 #include <array>
 #include <utility>
 
+#include "sim/frame_text.hpp"
+
 namespace cbcan::sim {
 
 namespace {
@@ -13,13 +15,6 @@ constexpr std::uint32_t kLastStandardId = 0x7FF;
 constexpr Time kTimeStampPeriod = 60 * kSecond;
 constexpr std::string_view kYes = "\r";
 constexpr std::string_view kNo = "\a";
-
-std::string hex(std::uint64_t value, int digits) {
-  std::string text;
-  while (digits-- > 0)
-    text += "0123456789ABCDEF"[value >> 4 * digits & 0xF];
-  return text;
-}
 
 bool is_hex(std::string_view text) {
   return text.find_first_not_of("0123456789ABCDEFabcdef") == std::string_view::npos;
@@ -58,8 +53,10 @@ void SlcanAdapter::receive(std::string_view characters) {
   }
 }
 
-void SlcanAdapter::answer(std::string_view text) {
+/// True, as everything is that has been done.
+bool SlcanAdapter::answer(std::string_view text) {
   unsent_ += text;
+  return true;
 }
 
 /// False: it cannot be done; else it has been answered.
@@ -79,17 +76,9 @@ bool SlcanAdapter::execute(std::string_view line) {
     case 'Z': done = set_time_stamps(line); break;
     case 'M':
     case 'm': done = line.size() == 9 && is_hex(line.substr(1)) && !is_open(); break;
-    case 'F': return line.size() == 1 && tell_status();
-    case 'V':
-      if (line.size() != 1) return false;
-      answer("V1013");
-      done = true;
-      break;
-    case 'N':
-      if (line.size() != 1) return false;
-      answer("NCB01");
-      done = true;
-      break;
+    case 'F': done = line.size() == 1 && tell_status(); break;
+    case 'V': done = line.size() == 1 && answer("V1013"); break;
+    case 'N': done = line.size() == 1 && answer("NCB01"); break;
     default: break;
   }
   if (done) answer(kYes);
@@ -130,7 +119,8 @@ bool SlcanAdapter::tell_status() {
   if (port_.state() == BusState::kOverflow) flags |= slcan::status::kDataOverrun;
   if (port_.state() == BusState::kErrorPassive) flags |= slcan::status::kErrorPassive;
   if (port_.state() == BusState::kBusOff) flags |= slcan::status::kErrorPassive | slcan::status::kBusError;
-  answer("F" + hex(flags, 2) + "\r");
+  unsent_ += 'F';
+  append_hex(unsent_, flags, 2);
   return true;
 }
 
@@ -150,17 +140,17 @@ void SlcanAdapter::on_frame(const Frame& frame, Time now) {
     return;
   }
   unsent_.append(line.data(), length - kYes.size());
-  if (time_stamps_) unsent_ += hex(now % kTimeStampPeriod / kMillisecond, 4);
+  if (time_stamps_) append_hex(unsent_, static_cast<std::uint32_t>(now % kTimeStampPeriod / kMillisecond), 4);
   unsent_ += slcan::kEnd;
 }
 
 void SlcanAdapter::on_bus_state(BusState state, Time /*now*/) {
   if (!is_open()) return;
   switch (state) {
-    case BusState::kActive: return answer("sa000000\r");
-    case BusState::kOverflow: return;
-    case BusState::kErrorPassive: return answer("sp128128\r");
-    case BusState::kBusOff: return answer("sb000256\r");
+    case BusState::kActive: unsent_ += "sa000000\r"; break;
+    case BusState::kOverflow: break;
+    case BusState::kErrorPassive: unsent_ += "sp128128\r"; break;
+    case BusState::kBusOff: unsent_ += "sb000256\r"; break;
   }
 }
 

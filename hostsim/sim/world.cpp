@@ -8,14 +8,12 @@ namespace cbcan::sim {
 
 Node& World::add_node(std::uint8_t node_id, NodeImage image, const NodeParts& parts) {
   nodes_.push_back(std::make_unique<Node>(bus_, schedule_, node_id, std::move(image), parts));
-  participants_.push_back(nodes_.back().get());
   return *nodes_.back();
 }
 
-Module& World::add_module(RegisterWindow window, ProcessRegisters registers,
-                          const Coprocessor::Settings& settings) {
-  modules_.push_back(std::make_unique<Module>(bus_, schedule_, window, registers, settings));
-  participants_.push_back(modules_.back().get());
+CoprocessorModule& World::add_module(RegisterWindow window, ProcessRegisters registers,
+                                     const Coprocessor::Settings& settings) {
+  modules_.push_back(std::make_unique<CoprocessorModule>(bus_, schedule_, window, registers, settings));
   return *modules_.back();
 }
 
@@ -42,8 +40,7 @@ void World::run_until(Time now) {
   while (next_deadline() <= now) {
     now_ = std::max(now_, next_deadline());
     bus_.advance(now_);
-    while (schedule_.first_time() <= now_)
-      participants_[schedule_.first()]->poll(now_);
+    schedule_.poll(now_);
   }
   now_ = now;
 }

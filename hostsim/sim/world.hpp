@@ -16,8 +16,8 @@
 
 #include "cbcan/time.hpp"
 #include "sim/bus.hpp"
+#include "sim/coprocessor_module.hpp"
 #include "sim/faults/bus_faults.hpp"
-#include "sim/module.hpp"
 #include "sim/node.hpp"
 #include "sim/schedule.hpp"
 
@@ -27,15 +27,15 @@ class World {
  public:
   /// `bit_rate`: see Bus. `seed` and `listener` are those of the bus's faults on purpose, see BusFaults.
   explicit World(std::uint32_t bit_rate = 0, std::uint64_t seed = 0, FaultListener* listener = nullptr)
-      : bus_(bit_rate), faults_(bus_, schedule_, seed, listener), participants_{&faults_} {}
+      : bus_(bit_rate), faults_(bus_, schedule_, seed, listener) {}
 
   Bus& bus() { return bus_; }
-  BusFaults& faults() { return faults_; }
+  FaultSet& faults() { return faults_.set(); }
 
   /// Both live with the world and are off until start(). `window` is memory of the caller's.
   Node& add_node(std::uint8_t node_id, NodeImage image, const NodeParts& parts = {});
-  Module& add_module(RegisterWindow window, ProcessRegisters registers,
-                     const Coprocessor::Settings& settings);
+  CoprocessorModule& add_module(RegisterWindow window, ProcessRegisters registers,
+                                const Coprocessor::Settings& settings);
 
   /// Power on for all: modules first, so that they hear the nodes' boot-up messages.
   void start(Time now);
@@ -52,9 +52,8 @@ class World {
   Bus bus_;
   Schedule schedule_;
   BusFaults faults_;
-  std::vector<std::unique_ptr<Module>> modules_;
+  std::vector<std::unique_ptr<CoprocessorModule>> modules_;
   std::vector<std::unique_ptr<Node>> nodes_;
-  std::vector<Participant*> participants_;  ///< by their number in the schedule
   Time now_ = 0;
 };
 

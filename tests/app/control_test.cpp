@@ -111,6 +111,8 @@ TEST_CASE("get shows values as a plant file would write them, brought up to date
   CHECK(plant.run("get 66 0x1008") == "ok \"cbcan I/O module\"\n");
   CHECK(plant.run("set 0x42 0x6401:1 -5") == "ok\n");
   CHECK(plant.run("get 0x42 0x6401:1") == "ok -5\n");
+  CHECK(plant.run("get 16 0x1010:1") == "ok 1\n");  // not stored: what the node does with "save"
+  CHECK(plant.run("get 16 0x1011:1") == "ok 1\n");
   CHECK(plant.run("get 66 0x2000") == "error: 2000h:00: node 66 has no such object\n");
   CHECK(plant.run("get 66 0x6401:300") == "error: sub-index \"300\": must be 0..255\n");
   CHECK(plant.run("get 66 x") == "error: index \"x\": must be 1..65535\n");

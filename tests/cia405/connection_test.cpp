@@ -250,52 +250,6 @@ TEST_CASE("TIMEOUT: R3700 is cleared, 3002h is read, and ERROR is what it says, 
   CHECK(talk.id.error == error);
 }
 
-TEST_CASE("GetCanopenKernelState confirms overflow") {
-  Talk talk;
-  talk.id.enable = false;
-  GetCanopenKernelState block(talk.program.link);
-  block.enable = true;
-  talk.program.blocks = {&block};
-  talk.start();
-  talk.server.answer(kId);
-  talk.cycle();
-  talk.exchange(
-      "01100E7400060C"
-      "CA0E13BF0000300200000001",
-      kStarted);
-  talk.exchange(kPoll,
-                "01038C"
-                "000013BF0000300200000001"
-                "0002" +
-                    zeros(63));
-  CHECK(block.confirm);
-  CHECK(block.state == KernelError::kOverflow);
-  CHECK(block.device == 42);
-}
-
-TEST_CASE("an EMCY message to the byte") {
-  Talk talk;
-  talk.id.enable = false;
-  RecvEmcyDev block(talk.program.link);
-  block.device = 5;
-  block.enable = true;
-  talk.program.blocks = {&block};
-  talk.connect();
-  talk.exchange(kClear, kCleared);
-  talk.exchange(
-      "01100E7400060C"
-      "CA0E13BF0000300500050008",
-      kStarted);
-  // 10 23 81 01 02 03 04 05 on the bus
-  talk.exchange(kPoll,
-                "01038C"
-                "000013BF0000300500050008"
-                "2310018103020504" +
-                    zeros(60));
-  CHECK(block.error == KernelError::kOther);
-  CHECK(block.errorinfo == EmcyError{0x2310, 0x81, {1, 2, 3, 4, 5}});
-}
-
 TEST_CASE("a result that comes when the right to a shared window may be lost is not taken") {
   FakeServer server;
   Program program(server.port(), Sharing{.program = 0});

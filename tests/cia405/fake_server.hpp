@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cia405/plant.hpp"
-#include "io/descriptor.hpp"
+#include "io/loop/descriptor.hpp"
 
 namespace cbcan::cia405::test {
 

@@ -88,23 +88,21 @@ void Program::cycle(Time now) {
     block->call(now);
 }
 
-void Rig::cycle(Time time) {
-  program.cycle(plant.now());
-  plant.pass(time);
-}
-
-void Rig::cycles(int count) {
-  for (int i = 0; i < count; ++i)
-    cycle();
-}
-
-bool Rig::until(const std::function<bool()>& condition, Time time) {
-  constexpr int kEnough = 1'000'000;
-  for (int i = 0; i < kEnough; ++i) {
-    if (condition()) return true;
-    cycle(time);
+std::string hex_of(const std::string& bytes) {
+  static constexpr char kDigits[] = "0123456789ABCDEF";
+  std::string text;
+  for (const char c : bytes) {
+    const auto byte = static_cast<unsigned char>(c);
+    text += {kDigits[byte >> 4], kDigits[byte & 15]};
   }
-  return false;
+  return text;
+}
+
+std::string bytes_of(const std::string& hex) {
+  std::string bytes;
+  for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
+    bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+  return bytes;
 }
 
 void wait_for(const Link& link) {

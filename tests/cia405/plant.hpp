@@ -7,7 +7,6 @@
 
 #include <poll.h>
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -55,41 +54,8 @@ class Program {
   void cycle(Time now);
 };
 
-/// A plant with one program, whose cycle takes a millisecond.
-class Rig {
- public:
-  explicit Rig(const std::vector<std::string>& options = {}) : plant(options), program(plant.port()) {}
-
-  Plant plant;
-  Program program;
-
-  /// A cycle; then `time` passes.
-  void cycle(Time time = kMs);
-  void cycles(int count);
-  /// Cycles until the condition holds; false if that takes more than a million.
-  bool until(const std::function<bool()>& condition, Time time = kMs);
-
-  /// One whole execution: false, true until it has ended. The block stays enabled.
-  template <typename Block>
-  Block& run(Block& block) {
-    block.enable = false;
-    block.call(plant.now());
-    block.enable = true;
-    block.call(plant.now());
-    program.blocks = {&block};
-    until([&] { return block.confirm || block.error != KernelError::kNone; });
-    return block;
-  }
-  /// The same with inputs set.
-  template <typename Block>
-  std::unique_ptr<Block> run(const std::function<void(Block&)>& set) {
-    auto block = std::make_unique<Block>(program.link);
-    set(*block);
-    run(*block);
-    program.blocks.clear();
-    return block;
-  }
-};
+std::string hex_of(const std::string& bytes);
+std::string bytes_of(const std::string& hex);
 
 /// Waits for what the link waits for, at most a minute.
 void wait_for(const Link& link);

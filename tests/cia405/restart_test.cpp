@@ -46,7 +46,7 @@ TEST_CASE(
   program.blocks = {&timeout};
   while (!timeout.confirm)
     program.cycle(now += kMs);
-  CHECK(timeout.data == std::array<std::uint8_t, 4>{0x2C, 0x01, 0, 0});
+  CHECK(timeout.data == std::array<std::uint8_t, 4>{0xB5, 0x01, 0, 0});
 }
 
 TEST_CASE("a transaction that a program has left behind is cancelled, and its result is nobody's") {

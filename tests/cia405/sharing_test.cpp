@@ -324,12 +324,9 @@ TEST_CASE("TIMEOUT in a shared window: cancelled, 03h, and the one that waits go
   first.blocks = {&hangs};
   second.blocks = {&waits};
   hangs.enable = true;
-  for (int ms = 0; ms < 120; ++ms) {
-    if (ms == 20) waits.enable = true;
-    first.cycle(plant.now());
-    second.cycle(plant.now());
-    plant.pass(kMs);
-  }
+  run_both(plant, first, second, 20);
+  waits.enable = true;
+  run_both(plant, first, second, 100);
   CHECK(hangs.error == KernelError::kTimeout);
   CHECK(waits.confirm);
   CHECK(plant.frames("663#") == std::vector<std::string>{"663#4000000000000000", "663#8000000000000008"});

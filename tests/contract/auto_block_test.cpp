@@ -111,10 +111,7 @@ std::vector<Step> refused(const char* request, const std::vector<Step>& then) {
 
 }  // namespace
 
-TEST_CASE(
-    "SDO service: Mode 0 uses block transfer with nodes that have shown that they can: after one that ended "
-    "well in mode 3, writes of more than 28 bytes and reads with more than 28 in R3705 go by block, which "
-    "takes fewer frames from there on") {
+TEST_CASE("[SDO-8] block transfer in mode 0") {
   Window window;
   SECTION("not before") {
     CHECK(first_of_write(window, 29) == "605#210020001D000000");
@@ -172,10 +169,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Mode 0 uses block transfer with nodes that have shown that they can: after one that ended "
-    "well in mode 3, writes of more than 28 bytes and reads with more than 28 in R3705 go by block, which "
-    "takes fewer frames from there on -- the frames, and the data") {
+TEST_CASE("[SDO-8] the frames, and the data") {
   Window window;
   write_29(window, kSegmentedWrite);
   read_29(window, kSegmentedRead);
@@ -188,9 +182,7 @@ TEST_CASE(
   CHECK(frames(kBlockRead) == 11);
 }
 
-TEST_CASE(
-    "SDO service: A node that refuses it, by a code that is not about the object (06xx xxxxh but 0601 "
-    "0000h), is asked again without, in the same transaction, and without from then on") {
+TEST_CASE("[SDO-9] block transfer refused") {
   Window window;
   show_block(window);
   SECTION("a write") {

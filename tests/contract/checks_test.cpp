@@ -18,7 +18,7 @@ Words execute(Window& window, const Words& words) {
 
 }  // namespace
 
-TEST_CASE("Checks, in this order: 1 | R3701 is neither 5055 nor 5066 | R3700 = 1; nothing else changes") {
+TEST_CASE("[CHECK-1] R3701 is neither 5055 nor 5066") {
   for (const std::uint16_t command : Words{0, 1, 5054, 5056, 5065, 5067, 0x5055, 0x5066, 0xCA0E, 65535}) {
     Window window;
     for (const std::uint16_t index : Words{0x1F82, 0x300C, 0x2000}) {
@@ -28,9 +28,7 @@ TEST_CASE("Checks, in this order: 1 | R3701 is neither 5055 nor 5066 | R3700 = 1
   }
 }
 
-TEST_CASE(
-    "Checks, in this order: 2 | write and R3703 = 1F82h: NMT service; R3702 and R3705 do not matter | see "
-    "NMT service") {
+TEST_CASE("[CHECK-2] a write to 1F82h") {
   for (const std::uint16_t node : Words{0, 5, 127, 128, 999, 65535}) {
     for (const std::uint16_t size : Words{0, 1, 129, 65535}) {
       Window window;
@@ -41,16 +39,14 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Checks, in this order: 2 | write and R3703 = 1F82h: NMT service; R3702 and R3705 do not matter | see "
-    "NMT service -- a read of 1F82h is not it") {
+TEST_CASE("[CHECK-2] a read of 1F82h is not it") {
   Window window;
   window.read(5, 0x1F82, 66, 4);
   window.exchange({{"605#40821F4200000000", "585#80821F4200000206"}});
   window.check_failed(0x06020000);
 }
 
-TEST_CASE("Checks, in this order: 3 | R3702 > 127 | R3700 = 2; nothing else changes") {
+TEST_CASE("[CHECK-3] R3702 is above 127") {
   for (const std::uint16_t node : Words{128, 255, 256, 65535}) {
     Window window;
     for (const Words& words : {Words{5055, node, 0x300C, 0, 0}, Words{5055, node, 0x1F82, 128, 1},
@@ -61,9 +57,7 @@ TEST_CASE("Checks, in this order: 3 | R3702 > 127 | R3700 = 2; nothing else chan
   }
 }
 
-TEST_CASE(
-    "Checks, in this order: 4 | read, R3703 = 300Ch, R3704 = 0: node state service; R3705 does not matter | "
-    "see Node state service") {
+TEST_CASE("[CHECK-4] a read of 300Ch sub-index 0") {
   for (const std::uint16_t size : Words{0, 1, 4, 129, 65535}) {
     Window window;
     window.read(0, 0x300C, 0, size);
@@ -76,9 +70,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Checks, in this order: 4 | read, R3703 = 300Ch, R3704 = 0: node state service; R3705 does not matter | "
-    "see Node state service -- another sub-index and a write are SDO services") {
+TEST_CASE("[CHECK-4] another sub-index and a write are SDO services") {
   Window window;
   window.read(5, 0x300C, 1, 4);
   window.exchange({{"605#400C300100000000", "585#800C300111000906"}});
@@ -90,7 +82,7 @@ TEST_CASE(
   window.check_failed(0x06040047);
 }
 
-TEST_CASE("Checks, in this order: 5 | R3704 > 255 | 4, 0609 0011h") {
+TEST_CASE("[CHECK-5] R3704 is above 255") {
   for (const std::uint16_t sub : Words{256, 0x0101, 65535}) {
     Window window;
     for (const std::uint16_t node : Words{0, 5}) {
@@ -104,7 +96,7 @@ TEST_CASE("Checks, in this order: 5 | R3704 > 255 | 4, 0609 0011h") {
   }
 }
 
-TEST_CASE("Checks, in this order: 6 | R3705 = 0 or > 128 | 4, 0604 0047h") {
+TEST_CASE("[CHECK-6] R3705 is 0 or above 128") {
   for (const std::uint16_t size : Words{0, 129, 256, 65535}) {
     Window window;
     for (const std::uint16_t node : Words{0, 5, 127}) {
@@ -116,7 +108,7 @@ TEST_CASE("Checks, in this order: 6 | R3705 = 0 or > 128 | 4, 0604 0047h") {
   }
 }
 
-TEST_CASE("Checks, in this order: 6 | R3705 = 0 or > 128 | 4, 0604 0047h -- 1 and 128 are sizes") {
+TEST_CASE("[CHECK-6] 1 and 128 are sizes") {
   Window window;
   for (const std::uint16_t size : Words{1, 128}) {
     window.read(5, 0x2000, 0, size);
@@ -125,9 +117,7 @@ TEST_CASE("Checks, in this order: 6 | R3705 = 0 or > 128 | 4, 0604 0047h -- 1 an
   }
 }
 
-TEST_CASE(
-    "Checks, in this order: 7 | R3702 = 0, or the own node ID | the local object dictionary answers; no SDO "
-    "frame on the bus") {
+TEST_CASE("[CHECK-7] this node") {
   for (const std::uint16_t node : Words{0, Window::kOwnNode}) {
     Window window;
     window.read(node, 0x3001, 0, 128);
@@ -142,8 +132,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Checks, in this order: 8 | otherwise | SDO to that node: requests on 600h + ID, answers on 580h + ID") {
+TEST_CASE("[CHECK-8] another node") {
   struct Row {
     std::uint16_t node;
     const char *request, *stranger, *answer;
@@ -163,9 +152,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Checks, in this order: Numbers 1 to 6 put no frame on the bus, but for the services that 2 and 4 lead "
-    "to") {
+TEST_CASE("[CHECK-9] no frame on the bus") {
   Window window;
   struct Row {
     Words words;

@@ -39,9 +39,7 @@ void guard(Window& window, const std::string& answer) {
 
 }  // namespace
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 3007h:n | U8 | ro | state of node n: 0 init, 1 reset communication, 2 reset "
-    "application, 3 pre-operational, 4 stopped, 5 operational, 6 unknown, 7 not available (GET_STATE)") {
+TEST_CASE("[OBJ-7] 3007h") {
   Window window;
   check_state(window, 5, kUnknown);
   watch(window);
@@ -64,10 +62,7 @@ TEST_CASE(
   window.expect_silence();
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 3007h: a node is unknown (6) while it is not watched: 1016h sets no time for "
-    "it, and no guarding request has gone to it (see Node state service) since the last reset of the own "
-    "communication") {
+TEST_CASE("[OBJ-27] 3007h: unknown") {
   Window window;
   SECTION("not watched, whatever it sends") {
     for (const char* message : {"705#00", "705#7F", "705#05", "705#04"}) {
@@ -122,9 +117,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: A watched node is not available (7) when it has not been heard within its "
-    "time, that of 1016h or else 2 s") {
+TEST_CASE("[OBJ-28] 3007h: not available") {
   Window window;
   SECTION("a time shorter than 2 s") {
     watch(window);
@@ -166,9 +159,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: Its boot-up message makes it init (0), until its next message tells its "
-    "state") {
+TEST_CASE("[OBJ-29] 3007h: init") {
   Window window;
   watch(window);
   SECTION("heartbeat") {
@@ -196,9 +187,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: From an NMT command of the PLC that resets it to its next message it shows "
-    "which reset (1, 2), as long as it has been heard within its time") {
+TEST_CASE("[OBJ-30] 3007h: reset by the PLC") {
   struct Row {
     std::uint16_t service;
     const char *to_it, *to_all;
@@ -251,7 +240,7 @@ TEST_CASE(
   check_state(window, 5, kInit);
 }
 
-TEST_CASE("Local objects: R3702 = 0: For the own node it is the own state") {
+TEST_CASE("[OBJ-31] 3007h of the own node") {
   Window window;
   struct Row {
     std::uint16_t service, state;

@@ -21,9 +21,7 @@ void check_stop(Window& window, const std::string& stop) {
 
 }  // namespace
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 3005h:n | 8 bytes | ro | last EMCY message of node n as it was on the bus; "
-    "zeros = none (RECV_EMCY_DEV)") {
+TEST_CASE("[OBJ-5] 3005h") {
   Window window;
   for (const std::uint16_t node : Words{1, 5, 126, 127})
     check_last(window, node, kNothing);
@@ -44,10 +42,7 @@ TEST_CASE(
   window.expect_silence();
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 3005h: an EMCY message is a data frame of 8 bytes on 080h + node ID; a "
-    "shorter "
-    "one is ignored") {
+TEST_CASE("[OBJ-20] 3005h: which frames are EMCY messages") {
   Window window;
   for (const char* frame : {"085#30811101020304", "085#", "085#R8", "00000085#3081110102030405",
                             "080#3081110102030405", "105#3081110102030405"}) {
@@ -61,7 +56,7 @@ TEST_CASE(
   check_stop(window, "053081110102030405");
 }
 
-TEST_CASE("Local objects: R3702 = 0: The own node's is the one it sent last") {
+TEST_CASE("[OBJ-21] 3005h of the own node") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
   start_own_node(window);
@@ -76,18 +71,14 @@ TEST_CASE("Local objects: R3702 = 0: The own node's is the one it sent last") {
   check_stop(window, kNoStop);
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: The own node's is the one it sent last -- not one of somebody else's with the "
-    "same ID") {
+TEST_CASE("[OBJ-21] not one of somebody else's with the same ID") {
   Window window;
   window.arrive("0FF#3081110102030405");
   check_last(window, Window::kOwnNode, kNothing);
   check_stop(window, kNoStop);
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 3006h:00 | 9 bytes | ro | next stop of the EMCY scan: node ID, then its "
-    "message; zeros = nothing found (RECV_EMCY)") {
+TEST_CASE("[OBJ-6] 3006h") {
   Window window;
   check_stop(window, kNoStop);
   window.arrive("085#3081110102030405");
@@ -102,10 +93,7 @@ TEST_CASE(
   check_missing(window, 0x3006, 1, 0x06090011);
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 3006h: the scan goes on behind the node where it stopped last, in the order "
-    "of "
-    "the node IDs and then round again") {
+TEST_CASE("[OBJ-22] 3006h: the order") {
   Window window;
   window.arrive("0FE#3081110102030405");
   window.arrive("085#0010010000000000");
@@ -125,9 +113,7 @@ TEST_CASE(
   check_stop(window, "020040010000000000");
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: It stops at a node whose last message is an error, again in each round for as "
-    "long as it is one") {
+TEST_CASE("[OBJ-23] 3006h: an error stops each round") {
   Window window;
   window.arrive("085#0010010000000000");
   window.arrive("089#0050010000000000");
@@ -144,9 +130,7 @@ TEST_CASE(
     check_stop(window, "090060050000000000");
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: It also stops, once, at a node whose error is over, by No Error (code 0000h) "
-    "after an error: then it shows the node ID and zeros") {
+TEST_CASE("[OBJ-24] 3006h: No Error stops once") {
   Window window;
   SECTION("an error that has been shown") {
     window.arrive("085#0010010000000000");
@@ -180,7 +164,7 @@ TEST_CASE(
   check_stop(window, kNoStop);
 }
 
-TEST_CASE("Local objects: R3702 = 0: A full round without a stop shows nine zeros") {
+TEST_CASE("[OBJ-25] 3006h: nothing found") {
   Window window;
   check_stop(window, kNoStop);
   check_stop(window, kNoStop);
@@ -194,7 +178,7 @@ TEST_CASE("Local objects: R3702 = 0: A full round without a stop shows nine zero
   check_stop(window, "040010010000000000");
 }
 
-TEST_CASE("Local objects: R3702 = 0: There is one scan, whoever asks") {
+TEST_CASE("[OBJ-26] 3006h: one scan for all") {
   Window window;
   window.arrive("085#0010010000000000");
   window.arrive("089#0050010000000000");

@@ -5,15 +5,13 @@
 
 using namespace cbcan::contract;
 
-TEST_CASE("Local objects: R3702 = 0: 3001h:00 | U8 | ro | own node ID (CiA 405: GET_LOCAL_NODE_ID)") {
+TEST_CASE("[OBJ-1] 3001h") {
   Window window;
   CHECK(read_local(window, 0x3001, 0) == Value{127, 1});
   check_read_only(window, 0x3001, 0);
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 3002h:00 | U8 | ro | kernel state: 00h none, 02h overflow, 10h bus off, 11h "
-    "error passive (GET_CANOPEN_KERNEL_STATE)") {
+TEST_CASE("[OBJ-2] 3002h") {
   Window window;
   CHECK(read_local(window, 0x3002, 0) == Value{0x00, 1});
   check_read_only(window, 0x3002, 0);
@@ -30,7 +28,7 @@ TEST_CASE(
   window.exchange({{"0FF#4081110000000000", ""}, {"0FF#0000000000000000", ""}});  // it has been bus-off
 }
 
-TEST_CASE("Local objects: R3702 = 0: 3003h:00 | U16 | rw | SDO timeout in ms, 0 = none (TIMEOUT)") {
+TEST_CASE("[OBJ-3] 3003h") {
   Window window;
   CHECK(read_local(window, 0x3003, 0) == Value{1000, 2});
   window.configure(0x3003, 0, 2, {65535});
@@ -56,9 +54,7 @@ TEST_CASE("Local objects: R3702 = 0: 3003h:00 | U16 | rw | SDO timeout in ms, 0 
   }
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 3004h:00 | U8 | rw | SDO transfer mode: 0 auto, 1 expedited, 2 segmented, 3 "
-    "block (MODE)") {
+TEST_CASE("[OBJ-4] 3004h") {
   Window window;
   CHECK(read_local(window, 0x3004, 0) == Value{0, 1});
   struct Row {
@@ -78,9 +74,7 @@ TEST_CASE(
   CHECK(read_local(window, 0x3004, 0) == Value{0, 1});
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 1016h:n | U32 | rw | consumer heartbeat time: node ID in bits 23..16, ms in "
-    "bits 15..0; each node in one entry at most") {
+TEST_CASE("[OBJ-14] 1016h") {
   Window window;
   for (const std::uint16_t sub : Words{1, 7, 127}) {
     CHECK(read_local(window, 0x1016, sub) == Value{0, 4});
@@ -97,9 +91,7 @@ TEST_CASE(
   window.check_failed(0x06090030);
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 1005h, 1006h | U32 | rw | SYNC producer: bit 30 of 1005h makes it one, 1006h "
-    "is the period in microseconds") {
+TEST_CASE("[OBJ-10] 1005h, 1006h") {
   Window window;
   CHECK(read_local(window, 0x1005, 0) == Value{0x80, 4});
   CHECK(read_local(window, 0x1006, 0) == Value{0, 4});
@@ -120,9 +112,7 @@ TEST_CASE(
   window.expect_silence();
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 1007h, 1019h | U32, U8 | rw | SYNC window in microseconds, and the counter "
-    "overflow value") {
+TEST_CASE("[OBJ-11] 1007h, 1019h") {
   Window window;
   CHECK(read_local(window, 0x1007, 0) == Value{0, 4});
   CHECK(read_local(window, 0x1019, 0) == Value{0, 1});
@@ -158,10 +148,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 3008h:00 | TIME_OF_DAY | rw | the clock: milliseconds after midnight in 4 "
-    "bytes, days since 1984-01-01 in 2; writing it sets the clock and, where 1012h makes the module a "
-    "producer, sends a TIME message") {
+TEST_CASE("[OBJ-8] 3008h") {
   Window window;
   CHECK(local_bytes(window, 0x3008, 0).size() == 12);
   window.configure(0x3008, 0, 6, {0x0304, 0x0102, 0x2A1B});
@@ -188,9 +175,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 1012h:00 | U32 | rw | TIME: bit 31 sets the clock by it, bit 30 makes the "
-    "module its producer") {
+TEST_CASE("[OBJ-12] 1012h") {
   Window window;
   CHECK(read_local(window, 0x1012, 0) == Value{0x100, 4});
   window.configure(0x3008, 0, 6, {1, 0, 1});
@@ -231,9 +216,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 1029h:01 | U8 | rw | what becomes of the own node when bus-off finds it "
-    "Operational: 0 pre-operational, 1 stays as it is (unless set), 2 stopped") {
+TEST_CASE("[OBJ-16] 1029h") {
   Window window;
   CHECK(read_local(window, 0x1029, 1) == Value{1, 1});
   CONTRACT_NEEDS(window, Ability::kBusState);
@@ -255,7 +238,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("Local objects: R3702 = 0: 1017h:00 | U16 | rw | own heartbeat, ms") {
+TEST_CASE("[OBJ-15] 1017h") {
   Window window;
   CHECK(read_local(window, 0x1017, 0) == Value{0, 2});
   window.pass(3s);
@@ -276,7 +259,7 @@ TEST_CASE("Local objects: R3702 = 0: 1017h:00 | U16 | rw | own heartbeat, ms") {
   window.expect_silence();
 }
 
-TEST_CASE("Local objects: R3702 = 0: Besides 1000h, 1001h, 1008h, 1009h, 100Ah, 1018h and 1200h of CiA 301") {
+TEST_CASE("[OBJ-17] the other objects of CiA 301") {
   Window window;
   CHECK(read_local(window, 0x1000, 0) == Value{405, 4});
   CHECK(read_local(window, 0x1001, 0) == Value{0, 1});
@@ -292,7 +275,7 @@ TEST_CASE("Local objects: R3702 = 0: Besides 1000h, 1001h, 1008h, 1009h, 100Ah, 
   check_missing(window, 0x1002, 0, 0x06020000);
 }
 
-TEST_CASE("Local objects: R3702 = 0: All of it is also reached by SDO from other nodes") {
+TEST_CASE("[OBJ-18] by SDO from other nodes") {
   Window window;
   window.arrive("67F#4001300000000000");
   window.expect("5FF#4F0130007F000000");
@@ -313,9 +296,7 @@ TEST_CASE("Local objects: R3702 = 0: All of it is also reached by SDO from other
   window.expect("5FF#09736F7200000000");  // "sor"
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: All of it is also reached by SDO from other nodes -- each object, and while "
-    "the PLC reads somebody else") {
+TEST_CASE("[OBJ-18] each object, and while the PLC reads somebody else") {
   Window window;
   window.read(5, 0x2000, 1, 4);
   window.expect("605#4000200100000000");
@@ -352,9 +333,7 @@ TEST_CASE(
   window.check_done();
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: Reset node (1F82h on the own ID) puts all of it back to its settings, reset "
-    "communication 1000h..1FFFh") {
+TEST_CASE("[OBJ-19] resets") {
   Window window;
   window.configure(0x3003, 0, 2, {250});
   window.configure(0x3004, 0, 1, {2});

@@ -113,15 +113,15 @@ void check_row(std::uint16_t input, std::uint16_t output, std::size_t size) {
 
 }  // namespace
 
-TEST_CASE("Process data: network variables: A000h | A480h | INTEGER8 | 1") {
+TEST_CASE("[PDO-4] INTEGER8") {
   check_row(0xA000, 0xA480, 1);
 }
 
-TEST_CASE("Process data: network variables: A040h | A4C0h | UNSIGNED8 | 1") {
+TEST_CASE("[PDO-5] UNSIGNED8") {
   check_row(0xA040, 0xA4C0, 1);
 }
 
-TEST_CASE("Process data: network variables: A080h | A500h | BOOLEAN | 1 bit") {
+TEST_CASE("[PDO-6] BOOLEAN") {
   Window window;
   for (const std::uint16_t index : Words{0xA080, 0xA500})
     check_count(window, index, 254);
@@ -145,68 +145,67 @@ TEST_CASE("Process data: network variables: A080h | A500h | BOOLEAN | 1 bit") {
   }
 }
 
-TEST_CASE("Process data: network variables: A0C0h | A540h | INTEGER16 | 2") {
+TEST_CASE("[PDO-7] INTEGER16") {
   check_row(0xA0C0, 0xA540, 2);
 }
 
-TEST_CASE("Process data: network variables: A100h | A580h | UNSIGNED16 | 2") {
+TEST_CASE("[PDO-8] UNSIGNED16") {
   check_row(0xA100, 0xA580, 2);
 }
 
-TEST_CASE("Process data: network variables: A140h | A5C0h | INTEGER24 | 3") {
+TEST_CASE("[PDO-9] INTEGER24") {
   check_row(0xA140, 0xA5C0, 3);
 }
 
-TEST_CASE("Process data: network variables: A180h | A600h | UNSIGNED24 | 3") {
+TEST_CASE("[PDO-10] UNSIGNED24") {
   check_row(0xA180, 0xA600, 3);
 }
 
-TEST_CASE("Process data: network variables: A1C0h | A640h | INTEGER32 | 4") {
+TEST_CASE("[PDO-11] INTEGER32") {
   check_row(0xA1C0, 0xA640, 4);
 }
 
-TEST_CASE("Process data: network variables: A200h | A680h | UNSIGNED32 | 4") {
+TEST_CASE("[PDO-12] UNSIGNED32") {
   check_row(0xA200, 0xA680, 4);
 }
 
-TEST_CASE("Process data: network variables: A240h | A6C0h | REAL32 | 4") {
+TEST_CASE("[PDO-13] REAL32") {
   check_row(0xA240, 0xA6C0, 4);
 }
 
-TEST_CASE("Process data: network variables: A280h | A700h | UNSIGNED40 | 5") {
+TEST_CASE("[PDO-14] UNSIGNED40") {
   check_row(0xA280, 0xA700, 5);
 }
 
-TEST_CASE("Process data: network variables: A2C0h | A740h | INTEGER40 | 5") {
+TEST_CASE("[PDO-15] INTEGER40") {
   check_row(0xA2C0, 0xA740, 5);
 }
 
-TEST_CASE("Process data: network variables: A300h | A780h | UNSIGNED48 | 6") {
+TEST_CASE("[PDO-16] UNSIGNED48") {
   check_row(0xA300, 0xA780, 6);
 }
 
-TEST_CASE("Process data: network variables: A340h | A7C0h | INTEGER48 | 6") {
+TEST_CASE("[PDO-17] INTEGER48") {
   check_row(0xA340, 0xA7C0, 6);
 }
 
-TEST_CASE("Process data: network variables: A380h | A800h | UNSIGNED56 | 7") {
+TEST_CASE("[PDO-18] UNSIGNED56") {
   check_row(0xA380, 0xA800, 7);
 }
 
-TEST_CASE("Process data: network variables: A3C0h | A840h | INTEGER56 | 7") {
+TEST_CASE("[PDO-19] INTEGER56") {
   check_row(0xA3C0, 0xA840, 7);
 }
 
-TEST_CASE("Process data: network variables: A400h | A880h | INTEGER64 | 8") {
+TEST_CASE("[PDO-20] INTEGER64") {
   check_row(0xA400, 0xA880, 8);
 }
 
-TEST_CASE("Process data: network variables: A440h | A8C0h | UNSIGNED64 | 8") {
+TEST_CASE("[PDO-21] UNSIGNED64") {
   check_row(0xA440, 0xA8C0, 8);
 }
 
-TEST_CASE(
-    "Process data: network variables: Byte 2k is the low byte and byte 2k+1 the high byte of register k") {
+TEST_CASE("[PDO-2] low byte first") {
   Window window;
   window.configure(0xA040, 1, 1, {0x11});
   window.configure(0xA040, 2, 1, {0x22});
@@ -219,9 +218,7 @@ TEST_CASE(
   CHECK(local_bytes(window, 0xA4C0, 128) == "66");
 }
 
-TEST_CASE(
-    "Process data: network variables: Sub-index 1 is the element in the first bytes, sub-index 2 the one "
-    "behind it, without gaps; sub-index 0 is how many there are") {
+TEST_CASE("[PDO-22] sub-indices") {
   Window window;
   window.set(kOutputs, words_of(counting(1, kBytes)));
   for (std::uint16_t sub = 1; sub <= 42; ++sub)  // the last two bytes are no element
@@ -237,9 +234,7 @@ TEST_CASE(
   check_read_only(window, 0xA280, 0);
 }
 
-TEST_CASE(
-    "Process data: network variables: BOOLEANs are the bits, from bit 0 of the first register on: 254 to an "
-    "index, A080h to A084h and A500h to A504h") {
+TEST_CASE("[PDO-23] BOOLEANs are bits") {
   Window window;
   struct Row {
     std::uint16_t index, count;
@@ -270,9 +265,7 @@ TEST_CASE(
     check_missing(window, index, 0, kNoObject);
 }
 
-TEST_CASE(
-    "Process data: network variables: BOOLEANs are the bits, from bit 0 of the first register on: 254 to an "
-    "index, A080h to A084h and A500h to A504h -- in PDOs, where each is one bit") {
+TEST_CASE("[PDO-23] in PDOs, where each is one bit") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 255, {0xA0800201, 0xA0840801, 0xA0400208});
   set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5000201, 0xA4C00208, 0xA5040801});
@@ -291,7 +284,7 @@ TEST_CASE(
   window.expect("1FF#0503");
 }
 
-TEST_CASE("Process data: network variables: The types are views of the same registers") {
+TEST_CASE("[PDO-24] views of the same registers") {
   Window window;
   const Bytes value{0x00, 0x00, 0x80, 0x3F, 0x05, 0x86, 0x07, 0xF8};  // 3F800000h is 1.0
   struct Row {

@@ -26,7 +26,7 @@ std::uint16_t own_state(Window& window) {
 
 }  // namespace
 
-TEST_CASE("NMT service: write to 1F82h: 1..127 | that node | 000# specifier, node") {
+TEST_CASE("[NMT-1] one node") {
   struct Row {
     std::uint16_t node;
     const char* sent;
@@ -39,14 +39,14 @@ TEST_CASE("NMT service: write to 1F82h: 1..127 | that node | 000# specifier, nod
   }
 }
 
-TEST_CASE("NMT service: write to 1F82h: 128 | all nodes | 000# specifier, 00") {
+TEST_CASE("[NMT-2] all nodes") {
   Window window;
   window.write(0, 0x1F82, 128, 1, {1});
   window.expect("000#0100");
   window.check_done();
 }
 
-TEST_CASE("NMT service: write to 1F82h: else | nobody | 4, 0609 0011h") {
+TEST_CASE("[NMT-3] no such node") {
   for (const std::uint16_t sub : Words{0, 129, 255, 256, 65535}) {
     Window window;
     window.write(0, 0x1F82, sub, 1, {1});
@@ -55,9 +55,7 @@ TEST_CASE("NMT service: write to 1F82h: else | nobody | 4, 0609 0011h") {
   }
 }
 
-TEST_CASE(
-    "NMT service: write to 1F82h: R3706 holds the service, by either of two numbers (registers.md); any "
-    "other number: 4, 0609 0030h") {
+TEST_CASE("[NMT-4] services by either number") {
   Window window;
   for (const std::uint16_t number : Words{1, 5}) {
     window.write(0, 0x1F82, 66, 1, {number});
@@ -73,34 +71,32 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("NMT services (R3706, written to 1F82h): 5 | 1 | 01h | Start Remote Node") {
+TEST_CASE("[1F82h-5] Start Remote Node") {
   check_service(5, "000#0142", "000#0100");
   check_service(1, "000#0142", "000#0100");
 }
 
-TEST_CASE("NMT services (R3706, written to 1F82h): 4 | 2 | 02h | Stop Remote Node") {
+TEST_CASE("[1F82h-4] Stop Remote Node") {
   check_service(4, "000#0242", "000#0200");
   check_service(2, "000#0242", "000#0200");
 }
 
-TEST_CASE("NMT services (R3706, written to 1F82h): 127 | 128 | 80h | Enter Pre-Operational") {
+TEST_CASE("[1F82h-127] Enter Pre-Operational") {
   check_service(127, "000#8042", "000#8000");
   check_service(128, "000#8042", "000#8000");
 }
 
-TEST_CASE("NMT services (R3706, written to 1F82h): 6 | 129 | 81h | Reset Node") {
+TEST_CASE("[1F82h-6] Reset Node") {
   check_service(6, "000#8142", "000#8100");
   check_service(129, "000#8142", "000#8100");
 }
 
-TEST_CASE("NMT services (R3706, written to 1F82h): 7 | 130 | 82h | Reset Communication") {
+TEST_CASE("[1F82h-7] Reset Communication") {
   check_service(7, "000#8242", "000#8200");
   check_service(130, "000#8242", "000#8200");
 }
 
-TEST_CASE(
-    "NMT service: write to 1F82h: The transaction is done when the frame has been handed to the CAN "
-    "controller; one that cannot be within the SDO timeout ends with 4, 0504 0000h") {
+TEST_CASE("[NMT-5] done when the controller has the frame") {
   Window window;
   CONTRACT_NEEDS(window, Ability::kRefusal);
   window.target().refuse_frames(true);
@@ -124,9 +120,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "NMT service: write to 1F82h: A command for the own node ID changes the own state and sends no NMT frame "
-    "(a reset ends with the boot-up message that CiA 301 asks for); \"all\" does not change the own state") {
+TEST_CASE("[NMT-6] the own node") {
   Window window;
   struct Row {
     std::uint16_t number, state;
@@ -153,7 +147,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("NMT service: write to 1F82h: The PLC's services work in every own state") {
+TEST_CASE("[NMT-7] in every own state") {
   for (const std::uint16_t command : Words{1, 2, 128}) {
     Window window;
     window.write(0, 0x1F82, 127, 1, {command});

@@ -39,9 +39,7 @@ void start_node(Window& window) {
 
 }  // namespace
 
-TEST_CASE(
-    "Node state service: read of 300Ch sub-index 0: R3702 is the node asked about; 0 or the own ID means the "
-    "own state") {
+TEST_CASE("[STATE-1] which node") {
   Window window;
   window.arrive("705#04");
   check_state(window, 4);
@@ -57,9 +55,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Node state service: read of 300Ch sub-index 0: R3700 = 0 and R3706 = 4 stopped, 5 operational, 127 "
-    "pre-operational, 6 not detected; R3705 = 1") {
+TEST_CASE("[STATE-2] values and size") {
   Window window;
   window.arrive("705#04");
   check_state(window, 4);
@@ -72,33 +68,30 @@ TEST_CASE(
   check_state_without_answer(window, 6);
 }
 
-TEST_CASE("Node states (R3706, read from 300Ch): 4 | STOPPED | Stopped") {
+TEST_CASE("[300Ch-4] STOPPED") {
   Window window;
   window.arrive("705#04");
   check_state(window, 4);
 }
 
-TEST_CASE("Node states (R3706, read from 300Ch): 5 | OPERATIONAL | Operational") {
+TEST_CASE("[300Ch-5] OPERATIONAL") {
   Window window;
   window.arrive("705#05");
   check_state(window, 5);
 }
 
-TEST_CASE("Node states (R3706, read from 300Ch): 6 | NOT_DETECTED | Not detected") {
+TEST_CASE("[300Ch-6] NOT_DETECTED") {
   Window window;
   check_state_without_answer(window, 6);
 }
 
-TEST_CASE("Node states (R3706, read from 300Ch): 127 | PRE_OPERATIONAL | Pre-operational") {
+TEST_CASE("[300Ch-127] PRE_OPERATIONAL") {
   Window window;
   window.arrive("705#7F");
   check_state(window, 127);
 }
 
-TEST_CASE(
-    "Node state service: read of 300Ch sub-index 0: The state is that of the node's last boot-up or "
-    "heartbeat message while that is fresh: within its consumer heartbeat time (1016h) where one is set, "
-    "else within 2 s") {
+TEST_CASE("[STATE-3] the last report while it is fresh") {
   Window window;
   SECTION("within 2 s") {
     window.arrive("705#04");
@@ -143,15 +136,13 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("Node state service: read of 300Ch sub-index 0: A boot-up counts as pre-operational") {
+TEST_CASE("[STATE-4] a boot-up is pre-operational") {
   Window window;
   window.arrive("705#00");
   check_state(window, kPreOperational);
 }
 
-TEST_CASE(
-    "Node state service: read of 300Ch sub-index 0: With nothing fresh one node guarding request (RTR on "
-    "700h + ID, DLC 1) is sent, and its answer within 100 ms is the state; without one it is 6") {
+TEST_CASE("[STATE-5] node guarding when nothing is fresh") {
   Window window;
   window.read(5, 0x300C, 0, 0);
   window.expect("705#R1");
@@ -182,7 +173,7 @@ TEST_CASE(
   window.expect_silence();
 }
 
-TEST_CASE("Node state service: read of 300Ch sub-index 0: Both times are settings") {
+TEST_CASE("[STATE-6] both times are settings") {
   Settings settings;
   settings.state_fresh_for = 700ms;
   settings.guard_timeout = 30ms;
@@ -201,10 +192,7 @@ TEST_CASE("Node state service: read of 300Ch sub-index 0: Both times are setting
   CHECK(window.reg(3706) == kNotDetected);
 }
 
-TEST_CASE(
-    "Node state service: read of 300Ch sub-index 0: An NMT command puts what the node reported before it in "
-    "doubt, until its next message: it is asked too, and if it does not answer (a node with a heartbeat need "
-    "not) its last report stands while that is fresh") {
+TEST_CASE("[STATE-7] in doubt after an NMT command") {
   Window window;
   window.arrive("705#7F");
   window.arrive("706#7F");
@@ -238,9 +226,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Node state service: read of 300Ch sub-index 0: So a node that was started right after its boot-up and "
-    "answers is not shown as pre-operational for up to 2 s") {
+TEST_CASE("[STATE-8] started right after its boot-up") {
   Window window;
   window.arrive("705#00");
   start_node(window);

@@ -16,10 +16,7 @@ void start_with_rpdos(Window& window) {
 
 }  // namespace
 
-TEST_CASE(
-    "Local objects: R3702 = 0: The own EMCY messages are those of CiA 301: 8130h is not among them, as the "
-    "loss of a node is seen by its state; 8140h after bus-off, 8210h, 8220h and 8250h for RPDOs that are too "
-    "short, too long and too late, and 0000h when an error is over") {
+TEST_CASE("[OBJ-32] the own EMCY messages") {
   Window window;
   SECTION("no 8130h") {
     window.configure(0x1016, 1, 4, {300, 5});
@@ -76,10 +73,7 @@ TEST_CASE(
   CHECK(read_local(window, 0x1001, 0) == Value{0, 1});
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: The own EMCY messages are those of CiA 301: 8130h is not among them, as the "
-    "loss of a node is seen by its state; 8140h after bus-off, 8210h, 8220h and 8250h for RPDOs that are too "
-    "short, too long and too late, and 0000h when an error is over -- bus-off") {
+TEST_CASE("[OBJ-32] bus-off") {
   Window window;
   CONTRACT_NEEDS(window, Ability::kBusState);
   window.target().set_bus_state(BusState::kErrorPassive);
@@ -94,10 +88,7 @@ TEST_CASE(
   CHECK(local_bytes(window, 0x3005, Window::kOwnNode) == "0000000000000000");
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 1003h:n | U32 | ro | the own errors, latest first, eight at most; 0 written "
-    "to "
-    "sub-index 0 clears them") {
+TEST_CASE("[OBJ-9] 1003h") {
   Window window;
   CHECK(read_local(window, 0x1003, 0) == Value{0, 1});
   for (unsigned k = 0; k < 9; ++k)
@@ -130,10 +121,7 @@ TEST_CASE(
   CHECK(read_local(window, 0x1003, 1) == Value{0x00018210, 4});
 }
 
-TEST_CASE(
-    "Local objects: R3702 = 0: 1014h, 1015h | U32, U16 | rw | own EMCY messages: COB-ID, and the inhibit "
-    "time "
-    "in 100 microseconds") {
+TEST_CASE("[OBJ-13] 1014h, 1015h") {
   Window window;
   CHECK(read_local(window, 0x1014, 0) == Value{0xFF, 4});
   CHECK(read_local(window, 0x1015, 0) == Value{0, 2});

@@ -21,9 +21,7 @@ void check_refused(Window& window, std::uint16_t index, std::uint16_t sub, std::
 
 }  // namespace
 
-TEST_CASE(
-    "Process data: network variables: Transmission types, inhibit time, event timer, SYNC start value, "
-    "remote requests and refusals are those of CiA 301 -- transmission types of TPDOs") {
+TEST_CASE("[PDO-28] transmission types of TPDOs") {
   Window window;
   SECTION("1 to 240: each n-th SYNC, changed or not") {
     set_up_pdo(window, 0x1800, 0x1FF, 1, kFirstOutput);
@@ -90,9 +88,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Process data: network variables: Transmission types, inhibit time, event timer, SYNC start value, "
-    "remote requests and refusals are those of CiA 301 -- transmission types of RPDOs") {
+TEST_CASE("[PDO-28] transmission types of RPDOs") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 0, {0xA1000110});
   set_up_pdo(window, 0x1401, 0x37F, 240, {0xA1000210});
@@ -110,10 +106,7 @@ TEST_CASE(
   CHECK(window.target().read(kInputs, 4) == Words{0x2211, 0x2211, 0x2211, 0x2211});
 }
 
-TEST_CASE(
-    "Process data: network variables: Transmission types, inhibit time, event timer, SYNC start value, "
-    "remote requests and refusals are those of CiA 301 -- bytes for somebody else, passed over by data "
-    "types") {
+TEST_CASE("[PDO-28] bytes for somebody else, passed over by data types") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 255, {0x00050008, 0xA1000110, 0x00070020, 0xA0400408});
   start_own_node(window);
@@ -121,9 +114,7 @@ TEST_CASE(
   CHECK(window.target().read(kInputs, 2) == Words{0x3322, 0x8800});
 }
 
-TEST_CASE(
-    "Process data: network variables: Transmission types, inhibit time, event timer, SYNC start value, "
-    "remote requests and refusals are those of CiA 301 -- inhibit time and event timer") {
+TEST_CASE("[PDO-28] inhibit time and event timer") {
   Window window;
   SECTION("inhibit time, in 100 microseconds") {
     window.configure(0x1800, 3, 2, {1000});
@@ -162,9 +153,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Process data: network variables: Transmission types, inhibit time, event timer, SYNC start value, "
-    "remote requests and refusals are those of CiA 301 -- SYNC start value") {
+TEST_CASE("[PDO-28] SYNC start value") {
   Window window;
   window.configure(0x1800, 6, 1, {3});
   set_up_pdo(window, 0x1800, 0x1FF, 2, kFirstOutput);
@@ -180,9 +169,7 @@ TEST_CASE(
   window.expect("1FF#0000");
 }
 
-TEST_CASE(
-    "Process data: network variables: Transmission types, inhibit time, event timer, SYNC start value, "
-    "remote requests and refusals are those of CiA 301 -- remote requests") {
+TEST_CASE("[PDO-28] remote requests") {
   Window window;
   set_up_pdo(window, 0x1800, 0x1FF, 255, kFirstOutput);
   set_up_pdo(window, 0x1801, 0x400002FF, 255, kFirstOutput);  // bit 30: no RTR
@@ -195,9 +182,7 @@ TEST_CASE(
   window.expect_silence();
 }
 
-TEST_CASE(
-    "Process data: network variables: Transmission types, inhibit time, event timer, SYNC start value, "
-    "remote requests and refusals are those of CiA 301 -- refusals") {
+TEST_CASE("[PDO-28] refusals") {
   Window window;
   constexpr std::uint32_t kNoObject = 0x06020000, kNoSubIndex = 0x06090011, kNotMappable = 0x06040041,
                           kLength = 0x06040042, kValue = 0x06090030, kState = 0x08000022;

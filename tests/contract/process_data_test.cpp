@@ -28,9 +28,7 @@ void check_same(Window& window, unsigned first, const Words& words) {
 
 }  // namespace
 
-TEST_CASE(
-    "Process data: network variables: Registers R3800..R3863 are the inputs, 128 bytes that come from the "
-    "network; R3864..R3927 are the outputs, 128 bytes that go to it") {
+TEST_CASE("[PDO-1] inputs and outputs") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 255, {0xA4400140});
   set_up_pdo(window, 0x1401, 0x37F, 255, {0xA4401040});
@@ -55,7 +53,7 @@ TEST_CASE(
   window.expect("2FF#3132333435363738");
 }
 
-TEST_CASE("Process data: network variables: Where the range begins is a setting") {
+TEST_CASE("[PDO-3] where the range begins") {
   Settings settings;
   settings.process_first = 1000;
   Window window(settings);
@@ -71,9 +69,7 @@ TEST_CASE("Process data: network variables: Where the range begins is a setting"
   window.expect("1FF#11225566");
 }
 
-TEST_CASE(
-    "Process data: network variables: 1400h..140Fh with 1600h..160Fh are sixteen RPDOs to inputs, "
-    "1800h..180Fh with 1A00h..1A0Fh sixteen TPDOs from outputs, each of eight objects at most") {
+TEST_CASE("[PDO-25] sixteen each way, eight objects") {
   Window window;
   SECTION("sixteen of each") {
     for (unsigned k = 0; k < 16; ++k) {
@@ -114,7 +110,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("Process data: network variables: None is valid until somebody makes it so") {
+TEST_CASE("[PDO-26] none is valid at first") {
   Window window;
   for (std::uint16_t k = 0; k < 16; ++k) {
     for (const std::uint16_t first : Words{0x1400, 0x1800})
@@ -150,10 +146,7 @@ TEST_CASE("Process data: network variables: None is valid until somebody makes i
   }
 }
 
-TEST_CASE(
-    "Process data: network variables: They are exchanged while the own node is Operational: the PLC starts "
-    "it "
-    "by the NMT service, as any other node") {
+TEST_CASE("[PDO-27] while Operational") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
   set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110});
@@ -192,9 +185,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Process data: network variables: The registers of one PDO change together, as seen by one Modbus "
-    "request, and what one request writes is in a TPDO whole or not at all") {
+TEST_CASE("[PDO-29] whole PDOs") {
   Window window;
   SECTION("in") {
     set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110, 0xA1000210, 0xA1003F10, 0xA1004010});
@@ -257,9 +248,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Process data: network variables: A write that changes a value is the event that TPDOs of types 0, 254 "
-    "and 255 with that value wait for") {
+TEST_CASE("[PDO-30] a changed value is an event") {
   Window window;
   SECTION("254 and 255") {
     const auto type = GENERATE(as<std::uint16_t>(), 254, 255);
@@ -341,10 +330,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "Process data: network variables: The registers of one PDO change together, as seen by one Modbus "
-    "request, and what one request writes is in a TPDO whole or not at all -- with a controller that was "
-    "full") {
+TEST_CASE("[PDO-29] with a controller that was full") {
   Window window;
   CONTRACT_NEEDS(window, Ability::kRefusal);
   set_up_pdo(window, 0x1800, 0x1FF, 255, kFourOutputs);
@@ -362,7 +348,7 @@ TEST_CASE(
   window.expect("2FF#0102030405060708");  // as it was at the SYNC
 }
 
-TEST_CASE("Process data: network variables: Process data goes on while transactions are under way") {
+TEST_CASE("[PDO-31] while transactions are under way") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
   set_up_pdo(window, 0x1401, 0x37F, 1, {0xA1000210});

@@ -42,10 +42,7 @@ void check_only_time_ends_it(Window& window) {
 
 }  // namespace
 
-TEST_CASE(
-    "SDO service: Quarantine: after a timeout, as the answer may still come, the next request to that node "
-    "is held back until the late answer or abort has been seen and thrown away, or the node has booted, or "
-    "one more SDO timeout has passed") {
+TEST_CASE("[SDO-27] quarantine after a timeout") {
   Window window;
   time_out(window);
   ask_again(window);
@@ -75,10 +72,7 @@ TEST_CASE(
   check_let_go(window);
 }
 
-TEST_CASE(
-    "SDO service: Quarantine: after a timeout, as the answer may still come, the next request to that node "
-    "is held back until the late answer or abort has been seen and thrown away, or the node has booted, or "
-    "one more SDO timeout has passed -- in every phase of a transfer") {
+TEST_CASE("[SDO-27] in every phase of a transfer") {
   for (const Phase& phase : phases()) {
     if (phase.asked_again != nullptr) continue;
     INFO(phase.name);
@@ -93,10 +87,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Quarantine: after a timeout, as the answer may still come, the next request to that node "
-    "is held back until the late answer or abort has been seen and thrown away, or the node has booted, or "
-    "one more SDO timeout has passed -- seen before the next request") {
+TEST_CASE("[SDO-27] seen before the next request") {
   Window window;
   time_out(window);
   SECTION("the late answer") {
@@ -114,10 +105,7 @@ TEST_CASE(
   check_let_go(window);
 }
 
-TEST_CASE(
-    "SDO service: Quarantine: after a timeout, as the answer may still come, the next request to that node "
-    "is held back until the late answer or abort has been seen and thrown away, or the node has booted, or "
-    "one more SDO timeout has passed -- what is not that answer does not end it") {
+TEST_CASE("[SDO-27] what is not that answer does not end it") {
   for (const char* frame : {"585#4300200211111111", "585#6001200100000000", "585#8000200200000206", "585#R8",
                             "00000585#4300200111111111", "585#", "585#43002001", "586#4300200111111111"}) {
     INFO(frame);
@@ -131,7 +119,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("SDO service: Other nodes are not held back") {
+TEST_CASE("[SDO-28] quarantine of one node alone") {
   Window window;
   time_out(window);
   window.read(6, 0x2000, 1, 4);
@@ -146,9 +134,7 @@ TEST_CASE("SDO service: Other nodes are not held back") {
   window.check_done();
 }
 
-TEST_CASE(
-    "SDO service: The same holds after a cancelled transfer, and after 0503 0000h and 0504 0001h, where an "
-    "answer may be outstanding too") {
+TEST_CASE("[SDO-29] quarantine after a cancel, 0503 0000h, 0504 0001h") {
   struct Row {
     std::vector<Step> steps;
     const char* abort;
@@ -179,9 +165,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: The same holds after a cancelled transfer, and after 0503 0000h and 0504 0001h, where an "
-    "answer may be outstanding too -- also when the request that is held back is cancelled") {
+TEST_CASE("[SDO-29] also when the request that is held back is cancelled") {
   Window window;
   time_out(window);
   ask_again(window);
@@ -192,10 +176,7 @@ TEST_CASE(
   check_let_go(window);
 }
 
-TEST_CASE(
-    "SDO service: After a block read that was given up in mid-stream only time or a boot-up ends it: its "
-    "segments cannot be told from "
-    "answers") {
+TEST_CASE("[SDO-30] quarantine after a block read given up") {
   struct Row {
     const char *phase, *segment, *abort;
   };
@@ -225,9 +206,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: So it is after a block write that the server aborts before it has confirmed the sub-block: "
-    "each segment that was still on its way may be answered by an abort too") {
+TEST_CASE("[SDO-31] quarantine after a block write aborted") {
   for (const bool boots : {false, true}) {
     Window window;
     enter(window, phase_called("block write: segments"));
@@ -247,9 +226,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Eight nodes can be in quarantine at a time; only a program that cancels nine transfers to "
-    "nine nodes within one SDO timeout notices") {
+TEST_CASE("[SDO-32] eight nodes in quarantine") {
   Window window;
   const char* const requests[] = {"601#4000200100000000", "602#4000200100000000", "603#4000200100000000",
                                   "604#4000200100000000", "605#4000200100000000", "606#4000200100000000",

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails when a promise of the contract has no test that quotes it, or a test quotes what is no longer there.
+"""Fails when a promise of the contract has no id or no test, or a test names an id that is not there.
 
     rows.py PROGRAM    PROGRAM: a target of the suite, contract_core_test
 
-Promises are the rows and the sentences of docs/contract.md, and the rows of docs/registers.md. A test's name is the heading,
-": " and the promise, without markdown, "(decision)" and the full stop, a row with its cells joined by " | "; behind " -- "
-it may say more. A sentence that ends in a colon only leads to what follows it.
+Promises are the rows and the sentences of docs/contract.md, each with an id of its own at its end, <sub>[SDO-14]</sub>, and the rows of the
+generated docs/registers.md: there the id is the register or object and the row's first number, [R3700-4]. A test's name begins with the ids of what it
+shows. A sentence that ends in a colon only leads to what follows it.
 """
 
+import collections
 import pathlib
 import re
 import subprocess
@@ -28,29 +29,25 @@ NO_PROMISE = {
     (REGISTERS, "SDO abort codes (R3707 and R3706)"): "names: codes of servers pass unchanged, the own ones are in " + CONTRACT,
 }
 
-NOTE = re.compile(r"\s*\(decisions?\b[^)]*\)")
-LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")
+NOTE = re.compile(r"\(decisions?\b[^)]*\)")
 LIST_ITEM = re.compile(r"(\* |\d+\. )")
-SENTENCE_END = re.compile(r'(?<=\.)\s+(?=[A-Z0-9"*`])')
-
-
-def plain(text):
-    return " ".join(LINK.sub(r"\1", NOTE.sub("", text)).replace("*", "").replace("`", "").split())
-
-
-def row_of(line):
-    return " | ".join(plain(cell) for cell in line.strip().strip("|").split("|"))
+SENTENCE_END = re.compile(r'(?:(?<=\.)|(?<=</sub>))\s+(?=[A-Z0-9"*`])')
+ID_AT_END = re.compile(r"<sub>\[([A-Z]+-\d+)\]</sub>[\s|]*$")
+IDS_OF_TEST = re.compile(r"\[([A-Z0-9]+h?-\d+)\]")
+NAME_OF_TEST = re.compile(r"(\[[A-Z0-9]+h?-\d+\] )+\S")
+REGISTER = re.compile(r"R\d{4}$|[0-9A-F]{4}h$")
 
 
 def sentences(block, number):
     """(line, text) of each sentence of a paragraph or list item that starts on line `number`."""
+    block = NOTE.sub(lambda note: "\n" * note[0].count("\n"), block)
     start = LIST_ITEM.match(block)
     position = start.end() if start else 0
     for match in [*SENTENCE_END.finditer(block, position), None]:
         end = match.start() if match else len(block)
-        text = plain(block[position:end])
+        text = block[position:end].strip()
         if text and not text.endswith(":"):
-            yield number + block.count("\n", 0, position), text.removesuffix(".")
+            yield number + block.count("\n", 0, position), text
         position = match.end() if match else end
 
 
@@ -69,19 +66,24 @@ def blocks(lines):
 
 
 def promises(name):
-    """(line, quote) of each promise of a page."""
-    found, section, in_table = [], None, False
+    """(line, text, section) of each promise of a page."""
+    section, in_table = None, False
     for number, text in blocks((ROOT / name).read_text().splitlines()):
         if text.startswith("#"):
-            section = plain(text.lstrip("#"))
+            section = text.lstrip("# ")
         is_row = text.startswith("|")
         is_head = is_row and not in_table
         in_table = is_row
         if (name, section) in NO_PROMISE or text.startswith("#") or is_head or set(text) <= set("|-"):
             continue
-        promised = [(number, row_of(text))] if is_row else sentences(text, number)
-        found += [(line, f"{section}: {quote}") for line, quote in promised]
-    return found
+        for line, promise in [(number, text)] if is_row else sentences(text, number):
+            yield line, promise, section
+
+
+def id_of_row(row, section):
+    """[R3700-4]: the last register or object that the heading names, and the first cell."""
+    places = [word for word in re.split(r"[ (),]+", section) if REGISTER.match(word)]
+    return f"{places[-1]}-{row.strip('| ').split(' ')[0]}"
 
 
 def test_names(program):
@@ -89,23 +91,29 @@ def test_names(program):
     for options in (["--list-test-names-only"], ["--list-tests", "--verbosity", "quiet"]):
         listed = subprocess.run([program, *options], capture_output=True, text=True)
         if listed.stdout.strip() and not listed.stderr.strip():
-            return [plain(line.partition(" -- ")[0]) for line in listed.stdout.splitlines() if line.strip()]
+            return [line.strip() for line in listed.stdout.splitlines() if line.strip()]
     sys.exit(f"{program}: does not list its tests: {listed.stderr.strip()}")
 
 
 def main():
+    found, places = [], collections.defaultdict(list)
+    for line, promise, _ in promises(CONTRACT):
+        ids = ID_AT_END.findall(promise)
+        if not ids or promise.count("<sub>") > 1:
+            found.append(f"{CONTRACT}:{line}: a promise that has not one id at its end: {' '.join(promise.split())}")
+        for name in ids:
+            places[name].append(f"{CONTRACT}:{line}")
+    for line, row, section in promises(REGISTERS):
+        places[id_of_row(row, section)].append(f"{REGISTERS}:{line}")
+    found += [f"{' and '.join(lines)}: both are [{name}]" for name, lines in places.items() if len(lines) > 1]
+
     names = test_names(sys.argv[1])
-    quotes, found = [], []
-    for page in (CONTRACT, REGISTERS):
-        for number, quote in promises(page):
-            quotes.append(quote)
-            if quote not in names:
-                found.append(f'{page}:{number}: no test quotes: "{quote}"')
-    for name in names:
-        if name not in quotes:
-            found.append(f'the test "{name}" quotes a row or sentence that {CONTRACT} and {REGISTERS} do not have')
-    print("\n".join(found) if found else f"{len(quotes)} promises, {len(names)} tests that quote them")
-    sys.exit(1 if found or len(quotes) < 80 else 0)
+    tested = collections.Counter(name for test in names for name in IDS_OF_TEST.findall(test))
+    found += [f'the test "{test}" does not begin with an id and go on with words' for test in names if not NAME_OF_TEST.match(test)]
+    found += [f"{lines[0]}: no test is for [{name}]" for name, lines in places.items() if not tested[name]]
+    found += [f"a test is for [{name}], which {CONTRACT} and {REGISTERS} do not have" for name in tested if name not in places]
+    print("\n".join(found) if found else f"{len(places)} promises, {len(names)} tests that show them")
+    sys.exit(1 if found or len(places) < 80 else 0)
 
 
 if __name__ == "__main__":

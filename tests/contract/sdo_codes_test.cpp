@@ -24,9 +24,7 @@ void check(const Refusal& row) {
 
 }  // namespace
 
-TEST_CASE(
-    "SDO service: no answer within the SDO timeout (1000 ms unless set; each answer restarts it) | 0504 "
-    "0000h") {
+TEST_CASE("[SDO-13] SDO timeout") {
   for (const Phase& phase : phases()) {
     INFO(phase.name);
     Window window;
@@ -41,9 +39,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: no answer within the SDO timeout (1000 ms unless set; each answer restarts it) | 0504 "
-    "0000h -- unless set, by 3003h") {
+TEST_CASE("[SDO-13] unless set, by 3003h") {
   Window window;
   window.configure(0x3003, 0, 2, {50});
   window.read(5, 0x2000, 1, 4);
@@ -55,9 +51,7 @@ TEST_CASE(
   window.check_failed(0x05040000);
 }
 
-TEST_CASE(
-    "SDO service: no answer within the SDO timeout (1000 ms unless set; each answer restarts it) | 0504 "
-    "0000h -- each answer restarts it") {
+TEST_CASE("[SDO-13] each answer restarts it") {
   for (const Phase& phase : phases()) {
     if (phase.steps.empty() || phase.asked_again != nullptr) continue;
     INFO(phase.name);
@@ -80,7 +74,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("SDO service: toggle bit not alternated | 0503 0000h") {
+TEST_CASE("[SDO-14] toggle bit not alternated") {
   Window window;
   SECTION("reading, the first segment") {
     window.read(5, 0x2000, 1, 16);
@@ -108,7 +102,7 @@ TEST_CASE("SDO service: toggle bit not alternated | 0503 0000h") {
   window.check_failed(0x05030000);
 }
 
-TEST_CASE("SDO service: an answer whose command specifier does not belong there | 0504 0001h") {
+TEST_CASE("[SDO-15] command specifier that does not belong there") {
   for (const Phase& phase : phases()) {
     if (phase.expected == Phase::kSegment) continue;
     for (const char* command : {"00", "20", "43", "60", "A4", "C6", "E0"}) {
@@ -123,9 +117,7 @@ TEST_CASE("SDO service: an answer whose command specifier does not belong there 
   }
 }
 
-TEST_CASE(
-    "SDO service: an answer whose command specifier does not belong there | 0504 0001h -- the subcommands of "
-    "a block transfer too") {
+TEST_CASE("[SDO-15] the subcommands of a block transfer too") {
   constexpr const char* kAbort = "605#8000200101000405";
   check({"block write: start", "585#A200200100000000", kAbort, 0x05040001});
   check({"block write: start", "585#A100200100000000", kAbort, 0x05040001});
@@ -136,7 +128,7 @@ TEST_CASE(
   check({"block read: end", "585#C600200109000000", kAbort, 0x05040001});
 }
 
-TEST_CASE("SDO service: the object is larger than R3705 on a read | 0504 0005h") {
+TEST_CASE("[SDO-16] larger than R3705") {
   Window window;
   window.read(5, 0x2000, 1, 2);
   SECTION("as the declared size says") {
@@ -162,7 +154,7 @@ TEST_CASE("SDO service: the object is larger than R3705 on a read | 0504 0005h")
   window.check_failed(0x05040005);
 }
 
-TEST_CASE("SDO service: the object is larger than R3705 on a read | 0504 0005h -- in a block transfer") {
+TEST_CASE("[SDO-16] in a block transfer") {
   Window window;
   window.configure(0x3004, 0, 1, {3});
   window.read(5, 0x2000, 1, 8);
@@ -190,7 +182,7 @@ TEST_CASE("SDO service: the object is larger than R3705 on a read | 0504 0005h -
   window.check_failed(0x05040005);
 }
 
-TEST_CASE("SDO service: the object is larger than R3705 on a read | 0504 0005h -- of the own node") {
+TEST_CASE("[SDO-16] of the own node") {
   Window window;
   window.read(0, 0x1000, 0, 3);
   window.check_failed(0x05040005);
@@ -198,7 +190,7 @@ TEST_CASE("SDO service: the object is larger than R3705 on a read | 0504 0005h -
   window.check_failed(0x05040005);
 }
 
-TEST_CASE("SDO service: the bytes received differ from the size declared | 0607 0010h") {
+TEST_CASE("[SDO-17] not the size declared") {
   Window window;
   window.read(5, 0x2000, 1, 128);
   SECTION("fewer: the server is done") {
@@ -219,8 +211,7 @@ TEST_CASE("SDO service: the bytes received differ from the size declared | 0607 
   window.check_failed(0x06070010);
 }
 
-TEST_CASE(
-    "SDO service: the bytes received differ from the size declared | 0607 0010h -- in a block transfer") {
+TEST_CASE("[SDO-17] in a block transfer") {
   for (const char* end : {"585#D1C3310000000000", "585#D9C3310000000000"}) {  // 10 bytes; 8 bytes
     Window window;
     window.configure(0x3004, 0, 1, {3});
@@ -234,9 +225,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: block transfer: block size, sequence number, CRC | 0504 0002h, 0504 0003h, 0504 0004h -- "
-    "of a write") {
+TEST_CASE("[SDO-18] of a write") {
   constexpr const char* kBlockSize = "605#8000200102000405";
   check({"block write: start", "585#A400200100000000", kBlockSize, 0x05040002});
   check({"block write: start", "585#A400200180000000", kBlockSize, 0x05040002});
@@ -246,9 +235,7 @@ TEST_CASE(
   check({"block write: segments", "585#A2037F0000000000", "605#8000200103000405", 0x05040003});
 }
 
-TEST_CASE(
-    "SDO service: block transfer: block size, sequence number, CRC | 0504 0002h, 0504 0003h, 0504 0004h -- "
-    "of a read") {
+TEST_CASE("[SDO-18] of a read") {
   constexpr const char* kSequence = "605#8000200103000405";
   check({"block read: one segment", "585#0338390000000000", kSequence, 0x05040003});
   check({"block read: one segment", "585#8338390000000000", kSequence, 0x05040003});
@@ -257,7 +244,7 @@ TEST_CASE(
   check({"block read: end", "585#D5C3320000000000", "605#8000200104000405", 0x05040004});
 }
 
-TEST_CASE("SDO service: the node sends a boot-up message during its transfer: it has lost it | 0800 0022h") {
+TEST_CASE("[SDO-19] boot-up during the transfer") {
   for (const Phase& phase : phases()) {
     INFO(phase.name);
     Window window;
@@ -271,9 +258,7 @@ TEST_CASE("SDO service: the node sends a boot-up message during its transfer: it
   }
 }
 
-TEST_CASE(
-    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
-    "the transfer's index and sub-index, and no frame of that transfer after it") {
+TEST_CASE("[SDO-20] one abort where the server may still wait") {
   for (const Phase& phase : phases()) {
     INFO(phase.name);
     Window window;
@@ -293,9 +278,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
-    "the transfer's index and sub-index, and no frame of that transfer after it -- whatever these are") {
+TEST_CASE("[SDO-20] whatever these are") {
   Window window;
   window.read(5, 0x1A2B, 0x3C, 4);
   window.exchange({{"605#402B1A3C00000000", "585#412B1A3C05000000"}});
@@ -303,10 +286,7 @@ TEST_CASE(
   window.check_failed(0x05040005);
 }
 
-TEST_CASE(
-    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
-    "the transfer's index and sub-index, and no frame of that transfer after it -- with a controller that "
-    "was full") {
+TEST_CASE("[SDO-20] with a controller that was full") {
   for (const Phase& phase : phases()) {
     if (phase.steps.empty() || *phase.steps.back().answered == 0 || phase.asked_again != nullptr) continue;
     INFO(phase.name);
@@ -332,11 +312,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
-    "the "
-    "transfer's index and sub-index, and no frame of that transfer after it -- a first frame that could not "
-    "leave") {
+TEST_CASE("[SDO-20] a first frame that could not leave") {
   for (const Phase& phase : phases()) {
     if (!phase.steps.empty()) continue;
     INFO(phase.name);
@@ -355,10 +331,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Where the server may still wait it is sent the same code as an abort: exactly one, with "
-    "the "
-    "transfer's index and sub-index, and no frame of that transfer after it -- its own abort came first") {
+TEST_CASE("[SDO-20] its own abort came first") {
   Window window;
   CONTRACT_NEEDS(window, Ability::kRefusal);
   window.read(5, 0x2000, 1, 128);
@@ -372,7 +345,7 @@ TEST_CASE(
   window.expect_silence();
 }
 
-TEST_CASE("SDO service: An abort is never answered by an abort") {
+TEST_CASE("[SDO-21] no abort after an abort") {
   for (const Phase& phase : phases()) {
     INFO(phase.name);
     Window window;

@@ -32,8 +32,7 @@ std::string segment(const char* id, int number) {
 
 }  // namespace
 
-TEST_CASE(
-    "SDO service: Data is a byte string: byte 2k is the low byte, byte 2k+1 the high byte of data word #k") {
+TEST_CASE("[SDO-1] low byte first") {
   Window window;
   SECTION("four bytes read") {
     window.read(5, 0x2000, 1, 4);
@@ -70,7 +69,7 @@ TEST_CASE(
   window.check_done();
 }
 
-TEST_CASE("SDO service: With an odd size the unused high byte is 0 after a read and ignored for a write") {
+TEST_CASE("[SDO-2] odd sizes") {
   Window window;
   window.set(3706, filled_data());
   SECTION("three bytes read") {
@@ -104,7 +103,7 @@ TEST_CASE("SDO service: With an odd size the unused high byte is 0 after a read 
   window.check_done();
 }
 
-TEST_CASE("SDO service: Words past the object's last byte are not touched") {
+TEST_CASE("[SDO-3] words past the last byte") {
   Window window;
   window.set(3706, filled_data());
   window.read(5, 0x2000, 1, 128);
@@ -127,9 +126,7 @@ TEST_CASE("SDO service: Words past the object's last byte are not touched") {
   }
 }
 
-TEST_CASE(
-    "SDO service: Writing: 1..4 bytes go expedited with the size indicated, 5..128 segmented with the size "
-    "indicated") {
+TEST_CASE("[SDO-4] writes: expedited and segmented") {
   struct Row {
     std::uint16_t size;
     const char* request;
@@ -147,9 +144,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Writing: 1..4 bytes go expedited with the size indicated, 5..128 segmented with the size "
-    "indicated -- all the segments, with alternating toggle") {
+TEST_CASE("[SDO-4] all the segments, with alternating toggle") {
   Window window;
   SECTION("15 bytes") {
     window.write(5, 0x2000, 1, 15, {0x0201, 0x0403, 0x0605, 0x0807, 0x0A09, 0x0C0B, 0x0E0D, 0x000F});
@@ -168,7 +163,7 @@ TEST_CASE(
   window.check_done();
 }
 
-TEST_CASE("SDO service: Reading: the server chooses") {
+TEST_CASE("[SDO-5] reads: the server chooses") {
   Window window;
   window.read(5, 0x2000, 1, 128);
   SECTION("expedited, with each size") {
@@ -196,8 +191,7 @@ TEST_CASE("SDO service: Reading: the server chooses") {
   window.check_done();
 }
 
-TEST_CASE(
-    "SDO service: Object 3004h asks for another transfer mode: 1 expedited, 2 segmented, 3 block with CRC") {
+TEST_CASE("[SDO-6] the modes of 3004h") {
   Window window;
   SECTION("1 expedited, writing") {
     set_mode(window, kExpedited);
@@ -244,7 +238,7 @@ TEST_CASE(
   window.check_done();
 }
 
-TEST_CASE("SDO service: What mode 1 cannot carry ends with 0601 0000h, for a write before anything is sent") {
+TEST_CASE("[SDO-7] what mode 1 cannot carry") {
   Window window;
   set_mode(window, kExpedited);
   for (const std::uint16_t size : Words{5, 128}) {
@@ -258,9 +252,7 @@ TEST_CASE("SDO service: What mode 1 cannot carry ends with 0601 0000h, for a wri
   window.check_failed(0x06010000);
 }
 
-TEST_CASE(
-    "SDO service: After a failure R3700, R3706 and R3707 have changed; after a good write R3700; after a "
-    "good read R3700, R3705 and the data words") {
+TEST_CASE("[SDO-10] the registers that change") {
   Window window;
   window.set(3706, filled_data());
   SECTION("a failure that the server reports") {
@@ -316,9 +308,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: An abort code of the server reaches R3706/R3707 unchanged, whatever it is; only 0 is shown "
-    "as 0800 0000h") {
+TEST_CASE("[SDO-11] the server's abort code") {
   struct Row {
     const char* on_the_bus;
     std::uint32_t code;
@@ -348,7 +338,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("SDO service: An abort counts when it carries this transfer's index and sub-index, or zeros") {
+TEST_CASE("[SDO-12] whose abort counts") {
   for (const char* abort : {"585#8000200100000206", "585#8000000000000206"}) {
     Window window;
     window.read(5, 0x2000, 1, 16);
@@ -363,9 +353,7 @@ TEST_CASE("SDO service: An abort counts when it carries this transfer's index an
   }
 }
 
-TEST_CASE(
-    "SDO service: An abort counts when it carries this transfer's index and sub-index, or zeros -- between "
-    "the segments of a block") {
+TEST_CASE("[SDO-12] between the segments of a block") {
   Window window;
   set_mode(window, kBlock);
   window.read(5, 0x2000, 1, 9);

@@ -13,9 +13,7 @@ void set_block_mode(Window& window) {
 
 }  // namespace
 
-TEST_CASE(
-    "SDO service: Ignored and counted, while the transfer goes on: an answer for another index or sub-index, "
-    "RTR and 29-bit frames, a frame that lacks bytes that its command needs") {
+TEST_CASE("[SDO-22] ignored and counted") {
   for (const char* frame :
        {"585#4301200111111111", "585#4300210111111111", "585#4300200211111111", "585#6001200100000000",
         "585#A40020027F000000", "585#C601200109000000", "585#R8", "585#R0", "00000585#4300200111111111",
@@ -34,9 +32,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Ignored and counted, while the transfer goes on: an answer for another index or sub-index, "
-    "RTR and 29-bit frames, a frame that lacks bytes that its command needs -- in every phase") {
+TEST_CASE("[SDO-22] in every phase") {
   for (const Phase& phase : phases()) {
     for (const char* frame :
          {"585#4300200211111111", "585#6001200100000000", "585#A40021017F000000", "585#C600200209000000",
@@ -55,9 +51,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Ignored and counted, while the transfer goes on: an answer for another index or sub-index, "
-    "RTR and 29-bit frames, a frame that lacks bytes that its command needs -- between segments") {
+TEST_CASE("[SDO-22] between segments") {
   for (const char* frame : {"585#R8", "00000585#0B11220000000000", "585#", "585#0B11", "585#00010203040506",
                             "585#8000200200000206", "585#4300200200000000"}) {
     INFO(frame);
@@ -75,10 +69,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "SDO service: Ignored and counted, while the transfer goes on: an answer for another index or sub-index, "
-    "RTR and 29-bit frames, a frame that lacks bytes that its command needs -- but not a short one that has "
-    "them all") {
+TEST_CASE("[SDO-22] but not a short one that has them all") {
   Window window;
   window.read(5, 0x2000, 1, 16);
   window.expect("605#4000200100000000");
@@ -95,10 +86,7 @@ TEST_CASE(
   window.check_done();
 }
 
-TEST_CASE(
-    "SDO service: Legal and understood: size not indicated (expedited: four bytes, cut to R3705), short "
-    "segments in the middle, an empty last segment, a zero-length object (R3705 = 0), reserved bytes that "
-    "are not zero") {
+TEST_CASE("[SDO-23] legal and understood") {
   Window window;
   window.set(3706, {0xEEEE, 0xEEEE, 0xEEEE});
   SECTION("expedited, size not indicated") {
@@ -139,10 +127,7 @@ TEST_CASE(
   window.check_done();
 }
 
-TEST_CASE(
-    "SDO service: Legal and understood: size not indicated (expedited: four bytes, cut to R3705), short "
-    "segments in the middle, an empty last segment, a zero-length object (R3705 = 0), reserved bytes that "
-    "are not zero -- in a block transfer") {
+TEST_CASE("[SDO-23] in a block transfer") {
   Window window;
   set_block_mode(window);
   window.set(3706, {0xEEEE});
@@ -166,10 +151,7 @@ TEST_CASE(
   window.check_done();
 }
 
-TEST_CASE(
-    "SDO service: A stream without end ends: at the byte that overflows R3705, and after 256 empty segments, "
-    "with 0504 0005h; a block transfer that eight times in a row brings nothing new, and a sub-block of more "
-    "than 127 segments, with 0504 0003h") {
+TEST_CASE("[SDO-24] a stream without end") {
   Window window;
   window.read(5, 0x2000, 1, 10);
   window.exchange({{"605#4000200100000000", "585#4000200100000000"}});
@@ -194,10 +176,7 @@ TEST_CASE(
   window.check_failed(0x05040005);
 }
 
-TEST_CASE(
-    "SDO service: A stream without end ends: at the byte that overflows R3705, and after 256 empty segments, "
-    "with 0504 0005h; a block transfer that eight times in a row brings nothing new, and a sub-block of more "
-    "than 127 segments, with 0504 0003h -- eight times") {
+TEST_CASE("[SDO-24] eight times") {
   Window window;
   set_block_mode(window);
   SECTION("writing") {
@@ -224,10 +203,7 @@ TEST_CASE(
   window.check_failed(0x05040003);
 }
 
-TEST_CASE(
-    "SDO service: A stream without end ends: at the byte that overflows R3705, and after 256 empty segments, "
-    "with 0504 0005h; a block transfer that eight times in a row brings nothing new, and a sub-block of more "
-    "than 127 segments, with 0504 0003h -- the same segment for ever") {
+TEST_CASE("[SDO-24] the same segment for ever") {
   Window window;
   enter(window, phase_called("block read: one segment"));
   for (int i = 1; i < 127; ++i) {
@@ -240,7 +216,7 @@ TEST_CASE(
   window.check_failed(0x05040003);
 }
 
-TEST_CASE("SDO service: Block reads ask for no more segments at a time than R3705 needs") {
+TEST_CASE("[SDO-25] block size asked for") {
   struct Row {
     std::uint16_t room;
     const char* request;
@@ -256,9 +232,7 @@ TEST_CASE("SDO service: Block reads ask for no more segments at a time than R370
   }
 }
 
-TEST_CASE(
-    "SDO service: When half the SDO timeout has passed in the middle of a sub-block, the server is asked "
-    "once for what is missing: its last segment may be lost") {
+TEST_CASE("[SDO-26] the last segment is lost") {
   Window window;
   enter(window, phase_called("block read: one segment"));
   window.pass_nearly(500ms);

@@ -5,21 +5,21 @@
 
 using namespace cbcan::contract;
 
-TEST_CASE("Commands (R3701): 5055 | SDO_READ | SDO read (upload)") {
+TEST_CASE("[R3701-5055] SDO_READ") {
   Window window;
   window.start({5055, 5, 0x2000, 1, 4, 0x7777, 0x7777});
   window.exchange({{"605#4000200100000000", "585#4300200111223344"}});
   CHECK(window.target().read(3700, 8) == Words{0, 5055, 5, 0x2000, 1, 4, 0x2211, 0x4433});
 }
 
-TEST_CASE("Commands (R3701): 5066 | SDO_WRITE | SDO write (download)") {
+TEST_CASE("[R3701-5066] SDO_WRITE") {
   Window window;
   window.start({5066, 5, 0x2000, 1, 4, 0x2211, 0x4433});
   window.exchange({{"605#2300200111223344", "585#6000200100000000"}});
   CHECK(window.target().read(3700, 8) == Words{0, 5066, 5, 0x2000, 1, 4, 0x2211, 0x4433});
 }
 
-TEST_CASE("Result codes (R3700): 0 | OK | done") {
+TEST_CASE("[R3700-0] OK") {
   Window window;
   SECTION("a read") {
     window.read(0, 0x3001, 0, 1);
@@ -37,21 +37,19 @@ TEST_CASE("Result codes (R3700): 0 | OK | done") {
   CHECK(window.reg(3700) == 0);
 }
 
-TEST_CASE("Result codes (R3700): 1 | CMD_CODE_ERR | R3701 is neither 5055 nor 5066") {
+TEST_CASE("[R3700-1] CMD_CODE_ERR") {
   Window window;
   window.start({5056, 5, 0x2000, 1, 4});
   CHECK(window.reg(3700) == 1);
 }
 
-TEST_CASE("Result codes (R3700): 2 | NODE_ID_ERR | R3702 is above 127") {
+TEST_CASE("[R3700-2] NODE_ID_ERR") {
   Window window;
   window.start({5055, 128, 0x2000, 1, 4});
   CHECK(window.reg(3700) == 2);
 }
 
-TEST_CASE(
-    "Result codes (R3700): 4 | SDO_EXEC_ERR | the service failed; R3706 (low word) and R3707 (high word) "
-    "hold the SDO abort code") {
+TEST_CASE("[R3700-4] SDO_EXEC_ERR") {
   Window window;
   window.read(5, 0x2000, 1, 4);
   window.exchange({{"605#4000200100000000", "585#8000200178563412"}});

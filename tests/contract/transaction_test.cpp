@@ -17,9 +17,7 @@ void begin_segmented_read(Window& window) {
 
 }  // namespace
 
-TEST_CASE(
-    "One transaction: The coprocessor polls R3700: when it reads CA0Eh it takes a snapshot of R3701..R3769, "
-    "and what the PLC writes to those later does not reach the transaction under way") {
+TEST_CASE("[TX-1] a snapshot of R3701..R3769") {
   Window window;
   SECTION("a write sends the bytes of the snapshot") {
     window.write(5, 0x2000, 1, 8, {0x2211, 0x4433, 0x6655, 0x8877});
@@ -43,9 +41,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "One transaction: While it works R3700 stays CA0Eh, so \"R3700 is no longer CA0Eh\" is the PLC's done "
-    "condition") {
+TEST_CASE("[TX-2] R3700 stays CA0Eh while it works") {
   Window window;
   begin_segmented_read(window);
   CHECK(window.busy());
@@ -56,9 +52,7 @@ TEST_CASE(
   window.check_done();
 }
 
-TEST_CASE(
-    "One transaction: All outputs are in place before R3700 changes, also where the registers are memory "
-    "shared with another processor") {
+TEST_CASE("[TX-3] outputs before R3700") {
   Window window;
   CONTRACT_NEEDS(window, Ability::kSecondReader);
   for (int round = 0; round < 20; ++round) {
@@ -71,9 +65,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "One transaction: All outputs are in place before R3700 changes, also where the registers are memory "
-    "shared with another processor -- of a failure") {
+TEST_CASE("[TX-3] of a failure") {
   Window window;
   CONTRACT_NEEDS(window, Ability::kSecondReader);
   for (int round = 0; round < 20; ++round) {
@@ -86,7 +78,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("One transaction: CA0Eh written again while one is under way starts nothing new") {
+TEST_CASE("[TX-4] CA0Eh again starts nothing new") {
   Window window;
   window.read(5, 0x2000, 1, 4);
   window.expect("605#4000200100000000");
@@ -101,9 +93,7 @@ TEST_CASE("One transaction: CA0Eh written again while one is under way starts no
   CHECK(window.reg(3700) == 0);
 }
 
-TEST_CASE(
-    "One transaction: Any other value cancels it: the SDO server is sent an abort (0800 0000h), a late "
-    "answer is ignored, R3700 keeps what the PLC wrote") {
+TEST_CASE("[TX-5] another value cancels") {
   for (const std::uint16_t value : Words{0, 1, 4, 77, 0x0ECA, 0xFFFF}) {
     Window window;
     window.read(5, 0x2000, 1, 4);
@@ -123,9 +113,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "One transaction: Any other value cancels it: the SDO server is sent an abort (0800 0000h), a late "
-    "answer is ignored, R3700 keeps what the PLC wrote -- the services that are no SDO too") {
+TEST_CASE("[TX-5] the services that are no SDO too") {
   Window window;
   SECTION("a node state that is waited for") {
     window.read(5, 0x300C, 0, 0);
@@ -149,7 +137,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("One transaction: Any value in R3700 other than CA0Eh is left alone") {
+TEST_CASE("[TX-6] other values are left alone") {
   for (const std::uint16_t value : Words{0, 1, 2, 3, 4, 0xCA0D, 0xCA0F, 0x0ECA, 0xFFFF}) {
     Window window;
     window.set(3700, {value, 5055, 5, 0x2000, 1, 4});
@@ -159,10 +147,7 @@ TEST_CASE("One transaction: Any value in R3700 other than CA0Eh is left alone") 
   }
 }
 
-TEST_CASE(
-    "One transaction: Registers may be written in any order and in any number of requests, as long as CA0Eh "
-    "comes last, or comes in the same request as the rest: one FC 16 or FC 23 is applied whole before it is "
-    "looked at") {
+TEST_CASE("[TX-7] any order, any number of requests, CA0Eh last") {
   Window window;
   SECTION("backwards, one by one") {
     for (const auto& [address, value] : {std::pair<unsigned, std::uint16_t>{3707, 0x4433},
@@ -196,9 +181,7 @@ TEST_CASE(
   window.check_done();
 }
 
-TEST_CASE(
-    "One transaction: A PLC that can only write single registers (FC 6) writes R3701..R3706+ first and R3700 "
-    "last, and polls R3700 until that is not CA0Eh") {
+TEST_CASE("[TX-8] a PLC with FC 6 alone") {
   Window window;
   unsigned address = 3701;
   for (const std::uint16_t value : Words{5066, 0, 0x1F82, 128, 0, 1})

@@ -287,7 +287,8 @@ TEST_CASE("state table: every event in every state") {
       const Cell& cell = row.cells[event];
       CHECK(cell.written);
       RecordingPort port;
-      SdoClient client(port);
+      std::array<std::uint8_t, 128> data{};
+      SdoClient client(port, data);
       row.enter(client, port);
       REQUIRE(client.phase() == row.phase);
       port.sent.clear();

@@ -1,27 +1,30 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Prints what images for Cortex-M3, -Os, take, all included; fails above the limits. Of the first two without startup code, the
-# third is whole.
-# usage: footprint.sh BUILD_DIR
+# Prints what images for Cortex-M3 and M4, -Os, take, all included; fails above the limits. Of the first two without startup code,
+# those of boards are whole.
+# usage: footprint.sh BUILD_DIR_M3 BUILD_DIR_M4
 set -euo pipefail
-build_dir=$1
 
 failed=false
-# measure IMAGE TEXT_LIMIT RAM_LIMIT: RAM includes the stack, but not the PLC's registers.
+# measure NAME IMAGE TEXT_LIMIT RAM_LIMIT: RAM includes the stack, but not the PLC's registers.
 measure() {
   local text data bss registers
-  read -r text data bss _ < <(arm-none-eabi-size "$build_dir/$1" | tail -n 1)
-  registers=$(arm-none-eabi-size -A "$build_dir/$1" | awk '$1 == ".registers" {print $2}')
+  read -r text data bss _ < <(arm-none-eabi-size "$2" | tail -n 1)
+  registers=$(arm-none-eabi-size -A "$2" | awk '$1 == ".registers" {print $2}')
   bss=$((bss - ${registers:-0}))
-  printf 'figure: %-48s text %6d (at most %d)   RAM %5d (at most %d)\n' "$1" $((text + data)) "$2" $((data + bss)) "$3"
-  if ((text + data > $2 || data + bss > $3)); then failed=true; fi
+  echo "figure: size.$1.text $((text + data)), at most $3"
+  echo "figure: size.$1.ram $((data + bss)), at most $4"
+  [[ ! $registers ]] || echo "figure: size.$1.registers $registers"
+  if ((text + data > $3 || data + bss > $4)); then failed=true; fi
   if ((text < 3000)); then
-    echo "$1: only $text bytes of text: it is not all there" >&2
+    echo "$2: only $text bytes of text: it is not all there" >&2
     failed=true
   fi
 }
 
-measure tests/firmware/images/master 6000 2000
-measure tests/firmware/images/coprocessor 30000 9000
-measure firmware/boards/mps2_an385/cbcan_mps2_an385.elf 36864 14336
+measure master "$1/tests/firmware/images/master" 6000 2000
+measure coprocessor "$1/tests/firmware/images/coprocessor" 30000 9000
+# As long as the regions in their linker scripts.
+measure image "$1/firmware/boards/mps2_an385/cbcan_mps2_an385.elf" 36864 14336
+measure stm32f4 "$2/firmware/boards/stm32f4/cbcan_stm32f4.elf" 40960 16384
 if $failed; then exit 1; fi

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "canopen/slave.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "fuzz/core_plc.hpp"
 
 namespace cbcan::fuzz {

@@ -251,8 +251,7 @@ class Program {
   void set_incident() {
     sim::Node& node = plant_.node(place());
     const std::uint8_t which = input_.byte();
-    if (node.behaviour() == nullptr) return;
-    const auto incidents = node.behaviour()->incidents();
+    const auto incidents = node.behaviour().incidents();
     if (incidents.empty()) return;
     require(node.set_incident(incidents[which / 2 % incidents.size()], which % 2 == 0, plant_.now),
             "a device has the incidents that it names");
@@ -318,13 +317,8 @@ class Program {
   void remove_faults() {
     const std::size_t whom = input_.byte() % (DevicePlant::kNodes + 1);
     const unsigned number = input_.byte() % 8u;
-    if (whom == DevicePlant::kNodes) {
-      number == 0 ? plant_.world.faults().clear(plant_.now)
-                  : void(plant_.world.faults().remove(number, plant_.now));
-    } else {
-      number == 0 ? plant_.node(whom).clear_faults(plant_.now)
-                  : void(plant_.node(whom).remove_fault(number, plant_.now));
-    }
+    sim::FaultSet& faults = whom == DevicePlant::kNodes ? plant_.world.faults() : plant_.node(whom).faults();
+    number == 0 ? faults.clear(plant_.now) : void(faults.remove(number, plant_.now));
   }
 
   Input input_;

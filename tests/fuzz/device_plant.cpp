@@ -89,7 +89,7 @@ void DevicePlant::add(std::size_t place, std::uint8_t id, const char* eds, sim::
 
 void DevicePlant::add_fault(std::size_t place, const sim::Fault& fault) {
   nodes_[place].harmed = true;
-  node(place).add_fault(fault, now);
+  node(place).faults().add(fault, now);
 }
 
 void DevicePlant::add_bus_fault(const sim::Fault& fault) {

@@ -12,7 +12,7 @@
 
 #include "fuzz/fuzz.hpp"
 #include "fuzz/modbus_model.hpp"
-#include "io/modbus_tcp.hpp"
+#include "io/modbus/modbus_tcp.hpp"
 
 namespace cbcan::fuzz {
 
@@ -37,14 +37,15 @@ const std::vector<std::uint16_t> kAtStart = [] {
 }();
 
 /// Lives as long as the program: a listener for each input would cost more than the rest.
-struct Server {
+struct Server final : io::ModbusUnit {
+  std::span<std::uint16_t> registers() override { return words; }
+  void on_request(bool) override { ++requests; }
   static io::ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }
 
   io::Reactor reactor;
-  std::vector<std::uint16_t> registers = std::vector<std::uint16_t>(ModbusModel::kRegisters);
+  std::vector<std::uint16_t> words = std::vector<std::uint16_t>(ModbusModel::kRegisters);
   std::size_t requests = 0;
-  io::ModbusTcp modbus{
-      reactor, {registers}, settings(), [this](std::size_t, bool) { ++requests; }, [](const std::string&) {}};
+  io::ModbusTcp modbus{reactor, {this}, settings(), [](const std::string&) {}};
 };
 
 Server& server() {
@@ -55,7 +56,7 @@ Server& server() {
 class Run {
  public:
   Run() {
-    std::ranges::copy(kAtStart, server().registers.begin());
+    std::ranges::copy(kAtStart, server().words.begin());
     server().requests = 0;
     int pair[2];
     require(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) == 0,
@@ -81,7 +82,7 @@ class Run {
     } while (server().reactor.run_once(0) != 0);
     take();
     require(taken_ == model_.answers(), "each request has its own answer, and nothing else comes");
-    require(server().registers == model_.registers, "the registers are those that were written");
+    require(server().words == model_.registers, "the registers are those that were written");
     require(server().requests == model_.requests(), "each request to the network is reported once");
     require(closed_ == model_.closed(), "closed is what cannot be Modbus, and only that");
     check_half_request();

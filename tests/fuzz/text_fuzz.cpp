@@ -7,7 +7,7 @@
 #include <string>
 
 #include "fuzz/fuzz.hpp"
-#include "io/parameter_file.hpp"
+#include "io/files/parameter_file.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/signal.hpp"
 

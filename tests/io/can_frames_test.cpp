@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/can_frames.hpp"
+#include "io/can/can_frames.hpp"
 
 #include "support/catch.hpp"
 

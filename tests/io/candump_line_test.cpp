@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/candump_log.hpp"
+#include "io/can/candump_log.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/candump_log.hpp"
+#include "io/can/candump_log.hpp"
 
 #include <unistd.h>
 
@@ -72,10 +72,9 @@ TEST_CASE("a full disk is told once, and the bus goes on") {
     log.flush();
   }
   REQUIRE(warnings.size() == 1);
-  CHECK(
-      warnings[0] ==
-      "log /dev/full: No space left on device; the log ends here, the simulation goes on; make room, or put "
-      "--log FILE on another disk");
+  CHECK(warnings[0] ==
+        "log /dev/full: No space left on device; the log ends here, the simulation goes on; make room, or "
+        "write it to another disk");
   CHECK(log.counters().frames == 0);
   CHECK(log.counters().dropped == 3);
 }
@@ -86,7 +85,7 @@ TEST_CASE("a file that cannot be made is an error that names it") {
     FAIL("no exception");
   } catch (const EnvironmentError& error) {
     CHECK(std::string(error.what()) ==
-          "log /nonexistent/bus.log: No such file or directory; write --log FILE with another file");
+          "log /nonexistent/bus.log: No such file or directory; write another file");
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/line_input.hpp"
+#include "io/loop/line_input.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -30,7 +30,7 @@ struct Pipe {
 TEST_CASE("lines from a pipe, when they are whole") {
   Reactor reactor;
   Pipe pipe;
-  LineInput input(reactor, pipe.out.get());
+  LineInput input(reactor, pipe.out.get(), "standard input");
   CHECK(reactor.run_once(0) == 0);
   CHECK(input.next_deadline() == kNever);
   pipe.write("one\ntw");
@@ -57,7 +57,7 @@ TEST_CASE("lines from a file, which cannot wake the reactor") {
   const Descriptor file(open("/tmp", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
   REQUIRE(::write(file.get(), "one\ntwo\n", 8) == 8);
   REQUIRE(lseek(file.get(), 0, SEEK_SET) == 0);
-  LineInput input(reactor, file.get());
+  LineInput input(reactor, file.get(), "standard input");
   CHECK(input.next_deadline() == 0);
   input.poll();
   CHECK(input.take() == "one");
@@ -71,7 +71,7 @@ TEST_CASE("lines from a file, which cannot wake the reactor") {
 TEST_CASE("a line without end is refused") {
   Reactor reactor;
   Pipe pipe;
-  LineInput input(reactor, pipe.out.get());
+  LineInput input(reactor, pipe.out.get(), "standard input");
   pipe.write(std::string(1000, 'x') + "\n");
   reactor.run_once(0);
   CHECK(input.take()->size() == 1000);
@@ -82,7 +82,7 @@ TEST_CASE("a line without end is refused") {
 TEST_CASE("an input that cannot be read is told") {
   Reactor reactor;
   const Descriptor write_only(open("/tmp", O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600));
-  LineInput input(reactor, write_only.get());
+  LineInput input(reactor, write_only.get(), "standard input");
   CHECK_THROWS_AS(input.poll(), EnvironmentError);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/listen_address.hpp"
+#include "io/sockets/listen_address.hpp"
 
 #include "io/errors.hpp"
 #include "support/catch.hpp"

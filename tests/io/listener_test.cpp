@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 #include "io/errors.hpp"
-#include "io/listen_address.hpp"
+#include "io/sockets/listen_address.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {
@@ -53,13 +53,13 @@ TEST_CASE("an address in use is told with a way out") {
   const Listener listener = listen_tcp("modbus", {"127.0.0.1", 0});
   CHECK(complaint(listener.address) == "modbus " + to_string(listener.address) +
                                            ": address in use: another program listens there; stop it, or use "
-                                           "--modbus 127.0.0.1:0 for any free port");
+                                           "127.0.0.1:0 for any free port");
 }
 
 TEST_CASE("a privileged port is told with the same port a thousand higher") {
   const Unprivileged nobody;
   CHECK(complaint({"127.0.0.1", 502}) ==
-        "modbus 127.0.0.1:502: permission denied: ports below 1024 need root; use --modbus 127.0.0.1:1502");
+        "modbus 127.0.0.1:502: permission denied: ports below 1024 need root; use 127.0.0.1:1502");
 }
 
 TEST_CASE("another machine's address and an impossible name are told") {

@@ -11,11 +11,20 @@
 #include <vector>
 
 #include "bytes.hpp"
-#include "io/modbus_tcp.hpp"
+#include "io/modbus/modbus_tcp.hpp"
 #include "support/catch.hpp"
 #include "turns.hpp"
 
 namespace cbcan::io::test {
+
+/// 4168 registers, and what is told of them.
+struct Unit final : ModbusUnit {
+  explicit Unit(std::function<void(bool)> tell) : told(std::move(tell)) {}
+  std::span<std::uint16_t> registers() override { return words; }
+  void on_request(bool wrote) override { told(wrote); }
+  std::vector<std::uint16_t> words = std::vector<std::uint16_t>(4168);
+  std::function<void(bool)> told;
+};
 
 /// A server on a free port, with two networks of 4168 registers each, and everything that it has told.
 struct Server {
@@ -23,21 +32,22 @@ struct Server {
   static constexpr Time kDelayed = 300 * kMillisecond;
 
   Reactor reactor;
-  std::vector<std::uint16_t> registers = std::vector<std::uint16_t>(4168);
-  std::vector<std::uint16_t> of_second = std::vector<std::uint16_t>(4168);
-  std::vector<bool> requests;         ///< on_request's arguments
-  std::vector<std::size_t> networks;  ///< the same
+  std::vector<bool> requests;         ///< on_request's argument
+  std::vector<std::size_t> networks;  ///< to which
   std::function<void()> on_request;
+  Unit first{[this](bool wrote) { told(0, wrote); }};
+  Unit second{[this](bool wrote) { told(1, wrote); }};
+  std::vector<std::uint16_t>& registers = first.words;
+  std::vector<std::uint16_t>& of_second = second.words;
   std::vector<std::string> warnings;
-  ModbusTcp modbus{reactor,
-                   {registers, of_second},
-                   settings(),
-                   [this](std::size_t network, bool wrote) {
-                     networks.push_back(network);
-                     requests.push_back(wrote);
-                     if (on_request) on_request();
-                   },
-                   [this](const std::string& line) { warnings.push_back(line); }};
+  ModbusTcp modbus{
+      reactor, {&first, &second}, settings(), [this](const std::string& line) { warnings.push_back(line); }};
+
+  void told(std::size_t network, bool wrote) {
+    networks.push_back(network);
+    requests.push_back(wrote);
+    if (on_request) on_request();
+  }
 
   static ModbusTcpSettings settings() {
     ModbusTcpSettings settings;

@@ -71,9 +71,11 @@ TEST_CASE("framing comes before the unit ID") {
 
 TEST_CASE("a network without registers is none, be it the first") {
   Reactor reactor;
-  std::vector<std::uint16_t> registers(10);
-  ModbusTcp modbus(
-      reactor, {{}, registers}, Server::settings(), [](std::size_t, bool) {}, [](const std::string&) {});
+  Unit none{[](bool) {}};
+  none.words.clear();
+  Unit second{[](bool) {}};
+  const std::vector<std::uint16_t>& registers = second.words;
+  ModbusTcp modbus(reactor, {&none, &second}, Server::settings(), [](const std::string&) {});
   int pair[2];
   REQUIRE(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) == 0);
   modbus.adopt(Descriptor(pair[0]));

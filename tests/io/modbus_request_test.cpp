@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/modbus_request.hpp"
+#include "io/modbus/modbus_request.hpp"
 
 #include <string>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/parameter_file.hpp"
+#include "io/files/parameter_file.hpp"
 
 #include <sys/stat.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/reactor.hpp"
+#include "io/loop/reactor.hpp"
 
 #include <sys/eventfd.h>
 #include <sys/resource.h>
@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "io/errors.hpp"
-#include "io/stop_signals.hpp"
+#include "io/loop/stop_signals.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/slcan_server.hpp"
+#include "io/can/slcan_server.hpp"
 
 #include <netinet/in.h>
 #include <sys/socket.h>

@@ -3,7 +3,7 @@
 
 #include <cerrno>
 
-#include "io/socketcan.hpp"
+#include "io/can/socketcan.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {
@@ -21,8 +21,8 @@ TEST_CASE("an interface that cannot be had is an error that says what to do") {
           ? "can socketcan:nocan9: no such interface; `ip link` lists them; for a virtual one: "
             "ip link add dev nocan9 type vcan && ip link set nocan9 up"
           : "can socketcan:nocan9: this kernel has no CAN (Address family not supported by protocol); "
-            "`tools/dev/in-vcan-vm COMMAND` runs a command where there is vcan0, and --can virtual needs no "
-            "kernel";
+            "`tools/dev/in-vcan-vm COMMAND` runs a command where there is vcan0, and the virtual bus needs "
+            "no kernel";
   try {
     const SocketCan can(reactor, bus, "nocan9", nullptr);
     FAIL("no exception");

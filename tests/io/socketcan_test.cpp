@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A bus on a real SocketCAN interface. CBCAN_VCAN names a vcan that is up; what is taken down or away is an
 // interface of the test's own, for which it needs root.
-#include "io/socketcan.hpp"
+#include "io/can/socketcan.hpp"
 
 #include <linux/can.h>
 #include <linux/can/raw.h>

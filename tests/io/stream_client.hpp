@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/stream_listener.hpp"
+#include "io/sockets/stream_listener.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {

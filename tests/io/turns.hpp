@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "io/reactor.hpp"
+#include "io/loop/reactor.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io::test {

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "io/reactor.hpp"
-#include "io/socketcan.hpp"
+#include "io/can/socketcan.hpp"
+#include "io/loop/reactor.hpp"
 #include "sim/bus_suite.hpp"
 
 namespace {

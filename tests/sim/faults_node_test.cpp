@@ -87,7 +87,7 @@ TEST_CASE(
 
 TEST_CASE("Numbers, list, remove and clear") {
   FaultyPlant plant;
-  cbcan::sim::FaultyPort& faults = plant.node.faults;
+  cbcan::sim::FaultSet& faults = plant.node.faults;
   CHECK(plant.set("answer-never count=1") == 1);
   CHECK(plant.set("answer-late") == 2);
   plant.send(kRead);
@@ -229,7 +229,7 @@ TEST_CASE(
     "twice") {
   FaultyPlant plant;
   plant.set("answer-twice count=1");
-  cbcan::sim::FaultyPort& port = plant.node.faults;
+  cbcan::sim::FaultyPort& port = plant.node.faulty;
   for (int i = 0; i < 63; ++i)
     CHECK(port.try_send(frame_from("185#00")));
   CHECK(port.try_send(frame_from("585#4300100091010000")));
@@ -247,7 +247,7 @@ TEST_CASE(
 
 TEST_CASE("Without a fault the port is the controller: the same frames, the same refusals, no deadline") {
   FaultyPlant plant;
-  cbcan::sim::FaultyPort& port = plant.node.faults;
+  cbcan::sim::FaultyPort& port = plant.node.faulty;
   for (int i = 0; i < 64; ++i)
     CHECK(port.try_send(frame_from("185#00")));
   CHECK_FALSE(port.try_send(frame_from("185#01")));

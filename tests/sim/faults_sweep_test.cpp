@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A coprocessor and a node with every fault of SDO answers, in every transfer mode, at every step: one result
 // in time, and the next transaction without the fault is good.
+#include "sim/coprocessor_module.hpp"
 #include "sim/faulty_plant.hpp"
-#include "sim/module.hpp"
 
 using cbcan::kMillisecond;
 using cbcan::kSecond;
@@ -51,10 +51,9 @@ class Plant {
   std::array<std::uint16_t, 128> process{};
   cbcan::sim::Bus bus;
   cbcan::sim::Schedule schedule;
-  cbcan::sim::Module module{
+  cbcan::sim::CoprocessorModule module{
       bus, schedule, cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {}};
   FaultyNode node{bus, schedule, 5, nullptr};
-  std::array<cbcan::sim::Participant*, 2> participants{&module, &node};
   Time now = 0;
 
  private:
@@ -62,8 +61,7 @@ class Plant {
     now = std::max(now, time);
     while (next() <= now) {
       bus.advance(now);
-      while (schedule.first_time() <= now)
-        participants.at(schedule.first())->poll(now);
+      schedule.poll(now);
     }
   }
 };
@@ -186,7 +184,6 @@ TEST_CASE("Storms, a wrong state and a heartbeat that stops do not disturb the t
       Plant plant;
       plant.execute({kWrite, 0, 0x3004, 0, 1, transfer.mode}, 0);
       plant.node.faults.add(fault_from(fault, cbcan::sim::FaultPlace::kNode), plant.now);
-      plant.node.wake();
       plant.pass(55 * kMillisecond);
       check_next(plant, transfer);
     }

@@ -35,13 +35,13 @@ class Told final : public sim::FaultListener {
 };
 
 /// 1000h = 191h, 2001h a number, 2010h twenty bytes 0, 1, 2 ...
-class FaultyNode final : public sim::Participant, private Application {
+class FaultyNode final : public sim::Participant, private Application, private sim::FaultSetOwner {
  public:
   FaultyNode(sim::Bus& bus, sim::Schedule& schedule, std::uint8_t id, sim::FaultListener* listener)
       : Participant(schedule),
         port_(bus.attach(*this)),
-        faults(port_, id, id, listener),
-        slave_(id, {kEntries, values_, {}}, buffer_, *this, faults) {
+        faulty(port_, id, id, listener, *this),
+        slave_(id, {kEntries, values_, {}}, buffer_, *this, faulty) {
     port_.accept(nmt::kCommandId, nmt::kCommandId);
     port_.accept(sdo::kRequestId + id, sdo::kRequestId + id);
     port_.accept(nmt::kErrorControlId + id, nmt::kErrorControlId + id);
@@ -49,32 +49,31 @@ class FaultyNode final : public sim::Participant, private Application {
   }
 
   void start(Time now) override {
-    faults.set_now(now);
+    faulty.set_now(now);
     slave_.start(now);
     poll(now);
   }
   void poll(Time now) override {
-    faults.poll(now);
+    faulty.poll(now);
     slave_.poll(now);
     finish(now);
   }
   void on_frame(const Frame& frame, Time now) override {
-    faults.set_now(now);
-    faults.heard(frame);
+    faulty.set_now(now);
+    faulty.heard(frame);
     slave_.on_frame(frame, now);
     finish(now);
   }
   void on_bus_state(BusState state, Time now) override {
-    if (state == BusState::kBusOff) faults.drop();
+    if (state == BusState::kBusOff) faulty.drop();
     poll(now);
   }
   /// After each call into the stack.
   void finish(Time now) {
-    while (faults.has_aborted())
-      slave_.on_frame(faults.take_abort(), now);
-    wake();
+    while (faulty.has_aborted())
+      slave_.on_frame(faulty.take_abort(), now);
+    wants(earlier(slave_.deadline(), faulty.deadline()));
   }
-  void wake() { wants(earlier(slave_.deadline(), faults.deadline())); }
   sim::Port& port() { return port_; }
 
  private:
@@ -93,6 +92,10 @@ class FaultyNode final : public sim::Participant, private Application {
     std::iota(values_.begin() + 12, values_.end(), std::uint8_t{0});
   }
   void on_nmt_state(nmt::State, Time) override {}
+  void on_faults_changed(Time now) override {
+    faulty.on_faults_changed(now);
+    finish(now);
+  }
 
   static constexpr std::uint16_t kReadWrite = ObjectFlags::kReadWrite | ObjectFlags::kChecked;
   static inline const std::vector<ObjectEntry> kEntries{
@@ -106,7 +109,8 @@ class FaultyNode final : public sim::Participant, private Application {
   sim::Port& port_;
 
  public:
-  sim::FaultyPort faults;
+  sim::FaultyPort faulty;
+  sim::FaultSet& faults = faulty.faults();
 
  private:
   Slave slave_;
@@ -127,22 +131,16 @@ class Master final : public sim::Receiver {
 /// Bus, node 5, master. Time begins at 0, after the node's boot-up.
 class FaultyPlant {
  public:
-  explicit FaultyPlant(std::uint32_t bit_rate = 0) : bus(bit_rate), bus_faults(bus, schedule, 0, &told) {
+  explicit FaultyPlant(std::uint32_t bit_rate = 0) : bus(bit_rate), faulty_bus(bus, schedule, 0, &told) {
     master_port.accept(0, 0x7FF);
-    add(node);
-    add(bus_faults);
     node.start(0);
-    bus_faults.start(0);
+    faulty_bus.start(0);
     pass(0);
     master.heard.clear();
   }
 
-  void add(sim::Participant& participant) { participants.push_back(&participant); }
-
   unsigned set(const std::string& fault) {
-    const unsigned number = node.faults.add(fault_from(fault, sim::FaultPlace::kNode), now);
-    node.wake();
-    return number;
+    return node.faults.add(fault_from(fault, sim::FaultPlace::kNode), now);
   }
   unsigned set_bus(const std::string& fault) {
     return bus_faults.add(fault_from(fault, sim::FaultPlace::kBus), now);
@@ -160,8 +158,7 @@ class FaultyPlant {
     for (Time next = deadline(); next <= end; next = deadline()) {
       now = std::max(now, next);
       bus.advance(now);
-      while (schedule.first_time() <= now)
-        participants.at(schedule.first())->poll(now);
+      schedule.poll(now);
     }
     now = end;
   }
@@ -174,10 +171,10 @@ class FaultyPlant {
   sim::Schedule schedule;
   Told told;
   FaultyNode node{bus, schedule, 5, &told};
-  sim::BusFaults bus_faults;
+  sim::BusFaults faulty_bus;
+  sim::FaultSet& bus_faults = faulty_bus.set();
   Master master;
   sim::Port& master_port = bus.attach(master);
-  std::vector<sim::Participant*> participants;
   Time now = 0;
 };
 

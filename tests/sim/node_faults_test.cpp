@@ -28,12 +28,12 @@ class Faulty {
   unsigned set(const std::string& fault) {
     const sim::FaultOrProblem parsed = sim::parse_fault(fault, sim::FaultPlace::kNode);
     REQUIRE(parsed.problem.empty());
-    const unsigned number = node.add_fault(parsed.fault, bench.now);
+    const unsigned number = node.faults().add(parsed.fault, bench.now);
     bench.world.advance(bench.now);
     return number;
   }
   void remove(unsigned number) {
-    CHECK(node.remove_fault(number, bench.now));
+    CHECK(node.faults().remove(number, bench.now));
     bench.world.advance(bench.now);
   }
 
@@ -167,9 +167,9 @@ TEST_CASE("Node: faults are for its ID, also for the one that LSS gives") {
   bench.ask("7E5#1107000000000000", "7E4#1100000000000000");
   bench.ask("7E5#0400000000000000", "707#00");
   const sim::FaultOrProblem parsed = sim::parse_fault("short-frame length=3", sim::FaultPlace::kNode);
-  node.add_fault(parsed.fault, bench.now);
+  node.faults().add(parsed.fault, bench.now);
   bench.ask("607#4000200000000000", "587#4B0020");
-  node.clear_faults(bench.now);
+  node.faults().clear(bench.now);
   bench.ask("607#4000200000000000", "587#4B00200007000000");
   CHECK(told.lines.size() == 1);
 }

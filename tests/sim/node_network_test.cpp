@@ -172,8 +172,8 @@ TEST_CASE("Node: the step in which time passes does not change what happens") {
     parts.signals.push_back({0x6000, 1, 3 * kMillisecond, sim::Noise{1000, 200, 5}});
     sim::Node& first = add_node(bench, 1, parts);
     add_node(bench, 2);
-    first.add_fault(sim::parse_fault("answer-late probability=0.5", sim::FaultPlace::kNode).fault, 0);
-    first.add_fault(sim::parse_fault("boot-up-storm interval_ms=11", sim::FaultPlace::kNode).fault, 0);
+    first.faults().add(sim::parse_fault("answer-late probability=0.5", sim::FaultPlace::kNode).fault, 0);
+    first.faults().add(sim::parse_fault("boot-up-storm interval_ms=11", sim::FaultPlace::kNode).fault, 0);
     bench.start();
     for (const char* request : {"601#2B17100007000000", "601#2312100000010040", "602#2F00180201000000",
                                 "602#23061000A00F0000", "602#2305100080000040", "000#0100"})

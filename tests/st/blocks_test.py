@@ -1,169 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""NMT, EMCY, node ID and states: every output and every error code of these blocks, against cbcan-sim."""
+"""What only the blocks in Structured Text have: their scans and turns, pointers, and registers that another client writes. The rest is in
+tests/cia405/scenarios.txt."""
 
-from st_bench import ALL, BUS_OFF, ERROR_PASSIVE, INTERNAL, OTHER, OVERFLOW, TIMEOUT, BlockTest
+from st_bench import ALL, BUS_OFF, ERROR_PASSIVE, INTERNAL, NODE, OTHER, OVERFLOW, TIMEOUT, BlockTest
 import cases
-
-NO_EMCY = {"EMCY_ERROR_CODE": 0, "ERROR_REGISTER": 0, "ERROR_FIELD": [0, 0, 0, 0, 0]}
-
-
-def emcy(code, register, *field):
-    return {"EMCY_ERROR_CODE": code, "ERROR_REGISTER": register, "ERROR_FIELD": list(field)}
-
-
-class Nmt(BlockTest):
-    def check_frame(self, device, state, frame):
-        block = self.plc.block("NMT", DEVICE=device, STATE=state)
-        self.new_frames()
-        self.good(block)
-        self.assertEqual([text for text in self.new_frames() if text.startswith("000#")], [frame])
-
-    def test_the_five_transitions(self):
-        for state, frame in ((5, "000#0120"), (4, "000#0220"), (0x7F, "000#8020"), (6, "000#8120"), (7, "000#8220")):
-            with self.subTest(state):
-                self.check_frame(0x20, state, frame)
-
-    def test_device_0_is_all(self):
-        self.check_frame(0, 5, "000#0100")
-
-    def test_what_is_no_transition_or_no_node(self):
-        self.new_frames()
-        for device, state in ((5, 0x800), (5, 0), (5, 1), (5, 128), (128, 5), (255, 5)):
-            with self.subTest((device, state)):
-                self.bad(self.plc.block("NMT", DEVICE=device, STATE=state), INTERNAL)
-        self.assertEqual(self.new_frames(), [])
-
-    def test_bus_off(self):
-        self.plc.command("fault bus bus-off")
-        self.plc.transaction(5066, 0, 0x3003, 0, 2, 20)
-        self.bad(self.plc.block("NMT", STATE=5), BUS_OFF)
-
-    def test_bus_off_before_the_module_gives_up(self):
-        self.plc.command("fault bus bus-off")
-        scans = self.bad(self.plc.block("NMT", STATE=5, TIMEOUT=50), BUS_OFF)
-        self.assertIn(scans, range(52, 56))
-
-
-class Emcy(BlockTest):
-    options = ("--demo", "--slcan", "127.0.0.1:0")
-
-    def test_of_a_node(self):
-        block = self.plc.block("RECV_EMCY_DEV", DEVICE=0x20)
-        self.good(block, ERRORINFO=NO_EMCY)
-        self.off(block, ERRORINFO=NO_EMCY)
-        self.plc.command("fault 32 emcy-storm code=0x8130 count=1")
-        self.bad(block, OTHER, ERRORINFO=emcy(0x8130, 1, 0, 0, 0, 0, 0))
-        self.off(block, ERRORINFO=NO_EMCY)
-        self.plc.command("fault 32 emcy-storm code=0 count=1")
-        self.good(block, ERRORINFO=emcy(0, 1, 0, 0, 0, 0, 0))
-
-    def test_all_bytes(self):
-        self.plc.command("incident 16 overtemperature on")
-        frame, = [text for text in self.plc.frames() if text.startswith("090#")]
-        data = bytes.fromhex(frame[4:])
-        self.assertEqual(data[:3].hex(), "104209")
-        block = self.plc.block("RECV_EMCY_DEV", DEVICE=0x10)
-        self.bad(block, OTHER, ERRORINFO=emcy(0x4210, 9, *data[3:]))
-        self.bad(self.plc.block("RECV_EMCY"), OTHER, DEVICE=0x10, ERRORINFO=emcy(0x4210, 9, *data[3:]))
-
-    def test_the_own_one(self):
-        self.good(self.plc.block("RECV_EMCY_DEV", DEVICE=0), ERRORINFO=NO_EMCY)
-
-    def test_every_byte_has_its_place(self):
-        self.send("0C2#1122334455667788")
-        expected = emcy(0x2211, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88)
-        self.bad(self.plc.block("RECV_EMCY_DEV", DEVICE=0x42), OTHER, ERRORINFO=expected)
-        self.bad(self.plc.block("RECV_EMCY"), OTHER, DEVICE=0x42, ERRORINFO=expected)
-
-    def test_the_scan(self):
-        block = self.plc.block("RECV_EMCY")
-        self.good(block, DEVICE=0, ERRORINFO=NO_EMCY)
-        self.off(block)
-        self.plc.command("fault 32 emcy-storm code=0x1000 count=1")
-        self.plc.command("fault 66 emcy-storm code=0x2310 count=1")
-        for device, code in ((0x20, 0x1000), (0x42, 0x2310), (0x20, 0x1000)):  # again in each round
-            self.bad(block, OTHER, DEVICE=device, ERRORINFO=emcy(code, 1, 0, 0, 0, 0, 0))
-            self.off(block, DEVICE=0, ERRORINFO=NO_EMCY)
-        self.plc.command("fault 66 emcy-storm code=0 count=1")
-        self.good(block, DEVICE=0x42, ERRORINFO=NO_EMCY)
-        self.off(block)
-        self.bad(block, OTHER, DEVICE=0x20)
-        self.off(block)
-        self.bad(block, OTHER, DEVICE=0x20)
-
-
-class States(BlockTest):
-    options = ("--demo", "--node-id", "100")
-
-    def test_the_own_node_id(self):
-        block = self.plc.block("GET_LOCAL_NODE_ID")
-        self.good(block, DEVICE=100)
-        self.off(block, DEVICE=0)
-
-    def test_the_kernel(self):
-        block = self.plc.block("GET_CANOPEN_KERNEL_STATE")
-        for fault, state in ((None, 0), ("bus-off", BUS_OFF), ("error-passive", ERROR_PASSIVE)):
-            if fault:
-                self.plc.command(f"fault bus {fault}")
-            self.good(block, STATE=state, DEVICE=100)
-            self.off(block, STATE=0, DEVICE=0)
-            self.plc.command("clear bus")
-
-    def test_an_overflow(self):
-        """Whatever the kernel state is, the block hands it on."""
-        block = self.plc.block("GET_CANOPEN_KERNEL_STATE", ENABLE=True)
-        self.plc.scan(2)
-        self.plc.window.write(3706, [2])
-        self.plc.run(block)
-        self.check(block, True, 0, STATE=2)
-
-    def test_states_of_a_node(self):
-        block = self.plc.block("GET_STATE", DEVICE=0x20)
-        self.good(block, STATE="UNKNOWN")
-        self.off(block, STATE="INIT")
-        self.plc.transaction(5066, 0, 0x1016, 1, 4, 500, 0x20)
-        self.plc.transaction(5066, 0x20, 0x1017, 0, 2, 100)
-        for service, state in ((5, "OPERATIONAL"), (4, "STOPPED"), (0x7F, "PRE_OPERATIONAL")):
-            self.plc.transaction(5066, 0, 0x1F82, 0x20, 1, service)
-            self.plc.pass_time(200000)
-            self.good(block, STATE=state)
-            self.off(block)
-        self.plc.command("fault 32 silent")
-        for service, state in ((7, "RESET_COMM"), (6, "RESET_APP")):
-            self.plc.transaction(5066, 0, 0x1F82, 0x20, 1, service)
-            self.good(block, STATE=state)
-            self.off(block)
-        self.plc.pass_time(1000000)
-        self.good(block, STATE="NOT_AVAIL")
-        self.off(block)
-        self.plc.command("clear 32")
-        self.plc.transaction(5066, 0, 0x1F82, 0x20, 1, 6)
-        self.good(block, STATE="INIT")
-
-    def test_the_own_state(self):
-        block = self.plc.block("GET_STATE", DEVICE=0)
-        for service, state in ((5, "OPERATIONAL"), (4, "STOPPED"), (0x7F, "PRE_OPERATIONAL")):
-            self.plc.transaction(5066, 0, 0x1F82, 100, 1, service)
-            self.good(block, STATE=state)
-            self.off(block)
-
-
-class InvalidInputs(BlockTest):
-    def test_what_all_blocks_have(self):
-        for name, valid in ALL.items():
-            for inputs in ({"NETWORK": 0}, {"NETWORK": 2}, {"TIMEOUT": 65536}):
-                with self.subTest((name, inputs)):
-                    self.assertEqual(self.bad(self.plc.block(name, **valid, **inputs), INTERNAL), 1)
-                    self.plc.called.clear()
-        self.assertEqual(self.plc.registers, [0] * 70)
-
-    def test_the_longest_time_out(self):
-        self.good(self.plc.block("GET_LOCAL_NODE_ID", TIMEOUT=65535), DEVICE=127)
-
-    def test_node_ids(self):
-        for name in ("RECV_EMCY_DEV", "GET_STATE"):
-            self.assertEqual(self.bad(self.plc.block(name, DEVICE=128), INTERNAL), 1)
+from st_types import Pointer
 
 
 class NoResults(BlockTest):
@@ -196,6 +38,18 @@ class NoResults(BlockTest):
         for code in (1, 2, 3, 4, 5, 0xFFFF):
             with self.subTest(code):
                 self.check_refused("GET_LOCAL_NODE_ID", {3700: code})
+
+
+    def test_an_answer_longer_than_was_asked_for(self):
+        for name, inputs, size in (("SDO_READ4", {}, 5), ("SDO_READ_BUFFER", {"DATALENGTH": 3}, 4)):
+            block = self.plc.block(name, ENABLE=True, DEVICE=NODE, INDEX=0x2001, **inputs)
+            self.plc.scan(1 if name == "SDO_READ_BUFFER" else 3)  # the first one sets 3003h and 3004h
+            self.plc.window.write(3705, [size])
+            self.plc.run(block)
+            self.check(block, False, INTERNAL)
+            self.plc.called.clear()
+            self.good(self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001))
+            self.plc.called.clear()
 
 
 class TimeOuts(BlockTest):
@@ -233,6 +87,93 @@ class TimeOuts(BlockTest):
                 self.assertEqual(memory[0], 0)
                 self.off(block)
                 self.plc.called.clear()
+
+
+class Scans(BlockTest):
+    def traces(self, block, enables):
+        """CONFIRM and ERROR after each scan with ENABLE so."""
+        found = []
+        for enable in enables:
+            block.set(ENABLE=enable)
+            self.plc.scan()
+            found.append((int(block["CONFIRM"]), block["ERROR"]))
+        return found
+
+    def test_done_in_the_scan_after_the_answer(self):
+        block = self.plc.block("GET_LOCAL_NODE_ID")
+        self.assertEqual(self.traces(block, [0, 1, 1, 1, 0, 1, 1]), [(0, 0), (0, 0), (1, 0), (1, 0), (0, 0), (0, 0), (1, 0)])
+
+    def test_the_next_block_starts_a_scan_later(self):
+        """R3700 = 0 has to have reached the module: it would take a second CA0Eh for the same request."""
+        long = self.plc.block("SDO_READ_BUFFER", DEVICE=99, INDEX=0x1000, DATALENGTH=4, ENABLE=True)
+        self.plc.scan(5)
+        waits = self.plc.block("GET_LOCAL_NODE_ID", ENABLE=True)
+        self.plc.scan(3)
+        long.set(ENABLE=False)
+        written = []
+        original = self.plc.window.write
+        self.plc.window.write = lambda first, words: (written.append((first, words[0])), original(first, words))
+        self.plc.run(waits)
+        self.assertEqual([word for first, word in written if first == 3700], [0, 0xCA0E])
+        self.check(waits, True, 0, DEVICE=127)
+
+
+class Turns(BlockTest):
+    def test_a_block_that_is_not_called_any_more_loses_its_turn(self):
+        owner = self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, ENABLE=True)
+        self.plc.scan(5)
+        first, second = (self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, ENABLE=True) for _ in range(2))
+        self.plc.scan(600)  # as long as it is called it keeps its turn
+        self.plc.called.remove(owner)
+        self.assertIn(self.plc.run(second), range(500, 515))
+        self.check(first, True, 0)
+        self.check(second, True, 0)
+        self.assertEqual([text for text in self.plc.frames() if text.startswith("663#")], ["663#4000100000000000", "663#8000100000000008"])
+        self.plc.called.append(owner)
+        self.plc.scan()
+        self.check(owner, False, INTERNAL)
+        self.off(owner)
+        owner.set(DEVICE=NODE)
+        self.good(owner, DATALENGTH=4)
+
+    def test_so_does_one_that_waits(self):
+        owner = self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, ENABLE=True, TIMEOUT=50)
+        waits = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, ENABLE=True)
+        last = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x1000, ENABLE=True)
+        self.plc.scan(20)
+        self.plc.called.remove(waits)
+        self.plc.run(owner)
+        self.assertIn(self.plc.run(last), range(1000, 1010))
+        self.check(last, True, 0, DATALENGTH=4)
+        self.plc.called.append(waits)  # it has not begun yet, and has its turn now
+        self.plc.run(waits)
+        self.check(waits, True, 0, DATALENGTH=1)
+
+    def test_the_highest_ticket(self):
+        blocks = [self.plc.block("GET_LOCAL_NODE_ID", ENABLE=True) for _ in range(3)]
+        self.plc.machine.globals["CBCAN"]["LAST_TICKET"] = 0xFFFFFFFD
+        self.plc.scan(10)
+        self.assertEqual([block["DEVICE"] for block in blocks], [127] * 3)
+        self.assertEqual(self.plc.machine.globals["CBCAN"]["LAST_TICKET"], 2)
+
+    def test_a_program(self):
+        self.plc.runs_program = True
+        self.plc.scan(50)
+        self.assertEqual(self.plc.machine.programs["MAIN"][1]["TROUBLE"], 0)
+        self.assertIn(self.plc.machine.programs["MAIN"][1]["STATE"], ("UNKNOWN", "NOT_AVAIL"))
+
+
+class Pointers(BlockTest):
+    arguments = {"files": ("cia405.st", "cia405_codesys.st", "ramp.st"), "main": "Read_Write_SDO"}
+
+    def test_no_buffer(self):
+        for name in ("SDO_READ", "SDO_WRITE"):
+            self.bad(self.plc.block(name, DEVICE=NODE, INDEX=0x2001, DATA=None, DATALENGTH=4), INTERNAL)
+
+    def test_an_abort_leaves_the_size(self):
+        array = self.plc.machine.types["CBCAN_BUFFER"]._replace(high=0)
+        where = Pointer({"DATA": [0]}, "DATA", array, 0)
+        self.bad(self.plc.block("SDO_READ", DEVICE=NODE, INDEX=0x5000, DATA=where, DATALENGTH=1), OTHER, DATALENGTH=1)
 
 
 cases.main()

@@ -2,12 +2,13 @@
 """A PLC that runs the function blocks of tools/st against cbcan-sim, on a clock that stands still but for the scans."""
 
 import pathlib
+import socket
 import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
-from simulator import Simulator
+from simulator import LIMIT, Simulator
 from st_machine import Machine
 
 LIBRARY = ROOT / "tools/st"
@@ -23,6 +24,53 @@ def configuration(program):
     """That of tools/st, with another program."""
     (name, text), = source("configuration.st")
     return name, text.replace("state_of_node_5", program)
+
+
+class Plant:
+    """cbcan-sim with time that stands still but for the scans of a program."""
+
+    def __init__(self, program, *options, scan_us=1000):
+        self.simulator = Simulator(program, "--clock", "manual", *options, stdin=subprocess.PIPE)
+        self.window = self.simulator.window()
+        self.log, self.heard = self.simulator.log_path.open(), []
+        self.scan_us, self.now = scan_us, 0  # the program's time
+
+    def close(self):
+        self.log.close()
+        self.window.socket.close()
+        self.simulator.stop()
+
+    def command(self, line):
+        """docs/control.md; the response's value"""
+        self.simulator.process.stdin.write(line + "\n")
+        self.simulator.process.stdin.flush()
+        answer = self.simulator.process.stdout.readline().rstrip("\n")
+        while not answer.startswith(("ok", "error", "at ")):
+            answer = self.simulator.process.stdout.readline().rstrip("\n")
+        assert not answer.startswith("error"), f"{line}: {answer}"
+        return answer[3:]
+
+    def pass_time(self, microseconds):
+        self.command(f"pass {microseconds}us")
+        self.now += microseconds
+
+    def frames(self):
+        """All until now, as `605#4017100000000000`."""
+        self.heard += [line.split()[2] for line in self.log]
+        return self.heard
+
+    def transaction(self, *words):
+        """One of the test's own."""
+        return self.window.execute(*words)
+
+    def send(self, frame):
+        """Puts "0A0#1122" on the bus, by an adapter at the place that --slcan names."""
+        host, port = self.simulator.where["slcan"].rsplit(":", 1)
+        identifier, data = frame.split("#")
+        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
+            adapter.sendall(f"O\rt{identifier}{len(data) // 2}{data}\r".encode())
+            assert [adapter.recv(1) for _ in range(3)] == [b"\r", b"z", b"\r"]
+        self.pass_time(1000)
 
 
 class Instance:
@@ -48,19 +96,13 @@ class Instance:
         return self["CONFIRM"] or self["ERROR"] != 0
 
 
-class Plc:
+class Plc(Plant):
     """Between two scans all registers are exchanged and some time passes."""
 
-    def __init__(self, program, *options, files=("cia405.st", "example.st"), main="state_of_node_5", scan_us=1000):
+    def __init__(self, program, *options, files=("cia405.st", "example.st"), main="state_of_node_5"):
+        super().__init__(program, *options)
         self.machine = Machine(*source(*files), configuration(main))
-        self.simulator = Simulator(program, "--clock", "manual", *options, stdin=subprocess.PIPE)
-        self.window = self.simulator.window()
-        self.scan_us, self.now, self.scans, self.called, self.runs_program = scan_us, 0, 0, [], False
-        self.between = lambda: None  # what happens in the registers after a module's answer and before the PLC reads it
-
-    def close(self):
-        self.window.socket.close()
-        self.simulator.stop()
+        self.called, self.runs_program = [], False
 
     @property
     def registers(self):
@@ -71,23 +113,8 @@ class Plc:
         self.called.append(Instance(self.machine.blocks[name]).set(**inputs))
         return self.called[-1]
 
-    def command(self, line):
-        """docs/control.md; the answer's value"""
-        self.simulator.process.stdin.write(line + "\n")
-        self.simulator.process.stdin.flush()
-        answer = self.simulator.process.stdout.readline().rstrip("\n")
-        while not answer.startswith(("ok", "error", "at ")):
-            answer = self.simulator.process.stdout.readline().rstrip("\n")
-        assert not answer.startswith("error"), f"{line}: {answer}"
-        return answer[3:]
-
-    def pass_time(self, microseconds):
-        self.command(f"pass {microseconds}us")
-        self.now += microseconds
-
     def scan(self, count=1):
         for _ in range(count):
-            self.between()
             self.registers[:] = self.window.read(FIRST, COUNT)
             before = list(self.registers)
             for block in self.called:
@@ -95,7 +122,6 @@ class Plc:
             if self.runs_program:
                 self.machine.scan(self.now)
             self.write_back(before)
-            self.scans += 1
             self.pass_time(self.scan_us)
 
     def write_back(self, before):
@@ -111,10 +137,3 @@ class Plc:
             if block.ended():
                 return count
         raise AssertionError(f"{block.block.name}: neither CONFIRM nor ERROR after {most} scans")
-
-    def frames(self):
-        return self.simulator.frames()
-
-    def transaction(self, *words):
-        """One of the test's own."""
-        return self.window.execute(*words)

@@ -18,13 +18,9 @@ def tables_of(text):
             found[heading] = []
         elif line.startswith("|---"):
             found[heading].append([])
-        elif line.startswith("|") and found[heading] and found[heading][-1] is not None and not is_head(line):
+        elif line.startswith("|") and "`" in line and found[heading]:
             found[heading][-1].append([cell.strip() for cell in line.strip().strip("|").split("|")])
     return found
-
-
-def is_head(line):
-    return "`" not in line
 
 
 def items(cell):
@@ -45,16 +41,16 @@ class Recipes:
         text = re.sub(r"\bR(\d+)", lambda m: str(self.register(int(m[1]))), text)
         text = re.sub(r"\b([0-9][0-9A-F]*)h\b", lambda m: str(int(m[1], 16)), text)
         text = re.sub(r"\b[A-Z][A-Z_]+\b", lambda m: str(names[m[0]]), text)
-        assert re.fullmatch(r"[\d +*=><and]*", text), text
-        text = re.sub(r"(?<![<>])=", "==", text)
-        return eval(re.sub(r"\b0+(?=\d)", "", text))  # numbers and + * = > < and, as the line above says
+        assert re.fullmatch(r"[\d +*/=>and]*", text), text
+        text = text.replace("=", "==").replace("/", "//")
+        return eval(re.sub(r"\b0+(?=\d)", "", text))  # numbers and + * / = > and, as the line above says
 
-    def due(self, when, names):
+    def due(self, row, names):
+        when = row[0]
         if when == "always":
             return True
         if when.endswith("is new"):
-            index = "3004h" if when.startswith("mode") else "3003h"
-            return self.written.get(index) != self.value(items(when)[0], names)
+            return self.written.get(self.value(items(row[3])[0], names)) != self.value(items(when)[0], names)
         return self.value(items(when)[0], names)
 
     def keep(self, cell, names):
@@ -62,7 +58,7 @@ class Recipes:
             name, text = item.split(" = ")
             names[name] = self.value(text, names)
 
-    def execute(self, row, names, wait_ms):
+    def execute(self, row, names, most_ms):
         """One transaction; R3700, or None when it is not over in time."""
         _, *cells, data, _ = row
         words = [self.value(items(cell)[0], names) for cell in cells]
@@ -73,40 +69,41 @@ class Recipes:
             words.append(self.value(items(data)[0], names))
         self.plc.window.write(3701, words)
         self.plc.window.write(3700, [EXECUTE])
-        for _ in range(wait_ms or 100000):
-            if self.register(3700) != EXECUTE:
-                break
-            self.plc.pass_time(1000)
-        else:
-            return None
-        if self.register(3700) == 0 and items(cells[2])[0] in ("3003h", "3004h"):
-            self.written[items(cells[2])[0]] = words[5]
-        return self.register(3700)
+        names["OVER"] = 0
+        while self.register(3700) == EXECUTE and not names["OVER"]:
+            self.plc.pass_time(self.plc.scan_us)
+            names["OVER"] = int(0 < most_ms <= (self.plc.now - self.begun) / 1000)
+        code = self.register(3700)
+        if code == 0 and words[:2] == [5066, 0]:
+            self.written[words[2]] = words[5]
+        return None if code == EXECUTE else code
 
     def run(self, block, **inputs):
         """The outputs of the block."""
-        names, sdo = {"TIMEOUT": 0, "DEVICE": 0, "SUBINDEX": 0, "MODE": 0, **inputs}, block.startswith("SDO_")
+        names = {"TIMEOUT": 0, "DEVICE": 0, "INDEX": 0, "SUBINDEX": 0, "MODE": 0, **inputs}
+        self.begun = self.plc.now
         requests, results = self.tables[block]
-        outputs = {}
+        if block == "NMT" or block.startswith("SDO_"):
+            requests = self.tables["Time-out and mode"][0] + requests
         for row in requests:
-            if not self.due(row[0], names):
+            if not self.due(row, names):
                 continue
             code = 0 if not items(row[1]) else self.execute(row, names, names["TIMEOUT"])
             if code is None:
                 self.plc.window.write(3700, [0])
-                self.plc.pass_time(1000)
+                self.plc.pass_time(self.plc.scan_us)
             if code != 0:
-                outputs = self.timed_out() if code is None else self.failure(sdo, names)
+                outputs = self.timed_out() if code is None else self.failure(block, names)
                 break
             self.keep(row[-1], names)
         else:
             outputs = self.outputs(results, names)
-        if outputs.get("ERROR", 0) not in (0, 1):
+        if outputs.get("ERROR", 0) not in (0, 1) or (block, names.get("STATE")) == ("NMT", 6):
             self.written.clear()
         return outputs
 
     def outputs(self, table, names):
-        cells = next(row for row in table if self.due(row[0], names))
+        cells = next(row for row in table if self.due(row, names))
         found = {}
         for item in items(cells[1]):
             name, _, text = item.partition(" = ")
@@ -118,16 +115,17 @@ class Recipes:
                 found[name] = True if not text else self.value(text, names)
         return found
 
-    def failure(self, sdo, names):
+    def failure(self, block, names):
         table, = self.tables["Failures"]
-        row = next(row for row in table if self.due(row[0], names))
-        cell = row[1 if sdo else 2]
-        found = {name: self.value(text, names) for name, text in (item.split(" = ") for item in items(cell))}
-        return {**found, **self.timed_out()} if "as after TIMEOUT" in cell else found
+        row = next(row for row in table if self.due(row, names))
+        cell = row[1 if block.startswith("SDO_") else 2]
+        if "as after TIMEOUT" in cell:
+            return self.timed_out()
+        return {name: self.value(text, names) for name, text in (item.split(" = ") for item in items(cell))}
 
     def timed_out(self):
         requests, results = self.tables["After TIMEOUT"]
-        names = {"KERNEL": 0}
+        names, self.begun = {"KERNEL": 0}, self.plc.now
         if self.execute(requests[0], names, 500) == 0:
             self.keep(requests[0][-1], names)
         return self.outputs(results, names)

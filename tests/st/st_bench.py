@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: MIT
 """What the tests of the function blocks have in common."""
 
-import socket
 import sys
 import unittest
 
-from plc import ROOT, Plc
-from simulator import LIMIT, program_from_arguments
+from plc import Plc
+from simulator import program_from_arguments
 
 PROGRAM = program_from_arguments(sys.argv)
 NODE = 0x20  # the generic node of the demo plant
@@ -16,7 +15,6 @@ ALL = {"NMT": {"STATE": 5}, "RECV_EMCY": {}, "RECV_EMCY_DEV": {"DEVICE": 5}, "GE
        "SDO_READ_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5},
        "SDO_WRITE_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5},
        "SDO_WRITE4": {"DEVICE": NODE, "INDEX": 0x2001, "DATALENGTH": 1}}
-GENERIC = str(ROOT / "plants/demo/generic.eds")
 OK, OTHER, OVERFLOW, TIMEOUT, BUS_OFF, ERROR_PASSIVE, INTERNAL = 0, 1, 2, 3, 0x10, 0x11, 0x21
 
 
@@ -55,18 +53,3 @@ class BlockTest(unittest.TestCase):
         block.set(ENABLE=False)
         self.plc.scan()
         self.check(block, False, OK, **outputs)
-
-    def new_frames(self):
-        """Those since this was asked last."""
-        frames = self.plc.frames()
-        found, self.seen = frames[getattr(self, "seen", 0):], len(frames)
-        return found
-
-    def send(self, frame):
-        """Puts "0A0#1122" on the bus, by an adapter at the place that --slcan names."""
-        host, port = self.plc.simulator.where["slcan"].rsplit(":", 1)
-        identifier, data = frame.split("#")
-        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
-            adapter.sendall(f"O\rt{identifier}{len(data) // 2}{data}\r".encode())
-            self.assertEqual([adapter.recv(1) for _ in range(3)], [b"\r", b"z", b"\r"])
-        self.plc.pass_time(1000)

@@ -27,7 +27,7 @@ TARGET_MS = 50  # for the slowest transaction; printed, since other programs may
 READ_ONE = bytes.fromhex("0001 0000 0006 01 03 0000 0001")
 READ_ONE_ANSWER = bytes.fromhex("0001 0000 0005 01 03 02 0000")
 READ_125 = bytes.fromhex("0002 0000 0006 01 03 0000 007D")
-NO_LOG = "; the log ends here, the simulation goes on; make room, or put --log FILE on another disk"
+NO_LOG = "; the log ends here, the simulation goes on; make room, or write it to another disk"
 ROWS = []
 
 

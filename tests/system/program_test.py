@@ -60,7 +60,7 @@ class Starting(unittest.TestCase):
             done = run("--demo", "--modbus", address)
         self.check_refused(done, 3)
         self.assertEqual(done.stderr, f"cbcan-sim: modbus {address}: address in use: another program listens there; stop it, or use "
-                                      "--modbus 127.0.0.1:0 for any free port\n")
+                                      "127.0.0.1:0 for any free port\n")
 
     def test_no_such_interface(self):
         done = run("--demo", "--modbus", "127.0.0.1:0", "--can", "socketcan:nope0")
@@ -70,7 +70,7 @@ class Starting(unittest.TestCase):
             "cbcan-sim: can socketcan:nope0: no such interface; `ip link` lists them; for a virtual one: ip link add dev nope0 "
             "type vcan && ip link set nope0 up\n",
             "cbcan-sim: can socketcan:nope0: this kernel has no CAN (Address family not supported by protocol); "
-            "`tools/dev/in-vcan-vm COMMAND` runs a command where there is vcan0, and --can virtual needs no kernel\n"))
+            "`tools/dev/in-vcan-vm COMMAND` runs a command where there is vcan0, and the virtual bus needs no kernel\n"))
 
     def test_log_that_cannot_be_made(self):
         self.check_refused(run("--demo", "--modbus", "127.0.0.1:0", "--log", "/nonexistent/bus.log"), 3,

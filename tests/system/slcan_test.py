@@ -139,7 +139,7 @@ class Serving(Case):
                                   timeout=LIMIT)
         self.assertEqual((done.returncode, done.stdout, done.stderr),
                          (3, "", f"cbcan-sim: slcan {address}: address in use: another program listens there; stop it, or use "
-                                 "--slcan 127.0.0.1:0 for any free port\n"))
+                                 "127.0.0.1:0 for any free port\n"))
 
     def test_nodes_without_a_module(self):
         self.start("--demo", "--no-module")

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One program's part in sharing a window (Sharing in cbcan/cia405.hpp has the protocol). Knows no Modbus.
+/// One program's part in sharing a window ("Several programs" in docs/function-blocks.md has the protocol).
+/// Knows no Modbus.
 
 #include <array>
 #include <cstdint>

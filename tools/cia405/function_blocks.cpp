@@ -13,18 +13,15 @@ namespace {
 namespace object = regmap::object;
 
 constexpr std::uint8_t kHighestNode = 127;
+constexpr std::uint32_t kLongestTimeout = std::numeric_limits<std::uint16_t>::max();
 
 using detail::Service;
 using OwnId = Service::OwnId;
 
-Service read_own(std::uint16_t index, std::uint16_t size) {
-  return {.exact = true, .index = index, .size = size};
-}
-
 /// An object of the module with a sub-index for each node, the own one too.
 std::optional<Service> read_about(std::uint8_t device, std::uint16_t index, std::uint16_t size) {
   if (device > kHighestNode) return std::nullopt;
-  Service service = read_own(index, size);
+  Service service = Service::local(index, size);
   service.sub = device;
   if (device == 0) service.own_id = OwnId::kAsSubIndex;
   return service;
@@ -34,10 +31,17 @@ std::optional<Service> read_about(std::uint8_t device, std::uint16_t index, std:
 EmcyError emcy_from(std::span<const std::uint8_t> message) {
   EmcyError emcy;
   emcy.error_code = static_cast<std::uint16_t>(message[0] | message[1] << 8);
-  if (emcy.error_code == 0) return emcy;
   emcy.error_register = message[2];
   std::ranges::copy(message.subspan(3), emcy.error_field.begin());
   return emcy;
+}
+
+/// 3003h for a block's TIMEOUT: longer by an eighth and 100 ms, so that the block's timer is the first, also
+/// where its clock is slow.
+std::uint16_t module_timeout(std::uint32_t ms) {
+  constexpr std::uint32_t kMargin = 100;
+  return ms == 0 ? std::uint16_t{0}
+                 : static_cast<std::uint16_t>(std::min(ms + ms / 8 + kMargin, kLongestTimeout));
 }
 
 KernelError verdict(const EmcyError& emcy) {
@@ -59,17 +63,21 @@ void FunctionBlock::call(Time now) {
   enabled_ = enable;
 }
 
+KernelError FunctionBlock::show(const detail::Job& /*done*/) {
+  return KernelError::kNone;
+}
+
 void FunctionBlock::start(Time now) {
   std::optional<Service> wanted = service();
   detail::Window* const chosen = link_.window(network);
-  if (!wanted || chosen == nullptr || timeout > std::numeric_limits<std::uint16_t>::max()) {
+  if (!wanted || chosen == nullptr || timeout > kLongestTimeout) {
     error = KernelError::kInternal;
     return;
   }
   *job_ = {};
   job_->service = std::move(*wanted);
-  job_->timeout_ms = static_cast<std::uint16_t>(timeout);
-  job_->deadline = now + Time{1000} * timeout;
+  job_->module_timeout_ms = module_timeout(timeout);
+  if (timeout != 0) job_->deadline = now + Time{1000} * timeout;
   chosen->add(*job_);
 }
 
@@ -104,12 +112,8 @@ std::optional<Service> Nmt::service() const {
                  .data = {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8)}};
 }
 
-KernelError Nmt::show(const detail::Job& /*done*/) {
-  return KernelError::kNone;
-}
-
 std::optional<Service> RecvEmcy::service() const {
-  return read_own(object::kEmergencyScan, 9);
+  return Service::local(object::kEmergencyScan, 9);
 }
 
 KernelError RecvEmcy::show(const detail::Job& done) {
@@ -137,7 +141,7 @@ void RecvEmcyDev::reset() {
 }
 
 std::optional<Service> GetLocalNodeId::service() const {
-  return read_own(object::kOwnNodeId, 1);
+  return Service::local(object::kOwnNodeId, 1);
 }
 
 KernelError GetLocalNodeId::show(const detail::Job& done) {
@@ -150,7 +154,7 @@ void GetLocalNodeId::reset() {
 }
 
 std::optional<Service> GetCanopenKernelState::service() const {
-  Service service = read_own(object::kKernelState, 1);
+  Service service = Service::local(object::kKernelState, 1);
   service.own_id = OwnId::kAsked;
   return service;
 }
@@ -199,7 +203,7 @@ std::optional<Service> SdoAccess::write(std::span<const std::uint8_t> bytes, Sdo
 }
 
 std::optional<Service> SdoRead::service() const {
-  return read(data.size());
+  return read(std::min(data.size(), std::size_t{regmap::kMaxDataBytes}));
 }
 
 KernelError SdoRead::show(const detail::Job& done) {
@@ -234,17 +238,9 @@ std::optional<Service> SdoWrite::service() const {
   return write(data, mode);
 }
 
-KernelError SdoWrite::show(const detail::Job& /*done*/) {
-  return KernelError::kNone;
-}
-
 std::optional<Service> SdoWrite4::service() const {
   if (datalength > data.size()) return std::nullopt;
   return write(std::span(data).first(datalength), SdoMode::kAuto);
-}
-
-KernelError SdoWrite4::show(const detail::Job& /*done*/) {
-  return KernelError::kNone;
 }
 
 }  // namespace cbcan::cia405

@@ -19,10 +19,6 @@ constexpr std::size_t at(std::uint16_t address) {
   return static_cast<std::size_t>(address - regmap::kWindowFirst);
 }
 
-Service read_local(std::uint16_t index) {
-  return {.exact = true, .index = index, .size = 1};
-}
-
 Service write_local(std::uint16_t index, std::vector<std::uint8_t> data) {
   const auto size = static_cast<std::uint16_t>(data.size());
   return {.write = true, .index = index, .size = size, .data = std::move(data)};
@@ -85,7 +81,7 @@ void Window::expire(Time now) {
   for (std::size_t i = 0; i < queue_.size();) {
     Job& job = *queue_[i];
     const bool waits = job.stage == Job::Stage::kQueued;
-    const bool over = job.timeout_ms != 0 && now >= job.deadline;
+    const bool over = job.deadline && now >= *job.deadline;
     if (over && job.stage == Job::Stage::kBegun) {
       abandon();
       job.stage = Job::Stage::kKernelState;
@@ -161,12 +157,12 @@ Service Window::next_service(const Job& job) {
     return service;
   };
   if (job.stage == Job::Stage::kKernelState)
-    return because(Purpose::kKernelState, read_local(object::kKernelState));
-  if (wanted.on_bus && timeout_known_ != job.timeout_ms)
-    return because(Purpose::kTimeout, write_timeout(job.timeout_ms));
+    return because(Purpose::kKernelState, Service::local(object::kKernelState, 1));
+  if (wanted.on_bus && timeout_known_ != job.module_timeout_ms)
+    return because(Purpose::kTimeout, write_timeout(job.module_timeout_ms));
   if (wanted.on_bus && mode_known_ != wanted.mode) return because(Purpose::kMode, write_mode(wanted.mode));
   if (wanted.own_id != Service::OwnId::kNotAsked && !job.own_id)
-    return because(Purpose::kOwnId, read_local(object::kOwnNodeId));
+    return because(Purpose::kOwnId, Service::local(object::kOwnNodeId, 1));
   Service service = because(Purpose::kService, wanted);
   if (wanted.own_id == Service::OwnId::kAsSubIndex) service.sub = *job.own_id;
   return service;
@@ -213,7 +209,7 @@ void Window::ended(std::span<const std::uint16_t> words) {
 
 void Window::succeeded(Job& job, std::span<const std::uint16_t> words) {
   switch (purpose_) {
-    case Purpose::kTimeout: timeout_known_ = job.timeout_ms; return;
+    case Purpose::kTimeout: timeout_known_ = job.module_timeout_ms; return;
     case Purpose::kMode: mode_known_ = job.service.mode; return;
     case Purpose::kOwnId: job.own_id = data_bytes(words, 1)[0]; return;
     case Purpose::kKernelState: return;
@@ -224,13 +220,17 @@ void Window::succeeded(Job& job, std::span<const std::uint16_t> words) {
   finish(job, KernelError::kNone);
 }
 
+/// A block whose TIMEOUT is over is not here any more: abort 0504 0000h is the node's, or else that of an NMT
+/// command which the module could not send.
 void Window::failed(Job& job, std::uint32_t abort_code) {
-  if (purpose_ != Purpose::kService) return finish(job, KernelError::kInternal);
-  if (job.service.has_errorinfo) job.abort_code = abort_code;
-  if (abort_code == kAbortTimeout)
+  if (purpose_ == Purpose::kService && job.service.has_errorinfo) {
+    job.abort_code = abort_code;
+    finish(job, KernelError::kOther);
+  } else if (purpose_ == Purpose::kService && abort_code == kAbortTimeout) {
     job.stage = Job::Stage::kKernelState;
-  else
-    finish(job, job.service.has_errorinfo ? KernelError::kOther : KernelError::kInternal);
+  } else {
+    finish(job, KernelError::kInternal);
+  }
 }
 
 void Window::take_kernel_state(Job& job, std::span<const std::uint16_t> words) {

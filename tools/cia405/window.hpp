@@ -21,6 +21,11 @@ struct Service {
   /// Whether the module's own node ID (3001h) is read first, and then is the sub-index.
   enum class OwnId : std::uint8_t { kNotAsked, kAsked, kAsSubIndex };
 
+  /// A read of the module's own object dictionary.
+  static Service local(std::uint16_t index, std::uint16_t size) {
+    return {.exact = true, .index = index, .size = size};
+  }
+
   bool write = false;
   bool on_bus = false;  ///< the module's SDO time-out matters
   bool exact = false;   ///< an answer of another size is none
@@ -47,8 +52,8 @@ struct Job {
   Stage stage = Stage::kIdle;
   Window* window = nullptr;
   Service service{};
-  std::uint16_t timeout_ms = 0;
-  Time deadline = 0;  ///< with timeout_ms other than 0
+  std::optional<Time> deadline{};
+  std::uint16_t module_timeout_ms = 0;  ///< 3003h for it
 
   KernelError error = KernelError::kNone;
   std::uint32_t abort_code = 0;

@@ -12,7 +12,7 @@
 
 #include "boards/common/hardware.hpp"
 #include "boards/common/ring.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "slcan/slcan.hpp"
 
 namespace cbcan::boards {

@@ -27,7 +27,7 @@
 #include "boards/common/ring.hpp"
 #include "boards/stm32f4/bit_timing.hpp"
 #include "boards/stm32f4/bxcan_registers.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::boards::stm32f4 {

@@ -17,7 +17,7 @@
 
 #include "boards/common/registers.hpp"
 #include "boards/common/ring.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::boards {

@@ -15,47 +15,6 @@ constexpr std::uint32_t order_of(std::uint16_t index, std::uint8_t sub) {
 
 }  // namespace
 
-std::size_t size_of(DataType type) {
-  switch (type) {
-    case DataType::kBoolean:
-    case DataType::kInteger8:
-    case DataType::kUnsigned8: return 1;
-    case DataType::kInteger16:
-    case DataType::kUnsigned16: return 2;
-    case DataType::kInteger24:
-    case DataType::kUnsigned24: return 3;
-    case DataType::kInteger32:
-    case DataType::kUnsigned32:
-    case DataType::kReal32: return 4;
-    case DataType::kInteger40:
-    case DataType::kUnsigned40: return 5;
-    case DataType::kTimeOfDay:
-    case DataType::kTimeDifference:
-    case DataType::kInteger48:
-    case DataType::kUnsigned48: return 6;
-    case DataType::kInteger56:
-    case DataType::kUnsigned56: return 7;
-    case DataType::kInteger64:
-    case DataType::kUnsigned64:
-    case DataType::kReal64: return 8;
-    default: return 0;
-  }
-}
-
-bool is_signed(DataType type) {
-  switch (type) {
-    case DataType::kInteger8:
-    case DataType::kInteger16:
-    case DataType::kInteger24:
-    case DataType::kInteger32:
-    case DataType::kInteger40:
-    case DataType::kInteger48:
-    case DataType::kInteger56:
-    case DataType::kInteger64: return true;
-    default: return false;
-  }
-}
-
 void restore_values(std::span<const ObjectEntry> entries, std::span<const std::uint8_t> power_on,
                     std::span<std::uint8_t> values, std::uint16_t first_index, std::uint16_t last_index) {
   for (const ObjectEntry& entry : entries) {

@@ -6,81 +6,15 @@
 ///
 /// Not re-entrant: call it from the place that also calls the rest of the core.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
+#include "canopen/dictionary/data_type.hpp"
+#include "canopen/sdo/abort_code.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
-
-/// SDO abort codes that a dictionary or an SDO partner gives (CiA 301, 7.2.4.3.17; names as in CBCAN, table
-/// 3). Any other 32-bit value may arrive from a server and is passed on unchanged.
-enum class AbortCode : std::uint32_t {
-  kNone = 0,
-  kToggleBit = 0x05030000,
-  kTimeOut = 0x05040000,
-  kSync = 0x05040001,
-  kBlockSize = 0x05040002,
-  kBlockSequence = 0x05040003,
-  kBlockCrc = 0x05040004,
-  kReadLength = 0x05040005,
-  kNoSegment = 0x06010000,
-  kWriteOnly = 0x06010001,
-  kReadOnly = 0x06010002,
-  kNoObject = 0x06020000,
-  kNotMappable = 0x06040041,
-  kMappingLength = 0x06040042,
-  kIncompatible = 0x06040043,
-  kSysLength = 0x06040047,
-  kHardware = 0x06060000,
-  kObjectLength = 0x06070010,
-  kParameterLength = 0x06070012,
-  kNoSubIndex = 0x06090011,
-  kValue = 0x06090030,
-  kValueHigh = 0x06090031,
-  kValueLow = 0x06090032,
-  kGeneral = 0x08000000,
-  kStore = 0x08000020,
-  kDeviceState = 0x08000022,
-};
-
-/// Data types by their index in the dictionary (CiA 301, 7.4.7).
-enum class DataType : std::uint8_t {
-  kBoolean = 0x01,
-  kInteger8 = 0x02,
-  kInteger16 = 0x03,
-  kInteger32 = 0x04,
-  kUnsigned8 = 0x05,
-  kUnsigned16 = 0x06,
-  kUnsigned32 = 0x07,
-  kReal32 = 0x08,
-  kVisibleString = 0x09,
-  kOctetString = 0x0A,
-  kUnicodeString = 0x0B,
-  kTimeOfDay = 0x0C,
-  kTimeDifference = 0x0D,
-  kDomain = 0x0F,
-  kInteger24 = 0x10,
-  kReal64 = 0x11,
-  kInteger40 = 0x12,
-  kInteger48 = 0x13,
-  kInteger56 = 0x14,
-  kInteger64 = 0x15,
-  kUnsigned24 = 0x16,
-  kUnsigned40 = 0x18,
-  kUnsigned48 = 0x19,
-  kUnsigned56 = 0x1A,
-  kUnsigned64 = 0x1B,
-};
-
-/// Bytes of a value of this type; 0 = the length varies (strings, DOMAIN) or the type is not one of the
-/// above.
-std::size_t size_of(DataType type);
-
-/// True for INTEGERnn.
-bool is_signed(DataType type);
 
 /// What may be done with an entry.
 struct ObjectFlags {

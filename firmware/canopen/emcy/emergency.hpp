@@ -13,7 +13,7 @@
 
 #include "canopen/dictionary/object_dictionary.hpp"
 #include "canopen/outbox.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {

@@ -35,7 +35,7 @@
 #include "canopen/dictionary/object_dictionary.hpp"
 #include "canopen/pdo/mapping.hpp"
 #include "cbcan/frame.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {

@@ -19,6 +19,7 @@ struct SdoClient::State {
   static constexpr State of(std::uint8_t accepts) {
     return {accepts, answer<kOnAnswer>, event<kOnDeadline>, event<kOnRoom>};
   }
+  static constexpr std::array<State, kPhases> table();
 
   // Member functions as plain ones: pointers to members are twice the size, and slower to call.
   template <void (SdoClient::*kHandler)(const Frame&, Time)>
@@ -40,17 +41,13 @@ constexpr std::uint8_t kNone = 0;
 /// Segments of a block have a sequence number where other answers have a command specifier.
 constexpr std::uint8_t kSegments = 0xFF;
 
-/// What the server is told when the PLC no longer wants an answer.
+/// What the server is told when nobody wants its answer any more.
 constexpr AbortCode kCancelled = AbortCode::kGeneral;
 
 /// Among the segments of a block only sequence number 0 is free to mean something else.
 constexpr bool is_abort(std::uint8_t command, std::uint8_t accepts) {
   return sdo::is(command, sdo::Answer::kAbort) &&
          (accepts != kSegments || command == sdo::command(sdo::Answer::kAbort));
-}
-
-constexpr bool is_short(const Frame& frame) {
-  return frame.length < frame.data.size() && frame.length < sdo::answer_length(frame.data[0]);
 }
 
 /// 06xx xxxxh but 0601 0000h (unsupported access): without block the answer would be the same.
@@ -62,55 +59,34 @@ constexpr bool by_block(SdoClient::Mode mode) {
   return mode >= SdoClient::Mode::kBlock;
 }
 
-/// An abort without index and sub-index is about whatever there is. The usual case comes first.
-constexpr bool is_about(sdo::Multiplexer mux, const Frame& frame) {
-  const sdo::Multiplexer theirs = sdo::multiplexer_of(frame);
-  if (theirs == mux) return true;
-  const std::uint8_t command = frame.data[0];
-  return !sdo::has_multiplexer(command) || (theirs == 0 && sdo::is(command, sdo::Answer::kAbort));
-}
-
 }  // namespace
 
-using Self = SdoClient;
+// clang-format off
+constexpr std::array<SdoClient::State, SdoClient::kPhases> SdoClient::State::table() {
+  using C = SdoClient;
+  using enum sdo::Answer;
+  return {{
+    // an answer                        a deadline         room again           answers that belong here
+    of<&C::misplaced,                   &C::nothing,       &C::nothing>        (kNone),                   // kIdle
+    of<&C::misplaced,                   &C::hold_or_begin, &C::nothing>        (kNone),                   // kHeldBack
+    of<&C::misplaced,                   &C::timed_out,     &C::begin>          (kNone),                   // kQueued
+    of<&C::upload_initiated,            &C::timed_out,     &C::opened>         (only(kInitiateUpload)),   // kUploadInitiate
+    of<&C::upload_segment,              &C::timed_out,     &C::nothing>        (only(kUploadSegment)),    // kUploadSegment
+    of<&C::download_done,               &C::timed_out,     &C::opened>         (only(kInitiateDownload)), // kDownloadExpedited
+    of<&C::download_initiated,          &C::timed_out,     &C::opened>         (only(kInitiateDownload)), // kDownloadInitiate
+    of<&C::download_segment_taken,      &C::timed_out,     &C::nothing>        (only(kDownloadSegment)),  // kDownloadSegment
+    of<&C::block_download_initiated,    &C::timed_out,     &C::opened>         (only(kBlockDownload)),    // kBlockDownloadInitiate
+    of<&C::misplaced,                   &C::timed_out,     &C::stream_segments>(kNone),                   // kBlockDownloadStream
+    of<&C::block_download_acknowledged, &C::timed_out,     &C::nothing>        (only(kBlockDownload)),    // kBlockDownloadAcknowledge
+    of<&C::block_download_ended,        &C::timed_out,     &C::nothing>        (only(kBlockDownload)),    // kBlockDownloadEnd
+    of<&C::block_upload_initiated,      &C::timed_out,     &C::opened>         (only(kBlockUpload)),      // kBlockUploadInitiate
+    of<&C::block_upload_segment,        &C::ask_for_rest,  &C::nothing>        (kSegments),               // kBlockUploadStream
+    of<&C::block_upload_ended,          &C::timed_out,     &C::nothing>        (kSegments),               // kBlockUploadEnd
+  }};
+}
+// clang-format on
 
-const std::array<Self::State, Self::kPhases> Self::kStates{{
-    /* kIdle */ State::of<&Self::misplaced, &Self::nothing, &Self::nothing>(kNone),
-    /* kHeldBack */
-    State::of<&Self::misplaced, &Self::hold_or_begin, &Self::nothing>(kNone),
-    /* kQueued */
-    State::of<&Self::misplaced, &Self::timed_out, &Self::begin>(kNone),
-    /* kUploadInitiate */
-    State::of<&Self::upload_initiated, &Self::timed_out, &Self::opened>(only(sdo::Answer::kInitiateUpload)),
-    /* kUploadSegment */
-    State::of<&Self::upload_segment, &Self::timed_out, &Self::nothing>(only(sdo::Answer::kUploadSegment)),
-    /* kDownloadExpedited */
-    State::of<&Self::download_done, &Self::timed_out, &Self::opened>(only(sdo::Answer::kInitiateDownload)),
-    /* kDownloadInitiate */
-    State::of<&Self::download_initiated, &Self::timed_out, &Self::opened>(
-        only(sdo::Answer::kInitiateDownload)),
-    /* kDownloadSegment */
-    State::of<&Self::download_segment_taken, &Self::timed_out, &Self::nothing>(
-        only(sdo::Answer::kDownloadSegment)),
-    /* kBlockDownloadInitiate */
-    State::of<&Self::block_download_initiated, &Self::timed_out, &Self::opened>(
-        only(sdo::Answer::kBlockDownload)),
-    /* kBlockDownloadStream */
-    State::of<&Self::misplaced, &Self::timed_out, &Self::stream_segments>(kNone),
-    /* kBlockDownloadAcknowledge */
-    State::of<&Self::block_download_acknowledged, &Self::timed_out, &Self::nothing>(
-        only(sdo::Answer::kBlockDownload)),
-    /* kBlockDownloadEnd */
-    State::of<&Self::block_download_ended, &Self::timed_out, &Self::nothing>(
-        only(sdo::Answer::kBlockDownload)),
-    /* kBlockUploadInitiate */
-    State::of<&Self::block_upload_initiated, &Self::timed_out, &Self::opened>(
-        only(sdo::Answer::kBlockUpload)),
-    /* kBlockUploadStream */
-    State::of<&Self::block_upload_segment, &Self::ask_for_rest, &Self::nothing>(kSegments),
-    /* kBlockUploadEnd */
-    State::of<&Self::block_upload_ended, &Self::timed_out, &Self::nothing>(kSegments),
-}};
+const std::array<SdoClient::State, SdoClient::kPhases> SdoClient::kStates = State::table();
 
 const SdoClient::State& SdoClient::state() const {
   return kStates[static_cast<std::size_t>(phase_)];
@@ -123,7 +99,7 @@ void SdoClient::leave(Outcome outcome) {
 }
 
 void SdoClient::done(std::size_t size) {
-  received_ = static_cast<std::uint16_t>(size);
+  moved_ = static_cast<std::uint16_t>(size);
   leave(Outcome::kDone);
 }
 
@@ -157,20 +133,21 @@ void SdoClient::cancel(Time now) {
 void SdoClient::start(const Request& request, Time now) {
   request_ = request;
   outcome_ = Outcome::kBusy;
-  error_ = AbortCode::kNone;
-  received_ = sent_ = confirmed_ = empty_segments_ = 0;
-  toggle_ = fruitless_ = 0;
+  moved_ = confirmed_ = fruitless_ = 0;
+  toggle_ = block_size_ = 0;
   ++counters_.transfers;
-  if (request.size >= kAutoBlockBytes && request.mode == Mode::kAuto && block_nodes_.has(request.node))
-    request_.mode = Mode::kAutoBlock;
-  if (request.direction == Direction::kWrite && request.mode == Mode::kExpedited &&
-      request.size > sdo::kExpeditedBytes)
-    return fail(AbortCode::kNoSegment);
-  quarantined_ == 0 ? begin(now) : hold_or_begin(now);
+  if (request.size > sdo::kExpeditedBytes) {
+    if (request.size > data_.size()) return fail(AbortCode::kReadLength);
+    if (request.mode == Mode::kExpedited && request.direction == Direction::kWrite)
+      return fail(AbortCode::kNoSegment);
+    if (request.mode == Mode::kAuto && request.size >= kAutoBlockBytes && block_nodes_.has(request.node))
+      request_.mode = Mode::kAutoBlock;
+  }
+  quarantine_.empty() ? begin(now) : hold_or_begin(now);
 }
 
 void SdoClient::hold_or_begin(Time now) {
-  const Time until = held_until(now);
+  const Time until = quarantine_.held_until(request_.node, now);
   if (until > now) return enter(kHeldBack, until);
   begin(now);
 }
@@ -185,7 +162,8 @@ void SdoClient::begin_read(Time now) {
   if (!by_block(request_.mode))
     return ask(kUploadInitiate, now, sdo::command(sdo::Request::kInitiateUpload), mux());
   // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
-  block_size_ = static_cast<std::uint8_t>((request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes);
+  const std::uint32_t segments = (request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes;
+  block_size_ = static_cast<std::uint8_t>(std::min<std::uint32_t>(segments, kBlockReadSegments));
   const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc);
   ask(kBlockUploadInitiate, now, sdo::command(sdo::Request::kBlockUpload, bits), mux(), block_size_);
 }
@@ -217,11 +195,11 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
   const std::uint8_t command = frame.data[0];
   const State& waiting = state();
   const bool segment = phase_ == kBlockUploadStream && !is_abort(command, kSegments);
-  if (segment ? frame.length < frame.data.size() : is_short(frame)) {
+  if (segment ? frame.length < frame.data.size() : sdo::is_short(frame)) {
     ++counters_.too_short;
     return;
   }
-  if (!segment && !sdo::is_segment_answer(command) && !is_about(mux(), frame)) {
+  if (!segment && !sdo::is_segment_answer(command) && !sdo::is_about(mux(), frame)) {
     ++counters_.other_object;
     return;
   }
@@ -237,19 +215,12 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
 /// Nothing is asked of this node. If it is in quarantine this may be the late answer, and the next transfer
 /// may begin.
 void SdoClient::on_stray(const Frame& frame, Time now) {
-  Quarantine* slot = find(static_cast<std::uint8_t>(frame.id - sdo::kAnswerId));
-  if (slot == nullptr || slot->until <= now) {
-    ++counters_.unexpected;
-    return;
-  }
-  ++counters_.late;
-  if (slot->stream || is_short(frame) || !is_about(slot->mux, frame)) return;
-  release(*slot);
+  ++(quarantine_.take(frame, now) ? counters_.late : counters_.unexpected);
   if (phase_ == kHeldBack) hold_or_begin(now);
 }
 
 void SdoClient::on_boot_up(std::uint8_t node, Time now) {
-  if (Quarantine* slot = find(node); slot != nullptr) release(*slot);
+  quarantine_.release(node);
   if (phase_ == kHeldBack) return hold_or_begin(now);
   if (opened_ && node == request_.node) fail(AbortCode::kDeviceState);
 }
@@ -286,8 +257,7 @@ void SdoClient::upload_initiated(const Frame& frame, Time now) {
     const std::uint16_t size =
         sized ? sdo::expedited_size(command) : std::min<std::uint16_t>(sdo::kExpeditedBytes, request_.size);
     if (size > request_.size) return fail(AbortCode::kReadLength);
-    for (std::size_t i = 0; i < sdo::kExpeditedBytes; ++i)
-      data_[i] = frame.data[4 + i];
+    sdo::take_expedited(frame, data_.data(), size);
     return done(size);
   }
   if (request_.mode == Mode::kExpedited) return abort_and_tell(AbortCode::kNoSegment, now);
@@ -300,12 +270,12 @@ void SdoClient::upload_segment(const Frame& frame, Time now) {
   if ((command & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
   const std::size_t size = sdo::segment_size(command);
   const bool last = (command & sdo::kLastSegment) != 0;
-  if (received_ + size > limit_) return overflow(!last, now);
+  if (moved_ + size > limit_) return overflow(!last, now);
   copy_in(frame, size);
   if (last) {
-    return is_whole() ? done(received_) : fail(AbortCode::kObjectLength);
+    return is_whole() ? done(moved_) : fail(AbortCode::kObjectLength);
   }
-  if (size == 0 && ++empty_segments_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength, now);
+  if (size == 0 && ++fruitless_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength, now);
   toggle_ ^= sdo::kToggle;
   ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment, toggle_));
 }
@@ -336,18 +306,18 @@ void SdoClient::download_initiated(const Frame& /*frame*/, Time now) {
 
 void SdoClient::download_segment_taken(const Frame& frame, Time now) {
   if ((frame.data[0] & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
-  if (sent_ == request_.size) return done(0);
+  if (moved_ == request_.size) return done(0);
   toggle_ ^= sdo::kToggle;
   send_download_segment(now);
 }
 
 void SdoClient::send_download_segment(Time now) {
-  const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - sent_);
-  const bool last = sent_ + size == request_.size;
+  const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - moved_);
+  const bool last = moved_ + size == request_.size;
   Frame frame =
       request_frame(sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last)));
-  sdo::put_segment(frame, data_.data() + sent_, size);
-  sent_ = static_cast<std::uint16_t>(sent_ + size);
+  sdo::put_segment(frame, data_.data() + moved_, size);
+  moved_ = static_cast<std::uint16_t>(moved_ + size);
   await(kDownloadSegment, now);
   outbox_.send(frame, now);
 }
@@ -391,40 +361,10 @@ void SdoClient::drop_refused() {
   if (phase_ != kQueued && phase_ != kHeldBack) outbox_.drop();
 }
 
-// ---- Quarantine
-
-/// A node has one slot at most, as nothing is asked of it while it has one. Node 0: a free one.
-SdoClient::Quarantine* SdoClient::find(std::uint8_t node) {
-  for (Quarantine& slot : quarantines_)
-    if (slot.node == node) return &slot;
-  return nullptr;
-}
-
 /// A late answer to this transfer must not be taken for the answer to the next one.
 void SdoClient::quarantine(bool stream, Time now) {
   const std::uint16_t length = timeout_ms_ == 0 ? kDefaultTimeoutMs : timeout_ms_;
-  Quarantine* slot = find(0);
-  if (slot == nullptr) return;
-  *slot = {now + milliseconds(length), mux(), request_.node, stream};
-  ++quarantined_;
-}
-
-/// When a transfer to this request's node may begin: now, or the end of its quarantine.
-Time SdoClient::held_until(Time now) {
-  Time first_free = kNever;
-  Time until = now;
-  for (Quarantine& slot : quarantines_) {
-    if (slot.node != 0 && slot.until <= now) release(slot);
-    if (slot.node == 0) continue;
-    first_free = earlier(first_free, slot.until);
-    if (slot.node == request_.node) until = slot.until;
-  }
-  return quarantined_ == kQuarantineSlots && until == now ? first_free : until;
-}
-
-void SdoClient::release(Quarantine& slot) {
-  slot = {};
-  --quarantined_;
+  quarantine_.add(request_.node, mux(), stream, now + milliseconds(length));
 }
 
 }  // namespace cbcan

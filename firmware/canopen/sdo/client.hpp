@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// SDO client (CiA 301, 7.2.4): one transfer at a time, to any node, expedited, segmented or block, 0..128
-/// bytes.
+/// SDO client (CiA 301, 7.2.4): one transfer at a time, to any node, expedited, segmented or block, of as
+/// many bytes as the caller has memory for, 65,535 at most.
 ///
 /// Nothing blocks and nothing is allocated. Answers are dealt with where they arrive: the next request leaves
 /// from inside on_frame(). Not re-entrant: start, on_frame, on_boot_up, cancel and poll are called from one
@@ -16,26 +16,25 @@
 #include <cstdint>
 #include <span>
 
-#include "canopen/dictionary/object_dictionary.hpp"
 #include "canopen/nmt/node_set.hpp"
 #include "canopen/outbox.hpp"
+#include "canopen/sdo/abort_code.hpp"
 #include "canopen/sdo/protocol.hpp"
-#include "cbcan/ports.hpp"
+#include "canopen/sdo/quarantine.hpp"
+#include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
 
 class SdoClient {
  public:
-  static constexpr std::size_t kMaxBytes = regmap::kMaxDataBytes;
-  /// Nodes that can be in quarantine at one time. With a constant timeout one is enough for timeouts; the
-  /// others are for transfers cancelled in quick succession. When all are taken, the next transfer waits for
-  /// the first to come free.
-  static constexpr std::size_t kQuarantineSlots = 8;
   /// How long an endless stream of empty segments is listened to.
   static constexpr std::uint16_t kMaxEmptySegments = 256;
   /// Sub-blocks in a row that may bring nothing new before a block transfer is given up.
   static constexpr std::uint8_t kMaxFruitlessBlocks = 8;
+  /// Segments that a block read asks for at a time, at most: up to here none looks like the end of the
+  /// transfer (C1h..DDh), so that one that comes twice is told from it.
+  static constexpr std::uint8_t kBlockReadSegments = 64;
   /// kAuto: from this size on a block transfer takes fewer frames. It is tried with nodes that have completed
   /// one in kBlock; where it is refused, the same transfer begins again without.
   static constexpr std::uint16_t kAutoBlockBytes = 29;
@@ -71,7 +70,7 @@ class SdoClient {
     std::uint8_t node;  ///< 1..127
     std::uint8_t sub;
     std::uint16_t index;
-    std::uint16_t size;  ///< to write: bytes of data(); to read: the room, 1..128
+    std::uint16_t size;  ///< to write: bytes of data(); to read: the room, from 1; up to data().size()
     Direction direction;
     Mode mode;
   };
@@ -90,7 +89,8 @@ class SdoClient {
     std::uint32_t repeated_blocks = 0;  ///< sub-blocks of which a part had to be sent again
   };
 
-  explicit SdoClient(CanPort& port) : outbox_(port) {}
+  /// `data` holds one transfer's bytes: 4 at least; more than 65,535 are not used. Both outlive the client.
+  SdoClient(CanPort& port, std::span<std::uint8_t> data) : outbox_(port), data_(data) {}
 
   /// 0 = wait for ever. Holds from the next answer or transfer on.
   void set_timeout(std::uint16_t timeout_ms) { timeout_ms_ = timeout_ms; }
@@ -100,9 +100,10 @@ class SdoClient {
   void forget_nodes() { block_nodes_.clear(); }
 
   /// The transfer's bytes: fill them before start() of a write, take size() of them after a read.
-  std::span<std::uint8_t, kMaxBytes> data() { return data_; }
+  std::span<std::uint8_t> data() const { return data_; }
 
-  /// Begins a transfer. Allowed unless busy. May end at once (kFailed).
+  /// Begins a transfer. Allowed unless busy. May end at once (kFailed): 0504 0005h where data() has less
+  /// room.
   void start(const Request& request, Time now);
 
   /// A frame with a CAN-ID of 580h + 1..127, of whatever kind.
@@ -121,23 +122,15 @@ class SdoClient {
   Outcome outcome() const { return outcome_; }
   bool busy() const { return outcome_ == Outcome::kBusy; }
   Phase phase() const { return phase_; }
-  std::uint16_t size() const { return received_; }
-  AbortCode error() const { return error_; }
+  std::uint16_t size() const { return moved_; }  ///< of kDone
+  AbortCode error() const { return error_; }     ///< of kFailed
   const Counters& counters() const { return counters_; }
-  const Outbox& outbox() const { return outbox_; }
 
  private:
   struct State;
 
   using enum Phase;
   static const std::array<State, kPhases> kStates;  ///< by Phase
-
-  struct Quarantine {
-    Time until;
-    sdo::Multiplexer mux;  ///< of the transfer whose answer may still come
-    std::uint8_t node;     ///< 0 = free
-    bool stream;           ///< a block may still be on its way: only time ends it
-  };
 
   // Answers, one for each state.
   void upload_initiated(const Frame& frame, Time now);
@@ -173,22 +166,22 @@ class SdoClient {
     phase_ = phase;
     deadline_ = deadline;
   }
-  void on_stray(const Frame& frame, Time now);
+  // Inline, they would cost the usual case its registers.
+  [[gnu::noinline]] void on_stray(const Frame& frame, Time now);
   void on_abort(const Frame& frame, Time now);
   bool begin_without_block(Time now);
   void block_done(std::size_t size);
   void begin_read(Time now);
   void begin_write(Time now);
   void send_download_segment(Time now);
-  void take_last_segment(const Frame& frame);
   void acknowledge_block(Time now);
   void send_block_acknowledge(Time now);
   void overflow(bool server_waits, Time now);
   bool declare(bool sized, const Frame& frame);
-  bool is_whole() const { return !declared_ || received_ == limit_; }
+  bool is_whole() const { return !declared_ || moved_ == limit_; }
   void copy_in(const Frame& frame, std::size_t size) {
-    sdo::take_segment(frame, data_.data() + received_, size);
-    received_ = static_cast<std::uint16_t>(received_ + size);
+    sdo::take_segment(frame, data_.data() + moved_, size);
+    moved_ = static_cast<std::uint16_t>(moved_ + size);
   }
 
   Frame request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0) const;
@@ -198,10 +191,7 @@ class SdoClient {
            std::uint32_t tail = 0);
   void drop_refused();
 
-  Quarantine* find(std::uint8_t node);
   void quarantine(bool stream, Time now);
-  Time held_until(Time now);
-  void release(Quarantine& slot);
 
   sdo::Multiplexer mux() const { return sdo::multiplexer(request_.index, request_.sub); }
   Time timeout_from(Time now) const { return timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_); }
@@ -209,28 +199,25 @@ class SdoClient {
   Outbox outbox_;
   Time deadline_ = kNever;  ///< of the phase; kNever when idle, so it cannot outlive a transfer
   Request request_{};
+  std::span<std::uint8_t> data_;
   AbortCode error_ = AbortCode::kNone;
   std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
   std::uint16_t limit_ = 0;      ///< bytes that a read may bring: what the server declared, or the room
-  std::uint16_t received_ = 0;   ///< bytes of a read so far
-  std::uint16_t sent_ = 0;       ///< bytes of a write on their way or there
+  std::uint16_t moved_ = 0;      ///< bytes of a read so far; of a write on their way or there
   std::uint16_t confirmed_ = 0;  ///< bytes of a block write that the server has acknowledged
-  std::uint16_t empty_segments_ = 0;
+  std::uint16_t fruitless_ = 0;  ///< segments, or sub-blocks in a row, that have brought nothing new
   std::uint8_t toggle_ = 0;
   std::uint8_t block_size_ = 0;
   std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order
   std::uint8_t segments_ = 0;  ///< of this sub-block that have come, in order or not: they must have an end
-  std::uint8_t fruitless_ = 0;
+  bool asked_again_ = false;
   bool declared_ = false;  ///< the server has announced the size
   bool crc_ = false;
-  bool asked_again_ = false;
   bool opened_ = false;  ///< the first request has left: the server may know of this transfer
-  NodeSet block_nodes_;
   Outcome outcome_ = Outcome::kIdle;
   Phase phase_ = Phase::kIdle;
-  std::uint8_t quarantined_ = 0;
-  std::array<Quarantine, kQuarantineSlots> quarantines_{};
-  std::array<std::uint8_t, kMaxBytes> data_{};
+  NodeSet block_nodes_;
+  SdoQuarantine quarantine_;
   Counters counters_;
 };
 

@@ -23,12 +23,13 @@ void SdoClient::block_download_initiated(const Frame& frame, Time now) {
 /// Sends what the port takes of this sub-block; comes back here when the port has room again.
 void SdoClient::stream_segments(Time now) {
   Frame frame = request_frame(0);
-  while (!outbox_.waiting() && sequence_ < block_size_ && sent_ < request_.size) {
-    const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - sent_);
-    const bool last = sent_ + size == request_.size;
+  const std::uint8_t* const data = data_.data();
+  while (!outbox_.waiting() && sequence_ < block_size_ && moved_ < request_.size) {
+    const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - moved_);
+    const bool last = moved_ + size == request_.size;
     frame.data[0] = static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0));
-    sdo::put_segment(frame, data_.data() + sent_, size);
-    sent_ = static_cast<std::uint16_t>(sent_ + size);
+    sdo::put_segment(frame, data + moved_, size);
+    moved_ = static_cast<std::uint16_t>(moved_ + size);
     outbox_.send(frame, now);
   }
   if (!outbox_.waiting()) await(kBlockDownloadAcknowledge, now);
@@ -41,19 +42,19 @@ void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
   block_size_ = frame.data[2];
   if (taken > sequence_) return abort_and_tell(AbortCode::kBlockSequence, now);
   if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize, now);
-  fruitless_ = taken == 0 ? static_cast<std::uint8_t>(fruitless_ + 1) : 0;
+  fruitless_ = taken == 0 ? static_cast<std::uint16_t>(fruitless_ + 1) : 0;
   if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence, now);
   if (taken != sequence_) ++counters_.repeated_blocks;
   confirmed_ = static_cast<std::uint16_t>(
-      std::min<std::size_t>(confirmed_ + taken * sdo::kSegmentBytes, request_.size));
-  sent_ = confirmed_;
+      std::min<std::uint32_t>(confirmed_ + taken * sdo::kSegmentBytes, request_.size));
+  moved_ = confirmed_;
   sequence_ = 0;
-  if (sent_ < request_.size) {
+  if (moved_ < request_.size) {
     await(kBlockDownloadStream, now);
     return stream_segments(now);
   }
   const std::size_t unused = (sdo::kSegmentBytes - request_.size % sdo::kSegmentBytes) % sdo::kSegmentBytes;
-  const std::uint16_t crc = crc_ ? crc16(std::span(data_).first(request_.size)) : std::uint16_t{0};
+  const std::uint16_t crc = crc_ ? crc16(data_.first(request_.size)) : std::uint16_t{0};
   ask(kBlockDownloadEnd, now, sdo::command(sdo::Request::kBlockDownload, sdo::block_end_bits(unused)), crc);
 }
 
@@ -102,26 +103,20 @@ void SdoClient::block_upload_segment(const Frame& frame, Time now) {
     return;
   }
   sequence_ = sequence;
-  if (last) {
-    take_last_segment(frame);
+  if (last) {  // how many of its bytes are data is told at the end of the transfer
+    sdo::take_segment(frame, data_.data() + moved_,
+                      std::min<std::size_t>(sdo::kSegmentBytes, data_.size() - moved_));
     await(kBlockUploadEnd, now);
     return send_block_acknowledge(now);
   }
-  if (received_ + sdo::kSegmentBytes > limit_) return overflow(true, now);
+  if (moved_ + sdo::kSegmentBytes > limit_) return overflow(true, now);
   copy_in(frame, sdo::kSegmentBytes);
   if (sequence == block_size_) acknowledge_block(now);
 }
 
-/// How many of its bytes are data is known at the end of the transfer; they all count until then.
-void SdoClient::take_last_segment(const Frame& frame) {
-  const std::size_t size = received_ + sdo::kSegmentBytes;
-  copy_in(frame, std::min<std::size_t>(sdo::kSegmentBytes, kMaxBytes - received_));
-  received_ = static_cast<std::uint16_t>(size);
-}
-
 /// Ends a sub-block and asks for the next, or for the rest of this one once more.
 void SdoClient::acknowledge_block(Time now) {
-  fruitless_ = sequence_ == 0 ? static_cast<std::uint8_t>(fruitless_ + 1) : 0;
+  fruitless_ = sequence_ == 0 ? static_cast<std::uint16_t>(fruitless_ + 1) : 0;
   if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence, now);
   if (sequence_ != block_size_) ++counters_.repeated_blocks;
   send_block_acknowledge(now);
@@ -153,12 +148,10 @@ void SdoClient::block_upload_ended(const Frame& frame, Time now) {
   }
   if (!sdo::is(command, sdo::Answer::kBlockUpload) || (command & 1) == 0)
     return abort_and_tell(AbortCode::kSync, now);
-  const std::uint8_t unused = sdo::block_unused(command);
-  if (unused > received_) return abort_and_tell(AbortCode::kObjectLength, now);
-  const auto size = static_cast<std::uint16_t>(received_ - unused);
+  const std::size_t size = moved_ + sdo::kSegmentBytes - sdo::block_unused(command);
   if (declared_ && size != limit_) return abort_and_tell(AbortCode::kObjectLength, now);
   if (size > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
-  if (crc_ && sdo::load16(frame, 1) != crc16(std::span(data_).first(size)))
+  if (crc_ && sdo::load16(frame, 1) != crc16(data_.first(size)))
     return abort_and_tell(AbortCode::kBlockCrc, now);
   outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kEnd))), now);
   block_done(size);

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "canopen/sdo/abort_code.hpp"
 #include "cbcan/frame.hpp"
 
 namespace cbcan::sdo {
@@ -135,6 +135,10 @@ constexpr std::uint8_t answer_length(std::uint8_t command) {
   }
 }
 
+constexpr bool is_short(const Frame& frame) {
+  return frame.length < frame.data.size() && frame.length < answer_length(frame.data[0]);
+}
+
 /// Does this answer carry a multiplexer, so that it can be told from one to another request?
 constexpr bool has_multiplexer(std::uint8_t command) {
   switch (static_cast<Answer>(specifier_of(command))) {
@@ -147,22 +151,36 @@ constexpr bool has_multiplexer(std::uint8_t command) {
   }
 }
 
+/// Belongs to a request with this multiplexer, as far as it tells. An abort without index and sub-index is
+/// about whatever there is. The usual case comes first.
+constexpr bool is_about(Multiplexer mux, const Frame& answer) {
+  const Multiplexer theirs = multiplexer_of(answer);
+  if (theirs == mux) return true;
+  const std::uint8_t command = answer.data[0];
+  return !has_multiplexer(command) || (theirs == 0 && is(command, Answer::kAbort));
+}
+
 /// The answer to a segment, either way: it has no multiplexer.
 constexpr bool is_segment_answer(std::uint8_t command) {
   return specifier_of(command) <= static_cast<std::uint8_t>(Answer::kDownloadSegment);
 }
 
-/// The bytes behind byte 0 of a segment. Nearly all segments are full, and those go without a loop; by way of
-/// a local, so that the compiler need not fear that the two overlap.
-inline void take_segment(const Frame& frame, std::uint8_t* to, std::size_t size) {
-  if (size == kSegmentBytes) {
-    std::array<std::uint8_t, kSegmentBytes> bytes;
-    std::copy_n(frame.data.begin() + 1, kSegmentBytes, bytes.begin());
-    std::copy_n(bytes.begin(), kSegmentBytes, to);
+/// The bytes from `at` on, as many as are data. Nearly always these are `kAll`, and those go as words: the
+/// two never overlap, which std::copy cannot know, and a freestanding compiler would call std::memcpy.
+template <std::size_t kAll>
+void take(const Frame& frame, unsigned at, std::uint8_t* to, std::size_t size) {
+  if (size == kAll) {
+    __builtin_memcpy(to, &frame.data[at], kAll);
   } else {
     for (std::size_t i = 0; i < size; ++i)
-      to[i] = frame.data[1 + i];
+      to[i] = frame.data[at + i];
   }
+}
+inline void take_segment(const Frame& frame, std::uint8_t* to, std::size_t size) {
+  take<kSegmentBytes>(frame, 1, to, size);
+}
+inline void take_expedited(const Frame& frame, std::uint8_t* to, std::size_t size) {
+  take<kExpeditedBytes>(frame, 4, to, size);
 }
 
 // ---- Putting together
@@ -201,7 +219,7 @@ constexpr Frame make_frame(std::uint32_t id, std::uint8_t command, std::uint32_t
 /// Fills bytes 1..7 of a segment; those that it does not need are 0.
 inline void put_segment(Frame& frame, const std::uint8_t* from, std::size_t size) {
   if (size == kSegmentBytes) {
-    std::copy_n(from, kSegmentBytes, frame.data.begin() + 1);
+    __builtin_memcpy(&frame.data[1], from, kSegmentBytes);
   } else {
     for (std::size_t i = 0; i < kSegmentBytes; ++i)
       frame.data[1 + i] = i < size ? from[i] : 0;

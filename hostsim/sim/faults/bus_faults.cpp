@@ -71,32 +71,12 @@ bool concerns(const Fault& fault, const Frame& frame) {
 
 }  // namespace
 
-unsigned BusFaults::add(const Fault& fault, Time now) {
-  Fault as_set = fault;
-  if (fault.kind == FaultKind::kBusLoad) {
-    as_set.interval = load_interval(fault, bus_.bit_rate());
-    if (load_port_ == nullptr) load_port_ = &bus_.attach(*this);
+void BusFaults::on_faults_changed(Time now) {
+  bool frames = false;
+  for (const SetFault& set : faults_.list()) {
+    frames = frames || is_of_frames(set.fault.kind);
+    if (set.fault.kind == FaultKind::kBusLoad && load_port_ == nullptr) load_port_ = &bus_.attach(*this);
   }
-  const unsigned number = faults_.add(as_set, now);
-  settle(now);
-  return number;
-}
-
-bool BusFaults::remove(unsigned number, Time now) {
-  const bool removed = faults_.remove(number, now);
-  settle(now);
-  return removed;
-}
-
-void BusFaults::clear(Time now) {
-  faults_.clear(now);
-  settle(now);
-}
-
-void BusFaults::settle(Time now) {
-  const auto list = faults_.list();
-  const bool frames =
-      std::any_of(list.begin(), list.end(), [](const SetFault& set) { return is_of_frames(set.fault.kind); });
   bus_.set_disturbance(frames ? this : nullptr);
   poll(now);
 }
@@ -160,7 +140,7 @@ void BusFaults::send_load(Time now) {
     if (fault.kind != FaultKind::kBusLoad) continue;
     const bool full = fault.percent == 100 && fault.rate == 0 && bus_.bit_rate() != 0;
     const std::size_t most = full ? 2 : 1;
-    while (faults_.beat_due(set, now))
+    while (faults_.beat_due(set, load_interval(fault, bus_.bit_rate()), now))
       while (load_port_->queued() < most && load_port_->try_send(load_frame(fault))) {
       }
   }

@@ -2,11 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "sim/bus.hpp"
-#include "sim/faults/faults.hpp"
+#include "sim/faults/fault_set.hpp"
 #include "sim/participant.hpp"
 
 namespace cbcan::sim {
@@ -16,18 +15,13 @@ namespace cbcan::sim {
 /// Frames are harmed when their last bit has passed, before anybody has them, logs included; each costs its
 /// time on the bus once. On a bus with an Outside they are harmed on the way to the receivers in this
 /// process: what is on the wire outside is as it was sent.
-class BusFaults final : public Participant, private Disturbance {
+class BusFaults final : public Participant, private Disturbance, private FaultSetOwner {
  public:
   /// A null listener is not told. All outlive the faults.
   BusFaults(Bus& bus, Schedule& schedule, std::uint64_t seed, FaultListener* listener)
-      : Participant(schedule), bus_(bus), faults_("bus", seed, listener) {}
+      : Participant(schedule), bus_(bus), faults_(FaultPlace::kBus, "bus", seed, listener, *this) {}
 
-  /// `fault` is one for kBus. Returns its number.
-  unsigned add(const Fault& fault, Time now);
-  /// False: there is none with this number. Frames that are late still arrive.
-  bool remove(unsigned number, Time now);
-  void clear(Time now);
-  std::span<const SetFault> list() const { return faults_.list(); }
+  FaultSet& set() { return faults_; }
 
   void start(Time now) override { poll(now); }
   void poll(Time now) override;
@@ -43,14 +37,15 @@ class BusFaults final : public Participant, private Disturbance {
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
   void on_arrival(const Frame& frame, const Port* sender, Time now) override;
 
-  void settle(Time now);
+  void on_faults_changed(Time now) override;
+
   void deliver_late(Time now);
   void follow_states(Time now);
   void send_load(Time now);
   Time next() const;
 
   Bus& bus_;
-  Faults faults_;
+  FaultSet faults_;
   std::vector<Late> late_;     ///< in the order in which they are due
   Port* load_port_ = nullptr;  ///< of the sender of load, once there was one
   bool has_state_ = false;     ///< the bus is in a state because of a fault

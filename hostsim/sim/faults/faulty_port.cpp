@@ -20,24 +20,14 @@ bool is_boot_up(const Frame& frame) {
 
 }  // namespace
 
-FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener)
-    : out_(out), node_id_(node_id), faults_("node " + std::to_string(node_id), seed, listener) {}
+FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener,
+                       FaultSetOwner& node)
+    : out_(out),
+      node_id_(node_id),
+      faults_(FaultPlace::kNode, "node " + std::to_string(node_id), seed, listener, node) {}
 
-unsigned FaultyPort::add(const Fault& fault, Time now) {
-  if (faults_.empty()) watch_ = {};  // it has heard nothing since the last fault
-  const unsigned number = faults_.add(fault, now);
-  poll(now);
-  return number;
-}
-
-bool FaultyPort::remove(unsigned number, Time now) {
-  const bool removed = faults_.remove(number, now);
-  poll(now);
-  return removed;
-}
-
-void FaultyPort::clear(Time now) {
-  faults_.clear(now);
+void FaultyPort::on_faults_changed(Time now) {
+  if (faults_.empty()) watch_ = {};  // it hears nothing until there is one again
   poll(now);
 }
 
@@ -46,7 +36,7 @@ bool FaultyPort::try_send(const Frame& frame) {
   if (!flush()) return false;
   if (has_aborted_ && is_answer(frame)) return true;
   SdoAnswer answer{SdoStep::kAny, 0};
-  if (is_answer(frame)) answer = {watch_.on_answer(frame), watch_.multiplexer()};
+  if (is_answer(frame) && !faults_.empty()) answer = {watch_.on_answer(frame), watch_.multiplexer()};
   if (is_error_control(frame) && is_boot_up(frame)) watch_ = {};
   Leaving leaving{.frame = frame, .due = now_};
   for (SetFault& set : faults_.all()) {
@@ -158,7 +148,7 @@ void FaultyPort::send_storms() {
   for (SetFault& set : faults_.all()) {
     if (!is_storm(set.fault.kind)) continue;
     const Frame frame = storm_frame(set.fault);
-    while (faults_.beat_due(set, now_))
+    while (faults_.beat_due(set, set.fault.interval, now_))
       if (faults_.happens(set, frame, now_)) hold({frame, now_, false});
   }
 }

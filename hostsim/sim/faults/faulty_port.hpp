@@ -7,6 +7,7 @@
 /// Its node:
 ///   on a frame:   port.set_now(now); port.heard(frame); stack.on_frame(frame, now);
 ///   when polled:  port.poll(now); stack.poll(now);
+///   as the owner of the faults: port.on_faults_changed(now);
 ///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
 ///   on bus-off:   port.drop();
 ///   wants to be called at the earlier of the stack's deadline and port.deadline().
@@ -17,10 +18,10 @@
 #include <vector>
 
 #include "canopen/nmt/nmt.hpp"
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 #include "sim/bus.hpp"
 #include "sim/faults/answer_faults.hpp"
-#include "sim/faults/faults.hpp"
+#include "sim/faults/fault_set.hpp"
 #include "sim/faults/sdo_watch.hpp"
 
 namespace cbcan::sim {
@@ -28,17 +29,14 @@ namespace cbcan::sim {
 class FaultyPort final : public CanPort {
  public:
   /// `seed` is the node's own. A null listener is not told. All outlive the port.
-  FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener);
+  FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener,
+             FaultSetOwner& node);
 
   /// The node has another ID from now on; messages keep the first.
   void set_node_id(std::uint8_t node_id) { node_id_ = node_id; }
 
-  /// `fault` is one for kNode. Returns its number. The node's deadline may have changed after each of these.
-  unsigned add(const Fault& fault, Time now);
-  /// False: there is none with this number. What was held back still comes.
-  bool remove(unsigned number, Time now);
-  void clear(Time now);
-  std::span<const SetFault> list() const { return faults_.list(); }
+  FaultSet& faults() { return faults_; }
+  void on_faults_changed(Time now);
 
   /// To be called before each call into the stack: what time it is in try_send().
   void set_now(Time now) { now_ = now; }
@@ -94,7 +92,7 @@ class FaultyPort final : public CanPort {
 
   Port& out_;
   std::uint8_t node_id_;
-  Faults faults_;
+  FaultSet faults_;
   SdoWatch watch_;
   std::vector<Held> held_;  ///< in the order in which they are due
   Time now_ = 0;

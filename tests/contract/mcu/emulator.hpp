@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "contract/remote/child.hpp"
-#include "io/descriptor.hpp"
+#include "io/loop/descriptor.hpp"
 
 namespace cbcan::contract {
 

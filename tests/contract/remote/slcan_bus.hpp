@@ -5,7 +5,7 @@
 #include <deque>
 #include <string>
 
-#include "io/descriptor.hpp"
+#include "io/loop/descriptor.hpp"
 
 namespace cbcan::contract {
 

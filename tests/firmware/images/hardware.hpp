@@ -3,7 +3,7 @@
 
 /// The hardware of the images that are linked for their size: one struct in memory, never there.
 
-#include "cbcan/ports.hpp"
+#include "cbcan/can_port.hpp"
 
 struct Hardware {
   volatile bool sent;

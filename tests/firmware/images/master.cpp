@@ -27,7 +27,8 @@ Controls& controls = *reinterpret_cast<Controls*>(0x40000100);
 
 struct Master {
   Port port;
-  SdoClient client{port};
+  std::uint8_t data[128];
+  SdoClient client{port, data};
   NodeMonitor monitor{2 * kSecond};
 };
 alignas(Master) std::byte memory[sizeof(Master)];

@@ -76,25 +76,10 @@ struct EmcyError {
   bool operator==(const EmcyError&) const = default;
 };
 
-/// For programs that use the same window over connections of their own: cooperation by the registers
-/// R3770..R3777, one claim word for each of eight programs, which the module never looks at. All of them have
-/// to take part; a program that does not breaks in.
-///
-/// A word is 0, or bit 0: 1 = waits for the window, 0 = owns it or tries to; bits 5..1: a ticket, 1..31; bits
-/// 15..6: a count that makes each word another one than the last of its program. Words are written by FC 23,
-/// which writes one and reads all in one go.
-///
-/// * A program begins to wait with a ticket behind the newest one that it sees; tickets go round.
-/// * It tries when it sees no owner and nobody who waits with an older ticket (of two with the same: the
-/// lower
-///   number), or when it has seen no owner for a quarter of `dead_after`.
-/// * It owns the window when the answer to the request that wrote its own even word shows no other even word;
-///   else it goes back to waiting.
-/// * As the owner it refreshes its word with each poll of R3700, and gives the window back after each
-///   execution when others wait or it has nothing to do.
-/// * A word that has not changed for `dead_after` is of a program that has died: those who wait clear it.
-/// * An owner that has not refreshed its word for half of that no longer takes itself for one; its execution
-///   ends with kInternal.
+/// For programs that use the same window over connections of their own: up to eight take turns by the
+/// registers R3770..R3777, which the module never looks at ("Several programs" in docs/function-blocks.md has
+/// the protocol). All of them have to take part; a program that does not breaks in. An owner of the window
+/// that has stood still for half of `dead_after` has lost it: its execution ends with kInternal.
 struct Sharing {
   int program = 0;  ///< 0..7, another one for each program
   /// The same for all programs; more than twenty cycles of the slowest one.
@@ -172,8 +157,8 @@ class FunctionBlock {
   /// 1..247: Modbus unit ID. A network without a module is kInternal.
   std::uint8_t network = 1;
   /// In ms, from the rising edge of `enable`, 0..65535; 0 = none. When it is over and the transaction has
-  /// begun, that is cancelled, and `error` is the kernel's state if that is an error, else kTimeout. In SDO
-  /// access it is also the module's own time-out (3003h) for each answer of the device.
+  /// begun, that is cancelled, and `error` is the kernel's state if that is an error, else kTimeout. The
+  /// module's own time-out (3003h) is set to an eighth and 100 ms more, at most 65535.
   std::uint32_t timeout = 0;
 
   bool confirm = false;
@@ -194,8 +179,8 @@ class FunctionBlock {
  private:
   /// What the inputs ask for; none = they are invalid.
   virtual std::optional<detail::Service> service() const = 0;
-  /// Takes the answer to the specific outputs; kNone = confirm.
-  virtual KernelError show(const detail::Job& done) = 0;
+  /// Takes the response to the specific outputs, if there are any; kNone = confirm.
+  virtual KernelError show(const detail::Job& done);
   /// The specific outputs of an execution that failed.
   virtual void show_abort(std::uint32_t /*code*/) {}
   /// The specific outputs become 0.
@@ -220,7 +205,6 @@ class Nmt final : public FunctionBlock {
 
  private:
   std::optional<detail::Service> service() const override;
-  KernelError show(const detail::Job& done) override;
 };
 
 /// RECV_EMCY: goes on with the scan of all devices' last EMCY messages, up to the next that is worth a look.
@@ -247,7 +231,8 @@ class RecvEmcyDev final : public FunctionBlock {
 
   std::uint8_t device = 0;  ///< 1..127; 0 = the own node
 
-  EmcyError errorinfo{};  ///< not 0 together with kOther; all 0 with `confirm`: no error
+  EmcyError
+      errorinfo{};  ///< with kOther an error; with `confirm` its code is 0, and all is 0 where there was none
 
  private:
   std::optional<detail::Service> service() const override;
@@ -305,8 +290,7 @@ class SdoAccess : public FunctionBlock {
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
 
-  /// With kOther, and where the module saw the time-out also with that error, the SDO abort code.
-  std::uint32_t errorinfo = 0;
+  std::uint32_t errorinfo = 0;  ///< with kOther the SDO abort code
 
  protected:
   using FunctionBlock::FunctionBlock;
@@ -324,8 +308,8 @@ class SdoRead final : public SdoAccess {
  public:
   explicit SdoRead(Link& link) : SdoAccess(link) {}
 
-  /// The caller's buffer; its size, 1..128, is DATALENGTH as an input. It has to stay as it is until the end
-  /// of the execution, and is written once, with `confirm`.
+  /// The caller's buffer; its size, 1 or more, is DATALENGTH as an input, and 128 bytes of it are used at
+  /// most. It has to stay as it is until the end of the execution, and is written once, with `confirm`.
   std::span<std::uint8_t> data{};
 
   std::uint16_t datalength = 0;  ///< bytes read
@@ -360,7 +344,6 @@ class SdoWrite final : public SdoAccess {
 
  private:
   std::optional<detail::Service> service() const override;
-  KernelError show(const detail::Job& done) override;
 };
 
 /// SDO_WRITE4: an object of up to 4 bytes.
@@ -373,7 +356,6 @@ class SdoWrite4 final : public SdoAccess {
 
  private:
   std::optional<detail::Service> service() const override;
-  KernelError show(const detail::Job& done) override;
 };
 
 }  // namespace cbcan::cia405

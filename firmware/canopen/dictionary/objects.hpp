@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Indices of the dictionary that CiA 301 gives a meaning, each with its section there.
+
+#include <cstdint>
+
+namespace cbcan::object {
+
+inline constexpr std::uint16_t kDeviceType = 0x1000;             ///< 7.5.2.1
+inline constexpr std::uint16_t kErrorRegister = 0x1001;          ///< 7.5.2.2
+inline constexpr std::uint16_t kErrorHistory = 0x1003;           ///< 7.5.2.4, pre-defined error field
+inline constexpr std::uint16_t kSyncCobId = 0x1005;              ///< 7.5.2.5
+inline constexpr std::uint16_t kSyncPeriod = 0x1006;             ///< 7.5.2.6, us
+inline constexpr std::uint16_t kSyncWindow = 0x1007;             ///< 7.5.2.7, us
+inline constexpr std::uint16_t kDeviceName = 0x1008;             ///< 7.5.2.8
+inline constexpr std::uint16_t kHardwareVersion = 0x1009;        ///< 7.5.2.9
+inline constexpr std::uint16_t kSoftwareVersion = 0x100A;        ///< 7.5.2.10
+inline constexpr std::uint16_t kGuardTime = 0x100C;              ///< 7.5.2.11, ms
+inline constexpr std::uint16_t kLifeTimeFactor = 0x100D;         ///< 7.5.2.12
+inline constexpr std::uint16_t kStore = 0x1010;                  ///< 7.5.2.13
+inline constexpr std::uint16_t kRestore = 0x1011;                ///< 7.5.2.14
+inline constexpr std::uint16_t kTimeCobId = 0x1012;              ///< 7.5.2.15
+inline constexpr std::uint16_t kEmergencyCobId = 0x1014;         ///< 7.5.2.17
+inline constexpr std::uint16_t kEmergencyInhibitTime = 0x1015;   ///< 7.5.2.18, 100 us
+inline constexpr std::uint16_t kConsumerHeartbeatTime = 0x1016;  ///< 7.5.2.19, ms
+inline constexpr std::uint16_t kProducerHeartbeatTime = 0x1017;  ///< 7.5.2.20, ms
+inline constexpr std::uint16_t kIdentity = 0x1018;               ///< 7.5.2.21
+inline constexpr std::uint16_t kSyncCounterOverflow = 0x1019;    ///< 7.5.2.22
+inline constexpr std::uint16_t kErrorBehaviour = 0x1029;         ///< 7.5.2.32
+inline constexpr std::uint16_t kSdoServerParameter = 0x1200;     ///< 7.5.2.33
+// The first of 512 each.
+inline constexpr std::uint16_t kRpdoParameter = 0x1400;  ///< 7.5.2.35
+inline constexpr std::uint16_t kRpdoMapping = 0x1600;    ///< 7.5.2.36
+inline constexpr std::uint16_t kTpdoParameter = 0x1800;  ///< 7.5.2.37
+inline constexpr std::uint16_t kTpdoMapping = 0x1A00;    ///< 7.5.2.38
+inline constexpr std::uint16_t kLastPdo = 0x1BFF;
+
+// Areas (7.4.1, table 33).
+inline constexpr std::uint16_t kFirstCommunication = 0x1000;
+inline constexpr std::uint16_t kLastCommunication = 0x1FFF;
+inline constexpr std::uint16_t kFirstManufacturer = 0x2000;
+inline constexpr std::uint16_t kLastManufacturer = 0x5FFF;
+inline constexpr std::uint16_t kFirstProfile = 0x6000;
+inline constexpr std::uint16_t kLastProfile = 0x9FFF;
+inline constexpr std::uint16_t kLast = 0xFFFF;
+
+}  // namespace cbcan::object

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: MIT
+#include "io/can/socketcan.hpp"
+
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <linux/netlink.h>
+#include <linux/rtnetlink.h>
+#include <net/if.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "io/can/can_frames.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr int kReceiveBufferBytes = 8 * 1024 * 1024;
+constexpr std::size_t kFramesPerRead = 32;
+constexpr int kReadsPerTurn = 16;
+constexpr can_err_mask_t kWantedErrors = CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED;
+
+Descriptor new_can_socket() {
+  return Descriptor(socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
+}
+
+bool bind_to(int socket, unsigned index) {
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = static_cast<int>(index);
+  return bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+}
+
+void prepare(int socket) {
+  const int on = 1;
+  const int bytes = kReceiveBufferBytes;
+  setsockopt(socket, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
+  setsockopt(socket, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &kWantedErrors, sizeof kWantedErrors);
+  if (setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof bytes) != 0)
+    setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
+}
+
+bool is_up(int any_socket, const std::string& interface) {
+  ifreq request{};
+  interface.copy(request.ifr_name, sizeof request.ifr_name - 1);
+  return ioctl(any_socket, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) != 0;
+}
+
+int take_error(int socket) {
+  int error = 0;
+  socklen_t size = sizeof error;
+  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
+  return error;
+}
+
+/// Room for one recvmmsg() with the kernel's count of dropped frames beside each frame.
+class Batch {
+ public:
+  Batch() {
+    for (std::size_t i = 0; i < kFramesPerRead; ++i) {
+      parts_[i] = {&frames_[i], sizeof frames_[i]};
+      msghdr& header = messages_[i].msg_hdr;
+      header.msg_iov = &parts_[i];
+      header.msg_iovlen = 1;
+      header.msg_control = controls_[i].bytes;
+      header.msg_controllen = sizeof controls_[i].bytes;
+    }
+  }
+
+  int read(int socket) { return recvmmsg(socket, messages_.data(), kFramesPerRead, 0, nullptr); }
+
+  bool whole(std::size_t i) const { return messages_[i].msg_len == CAN_MTU; }
+  const can_frame& frame(std::size_t i) const { return frames_[i]; }
+
+  /// Frames dropped since the socket was made; `before` where the kernel says nothing.
+  std::uint32_t lost_total(std::size_t i, std::uint32_t before) {
+    msghdr& header = messages_[i].msg_hdr;
+    for (cmsghdr* control = CMSG_FIRSTHDR(&header); control != nullptr;
+         control = CMSG_NXTHDR(&header, control))
+      if (control->cmsg_level == SOL_SOCKET && control->cmsg_type == SO_RXQ_OVFL)
+        std::memcpy(&before, CMSG_DATA(control), sizeof before);
+    return before;
+  }
+
+ private:
+  struct alignas(cmsghdr) Control {
+    char bytes[CMSG_SPACE(sizeof(std::uint32_t))];
+  };
+
+  std::array<can_frame, kFramesPerRead> frames_;
+  std::array<iovec, kFramesPerRead> parts_;
+  std::array<Control, kFramesPerRead> controls_;
+  std::array<mmsghdr, kFramesPerRead> messages_{};
+};
+
+bool no_room(int error) {
+  return error == EAGAIN || error == ENOBUFS || error == ENOMEM || error == EINTR;
+}
+
+bool interface_deleted(int error) {
+  return error == ENODEV || error == ENXIO || error == EBADF;
+}
+
+std::string none_such(const std::string& interface) {
+  return "no such interface; `ip link` lists them; for a virtual one: ip link add dev " + interface +
+         " type vcan && ip link set " + interface + " up";
+}
+
+std::string is_down(const std::string& interface) {
+  return "the interface is down; `ip link set " + interface + " up` brings it up";
+}
+
+}  // namespace
+
+SocketCan::SocketCan(Reactor& reactor, sim::Bus& bus, std::string interface, Warn warn)
+    : reactor_(reactor),
+      bus_(bus),
+      interface_(std::move(interface)),
+      where_("can socketcan:" + interface_ + ": "),
+      warn_(std::move(warn)) {
+  if (!new_can_socket())
+    throw EnvironmentError(
+        where_ + "this kernel has no CAN (" + reason(errno) +
+        "); `tools/dev/in-vcan-vm COMMAND` runs a command where there is vcan0, and the virtual "
+        "bus needs no kernel");
+  const unsigned index = if_nametoindex(interface_.c_str());
+  if (index == 0) throw EnvironmentError(where_ + none_such(interface_));
+  open_socket(index);
+  if (!socket_)
+    throw EnvironmentError(where_ + "not a CAN interface (" + reason(errno) +
+                           "); `ip link show type can` and `ip link show type vcan` list those");
+  watch_links();
+  const bool up = is_up(socket_.get(), interface_);
+  seen_ = up ? Interface::kUp : Interface::kDown;
+  if (!up) warn_(where_ + is_down(interface_));
+  bus_.set_link(up);
+  bus_.set_outside(this);
+}
+
+SocketCan::~SocketCan() {
+  bus_.set_outside(nullptr);
+  bus_.resume();
+  close_socket();
+  reactor_.forget(links_.get());
+}
+
+bool SocketCan::transmit(const Frame& frame) {
+  const can_frame kernel = to_kernel(frame);
+  if (::write(socket_.get(), &kernel, sizeof kernel) == sizeof kernel) {
+    ++counters_.sent;
+    return true;
+  }
+  if (no_room(errno)) {
+    ++counters_.waits;
+    retry_at_ = Reactor::now() + kRetry;
+    return false;
+  }
+  if (errno != ENETDOWN && !interface_deleted(errno)) {
+    ++counters_.unsendable;
+    return true;
+  }
+  if (errno != ENETDOWN) index_ = 0;
+  check_interface_ = true;  // later: the bus must not be told from in here
+  return false;
+}
+
+void SocketCan::poll(Time now) {
+  if (check_interface_) {
+    note(away(), now);  // what transmit() met, also if it is back by now
+    check_interface(now);
+  }
+  if (retry_at_ <= now) {
+    retry_at_ = kNever;
+    bus_.resume();
+  }
+  if (overflow_until_ > now) return;
+  overflow_until_ = kNever;
+  tell_state(now);
+}
+
+Time SocketCan::next_deadline() const {
+  return check_interface_ ? 0 : earlier(retry_at_, overflow_until_);
+}
+
+void SocketCan::open_socket(unsigned index) {
+  Descriptor socket = new_can_socket();
+  if (!socket) return;
+  prepare(socket.get());
+  if (!bind_to(socket.get(), index)) return;
+  socket_ = std::move(socket);
+  index_ = index;
+  lost_total_ = 0;
+  reactor_.watch(socket_.get(), Reactor::kReadable, [this](std::uint32_t) { receive(); });
+}
+
+void SocketCan::close_socket() {
+  reactor_.forget(socket_.get());
+  socket_.reset();
+  index_ = 0;
+}
+
+void SocketCan::watch_links() {
+  links_ = Descriptor(socket(AF_NETLINK, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, NETLINK_ROUTE));
+  sockaddr_nl address{};
+  address.nl_family = AF_NETLINK;
+  address.nl_groups = RTMGRP_LINK;
+  if (!links_ || bind(links_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    throw EnvironmentError(where_ + "cannot watch the interface: " + reason(errno));
+  reactor_.watch(links_.get(), Reactor::kReadable, [this](std::uint32_t) { on_link_change(); });
+}
+
+/// The messages only wake us: what counts is how the interface is now, and some messages may have been lost.
+void SocketCan::on_link_change() {
+  std::array<char, 8192> ignored;
+  while (::recv(links_.get(), ignored.data(), ignored.size(), 0) > 0 || errno == ENOBUFS) {
+  }
+  check_interface(Reactor::now());
+}
+
+void SocketCan::check_interface(Time now) {
+  check_interface_ = false;
+  // It may have been down for a moment: then the socket knows, and would else tell at the next frame.
+  const int error = socket_ ? take_error(socket_.get()) : 0;
+  if (error != 0) note(away(), now);
+  if (interface_deleted(error)) index_ = 0;
+  const unsigned index = if_nametoindex(interface_.c_str());
+  if (index != index_) {
+    close_socket();
+    if (index != 0) open_socket(index);
+  }
+  note(socket_ && is_up(socket_.get(), interface_) ? Interface::kUp : away(), now);
+}
+
+SocketCan::Interface SocketCan::away() const {
+  return if_nametoindex(interface_.c_str()) == 0 ? Interface::kGone : Interface::kDown;
+}
+
+void SocketCan::note(Interface seen, Time now) {
+  if (seen == seen_) return;
+  const bool was_up = seen_ == Interface::kUp;
+  seen_ = seen;
+  if (was_up) ++counters_.link_losses;
+  state_ = BusState::kActive;  // a controller that is started again forgets its errors
+  tell_state(now);
+  bus_.set_link(seen == Interface::kUp);
+  switch (seen) {
+    case Interface::kUp: return warn_(where_ + "the interface is up again");
+    case Interface::kDown: return warn_(where_ + is_down(interface_));
+    case Interface::kGone: return warn_(where_ + none_such(interface_));
+  }
+}
+
+/// Bounded, so that a storm of frames leaves the others their turn.
+void SocketCan::receive() {
+  const Time now = Reactor::now();
+  for (int i = 0; i < kReadsPerTurn; ++i)
+    if (receive_batch(now) < kFramesPerRead) return;
+}
+
+std::size_t SocketCan::receive_batch(Time now) {
+  Batch batch;
+  const int count = batch.read(socket_.get());
+  if (count < 0) {
+    if (errno == ENETDOWN || interface_deleted(errno)) lose_interface(errno, now);
+    return 0;
+  }
+  const auto frames = static_cast<std::size_t>(count);
+  for (std::size_t i = 0; i < frames; ++i) {
+    note_lost(batch.lost_total(i, lost_total_), now);
+    if (batch.whole(i)) take(from_kernel(batch.frame(i)), now);
+  }
+  return frames;
+}
+
+/// It may be back by now; but that it was away is known only from here.
+void SocketCan::lose_interface(int error, Time now) {
+  if (interface_deleted(error)) index_ = 0;
+  note(away(), now);
+  check_interface(now);
+}
+
+void SocketCan::take(const Frame& frame, Time now) {
+  ++counters_.received;
+  if ((frame.flags & Frame::kError) != 0) {
+    ++counters_.error_frames;
+    const ControllerReport report = read_error_frame(frame);
+    if (report.state) state_ = *report.state;
+    if (report.overflow) overflow_until_ = now + kOverflowShown;
+    tell_state(now);
+  }
+  bus_.receive(frame, now);
+}
+
+void SocketCan::note_lost(std::uint32_t total, Time now) {
+  if (total == lost_total_) return;
+  counters_.lost += total - lost_total_;
+  lost_total_ = total;
+  overflow_until_ = now + kOverflowShown;
+  tell_state(now);
+}
+
+void SocketCan::tell_state(Time now) {
+  const BusState overflow = overflow_until_ == kNever ? BusState::kActive : BusState::kOverflow;
+  bus_.set_state(std::max(state_, overflow), now);
+}
+
+}  // namespace cbcan::io

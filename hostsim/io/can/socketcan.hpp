@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Joins a simulated bus to a SocketCAN interface, so that real or vcan nodes are on it too. Nothing here
+/// blocks.
+///
+/// The interface may go down, come back, vanish and be made again meanwhile: the bus has no link then, and
+/// its port refuse frames. Fault confinement is read from error frames and told to every port of the bus.
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "cbcan/time.hpp"
+#include "io/errors.hpp"
+#include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
+#include "sim/bus.hpp"
+
+namespace cbcan::io {
+
+class SocketCan final : public sim::Outside {
+ public:
+  /// After this long a frame for which the interface had no room is tried again: ten short frames at 1
+  /// Mbit/s.
+  static constexpr Time kRetry = 500;
+  /// So long an overflow is shown as the bus's state after the last frame was lost.
+  static constexpr Time kOverflowShown = kSecond;
+
+  /// Opens the interface and joins the bus, both the caller's to keep alive. Throws EnvironmentError if there
+  /// is no such interface or no CAN in the kernel; one that is down gets a warning, and is used once it is
+  /// up.
+  SocketCan(Reactor& reactor, sim::Bus& bus, std::string interface, Warn warn);
+  ~SocketCan();
+  SocketCan(const SocketCan&) = delete;
+  SocketCan& operator=(const SocketCan&) = delete;
+
+  /// Called by the bus. False = no room now; next_deadline() says when to advance the bus again.
+  bool transmit(const Frame& frame) override;
+
+  /// To be called before the bus is advanced: tells the bus what transmit() has found out about the
+  /// interface.
+  void poll(Time now);
+
+  /// When poll() and then the bus's advance() have something to do; kNever = only after the next frame.
+  Time next_deadline() const;
+
+  struct Counters {
+    std::uint64_t sent = 0;
+    std::uint64_t received = 0;
+    std::uint64_t waits = 0;         ///< no room in the interface's queue: tried again
+    std::uint64_t unsendable = 0;    ///< frames that the kernel refused for good; they are gone
+    std::uint64_t lost = 0;          ///< received frames that the kernel dropped: we were too slow
+    std::uint64_t error_frames = 0;  ///< from the controller
+    std::uint64_t link_losses = 0;   ///< times that the interface went down or away
+  };
+  const Counters& counters() const { return counters_; }
+
+ private:
+  enum class Interface { kUp, kDown, kGone };
+
+  void open_socket(unsigned index);
+  void close_socket();
+  void watch_links();
+  void on_link_change();
+  void check_interface(Time now);
+  void note(Interface seen, Time now);
+  Interface away() const;
+  void lose_interface(int error, Time now);
+  void receive();
+  std::size_t receive_batch(Time now);
+  void take(const Frame& frame, Time now);
+  void note_lost(std::uint32_t total, Time now);
+  void tell_state(Time now);
+
+  Reactor& reactor_;
+  sim::Bus& bus_;
+  std::string interface_;
+  std::string where_;  ///< how messages begin
+  Warn warn_;
+  Descriptor links_;  ///< netlink: something has happened to some interface
+  Descriptor socket_;
+  unsigned index_ = 0;  ///< of the interface that the socket is bound to; 0 = none
+  Interface seen_ = Interface::kUp;
+  bool check_interface_ = false;
+  BusState state_ = BusState::kActive;  ///< without overflow
+  std::uint32_t lost_total_ = 0;        ///< the socket's own count
+  Time overflow_until_ = kNever;        ///< kNever = no overflow is shown
+  Time retry_at_ = kNever;
+  Counters counters_;
+};
+
+}  // namespace cbcan::io

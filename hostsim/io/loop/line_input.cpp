@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#include "io/loop/line_input.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <utility>
+
+#include "io/errors.hpp"
+
+namespace cbcan::io {
+
+LineInput::LineInput(Reactor& reactor, int fd, std::string name)
+    : reactor_(reactor), fd_(fd), name_(std::move(name)) {
+  try {
+    reactor_.watch(fd_, Reactor::kReadable, [this](std::uint32_t) { read(); });
+  } catch (const EnvironmentError&) {
+    watched_ = false;  // a file, or closed, which the first read() tells
+  }
+}
+
+LineInput::~LineInput() {
+  if (watched_) reactor_.forget(fd_);
+}
+
+std::optional<std::string> LineInput::take() {
+  if (lines_.empty()) return std::nullopt;
+  std::string line = std::move(lines_.front());
+  lines_.pop_front();
+  return line;
+}
+
+void LineInput::poll() {
+  if (!watched_ && !closed_) read();
+}
+
+void LineInput::read() {
+  std::array<char, 4096> text;
+  const ssize_t count = ::read(fd_, text.data(), text.size());
+  if (count < 0 && (errno == EINTR || errno == EAGAIN)) return;
+  if (count < 0) throw EnvironmentError(name_ + ": " + reason(errno));
+  if (count > 0) return split({text.data(), static_cast<std::size_t>(count)});
+  closed_ = true;
+  if (watched_) reactor_.forget(fd_);
+  if (!half_.empty()) lines_.push_back(std::exchange(half_, {}));
+}
+
+void LineInput::split(std::string_view text) {
+  for (const char c : text) {
+    if (c == '\n')
+      lines_.push_back(std::exchange(half_, {}));
+    else if (half_.size() < kLongestLine)
+      half_ += c;
+    else
+      throw UsageError(name_ + ": a line of more than " + std::to_string(kLongestLine) + " characters");
+  }
+}
+
+}  // namespace cbcan::io

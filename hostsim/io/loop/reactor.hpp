@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// One epoll instance, one thread, one time-out. The owner's loop is
+///
+///     while (!signals.stop_requested()) {
+///       const Time now = Reactor::now();
+///       everything.advance(now);
+///       reactor.run_once(everything.next_deadline());
+///     }
+///
+/// Level-triggered: a callback may leave work undone and is called again. Callbacks must not block and must
+/// not call run_once().
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "cbcan/time.hpp"
+#include "io/loop/descriptor.hpp"
+
+namespace cbcan::io {
+
+class Reactor {
+ public:
+  static constexpr std::uint32_t kReadable = 0x01;
+  static constexpr std::uint32_t kWritable = 0x04;
+  /// An error or a hang-up; reported whether asked for or not. The next read or write says what it is.
+  static constexpr std::uint32_t kBroken = 0x18;
+
+  /// What the descriptor is ready for: any of the above.
+  using Callback = std::function<void(std::uint32_t ready)>;
+
+  /// Throws EnvironmentError when the kernel has no descriptor left. Sets the thread's timer slack to 1 us,
+  /// so that run_once() ends when it was asked to.
+  Reactor();
+  ~Reactor();
+  Reactor(const Reactor&) = delete;
+  Reactor& operator=(const Reactor&) = delete;
+
+  /// Calls `callback` whenever `fd`, not watched yet, is ready for `interest`. The descriptor stays the
+  /// caller's, who forgets it before closing it. Throws EnvironmentError if the kernel cannot watch it.
+  void watch(int fd, std::uint32_t interest, Callback callback);
+
+  /// Replaces the interest of a watched descriptor; 0 = only kBroken.
+  void change(int fd, std::uint32_t interest);
+
+  /// Ends the watch; from now on the callback is not called, also not for what was ready already. May be
+  /// called from any callback, also from the one that it ends. Not watched: nothing happens.
+  void forget(int fd);
+
+  /// Waits until something is ready or it is `until` (kNever = without limit; a time gone by = just looks),
+  /// calls the callbacks of what is ready, and returns how many it called. A signal may end the wait early.
+  std::size_t run_once(Time until);
+
+  /// CLOCK_MONOTONIC in microseconds: the project's only reading of it.
+  static Time now();
+
+  /// What makes wall-clock time (microseconds since 1970) of now()'s.
+  static Time wall_offset();
+
+ private:
+  struct Watch {
+    Callback callback;
+    bool live = true;
+  };
+
+  Watch* find(int fd) const;
+
+  Descriptor epoll_;
+  std::vector<std::unique_ptr<Watch>> watches_;  ///< by descriptor
+  std::vector<std::unique_ptr<Watch>> ended_;  ///< forgotten during this turn: events may still point at them
+};
+
+/// Raises the soft limit of open descriptors to the hard one. The process's; never lowers it.
+void raise_descriptor_limit();
+
+}  // namespace cbcan::io

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include "io/loop/stop_signals.hpp"
+
+#include <sys/signalfd.h>
+
+#include <cerrno>
+#include <iterator>
+
+#include "io/errors.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr int kIgnored[] = {SIGPIPE, SIGXFSZ};
+
+}  // namespace
+
+StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
+  sigset_t wanted;
+  sigemptyset(&wanted);
+  sigaddset(&wanted, SIGINT);
+  sigaddset(&wanted, SIGTERM);
+  signals_ = Descriptor(signalfd(-1, &wanted, SFD_NONBLOCK | SFD_CLOEXEC));
+  if (!signals_) throw EnvironmentError("signals: " + reason(errno));
+  sigprocmask(SIG_BLOCK, &wanted, &former_mask_);
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  for (std::size_t i = 0; i < std::size(kIgnored); ++i)
+    sigaction(kIgnored[i], &ignore, &former_[i]);
+  reactor_.watch(signals_.get(), Reactor::kReadable, [this](std::uint32_t) { take(); });
+}
+
+StopSignals::~StopSignals() {
+  reactor_.forget(signals_.get());
+  for (std::size_t i = 0; i < std::size(kIgnored); ++i)
+    sigaction(kIgnored[i], &former_[i], nullptr);
+  sigprocmask(SIG_SETMASK, &former_mask_, nullptr);
+}
+
+void StopSignals::take() {
+  signalfd_siginfo signal{};
+  while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal)
+    stop_requested_ = true;
+}
+
+}  // namespace cbcan::io

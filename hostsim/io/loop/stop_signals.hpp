@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <signal.h>
+
+#include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
+
+namespace cbcan::io {
+
+/// SIGINT and SIGTERM as an event of the reactor, and SIGPIPE and SIGXFSZ ignored (what writes is told by its
+/// errno), while this object lives: then as they were before. One per process, made by its main thread before
+/// there are others. The reactor outlives it.
+class StopSignals {
+ public:
+  explicit StopSignals(Reactor& reactor);
+  ~StopSignals();
+  StopSignals(const StopSignals&) = delete;
+  StopSignals& operator=(const StopSignals&) = delete;
+
+  bool stop_requested() const { return stop_requested_; }
+
+ private:
+  void take();
+
+  Reactor& reactor_;
+  sigset_t former_mask_{};
+  struct sigaction former_[2]{};  ///< of what is ignored
+  Descriptor signals_;
+  bool stop_requested_ = false;
+};
+
+}  // namespace cbcan::io

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include "io/modbus/modbus_request.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+namespace cbcan::io {
+
+namespace {
+
+using enum ModbusException;
+using enum ModbusFunction;
+using Pdu = std::span<const std::uint8_t>;
+
+constexpr std::size_t kMaxRead = 125;               // V1.1b3, 6.3
+constexpr std::size_t kMaxWrite = 123;              // V1.1b3, 6.12
+constexpr std::size_t kMaxWriteWhileReading = 121;  // V1.1b3, 6.17
+
+// Device identification (V1.1b3, 6.21).
+constexpr std::uint8_t kReadDeviceIdentification = 0x0E;  // MEI type
+constexpr std::uint8_t kBasicStream = 1;
+constexpr std::uint8_t kOneObject = 4;
+constexpr std::uint8_t kBasicStreamAndOneObject = 0x81;  // conformity level
+constexpr std::uint8_t kNoMoreFollows = 0;
+constexpr std::uint8_t kNoNextObject = 0;
+constexpr std::size_t kBasicObjects = 3;
+constexpr std::size_t kMaxObjectText = 64;
+
+std::size_t word(Pdu pdu, std::size_t offset) {
+  return static_cast<std::size_t>(pdu[offset] << 8 | pdu[offset + 1]);
+}
+
+ModbusException check_range(std::size_t address, std::size_t count, std::size_t registers) {
+  return address + count <= registers ? kNone : kIllegalDataAddress;
+}
+
+/// Quantity and byte count of the values to be written, which lie at `offset`.
+bool values_fit(Pdu pdu, std::size_t offset, std::size_t most) {
+  const std::size_t quantity = word(pdu, offset);
+  const std::size_t bytes = pdu[offset + 2];
+  return quantity >= 1 && quantity <= most && bytes == 2 * quantity && pdu.size() == offset + 3 + bytes;
+}
+
+bool readable(std::size_t quantity) {
+  return quantity >= 1 && quantity <= kMaxRead;
+}
+
+ModbusException check_read(Pdu pdu, std::size_t registers) {
+  if (pdu.size() != 5 || !readable(word(pdu, 3))) return kIllegalDataValue;
+  return check_range(word(pdu, 1), word(pdu, 3), registers);
+}
+
+ModbusException check_one(Pdu pdu, std::size_t size, std::size_t registers) {
+  if (pdu.size() != size) return kIllegalDataValue;
+  return check_range(word(pdu, 1), 1, registers);
+}
+
+ModbusException check_write(Pdu pdu, std::size_t registers) {
+  if (pdu.size() < 6 || !values_fit(pdu, 3, kMaxWrite)) return kIllegalDataValue;
+  return check_range(word(pdu, 1), word(pdu, 3), registers);
+}
+
+ModbusException check_read_write(Pdu pdu, std::size_t registers) {
+  if (pdu.size() < 10 || !readable(word(pdu, 3)) || !values_fit(pdu, 7, kMaxWriteWhileReading))
+    return kIllegalDataValue;
+  return std::max(check_range(word(pdu, 1), word(pdu, 3), registers),
+                  check_range(word(pdu, 5), word(pdu, 7), registers));
+}
+
+ModbusException check_identification(Pdu pdu) {
+  if (pdu.size() < 2) return kIllegalDataValue;
+  if (pdu[1] != kReadDeviceIdentification) return kIllegalFunction;
+  if (pdu.size() != 4 || pdu[2] < kBasicStream || pdu[2] > kOneObject) return kIllegalDataValue;
+  if (pdu[2] == kOneObject && pdu[3] >= kBasicObjects) return kIllegalDataAddress;
+  return kNone;
+}
+
+void append(ModbusAnswer& answer, const auto& bytes) {
+  for (const auto byte : bytes)
+    answer.bytes[answer.size++] = static_cast<std::uint8_t>(byte);
+}
+
+}  // namespace
+
+ModbusException check_request(Pdu pdu, std::size_t registers) {
+  switch (static_cast<ModbusFunction>(pdu[0])) {
+    case kReadHoldingRegisters: return check_read(pdu, registers);
+    case kWriteSingleRegister: return check_one(pdu, 5, registers);
+    case kWriteMultipleRegisters: return check_write(pdu, registers);
+    case kMaskWriteRegister: return check_one(pdu, 7, registers);
+    case kReadWriteMultipleRegisters: return check_read_write(pdu, registers);
+    case kEncapsulatedInterface: return check_identification(pdu);
+  }
+  return kIllegalFunction;
+}
+
+bool writes_registers(std::uint8_t function) {
+  switch (static_cast<ModbusFunction>(function)) {
+    case kWriteSingleRegister:
+    case kWriteMultipleRegisters:
+    case kMaskWriteRegister:
+    case kReadWriteMultipleRegisters: return true;
+    default: return false;
+  }
+}
+
+ModbusAnswer exception_answer(std::uint8_t function, ModbusException exception) {
+  ModbusAnswer answer;
+  answer.bytes[0] = function | kExceptionBit;
+  answer.bytes[1] = static_cast<std::uint8_t>(exception);
+  answer.size = 2;
+  return answer;
+}
+
+ModbusAnswer identification_answer(Pdu pdu, const DeviceIdentity& identity) {
+  const std::array<std::string_view, kBasicObjects> objects{identity.vendor, identity.product_code,
+                                                            identity.revision};
+  // A stream from an object that does not exist starts at the first one.
+  const std::size_t first = pdu[3] < kBasicObjects ? pdu[3] : 0;
+  const std::size_t last = pdu[2] == kOneObject ? first : kBasicObjects - 1;
+  const auto count = static_cast<std::uint8_t>(last - first + 1);
+  ModbusAnswer answer;
+  append(answer,
+         std::array{pdu[0], pdu[1], pdu[2], kBasicStreamAndOneObject, kNoMoreFollows, kNoNextObject, count});
+  for (std::size_t id = first; id <= last; ++id) {
+    const std::string_view text = objects[id].substr(0, kMaxObjectText);
+    append(answer, std::array{static_cast<std::uint8_t>(id), static_cast<std::uint8_t>(text.size())});
+    append(answer, text);
+  }
+  return answer;
+}
+
+}  // namespace cbcan::io

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A Modbus TCP server over the caller's 16-bit holding registers, of one network or several, for any number
+/// of clients, in one thread.
+///
+/// Function codes 3, 6, 16, 22 and 23, and 43/14 (identification); the others get exception 01. One
+/// request is applied whole. Registers are in host byte order, register n is address n.
+///
+/// The unit ID says whose registers: 1 is the first network, 2 the second; 0 and 255 are the first too. Any
+/// other one gets exception 0Ah (gateway path unavailable), whatever the function. It is echoed always.
+///
+/// No client can hold up another one: nothing blocks, a client gets a bounded number of requests per turn,
+/// one that does not read its answers is not read from, and half a request waits in its own connection.
+/// Requests are framed and checked here; libmodbus sees only those that it answers at once (Modbus Messaging
+/// on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application Protocol V1.1b3 for the rest).
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "cbcan/time.hpp"
+#include "io/errors.hpp"
+#include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
+#include "io/modbus/modbus_request.hpp"
+#include "io/sockets/acceptor.hpp"
+
+namespace cbcan::io {
+
+struct ModbusTcpSettings {
+  ListenAddress listen{"127.0.0.1", 1502};
+  DeviceIdentity identity;
+  /// A request of which no further byte has come for this long closes its connection. Idle connections stay.
+  Time half_request_timeout = 5 * kSecond;
+};
+
+/// What a unit ID selects.
+class ModbusUnit {
+ public:
+  /// The same words always; none = there is nothing to select.
+  virtual std::span<std::uint16_t> registers() = 0;
+
+  /// A request to it, perhaps a refused one, has been answered, and the next one of anybody is not looked at
+  /// yet; `wrote` = it changed registers. Must not destroy the server.
+  virtual void on_request(bool wrote) = 0;
+
+ protected:
+  ~ModbusUnit() = default;
+};
+
+class ModbusTcp {
+ public:
+  static constexpr std::size_t kMostNetworks = 247;  ///< Messaging on TCP/IP V1.0b: unit IDs 1..247
+
+  /// Listens at once; throws EnvironmentError when it cannot. Raises the limit of open descriptors, which
+  /// alone limits the number of clients. `networks` are kMostNetworks at most; they and `reactor` are the
+  /// caller's and outlive the server.
+  ModbusTcp(Reactor& reactor, std::vector<ModbusUnit*> networks, ModbusTcpSettings settings, Warn warn);
+  ~ModbusTcp();
+  ModbusTcp(const ModbusTcp&) = delete;
+  ModbusTcp& operator=(const ModbusTcp&) = delete;
+
+  /// Where it listens, with the real port.
+  const ListenAddress& address() const { return acceptor_.listener().address().tcp; }
+
+  /// When poll() has something to do next; kNever while nobody has sent half a request.
+  Time next_deadline() const { return deadlines_.empty() ? kNever : deadlines_.begin()->first; }
+
+  /// Closes the connections whose half request has waited too long. `now` is Reactor::now()'s.
+  void poll(Time now);
+
+  /// Serves a connected, non-blocking stream socket that somebody else has accepted, with no less room for
+  /// answers than the system gives a new one.
+  void adopt(Descriptor socket);
+
+  std::size_t clients() const { return connections_.size(); }
+
+  struct Counters {
+    std::uint64_t connections = 0;     ///< accepted
+    std::uint64_t requests = 0;        ///< answered, with exceptions
+    std::uint64_t exceptions = 0;      ///< answered by an exception
+    std::uint64_t bad_frames = 0;      ///< connections closed: protocol ID not 0, or length outside 2..254
+    std::uint64_t half_requests = 0;   ///< connections closed: half a request, and then nothing
+    std::uint64_t broken = 0;          ///< connections that ended in an error
+    std::uint64_t waits_for_room = 0;  ///< answers that the client's connection had no room for at once
+  };
+  const Counters& counters() const { return counters_; }
+  /// Clients that were closed at once: no descriptor left.
+  std::uint64_t refused() const { return acceptor_.refused(); }
+
+ private:
+  struct Connection;
+  struct Libmodbus;
+  using Bytes = std::span<const std::uint8_t>;
+  using Registers = std::span<std::uint16_t>;
+
+  void close_client(Connection& client);
+
+  bool on_ready(Connection& client);
+  bool receive(Connection& client);
+  bool serve_buffered(Connection& client);
+  bool serve(Connection& client, Bytes request);
+  bool answer(Connection& client, Bytes request, Registers registers, ModbusException exception);
+  bool answer_by_libmodbus(Connection& client, Bytes request, Registers registers);
+  bool send_own(Connection& client, Bytes request, const ModbusAnswer& answer);
+  bool send(Connection& client, Bytes bytes);
+  bool send_rest(Connection& client);
+  bool has_room(Connection& client) const;
+  void set_deadline(Connection& client, Time deadline);
+
+  Reactor& reactor_;
+  ModbusTcpSettings settings_;
+  std::vector<ModbusUnit*> networks_;
+  std::unique_ptr<Libmodbus> libmodbus_;
+  std::uint64_t direct_answers_ = 0;  ///< so many answers fit into a socket's send buffer for certain
+  std::unordered_map<int, std::unique_ptr<Connection>> connections_;
+  std::set<std::pair<Time, int>> deadlines_;  ///< of half requests, with the connection's descriptor
+  Counters counters_;
+  Acceptor acceptor_;
+};
+
+}  // namespace cbcan::io

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "io/sockets/acceptor.hpp"
+
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr int kAcceptsPerTurn = 64;
+
+Descriptor open_reserve() {
+  return Descriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
+}
+
+Descriptor accept_client(int listener) {
+  return Descriptor(accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+}
+
+/// Accepted sockets inherit these; a Unix socket does not know the first.
+void prepare(int listener) {
+  const int on = 1;
+  const int bytes = Acceptor::kSendBufferBytes;
+  setsockopt(listener, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  setsockopt(listener, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+  setsockopt(listener, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
+}
+
+}  // namespace
+
+Acceptor::Acceptor(Reactor& reactor, std::string_view service, const StreamAddress& address,
+                   OnClient on_client, std::function<std::size_t()> clients, Warn warn)
+    : reactor_(reactor),
+      listener_(service, address),
+      where_(std::string(service) + " " + to_string(listener_.address())),
+      on_client_(std::move(on_client)),
+      clients_(std::move(clients)),
+      warn_(std::move(warn)),
+      reserve_(open_reserve()) {
+  prepare(listener_.socket());
+  raise_descriptor_limit();
+  reactor_.watch(listener_.socket(), Reactor::kReadable, [this](std::uint32_t) { accept_clients(); });
+}
+
+Acceptor::~Acceptor() {
+  reactor_.forget(listener_.socket());
+}
+
+void Acceptor::accept_clients() {
+  for (int i = 0; i < kAcceptsPerTurn; ++i) {
+    Descriptor socket = accept_client(listener_.socket());
+    if (socket) {
+      full_told_ = false;
+      on_client_(std::move(socket));
+    } else if (errno == EMFILE || errno == ENFILE) {
+      if (!refuse_client()) return;
+    } else if (errno != ECONNABORTED && errno != EINTR) {
+      return;
+    }
+  }
+}
+
+/// False when there is nobody left to turn away.
+bool Acceptor::refuse_client() {
+  reserve_.reset();
+  const bool refused = static_cast<bool>(accept_client(listener_.socket()));
+  reserve_ = open_reserve();
+  if (!refused) return false;
+  ++refused_;
+  if (!full_told_)
+    warn_(where_ + ": no descriptor left for a further client (" + std::to_string(clients_()) +
+          " are connected); raise the limit with `ulimit -n`");
+  full_told_ = true;
+  return true;
+}
+
+}  // namespace cbcan::io

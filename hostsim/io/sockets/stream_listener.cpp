@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "io/sockets/stream_listener.hpp"
+
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+#include "io/errors.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr std::string_view kUnix = "unix:";
+constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1;
+
+sockaddr_un to_sockaddr(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, kLongestPath);
+  return address;
+}
+
+Descriptor new_socket() {
+  return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+}
+
+/// A socket's file that a program has left behind; connecting to any other file is refused too.
+bool is_abandoned(const sockaddr_un& address) {
+  struct stat file {};
+  if (lstat(address.sun_path, &file) != 0 || !S_ISSOCK(file.st_mode)) return false;
+  const Descriptor probe = new_socket();
+  return connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 &&
+         errno == ECONNREFUSED;
+}
+
+Descriptor try_listen(const sockaddr_un& address) {
+  Descriptor socket = new_socket();
+  if (!socket || bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      listen(socket.get(), SOMAXCONN) != 0)
+    return {};
+  return socket;
+}
+
+Descriptor listen_unix(const std::string& where, const std::string& path) {
+  const sockaddr_un address = to_sockaddr(path);
+  Descriptor socket = try_listen(address);
+  if (!socket && errno == EADDRINUSE) {
+    if (!is_abandoned(address))
+      throw EnvironmentError(where +
+                             "in use: another program listens there, or it is a file; write another path");
+    unlink(path.c_str());
+    socket = try_listen(address);
+  }
+  if (!socket)
+    throw EnvironmentError(where + reason(errno) + "; write a path in a folder that can be written");
+  return socket;
+}
+
+}  // namespace
+
+StreamAddress parse_stream_address(std::string_view text) {
+  if (!text.starts_with(kUnix)) return {"", parse_listen_address(text, 0)};
+  const std::string_view path = text.substr(kUnix.size());
+  if (path.empty() || path.size() > kLongestPath)
+    throw UsageError("address \"" + std::string(text) + "\": the path of a socket has 1.." +
+                     std::to_string(kLongestPath) + " characters");
+  return {std::string(path), {}};
+}
+
+std::string to_string(const StreamAddress& address) {
+  return address.path.empty() ? to_string(address.tcp) : std::string(kUnix) + address.path;
+}
+
+StreamListener::StreamListener(std::string_view service, const StreamAddress& address) : address_(address) {
+  if (!address.path.empty()) {
+    socket_ = listen_unix(std::string(service) + " " + to_string(address) + ": ", address.path);
+  } else {
+    Listener listener = listen_tcp(service, address.tcp);
+    socket_ = std::move(listener.socket);
+    address_.tcp = std::move(listener.address);
+  }
+}
+
+StreamListener::~StreamListener() {
+  if (!address_.path.empty()) unlink(address_.path.c_str());
+}
+
+}  // namespace cbcan::io

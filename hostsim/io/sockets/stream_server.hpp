@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A server of byte streams: each connection has a session that makes bytes out of bytes. Nothing blocks; a
+/// client that asks and does not read the answers is not read from either.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <unordered_map>
+
+#include "io/errors.hpp"
+#include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
+#include "io/sockets/acceptor.hpp"
+
+namespace cbcan::io {
+
+/// What one connection is about; it goes with the connection.
+class StreamSession {
+ public:
+  virtual ~StreamSession() = default;
+
+  /// Bytes have come from the client.
+  virtual void receive(std::string_view bytes) = 0;
+  /// What is to go to the client; unchanged until sent() or receive() is called, or time passes.
+  virtual std::string_view unsent() const = 0;
+  /// The first `count` bytes of unsent() have gone.
+  virtual void sent(std::size_t count) = 0;
+};
+
+class StreamServer {
+ public:
+  /// Clients with more than that unread are not listened to.
+  static constexpr std::size_t kMostUnsent = 64 * 1024;
+
+  using MakeSession = std::function<std::unique_ptr<StreamSession>()>;
+
+  /// Listens at once; throws EnvironmentError when it cannot, its text beginning with `service`. The reactor
+  /// is the caller's.
+  StreamServer(Reactor& reactor, std::string_view service, const StreamAddress& address, MakeSession make,
+               Warn warn);
+  ~StreamServer();
+  StreamServer(const StreamServer&) = delete;
+  StreamServer& operator=(const StreamServer&) = delete;
+
+  /// Where it listens, with the real port.
+  const StreamAddress& address() const { return acceptor_.listener().address(); }
+
+  /// Sends what sessions have to say; to be called once per turn, before waiting.
+  void flush();
+
+  std::size_t clients() const { return connections_.size(); }
+  /// Accepted since the start.
+  std::uint64_t connections() const { return accepted_; }
+
+ private:
+  struct Connection;
+
+  void adopt(Descriptor socket);
+  void close(Connection& client);
+  bool receive(Connection& client);
+  bool send(Connection& client);
+  void watch(Connection& client);
+
+  Reactor& reactor_;
+  MakeSession make_;
+  std::unordered_map<int, std::unique_ptr<Connection>> connections_;
+  std::uint64_t accepted_ = 0;
+  Acceptor acceptor_;
+};
+
+}  // namespace cbcan::io

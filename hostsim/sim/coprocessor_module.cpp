@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#include "sim/coprocessor_module.hpp"
+
+namespace cbcan::sim {
+
+/// All but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may be anywhere.
+CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window,
+                                     ProcessRegisters registers, const Coprocessor::Settings& settings)
+    : Participant(schedule), port_(bus.attach(*this)), coprocessor_(window, registers, port_, settings) {
+  port_.accept(nmt::kCommandId, sdo::kAnswerId + nmt::kMaxNode);
+  port_.accept(sdo::kRequestId + settings.node_id, sdo::kRequestId + settings.node_id);
+  port_.accept(sdo::kRequestId + nmt::kMaxNode + 1, nmt::kErrorControlId + nmt::kMaxNode);
+}
+
+void CoprocessorModule::start(Time now) {
+  coprocessor_.start(now);
+  poll(now);
+}
+
+void CoprocessorModule::on_frame(const Frame& frame, Time now) {
+  coprocessor_.on_frame(frame, now);
+  poll(now);
+}
+
+void CoprocessorModule::on_bus_state(BusState state, Time now) {
+  coprocessor_.on_bus_state(state, now);
+  poll(now);
+}
+
+void CoprocessorModule::on_registers_written(Time now) {
+  coprocessor_.on_registers_written(now);
+  poll(now);
+}
+
+}  // namespace cbcan::sim

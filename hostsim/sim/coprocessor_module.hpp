@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "coprocessor/coprocessor.hpp"
+#include "sim/participant.hpp"
+
+namespace cbcan::sim {
+
+/// The CBCAN module: a coprocessor plugged into a bus.
+class CoprocessorModule final : public Participant {
+ public:
+  CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters registers,
+                    const Coprocessor::Settings& settings);
+
+  void start(Time now) override;
+  /// Also to be called when R3700 may have been written.
+  void poll(Time now) override { wants(coprocessor_.poll(now)); }
+  /// To be called when registers of process data may have been written.
+  void on_registers_written(Time now);
+  void on_frame(const Frame& frame, Time now) override;
+  void on_bus_state(BusState state, Time now) override;
+
+  const Coprocessor& coprocessor() const { return coprocessor_; }
+  Port& port() { return port_; }
+
+ private:
+  Port& port_;
+  Coprocessor coprocessor_;
+};
+
+}  // namespace cbcan::sim

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "sim/faults/fault_set.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "sim/frame_text.hpp"
+
+namespace cbcan::sim {
+
+namespace {
+
+/// Numbers and seeds that differ in one bit give sequences that have nothing in common.
+std::uint64_t seed_of(std::uint64_t set, std::uint64_t fault, std::uint64_t number) {
+  return Random(Random(Random(set).next() ^ fault).next() ^ number).next();
+}
+
+bool spent(const SetFault& set) {
+  return set.fault.count != 0 && set.fired == set.fault.count;
+}
+
+}  // namespace
+
+unsigned FaultSet::add(const Fault& fault, Time now) {
+  const unsigned number = ++last_number_;
+  const Time begins = now + fault.from;
+  SetFault set{.number = number,
+               .fault = fault,
+               .text = text_of(fault),
+               .begins = begins,
+               .ends = fault.until == kNever ? kNever : now + fault.until,
+               .due = is_storm(fault.kind) || fault.kind == FaultKind::kBusLoad ? begins : kNever,
+               .random = Random(seed_of(seed_, fault.seed, number))};
+  set_.push_back(std::move(set));
+  owner_.on_faults_changed(now);
+  return number;
+}
+
+bool FaultSet::remove(unsigned number, Time now) {
+  const auto found =
+      std::find_if(set_.begin(), set_.end(), [&](const SetFault& set) { return set.number == number; });
+  if (found == set_.end()) return false;
+  close(*found, now);
+  set_.erase(found);
+  owner_.on_faults_changed(now);
+  return true;
+}
+
+void FaultSet::clear(Time now) {
+  for (SetFault& set : set_)
+    close(set, now);
+  set_.clear();
+  owner_.on_faults_changed(now);
+}
+
+bool FaultSet::happens(SetFault& set, const Frame& frame, Time now) {
+  if (now < set.begins || now >= set.ends || spent(set)) return false;
+  if (set.occasions++ < set.fault.after) return false;
+  if (set.fault.probability < 1 && set.random.fraction() >= set.fault.probability) return false;
+  ++set.fired;
+  if (listener_ != nullptr) {
+    std::string text;
+    append_frame(text, frame);
+    tell(set, text, now);
+  }
+  return true;
+}
+
+bool FaultSet::beat_due(SetFault& set, Time interval, Time now) {
+  if (spent(set) || set.due >= set.ends) set.due = kNever;
+  if (set.due > now) return false;
+  set.due += interval;
+  return true;
+}
+
+/// What a fault wants the controller to be in.
+constexpr BusState state_of(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::kBusOff: return BusState::kBusOff;
+    case FaultKind::kErrorPassive: return BusState::kErrorPassive;
+    case FaultKind::kOverflow: return BusState::kOverflow;
+    default: return BusState::kActive;
+  }
+}
+
+BusState FaultSet::follow_states(Time now) {
+  BusState worst = BusState::kActive;
+  for (SetFault& set : set_) {
+    if (!is_state(set.fault.kind)) continue;
+    const bool open = now >= set.begins && now < set.ends;
+    if (open && !set.open) {
+      set.open = true;
+      ++set.fired;
+      tell(set, "begins", now);
+    }
+    if (!open) close(set, now);
+    if (open) worst = std::max(worst, state_of(set.fault.kind));
+  }
+  return worst;
+}
+
+Time FaultSet::deadline() const {
+  Time next = kNever;
+  for (const SetFault& set : set_) {
+    next = earlier(next, set.due);
+    if (!is_state(set.fault.kind)) continue;
+    if (set.open)
+      next = earlier(next, set.ends);
+    else if (set.fired == 0)
+      next = earlier(next, set.begins);
+  }
+  return next;
+}
+
+void FaultSet::close(SetFault& set, Time now) {
+  if (std::exchange(set.open, false)) tell(set, "ends", now);
+}
+
+void FaultSet::tell(const SetFault& set, std::string_view what, Time now) {
+  if (listener_ == nullptr) return;
+  const std::string which = subject_ + ": fault " + std::to_string(set.number) + ": " + set.text;
+  listener_->on_fault(which + ": " + std::string(what), now);
+}
+
+}  // namespace cbcan::sim

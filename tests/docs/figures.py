@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Runs a test that measures, and holds the figures in the pages to what it prints.
+
+usage: figures.py GROUP COMMAND...
+
+The command prints `figure: GROUP.NAME VALUE`, or `figure: GROUP.NAME VALUE, at most LIMIT`, a line each; the limit is the figure
+GROUP.NAME.most. In a page a comment stands behind the figure: `28,556<!--size.image.text-->`; or, rounded, `28.6 KB<!--...-->`
+(1,000 bytes), `36 KiB<!--...-->`. Exit code: the command's, or 1 where a page says something else. tools/dev/update-figures
+lets this program correct the pages instead.
+"""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "firmware").rglob("*.md"))]
+
+# Each group, and the compiler that its figures follow from; the pages are about its version 12.
+GROUPS = {"x86": "g++", "m3": "arm-none-eabi-g++", "size": "arm-none-eabi-g++", "plant": None}
+VERSION = "12"
+
+PRINTED = re.compile(r"^figure: ([\w.-]+) +(\d+)(?:, at most (\d+))?")
+MARKED = re.compile(r"(\d[\d,]*(?:\.\d+)?)( KB| KiB|)<!--([\w-]+)\.([\w.-]+)-->")
+WRITE = os.environ.get("CBCAN_FIGURES") == "write"
+UNITS = {"": 1, " KB": 1000, " KiB": 1024}
+
+
+def measured(command):
+    """The command's figures by name. What it prints is passed on as it comes."""
+    figures = {}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, errors="replace") as process:
+        for line in process.stdout:
+            print(line, end="", flush=True)
+            for name, value, limit in PRINTED.findall(line):
+                figures[name] = int(value)
+                if limit:
+                    figures[name + ".most"] = int(limit)
+    return figures, process.returncode
+
+
+def text_of(value, written, unit):
+    """The value as a page writes it: with as many decimals, in the same unit."""
+    decimals = len(written.partition(".")[2])
+    return f"{value / UNITS[unit]:,.{decimals}f}"
+
+
+def corrected(page, group, figures, found):
+    """The page's text with this group's figures as measured; each that was another one is told."""
+    text = page.read_text()
+
+    def correct(match):
+        written, unit, of, name = match.groups()
+        place = f"{page.relative_to(ROOT)}:{text.count(chr(10), 0, match.start()) + 1}"
+        if of not in GROUPS:
+            found.append(f"{place}: {of}.{name}: no such group; tests/docs/figures.py has {', '.join(GROUPS)}")
+        if of != group:
+            return match[0]
+        if f"{of}.{name}" not in figures:
+            found.append(f"{place}: {of}.{name}: this test has no such figure, but {', '.join(figures)}")
+            return match[0]
+        value = text_of(figures[f"{of}.{name}"], written, unit)
+        if value != written and not WRITE:
+            found.append(f"{place}: {of}.{name} is {value}{unit}, not {written}{unit}")
+        return f"{value}{unit}<!--{of}.{name}-->"
+
+    return MARKED.sub(correct, text)
+
+
+def is_compiler_of_pages(compiler):
+    version = compiler and subprocess.run([compiler, "-dumpversion"], capture_output=True, text=True).stdout
+    return not compiler or version.partition(".")[0].strip() == VERSION
+
+
+def main():
+    group, command = sys.argv[1], sys.argv[2:]
+    figures, code = measured(command)
+    if code != 0:
+        sys.exit(code if code > 0 else 1)
+    if not is_compiler_of_pages(GROUPS[group]):
+        print(f"the pages are about {GROUPS[group]} {VERSION}, which this is not: not compared")
+        return
+    found = []
+    texts = {page: corrected(page, group, figures, found) for page in PAGES}
+    if WRITE:
+        for page, text in texts.items():
+            page.write_text(text)
+    print("\n".join(found))
+    if found:
+        sys.exit("these figures of the pages are stale, which tools/dev/update-figures corrects, or misnamed, which it cannot")
+
+
+main()

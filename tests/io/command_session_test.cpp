@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "io/sockets/command_session.hpp"
+
+#include <vector>
+
+#include "stream_client.hpp"
+#include "support/catch.hpp"
+#include "turns.hpp"
+
+namespace cbcan::io {
+namespace {
+
+struct Server {
+  explicit Server(std::string_view address = "127.0.0.1:0")
+      : commands(reactor, "control", parse_stream_address(address),
+                 command_sessions([this](std::string_view line) {
+                   executed.emplace_back(line);
+                   return "did " + std::string(line) + "\n";
+                 }),
+                 [](const std::string&) {}) {}
+
+  Reactor reactor;
+  std::vector<std::string> executed;
+  StreamServer commands;
+
+  template <typename Done>
+  void run_until(Done done) {
+    test::turn_until(
+        [this] {
+          commands.flush();
+          reactor.run_once(0);
+        },
+        done);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Command server: each line is executed once and answered in order, in pieces of any size") {
+  Server server;
+  StreamClient client(server.commands.address());
+  for (const char c : std::string("one\r\n\ntwo\nthr"))
+    client.send(std::string(1, c));
+  server.run_until([&] { return client.heard() == "did one\ndid two\n"; });
+  client.send("ee\nfour\n");
+  server.run_until([&] { return client.heard() == "did one\ndid two\ndid three\ndid four\n"; });
+  CHECK(server.executed == std::vector<std::string>{"one", "two", "three", "four"});
+}
+
+TEST_CASE("Command server: half a line of a client that leaves is not executed; others are served") {
+  Server server;
+  StreamClient left(server.commands.address()), stays(server.commands.address());
+  left.send("half");
+  left.leave();
+  stays.send("whole\n");
+  server.run_until([&] { return stays.heard() == "did whole\n"; });
+  CHECK(server.executed == std::vector<std::string>{"whole"});
+}
+
+TEST_CASE("Command server: a line that is too long is refused and nothing else is lost") {
+  Server server;
+  StreamClient client(server.commands.address());
+  client.send(std::string(kLongestCommand, 'x') + "\n");
+  client.send(std::string(kLongestCommand + 1, 'y') + "\nz\n");
+  server.run_until([&] { return server.executed.size() == 2; });
+  CHECK(server.executed[0].size() == kLongestCommand);
+  server.run_until(
+      [&] { return client.heard().ends_with("error: a line of more than 1000 characters\ndid z\n"); });
+}
+
+}  // namespace cbcan::io
