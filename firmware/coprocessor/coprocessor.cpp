@@ -23,8 +23,8 @@ constexpr bool overlap(std::size_t first, std::size_t count, std::size_t own, st
 
 }  // namespace
 
-Coprocessor::Coprocessor(RegisterWindow window, ScannerWindow scanner, ProcessRegisters process,
-                         CanPort& port, const Settings& settings)
+Coprocessor::Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port,
+                         const Settings& settings, ScannerWindow scanner)
     : window_(window),
       port_(port),
       settings_(settings),

@@ -49,8 +49,8 @@ class Coprocessor final {
     std::uint16_t process_first = regmap::kProcessFirst;
   };
 
-  Coprocessor(RegisterWindow window, ScannerWindow scanner, ProcessRegisters process, CanPort& port,
-              const Settings& settings);
+  Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port, const Settings& settings,
+              ScannerWindow scanner = {});
   Coprocessor(const Coprocessor&) = delete;
   Coprocessor& operator=(const Coprocessor&) = delete;
 

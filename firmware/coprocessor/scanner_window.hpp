@@ -27,8 +27,10 @@ class ScannerWindow {
   using Out = std::span<const std::uint16_t, regmap::kScannerOutWords>;
   using In = std::span<std::uint16_t, regmap::kScannerInWords>;
 
+  /// None: nothing comes through it.
+  ScannerWindow() = default;
   /// Host byte order; the memory is the caller's and outlives this. To be started by restart().
-  ScannerWindow(Out out, In in) : out_(out), in_(in) {}
+  ScannerWindow(Out out, In in) : out_(out.data()), in_(in.data()) {}
 
   /// What a write asks of whoever executes requests.
   enum class Event : std::uint8_t {
@@ -51,8 +53,8 @@ class ScannerWindow {
   /// Word k of the request, 1..69: what is R3700 + k in the other window.
   std::uint16_t word(std::size_t k) const { return out_[k]; }
 
-  /// Where data and abort code of the request under way go, before finish().
-  std::span<std::uint16_t, regmap::kDataWords> data() const { return in_.last<regmap::kDataWords>(); }
+  /// Where the data of the request under way, or its abort code, go before finish(): kDataWords words.
+  std::uint16_t* data() const { return in_ + regmap::kScannerData; }
   /// Ends the request under way. `size`: bytes in data().
   void finish(regmap::Result result, std::size_t size = 0);
 
@@ -63,9 +65,9 @@ class ScannerWindow {
   Event cancel();
   std::size_t words_needed() const;
 
-  Out out_;
-  In in_;
-  std::uint16_t taken_ = 0;  ///< number taken last; what IN+2 shows, where the PLC cannot write it
+  const std::uint16_t* out_ = nullptr;
+  std::uint16_t* in_ = nullptr;  ///< null: there is no such window
+  std::uint16_t taken_ = 0;      ///< number taken last; what IN+2 shows, where the PLC cannot write it
   State state_ = State::kIdle;
   bool restarted_ = true;  ///< no number has come since
 };

@@ -74,9 +74,9 @@ struct Module {
     Coprocessor::Settings settings;
     settings.sdo_timeout_ms = 50;
     coprocessor.emplace(RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
+                        all.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), wire, settings,
                         ScannerWindow(all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
-                                      all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()),
-                        all.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), wire, settings);
+                                      all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()));
     coprocessor->start(now);
     poll();
   }
@@ -287,6 +287,6 @@ TEST_CASE("The scanner window: nothing is believed, executed twice or torn that 
       results[result] += times;
   }
   CHECK(done > 10'000);
-  for (const std::uint16_t result : {0, 4, 5, 6})
+  for (const std::uint16_t result : std::array<std::uint16_t, 4>{0, 4, 5, 6})
     CHECK(results[result] > 100);
 }

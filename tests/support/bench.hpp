@@ -43,8 +43,8 @@ class Bench {
   /// With the registers in somebody else's memory.
   explicit Bench(Registers& memory, Coprocessor::Settings settings = {})
       : registers(memory),
-        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), ScannerWindow(out, in), process, port,
-                    settings) {
+        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings,
+                    ScannerWindow(out, in)) {
     coprocessor.start(now);
     port.sent.clear();  // the boot-up message has its own test
   }
