@@ -43,7 +43,7 @@ std::string text_of(const std::string& path) {
 sim::NodeImage image_of(const std::string& eds, std::uint8_t id) {
   eds::DictionaryImage made = eds::dictionary_image(eds::read(eds, "", id).device);
   ObjectDictionary values(made.entries, made.values, nullptr);
-  for (const std::uint16_t first : {Pdo::kReceive, Pdo::kTransmit})
+  for (const std::uint16_t first : {object::kRpdoParameter, object::kTpdoParameter})
     for (std::uint16_t n = 0; n < 4; ++n)
       values.set(static_cast<std::uint16_t>(first + n), 2, 1);
   values.set(0x1017, 0, kHeartbeatMs);

@@ -36,16 +36,16 @@ enum class NetworkFailure : std::uint8_t {
   kBusOff,
 };
 
-/// What is behind the communication.
-class DeviceApplication : public Application {
+/// What is behind the communication. All but restore() may be left as it is.
+class DeviceApplication : public Application, public EmergencyApplication {
  public:
   /// Somebody is about to look at values: bring them up to date.
-  virtual void refresh(Time now) = 0;
+  virtual void refresh(Time /*now*/) {}
   /// Values have been written: by RPDOs, or by an SDO (after on_stored()).
-  virtual void on_written(Time now) = 0;
+  virtual void on_written(Time /*now*/) {}
   /// A SYNC in Operational: synchronous RPDOs have taken effect, synchronous TPDOs are not sampled yet.
-  virtual void on_sync(Time now) = 0;
-  virtual void on_network_failure(NetworkFailure failure, Time now) = 0;
+  virtual void on_sync(Time /*now*/) {}
+  virtual void on_network_failure(NetworkFailure /*failure*/, Time /*now*/) {}
   /// 1010h: keep the values of first_index..last_index for the next power-on. kNone, or why not; a device
   /// without such a memory leaves this as it is.
   virtual AbortCode save(std::uint16_t /*first_index*/, std::uint16_t /*last_index*/) {
@@ -55,21 +55,15 @@ class DeviceApplication : public Application {
   virtual AbortCode forget(std::uint16_t /*first_index*/, std::uint16_t /*last_index*/) {
     return AbortCode::kStore;
   }
-  /// The port has taken this EMCY message; as on the bus.
-  virtual void on_emergency_sent(const std::array<std::uint8_t, 8>& message) = 0;
-  /// The CAN-IDs that the device wants to hear have changed: see Device::visit_ids().
-  virtual void on_received_ids() = 0;
+  /// The CAN-IDs that the device wants to hear may have changed: see Device::visit_ids().
+  virtual void on_received_ids() {}
 
  protected:
   ~DeviceApplication() = default;
 };
 
-class Device final : private Application, private PdoApplication, private EmergencyApplication {
+class Device final : private Application, private PdoApplication {
  public:
-  static constexpr std::uint16_t kStore = 0x1010;
-  static constexpr std::uint16_t kRestore = 0x1011;
-  static constexpr std::uint16_t kErrorBehaviour = 0x1029;
-
   /// Memory for as many of each as the dictionary has, or as many as are to work; the caller's.
   struct Storage {
     std::span<std::uint8_t> buffer;  ///< see SdoServer
@@ -124,20 +118,22 @@ class Device final : private Application, private PdoApplication, private Emerge
                      Time now) override;
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
-  void on_nmt_state(nmt::State state, Time now) override;
-  void before_sampling(Time now) override;
-  void on_received(Time now) override;
-  void on_synchronised(Time now) override;
+  void on_state(nmt::State state, Time now) override;
+  void refresh(Time now) override;
+  void on_written(Time now) override;
+  void on_sync(Time now) override;
   void on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) override;
-  void on_pdo_recovered(std::uint16_t code, Time now) override;
-  void on_emergency_sent(const std::array<std::uint8_t, 8>& message) override;
+  void on_pdo_error_over(std::uint16_t code, Time now) override;
 
-  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  /// Calls with all parts, in the order in which each thing is done to them.
+  template <class Self, class Call>
+  static auto with_parts(Self& self, Call call) {
+    return call(self.sync_, self.emergency_, self.time_, self.consumer_, self.life_guard_, self.pdo_);
+  }
+
   AbortCode store_or_restore(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value);
-  void configure(std::uint16_t index, Time now);
   void on_sdo_request(const Frame& frame, Time now);
-  void on_error_control(const Frame& frame, Time now);
-  void synchronise(Time now);
+  void react(Time now);
   void watch_network(Time now);
   void fail(NetworkFailure failure, Time now);
 
@@ -161,11 +157,7 @@ void Device::visit_ids(Visitor visit) const {
   visit(nmt::kCommandId);
   visit(sdo::kRequestId + node);
   visit(nmt::kErrorControlId + node);
-  if (sync_.id() != 0) visit(sync_.id());
-  if (time_.consumed_id() != TimeStamp::kNone) visit(time_.consumed_id());
-  for (const HeartbeatConsumer::Watched& watched : consumer_.watched())
-    visit(nmt::kErrorControlId + watched.node);
-  pdo_.visit_ids(visit);
+  with_parts(*this, [&](const auto&... part) { (part.visit_ids(visit), ...); });
 }
 
 }  // namespace cbcan

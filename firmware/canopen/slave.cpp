@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "canopen/slave.hpp"
 
+#include "canopen/dictionary/objects.hpp"
+
 namespace cbcan {
 
 namespace {
@@ -9,11 +11,6 @@ namespace {
 constexpr std::uint8_t kBootUp = 1;
 constexpr std::uint8_t kGuardAnswer = 2;
 constexpr std::uint8_t kHeartbeat = 4;
-
-constexpr std::uint16_t kFirstIndex = 0x0000;
-constexpr std::uint16_t kFirstCommunicationIndex = 0x1000;
-constexpr std::uint16_t kLastCommunicationIndex = 0x1FFF;
-constexpr std::uint16_t kLastIndex = 0xFFFF;
 
 }  // namespace
 
@@ -27,7 +24,7 @@ Slave::Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t>
       next_node_id_(node_id) {}
 
 void Slave::start(Time now) {
-  reset(kFirstIndex, kLastIndex, now);
+  reset(0, object::kLast, now);
 }
 
 void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now) {
@@ -49,7 +46,7 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
 void Slave::enter(nmt::State state, Time now) {
   state_ = state;
   if (!nmt::is_running(state)) sdo_server_.reset(node_id_);  // neither an answer nor a segment any more
-  application_.on_nmt_state(state, now);
+  application_.on_state(state, now);
 }
 
 void Slave::command(nmt::Command command, Time now) {
@@ -57,9 +54,9 @@ void Slave::command(nmt::Command command, Time now) {
     case nmt::Command::kStart: return enter(nmt::State::kOperational, now);
     case nmt::Command::kStop: return enter(nmt::State::kStopped, now);
     case nmt::Command::kEnterPreOperational: return enter(nmt::State::kPreOperational, now);
-    case nmt::Command::kResetNode: return reset(kFirstIndex, kLastIndex, now);
+    case nmt::Command::kResetNode: return reset(0, object::kLast, now);
     case nmt::Command::kResetCommunication:
-      return reset(kFirstCommunicationIndex, kLastCommunicationIndex, now);
+      return reset(object::kFirstCommunication, object::kLastCommunication, now);
   }
 }
 
@@ -95,13 +92,13 @@ AbortCode Slave::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<
 }
 
 void Slave::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
-  if (entry.index == kHeartbeatTime) configure(now);
+  if (entry.index == object::kProducerHeartbeatTime) configure(now);
   application_.on_stored(entry, sub, now);
 }
 
 /// A period that has not changed keeps its beat.
 void Slave::configure(Time now) {
-  const Time heartbeat = dictionary_.get(kHeartbeatTime, 0) * kMillisecond;
+  const Time heartbeat = dictionary_.get(object::kProducerHeartbeatTime, 0) * kMillisecond;
   if (heartbeat != heartbeat_period_) heartbeat_at_ = heartbeat == 0 ? kNever : now + heartbeat;
   heartbeat_period_ = heartbeat;
 }

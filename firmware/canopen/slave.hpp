@@ -2,8 +2,8 @@
 #pragma once
 
 /// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary,
-/// boot-up, heartbeat producer, node guarding. The coprocessor's own node is this class, and so is the inside
-/// of every Device (device.hpp), which adds process data and the rest.
+/// boot-up, heartbeat producer, node guarding. It stands by itself, and is the inside of every Device
+/// (device.hpp), which adds process data and the rest.
 ///
 /// Acts on 1017h (heartbeat producer), where the dictionary has it. Nothing blocks, nothing is allocated; not
 /// re-entrant. A frame that the port refuses stays wanted and is tried again.
@@ -26,7 +26,7 @@ class Application : public ObjectHandler {
   /// Puts stored values back to what they are at power-on: those with first_index <= index <= last_index.
   virtual void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) = 0;
   /// This NMT state has been entered, perhaps anew: a node may be started that is Operational.
-  virtual void on_nmt_state(nmt::State state, Time now) = 0;
+  virtual void on_state(nmt::State /*state*/, Time /*now*/) {}
 
  protected:
   ~Application() = default;
@@ -34,8 +34,6 @@ class Application : public ObjectHandler {
 
 class Slave final : private ObjectHandler {
  public:
-  static constexpr std::uint16_t kHeartbeatTime = 0x1017;
-
   /// The tables of a dictionary, see ObjectDictionary.
   struct Tables {
     std::span<const ObjectEntry> entries;

@@ -6,35 +6,36 @@
 
 namespace cbcan {
 
-void Sync::reset(Time now) {
+void Sync::reset(const Reset& /*reset*/, Time now) {
   outbox_.drop();
   due_ = kNever;
   period_ = 0;
   counter_ = 0;
   running_ = false;
-  configure(now);
+  configure(object::kSyncCobId, now);
 }
 
-AbortCode Sync::check(const ObjectEntry& entry, std::span<const std::uint8_t> value) const {
+AbortCode Sync::check(const ObjectEntry& entry, std::uint8_t /*sub*/,
+                      std::span<const std::uint8_t> value) const {
   const auto number = static_cast<std::uint32_t>(load_little_endian(value));
-  if (entry.index == kCobId) {
+  if (entry.index == object::kSyncCobId) {
     const bool moves_while_producing = period_ != 0 && cob::id_of(number) != id_;
     return cob::is_usable(number) && !moves_while_producing ? AbortCode::kNone : AbortCode::kValue;
   }
-  if (entry.index != kCounterOverflow) return AbortCode::kNone;
+  if (entry.index != object::kSyncCounterOverflow) return AbortCode::kNone;
   // CiA 301, 7.5.2.22: only while no period is set.
-  if (dictionary_.get(kPeriod, 0) != 0) return AbortCode::kDeviceState;
+  if (dictionary_.get(object::kSyncPeriod, 0) != 0) return AbortCode::kDeviceState;
   return number == 1 || number > kHighestCounter ? AbortCode::kValue : AbortCode::kNone;
 }
 
-void Sync::configure(Time now) {
-  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(kCobId, 0));
+void Sync::configure(std::uint16_t /*index*/, Time now) {
+  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(object::kSyncCobId, 0));
   id_ = cob::id_of(cob_id);
-  window_ = dictionary_.get(kWindow, 0);
-  const auto overflow = static_cast<std::uint8_t>(dictionary_.get(kCounterOverflow, 0));
+  window_ = dictionary_.get(object::kSyncWindow, 0);
+  const auto overflow = static_cast<std::uint8_t>(dictionary_.get(object::kSyncCounterOverflow, 0));
   if (overflow != overflow_) counter_ = 0;
   overflow_ = overflow;
-  const Time period = (cob_id & cob::kProduces) != 0 ? dictionary_.get(kPeriod, 0) : 0;
+  const Time period = (cob_id & cob::kProduces) != 0 ? dictionary_.get(object::kSyncPeriod, 0) : 0;
   if (period != period_) {
     due_ = period == 0 || !running_ ? kNever : now + period;
     counter_ = 0;
@@ -42,7 +43,8 @@ void Sync::configure(Time now) {
   period_ = period;
 }
 
-void Sync::set_running(bool running, Time now) {
+void Sync::on_state(nmt::State state, Time now) {
+  const bool running = nmt::is_running(state);
   if (running == running_) return;
   running_ = running;
   counter_ = 0;
@@ -50,14 +52,18 @@ void Sync::set_running(bool running, Time now) {
   if (period_ != 0) due_ = running ? now + period_ : kNever;
 }
 
-bool Sync::on_frame(const Frame& frame) {
+bool Sync::on_frame(const Frame& frame, Time /*now*/) {
   if (!running_ || id_ == 0 || frame.id != id_ || frame.flags != 0) return false;
   counter_ = frame.length == 1 ? frame.data[0] : std::uint8_t{0};
+  came_ = true;
   return true;
 }
 
-bool Sync::poll(Time now) {
-  if (now < due_) return outbox_.retry(now);
+void Sync::poll(Time now) {
+  if (now < due_) {
+    came_ |= outbox_.retry(now);
+    return;
+  }
   due_ = next_after(due_, period_, now);
   Frame frame;
   frame.id = id_;
@@ -66,7 +72,7 @@ bool Sync::poll(Time now) {
     frame.length = 1;
     frame.data[0] = counter_;
   }
-  return outbox_.send(frame, now);
+  came_ |= outbox_.send(frame, now);
 }
 
 }  // namespace cbcan

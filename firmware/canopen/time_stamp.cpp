@@ -17,22 +17,22 @@ constexpr std::uint8_t kMessageBytes = 6;
 
 }  // namespace
 
-void TimeStamp::reset(Time now) {
+void TimeStamp::reset(const Reset& /*reset*/, Time now) {
   outbox_.drop();
   running_ = false;
-  configure(now);
+  configure(object::kTimeCobId, now);
 }
 
-AbortCode TimeStamp::check(const ObjectEntry& entry, std::span<const std::uint8_t> value) const {
-  if (entry.index != kCobId) return AbortCode::kNone;
+AbortCode TimeStamp::check(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
+                           std::span<const std::uint8_t> value) const {
   const auto number = static_cast<std::uint32_t>(load_little_endian(value));
   const bool moves_in_use = (produces_ || consumes_) && cob::id_of(number) != id_;
   const std::uint32_t identifier = number & ~(cob::kConsumes | cob::kProduces);
   return cob::is_usable(identifier) && !moves_in_use ? AbortCode::kNone : AbortCode::kValue;
 }
 
-void TimeStamp::configure(Time now) {
-  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(kCobId, 0));
+void TimeStamp::configure(std::uint16_t /*index*/, Time now) {
+  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(object::kTimeCobId, 0));
   id_ = cob::id_of(cob_id);
   consumes_ = (cob_id & cob::kConsumes) != 0;
   produces_ = (cob_id & cob::kProduces) != 0;
@@ -49,9 +49,9 @@ void TimeStamp::produce_every(Time period, Time now) {
   }
 }
 
-void TimeStamp::set_running(bool running, Time now) {
-  running_ = running;
-  if (!running) outbox_.drop();
+void TimeStamp::on_state(nmt::State state, Time now) {
+  running_ = nmt::is_running(state);
+  if (!running_) outbox_.drop();
   produce_every(period_, now);
 }
 

@@ -8,8 +8,9 @@
 #include <cstdint>
 #include <span>
 
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "canopen/dictionary/objects.hpp"
 #include "canopen/outbox.hpp"
+#include "canopen/part.hpp"
 #include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 
@@ -23,38 +24,32 @@ struct TimeOfDay {
   friend constexpr bool operator==(const TimeOfDay&, const TimeOfDay&) = default;
 };
 
-class TimeStamp {
+class TimeStamp : public Part {
  public:
-  static constexpr std::uint16_t kCobId = 0x1012;
-
   TimeStamp(const ObjectDictionary& dictionary, CanPort& port) : dictionary_(dictionary), outbox_(port) {}
 
-  /// Takes over what the dictionary says. The time of day goes on.
-  void reset(Time now);
-  /// Before a value of 1012h is stored: kNone, or why it cannot be.
-  AbortCode check(const ObjectEntry& entry, std::span<const std::uint8_t> value) const;
-  /// After it has been stored.
-  void configure(Time now);
+  static constexpr bool owns(std::uint16_t index) { return index == object::kTimeCobId; }
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  void configure(std::uint16_t index, Time now);
+  /// The time of day goes on.
+  void reset(const Reset& reset, Time now);
+  /// TIME is sent and heard in Pre-operational and Operational only.
+  void on_state(nmt::State state, Time now);
+  bool on_frame(const Frame& frame, Time now);
+  void poll(Time now);
+  Time deadline() const { return earlier(due_, outbox_.deadline()); }
+  template <class Visitor>
+  void visit_ids(Visitor visit) const {
+    if (consumes_) visit(id_);
+  }
 
   /// As a producer: sends the time of day this often, microseconds; 0 = never.
   void produce_every(Time period, Time now);
   /// As a producer: sends the time of day now.
   void produce(Time now);
 
-  /// TIME is sent and heard in Pre-operational and Operational only.
-  void set_running(bool running, Time now);
-
-  /// True for a TIME message that this node consumes.
-  bool on_frame(const Frame& frame, Time now);
-  void poll(Time now);
-  Time deadline() const { return earlier(due_, outbox_.deadline()); }
-
   void set(const TimeOfDay& time_of_day, Time now);
   TimeOfDay at(Time now) const;
-
-  /// Identifier of the messages that are consumed; kNone = none are.
-  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  std::uint32_t consumed_id() const { return consumes_ ? id_ : kNone; }
 
  private:
   const ObjectDictionary& dictionary_;

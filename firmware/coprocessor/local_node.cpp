@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "canopen/dictionary/little_endian.hpp"
+#include "canopen/dictionary/objects.hpp"
 
 namespace cbcan {
 
@@ -51,7 +52,7 @@ void LocalNode::on_emergency_sent(const EmergencyConsumer::Message& message) {
 
 void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time /*now*/) {
   local::restore(values_, first_index, last_index);
-  device_.dictionary().set(local::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
+  device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
   consumer_node_.fill(0);
   monitor_.watch_nobody();
   if (last_index < local::kSdoTimeout) return;
@@ -107,11 +108,11 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
 
 std::uint32_t LocalNode::number_of(std::uint16_t index, std::uint8_t sub, Time now) const {
   switch (index) {
-    case local::kConsumerHeartbeat: {
+    case object::kConsumerHeartbeatTime: {
       const std::uint8_t node = consumer_node_[sub - 1u];
       return node == 0 ? 0 : std::uint32_t{node} << kConsumerTimeBits | monitor_.consumer_time(node);
     }
-    case local::kSdoServerParameter: return (sub == 1 ? sdo::kRequestId : sdo::kAnswerId) + node_id();
+    case object::kSdoServerParameter: return (sub == 1 ? sdo::kRequestId : sdo::kAnswerId) + node_id();
     case local::kOwnNodeId: return node_id();
     case local::kKernelState: return static_cast<std::uint32_t>(local::kernel_state(bus_state_));
     case local::kSdoTimeout: return sdo_timeout_ms(accessed_);
@@ -141,7 +142,7 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
                               Time now) {
   const auto number = static_cast<std::uint32_t>(load_little_endian(value));
   switch (entry.index) {
-    case local::kConsumerHeartbeat: return write_consumer(sub, number);
+    case object::kConsumerHeartbeatTime: return write_consumer(sub, number);
     case local::kSdoTimeout:
       transfers_[index_of(accessed_)].timeout_ms = static_cast<std::uint16_t>(number);
       break;

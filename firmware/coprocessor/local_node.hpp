@@ -76,13 +76,7 @@ class LocalNode final : private DeviceApplication {
                      Time now) override;
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
-  void on_nmt_state(nmt::State /*state*/, Time /*now*/) override {}
-  void refresh(Time /*now*/) override {}
-  void on_written(Time /*now*/) override {}
-  void on_sync(Time /*now*/) override {}
-  void on_network_failure(NetworkFailure /*failure*/, Time /*now*/) override {}
   void on_emergency_sent(const EmergencyConsumer::Message& message) override;
-  void on_received_ids() override {}
 
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
   AbortCode write_consumer(std::uint8_t sub, std::uint32_t value);

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "canopen/dictionary/cob_id.hpp"
+#include "canopen/dictionary/objects.hpp"
 #include "canopen/nmt/nmt.hpp"
 #include "cbcan/version.hpp"
 
@@ -13,6 +14,7 @@ namespace cbcan::local {
 namespace {
 
 using enum DataType;
+using namespace object;
 using Flags = ObjectFlags;
 
 constexpr std::uint8_t kAll = nmt::kMaxNode;
@@ -71,9 +73,9 @@ constexpr std::array kObjects{
     Row{kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x100},
     Row{kEmergencyCobId, 0, 0, kUnsigned32, kConfigured, 4},  // follows the node ID
     Row{kEmergencyInhibitTime, 0, 0, kUnsigned16, kConfigured, 2},
-    Row{kConsumerHeartbeat, 0, 0, kUnsigned8, Flags::kRead, 1, kAll},
-    Row{kConsumerHeartbeat, 1, kAll, kUnsigned32, kComputedReadWrite, 4},
-    Row{kProducerHeartbeat, 0, 0, kUnsigned16, kConfigured, 2},
+    Row{kConsumerHeartbeatTime, 0, 0, kUnsigned8, Flags::kRead, 1, kAll},
+    Row{kConsumerHeartbeatTime, 1, kAll, kUnsigned32, kComputedReadWrite, 4},
+    Row{kProducerHeartbeatTime, 0, 0, kUnsigned16, kConfigured, 2},
     Row{kIdentity, 0, 0, kUnsigned8, Flags::kRead, 1, 4},
     Row{kIdentity, 1, 4, kUnsigned32, Flags::kRead, 4},  // no vendor-ID is assigned
     Row{kSyncCounterOverflow, 0, 0, kUnsigned8, kConfigured, 1},
@@ -112,8 +114,6 @@ constexpr std::array kTypes{kInteger8,   kUnsigned8, kBoolean,    kInteger16, kU
                             kUnsigned24, kInteger32, kUnsigned32, kReal32,    kUnsigned40, kInteger40,
                             kUnsigned48, kInteger48, kUnsigned56, kInteger56, kInteger64,  kUnsigned64};
 constexpr std::uint16_t kIndicesOfType = 0x40;
-constexpr std::array<std::uint8_t, kTypes.size()> kTypeBytes{1, 1, 0, 2, 2, 3, 3, 4, 4,
-                                                             4, 5, 5, 6, 6, 7, 7, 8, 8};
 constexpr std::uint32_t kMostSubs = 254;
 
 /// Two rows for a type; for BOOLEANs four, as those of 128 bytes fill four indices and a part of the fifth.
@@ -133,7 +133,8 @@ constexpr Row* put_variables(Row* row, std::uint16_t first, std::uint32_t start,
   };
   for (std::size_t i = 0; i < kTypes.size(); ++i) {
     const auto index = static_cast<std::uint16_t>(first + i * kIndicesOfType);
-    if (const std::uint32_t size = kTypeBytes[i]; size != 0) {
+    if (kTypes[i] != kBoolean) {
+      const auto size = static_cast<std::uint32_t>(size_of(kTypes[i]));
       put(index, bytes / size, {0, 0, 0, kTypes[i], flags, size, 0, {}, 0, start}, 0);
       continue;
     }

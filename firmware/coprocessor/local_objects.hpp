@@ -18,28 +18,6 @@
 
 namespace cbcan::local {
 
-inline constexpr std::uint16_t kDeviceType = 0x1000;
-inline constexpr std::uint16_t kErrorRegister = 0x1001;
-inline constexpr std::uint16_t kErrorHistory = 0x1003;
-inline constexpr std::uint16_t kSyncCobId = 0x1005;
-inline constexpr std::uint16_t kSyncPeriod = 0x1006;
-inline constexpr std::uint16_t kSyncWindow = 0x1007;
-inline constexpr std::uint16_t kDeviceName = 0x1008;
-inline constexpr std::uint16_t kHardwareVersion = 0x1009;
-inline constexpr std::uint16_t kSoftwareVersion = 0x100A;
-inline constexpr std::uint16_t kTimeCobId = 0x1012;
-inline constexpr std::uint16_t kEmergencyCobId = 0x1014;
-inline constexpr std::uint16_t kEmergencyInhibitTime = 0x1015;
-inline constexpr std::uint16_t kConsumerHeartbeat = 0x1016;
-inline constexpr std::uint16_t kProducerHeartbeat = 0x1017;
-inline constexpr std::uint16_t kIdentity = 0x1018;
-inline constexpr std::uint16_t kSyncCounterOverflow = 0x1019;
-inline constexpr std::uint16_t kErrorBehaviour = 0x1029;
-inline constexpr std::uint16_t kSdoServerParameter = 0x1200;
-inline constexpr std::uint16_t kRpdoParameter = 0x1400;
-inline constexpr std::uint16_t kRpdoMapping = 0x1600;
-inline constexpr std::uint16_t kTpdoParameter = 0x1800;
-inline constexpr std::uint16_t kTpdoMapping = 0x1A00;
 using regmap::object::kClock;
 using regmap::object::kDeviceState;
 using regmap::object::kEmergencyScan;

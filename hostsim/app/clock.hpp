@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What time it is in the simulation, and what makes it go on: this machine's clock, or whoever writes to
-/// standard input (manual_clock.hpp).
-
 #include <cstddef>
 #include <string>
 #include <string_view>
 
 #include "cbcan/time.hpp"
+#include "io/loop/reactor.hpp"
 
 namespace cbcan::app {
 
@@ -28,29 +26,26 @@ class Program {
   ~Program() = default;
 };
 
+/// What time it is in the simulation, and what makes it go on: this machine's clock, or a ManualClock.
 class Clock {
  public:
   virtual ~Clock() = default;
-
-  virtual Time now() const = 0;
+  virtual Time now() const { return io::Reactor::now(); }
   /// What makes wall-clock time (microseconds since 1970) of now()'s; 0 where there is none.
-  virtual Time wall_offset() const = 0;
+  virtual Time wall_offset() const { return io::Reactor::wall_offset(); }
   /// Time passes by itself; else in steps of any length, when it is told to.
-  virtual bool runs() const = 0;
+  virtual bool runs() const { return true; }
   /// Until the program is to stop.
-  virtual void drive(Program& program) = 0;
-};
-
-/// This machine's.
-class RealClock final : public Clock {
- public:
-  Time now() const override;
-  Time wall_offset() const override;
-  bool runs() const override { return true; }
-  void drive(Program& program) override;
+  virtual void drive(Program& program) {
+    while (!program.stop_requested())
+      program.turn(kNever);
+  }
 };
 
 /// "12.345678": seconds.
-std::string seconds_text(Time time);
+inline std::string seconds_text(Time time) {
+  const std::string fraction = std::to_string(time % kSecond);
+  return std::to_string(time / kSecond) + "." + std::string(6 - fraction.size(), '0') + fraction;
+}
 
 }  // namespace cbcan::app

@@ -15,6 +15,7 @@
 #include "app/suggest.hpp"
 #include "app/value.hpp"
 #include "canopen/dictionary/little_endian.hpp"
+#include "canopen/dictionary/objects.hpp"
 
 namespace cbcan::app {
 
@@ -270,11 +271,11 @@ std::string Execution::nodes_of(std::size_t network) const {
 std::string Execution::get() {
   sim::Node& of = node(words_[1]);
   const Address address = address_of(words_[2]);
-  const auto value = of.value(address.index, address.sub, now_);
-  if (!value)
+  ObjectEntry entry{};
+  if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
     throw Refused(object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +
                   " has no such object");
-  return "ok " + text_of_value(value->bytes, value->type) + "\n";
+  return "ok " + text_of_value(of.value(entry, address.sub, now_), entry.type) + "\n";
 }
 
 std::string Execution::set() {
@@ -291,8 +292,7 @@ std::string Execution::set() {
   } else {
     throw Refused(quoted(words_[3]) + ": must be a number, true or false");
   }
-  constexpr std::uint16_t kLastCommunicationIndex = 0x1FFF;
-  if (address.index <= kLastCommunicationIndex)
+  if (address.index <= object::kLastCommunication)
     throw Refused(object_name(address.index, address.sub) + ": objects below 2000h are for SDO, not for set");
   if (!of.set_input(address.index, address.sub, number, now_))
     throw Refused(object_name(address.index, address.sub) + ": node " + std::string(words_[1]) +

@@ -32,11 +32,6 @@ Time unit_of(std::string_view text) {
                        "\": write pass and how long, a whole number of us, ms or s, such as pass 100ms");
 }
 
-/// Rightly or not.
-bool is_pass(std::string_view line) {
-  return line.substr(0, line.find(' ')) == "pass";
-}
-
 }  // namespace
 
 Time parse_pass(std::string_view line) {
@@ -67,7 +62,7 @@ void ManualClock::drive(Program& program) {
 
 /// What a line brings about has happened and been sent when it is answered.
 void ManualClock::take_line(const std::string& line, Program& program) {
-  if (is_pass(line)) {
+  if (line.substr(0, line.find(' ')) == "pass") {
     now_ += parse_pass(line);
     program.catch_up();
     std::cout << "at " << seconds_text(now_) << std::endl;

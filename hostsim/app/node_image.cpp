@@ -5,6 +5,7 @@
 #include <bit>
 #include <utility>
 
+#include "canopen/dictionary/objects.hpp"
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
@@ -92,7 +93,7 @@ class Builder {
     for (const InitialValue& initial : node_.objects)
       if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
         complain(initial.place, wrong);
-    profile_ = static_cast<std::uint16_t>(dictionary.get(kDeviceType, 0));
+    profile_ = static_cast<std::uint16_t>(dictionary.get(object::kDeviceType, 0));
     build_.node.emplace().image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
                                    std::move(image.node_id_values)};
   }
@@ -140,8 +141,6 @@ class Builder {
     }
     build_.node->parts.signals.push_back(std::move(signal));
   }
-
-  static constexpr std::uint16_t kDeviceType = 0x1000;  // CiA 301, 7.5.2.1
 
   const NodeConfig& node_;
   std::uint64_t seed_;

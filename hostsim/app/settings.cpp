@@ -11,6 +11,7 @@
 
 #include "app/can_spec.hpp"
 #include "app/suggest.hpp"
+#include "canopen/dictionary/objects.hpp"
 #include "cbcan/regmap.hpp"
 #include "devices/devices.hpp"
 #include "io/errors.hpp"
@@ -18,8 +19,6 @@
 
 namespace cbcan::app {
 namespace {
-
-constexpr std::uint16_t kProducerHeartbeatTime = 0x1017;  // CiA 301, 7.5.2.14
 
 template <class Type>
 void put(Type& member, const Value& value) {
@@ -92,7 +91,7 @@ Problem store_bit_rate(NetworkConfig& network, const Value& value) {
 }
 
 Problem store_heartbeat(NodeConfig& node, const Value& value) {
-  node.objects.push_back({kProducerHeartbeatTime, 0, value, node.place});
+  node.objects.push_back({object::kProducerHeartbeatTime, 0, value, node.place});
   return {};
 }
 

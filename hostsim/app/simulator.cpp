@@ -21,7 +21,7 @@ io::ModbusTcpSettings settings_of(const ModbusConfig& modbus) {
 
 std::unique_ptr<Clock> make_clock(ClockKind kind, io::Reactor& reactor) {
   if (kind == ClockKind::kManual) return std::make_unique<ManualClock>(reactor);
-  return std::make_unique<RealClock>();
+  return std::make_unique<Clock>();
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ void IoModule::tell(Time now) {
       node_.changed(kReadAnalogueInput, sub_of(i), now);
 }
 
-void IoModule::on_nmt_state(nmt::State state, Time /*now*/) {
+void IoModule::on_state(nmt::State state, Time /*now*/) {
   if (state == nmt::State::kStopped) failed_ = true;
   if (state == nmt::State::kOperational) failed_ = false;
 }

@@ -34,7 +34,7 @@ class IoModule final : public sim::Behaviour {
 
   void reset(bool application, Time now) override;
   Time update(Time now) override;
-  void on_nmt_state(nmt::State state, Time now) override;
+  void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
   /// 6000h: levels at eight terminals, 0..255. 6401h: the number that it will show. Both are rounded.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;

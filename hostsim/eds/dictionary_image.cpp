@@ -3,13 +3,12 @@
 
 #include <limits>
 
+#include "canopen/dictionary/objects.hpp"
 #include "eds/values.hpp"
 
 namespace cbcan::eds {
 
 namespace {
-
-constexpr std::uint16_t kFirstIndex = 0x1000;
 
 std::uint16_t access_flags(Access access) {
   switch (access) {
@@ -101,7 +100,7 @@ std::uint16_t object_flags(const Object& object) {
 DictionaryImage dictionary_image(const DeviceDescription& device) {
   DictionaryImage image;
   for (const Object& object : device.objects)
-    if (object.index >= kFirstIndex) append(object, image);
+    if (object.index >= object::kFirstCommunication) append(object, image);
   return image;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "canopen/dictionary/objects.hpp"
 #include "eds/device_sections.hpp"
 #include "eds/text.hpp"
 
@@ -17,7 +18,6 @@ constexpr std::array<std::string_view, 3> kLists = {"MandatoryObjects", "Optiona
                                                     "ManufacturerObjects"};
 
 /// Below it there are data types, which no list has to name.
-constexpr std::uint16_t kFirstListed = 0x1000;
 
 struct Listed {
   std::uint64_t index = 0;
@@ -92,7 +92,7 @@ class ListChecker {
       const bool is_listed =
           std::binary_search(listed_.begin(), listed_.end(), Listed{object.index, 0},
                              [](const Listed& a, const Listed& b) { return a.index < b.index; });
-      if (!is_listed && object.has_values() && object.index >= kFirstListed)
+      if (!is_listed && object.has_values() && object.index >= object::kFirstCommunication)
         findings_.note(object.line(), "object " + hex(object.index, 4) + "h is not listed: it is used");
     }
   }

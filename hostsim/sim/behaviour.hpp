@@ -71,7 +71,7 @@ class Behaviour {
   virtual void on_sync(Time /*now*/) {}
 
   /// This state has been entered, perhaps anew. update() follows.
-  virtual void on_nmt_state(nmt::State /*state*/, Time /*now*/) {}
+  virtual void on_state(nmt::State /*state*/, Time /*now*/) {}
 
   /// The network has failed or the node has left Operational because of it: outputs to their error values,
   /// drives as their option codes say. update() follows. Starting the node again ends it.

@@ -7,11 +7,11 @@
 #include <iterator>
 #include <utility>
 
+#include "canopen/dictionary/objects.hpp"
+
 namespace cbcan::sim {
 
 namespace {
-
-constexpr std::uint16_t kFirstApplicationIndex = 0x2000;
 
 std::size_t largest_object(const std::vector<ObjectEntry>& entries) {
   std::size_t largest = 0;
@@ -31,7 +31,7 @@ std::size_t highest_sub(const std::vector<ObjectEntry>& entries, std::uint16_t i
 NodeImage prepared(NodeImage image) {
   for (ObjectEntry& entry : image.entries) {
     entry.flags |= ObjectFlags::kChecked;
-    const bool is_command = entry.index == Device::kStore || entry.index == Device::kRestore;
+    const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
     if (is_command && entry.first_sub != 0) entry.flags |= ObjectFlags::kComputed;
   }
   return image;
@@ -79,10 +79,10 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       buffer_(largest_object(image_.entries)),
       rpdos_(Pdo::rpdo_count(image_.entries)),
       tpdos_(Pdo::tpdo_count(image_.entries)),
-      watched_(highest_sub(image_.entries, HeartbeatConsumer::kTimes)),
+      watched_(highest_sub(image_.entries, object::kConsumerHeartbeatTime)),
       parameters_(parts.parameters),
       port_(bus.attach(*this)),
-      faulty_(port_, node_id, parts.seed, parts.listener, *this),
+      faulty_(port_, node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
       device_(node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_}, *this,
               faulty_),
       start_node_id_(node_id),
@@ -157,8 +157,8 @@ void Node::on_bus_state(BusState state, Time now) {
 // ---- Node ID
 
 std::uint32_t Node::identity(std::uint8_t part) const {
-  constexpr std::uint16_t kIdentity = 0x1018;
-  return static_cast<std::uint32_t>(device_.dictionary().get(kIdentity, static_cast<std::uint8_t>(part + 1)));
+  return static_cast<std::uint32_t>(
+      device_.dictionary().get(object::kIdentity, static_cast<std::uint8_t>(part + 1)));
 }
 
 bool Node::keep(const StoredLss& stored) {
@@ -230,9 +230,9 @@ void Node::on_sync(Time now) {
   update(now);
 }
 
-void Node::on_nmt_state(nmt::State state, Time now) {
+void Node::on_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
-  behaviour_->on_nmt_state(state, now);
+  behaviour_->on_state(state, now);
   update(now);
 }
 
@@ -252,7 +252,7 @@ bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
 
 bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
   if (behaviour_->set_input(index, sub, value, now)) return true;
-  if (index < kFirstApplicationIndex) return false;  // nobody would check what the communication gets
+  if (index < object::kFirstManufacturer) return false;  // nobody would check what the communication gets
   ObjectEntry entry{};
   if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
   const std::size_t bytes = size_of(entry.type);
@@ -292,10 +292,6 @@ bool Node::set_incident(std::string_view incident, bool present, Time now) {
   return true;
 }
 
-void Node::on_faults_changed(Time now) {
-  at(now, [&] { faulty_.on_faults_changed(now); });
-}
-
 void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {
   device_.emergency().error(code, register_bits, info, now);
 }
@@ -310,18 +306,15 @@ void Node::changed(std::uint16_t index, std::uint8_t sub, Time now) {
 
 // ---- The dictionary
 
-std::optional<NodeValue> Node::value(std::uint16_t index, std::uint8_t sub, Time now) {
-  ObjectEntry entry{};
-  if (dictionary().find(index, sub, entry) != AbortCode::kNone) return std::nullopt;
+std::vector<std::uint8_t> Node::value(const ObjectEntry& entry, std::uint8_t sub, Time now) {
   bring_up_to_date(now);
   const auto stored = dictionary().value(entry, sub);
-  NodeValue value{entry.type, {stored.begin(), stored.end()}};
-  if (entry.has(ObjectFlags::kComputed)) {
-    std::size_t size = entry.capacity;
-    value.bytes.resize(size);
-    on_read(entry, sub, value.bytes, size, now);
-  }
-  return value;
+  std::vector<std::uint8_t> bytes(stored.begin(), stored.end());
+  if (!entry.has(ObjectFlags::kComputed)) return bytes;
+  std::size_t size = entry.capacity;
+  bytes.resize(size);
+  on_read(entry, sub, bytes, size, now);
+  return bytes;
 }
 
 /// 1010h and 1011h: what the device can do, as its EDS file says.
@@ -344,7 +337,7 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   restore_values(image_.entries, saved_, values_, first_index, last_index);
-  behaviour_->reset(last_index >= kFirstApplicationIndex, now);
+  behaviour_->reset(last_index >= object::kFirstManufacturer, now);
 }
 
 AbortCode Node::save(std::uint16_t first_index, std::uint16_t last_index) {

@@ -44,17 +44,7 @@ struct NodeParts {
   Time time_period = 0;                  ///< as a TIME producer (1012h), microseconds; 0 = it sends none
 };
 
-/// A value of a dictionary, as it is on the bus.
-struct NodeValue {
-  DataType type;
-  std::vector<std::uint8_t> bytes;
-};
-
-class Node final : public Participant,
-                   private DeviceApplication,
-                   private DeviceNode,
-                   private LssNode,
-                   private FaultSetOwner {
+class Node final : public Participant, private DeviceApplication, private DeviceNode, private LssNode {
  public:
   /// Without a node ID: it waits until LSS gives it one. The image is then made for node ID 0.
   static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
@@ -74,8 +64,8 @@ class Node final : public Participant,
   /// All values are those of `now`.
   void bring_up_to_date(Time now);
 
-  /// What an SDO upload would bring now, whatever the access rights; none = there is no such object.
-  std::optional<NodeValue> value(std::uint16_t index, std::uint8_t sub, Time now);
+  /// What an SDO upload of this entry of the dictionary would bring now, whatever the access rights.
+  std::vector<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub, Time now);
 
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
@@ -110,12 +100,11 @@ class Node final : public Participant,
   void take_node_id(std::uint8_t node_id);
 
   // The device.
-  void on_nmt_state(nmt::State state, Time now) override;
+  void on_state(nmt::State state, Time now) override;
   void refresh(Time now) override;
   void on_written(Time now) override;
   void on_sync(Time now) override;
   void on_network_failure(NetworkFailure failure, Time now) override;
-  void on_emergency_sent(const std::array<std::uint8_t, 8>& /*message*/) override {}
   void on_received_ids() override { ids_changed_ = true; }
 
   // What the behaviour asks for.
@@ -123,8 +112,6 @@ class Node final : public Participant,
   void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) override;
   void error_over(std::uint16_t code, Time now) override;
   void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
-
-  void on_faults_changed(Time now) override;
 
   template <class Act>
   void at(Time now, Act act);

@@ -3,16 +3,15 @@
 
 #include <algorithm>
 
+#include "canopen/dictionary/objects.hpp"
+
 namespace cbcan::sim {
 
 namespace {
 
-constexpr std::uint16_t kFirstStore = 0x1010;
-constexpr std::uint16_t kLastRestore = 0x1011;
-
 bool is_parameter(const ObjectEntry& entry) {
   const bool into_one_direction = entry.has(ObjectFlags::kMapRpdo) != entry.has(ObjectFlags::kMapTpdo);
-  const bool is_command = entry.index >= kFirstStore && entry.index <= kLastRestore;
+  const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
   return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) && !into_one_direction &&
          !is_command;
 }

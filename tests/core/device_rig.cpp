@@ -134,7 +134,7 @@ void DeviceRig::restore(std::uint16_t first_index, std::uint16_t last_index, Tim
   restore_values(entries, power_on, values, first_index, last_index);
 }
 
-void DeviceRig::on_nmt_state(nmt::State state, Time) {
+void DeviceRig::on_state(nmt::State state, Time) {
   events.push_back("state " + std::to_string(static_cast<int>(state)));
 }
 

@@ -58,17 +58,14 @@ class DeviceRig final : private DeviceApplication {
                     std::size_t& size, Time now) override;
   AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                      Time now) override;
-  void on_stored(const ObjectEntry&, std::uint8_t, Time) override {}
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
-  void on_nmt_state(nmt::State state, Time now) override;
+  void on_state(nmt::State state, Time now) override;
   void refresh(Time now) override;
   void on_written(Time now) override;
   void on_sync(Time now) override;
   void on_network_failure(NetworkFailure failure, Time now) override;
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
-  void on_emergency_sent(const std::array<std::uint8_t, 8>& /*message*/) override {}
-  void on_received_ids() override {}
 
   std::vector<std::uint8_t> buffer_ = std::vector<std::uint8_t>(64);
   std::vector<Pdo::Rpdo> rpdos_ = std::vector<Pdo::Rpdo>(4);

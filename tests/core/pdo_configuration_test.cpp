@@ -166,7 +166,7 @@ TEST_CASE("Values from the start: valid PDOs work, ones whose mapping does not h
   put(0x15FF, 0x501, 0x20010208);
   put(0x1800, 0x40000181, 0x20010108);
   put(0x1801, 0x281, 0x20010208);
-  rig.pdo.reset(rig.now);
+  rig.pdo.reset({}, rig.now);
   CHECK(rig.ids() == Ids{0x201, 0x501, 0x281});
   rig.operational();
   rig.expect("181#00");
@@ -182,7 +182,7 @@ TEST_CASE("Values from the start: valid PDOs work, ones whose mapping does not h
   CHECK(rig.get(0x2001, 2) == 0x22);
   CHECK(rig.get(0x2001, 3) == 0);
   rig.configure(0x1604, 0, 0);  // without a COB-ID that can be one it is not valid
-  rig.pdo.reset(rig.now);
+  rig.pdo.reset({}, rig.now);
   rig.arrive("201#44");
   CHECK(rig.get(0x2001, 1) == 0x11);
 }

@@ -39,7 +39,9 @@ class PdoRig final : private PdoApplication, private ObjectHandler {
               std::initializer_list<std::uint32_t> objects);
 
   // The bus and the master.
-  void operational(bool on = true) { pdo.set_operational(on, now); }
+  void operational(bool on = true) {
+    pdo.on_state(on ? nmt::State::kOperational : nmt::State::kPreOperational, now);
+  }
   void arrive(const std::string& frame) { pdo.on_frame(frame_from(frame), now); }
   void sync(std::uint8_t counter = 0, Time window = 0) { pdo.on_sync(counter, window, now); }
   void pass(Time duration);
@@ -60,7 +62,7 @@ class PdoRig final : private PdoApplication, private ObjectHandler {
   Time now = 1000;
   bool log_sampling = false;
   bool log_recovery = false;
-  /// Called by before_sampling(), and by on_received() and on_synchronised().
+  /// Called by refresh(), and by on_written() and on_sync().
   std::function<void()> in_sampling = [] {};
   std::function<void()> in_reception = [] {};
 
@@ -73,11 +75,11 @@ class PdoRig final : private PdoApplication, private ObjectHandler {
   Pdo pdo;
 
  private:
-  void before_sampling(Time at) override;
-  void on_received(Time at) override;
-  void on_synchronised(Time at) override;
+  void refresh(Time at) override;
+  void on_written(Time at) override;
+  void on_sync(Time at) override;
   void on_pdo_error(std::uint16_t code, std::uint16_t number, Time at) override;
-  void on_pdo_recovered(std::uint16_t code, Time at) override;
+  void on_pdo_error_over(std::uint16_t code, Time at) override;
   AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
     return AbortCode::kGeneral;
   }

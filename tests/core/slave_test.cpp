@@ -72,15 +72,12 @@ class Device final : private cbcan::Application {
                      cbcan::Time) override {
     return entry.index == 0x2001 && value[0] == 0xEE ? AbortCode::kValue : AbortCode::kNone;
   }
-  void on_stored(const ObjectEntry&, std::uint8_t, cbcan::Time) override {}
   void restore(std::uint16_t first_index, std::uint16_t last_index, cbcan::Time) override {
     const std::vector<std::uint8_t> power_on(values.size());
     cbcan::restore_values(kEntries, power_on, values, first_index, last_index);
     slave.dictionary().set(0x1005, 0, 0x80);
   }
-  void on_nmt_state(cbcan::nmt::State state, cbcan::Time) override {
-    states.push_back(static_cast<int>(state));
-  }
+  void on_state(cbcan::nmt::State state, cbcan::Time) override { states.push_back(static_cast<int>(state)); }
 };
 
 }  // namespace

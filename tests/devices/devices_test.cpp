@@ -53,7 +53,7 @@ TEST_CASE("every device has a name of its own, a line about itself, and lives wi
     REQUIRE(behaviour != nullptr);
     behaviour->reset(true, 0);
     behaviour->update(0);
-    behaviour->on_nmt_state(nmt::State::kOperational, 1);
+    behaviour->on_state(nmt::State::kOperational, 1);
     behaviour->on_sync(2);
     behaviour->update(2);
     CHECK_FALSE(behaviour->set_input(0x2000, 0, 1, 3));

@@ -336,14 +336,14 @@ TEST_CASE("Abort connection option codes") {
 
 TEST_CASE("NMT stop acts as 6007h on an enabled drive, and only there") {
   DriveBench bench;
-  bench.drive.on_nmt_state(nmt::State::kStopped, bench.now);
+  bench.drive.on_state(nmt::State::kStopped, bench.now);
   bench.update();
   CHECK(bench.status() == kSwitchOnDisabled);
   bench.enable(3);
-  bench.drive.on_nmt_state(nmt::State::kPreOperational, bench.now);
+  bench.drive.on_state(nmt::State::kPreOperational, bench.now);
   bench.update();
   CHECK(state_of(bench) == kOperationEnabled);
-  bench.drive.on_nmt_state(nmt::State::kStopped, bench.now);
+  bench.drive.on_state(nmt::State::kStopped, bench.now);
   bench.update();
   CHECK(bench.status() == kFault);
   CHECK(bench.get(0x603F) == 0x8100);

@@ -81,7 +81,7 @@ void act(DriveBench& bench, std::set<std::string_view>& present, const Room& roo
     case 4: return bench.set(0x6098, 0, pick(kMethods, which));
     case 5: return set_option(bench, which);
     case 6: return bench.sync();
-    case 7: bench.drive.on_nmt_state(pick(kNmtStates, which), bench.now); return bench.update();
+    case 7: bench.drive.on_state(pick(kNmtStates, which), bench.now); return bench.update();
     case 8: bench.drive.on_network_failure(sim::NetworkFailure::kHeartbeat, bench.now); return bench.update();
     case 9: bench.enable(static_cast<std::int8_t>(bench.get(0x6060))); return;
     default: return bench.control(pick(kWords, which));

@@ -77,7 +77,7 @@ class Rig final : public sim::DeviceNode {
     run();
   }
   void state(nmt::State state) {
-    device.on_nmt_state(state, now);
+    device.on_state(state, now);
     run();
   }
   void incident(std::string_view name, bool present) {

@@ -7,7 +7,7 @@ build_dir=$1
 
 allowed='^(memcpy|memmove|memset|memcmp|__aeabi_(memcpy|memcpy4|memcpy8|memset|memclr|memclr4|memclr8|lmul|llsl|llsr|lasr))$'
 
-# look_at LIBRARY LEAST_TEXT
+# look_at LIBRARY LEAST_TEXT [LIBRARY that it stands on]
 look_at() {
   local library=$build_dir/firmware/lib$1.a text data bss defined undefined outside foreign
   arm-none-eabi-size -t "$library"
@@ -18,7 +18,7 @@ look_at() {
   fi
   ((text > $2)) || { echo "only $text bytes of text: $1 is not all there" >&2; exit 1; }
 
-  defined=$(arm-none-eabi-nm --defined-only "$library" | awk 'NF == 3 {print $3}' | sort -u)
+  defined=$(arm-none-eabi-nm --defined-only "$library" ${3:+"$build_dir/firmware/lib$3.a"} | awk 'NF == 3 {print $3}' | sort -u)
   undefined=$(arm-none-eabi-nm --undefined-only "$library" | awk 'NF == 2 {print $2}' | sort -u)
   outside=$(comm -13 <(echo "$defined") <(echo "$undefined"))
   if foreign=$(grep -Ev "$allowed" <<<"$outside" | grep .); then
@@ -27,6 +27,7 @@ look_at() {
   fi
   echo "$1 needs from outside: $(tr '\n' ' ' <<<"$outside")"
 }
-look_at cbcan_core 4000
+look_at cbcan_canopen 15000
+look_at cbcan_core 4000 cbcan_canopen
 look_at cbcan_modbus 800
 look_at cbcan_slcan 500

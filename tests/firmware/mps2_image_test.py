@@ -11,6 +11,7 @@ import random
 import select
 import struct
 import sys
+import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
@@ -105,16 +106,31 @@ class Image(unittest.TestCase):
     def test_exceptions_and_other_stations(self):
         with Mcu(IMAGE) as mcu:
             self.assertEqual(mcu.request(b"\x2b\x0e\x01\x00", 2), b"\xab\x01")  # no such function
-            self.assertEqual(mcu.request(struct.pack(">BHH", 3, 4167, 2), 2), b"\x83\x02")
+            for first, count in (0, 1), (3699, 1), (3699, 2), (3769, 2), (3927, 2), (4131, 2), (4132, 1):
+                self.assertEqual(mcu.request(struct.pack(">BHH", 3, first, count), 2), b"\x83\x02", first)  # not there
             self.assertEqual(mcu.request(struct.pack(">BHH", 3, 0, 126), 2), b"\x83\x03")
             self.assertEqual(mcu.request(struct.pack(">BHH", 6, 4100, 1), 2), b"\x86\x02")  # read-only
-            other = b"\x02" + struct.pack(">BHH", 6, 100, 7)
+            other = b"\x02" + struct.pack(">BHH", 6, 3900, 7)
             mcu.modbus.send(other + crc(other))
-            everybody = b"\x00" + struct.pack(">BHH", 6, 101, 8)
+            hear_silence(mcu.modbus)  # the other station is not there
+            everybody = b"\x00" + struct.pack(">BHH", 6, 3901, 8)
             mcu.modbus.send(everybody + crc(everybody))
             hear_silence(mcu.modbus)  # the turnaround delay after a broadcast
-            self.assertEqual(mcu.read(100, 2), [0, 8])
-            self.assertEqual(self.finish(mcu)["modbus_exceptions"], 4)
+            self.assertEqual(mcu.read(3900, 2), [0, 8])
+            self.assertEqual(mcu.request(struct.pack(">BHH", 4, 3900, 2), 6), b"\x04\x04\x00\x00\x00\x08")
+            self.assertEqual(self.finish(mcu)["modbus_exceptions"], 10)
+
+    def test_a_response_comes_after_1_75_ms_of_silence(self):
+        frame = b"\x01" + struct.pack(">BHH", 3, 3700, 1)
+        frame += crc(frame)
+        with Mcu(IMAGE) as mcu:
+            mcu.can.receive(len(OPENING + BOOT_UP))
+            for _ in range(10):
+                begin = time.monotonic()
+                mcu.modbus.send(frame)
+                mcu.modbus.receive(7)
+                self.assertGreater(time.monotonic() - begin, 0.00175)
+            self.finish(mcu)
 
     def test_ten_thousand_transactions_on_a_loaded_host_none_lost_none_wrong(self):
         """Writes of random bytes of every size to the node, and their reading back; no request is sent twice."""

@@ -194,7 +194,7 @@ void DevicePlant::check_configured_frame(Watched& sender, const Frame& frame) {
   if (is(sync) && (sync & cob::kProduces) != 0 && cob_id(0x1006, 0) != 0 && frame.length <= 1) return;
   if (is(time) && (time & cob::kProduces) != 0 && frame.length == 6) return;
   if (is(emergency) && (emergency & cob::kInvalid) == 0 && frame.length == 8) return;
-  for (std::uint16_t index = Pdo::kTransmit; index < Pdo::kTransmit + 4; ++index) {
+  for (std::uint16_t index = object::kTpdoParameter; index < object::kTpdoParameter + 4; ++index) {
     const std::uint32_t tpdo = cob_id(index, 1);
     if (!is(tpdo) || (tpdo & cob::kInvalid) != 0) continue;
     return require((sender.states & kOperational) != 0, "PDOs are for Operational");

@@ -1,28 +1,62 @@
 // SPDX-License-Identifier: MIT
-// Gives every file of a folder to the fuzz target that this is linked with: `fuzz_eds tests/fuzz/corpus/eds`.
+// Gives the fuzz target that this is linked with its corpus: `fuzz_eds_replay tests/fuzz/corpus/eds` every
+// file of that folder, and every input of tests/fuzz/corpus/eds.packed.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <string>
-#include <vector>
 
 #include "fuzz/fuzz.hpp"
 #include "support/cases.hpp"
 
-int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::cerr << "usage: " << argv[0] << " FOLDER: gives the target every file in it\n";
-    return 2;
-  }
+namespace {
+
+std::string contents(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Says which: the last one names the culprit.
+void give(const std::string& name, const std::string& input) {
+  std::cout << name << std::endl;
+  LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(input.data()), input.size());
+}
+
+std::size_t give_files(const std::filesystem::path& folder) {
   std::size_t inputs = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(argv[1])) {
-    std::ifstream file(entry.path(), std::ios::binary);
-    const std::vector<char> bytes(std::istreambuf_iterator<char>(file), {});
-    std::cout << entry.path().filename().string() << std::endl;  // the last one names the culprit
-    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  if (!std::filesystem::exists(folder)) return 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    give(entry.path().filename().string(), contents(entry.path()));
     ++inputs;
   }
+  return inputs;
+}
+
+/// Each is its size, ":", so many bytes and "," (tools/dev/fuzz-corpus).
+std::size_t give_packed(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::size_t inputs = 0, size = 0;
+  while (file >> size && file.get() == ':') {
+    std::string input(size, '\0');
+    file.read(input.data(), static_cast<std::streamsize>(size));
+    if (file.get() != ',') break;
+    give("packed-" + std::to_string(inputs), input);
+    ++inputs;
+  }
+  return inputs;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: " << argv[0]
+              << " FOLDER: gives the target every file in it, and what is packed in FOLDER.packed\n";
+    return 2;
+  }
+  const std::string folder = argv[1];
+  const std::size_t inputs = give_files(folder) + give_packed(folder + ".packed");
   return cbcan::test::enough_ran(inputs) ? EXIT_SUCCESS : EXIT_FAILURE;
 }

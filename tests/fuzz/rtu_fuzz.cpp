@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Any bytes at any times to the Modbus RTU server, polls and ends of transmissions in between: it answers
-// byte for byte what the model answers, and has the model's registers and counts afterwards.
+// byte for byte what the model answers, when the model does, and has the model's registers and counts
+// afterwards.
 //
 // The input is a byte of settings and then steps; each is a byte and what belongs to it.
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "fuzz/fuzz.hpp"
 #include "fuzz/rtu_model.hpp"
@@ -23,9 +25,10 @@ enum Step : std::uint8_t {
   kLong,     ///< length, bytes, number: they get so many times their last byte, and a CRC
   kWait,     ///< two bytes: microseconds
   kNearGap,  ///< a byte: so much more than 128 microseconds less than a gap
-  kPoll,
+  kPoll,     ///< when the request that waits is to be executed
   kSent,
   kPollSent,
+  kPollNow,
   kSteps
 };
 
@@ -40,18 +43,36 @@ const std::vector<std::uint16_t> kAtStart = [] {
 }();
 
 RtuModel::Settings settings_of(std::uint8_t choice) {
+  struct Times {
+    std::uint64_t silence_us, gap_us, response_delay_us;
+  };
+  constexpr std::array<Times, 4> kTimes{{{1750, 1750, 0}, {1750, 50'000, 0}, {96, 96, 3000}, {0, 0, 0}}};
+  const Times& times = kTimes[choice / 2 % 4];
   return {static_cast<std::uint8_t>(choice % 2 != 0 ? 247 : 1),
-          std::array<std::uint64_t, 4>{1750, 50'000, 96, 0}[choice / 2 % 4], 3800u + choice / 8 % 4,
-          choice / 32u};
+          times.silence_us,
+          times.gap_us,
+          times.response_delay_us,
+          3800u + choice / 8 % 4,
+          choice / 32u,
+          choice / 32u % 3};
 }
 
 RtuServer::Settings product_settings(const RtuModel::Settings& settings) {
   RtuServer::Settings product;
   product.station = settings.station;
+  product.silence_us = static_cast<std::uint32_t>(settings.silence_us);
   product.gap_us = static_cast<std::uint32_t>(settings.gap_us);
-  product.read_only_first = static_cast<std::uint16_t>(settings.read_only_first);
-  product.read_only_count = static_cast<std::uint16_t>(settings.read_only_count);
+  product.response_delay_us = static_cast<std::uint32_t>(settings.response_delay_us);
   return product;
+}
+
+std::array<RegisterRange, 3> ranges_of(std::span<std::uint16_t> words, const RtuModel::Settings& settings) {
+  const std::size_t fixed = settings.read_only_first;
+  const std::size_t missing = fixed + settings.read_only_count;
+  const std::size_t rest = missing + settings.missing_count;
+  return {{{0, words.first(fixed)},
+           {static_cast<std::uint16_t>(fixed), words.subspan(fixed, settings.read_only_count), true},
+           {static_cast<std::uint16_t>(rest), words.subspan(rest)}}};
 }
 
 class Run {
@@ -59,7 +80,12 @@ class Run {
   explicit Run(std::uint8_t choice)
       : settings_(settings_of(choice)),
         model_(settings_, kAtStart),
-        server_(registers_, product_settings(settings_)) {}
+        ranges_(ranges_of(registers_, settings_)),
+        server_({&map_, 1}, product_settings(settings_)) {
+    // A counter that wraps before the first byte would have begun just then.
+    send(Bytes{0xFF});
+    wait(gap() + 1);
+  }
 
   void send(View bytes) {
     for (const std::uint8_t byte : bytes) {
@@ -71,12 +97,19 @@ class Run {
   void wait(std::uint64_t us) { now_ += us; }
   std::uint64_t gap() const { return settings_.gap_us; }
 
+  /// When the request that waits is to be executed.
   void poll() {
-    const View response = server_.poll();
-    const Bytes expected = model_.poll();
-    require(std::ranges::equal(response, expected),
-            "each request has its own answer, and nothing else comes");
-    require(!server_.request_waiting(), "a poll leaves no request behind");
+    wait(model_.wait(now_).value_or(0));
+    poll_now();
+  }
+  void poll_now() {
+    const std::optional<std::uint64_t> expected_wait = model_.wait(now_);
+    const std::uint32_t wait = server_.poll(static_cast<std::uint32_t>(now_));
+    require(wait == expected_wait.value_or(RtuServer::kNoRequest),
+            "a request is executed when its silence is over");
+    if (wait != 0) return;
+    require(std::ranges::equal(server_.execute(), model_.execute()),
+            "each request has its own response, and nothing else comes");
   }
   void sent() {
     server_.on_sent();
@@ -88,7 +121,7 @@ class Run {
     sent();
     wait(gap() + 1);
     send(with_crc(Bytes{settings_.station, 3, 0x0E, 0x74, 0, 70}));
-    require(server_.request_waiting() || gap() < kByteUs, "after a gap a request is understood");
+    require(model_.wait(now_).has_value() || gap() < kByteUs, "after a gap a request is understood");
     poll();
     require(registers_ == model_.registers(), "the registers are those that were written");
     compare(server_.counters(), model_.counts());
@@ -109,6 +142,8 @@ class Run {
   RtuModel::Settings settings_;
   RtuModel model_;
   std::vector<std::uint16_t> registers_ = kAtStart;
+  std::array<RegisterRange, 3> ranges_;
+  RegisterMap map_{ranges_};
   RtuServer server_;
   std::uint64_t now_ = kStart;
 };
@@ -158,7 +193,8 @@ void step(Run& run, Input& input) {
       return run.wait(std::max<std::uint64_t>(run.gap() + input.byte(), 128 + kByteUs) - 128 - kByteUs);
     case kPoll: return run.poll();
     case kSent: return run.sent();
-    default: run.poll(); return run.sent();
+    case kPollSent: run.poll(); return run.sent();
+    default: return run.poll_now();
   }
 }
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "fuzz/rtu_model.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
 #include "support/modbus_crc.hpp"
 
 namespace cbcan::fuzz {
@@ -15,19 +19,51 @@ bool has_right_crc(View frame) {
   return test::modbus_crc(frame.first(size)) == frame[size] + 256u * frame[size + 1];
 }
 
-bool is_known(std::uint8_t function) {
+bool is_executed(std::uint8_t function) {
   return function == 3 || function == 6 || function == 16 || function == 22 || function == 23;
 }
 
-/// A request's size with its CRC, as far as its bytes tell; 0 = they do not yet.
-std::size_t size_of(View frame) {
-  const std::size_t count_at = frame[1] == 16 ? 6 : 10;
-  if (frame[1] == 3 || frame[1] == 6) return 8;
-  if (frame[1] == 22) return 10;
-  return frame.size() > count_at ? count_at + 1 + frame[count_at] + 2 : 0;
-}
-
 }  // namespace
+
+/// Of a frame with its CRC; `known` = false: only silence ends it.
+struct RtuModel::Size {
+  bool known;
+  std::size_t bytes;
+
+  /// So many bytes, a count at their end, what it counts, and the CRC; more than there are until it is there.
+  static Size counted(View frame, std::size_t head) {
+    return {true, frame.size() < head ? head + 2 : head + frame[head - 1] + 2};
+  }
+
+  static Size of_request(View frame) {
+    constexpr unsigned kFixed[] = {0, 8, 8, 8, 8, 8, 8, 4, 0, 0,  0, 4, 4,
+                                   0, 0, 0, 0, 4, 0, 0, 0, 0, 10, 0, 6};
+    const std::uint8_t function = frame[1];
+    if (function == 15 || function == 16) return counted(frame, 7);
+    if (function == 20 || function == 21) return counted(frame, 3);
+    if (function == 23) return counted(frame, 11);
+    if (function >= std::size(kFixed) || kFixed[function] == 0) return {false, 0};
+    return {true, kFixed[function]};
+  }
+
+  static Size of_response(View frame) {
+    constexpr unsigned kFixed[] = {0, 0, 0, 0, 0, 8, 8, 5, 0, 0, 0, 8, 0, 0, 0, 8, 8, 0, 0, 0, 0, 0, 10};
+    constexpr std::string_view kCounted{"\1\2\3\4\14\21\24\25\27"};
+    const std::uint8_t function = frame[1];
+    if (function >= 0x80) return {true, 5};
+    if (function == 24) return counted(frame, 4);
+    if (kCounted.find(static_cast<char>(function)) != kCounted.npos) return counted(frame, 3);
+    if (function >= std::size(kFixed) || kFixed[function] == 0) return {false, 0};
+    return {true, kFixed[function]};
+  }
+
+  /// A request's quantity is none.
+  static bool only_response(View frame) {
+    const std::size_t quantity = frame.size() > 5 ? frame[4] * 256u + frame[5] : 1;
+    if (frame[1] == 3 || frame[1] == 4) return quantity < 1 || quantity > 125;
+    return frame[1] == 16 && frame.size() > 6 && frame[6] != 2 * quantity;
+  }
+};
 
 Bytes with_crc(View bytes) {
   Bytes frame(bytes.begin(), bytes.end());
@@ -38,77 +74,162 @@ Bytes with_crc(View bytes) {
 }
 
 void RtuModel::receive(std::uint8_t byte, std::uint64_t now_us) {
-  if (busy_ != Busy::kNo) {
+  const bool gap = now_us > last_us_ + settings_.gap_us;
+  last_us_ = now_us;
+  if (busy_ == Busy::kSending) {
+    ++unheard_;
     ++counts_.ignored;
     return;
   }
-  const bool new_frame = now_us > last_us_ + settings_.gap_us;
-  last_us_ = now_us;
-  if (new_frame) {
-    if (!frame_.empty()) ++counts_.broken;
-    frame_.clear();
-    hopeless_ = false;
-  }
+  if (busy_ == Busy::kRequest && (gap || size().known)) lose(counts_.broken);
+  busy_ = Busy::kNo;
+  if (gap) end_by_gap();
   if (hopeless_) {
     ++counts_.ignored;
     return;
   }
   frame_.push_back(byte);
-  const Verdict verdict = look();
-  if (verdict == Verdict::kMore) return;
-  counts_.frames += verdict == Verdict::kRight;
-  counts_.crc_errors += verdict == Verdict::kWrong;
-  counts_.broken += verdict == Verdict::kTooLong;
-  hopeless_ = verdict != Verdict::kRight;
-  if (verdict == Verdict::kRight && ours()) {
-    busy_ = Busy::kRequest;
+  look();
+}
+
+void RtuModel::end_by_gap() {
+  const bool whole = frame_.size() >= 4 && has_right_crc(frame_) && (!ours() || !size().known);
+  if (whole)
+    end_of_foreign();
+  else if (!frame_.empty())
+    lose(counts_.broken);
+  frame_.clear();
+  hopeless_ = false;
+  after_gap_ = true;
+}
+
+void RtuModel::look() {
+  if (frame_.size() < 4) return;
+  const Size expected = size();
+  const bool right = has_right_crc(frame_);
+  if (!expected.known) {
+    if (frame_.size() > 256) return lose(counts_.broken);
+    if (right && frame_[0] == settings_.station) {
+      busy_ = Busy::kRequest;
+      turn_ = Turn::kMaster;
+    }
     return;
   }
-  counts_.foreign += verdict == Verdict::kRight;
-  frame_.clear();
+  if (frame_.size() < expected.bytes) return;
+  if (!right) return lose(ours() ? counts_.crc_errors : counts_.broken);
+  if (!ours()) return end_of_foreign();
+  busy_ = Busy::kRequest;
+  turn_ = Turn::kMaster;
 }
 
-RtuModel::Verdict RtuModel::look() const {
-  if (frame_.size() < 4) return Verdict::kMore;
-  if (ours() && is_known(frame_[1])) {
-    if (frame_.size() != size_of(frame_)) return Verdict::kMore;
-    return has_right_crc(frame_) ? Verdict::kRight : Verdict::kWrong;
+void RtuModel::end_of_foreign() {
+  ++counts_.frames;
+  ++counts_.foreign;
+  const auto fits = [&](Size size) { return !size.known || size.bytes == frame_.size(); };
+  if (may_be_request() && fits(Size::of_request(frame_))) {
+    turn_ = Turn::kStation;
+    asked_station_ = frame_[0];
+    asked_function_ = frame_[1];
+  } else {
+    turn_ = fits(Size::of_response(frame_)) ? Turn::kMaster : Turn::kUnknown;
   }
-  if (has_right_crc(frame_)) return Verdict::kRight;
-  return frame_.size() == 256 ? Verdict::kTooLong : Verdict::kMore;
+  frame_.clear();
+  after_gap_ = false;
 }
 
-Bytes RtuModel::poll() {
+void RtuModel::lose(std::uint32_t& count) {
+  ++count;
+  frame_.clear();
+  after_gap_ = false;
+  hopeless_ = true;
+  turn_ = Turn::kUnknown;
+}
+
+/// It has the station and the function code of the request before it.
+bool RtuModel::answers_turn() const {
+  return turn_ == Turn::kStation && frame_[0] == asked_station_ && frame_[1] % 0x80 == asked_function_;
+}
+
+bool RtuModel::may_be_response() const {
+  return turn_ == Turn::kUnknown || answers_turn();
+}
+
+bool RtuModel::may_be_request() const {
+  return frame_[1] < 0x80 && (!may_be_response() || after_gap_);
+}
+
+RtuModel::Size RtuModel::size() const {
+  if (ours()) return Size::of_request(frame_);
+  if (exact()) return {false, 0};
+  const Size request = Size::of_request(frame_);
+  const Size response = Size::of_response(frame_);
+  if (!may_be_response()) return may_be_request() ? request : Size{false, 0};
+  if (!may_be_request() || Size::only_response(frame_)) return response;
+  return {request.known && response.known, std::max(request.bytes, response.bytes)};
+}
+
+std::optional<std::uint64_t> RtuModel::wait(std::uint64_t now_us) const {
   if (busy_ != Busy::kRequest) return {};
+  const std::uint64_t end = last_us_ + std::max(settings_.silence_us, settings_.response_delay_us);
+  return end > now_us ? end - now_us : 0;
+}
+
+Bytes RtuModel::execute() {
+  ++counts_.frames;
   ++counts_.executed;
   Bytes answer = answer_to(View(frame_).subspan(1, frame_.size() - 3));
   counts_.exceptions += answer[0] >= 0x80;
   answer.insert(answer.begin(), frame_[0]);
-  frame_.clear();
+  if (answer[0] == 0) {
+    ++counts_.unanswered;
+    response_ = 0;
+    busy_ = Busy::kSending;
+    sent();
+    return {};
+  }
   busy_ = Busy::kSending;
-  if (answer[0] != 0) return with_crc(answer);
-  ++counts_.unanswered;
-  busy_ = Busy::kNo;
-  return {};
+  answer = with_crc(answer);
+  response_ = answer.size();
+  return answer;
 }
 
 void RtuModel::sent() {
-  if (busy_ == Busy::kSending) busy_ = Busy::kNo;
+  if (busy_ != Busy::kSending) return;
+  const bool missed = unheard_ != 0 && unheard_ != response_;
+  if (missed) turn_ = Turn::kUnknown;
+  hopeless_ = missed || exact();
+  unheard_ = 0;
+  busy_ = Busy::kNo;
+  frame_.clear();
+  after_gap_ = false;
 }
 
 /// Only asked about requests that are allowed otherwise.
-bool RtuModel::touches_read_only(View pdu) const {
-  if (pdu[0] == 3) return false;
-  const std::size_t at = pdu[0] == 23 ? 5 : 1;
-  const std::size_t count = pdu[0] == 16 || pdu[0] == 23 ? pdu[at + 2] * 256u + pdu[at + 3] : 1;
-  for (std::size_t i = 0; i < count; ++i)
-    if (pdu[at] * 256u + pdu[at + 1] + i - settings_.read_only_first < settings_.read_only_count) return true;
-  return false;
+bool RtuModel::touches_others_registers(View pdu) const {
+  const auto number = [&](std::size_t at) { return pdu[at] * 256u + pdu[at + 1]; };
+  const auto overlap = [&](std::size_t at, std::size_t words, bool writes) {
+    const std::size_t begin = settings_.read_only_first + (writes ? 0 : settings_.read_only_count);
+    const std::size_t end = settings_.read_only_first + settings_.read_only_count + settings_.missing_count;
+    return number(at) < end && begin < number(at) + words && begin != end;
+  };
+  switch (pdu[0]) {
+    case 3: return overlap(1, number(3), false);
+    case 16: return overlap(1, number(3), true);
+    case 23: return overlap(1, number(3), false) || overlap(5, number(7), true);
+    default: return overlap(1, 1, true);
+  }
 }
 
 Bytes RtuModel::answer_to(View pdu) {
+  if (pdu[0] == 4) {
+    Bytes as_fc_3(pdu.begin(), pdu.end());
+    as_fc_3[0] = 3;
+    Bytes answer = answer_to(as_fc_3);
+    ++answer[0];
+    return answer;
+  }
   const std::uint8_t refused = pdu[0] | 0x80;
-  if (!is_known(pdu[0])) return {refused, 1};
+  if (!is_executed(pdu[0])) return {refused, 1};
   if (pdu.size() > 253) return {refused, 3};
   const std::vector<std::uint16_t> before = registers();
   const std::size_t earlier = application_.answers().size();
@@ -116,7 +237,7 @@ Bytes RtuModel::answer_to(View pdu) {
   request.insert(request.end(), pdu.begin(), pdu.end());
   application_.receive(request);
   const View answers = View(application_.answers()).subspan(earlier + 7);
-  if (answers[0] < 0x80 && touches_read_only(pdu)) {
+  if (answers[0] < 0x80 && touches_others_registers(pdu)) {
     application_.registers = before;
     return {refused, 2};
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "fuzz/modbus_model.hpp"
@@ -18,20 +19,25 @@ class RtuModel {
 
   struct Settings {
     std::uint8_t station;
+    std::uint64_t silence_us;
     std::uint64_t gap_us;
+    std::uint64_t response_delay_us;
     std::size_t read_only_first;
     std::size_t read_only_count;
+    std::size_t missing_count;  ///< registers behind the read-only ones that there are not
   };
   struct Counts {
     std::uint32_t frames, crc_errors, exceptions, executed, unanswered, foreign, broken, ignored;
   };
 
   RtuModel(const Settings& settings, std::vector<std::uint16_t> at_start)
-      : settings_(settings), application_(std::move(at_start)) {}
+      : settings_(settings), hopeless_(exact()), application_(std::move(at_start)) {}
 
   void receive(std::uint8_t byte, std::uint64_t now_us);
-  /// The frame to send; empty = none.
-  Bytes poll();
+  /// How long until it executes the request that waits; 0 = now, nothing = there is none.
+  std::optional<std::uint64_t> wait(std::uint64_t now_us) const;
+  /// Executes it; the frame to send; empty = none.
+  Bytes execute();
   void sent();
 
   const std::vector<std::uint16_t>& registers() const { return application_.registers; }
@@ -39,20 +45,36 @@ class RtuModel {
 
  private:
   enum class Busy { kNo, kRequest, kSending };
-  enum class Verdict { kMore, kRight, kWrong, kTooLong };
+  /// What is known of the next frame of another station.
+  enum class Turn { kUnknown, kMaster, kStation };
+  struct Size;
 
-  Verdict look() const;
+  bool exact() const { return settings_.gap_us <= settings_.silence_us; }
   bool ours() const { return frame_[0] == settings_.station || frame_[0] == 0; }
-  bool touches_read_only(View pdu) const;
+  bool answers_turn() const;
+  bool may_be_request() const;
+  bool may_be_response() const;
+  Size size() const;
+  void end_by_gap();
+  void look();
+  void end_of_foreign();
+  void lose(std::uint32_t& count);
+  bool touches_others_registers(View pdu) const;
   Bytes answer_to(View pdu);
 
   Settings settings_;
+  bool hopeless_;  ///< nothing but a gap begins a frame
   ModbusModel application_;
   Counts counts_{};
   Bytes frame_;
+  bool after_gap_ = true;  ///< the frame began after one
   std::uint64_t last_us_ = 0;
   Busy busy_ = Busy::kNo;
-  bool hopeless_ = false;  ///< nothing but a gap begins a frame
+  std::size_t unheard_ = 0;   ///< bytes while sending
+  std::size_t response_ = 0;  ///< bytes that are being sent
+  Turn turn_ = Turn::kUnknown;
+  std::uint8_t asked_station_ = 0;
+  std::uint8_t asked_function_ = 0;
 };
 
 /// `bytes` and their CRC.

@@ -8,22 +8,28 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
+FIRMWARE = {"firmware/include", "firmware/canopen", "firmware/coprocessor", "firmware/modbus", "firmware/slcan"}
+
 # Room (a folder) -> rooms that it may include besides itself.
 MAY_KNOW = {
     "regmap": set(),
-    "firmware/boards": {"firmware", "regmap"},
-    "firmware": {"regmap"},
-    "hostsim/sim": {"firmware", "regmap"},
-    "hostsim/devices": {"hostsim/sim", "firmware", "regmap"},
-    "hostsim/eds": {"firmware", "regmap"},
-    "hostsim/io": {"hostsim/sim", "firmware", "regmap"},
-    "hostsim/app": {"hostsim/io", "hostsim/eds", "hostsim/devices", "hostsim/sim", "firmware", "regmap"},
+    "firmware/include": set(),
+    "firmware/canopen": {"firmware/include"},
+    "firmware/coprocessor": {"firmware/canopen", "firmware/include", "regmap"},
+    "firmware/modbus": set(),
+    "firmware/slcan": {"firmware/include"},
+    "firmware/boards": {*FIRMWARE, "regmap"},
+    "hostsim/sim": {*FIRMWARE, "regmap"},
+    "hostsim/devices": {"hostsim/sim", *FIRMWARE, "regmap"},
+    "hostsim/eds": {"firmware/canopen"},
+    "hostsim/io": {"hostsim/sim", *FIRMWARE, "regmap"},
+    "hostsim/app": {"hostsim/io", "hostsim/eds", "hostsim/devices", "hostsim/sim", *FIRMWARE, "regmap"},
     "tools": {"regmap"},
 }
 
 # First folder of an include path -> room.
-PREFIXES = {"cbcan": "firmware", "canopen": "firmware", "coprocessor": "firmware", "modbus": "firmware",
-            "slcan": "firmware", "boards": "firmware/boards",
+PREFIXES = {"cbcan": "firmware/include", "canopen": "firmware/canopen", "coprocessor": "firmware/coprocessor",
+            "modbus": "firmware/modbus", "slcan": "firmware/slcan", "boards": "firmware/boards",
             "sim": "hostsim/sim", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
             "app": "hostsim/app"}
 
@@ -59,7 +65,7 @@ def complaint(room, kind, name):
         if target and target != room and target not in MAY_KNOW[room]:
             return f"{room} may not know {target}"
         return None
-    if room in ("regmap", "firmware", "firmware/boards") and name not in FREESTANDING:
+    if room in ("regmap", "firmware/boards", *FIRMWARE) and name not in FREESTANDING:
         return f"{room} is freestanding"
     if room in ("hostsim/sim", "hostsim/devices", "hostsim/eds") and IMPURE.fullmatch(name):
         return f"{room} is pure: it is told what time it is and opens nothing"
@@ -77,7 +83,7 @@ def check(path):
     room = room_of(path)
     found = []
     if room is None:
-        return found
+        return [f"{path}: is in no room"]
     for number, line in enumerate((ROOT / path).read_text().splitlines(), 1):
         match = INCLUDE.match(line)
         if match and (why := complaint(room, *match.groups())):

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cbcan/regmap.hpp"
@@ -27,13 +28,13 @@ inline Bytes filled(std::string_view head, std::size_t count, std::string_view c
   return frame;
 }
 
-/// A server on a line of 115200 baud, and the client at its other end.
+/// A server on a line of 115200 baud, and the client at its other end. Each network has R0..R4167.
 template <std::size_t kNetworks>
 struct LineOf {
   static constexpr std::uint32_t kByteUs = 96;       ///< 11 bits
-  static constexpr std::uint32_t kSilenceUs = 1751;  ///< just over a gap
+  static constexpr std::uint32_t kSilenceUs = 1750;  ///< t3.5
 
-  explicit LineOf(const RtuServer::Settings& settings) : server(words, settings) {}
+  explicit LineOf(const RtuServer::Settings& settings) : gap_us(settings.gap_us), server(maps, settings) {}
 
   void send(const Bytes& bytes) {
     for (const std::uint8_t byte : bytes) {
@@ -43,11 +44,14 @@ struct LineOf {
   }
   /// The next byte comes this long after the last one.
   void wait(std::uint32_t us) { now += us - kByteUs; }
-  void gap() { wait(kSilenceUs); }
+  /// Just over one.
+  void gap() { wait(gap_us + 1); }
 
-  /// What a poll gives, sent.
+  /// What t3.5 of silence brings; it has been sent then.
   Bytes response() {
-    const std::span<const std::uint8_t> bytes = server.poll();
+    now += kSilenceUs;
+    if (server.poll(now) != 0) return {};
+    const std::span<const std::uint8_t> bytes = server.execute();
     Bytes copy(bytes.begin(), bytes.end());
     server.on_sent();
     return copy;
@@ -57,11 +61,31 @@ struct LineOf {
     send(request);
     return response();
   }
+  /// Such a request comes, and waits for its silence.
+  bool request_waits() { return server.poll(now) != RtuServer::kNoRequest; }
 
+  std::uint32_t gap_us;
   std::array<std::uint16_t, kNetworks * regmap::kRegisterFileWords> words{};
+  std::array<RegisterRange, kNetworks> ranges = [this] {
+    std::array<RegisterRange, kNetworks> all;
+    for (std::size_t i = 0; i < kNetworks; ++i)
+      all[i] = {0, std::span(words).subspan(i * regmap::kRegisterFileWords, regmap::kRegisterFileWords)};
+    return all;
+  }();
+  std::array<RegisterMap, kNetworks> maps = [this]<std::size_t... i>(std::index_sequence<i...> /*networks*/) {
+    return std::array{RegisterMap(std::span(ranges).subspan(i, 1))...};
+  }
+  (std::make_index_sequence<kNetworks>());
   RtuServer server;
   std::uint32_t now = 1'000'000;
 };
+
+/// For a port whose times are not the line's: silence may go unseen.
+inline RtuServer::Settings late_port() {
+  RtuServer::Settings settings;
+  settings.gap_us = 20'000;
+  return settings;
+}
 
 struct Line : LineOf<1> {
   explicit Line(const RtuServer::Settings& settings = {}) : LineOf(settings) {}
@@ -69,7 +93,7 @@ struct Line : LineOf<1> {
 
 /// Stations 17 and 18, unless the settings name another one.
 struct TwoNetworks : LineOf<2> {
-  explicit TwoNetworks(const RtuServer::Settings& settings = {}) : LineOf(with_networks(settings)) {}
+  explicit TwoNetworks(const RtuServer::Settings& settings = {}) : LineOf(with_station(settings)) {}
 
   std::uint16_t& word(std::size_t network, std::size_t address) {
     return words[network * regmap::kRegisterFileWords + address];
@@ -78,9 +102,8 @@ struct TwoNetworks : LineOf<2> {
   std::uint16_t& second(std::size_t address) { return word(1, address); }
 
  private:
-  static RtuServer::Settings with_networks(RtuServer::Settings settings) {
+  static RtuServer::Settings with_station(RtuServer::Settings settings) {
     if (settings.station == 1) settings.station = 17;
-    settings.networks = 2;
     return settings;
   }
 };

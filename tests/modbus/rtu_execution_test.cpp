@@ -25,6 +25,10 @@ TEST_CASE("RTU: the examples of the Modbus specification") {
     line.words[109] = 0x0064;
     CHECK(line.ask(hex("11 03 00 6B 00 03 76 87")) == hex("11 03 06 02 2B 00 00 00 64 C8 BA"));
   }
+  SECTION("FC 4 (6.4): holding registers here") {
+    line.words[8] = 0x000A;
+    CHECK(line.ask(hex("11 04 00 08 00 01 B2 98")) == hex("11 04 02 00 0A F8 F4"));
+  }
   SECTION("FC 6 (6.6)") {
     CHECK(line.ask(hex("11 06 00 01 00 03 9A 9B")) == hex("11 06 00 01 00 03 9A 9B"));
     CHECK(line.words[1] == 3);
@@ -79,6 +83,7 @@ TEST_CASE("RTU: a quantity outside its limits is exception 03") {
   CHECK(line.ask(hex("01 03 00 00 00 7D 85 EB")).size() == 255);
   CHECK(line.ask(hex("01 03 00 00 00 7E C5 EA")) == hex("01 83 03 01 31"));
   CHECK(line.ask(hex("01 03 00 00 FF FF 44 7A")) == hex("01 83 03 01 31"));
+  CHECK(line.ask(hex("01 04 00 00 00 00 F0 0A")) == hex("01 84 03 03 01"));
   CHECK(line.ask(hex("01 10 00 00 00 00 00 09 50")) == hex("01 90 03 0C 01"));
   CHECK(line.ask(hex("01 10 00 00 00 01 02 5A 5A 1C CB")) == hex("01 10 00 00 00 01 01 C9"));
   CHECK(line.ask(filled("01 10 00 00 00 7B F6", 246, "89 20")) == hex("01 10 00 00 00 7B 80 2A"));
@@ -127,6 +132,7 @@ TEST_CASE("RTU: an address outside R0..R4167 is exception 02") {
   CHECK(line.ask(hex("01 03 10 48 00 01 00 DC")) == hex("01 83 02 C0 F1"));
   CHECK(line.ask(hex("01 03 10 47 00 02 70 DE")) == hex("01 83 02 C0 F1"));
   CHECK(line.ask(hex("01 03 FF FF 00 7D 85 CF")) == hex("01 83 02 C0 F1"));
+  CHECK(line.ask(hex("01 04 10 48 00 01 B5 1C")) == hex("01 84 02 C2 C1"));
   CHECK(line.ask(hex("01 06 10 47 03 04 3C 2C")) == hex("01 06 10 47 03 04 3C 2C"));
   CHECK(line.words[4167] == 0x0304);
   CHECK(line.ask(hex("01 06 10 48 03 04 0C 2F")) == hex("01 86 02 C3 A1"));
@@ -156,36 +162,6 @@ TEST_CASE("RTU: quantities are looked at before addresses") {
   CHECK(line.ask(hex("01 17 10 48 00 01 10 48 00 00 00 AD B3")) == hex("01 97 03 0E 31"));
 }
 
-TEST_CASE("RTU: a write that touches a read-only register is exception 02 and changes nothing") {
-  RtuServer::Settings settings;
-  settings.read_only_first = 0x0FA0;
-  settings.read_only_count = 3;
-  Line line(settings);
-  line.words[0x0FA2] = 0x1234;
-  CHECK(line.ask(hex("01 06 0F 9F 00 01 7B 30")) == hex("01 06 0F 9F 00 01 7B 30"));
-  CHECK(line.ask(hex("01 06 0F A0 00 01 4B 3C")) == hex("01 86 02 C3 A1"));
-  CHECK(line.ask(hex("01 06 0F A2 00 01 EA FC")) == hex("01 86 02 C3 A1"));
-  CHECK(line.ask(hex("01 06 0F A3 00 01 BB 3C")) == hex("01 06 0F A3 00 01 BB 3C"));
-  CHECK(line.ask(hex("01 10 0F 9E 00 02 04 00 02 00 03 DB 7E")) == hex("01 10 0F 9E 00 02 23 32"));
-  CHECK(line.ask(hex("01 10 0F 9F 00 02 04 00 02 00 03 1A B2")) == hex("01 90 02 CD C1"));
-  CHECK(line.ask(hex("01 10 0F A2 00 02 04 00 02 00 03 D8 3F")) == hex("01 90 02 CD C1"));
-  CHECK(line.ask(hex("01 16 0F A1 00 00 00 01 8A E0")) == hex("01 96 02 CE 61"));
-  CHECK(line.ask(hex("01 17 0F A0 00 01 0F A0 00 01 02 00 01 44 58")) == hex("01 97 02 CF F1"));
-  CHECK(line.ask(hex("01 17 0F A2 00 01 00 00 00 01 02 00 01 02 32")) == hex("01 17 02 12 34 B0 C3"));
-  CHECK(line.words[0x0F9F] == 3);
-  CHECK(line.words[0x0FA0] == 0);
-  CHECK(line.words[0x0FA2] == 0x1234);
-  CHECK(line.words[0x0FA3] == 1);
-}
-
-TEST_CASE("RTU: no register is read-only where none are set, wherever they would begin") {
-  RtuServer::Settings settings;
-  settings.read_only_first = 1;
-  Line line(settings);
-  CHECK(line.ask(hex("01 10 00 00 00 03 06 00 01 00 02 00 03 3A 81")) == hex("01 10 00 00 00 03 80 08"));
-  CHECK(line.words[2] == 3);
-}
-
 TEST_CASE("RTU: a broadcast writes and is not answered") {
   Line line;
   line.words[3] = 0xFFFF;
@@ -209,35 +185,33 @@ TEST_CASE("RTU: a broadcast that cannot be executed is counted, not answered") {
   CHECK(line.server.counters().slave_exceptions == 3);
   CHECK(line.server.counters().slave_no_responses == 3);
   CHECK(line.ask(hex("00 03 00 00 00 01 85 DB")).empty());
+  CHECK(line.ask(hex("00 04 00 00 00 01 30 1B")).empty());
 }
 
-TEST_CASE("RTU: every function but five is exception 01") {
+TEST_CASE("RTU: every function but six is exception 01") {
   Line line;
   CHECK(line.ask(hex("01 01 00 00 00 01 FD CA")) == hex("01 81 01 81 90"));
   CHECK(line.ask(hex("01 02 00 00 00 01 B9 CA")) == hex("01 82 01 81 60"));
-  CHECK(line.ask(hex("01 04 00 00 00 01 31 CA")) == hex("01 84 01 82 C0"));
   CHECK(line.ask(hex("01 05 00 00 FF 00 8C 3A")) == hex("01 85 01 83 50"));
   CHECK(line.ask(hex("01 08 00 00 A5 37 DA 8D")) == hex("01 88 01 87 C0"));
   CHECK(line.ask(hex("01 11 C0 2C")) == hex("01 91 01 8C 50"));
   CHECK(line.ask(hex("01 2B 0E 01 00 70 77")) == hex("01 AB 01 9E F0"));
   CHECK(line.ask(hex("01 00 00 20")) == hex("01 80 01 80 00"));
-  CHECK(line.server.counters().slave_exceptions == 8);
+  CHECK(line.server.counters().slave_exceptions == 7);
 }
 
-TEST_CASE("RTU: one poll executes one request, and none where there is none") {
+TEST_CASE("RTU: one execute does one request, and a poll says that none is there") {
   Line line;
-  CHECK(line.server.poll().empty());
-  CHECK_FALSE(line.server.request_waiting());
+  CHECK(line.server.poll(line.now) == RtuServer::kNoRequest);
   line.send(hex("01 06 00 00 00 01 48 0A"));
-  CHECK(line.server.request_waiting());
+  CHECK(line.server.poll(line.now + 1750) == 0);
   CHECK(line.words[0] == 0);
-  CHECK(line.server.poll().size() == 8);
+  CHECK(line.server.execute().size() == 8);
   CHECK(line.words[0] == 1);
-  CHECK_FALSE(line.server.request_waiting());
-  CHECK(line.server.poll().empty());
+  CHECK(line.server.poll(line.now + 1750) == RtuServer::kNoRequest);
 }
 
-TEST_CASE("RTU: whether the request that waits reads certain registers") {
+TEST_CASE("RTU: whether the request reads certain registers") {
   struct Row {
     const char* request;
     bool reads;
@@ -248,14 +222,14 @@ TEST_CASE("RTU: whether the request that waits reads certain registers") {
       {"01 03 10 23 00 01 71 00", true},   // 4131
       {"01 03 10 24 00 01 C0 C1", false},  // 4132
       {"01 03 FF FF 00 7D 85 CF", false},  // from 65535 on
-      {"01 17 10 23 00 01 00 00 00 01 02 00 00 F1 0B", true},
+      {"01 04 10 03 00 02 85 0B", true},  {"01 17 10 23 00 01 00 00 00 01 02 00 00 F1 0B", true},
       {"01 06 10 04 00 01 0D 0B", false},  // writes 4100
   };
   for (const Row& row : rows) {
     INFO(row.request);
     Line line;
-    CHECK_FALSE(line.server.request_reads(4100, 32));
     line.send(hex(row.request));
+    REQUIRE(line.server.poll(line.now + 1750) == 0);
     CHECK(line.server.request_reads(4100, 32) == row.reads);
   }
 }

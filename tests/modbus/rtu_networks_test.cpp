@@ -45,18 +45,6 @@ TEST_CASE("RTU: no request reaches from one network into the next") {
   CHECK(line.second(0) == 2);
 }
 
-TEST_CASE("RTU: registers are read-only in every network") {
-  RtuServer::Settings settings;
-  settings.read_only_first = 4100;
-  settings.read_only_count = 32;
-  TwoNetworks line(settings);
-  CHECK(line.ask(hex("11 06 10 04 00 01 0F 9B")) == hex("11 86 02 C2 64"));
-  CHECK(line.ask(hex("12 06 10 04 00 01 0F A8")) == hex("12 86 02 32 64"));
-  CHECK(line.ask(hex("00 06 10 04 00 01 0C DA")).empty());
-  CHECK(line.first(4100) == 0);
-  CHECK(line.second(4100) == 0);
-}
-
 TEST_CASE("RTU: a broadcast writes to every network") {
   TwoNetworks line;
   line.first(5) = 0x00F0;
@@ -92,11 +80,10 @@ TEST_CASE("RTU: a broadcast that is refused is one exception, and changes no net
 }
 
 TEST_CASE("RTU: the end of a request is known for every network, and only for those") {
-  TwoNetworks line;
+  TwoNetworks line(test::late_port());
   line.gap();
   for (const int station : {0x11, 0x12, 0x11}) {
     line.send(station == 0x11 ? hex("11 03 00 00 00 01 86 9A") : hex("12 03 00 00 00 01 86 A9"));
-    CHECK(line.server.request_waiting());
     CHECK(line.response()[0] == station);
   }
   // Stations 10h and 13h are others' on the same line.
@@ -104,7 +91,7 @@ TEST_CASE("RTU: the end of a request is known for every network, and only for th
   line.send(hex("10 03 02 00 00 44 47"));
   line.send(hex("13 06 00 00 00 01 4B 78"));
   line.send(hex("13 06 00 00 00 01 4B 78"));
-  CHECK_FALSE(line.server.request_waiting());
+  CHECK_FALSE(line.request_waits());
   CHECK(line.server.counters().foreign_frames == 4);
   line.send(hex("12 06 00 00 00 05 4B 6A"));
   CHECK(line.response() == hex("12 06 00 00 00 05 4B 6A"));
@@ -121,18 +108,25 @@ TEST_CASE("RTU: a damaged address that names the other network does not reach it
   CHECK(line.server.counters().bus_communication_errors == 1);
 }
 
-TEST_CASE("RTU: which network the request that waits is for") {
+TEST_CASE("RTU: which network a request is for") {
+  struct Row {
+    const char* request;
+    std::size_t network;
+  };
+  const Row rows[] = {
+      {"11 03 10 04 00 20 03 83", 0}, {"12 03 10 04 00 20 03 B0", 1}, {"00 03 10 04 00 20 00 C2", 0}};
   TwoNetworks line;
-  line.send(hex("11 03 10 04 00 20 03 83"));
-  CHECK(line.server.request_network() == 0);
-  CHECK(line.server.request_reads(4100, 32));
-  line.response();
-  line.send(hex("12 03 10 04 00 20 03 B0"));
-  CHECK(line.server.request_network() == 1);
-  CHECK(line.server.request_reads(4100, 32));
-  line.response();
-  line.send(hex("00 03 10 04 00 20 00 C2"));
-  CHECK(line.server.request_network() == 0);
+  for (const Row& row : rows) {
+    INFO(row.request);
+    line.gap();
+    line.send(hex(row.request));
+    line.now += 1750;
+    REQUIRE(line.server.poll(line.now) == 0);
+    CHECK(line.server.request_network() == row.network);
+    CHECK(line.server.request_reads(4100, 32));
+    line.server.execute();
+    line.server.on_sent();
+  }
 }
 
 TEST_CASE("RTU: the last network may be station 247") {

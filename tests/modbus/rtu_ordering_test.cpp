@@ -71,9 +71,11 @@ class TrappedRegisters {
 };
 
 Bytes executed(RtuServer& server, const Bytes& request) {
+  constexpr std::uint32_t kTime = 10'000;
   for (const std::uint8_t byte : request)
-    server.on_byte(byte, 0);
-  const std::span<const std::uint8_t> response = server.poll();
+    server.on_byte(byte, kTime);
+  if (server.poll(2 * kTime) != 0) return {};
+  const std::span<const std::uint8_t> response = server.execute();
   Bytes copy(response.begin(), response.end());
   server.on_sent();
   return copy;
@@ -82,7 +84,11 @@ Bytes executed(RtuServer& server, const Bytes& request) {
 /// The request writes 13BFh, 0042h, 6411h, 0001h to R3701..R3704, and CA0Eh to R3700 when those are there.
 void check_flag_comes_last(const Bytes& request) {
   TrappedRegisters registers;
-  RtuServer server(*registers.words, {});
+  // Ranges with a border between the first word and the others.
+  const std::array<RegisterRange, 2> ranges{
+      {{0, std::span(*registers.words).first(3701)}, {3701, std::span(*registers.words).subspan(3701)}}};
+  const RegisterMap map(ranges);
+  RtuServer server({&map, 1}, {});
   std::array<std::uint16_t, 5> seen{};
   const auto look = [&] {
     for (std::size_t i = 0; i < seen.size(); ++i)
@@ -104,7 +110,11 @@ TEST_CASE("RTU: one FC 23 stores R3700 after all that comes behind it") {
 
 TEST_CASE("RTU: a read loads R3700 before all that comes behind it") {
   TrappedRegisters registers;
-  RtuServer server(*registers.words, {});
+  // Ranges with a border between the first word and the others.
+  const std::array<RegisterRange, 2> ranges{
+      {{0, std::span(*registers.words).first(3701)}, {3701, std::span(*registers.words).subspan(3701)}}};
+  const RegisterMap map(ranges);
+  RtuServer server({&map, 1}, {});
   (*registers.words)[regmap::kExecuteFlag] = 0xCA0E;
   Bytes response;
   // Another context ends a transaction at the last moment: R3700 then shows its result, so the rest must too.

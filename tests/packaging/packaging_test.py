@@ -8,6 +8,7 @@ manifest: its sources, its include paths and no other."""
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -58,6 +59,7 @@ class Packaging(unittest.TestCase):
             sign, pattern = re.fullmatch(r"([+-])<(.+)>", rule).groups()
             found = set((ROOT / build["srcDir"]).glob("**/*" if pattern == "*" else pattern + "**/*" if pattern.endswith("/") else pattern))
             sources = sources | found if sign == "+" else sources - found
+        sources = {path for path in sources if path.suffix == ".cpp"}  # a folder: what in it is source
         self.assertEqual(sorted(str(path.relative_to(ROOT / "firmware")) for path in sources), library_sources())
         flags = [flag.replace("-I ", "-I") for flag in build["flags"]]
         compile_with([f"-I{build['includeDir']}", f"-I{build['srcDir']}", *flags], [*sorted(sources), EXAMPLE])
@@ -95,6 +97,21 @@ class Packaging(unittest.TestCase):
             compile_with([f"-I{library}/src", "-std=gnu++20"], [*sources, sketch])
             again = subprocess.run([ROOT / "tools/dev/arduino-library", folder], capture_output=True, text=True)
             self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
+
+    def test_canopen_by_itself(self):
+        """The folder and the headers that its page names, and nothing else of us: the page's example, and what it prints."""
+        page = (ROOT / "firmware/canopen/README.md").read_text()
+        example = ROOT / "examples/sdo_read.cpp"
+        self.assertEqual(re.search(r"```cpp\n(.*?)```", page, re.DOTALL)[1], example.read_text())
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            shutil.copytree(ROOT / "firmware/canopen", folder / "canopen")
+            (folder / "cbcan").mkdir()
+            for header in re.findall(r"`(\w+\.hpp)`", page):
+                shutil.copy(ROOT / "firmware/include/cbcan" / header, folder / "cbcan")
+            run("c++", "-std=c++20", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror", f"-I{folder}", example,
+                *sorted((folder / "canopen").rglob("*.cpp")), "-o", folder / "example")
+            self.assertIn("".join(f"    {line}\n" for line in run(folder / "example").splitlines()), page)
 
     def test_the_page_shows_the_example_as_it_is(self):
         page = (ROOT / "docs/porting.md").read_text()

@@ -35,12 +35,12 @@ class Told final : public sim::FaultListener {
 };
 
 /// 1000h = 191h, 2001h a number, 2010h twenty bytes 0, 1, 2 ...
-class FaultyNode final : public sim::Participant, private Application, private sim::FaultSetOwner {
+class FaultyNode final : public sim::Participant, private Application {
  public:
   FaultyNode(sim::Bus& bus, sim::Schedule& schedule, std::uint8_t id, sim::FaultListener* listener)
       : Participant(schedule),
         port_(bus.attach(*this)),
-        faulty(port_, id, id, listener, *this),
+        faulty(port_, id, id, listener, [this](Time now) { finish(now); }),
         slave_(id, {kEntries, values_, {}}, buffer_, *this, faulty) {
     port_.accept(nmt::kCommandId, nmt::kCommandId);
     port_.accept(sdo::kRequestId + id, sdo::kRequestId + id);
@@ -77,24 +77,12 @@ class FaultyNode final : public sim::Participant, private Application, private s
   sim::Port& port() { return port_; }
 
  private:
-  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
-    return AbortCode::kGeneral;
-  }
-  AbortCode on_write(const ObjectEntry&, std::uint8_t, std::span<const std::uint8_t>, Time) override {
-    return AbortCode::kNone;
-  }
-  void on_stored(const ObjectEntry&, std::uint8_t, Time) override {}
   void restore(std::uint16_t, std::uint16_t, Time) override {
     std::fill(values_.begin(), values_.end(), std::uint8_t{0});
     values_[0] = 0x91;
     values_[1] = 0x01;
     values_[8] = 20;  // the length of 2010h stands in front of it
     std::iota(values_.begin() + 12, values_.end(), std::uint8_t{0});
-  }
-  void on_nmt_state(nmt::State, Time) override {}
-  void on_faults_changed(Time now) override {
-    faulty.on_faults_changed(now);
-    finish(now);
   }
 
   static constexpr std::uint16_t kReadWrite = ObjectFlags::kReadWrite | ObjectFlags::kChecked;

@@ -89,6 +89,7 @@ class OurServer(unittest.TestCase):
         device = self.station.device
         mbpoll("-r", "3700", device, str(0xCA0E), "5055", "0", str(0x3001), "0", "1")
         self.assertEqual(mbpoll("-r", "3700", "-c", "7", device)[0], [0, 5055, 0, 0x3001, 0, 1, 127])
+        self.assertEqual(mbpoll("-t", "3", "-r", "3700", "-c", "7", device)[0], [0, 5055, 0, 0x3001, 0, 1, 127])
         self.assertEqual(len(mbpoll("-r", "4043", "-c", "125", device)[0]), 125)
         self.assertIn("Illegal data address", mbpoll("-r", "4044", "-c", "125", device)[1])
         self.assertIn("Illegal function", mbpoll("-t", "0", "-r", "0", "-c", "1", device)[1])

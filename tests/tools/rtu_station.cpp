@@ -34,13 +34,13 @@ class EmptyBus final : public CanPort {
 
 class Station {
  public:
-  Station(int line, std::uint8_t address) : line_(line), server_(registers_, settings(address)) {
+  Station(int line, std::uint8_t address) : line_(line), server_(networks_, settings(address)) {
     coprocessor_.start(now());
   }
 
   void serve() {
     while (true) {
-      const Time due = coprocessor_.poll(now());
+      const Time due = turn();
       std::array<pollfd, 2> waiting{pollfd{line_, POLLIN, 0}, pollfd{STDIN_FILENO, POLLIN, 0}};
       poll(waiting.data(), waiting.size(), milliseconds_until(due));
       if (waiting[1].revents != 0) return;
@@ -65,15 +65,20 @@ class Station {
   void receive() {
     std::array<std::uint8_t, 256> bytes;
     const ssize_t count = read(line_, bytes.data(), bytes.size());
-    for (ssize_t i = 0; i < count; ++i) {
+    for (ssize_t i = 0; i < count; ++i)
       server_.on_byte(bytes[static_cast<std::size_t>(i)], static_cast<std::uint32_t>(now()));
-      answer();
-    }
   }
 
-  void answer() {
-    if (!server_.request_waiting()) return;
-    const std::span<const std::uint8_t> response = server_.poll();
+  Time turn() {
+    const Time time = now();
+    const std::uint32_t silence = server_.poll(static_cast<std::uint32_t>(time));
+    if (silence == 0) execute();
+    const Time due = coprocessor_.poll(time);
+    return silence == 0 || silence == RtuServer::kNoRequest ? due : earlier(due, time + silence);
+  }
+
+  void execute() {
+    const std::span<const std::uint8_t> response = server_.execute();
     coprocessor_.on_registers_written(now());
     coprocessor_.poll(now());
     if (write(line_, response.data(), response.size()) < 0) std::perror("rtu_station");
@@ -82,6 +87,8 @@ class Station {
 
   int line_;
   std::array<std::uint16_t, regmap::kRegisterFileWords> registers_{};
+  std::array<RegisterRange, 1> ranges_{{{0, registers_}}};
+  std::array<RegisterMap, 1> networks_{RegisterMap(ranges_)};
   RtuServer server_;
   EmptyBus bus_;
   Coprocessor coprocessor_{

@@ -13,8 +13,6 @@ extern std::uint32_t data_begin[];
 extern std::uint32_t data_end[];
 extern std::uint32_t bss_begin[];
 extern std::uint32_t bss_end[];
-extern std::uint32_t registers_begin[];
-extern std::uint32_t registers_end[];
 extern const cbcan::boards::Handler constructors_begin[];
 extern const cbcan::boards::Handler constructors_end[];
 // A pure virtual function was called: without this, the library's own would bring the heap along.
@@ -56,8 +54,8 @@ void copy_data() {
     *to = *from++;
 }
 
-void clear(std::uint32_t* begin, const std::uint32_t* end) {
-  for (std::uint32_t* word = begin; word != end; ++word)
+void clear_bss() {
+  for (std::uint32_t* word = bss_begin; word != bss_end; ++word)
     *word = 0;
 }
 
@@ -101,8 +99,7 @@ bool in_stack(const std::uint32_t* frame) {
 extern "C" void reset_handler() {
   paint_stack();
   copy_data();
-  clear(bss_begin, bss_end);
-  clear(registers_begin, registers_end);
+  clear_bss();
   enable_traps();
   for (const Handler* constructor = constructors_begin; constructor != constructors_end; ++constructor)
     (*constructor)();

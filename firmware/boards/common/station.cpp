@@ -35,22 +35,26 @@ std::uint32_t in_milliseconds(Time time) {
   return (high / kDivisor << 16) + low / kDivisor;
 }
 
-void put(RegisterFile registers, std::uint16_t address, std::uint32_t value) {
-  registers[address] = static_cast<std::uint16_t>(value);
-  registers[address + 1u] = static_cast<std::uint16_t>(value >> 16);
+std::uint16_t& at(Diagnostics registers, std::size_t address) {
+  return registers[address - regmap::kDiagnosticsFirst];
+}
+
+void put(Diagnostics registers, std::uint16_t address, std::uint32_t value) {
+  at(registers, address) = static_cast<std::uint16_t>(value);
+  at(registers, address + 1u) = static_cast<std::uint16_t>(value >> 16);
 }
 
 }  // namespace
 
-void publish(RegisterFile registers, Time now, const Health& health, BusState bus_state,
+void publish(Diagnostics registers, Time now, const Health& health, BusState bus_state,
              const RtuServer::Counters& modbus, const Coprocessor::Counters& transactions) {
-  registers[regmap::kVersion] = static_cast<std::uint16_t>(kNumbers.number[0] << 8 | kNumbers.number[1]);
-  registers[regmap::kPatchLevel] = kNumbers.number[2];
+  at(registers, regmap::kVersion) = static_cast<std::uint16_t>(kNumbers.number[0] << 8 | kNumbers.number[1]);
+  at(registers, regmap::kPatchLevel) = kNumbers.number[2];
   put(registers, regmap::kUptime, in_milliseconds(now));
-  registers[regmap::kResetCause] = static_cast<std::uint16_t>(health.reset_cause);
-  registers[regmap::kStackSize] = health.stack_size;
-  registers[regmap::kStackUsed] = health.stack_used;
-  registers[regmap::kCanState] = static_cast<std::uint16_t>(local::kernel_state(bus_state));
+  at(registers, regmap::kResetCause) = static_cast<std::uint16_t>(health.reset_cause);
+  at(registers, regmap::kStackSize) = health.stack_size;
+  at(registers, regmap::kStackUsed) = health.stack_used;
+  at(registers, regmap::kCanState) = static_cast<std::uint16_t>(local::kernel_state(bus_state));
   put(registers, regmap::kModbusRequests, modbus.slave_messages);
   put(registers, regmap::kModbusCrcErrors, modbus.bus_communication_errors + modbus.broken_frames);
   put(registers, regmap::kModbusExceptions, modbus.slave_exceptions);

@@ -8,10 +8,10 @@
 ///   station.start();
 ///   for (;;) sleep_until(station.turn());
 ///
-/// where sleep_until() returns early after any interrupt. Interrupts hand bytes to modbus().on_byte() and
-/// frames to whatever Hardware::receive() reads; everything else happens in turn(). So a Modbus request is
-/// applied whole between two polls of the coprocessor, and its answer shows a window with results before the
-/// flag.
+/// where sleep_until() returns early after any interrupt. Interrupts hand bytes to modbus().on_byte(), with
+/// the low 32 bits of Hardware::now(), and frames to whatever Hardware::receive() reads; everything else
+/// happens in turn(). So a Modbus request is applied whole between two polls of the coprocessor, and its
+/// response shows a window with results before the flag.
 
 #include <array>
 #include <cstddef>
@@ -25,31 +25,46 @@
 
 namespace cbcan::boards {
 
-/// R0..R4167 of one network.
-using RegisterFile = std::span<std::uint16_t, regmap::kRegisterFileWords>;
+using Diagnostics = std::span<std::uint16_t, regmap::kDiagnosticsWords>;
 
 /// Writes the diagnostics registers.
-void publish(RegisterFile registers, Time now, const Health& health, BusState bus_state,
+void publish(Diagnostics registers, Time now, const Health& health, BusState bus_state,
              const RtuServer::Counters& modbus, const Coprocessor::Counters& transactions);
+
+/// What a PLC reads and writes of one network; another address is answered with exception 02.
+struct Registers {
+  Registers() = default;
+  Registers(const Registers&) = delete;
+  Registers& operator=(const Registers&) = delete;
+
+  std::array<std::uint16_t, regmap::kWindowWords> window{};
+  std::array<std::uint16_t, regmap::kProcessWords> process_data{};
+  std::array<std::uint16_t, regmap::kDiagnosticsWords> diagnostics{};
+
+  /// By address.
+  const std::array<RegisterRange, 3> map{{
+      {regmap::kWindowFirst, window},
+      {regmap::kProcessFirst, process_data},
+      {regmap::kDiagnosticsFirst, diagnostics, true},
+  }};
+};
 
 template <std::size_t kNetworks = 1>
 class Station {
  public:
-  /// Of the first network, then of the next ones; the board's memory, zeros at the start.
-  using Registers = std::span<std::uint16_t, kNetworks * regmap::kRegisterFileWords>;
   using Ports = std::array<CanPort*, kNetworks>;
 
   struct Settings {
-    std::uint8_t station = 1;     ///< Modbus address of the first network, of all of them within 1..247
-    std::uint32_t gap_us = 1750;  ///< see RtuServer::Settings
+    RtuServer::Settings modbus;
     std::array<Coprocessor::Settings, kNetworks> coprocessors;
   };
 
   /// All live as long as the station.
-  Station(Registers registers, Hardware& hardware, const Ports& ports, const Settings& settings)
-      : Station(registers, hardware, ports, settings, std::make_index_sequence<kNetworks>()) {}
+  Station(Hardware& hardware, const Ports& ports, const Settings& settings)
+      : Station(hardware, ports, settings, std::make_index_sequence<kNetworks>()) {}
 
   RtuServer& modbus() { return modbus_; }
+  Registers& registers(std::size_t network = 0) { return registers_[network]; }
   const Coprocessor& coprocessor(std::size_t network = 0) const { return coprocessors_[network]; }
 
   /// Sends the boot-up message of each network.
@@ -64,10 +79,9 @@ class Station {
     const Time now = hardware_.now();
     for (std::size_t network = 0; network < kNetworks; ++network)
       take_frames(network, now);
-    if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords))
-      publish_for(kNetworks == 1 ? 0 : modbus_.request_network(), now);
-    if (modbus_.request_waiting()) execute(now);
-    Time due = kNever;
+    const std::uint32_t silence = modbus_.poll(static_cast<std::uint32_t>(now));
+    if (silence == 0) execute(now);
+    Time due = silence == 0 || silence == RtuServer::kNoRequest ? kNever : now + silence;
     for (Coprocessor& coprocessor : coprocessors_)
       due = earlier(due, coprocessor.poll(now));
     return due;
@@ -75,27 +89,14 @@ class Station {
 
  private:
   template <std::size_t... kNetwork>
-  Station(Registers registers, Hardware& hardware, const Ports& ports, const Settings& settings,
+  Station(Hardware& hardware, const Ports& ports, const Settings& settings,
           std::index_sequence<kNetwork...> /*networks*/)
-      : registers_(registers),
-        hardware_(hardware),
-        modbus_(registers, {settings.station, kNetworks, settings.gap_us, regmap::kDiagnosticsFirst,
-                            regmap::kDiagnosticsWords}),
-        coprocessors_{Coprocessor(window(kNetwork), process_data(kNetwork), *ports[kNetwork],
+      : hardware_(hardware),
+        maps_{RegisterMap(registers_[kNetwork].map)...},
+        modbus_(maps_, settings.modbus),
+        coprocessors_{Coprocessor(RegisterWindow(registers_[kNetwork].window),
+                                  registers_[kNetwork].process_data, *ports[kNetwork],
                                   settings.coprocessors[kNetwork])...} {}
-
-  RegisterFile registers_of(std::size_t network) const {
-    return registers_.subspan(network * regmap::kRegisterFileWords)
-        .template first<regmap::kRegisterFileWords>();
-  }
-  RegisterWindow window(std::size_t network) const {
-    return RegisterWindow(
-        registers_of(network).template subspan<regmap::kWindowFirst, regmap::kWindowWords>());
-  }
-
-  ProcessRegisters process_data(std::size_t network) const {
-    return registers_of(network).template subspan<regmap::kProcessFirst, regmap::kProcessWords>();
-  }
 
   void take_frames(std::size_t network, Time now) {
     Frame frame;
@@ -105,19 +106,22 @@ class Station {
   }
 
   void execute(Time now) {
-    if (const auto response = modbus_.poll(); !response.empty()) hardware_.respond(response);
+    if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords))
+      publish_for(kNetworks == 1 ? 0 : modbus_.request_network(), now);
+    if (const auto response = modbus_.execute(); !response.empty()) hardware_.respond(response);
     for (Coprocessor& coprocessor : coprocessors_)
       coprocessor.on_registers_written(now);
   }
 
   /// Fresh for whoever asks; nobody else needs them.
   void publish_for(std::size_t network, Time now) {
-    publish(registers_of(network), now, hardware_.health(network), hardware_.bus_state(network),
+    publish(registers_[network].diagnostics, now, hardware_.health(network), hardware_.bus_state(network),
             modbus_.counters(), coprocessors_[network].counters());
   }
 
-  Registers registers_;
   Hardware& hardware_;
+  std::array<Registers, kNetworks> registers_;
+  std::array<RegisterMap, kNetworks> maps_;
   RtuServer modbus_;
   std::array<Coprocessor, kNetworks> coprocessors_;
 };

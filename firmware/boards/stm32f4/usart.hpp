@@ -17,6 +17,11 @@ namespace cbcan::boards::stm32f4 {
 /// Data bits, parity, stop bits. Modbus asks for 8E1, or 8N2 without parity; 8N1 is what many devices have.
 enum class SerialFormat : std::uint8_t { k8E1, k8N1, k8N2 };
 
+/// Of a character, with start, parity and stop bits.
+constexpr std::uint32_t bits(SerialFormat format) {
+  return format == SerialFormat::k8N1 ? 10 : 11;
+}
+
 struct UsartCounters {
   std::uint32_t parity = 0;   ///< bytes left out for a wrong parity
   std::uint32_t framing = 0;  ///< bytes left out for a missing stop bit, breaks too

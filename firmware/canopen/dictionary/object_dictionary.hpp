@@ -76,15 +76,19 @@ struct ObjectLimits {
 class ObjectHandler {
  public:
   /// Writes the value of a kComputed entry to `out` and its length to `size`.
-  virtual AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                            std::size_t& size, Time now) = 0;
+  virtual AbortCode on_read(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
+                            std::span<std::uint8_t> /*out*/, std::size_t& /*size*/, Time /*now*/) {
+    return AbortCode::kGeneral;
+  }
 
   /// `value` has passed access, length and limits. A code other than kNone refuses it and nothing is stored.
-  virtual AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
-                             Time now) = 0;
+  virtual AbortCode on_write(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
+                             std::span<const std::uint8_t> /*value*/, Time /*now*/) {
+    return AbortCode::kNone;
+  }
 
   /// A value that on_write() let pass stands in the dictionary now.
-  virtual void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) = 0;
+  virtual void on_stored(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/, Time /*now*/) {}
 
  protected:
   ~ObjectHandler() = default;

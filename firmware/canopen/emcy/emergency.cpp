@@ -14,30 +14,30 @@ constexpr Time kInhibitUnit = 100;
 
 }  // namespace
 
-void Emergency::reset(bool application, Time now) {
+void Emergency::reset(const Reset& reset, Time now) {
   waiting_count_ = 0;
   next_allowed_ = now;
   due_ = kNever;
   running_ = false;
-  if (application) error_count_ = 0;
+  if (reset.application) error_count_ = 0;
   update_register();
 }
 
 AbortCode Emergency::check(const ObjectEntry& entry, std::uint8_t sub,
                            std::span<const std::uint8_t> value) const {
   const auto number = static_cast<std::uint32_t>(load_little_endian(value));
-  if (entry.index == kHistory && sub == 0) return number == 0 ? AbortCode::kNone : AbortCode::kValue;
-  if (entry.index != kCobId) return AbortCode::kNone;
-  const auto current = static_cast<std::uint32_t>(dictionary_.get(kCobId, 0));
+  if (entry.index == object::kErrorHistory && sub == 0)
+    return number == 0 ? AbortCode::kNone : AbortCode::kValue;
+  if (entry.index != object::kEmergencyCobId) return AbortCode::kNone;
+  const auto current = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
   const bool stays_valid = ((number | current) & cob::kInvalid) == 0;
   if (stays_valid && number != current) return AbortCode::kValue;
   return cob::is_usable(number & ~cob::kInvalid) ? AbortCode::kNone : AbortCode::kValue;
 }
 
-void Emergency::on_stored(std::uint16_t index, Time now) {
-  if (index == kCobId || index == kInhibitTime) send_waiting(now);
-  if (index != kHistory) return;
-  for (std::uint8_t sub = 1; dictionary_.set(kHistory, sub, 0) && sub != 0xFE; ++sub) {
+void Emergency::configure(std::uint16_t index, Time now) {
+  if (index != object::kErrorHistory) return send_waiting(now);
+  for (std::uint8_t sub = 1; dictionary_.set(object::kErrorHistory, sub, 0) && sub != 0xFE; ++sub) {
   }
 }
 
@@ -67,8 +67,8 @@ bool Emergency::has(std::uint16_t code) const {
   return std::any_of(errors_.begin(), last, [code](const Error& e) { return e.code == code; });
 }
 
-void Emergency::set_running(bool running, Time now) {
-  running_ = running;
+void Emergency::on_state(nmt::State state, Time now) {
+  running_ = nmt::is_running(state);
   send_waiting(now);
 }
 
@@ -80,20 +80,22 @@ std::uint8_t Emergency::update_register() {
   std::uint8_t bits = 0;
   for (std::size_t i = 0; i < error_count_; ++i)
     bits = static_cast<std::uint8_t>(bits | errors_[i].register_bits);
-  dictionary_.set(kRegister, 0, bits);
+  dictionary_.set(object::kErrorRegister, 0, bits);
   return bits;
 }
 
 /// The newest is 1003h:01; the code in the low word, the first two bytes of the manufacturer in the high one.
 void Emergency::remember(const Message& message) {
   ObjectEntry entry{};
-  if (dictionary_.find(kHistory, 1, entry) != AbortCode::kNone) return;
-  const std::uint64_t length = std::min<std::uint64_t>(dictionary_.get(kHistory, 0) + 1, entry.last_sub);
+  if (dictionary_.find(object::kErrorHistory, 1, entry) != AbortCode::kNone) return;
+  const std::uint64_t length =
+      std::min<std::uint64_t>(dictionary_.get(object::kErrorHistory, 0) + 1, entry.last_sub);
   for (auto sub = static_cast<std::uint8_t>(length); sub > 1; --sub)
-    dictionary_.set(kHistory, sub, dictionary_.get(kHistory, static_cast<std::uint8_t>(sub - 1)));
-  dictionary_.set(kHistory, 1,
+    dictionary_.set(object::kErrorHistory, sub,
+                    dictionary_.get(object::kErrorHistory, static_cast<std::uint8_t>(sub - 1)));
+  dictionary_.set(object::kErrorHistory, 1,
                   message.code | std::uint32_t{message.info[0]} << 16 | std::uint32_t{message.info[1]} << 24);
-  dictionary_.set(kHistory, 0, length);
+  dictionary_.set(object::kErrorHistory, 0, length);
 }
 
 void Emergency::tell(const Message& message, Time now) {
@@ -107,7 +109,7 @@ void Emergency::tell(const Message& message, Time now) {
 
 void Emergency::send_waiting(Time now) {
   due_ = kNever;
-  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(kCobId, 0));
+  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
   const bool exists = cob_id != 0 && (cob_id & cob::kInvalid) == 0;
   if (!exists) waiting_count_ = 0;
   while (running_ && waiting_count_ != 0) {
@@ -130,7 +132,7 @@ void Emergency::send_waiting(Time now) {
     application_.on_emergency_sent(frame.data);
     first_waiting_ = static_cast<std::uint8_t>((first_waiting_ + 1u) % kMostWaiting);
     --waiting_count_;
-    next_allowed_ = now + dictionary_.get(kInhibitTime, 0) * kInhibitUnit;
+    next_allowed_ = now + dictionary_.get(object::kEmergencyInhibitTime, 0) * kInhibitUnit;
   }
 }
 

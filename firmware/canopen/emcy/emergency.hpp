@@ -12,7 +12,8 @@
 #include <span>
 
 #include "canopen/dictionary/object_dictionary.hpp"
-#include "canopen/outbox.hpp"
+#include "canopen/dictionary/objects.hpp"
+#include "canopen/part.hpp"
 #include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
 
@@ -40,19 +41,14 @@ struct ErrorRegister {
 class EmergencyApplication {
  public:
   /// The port has taken this message; as on the bus.
-  virtual void on_emergency_sent(const std::array<std::uint8_t, 8>& message) = 0;
+  virtual void on_emergency_sent(const std::array<std::uint8_t, 8>& /*message*/) {}
 
  protected:
   ~EmergencyApplication() = default;
 };
 
-class Emergency {
+class Emergency : public Part {
  public:
-  static constexpr std::uint16_t kRegister = 0x1001;
-  static constexpr std::uint16_t kHistory = 0x1003;
-  static constexpr std::uint16_t kCobId = 0x1014;
-  static constexpr std::uint16_t kInhibitTime = 0x1015;
-
   /// Errors present at a time, and messages waiting. What is more is not told, and counted.
   static constexpr std::size_t kMostErrors = 16;
   static constexpr std::size_t kMostWaiting = 16;
@@ -63,14 +59,18 @@ class Emergency {
   Emergency(ObjectDictionary& dictionary, CanPort& port, EmergencyApplication& application)
       : dictionary_(dictionary), port_(port), application_(application) {}
 
-  /// The dictionary's values have been restored. `application`: errors are forgotten too; else 1001h shows
-  /// them again.
-  void reset(bool application, Time now);
-
-  /// Before a value of 1003h, 1014h is stored: kNone, or why it cannot be.
+  static constexpr bool owns(std::uint16_t index) {
+    return index == object::kErrorHistory || index == object::kEmergencyCobId ||
+           index == object::kEmergencyInhibitTime;
+  }
   AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
-  /// After it has been stored.
-  void on_stored(std::uint16_t index, Time now);
+  void configure(std::uint16_t index, Time now);
+  /// Errors are forgotten with those of the application; else 1001h shows them again.
+  void reset(const Reset& reset, Time now);
+  /// Messages go out in Pre-operational and Operational; in other states they wait.
+  void on_state(nmt::State state, Time now);
+  void poll(Time now);
+  Time deadline() const { return due_; }
 
   /// The error with this code is there, with these bits of 1001h (the generic one is added). Told once, until
   /// error_over().
@@ -78,12 +78,6 @@ class Emergency {
   /// It is gone: EMCY 0000h with what is left in 1001h.
   void error_over(std::uint16_t code, Time now);
   bool has(std::uint16_t code) const;
-
-  /// Messages go out in Pre-operational and Operational; in other states they wait.
-  void set_running(bool running, Time now);
-
-  void poll(Time now);
-  Time deadline() const { return due_; }
 
   struct Counters {
     std::uint32_t sent = 0;

@@ -20,14 +20,17 @@ constexpr bool is_used(std::uint64_t value) {
 
 }  // namespace
 
-void HeartbeatConsumer::configure() {
+void HeartbeatConsumer::configure(std::uint16_t /*index*/, Time /*now*/) {
   slot_of_.fill(kNotWatched);
   count_ = lost_ = 0;
   due_ = kNever;
   ObjectEntry entry{};
   for (std::size_t sub = 1; sub <= slots_.size(); ++sub) {
-    if (dictionary_.find(kTimes, static_cast<std::uint8_t>(sub), entry) != AbortCode::kNone) return;
-    const std::uint64_t value = dictionary_.get(kTimes, static_cast<std::uint8_t>(sub));
+    if (dictionary_.find(object::kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub), entry) !=
+        AbortCode::kNone)
+      return;
+    const std::uint64_t value =
+        dictionary_.get(object::kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub));
     if (!is_used(value) || node_of(value) > nmt::kMaxNode) continue;
     const auto node = static_cast<std::uint8_t>(node_of(value));
     slot_of_[node] = static_cast<std::uint8_t>(count_);
@@ -35,27 +38,31 @@ void HeartbeatConsumer::configure() {
   }
 }
 
-AbortCode HeartbeatConsumer::check(const ObjectEntry& entry, std::uint8_t sub,
+AbortCode HeartbeatConsumer::check(const ObjectEntry& /*entry*/, std::uint8_t sub,
                                    std::span<const std::uint8_t> value) const {
-  if (entry.index != kTimes || sub == 0) return AbortCode::kNone;
+  if (sub == 0) return AbortCode::kNone;
   const std::uint64_t number = load_little_endian(value);
   if (node_of(number) > nmt::kMaxNode) return AbortCode::kValue;
   if (!is_used(number)) return AbortCode::kNone;
   for (std::size_t other = 1; other <= slots_.size(); ++other) {
-    const std::uint64_t there = dictionary_.get(kTimes, static_cast<std::uint8_t>(other));
+    const std::uint64_t there =
+        dictionary_.get(object::kConsumerHeartbeatTime, static_cast<std::uint8_t>(other));
     if (other != sub && is_used(there) && node_of(there) == node_of(number)) return AbortCode::kIncompatible;
   }
   return AbortCode::kNone;
 }
 
-void HeartbeatConsumer::on_frame(const Frame& frame, Time now) {
-  const std::uint8_t slot = slot_of_[frame.id & nmt::kMaxNode];
-  if (slot == kNotWatched || frame.length == 0) return;
+bool HeartbeatConsumer::on_frame(const Frame& frame, Time now) {
+  const std::uint32_t node = frame.id - nmt::kErrorControlId;
+  if (node > nmt::kMaxNode || frame.flags != 0) return false;
+  const std::uint8_t slot = slot_of_[node];
+  if (slot == kNotWatched || frame.length == 0) return true;
   Watched& watched = slots_[slot];
   if (watched.lost) --lost_;
   watched.lost = false;
   watched.deadline = now + watched.period;
   due_ = earlier(due_, watched.deadline);
+  return true;
 }
 
 void HeartbeatConsumer::poll(Time now) {

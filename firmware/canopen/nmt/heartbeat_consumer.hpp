@@ -11,16 +11,16 @@
 #include <span>
 
 #include "canopen/dictionary/object_dictionary.hpp"
+#include "canopen/dictionary/objects.hpp"
 #include "canopen/nmt/nmt.hpp"
+#include "canopen/part.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
 
-class HeartbeatConsumer {
+class HeartbeatConsumer : public Part {
  public:
-  static constexpr std::uint16_t kTimes = 0x1016;
-
   /// One watched node.
   struct Watched {
     Time period;    ///< that may pass between two heartbeats
@@ -33,21 +33,22 @@ class HeartbeatConsumer {
   HeartbeatConsumer(const ObjectDictionary& dictionary, std::span<Watched> slots)
       : dictionary_(dictionary), slots_(slots) {}
 
-  /// Takes over 1016h; whoever was watched before has to be heard anew.
-  void configure();
-
-  /// Before a value of 1016h is stored: kNone, or why it cannot be.
+  static constexpr bool owns(std::uint16_t index) { return index == object::kConsumerHeartbeatTime; }
   AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
-
-  /// A data frame on 700h + node ID.
-  void on_frame(const Frame& frame, Time now);
-
+  /// Whoever was watched before has to be heard anew.
+  void configure(std::uint16_t index, Time now);
+  void reset(const Reset& /*reset*/, Time now) { configure(object::kConsumerHeartbeatTime, now); }
+  bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return due_; }
+  template <class Visitor>
+  void visit_ids(Visitor visit) const {
+    for (const Watched& watched : slots_.first(count_))
+      visit(nmt::kErrorControlId + watched.node);
+  }
 
   /// Watched nodes that are lost now.
   std::size_t lost() const { return lost_; }
-  std::span<const Watched> watched() const { return slots_.first(count_); }
 
  private:
   static constexpr std::uint8_t kNotWatched = 0xFF;

@@ -8,30 +8,38 @@
 #include <cstdint>
 
 #include "canopen/dictionary/object_dictionary.hpp"
+#include "canopen/dictionary/objects.hpp"
+#include "canopen/nmt/nmt.hpp"
+#include "canopen/part.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
 
-class LifeGuard {
+class LifeGuard : public Part {
  public:
-  static constexpr std::uint16_t kGuardTime = 0x100C;
-  static constexpr std::uint16_t kLifeTimeFactor = 0x100D;
-
   explicit LifeGuard(const ObjectDictionary& dictionary) : dictionary_(dictionary) {}
 
-  /// Takes over the life time; it counts from the next request on.
-  void configure() {
-    life_time_ = dictionary_.get(kGuardTime, 0) * dictionary_.get(kLifeTimeFactor, 0) * kMillisecond;
+  static constexpr bool owns(std::uint16_t index) {
+    return index == object::kGuardTime || index == object::kLifeTimeFactor;
+  }
+  /// The life time counts from the next request on.
+  void configure(std::uint16_t /*index*/, Time /*now*/) {
+    life_time_ =
+        dictionary_.get(object::kGuardTime, 0) * dictionary_.get(object::kLifeTimeFactor, 0) * kMillisecond;
     due_ = kNever;
     lost_ = false;
   }
-
-  /// The master has asked for this node's state.
-  void on_request(Time now) {
+  void reset(const Reset& reset, Time now) {
+    node_id_ = reset.node_id;
+    configure(object::kGuardTime, now);
+  }
+  /// The master asks for this node's state.
+  bool on_frame(const Frame& frame, Time now) {
+    if (frame.id != nmt::kErrorControlId + node_id_ || frame.flags != Frame::kRemote) return false;
     lost_ = false;
     due_ = life_time_ == 0 ? kNever : now + life_time_;
+    return true;
   }
-
   void poll(Time now) {
     if (now < due_) return;
     due_ = kNever;
@@ -46,6 +54,7 @@ class LifeGuard {
   const ObjectDictionary& dictionary_;
   Time life_time_ = 0;
   Time due_ = kNever;
+  std::uint8_t node_id_ = 0;
   bool lost_ = false;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "canopen/dictionary/little_endian.hpp"
+#include "canopen/dictionary/objects.hpp"
 
 namespace cbcan {
 
@@ -11,7 +12,6 @@ namespace {
 
 constexpr std::uint32_t kMostObjects = 64;
 constexpr std::uint32_t kMostBits = 64;
-constexpr std::uint16_t kFirstTransmitIndex = 0x1800;
 constexpr std::uint16_t kLastDataType = 0x1F;
 
 struct MappedObject {
@@ -50,7 +50,7 @@ AbortCode find_object(const ObjectDictionary& dictionary, bool receive, std::uin
 
 AbortCode find_mapped(const ObjectDictionary& dictionary, std::uint16_t mapping_index, std::uint32_t mapped,
                       MappedObject& object) {
-  const bool receive = mapping_index < kFirstTransmitIndex;
+  const bool receive = mapping_index < object::kTpdoParameter;
   const auto index = static_cast<std::uint16_t>(mapped >> 16);
   const auto sub = static_cast<std::uint8_t>(mapped >> 8);
   const AbortCode wrong = index <= kLastDataType ? find_data_type(receive, index, sub, object)

@@ -44,7 +44,7 @@ constexpr bool is_sampled_late(std::uint8_t type) {
 }
 
 constexpr bool is_receive(std::uint16_t index) {
-  return index < Pdo::kTransmit;
+  return index < object::kTpdoParameter;
 }
 
 constexpr bool is_type(std::uint16_t index, std::uint32_t type) {
@@ -97,7 +97,7 @@ bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
 
 }  // namespace
 
-// The application.
+// ---- The application
 
 template <class Call>
 void Pdo::tell(Call call) {
@@ -107,7 +107,7 @@ void Pdo::tell(Call call) {
 }
 
 void Pdo::update(Time now) {
-  tell([&] { application_.before_sampling(now); });
+  tell([&] { application_.refresh(now); });
 }
 
 /// What is wrong with an RPDO lasts until it is received as it should be.
@@ -120,30 +120,30 @@ void Pdo::note(std::uint16_t emergency_code, Rpdo& rpdo, Time now) {
   if (before == kNoError || before == emergency_code) return;
   for (const Rpdo& other : rpdos_)
     if (other.error == before) return;
-  tell([&] { application_.on_pdo_recovered(before, now); });
+  tell([&] { application_.on_pdo_error_over(before, now); });
 }
 
-// Configuration.
+// ---- Configuration
 
 std::size_t Pdo::rpdo_count(std::span<const ObjectEntry> entries) {
-  return count_objects(entries, kReceive);
+  return count_objects(entries, object::kRpdoParameter);
 }
 
 std::size_t Pdo::tpdo_count(std::span<const ObjectEntry> entries) {
-  return count_objects(entries, kTransmit);
+  return count_objects(entries, object::kTpdoParameter);
 }
 
-void Pdo::reset(Time now) {
-  set_operational(false, now);
+void Pdo::reset(const Reset& /*reset*/, Time now) {
+  on_state(nmt::State::kInitialising, now);
   std::size_t rpdos = 0;
   std::size_t tpdos = 0;
   std::uint16_t previous = 0;
   for (const ObjectEntry& entry : dictionary_.entries()) {
     if (entry.index == std::exchange(previous, entry.index)) continue;
     for (std::uint16_t index = entry.index; index <= entry.last_index(); ++index) {
-      if (first_of(index) == kReceive && rpdos < rpdo_room_.size())
+      if (first_of(index) == object::kRpdoParameter && rpdos < rpdo_room_.size())
         rpdo_room_[rpdos++].number = number_of(index);
-      else if (first_of(index) == kTransmit && tpdos < tpdo_room_.size())
+      else if (first_of(index) == object::kTpdoParameter && tpdos < tpdo_room_.size())
         tpdo_room_[tpdos++].number = number_of(index);
     }
   }
@@ -227,13 +227,13 @@ std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index) {
 }
 
 void Pdo::load(Rpdo& rpdo, Time now) {
-  const auto index = static_cast<std::uint16_t>(kReceive + rpdo.number);
+  const auto index = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo.number);
   rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index)));
   start(rpdo, now);
 }
 
 void Pdo::load(Tpdo& tpdo) {
-  const auto index = static_cast<std::uint16_t>(kTransmit + tpdo.number);
+  const auto index = static_cast<std::uint16_t>(object::kTpdoParameter + tpdo.number);
   const std::uint32_t cob_id = load_common(tpdo, index);
   tpdo.remote = (cob_id & cob::kNoRemote) == 0;
   tpdo.inhibit_time = parameter(index, kInhibitTime) * kInhibitUnit;
@@ -260,9 +260,10 @@ void Pdo::order_tpdos() {
     if (tpdos_[place].active) tpdos_[active_tpdos_++].order = static_cast<std::uint16_t>(place);
 }
 
-// Operation.
+// ---- Operation
 
-void Pdo::set_operational(bool operational, Time now) {
+void Pdo::on_state(nmt::State state, Time now) {
+  const bool operational = state == nmt::State::kOperational;
   if (operational == operational_) return;
   operational_ = operational;
   reception_due_ = kNever;
@@ -298,10 +299,10 @@ void Pdo::start(Tpdo& tpdo, bool send, Time now) {
   transmission_due_ = earlier(transmission_due_, due_of(tpdo));
 }
 
-void Pdo::on_frame(const Frame& frame, Time now) {
-  if (!operational_) return;
+bool Pdo::on_frame(const Frame& frame, Time now) {
+  if (!operational_) return false;
   if (frame.flags == Frame::kRemote) return on_remote(frame.id, now);
-  if (frame.flags != 0) return;
+  if (frame.flags != 0) return false;
   std::size_t first = 0;
   for (std::size_t end = active_rpdos_; first < end;) {
     const std::size_t middle = (first + end) / 2;
@@ -313,8 +314,9 @@ void Pdo::on_frame(const Frame& frame, Time now) {
   bool received = false;
   for (; first < active_rpdos_ && rpdo(first).id == frame.id; ++first)
     received |= receive(rpdo(first), frame, now);
-  if (received) tell([&] { application_.on_received(now); });
+  if (received) tell([&] { application_.on_written(now); });
   poll(now);
+  return true;
 }
 
 bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
@@ -338,12 +340,13 @@ bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   return false;
 }
 
-void Pdo::on_remote(std::uint32_t id, Time now) {
+bool Pdo::on_remote(std::uint32_t id, Time now) {
   for (std::size_t k = 0; k < active_tpdos_; ++k) {
     Tpdo& asked = tpdo(k);
     if (asked.frame.id == id && asked.remote) want(asked);
   }
   poll(now);
+  return true;
 }
 
 void Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
@@ -351,7 +354,7 @@ void Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
   const bool late = now > window_end_;
   window_end_ = window == 0 ? kNever : now + window;
   take_effect();
-  tell([&] { application_.on_synchronised(now); });
+  tell([&] { application_.on_sync(now); });
   sample_and_send(counter, late, now);
   poll(now);
 }
@@ -429,11 +432,10 @@ Time Pdo::due_of(const Tpdo& tpdo) const {
   return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
 }
 
-Time Pdo::poll(Time now) {
-  if (telling_) return deadline();
+void Pdo::poll(Time now) {
+  if (telling_) return;
   if (now >= reception_due_) watch_receptions(now);
   if (now >= transmission_due_) transmit(now);
-  return deadline();
 }
 
 void Pdo::watch_receptions(Time now) {

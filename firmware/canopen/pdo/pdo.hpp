@@ -33,9 +33,11 @@
 #include <span>
 
 #include "canopen/dictionary/object_dictionary.hpp"
+#include "canopen/dictionary/objects.hpp"
+#include "canopen/part.hpp"
 #include "canopen/pdo/mapping.hpp"
-#include "cbcan/frame.hpp"
 #include "cbcan/can_port.hpp"
+#include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -44,30 +46,23 @@ namespace cbcan {
 class PdoApplication {
  public:
   /// Bring the values that TPDOs carry up to `now`: some are sampled next.
-  virtual void before_sampling(Time now) = 0;
+  virtual void refresh(Time now) = 0;
   /// The data of an RPDO stand in the dictionary.
-  virtual void on_received(Time now) = 0;
+  virtual void on_written(Time now) = 0;
   /// A SYNC: the data of synchronous RPDOs stand in the dictionary, synchronous TPDOs are sampled next.
-  virtual void on_synchronised(Time now) = 0;
+  virtual void on_sync(Time now) = 0;
   /// RPDO `number`, 1..512: Pdo::kTooShort (it was ignored), kTooLong (the rest was ignored), kTimedOut
   /// (once, until it is received again).
   virtual void on_pdo_error(std::uint16_t emergency_code, std::uint16_t number, Time now) = 0;
   /// There is no RPDO any more with this error: each has been received as it should be, or is off.
-  virtual void on_pdo_recovered(std::uint16_t emergency_code, Time now) = 0;
+  virtual void on_pdo_error_over(std::uint16_t emergency_code, Time now) = 0;
 
  protected:
   ~PdoApplication() = default;
 };
 
-class Pdo {
+class Pdo : public Part {
  public:
-  static constexpr std::uint16_t kReceive = 0x1400;
-  static constexpr std::uint16_t kTransmit = 0x1800;
-  static constexpr std::uint16_t kLastIndex = 0x1BFF;
-
-  /// True for the objects that configure PDOs: see check() and configure().
-  static constexpr bool owns(std::uint16_t index) { return index >= kReceive && index <= kLastIndex; }
-
   // Emergency error codes (CiA 301, 7.2.7.1).
   static constexpr std::uint16_t kTooShort = 0x8210;
   static constexpr std::uint16_t kTooLong = 0x8220;
@@ -119,21 +114,18 @@ class Pdo {
         rpdo_room_(rpdos),
         tpdo_room_(tpdos) {}
 
-  /// Takes over what the dictionary says, as after power-on; not Operational.
-  void reset(Time now);
-
-  /// Before a value of 1400h..1BFFh is stored: kNone, or why it cannot be.
+  static constexpr bool owns(std::uint16_t index) {
+    return index >= object::kRpdoParameter && index <= object::kLastPdo;
+  }
   AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
-
-  /// After one has been stored. Of a PDO that stays valid what waited to be sent or for a SYNC is forgotten
-  /// and the timer starts anew.
+  /// Of a PDO that stays valid what waited to be sent or for a SYNC is forgotten and the timer starts anew.
   void configure(std::uint16_t index, Time now);
-
+  /// Not Operational.
+  void reset(const Reset& reset, Time now);
   /// PDOs are exchanged in Operational only. What waited when it was left is forgotten.
-  void set_operational(bool operational, Time now);
-
-  /// A frame from the bus, data or RTR; O(log n) in valid RPDOs.
-  void on_frame(const Frame& frame, Time now);
+  void on_state(nmt::State state, Time now);
+  /// Data or RTR; O(log n) in valid RPDOs.
+  bool on_frame(const Frame& frame, Time now);
 
   /// A SYNC with this counter, 0 = none: RPDOs take effect, the application is told, TPDOs are sampled and
   /// sent. Synchronous PDOs count for `window` (1007h) behind it, 0 = always.
@@ -146,14 +138,12 @@ class Pdo {
   /// The event that TPDO `number`, 1..512, waits for.
   void request(std::uint16_t number, Time now);
 
-  /// Sends what is due. Returns when it wants to be called next, which may turn out to be too early; kNever =
-  /// only after something else.
-  Time poll(Time now);
+  void poll(Time now);
+  /// May turn out to be too early.
   Time deadline() const { return earlier(reception_due_, transmission_due_); }
 
-  /// Calls visit(id) for each CAN-ID that is to be received: of valid RPDOs, and of valid TPDOs that answer
-  /// an RTR. One may come twice. Only reset() and configure() change what they are: around these, an
-  /// acceptance filter closes for all, then opens for all.
+  /// Of valid RPDOs, and of valid TPDOs that answer an RTR. Only reset() and configure() change what they
+  /// are.
   template <class Visitor>
   void visit_ids(Visitor visit) const {
     for (const Rpdo& rpdo : rpdos_)
@@ -183,7 +173,7 @@ class Pdo {
   void start(Tpdo& tpdo, bool send, Time now);
 
   bool receive(Rpdo& rpdo, const Frame& frame, Time now);
-  void on_remote(std::uint32_t id, Time now);
+  bool on_remote(std::uint32_t id, Time now);
   void take_effect();
   void sample_and_send(std::uint8_t counter, bool late, Time now);
   void on_event(Tpdo& tpdo);

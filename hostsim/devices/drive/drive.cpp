@@ -182,7 +182,7 @@ void Drive::on_network_failure(sim::NetworkFailure failure, Time now) {
   network_failed(failure == sim::NetworkFailure::kBusOff ? kBusOffFault : kHeartbeatFault, now);
 }
 
-void Drive::on_nmt_state(nmt::State state, Time now) {
+void Drive::on_state(nmt::State state, Time now) {
   if (state == nmt::State::kStopped && stage_.state() == PowerState::kOperationEnabled)
     network_failed(kCommunicationFault, now);
 }

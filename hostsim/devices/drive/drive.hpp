@@ -51,7 +51,7 @@ class Drive final : public sim::Behaviour {
   AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                   Time now) override;
   void on_sync(Time now) override;
-  void on_nmt_state(nmt::State state, Time now) override;
+  void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
   std::span<const std::string_view> incidents() const override { return kIncidentNames; }
   void set_incident(std::string_view incident, bool present, Time now) override;

@@ -71,7 +71,7 @@ bool concerns(const Fault& fault, const Frame& frame) {
 
 }  // namespace
 
-void BusFaults::on_faults_changed(Time now) {
+void BusFaults::follow_set(Time now) {
   bool frames = false;
   for (const SetFault& set : faults_.list()) {
     frames = frames || is_of_frames(set.fault.kind);

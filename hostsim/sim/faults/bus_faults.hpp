@@ -15,11 +15,13 @@ namespace cbcan::sim {
 /// Frames are harmed when their last bit has passed, before anybody has them, logs included; each costs its
 /// time on the bus once. On a bus with an Outside they are harmed on the way to the receivers in this
 /// process: what is on the wire outside is as it was sent.
-class BusFaults final : public Participant, private Disturbance, private FaultSetOwner {
+class BusFaults final : public Participant, private Disturbance {
  public:
   /// A null listener is not told. All outlive the faults.
   BusFaults(Bus& bus, Schedule& schedule, std::uint64_t seed, FaultListener* listener)
-      : Participant(schedule), bus_(bus), faults_(FaultPlace::kBus, "bus", seed, listener, *this) {}
+      : Participant(schedule),
+        bus_(bus),
+        faults_(FaultPlace::kBus, "bus", seed, listener, [this](Time now) { follow_set(now); }) {}
 
   FaultSet& set() { return faults_; }
 
@@ -37,8 +39,7 @@ class BusFaults final : public Participant, private Disturbance, private FaultSe
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
   void on_arrival(const Frame& frame, const Port* sender, Time now) override;
 
-  void on_faults_changed(Time now) override;
-
+  void follow_set(Time now);
   void deliver_late(Time now);
   void follow_states(Time now);
   void send_load(Time now);

@@ -32,7 +32,7 @@ unsigned FaultSet::add(const Fault& fault, Time now) {
                .due = is_storm(fault.kind) || fault.kind == FaultKind::kBusLoad ? begins : kNever,
                .random = Random(seed_of(seed_, fault.seed, number))};
   set_.push_back(std::move(set));
-  owner_.on_faults_changed(now);
+  on_change_(now);
   return number;
 }
 
@@ -42,7 +42,7 @@ bool FaultSet::remove(unsigned number, Time now) {
   if (found == set_.end()) return false;
   close(*found, now);
   set_.erase(found);
-  owner_.on_faults_changed(now);
+  on_change_(now);
   return true;
 }
 
@@ -50,7 +50,7 @@ void FaultSet::clear(Time now) {
   for (SetFault& set : set_)
     close(set, now);
   set_.clear();
-  owner_.on_faults_changed(now);
+  on_change_(now);
 }
 
 bool FaultSet::happens(SetFault& set, const Frame& frame, Time now) {

@@ -7,6 +7,7 @@
 /// one does not change what another does.
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -46,22 +47,19 @@ struct SetFault {
   Random random;
 };
 
-/// Makes the faults of a set happen.
-class FaultSetOwner {
- public:
-  /// Faults have been added or removed.
-  virtual void on_faults_changed(Time now) = 0;
-
- protected:
-  ~FaultSetOwner() = default;
-};
-
 class FaultSet {
  public:
+  /// Called when faults have been added or removed.
+  using OnChange = std::function<void(Time now)>;
+
   /// The faults of `subject`, for messages: "node 5". A null listener is not told.
   FaultSet(FaultPlace place, std::string subject, std::uint64_t seed, FaultListener* listener,
-           FaultSetOwner& owner)
-      : place_(place), subject_(std::move(subject)), seed_(seed), listener_(listener), owner_(owner) {}
+           OnChange on_change)
+      : place_(place),
+        subject_(std::move(subject)),
+        seed_(seed),
+        listener_(listener),
+        on_change_(std::move(on_change)) {}
 
   /// kNode or kBus: what may be added.
   FaultPlace place() const { return place_; }
@@ -76,7 +74,7 @@ class FaultSet {
   /// In the order of their numbers; also those that will not happen any more.
   std::span<const SetFault> list() const { return set_; }
 
-  // For the owner.
+  // For those who make the faults happen.
   std::span<SetFault> all() { return set_; }
 
   /// This frame is an occasion; true: it happens, counted and told.
@@ -100,7 +98,7 @@ class FaultSet {
   std::string subject_;
   std::uint64_t seed_;
   FaultListener* listener_;
-  FaultSetOwner& owner_;
+  OnChange on_change_;
   unsigned last_number_ = 0;
   std::vector<SetFault> set_;
 };

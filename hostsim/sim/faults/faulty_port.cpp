@@ -21,15 +21,15 @@ bool is_boot_up(const Frame& frame) {
 }  // namespace
 
 FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener,
-                       FaultSetOwner& node)
+                       FaultSet::OnChange on_change)
     : out_(out),
       node_id_(node_id),
-      faults_(FaultPlace::kNode, "node " + std::to_string(node_id), seed, listener, node) {}
-
-void FaultyPort::on_faults_changed(Time now) {
-  if (faults_.empty()) watch_ = {};  // it hears nothing until there is one again
-  poll(now);
-}
+      faults_(FaultPlace::kNode, "node " + std::to_string(node_id), seed, listener,
+              [this, on_change = std::move(on_change)](Time now) {
+                if (faults_.empty()) watch_ = {};  // it hears nothing until there is one again
+                poll(now);
+                on_change(now);
+              }) {}
 
 bool FaultyPort::try_send(const Frame& frame) {
   if (faults_.empty() && held_.empty()) return out_.try_send(frame);

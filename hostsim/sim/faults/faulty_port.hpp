@@ -7,7 +7,6 @@
 /// Its node:
 ///   on a frame:   port.set_now(now); port.heard(frame); stack.on_frame(frame, now);
 ///   when polled:  port.poll(now); stack.poll(now);
-///   as the owner of the faults: port.on_faults_changed(now);
 ///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
 ///   on bus-off:   port.drop();
 ///   wants to be called at the earlier of the stack's deadline and port.deadline().
@@ -28,15 +27,15 @@ namespace cbcan::sim {
 
 class FaultyPort final : public CanPort {
  public:
-  /// `seed` is the node's own. A null listener is not told. All outlive the port.
+  /// `seed` is the node's own. A null listener is not told. All outlive the port. When the faults have
+  /// changed it sends what is due and calls `on_change`.
   FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener,
-             FaultSetOwner& node);
+             FaultSet::OnChange on_change);
 
   /// The node has another ID from now on; messages keep the first.
   void set_node_id(std::uint8_t node_id) { node_id_ = node_id; }
 
   FaultSet& faults() { return faults_; }
-  void on_faults_changed(Time now);
 
   /// To be called before each call into the stack: what time it is in try_send().
   void set_now(Time now) { now_ = now; }

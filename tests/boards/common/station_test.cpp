@@ -41,24 +41,42 @@ template <std::size_t kNetworks>
 struct BenchOf {
   explicit BenchOf(const typename Station<kNetworks>::Ports& ports,
                    const typename Station<kNetworks>::Settings& settings)
-      : station(registers, board, ports, settings) {
+      : station(board, ports, settings) {
     station.start();
   }
 
-  /// A request with its CRC, and the turn that follows; the response.
+  /// A request with its CRC, and the turns that follow; the response.
   Bytes ask(std::initializer_list<std::uint8_t> request) {
     board.response.clear();
-    for (const std::uint8_t byte : request)
-      station.modbus().on_byte(byte, static_cast<std::uint32_t>(board.time));
+    send(request);
+    station.turn();
+    board.time += kSilence;
     station.turn();
     station.modbus().on_sent();
     return board.response;
   }
-  std::uint32_t pair(std::size_t address) const {
-    return registers[address] | static_cast<std::uint32_t>(registers[address + 1]) << 16;
+  /// All at once, after a gap.
+  void send(std::initializer_list<std::uint8_t> bytes) {
+    board.time += kSilence + 1;
+    for (const std::uint8_t byte : bytes)
+      station.modbus().on_byte(byte, static_cast<std::uint32_t>(board.time));
+  }
+  std::uint16_t& reg(std::size_t address, std::size_t network = 0) {
+    return RegisterMap(station.registers(network).map)[address];
+  }
+  std::uint32_t pair(std::size_t address, std::size_t network = 0) {
+    return reg(address, network) | static_cast<std::uint32_t>(reg(address + 1, network)) << 16;
+  }
+  /// Four bytes of 2000h:00 of node 5, but for CA0Eh.
+  void prepare(std::size_t network = 0) {
+    reg(3701, network) = 5055;
+    reg(3702, network) = 5;
+    reg(3703, network) = 0x2000;
+    reg(3705, network) = 4;
   }
 
-  std::array<std::uint16_t, kNetworks * regmap::kRegisterFileWords> registers{};
+  static constexpr Time kSilence = 1750;
+  static constexpr Time kAsking = 2 * kSilence + 1;  ///< what ask() takes
   FakeBoard board;
   Station<kNetworks> station;
 };
@@ -74,33 +92,18 @@ struct Bench : Ports, BenchOf<1> {
 
 /// Stations 1 and 2, own node IDs 127 and 126.
 struct TwoNetworks : Ports, BenchOf<2> {
-  static constexpr std::size_t kSecond = regmap::kRegisterFileWords;  ///< R0 of the second network
-
-  TwoNetworks() : BenchOf({&port, &second_port}, {1, 1750, {{{.node_id = 127}, {.node_id = 126}}}}) {
+  TwoNetworks()
+      : BenchOf({&port, &second_port},
+                {.modbus = {}, .coprocessors = {{{.node_id = 127}, {.node_id = 126}}}}) {
     CHECK(port.sent == std::deque<std::string>{"77F#00"});
     CHECK(second_port.sent == std::deque<std::string>{"77E#00"});
     port.sent.clear();
     second_port.sent.clear();
   }
-
-  /// Four bytes of 2000h:00 of node 5, but for CA0Eh.
-  void prepare(std::size_t base) {
-    registers[base + 3701] = 5055;
-    registers[base + 3702] = 5;
-    registers[base + 3703] = 0x2000;
-    registers[base + 3705] = 4;
-  }
 };
 
 // CRCs by the algorithm of MODBUS over Serial Line V1.02, 6.2.2, worked out apart from this project.
-constexpr auto kExecute = {0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C};
-
-Bytes bytes(std::initializer_list<int> values) {
-  Bytes result;
-  for (const int value : values)
-    result.push_back(static_cast<std::uint8_t>(value));
-  return result;
-}
+constexpr std::initializer_list<std::uint8_t> kExecute = {0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C};
 
 }  // namespace
 
@@ -109,23 +112,20 @@ TEST_CASE("A transaction by Modbus RTU: request, frames, answer, result") {
   CHECK(bench.port.sent == std::deque<std::string>{"77F#00"});
   bench.port.sent.clear();
   CHECK(bench.ask({0x01, 0x10, 0x0E, 0x75, 0x00, 0x05, 0x0A, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00, 0x00, 0x00,
-                   0x00, 0x04, 0x2D, 0x47}) == bytes({0x01, 0x10, 0x0E, 0x75, 0x00, 0x05, 0x13, 0x38}));
-  CHECK(bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C}) == bytes(kExecute));
+                   0x00, 0x04, 0x2D, 0x47}) == Bytes({0x01, 0x10, 0x0E, 0x75, 0x00, 0x05, 0x13, 0x38}));
+  CHECK(bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C}) == Bytes(kExecute));
   CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}) ==
-        bytes({0x01, 0x03, 0x02, 0xCA, 0x0E, 0x6F, 0x20}));
+        Bytes({0x01, 0x03, 0x02, 0xCA, 0x0E, 0x6F, 0x20}));
   bench.board.arrived[0].push_back(test::frame_from("585#4300200078563412"));
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xFE}) ==
-        bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
+        Bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
                0x00, 0x00, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0x21, 0x34}));
 }
 
 TEST_CASE("A cancel and a new CA0Eh right behind it are two things: one request a turn, a poll after each") {
   Bench bench;
-  bench.registers[3701] = 5055;
-  bench.registers[3702] = 5;
-  bench.registers[3703] = 0x2000;
-  bench.registers[3705] = 4;
+  bench.prepare();
   bench.port.sent.clear();
   bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
   bench.ask({0x01, 0x06, 0x0E, 0x74, 0x00, 0x00, 0xCB, 0x38});
@@ -138,26 +138,65 @@ TEST_CASE("A cancel and a new CA0Eh right behind it are two things: one request 
 TEST_CASE("A turn says when the next one is due") {
   Bench bench;
   CHECK(bench.station.turn() == kNever);
-  bench.registers[3701] = 5055;
-  bench.registers[3702] = 5;
-  bench.registers[3705] = 4;
+  bench.prepare();
   bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
-  CHECK(bench.station.turn() == 1'001'000);  // the SDO timeout
+  CHECK(bench.station.turn() == 1'001'000 + Bench::kAsking);  // the SDO timeout
+}
+
+TEST_CASE("A request is executed after its silence, and a turn says when that is over") {
+  Bench bench;
+  bench.prepare();
+  bench.port.sent.clear();
+  bench.send(kExecute);
+  const Time end = bench.board.time + Bench::kSilence;
+  SECTION("in which no byte comes") {
+    CHECK(bench.station.turn() == end);
+    bench.board.time = end - 1;
+    CHECK(bench.station.turn() == end);
+    CHECK(bench.board.response.empty());
+    CHECK(bench.port.sent.empty());
+    bench.board.time = end;
+    CHECK(bench.station.turn() == end + 1'000'000);  // the SDO timeout
+    CHECK(bench.board.response == Bytes(kExecute));
+    CHECK(bench.port.sent.size() == 1);
+  }
+  SECTION("in which a byte comes") {
+    bench.station.modbus().on_byte(0, static_cast<std::uint32_t>(end - 1));
+    CHECK(bench.station.turn() == kNever);
+    bench.board.time = end;
+    CHECK(bench.station.turn() == kNever);
+    CHECK(bench.board.response.empty());
+    CHECK(bench.port.sent.empty());
+  }
+}
+
+TEST_CASE("There are the window, process data and diagnostics, and nothing between them") {
+  Bench bench;
+  const auto missing = Bytes({0x01, 0x83, 0x02, 0xC0, 0xF1});
+  CHECK(bench.ask({0x01, 0x03, 0x00, 0x00, 0x00, 0x01, 0x84, 0x0A}) == missing);  // R0
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x73, 0x00, 0x01, 0x77, 0x39}) == missing);  // R3699
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0xB9, 0x00, 0x02, 0x17, 0x06}) == missing);  // R3769 and R3770
+  CHECK(bench.ask({0x01, 0x03, 0x0F, 0x58, 0x00, 0x01, 0x06, 0xCD}) == missing);  // R3928
+  CHECK(bench.ask({0x01, 0x03, 0x10, 0x24, 0x00, 0x01, 0xC0, 0xC1}) == missing);  // R4132
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x46, 0x86, 0xCA}).size() == 5 + 2 * 70);
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0xD8, 0x00, 0x7D, 0x07, 0x38}).size() == 5 + 2 * 125);
+  CHECK(bench.ask({0x01, 0x03, 0x0F, 0x57, 0x00, 0x01, 0x36, 0xCE}).size() == 5 + 2);
+  CHECK(bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13}).size() == 5 + 2 * 32);
 }
 
 TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   Bench bench;
   bench.board.report[0] = {regmap::ResetCause::kWatchdog, 2048, 400, 7, {0x10001, 2, 3, 4, 5}};
   bench.board.state[0] = BusState::kErrorPassive;
-  bench.board.time = 4'294'967'296'999;  // 2^32 ms and 999 us
+  bench.board.time = 4'294'967'296'999 - Bench::kAsking;  // 2^32 ms and 999 us
   bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
-  CHECK(bench.registers[4100] == 0x0001);  // version 0.1.0
-  CHECK(bench.registers[4101] == 0);
+  CHECK(bench.reg(4100) == 0x0001);  // version 0.1.0
+  CHECK(bench.reg(4101) == 0);
   CHECK(bench.pair(4102) == 0);  // 2^32 ms, modulo 2^32
-  CHECK(bench.registers[4104] == 4);
-  CHECK(bench.registers[4105] == 2048);
-  CHECK(bench.registers[4106] == 400);
-  CHECK(bench.registers[4107] == 0x11);
+  CHECK(bench.reg(4104) == 4);
+  CHECK(bench.reg(4105) == 2048);
+  CHECK(bench.reg(4106) == 400);
+  CHECK(bench.reg(4107) == 0x11);
   CHECK(bench.pair(4108) == 0);
   CHECK(bench.pair(4110) == 0);
   CHECK(bench.pair(4112) == 0);
@@ -170,13 +209,13 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   CHECK(bench.pair(4126) == 0);
   bench.board.report[0].stack_used = 500;
   bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});  // R3700: nobody reads them
-  CHECK(bench.registers[4106] == 400);
-  bench.board.time += 1'234'567'001;
-  bench.registers[3700] = 0xCA0E;  // with command 0
+  CHECK(bench.reg(4106) == 400);
+  bench.board.time += 1'234'567'001 - 2 * Bench::kAsking;
+  bench.reg(3700) = 0xCA0E;  // with command 0
   bench.station.turn();
   bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
   CHECK(bench.pair(4102) == 1'234'568);
-  CHECK(bench.registers[4106] == 500);
+  CHECK(bench.reg(4106) == 500);
   CHECK(bench.pair(4108) == 2);
   CHECK(bench.pair(4126) == 1);
   CHECK(bench.pair(4128) == 1);
@@ -185,18 +224,18 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
 
 TEST_CASE("The diagnostics registers cannot be written") {
   Bench bench;
-  CHECK(bench.ask({0x01, 0x06, 0x10, 0x04, 0x00, 0x01, 0x0D, 0x0B}) == bytes({0x01, 0x86, 0x02, 0xC3, 0xA1}));
+  CHECK(bench.ask({0x01, 0x06, 0x10, 0x04, 0x00, 0x01, 0x0D, 0x0B}) == Bytes({0x01, 0x86, 0x02, 0xC3, 0xA1}));
 }
 
 TEST_CASE("Two networks: a transaction goes out on the port of the station that it was written to") {
   TwoNetworks bench;
   bench.prepare(0);
-  bench.prepare(TwoNetworks::kSecond);
+  bench.prepare(1);
   CHECK(bench.ask({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F}) ==
-        bytes({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F}));
+        Bytes({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F}));
   CHECK(bench.port.sent.empty());
   CHECK(bench.second_port.sent == std::deque<std::string>{"605#4000200000000000"});
-  CHECK(bench.registers[3700] == 0);
+  CHECK(bench.reg(3700) == 0);
   bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
   CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
   CHECK(bench.second_port.sent.size() == 1);
@@ -205,27 +244,27 @@ TEST_CASE("Two networks: a transaction goes out on the port of the station that 
 TEST_CASE("Two networks: answers reach the coprocessor of the network that they arrived on") {
   TwoNetworks bench;
   bench.prepare(0);
-  bench.prepare(TwoNetworks::kSecond);
+  bench.prepare(1);
   bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
   bench.ask({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F});
   bench.board.arrived[1].push_back(test::frame_from("585#4300200078563412"));
   CHECK(bench.ask({0x02, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xCD}) ==
-        bytes({0x02, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
+        Bytes({0x02, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
                0x00, 0x00, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0x65, 0x70}));
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}) ==
-        bytes({0x01, 0x03, 0x02, 0xCA, 0x0E, 0x6F, 0x20}));
+        Bytes({0x01, 0x03, 0x02, 0xCA, 0x0E, 0x6F, 0x20}));
   bench.board.arrived[0].push_back(test::frame_from("585#4300200001000000"));
   bench.station.turn();
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xFE}) ==
-        bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
+        Bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
                0x00, 0x00, 0x00, 0x04, 0x00, 0x01, 0x00, 0x00, 0xEC, 0x12}));
-  CHECK(bench.registers[TwoNetworks::kSecond + 3706] == 0x5678);
+  CHECK(bench.reg(3706, 1) == 0x5678);
 }
 
 TEST_CASE("Two networks: a broadcast of CA0Eh starts a transaction on each") {
   TwoNetworks bench;
   bench.prepare(0);
-  bench.prepare(TwoNetworks::kSecond);
+  bench.prepare(1);
   CHECK(bench.ask({0x00, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1D, 0x8D}).empty());
   CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
   CHECK(bench.second_port.sent == std::deque<std::string>{"605#4000200000000000"});
@@ -234,17 +273,19 @@ TEST_CASE("Two networks: a broadcast of CA0Eh starts a transaction on each") {
 TEST_CASE("Two networks: a turn says when the next one is due on either") {
   TwoNetworks bench;
   CHECK(bench.station.turn() == kNever);
-  bench.prepare(TwoNetworks::kSecond);
+  bench.prepare(1);
   bench.ask({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F});
-  CHECK(bench.station.turn() == 1'001'000);
+  const Time second_due = bench.board.time + 1'000'000;
+  CHECK(bench.station.turn() == second_due);
   bench.board.time += 500'000;
   bench.prepare(0);
   bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
-  CHECK(bench.station.turn() == 1'001'000);
-  bench.board.time = 1'001'000;
-  CHECK(bench.station.turn() == 1'501'000);
-  CHECK(bench.registers[TwoNetworks::kSecond + 3700] == 4);
-  CHECK(bench.registers[3700] == 0xCA0E);
+  const Time first_due = bench.board.time + 1'000'000;
+  CHECK(bench.station.turn() == second_due);
+  bench.board.time = second_due;
+  CHECK(bench.station.turn() == first_due);
+  CHECK(bench.reg(3700, 1) == 4);
+  CHECK(bench.reg(3700) == 0xCA0E);
 }
 
 TEST_CASE("Two networks: each shows diagnostics of its own CAN controller and transactions") {
@@ -252,15 +293,15 @@ TEST_CASE("Two networks: each shows diagnostics of its own CAN controller and tr
   bench.board.report[0].can.received = 10;
   bench.board.report[1].can.received = 20;
   bench.board.state[1] = BusState::kBusOff;
-  bench.registers[TwoNetworks::kSecond + 3700] = 0xCA0E;  // with command 0
+  bench.reg(3700, 1) = 0xCA0E;  // with command 0
   bench.station.turn();
   bench.ask({0x02, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x20});
-  CHECK(bench.registers[TwoNetworks::kSecond + 4107] == 0x10);
-  CHECK(bench.pair(TwoNetworks::kSecond + 4116) == 20);
-  CHECK(bench.pair(TwoNetworks::kSecond + 4126) == 1);
+  CHECK(bench.reg(4107, 1) == 0x10);
+  CHECK(bench.pair(4116, 1) == 20);
+  CHECK(bench.pair(4126, 1) == 1);
   CHECK(bench.pair(4116) == 0);  // nobody has asked
   bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
-  CHECK(bench.registers[4107] == 0);
+  CHECK(bench.reg(4107) == 0);
   CHECK(bench.pair(4116) == 10);
   CHECK(bench.pair(4126) == 0);
 }

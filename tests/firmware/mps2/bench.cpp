@@ -11,7 +11,6 @@ namespace cbcan::test {
 
 using namespace cbcan::boards;
 
-[[gnu::section(".registers")]] std::uint16_t registers[regmap::kRegisterFileWords];
 Bench bench;
 
 namespace {
@@ -105,7 +104,7 @@ void Reference::check(Time now) {
 
 Bench::Bench()
     : board({115'200, 115'200, 500}, mps2::take_reset_cause()),
-      station(registers, *this, {&to_nodes}, {}),
+      station(*this, {&to_nodes}, {}),
       nodes{Device{kFirstNode, to_coprocessor, 1000}, Device{kFirstNode + 1, to_coprocessor, 1300},
             Device{kFirstNode + 2, to_coprocessor, 1700}, Device{kGuarded, to_coprocessor}} {}
 
@@ -130,7 +129,7 @@ void Bench::put(std::span<const std::uint8_t> bytes) {
 }
 
 std::span<const std::uint8_t> Bench::await_response() {
-  for (const Time end = board.now() + kMillisecond; response_.empty(); turn(end))
+  for (const Time end = board.now() + 2 * kMillisecond; response_.empty(); turn(end))
     check_at_most(now_, end, "Modbus response");
   const auto end = std::copy(response_.begin(), response_.end(), received_response_.begin());
   response_ = {};
@@ -171,7 +170,7 @@ void Bench::watch() {
     last_count_ = count;
     next_check_ = now_ + kCheckInterval;
   }
-  const bool executing = registers[regmap::kExecuteFlag] == regmap::kExecute;
+  const bool executing = station.registers().window[0] == regmap::kExecute;
   if (executing != executing_) (executing ? begun : ended) = now_;
   executing_ = executing;
 }

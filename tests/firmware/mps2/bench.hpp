@@ -131,6 +131,5 @@ class Bench final : public boards::Hardware {
 };
 
 extern Bench bench;
-extern std::uint16_t registers[regmap::kRegisterFileWords];
 
 }  // namespace cbcan::test

@@ -23,15 +23,7 @@ class Device final : public Application {
   unsigned resets = 0;
 
  private:
-  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
-    return AbortCode::kGeneral;
-  }
-  AbortCode on_write(const ObjectEntry&, std::uint8_t, std::span<const std::uint8_t>, Time) override {
-    return AbortCode::kNone;
-  }
-  void on_stored(const ObjectEntry&, std::uint8_t, Time) override {}
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
-  void on_nmt_state(nmt::State, Time) override {}
 
   std::uint16_t heartbeat_ms_;
   std::array<std::uint8_t, 192> values_{};

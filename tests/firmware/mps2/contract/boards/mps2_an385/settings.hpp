@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The settings of the image that the contract's suite runs on, in place of the board's own: a request needs
+/// no silence behind it, as the suite's clock stands still meanwhile.
+
+#include "boards/mps2_an385/board.hpp"
+
+namespace cbcan::boards::mps2 {
+
+inline constexpr std::size_t kNetworks = 1;
+inline constexpr Board::Settings kBoardSettings{115'200, 115'200, 500};
+inline constexpr Station<kNetworks>::Settings kStationSettings{
+    .modbus = {.silence_us = 0, .gap_us = 250'000}, .coprocessors = {}};
+
+}  // namespace cbcan::boards::mps2

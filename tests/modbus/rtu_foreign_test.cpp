@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT
+// Bytes that are meant for another station, with bytes in them that would be a request for this one, 1. The
+// CRCs were worked out with another implementation.
+#include "modbus/line.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan {
+namespace {
+
+using test::Bytes;
+using test::filled;
+using test::hex;
+using test::late_port;
+using test::Line;
+
+const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
+const Bytes kValue = hex("01 03 02 12 34 B5 33");
+/// A request to station 9, and its response.
+const Bytes kAsked = hex("09 03 00 6B 00 03 75 5F");
+const Bytes kAnswered = hex("09 03 06 02 2B 00 00 00 64 62 BA");
+/// Writes 0BADh to R0 of station 1.
+const char* const kHarm = "01 06 00 00 0B AD 4F 47";
+
+/// A foreign frame with kHarm in it.
+struct Trap {
+  Bytes head;
+  Bytes tail;
+};
+
+/// A request to FC 16 of 60h registers: the CRC of its first six bytes is the count and the first byte of
+/// data.
+const Trap kRequest{hex("02 10 00 00 00 60 C0 12"), filled("", 183, "36 6F")};
+/// A response to FC 3 of ten registers: the CRC of its first six bytes is the next two.
+const Trap kResponse{hex("09 03 14 00 00 00 41 72"), filled("", 7, "66 1D")};
+
+/// R0 is 1234h.
+struct ReadyLine : Line {
+  explicit ReadyLine(const RtuServer::Settings& settings = {}) : Line(settings) {
+    words[0] = 0x1234;
+    gap();
+  }
+  using Line::send;
+  /// With a pause behind kHarm that is no gap here: enough silence for a request.
+  void send(const Trap& trap) {
+    send(trap.head);
+    send(hex(kHarm));
+    now += 2'000;
+    CHECK(server.poll(now) == RtuServer::kNoRequest);
+    send(trap.tail);
+  }
+  /// Nothing has been executed; our request is heard, after a gap if it needs one.
+  void check_unharmed(bool without_gap = false) {
+    CHECK_FALSE(request_waits());
+    CHECK(words[0] == 0x1234);
+    if (!without_gap) gap();
+    send(kRead);
+    CHECK(response() == kValue);
+    CHECK(server.counters().slave_messages == 1);
+  }
+};
+
+TEST_CASE("RTU: a foreign request is not over where the CRC of its first bytes is right") {
+  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
+    RtuServer::Settings station_7 = settings;
+    station_7.station = 7;
+    Line line(station_7);
+    line.gap();
+    line.send(hex("09 10 00 00 00 06 0C 83 35 07 06 00 0A BA D0 DB 52 00 00 70 07"));
+    CHECK_FALSE(line.request_waits());
+    CHECK(line.words[10] == 0);
+    line.gap();
+    line.send(hex("07 06 00 0A BA D0 DB 52"));
+    CHECK(line.response() == hex("07 06 00 0A BA D0 DB 52"));
+    CHECK(line.server.counters().foreign_frames == 1);
+  }
+}
+
+TEST_CASE("RTU: where times are exact only silence ends a foreign frame") {
+  ReadyLine line;
+  line.send(kAsked);
+  SECTION("and what follows without it belongs to it") {
+    line.send(hex(kHarm));
+    line.check_unharmed();
+    CHECK(line.server.counters().foreign_frames == 0);
+    CHECK(line.server.counters().broken_frames == 1);
+  }
+  SECTION("of a gap") {
+    line.wait(1'750);
+    line.send(hex(kHarm));
+    line.check_unharmed();
+  }
+  SECTION("of more than a gap") {
+    line.gap();
+    line.send(kRead);
+    CHECK(line.response() == kValue);
+    CHECK(line.server.counters().foreign_frames == 1);
+  }
+}
+
+TEST_CASE("RTU: where times are exact a frame under way at the start is not heard") {
+  Line line;
+  line.now = 0;
+  line.send(hex(kHarm));
+  CHECK_FALSE(line.request_waits());
+  CHECK(line.words[0] == 0);
+  CHECK(line.ask(kRead) == hex("01 03 02 00 00 B8 44"));
+}
+
+TEST_CASE("RTU: where silence goes unseen foreign requests and responses end by their lengths") {
+  struct Row {
+    const char* request;
+    const char* response;
+  };
+  const Row rows[] = {
+      {"09 01 00 13 00 13 8D 4A", "09 01 03 CD 6B 05 43 CA"},
+      {"09 02 00 C4 00 16 B9 71", "09 02 03 AC DB 35 23 C0"},
+      {"09 03 00 6B 00 03 75 5F", "09 03 06 02 2B 00 00 00 64 62 BA"},
+      {"09 04 00 08 00 01 B1 40", "09 04 02 00 0A D8 F6"},
+      {"09 05 00 AC FF 00 4D 53", "09 05 00 AC FF 00 4D 53"},
+      {"09 06 00 01 00 03 99 43", "09 06 00 01 00 03 99 43"},
+      {"09 07 46 22", "09 07 6D 62 1F"},
+      {"09 0B 46 27", "09 0B FF FF 01 08 A5 31"},
+      {"09 0C 07 E5", "09 0C 08 00 00 01 08 01 21 20 00 27 A1"},
+      {"09 0F 00 13 00 0A 02 CD 01 15 0B", "09 0F 00 13 00 0A 25 41"},
+      {"09 10 00 01 00 02 04 00 0A 01 02 B8 50", "09 10 00 01 00 02 11 40"},
+      {"09 11 C7 EC", "09 11 03 41 42 FF DC 31"},
+      {"09 14 07 06 00 04 00 01 00 02 59 0F", "09 14 06 05 06 0D FE 00 20 EC 8E"},
+      {"09 15 09 06 00 04 00 07 00 01 06 AF 24 81", "09 15 09 06 00 04 00 07 00 01 06 AF 24 81"},
+      {"09 16 00 04 00 F2 00 25 66 48", "09 16 00 04 00 F2 00 25 66 48"},
+      {"09 17 00 03 00 01 00 0E 00 01 02 00 FF FA 87", "09 17 02 00 FE DD F5"},
+      {"09 18 04 DE 01 27", "09 18 00 06 00 02 01 B8 12 84 98 F2"},
+      {"09 03 00 6B 00 03 75 5F", "09 83 02 41 33"},
+      {"09 64 06 0B", "09 E4 01 2B 02"}};
+  for (const Row& row : rows) {
+    INFO(row.request);
+    ReadyLine line(late_port());
+    line.send(kAsked);
+    line.send(kAnswered);
+    line.send(hex(row.request));
+    if (row.request == std::string_view("09 64 06 0B")) line.gap();
+    line.send(hex(row.response));
+    CHECK(line.server.counters().foreign_frames == 4);
+    line.check_unharmed(true);
+    CHECK(line.server.counters().broken_frames == 0);
+  }
+}
+
+TEST_CASE("RTU: a foreign request does not end at the length of a response") {
+  ReadyLine line(late_port());
+  SECTION("when a request is due") {
+    line.send(kAsked);
+    line.send(kAnswered);
+  }
+  SECTION("when it is repeated") {
+    line.send(kAsked);
+    line.send(kAnswered);
+    line.send(kRequest);
+    line.gap();
+  }
+  SECTION("at the start") {}
+  SECTION("after a broken frame") {
+    line.send(hex("09 03 00"));
+    line.gap();
+  }
+  line.send(kRequest);
+  line.check_unharmed(true);
+}
+
+TEST_CASE("RTU: a foreign response does not end at the length of a request") {
+  ReadyLine line(late_port());
+  SECTION("when it is due") {
+    line.send(hex("09 03 00 00 00 0A C4 85"));
+  }
+  SECTION("when it is late") {
+    line.send(hex("09 03 00 00 00 0A C4 85"));
+    line.gap();
+  }
+  SECTION("at the start") {}
+  SECTION("after a broken frame") {
+    line.send(kAsked);
+    line.send(kAnswered);
+    line.send(hex("09 03 00"));
+    line.gap();
+  }
+  SECTION("after a frame that is neither a request nor a response") {
+    line.send(kAsked);
+    line.send(kAnswered);
+    line.send(hex("09 03 04 02 70 B9"));
+    line.gap();
+  }
+  line.send(kResponse);
+  line.check_unharmed(true);
+}
+
+TEST_CASE("RTU: a foreign response that could be a request still is one where its quantity says so") {
+  ReadyLine line(late_port());
+  SECTION("FC 16") {
+    line.send(hex("09 10 00 01 00 02 04 00 0A 01 02 B8 50"));
+    line.gap();
+    line.send(hex("09 10 00 01 00 02 11 40"));
+  }
+  SECTION("FC 3 of one register") {
+    line.send(hex("09 03 00 01 00 01 D4 82"));
+    line.gap();
+    line.send(hex("09 03 02 12 34 54 F2"));
+  }
+  line.check_unharmed(true);
+}
+
+TEST_CASE("RTU: a foreign request without a response is followed by a request to another station") {
+  ReadyLine line(late_port());
+  line.send(kAsked);
+  line.check_unharmed(true);
+}
+
+TEST_CASE("RTU: a foreign frame of unknown function ends with a gap") {
+  const Bytes frame = hex("09 64 12 34 4F 10");
+  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
+    ReadyLine line(settings);
+    line.send(frame);
+    SECTION("not where its CRC is right") {
+      line.send(hex(kHarm));
+      line.check_unharmed();
+      CHECK(line.server.counters().broken_frames == 1);
+    }
+    SECTION("and is right then") {
+      line.check_unharmed();
+      CHECK(line.server.counters().foreign_frames == 1);
+      CHECK(line.server.counters().broken_frames == 0);
+    }
+  }
+}
+
+TEST_CASE("RTU: a broadcast of unknown function is left to the others") {
+  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
+    ReadyLine line(settings);
+    line.send(hex("00 64 12 34 4C 8C"));
+    CHECK_FALSE(line.request_waits());
+    line.send(hex(kHarm));
+    line.check_unharmed();
+  }
+}
+
+TEST_CASE("RTU: a damaged foreign frame ends with the gap") {
+  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
+    ReadyLine line(settings);
+    Bytes damaged = kAsked;
+    damaged.back() ^= 1;
+    line.send(damaged);
+    line.send(hex(kHarm));
+    line.check_unharmed();
+    CHECK(line.server.counters().broken_frames == 1);
+    CHECK(line.server.counters().foreign_frames == 0);
+  }
+}
+
+/// A response is on its way: what comes is not heard.
+void begin_to_send(ReadyLine& line) {
+  line.send(kRead);
+  line.now += 1'750;
+  REQUIRE(line.server.poll(line.now) == 0);
+  CHECK(line.server.execute().size() == kValue.size());
+}
+
+TEST_CASE("RTU: the rest of a foreign frame that began while this station was sending is not heard") {
+  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
+    ReadyLine line(settings);
+    begin_to_send(line);
+    line.send(hex("09 10 00 00 00 06 0C 00 00"));
+    line.server.on_sent();
+    line.send(hex(kHarm));
+    CHECK_FALSE(line.request_waits());
+    CHECK(line.words[0] == 0x1234);
+    CHECK(line.ask(kRead) == kValue);
+    line.send(kRead);
+    CHECK(line.response() == kValue);
+  }
+}
+
+TEST_CASE("RTU: where times are exact not even as many bytes as the response has are taken for its echo") {
+  ReadyLine line;
+  begin_to_send(line);
+  line.send(hex("09 10 00 00 00 06 0C"));
+  line.server.on_sent();
+  line.send(hex(kHarm));
+  CHECK_FALSE(line.request_waits());
+}
+
+TEST_CASE("RTU: a foreign response whose request was not heard does not end at the length of a request") {
+  ReadyLine line(late_port());
+  begin_to_send(line);
+  line.send(hex("09 03 00 00 00 0A C4 85"));
+  line.server.on_sent();
+  line.gap();
+  line.send(kResponse);
+}
+
+TEST_CASE("RTU: the echo of a response is not taken for a foreign frame") {
+  ReadyLine line(late_port());
+  begin_to_send(line);
+  line.send(kValue);
+  line.server.on_sent();
+  line.send(kRead);
+  CHECK(line.response() == kValue);
+}
+
+}  // namespace
+}  // namespace cbcan

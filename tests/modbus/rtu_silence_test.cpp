@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// The silence behind a request, before its response (Serial Line V1.02, 2.5.1.1). The CRCs were worked out
+// with another implementation.
+#include "modbus/line.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan {
+namespace {
+
+using test::Bytes;
+using test::hex;
+using test::late_port;
+using test::Line;
+
+const Bytes kWrite = hex("01 06 00 00 00 07 C8 08");
+const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
+const Bytes kSeven = hex("01 03 02 00 07 F9 86");
+const Bytes kZero = hex("01 03 02 00 00 B8 44");
+
+static_assert(rtu_silence_us(1200) == 32'084);  // 3.5 * 11 / 1200 s
+static_assert(rtu_silence_us(9600) == 4'011);
+static_assert(rtu_silence_us(9600, 10) == 3'646);
+static_assert(rtu_silence_us(19'200) == 2'006);
+static_assert(rtu_silence_us(19'200, 10) == 1'823);
+static_assert(rtu_silence_us(19'201) == 1'750);
+static_assert(rtu_silence_us(115'200, 10) == 1'750);
+
+/// How long after its last byte a request is executed.
+struct Delay {
+  RtuServer::Settings settings;
+  std::uint32_t us;
+};
+
+TEST_CASE("RTU: a request is executed after its silence, and a poll before that says how long it takes") {
+  const Delay delays[] = {{{}, 1'750},
+                          {{.silence_us = 4'011, .gap_us = 4'011}, 4'011},
+                          {{.gap_us = 20'000}, 1'750},
+                          {{.response_delay_us = 1'000}, 1'750},
+                          {{.response_delay_us = 50'000}, 50'000},
+                          {{.silence_us = 0}, 0}};
+  for (const auto& [settings, us] : delays) {
+    INFO(us << " us");
+    Line line(settings);
+    line.gap();
+    line.send(kWrite);
+    if (us != 0) {
+      CHECK(line.server.poll(line.now) == us);
+      CHECK(line.server.poll(line.now + us - 1) == 1);
+    }
+    CHECK(line.words[0] == 0);
+    CHECK(line.server.poll(line.now + us) == 0);
+    CHECK(line.server.execute().size() == 8);
+    CHECK(line.words[0] == 7);
+  }
+}
+
+TEST_CASE("RTU: a time from before the last byte is not a long silence") {
+  Line line;
+  line.send(kWrite);
+  CHECK(line.server.poll(line.now - 10) == 1'760);
+}
+
+TEST_CASE("RTU: the counter of microseconds may wrap in the silence") {
+  Line line;
+  line.now = 0xFFFFFFFF - 8 * Line::kByteUs - 100;
+  line.send(kRead);
+  CHECK(line.server.poll(line.now + 1'749) == 1);
+  CHECK(line.response() == kZero);
+}
+
+TEST_CASE("RTU: a byte in the silence takes the request back, and only a gap helps") {
+  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
+    for (const std::uint32_t us : {1u, 96u, 1'749u}) {
+      INFO(settings.gap_us << " us, after " << us << " us");
+      Line line(settings);
+      line.gap();
+      line.send(kWrite);
+      line.wait(us);
+      line.send(hex("00"));
+      CHECK_FALSE(line.request_waits());
+      line.send(kWrite);
+      CHECK(line.server.poll(line.now + 1'750) == RtuServer::kNoRequest);
+      CHECK(line.words[0] == 0);
+      CHECK(line.server.counters().broken_frames == 1);
+      CHECK(line.server.counters().ignored_bytes == 9);
+      CHECK(line.server.counters().slave_messages == 0);
+      CHECK(line.ask(kRead) == kZero);
+    }
+  }
+}
+
+TEST_CASE("RTU: a byte in the silence takes a broadcast back") {
+  Line line;
+  line.send(hex("00 06 00 00 00 07 C9 D9 00"));
+  CHECK_FALSE(line.request_waits());
+  CHECK(line.words[0] == 0);
+}
+
+TEST_CASE("RTU: a request that nobody has executed gives way to the next one") {
+  for (const Bytes& request : {kWrite, hex("01 64 01 CB")}) {
+    Line line;
+    line.send(request);
+    line.gap();
+    line.send(kRead);
+    CHECK(line.response() == kZero);
+    CHECK(line.server.counters().broken_frames == 1);
+    CHECK(line.server.counters().foreign_frames == 0);
+    CHECK(line.server.counters().slave_messages == 1);
+  }
+}
+
+TEST_CASE("RTU: a byte in the response delay takes the request back too") {
+  RtuServer::Settings settings;
+  settings.response_delay_us = 50'000;
+  Line line(settings);
+  line.send(kWrite);
+  line.wait(49'999);
+  line.send(hex("01"));
+  CHECK_FALSE(line.request_waits());
+  CHECK(line.words[0] == 0);
+}
+
+TEST_CASE("RTU: a request that has been taken is not taken back") {
+  Line line;
+  line.send(kWrite);
+  REQUIRE(line.server.poll(line.now + 1'750) == 0);
+  line.send(hex("00"));
+  CHECK(line.server.execute().size() == 8);
+  CHECK(line.words[0] == 7);
+  line.server.on_sent();
+  CHECK(line.ask(kRead) == kSeven);
+}
+
+}  // namespace
+}  // namespace cbcan
