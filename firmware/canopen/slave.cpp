@@ -65,9 +65,8 @@ void Slave::on_frame(const Frame& frame, Time now) {
   if (frame.id == sdo::kRequestId + node_id_) {
     if (state_ == nmt::State::kStopped) return;
     sdo_server_.on_frame(frame, now);
-  } else if (frame.id == nmt::kCommandId) {
-    const bool for_us = frame.data[1] == node_id_ || frame.data[1] == nmt::kAllNodes;
-    if (frame.flags == 0 && frame.length >= 2 && for_us && nmt::is_command(frame.data[0]))
+  } else if (nmt::is_command(frame)) {
+    if (frame.data[1] == node_id_ || frame.data[1] == nmt::kAllNodes)
       command(static_cast<nmt::Command>(frame.data[0]), now);
   } else if (frame.id == nmt::kErrorControlId + node_id_ && frame.flags == Frame::kRemote) {
     // A device is guarded or has a heartbeat, not both (CiA 301, 7.2.8.3.2.2).

@@ -38,6 +38,7 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
 void LocalNode::on_frame(const Frame& frame, Time now) {
   const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
   if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) emergencies_.on_frame(frame);
+  if (nmt::is_command(frame)) monitor_.doubt(static_cast<nmt::Command>(frame.data[0]), frame.data[1]);
   device_.on_frame(frame, now);
 }
 

@@ -110,14 +110,16 @@ bool readable(std::size_t quantity) {
 
 }  // namespace
 
-// ---- Interrupt
-
 RtuServer::RtuServer(std::span<const RegisterMap> networks, const Settings& settings)
     : networks_(networks),
       settings_(settings),
       skipping_(times_are_exact()),
       asked_(kAnybodys),
-      crc_(kCrcStart) {}
+      crc_(kCrcStart) {
+  settings_.gap_us = std::max(settings.gap_us, settings.silence_us);
+}
+
+// ---- Interrupt
 
 void RtuServer::on_byte(std::uint8_t byte, std::uint32_t now_us) {
   const bool after_gap = now_us - last_us_.load(std::memory_order_relaxed) > settings_.gap_us;
@@ -172,6 +174,7 @@ void RtuServer::look_for_end() {
   }
   if (!is_for_us()) return on_foreign_frame();
   asked_ = kNobodys;
+  unheard_ = 0;
   state_.store(State::kRequest, std::memory_order_release);
 }
 
@@ -320,7 +323,6 @@ void RtuServer::on_sent() {
 /// frame.
 void RtuServer::listen(std::size_t echo) {
   const bool missed = unheard_ != 0 && unheard_ != echo;
-  unheard_ = 0;
   begin_frame();
   skipping_ = missed || times_are_exact();
   if (missed) asked_ = kAnybodys;

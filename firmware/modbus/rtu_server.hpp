@@ -72,9 +72,10 @@ class RtuServer final {
   struct Settings {
     std::uint8_t station = 1;         ///< own address, of the first network; of all of them within 1..247
     std::uint32_t silence_us = 1750;  ///< t3.5 of the line: rtu_silence_us()
-    /// Longest time from one byte of a frame to the next, as on_byte() is told it, in us: the silence. More
-    /// where bytes come late or in bunches, as in an emulator or over USB; nothing waits for it.
-    std::uint32_t gap_us = 1750;
+    /// Longest time from one byte of a frame to the next, as on_byte() is told it, in us, where that is more
+    /// than the silence, because bytes come late or in bunches as in an emulator or over USB. Nothing waits
+    /// for it.
+    std::uint32_t gap_us = 0;
     /// From a request to its response, in us, where that is more than the silence; at most 50,000. For
     /// masters whose transceivers are slow to listen.
     std::uint32_t response_delay_us = 0;

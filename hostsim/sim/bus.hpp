@@ -12,8 +12,8 @@
 #include <memory>
 #include <vector>
 
-#include "cbcan/frame.hpp"
 #include "cbcan/can_port.hpp"
+#include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::sim {

@@ -187,7 +187,7 @@ TEST_CASE("[OBJ-29] 3007h: init") {
   }
 }
 
-TEST_CASE("[OBJ-30] 3007h: reset by the PLC") {
+TEST_CASE("[OBJ-30] 3007h: reset by the PLC or another master") {
   struct Row {
     std::uint16_t service;
     const char *to_it, *to_all;
@@ -211,6 +211,11 @@ TEST_CASE("[OBJ-30] 3007h: reset by the PLC") {
     check_state(window, 5, shown);
     check_state(window, 6, shown);
     check_state(window, Window::kOwnNode, kPreOperational);
+  }
+  SECTION("of another master") {
+    window.arrive(to_it);
+    check_state(window, 5, shown);
+    check_state(window, 6, kOperational);
   }
   SECTION("it has not heard the command") {
     command(window, service, 5, to_it);

@@ -226,6 +226,30 @@ TEST_CASE("[STATE-7] in doubt after an NMT command") {
   }
 }
 
+TEST_CASE("[STATE-9] a command of another master") {
+  Window window;
+  window.arrive("705#04");
+  SECTION("to the node") {
+    window.arrive("000#0105");
+  }
+  SECTION("to all") {
+    window.arrive("000#0100");
+  }
+  SECTION("longer than it need be") {
+    window.arrive("000#010500");
+  }
+  SECTION("what is none, or for another node, changes nothing") {
+    for (const char* frame : {"000#01", "000#0305", "000#0106", "000#R2", "00000000#0105"})
+      window.arrive(frame);
+    return check_state(window, 4);
+  }
+  window.read(5, 0x300C, 0, 0);
+  window.exchange({{"705#R1", "705#05"}});
+  window.check_done();
+  CHECK(window.reg(3706) == 5);
+  check_state(window, 5);
+}
+
 TEST_CASE("[STATE-8] started right after its boot-up") {
   Window window;
   window.arrive("705#00");

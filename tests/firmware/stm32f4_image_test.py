@@ -5,16 +5,17 @@
 QEMU's netduinoplus2 is an STM32F405 with the USARTs, TIM2 and the flash where the F446 has them; clocks, pins, watchdog and CAN are not there and
 read as 0. So the image finds no PLL and stays at 16 MHz, and no CAN controller, which shows as bus-off. TIM2 counts 62.5 times too fast:
 20 ms between two bytes are 0.3 ms, which a loaded host exceeds. A request without an answer is repeated, as a Modbus client does. TIM2 has no
-compare channel, which would end the image's sleep before a response: the test raises its interrupt every millisecond.
+compare channel, which would end the image's sleep before a response: the test raises its interrupt instead.
 
 usage: stm32f4_image_test.py IMAGE.elf
 """
 
 import pathlib
+import select
 import struct
 import subprocess
 import sys
-import threading
+import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
@@ -25,26 +26,6 @@ from simulator import program_from_arguments, wait_until  # noqa: E402
 FLASH, RAM, STACK = 0x08000000, 0x20000000, 2048
 MOST_TEXT, MOST_RAM = 40 * 1024, 16 * 1024
 ANSWER_WITHIN = 1  # seconds; later it would be taken for the answer to the next request
-
-
-class CompareChannel:
-    """Of TIM2: interrupt 28 (RM0390, table 38), by QEMU's protocol "qtest", until it is stopped."""
-
-    def __init__(self, line):
-        self.line = line
-        self.ended = threading.Event()
-        self.thread = threading.Thread(target=self.run, daemon=True)
-        self.thread.start()
-
-    def run(self):
-        pulse = "".join(f"set_irq_in /machine/unattached/device[0]/armv7m unnamed-gpio-in 28 {level}\n" for level in (1, 0))
-        while not self.ended.wait(0.001):
-            self.line.send(pulse.encode())
-            self.line.receive(len("OK\nOK\n"))
-
-    def stop(self):
-        self.ended.set()
-        self.thread.join()
 
 
 class Machine:
@@ -60,17 +41,11 @@ class Machine:
             self.line.accept()
             self.hardware.accept()
         except OSError:
-            self.stop()
+            self.__exit__()
             raise
-        self.line.socket.settimeout(ANSWER_WITHIN)
-        self.channel = CompareChannel(self.hardware)
         return self
 
     def __exit__(self, *_):
-        self.channel.stop()
-        self.stop()
-
-    def stop(self):
         self.process.kill()
         self.process.wait()
         self.line.close()
@@ -80,12 +55,19 @@ class Machine:
         """What comes back within ANSWER_WITHIN, up to `expected` bytes."""
         self.line.send(frame)
         answer = b""
-        try:
-            while len(answer) < expected:
+        end = time.monotonic() + ANSWER_WITHIN
+        while len(answer) < expected and time.monotonic() < end:
+            if select.select([self.line.socket], [], [], 0.01)[0]:
                 answer += self.line.socket.recv(expected - len(answer))
-        except TimeoutError:
-            pass
+            else:
+                self.raise_timer_interrupt()
         return answer
+
+    def raise_timer_interrupt(self):
+        """28 (RM0390, table 38), by QEMU's protocol "qtest"."""
+        for level in 1, 0:
+            self.hardware.send(f"set_irq_in /machine/unattached/device[0]/armv7m unnamed-gpio-in 28 {level}\n".encode())
+            self.hardware.receive(len("OK\n"))
 
     def ask(self, request, expected):
         frame = b"\x01" + request

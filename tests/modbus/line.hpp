@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +35,8 @@ struct LineOf {
   static constexpr std::uint32_t kByteUs = 96;       ///< 11 bits
   static constexpr std::uint32_t kSilenceUs = 1750;  ///< t3.5
 
-  explicit LineOf(const RtuServer::Settings& settings) : gap_us(settings.gap_us), server(maps, settings) {}
+  explicit LineOf(const RtuServer::Settings& settings)
+      : gap_us(std::max(settings.gap_us, settings.silence_us)), server(maps, settings) {}
 
   void send(const Bytes& bytes) {
     for (const std::uint8_t byte : bytes) {

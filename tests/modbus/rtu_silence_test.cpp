@@ -33,11 +33,11 @@ struct Delay {
 
 TEST_CASE("RTU: a request is executed after its silence, and a poll before that says how long it takes") {
   const Delay delays[] = {{{}, 1'750},
-                          {{.silence_us = 4'011, .gap_us = 4'011}, 4'011},
+                          {{.silence_us = 4'011}, 4'011},
                           {{.gap_us = 20'000}, 1'750},
                           {{.response_delay_us = 1'000}, 1'750},
                           {{.response_delay_us = 50'000}, 50'000},
-                          {{.silence_us = 0}, 0}};
+                          {{.silence_us = 0, .gap_us = 1'750}, 0}};
   for (const auto& [settings, us] : delays) {
     INFO(us << " us");
     Line line(settings);

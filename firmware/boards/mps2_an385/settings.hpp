@@ -10,7 +10,7 @@ namespace cbcan::boards::mps2 {
 inline constexpr std::size_t kNetworks = 1;  ///< the adapter on UART1
 inline constexpr Board::Settings kBoardSettings{115'200, 115'200, 500};
 /// Modbus station 1, CANopen node 127. The gap is for an emulator on a loaded PC, yet below what clients wait
-/// for a response; on a bench it is the silence.
+/// for a response; on a bench leave it out.
 inline constexpr Station<kNetworks>::Settings kStationSettings{
     .modbus = {.silence_us = rtu_silence_us(kBoardSettings.modbus_baud, 10), .gap_us = 250'000},
     .coprocessors = {}};

@@ -8,9 +8,10 @@
 /// for one handshake, bounded.
 ///
 /// Reception: FIFO 0 has what is addressed to this node - SDO answers and requests, NMT commands, node
-/// guarding requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC, PDOs.
-/// Each has its own queue in memory too, so that a storm of EMCY messages fills its own places and loses no
-/// SDO answer. Other frames are turned away by the filters: SDO requests to other nodes, 29-bit identifiers.
+/// guarding requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC, TIME,
+/// PDOs. Each has its own queue in memory too, so that a storm of EMCY messages fills its own places and
+/// loses no SDO answer. Other frames are turned away by the filters: SDO requests to other nodes, 29-bit
+/// identifiers.
 ///
 /// Bus-off: the controller is told to recover (ABOM = 0) by poll(), once every mailbox has been emptied; from
 /// bus-off to recovery try_send() takes nothing. With ABOM = 1 the controller comes back by itself, and

@@ -24,7 +24,7 @@ struct Settings {
 inline constexpr std::size_t kNetworks = 1;  ///< the driver runs CAN1
 inline constexpr Settings kBoardSettings{};
 /// Modbus station 1, CANopen node 127. A gap of 20 ms, as the ST-LINK passes bytes on in packets; on RS-485
-/// it is the silence.
+/// leave it out.
 inline constexpr std::uint32_t kSilence = rtu_silence_us(kBoardSettings.baud, bits(kBoardSettings.format));
 inline constexpr Station<kNetworks>::Settings kStationSettings{
     .modbus = {.station = 1, .silence_us = kSilence, .gap_us = 20'000, .response_delay_us = 0},

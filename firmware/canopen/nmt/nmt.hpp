@@ -57,6 +57,11 @@ constexpr bool is_command(std::uint8_t value) {
   return false;
 }
 
+/// A master's command: specifier, node ID.
+constexpr bool is_command(const Frame& frame) {
+  return frame.id == kCommandId && frame.flags == 0 && frame.length >= 2 && is_command(frame.data[0]);
+}
+
 constexpr Frame command_frame(Command command, std::uint8_t node) {
   Frame frame;
   frame.id = kCommandId;

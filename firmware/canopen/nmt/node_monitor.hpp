@@ -63,7 +63,8 @@ class NodeMonitor {
   };
   Report report(std::uint8_t node) const { return nodes_[node].report; }
 
-  /// This NMT command has gone out to this node, 0 = to all: what it reported before may no longer be so.
+  /// This NMT command has gone to this node, 0 = to all, from here or from another master: what it reported
+  /// before may no longer be so.
   void doubt(nmt::Command command, std::uint8_t node);
   bool in_doubt(std::uint8_t node) const { return (nodes_[node].state & kDoubted) != 0; }
 
