@@ -165,7 +165,7 @@ TEST_CASE("[SCAN-7] 0 otherwise does nothing") {
   CHECK(window.in() == Words{1, 5, 1, 0, 0, 0});
 }
 
-TEST_CASE("[SCAN-8] a request without all its words is refused") {
+TEST_CASE("[SCAN-8] [R601-6] a request without all its words is refused") {
   Scanner window;
   window.get_started();
   SECTION("the number alone") {
@@ -228,7 +228,7 @@ TEST_CASE("[SCAN-9] the words that a request needs") {
   }
 }
 
-TEST_CASE("[SCAN-10] IN after a start") {
+TEST_CASE("[SCAN-10] [R601-5] IN after a start") {
   Scanner window;
   Words words(68);
   words[1] = 5;

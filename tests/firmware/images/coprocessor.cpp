@@ -14,17 +14,23 @@ volatile BusState& bus = *reinterpret_cast<volatile BusState*>(0x40000100);
 Port port;
 std::uint16_t window[regmap::kWindowWords];
 std::uint16_t process[regmap::kProcessWords];
+std::uint16_t scanner_out[regmap::kScannerOutWords];
+std::uint16_t scanner_in[regmap::kScannerInWords];
 alignas(Coprocessor) std::byte memory[sizeof(Coprocessor)];
 
 }  // namespace
 
 extern "C" void run() {
-  auto& coprocessor = *new (memory) Coprocessor(RegisterWindow(window), process, *new (&port) Port, {});
+  auto& coprocessor = *new (memory) Coprocessor(RegisterWindow(window), process, *new (&port) Port, {},
+                                                ScannerWindow(scanner_out, scanner_in));
   coprocessor.start(hardware.now);
   for (;;) {
     coprocessor.on_bus_state(bus, hardware.now);
     if (hardware.received) coprocessor.on_frame(hardware.in, hardware.now);
-    coprocessor.on_registers_written(hardware.now);
+    if (hardware.written != 0) {
+      coprocessor.on_plc(hardware.now);
+      coprocessor.on_registers_written(hardware.first, hardware.written, hardware.now);
+    }
     coprocessor.poll(hardware.now);
   }
 }
