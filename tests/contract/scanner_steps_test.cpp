@@ -3,7 +3,6 @@
 // it at each step.
 
 #include "contract/window.hpp"
-#include "support/frame_text.hpp"
 #include "support/scanner_plc.hpp"
 
 using namespace cbcan::contract;
@@ -13,6 +12,25 @@ namespace {
 
 constexpr unsigned kOut = 500;
 constexpr unsigned kIn = 600;
+
+using Bytes = cbcan::test::CountingNode::Bytes;
+
+Bytes bytes_of(const std::string& frame) {
+  Bytes bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bytes[i] = static_cast<std::uint8_t>(std::stoul(frame.substr(4 + 2 * i, 2), nullptr, 16));
+  return bytes;
+}
+
+std::string frame_of(const Bytes& bytes) {
+  std::string frame = "585#";
+  for (const unsigned byte : bytes) {
+    char text[3];
+    std::snprintf(text, sizeof text, "%02X", byte & 0xFF);
+    frame += text;
+  }
+  return frame;
+}
 
 /// A PLC program, its Modbus master, a module, and a node that takes its time.
 class Plant {
@@ -32,11 +50,11 @@ class Plant {
   }
   void node_takes() {
     for (std::string frame = target_->next_frame(); !frame.empty(); frame = target_->next_frame())
-      node.on_frame(cbcan::test::frame_from(frame));
+      if (frame.starts_with("605#")) node.on_request(bytes_of(frame));
   }
   void node_responds() {
     for (; !node.responses.empty(); node.responses.pop_front())
-      target_->arrive(cbcan::test::text_of(node.responses.front()));
+      target_->arrive(frame_of(node.responses.front()));
   }
 
   // What may happen.

@@ -32,7 +32,7 @@ class ScannedModule final : public CanPort {
 
   /// The bus.
   bool try_send(const Frame& frame) override {
-    node.on_frame(frame);
+    if (frame.id == 0x600u + kScannedNode) node.on_request(frame.data);
     while (due_.size() < node.responses.size())
       due_.push_back(now + node_delay);
     return true;
@@ -62,7 +62,7 @@ class ScannedModule final : public CanPort {
 
   void deliver_response() {
     if (node.responses.empty()) return;
-    const Frame frame = node.responses.front();
+    const Frame frame{.id = 0x580u + kScannedNode, .length = 8, .data = node.responses.front()};
     lose_response();
     coprocessor->on_frame(frame, now);
     poll();

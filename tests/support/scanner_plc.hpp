@@ -12,7 +12,6 @@
 #include <map>
 #include <vector>
 
-#include "cbcan/frame.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::test {
@@ -28,33 +27,32 @@ inline std::uint32_t scanned_value(std::uint16_t index, std::uint8_t sub) {
 /// one: the value written, or index and sub-index read.
 class CountingNode {
  public:
-  /// A frame of the coprocessor's; its response waits in `responses`.
-  void on_frame(const Frame& frame) {
-    if (frame.id == 0) ++nmt_commands;
-    if (frame.id != 0x600u + kScannedNode || frame.data[0] == 0x80) return;
-    const auto index = static_cast<std::uint16_t>(frame.data[1] | frame.data[2] << 8);
-    const bool write = frame.data[0] == 0x23;
-    std::uint32_t value = scanned_value(index, frame.data[3]);
-    ++(write ? written[load32(frame)] : read[std::uint32_t{index} << 8 | frame.data[3]]);
+  using Bytes = std::array<std::uint8_t, 8>;  ///< of a frame
+
+  /// A frame on 600h + 5; the response, on 580h + 5, waits in `responses`.
+  void on_request(const Bytes& bytes) {
+    constexpr std::uint8_t kAbort = 0x80, kWrite4 = 0x23;
+    if (bytes[0] == kAbort) return;
+    const bool write = bytes[0] == kWrite4;
+    const auto index = static_cast<std::uint16_t>(bytes[1] | bytes[2] << 8);
+    std::uint32_t value = scanned_value(index, bytes[3]);
+    ++(write ? written[load32(bytes)] : read[std::uint32_t{index} << 8 | bytes[3]]);
     ++transfers;
-    Frame response{.id = 0x580u + kScannedNode, .length = 8};
-    std::copy_n(frame.data.begin() + 1, 3, response.data.begin() + 1);
-    response.data[0] = write ? 0x60 : 0x43;
+    Bytes response{write ? std::uint8_t{0x60} : std::uint8_t{0x43}, bytes[1], bytes[2], bytes[3]};
     for (unsigned i = 4; i < 8 && !write; ++i, value >>= 8)
-      response.data[i] = static_cast<std::uint8_t>(value);
+      response[i] = static_cast<std::uint8_t>(value);
     responses.push_back(response);
   }
 
-  std::map<std::uint32_t, int> written;
-  std::map<std::uint32_t, int> read;
+  std::map<std::uint32_t, unsigned> written;
+  std::map<std::uint32_t, unsigned> read;
   unsigned transfers = 0;
-  unsigned nmt_commands = 0;
-  std::deque<Frame> responses;
+  std::deque<Bytes> responses;
 
  private:
-  static std::uint32_t load32(const Frame& frame) {
-    return frame.data[4] | std::uint32_t{frame.data[5]} << 8 | std::uint32_t{frame.data[6]} << 16 |
-           std::uint32_t{frame.data[7]} << 24;
+  static std::uint32_t load32(const Bytes& bytes) {
+    return bytes[4] | std::uint32_t{bytes[5]} << 8 | std::uint32_t{bytes[6]} << 16 |
+           std::uint32_t{bytes[7]} << 24;
   }
 };
 

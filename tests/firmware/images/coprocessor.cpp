@@ -14,15 +14,13 @@ volatile BusState& bus = *reinterpret_cast<volatile BusState*>(0x40000100);
 Port port;
 std::uint16_t window[regmap::kWindowWords];
 std::uint16_t process[regmap::kProcessWords];
-std::uint16_t scanner_out[regmap::kScannerOutWords];
-std::uint16_t scanner_in[regmap::kScannerInWords];
 alignas(Coprocessor) std::byte memory[sizeof(Coprocessor)];
 
 }  // namespace
 
 extern "C" void run() {
   auto& coprocessor = *new (memory) Coprocessor(RegisterWindow(window), process, *new (&port) Port, {},
-                                                ScannerWindow(scanner_out, scanner_in));
+                                                ScannerWindow(hardware.scanner_out, hardware.scanner_in));
   coprocessor.start(hardware.now);
   for (;;) {
     coprocessor.on_bus_state(bus, hardware.now);
