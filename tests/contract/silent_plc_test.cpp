@@ -125,6 +125,6 @@ TEST_CASE("[PLC-6] unless set the PLC may be silent") {
   Window window;
   OwnNode own(window);
   start_own_node(window);
-  window.pass(100s);
+  window.pass(10s);
   own.check(5);
 }

@@ -4,15 +4,12 @@
 /// The hardware of the images that are linked for their size: one struct in memory, never there.
 
 #include "cbcan/can_port.hpp"
-#include "cbcan/regmap.hpp"
 
 struct Hardware {
   volatile bool sent;
   volatile bool received;
   volatile std::uint16_t first;    ///< registers that the PLC has written
   volatile std::uint16_t written;  ///< so many
-  std::uint16_t scanner_out[cbcan::regmap::kScannerOutWords];
-  std::uint16_t scanner_in[cbcan::regmap::kScannerInWords];
   cbcan::Frame out;
   cbcan::Frame in;
   volatile cbcan::Time now;
