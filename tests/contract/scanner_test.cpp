@@ -151,6 +151,16 @@ TEST_CASE("[SCAN-6] 0 cancels") {
     window.arrive("586#4300300288776655");
     window.check_done();
   }
+  SECTION("behind a result with data") {
+    window.read4(2);
+    window.check_read4(2);
+    window.read4(3);
+    window.expect(kReadRequest);
+    window.out(Words(8));
+    window.expect(kCancelled);
+    CHECK(window.in() == Words{3, 4, 3, 0, 0x0000, 0x0800});
+    return;
+  }
   CHECK(window.in() == Words{2, 4, 2, 0, 0x0000, 0x0800});
   window.pass(3s);
   CHECK(window.in() == Words{2, 4, 2, 0, 0x0000, 0x0800});
