@@ -19,7 +19,7 @@ class Program {
   virtual std::size_t turn(Time until) = 0;
   /// Does what is due, and sends what has come of it.
   virtual void catch_up() = 0;
-  /// A command of docs/control.md; what it brings about has happened when it returns the answer.
+  /// A command of docs/control.md; what it brings about has happened when it returns the response.
   virtual std::string execute(std::string_view line) = 0;
 
  protected:

@@ -23,7 +23,7 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-/// What the answer's last line complains about.
+/// What the response's last line complains about.
 class Refused : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -183,8 +183,8 @@ std::span<const Execution::Command> Execution::commands() {
       {"set", 3, 3, "set NODE INDEX[:SUB] NUMBER", "an input gets this value from outside", &Execution::set},
       {"incident", 3, 3, "incident NODE NAME on|off", "something happens to the device, or is over",
        &Execution::incident},
-      {"fault", 2, kAny, "fault NODE|bus KIND [KEY=VALUE ...]",
-       "a fault on purpose; the answer is its number", &Execution::fault},
+      {"fault", 2, kAny, "fault NODE|bus KIND [KEY=VALUE ...]", "inject a fault; the response is its number",
+       &Execution::fault},
       {"faults", 0, 1, "faults [NODE|bus]", "the faults that are set, a line each", &Execution::list_faults},
       {"clear", 0, 2, "clear [NODE|bus [NUMBER]]", "no more faults: all, one place's, or one of them",
        &Execution::clear},

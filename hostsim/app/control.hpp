@@ -3,7 +3,7 @@
 
 /// Commands at run time, one line each, from a socket (--control) or, on a manual clock, from standard input:
 /// what the world does to the plant, and what one may want to know of it. docs/control.md is the page about
-/// them. The last line of every answer is "ok", with a value where there is one, or "error: " and what is
+/// them. The last line of every response is "ok", with a value where there is one, or "error: " and what is
 /// wrong.
 
 #include <string>
@@ -35,8 +35,8 @@ class Control {
   Control(std::vector<PlantNetwork*> networks, Time started)
       : networks_(std::move(networks)), started_(started) {}
 
-  /// Does what the line says, at this time, and returns the answer: lines with their ends. What follows on
-  /// the bus has not happened yet: advance the worlds before anybody sees the answer.
+  /// Does what the line says, at this time, and returns the response: lines with their ends. What follows on
+  /// the bus has not happened yet: advance the worlds before anybody sees the response.
   std::string execute(std::string_view line, Time now);
 
  private:

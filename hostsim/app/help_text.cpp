@@ -18,7 +18,7 @@ Usage:  cbcan-sim --demo [OPTION...]
         cbcan-sim [OPTION...]
 
 A Modbus TCP client writes the PLC registers R3700..R3769; cbcan-sim does the
-SDO or NMT service that they ask for on a CAN bus and writes the answer back.
+SDO or NMT service that they ask for on a CAN bus and writes the response back.
 The bus is a virtual one inside the program or a SocketCAN interface, and the
 nodes of the plant are simulated on it. When it serves, cbcan-sim prints one
 line, "ready modbus=HOST:PORT can=SPEC", and runs until SIGINT or SIGTERM.
@@ -33,11 +33,11 @@ Plant:
 
 Module, the coprocessor itself:
   --node-id N            its node ID on the bus, 1..127 (default 127)
-  --sdo-timeout MS       how long it waits for each answer of an SDO server,
+  --sdo-timeout MS       how long it waits for each response of an SDO server,
                          0..65535 ms, 0 = none (default 1000)
   --node-state-fresh MS  how long a heartbeat tells a node's state where object
                          1016h sets no time, 1..65535 ms (default 2000)
-  --guarding-timeout MS  how long it waits for the answer to a node guarding
+  --guarding-timeout MS  how long it waits for the response to a node guarding
                          request, 1..65535 ms (default 100)
   --process-first R      the first of the 128 registers of process data,
                          0..4040 (default 3800)
@@ -116,11 +116,11 @@ Simulated nodes (these may be given several times):
                            replay    file [between=step] [repeat=false]
                          and [sample_ms=10] of all
   --fault ID:KIND KEY=VALUE...
-                         a fault on purpose of a node, one argument:
-                         --fault "5:answer-late delay_ms=50 count=1";
+                         inject a fault into a node, one argument:
+                         --fault "5:response-late delay_ms=50 count=1";
                          docs/faults.md lists kinds and keys
   --fault bus:KIND KEY=VALUE...
-                         a fault on purpose of the bus
+                         inject a fault into the bus
 
 Devices:
 )";

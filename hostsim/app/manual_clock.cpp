@@ -68,11 +68,11 @@ void ManualClock::take_line(const std::string& line, Program& program) {
     std::cout << "at " << seconds_text(now_) << std::endl;
     return;
   }
-  const std::string answer = program.execute(line);
-  if (answer.starts_with(kError))
+  const std::string response = program.execute(line);
+  if (response.starts_with(kError))
     throw io::UsageError("standard input: " +
-                         answer.substr(kError.size(), answer.size() - kError.size() - 1));
-  std::cout << answer << std::flush;
+                         response.substr(kError.size(), response.size() - kError.size() - 1));
+  std::cout << response << std::flush;
 }
 
 }  // namespace cbcan::app

@@ -284,7 +284,8 @@ class Overrides {
     const auto parts = split(text, ':');
     if (parts.size() != 2)
       return complain(
-          where, "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:answer-late delay_ms=50");
+          where,
+          "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:response-late delay_ms=50");
     const bool of_bus = parts[0] == "bus";
     NodeConfig* node = of_bus ? nullptr : addressed(parts[0], where);
     if (!of_bus && node == nullptr) return;

@@ -292,7 +292,7 @@ constexpr std::array<Setting<SignalConfig>, 19> kSignalSettings{{
 }};
 
 constexpr std::array<Setting<FaultKindName>, 2> kFaultSettings{{
-    {"node.faults.kind", "--fault ID:KIND KEY=VALUE...", "a kind of fault", "", "kind = \"answer-late\"",
+    {"node.faults.kind", "--fault ID:KIND KEY=VALUE...", "a kind of fault", "", "kind = \"response-late\"",
      kText, 0, 0, store<FaultKindName, &FaultKindName::name>},
     {"can.faults.kind", "--fault bus:KIND KEY=VALUE...", "a kind of fault", "", "kind = \"frame-loss\"",
      kText, 0, 0, store<FaultKindName, &FaultKindName::name>},

@@ -92,9 +92,9 @@ void Simulator::catch_up() {
 
 std::string Simulator::execute(std::string_view line) {
   advance();
-  std::string answer = control_->execute(line, clock_->now());
+  std::string response = control_->execute(line, clock_->now());
   catch_up();
-  return answer;
+  return response;
 }
 
 void Simulator::flush() {

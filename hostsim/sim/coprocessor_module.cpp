@@ -10,7 +10,7 @@ CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindo
     : Participant(schedule),
       port_(bus.attach(*this)),
       coprocessor_(window, process, port_, settings, scanner) {
-  port_.accept(nmt::kCommandId, sdo::kAnswerId + nmt::kMaxNode);
+  port_.accept(nmt::kCommandId, sdo::kResponseId + nmt::kMaxNode);
   port_.accept(sdo::kRequestId + settings.node_id, sdo::kRequestId + settings.node_id);
   port_.accept(sdo::kRequestId + nmt::kMaxNode + 1, nmt::kErrorControlId + nmt::kMaxNode);
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 /// One simulated CANopen device on a bus: a Device with values of its own, a behaviour and signals that give
-/// them life, parameters that it can store, LSS, and faults on purpose.
+/// them life, parameters that it can store, LSS, and injected faults.
 
 #include <cstdint>
 #include <memory>

@@ -25,7 +25,7 @@ namespace cbcan::sim {
 
 class World {
  public:
-  /// `bit_rate`: see Bus. `seed` and `listener` are those of the bus's faults on purpose, see BusFaults.
+  /// `bit_rate`: see Bus. `seed` and `listener` are those of the bus's injected faults, see BusFaults.
   explicit World(std::uint32_t bit_rate = 0, std::uint64_t seed = 0, FaultListener* listener = nullptr)
       : bus_(bit_rate), faults_(bus_, schedule_, seed, listener) {}
 

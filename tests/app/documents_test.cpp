@@ -222,7 +222,7 @@ TEST_CASE("the reference's signals and faults are the same on the command line")
   CHECK(on_line.at(2).signal == in_file.at(2).signal);
   CHECK(typed.config.networks.at(0).can.faults.at(0).fault ==
         plant.config.networks.at(0).can.faults.at(0).fault);
-  CHECK(start({"--demo", "--fault", "1:answer-late delay_ms=50 count=1"}).err == "");
+  CHECK(start({"--demo", "--fault", "1:response-late delay_ms=50 count=1"}).err == "");
 }
 
 TEST_CASE("the reference's networks are the same on the command line") {

@@ -217,7 +217,7 @@ TEST_CASE("signals and faults that are wrong on the command line") {
   CHECK(refused("--signal", "5:0x6401=constant value=1 mean=2") ==
         "mean \"2\": shape \"constant\" has index, sub, shape, value and sample_ms");
   CHECK(refused("--fault", "silent") ==
-        "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:answer-late delay_ms=50");
+        "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:response-late delay_ms=50");
   CHECK(refused("--fault", "6:silent") == "there is no node 6; add --node 6=FILE.eds");
   CHECK(refused("--fault", "bus:silent") == "silent: a fault of a node, not of the bus");
   CHECK(refused("--fault", "5:silent after") == "silent: \"after\": write key=value");

@@ -314,11 +314,11 @@ TEST_CASE("faults that are wrong") {
     return errors_in_node("faults = [{ " + keys + " }]");
   };
   CHECK(errors_of("delay_ms = 5") ==
-        Lines{"plant.toml:4: node.faults.kind: is missing; add kind = \"answer-late\""});
+        Lines{"plant.toml:4: node.faults.kind: is missing; add kind = \"response-late\""});
   CHECK(errors_of("kind = 5") ==
         Lines{"plant.toml:4: node.faults.kind 5: must be a text in double quotes: a kind of fault"});
   CHECK(contains(errors_of("kind = \"late\"").at(0),
-                 "plant.toml:4: node.faults: fault \"late\": no such kind; there are answer-never, "));
+                 "plant.toml:4: node.faults: fault \"late\": no such kind; there are response-never, "));
   CHECK(errors_of("kind = \"frame-loss\"") ==
         Lines{"plant.toml:4: node.faults: frame-loss: a fault of the bus, not of a node"});
   CHECK(
@@ -330,8 +330,8 @@ TEST_CASE("faults that are wrong") {
         Lines{"plant.toml:4: node.faults: silent: probability 2: must be 0..1"});
   CHECK(errors_of("kind = \"silent\", after = true") ==
         Lines{"plant.toml:4: node.faults: silent: after: must be a number, or a text in double quotes"});
-  CHECK(errors_in("[can]\nfaults = [\n{ kind = \"answer-late\" },\n{ delay_ms = 1 }]\n") ==
-        Lines{"plant.toml:3: can.faults: answer-late: a fault of a node, not of the bus",
+  CHECK(errors_in("[can]\nfaults = [\n{ kind = \"response-late\" },\n{ delay_ms = 1 }]\n") ==
+        Lines{"plant.toml:3: can.faults: response-late: a fault of a node, not of the bus",
               "plant.toml:4: can.faults.kind: is missing; add kind = \"frame-loss\""});
   CHECK(errors_in("[can]\nfaults = \"bus-off\"\n") ==
         Lines{"plant.toml:2: can.faults: must be a list; write faults = [{ kind = \"frame-loss\" }]"});

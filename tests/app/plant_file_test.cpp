@@ -216,7 +216,7 @@ faults = [ { kind = "frame-corrupt", part = "data", probability = 0.5 } ]
 id = 5
 eds = "a.eds"
 faults = [
-  { kind = "answer-late", delay_ms = 50, index = 0x2001, after = 3, count = 1 },
+  { kind = "response-late", delay_ms = 50, index = 0x2001, after = 3, count = 1 },
   { kind = "silent" },
 ]
 )");
@@ -227,7 +227,7 @@ faults = [
   CHECK(plant.config.networks.at(0).can.faults[0].place == Place{"plant.toml", 2});
   const auto& faults = plant.config.networks.at(0).nodes.at(0).faults;
   REQUIRE(faults.size() == 2);
-  CHECK(text_of(faults[0].fault) == "answer-late delay_ms=50 after=3 count=1 index=0x2001");
+  CHECK(text_of(faults[0].fault) == "response-late delay_ms=50 after=3 count=1 index=0x2001");
   CHECK(text_of(faults[1].fault) == "silent");
   CHECK(faults[1].place == Place{"plant.toml", 8});
 }

@@ -67,7 +67,7 @@ void DeviceRig::write(std::uint16_t index, std::uint8_t sub, std::size_t size, s
 std::uint32_t DeviceRig::read(std::uint16_t index, std::uint8_t sub) {
   arrive("642#40" + bytes_of(index, 2) + bytes_of(sub, 1) + "00000000");
   if (port.sent.empty()) {
-    FAIL_CHECK("no answer");
+    FAIL_CHECK("no response");
     return 0;
   }
   const Frame frame = frame_from(port.sent.front());

@@ -28,7 +28,7 @@ class DeviceRig final : public Wire, private DeviceApplication {
 
   /// Lets a frame arrive; then everything that is due now happens.
   void arrive(const std::string& frame);
-  /// An expedited SDO download of `size` bytes to the device's object, and the answer that it has to give:
+  /// An expedited SDO download of `size` bytes to the device's object, and the response that it has to give:
   /// "60" done, or an abort code such as "06090030".
   void write(std::uint16_t index, std::uint8_t sub, std::size_t size, std::uint32_t value,
              const std::string& outcome = "done");

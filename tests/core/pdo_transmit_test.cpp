@@ -241,7 +241,7 @@ TEST_CASE("RTR for the other types: event-driven ones as they are, synchronous o
   rig.expect("183#02");
   rig.pass(200);
   rig.port.refuse_next = 1;
-  rig.arrive("182#R1");  // an answer may also come after the window
+  rig.arrive("182#R1");  // a response may also come after the window
   rig.pass(100);
   rig.expect("182#01");
 }

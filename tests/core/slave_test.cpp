@@ -109,9 +109,9 @@ TEST_CASE("Stopped: no SDO, but NMT and error control") {
 TEST_CASE("Node guarding: the toggle bit alternates and starts anew after a reset; none beside a heartbeat") {
   Device device;
   device.expect("742#00");
-  for (const char* answer : {"742#7F", "742#FF", "742#7F"}) {
+  for (const char* response : {"742#7F", "742#FF", "742#7F"}) {
     device.arrive("742#R1");
-    device.expect(answer);
+    device.expect(response);
   }
   device.arrive("000#8200");
   device.expect("742#00");
@@ -168,7 +168,7 @@ TEST_CASE("SDO server: expedited both ways, sizes, no size") {
 
 TEST_CASE("SDO server: every refusal of CBCAN table 3 that a server gives") {
   struct Row {
-    const char *request, *answer;
+    const char *request, *response;
   };
   const Row rows[] = {
       {"642#4000300000000000", "5C2#8000300000000206"},  // no object
@@ -194,7 +194,7 @@ TEST_CASE("SDO server: every refusal of CBCAN table 3 that a server gives") {
   device.expect("742#00");
   for (const Row& row : rows) {
     device.arrive(row.request);
-    device.expect(row.answer);
+    device.expect(row.response);
     device.expect_silence();
   }
 }
@@ -319,7 +319,7 @@ TEST_CASE("SDO server: what the port refuses is sent later, in order") {
   device.expect("5C2#8238390000000000");
 }
 
-TEST_CASE("SDO server: an answer that the port refuses does not come in Stopped, nor after it") {
+TEST_CASE("SDO server: a response that the port refuses does not come in Stopped, nor after it") {
   Device device;
   device.expect("742#00");
   device.port.refuse_next = cbcan::test::RecordingPort::kAlways;

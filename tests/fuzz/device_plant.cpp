@@ -166,9 +166,9 @@ void DevicePlant::on_arrival(const Frame& frame, const sim::Port* sender, Time a
 void DevicePlant::check_frame(Watched& sender, const Frame& frame) {
   const std::uint32_t id = sender.node->device().node_id();
   require(frame.flags == 0 && frame.id <= 0x7FF && frame.length <= 8, "nodes send data frames of 11 bits");
-  if (frame.id == sdo::kAnswerId + id) ++sender.answers;
+  if (frame.id == sdo::kResponseId + id) ++sender.responses;
   if (sender.harmed || options_.bit_rate != 0) return;
-  if (frame.id == LssSlave::kAnswerId) return require(frame.length == 8, "an answer of LSS has 8 bytes");
+  if (frame.id == LssSlave::kResponseId) return require(frame.length == 8, "a response of LSS has 8 bytes");
   require(id != sim::Node::kNoNodeId, "without a node ID there is LSS and nothing else");
   if (frame.id == nmt::kErrorControlId + id) {
     require(frame.length == 1 && nmt::is_state(frame.data[0] & nmt::kStateMask),
@@ -177,7 +177,7 @@ void DevicePlant::check_frame(Watched& sender, const Frame& frame) {
     return require(((sender.states | kInitialising) & told) != 0, "the state that is told is the node's");
   }
   require((sender.states & kRunning) != 0, "a node in Stopped has error control and nothing else");
-  if (frame.id == sdo::kAnswerId + id) return require(frame.length == 8, "an SDO answer has 8 bytes");
+  if (frame.id == sdo::kResponseId + id) return require(frame.length == 8, "an SDO response has 8 bytes");
   check_configured_frame(sender, frame);
 }
 
@@ -210,7 +210,7 @@ bool DevicePlant::is_heard(Watched& node) {
          (bit_of(node.node->device().state()) & kRunning) != 0;
 }
 
-/// Block transfers have requests with many answers, and with none.
+/// Block transfers have requests with many responses, and with none.
 bool DevicePlant::is_answered_once(Watched& node, const Frame& request) {
   const bool is_request = request.flags == 0 && request.length == 8 && request.data[0] < 0x80;
   return is_request && !node.in_block && is_heard(node);
@@ -223,7 +223,7 @@ void DevicePlant::receive(const Frame& frame) {
     Watched& watched = nodes_[place];
     if (frame.id != sdo::kRequestId + id(place) || (frame.flags & Frame::kExtended) != 0) continue;
     counts[place] = is_answered_once(watched, frame);
-    wanted[place] = watched.answers + 1;
+    wanted[place] = watched.responses + 1;
     if (frame.flags != 0 || frame.length != 8) continue;
     if (frame.data[0] >= 0xA0) watched.in_block = true;
     if (frame.data[0] == sdo::command(sdo::Request::kAbort) && is_heard(watched)) watched.in_block = false;
@@ -231,7 +231,7 @@ void DevicePlant::receive(const Frame& frame) {
   world.bus().receive(frame, now);
   settle();
   for (std::size_t place = 0; place < kNodes; ++place)
-    require(!counts[place] || nodes_[place].answers == wanted[place], "one answer to an SDO request");
+    require(!counts[place] || nodes_[place].responses == wanted[place], "one response to an SDO request");
 }
 
 }  // namespace cbcan::fuzz

@@ -55,10 +55,10 @@ std::string kind_row(const FaultRow& row) {
 
 TEST_CASE("A fault from text: what is given, and defaults for the rest") {
   const Fault fault = fault_from(
-      "answer-late delay_ms=50 index=0x2001 sub=1 step=block-segment after=3 count=1 probability=0.5 "
+      "response-late delay_ms=50 index=0x2001 sub=1 step=block-segment after=3 count=1 probability=0.5 "
       "from_ms=10 until_ms=20 seed=7",
       FaultPlace::kNode);
-  CHECK(fault.kind == FaultKind::kAnswerLate);
+  CHECK(fault.kind == FaultKind::kResponseLate);
   CHECK(fault.delay == 50 * kMillisecond);
   CHECK(fault.index == 0x2001);
   CHECK(fault.sub == 1);
@@ -91,12 +91,12 @@ TEST_CASE("A fault from the keys and values of a plant file") {
                                    {"index", std::int64_t{0x2001}},
                                    {"step", std::string_view("initiate")},
                                    {"probability", 0.25}};
-  const FaultOrProblem made = make_fault("answer-late", keys, FaultPlace::kNode);
+  const FaultOrProblem made = make_fault("response-late", keys, FaultPlace::kNode);
   CHECK(made.problem.empty());
-  CHECK(text_of(made.fault) == "answer-late delay_ms=50 probability=0.25 index=0x2001 step=initiate");
+  CHECK(text_of(made.fault) == "response-late delay_ms=50 probability=0.25 index=0x2001 step=initiate");
   const std::vector<FaultKey> wrong{{"index", std::string_view("0x2001")}};
-  CHECK(make_fault("answer-late", wrong, FaultPlace::kNode).problem ==
-        "answer-late: index \"0x2001\": must be 0x000..0xFFFF");
+  CHECK(make_fault("response-late", wrong, FaultPlace::kNode).problem ==
+        "response-late: index \"0x2001\": must be 0x000..0xFFFF");
 }
 
 TEST_CASE("Every kind has a text that makes it again") {
@@ -110,8 +110,8 @@ TEST_CASE("Every kind has a text that makes it again") {
   }
   CHECK(text_of(fault_from("bus-load percent=7 until_ms=5", FaultPlace::kBus)) ==
         "bus-load percent=7 frames_per_s=0 id=0x7FF until_ms=5");
-  CHECK(text_of(fault_from("answer-twice probability=0.1", FaultPlace::kNode)) ==
-        "answer-twice delay_ms=0 probability=0.1");
+  CHECK(text_of(fault_from("response-twice probability=0.1", FaultPlace::kNode)) ==
+        "response-twice delay_ms=0 probability=0.1");
 }
 
 TEST_CASE("Every key takes its lowest and highest value and none beyond") {
@@ -139,10 +139,10 @@ TEST_CASE("Every key takes its lowest and highest value and none beyond") {
 }
 
 TEST_CASE("Mistakes are told with the key and what is allowed") {
-  CHECK(problem_of("answer-lat") ==
-        "fault \"answer-lat\": no such kind; there are answer-never, answer-late, answer-twice, "
-        "answer-out-of-order, answer-other-toggle, answer-other-specifier, answer-other-index, "
-        "answer-other-size, answer-other-crc, answer-other-sequence, abort, short-frame, silent, "
+  CHECK(problem_of("response-lat") ==
+        "fault \"response-lat\": no such kind; there are response-never, response-late, response-twice, "
+        "response-out-of-order, response-other-toggle, response-other-specifier, response-other-index, "
+        "response-other-size, response-other-crc, response-other-sequence, abort, short-frame, silent, "
         "heartbeat-stops, state-wrong, duplicate-node-id, boot-up-storm, emcy-storm, bus-off, "
         "error-passive and overflow");
   CHECK(problem_of("", FaultPlace::kBus) ==
@@ -153,10 +153,10 @@ TEST_CASE("Mistakes are told with the key and what is allowed") {
   CHECK(problem_of("silent delay=5") ==
         "silent: delay: no such key; there are after, count, probability, seed, from_ms and until_ms");
   CHECK(problem_of("bus-off after=5") == "bus-off: after: no such key; there are from_ms and until_ms");
-  CHECK(problem_of("answer-late delay_ms=soon") == "answer-late: delay_ms \"soon\": must be 0..86400000");
-  CHECK(problem_of("answer-late delay_ms=-5") == "answer-late: delay_ms -5: must be 0..86400000");
-  CHECK(problem_of("answer-late delay_ms=1.5") == "answer-late: delay_ms 1.5: must be 0..86400000");
-  CHECK(problem_of("answer-late index=0x") == "answer-late: index \"0x\": must be 0x000..0xFFFF");
+  CHECK(problem_of("response-late delay_ms=soon") == "response-late: delay_ms \"soon\": must be 0..86400000");
+  CHECK(problem_of("response-late delay_ms=-5") == "response-late: delay_ms -5: must be 0..86400000");
+  CHECK(problem_of("response-late delay_ms=1.5") == "response-late: delay_ms 1.5: must be 0..86400000");
+  CHECK(problem_of("response-late index=0x") == "response-late: index \"0x\": must be 0x000..0xFFFF");
   CHECK(problem_of("silent probability=nan") == "silent: probability nan: must be 0..1");
   CHECK(problem_of("silent probability=2") == "silent: probability 2: must be 0..1");
   CHECK(

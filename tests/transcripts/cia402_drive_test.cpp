@@ -209,7 +209,7 @@ TEST_CASE("CiA 402 introduction: profile velocity, the four steps") {
   drive.bench.ask("605#406C600000000000", "585#436C600000000000");
 }
 
-// INTEGER8, INTEGER16 and UNSIGNED16, INTEGER32 and UNSIGNED32 answer with 4Fh, 4Bh, 43h. Of current and
+// INTEGER8, INTEGER16 and UNSIGNED16, INTEGER32 and UNSIGNED32 response with 4Fh, 4Bh, 43h. Of current and
 // rated current the demo drive has nothing.
 TEST_CASE("CiA 402 introduction: the objects and their sizes") {
   DriveNode drive;

@@ -56,8 +56,8 @@ std::uint16_t ask_state(tools::WindowClient& client, std::uint64_t node) {
   transaction.node = static_cast<std::uint16_t>(node);
   transaction.index = regmap::kNodeStateService;
   transaction.size = 1;
-  const Bytes answer = execute(client, transaction);
-  return answer.empty() ? kNotDetected : answer[0];
+  const Bytes response = execute(client, transaction);
+  return response.empty() ? kNotDetected : response[0];
 }
 
 void print_state(std::uint64_t node, std::uint16_t state, const Options& options) {

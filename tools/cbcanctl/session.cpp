@@ -16,9 +16,9 @@ void on_interrupt(int /*signal*/) {
   interrupt_seen = 1;
 }
 
-std::optional<std::uint32_t> abort_code_of(const tools::Answer& answer) {
-  if (answer.result != static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError)) return std::nullopt;
-  return answer.abort_code;
+std::optional<std::uint32_t> abort_code_of(const tools::Response& response) {
+  if (response.result != static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError)) return std::nullopt;
+  return response.abort_code;
 }
 
 std::string code_text(std::uint32_t code) {
@@ -29,11 +29,11 @@ std::string code_text(std::uint32_t code) {
   return std::string(text) + " " + std::string(row->name) + ": " + std::string(row->meaning);
 }
 
-std::string reason(const tools::Answer& answer) {
-  if (const auto code = abort_code_of(answer)) return code_text(*code);
+std::string reason(const tools::Response& response) {
+  if (const auto code = abort_code_of(response)) return code_text(*code);
   for (const regmap::NamedNumber& row : regmap::kResults)
-    if (row.value == answer.result) return std::string(row.name) + ": " + std::string(row.meaning);
-  return "R3700 is " + std::to_string(answer.result) + ", which is no result";
+    if (row.value == response.result) return std::string(row.name) + ": " + std::string(row.meaning);
+  return "R3700 is " + std::to_string(response.result) + ", which is no result";
 }
 
 tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::size_t size) {
@@ -46,10 +46,10 @@ tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::s
 
 }  // namespace
 
-Refused::Refused(const tools::Answer& answer, const std::string& what)
-    : std::runtime_error((what.empty() ? "" : what + ": ") + reason(answer)),
-      result(answer.result),
-      abort_code(abort_code_of(answer)) {}
+Refused::Refused(const tools::Response& response, const std::string& what)
+    : std::runtime_error((what.empty() ? "" : what + ": ") + reason(response)),
+      result(response.result),
+      abort_code(abort_code_of(response)) {}
 
 void say(const std::string& line) {
   std::cerr << "cbcanctl: " << line << "\n";
@@ -77,9 +77,9 @@ tools::WindowClient connect(const Options& options) {
 
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
                      const std::string& what) {
-  const tools::Answer answer = client.execute(transaction);
-  if (answer.result != static_cast<std::uint16_t>(regmap::Result::kOk)) throw Refused(answer, what);
-  return answer.data;
+  const tools::Response response = client.execute(transaction);
+  if (response.result != static_cast<std::uint16_t>(regmap::Result::kOk)) throw Refused(response, what);
+  return response.data;
 }
 
 namespace own {

@@ -78,7 +78,7 @@ class SdoServer {
   AbortCode begin_upload(const Frame& frame, Time now);
   AbortCode store(Time now);
   void abort(AbortCode code, Time now);
-  void answer(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now);
+  void respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now);
 
   ObjectDictionary& dictionary_;
   Outbox outbox_;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One fault on purpose, as data: what goes wrong, when, and for which object or frame. Written as text,
-/// `answer-late delay_ms=50 index=0x2001 after=3`, or as the same keys and values in a plant file. The tables
-/// below are the only place where kinds, keys, ranges and defaults stand; docs/faults.md is held to them.
+/// One fault to inject, as data: what goes wrong, when, and for which object or frame. Written as text,
+/// `response-late delay_ms=50 index=0x2001 after=3`, or as the same keys and values in a plant file. The
+/// tables below are the only place where kinds, keys, ranges and defaults stand; docs/faults.md is held to
+/// them.
 
 #include <cstddef>
 #include <cstdint>
@@ -18,17 +19,17 @@
 namespace cbcan::sim {
 
 enum class FaultKind : std::uint8_t {
-  // SDO answers of a node
-  kAnswerNever,
-  kAnswerLate,
-  kAnswerTwice,
-  kAnswerOutOfOrder,
-  kAnswerOtherToggle,
-  kAnswerOtherSpecifier,
-  kAnswerOtherIndex,
-  kAnswerOtherSize,
-  kAnswerOtherCrc,
-  kAnswerOtherSequence,
+  // SDO responses of a node
+  kResponseNever,
+  kResponseLate,
+  kResponseTwice,
+  kResponseOutOfOrder,
+  kResponseOtherToggle,
+  kResponseOtherSpecifier,
+  kResponseOtherIndex,
+  kResponseOtherSize,
+  kResponseOtherCrc,
+  kResponseOtherSequence,
   kAbort,
   kShortFrame,
   // everything that a node sends
@@ -55,10 +56,10 @@ inline constexpr std::size_t kFaultKinds = static_cast<std::size_t>(FaultKind::k
 /// Where a kind can be set.
 enum class FaultPlace : std::uint8_t { kNode, kBus, kNodeOrBus };
 
-/// What an SDO answer is within its transfer.
+/// What an SDO response is within its transfer.
 enum class SdoStep : std::uint8_t {
   kAny,
-  kInitiate,          ///< the answer to an initiate request, of whatever transfer type
+  kInitiate,          ///< the response to an initiate request, of whatever transfer type
   kSegment,           ///< to a segment, or a segment itself, of a segmented transfer
   kBlockSegment,      ///< a segment of a block upload
   kBlockAcknowledge,  ///< the acknowledgement of a sub-block of a block download
@@ -73,7 +74,7 @@ enum class FramePart : std::uint8_t { kAny, kId, kDlc, kData };
 struct Fault {
   static constexpr std::int64_t kUnset = -1;
 
-  FaultKind kind = FaultKind::kAnswerNever;
+  FaultKind kind = FaultKind::kResponseNever;
 
   // When. An occasion is a frame that the fault is about, or a beat of a storm.
   std::uint32_t after = 0;  ///< so many occasions pass first
@@ -142,7 +143,7 @@ struct FaultRow {
 std::span<const FaultRow> fault_rows();
 const FaultRow& row_of(FaultKind kind);
 
-/// The keys that kinds share, each group once: occasions, window, answers, identifiers.
+/// The keys that kinds share, each group once: occasions, window, responses, identifiers.
 std::span<const std::span<const FaultParameter>> fault_groups();
 
 bool allowed(FaultPlace of_kind, FaultPlace here);

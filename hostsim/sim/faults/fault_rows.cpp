@@ -73,10 +73,10 @@ constexpr std::array kOccasions{
     number<&Fault::probability>("probability", 0, 1, 1, "That it happens on an occasion.", Form::kFraction),
     number<&Fault::seed>("seed", 0, kMost32, 0, "Makes another random sequence."),
 };
-constexpr std::array kAnswers{
+constexpr std::array kResponses{
     number<&Fault::index>("index", 0, 0xFFFF, kNone, "Transfers of this object only.", Form::kHex, "any"),
     number<&Fault::sub>("sub", 0, 0xFF, kNone, "Transfers of this sub-index only.", Form::kDecimal, "any"),
-    choice<&Fault::step>("step", kSteps, "Answers only that are this within their transfer."),
+    choice<&Fault::step>("step", kSteps, "Responses only that are this within their transfer."),
 };
 constexpr std::array kIdentifiers{
     number<&Fault::first_id>("first_id", 0, kMostId, 0, "Frames with this CAN-ID or a higher one only.",
@@ -86,8 +86,8 @@ constexpr std::array kIdentifiers{
 };
 
 using Keys = std::span<const FaultParameter>;
-constexpr std::array<Keys, 4> kAllGroups{kOccasions, kWindow, kAnswers, kIdentifiers};
-constexpr std::array<Keys, 3> kOfAnswers{kOccasions, kWindow, kAnswers};
+constexpr std::array<Keys, 4> kAllGroups{kOccasions, kWindow, kResponses, kIdentifiers};
+constexpr std::array<Keys, 3> kOfResponses{kOccasions, kWindow, kResponses};
 constexpr std::array<Keys, 2> kOfOccasions{kOccasions, kWindow};
 constexpr std::array<Keys, 3> kOfFrames{kOccasions, kWindow, kIdentifiers};
 constexpr std::array<Keys, 1> kOfStates{kWindow};
@@ -107,9 +107,9 @@ constexpr std::array kOutOfOrder{delay(100, "Comes after so long if nothing else
 constexpr std::array kSpecifier{
     number<&Fault::specifier>("specifier", 0, 7, 7, "Upper three bits of the first byte.")};
 constexpr std::array kOtherObject{
-    number<&Fault::other_index>("other_index", 0, 0xFFFF, kNone, "Index in the answer.", Form::kHex,
+    number<&Fault::other_index>("other_index", 0, 0xFFFF, kNone, "Index in the response.", Form::kHex,
                                 "one more"),
-    number<&Fault::other_sub>("other_sub", 0, 0xFF, kNone, "Sub-index in the answer.", Form::kDecimal,
+    number<&Fault::other_sub>("other_sub", 0, 0xFF, kNone, "Sub-index in the response.", Form::kDecimal,
                               "the right one"),
 };
 constexpr std::array kSize{
@@ -137,60 +137,61 @@ using enum FaultKind;
 using enum FaultPlace;
 
 constexpr std::array<FaultRow, kFaultKinds> kRows{{
-    {kAnswerNever, "answer-never", kNode, {}, kOfAnswers, "An SDO answer is not sent."},
-    {kAnswerLate, "answer-late", kNode, kLate, kOfAnswers, "An SDO answer is sent late."},
-    {kAnswerTwice, "answer-twice", kNode, kTwice, kOfAnswers, "An SDO answer is sent twice."},
-    {kAnswerOutOfOrder, "answer-out-of-order", kNode, kOutOfOrder, kOfAnswers,
-     "An SDO answer is sent after the next frame of the node."},
-    {kAnswerOtherToggle,
-     "answer-other-toggle",
+    {kResponseNever, "response-never", kNode, {}, kOfResponses, "An SDO response is not sent."},
+    {kResponseLate, "response-late", kNode, kLate, kOfResponses, "An SDO response is sent late."},
+    {kResponseTwice, "response-twice", kNode, kTwice, kOfResponses, "An SDO response is sent twice."},
+    {kResponseOutOfOrder, "response-out-of-order", kNode, kOutOfOrder, kOfResponses,
+     "An SDO response is sent after the next frame of the node."},
+    {kResponseOtherToggle,
+     "response-other-toggle",
      kNode,
      {},
-     kOfAnswers,
-     "The toggle bit of a segment's answer is the other one."},
-    {kAnswerOtherSpecifier, "answer-other-specifier", kNode, kSpecifier, kOfAnswers,
-     "An SDO answer has another command specifier; segments of blocks have none."},
-    {kAnswerOtherIndex, "answer-other-index", kNode, kOtherObject, kOfAnswers,
-     "The answer to an initiate request, or an abort, is about another object."},
-    {kAnswerOtherSize, "answer-other-size", kNode, kSize, kOfAnswers,
-     "An answer of an upload claims another number of bytes than it has."},
-    {kAnswerOtherCrc,
-     "answer-other-crc",
+     kOfResponses,
+     "The toggle bit of a segment's response is the other one."},
+    {kResponseOtherSpecifier, "response-other-specifier", kNode, kSpecifier, kOfResponses,
+     "An SDO response has another command specifier; segments of blocks have none."},
+    {kResponseOtherIndex, "response-other-index", kNode, kOtherObject, kOfResponses,
+     "The response to an initiate request, or an abort, is about another object."},
+    {kResponseOtherSize, "response-other-size", kNode, kSize, kOfResponses,
+     "A response of an upload claims another number of bytes than it has."},
+    {kResponseOtherCrc,
+     "response-other-crc",
      kNode,
      {},
-     kOfAnswers,
-     "The CRC at the end of a block upload has all bits turned over."},
-    {kAnswerOtherSequence,
-     "answer-other-sequence",
+     kOfResponses,
+     "The CRC at the end of a block upload is inverted."},
+    {kResponseOtherSequence,
+     "response-other-sequence",
      kNode,
      {},
-     kOfAnswers,
+     kOfResponses,
      "A block segment has the next number; an acknowledgement tells of one segment less, or of one for "
      "none."},
-    {kAbort, "abort", kNode, kAbortCode, kOfAnswers, "An abort instead of an SDO answer."},
-    {kShortFrame, "short-frame", kNode, kLength, kOfAnswers, "An SDO answer is a frame with fewer bytes."},
+    {kAbort, "abort", kNode, kAbortCode, kOfResponses, "An abort instead of an SDO response."},
+    {kShortFrame, "short-frame", kNode, kLength, kOfResponses,
+     "An SDO response is a frame with fewer bytes."},
     {kSilent, "silent", kNode, {}, kOfOccasions, "Nothing that the node sends leaves it."},
     {kHeartbeatStops,
      "heartbeat-stops",
      kNode,
      {},
      kOfOccasions,
-     "Heartbeats, boot-up messages and answers to node guarding do not leave the node."},
+     "Heartbeats, boot-up messages and responses to node guarding do not leave the node."},
     {kStateWrong, "state-wrong", kNode, kState, kOfOccasions,
-     "Heartbeats and answers to node guarding report another state."},
+     "Heartbeats and responses to node guarding report another state."},
     {kDuplicateNodeId,
      "duplicate-node-id",
      kNode,
      {},
      kOfOccasions,
-     "A second device has the node's ID: SDO answers, its data turned over, and error control come from it "
+     "A second device has the node's ID: SDO responses, its data inverted, and error control come from it "
      "too."},
     {kBootUpStorm, "boot-up-storm", kNode, kBootUps, kOfOccasions, "Boot-up messages, one after the other."},
     {kEmcyStorm, "emcy-storm", kNode, kEmcys, kOfOccasions, "EMCY messages, one after the other."},
     {kFrameLoss, "frame-loss", kBus, {}, kOfFrames, "A frame reaches nobody."},
     {kFrameTwice, "frame-twice", kBus, {}, kOfFrames, "A frame arrives twice."},
     {kFrameLate, "frame-late", kBus, kFrameDelay, kOfFrames, "A frame arrives late."},
-    {kFrameCorrupt, "frame-corrupt", kBus, kPart, kOfFrames, "A frame arrives with one bit turned over."},
+    {kFrameCorrupt, "frame-corrupt", kBus, kPart, kOfFrames, "A frame arrives with one bit inverted."},
     {kBusOff, "bus-off", kNodeOrBus, {}, kOfStates, "The controller, or every one on the bus, is bus-off."},
     {kErrorPassive,
      "error-passive",

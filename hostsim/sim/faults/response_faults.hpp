@@ -7,20 +7,20 @@
 
 namespace cbcan::sim {
 
-/// An SDO answer within its transfer.
-struct SdoAnswer {
+/// An SDO response within its transfer.
+struct SdoResponse {
   SdoStep step;
   sdo::Multiplexer mux;  ///< of the transfer
 };
 
-/// Is this fault about this answer: the right object and step, and with something in it that the fault
+/// Is this fault about this response: the right object and step, and with something in it that the fault
 /// changes?
-bool is_about(const Fault& fault, const SdoAnswer& answer, const Frame& frame);
+bool is_about(const Fault& fault, const SdoResponse& response, const Frame& frame);
 
 /// The frame that goes out instead; of a fault about when it does, the same.
-Frame changed(const Fault& fault, const SdoAnswer& answer, const Frame& frame);
+Frame changed(const Fault& fault, const SdoResponse& response, const Frame& frame);
 
 /// What another device with the same node ID says to the same request: the same but for its data.
-Frame answer_of_twin(const SdoAnswer& answer, const Frame& frame);
+Frame response_of_twin(const SdoResponse& response, const Frame& frame);
 
 }  // namespace cbcan::sim

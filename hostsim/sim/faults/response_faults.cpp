@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sim/faults/answer_faults.hpp"
+#include "sim/faults/response_faults.hpp"
 
 #include <algorithm>
 
@@ -13,32 +13,32 @@ constexpr std::uint8_t kSpecifierShift = 5;
 constexpr std::uint8_t kSpecifierMask = 0xE0;
 constexpr std::uint8_t kUnusedMask = 0x07;
 
-bool is_upload(const Frame& frame, sdo::Answer specifier) {
+bool is_upload(const Frame& frame, sdo::Response specifier) {
   return sdo::is(frame.data[0], specifier);
 }
 
-/// Answers of an upload say how many bytes there are, in one way or another.
+/// Responses of an upload say how many bytes there are, in one way or another.
 bool has_size(SdoStep step, const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   switch (step) {
     case SdoStep::kInitiate:
-      if (is_upload(frame, sdo::Answer::kInitiateUpload)) return (command & sdo::kSizeIndicated) != 0;
-      return is_upload(frame, sdo::Answer::kBlockUpload) && (command & sdo::kBlockSizeIndicated) != 0;
-    case SdoStep::kSegment: return is_upload(frame, sdo::Answer::kUploadSegment);
-    case SdoStep::kBlockEnd: return is_upload(frame, sdo::Answer::kBlockUpload);
+      if (is_upload(frame, sdo::Response::kInitiateUpload)) return (command & sdo::kSizeIndicated) != 0;
+      return is_upload(frame, sdo::Response::kBlockUpload) && (command & sdo::kBlockSizeIndicated) != 0;
+    case SdoStep::kSegment: return is_upload(frame, sdo::Response::kUploadSegment);
+    case SdoStep::kBlockEnd: return is_upload(frame, sdo::Response::kBlockUpload);
     default: return false;
   }
 }
 
 bool can_change(FaultKind kind, SdoStep step, const Frame& frame) {
   switch (kind) {
-    case FaultKind::kAnswerOtherToggle: return step == SdoStep::kSegment;
-    case FaultKind::kAnswerOtherSpecifier: return step != SdoStep::kBlockSegment;
-    case FaultKind::kAnswerOtherIndex: return step == SdoStep::kInitiate || step == SdoStep::kAbort;
-    case FaultKind::kAnswerOtherSize: return has_size(step, frame);
-    case FaultKind::kAnswerOtherCrc:
-      return step == SdoStep::kBlockEnd && is_upload(frame, sdo::Answer::kBlockUpload);
-    case FaultKind::kAnswerOtherSequence:
+    case FaultKind::kResponseOtherToggle: return step == SdoStep::kSegment;
+    case FaultKind::kResponseOtherSpecifier: return step != SdoStep::kBlockSegment;
+    case FaultKind::kResponseOtherIndex: return step == SdoStep::kInitiate || step == SdoStep::kAbort;
+    case FaultKind::kResponseOtherSize: return has_size(step, frame);
+    case FaultKind::kResponseOtherCrc:
+      return step == SdoStep::kBlockEnd && is_upload(frame, sdo::Response::kBlockUpload);
+    case FaultKind::kResponseOtherSequence:
       return step == SdoStep::kBlockSegment || step == SdoStep::kBlockAcknowledge;
     default: return true;
   }
@@ -64,7 +64,7 @@ void change_size(const Fault& fault, SdoStep step, Frame& frame) {
   } else if (step == SdoStep::kBlockEnd) {
     const std::uint32_t size = other_size(fault, sdo::kSegmentBytes - sdo::block_unused(command), 0);
     put_unused(frame, sdo::kSegmentBytes, size, kUnusedMask, 2);
-  } else if (is_upload(frame, sdo::Answer::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
+  } else if (is_upload(frame, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
     const std::uint32_t size = other_size(fault, sdo::expedited_size(command), 1);
     put_unused(frame, sdo::kExpeditedBytes, size, 0x03, 2);
   } else {
@@ -92,30 +92,30 @@ void change_sequence(SdoStep step, Frame& frame) {
 
 }  // namespace
 
-bool is_about(const Fault& fault, const SdoAnswer& answer, const Frame& frame) {
-  if (fault.index != Fault::kUnset && fault.index != sdo::index_of(answer.mux)) return false;
-  if (fault.sub != Fault::kUnset && fault.sub != sdo::sub_of(answer.mux)) return false;
-  if (fault.step != SdoStep::kAny && fault.step != answer.step) return false;
-  return can_change(fault.kind, answer.step, frame);
+bool is_about(const Fault& fault, const SdoResponse& response, const Frame& frame) {
+  if (fault.index != Fault::kUnset && fault.index != sdo::index_of(response.mux)) return false;
+  if (fault.sub != Fault::kUnset && fault.sub != sdo::sub_of(response.mux)) return false;
+  if (fault.step != SdoStep::kAny && fault.step != response.step) return false;
+  return can_change(fault.kind, response.step, frame);
 }
 
-Frame changed(const Fault& fault, const SdoAnswer& answer, const Frame& frame) {
+Frame changed(const Fault& fault, const SdoResponse& response, const Frame& frame) {
   Frame other = frame;
   switch (fault.kind) {
-    case FaultKind::kAnswerOtherToggle: other.data[0] ^= sdo::kToggle; break;
-    case FaultKind::kAnswerOtherSpecifier:
+    case FaultKind::kResponseOtherToggle: other.data[0] ^= sdo::kToggle; break;
+    case FaultKind::kResponseOtherSpecifier:
       other.data[0] =
           static_cast<std::uint8_t>((other.data[0] & ~kSpecifierMask) | fault.specifier << kSpecifierShift);
       break;
-    case FaultKind::kAnswerOtherIndex: change_index(fault, other); break;
-    case FaultKind::kAnswerOtherSize: change_size(fault, answer.step, other); break;
-    case FaultKind::kAnswerOtherCrc:
+    case FaultKind::kResponseOtherIndex: change_index(fault, other); break;
+    case FaultKind::kResponseOtherSize: change_size(fault, response.step, other); break;
+    case FaultKind::kResponseOtherCrc:
       for (std::uint8_t* byte : {&other.data[1], &other.data[2]})
         *byte = static_cast<std::uint8_t>(~*byte);
       break;
-    case FaultKind::kAnswerOtherSequence: change_sequence(answer.step, other); break;
+    case FaultKind::kResponseOtherSequence: change_sequence(response.step, other); break;
     case FaultKind::kAbort:
-      other = sdo::make_abort(frame.id, answer.mux, static_cast<AbortCode>(fault.code));
+      other = sdo::make_abort(frame.id, response.mux, static_cast<AbortCode>(fault.code));
       break;
     case FaultKind::kShortFrame: other.length = std::min(other.length, fault.length); break;
     default: break;
@@ -123,17 +123,17 @@ Frame changed(const Fault& fault, const SdoAnswer& answer, const Frame& frame) {
   return other;
 }
 
-Frame answer_of_twin(const SdoAnswer& answer, const Frame& frame) {
+Frame response_of_twin(const SdoResponse& response, const Frame& frame) {
   std::size_t first = 8;
   std::size_t count = 0;
   const std::uint8_t command = frame.data[0];
-  if (answer.step == SdoStep::kBlockSegment) {
+  if (response.step == SdoStep::kBlockSegment) {
     first = 1;
     count = sdo::kSegmentBytes;
-  } else if (answer.step == SdoStep::kSegment && is_upload(frame, sdo::Answer::kUploadSegment)) {
+  } else if (response.step == SdoStep::kSegment && is_upload(frame, sdo::Response::kUploadSegment)) {
     first = 1;
     count = sdo::segment_size(command);
-  } else if (is_upload(frame, sdo::Answer::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
+  } else if (is_upload(frame, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
     first = 4;
     count = sdo::expedited_size(command);
   }

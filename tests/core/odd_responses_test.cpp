@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// SDO answers that are rarely seen: with fewer than eight bytes, as some servers send them (one that lacks a
-// byte which its command needs is ignored, one that has just enough of them counts); out of place; without
+// SDO responses that are rarely seen: with fewer than eight bytes, as some servers send them (one that lacks
+// a byte which its command needs is ignored, one that has just enough of them counts); out of place; without
 // data; of strangers. The value is "123456789", whose CRC with CiA 301's polynomial is the published check
 // value 31C3h.
 
@@ -43,7 +43,7 @@ void begin_block_read(Bench& bench) {
 
 }  // namespace
 
-TEST_CASE("Short answers: expedited upload") {
+TEST_CASE("Short responses: expedited upload") {
   Bench bench;
   begin_read(bench);
   ignored(bench, "585#");
@@ -55,7 +55,7 @@ TEST_CASE("Short answers: expedited upload") {
   CHECK(bench.reg(3706) == 0x1234);
 }
 
-TEST_CASE("Short answers: segmented upload") {
+TEST_CASE("Short responses: segmented upload") {
   Bench bench;
   begin_read(bench);
   ignored(bench, "585#41002001");  // the size is missing
@@ -69,7 +69,7 @@ TEST_CASE("Short answers: segmented upload") {
   CHECK(bench.reg(3706) == 0x1234);
 }
 
-TEST_CASE("Short answers: segmented download") {
+TEST_CASE("Short responses: segmented download") {
   Bench bench;
   set_mode(bench, 2);
   bench.write(5, 0x2000, 1, 1, {7});
@@ -82,7 +82,7 @@ TEST_CASE("Short answers: segmented download") {
   bench.check_done();
 }
 
-TEST_CASE("Short answers: an abort without its code is none") {
+TEST_CASE("Short responses: an abort without its code is none") {
   Bench bench;
   begin_read(bench);
   ignored(bench, "585#80002001000002");
@@ -90,7 +90,7 @@ TEST_CASE("Short answers: an abort without its code is none") {
   bench.check_failed(0x06020000);
 }
 
-TEST_CASE("Short answers: block download") {
+TEST_CASE("Short responses: block download") {
   Bench bench;
   begin_block_write(bench);
   ignored(bench, "585#A4002001");
@@ -105,7 +105,7 @@ TEST_CASE("Short answers: block download") {
   bench.check_done();
 }
 
-TEST_CASE("Short answers: block upload") {
+TEST_CASE("Short responses: block upload") {
   Bench bench;
   begin_block_read(bench);
   ignored(bench, "585#C6002001");  // the size is missing
@@ -154,7 +154,7 @@ TEST_CASE("CAN-IDs 700h and 580h are nobody's: a quarantine outlasts them") {
   bench.check_failed(0x05040000);
   bench.read(5, 0x2000, 1, 4);
   bench.expect_silence();
-  bench.arrive("585#4300200111111111");  // the late answer
+  bench.arrive("585#4300200111111111");  // the late response
   bench.expect("605#4000200100000000");
   CHECK(bench.busy());
   bench.arrive("585#4300200122222222");
@@ -216,7 +216,7 @@ TEST_CASE("Block write: the server lost a segment and gets everything behind it 
   CHECK(bench.coprocessor.sdo_client().counters().repeated_blocks == 1);
 }
 
-TEST_CASE("An answer for another object is ignored and counted, the transfer goes on") {
+TEST_CASE("A response for another object is ignored and counted, the transfer goes on") {
   Bench bench;
   bench.read(5, 0x2000, 1, 16);
   bench.expect("605#4000200100000000");
@@ -232,7 +232,7 @@ TEST_CASE("An answer for another object is ignored and counted, the transfer goe
   CHECK(bench.reg(3706) == 0x2222);
 }
 
-TEST_CASE("RTR and 29-bit frames are no answers; nor is another node's") {
+TEST_CASE("RTR and 29-bit frames are no responses; nor is another node's") {
   Bench bench;
   bench.read(5, 0x2000, 1, 16);
   bench.expect("605#4000200100000000");
@@ -246,7 +246,7 @@ TEST_CASE("RTR and 29-bit frames are no answers; nor is another node's") {
   bench.check_done();
 }
 
-TEST_CASE("An answer that comes before its request could leave is not one") {
+TEST_CASE("A response that comes before its request could leave is not one") {
   Bench bench;
   bench.read(5, 0x2000, 1, 16);
   bench.expect("605#4000200100000000");
