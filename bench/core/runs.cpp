@@ -51,12 +51,15 @@ bool transfers(unsigned count) {
 }
 
 struct Machine {
-  Machine() : coprocessor(RegisterWindow(RegisterWindow::Words(words)), process, wire, {}) {
+  Machine()
+      : coprocessor(RegisterWindow(RegisterWindow::Words(words)), process, wire, {}, ScannerWindow(out, in)) {
     coprocessor.start(0);
     coprocessor.poll(0);
   }
   std::array<std::uint16_t, regmap::kWindowWords> words{};
   std::array<std::uint16_t, regmap::kProcessWords> process{};
+  std::array<std::uint16_t, regmap::kScannerOutWords> out{};
+  std::array<std::uint16_t, regmap::kScannerInWords> in{};
   Loopback wire{4};
   Coprocessor coprocessor;
 };
@@ -78,7 +81,7 @@ bool heartbeats(unsigned count) {
   return machine.coprocessor.node_monitor().counters().heartbeats == count;
 }
 
-/// With all nodes there; that they are makes no difference.
+/// With both windows and all nodes; that they are there makes no difference.
 bool idle_polls(unsigned count) {
   Machine machine;
   hear(machine.coprocessor, 126);

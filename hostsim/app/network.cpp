@@ -15,12 +15,24 @@ Coprocessor::Settings settings_of(const plant::ModuleConfig& module) {
   settings.sdo_timeout_ms = module.sdo_timeout_ms;
   settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
   settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
+  settings.plc_timeout_ms = module.plc_timeout_ms;
+  settings.plc_lost = module.plc_lost_state == PlcLostState::kStopped ? nmt::Command::kStop
+                                                                      : nmt::Command::kEnterPreOperational;
+  settings.scanner_out_first = module.scanner_out_first;
+  settings.scanner_in_first = module.scanner_in_first;
+  settings.process_first = module.process_first;
   return settings;
 }
 
 RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   const std::span<std::uint16_t> all(registers);
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
+}
+
+ScannerWindow scanner_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
+  const std::span<std::uint16_t> all(registers);
+  return {all.subspan(module.scanner_out_first).first<regmap::kScannerOutWords>(),
+          all.subspan(module.scanner_in_first).first<regmap::kScannerInWords>()};
 }
 
 ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
@@ -39,7 +51,7 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
       world_(config.can.bit_rate, plant::network_seed(plant, config), this) {
   if (config.module.enabled)
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                                 settings_of(config.module));
+                                 settings_of(config.module), scanner_of(registers_, config.module));
   add_nodes(config, std::move(nodes));
   add_faults(world_.faults(), config.can.faults);
   for (std::size_t i = 0; i < config.nodes.size(); ++i)
@@ -109,9 +121,14 @@ void Network::start() {
   world_.start(surroundings_.clock.now());
 }
 
-void Network::on_request(bool wrote) {
+void Network::on_request(bool valid, const io::ModbusRange& written) {
   advance();
-  if (wrote) module_->on_registers_written(surroundings_.clock.now());
+  if (!valid) return;
+  const Time now = surroundings_.clock.now();
+  module_->on_plc(now);
+  if (written.count == 0) return;
+  module_->on_registers_written(written.first, written.count, now);
+  if (world_.next_deadline() <= now) advance();
 }
 
 void Network::on_fault(std::string_view text, Time now) {

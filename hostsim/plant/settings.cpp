@@ -8,7 +8,6 @@
 #include <variant>
 
 #include "canopen/dictionary/objects.hpp"
-#include "cbcan/regmap.hpp"
 #include "devices/devices.hpp"
 #include "text/suggestion.hpp"
 #include "text/words.hpp"
@@ -22,6 +21,7 @@ using text::setting;
 constexpr std::int64_t kDayInMs = 86'400'000;
 
 constexpr std::array<std::string_view, 2> kClocks{"real", "manual"};
+constexpr std::array<std::string_view, 2> kPlcLostStates{"pre-operational", "stopped"};
 constexpr std::array<std::string_view, std::variant_size_v<sim::Shape>> kShapes{"constant", "ramp", "sine",
                                                                                 "noise", "replay"};
 constexpr std::array<std::string_view, 3> kThen{"hold", "repeat", "back-and-forth"};
@@ -29,13 +29,6 @@ constexpr std::array<std::string_view, 2> kDistributions{"uniform", "normal"};
 constexpr std::array<std::string_view, 2> kBetween{"step", "linear"};
 
 // ---- What a range cannot tell
-
-Problem check_process_first(const Value& value) {
-  const auto first = std::get<std::int64_t>(value);
-  const bool before = first + std::int64_t{regmap::kProcessWords} <= regmap::kWindowFirst;
-  const bool behind = first > regmap::kLastData;
-  return before || behind ? "" : "must be 0..3572 or 3770..4040: it would lie over R3700..R3769";
-}
 
 Problem check_bit_rate(const Value& value) {
   constexpr std::int64_t kSlowest = 10'000;
@@ -242,7 +235,22 @@ constexpr std::array kNetwork{
     module<&ModuleConfig::process_first>({
         .key = "module.process_first", .option = "--process-first R",
         .help = "The first of the 128 registers of process data: 64 inputs, 64 outputs",
-        .high = 4040, .domain = "0..3572 or 3770..4040", .check = check_process_first}),
+        .high = 4040}),
+    module<&ModuleConfig::scanner_out_first>({
+        .key = "module.scanner_out_first", .option = "--scanner-out-first R",
+        .help = "The first of the 70 registers of the scanner window that the PLC writes",
+        .more = "See [scanner.md](scanner.md).", .high = 4098}),
+    module<&ModuleConfig::scanner_in_first>({
+        .key = "module.scanner_in_first", .option = "--scanner-in-first R",
+        .help = "The first of the 68 registers of the scanner window that the PLC reads",
+        .more = "Ranges of registers must not overlap, nor lie over R3700..R3769.", .high = 4100}),
+    module<&ModuleConfig::plc_timeout_ms>({
+        .key = "module.plc_timeout_ms", .option = "--plc-timeout MS",
+        .help = "Without a valid Modbus request for so long the own node leaves Operational: its TPDOs stop",
+        .unit = " ms, 0 = none"}),
+    module<&ModuleConfig::plc_lost_state>({
+        .key = "module.plc_lost_state", .option = "--plc-lost-state STATE",
+        .help = "What the own node becomes then", .more = "The PLC starts it again by NMT.", .choices = kPlcLostStates}),
     module<&ModuleConfig::enabled>({
         .key = "module.enabled", .option = "--no-module",
         .help = "Nodes and a bus alone, for a coprocessor that runs elsewhere: no Modbus server either; --no-module=false "

@@ -35,8 +35,8 @@ class World {
 
   /// Both live with the world and are off until start(). `window` is memory of the caller's.
   Node& add_node(NodeParts parts);
-  CoprocessorModule& add_module(RegisterWindow window, ProcessRegisters registers,
-                                const Coprocessor::Settings& settings);
+  CoprocessorModule& add_module(RegisterWindow window, ProcessRegisters process,
+                                const Coprocessor::Settings& settings, ScannerWindow scanner = {});
 
   std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
 

@@ -68,7 +68,8 @@ class Bench : public Wire {
   /// With the registers in somebody else's memory.
   explicit Bench(Registers& memory, Coprocessor::Settings settings = {})
       : registers(memory),
-        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings) {
+        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings,
+                    ScannerWindow(out, in)) {
     coprocessor.start(now);
     port.sent.clear();  // the boot-up message has its own test
   }
@@ -122,6 +123,8 @@ class Bench : public Wire {
   }
 
   Registers own_registers{};
+  std::array<std::uint16_t, regmap::kScannerOutWords> out{};
+  std::array<std::uint16_t, regmap::kScannerInWords> in{};
   std::array<std::uint16_t, regmap::kProcessWords> process{};
   Registers& registers;
   Time now = 1000;
