@@ -151,10 +151,10 @@ class Turns(BlockTest):
 
     def test_the_highest_ticket(self):
         blocks = [self.plc.block("GET_LOCAL_NODE_ID", ENABLE=True) for _ in range(3)]
-        self.plc.machine.globals["CBCAN"]["LAST_TICKET"] = 0xFFFFFFFD
+        self.plc.machine.globals["CBCAN"][0]["LAST_TICKET"] = 0xFFFFFFFD
         self.plc.scan(10)
         self.assertEqual([block["DEVICE"] for block in blocks], [127] * 3)
-        self.assertEqual(self.plc.machine.globals["CBCAN"]["LAST_TICKET"], 2)
+        self.assertEqual(self.plc.machine.globals["CBCAN"][0]["LAST_TICKET"], 2)
 
     def test_a_program(self):
         self.plc.runs_program = True

@@ -6,7 +6,7 @@ import unittest
 
 from plc import LIBRARY, configuration, source
 import cases
-from constructs import CODESYS_ONLY, taken_by
+from constructs import POINTERS, taken_by
 from st_machine import Machine
 
 BLOCKS = {  # inputs and outputs as the CiA 405 library of SoMachine has them; the first three and the first two outputs are common
@@ -32,19 +32,19 @@ class Files(unittest.TestCase):
 
     def test_the_library_is_for_all(self):
         for construct, (systems, place) in self.systems_of("cia405.st", "example.st", main="state_of_node_5").items():
-            self.assertEqual(systems, {"MATIEC", "OpenPLC", "CODESYS"}, f"{place}: {construct}")
+            self.assertEqual(systems, {"MATIEC", "OpenPLC", "STruC++", "CODESYS"}, f"{place}: {construct}")
 
-    def test_the_blocks_with_pointers_are_for_codesys(self):
+    def test_the_blocks_with_pointers_are_for_codesys_and_strucpp(self):
         found = self.systems_of("cia405.st", "cia405_codesys.st", "ramp.st", main="Read_Write_SDO")
         for construct, (systems, place) in found.items():
-            self.assertIn("CODESYS", systems, f"{place}: {construct}")
-            if construct in CODESYS_ONLY:
+            self.assertLessEqual({"CODESYS", "STruC++"}, systems, f"{place}: {construct}")
+            if construct in POINTERS:
                 self.assertRegex(place, r"\A(cia405_codesys|ramp)\.st:")
-        self.assertEqual({construct for construct in found if construct in CODESYS_ONLY}, set(CODESYS_ONLY))
+        self.assertEqual({construct for construct in found if construct in POINTERS}, set(POINTERS))
 
     def test_the_configuration_is_for_matiec(self):
         for construct in Machine(*source("cia405.st", "example.st", "configuration.st")).uses:
-            self.assertLessEqual({"MATIEC", "OpenPLC"}, taken_by(construct), construct)
+            self.assertLessEqual({"MATIEC", "OpenPLC", "STruC++"}, taken_by(construct), construct)
 
     def test_what_is_in_no_list_is_found(self):
         self.assertEqual(taken_by("function SQRT"), set())

@@ -170,7 +170,7 @@ class Parser:
 
     def var_section(self):
         section = self.next().value
-        constant = bool(self.takes("CONSTANT"))
+        constant = section == "VAR_GLOBAL" and bool(self.takes("CONSTANT"))
         self.use(section + (" CONSTANT" if constant else ""))
         variables = []
         while not self.takes("END_VAR"):
@@ -209,8 +209,7 @@ class Parser:
             self.use(word)
             self.next()
             statement = Statement(word.lower(), compound[word](), place)
-            if not self.takes(";"):
-                self.use(f"END_{word} without a semicolon")
+            self.expect(";")
             return statement
         target = self.reference(self.identifier(), place)
         if self.takes(":="):
@@ -223,16 +222,13 @@ class Parser:
         return statement
 
     def arguments(self):
-        """[(name, is output, expression or None)]"""
+        """[(name, is output, expression)]"""
         found = []
         while not self.takes(")"):
             name, output = self.identifier(), self.expect(":=", "=>").value == "=>"
             if output:
                 self.use("output in a call")
-            empty = self.sees(",", ")")
-            if empty:
-                self.use("empty argument")
-            found.append((name, output, None if empty else self.expression()))
+            found.append((name, output, self.expression()))
             if not self.sees(")"):
                 self.expect(",")
         return found
@@ -254,11 +250,9 @@ class Parser:
         selector, branches, otherwise = self.expression(), [], []
         self.expect("OF")
         while not self.sees("ELSE", "END_CASE"):
-            labels = [self.label()]
-            while self.takes(","):
-                labels.append(self.label())
-            self.expect(":")
-            branches.append((labels, self.case_body()))
+            label = self.label()
+            self.expect(":")  # lists of labels: not in STruC++, for enumerators
+            branches.append((label, self.case_body()))
         if self.takes("ELSE"):
             otherwise = self.statements("END_CASE")
         self.expect("END_CASE")
@@ -273,7 +267,7 @@ class Parser:
     def case_body(self):
         found = []
         while not (self.sees("ELSE", "END_CASE") or self.token.kind == "number"
-                   or self.tokens[self.at + 1].value in (":", ",")):
+                   or self.tokens[self.at + 1].value == ":"):
             found.append(self.statement())
         return found
 
