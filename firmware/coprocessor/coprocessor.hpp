@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The coprocessor: turns what a PLC program writes to R3700..R3769 into CANopen services and writes the
-/// results back. The only room that knows both registers and CANopen. The contract is docs/contract.md.
+/// The coprocessor: turns what a PLC program writes to R3700..R3769, or to the scanner window, into CANopen
+/// services and writes the results back. The only room that knows both registers and CANopen. The contract is
+/// docs/contract.md.
 ///
 /// How to run it, on anything:
 ///   start(now) once; on_frame(frame, now) for every frame that arrives; on_bus_state() when the CAN
-///   controller's state changes; on_registers_written() when process data may have been written; poll(now) at
-///   the time that the last poll returned, and whenever R3700 may have been written, something else has been
+///   controller's state changes; on_registers_written() after each request of the PLC that has written
+///   registers of the scanner window or of process data, on_plc() after each request at all; poll(now) at the
+///   time that the last poll returned, and whenever R3700 may have been written, something else has been
 ///   called or the port has room again. Times are microseconds, monotonic (cbcan/time.hpp).
+///
+/// Both windows share it: one request at a time, in turns where both have one. A request is copied when its
+/// turn comes.
 ///
 /// Nothing blocks, nothing is allocated, there are no globals: several coprocessors may run in one program.
 /// Not re-entrant: all calls come from one place (a loop, one interrupt level). Only the register words are
@@ -25,6 +30,7 @@
 #include "cbcan/time.hpp"
 #include "coprocessor/local_node.hpp"
 #include "coprocessor/register_window.hpp"
+#include "coprocessor/scanner_window.hpp"
 
 namespace cbcan {
 
@@ -35,9 +41,16 @@ class Coprocessor final {
     std::uint16_t sdo_timeout_ms = 1000;  ///< 0 = wait for ever; 3003h at run time
     Time state_fresh_for = 2 * kSecond;  ///< age up to which a heartbeat is believed where 1016h sets no time
     Time guard_timeout = 100 * kMillisecond;  ///< wait for the answer to a node guarding request
+    /// Silence of the PLC after which the own node leaves Operational; 0 = it may be silent for ever.
+    std::uint16_t plc_timeout_ms = 0;
+    nmt::Command plc_lost = nmt::Command::kEnterPreOperational;  ///< what the own node does then
+    // Where the ranges begin, as on_registers_written() is told them.
+    std::uint16_t scanner_out_first = regmap::kScannerOutFirst;
+    std::uint16_t process_first = regmap::kProcessFirst;
   };
 
-  Coprocessor(RegisterWindow window, ProcessRegisters registers, CanPort& port, const Settings& settings);
+  Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port, const Settings& settings,
+              ScannerWindow scanner = {});
   Coprocessor(const Coprocessor&) = delete;
   Coprocessor& operator=(const Coprocessor&) = delete;
 
@@ -46,16 +59,19 @@ class Coprocessor final {
 
   void on_frame(const Frame& frame, Time now);
   void on_bus_state(BusState state, Time now);
-  /// After a request that has written registers of process data, or may have: event-driven TPDOs.
-  void on_registers_written(Time now);
+  /// One request of the PLC has written registers first..first+count-1, whole.
+  void on_registers_written(std::size_t first, std::size_t count, Time now);
+  /// The PLC has shown that it is there: a valid Modbus request, or an answer to one.
+  void on_plc(Time now);
 
   /// Returns the time of the next call at the latest; kNever = only when something happens.
   Time poll(Time now);
 
   struct Counters {
-    std::uint32_t executed = 0;   ///< CA0Eh seen
+    std::uint32_t executed = 0;   ///< requests begun, of either window
     std::uint32_t failed = 0;     ///< ended with a result other than 0
-    std::uint32_t cancelled = 0;  ///< R3700 was overwritten while one was under way
+    std::uint32_t cancelled = 0;  ///< no longer wanted by the PLC while under way
+    std::uint32_t plc_lost = 0;   ///< times that the PLC was silent for too long
   };
   const Counters& counters() const { return counters_; }
   const SdoClient& sdo_client() const { return client_; }
@@ -73,12 +89,20 @@ class Coprocessor final {
     std::uint16_t size;
   };
 
+  void look_at_flag(bool execute, Time now);
+  void begin_waiting(Time now);
   void begin(Time now);
+  std::uint16_t word(std::size_t address) const;
+  void set_data(std::size_t k, std::uint16_t word) const;
+  void load_data(std::span<std::uint8_t> bytes) const;
+  void store_data(std::span<const std::uint8_t> bytes) const;
+  void watch_plc(Time now);
   void begin_nmt(const Request& request, Time now);
   void begin_node_state(std::uint8_t node, Time now);
   void begin_local(const Request& request, Time now);
   void begin_sdo(const Request& request, Time now);
   void cancel(Time now);
+  void leave();
   void work(Time now);
   void send_command(Time now);
   void on_sdo_answer(const Frame& frame, Time now);
@@ -92,14 +116,16 @@ class Coprocessor final {
   void end_with_state(std::uint16_t state);
   void end_read(std::span<const std::uint8_t> bytes);
   void end(AbortCode code);
-  void finish(regmap::Result result);
+  void finish(regmap::Result result, std::size_t size = 0);
   void follow_node() { wake_at(node_.deadline()); }
   void wake_at(Time time) { due_ = earlier(due_, time); }
 
   RegisterWindow window_;
   CanPort& port_;
   Settings settings_;
-  Time due_ = 0;            ///< poll has work to do from then on; may be early, is never late
+  Time due_ = 0;  ///< poll has work to do from then on; may be early, is never late
+  Time plc_heard_at_ = 0;
+  Time plc_due_ = kNever;   ///< when to look whether the PLC is silent for too long
   Time deadline_ = kNever;  ///< of an NMT command or a node state request
   Frame command_{};         ///< NMT command or node guarding request of this transaction
   SdoClient client_;
@@ -107,6 +133,9 @@ class Coprocessor final {
   Activity activity_ = Activity::kIdle;
   bool reading_ = false;
   bool command_refused_ = false;
+  bool flagged_ = false;              ///< the last poll has seen CA0Eh in R3700: it waits, or is under way
+  Window served_ = Window::kScanner;  ///< whose request is under way, or was last
+  ScannerWindow scanner_;
   Counters counters_;
   std::array<std::uint8_t, regmap::kMaxDataBytes> data_{};  ///< of the client's transfer
   LocalNode node_;  ///< large: what lies behind it would cost a Cortex-M two instructions more

@@ -14,12 +14,19 @@ Coprocessor::Settings settings_of(const ModuleConfig& module) {
   settings.sdo_timeout_ms = module.sdo_timeout_ms;
   settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
   settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
+  settings.process_first = module.process_first;
   return settings;
 }
 
 RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   const std::span<std::uint16_t> all(registers);
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
+}
+
+ScannerWindow scanner_of(std::vector<std::uint16_t>& registers) {
+  const std::span<std::uint16_t> all(registers);
+  return {all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
+          all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()};
 }
 
 ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const ModuleConfig& module) {
@@ -38,7 +45,7 @@ Network::Network(const Config& plant, const NetworkConfig& config, std::vector<B
       world_(config.can.bit_rate, network_seed(plant, config), this) {
   if (config.module.enabled)
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                                 settings_of(config.module));
+                                 settings_of(config.module), scanner_of(registers_));
   add_nodes(config, std::move(nodes));
   set_faults(config);
   if (config.can.kind == CanKind::kSocketCan)
@@ -115,9 +122,14 @@ void Network::start() {
   world_.start(surroundings_.clock.now());
 }
 
-void Network::on_request(bool wrote) {
+void Network::on_request(bool valid, const io::ModbusRange& written) {
   advance();
-  if (wrote) module_->on_registers_written(surroundings_.clock.now());
+  if (!valid) return;
+  const Time now = surroundings_.clock.now();
+  module_->on_plc(now);
+  if (written.count == 0) return;
+  module_->on_registers_written(written.first, written.count, now);
+  if (world_.next_deadline() <= now) advance();
 }
 
 void Network::on_fault(std::string_view text, Time now) {

@@ -56,7 +56,7 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
 
   void start();
 
-  void on_request(bool wrote) override;
+  void on_request(bool valid, const io::ModbusRange& written) override;
 
   /// Does what is due.
   void advance();

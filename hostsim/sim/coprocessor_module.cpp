@@ -5,8 +5,11 @@ namespace cbcan::sim {
 
 /// All but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may be anywhere.
 CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window,
-                                     ProcessRegisters registers, const Coprocessor::Settings& settings)
-    : Participant(schedule), port_(bus.attach(*this)), coprocessor_(window, registers, port_, settings) {
+                                     ProcessRegisters process, const Coprocessor::Settings& settings,
+                                     ScannerWindow scanner)
+    : Participant(schedule),
+      port_(bus.attach(*this)),
+      coprocessor_(window, process, port_, settings, scanner) {
   port_.accept(nmt::kCommandId, sdo::kAnswerId + nmt::kMaxNode);
   port_.accept(sdo::kRequestId + settings.node_id, sdo::kRequestId + settings.node_id);
   port_.accept(sdo::kRequestId + nmt::kMaxNode + 1, nmt::kErrorControlId + nmt::kMaxNode);
@@ -27,8 +30,8 @@ void CoprocessorModule::on_bus_state(BusState state, Time now) {
   poll(now);
 }
 
-void CoprocessorModule::on_registers_written(Time now) {
-  coprocessor_.on_registers_written(now);
+void CoprocessorModule::on_registers_written(std::size_t first, std::size_t count, Time now) {
+  coprocessor_.on_registers_written(first, count, now);
   poll(now);
 }
 

@@ -9,14 +9,15 @@ namespace cbcan::sim {
 /// The CBCAN module: a coprocessor plugged into a bus.
 class CoprocessorModule final : public Participant {
  public:
-  CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters registers,
-                    const Coprocessor::Settings& settings);
+  CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters process,
+                    const Coprocessor::Settings& settings, ScannerWindow scanner = {});
 
   void start(Time now) override;
   /// Also to be called when R3700 may have been written.
   void poll(Time now) override { wants(coprocessor_.poll(now)); }
-  /// To be called when registers of process data may have been written.
-  void on_registers_written(Time now);
+  /// See Coprocessor.
+  void on_registers_written(std::size_t first, std::size_t count, Time now);
+  void on_plc(Time now) { coprocessor_.on_plc(now); }
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
 

@@ -11,9 +11,10 @@ Node& World::add_node(std::uint8_t node_id, NodeImage image, const NodeParts& pa
   return *nodes_.back();
 }
 
-CoprocessorModule& World::add_module(RegisterWindow window, ProcessRegisters registers,
-                                     const Coprocessor::Settings& settings) {
-  modules_.push_back(std::make_unique<CoprocessorModule>(bus_, schedule_, window, registers, settings));
+CoprocessorModule& World::add_module(RegisterWindow window, ProcessRegisters process,
+                                     const Coprocessor::Settings& settings, ScannerWindow scanner) {
+  modules_.push_back(
+      std::make_unique<CoprocessorModule>(bus_, schedule_, window, process, settings, scanner));
   return *modules_.back();
 }
 

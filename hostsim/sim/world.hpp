@@ -34,8 +34,8 @@ class World {
 
   /// Both live with the world and are off until start(). `window` is memory of the caller's.
   Node& add_node(std::uint8_t node_id, NodeImage image, const NodeParts& parts = {});
-  CoprocessorModule& add_module(RegisterWindow window, ProcessRegisters registers,
-                                const Coprocessor::Settings& settings);
+  CoprocessorModule& add_module(RegisterWindow window, ProcessRegisters process,
+                                const Coprocessor::Settings& settings, ScannerWindow scanner = {});
 
   /// Power on for all: modules first, so that they hear the nodes' boot-up messages.
   void start(Time now);

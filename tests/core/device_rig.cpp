@@ -50,25 +50,6 @@ DeviceRig::DeviceRig(const std::vector<Row>& rows)
       values(power_on),
       device(0x42, {entries, values, {}}, {buffer_, rpdos_, tpdos_, watched_}, *this, port) {}
 
-DeviceRig::~DeviceRig() noexcept(false) {
-  if (std::uncaught_exceptions() == 0) expect_silence();
-}
-
-void DeviceRig::expect(const std::string& frame) {
-  if (port.sent.empty()) {
-    FAIL_CHECK("the wire is silent; expected " << frame);
-    return;
-  }
-  CHECK(port.sent.front() == frame);
-  port.sent.pop_front();
-}
-
-void DeviceRig::expect_silence() {
-  for (const std::string& left : port.sent)
-    FAIL_CHECK("left over: " << left);
-  port.sent.clear();
-}
-
 void DeviceRig::arrive(const std::string& frame) {
   device.on_frame(frame_from(frame), now);
   pass(0);

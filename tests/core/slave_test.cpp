@@ -32,22 +32,13 @@ const std::vector<ObjectEntry> kEntries{
 };
 const std::vector<cbcan::ObjectLimits> kLimits{{0x2002, 1, 10, 20}};
 
-class Device final : private cbcan::Application {
+class Device final : public cbcan::test::Wire, private cbcan::Application {
  public:
   Device() : slave(0x42, {kEntries, values, kLimits}, buffer, *this, port) {
     slave.start(now);
     slave.poll(now);
   }
 
-  void expect(const std::string& frame) {
-    if (port.sent.empty()) {
-      FAIL_CHECK("the wire is silent; expected " << frame);
-      return;
-    }
-    CHECK(port.sent.front() == frame);
-    port.sent.pop_front();
-  }
-  void expect_silence() { CHECK(port.sent.empty()); }
   void arrive(const std::string& frame) { slave.on_frame(cbcan::test::frame_from(frame), now); }
   void pass(cbcan::Time duration) {
     for (const cbcan::Time end = now + duration; slave.deadline() <= end;) {
@@ -58,7 +49,6 @@ class Device final : private cbcan::Application {
 
   std::vector<std::uint8_t> values = std::vector<std::uint8_t>(1031);
   std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(1000);
-  cbcan::test::RecordingPort port;
   cbcan::Time now = 0;
   std::vector<int> states;
   cbcan::Slave slave;

@@ -76,7 +76,8 @@ void ModbusModel::answer(View request) {
 
 Bytes ModbusModel::answer_to(View pdu) {
   switch (pdu[0]) {
-    case 3: return read(pdu);
+    case 3:
+    case 4: return read(pdu);
     case 6: return write_one(pdu);
     case 16: return write_many(pdu);
     case 22: return mask(pdu);
@@ -89,7 +90,7 @@ Bytes ModbusModel::answer_to(View pdu) {
 Bytes ModbusModel::read(View pdu) {
   if (pdu.size() != 5 || word(pdu, 3) < 1 || word(pdu, 3) > 125) return exception(pdu, kIllegalValue);
   if (!exist(word(pdu, 1), word(pdu, 3))) return exception(pdu, kIllegalAddress);
-  return load(3, word(pdu, 1), word(pdu, 3));
+  return load(pdu[0], word(pdu, 1), word(pdu, 3));
 }
 
 Bytes ModbusModel::write_one(View pdu) {

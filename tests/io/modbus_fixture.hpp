@@ -19,11 +19,12 @@ namespace cbcan::io::test {
 
 /// 4168 registers, and what is told of them.
 struct Unit final : ModbusUnit {
-  explicit Unit(std::function<void(bool)> tell) : told(std::move(tell)) {}
+  using Tell = std::function<void(bool valid, const ModbusRange& written)>;
+  explicit Unit(Tell tell) : told(std::move(tell)) {}
   std::span<std::uint16_t> registers() override { return words; }
-  void on_request(bool wrote) override { told(wrote); }
+  void on_request(bool valid, const ModbusRange& written) override { told(valid, written); }
   std::vector<std::uint16_t> words = std::vector<std::uint16_t>(4168);
-  std::function<void(bool)> told;
+  Tell told;
 };
 
 /// A server on a free port, with two networks of 4168 registers each, and everything that it has told.
@@ -32,20 +33,24 @@ struct Server {
   static constexpr Time kDelayed = 300 * kMillisecond;
 
   Reactor reactor;
-  std::vector<bool> requests;         ///< on_request's argument
+  std::vector<bool> requests;        ///< on_request's arguments: did it write something
+  std::vector<ModbusRange> written;  ///< what
+  std::vector<bool> valid;
   std::vector<std::size_t> networks;  ///< to which
   std::function<void()> on_request;
-  Unit first{[this](bool wrote) { told(0, wrote); }};
-  Unit second{[this](bool wrote) { told(1, wrote); }};
+  Unit first{[this](bool good, const ModbusRange& range) { told(0, good, range); }};
+  Unit second{[this](bool good, const ModbusRange& range) { told(1, good, range); }};
   std::vector<std::uint16_t>& registers = first.words;
   std::vector<std::uint16_t>& of_second = second.words;
   std::vector<std::string> warnings;
   ModbusTcp modbus{
       reactor, {&first, &second}, settings(), [this](const std::string& line) { warnings.push_back(line); }};
 
-  void told(std::size_t network, bool wrote) {
+  void told(std::size_t network, bool good, const ModbusRange& range) {
     networks.push_back(network);
-    requests.push_back(wrote);
+    requests.push_back(range.count != 0);
+    written.push_back(range);
+    valid.push_back(good);
     if (on_request) on_request();
   }
 

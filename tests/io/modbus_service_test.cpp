@@ -52,6 +52,15 @@ TEST_CASE("FC 23 writes and then reads") {
   CHECK(server.registers[16] == 0x0001);
 }
 
+TEST_CASE("FC 4 reads what FC 3 reads") {
+  Server server;
+  Client client(server);
+  server.registers[4167] = 0xABCD;
+  CHECK(ask(server, client, "00 01 00 00 00 06 01 04 10 47 00 01", 11) ==
+        hex("00 01 00 00 00 05 01 04 02 AB CD"));
+  CHECK(ask(server, client, "00 02 00 00 00 06 01 04 10 47 00 02", 9) == hex("00 02 00 00 00 03 01 84 02"));
+}
+
 TEST_CASE("FC 43/14 says who this is") {
   Server server;
   Client client(server);
@@ -95,6 +104,8 @@ TEST_CASE("the owner is told of each request, once, and whether it wrote") {
   ask(server, client, "00 04 00 00 00 05 01 2B 0E 01 00", 28);
   ask(server, client, "00 05 00 00 00 0D 01 17 00 00 00 01 00 00 00 01 02 00 00", 11);
   CHECK(server.requests == std::vector<bool>{false, true, false, false, true});
+  CHECK(server.valid == std::vector<bool>{true, true, false, true, true});
+  CHECK(server.written.back() == ModbusRange{0, 1});
   CHECK(server.modbus.counters().requests == 5);
   CHECK(server.modbus.counters().exceptions == 1);
 }

@@ -84,7 +84,8 @@ void append(ModbusAnswer& answer, const auto& bytes) {
 
 ModbusException check_request(Pdu pdu, std::size_t registers) {
   switch (static_cast<ModbusFunction>(pdu[0])) {
-    case kReadHoldingRegisters: return check_read(pdu, registers);
+    case kReadHoldingRegisters:
+    case kReadInputRegisters: return check_read(pdu, registers);
     case kWriteSingleRegister: return check_one(pdu, 5, registers);
     case kWriteMultipleRegisters: return check_write(pdu, registers);
     case kMaskWriteRegister: return check_one(pdu, 7, registers);
@@ -94,13 +95,13 @@ ModbusException check_request(Pdu pdu, std::size_t registers) {
   return kIllegalFunction;
 }
 
-bool writes_registers(std::uint8_t function) {
-  switch (static_cast<ModbusFunction>(function)) {
+ModbusRange written_by(Pdu pdu) {
+  switch (static_cast<ModbusFunction>(pdu[0])) {
     case kWriteSingleRegister:
-    case kWriteMultipleRegisters:
-    case kMaskWriteRegister:
-    case kReadWriteMultipleRegisters: return true;
-    default: return false;
+    case kMaskWriteRegister: return {word(pdu, 1), 1};
+    case kWriteMultipleRegisters: return {word(pdu, 1), word(pdu, 3)};
+    case kReadWriteMultipleRegisters: return {word(pdu, 5), word(pdu, 7)};
+    default: return {};
   }
 }
 

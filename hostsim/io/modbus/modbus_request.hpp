@@ -25,6 +25,7 @@ inline constexpr std::size_t kMaxPduBytes = 253;
 
 enum class ModbusFunction : std::uint8_t {
   kReadHoldingRegisters = 3,
+  kReadInputRegisters = 4,  ///< the same registers: some masters know nothing else
   kWriteSingleRegister = 6,
   kWriteMultipleRegisters = 16,
   kMaskWriteRegister = 22,
@@ -41,8 +42,15 @@ inline constexpr std::uint8_t kExceptionBit = 0x80;
 /// exists. `pdu` is not empty.
 ModbusException check_request(std::span<const std::uint8_t> pdu, std::size_t registers);
 
-/// True for the functions that change registers.
-bool writes_registers(std::uint8_t function);
+/// Registers first..first+count-1; count = 0: none.
+struct ModbusRange {
+  std::size_t first = 0;
+  std::size_t count = 0;
+  bool operator==(const ModbusRange&) const = default;
+};
+
+/// What a request that check_request() has passed writes.
+ModbusRange written_by(std::span<const std::uint8_t> pdu);
 
 /// What FC 43/14 tells (V1.1b3, 6.21, basic device identification). At most 64 characters of each are told.
 struct DeviceIdentity {

@@ -56,6 +56,8 @@ struct ModbusTcp::Libmodbus {
   bool reply(int socket, Bytes request, Registers registers) {
     mapping.nb_registers = static_cast<int>(registers.size());
     mapping.tab_registers = registers.data();
+    mapping.nb_input_registers = mapping.nb_registers;
+    mapping.tab_input_registers = mapping.tab_registers;
     modbus_set_socket(context.get(), socket);
     return modbus_reply(context.get(), request.data(), static_cast<int>(request.size()), &mapping) > 0;
   }
@@ -181,8 +183,8 @@ bool ModbusTcp::serve(Connection& client, Bytes request) {
       reached ? check_request(pdu, registers.size()) : ModbusException::kGatewayPathUnavailable;
   ++counters_.requests;
   const bool alive = answer(client, request, registers, exception);
-  if (reached)
-    networks_[network]->on_request(exception == ModbusException::kNone && writes_registers(pdu[0]));
+  const bool valid = exception == ModbusException::kNone;
+  if (reached) networks_[network]->on_request(valid, valid ? written_by(pdu) : ModbusRange());
   return alive;
 }
 

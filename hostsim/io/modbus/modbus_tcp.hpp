@@ -4,8 +4,8 @@
 /// A Modbus TCP server over the caller's 16-bit holding registers, of one network or several, for any number
 /// of clients, in one thread.
 ///
-/// Function codes 3, 6, 16, 22 and 23, and 43/14 (identification); the others get exception 01. One
-/// request is applied whole. Registers are in host byte order, register n is address n.
+/// Function codes 3, 4 (the same registers as 3), 6, 16, 22 and 23, and 43/14 (identification); the others
+/// get exception 01. One request is applied whole. Registers are in host byte order, register n is address n.
 ///
 /// The unit ID says whose registers: 1 is the first network, 2 the second; 0 and 255 are the first too. Any
 /// other one gets exception 0Ah (gateway path unavailable), whatever the function. It is echoed always.
@@ -46,9 +46,9 @@ class ModbusUnit {
   /// The same words always; none = there is nothing to select.
   virtual std::span<std::uint16_t> registers() = 0;
 
-  /// A request to it, perhaps a refused one, has been answered, and the next one of anybody is not looked at
-  /// yet; `wrote` = it changed registers. Must not destroy the server.
-  virtual void on_request(bool wrote) = 0;
+  /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
+  /// exception; `written`: what it has written. Must not destroy the server.
+  virtual void on_request(bool valid, const ModbusRange& written) = 0;
 
  protected:
   ~ModbusUnit() = default;

@@ -42,6 +42,24 @@ inline constexpr std::size_t kInputWords = 64;
 inline constexpr std::size_t kOutputWords = 64;
 inline constexpr std::size_t kProcessWords = kInputWords + kOutputWords;
 
+/// The scanner window, for PLCs that exchange whole blocks of registers again and again: a block that the PLC
+/// writes and one that it reads. Both may begin elsewhere. Channel n of up to 16 has its blocks
+/// kScannerStride * (n - 1) registers further on, so all of them end below R3700.
+inline constexpr std::uint16_t kScannerOutFirst = 500;
+inline constexpr std::uint16_t kScannerInFirst = 600;
+inline constexpr std::uint16_t kScannerStride = 200;
+
+/// Words of the OUT block: the number of the request, and behind it the same words as in R3701..R3769.
+inline constexpr std::size_t kScannerNumber = 0;
+inline constexpr std::size_t kScannerOutWords = kWindowWords;
+/// Words of the IN block.
+inline constexpr std::size_t kScannerAnswered = 0;  ///< number of the request whose result this is
+inline constexpr std::size_t kScannerResult = 1;
+inline constexpr std::size_t kScannerTaken = 2;  ///< number of the last request that was looked at
+inline constexpr std::size_t kScannerSize = 3;   ///< bytes of data
+inline constexpr std::size_t kScannerData = 4;
+inline constexpr std::size_t kScannerInWords = kScannerData + kDataWords;
+
 /// R0..R4167 are holding registers 0..4167 of the FATEK FBs PLC (40001..44168).
 inline constexpr std::uint16_t kRegisterFileWords = 4168;
 
@@ -179,7 +197,9 @@ enum class Result : std::uint16_t {
   kOk = 0,
   kCommandCodeError = 1,
   kNodeIdError = 2,
-  kSdoExecutionError = 4
+  kSdoExecutionError = 4,
+  kRestarted = 5,  ///< of the scanner window alone
+  kIncomplete = 6  ///< likewise
 };
 
 inline constexpr std::array<NamedNumber, 4> kResults{{

@@ -13,6 +13,7 @@ Coprocessor::Settings core_settings(const Settings& settings) {
   Coprocessor::Settings core;
   core.state_fresh_for = static_cast<Time>(settings.state_fresh_for.count());
   core.guard_timeout = static_cast<Time>(settings.guard_timeout.count());
+  core.process_first = static_cast<std::uint16_t>(settings.process_first);
   return core;
 }
 
@@ -34,9 +35,9 @@ class CoreTarget final : public Target {
   std::string lacks(Ability /*ability*/) const override { return {}; }
 
   void write(unsigned first, const Words& words) override {
-    for (const std::uint16_t word : words)
-      reg(first++) = word;
-    bench_->coprocessor.on_registers_written(bench_->now);
+    for (std::size_t k = 0; k < words.size(); ++k)
+      reg(first + static_cast<unsigned>(k)) = words[k];
+    bench_->coprocessor.on_registers_written(first, words.size(), bench_->now);
     bench_->poll();
   }
   Words read(unsigned first, std::size_t count) override {
@@ -74,7 +75,10 @@ class CoreTarget final : public Target {
 
  private:
   std::uint16_t& reg(unsigned address) {
-    return is_process_data(address) ? bench_->process.at(address - process_first_) : bench_->reg(address);
+    if (is_process_data(address)) return bench_->process.at(address - process_first_);
+    if (address < regmap::kScannerInFirst) return bench_->out.at(address - regmap::kScannerOutFirst);
+    if (address < regmap::kWindowFirst) return bench_->in.at(address - regmap::kScannerInFirst);
+    return bench_->reg(address);
   }
   bool is_process_data(unsigned address) const {
     return address >= process_first_ && address < process_first_ + bench_->process.size();
