@@ -17,6 +17,7 @@ STANDARD = {  # construct: (rule of annex B, or table of the standard, that MATI
     "FUNCTION_BLOCK": ("B.1.5.2 function_block_declaration", "_cds_obj_function_block"),
     "PROGRAM": ("B.1.5.3 program_declaration", "_cds_obj_program"),
     "CONFIGURATION": ("B.1.7 configuration_declaration", None),  # CODESYS has a task configuration in its project instead
+    "AT": ("B.1.4.3 located_var_declarations", "_cds_at_declaration"),
     "VAR": ("B.1.4.3 var_declarations", "_cds_vartypes_var"),
     "VAR_INPUT": ("B.1.4.3 input_declarations", "_cds_vartypes_var_input"),
     "VAR_OUTPUT": ("B.1.4.3 output_declarations", "_cds_vartypes_var_output"),

@@ -87,6 +87,14 @@ class Programs(unittest.TestCase):
                    """FUNCTION_BLOCK fills VAR_INPUT VALUE : WORD; END_VAR VAR_IN_OUT WHERE : FIVE; END_VAR WHERE[7] := VALUE;
             END_FUNCTION_BLOCK""", A=[0, 0, 0, 0, 9])
 
+    def test_located_words(self):
+        made = machine("i AT %IW100 : WORD; q AT %QW7 : WORD;", "q := i OR 16#0001;")
+        block, values = made.programs["MAIN"]
+        self.assertEqual(block.located, {"%IW100": "I", "%QW7": "Q"})
+        values["I"] = 0x1000
+        made.scan(0)
+        self.assertEqual(values["Q"], 0x1001)
+
     def test_globals(self):
         made = Machine(("a.st", "PROGRAM p VAR_EXTERNAL shared : UINT; END_VAR "
                                 "shared := 9; END_PROGRAM"), ("c.st", CONFIGURATION))
@@ -171,7 +179,7 @@ class Mistakes(unittest.TestCase):
                      "CASE x OF 0, 1: x := 2; END_CASE;", "IF x = 0 THEN x := 1; END_IF", "t(IN := , PT := T#1s);", "// x\n", "x := 1.5;", "x := x ** 2;", "{pragma}", "x := THIS^.y;", "FOR x := 0 TO 9 BY 2 DO END_FOR;"):
             with self.subTest(text), self.assertRaisesRegex(StError, r"a\.st:\d+: "):
                 run("x : UINT; t : TON;", text)
-        for variables in ("x AT %MW5 : WORD;", "x : REAL;", "x : STRING;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;",
+        for variables in ("x AT %MW5 : WORD;", "x AT %IW5 : UINT;", "y AT %IW5 : WORD; x : UINT;", "x : REAL;", "x : STRING;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;",
                           "x : REFERENCE TO BYTE;"):
             with self.subTest(variables), self.assertRaisesRegex(StError, r"a\.st:\d+: "):
                 run(variables, "")

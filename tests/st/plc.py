@@ -21,9 +21,9 @@ def source(*names):
 
 
 def configuration(program):
-    """That of tools/st, with another program."""
+    """That of tools/st, with another program only."""
     (name, text), = source("configuration.st")
-    return name, text.replace("state_of_node_5", program)
+    return name, text.replace("state_of_node_5", program).replace("    PROGRAM exchange WITH cyclic : cbcan_exchange;\n", "")
 
 
 class Plant:

@@ -22,6 +22,7 @@ class Block:
         self.sections = {}   # NAME: section
         self.types = {}      # NAME: Type or Block
         self.initial = {}    # NAME: value, or a Block to make an instance of
+        self.located = {}    # address: NAME
         self.run = None      # of (the variables, the time)
         self.result = None   # Type of a FUNCTION
 
@@ -153,3 +154,7 @@ class Machine:
             block.initial[name] = None
         else:
             block.initial[name] = self.initial_of(variable, a_type)
+        if variable.address:
+            if block.kind != "PROGRAM" or a_type.name != "WORD":
+                raise StError(variable.place, f"{name}: only a WORD of a PROGRAM is located in this subset")
+            block.located[variable.address] = name

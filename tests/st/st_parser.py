@@ -13,6 +13,7 @@ class Var(NamedTuple):
     place: str
     section: str = ""  # VAR, VAR_INPUT, ...
     constant: bool = False
+    address: str = ""  # of a located variable: %IW100
 
 
 class Pou(NamedTuple):
@@ -112,6 +113,7 @@ class Parser:
 
     def variable(self, section, constant, spec):
         place, name = self.token.place, self.identifier()
+        address = self.address() if section == "VAR" and self.takes("AT") else ""
         self.expect(":")
         what = spec(section)
         initial = None
@@ -119,7 +121,13 @@ class Parser:
             self.use("initial value")
             initial = self.expression()
         self.expect(";")
-        return Var(name, what, initial, place, section, constant)
+        return Var(name, what, initial, place, section, constant, address)
+
+    def address(self):
+        self.use("AT")
+        if self.token.kind != "address":
+            raise StError(self.token.place, f"{self.token.value}: %IW or %QW and a number should stand here")
+        return self.next().value
 
     def type_spec(self, _):
         if self.takes("("):
@@ -175,6 +183,8 @@ class Parser:
         variables = []
         while not self.takes("END_VAR"):
             variables.append(self.variable(section, constant, self.spec))
+            if bool(variables[-1].address) != bool(variables[0].address):
+                raise StError(variables[-1].place, f"{variables[-1].name}: located variables have a VAR of their own")  # MATIEC
         return variables
 
     def configuration(self):

@@ -202,7 +202,9 @@ void Window::ended(std::span<const std::uint16_t> words) {
       if (transaction_.write || fits(transaction_, size)) return succeeded(job, words);
       break;
     case regmap::Result::kCommandCodeError:
-    case regmap::Result::kNodeIdError: break;
+    case regmap::Result::kNodeIdError:
+    case regmap::Result::kRestarted:
+    case regmap::Result::kIncomplete: break;
   }
   finish(job, KernelError::kInternal);
 }
