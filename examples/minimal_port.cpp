@@ -92,7 +92,7 @@ int main() {
     while (received.pop(frame))
       coprocessor.on_frame(frame, now());
     coprocessor.on_bus_state(bus_state(), now());
-    coprocessor.on_registers_written(now());
+    coprocessor.on_registers_written(regmap::kProcessFirst, regmap::kProcessWords, now());
     coprocessor.poll(now());
   }
 }

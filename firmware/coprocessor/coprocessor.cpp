@@ -322,7 +322,6 @@ void Coprocessor::watch_plc(Time now) {
   plc_due_ = plc_heard_at_ + milliseconds(settings_.plc_timeout_ms);
   if (now < plc_due_) return;
   plc_due_ = kNever;
-  ++counters_.plc_lost;
   if (node_.state() == nmt::State::kOperational) node_.command(settings_.plc_lost, now);
 }
 

@@ -44,8 +44,9 @@ class Coprocessor final {
     /// Silence of the PLC after which the own node leaves Operational; 0 = it may be silent for ever.
     std::uint16_t plc_timeout_ms = 0;
     nmt::Command plc_lost = nmt::Command::kEnterPreOperational;  ///< what the own node does then
-    // Where the ranges begin, as on_registers_written() is told them.
+    // Where the ranges begin, as the PLC and on_registers_written() know them.
     std::uint16_t scanner_out_first = regmap::kScannerOutFirst;
+    std::uint16_t scanner_in_first = regmap::kScannerInFirst;
     std::uint16_t process_first = regmap::kProcessFirst;
   };
 
@@ -71,7 +72,6 @@ class Coprocessor final {
     std::uint32_t executed = 0;   ///< requests begun, of either window
     std::uint32_t failed = 0;     ///< ended with a result other than 0
     std::uint32_t cancelled = 0;  ///< no longer wanted by the PLC while under way
-    std::uint32_t plc_lost = 0;   ///< times that the PLC was silent for too long
   };
   const Counters& counters() const { return counters_; }
   const SdoClient& sdo_client() const { return client_; }

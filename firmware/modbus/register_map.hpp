@@ -16,7 +16,7 @@ struct RegisterRange {
   bool read_only = false;  ///< for Modbus
 };
 
-/// Ranges in ascending order that do not overlap. They, and the words, are the caller's and must outlive the
+/// Ranges in any order that do not overlap. They, and the words, are the caller's and must outlive the
 /// map. Ranges that follow each other without a gap are one to a request.
 class RegisterMap {
  public:
@@ -28,21 +28,25 @@ class RegisterMap {
 
   /// Of a register that exists.
   constexpr std::uint16_t& operator[](std::size_t address) const {
-    std::size_t i = 0;
-    while (address >= end_of(ranges_[i]))
-      ++i;
-    return ranges_[i].words[address - ranges_[i].first];
+    const RegisterRange& range = *find(address);
+    return range.words[address - range.first];
   }
 
  private:
-  static constexpr std::size_t end_of(const RegisterRange& range) { return range.first + range.words.size(); }
+  /// The range that has it; null = none has.
+  constexpr const RegisterRange* find(std::size_t address) const {
+    for (const RegisterRange& range : ranges_)
+      if (address - range.first < range.words.size()) return &range;
+    return nullptr;
+  }
 
   constexpr bool covers(std::size_t first, std::size_t count, bool with_read_only) const {
-    std::size_t covered = first;
-    for (const RegisterRange& range : ranges_)
-      if (range.first <= covered && covered < end_of(range) && (with_read_only || !range.read_only))
-        covered = end_of(range);
-    return covered >= first + count;
+    for (std::size_t at = first; at < first + count;) {
+      const RegisterRange* range = find(at);
+      if (range == nullptr || (range->read_only && !with_read_only)) return false;
+      at = range->first + range->words.size();
+    }
+    return true;
   }
 
   std::span<const RegisterRange> ranges_;

@@ -297,10 +297,12 @@ bool RtuServer::request_reads(std::uint16_t first, std::size_t count) const {
 std::span<const std::uint8_t> RtuServer::execute() {
   ++counters_.bus_messages;
   ++counters_.slave_messages;
+  executed_ = {};
   Exception exception = execute_on(networks_[request_network()]);
   // A broadcast is refused by all networks or by none: their registers are alike.
   for (std::size_t i = 1; is_broadcast() && i < networks_.size(); ++i)
     exception = execute_on(networks_[i]);
+  executed_.valid = exception == Exception::kNone;
   if (exception != Exception::kNone) {
     ++counters_.slave_exceptions;
     buffer_[kFunction] |= kExceptionBit;
@@ -389,6 +391,8 @@ RtuServer::Exception RtuServer::mask_register(const RegisterMap& registers) {
       before, static_cast<std::uint16_t>((before & and_mask) | (or_mask & ~and_mask)),
       std::memory_order_release, std::memory_order_relaxed)) {
   }
+  executed_.first = address;
+  executed_.count = 1;
   size_ = 8;
   return Exception::kNone;
 }
@@ -425,7 +429,9 @@ void RtuServer::load(const RegisterMap& registers, std::uint16_t address, std::s
 
 /// The values at `offset` into registers.
 void RtuServer::store(const RegisterMap& registers, std::uint16_t address, std::size_t count,
-                      std::size_t offset) const {
+                      std::size_t offset) {
+  executed_.first = address;
+  executed_.count = static_cast<std::uint16_t>(count);
   for (std::size_t i = count; i-- > 0;) {
     if (i == 0) std::atomic_thread_fence(std::memory_order_release);
     const std::atomic_ref<std::uint16_t> target(registers[address + i]);

@@ -119,6 +119,9 @@ class RtuServer final {
   /// Loop, between poll() and execute(): which network the request is for, from 0; of a broadcast the first.
   std::size_t request_network() const;
 
+  /// Loop, likewise: the request is for all of them.
+  bool is_broadcast() const;
+
   /// Loop, likewise: the request reads one of these registers: the moment to make them fresh.
   bool request_reads(std::uint16_t first, std::size_t count) const;
 
@@ -126,6 +129,15 @@ class RtuServer final {
   /// The bytes stay valid until on_sent(). At most one request: poll the coprocessor after each, so that it
   /// misses no cancel.
   std::span<const std::uint8_t> execute();
+
+  /// What a request has done: for the coprocessor.
+  struct Executed {
+    bool valid;           ///< not refused by an exception
+    std::uint16_t first;  ///< registers first..first+count-1 have been written
+    std::uint16_t count;  ///< 0 = none
+  };
+  /// Loop: what the last execute() has done, in the network of the request; of a broadcast in each.
+  const Executed& executed() const { return executed_; }
 
   /// Interrupt or loop: the response has left, the driver of the line is off. Without a response under way
   /// nothing happens.
@@ -138,7 +150,6 @@ class RtuServer final {
   enum class Exception : std::uint8_t { kNone = 0, kFunction = 1, kAddress = 2, kValue = 3 };
 
   bool times_are_exact() const { return settings_.gap_us <= settings_.silence_us; }
-  bool is_broadcast() const;
   bool is_for_us() const;
   bool listens(bool after_gap);
   void end_by_gap();
@@ -166,12 +177,12 @@ class RtuServer final {
   Exception mask_register(const RegisterMap& registers);
   Exception read_write_registers(const RegisterMap& registers);
   void load(const RegisterMap& registers, std::uint16_t address, std::size_t count);
-  void store(const RegisterMap& registers, std::uint16_t address, std::size_t count,
-             std::size_t offset) const;
+  void store(const RegisterMap& registers, std::uint16_t address, std::size_t count, std::size_t offset);
   std::span<const std::uint8_t> sealed();
 
   std::span<const RegisterMap> networks_;
   Settings settings_;
+  Executed executed_{};
   std::atomic<State> state_{State::kReceiving};
   bool skipping_;          ///< until the next gap
   bool after_gap_ = true;  ///< the frame under way began after one

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "cbcan/regmap.hpp"
 #include "io/modbus/modbus_tcp.hpp"
 #include "io/sockets/stream_listener.hpp"
 #include "sim/random.hpp"
@@ -116,8 +117,43 @@ std::uint64_t seed_of(const Config& config, std::size_t network, std::uint64_t n
       .next();
 }
 
+/// A range of the module's registers, and the key of the setting that says where it begins.
+struct Registers {
+  std::string_view key;
+  std::size_t first;
+  std::size_t words;
+  std::size_t end() const { return first + words; }
+};
+
+std::string to_string(const Registers& range) {
+  const std::string name = range.key.empty() ? "" : " of " + std::string(range.key);
+  return "R" + std::to_string(range.first) + "..R" + std::to_string(range.end() - 1) + name;
+}
+
+void check_registers(const NetworkConfig& network, Diagnostics& found) {
+  const ModuleConfig& module = network.module;
+  const std::array<Registers, 4> ranges{{
+      {"", regmap::kWindowFirst, regmap::kWindowWords},
+      {"module.process_first", module.process_first, regmap::kProcessWords},
+      {"module.scanner_out_first", module.scanner_out_first, regmap::kScannerOutWords},
+      {"module.scanner_in_first", module.scanner_in_first, regmap::kScannerInWords},
+  }};
+  for (std::size_t later = 1; later < ranges.size(); ++later) {
+    for (std::size_t first = 0; first < later; ++first) {
+      const Registers& one = ranges[first];
+      const Registers& other = ranges[later];
+      if (one.first >= other.end() || other.first >= one.end()) continue;
+      const std::string_view key = network.places.contains(other.key) ? other.key : one.key;
+      found.push_back({network.places.at(key), in_network(network.number) + to_string(other) +
+                                                   " would lie over " + to_string(one) +
+                                                   "; every range needs registers of its own"});
+    }
+  }
+}
+
 void check_network(const Config& config, const NetworkConfig& network, Diagnostics& found) {
   check_node_ids(network, found);
+  check_registers(network, found);
   if (config.time.clock == ClockKind::kManual && network.can.kind != CanKind::kVirtual)
     found.push_back(about_option("--clock manual", in_network(network.number) + "the time of " +
                                                        can_spec(network.can) +

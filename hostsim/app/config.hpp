@@ -21,6 +21,9 @@
 
 namespace cbcan::app {
 
+/// Where the own node goes when the PLC has been silent for too long.
+enum class PlcLostState : std::uint8_t { kPreOperational, kStopped };
+
 /// The coprocessor itself.
 struct ModuleConfig {
   std::uint8_t node_id = 127;           ///< 1..127, its own address on the bus
@@ -28,8 +31,12 @@ struct ModuleConfig {
   std::uint16_t node_state_fresh_ms =
       2000;  ///< 1..65535, how long a heartbeat counts where 1016h says nothing
   std::uint16_t guarding_timeout_ms = 100;  ///< 1..65535, the wait for the answer to a node guarding request
-  std::uint16_t process_first = 3800;       ///< register; 128 of them, not among R3700..R3769
+  std::uint16_t process_first = 3800;       ///< register; 128 of them
   bool enabled = true;                      ///< false: nodes and bus alone; no Modbus server then
+  std::uint16_t scanner_out_first = 500;    ///< register; 70 of them
+  std::uint16_t scanner_in_first = 600;     ///< register; 68 of them
+  std::uint16_t plc_timeout_ms = 0;         ///< 0..65535, silence of the PLC that is too long; 0 = none is
+  PlcLostState plc_lost_state = PlcLostState::kPreOperational;
   bool operator==(const ModuleConfig&) const = default;
 };
 

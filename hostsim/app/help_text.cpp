@@ -40,7 +40,15 @@ Module, the coprocessor itself:
   --guarding-timeout MS  how long it waits for the answer to a node guarding
                          request, 1..65535 ms (default 100)
   --process-first R      the first of the 128 registers of process data,
-                         0..3572 or 3770..4040 (default 3800)
+                         0..4040 (default 3800)
+  --scanner-out-first R  the first of the 70 registers of the scanner window
+                         that the PLC writes, 0..4098 (default 500)
+  --scanner-in-first R   the first of the 68 that it reads, 0..4100 (default
+                         600)
+  --plc-timeout MS       silence of the PLC after which the own node leaves
+                         Operational, 0..65535 ms, 0 = none (default 0)
+  --plc-lost-state STATE what it becomes then, pre-operational or stopped
+                         (default "pre-operational")
   --no-module            nodes and bus alone, for a coprocessor that runs
                          elsewhere: no Modbus server either; --no-module=false
                          takes back a false of module.enabled (default true)

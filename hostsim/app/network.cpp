@@ -14,6 +14,11 @@ Coprocessor::Settings settings_of(const ModuleConfig& module) {
   settings.sdo_timeout_ms = module.sdo_timeout_ms;
   settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
   settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
+  settings.plc_timeout_ms = module.plc_timeout_ms;
+  settings.plc_lost = module.plc_lost_state == PlcLostState::kStopped ? nmt::Command::kStop
+                                                                      : nmt::Command::kEnterPreOperational;
+  settings.scanner_out_first = module.scanner_out_first;
+  settings.scanner_in_first = module.scanner_in_first;
   settings.process_first = module.process_first;
   return settings;
 }
@@ -23,10 +28,10 @@ RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
 }
 
-ScannerWindow scanner_of(std::vector<std::uint16_t>& registers) {
+ScannerWindow scanner_of(std::vector<std::uint16_t>& registers, const ModuleConfig& module) {
   const std::span<std::uint16_t> all(registers);
-  return {all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
-          all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()};
+  return {all.subspan(module.scanner_out_first).first<regmap::kScannerOutWords>(),
+          all.subspan(module.scanner_in_first).first<regmap::kScannerInWords>()};
 }
 
 ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const ModuleConfig& module) {
@@ -45,7 +50,7 @@ Network::Network(const Config& plant, const NetworkConfig& config, std::vector<B
       world_(config.can.bit_rate, network_seed(plant, config), this) {
   if (config.module.enabled)
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                                 settings_of(config.module), scanner_of(registers_));
+                                 settings_of(config.module), scanner_of(registers_, config.module));
   add_nodes(config, std::move(nodes));
   set_faults(config);
   if (config.can.kind == CanKind::kSocketCan)

@@ -12,7 +12,6 @@
 #include "app/can_spec.hpp"
 #include "app/suggest.hpp"
 #include "canopen/dictionary/objects.hpp"
-#include "cbcan/regmap.hpp"
 #include "devices/devices.hpp"
 #include "io/errors.hpp"
 #include "io/sockets/stream_listener.hpp"
@@ -66,15 +65,6 @@ Problem store_address(OwnerOf<Section>& target, const Value& value) {
     return error.what();
   }
   target.*Section.*Member = text;
-  return {};
-}
-
-Problem store_process_first(NetworkConfig& network, const Value& value) {
-  const auto first = static_cast<std::uint16_t>(std::get<std::int64_t>(value));
-  const bool before = first + regmap::kProcessWords <= regmap::kWindowFirst;
-  if (!before && first <= regmap::kLastData)
-    return "must be 0..3572 or 3770..4040: it would lie over R3700..R3769";
-  network.module.process_first = first;
   return {};
 }
 
@@ -198,7 +188,7 @@ constexpr std::array<Setting<Config>, 6> kSettings{{
      kBoolean, 0, 0, store<Config, &Config::verbose>},
 }};
 
-constexpr std::array<Setting<NetworkConfig>, 10> kNetworkSettings{{
+constexpr std::array<Setting<NetworkConfig>, 14> kNetworkSettings{{
     {"module.node_id", "--node-id N", "1..127", "127", "",
      kInteger, 1, 127, store<&NetworkConfig::module, &ModuleConfig::node_id>},
     {"module.sdo_timeout_ms", "--sdo-timeout MS", "0..65535 ms, 0 = none", "1000", "",
@@ -207,8 +197,16 @@ constexpr std::array<Setting<NetworkConfig>, 10> kNetworkSettings{{
      kInteger, 1, 65535, store<&NetworkConfig::module, &ModuleConfig::node_state_fresh_ms>},
     {"module.guarding_timeout_ms", "--guarding-timeout MS", "1..65535 ms", "100", "",
      kInteger, 1, 65535, store<&NetworkConfig::module, &ModuleConfig::guarding_timeout_ms>},
-    {"module.process_first", "--process-first R", "0..3572 or 3770..4040", "3800", "",
-     kInteger, 0, 4040, store_process_first},
+    {"module.process_first", "--process-first R", "0..4040", "3800", "",
+     kInteger, 0, 4040, store<&NetworkConfig::module, &ModuleConfig::process_first>},
+    {"module.scanner_out_first", "--scanner-out-first R", "0..4098", "500", "",
+     kInteger, 0, 4098, store<&NetworkConfig::module, &ModuleConfig::scanner_out_first>},
+    {"module.scanner_in_first", "--scanner-in-first R", "0..4100", "600", "",
+     kInteger, 0, 4100, store<&NetworkConfig::module, &ModuleConfig::scanner_in_first>},
+    {"module.plc_timeout_ms", "--plc-timeout MS", "0..65535 ms, 0 = none", "0", "",
+     kInteger, 0, 65535, store<&NetworkConfig::module, &ModuleConfig::plc_timeout_ms>},
+    {"module.plc_lost_state", "--plc-lost-state STATE", "pre-operational or stopped", "\"pre-operational\"", "",
+     kChoice, 0, 0, store<&NetworkConfig::module, &ModuleConfig::plc_lost_state>},
     {"module.enabled", "--no-module", "true or false", "true", "",
      kBoolean, 0, 0, store<&NetworkConfig::module, &ModuleConfig::enabled>},
     {"can.spec", "--can SPEC", "virtual or socketcan:IFNAME", "\"virtual\"", "",

@@ -351,3 +351,17 @@ TEST_CASE("a signal twice, a parameter file twice") {
               "every node "
               "needs a file of its own"});
 }
+
+TEST_CASE("ranges of registers do not overlap") {
+  CHECK(checked("[module]\nprocess_first = 3700\n") ==
+        Lines{"plant.toml:2: R3700..R3827 of module.process_first would lie over R3700..R3769; every range "
+              "needs registers of its own"});
+  CHECK(checked("[module]\nscanner_in_first = 569\n") ==
+        Lines{"plant.toml:2: R569..R636 of module.scanner_in_first would lie over R500..R569 of "
+              "module.scanner_out_first; every range needs registers of its own"});
+  CHECK(checked("[module]\nprocess_first = 432\n") ==
+        Lines{"plant.toml:2: R500..R569 of module.scanner_out_first would lie over R432..R559 of "
+              "module.process_first; every range needs registers of its own"});
+  CHECK(checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 3928\n").empty());
+  CHECK(checked("[module]\nscanner_out_first = 532\nscanner_in_first = 602\nprocess_first = 404\n").empty());
+}

@@ -24,6 +24,7 @@ NO_PROMISE = {
     (CONTRACT, "Several CAN networks"): "a target has one network; tests/io, tests/modbus, tests/system",
     (REGISTERS, "Registers and codes"): "what the page is",
     (REGISTERS, "The window"): "names for the registers that every test uses; tests/regmap",
+    (REGISTERS, "Scanner window"): "its registers; what they do says " + CONTRACT,
     (REGISTERS, "Process data"): "the names of what " + CONTRACT + " says under the same heading",
     (REGISTERS, "Diagnostics of the firmware images"): "not of the contract: one target alone has them; tests/boards",
     (REGISTERS, "SDO abort codes (R3707 and R3706)"): "names: codes of servers pass unchanged, the own ones are in " + CONTRACT,
@@ -35,7 +36,7 @@ SENTENCE_END = re.compile(r'(?:(?<=\.)|(?<=</sub>))\s+(?=[A-Z0-9"*`])')
 ID_AT_END = re.compile(r"<sub>\[([A-Z]+-\d+)\]</sub>[\s|]*$")
 IDS_OF_TEST = re.compile(r"\[([A-Z0-9]+h?-\d+)\]")
 NAME_OF_TEST = re.compile(r"(\[[A-Z0-9]+h?-\d+\] )+\S")
-REGISTER = re.compile(r"R\d{4}$|[0-9A-F]{4}h$")
+REGISTER = re.compile(r"R\d{3,4}$|[0-9A-F]{4}h$")
 
 
 def sentences(block, number):

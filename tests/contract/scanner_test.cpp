@@ -165,7 +165,7 @@ TEST_CASE("[SCAN-7] 0 otherwise does nothing") {
   CHECK(window.in() == Words{1, 5, 1, 0, 0, 0});
 }
 
-TEST_CASE("[SCAN-8] a request without all its words is refused") {
+TEST_CASE("[SCAN-8] [R601-6] a request without all its words is refused") {
   Scanner window;
   window.get_started();
   SECTION("the number alone") {
@@ -228,7 +228,7 @@ TEST_CASE("[SCAN-9] the words that a request needs") {
   }
 }
 
-TEST_CASE("[SCAN-10] IN after a start") {
+TEST_CASE("[SCAN-10] [R601-5] IN after a start") {
   Scanner window;
   Words words(68);
   words[1] = 5;
@@ -363,4 +363,14 @@ TEST_CASE("[SCAN-18] 1 comes after 65535") {
   CHECK(window.in(5) == Words{65535, 0, 65535, 1, 127});
   window.out({1, 5055, 0, 0x3002, 0, 1});
   CHECK(window.in(5) == Words{1, 0, 1, 1, 0});
+}
+
+TEST_CASE("[SCAN-19] where the blocks begin") {
+  Settings settings;
+  settings.scanner_out_first = 4000;
+  settings.scanner_in_first = 0;
+  Window window(settings);
+  CONTRACT_NEEDS(window, Ability::kSettings);
+  window.set(4000, {1});
+  CHECK(window.target().read(0, 4) == Words{1, 5, 1, 0});
 }

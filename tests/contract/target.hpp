@@ -24,7 +24,7 @@ enum class Ability {
   kBusState,      ///< set_bus_state()
   kRefusal,       ///< refuse_frames()
   kSecondReader,  ///< first_done()
-  kSettings,      ///< Settings other than the defaults
+  kSettings,      ///< Settings other than the defaults, plc_timeout of one second left out
 };
 
 enum class BusState { kActive, kOverflow, kErrorPassive, kBusOff };
@@ -32,7 +32,11 @@ enum class BusState { kActive, kOverflow, kErrorPassive, kBusOff };
 struct Settings {
   Duration state_fresh_for = 2s;
   Duration guard_timeout = 100ms;
-  unsigned process_first = 3800;  ///< register address where process data begin
+  unsigned process_first = 3800;  ///< register addresses where process data and the scanner's blocks begin
+  unsigned scanner_out_first = 500;
+  unsigned scanner_in_first = 600;
+  Duration plc_timeout = 0ms;     ///< silence of the PLC that is too long; 0 = none is
+  bool plc_lost_stopped = false;  ///< the own node's state then: stopped instead of pre-operational
 };
 
 /// A coprocessor with node ID 127 that has just been started: boot-up message sent, all registers 0. Every
@@ -45,10 +49,12 @@ class Target {
   /// Why this target cannot do it; "" = it can.
   virtual std::string lacks(Ability ability) const = 0;
 
-  /// One request of the PLC: it is applied whole. `first` is a register address, 3700..3769 or one of the 128
-  /// of process data; at most 123 words, the most that a request of Modbus has.
+  /// One request of the PLC: it is applied whole. `first` is a register address, 3700..3769, one of the 128
+  /// of process data or one of the scanner window; at most 123 words, the most that a request of Modbus has.
   virtual void write(unsigned first, const Words& words) = 0;
   virtual Words read(unsigned first, std::size_t count) = 0;
+  /// FC 23: one request that writes and then reads.
+  virtual Words write_and_read(unsigned to, const Words& words, unsigned from, std::size_t count) = 0;
 
   /// The next frame that the coprocessor has put on the bus; "" when there is none.
   virtual std::string next_frame() = 0;

@@ -61,7 +61,7 @@ void Rig::arrive(const Frame& frame) {
 
 void Rig::write_registers() {
   plc.before_frame();
-  coprocessor.on_registers_written(now_);
+  coprocessor.on_registers_written(regmap::kProcessFirst, regmap::kProcessWords, now_);
   plc.after();
   poll();
 }

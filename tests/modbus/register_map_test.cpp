@@ -9,12 +9,12 @@ namespace {
 using test::Bytes;
 using test::hex;
 
-/// R10..R12; R13 and R14, read-only; a gap; R16..R17 in memory before those.
+/// R10..R12; R13 and R14, read-only; a gap; R16..R17. Neither memory nor map has them in this order.
 struct Memory {
   std::array<std::uint16_t, 2> high{16, 17};
   std::array<std::uint16_t, 3> low{10, 11, 12};
   std::array<std::uint16_t, 2> fixed{13, 14};
-  std::array<RegisterRange, 3> ranges{{{10, low}, {13, fixed, true}, {16, high}}};
+  std::array<RegisterRange, 3> ranges{{{16, high}, {13, fixed, true}, {10, low}}};
   RegisterMap map{ranges};
 };
 

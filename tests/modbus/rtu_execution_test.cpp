@@ -234,5 +234,29 @@ TEST_CASE("RTU: whether the request reads certain registers") {
   }
 }
 
+TEST_CASE("RTU: what a request has done is told") {
+  struct Row {
+    const char* request;
+    bool valid;
+    std::uint16_t first, count;
+  };
+  const Row rows[] = {
+      {"11 06 00 01 00 03 9A 9B", true, 1, 1},
+      {"11 03 00 6B 00 03 76 87", true, 0, 0},
+      {"11 10 00 01 00 02 04 00 0A 01 02 C6 F0", true, 1, 2},
+      {"11 16 00 04 00 F2 00 25 66 E2", true, 4, 1},
+      {"11 17 00 03 00 06 00 0E 00 03 06 00 FF 00 FF 00 FF 4B 54", true, 14, 3},
+      {"11 06 10 48 00 05 CF 8F", false, 0, 0},  // R4168
+  };
+  Line line(station(0x11));
+  for (const Row& row : rows) {
+    INFO(row.request);
+    CHECK_FALSE(line.ask(hex(row.request)).empty());
+    CHECK(line.server.executed().valid == row.valid);
+    CHECK(line.server.executed().first == row.first);
+    CHECK(line.server.executed().count == row.count);
+  }
+}
+
 }  // namespace
 }  // namespace cbcan

@@ -123,6 +123,7 @@ TEST_CASE("RTU: which network a request is for") {
     line.now += 1750;
     REQUIRE(line.server.poll(line.now) == 0);
     CHECK(line.server.request_network() == row.network);
+    CHECK(line.server.is_broadcast() == (row.request[1] == '0'));
     CHECK(line.server.request_reads(4100, 32));
     line.server.execute();
     line.server.on_sent();

@@ -43,6 +43,21 @@ TEST_CASE("Process data: R3800..R3927, 64 inputs and 64 outputs, outside window 
   CHECK(kProcessData[1].writer == Writer::kPlc);
 }
 
+TEST_CASE("Scanner window: R500..R569 and R600..R667, without gaps; 16 channels end below R3700") {
+  const std::uint32_t firsts[] = {500, 501, 502, 503, 504, 505, 506, 600, 601, 602, 603, 604};
+  const std::uint32_t lasts[] = {500, 501, 502, 503, 504, 505, 569, 600, 601, 602, 603, 667};
+  for (std::size_t i = 0; i < kScanner.size(); ++i) {
+    CHECK(kScanner[i].first == firsts[i]);
+    CHECK(kScanner[i].last == lasts[i]);
+    CHECK(kScanner[i].writer == (i < 7 ? Writer::kPlc : Writer::kCoprocessor));
+  }
+  CHECK(kScanner[11].last + 15 * kScannerStride < 3700);
+  CHECK(static_cast<int>(Result::kRestarted) == 5);
+  CHECK(static_cast<int>(Result::kIncomplete) == 6);
+  CHECK(kScannerResults[0].value == 5);
+  CHECK(kScannerResults[1].value == 6);
+}
+
 TEST_CASE("The diagnostics: 32 registers from R4100, without gap or overlap, read-only, outside the window") {
   std::uint32_t next = 4100;
   for (const RegisterRow& row : kDiagnostics) {

@@ -79,7 +79,8 @@ class Station {
 
   void execute() {
     const std::span<const std::uint8_t> response = server_.execute();
-    coprocessor_.on_registers_written(now());
+    const RtuServer::Executed& executed = server_.executed();
+    coprocessor_.on_registers_written(executed.first, executed.count, now());
     coprocessor_.poll(now());
     if (write(line_, response.data(), response.size()) < 0) std::perror("rtu_station");
     server_.on_sent();
@@ -94,7 +95,9 @@ class Station {
   Coprocessor coprocessor_{
       RegisterWindow(std::span(registers_).subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
       std::span(registers_).subspan<regmap::kProcessFirst, regmap::kProcessWords>(), bus_,
-      Coprocessor::Settings{}};
+      Coprocessor::Settings{},
+      {std::span(registers_).subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
+       std::span(registers_).subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()}};
 };
 
 }  // namespace

@@ -33,20 +33,23 @@ void publish(Diagnostics registers, Time now, const Health& health, BusState bus
 
 /// What a PLC reads and writes of one network; another address is answered with exception 02.
 struct Registers {
-  Registers() = default;
+  explicit Registers(const Coprocessor::Settings& settings)
+      : map{{
+            {regmap::kWindowFirst, window},
+            {settings.scanner_out_first, scanner_out},
+            {settings.scanner_in_first, scanner_in},
+            {settings.process_first, process_data},
+            {regmap::kDiagnosticsFirst, diagnostics, true},
+        }} {}
   Registers(const Registers&) = delete;
   Registers& operator=(const Registers&) = delete;
 
   std::array<std::uint16_t, regmap::kWindowWords> window{};
+  std::array<std::uint16_t, regmap::kScannerOutWords> scanner_out{};
+  std::array<std::uint16_t, regmap::kScannerInWords> scanner_in{};
   std::array<std::uint16_t, regmap::kProcessWords> process_data{};
   std::array<std::uint16_t, regmap::kDiagnosticsWords> diagnostics{};
-
-  /// By address.
-  const std::array<RegisterRange, 3> map{{
-      {regmap::kWindowFirst, window},
-      {regmap::kProcessFirst, process_data},
-      {regmap::kDiagnosticsFirst, diagnostics, true},
-  }};
+  const std::array<RegisterRange, 5> map;
 };
 
 template <std::size_t kNetworks = 1>
@@ -92,11 +95,13 @@ class Station {
   Station(Hardware& hardware, const Ports& ports, const Settings& settings,
           std::index_sequence<kNetwork...> /*networks*/)
       : hardware_(hardware),
+        registers_{Registers(settings.coprocessors[kNetwork])...},
         maps_{RegisterMap(registers_[kNetwork].map)...},
         modbus_(maps_, settings.modbus),
-        coprocessors_{Coprocessor(RegisterWindow(registers_[kNetwork].window),
-                                  registers_[kNetwork].process_data, *ports[kNetwork],
-                                  settings.coprocessors[kNetwork])...} {}
+        coprocessors_{Coprocessor(
+            RegisterWindow(registers_[kNetwork].window), registers_[kNetwork].process_data, *ports[kNetwork],
+            settings.coprocessors[kNetwork],
+            ScannerWindow(registers_[kNetwork].scanner_out, registers_[kNetwork].scanner_in))...} {}
 
   void take_frames(std::size_t network, Time now) {
     Frame frame;
@@ -106,11 +111,20 @@ class Station {
   }
 
   void execute(Time now) {
-    if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords))
-      publish_for(kNetworks == 1 ? 0 : modbus_.request_network(), now);
+    const bool to_all = modbus_.is_broadcast();
+    const std::size_t asked = kNetworks == 1 ? 0 : modbus_.request_network();
+    if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords)) publish_for(asked, now);
     if (const auto response = modbus_.execute(); !response.empty()) hardware_.respond(response);
-    for (Coprocessor& coprocessor : coprocessors_)
-      coprocessor.on_registers_written(now);
+    for (std::size_t network = 0; network < kNetworks; ++network)
+      if (to_all || network == asked) tell(coprocessors_[network], now);
+  }
+
+  /// What the PLC has done.
+  void tell(Coprocessor& coprocessor, Time now) {
+    const RtuServer::Executed& executed = modbus_.executed();
+    if (!executed.valid) return;
+    coprocessor.on_plc(now);
+    if (executed.count != 0) coprocessor.on_registers_written(executed.first, executed.count, now);
   }
 
   /// Fresh for whoever asks; nobody else needs them.

@@ -12,6 +12,21 @@
 #define CBCAN_R_DATA                       3706         /* data words #0..#63, low byte first; after a failure #0 and #1 hold the SDO abort code, low word first */
 #define CBCAN_R_DATA_LAST                  3769         /* the last of them */
 
+#define CBCAN_R_SCANNER_OUT_NUMBER         500          /* number of the request; 0 = none, and cancels */
+#define CBCAN_R_SCANNER_OUT_COMMAND        501          /* as R3701 */
+#define CBCAN_R_SCANNER_OUT_NODE_ID        502          /* as R3702 */
+#define CBCAN_R_SCANNER_OUT_OBJECT_INDEX   503          /* as R3703 */
+#define CBCAN_R_SCANNER_OUT_OBJECT_SUB_INDEX 504          /* as R3704 */
+#define CBCAN_R_SCANNER_OUT_DATA_SIZE      505          /* as R3705, bytes to write, or the room for a read */
+#define CBCAN_R_SCANNER_OUT_DATA           506          /* data words #0..#63, as R3706..R3769 */
+#define CBCAN_R_SCANNER_OUT_DATA_LAST      569          /* the last of them */
+#define CBCAN_R_SCANNER_IN_NUMBER          600          /* number of the request whose result this is */
+#define CBCAN_R_SCANNER_IN_RESULT          601          /* its result code */
+#define CBCAN_R_SCANNER_IN_TAKEN           602          /* number taken last */
+#define CBCAN_R_SCANNER_IN_DATA_SIZE       603          /* bytes that were read */
+#define CBCAN_R_SCANNER_IN_DATA            604          /* data words #0..#63, low byte first; with result 4 #0 and #1 hold the SDO abort code, low word first */
+#define CBCAN_R_SCANNER_IN_DATA_LAST       667          /* the last of them */
+
 #define CBCAN_R_INPUTS                     3800         /* network variables A000h..A47Fh, written by RPDOs; low byte first */
 #define CBCAN_R_INPUTS_LAST                3863         /* the last of them */
 #define CBCAN_R_OUTPUTS                    3864         /* network variables A480h..A8FFh, sent by TPDOs; low byte first */
@@ -43,11 +58,11 @@
 #define CBCAN_R_DIAGNOSTIC_CAN_LOST_LAST   4123         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_CAN_ERRORS      4124         /* bus errors, or lines of a serial adapter without sense */
 #define CBCAN_R_DIAGNOSTIC_CAN_ERRORS_LAST 4125         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS    4126         /* CA0Eh seen in R3700 */
+#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS    4126         /* requests of the PLC begun, of both windows */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_LAST 4127         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_FAILED 4128         /* ended with a result other than 0 */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_FAILED_LAST 4129         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED 4130         /* overwritten by the PLC while under way */
+#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED 4130         /* no longer wanted by the PLC while under way */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED_LAST 4131         /* the last of them */
 
 #define CBCAN_EXECUTE                      0xCA0E       /* written to CBCAN_R_EXECUTE_FLAG */
@@ -58,6 +73,8 @@
 #define CBCAN_RESULT_CMD_CODE_ERR          1            /* R3701 is neither 5055 nor 5066 */
 #define CBCAN_RESULT_NODE_ID_ERR           2            /* R3702 is above 127 */
 #define CBCAN_RESULT_SDO_EXEC_ERR          4            /* the service failed; R3706 (low word) and R3707 (high word) hold the SDO abort code */
+#define CBCAN_RESULT_RESTARTED             5            /* the coprocessor has started: the number is not executed, as it may have been before */
+#define CBCAN_RESULT_INCOMPLETE            6            /* the number came without all words of its request; nothing is executed */
 
 #define CBCAN_OBJECT_NMT                   0x1F82       /* written: NMT service */
 #define CBCAN_OBJECT_NODE_STATE            0x300C       /* read: NMT state of a node */

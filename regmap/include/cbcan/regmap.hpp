@@ -104,6 +104,46 @@ inline constexpr std::array<RegisterRow, 2> kProcessData{{
      Writer::kPlc, "0..65535", "network variables A480h..A8FFh, sent by TPDOs; low byte first"},
 }};
 
+constexpr RegisterRow scanner_out(std::size_t first, std::size_t last, std::string_view name,
+                                  std::string_view range, std::string_view meaning) {
+  return {static_cast<std::uint16_t>(kScannerOutFirst + first),
+          static_cast<std::uint16_t>(kScannerOutFirst + last),
+          name,
+          Access::kReadWrite,
+          Writer::kPlc,
+          range,
+          meaning};
+}
+
+constexpr RegisterRow scanner_in(std::size_t first, std::size_t last, std::string_view name,
+                                 std::string_view range, std::string_view meaning) {
+  return {static_cast<std::uint16_t>(kScannerInFirst + first),
+          static_cast<std::uint16_t>(kScannerInFirst + last),
+          name,
+          Access::kReadWrite,
+          Writer::kCoprocessor,
+          range,
+          meaning};
+}
+
+inline constexpr std::array<RegisterRow, 12> kScanner{{
+    scanner_out(0, 0, "OUT_NUMBER", "0..65535", "number of the request; 0 = none, and cancels"),
+    scanner_out(1, 1, "OUT_COMMAND", "5055, 5066", "as R3701"),
+    scanner_out(2, 2, "OUT_NODE_ID", "0..127", "as R3702"),
+    scanner_out(3, 3, "OUT_OBJECT_INDEX", "0..65535", "as R3703"),
+    scanner_out(4, 4, "OUT_OBJECT_SUB_INDEX", "0..255", "as R3704"),
+    scanner_out(5, 5, "OUT_DATA_SIZE", "1..128", "as R3705, bytes to write, or the room for a read"),
+    scanner_out(6, kScannerOutWords - 1, "OUT_DATA", "0..65535", "data words #0..#63, as R3706..R3769"),
+    scanner_in(0, 0, "IN_NUMBER", "0..65535", "number of the request whose result this is"),
+    scanner_in(1, 1, "IN_RESULT", "0, 1, 2, 4, 5, 6", "its result code"),
+    scanner_in(2, 2, "IN_TAKEN", "0..65535", "number taken last"),
+    scanner_in(3, 3, "IN_DATA_SIZE", "0..128", "bytes that were read"),
+    scanner_in(
+        4, kScannerInWords - 1, "IN_DATA", "0..65535",
+        "data words #0..#63, low byte first; with result 4 #0 and #1 hold the SDO abort code, low word "
+        "first"),
+}};
+
 // ---- Diagnostics of the firmware images
 
 /// A block of read-only registers that the images for microcontrollers have outside the window; in the
@@ -165,10 +205,10 @@ inline constexpr std::array<RegisterRow, 19> kDiagnostics{{
                "frames, or bytes of a serial adapter, lost for want of room"),
     diagnostic(kCanErrors, 2, "CAN_ERRORS", "32 bits",
                "bus errors, or lines of a serial adapter without sense"),
-    diagnostic(kTransactions, 2, "TRANSACTIONS", "32 bits", "CA0Eh seen in R3700"),
+    diagnostic(kTransactions, 2, "TRANSACTIONS", "32 bits", "requests of the PLC begun, of both windows"),
     diagnostic(kTransactionsFailed, 2, "TRANSACTIONS_FAILED", "32 bits", "ended with a result other than 0"),
     diagnostic(kTransactionsCancelled, 2, "TRANSACTIONS_CANCELLED", "32 bits",
-               "overwritten by the PLC while under way"),
+               "no longer wanted by the PLC while under way"),
 }};
 
 /// Values of kResetCause.
@@ -192,14 +232,14 @@ inline constexpr std::array<NamedNumber, 2> kCommands{{
     {kSdoWrite, "SDO_WRITE", "SDO write (download)"},
 }};
 
-/// Result codes in R3700 (CBCAN, table 2). There is no code 3.
+/// Result codes in R3700 (CBCAN, table 2), and of the scanner window. There is no code 3.
 enum class Result : std::uint16_t {
   kOk = 0,
   kCommandCodeError = 1,
   kNodeIdError = 2,
   kSdoExecutionError = 4,
-  kRestarted = 5,  ///< of the scanner window alone
-  kIncomplete = 6  ///< likewise
+  kRestarted = 5,   ///< of the scanner window alone
+  kIncomplete = 6,  ///< likewise
 };
 
 inline constexpr std::array<NamedNumber, 4> kResults{{
@@ -207,6 +247,12 @@ inline constexpr std::array<NamedNumber, 4> kResults{{
     {1, "CMD_CODE_ERR", "R3701 is neither 5055 nor 5066"},
     {2, "NODE_ID_ERR", "R3702 is above 127"},
     {4, "SDO_EXEC_ERR", "the service failed; R3706 (low word) and R3707 (high word) hold the SDO abort code"},
+}};
+
+/// Those of the scanner window besides.
+inline constexpr std::array<NamedNumber, 2> kScannerResults{{
+    {5, "RESTARTED", "the coprocessor has started: the number is not executed, as it may have been before"},
+    {6, "INCOMPLETE", "the number came without all words of its request; nothing is executed"},
 }};
 
 // ---- Services addressed through objects (CBCAN, section 3)

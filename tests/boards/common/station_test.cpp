@@ -170,7 +170,7 @@ TEST_CASE("A request is executed after its silence, and a turn says when that is
   }
 }
 
-TEST_CASE("There are the window, process data and diagnostics, and nothing between them") {
+TEST_CASE("There are the windows, process data and diagnostics, and nothing between them") {
   Bench bench;
   const auto missing = Bytes({0x01, 0x83, 0x02, 0xC0, 0xF1});
   CHECK(bench.ask({0x01, 0x03, 0x00, 0x00, 0x00, 0x01, 0x84, 0x0A}) == missing);  // R0
@@ -225,6 +225,60 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
 TEST_CASE("The diagnostics registers cannot be written") {
   Bench bench;
   CHECK(bench.ask({0x01, 0x06, 0x10, 0x04, 0x00, 0x01, 0x0D, 0x0B}) == Bytes({0x01, 0x86, 0x02, 0xC3, 0xA1}));
+}
+
+TEST_CASE("The scanner window by Modbus RTU") {
+  Bench bench;
+  CHECK(bench.ask({0x01, 0x10, 0x01, 0xF4, 0x00, 0x08, 0x10, 0x00, 0x01, 0x00, 0x00, 0x00, 0x00,
+                   0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x6D, 0x7D}) ==
+        Bytes({0x01, 0x10, 0x01, 0xF4, 0x00, 0x08, 0x81, 0xC1}));
+  bench.port.sent.clear();
+  bench.ask({0x01, 0x10, 0x01, 0xF4, 0x00, 0x08, 0x10, 0x00, 0x02, 0x13, 0xBF, 0x00, 0x05,
+             0x20, 0x00, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0x00, 0x77, 0xF7});
+  CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
+  bench.board.arrived[0].push_back(test::frame_from("585#4300200078563412"));
+  CHECK(bench.ask({0x01, 0x03, 0x02, 0x58, 0x00, 0x06, 0x45, 0xA3}) ==
+        Bytes({0x01, 0x03, 0x0C, 0x00, 0x02, 0x00, 0x00, 0x00, 0x02, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0xD6,
+               0x2E}));
+}
+
+TEST_CASE("The ranges begin where the settings say") {
+  test::RecordingPort port;
+  Station<1>::Settings settings;
+  settings.coprocessors[0].scanner_out_first = 3770;
+  settings.coprocessors[0].scanner_in_first = 10;
+  settings.coprocessors[0].process_first = 1000;
+  BenchOf<1> bench({&port}, settings);
+  CHECK(bench.ask({0x01, 0x10, 0x0E, 0xBA, 0x00, 0x02, 0x04, 0x00, 0x07, 0x00, 0x00, 0x85, 0x05}).size() ==
+        8);
+  CHECK(bench.ask({0x01, 0x03, 0x00, 0x0A, 0x00, 0x03, 0x25, 0xC9}) ==
+        Bytes({0x01, 0x03, 0x06, 0x00, 0x07, 0x00, 0x05, 0x00, 0x07, 0xC5, 0x76}));
+  CHECK(bench.ask({0x01, 0x03, 0x03, 0xE8, 0x00, 0x7D, 0x05, 0x9B}).size() == 5 + 2 * 125);
+  CHECK(bench.ask({0x01, 0x03, 0x02, 0x58, 0x00, 0x01, 0x04, 0x61}) == Bytes({0x01, 0x83, 0x02, 0xC0, 0xF1}));
+}
+
+TEST_CASE("A valid request shows that the PLC is there; one that is refused does not") {
+  test::RecordingPort port;
+  Station<1>::Settings settings;
+  settings.coprocessors[0].plc_timeout_ms = 1000;
+  BenchOf<1> bench({&port}, settings);
+  const auto state = [&] { return bench.station.coprocessor().own_node().state(); };
+  const auto pass_half = [&] {
+    bench.board.time += 500'000;
+    bench.station.turn();
+  };
+  bench.board.arrived[0].push_back(test::frame_from("000#017F"));
+  bench.station.turn();
+  for (int i = 0; i < 4; ++i) {
+    pass_half();
+    bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});
+    CHECK(state() == nmt::State::kOperational);
+  }
+  for (int i = 0; i < 2; ++i) {
+    pass_half();
+    bench.ask({0x01, 0x03, 0x00, 0x00, 0x00, 0x01, 0x84, 0x0A});
+  }
+  CHECK(state() == nmt::State::kPreOperational);
 }
 
 TEST_CASE("Two networks: a transaction goes out on the port of the station that it was written to") {
@@ -304,4 +358,14 @@ TEST_CASE("Two networks: each shows diagnostics of its own CAN controller and tr
   CHECK(bench.reg(4107) == 0);
   CHECK(bench.pair(4116) == 10);
   CHECK(bench.pair(4126) == 0);
+}
+
+TEST_CASE("Two networks: a scanner window each, and a broadcast is for both") {
+  TwoNetworks bench;
+  bench.ask({0x02, 0x06, 0x01, 0xF4, 0x00, 0x07, 0x88, 0x35});
+  CHECK(bench.reg(602, 0) == 0);
+  CHECK(bench.reg(602, 1) == 7);
+  CHECK(bench.ask({0x00, 0x06, 0x01, 0xF4, 0x00, 0x08, 0xC9, 0xD3}).empty());
+  CHECK(bench.reg(602, 0) == 8);
+  CHECK(bench.reg(602, 1) == 8);
 }

@@ -14,6 +14,10 @@ Coprocessor::Settings core_settings(const Settings& settings) {
   core.state_fresh_for = static_cast<Time>(settings.state_fresh_for.count());
   core.guard_timeout = static_cast<Time>(settings.guard_timeout.count());
   core.process_first = static_cast<std::uint16_t>(settings.process_first);
+  core.scanner_out_first = static_cast<std::uint16_t>(settings.scanner_out_first);
+  core.scanner_in_first = static_cast<std::uint16_t>(settings.scanner_in_first);
+  core.plc_timeout_ms = static_cast<std::uint16_t>(settings.plc_timeout / 1ms);
+  if (settings.plc_lost_stopped) core.plc_lost = nmt::Command::kStop;
   return core;
 }
 
@@ -29,22 +33,22 @@ cbcan::BusState core_state(BusState state) {
 class CoreTarget final : public Target {
  public:
   explicit CoreTarget(const Settings& settings)
-      : bench_(new test::Bench(registers_.words(), core_settings(settings))),
-        process_first_(settings.process_first) {}
+      : bench_(new test::Bench(registers_.words(), core_settings(settings))), settings_(settings) {}
 
   std::string lacks(Ability /*ability*/) const override { return {}; }
 
-  void write(unsigned first, const Words& words) override {
+  void write(unsigned first, const Words& words) override { write_and_read(first, words, first, 0); }
+  Words read(unsigned first, std::size_t count) override { return write_and_read(first, {}, first, count); }
+  Words write_and_read(unsigned to, const Words& words, unsigned from, std::size_t count) override {
     for (std::size_t k = 0; k < words.size(); ++k)
-      reg(first + static_cast<unsigned>(k)) = words[k];
-    bench_->coprocessor.on_registers_written(first, words.size(), bench_->now);
+      reg(to + static_cast<unsigned>(k)) = words[k];
+    Words seen;
+    while (seen.size() < count)
+      seen.push_back(reg(from++));
+    bench_->coprocessor.on_plc(bench_->now);
+    if (!words.empty()) bench_->coprocessor.on_registers_written(to, words.size(), bench_->now);
     bench_->poll();
-  }
-  Words read(unsigned first, std::size_t count) override {
-    Words words;
-    while (words.size() < count)
-      words.push_back(reg(first++));
-    return words;
+    return seen;
   }
 
   std::string next_frame() override {
@@ -75,18 +79,19 @@ class CoreTarget final : public Target {
 
  private:
   std::uint16_t& reg(unsigned address) {
-    if (is_process_data(address)) return bench_->process.at(address - process_first_);
-    if (address < regmap::kScannerInFirst) return bench_->out.at(address - regmap::kScannerOutFirst);
-    if (address < regmap::kWindowFirst) return bench_->in.at(address - regmap::kScannerInFirst);
+    const auto in = [address](const auto& range, unsigned begin) { return address - begin < range.size(); };
+    if (in(bench_->process, settings_.process_first))
+      return bench_->process.at(address - settings_.process_first);
+    if (in(bench_->out, settings_.scanner_out_first))
+      return bench_->out.at(address - settings_.scanner_out_first);
+    if (in(bench_->in, settings_.scanner_in_first))
+      return bench_->in.at(address - settings_.scanner_in_first);
     return bench_->reg(address);
-  }
-  bool is_process_data(unsigned address) const {
-    return address >= process_first_ && address < process_first_ + bench_->process.size();
   }
 
   WatchedRegisters registers_;
   std::unique_ptr<test::Bench> bench_;
-  unsigned process_first_;
+  Settings settings_;
 };
 
 }  // namespace

@@ -39,7 +39,8 @@ struct DeepestStack {
 
 class McuTarget final : public Target {
  public:
-  McuTarget() : emulator_(CBCAN_IMAGE) {
+  explicit McuTarget(const Settings& settings)
+      : emulator_(settings.plc_timeout == 0s ? CBCAN_IMAGE : CBCAN_IMAGE_WATCHES_PLC) {
     const std::string start = "\r\r\rC\rS6\rO\rt77F100\r";
     if (emulator_.can().receive(start.size()) != start)
       throw std::runtime_error("the image begins otherwise");
@@ -64,22 +65,15 @@ class McuTarget final : public Target {
   }
 
   void write(unsigned first, const Words& words) override {
-    std::string request = "\x01\x10" + big_endian(first) + big_endian(words.size());
-    request += static_cast<char>(2 * words.size());
-    for (const std::uint16_t word : words)
-      request += big_endian(word);
+    const std::string request = "\x01\x10" + big_endian(first) + values(words);
     const std::string answer = ask(request, 8);
     if (answer != request.substr(0, 6)) throw std::runtime_error("another answer to FC 16");
   }
   Words read(unsigned first, std::size_t count) override {
-    const std::string request = "\x01\x03" + big_endian(first) + big_endian(count);
-    const std::string answer = ask(request, kFixedBytes + 2 * count);
-    if (answer.substr(0, 2) != "\x01\x03") throw std::runtime_error("another answer to FC 3");
-    Words words;
-    for (std::size_t at = 3; at < answer.size(); at += 2)
-      words.push_back(static_cast<std::uint16_t>(static_cast<std::uint8_t>(answer[at]) << 8 |
-                                                 static_cast<std::uint8_t>(answer[at + 1])));
-    return words;
+    return read_by("\x01\x03" + big_endian(first) + big_endian(count), count);
+  }
+  Words write_and_read(unsigned to, const Words& words, unsigned from, std::size_t count) override {
+    return read_by("\x01\x17" + big_endian(from) + big_endian(count) + big_endian(to) + values(words), count);
   }
 
   std::string next_frame() override {
@@ -109,6 +103,24 @@ class McuTarget final : public Target {
   Words first_done(const std::function<void()>& /*ending*/) override { return {}; }
 
  private:
+  /// Quantity, byte count and the words.
+  static std::string values(const Words& words) {
+    std::string bytes = big_endian(words.size()) + static_cast<char>(2 * words.size());
+    for (const std::uint16_t word : words)
+      bytes += big_endian(word);
+    return bytes;
+  }
+
+  Words read_by(const std::string& request, std::size_t count) {
+    const std::string answer = ask(request, kFixedBytes + 2 * count);
+    if (answer.substr(0, 2) != request.substr(0, 2)) throw std::runtime_error("another response to a read");
+    Words words;
+    for (std::size_t at = 3; at < answer.size(); at += 2)
+      words.push_back(static_cast<std::uint16_t>(static_cast<std::uint8_t>(answer[at]) << 8 |
+                                                 static_cast<std::uint8_t>(answer[at + 1])));
+    return words;
+  }
+
   /// The answer without its CRC, of `size` bytes with it.
   std::string ask(const std::string& request, std::size_t size) {
     emulator_.can().wait_taken();
@@ -136,8 +148,8 @@ class McuTarget final : public Target {
 
 }  // namespace
 
-std::unique_ptr<Target> make_target(const Settings& /*settings*/) {
-  return std::make_unique<McuTarget>();
+std::unique_ptr<Target> make_target(const Settings& settings) {
+  return std::make_unique<McuTarget>(settings);
 }
 
 }  // namespace cbcan::contract

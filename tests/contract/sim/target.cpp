@@ -56,6 +56,14 @@ class Plc {
     if (modbus_read_registers(modbus_, static_cast<int>(first), wanted, words.data()) != wanted) fail("read");
     return words;
   }
+  Words write_and_read(unsigned to, const Words& words, unsigned from, std::size_t count) {
+    Words seen(count);
+    const int wanted = static_cast<int>(count);
+    if (modbus_write_and_read_registers(modbus_, static_cast<int>(to), static_cast<int>(words.size()),
+                                        words.data(), static_cast<int>(from), wanted, seen.data()) != wanted)
+      fail("write and read");
+    return seen;
+  }
 
  private:
   [[noreturn]] static void fail(const std::string& what) {
@@ -68,10 +76,27 @@ class Plc {
 class SimTarget final : public Target {
  public:
   explicit SimTarget(const Settings& settings)
-      : simulator_({CBCAN_SIM, "--clock", "manual", "--modbus", "127.0.0.1:0", "--slcan", "127.0.0.1:0",
-                    "--node-state-fresh", in_ms(settings.state_fresh_for), "--guarding-timeout",
-                    in_ms(settings.guard_timeout), "--process-first",
-                    std::to_string(settings.process_first)}),
+      : simulator_({CBCAN_SIM,
+                    "--clock",
+                    "manual",
+                    "--modbus",
+                    "127.0.0.1:0",
+                    "--slcan",
+                    "127.0.0.1:0",
+                    "--node-state-fresh",
+                    in_ms(settings.state_fresh_for),
+                    "--guarding-timeout",
+                    in_ms(settings.guard_timeout),
+                    "--process-first",
+                    std::to_string(settings.process_first),
+                    "--scanner-out-first",
+                    std::to_string(settings.scanner_out_first),
+                    "--scanner-in-first",
+                    std::to_string(settings.scanner_in_first),
+                    "--plc-timeout",
+                    in_ms(settings.plc_timeout),
+                    "--plc-lost-state",
+                    settings.plc_lost_stopped ? "stopped" : "pre-operational"}),
         ready_(simulator_.hear()),
         plc_(port_in(ready_, "modbus")),
         bus_(port_in(ready_, "slcan")) {}
@@ -89,6 +114,9 @@ class SimTarget final : public Target {
 
   void write(unsigned first, const Words& words) override { plc_.write(first, words); }
   Words read(unsigned first, std::size_t count) override { return plc_.read(first, count); }
+  Words write_and_read(unsigned to, const Words& words, unsigned from, std::size_t count) override {
+    return plc_.write_and_read(to, words, from, count);
+  }
 
   std::string next_frame() override {
     std::string frame = bus_.take();

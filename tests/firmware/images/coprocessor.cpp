@@ -10,6 +10,9 @@ namespace {
 using namespace cbcan;
 
 volatile BusState& bus = *reinterpret_cast<volatile BusState*>(0x40000100);
+// Not counted: their places, and whether there are any, are the port's.
+auto& scanner_out = *reinterpret_cast<std::uint16_t (*)[regmap::kScannerOutWords]>(0x40000200);
+auto& scanner_in = *reinterpret_cast<std::uint16_t (*)[regmap::kScannerInWords]>(0x40000300);
 
 Port port;
 std::uint16_t window[regmap::kWindowWords];
@@ -19,12 +22,16 @@ alignas(Coprocessor) std::byte memory[sizeof(Coprocessor)];
 }  // namespace
 
 extern "C" void run() {
-  auto& coprocessor = *new (memory) Coprocessor(RegisterWindow(window), process, *new (&port) Port, {});
+  auto& coprocessor = *new (memory) Coprocessor(RegisterWindow(window), process, *new (&port) Port, {},
+                                                ScannerWindow(scanner_out, scanner_in));
   coprocessor.start(hardware.now);
   for (;;) {
     coprocessor.on_bus_state(bus, hardware.now);
     if (hardware.received) coprocessor.on_frame(hardware.in, hardware.now);
-    coprocessor.on_registers_written(hardware.now);
+    if (hardware.written != 0) {
+      coprocessor.on_plc(hardware.now);
+      coprocessor.on_registers_written(hardware.first, hardware.written, hardware.now);
+    }
     coprocessor.poll(hardware.now);
   }
 }

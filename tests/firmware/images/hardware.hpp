@@ -8,6 +8,8 @@
 struct Hardware {
   volatile bool sent;
   volatile bool received;
+  volatile std::uint16_t first;    ///< registers that the PLC has written
+  volatile std::uint16_t written;  ///< so many
   cbcan::Frame out;
   cbcan::Frame in;
   volatile cbcan::Time now;
