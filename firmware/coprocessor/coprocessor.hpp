@@ -62,7 +62,7 @@ class Coprocessor final {
   void on_bus_state(BusState state, Time now);
   /// One request of the PLC has written registers first..first+count-1, whole.
   void on_registers_written(std::size_t first, std::size_t count, Time now);
-  /// The PLC has shown that it is there: a valid Modbus request, or an answer to one.
+  /// The PLC has shown that it is there: a valid Modbus request, or a response to one.
   void on_plc(Time now);
 
   /// Returns the time of the next call at the latest; kNever = only when something happens.

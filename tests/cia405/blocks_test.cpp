@@ -143,4 +143,26 @@ TEST_CASE(
   CHECK(waits.device == 127);
 }
 
+TEST_CASE("run() blocks until the end, or the deadline: then the execution is cancelled") {
+  using std::chrono::steady_clock;
+  Plant plant;
+  Link link({.port = plant.port()});
+  GetLocalNodeId id(link);
+  SdoRead4 slow(link);
+  slow.device = 99;  // there is none, and time stands still in this plant
+  slow.index = 0x2004;
+  const auto soon = [] { return steady_clock::now() + std::chrono::milliseconds(50); };
+  for (int i = 0; i < 2; ++i) {
+    CHECK(run(id, steady_clock::time_point::max()));
+    CHECK(id.device == 127);
+    CHECK_FALSE(run(slow, soon()));
+    CHECK(slow.error == KernelError::kTimeout);
+  }
+  // The second one has been held back: the first one's response might still come.
+  CHECK(plant.frames("663#") == std::vector<std::string>{"663#4004200000000000", "663#8004200000000008"});
+  id.network = 9;
+  CHECK_FALSE(run(id, steady_clock::time_point::max()));
+  CHECK(id.error == KernelError::kInternal);
+}
+
 }  // namespace cbcan::cia405::test

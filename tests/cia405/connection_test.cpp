@@ -367,6 +367,27 @@ TEST_CASE("an address that never answers: 21h after the time for it, and nothing
   CHECK(last.problem() == "127.0.0.1:" + std::to_string(server.port()) + ": no response");
 }
 
+TEST_CASE("a host has a name, and may have several addresses: each is tried") {
+  FakeServer server;  // on 127.0.0.1; localhost may be ::1 too
+  Link link({.host = "localhost", .port = server.port()});
+  while (!link.connected()) {
+    link.poll(0);
+    wait_for(link);
+    REQUIRE(link.problem().empty());
+  }
+}
+
+TEST_CASE("a name that nobody knows: ERROR 21h, and why") {
+  Link link({.host = "no..name"});
+  GetLocalNodeId id(link);
+  id.enable = true;
+  id.call(0);
+  link.poll(0);
+  id.call(0);
+  CHECK(id.error == KernelError::kInternal);
+  CHECK(link.problem().starts_with("no..name:502: "));
+}
+
 TEST_CASE("settings that cannot be are refused, with the reason") {
   const auto refused = [](const LinkSettings& settings) {
     try {
@@ -377,7 +398,8 @@ TEST_CASE("settings that cannot be are refused, with the reason") {
     return std::string();
   };
   CHECK(refused({.host = "::1"}).empty());
-  CHECK(refused({.host = "plc"}) == "cia405: host \"plc\": must be an IPv4 or IPv6 address");
+  CHECK(refused({.host = "plc"}).empty());
+  CHECK(refused({.host = ""}) == "cia405: no host: must be a name or an IP address");
   CHECK(refused({.port = 0}) == "cia405: port 0: must be 1..65535");
   CHECK(refused({.port = 65536}) == "cia405: port 65536: must be 1..65535");
   CHECK(refused({.sharing = Sharing{.program = 7}}).empty());

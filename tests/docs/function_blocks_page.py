@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """docs/function-blocks.md shows the example as it is and what it prints, and has a row for every block with its members, and for every error.
 
-usage: function_blocks_page.py SIMULATOR EXAMPLE
+usage: function_blocks_page.py SIMULATOR EXAMPLE...
 """
 
 import pathlib
@@ -21,16 +21,17 @@ HEADER = (ROOT / "tools/cia405/include/cbcan/cia405.hpp").read_text()
 
 def example(found):
     shown = re.findall(r"```cpp\n(.*?)```", PAGE, re.DOTALL)
-    if (ROOT / "examples/function_blocks.cpp").read_text() not in shown:
-        found.append("no block is examples/function_blocks.cpp as it is")
+    found += [f"no block is examples/{name} as it is" for name in ("function_blocks.cpp", "read_name.cpp")
+              if (ROOT / "examples" / name).read_text() not in shown]
 
 
 def output(found):
-    with Simulator(sys.argv[1], "--demo") as simulator:
-        run = subprocess.run([sys.argv[2], str(simulator.port)], text=True, capture_output=True, timeout=LIMIT)
-    printed = "".join("    " + line + "\n" for line in run.stdout.splitlines())
-    if not printed or printed not in PAGE:
-        found.append(f"the example prints this, and the page does not say so:\n{printed}{run.stderr}")
+    for program in sys.argv[2:]:
+        with Simulator(sys.argv[1], "--demo") as simulator:
+            run = subprocess.run([program, str(simulator.port)], text=True, capture_output=True, timeout=LIMIT)
+        printed = "".join("    " + line + "\n" for line in run.stdout.splitlines())
+        if not printed or f"\n\n{printed}\n" not in PAGE:
+            found.append(f"{program} prints this, and the page does not say so:\n{printed}{run.stderr}")
 
 
 def blocks(found):

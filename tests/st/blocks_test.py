@@ -151,10 +151,10 @@ class Turns(BlockTest):
 
     def test_the_highest_ticket(self):
         blocks = [self.plc.block("GET_LOCAL_NODE_ID", ENABLE=True) for _ in range(3)]
-        self.plc.machine.globals["CBCAN"]["LAST_TICKET"] = 0xFFFFFFFD
+        self.plc.machine.globals["CBCAN"][0]["LAST_TICKET"] = 0xFFFFFFFD
         self.plc.scan(10)
         self.assertEqual([block["DEVICE"] for block in blocks], [127] * 3)
-        self.assertEqual(self.plc.machine.globals["CBCAN"]["LAST_TICKET"], 2)
+        self.assertEqual(self.plc.machine.globals["CBCAN"][0]["LAST_TICKET"], 2)
 
     def test_a_program(self):
         self.plc.runs_program = True
@@ -164,7 +164,7 @@ class Turns(BlockTest):
 
 
 class Pointers(BlockTest):
-    arguments = {"files": ("cia405.st", "cia405_codesys.st", "ramp.st"), "main": "Read_Write_SDO"}
+    arguments = {"files": ("cia405.st", "cia405_codesys.st", "cia405_v4.st", "ramp.st"), "main": "Read_Write_SDO"}
 
     def test_no_buffer(self):
         for name in ("SDO_READ", "SDO_WRITE"):
@@ -174,6 +174,42 @@ class Pointers(BlockTest):
         array = self.plc.machine.types["CBCAN_BUFFER"]._replace(high=0)
         where = Pointer({"DATA": [0]}, "DATA", array, 0)
         self.bad(self.plc.block("SDO_READ", DEVICE=NODE, INDEX=0x5000, DATA=where, DATALENGTH=1), OTHER, DATALENGTH=1)
+
+    # The library of today: cia405_v4.st
+
+    def buffer(self, size):
+        array = self.plc.machine.types["CBCAN_BUFFER"]._replace(high=size - 1)
+        self.memory = {"DATA": [0] * size}
+        return Pointer(self.memory, "DATA", array, 0)
+
+    def test_data_blocks_of_any_mode_by_any_channel(self):
+        write, read = (self.plc.block(name, DEVICE=NODE, INDEX=0x2005) for name in ("SDO_WRITE_DATA", "SDO_READ_DATA"))
+        for channel, mode in ((0, "AUTO"), (1, "SEGMENTED"), (0, "BLOCK")):
+            text = self.buffer(5)
+            text.container["DATA"][:] = b"cbcan"
+            self.good(write.set(CHANNEL=channel, MODE=mode, DATA=text, DATALENGTH=5))
+            self.good(read.set(CHANNEL=channel, MODE=mode, DATA=self.buffer(20), DATALENGTH=20), DATALENGTH=5)
+            self.assertEqual(bytes(self.memory["DATA"][:6]), b"cbcan\0")
+            self.off(write)
+            self.off(read)
+
+    def test_errors_of_today(self):
+        good = {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5}
+        for inputs, error in (({"NETWORK": 3}, 0x25), ({"DEVICE": 128}, 0x24), ({"CHANNEL": 2}, 0x27), ({"DATA": None}, 0x23),
+                              ({"DATALENGTH": 0}, 0x23), ({"TIMEOUT": 65536}, 0x23), ({"INDEX": 0x5000}, OTHER)):
+            for name in ("SDO_READ_DATA", "SDO_WRITE_DATA"):
+                with self.subTest((name, inputs)):
+                    self.bad(self.plc.block(name, **{**good, "DATA": self.buffer(5), **inputs}), error)
+                    self.plc.called.clear()
+
+    def test_an_emergency_message_is_no_error_today(self):
+        self.plc = self.start(*self.options, "--slcan", "127.0.0.1:0", **self.arguments)
+        self.plc.send(f"{0x80 + NODE:03X}#1081010102030405")
+        seen = {"EMCY_ERROR_CODE": 0x8110, "ERROR_REGISTER": 1, "ERROR_FIELD": [1, 2, 3, 4, 5]}
+        self.good(self.plc.block("RECV_EMCY_V4"), DEVICE=NODE, ERRORINFO=seen)
+        self.good(self.plc.block("RECV_EMCY_DEV_V4", DEVICE=NODE), ERRORINFO=seen)
+        self.bad(self.plc.block("RECV_EMCY_DEV_V4", DEVICE=128), 0x24)
+        self.bad(self.plc.block("RECV_EMCY_V4", NETWORK=3), 0x25)
 
 
 cases.main()

@@ -3,7 +3,8 @@
 
 IEC 61131-3, 2nd edition, annex B is what MATIEC is made after (its readme names the final draft of 2001-12-10; the
 rules have the same names in stage1_2/iec_bison.yy). OpenPLC Runtime and Beremiz compile with MATIEC (OpenPLC:
-webserver/scripts/compile_program.sh; Beremiz: ProjectController.py). CODESYS: pages of "CODESYS Development System",
+webserver/scripts/compile_program.sh; Beremiz: ProjectController.py). STruC++ 0.6.1, which newer OpenPLC editors have,
+takes what stands here; what it does not take, or MATIEC does not, is no part of the interpreter's subset. CODESYS: pages of "CODESYS Development System",
 content.helpme-codesys.com."""
 
 STANDARD = {  # construct: (rule of annex B, or table of the standard, that MATIEC follows; page of the CODESYS help)
@@ -16,12 +17,12 @@ STANDARD = {  # construct: (rule of annex B, or table of the standard, that MATI
     "FUNCTION_BLOCK": ("B.1.5.2 function_block_declaration", "_cds_obj_function_block"),
     "PROGRAM": ("B.1.5.3 program_declaration", "_cds_obj_program"),
     "CONFIGURATION": ("B.1.7 configuration_declaration", None),  # CODESYS has a task configuration in its project instead
+    "AT": ("B.1.4.3 located_var_declarations", "_cds_at_declaration"),
     "VAR": ("B.1.4.3 var_declarations", "_cds_vartypes_var"),
     "VAR_INPUT": ("B.1.4.3 input_declarations", "_cds_vartypes_var_input"),
     "VAR_OUTPUT": ("B.1.4.3 output_declarations", "_cds_vartypes_var_output"),
     "VAR_IN_OUT": ("B.1.4.3 input_output_declarations", "_cds_vartypes_var_in_out"),
     "VAR_EXTERNAL": ("B.1.4.3 external_var_declarations", "_cds_vartypes_var_external"),
-    "VAR_EXTERNAL CONSTANT": ("B.1.4.3 external_var_declarations", "sil3_fbd_variables (CODESYS Safety Extension)"),
     "VAR_GLOBAL": ("B.1.4.3 global_var_declarations", "_cds_vartypes_var_global"),
     "VAR_GLOBAL CONSTANT": ("B.1.4.3 global_var_declarations", "_cds_vartypes_var_global"),
     "IF": ("B.3.2.3 if_statement", "_cds_st_instruction_if"),
@@ -37,18 +38,16 @@ STANDARD = {  # construct: (rule of annex B, or table of the standard, that MATI
 }
 CONVERSION = ("table 22", "_cds_operator_convert_integer")  # function A_TO_B
 
-CODESYS_ONLY = {
+POINTERS = {
     "POINTER TO": "_cds_datatype_pointer",
     "dereferencing with ^": "_cds_datatype_pointer",
     "ADR": "_cds_operator_adr",
-    "empty argument": "_cds_obj_function_block",
-    "END_IF without a semicolon": "example program of SoMachine's CiA 405 library",
 }
 
 
 def taken_by(construct):
     """The systems that take it."""
-    if construct in CODESYS_ONLY:
-        return {"CODESYS"}
+    if construct in POINTERS:
+        return {"CODESYS", "STruC++"}
     rule, page = CONVERSION if "_TO_" in construct else STANDARD.get(construct, (None, None))
-    return ({"MATIEC", "OpenPLC"} if rule else set()) | ({"CODESYS"} if page else set())
+    return ({"MATIEC", "OpenPLC", "STruC++"} if rule else set()) | ({"CODESYS"} if page else set())

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: MIT
 """The files of tools/st use only what the systems that they are for take."""
 
+import re
 import unittest
 
-from plc import LIBRARY, configuration, source
+from plc import LIBRARY, ROOT, configuration, source
 import cases
-from constructs import CODESYS_ONLY, taken_by
+from constructs import POINTERS, taken_by
 from st_machine import Machine
 
 BLOCKS = {  # inputs and outputs as the CiA 405 library of SoMachine has them; the first three and the first two outputs are common
@@ -31,20 +32,31 @@ class Files(unittest.TestCase):
         return {construct: (taken_by(construct), place) for construct, place in uses.items() if not place.startswith("configuration.st")}
 
     def test_the_library_is_for_all(self):
-        for construct, (systems, place) in self.systems_of("cia405.st", "example.st", main="state_of_node_5").items():
-            self.assertEqual(systems, {"MATIEC", "OpenPLC", "CODESYS"}, f"{place}: {construct}")
+        for construct, (systems, place) in self.systems_of("cia405.st", "scanner.st", "openplc.st", "example.st", main="state_of_node_5").items():
+            self.assertEqual(systems, {"MATIEC", "OpenPLC", "STruC++", "CODESYS"}, f"{place}: {construct}")
 
-    def test_the_blocks_with_pointers_are_for_codesys(self):
-        found = self.systems_of("cia405.st", "cia405_codesys.st", "ramp.st", main="Read_Write_SDO")
+    def test_the_blocks_with_pointers_are_for_codesys_and_strucpp(self):
+        found = self.systems_of("cia405.st", "cia405_codesys.st", "cia405_v4.st", "ramp.st", main="Read_Write_SDO")
         for construct, (systems, place) in found.items():
-            self.assertIn("CODESYS", systems, f"{place}: {construct}")
-            if construct in CODESYS_ONLY:
-                self.assertRegex(place, r"\A(cia405_codesys|ramp)\.st:")
-        self.assertEqual({construct for construct in found if construct in CODESYS_ONLY}, set(CODESYS_ONLY))
+            self.assertLessEqual({"CODESYS", "STruC++"}, systems, f"{place}: {construct}")
+            if construct in POINTERS:
+                self.assertRegex(place, r"\A(cia405_codesys|cia405_v4|ramp)\.st:")
+        self.assertEqual({construct for construct in found if construct in POINTERS}, set(POINTERS))
 
     def test_the_configuration_is_for_matiec(self):
-        for construct in Machine(*source("cia405.st", "example.st", "configuration.st")).uses:
-            self.assertLessEqual({"MATIEC", "OpenPLC"}, taken_by(construct), construct)
+        for construct in Machine(*source("cia405.st", "scanner.st", "openplc.st", "example.st", "configuration.st")).uses:
+            self.assertLessEqual({"MATIEC", "OpenPLC", "STruC++"}, taken_by(construct), construct)
+
+    def test_the_documented_text_for_openplc(self):
+        """What the page says to upload, with the names that OpenPLC's compile_program.sh moves to where it builds them: MATIEC calls
+        its files after the configuration and the resource."""
+        names = re.search(r"`cat ([\w. ]+) > program\.st`", " ".join((ROOT / "docs/ladder.md").read_text().split()))[1].split()
+        text = "".join(text for _, text in source(*names))
+        configurations, resources = re.findall(r"^CONFIGURATION (\w+)", text, re.MULTILINE), re.findall(r"^ *RESOURCE (\w+)", text, re.MULTILINE)
+        self.assertEqual([configurations, resources], [["Config0"], ["Res0"]])
+        program = Machine(("program.st", text)).programs["EXCHANGE"][0]
+        words = {f"%QW{100 + i}": f"OUT{i}" for i in range(70)} | {f"%IW{100 + i}": f"IN{i}" for i in range(68)}
+        self.assertEqual(program.located, words)
 
     def test_what_is_in_no_list_is_found(self):
         self.assertEqual(taken_by("function SQRT"), set())
@@ -88,13 +100,16 @@ class Signatures(unittest.TestCase):
         self.assertEqual(machine.types["SDO_ERROR"].name, "UDINT")
 
     def test_enumerations_and_constants(self):
-        machine = Machine(*source("cia405.st", "example.st", "configuration.st"))
+        machine = Machine(*source("cia405.st", "example.st"), configuration("state_of_node_5"))
         self.assertEqual(machine.types["DEVICE_STATE"].of,
                          "INIT RESET_COMM RESET_APP PRE_OPERATIONAL STOPPED OPERATIONAL UNKNOWN NOT_AVAIL".split())
         self.assertEqual(machine.types["SDO_MODE"].of, "AUTO EXPEDITED SEGMENTED BLOCK".split())
         self.assertEqual({name: machine.globals[name] for name in machine.constants}, {
             "CANOPEN_KERNEL_NO_ERROR": 0, "CANOPEN_KERNEL_OTHER_ERROR": 1, "CANOPEN_KERNEL_DATA_OVERFLOW": 2, "CANOPEN_KERNEL_TIMEOUT": 3,
             "CANOPEN_KERNEL_CANBUS_OFF": 0x10, "CANOPEN_KERNEL_CAN_ERROR_PASSIVE": 0x11, "CANOPEN_INTERNAL_FB_ERROR": 0x21,
+            "CANOPEN_NO_MORE_MEMORY": 0x22, "CANOPEN_WRONG_PARAMETER": 0x23, "CANOPEN_NODEID_UNKNOWN": 0x24, "CANOPEN_NETID_UNKNOWN": 0x25,
+            "CANOPEN_REQUEST_ERROR": 0x26, "CANOPEN_SDOCHANNEL_UNKNOWN": 0x27, "CANOPEN_NO_DRIVER": 0x28, "CANOPEN_CONFIGURATION_ERROR": 0x29,
+            "CANOPEN_GUARDING_ERROR": 0x2A,
             "STOP_REMOTE_NODE": 4, "START_REMOTE_NODE": 5, "RESET_NODE": 6, "RESET_COMMUNICATION": 7, "ENTER_PRE_OPERATIONAL": 0x7F,
             "ALL_EXCEPT_NMT_AND_SENDER": 0x800})
         self.assertEqual(list(machine.types["EMCY_ERROR"].of), ["EMCY_ERROR_CODE", "ERROR_REGISTER", "ERROR_FIELD"])

@@ -60,7 +60,7 @@ class Programs(unittest.TestCase):
             self.check("x : UINT;", body, times=(0,) * times, X=expected)
 
     def test_case_of_numbers_and_names(self):
-        self.check("c : COLOUR := GREEN; x : UINT;", "CASE c OF RED: x := 1; GREEN, BLUE: x := 2; c := RED; END_CASE;", C="RED", X=2)
+        self.check("c : COLOUR := GREEN; x : UINT;", "CASE c OF RED: x := 1; GREEN: x := 2; c := RED; END_CASE;", C="RED", X=2)
         self.check("x : UINT := 5;", "CASE x OF 1: x := 0; ELSE x := 9; END_CASE;", X=9)
 
     def test_loops(self):
@@ -87,9 +87,17 @@ class Programs(unittest.TestCase):
                    """FUNCTION_BLOCK fills VAR_INPUT VALUE : WORD; END_VAR VAR_IN_OUT WHERE : FIVE; END_VAR WHERE[7] := VALUE;
             END_FUNCTION_BLOCK""", A=[0, 0, 0, 0, 9])
 
+    def test_located_words(self):
+        made = machine("i AT %IW100 : WORD; q AT %QW7 : WORD;", "q := i OR 16#0001;")
+        block, values = made.programs["MAIN"]
+        self.assertEqual(block.located, {"%IW100": "I", "%QW7": "Q"})
+        values["I"] = 0x1000
+        made.scan(0)
+        self.assertEqual(values["Q"], 0x1001)
+
     def test_globals(self):
-        made = Machine(("a.st", "PROGRAM p VAR_EXTERNAL shared : UINT; END_VAR VAR_EXTERNAL CONSTANT top : UINT; END_VAR "
-                                "shared := top; END_PROGRAM"), ("c.st", CONFIGURATION))
+        made = Machine(("a.st", "PROGRAM p VAR_EXTERNAL shared : UINT; END_VAR "
+                                "shared := 9; END_PROGRAM"), ("c.st", CONFIGURATION))
         made.scan(0)
         self.assertEqual(made.globals["SHARED"], 9)
 
@@ -97,6 +105,14 @@ class Programs(unittest.TestCase):
         variables, body = "t : TON; x : UDINT := 20; run : BOOL := TRUE;", "t(IN := run, PT := T#1ms * x); run := NOT t.Q;"
         for times, q in (((0, 19999), False), ((0, 20000), True), ((0, 20000, 20001), False), ((5, 20004), False)):
             self.assertEqual(run(variables, body, times=times)["T"]["Q"], q)
+
+    def test_times_as_matiec_has_them(self):
+        for text, x, q_at in (("T#1ms * x", 2147, 2147000), ("T#1ms * x", 2148, 0), ("T#1ms * x", 65535, 0),
+                              ("T#1s * (x / 1000) + T#1ms * (x MOD 1000)", 2148, 2148000),
+                              ("T#1s * (x / 1000) + T#1ms * (x MOD 1000)", 65535, 65535000)):
+            for times in {0, max(0, q_at - 1), q_at}:
+                found = run(f"t : TON; x : UDINT := {x};", f"t(IN := TRUE, PT := {text});", times=(0, times))["T"]["Q"]
+                self.assertEqual(found, times >= q_at, (text, x, times))
 
     def test_pointers_to_the_bytes_of_a_variable(self):
         self.check("u : UINT := 4660; p : POINTER TO BYTE; b : BYTE; a : FIVE; n : BOOL;",
@@ -121,6 +137,7 @@ class Mistakes(unittest.TestCase):
         self.check("F: no such function", "x : UINT;", "x := f(x);")
         self.check("Q: no member of PAIR", "s : PAIR;", "s.Q := 1;")
         self.check("RED: this name is taken", "red : UINT;", "")
+        self.check("LIMIT: this name is taken", "limit : UINT;", "")
 
     def test_types(self):
         self.check("UINT, not BYTE, should", "x : UINT; b : BYTE;", "x := b;")
@@ -155,15 +172,14 @@ class Mistakes(unittest.TestCase):
         block = "FUNCTION_BLOCK f VAR_INPUT I : UINT; END_VAR {} END_FUNCTION_BLOCK"
         self.check("I: not to be written", "b : f;", "b();", block.format("I := 1;"))
         self.check("B: its variables are its own", "b : f;", "b.I := 1;", block.format(""))
-        self.check("TOP: not to be written", "", "", "FUNCTION_BLOCK f VAR_EXTERNAL CONSTANT top : UINT; END_VAR top := 1; END_FUNCTION_BLOCK")
         self.check("TOP: no VAR_GLOBAL of this type", "", "", "FUNCTION_BLOCK f VAR_EXTERNAL top : UINT; END_VAR END_FUNCTION_BLOCK")
 
     def test_what_the_subset_does_not_have(self):
         for text in ("REPEAT x := 1; UNTIL TRUE END_REPEAT;", "RETURN;", "EXIT;", "x := 2#1010;", "x := -1;", "x := x XOR x;",
-                     "// x\n", "x := 1.5;", "x := x ** 2;", "{pragma}", "x := THIS^.y;", "FOR x := 0 TO 9 BY 2 DO END_FOR;"):
+                     "CASE x OF 0, 1: x := 2; END_CASE;", "IF x = 0 THEN x := 1; END_IF", "t(IN := , PT := T#1s);", "// x\n", "x := 1.5;", "x := x ** 2;", "{pragma}", "x := THIS^.y;", "FOR x := 0 TO 9 BY 2 DO END_FOR;"):
             with self.subTest(text), self.assertRaisesRegex(StError, r"a\.st:\d+: "):
-                run("x : UINT;", text)
-        for variables in ("x AT %MW5 : WORD;", "x : REAL;", "x : STRING;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;",
+                run("x : UINT; t : TON;", text)
+        for variables in ("x AT %MW5 : WORD;", "x AT %IW5 : UINT;", "y AT %IW5 : WORD; x : UINT;", "x : REAL;", "x : STRING;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;",
                           "x : REFERENCE TO BYTE;"):
             with self.subTest(variables), self.assertRaisesRegex(StError, r"a\.st:\d+: "):
                 run(variables, "")

@@ -21,9 +21,9 @@ def source(*names):
 
 
 def configuration(program):
-    """That of tools/st, with another program."""
+    """That of tools/st, with another program only."""
     (name, text), = source("configuration.st")
-    return name, text.replace("state_of_node_5", program)
+    return name, text.replace("state_of_node_5", program).replace("    PROGRAM exchange WITH cyclic : cbcan_exchange;\n", "")
 
 
 class Plant:
@@ -103,10 +103,15 @@ class Plc(Plant):
         super().__init__(program, *options)
         self.machine = Machine(*source(*files), configuration(main))
         self.called, self.runs_program = [], False
+        self.windows = [self.window, *([self.simulator.window(2)] if "--network" in options else [])]
+
+    def close(self):
+        self.windows[-1].socket.close()
+        super().close()
 
     @property
     def registers(self):
-        return self.machine.globals["REGS"]
+        return self.machine.globals["CBCAN"][0]["REGS"]
 
     def block(self, name, **inputs):
         """Called in every scan from now on, behind those that are there."""
@@ -115,20 +120,23 @@ class Plc(Plant):
 
     def scan(self, count=1):
         for _ in range(count):
-            self.registers[:] = self.window.read(FIRST, COUNT)
-            before = list(self.registers)
+            images = [(window, network["REGS"]) for window, network in zip(self.windows, self.machine.globals["CBCAN"])]
+            for window, registers in images:
+                registers[:] = window.read(FIRST, COUNT)
+            before = [list(registers) for _, registers in images]
             for block in self.called:
                 block.block.run(block.values, self.now)
             if self.runs_program:
                 self.machine.scan(self.now)
-            self.write_back(before)
+            for (window, registers), old in zip(images, before):
+                self.write_back(window, registers, old)
             self.pass_time(self.scan_us)
 
-    def write_back(self, before):
+    def write_back(self, window, registers, before):
         """What has changed, in one request."""
-        changed = [i for i in range(COUNT) if self.registers[i] != before[i]]
+        changed = [i for i in range(COUNT) if registers[i] != before[i]]
         if changed:
-            self.window.write(FIRST + changed[0], self.registers[changed[0]:changed[-1] + 1])
+            window.write(FIRST + changed[0], registers[changed[0]:changed[-1] + 1])
 
     def run(self, block, most=10000):
         """Until the block is done; returns how many scans it took."""

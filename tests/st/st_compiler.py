@@ -17,6 +17,14 @@ def fits(kind, value, a_type):
     return a_type.kind == kind
 
 
+def times(time, factor):
+    """As MATIEC has it (iec_types_all.h: __time_mul): the nanoseconds beside the whole seconds go through an int of 32 bits."""
+    nanoseconds = time % 1000000 * 1000 * factor
+    if nanoseconds >= 2 ** 31:
+        nanoseconds = -2 ** 31
+    return time // 1000000 * factor * 1000000 + nanoseconds // 1000
+
+
 class PouCompiler:
     def __init__(self, machine, block):
         self.machine, self.block = machine, block
@@ -60,13 +68,11 @@ class PouCompiler:
         if a_type.kind not in ("int", "enum"):
             raise StError(place, f"CASE: neither an integer nor an enumeration but {a_type.name}")
         bodies = {}
-        for labels, body in branches:
-            body = self.statements(body)
-            for label in labels:
-                constant = self.value_as(label, a_type, label.place)(None)
-                if constant in bodies:
-                    raise StError(label.place, f"{constant}: the second of its kind")
-                bodies[constant] = body
+        for label, body in branches:
+            constant = self.value_as(label, a_type, label.place)(None)
+            if constant in bodies:
+                raise StError(label.place, f"{constant}: the second of its kind")
+            bodies[constant] = self.statements(body)
         otherwise = self.statements(otherwise)
         return lambda values, now: bodies.get(value(values), otherwise)(values, now)
 
@@ -104,9 +110,8 @@ class PouCompiler:
         for name, output, expression in arguments:
             if name in given or block.sections.get(name) not in (("VAR_OUTPUT",) if output else ("VAR_INPUT", "VAR_IN_OUT")):
                 raise StError(place, f"{name}: no {'output' if output else 'input'} of {block.name}, or twice")
-            if expression is not None:
-                given.add(name)
-                (after if output else before).append(self.argument(block, name, expression, place))
+            given.add(name)
+            (after if output else before).append(self.argument(block, name, expression, place))
         missing = [name for name in block.names("VAR_IN_OUT") if name not in given]
         if missing:
             raise StError(place, f"{missing[0]}: VAR_IN_OUT of {block.name}, needs a variable")
@@ -154,7 +159,7 @@ class PouCompiler:
                 raise StError(root.place, f"{root.parts[0]}: its variables are its own")
         name = root.parts[0]
         pointed = any(part.kind == "deref" for part in self.path(expression))
-        if name in self.block.constants or self.block.sections.get(name) == "VAR_INPUT" and not pointed:
+        if self.block.sections.get(name) == "VAR_INPUT" and not pointed:
             raise StError(root.place, f"{name}: not to be written here")
         return self.reference(expression)
 
@@ -276,7 +281,7 @@ class PouCompiler:
             return self.pointer_operation(place, operator, left_type, left, right)
         if operator == "*" and left_type is TIME and right_type.kind == "int":
             left, right = self.expression(left)[1], self.expression(right)[1]
-            return TIME, checked(lambda values: left(values) * right(values), TIME, place)
+            return TIME, lambda values: times(left(values), right(values))
         common = right_type if left_type is LITERAL else left_type
         if common is LITERAL:
             raise StError(place, f"{operator}: one number should stand here, not two")
@@ -293,7 +298,7 @@ class PouCompiler:
         raise StError(place, f"{operator}: not for pointers in this subset")
 
     def operation(self, place, operator, a_type, left, right):
-        kinds = {"OR": "bool bits", "AND": "bool bits", "=": "bool bits int time enum", "<>": "bool bits int time enum"}
+        kinds = {"OR": "bool bits", "AND": "bool bits", "=": "bool bits int time enum", "<>": "bool bits int time enum", "+": "int time"}
         if a_type.kind not in kinds.get(operator, "bits int time" if operator in ("<", ">", "<=", ">=") else "int").split():
             raise StError(place, f"{operator}: not for {a_type.name}")
         compute = {

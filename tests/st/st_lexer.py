@@ -11,7 +11,7 @@ class StError(Exception):
 
 
 class Token(NamedTuple):
-    kind: str   # word, number, time, symbol or end
+    kind: str   # word, number, time, address, symbol or end
     value: object  # a word in capitals, a number, microseconds, a symbol
     place: str  # file:line
 
@@ -19,7 +19,7 @@ class Token(NamedTuple):
 PATTERN = re.compile(r"""
     (?P<blank>\s+) | (?P<comment>\(\*.*?\*\)) |
     (?P<time>(?:T|TIME)\#(?P<count>\d+)(?P<unit>ms|s|m|h)\b) |
-    (?P<based>16\#[0-9A-F]+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z]\w*) |
+    (?P<address>%[IQ]W\d+) | (?P<based>16\#[0-9A-F]+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z]\w*) |
     (?P<symbol>:=|=>|<>|<=|>=|\.\.|[-+*/<>=()\[\],;:.^])
     """, re.VERBOSE | re.DOTALL | re.IGNORECASE)
 MICROSECONDS = {"ms": 1000, "s": 1000000, "m": 60000000, "h": 3600000000}

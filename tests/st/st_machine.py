@@ -9,6 +9,11 @@ from st_parser import Parser
 from st_types import ELEMENTARY, Timer, Type
 
 
+# Of IEC 61131-3, 2nd edition, tables 23 to 28: no names for variables in MATIEC.
+STANDARD_FUNCTIONS = set("ABS SQRT LN LOG EXP SIN COS TAN ASIN ACOS ATAN ADD MUL SUB DIV MOD EXPT MOVE SHL SHR ROR ROL AND OR XOR NOT SEL MAX "
+                         "MIN LIMIT MUX GT GE EQ LE LT NE LEN LEFT RIGHT MID CONCAT INSERT DELETE REPLACE FIND".split())
+
+
 class Block:
     """A FUNCTION_BLOCK, PROGRAM or FUNCTION: the variables of an instance, and what runs."""
 
@@ -17,7 +22,7 @@ class Block:
         self.sections = {}   # NAME: section
         self.types = {}      # NAME: Type or Block
         self.initial = {}    # NAME: value, or a Block to make an instance of
-        self.constants = set()
+        self.located = {}    # address: NAME
         self.run = None      # of (the variables, the time)
         self.result = None   # Type of a FUNCTION
 
@@ -84,7 +89,10 @@ class Machine:
                 return self.blocks[spec[1]]
             raise StError(place, f"{spec[1]}: no such type")
         if kind == "array":
-            return Type("array", name, spec[1], spec[2], self.type_of(spec[3], "", place))
+            element = self.type_of(spec[3], "", place)
+            if element.kind == "array":  # MATIEC's C for it does not compile
+                raise StError(place, f"{name}: an ARRAY of arrays")
+            return Type("array", name, spec[1], spec[2], element)
         if kind == "pointer":
             return Type("pointer", "POINTER", of=self.type_of(spec[1], "", place))
         if kind == "enum":
@@ -133,18 +141,20 @@ class Machine:
 
     def add_variable(self, block, variable):
         name = variable.name
-        if name in block.sections or name in self.types or name in self.enumerators:
+        if name in block.sections or name in self.types or name in self.enumerators or name in STANDARD_FUNCTIONS:
             raise StError(variable.place, f"{name}: this name is taken")
         if block.kind == "FUNCTION" and variable.section not in ("VAR", "VAR_INPUT"):
             raise StError(variable.place, f"{name}: a FUNCTION has no {variable.section} in this subset")
         a_type = self.type_of(variable.spec, "", variable.place)
         block.sections[name], block.types[name] = variable.section, a_type
         if variable.section == "VAR_EXTERNAL":
-            if self.global_types.get(name) != a_type or variable.constant != (name in self.constants):
-                raise StError(variable.place, f"{name}: no VAR_GLOBAL{' CONSTANT' * variable.constant} of this type")
+            if self.global_types.get(name) != a_type or name in self.constants:  # MATIEC and STruC++ differ on constants
+                raise StError(variable.place, f"{name}: no VAR_GLOBAL of this type")
         elif variable.section == "VAR_IN_OUT":
             block.initial[name] = None
         else:
             block.initial[name] = self.initial_of(variable, a_type)
-        if variable.constant:
-            block.constants.add(name)
+        if variable.address:
+            if block.kind != "PROGRAM" or a_type.name != "WORD":
+                raise StError(variable.place, f"{name}: only a WORD of a PROGRAM is located in this subset")
+            block.located[variable.address] = name

@@ -13,6 +13,7 @@ class Var(NamedTuple):
     place: str
     section: str = ""  # VAR, VAR_INPUT, ...
     constant: bool = False
+    address: str = ""  # of a located variable: %IW100
 
 
 class Pou(NamedTuple):
@@ -112,6 +113,7 @@ class Parser:
 
     def variable(self, section, constant, spec):
         place, name = self.token.place, self.identifier()
+        address = self.address() if section == "VAR" and self.takes("AT") else ""
         self.expect(":")
         what = spec(section)
         initial = None
@@ -119,7 +121,13 @@ class Parser:
             self.use("initial value")
             initial = self.expression()
         self.expect(";")
-        return Var(name, what, initial, place, section, constant)
+        return Var(name, what, initial, place, section, constant, address)
+
+    def address(self):
+        self.use("AT")
+        if self.token.kind != "address":
+            raise StError(self.token.place, f"{self.token.value}: %IW or %QW and a number should stand here")
+        return self.next().value
 
     def type_spec(self, _):
         if self.takes("("):
@@ -170,11 +178,13 @@ class Parser:
 
     def var_section(self):
         section = self.next().value
-        constant = bool(self.takes("CONSTANT"))
+        constant = section == "VAR_GLOBAL" and bool(self.takes("CONSTANT"))
         self.use(section + (" CONSTANT" if constant else ""))
         variables = []
         while not self.takes("END_VAR"):
             variables.append(self.variable(section, constant, self.spec))
+            if bool(variables[-1].address) != bool(variables[0].address):
+                raise StError(variables[-1].place, f"{variables[-1].name}: located variables have a VAR of their own")  # MATIEC
         return variables
 
     def configuration(self):
@@ -209,8 +219,7 @@ class Parser:
             self.use(word)
             self.next()
             statement = Statement(word.lower(), compound[word](), place)
-            if not self.takes(";"):
-                self.use(f"END_{word} without a semicolon")
+            self.expect(";")
             return statement
         target = self.reference(self.identifier(), place)
         if self.takes(":="):
@@ -223,16 +232,13 @@ class Parser:
         return statement
 
     def arguments(self):
-        """[(name, is output, expression or None)]"""
+        """[(name, is output, expression)]"""
         found = []
         while not self.takes(")"):
             name, output = self.identifier(), self.expect(":=", "=>").value == "=>"
             if output:
                 self.use("output in a call")
-            empty = self.sees(",", ")")
-            if empty:
-                self.use("empty argument")
-            found.append((name, output, None if empty else self.expression()))
+            found.append((name, output, self.expression()))
             if not self.sees(")"):
                 self.expect(",")
         return found
@@ -254,11 +260,9 @@ class Parser:
         selector, branches, otherwise = self.expression(), [], []
         self.expect("OF")
         while not self.sees("ELSE", "END_CASE"):
-            labels = [self.label()]
-            while self.takes(","):
-                labels.append(self.label())
-            self.expect(":")
-            branches.append((labels, self.case_body()))
+            label = self.label()
+            self.expect(":")  # lists of labels: not in STruC++, for enumerators
+            branches.append((label, self.case_body()))
         if self.takes("ELSE"):
             otherwise = self.statements("END_CASE")
         self.expect("END_CASE")
@@ -273,7 +277,7 @@ class Parser:
     def case_body(self):
         found = []
         while not (self.sees("ELSE", "END_CASE") or self.token.kind == "number"
-                   or self.tokens[self.at + 1].value in (":", ",")):
+                   or self.tokens[self.at + 1].value == ":"):
             found.append(self.statement())
         return found
 

@@ -24,21 +24,12 @@ constexpr std::size_t kHeader = 6;  ///< of an ADU up to its length field (Messa
 constexpr std::size_t kLongest = 260;
 constexpr std::uint8_t kException = 0x80;
 
-using Addresses = std::unique_ptr<addrinfo, void (*)(addrinfo*)>;
-
-/// Of an IP address, which takes no look-up.
-Addresses address_of(const LinkSettings& settings) {
-  addrinfo wanted{};
-  wanted.ai_socktype = SOCK_STREAM;
-  wanted.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV;
-  addrinfo* found = nullptr;
-  if (getaddrinfo(settings.host.c_str(), std::to_string(settings.port).c_str(), &wanted, &found) != 0)
-    found = nullptr;
-  return {found, freeaddrinfo};
-}
-
 std::string place(const LinkSettings& settings) {
   return settings.host + ":" + std::to_string(settings.port);
+}
+
+void free_addresses(addrinfo* addresses) {
+  if (addresses != nullptr) freeaddrinfo(addresses);
 }
 
 void free_context(_modbus* context) {
@@ -85,11 +76,11 @@ struct Connection::Peeked {
   std::size_t length() const { return kHeader + word_at(bytes, 4); }
 };
 
-Connection::Connection(const LinkSettings& settings) : settings_(settings), modbus_(nullptr, free_context) {
+Connection::Connection(const LinkSettings& settings)
+    : settings_(settings), modbus_(nullptr, free_context), addresses_(nullptr, free_addresses) {
   if (settings.port < 1 || settings.port > std::numeric_limits<std::uint16_t>::max())
     throw std::invalid_argument("cia405: port " + std::to_string(settings.port) + ": must be 1..65535");
-  if (!address_of(settings))
-    throw std::invalid_argument("cia405: host \"" + settings.host + "\": must be an IPv4 or IPv6 address");
+  if (settings.host.empty()) throw std::invalid_argument("cia405: no host: must be a name or an IP address");
   modbus_.reset(modbus_new_tcp_pi(settings.host.c_str(), std::to_string(settings.port).c_str()));
   if (!modbus_) throw std::invalid_argument("cia405: " + place(settings) + ": " + modbus_strerror(errno));
   modbus_set_response_timeout(modbus_.get(), 0, 1);  // there is nothing to wait for
@@ -116,29 +107,48 @@ void Connection::poll(Time now) {
 }
 
 void Connection::connect(Time now) {
-  const Addresses address = address_of(settings_);
+  addrinfo wanted{};
+  wanted.ai_socktype = SOCK_STREAM;
+  wanted.ai_flags = AI_NUMERICSERV;
+  addrinfo* found = nullptr;
+  const int error =
+      getaddrinfo(settings_.host.c_str(), std::to_string(settings_.port).c_str(), &wanted, &found);
+  if (error != 0) return end(gai_strerror(error), now);
+  addresses_.reset(found);
+  try_address(found, now);
+}
+
+void Connection::try_address(const addrinfo* address, Time now) {
+  next_ = address->ai_next;
   socket_ = socket(address->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (socket_ < 0) return end(std::strerror(errno), now);
+  if (socket_ < 0) return address_failed(std::strerror(errno), now);
   if (socket_ >= FD_SETSIZE) return end("too many open files for libmodbus", now);
   const int on = 1;
   setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   state_ = State::kConnecting;
   until_ = now + settings_.response_timeout;
   if (::connect(socket_, address->ai_addr, address->ai_addrlen) != 0 && errno != EINPROGRESS)
-    return end(std::strerror(errno), now);
+    return address_failed(std::strerror(errno), now);
   look_at_attempt(now);
+}
+
+/// A name may stand for several.
+void Connection::address_failed(const char* why, Time now) {
+  if (next_ == nullptr) return end(why, now);
+  if (socket_ >= 0) ::close(socket_);
+  try_address(next_, now);
 }
 
 void Connection::look_at_attempt(Time now) {
   pollfd attempt{socket_, POLLOUT, 0};
   if (::poll(&attempt, 1, 0) != 1) {
-    if (now >= until_) end("no response", now);
+    if (now >= until_) address_failed("no response", now);
     return;
   }
   int error = 0;
   socklen_t size = sizeof error;
   getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size);
-  if (error != 0) return end(std::strerror(error), now);
+  if (error != 0) return address_failed(std::strerror(error), now);
   modbus_set_socket(modbus_.get(), socket_);
   state_ = State::kOn;
   problem_.clear();

@@ -14,6 +14,7 @@
 #include "request.hpp"
 
 struct _modbus;
+struct addrinfo;
 
 namespace cbcan::cia405::detail {
 
@@ -55,6 +56,8 @@ class Connection {
   struct Peeked;
 
   void connect(Time now);
+  void try_address(const addrinfo* address, Time now);
+  void address_failed(const char* why, Time now);
   void look_at_attempt(Time now);
   void look_for_end(Time now);
   Peeked peek(Time now);
@@ -64,6 +67,8 @@ class Connection {
 
   LinkSettings settings_;
   std::unique_ptr<_modbus, void (*)(_modbus*)> modbus_;
+  std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses_;  ///< of the attempt
+  const addrinfo* next_ = nullptr;                            ///< to be tried if this one fails
   State state_ = State::kOff;
   int socket_ = -1;
   Time until_ = 0;  ///< kConnecting: the attempt fails; kOff: the next one

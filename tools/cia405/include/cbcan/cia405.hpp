@@ -12,11 +12,13 @@
 ///     speed.enable = !speed.confirm && speed.error == cbcan::cia405::KernelError::kNone;
 ///     speed.call(now);
 ///
-/// Nothing blocks, nothing reads a clock, nothing starts a thread; all objects of one Link belong to one
+/// Nothing blocks but run() and the look-up of a host's name, nothing else reads a clock, nothing starts a
+/// thread; all objects of one Link belong to one
 /// thread. Names, numbers and behaviour of the blocks are those of CiA 405 as PLC makers document them; what
 /// those leave open is said here.
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -87,7 +89,9 @@ struct Sharing {
 };
 
 struct LinkSettings {
-  std::string host = "127.0.0.1";  ///< an IPv4 or IPv6 address; names are not looked up, as that blocks
+  /// An IP address, or a name: that is looked up at each attempt to connect, by getaddrinfo(3), which may
+  /// block; its addresses are tried one after the other.
+  std::string host = "127.0.0.1";
   int port = 502;
   Time response_timeout = 1'000'000;  ///< for a connection, and for each Modbus response; then it is lost
   Time reconnect_after = 1'000'000;   ///< between the end of a connection and the next attempt
@@ -95,6 +99,11 @@ struct LinkSettings {
 };
 
 class FunctionBlock;
+
+/// For programs without cycles: one execution of the block, from a rising edge of `enable` to its end.
+/// Blocks; its outputs stay until its next execution. False: `error` says why, kTimeout if it is `deadline`
+/// that was over first; then the execution is cancelled. A Link whose blocks are run so has no other poll().
+bool run(FunctionBlock& block, std::chrono::steady_clock::time_point deadline);
 
 namespace detail {
 struct Job;
@@ -177,6 +186,8 @@ class FunctionBlock {
   virtual ~FunctionBlock();
 
  private:
+  friend bool run(FunctionBlock& block, std::chrono::steady_clock::time_point deadline);
+
   /// What the inputs ask for; none = they are invalid.
   virtual std::optional<detail::Service> service() const = 0;
   /// Takes the response to the specific outputs, if there are any; kNone = confirm.

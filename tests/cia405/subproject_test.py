@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The C++ blocks for whoever wants only them: this project in a subfolder of another one's, where every package is hidden but libmodbus.
+
+usage: subproject_test.py SIMULATOR
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments
+
+SIMULATOR = program_from_arguments(sys.argv)
+PROJECT = f"""cmake_minimum_required(VERSION 3.21)
+project(theirs CXX)
+add_subdirectory({ROOT} cbcan)
+add_executable(read_name {ROOT}/examples/read_name.cpp)
+target_link_libraries(read_name PRIVATE cbcan::cia405)
+"""
+
+
+def packages():
+    """All that any CMakeLists.txt of ours looks for."""
+    text = "".join(path.read_text() for path in ROOT.glob("*/**/CMakeLists.txt"))
+    found = set(re.findall(r"find_package\((\w+)", text))
+    assert {"CLI11", "tomlplusplus", "Catch2"} <= found, found
+    return found
+
+
+class Subproject(unittest.TestCase):
+    def test_libmodbus_is_all_that_it_takes(self):
+        with tempfile.TemporaryDirectory() as folder, Simulator(SIMULATOR, "--demo") as simulator:
+            (pathlib.Path(folder) / "CMakeLists.txt").write_text(PROJECT)
+            hidden = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in packages() - {"PkgConfig"}]
+            subprocess.run(["cmake", "-S", folder, "-B", f"{folder}/build", "-G", "Ninja", *hidden], check=True, stdout=subprocess.DEVNULL)
+            targets = subprocess.run(["cmake", "--build", f"{folder}/build", "--target", "help"], check=True, capture_output=True, text=True)
+            self.assertNotIn("cbcan-sim", targets.stdout)
+            self.assertNotIn("_test", targets.stdout)
+            subprocess.run(["cmake", "--build", f"{folder}/build", "--target", "read_name"], check=True, stdout=subprocess.DEVNULL)
+            done = subprocess.run([f"{folder}/build/read_name", str(simulator.port)], capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual((done.stdout, done.stderr), ("cbcan pressure transducer\n", ""))
+
+
+cases.main()

@@ -1,0 +1,249 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The blocks behind the adapter for the scanner window, with a master that writes and reads whole blocks again and again, as OpenPLC's
+does; and the recipe of docs/ladder.md for that window."""
+
+import re
+
+from st_bench import ALL, INTERNAL, NODE, PROGRAM, TIMEOUT, BlockTest
+import cases
+from plc import Plant, Plc, configuration, source
+from recipes import PAGE, items, tables_of
+from st_machine import Machine
+
+OUT, IN = (500, 70), (600, 68)
+
+
+class ScannerPlc(Plc):
+    """OUT and IN are the located words of openplc.st."""
+
+    def __init__(self, program, *options, order="read write", every=1):
+        super().__init__(program, *options, files=("cia405.st", "scanner.st", "openplc.st"), main="cbcan_exchange")
+        self.order, self.every, self.scans, self.online = order.split(), every, 0, True
+        self.images = {"%IW": [0] * IN[1]}
+        self.restart_plc()
+
+    def restart_plc(self):
+        self.machine = Machine(*source("cia405.st", "scanner.st", "openplc.st"), configuration("cbcan_exchange"))
+        self.program, self.values = self.machine.programs["MAIN"]
+        self.images = {"%QW": [0] * OUT[1], "%IW": self.images["%IW"]}
+        self.called = []
+
+    def restart_module(self, program, *options):
+        self.close()
+        called, machine = self.called, (self.machine, self.program, self.values, self.images, self.order, self.every)
+        super().__init__(program, *options, files=("cia405.st", "scanner.st", "openplc.st"), main="cbcan_exchange")
+        self.called, (self.machine, self.program, self.values, self.images, self.order, self.every) = called, machine
+
+    def words(self, area, image):
+        return [(self.program.located[f"{area}{100 + i}"], i) for i in range(len(image))]
+
+    def scan(self, count=1):
+        for _ in range(count):
+            for name, i in self.words("%IW", self.images["%IW"]):
+                self.values[name] = self.images["%IW"][i]
+            self.machine.scan(self.now)
+            for block in self.called:
+                block.block.run(block.values, self.now)
+            self.images["%QW"] = [self.values[name] for name, _ in self.words("%QW", self.images["%QW"])]
+            self.scans += 1
+            for step in self.order if self.online and self.scans % self.every == 0 else ():
+                getattr(self, step)()
+            self.pass_time(self.scan_us)
+
+    def read(self):
+        self.images["%IW"] = self.window.read(*IN)
+
+    def write(self):
+        self.window.write(OUT[0], self.images["%QW"])
+
+
+class Adapter(BlockTest):
+    def start(self, *options, **arguments):
+        plc = ScannerPlc(PROGRAM, *options, **arguments)
+        self.addCleanup(lambda: plc.close())
+        plc.pass_time(100000)
+        return plc
+
+    def transfers(self):
+        return [frame for frame in self.plc.frames() if frame.startswith("620#40")]
+
+    def test_every_block_in_either_order_fast_and_slow(self):
+        for order in ("read write", "write read"):
+            for every in (1, 7):
+                self.plc = self.start(*self.options, order=order, every=every)
+                for name, inputs in ALL.items():
+                    with self.subTest((name, order, every)):
+                        self.good(self.plc.block(name, TIMEOUT=2000, **inputs))
+                        self.plc.called.clear()
+
+    def test_each_execution_is_one_transfer_with_its_own_result(self):
+        for order in ("read write", "write read"):
+            for slow in (0, 120):
+                self.plc = self.start(*self.options, order=order, every=50)  # 50 ms
+                self.plc.command(f"fault {NODE} response-late delay_ms={slow}")
+                written, read = (self.plc.block(name, DEVICE=NODE, INDEX=0x2001) for name in ("SDO_WRITE4", "SDO_READ4"))
+                for i in range(10):
+                    self.good(written.set(DATA=[i + 1, 0, 0, 0], DATALENGTH=1))
+                    self.good(read, DATA=[i + 1, 0, 0, 0], DATALENGTH=1)
+                    written.set(ENABLE=False)
+                    read.set(ENABLE=False)
+                    self.plc.scan(3)
+                self.assertEqual(len(self.transfers()), 10, (order, slow))
+
+    def test_cancelled_and_timed_out(self):
+        cancelled, timed_out = (self.plc.block("SDO_READ4", DEVICE=node, INDEX=0x1000, TIMEOUT=300) for node in (NODE, 99))
+        self.plc.command(f"fault {NODE} silent")
+        cancelled.set(ENABLE=True)
+        self.plc.scan(50)
+        self.off(cancelled)
+        self.plc.scan(5)
+        self.assertEqual(self.plc.frames()[-1], f"{0x600 + NODE:03X}#8000100000000008")
+        self.bad(timed_out, TIMEOUT)
+        for node in (NODE, 99):
+            self.assertEqual(self.plc.frames().count(f"{0x600 + node:03X}#8000100000000008"), 1)
+        self.plc.called.clear()
+        self.good(self.plc.block("GET_LOCAL_NODE_ID"), DEVICE=127)
+
+    def test_a_module_that_restarts_repeats_nothing(self):
+        block = self.plc.block("NMT", DEVICE=NODE, STATE=5)
+        self.good(block)
+        self.off(block)
+        self.plc.online = False
+        block.set(ENABLE=True)
+        self.plc.scan(3)
+        self.plc.restart_module(PROGRAM, *self.options)
+        self.plc.online = True
+        self.bad(block, INTERNAL)  # whether it was executed is not known
+        self.assertNotIn("000#0120", self.plc.frames())
+        self.off(block)
+        self.good(block)
+        self.assertEqual(self.plc.frames().count("000#0120"), 1)
+
+    def test_a_plc_that_restarts_believes_no_old_result(self):
+        """At each step of an execution, with an IN that is as old as the program before, or as long ago as the start."""
+        for every in (1, 7):
+            self.plc = self.start(*self.options, every=every)
+            zeros = list(self.plc.images["%IW"])
+            for cut in range(0, 40, 5):
+                for image in (None, zeros):
+                    self.good(self.plc.block("GET_LOCAL_NODE_ID"), DEVICE=127)
+                    self.plc.called.clear()
+                    self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x1000, ENABLE=True)
+                    self.plc.scan(cut)
+                    self.plc.images["%IW"] = image or self.plc.images["%IW"]
+                    self.plc.restart_plc()
+                    self.good(self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001), DATALENGTH=1)
+                    self.plc.called.clear()
+
+    def check_after_a_restart(self, last):
+        """With an IN that shows `last` as answered."""
+        self.plc.command(f"set {NODE} 0x2001 0x55")
+        self.plc.images["%IW"][:3] = [last, 0, last]
+        self.plc.restart_plc()
+        first = self.plc.block("RECV_EMCY_DEV", DEVICE=5, ENABLE=True)
+        self.plc.scan(5)
+        self.plc.order = ["read", "write"]
+        self.good(first)
+        self.good(self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001), DATA=[0x55, 0, 0, 0])
+
+    def test_a_plc_that_restarts_with_an_old_image(self):
+        self.plc = self.start(*self.options, every=7)
+        self.good(self.plc.block("GET_LOCAL_NODE_ID"), DEVICE=127)  # numbers 1 and 2
+        self.check_after_a_restart(last=1)
+
+    def test_a_plc_that_restarts_with_a_master_that_only_reads_at_first(self):
+        self.good(self.plc.block("GET_LOCAL_NODE_ID"), DEVICE=127)
+        self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, ENABLE=True)  # 3 and 4: 3003h and 3004h; 5 is under way
+        self.plc.scan(20)
+        self.assertEqual(self.plc.images["%IW"][:3:2], [4, 5])
+        self.plc.order = ["read"]
+        self.check_after_a_restart(last=3)
+
+    def test_after_65535_comes_1(self):
+        block = self.plc.block("GET_LOCAL_NODE_ID")
+        self.good(block)
+        self.off(block)
+        scanner = self.plc.values["SCANNER"]
+        scanner["NUMBER"] = 65534
+        for number in (65535, 1):
+            self.good(block, DEVICE=127)
+            self.off(block)
+            self.assertEqual(scanner["NUMBER"], number)
+
+
+class Recipe(Plant):
+    """The rungs of the page, and a master that exchanges the blocks every 5 scans."""
+
+    def __init__(self):
+        super().__init__(PROGRAM, "--demo")
+        self.rungs, = tables_of(PAGE.read_text())["On the scanner window"]
+        self.restart_plc()
+
+    def restart_plc(self):
+        self.words = {OUT[0] + i: 0 for i in range(OUT[1])} | {IN[0] + i: 0 for i in range(IN[1])}
+        self.bits = {"FIRST": 1, "READY": 0, "BUSY": 0, "START": 0, "TWICE": 0, "RESULT": 256, "N": 0, "OVER": 0}
+        self.busy_since = self.scans = 0
+
+    def value(self, text):
+        text = re.sub(r"R(\d+)", lambda m: str(self.words[int(m[1])]), text)
+        text = re.sub(r"[A-Z]+", lambda m: str(self.bits[m[0]]), text)
+        assert re.fullmatch(r"[\d +=>andmo]*", text), text
+        return eval(re.sub(r"(?<!>)=", "==", text).replace("mod", "%"))  # numbers and what the line above lets through
+
+    def scan(self):
+        was_busy = self.bits["BUSY"]
+        self.bits["OVER"] = int(was_busy and self.now - self.busy_since >= 300000)
+        for _, when, then in self.rungs:
+            if self.value(items(when)[0]):
+                for name, text in (item.split(" = ") for item in items(then)):
+                    words = name[1:].isdigit()
+                    (self.words if words else self.bits)[int(name[1:]) if words else name] = self.value(text)
+        if self.bits["BUSY"] and not was_busy:
+            self.busy_since = self.now
+        self.bits["FIRST"] = 0
+        self.scans += 1
+        if self.scans % 5 == 0:
+            self.window.write(OUT[0], [self.words[OUT[0] + i] for i in range(OUT[1])])
+            self.words.update(enumerate(self.window.read(*IN), IN[0]))
+        self.pass_time(1000)
+
+    def request(self, *words, twice):
+        self.words.update(enumerate(words, OUT[0] + 1))
+        self.bits.update(START=1, TWICE=int(twice), RESULT=256)
+        for _ in range(2000):
+            self.scan()
+            if self.bits["RESULT"] != 256 and not self.bits["START"]:
+                return self.bits["RESULT"]
+        raise AssertionError("no result")
+
+
+class ScannerRecipe(BlockTest):
+    def start(self, *_, **__):
+        plc = Recipe()
+        self.addCleanup(plc.close)
+        plc.pass_time(100000)
+        return plc
+
+    def test_after_its_start_the_module_does_not_carry_out_the_first_one(self):
+        self.assertEqual(self.plc.request(5066, 0, 0x1F82, NODE, 1, 5, twice=False), 5)
+        self.assertNotIn("000#0120", self.plc.frames())
+        self.assertEqual(self.plc.request(5066, 0, 0x1F82, NODE, 1, 5, twice=False), 0)
+        self.assertEqual(self.plc.frames().count("000#0120"), 1)
+
+    def test_what_may_be_done_twice_is_asked_again(self):
+        self.assertEqual(self.plc.request(5055, 0, 0x3001, 0, 1, twice=True), 0)
+        self.assertEqual([self.plc.words[603], self.plc.words[604]], [1, 127])
+
+    def test_abort_time_out_and_a_plc_that_restarts(self):
+        self.plc.request(5055, 0, 0x3001, 0, 1, twice=True)
+        self.assertEqual(self.plc.request(5055, NODE, 0x3333, 0, 4, twice=False), 4)
+        self.assertEqual([self.plc.words[604], self.plc.words[605]], [0, 0x0602])
+        self.assertEqual(self.plc.request(5055, 99, 0x1000, 0, 4, twice=False), 255)
+        self.plc.restart_plc()
+        self.assertEqual(self.plc.request(5055, NODE, 0x2001, 0, 4, twice=False), 0)
+        self.assertEqual(self.plc.words[603], 1)
+        self.assertIn("663#8000100000000008", self.plc.frames())
+
+
+cases.main()
