@@ -16,8 +16,9 @@ Coprocessor::Settings settings_of(const plant::ModuleConfig& module) {
   settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
   settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
   settings.plc_timeout_ms = module.plc_timeout_ms;
-  settings.plc_lost = module.plc_lost_state == PlcLostState::kStopped ? nmt::Command::kStop
-                                                                      : nmt::Command::kEnterPreOperational;
+  settings.plc_lost = module.plc_lost_state == plant::PlcLostState::kStopped
+                          ? nmt::Command::kStop
+                          : nmt::Command::kEnterPreOperational;
   settings.scanner_out_first = module.scanner_out_first;
   settings.scanner_in_first = module.scanner_in_first;
   settings.process_first = module.process_first;
