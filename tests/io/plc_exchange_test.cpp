@@ -289,6 +289,20 @@ TEST_CASE(
   CHECK(bench.words(70, 6) == Words{2, 0, 2, 4, kReadValueLow, kReadValueHigh});
 }
 
+TEST_CASE("after a loss a write of other data is another request, the same is not") {
+  Bench bench;
+  WindowExchange exchange(bench.unit, 1024);
+  bench.put(0, {0xCA0E, 5066, 5, 0x2000, 0, 4, 1, 2});
+  round(exchange, bench.registers);
+  exchange.lost();
+  CHECK(round(exchange, bench.registers) == Log{"R1024+70"});
+  CHECK(bench.module.coprocessor->counters().cancelled == 0);
+  exchange.lost();
+  bench.put(6, {3});
+  CHECK(round(exchange, bench.registers) == Log{"R1024+70"});
+  CHECK(bench.module.coprocessor->counters().cancelled == 1);
+}
+
 TEST_CASE("process data: outputs are read, inputs written as they change, and all of them now and then") {
   Bench bench;
   ProcessExchange exchange(bench.unit, 1024, 3800);
