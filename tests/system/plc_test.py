@@ -119,6 +119,11 @@ class LinePlc:
         self.library.modbus_mapping_free(self.mapping)
 
 
+def frame(hexadecimal):
+    data = bytes.fromhex(hexadecimal)
+    return data + crc(data)
+
+
 class OnTheNet(unittest.TestCase):
     def start(self, plc, *options, more="", **rest):
         self.addCleanup(plc.stop)
@@ -185,15 +190,35 @@ class OnTheNet(unittest.TestCase):
         self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{plc.port}: answers reading its registers 100..169 by exception 2; "
                                               "give it these registers, or change plc.first (first=)"])
 
+    def test_a_plc_that_is_gone_is_seen_on_the_bus(self):
+        plc = Plc(3700)
+        simulator = self.start(plc, "--plc-timeout", "200")
+        self.assertEqual(plc.execute(5066, 0, 0x1017, 0, 2, 20), 0)  # the own heartbeat
+        self.assertEqual(plc.execute(5066, 0, 0x1F82, 127, 0, 5), 0)
+        simulator.wait_for_frame("77F#05")
+        self.assertEqual(plc.execute(5055, 0, 0x300C, 0, 1), 0)
+        self.assertEqual(plc.read(6, 1), [5])
+        plc.stop()
+        wait_until(lambda: [line for line in simulator.frames() if line.startswith("77F#")][-1] == "77F#7F", "pre-operational")
+
+    def test_both_windows_and_all_doors_at_once(self):
+        plc = Plc(3700)
+        simulator = self.start(plc, "--rtu-tcp", "127.0.0.1:0")
+        host, port = simulator.where["rtu_tcp"].split(":")
+        with simulator.window() as window, socket.create_connection((host, int(port)), timeout=LIMIT) as rtu:
+            for number in range(1, 101):
+                window.write(500, [number, 5055, 0x20, 0x2004, 0, 4])
+                self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
+                self.assertEqual(plc.read(6, 2), [0x0191, 0x000F])
+                rtu.sendall(frame("010302580001"))  # R600
+                self.assertEqual(rtu.recv(7, socket.MSG_WAITALL), frame(f"010302{number:04X}"))
+        transfers = [line for line in simulator.frames() if line.startswith(("642#40", "620#40"))]
+        self.assertEqual(len(transfers), 100 + 99)  # the scanner window's first number is not executed
+
     def test_time_that_stands_still(self):
         plc = Plc(3700)
         self.start(plc, "--clock", "manual", more=",period_ms=1", stdin=subprocess.PIPE)
         self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
-
-
-def frame(hexadecimal):
-    data = bytes.fromhex(hexadecimal)
-    return data + crc(data)
 
 
 class OnALine(unittest.TestCase):

@@ -13,12 +13,15 @@ namespace cbcan::io {
 
 namespace {
 
-/// The first of its addresses, as a number.
+/// The first of its addresses, IPv4 before IPv6, as a number.
 std::string looked_up(const text::ListenAddress& address) {
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
+  wanted.ai_family = AF_INET;
   addrinfo* found = nullptr;
   int error = getaddrinfo(address.host.c_str(), nullptr, &wanted, &found);
+  wanted.ai_family = AF_UNSPEC;
+  if (error != 0) error = getaddrinfo(address.host.c_str(), nullptr, &wanted, &found);
   std::array<char, NI_MAXHOST> number{};
   if (error == 0) {
     error = getnameinfo(found->ai_addr, found->ai_addrlen, number.data(), number.size(), nullptr, 0,
