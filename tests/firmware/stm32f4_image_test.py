@@ -140,6 +140,11 @@ class Image(unittest.TestCase):
             self.assertEqual(machine.send(bytes.fromhex("010300000001FFFF"), 1), b"")
             self.assertGreater(machine.read(4110, 2)[0], 0)
 
+    def test_a_byte_behind_a_request_takes_it_back(self):
+        frame = b"\x01" + struct.pack(">BHH", 6, 3900, 7)
+        with Machine() as machine:
+            wait_until(lambda: machine.send(frame + crc(frame) + b"\x00", 8) == b"", "a request that a byte takes back")
+
 
 def version():
     """What R4100 and R4101 should hold."""

@@ -60,6 +60,7 @@ class Board final : public Hardware {
 
   // What the USART calls in its interrupt.
   void on_byte(std::uint8_t byte) { modbus_->on_byte(byte, timer_.read()); }
+  void on_broken_byte() { modbus_->on_broken_byte(timer_.read()); }
   void on_sent();
 
  private:

@@ -18,7 +18,7 @@ static_assert(
 static_assert(stm32f4::usart_divider(stm32f4::kFastClocks.apb1, kBoardSettings.baud) &&
                   stm32f4::usart_divider(stm32f4::kFastClocks.apb2, kBoardSettings.baud),
               "settings.hpp: baud must be within 1221..2500000");
-static_assert(kStationSettings.modbus.response_delay_us <= 50 * kMillisecond,
+static_assert(kBoardSettings.response_delay_us <= 50 * kMillisecond,
               "settings.hpp: response_delay_us is at most 50,000");
 
 constexpr std::uintptr_t kVectorTableOffset = 0xE000ED08;  // VTOR (ARM DDI 0403, B3.2.5)

@@ -23,8 +23,8 @@ constexpr std::uint32_t bits(SerialFormat format) {
 }
 
 struct UsartCounters {
-  std::uint32_t parity = 0;   ///< bytes left out for a wrong parity
-  std::uint32_t framing = 0;  ///< bytes left out for a missing stop bit, breaks too
+  std::uint32_t parity = 0;   ///< bytes with a wrong parity
+  std::uint32_t framing = 0;  ///< bytes without a stop bit, breaks too
   std::uint32_t noise = 0;    ///< bytes whose samples were not all equal; they are handed on
   std::uint32_t overrun = 0;  ///< bytes lost as the interrupt came too late
 };
@@ -61,8 +61,9 @@ class Usart {
     modify(registers_, kCr1, 0, kTxeie);
   }
 
-  /// The USART's interrupt. Calls handler.on_byte(byte) for what has arrived, and handler.on_sent() when the
-  /// last stop bit has left: time to switch an RS-485 driver off.
+  /// The USART's interrupt. Calls handler.on_byte(byte) for what has arrived, or handler.on_broken_byte()
+  /// where parity or framing is wrong or the byte behind it was lost, and handler.on_sent() when the last
+  /// stop bit has left: time to switch an RS-485 driver off.
   template <class Handler>
   void on_interrupt(Handler& handler) {
     const std::uint32_t status = registers_.read(kSr);
@@ -98,11 +99,13 @@ class Usart {
   void receive(std::uint32_t status, Handler& handler) {
     const auto byte = static_cast<std::uint8_t>(registers_.read(kDr));
     if ((status & kOre) != 0) ++counters_.overrun;
-    if ((status & kRxne) == 0) return;
     if ((status & kNf) != 0) ++counters_.noise;
     if ((status & kPe) != 0) ++counters_.parity;
     if ((status & kFe) != 0) ++counters_.framing;
-    if ((status & (kPe | kFe)) == 0) handler.on_byte(byte);
+    if ((status & (kPe | kFe | kOre)) == 0)
+      handler.on_byte(byte);
+    else
+      handler.on_broken_byte();
   }
 
   /// Reading SR, then writing DR clears TC: from the last byte on it means that byte's end.
