@@ -107,7 +107,7 @@ class Image(unittest.TestCase):
     def test_exceptions_and_other_stations(self):
         with Mcu(IMAGE) as mcu:
             self.assertEqual(mcu.request(b"\x2b\x0e\x01\x00", 2), b"\xab\x01")  # no such function
-            for first, count in (0, 1), (3699, 1), (3699, 2), (3769, 2), (3927, 2), (4131, 2), (4132, 1):
+            for first, count in (0, 1), (3699, 1), (3699, 2), (3769, 2), (3927, 2), (4132, 2), (4133, 1):
                 self.assertEqual(mcu.request(struct.pack(">BHH", 3, first, count), 2), b"\x83\x02", first)  # not there
             self.assertEqual(mcu.request(struct.pack(">BHH", 3, 0, 126), 2), b"\x83\x03")
             self.assertEqual(mcu.request(struct.pack(">BHH", 6, 4100, 1), 2), b"\x86\x02")  # read-only

@@ -43,7 +43,7 @@ TEST_CASE("Process data: R3800..R3927, 64 inputs and 64 outputs, outside window 
   CHECK(kProcessData[1].writer == Writer::kPlc);
 }
 
-TEST_CASE("The diagnostics: 32 registers from R4100, without gap or overlap, read-only, outside the window") {
+TEST_CASE("The diagnostics: 33 registers from R4100, without gap or overlap, read-only, outside the window") {
   std::uint32_t next = 4100;
   for (const RegisterRow& row : kDiagnostics) {
     CHECK(row.first == next);
@@ -52,9 +52,9 @@ TEST_CASE("The diagnostics: 32 registers from R4100, without gap or overlap, rea
     CHECK(row.writer == Writer::kCoprocessor);
     next = row.last + 1u;
   }
-  CHECK(next == 4132);
+  CHECK(next == 4133);
   CHECK(kDiagnosticsFirst == 4100);
-  CHECK(kDiagnosticsWords == 32);
+  CHECK(kDiagnosticsWords == 33);
   CHECK(next <= kRegisterFileWords);
 }
 

@@ -47,12 +47,23 @@ class Usart {
   bool init(std::uint32_t clock, std::uint32_t baud, SerialFormat format) {
     const std::optional<std::uint32_t> divider = usart_divider(clock, baud);
     if (!divider) return false;
+    baud_ = baud;
     registers_.write(kBrr, *divider);
     registers_.write(kCr2, format == SerialFormat::k8N2 ? kTwoStopBits : 0);
     // The parity bit counts as a ninth data bit.
     registers_.write(kCr1, kEnabled | (format == SerialFormat::k8E1 ? kNineBits | kParity : 0));
     return true;
   }
+
+  /// The bus has another clock now. A character that is under way is lost. False: as in init().
+  bool set_clock(std::uint32_t clock) {
+    const std::optional<std::uint32_t> divider = usart_divider(clock, baud_);
+    if (divider) registers_.write(kBrr, *divider);
+    return divider.has_value();
+  }
+
+  /// From send() to on_sent().
+  bool is_sending() { return (registers_.read(kCr1) & (kTxeie | kTcie)) != 0; }
 
   /// From the loop, while nothing is being sent. The bytes, one or more, stay until on_sent().
   void send(std::span<const std::uint8_t> bytes) {
@@ -119,6 +130,7 @@ class Usart {
   }
 
   Registers registers_;
+  std::uint32_t baud_ = 0;
   std::span<const std::uint8_t> rest_;  ///< of what is being sent
   UsartCounters counters_;
 };
