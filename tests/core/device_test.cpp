@@ -419,3 +419,18 @@ TEST_CASE("A node ID that is set holds from the next reset of the communication 
   rig.expect("743#00");
   CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x643, 0x743});
 }
+
+// ---- The edges of the numbers
+
+TEST_CASE("FFFFh and sub-index FFh, the last there are, are like all others") {
+  DeviceRig rig({{0x1016, 1, 0xFF, kUnsigned32},
+                 {0x2001, 0xFF, 0xFF, kUnsigned8, 9},
+                 {0xFFFF, 0, 0xFF, kUnsigned16, 7}});
+  rig.start();
+  CHECK(rig.read(0x2001, 0xFF) == 9);
+  CHECK(rig.read(0xFFFF, 0xFF) == 7);
+  rig.write(0xFFFF, 0xFF, 2, 8);
+  rig.arrive("000#8142");
+  rig.expect("742#00");
+  CHECK(rig.read(0xFFFF, 0) == 7);
+}

@@ -191,4 +191,12 @@ TEST_CASE("A device without objects has an empty dictionary") {
   CHECK(device.dictionary.find(0x1000, 0, entry) == AbortCode::kNoObject);
 }
 
+TEST_CASE("FFFFh and sub-index FFh, the last there are, are like all others") {
+  Device device("[FFFF]\nParameterName=x\nObjectType=8\nSubNumber=2\n" + variable("FFFFsub0", "5", "ro", "") +
+                variable("FFFFsubFF", "5", "rw", "DefaultValue=7\nHighLimit=9"));
+  CHECK(device.read(0xFFFF, 0) == Bytes{0xFF});
+  CHECK(device.read(0xFFFF, 0xFF) == Bytes{7});
+  CHECK(device.write(0xFFFF, 0xFF, {10}) == AbortCode::kValueHigh);
+}
+
 }  // namespace cbcan::tests

@@ -200,4 +200,19 @@ TEST_CASE("Node: stored values that do not fit the dictionary any more are left 
   keeper.bench.ask("605#4010100100000000", "585#4310100101000000");
 }
 
+TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") {
+  KeptParameters store;
+  sim::NodeParts parts;
+  parts.parameters = &store;
+  WorldBench bench;
+  std::vector<Row> all = rows();
+  all.push_back({0xFFFF, 0, 0xFF, DataType::kUnsigned8});
+  bench.world.add_node(5, image_of(all, 5), parts);
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("605#2FFFFFFF11000000", "585#60FFFFFF00000000");
+  bench.ask("605#2310100173617665", "585#6010100100000000");
+  CHECK(store.kept.values == Values{{0xFFFF, 0xFF, {0x11}}});
+}
+
 }  // namespace cbcan::test
