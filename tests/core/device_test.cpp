@@ -164,6 +164,45 @@ TEST_CASE("1003h: the newest first, the oldest out, and 0 written to sub-index 0
   CHECK(rig.read(0x1003, 3) == 0);
 }
 
+TEST_CASE(
+    "1003h with an entry for each sub-index, as EDS files have it, keeps as many errors; it begins empty") {
+  DeviceRig rig({{0x1003, 0, 0, kUnsigned8, 2},  // as some files say
+                 {0x1003, 1, 1, kUnsigned32, 0x1234},
+                 {0x1003, 2, 2, kUnsigned32},
+                 {0x1003, 3, 3, kUnsigned32},
+                 {0x2001, 0, 0, kUnsigned8}});
+  rig.start();
+  CHECK(rig.read(0x1003, 0) == 0);
+  CHECK(rig.read(0x1003, 1) == 0);
+  for (std::uint16_t code = 0x1001; code <= 0x1002; ++code)
+    rig.device.emergency().error(code, 0, {}, rig.now);
+  CHECK(rig.read(0x1003, 0) == 2);
+  CHECK(rig.read(0x1003, 1) == 0x1002);
+  CHECK(rig.read(0x1003, 2) == 0x1001);
+  for (std::uint16_t code = 0x1003; code <= 0x1004; ++code)
+    rig.device.emergency().error(code, 0, {}, rig.now);
+  CHECK(rig.read(0x1003, 0) == 3);
+  CHECK(rig.read(0x1003, 3) == 0x1002);
+  rig.write(0x1003, 0, 1, 0);
+  CHECK(rig.read(0x1003, 3) == 0);
+  rig.arrive("000#8242");
+  rig.expect("742#00");
+  CHECK(rig.read(0x1003, 0) == 0);
+}
+
+TEST_CASE("1003h with 255 entries: 254 errors, and the loops end") {
+  DeviceRig rig({{0x1003, 0, 0, kUnsigned8}, {0x1003, 1, 0xFF, kUnsigned32}});
+  rig.start();
+  for (std::uint16_t code = 0x1001; code <= 0x1100; ++code) {
+    rig.device.emergency().error(code, 0, {}, rig.now);
+    rig.device.emergency().error_over(code, rig.now);
+  }
+  CHECK(rig.read(0x1003, 0) == 0xFE);
+  CHECK(rig.read(0x1003, 1) == 0x1100);
+  CHECK(rig.read(0x1003, 0xFE) == 0x1003);
+  CHECK(rig.read(0x1003, 0xFF) == 0);
+}
+
 TEST_CASE("1014h: the identifier cannot change while it is valid; bit 31 turns EMCY off") {
   DeviceRig rig(everything());
   rig.start();

@@ -65,7 +65,7 @@ class Emergency : public Part {
   }
   AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
   void configure(std::uint16_t index, Time now);
-  /// Errors are forgotten with those of the application; else 1001h shows them again.
+  /// Errors are forgotten with those of the application; else 1001h shows them again. 1003h is empty.
   void reset(const Reset& reset, Time now);
   /// Messages go out in Pre-operational and Operational; in other states they wait.
   void on_state(nmt::State state, Time now);
@@ -98,6 +98,7 @@ class Emergency : public Part {
 
   void tell(const Message& message, Time now);
   void remember(const Message& message);
+  void clear_history();
   void send_waiting(Time now);
   std::uint8_t update_register();
 
