@@ -47,7 +47,8 @@ class DeviceNode {
   ~DeviceNode() = default;
 };
 
-/// As it stands: values that stay as they were written.
+/// As it stands: values that stay as they were written. What its constructor writes into the dictionary is the
+/// power-on value there: the defaults of objects that the file gives no value (Bound does that).
 class Behaviour {
  public:
   virtual ~Behaviour() = default;

@@ -93,6 +93,7 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   behaviour_ =
       parts.behaviour != nullptr ? parts.behaviour(*this, parts.seed) : std::make_unique<Behaviour>();
+  image_.values = saved_ = values_;  // with what the behaviour gives objects that the file gives nothing
   device_.time_stamp().produce_every(parts.time_period, 0);
   if (parameters_ != nullptr) load_parameters();
 }

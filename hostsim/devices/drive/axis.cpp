@@ -9,7 +9,11 @@ namespace cbcan::devices {
 
 namespace {
 constexpr double kSecondsPerMinute = 60;
+
+constexpr double limit(std::uint32_t value) {
+  return value == 0 ? DriveObjects::kNoLimit : value;
 }
+}  // namespace
 
 void Axis::reset(Time now) {
   take_over_units();
@@ -100,8 +104,8 @@ Dynamics Axis::profile_dynamics() const {
 
 double Axis::max_velocity() const {
   const double motor =
-      objects_.max_motor_speed.get() / kSecondsPerMinute * units_.increments_per_revolution();
-  return std::min(increments(objects_.max_profile_velocity.get()), motor);
+      limit(objects_.max_motor_speed.get()) / kSecondsPerMinute * units_.increments_per_revolution();
+  return std::min(increments(limit(objects_.max_profile_velocity.get())), motor);
 }
 
 bool Axis::has_limits() const {
