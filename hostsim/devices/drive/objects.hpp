@@ -51,8 +51,11 @@ struct DriveObjects {
   Bound<std::uint16_t> velocity_threshold_time{d, 0x6070, 0};
   Bound<std::int16_t> target_torque{d, 0x6071, 0};
   Bound<std::uint16_t> max_torque{d, 0x6072, 0, 1000};
+  Bound<std::uint16_t> max_current{d, 0x6073, 0};
   Bound<std::int16_t> torque_demand{d, 0x6074, 0};
   Bound<std::int16_t> torque_actual{d, 0x6077, 0};
+  Bound<std::int16_t> current_actual{d, 0x6078, 0};
+  Bound<std::uint32_t> link_voltage{d, 0x6079, 0, 48'000};  ///< mV
   Bound<std::int32_t> target_position{d, 0x607A, 0};
   Bound<std::int32_t> range_min{d, 0x607B, 1};
   Bound<std::int32_t> range_max{d, 0x607B, 2};
@@ -84,6 +87,8 @@ struct DriveObjects {
   Bound<std::int32_t> following_error{d, 0x60F4, 0};
   Bound<std::int32_t> position_demand_increments{d, 0x60FC, 0};
   Bound<std::uint32_t> digital_inputs{d, 0x60FD, 0};
+  Bound<std::uint32_t> digital_outputs{d, 0x60FE, 1};
+  Bound<std::uint32_t> digital_outputs_mask{d, 0x60FE, 2, 0xFFFFFFFF};
   Bound<std::int32_t> target_velocity{d, 0x60FF, 0};
 };
 
