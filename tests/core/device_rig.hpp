@@ -23,6 +23,9 @@ struct Row {
   std::uint16_t flags = ObjectFlags::kReadWrite;
 };
 
+/// All that a Device acts on, but PDOs.
+std::vector<Row> everything();
+
 class DeviceRig final : private DeviceApplication {
  public:
   explicit DeviceRig(const std::vector<Row>& rows);

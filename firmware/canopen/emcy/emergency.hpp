@@ -22,8 +22,11 @@ namespace cbcan {
 /// Error codes of a device's communication (CiA 301, table 26); those of PDOs are in pdo.hpp.
 enum class EmergencyCode : std::uint16_t {
   kReset = 0x0000,
+  kOverflow = 0x8110,  ///< the controller has lost frames
+  kErrorPassive = 0x8120,
   kBusOffRecovered = 0x8140,
-  kHeartbeat = 0x8130,  ///< life guard error or heartbeat error
+  kHeartbeat = 0x8130,   ///< life guard error or heartbeat error
+  kSyncLength = 0x8240,  ///< SYNC with a counter, or without, where 1019h says the other
 };
 
 /// Bits of the error register, 1001h.
