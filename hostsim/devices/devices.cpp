@@ -36,7 +36,8 @@ constexpr auto kOfDrives = std::to_array<NeededObject>({{0x6040, kUnsigned16, kM
                                                         {0x607A, kInteger32, kOneOf},
                                                         {0x60FF, kInteger32, kOneOf},
                                                         {0x6071, kInteger16, kOneOf}});
-constexpr auto kOfTransducers = std::to_array<NeededObject>({{0x9130, kInteger32, kMark}});
+constexpr auto kOfTransducers = std::to_array<NeededObject>(
+    {{0x9130, kInteger32, kOneOf}, {0x7130, kInteger16, kOneOf}, {0x6130, kReal32, kOneOf}});
 
 constexpr auto kKinds = std::to_array<DeviceKind>({
     {"none", kNoProfile, nullptr, "values that stay as they were written"},
