@@ -85,6 +85,7 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       faulty_(port_, node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
       device_(node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_}, *this,
               faulty_),
+      more_servers_(device_.dictionary(), faulty_, buffer_.size()),
       start_node_id_(node_id),
       values_node_id_(image_id(node_id)),
       signals_(parts.signals),
@@ -136,6 +137,7 @@ void Node::poll(Time now) {
   if (lss_) lss_->slave().poll(now);
   if (now >= sample_due_) follow_signals(now);
   if (now >= behaviour_due_) update(now);
+  more_servers_.poll(now);
   device_.poll(now);
   settle(now);
 }
@@ -143,9 +145,16 @@ void Node::poll(Time now) {
 void Node::on_frame(const Frame& frame, Time now) {
   at(now, [&] {
     faulty_.heard(frame);
-    lss_&& frame.id == LssSlave::kRequestId ? lss_->slave().on_frame(frame, now)
-                                            : device_.on_frame(frame, now);
+    if (lss_ && frame.id == LssSlave::kRequestId) return lss_->slave().on_frame(frame, now);
+    more_servers_.serves(frame.id) ? ask_more_servers(frame, now) : device_.on_frame(frame, now);
   });
+}
+
+void Node::ask_more_servers(const Frame& frame, Time now) {
+  if (!nmt::is_running(device_.state())) return;
+  refresh(now);
+  more_servers_.on_frame(frame, now);
+  update(now);
 }
 
 void Node::on_bus_state(BusState state, Time now) {
@@ -190,7 +199,8 @@ void Node::settle(Time now) {
   while (faulty_.has_aborted())
     device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
-  const Time own = earlier(device_.deadline(), earlier(behaviour_due_, sample_due_));
+  const Time servers = earlier(device_.deadline(), more_servers_.deadline());
+  const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->slave().deadline() : kNever;
   wants(earlier(own, earlier(lss, faulty_.deadline())));
 }
@@ -200,8 +210,11 @@ void Node::follow_ids() {
   ids_changed_ = false;
   std::vector<std::uint32_t> wanted;
   if (lss_) wanted.push_back(LssSlave::kRequestId);
-  if (device_.state() != nmt::State::kInitialising)
-    device_.visit_ids([&wanted](std::uint32_t id) { wanted.push_back(id); });
+  const auto want = [&wanted](std::uint32_t id) { wanted.push_back(id); };
+  if (device_.state() != nmt::State::kInitialising) {
+    device_.visit_ids(want);
+    more_servers_.visit_ids(want);
+  }
   std::ranges::sort(wanted);
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   for (const std::uint32_t id : received_ids_)
@@ -233,6 +246,8 @@ void Node::on_sync(Time now) {
 
 void Node::on_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
+  more_servers_.configure();
+  if (!nmt::is_running(state)) more_servers_.reset();
   behaviour_->on_state(state, now);
   update(now);
 }
@@ -333,6 +348,7 @@ AbortCode Node::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<c
 }
 
 void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
+  if (MoreSdoServers::owns(entry.index)) more_servers_.configure();
   device_.changed(entry.index, sub, now);
 }
 
