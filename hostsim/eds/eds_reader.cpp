@@ -25,6 +25,11 @@ std::string_view readable(std::string_view text, Findings& findings) {
     findings.error(1, "this is UTF-16: save the file as ASCII or UTF-8");
     return {};
   }
+  if (trim(text).starts_with('<')) {
+    findings.error(1, "this is XML, perhaps an XDD of CiA 311, which is not read: save it as EDS, as " +
+                          std::string("CANopenEditor does"));
+    return {};
+  }
   return text;
 }
 

@@ -37,6 +37,25 @@ NodeImage prepared(NodeImage image) {
   return image;
 }
 
+bool is_mapping(std::uint16_t index) {
+  return (index >= object::kRpdoMapping && index < object::kTpdoParameter) ||
+         (index >= object::kTpdoMapping && index <= object::kLastPdo);
+}
+
+/// Without a device, what PDOs carry from the start is taken for set points and measured values.
+void mark_mapped(std::vector<ObjectEntry>& entries, const ObjectDictionary& dictionary) {
+  for (const ObjectEntry& mapping : entries)
+    for (unsigned sub = mapping.first_sub; is_mapping(mapping.index) && sub <= mapping.last_sub; ++sub) {
+      const std::uint64_t mapped = dictionary.get(mapping.index, static_cast<std::uint8_t>(sub));
+      const auto has_it = [&](const ObjectEntry& entry) {
+        return entry.index == mapped >> 16 && entry.first_sub <= (mapped >> 8 & 0xFF) &&
+               (mapped >> 8 & 0xFF) <= entry.last_sub;
+      };
+      const auto found = std::ranges::find_if(entries, has_it);
+      if (found != entries.end()) found->flags |= ObjectFlags::kSetPoint;
+    }
+}
+
 /// For which an image is made; 0 = for none.
 constexpr std::uint8_t image_id(std::uint8_t node_id) {
   return node_id == Node::kNoNodeId ? std::uint8_t{0} : node_id;
@@ -95,6 +114,9 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
   behaviour_ =
       parts.behaviour != nullptr ? parts.behaviour(*this, parts.seed) : std::make_unique<Behaviour>();
   image_.values = saved_ = values_;  // with what the behaviour gives objects that the file gives nothing
+  if (parts.behaviour == nullptr) mark_mapped(image_.entries, dictionary());
+  for (ObjectEntry& entry : image_.entries)
+    if (behaviour_->is_set_point(entry.index)) entry.flags |= ObjectFlags::kSetPoint;
   device_.time_stamp().produce_every(parts.time_period, 0);
   if (parameters_ != nullptr) load_parameters();
 }

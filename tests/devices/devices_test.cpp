@@ -77,6 +77,25 @@ TEST_CASE("what a device needs and a dictionary lacks has names") {
   CHECK(missing("none", {}).empty());
 }
 
+TEST_CASE("set points and commands, which 1010h does not store, are named by each device") {
+  const auto is_set_point = [](const char* name, std::uint16_t index) {
+    QuietNode node;
+    return devices::find_device(name)->make(node, 1)->is_set_point(index);
+  };
+  for (const std::uint16_t index :
+       std::initializer_list<std::uint16_t>{0x6040, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FE, 0x60FF})
+    CHECK(is_set_point("cia402", index));
+  for (const std::uint16_t index : std::initializer_list<std::uint16_t>{0x6060, 0x6083, 0x607C, 0x6200})
+    CHECK_FALSE(is_set_point("cia402", index));
+  for (const std::uint16_t index :
+       std::initializer_list<std::uint16_t>{0x6200, 0x6220, 0x6300, 0x6320, 0x6410, 0x6411, 0x6414})
+    CHECK(is_set_point("cia401", index));
+  for (const std::uint16_t index :
+       std::initializer_list<std::uint16_t>{0x6202, 0x6206, 0x6207, 0x6443, 0x6040})
+    CHECK_FALSE(is_set_point("cia401", index));
+  CHECK_FALSE(is_set_point("cia404", 0x6132));
+}
+
 TEST_CASE("every device has a name of its own, a line about itself, and lives with an empty dictionary") {
   std::set<std::string_view> names;
   std::set<std::uint16_t> profiles;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "devices/drive/drive.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -16,6 +17,11 @@ constexpr std::uint16_t kModesOfOperation = 0x6060;
 constexpr std::uint16_t kModesOfOperationDisplay = 0x6061;
 constexpr std::uint16_t kHomingMethod = 0x6098;
 constexpr std::uint16_t kDigitalInputs = 0x60FD;
+
+/// Controlword, target torque, target position, offsets of the cyclic modes, digital outputs, target
+/// velocity.
+constexpr auto kSetPoints =
+    std::to_array<std::uint16_t>({kControlword, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FE, 0x60FF});
 
 constexpr std::uint32_t kAllFaults = (std::uint32_t{1} << kFaultKinds) - 1;
 
@@ -155,6 +161,10 @@ AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span
   if (entry.index == kHomingMethod && !is_homing_method(number_in<std::int8_t>(value)))
     return AbortCode::kValue;
   return AbortCode::kNone;
+}
+
+bool Drive::is_set_point(std::uint16_t index) const {
+  return std::ranges::find(kSetPoints, index) != kSetPoints.end();
 }
 
 // Faults.

@@ -58,6 +58,7 @@ class Drive final : public sim::Behaviour {
   void on_sync(Time now) override;
   void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
+  bool is_set_point(std::uint16_t index) const override;
   std::span<const std::string_view> incidents() const override { return kIncidentNames; }
   void set_incident(std::string_view incident, bool present, Time now) override;
 
