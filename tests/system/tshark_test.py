@@ -145,8 +145,8 @@ class Dissected(unittest.TestCase):
         self.assertEqual(self.kinds(*PROCESS)[1], {
             "NMT: Start remote node": 1, "SYNC": 2, "TIME STAMP": 1, "EMCY": 6, "remote frame": 1,
             "PDO1 (tx)": 6, "PDO2 (tx)": 3, "PDO3 (tx)": 2, "PDO4 (tx)": 2, "PDO1 (rx)": 2, "PDO2 (rx)": 2})
-        self.assertEqual(self.column("canopen.em.err_code"), ["0x8210", "0x0000"])
-        self.assertEqual(self.column("canopen.em.err_reg"), ["0x11", "0x00"])
+        self.assertEqual(self.column("canopen.em.err_code"), ["0x8240"] * 4 + ["0x8210", "0x0000"])
+        self.assertEqual(self.column("canopen.em.err_reg"), ["0x11"] * 6)
         self.assertEqual(self.column("canopen.sync.counter"), ["1"])
         self.assertIn("Apr 15, 2030 00:00:40", self.column("canopen.time_stamp")[0])
 
