@@ -49,7 +49,7 @@ class BareServer {
     if (select(last_ + 1, &ready, nullptr, nullptr, nullptr) < 0) return;
     const int last = last_;
     for (int socket = 0; socket <= last; ++socket)
-      if (FD_ISSET(socket, &ready)) socket == listener_ ? accept() : answer(socket);
+      if (FD_ISSET(socket, &ready)) socket == listener_ ? accept() : respond(socket);
   }
 
  private:
@@ -60,7 +60,7 @@ class BareServer {
     last_ = std::max(last_, socket);
   }
 
-  void answer(int socket) {
+  void respond(int socket) {
     std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> request;
     modbus_set_socket(context_.get(), socket);
     const int size = modbus_receive(context_.get(), request.data());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A number of Modbus TCP clients in one thread with one epoll, each with one transaction under way: FC 16 of
 // R3700..R3709, then FC 3 of R3700 until that is no longer CA0Eh. Prints what it measured as one line of
-// JSON. Exit code 0 = every answer was the right one.
+// JSON. Exit code 0 = every response was the right one.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -121,18 +121,18 @@ class Client {
   }
   void poll(Request& read) { send(read, kRead); }
 
-  /// True when a whole answer is there.
+  /// True when a whole response is there.
   bool receive() {
-    const ssize_t count = recv(socket_, answer_.data() + received_, answer_.size() - received_, 0);
+    const ssize_t count = recv(socket_, response_.data() + received_, response_.size() - received_, 0);
     if (count <= 0) throw std::runtime_error("the server closed the connection");
     received_ += static_cast<std::size_t>(count);
-    return received_ >= kHeaderBytes + 1 && received_ >= answer_bytes();
+    return received_ >= kHeaderBytes + 1 && received_ >= response_bytes();
   }
 
-  /// R3700 as the poll's answer tells it; checks that it is the answer to this client's last request.
-  std::uint16_t check_answer() {
-    if (received_ != answer_bytes() || word(0) != number_ || answer_[kHeaderBytes] != function_)
-      throw std::runtime_error("an answer that does not belong to the request");
+  /// R3700 as the poll's response tells it; checks that it is the response to this client's last request.
+  std::uint16_t check_response() {
+    if (received_ != response_bytes() || word(0) != number_ || response_[kHeaderBytes] != function_)
+      throw std::runtime_error("a response that does not belong to the request");
     received_ = 0;
     return word(kHeaderBytes + 2);
   }
@@ -143,12 +143,12 @@ class Client {
     request.send(socket_, ++number_);
   }
   std::uint16_t word(std::size_t offset) const {
-    return static_cast<std::uint16_t>(answer_[offset] << 8 | answer_[offset + 1]);
+    return static_cast<std::uint16_t>(response_[offset] << 8 | response_[offset + 1]);
   }
-  /// FC 16: address and quantity. FC 3: byte count and one word. An exception, which check_answer() refuses:
-  /// its code.
-  std::size_t answer_bytes() const {
-    if (answer_[kHeaderBytes] != function_) return kHeaderBytes + 2;
+  /// FC 16: address and quantity. FC 3: byte count and one word. An exception, which check_response()
+  /// refuses: its code.
+  std::size_t response_bytes() const {
+    if (response_[kHeaderBytes] != function_) return kHeaderBytes + 2;
     return kHeaderBytes + (function_ == kWrite ? 5u : 4u);
   }
 
@@ -157,7 +157,7 @@ class Client {
   std::uint8_t function_ = 0;
   Clock::time_point started_{};
   std::size_t received_ = 0;
-  std::array<std::uint8_t, 64> answer_{};
+  std::array<std::uint8_t, 64> response_{};
 };
 
 class Run {
@@ -212,7 +212,7 @@ class Run {
   void on_ready(Client& client) {
     if (!client.receive()) return;
     const bool polled = client.polling();
-    const std::uint16_t flag = client.check_answer();
+    const std::uint16_t flag = client.check_response();
     if (!polled || flag == regmap::kExecute) {
       ++polls_;
       return client.poll(read_);

@@ -110,8 +110,10 @@ bool run(const std::string& module_eds, const std::string& drive_eds, std::uint8
   sim::Node* drive = nullptr;
   for (std::uint8_t id = 1; id <= modules + drives; ++id) {
     sim::NodeParts parts;
+    parts.node_id = id;
+    parts.image = image_of(id <= modules ? module_eds : drive_eds, id);
     parts.behaviour = devices::find_device(id <= modules ? "cia401" : "cia402")->make;
-    drive = &world.add_node(id, image_of(id <= modules ? module_eds : drive_eds, id), parts);
+    drive = &world.add_node(std::move(parts));
   }
   world.start(0);
   master.send(0x000, 2, 0x0001, 0);

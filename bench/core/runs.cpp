@@ -24,7 +24,7 @@ class Loopback final : public CanPort {
     peer_.on_frame(frame);
     return true;
   }
-  const Frame* answer() { return peer_.answer(); }
+  const Frame* response() { return peer_.response(); }
 
  private:
   test::SdoPeer peer_;
@@ -32,8 +32,8 @@ class Loopback final : public CanPort {
 
 bool transfer(SdoClient& client, Loopback& wire, const SdoClient::Request& request, Time now) {
   client.start(request, now);
-  while (const Frame* answer = wire.answer())
-    client.on_frame(*answer, now);
+  while (const Frame* response = wire.response())
+    client.on_frame(*response, now);
   return client.outcome() == SdoClient::Outcome::kDone;
 }
 

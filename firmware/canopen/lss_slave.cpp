@@ -10,7 +10,7 @@ namespace cbcan {
 
 namespace {
 
-// Command specifiers: byte 0 of requests and answers.
+// Command specifiers: byte 0 of requests and responses.
 constexpr std::uint8_t kSwitchStateGlobal = 0x04;
 constexpr std::uint8_t kConfigureNodeId = 0x11;
 constexpr std::uint8_t kConfigureBitTiming = 0x13;
@@ -89,7 +89,7 @@ void LssSlave::on_frame(const Frame& frame, Time now) {
   if (command >= kIdentifyVendor && command <= kIdentifySerialHigh)
     return select_or_identify(command, number_in(frame, 4), now);
   if (command == kIdentifyNonConfigured) {
-    if (is_unconfigured()) answer(kNonConfiguredIdentified, 0, now);
+    if (is_unconfigured()) respond(kNonConfiguredIdentified, 0, now);
     return;
   }
   if (state_ == State::kWaiting) return wait_for_selection(frame, now);
@@ -123,16 +123,16 @@ void LssSlave::wait_for_selection(const Frame& frame, Time now) {
 void LssSlave::configure(const Frame& frame, Time now) {
   const std::uint8_t command = frame.data[0];
   if (command >= kInquireVendor && command <= kInquireSerial)
-    return answer(command, application_.identity(static_cast<std::uint8_t>(command - kInquireVendor)), now);
+    return respond(command, application_.identity(static_cast<std::uint8_t>(command - kInquireVendor)), now);
   switch (command) {
     case kConfigureNodeId: return configure_node_id(frame.data[1], now);
     case kConfigureBitTiming: return configure_bit_timing(frame.data[1], frame.data[2], now);
     case kActivateBitTiming: return activate_bit_timing(milliseconds(number_in(frame, 2)), now);
     case kStoreConfiguration: {
       const auto result = application_.store(pending_node_id_, pending_bit_rate_);
-      return answer(command, static_cast<std::uint8_t>(result), now);
+      return respond(command, static_cast<std::uint8_t>(result), now);
     }
-    case kInquireNodeId: return answer(command, node_id_ == kNoNodeId ? pending_node_id_ : node_id_, now);
+    case kInquireNodeId: return respond(command, node_id_ == kNoNodeId ? pending_node_id_ : node_id_, now);
     default: return;
   }
 }
@@ -148,9 +148,9 @@ void LssSlave::select_or_identify(std::uint8_t command, std::uint32_t number, Ti
   expected_ = static_cast<std::uint8_t>(command + 1);
   if (command == kSelectSerial) {
     state_ = State::kConfiguration;
-    answer(kSelected, 0, now);
+    respond(kSelected, 0, now);
   } else if (command == kIdentifySerialHigh) {
-    answer(kIdentified, 0, now);
+    respond(kIdentified, 0, now);
   }
 }
 
@@ -177,26 +177,26 @@ void LssSlave::fastscan(const Frame& frame, Time now) {
   const std::uint8_t next = frame.data[7];
   if (bit == kScanStart) {
     fastscan_part_ = kVendor;
-    return answer(kIdentified, 0, now);
+    return respond(kIdentified, 0, now);
   }
   if (bit > kScanLastBit || part != fastscan_part_ || next > kSerial) return;
   if ((application_.identity(part) ^ number_in(frame, 4)) >> bit != 0) return;
   fastscan_part_ = next;
   if (bit == 0 && next < part) state_ = State::kConfiguration;
-  answer(kIdentified, 0, now);
+  respond(kIdentified, 0, now);
 }
 
 void LssSlave::configure_node_id(std::uint8_t node_id, Time now) {
   const bool valid = (node_id >= 1 && node_id <= nmt::kMaxNode) || node_id == kNoNodeId;
   if (valid) pending_node_id_ = node_id;
-  answer(kConfigureNodeId, valid ? kOk : kOutOfRange, now);
+  respond(kConfigureNodeId, valid ? kOk : kOutOfRange, now);
 }
 
 void LssSlave::configure_bit_timing(std::uint8_t table, std::uint8_t index, Time now) {
   const bool exists = table == kBitRateTable && index <= kLastBitRate && index != kReservedBitRate;
   const bool valid = exists && application_.is_bit_rate_supported(index);
   if (valid) pending_bit_rate_ = index;
-  answer(kConfigureBitTiming, valid ? kOk : kOutOfRange, now);
+  respond(kConfigureBitTiming, valid ? kOk : kOutOfRange, now);
 }
 
 /// Silent for twice the delay: once until every device has stopped, once until every device has switched.
@@ -221,9 +221,9 @@ void LssSlave::poll(Time now) {
 }
 
 /// `value` goes into bytes 1..4; an error code is its lowest.
-void LssSlave::answer(std::uint8_t command, std::uint32_t value, Time now) {
+void LssSlave::respond(std::uint8_t command, std::uint32_t value, Time now) {
   Frame frame;
-  frame.id = kAnswerId;
+  frame.id = kResponseId;
   frame.length = kLength;
   frame.data[0] = command;
   store_little_endian(std::span(frame.data).subspan(1, 4), value);

@@ -11,7 +11,7 @@
 ///
 /// Where the standard leaves room: frames of other lengths than 8 are ignored and bytes that a service does
 /// not use are not looked at, as masters leave all kinds of things in them; "inquire node-ID" tells the
-/// pending one while there is no active one; an answer that the port has not taken is dropped when the next
+/// pending one while there is no active one; a response that the port has not taken is dropped when the next
 /// request is there, which it would be taken to answer.
 
 #include <cstdint>
@@ -55,7 +55,7 @@ class LssApplication {
 class LssSlave final {
  public:
   static constexpr std::uint32_t kRequestId = 0x7E5;
-  static constexpr std::uint32_t kAnswerId = 0x7E4;
+  static constexpr std::uint32_t kResponseId = 0x7E4;
   static constexpr std::uint8_t kNoNodeId = 255;
 
   /// Both outlive it. It hears nothing before start().
@@ -94,7 +94,7 @@ class LssSlave final {
   bool matches(std::uint8_t command, std::uint32_t number) const;
   bool is_unconfigured() const { return node_id_ == kNoNodeId && pending_node_id_ == kNoNodeId; }
   bool is_off_bus() const { return return_at_ != kNever; }
-  void answer(std::uint8_t command, std::uint32_t value, Time now);
+  void respond(std::uint8_t command, std::uint32_t value, Time now);
 
   LssApplication& application_;
   Outbox outbox_;

@@ -9,7 +9,7 @@ namespace {
 
 // Bits of wanted_, in the order in which they are sent.
 constexpr std::uint8_t kBootUp = 1;
-constexpr std::uint8_t kGuardAnswer = 2;
+constexpr std::uint8_t kGuardResponse = 2;
 constexpr std::uint8_t kHeartbeat = 4;
 
 }  // namespace
@@ -31,7 +31,7 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
   if (state_ != nmt::State::kInitialising) enter(nmt::State::kInitialising, now);
   node_id_ = next_node_id_;
   application_.restore(first_index, last_index, now);
-  sdo_server_.reset(sdo::kAnswerId + node_id_);
+  sdo_server_.reset(sdo::kResponseId + node_id_);
   guard_toggle_ = 0;
   heartbeat_period_ = 0;
   heartbeat_at_ = kNever;
@@ -46,7 +46,7 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
 void Slave::enter(nmt::State state, Time now) {
   state_ = state;
   if (!nmt::is_running(state))
-    sdo_server_.reset(sdo::kAnswerId + node_id_);  // neither an answer nor a segment any more
+    sdo_server_.reset(sdo::kResponseId + node_id_);  // neither a response nor a segment any more
   application_.on_state(state, now);
 }
 
@@ -72,7 +72,7 @@ void Slave::on_frame(const Frame& frame, Time now) {
   } else if (frame.id == nmt::kErrorControlId + node_id_ && frame.flags == Frame::kRemote) {
     // A device is guarded or has a heartbeat, not both (CiA 301, 7.2.8.3.2.2).
     if (heartbeat_period_ != 0) return;
-    wanted_ |= kGuardAnswer;
+    wanted_ |= kGuardResponse;
     poll(now);
   }
 }
@@ -126,7 +126,7 @@ bool Slave::send_wanted(Time now) {
     return false;
   }
   wanted_ = static_cast<std::uint8_t>(wanted_ & ~lowest);
-  if (lowest == kGuardAnswer) guard_toggle_ ^= nmt::kGuardToggle;
+  if (lowest == kGuardResponse) guard_toggle_ ^= nmt::kGuardToggle;
   return true;
 }
 
@@ -135,7 +135,7 @@ Frame Slave::frame_for(std::uint8_t wanted) const {
   const auto state = static_cast<std::uint8_t>(state_);
   if (wanted == kBootUp)
     return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(nmt::State::kInitialising));
-  if (wanted == kGuardAnswer)
+  if (wanted == kGuardResponse)
     return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(state | guard_toggle_));
   return nmt::error_control_frame(node_id_, state);
 }

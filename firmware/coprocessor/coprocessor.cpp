@@ -185,7 +185,7 @@ void Coprocessor::begin_node_state(std::uint8_t node, Time now) {
   send_command(now);
 }
 
-/// An NMT command is done when the port has taken it; a guarding request then waits for its answer.
+/// An NMT command is done when the port has taken it; a guarding request then waits for its response.
 void Coprocessor::send_command(Time now) {
   command_refused_ = !port_.try_send(command_);
   if (command_refused_) return wake_at(now);
@@ -215,7 +215,7 @@ void Coprocessor::end_with_state(std::uint16_t state) {
 void Coprocessor::on_frame(const Frame& frame, Time now) {
   constexpr unsigned kFunctionShift = 7;
   switch (frame.id >> kFunctionShift) {
-    case sdo::kAnswerId >> kFunctionShift: return on_sdo_answer(frame, now);
+    case sdo::kResponseId >> kFunctionShift: return on_sdo_response(frame, now);
     case nmt::kErrorControlId >> kFunctionShift:
       if (frame.flags == 0) return on_error_control(frame, now);
       [[fallthrough]];
@@ -223,7 +223,7 @@ void Coprocessor::on_frame(const Frame& frame, Time now) {
   }
 }
 
-void Coprocessor::on_sdo_answer(const Frame& frame, Time now) {
+void Coprocessor::on_sdo_response(const Frame& frame, Time now) {
   client_.on_frame(frame, now);
   follow_sdo();
 }

@@ -34,7 +34,7 @@ class Coprocessor final {
     std::uint8_t node_id = 127;           ///< own node ID, 1..127
     std::uint16_t sdo_timeout_ms = 1000;  ///< 0 = wait for ever; 3003h at run time
     Time state_fresh_for = 2 * kSecond;  ///< age up to which a heartbeat is believed where 1016h sets no time
-    Time guard_timeout = 100 * kMillisecond;  ///< wait for the answer to a node guarding request
+    Time guard_timeout = 100 * kMillisecond;  ///< wait for the response to a node guarding request
   };
 
   Coprocessor(RegisterWindow window, ProcessRegisters registers, CanPort& port, const Settings& settings);
@@ -81,7 +81,7 @@ class Coprocessor final {
   void cancel(Time now);
   void work(Time now);
   void send_command(Time now);
-  void on_sdo_answer(const Frame& frame, Time now);
+  void on_sdo_response(const Frame& frame, Time now);
   void on_own_node(const Frame& frame, Time now);
   void on_error_control(const Frame& frame, Time now);
   void on_boot_up(std::uint8_t node, Time now);

@@ -98,7 +98,7 @@ std::uint32_t LocalNode::number_of(std::uint16_t index, std::uint8_t sub, Time n
       const std::uint8_t node = consumer_node_[sub - 1u];
       return node == 0 ? 0 : std::uint32_t{node} << kConsumerTimeBits | monitor_.consumer_time(node);
     }
-    case object::kSdoServerParameter: return (sub == 1 ? sdo::kRequestId : sdo::kAnswerId) + node_id();
+    case object::kSdoServerParameter: return (sub == 1 ? sdo::kRequestId : sdo::kResponseId) + node_id();
     case local::kOwnNodeId: return node_id();
     case local::kKernelState: return static_cast<std::uint32_t>(local::kernel_state(bus_state_));
     case local::kSdoTimeout: return client_.timeout_ms();

@@ -33,7 +33,7 @@ class RegisterWindow {
   }
 
   /// Replaces CA0Eh by the result, after everything set before. Where the PLC has written something else
-  /// meanwhile, that stays and the answer is false: the transaction was cancelled at the last moment.
+  /// meanwhile, that stays and the response is false: the transaction was cancelled at the last moment.
   bool finish(regmap::Result result) const {
     std::uint16_t expected = regmap::kExecute;
     return atomic(regmap::kExecuteFlag)

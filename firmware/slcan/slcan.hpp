@@ -44,8 +44,8 @@ class LineReader {
  public:
   enum class Event : std::uint8_t {
     kNone,
-    kLine,  ///< line() has one; it may be empty: the answer "yes"
-    kBell,  ///< the answer "no"; a line that had begun is gone
+    kLine,  ///< line() has one; it may be empty: the response "yes"
+    kBell,  ///< the response "no"; a line that had begun is gone
     kLost,  ///< the end of a line that was too long: it is dropped whole
   };
 
@@ -65,7 +65,7 @@ class LineReader {
   std::uint32_t lost_ = 0;
 };
 
-/// Bits of the answer to the command F, two hexadecimal digits (LAWICEL, command F; the names are those of
+/// Bits of the response to the command F, two hexadecimal digits (LAWICEL, command F; the names are those of
 /// the SJA1000's data sheet).
 namespace status {
 inline constexpr std::uint8_t kReceiveFull = 0x01;
@@ -78,7 +78,7 @@ inline constexpr std::uint8_t kBusError = 0x80;  ///< some error on the bus; not
 }  // namespace status
 
 /// What a line says about the adapter's CAN controller; none where it says nothing about it.
-///   F28            answer to the command F: error passive, else overflow where received frames were lost
+///   F28            response to the command F: error passive, else overflow where received frames were lost
 ///                  (kReceiveFull, kDataOverrun), else active. It cannot say bus-off.
 ///   sb256000       unasked, by newer adapters: s, the state (a active, w warning, p passive, b bus-off),
 ///   three
@@ -95,7 +95,7 @@ inline constexpr std::array<std::uint16_t, 9> kBitRates{10, 20, 50, 100, 125, 25
 
 /// Writes what brings an adapter onto the bus from whatever state it was left in, at `kbit_per_second`: three
 /// CR that end what it may have read before, C, Sn, O. Returns the length; 0 = not one of kBitRates. The
-/// answers, of which those before the last may be "no", need not be waited for.
+/// responses, of which those before the last may be "no", need not be waited for.
 std::size_t encode_open(std::uint16_t kbit_per_second, std::span<char, kMaxLine> out);
 
 }  // namespace cbcan::slcan

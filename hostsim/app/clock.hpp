@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -19,7 +21,7 @@ class Program {
   virtual std::size_t turn(Time until) = 0;
   /// Does what is due, and sends what has come of it.
   virtual void catch_up() = 0;
-  /// A command of docs/control.md; what it brings about has happened when it returns the answer.
+  /// A command of docs/control.md; what it brings about has happened when it returns the response.
   virtual std::string execute(std::string_view line) = 0;
 
  protected:
@@ -44,8 +46,7 @@ class Clock {
 
 /// "12.345678": seconds.
 inline std::string seconds_text(Time time) {
-  const std::string fraction = std::to_string(time % kSecond);
-  return std::to_string(time / kSecond) + "." + std::string(6 - fraction.size(), '0') + fraction;
+  return fmt::format("{}.{:06}", time / kSecond, time % kSecond);
 }
 
 }  // namespace cbcan::app

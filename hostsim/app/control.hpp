@@ -3,7 +3,7 @@
 
 /// Commands at run time, one line each, from a socket (--control) or, on a manual clock, from standard input:
 /// what the world does to the plant, and what one may want to know of it. docs/control.md is the page about
-/// them. The last line of every answer is "ok", with a value where there is one, or "error: " and what is
+/// them. The last line of every response is "ok", with a value where there is one, or "error: " and what is
 /// wrong.
 
 #include <string>
@@ -16,31 +16,26 @@
 
 namespace cbcan::app {
 
-/// A node of the plant under its names.
-struct PlantNode {
-  sim::Node* node;
-  std::string name;    ///< for people; may be empty
-  std::string device;  ///< "cia402"
+/// A command, as `help` and docs/control.md show it.
+struct CommandText {
+  std::string_view usage;    ///< "set NODE INDEX[:SUB] NUMBER"
+  std::string_view meaning;  ///< "An input gets this value from outside"
+  std::string_view more;     ///< what only the page adds: sentences
 };
-
-/// A network of the plant.
-struct PlantNetwork {
-  sim::World& world;
-  std::vector<PlantNode> nodes;
-};
+std::vector<CommandText> command_texts();
 
 class Control {
  public:
-  /// `networks`: all, in order, at least one; they outlive it. `started`: when the worlds were.
-  Control(std::vector<PlantNetwork*> networks, Time started)
+  /// `networks`: all, in order, at least one; they outlive it. `started`: when they were.
+  Control(std::vector<sim::World*> networks, Time started)
       : networks_(std::move(networks)), started_(started) {}
 
-  /// Does what the line says, at this time, and returns the answer: lines with their ends. What follows on
-  /// the bus has not happened yet: advance the worlds before anybody sees the answer.
+  /// Does what the line says, at this time, and returns the response: lines with their ends. What follows on
+  /// the bus has not happened yet: advance the worlds before anybody sees the response.
   std::string execute(std::string_view line, Time now);
 
  private:
-  std::vector<PlantNetwork*> networks_;
+  std::vector<sim::World*> networks_;
   Time started_;
 };
 

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "app/manual_clock.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
-#include <charconv>
+#include <algorithm>
 #include <iostream>
 
 #include "io/errors.hpp"
 #include "io/loop/line_input.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::app {
 namespace {
@@ -28,8 +30,9 @@ Time unit_of(std::string_view text) {
 }
 
 [[noreturn]] void refuse(std::string_view line) {
-  throw io::UsageError("standard input: \"" + std::string(line) +
-                       "\": write pass and how long, a whole number of us, ms or s, such as pass 100ms");
+  throw io::UsageError(fmt::format(
+      "standard input: \"{}\": write pass and how long, a whole number of us, ms or s, such as pass 100ms",
+      line));
 }
 
 }  // namespace
@@ -39,12 +42,11 @@ Time parse_pass(std::string_view line) {
   if (rest.ends_with('\r')) rest.remove_suffix(1);
   if (!rest.starts_with(kPass)) refuse(line);
   rest.remove_prefix(kPass.size());
-  Time count = 0;
-  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), count);
-  rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
-  const Time unit = unit_of(rest);
-  if (error != std::errc{} || unit == 0 || count > kMost / unit) refuse(line);
-  return count * unit;
+  const std::size_t digits = std::min(rest.find_first_not_of("0123456789"), rest.size());
+  const auto count = text::parse<Time>(rest.substr(0, digits));
+  const Time unit = unit_of(rest.substr(digits));
+  if (!count || unit == 0 || *count > kMost / unit) refuse(line);
+  return *count * unit;
 }
 
 void ManualClock::drive(Program& program) {
@@ -68,11 +70,11 @@ void ManualClock::take_line(const std::string& line, Program& program) {
     std::cout << "at " << seconds_text(now_) << std::endl;
     return;
   }
-  const std::string answer = program.execute(line);
-  if (answer.starts_with(kError))
+  const std::string response = program.execute(line);
+  if (response.starts_with(kError))
     throw io::UsageError("standard input: " +
-                         answer.substr(kError.size(), answer.size() - kError.size() - 1));
-  std::cout << answer << std::flush;
+                         response.substr(kError.size(), response.size() - kError.size() - 1));
+  std::cout << response << std::flush;
 }
 
 }  // namespace cbcan::app

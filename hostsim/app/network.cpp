@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "app/network.hpp"
 
-#include <sstream>
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace cbcan::app {
 
 namespace {
 
-Coprocessor::Settings settings_of(const ModuleConfig& module) {
+Coprocessor::Settings settings_of(const plant::ModuleConfig& module) {
   Coprocessor::Settings settings;
   settings.node_id = module.node_id;
   settings.sdo_timeout_ms = module.sdo_timeout_ms;
@@ -22,56 +23,50 @@ RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
 }
 
-ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const ModuleConfig& module) {
+ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
   return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
 }
 
 }  // namespace
 
-Network::Network(const Config& plant, const NetworkConfig& config, std::vector<BuiltNode> nodes,
-                 const Surroundings& surroundings)
+Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
+                 std::vector<sim::NodeParts> nodes, const Surroundings& surroundings)
     : surroundings_(surroundings),
       number_(config.number),
-      name_(plant.networks.size() == 1 ? "" : "network " + std::to_string(number_) + ": "),
-      can_(can_spec(config.can)),
+      name_(plant.networks.size() == 1 ? "" : fmt::format("network {}: ", number_)),
+      can_(plant::can_spec(config.can)),
       registers_(regmap::kRegisterFileWords),
-      world_(config.can.bit_rate, network_seed(plant, config), this) {
+      world_(config.can.bit_rate, plant::network_seed(plant, config), this) {
   if (config.module.enabled)
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
                                  settings_of(config.module));
   add_nodes(config, std::move(nodes));
-  set_faults(config);
-  if (config.can.kind == CanKind::kSocketCan)
+  add_faults(world_.faults(), config.can.faults);
+  for (std::size_t i = 0; i < config.nodes.size(); ++i)
+    add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults);
+  if (!config.can.interface_name.empty())
     socketcan_.emplace(surroundings_.reactor, world_.bus(), config.can.interface_name, surroundings_.warn);
   if (!config.can.slcan.empty()) open_slcan(config);
-  if (!config.log.file.empty()) open_log(config);
+  if (!config.log.empty()) open_log(config);
 }
 
 std::span<std::uint16_t> Network::registers() {
   return module_ != nullptr ? std::span(registers_) : std::span<std::uint16_t>();
 }
 
-void Network::add_nodes(const NetworkConfig& config, std::vector<BuiltNode> nodes) {
+void Network::add_nodes(const plant::NetworkConfig& config, std::vector<sim::NodeParts> nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const NodeConfig& node = config.nodes[i];
-    sim::NodeParts& parts = nodes[i].parts;
-    parts.listener = this;
-    if (!node.parameters.empty())
-      parts.parameters =
-          parameters_.emplace_back(std::make_unique<io::ParameterFile>(node.parameters, surroundings_.warn))
-              .get();
-    const std::uint8_t id = node.id == 0 ? sim::Node::kNoNodeId : node.id;
-    sim::Node& made = world_.add_node(id, std::move(nodes[i].image), parts);
-    plant_.nodes.push_back({&made, node.name, nodes[i].device});
+    nodes[i].listener = this;
+    if (const std::string& file = config.nodes[i].parameters; !file.empty())
+      nodes[i].parameters =
+          parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, surroundings_.warn)).get();
+    world_.add_node(std::move(nodes[i]));
   }
 }
 
-void Network::set_faults(const NetworkConfig& config) {
-  for (const FaultConfig& fault : config.can.faults)
-    world_.faults().add(fault.fault, surroundings_.started);
-  for (std::size_t i = 0; i < plant_.nodes.size(); ++i)
-    for (const FaultConfig& fault : config.nodes[i].faults)
-      plant_.nodes[i].node->faults().add(fault.fault, surroundings_.started);
+void Network::add_faults(sim::FaultSet& to, const std::vector<plant::FaultConfig>& faults) const {
+  for (const plant::FaultConfig& fault : faults)
+    to.add(fault.fault, surroundings_.started);
 }
 
 /// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
@@ -83,31 +78,30 @@ void Network::tell_time_of_day() {
   const Time since_1970 = surroundings_.started + surroundings_.clock.wall_offset();
   const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
                        static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
-  for (const PlantNode& plant : plant_.nodes)
-    plant.node->device().time_stamp().set(time, surroundings_.started);
+  for (const auto& node : world_.nodes())
+    node->device().time_stamp().set(time, surroundings_.started);
 }
 
 /// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
-void Network::open_slcan(const NetworkConfig& config) {
+void Network::open_slcan(const plant::NetworkConfig& config) {
   const std::size_t most_unsent =
       surroundings_.clock.runs() ? sim::SlcanAdapter::kMostUnsent : sim::SlcanAdapter::kUnlimited;
   slcan_.emplace(
-      surroundings_.reactor, world_.bus(), io::parse_stream_address(config.can.slcan), most_unsent,
+      surroundings_.reactor, world_.bus(), text::parse_stream_address(config.can.slcan), most_unsent,
       [this] { advance(); }, surroundings_.warn);
 }
 
 /// A manual clock's log begins at 0, and is the same every time.
-void Network::open_log(const NetworkConfig& config) {
+void Network::open_log(const plant::NetworkConfig& config) {
   const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
-  log_.emplace(config.log.file, interface, surroundings_.clock.wall_offset(), surroundings_.warn);
+  log_.emplace(config.log, interface, surroundings_.clock.wall_offset(), surroundings_.warn);
   world_.bus().observe(*log_);
 }
 
 std::string Network::where() const {
   const std::string prefix = number_ == 1 ? "" : std::to_string(number_) + "/";
-  std::string text = prefix + "can=" + can_;
-  if (slcan_) text += " " + prefix + "slcan=" + io::to_string(slcan_->address());
-  return text;
+  return fmt::format("{0}can={1}{2}", prefix, can_,
+                     slcan_ ? fmt::format(" {}slcan={}", prefix, to_string(slcan_->address())) : "");
 }
 
 void Network::start() {
@@ -121,7 +115,7 @@ void Network::on_request(bool wrote) {
 }
 
 void Network::on_fault(std::string_view text, Time now) {
-  surroundings_.warn(seconds_text(now - surroundings_.started) + " " + name_ + std::string(text));
+  surroundings_.warn(fmt::format("{} {}{}", seconds_text(now - surroundings_.started), name_, text));
 }
 
 void Network::flush() {
@@ -144,19 +138,18 @@ std::string Network::module_summary() const {
   if (module_ == nullptr) return {};
   const auto& transactions = module_->coprocessor().counters();
   const auto& sdo = module_->coprocessor().sdo_client().counters();
-  std::ostringstream text;
-  text << name_ << "transactions " << transactions.executed << ", failed " << transactions.failed
-       << ", cancelled " << transactions.cancelled << "\n"
-       << name_ << "SDO transfers " << sdo.transfers << ", timeouts " << sdo.timeouts << ", aborts sent "
-       << sdo.aborts_sent << ", received " << sdo.aborts_received << ", frames ignored "
-       << sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object << "\n";
-  return text.str();
+  return fmt::format(
+      "{0}transactions {1}, failed {2}, cancelled {3}\n"
+      "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n",
+      name_, transactions.executed, transactions.failed, transactions.cancelled, sdo.transfers, sdo.timeouts,
+      sdo.aborts_sent, sdo.aborts_received,
+      sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object);
 }
 
 std::string Network::slcan_summary() const {
   if (!slcan_) return {};
-  return name_ + "SLCAN connections " + std::to_string(slcan_->counters().connections) +
-         ", frames not read in time " + std::to_string(slcan_->counters().lost) + "\n";
+  return fmt::format("{}SLCAN connections {}, frames not read in time {}\n", name_,
+                     slcan_->counters().connections, slcan_->counters().lost);
 }
 
 }  // namespace cbcan::app

@@ -13,9 +13,6 @@
 #include <vector>
 
 #include "app/clock.hpp"
-#include "app/config.hpp"
-#include "app/control.hpp"
-#include "app/node_image.hpp"
 #include "cbcan/regmap.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/slcan_server.hpp"
@@ -23,6 +20,8 @@
 #include "io/files/parameter_file.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/modbus/modbus_tcp.hpp"
+#include "plant/build_node.hpp"
+#include "plant/config.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::app {
@@ -40,7 +39,7 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
   /// understood.
-  Network(const Config& plant, const NetworkConfig& config, std::vector<BuiltNode> nodes,
+  Network(const plant::Config& plant, const plant::NetworkConfig& config, std::vector<sim::NodeParts> nodes,
           const Surroundings& surroundings);
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
@@ -48,8 +47,8 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   /// None where there is no module.
   std::span<std::uint16_t> registers() override;
 
-  /// As commands see it; it lives as long as the network.
-  PlantNetwork& plant() { return plant_; }
+  /// As commands see it.
+  sim::World& world() { return world_; }
 
   /// "can=virtual slcan=127.0.0.1:29536"; of network 2 "2/can=virtual 2/slcan=127.0.0.1:29537".
   std::string where() const;
@@ -72,11 +71,11 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   std::string slcan_summary() const;
 
  private:
-  void add_nodes(const NetworkConfig& config, std::vector<BuiltNode> nodes);
-  void set_faults(const NetworkConfig& config);
+  void add_nodes(const plant::NetworkConfig& config, std::vector<sim::NodeParts> nodes);
+  void add_faults(sim::FaultSet& to, const std::vector<plant::FaultConfig>& faults) const;
   void tell_time_of_day();
-  void open_slcan(const NetworkConfig& config);
-  void open_log(const NetworkConfig& config);
+  void open_slcan(const plant::NetworkConfig& config);
+  void open_log(const plant::NetworkConfig& config);
   void on_fault(std::string_view text, Time now) override;
 
   Surroundings surroundings_;
@@ -87,7 +86,6 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   sim::World world_;
   sim::CoprocessorModule* module_ = nullptr;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
-  PlantNetwork plant_{world_, {}};
   std::optional<io::CandumpLog> log_;
   std::optional<io::SocketCan> socketcan_;
   std::optional<io::SlcanServer> slcan_;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "app/simulator.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <sstream>
 #include <utility>
 
 #include "app/manual_clock.hpp"
@@ -12,43 +13,41 @@ namespace cbcan::app {
 
 namespace {
 
-io::ModbusTcpSettings settings_of(const ModbusConfig& modbus) {
+io::ModbusTcpSettings settings_of(const text::ListenAddress& modbus) {
   io::ModbusTcpSettings settings;
   settings.listen = {modbus.host, modbus.port};
   settings.identity = {"cbcan", "cbcan-sim", std::string(kVersion)};
   return settings;
 }
 
-std::unique_ptr<Clock> make_clock(ClockKind kind, io::Reactor& reactor) {
-  if (kind == ClockKind::kManual) return std::make_unique<ManualClock>(reactor);
+std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor) {
+  if (kind == plant::ClockKind::kManual) return std::make_unique<ManualClock>(reactor);
   return std::make_unique<Clock>();
 }
 
 }  // namespace
 
-Simulator::Simulator(const Config& config, std::vector<std::vector<BuiltNode>> nodes, const io::Warn& warn)
-    : warn_(warn),
-      signals_(reactor_),
-      clock_(make_clock(config.time.clock, reactor_)),
-      started_(clock_->now()) {
+Simulator::Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
+                     const io::Warn& warn)
+    : warn_(warn), signals_(reactor_), clock_(make_clock(config.clock, reactor_)), started_(clock_->now()) {
   open_networks(config, std::move(nodes));
   open_modbus(config);
-  if (!config.control.listen.empty()) open_control(config);
+  if (!config.control.empty()) open_control(config);
 }
 
-void Simulator::open_networks(const Config& config, std::vector<std::vector<BuiltNode>> nodes) {
+void Simulator::open_networks(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes) {
   const Surroundings surroundings{reactor_, warn_, *clock_, started_};
-  std::vector<PlantNetwork*> plants;
+  std::vector<sim::World*> worlds;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     networks_.push_back(
         std::make_unique<Network>(config, config.networks[i], std::move(nodes[i]), surroundings));
-    plants.push_back(&networks_.back()->plant());
+    worlds.push_back(&networks_.back()->world());
   }
-  control_.emplace(std::move(plants), started_);
+  control_.emplace(std::move(worlds), started_);
 }
 
 /// Where no network has a module there is nothing to serve.
-void Simulator::open_modbus(const Config& config) {
+void Simulator::open_modbus(const plant::Config& config) {
   if (std::ranges::all_of(networks_, [](const auto& network) { return network->registers().empty(); }))
     return;
   std::vector<io::ModbusUnit*> units;
@@ -57,17 +56,17 @@ void Simulator::open_modbus(const Config& config) {
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
 }
 
-void Simulator::open_control(const Config& config) {
-  commands_.emplace(reactor_, "control", io::parse_stream_address(config.control.listen),
+void Simulator::open_control(const plant::Config& config) {
+  commands_.emplace(reactor_, "control", text::parse_stream_address(config.control),
                     io::command_sessions([this](std::string_view line) { return execute(line); }), warn_);
 }
 
 std::string Simulator::where() const {
   std::string text;
-  if (modbus_) text += "modbus=" + io::to_string(modbus_->address()) + " ";
+  if (modbus_) text += "modbus=" + to_string(modbus_->address()) + " ";
   for (const auto& network : networks_)
     text += (network == networks_.front() ? "" : " ") + network->where();
-  if (commands_) text += " control=" + io::to_string(commands_->address());
+  if (commands_) text += " control=" + to_string(commands_->address());
   return text;
 }
 
@@ -92,9 +91,9 @@ void Simulator::catch_up() {
 
 std::string Simulator::execute(std::string_view line) {
   advance();
-  std::string answer = control_->execute(line, clock_->now());
+  std::string response = control_->execute(line, clock_->now());
   catch_up();
-  return answer;
+  return response;
 }
 
 void Simulator::flush() {
@@ -115,15 +114,15 @@ Time Simulator::next_deadline() const {
 }
 
 std::string Simulator::summary() const {
-  std::ostringstream text;
+  std::string text;
   for (const auto& network : networks_)
-    text << network->module_summary();
+    text += network->module_summary();
   if (modbus_)
-    text << "Modbus requests " << modbus_->counters().requests << ", exceptions "
-         << modbus_->counters().exceptions << ", connections " << modbus_->counters().connections << "\n";
+    text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", modbus_->counters().requests,
+                        modbus_->counters().exceptions, modbus_->counters().connections);
   for (const auto& network : networks_)
-    text << network->slcan_summary();
-  return text.str();
+    text += network->slcan_summary();
+  return text;
 }
 
 }  // namespace cbcan::app

@@ -10,14 +10,14 @@
 #include <vector>
 
 #include "app/clock.hpp"
-#include "app/config.hpp"
 #include "app/control.hpp"
 #include "app/network.hpp"
-#include "app/node_image.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/stop_signals.hpp"
 #include "io/modbus/modbus_tcp.hpp"
 #include "io/sockets/command_session.hpp"
+#include "plant/build_node.hpp"
+#include "plant/config.hpp"
 
 namespace cbcan::app {
 
@@ -26,7 +26,8 @@ class Simulator final : private Program {
   /// `nodes` has a list for each network of `config`, with one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
   /// understood.
-  Simulator(const Config& config, std::vector<std::vector<BuiltNode>> nodes, const io::Warn& warn);
+  Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
+            const io::Warn& warn);
 
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
   /// not served is left out.
@@ -39,9 +40,9 @@ class Simulator final : private Program {
   std::string summary() const;
 
  private:
-  void open_networks(const Config& config, std::vector<std::vector<BuiltNode>> nodes);
-  void open_modbus(const Config& config);
-  void open_control(const Config& config);
+  void open_networks(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes);
+  void open_modbus(const plant::Config& config);
+  void open_control(const plant::Config& config);
   bool stop_requested() const override { return signals_.stop_requested(); }
   std::size_t turn(Time until) override;
   void catch_up() override;

@@ -48,6 +48,12 @@ constexpr auto kKinds = std::to_array<DeviceKind>({
      kOfTransducers},
 });
 
+constexpr auto kNames = [] {
+  std::array<std::string_view, kKinds.size()> names;
+  std::ranges::transform(kKinds, names.begin(), &DeviceKind::name);
+  return names;
+}();
+
 bool has(const ObjectDictionary& dictionary, const NeededObject& needed) {
   ObjectEntry entry{};
   const bool found = dictionary.find(needed.index, 1, entry) == AbortCode::kNone ||
@@ -65,6 +71,10 @@ std::string name_of(const NeededObject& object) {
 
 std::span<const DeviceKind> device_kinds() {
   return kKinds;
+}
+
+std::span<const std::string_view> device_names() {
+  return kNames;
 }
 
 const DeviceKind* find_device(std::string_view name) {

@@ -36,6 +36,9 @@ struct DeviceKind {
 /// All of them; the first is "none".
 std::span<const DeviceKind> device_kinds();
 
+/// Their names, in order.
+std::span<const std::string_view> device_names();
+
 /// Null if no device has this name.
 const DeviceKind* find_device(std::string_view name);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What can be done to a device on purpose, as far as it is nothing but an error with a code: the EMCY goes
+/// What can be made to happen to a device, as far as it is nothing but an error with a code: the EMCY goes
 /// out when it begins, and again after a reset while it lasts.
 
 #include <array>

@@ -6,8 +6,11 @@
 #include <string>
 #include <utility>
 
+#include "eds/diagnostics.hpp"
 #include "eds/eds_reader.hpp"
-#include "eds/text.hpp"
+#include "text/numbers.hpp"
+#include "text/utf8.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::eds {
 
@@ -56,7 +59,7 @@ bool has_limits(DataType type) {
 }
 
 std::string name_of_place(std::uint16_t index, const Section& section) {
-  return section.name.empty() ? hex(index, 4) : to_utf8(section.name);
+  return section.name.empty() ? text::hex(index, 4) : text::to_utf8(section.name);
 }
 
 }  // namespace
@@ -106,7 +109,7 @@ DataType AttributeReader::data_type(const Section& section, std::uint16_t index,
   if (type && is_known(*type)) return static_cast<DataType>(*type);
   if (type) {
     findings_.warning(section.find("DataType")->line,
-                      "DataType " + hex(*type, 4) + "h is unknown: OCTET_STRING is assumed");
+                      "DataType " + text::hex(*type, 4) + "h is unknown: OCTET_STRING is assumed");
     return DataType::kOctetString;
   }
   if (object_type(section) == ObjectType::kDomain) return DataType::kDomain;
@@ -125,7 +128,7 @@ Access AttributeReader::access(const Section& section) {
     return Access::kReadWrite;
   }
   const auto found = std::find_if(kAccessNames.begin(), kAccessNames.end(), [&](const AccessName& known) {
-    return same_text(known.name, entry->value);
+    return text::same_text(known.name, entry->value);
   });
   if (found != kAccessNames.end()) return found->access;
   findings_.warning(entry->line, "AccessType " + quoted(entry->value) + " is unknown: rw is assumed");

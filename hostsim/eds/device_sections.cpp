@@ -5,7 +5,8 @@
 #include <limits>
 #include <string>
 
-#include "eds/text.hpp"
+#include "eds/diagnostics.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::eds {
 
@@ -27,7 +28,7 @@ bool flag(ValueReader& values, const Section& section, std::string_view key) {
 std::vector<std::uint32_t> bit_rates(ValueReader& values, const Section& info) {
   std::vector<std::uint32_t> rates;
   for (const KeyValue& entry : info.entries) {
-    if (!same_text(entry.key.substr(0, kBaudRate.size()), kBaudRate)) continue;
+    if (!text::same_text(entry.key.substr(0, kBaudRate.size()), kBaudRate)) continue;
     const auto rate = parse_count(entry.key.substr(kBaudRate.size()));
     const bool supported = !entry.value.empty() && values.number(entry, 1).value_or(0) != 0;
     if (rate && *rate <= 0xFFFF && supported) rates.push_back(static_cast<std::uint32_t>(*rate));
@@ -51,7 +52,7 @@ std::optional<std::uint8_t> commissioned_node_id(const Section& section, ValueRe
 const Section* find_section(const std::vector<Section>& sections, std::string_view name, Findings& findings) {
   const Section* first = nullptr;
   for (const Section& section : sections) {
-    if (!same_text(section.name, name)) continue;
+    if (!text::same_text(section.name, name)) continue;
     if (first == nullptr) {
       first = &section;
     } else {

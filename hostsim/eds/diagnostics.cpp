@@ -4,10 +4,26 @@
 #include <algorithm>
 #include <utility>
 
+#include "text/utf8.hpp"
+
 namespace cbcan::eds {
 
 std::string to_string(const Diagnostic& diagnostic) {
   return diagnostic.file + ':' + std::to_string(diagnostic.line) + ": " + diagnostic.message;
+}
+
+std::string shortened(std::string_view text) {
+  constexpr std::size_t kMessageBytes = 40;
+  const std::string_view start = text::head(text, kMessageBytes);
+  return text::to_utf8(start) + (start.size() < text.size() ? "..." : "");
+}
+
+std::string quoted(std::string_view text) {
+  return '"' + shortened(text) + '"';
+}
+
+std::string bracketed(std::string_view name) {
+  return '[' + shortened(name) + ']';
 }
 
 Findings::Findings(std::string file) : file_(std::move(file)) {}

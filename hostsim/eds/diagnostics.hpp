@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cbcan::eds {
@@ -26,6 +27,15 @@ struct Diagnostic {
 
 /// `file:line: message`
 std::string to_string(const Diagnostic& diagnostic);
+
+/// A text of the file for a message: some forty characters at most, as UTF-8 without control characters.
+std::string shortened(std::string_view text);
+
+/// Likewise, in quotes.
+std::string quoted(std::string_view text);
+
+/// A section name for a message: [1018sub1].
+std::string bracketed(std::string_view name);
 
 /// Collects diagnostics. A file of garbage does not make megabytes of them: after kMost they are only
 /// counted.

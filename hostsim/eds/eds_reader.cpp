@@ -8,7 +8,7 @@
 #include "eds/device_sections.hpp"
 #include "eds/object_lists.hpp"
 #include "eds/object_reader.hpp"
-#include "eds/text.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::eds {
 
@@ -25,9 +25,10 @@ std::string_view readable(std::string_view text, Findings& findings) {
     findings.error(1, "this is UTF-16: save the file as ASCII or UTF-8");
     return {};
   }
-  if (trim(text).starts_with('<')) {
-    findings.error(1, "this is XML, perhaps an XDD of CiA 311, which is not read: save it as EDS, as " +
-                          std::string("CANopenEditor does"));
+  if (cbcan::text::trim(text).starts_with('<')) {
+    findings.error(1,
+                   "this is XML, perhaps an XDD of CiA 311, which is not read: save it as EDS, as "
+                   "CANopenEditor does");
     return {};
   }
   return text;

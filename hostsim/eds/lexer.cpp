@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <string>
 
-#include "eds/text.hpp"
+#include "eds/diagnostics.hpp"
+#include "text/utf8.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::eds {
 
@@ -17,7 +19,7 @@ class Lexer {
   void take_line(std::string_view raw) {
     ++line_;
     report_latin1(raw);
-    const std::string_view text = trim(raw);
+    const std::string_view text = text::trim(raw);
     if (text.empty() || text.front() == ';') return;
     if (text.front() == '[') {
       open_section(text.substr(1));
@@ -33,7 +35,7 @@ class Lexer {
 
  private:
   void report_latin1(std::string_view raw) {
-    if (latin1_reported_ || is_utf8(raw)) return;
+    if (latin1_reported_ || text::is_utf8(raw)) return;
     findings_.note(line_, "the text is neither ASCII nor UTF-8: Latin-1 is assumed");
     latin1_reported_ = true;
   }
@@ -41,10 +43,10 @@ class Lexer {
   void open_section(std::string_view text) {
     drop_repeated_keys();
     const std::size_t end = text.find(']');
-    const std::string_view name = trim(text.substr(0, end));
+    const std::string_view name = text::trim(text.substr(0, end));
     if (end == std::string_view::npos) {
       findings_.warning(line_, "the section name has no \"]\": taken as " + bracketed(name));
-    } else if (const auto rest = trim(text.substr(end + 1)); !rest.empty() && rest.front() != ';') {
+    } else if (const auto rest = text::trim(text.substr(end + 1)); !rest.empty() && rest.front() != ';') {
       findings_.warning(line_, quoted(rest) + " after the section name is ignored");
     }
     sections_.push_back({name, line_, {}});
@@ -57,8 +59,8 @@ class Lexer {
     } else if (sections_.empty()) {
       findings_.warning(line_, quoted(text) + " comes before the first [section]: ignored");
     } else {
-      const std::string_view value = trim(text.substr(equals + 1));
-      sections_.back().entries.push_back({trim(text.substr(0, equals)), value, line_});
+      const std::string_view value = text::trim(text.substr(equals + 1));
+      sections_.back().entries.push_back({text::trim(text.substr(0, equals)), value, line_});
     }
   }
 
@@ -66,9 +68,9 @@ class Lexer {
     if (sections_.empty()) return;
     std::vector<KeyValue>& entries = sections_.back().entries;
     std::stable_sort(entries.begin(), entries.end(),
-                     [](const KeyValue& a, const KeyValue& b) { return less_text(a.key, b.key); });
+                     [](const KeyValue& a, const KeyValue& b) { return text::less_text(a.key, b.key); });
     const auto repeats = [this](const KeyValue& first, const KeyValue& again) {
-      if (!same_text(first.key, again.key)) return false;
+      if (!text::same_text(first.key, again.key)) return false;
       findings_.warning(again.line, "key " + quoted(again.key) + " is here again: the value of line " +
                                         std::to_string(first.line) + " is used");
       return true;
@@ -88,7 +90,7 @@ class Lexer {
 
 const KeyValue* Section::find(std::string_view key) const {
   const auto found = std::find_if(entries.begin(), entries.end(),
-                                  [&](const KeyValue& entry) { return same_text(entry.key, key); });
+                                  [&](const KeyValue& entry) { return text::same_text(entry.key, key); });
   return found == entries.end() || found->value.empty() ? nullptr : &*found;
 }
 

@@ -8,7 +8,8 @@
 
 #include "canopen/dictionary/objects.hpp"
 #include "eds/device_sections.hpp"
-#include "eds/text.hpp"
+#include "eds/diagnostics.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::eds {
 
@@ -52,8 +53,9 @@ class ListChecker {
     report_repeated();
     for (const Listed& listed : listed_)
       if (!has_object(objects, listed.index))
-        findings_.error(listed.line, "object " + hex(listed.index, 4) + "h is listed, but there is no [" +
-                                         hex(listed.index, 4) + "]: left out");
+        findings_.error(listed.line, "object " + text::hex(listed.index, 4) +
+                                         "h is listed, but there is no [" + text::hex(listed.index, 4) +
+                                         "]: left out");
     report_unlisted(objects);
   }
 
@@ -75,7 +77,7 @@ class ListChecker {
   void report_repeated() {
     for (std::size_t i = 1; i < listed_.size(); ++i)
       if (listed_[i].index == listed_[i - 1].index)
-        findings_.note(listed_[i].line, "object " + hex(listed_[i].index, 4) +
+        findings_.note(listed_[i].line, "object " + text::hex(listed_[i].index, 4) +
                                             "h is listed already in line " +
                                             std::to_string(listed_[i - 1].line));
     const auto same_index = [](const Listed& a, const Listed& b) { return a.index == b.index; };
@@ -93,7 +95,7 @@ class ListChecker {
           std::binary_search(listed_.begin(), listed_.end(), Listed{object.index, 0},
                              [](const Listed& a, const Listed& b) { return a.index < b.index; });
       if (!is_listed && object.has_values() && object.index >= object::kFirstCommunication)
-        findings_.note(object.line(), "object " + hex(object.index, 4) + "h is not listed: it is used");
+        findings_.note(object.line(), "object " + text::hex(object.index, 4) + "h is not listed: it is used");
     }
   }
 

@@ -5,8 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "eds/diagnostics.hpp"
 #include "eds/eds_reader.hpp"
-#include "eds/text.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::eds {
 
@@ -76,7 +77,7 @@ std::uint8_t ObjectReader::compact_count(const ObjectSections& sections) {
 }
 
 ObjectType ObjectReader::object_type(const ObjectSections& sections, bool has_subs) {
-  const std::string index = hex(sections.index, 4);
+  const std::string index = text::hex(sections.index, 4);
   if (sections.main == nullptr) {
     findings_.warning(sections.line(),
                       "there is no [" + index + "], but sub-objects of it: a RECORD is assumed");
@@ -92,7 +93,7 @@ ObjectType ObjectReader::object_type(const ObjectSections& sections, bool has_su
 void ObjectReader::read_subs(const ObjectSections& sections, const Whole& whole) {
   if (sections.main != nullptr) values_.check_count(*sections.main, "SubNumber", sections.subs.size());
   if (sections.subs.front().sub != 0) {
-    findings_.warning(sections.line(), hex(whole.index, 4) +
+    findings_.warning(sections.line(), text::hex(whole.index, 4) +
                                            "h has no sub-index 0: a read-only one that says " +
                                            std::to_string(whole.highest_sub) + " is assumed");
     add(count_object(whole, sections.line()));
@@ -166,7 +167,7 @@ void ObjectReader::reject_compact_sections(const ObjectSections& sections) {
     if (section == nullptr) continue;
     findings_.warning(section->line, bracketed(section->name) +
                                          " belongs to an object with CompactSubObj, and " +
-                                         hex(sections.index, 4) + "h has none: ignored");
+                                         text::hex(sections.index, 4) + "h has none: ignored");
   }
 }
 
@@ -175,7 +176,8 @@ void ObjectReader::add(Object object) {
   const std::uint64_t stride = object.capacity + (has_length ? ObjectEntry::kLengthBytes : 0);
   const std::uint64_t bytes = stride * (object.last_sub - object.first_sub + 1U);
   if (value_bytes_ + bytes > kMostValueBytes) {
-    findings_.error(object.line, hex(object.index, 4) + "h would take the values of this device beyond " +
+    findings_.error(object.line, text::hex(object.index, 4) +
+                                     "h would take the values of this device beyond " +
                                      std::to_string(kMostValueBytes) + " bytes: left out");
     return;
   }

@@ -6,8 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "eds/text.hpp"
+#include "eds/diagnostics.hpp"
 #include "eds/values.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::eds {
 
@@ -41,15 +42,15 @@ bool is_hex_digit(char c) {
 }
 
 std::optional<std::uint64_t> parse_index(std::string_view text) {
-  text = trim(text);
-  if (same_text(text.substr(0, 2), "0x")) text.remove_prefix(2);
+  text = text::trim(text);
+  if (text::same_text(text.substr(0, 2), "0x")) text.remove_prefix(2);
   return parse_hex_digits(text);
 }
 
 /// Where "sub" is in a section name; npos if it is not there.
 std::size_t find_sub(std::string_view name) {
   for (std::size_t at = 0; at + 3 <= name.size(); ++at)
-    if (same_text(name.substr(at, 3), "sub")) return at;
+    if (text::same_text(name.substr(at, 3), "sub")) return at;
   return std::string_view::npos;
 }
 
@@ -64,7 +65,7 @@ std::optional<Place> parse_section_name(std::string_view name) {
   for (const Suffix& suffix : kSuffixes) {
     if (name.size() <= suffix.text.size()) continue;
     const std::size_t at = name.size() - suffix.text.size();
-    if (!same_text(name.substr(at), suffix.text)) continue;
+    if (!text::same_text(name.substr(at), suffix.text)) continue;
     const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
     return index ? std::optional(Place{*index, suffix.part, 0}) : std::nullopt;
   }
@@ -78,7 +79,7 @@ std::optional<Place> parse_section_name(std::string_view name) {
 bool looks_like_object(std::string_view name) {
   const std::size_t digits =
       static_cast<std::size_t>(std::find_if_not(name.begin(), name.end(), is_hex_digit) - name.begin());
-  return digits > 0 && (name.front() <= '9' || same_text(name.substr(digits, 3), "sub"));
+  return digits > 0 && (name.front() <= '9' || text::same_text(name.substr(digits, 3), "sub"));
 }
 
 class Collector {

@@ -3,7 +3,9 @@
 
 #include <utility>
 
-#include "eds/text.hpp"
+#include "eds/diagnostics.hpp"
+#include "text/utf8.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::eds {
 
@@ -55,7 +57,7 @@ std::string ValueReader::text(const Section& section, std::string_view key) {
 }
 
 std::string ValueReader::text(const KeyValue& entry) {
-  return to_utf8(head(entry.value, kMostTextBytes));
+  return text::to_utf8(text::head(entry.value, kMostTextBytes));
 }
 
 std::optional<Pattern> ValueReader::pattern(const KeyValue& entry, DataType type) {
@@ -108,7 +110,7 @@ std::string_view ValueReader::without_comment(const KeyValue& entry) {
   const std::size_t comment = entry.value.find(';');
   if (comment == std::string_view::npos) return entry.value;
   findings_.warning(entry.line, key_is(entry) + " has a \";\" in it: what follows is ignored");
-  return trim(entry.value.substr(0, comment));
+  return text::trim(entry.value.substr(0, comment));
 }
 
 }  // namespace cbcan::eds

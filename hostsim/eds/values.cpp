@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <limits>
 #include <string>
 
-#include "eds/text.hpp"
+#include "text/numbers.hpp"
+#include "text/utf8.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::eds {
 
@@ -45,19 +46,6 @@ constexpr std::array<std::string_view, 0x1C> kTypeNames = {"",
                                                            "UNSIGNED56",
                                                            "UNSIGNED64"};
 
-/// All of `digits`, and at least one.
-std::optional<std::uint64_t> parse_digits(std::string_view digits, int base) {
-  std::uint64_t number = 0;
-  const char* const end = digits.data() + digits.size();
-  const auto [stopped, error] = std::from_chars(digits.data(), end, number, base);
-  if (digits.empty() || error != std::errc{} || stopped != end) return std::nullopt;
-  return number;
-}
-
-bool has_hex_prefix(std::string_view text) {
-  return same_text(text.substr(0, 2), "0x");
-}
-
 /// Some tools write integers as C does: 0x12345678UL.
 std::string_view without_c_suffix(std::string_view text) {
   const std::size_t last = text.find_last_not_of("uUlL");
@@ -68,14 +56,14 @@ std::optional<Number> parse_unsigned(std::string_view text) {
   text = without_c_suffix(text);
   Number number;
   std::optional<std::uint64_t> magnitude;
-  if (has_hex_prefix(text)) {
+  if (text::has_hex_prefix(text)) {
     number.hexadecimal = true;
-    magnitude = parse_digits(text.substr(2), 16);
+    magnitude = text::parse<std::uint64_t>(text.substr(2), 16);
   } else if (text.size() > 1 && text.front() == '0') {
     number.no_octal = text.find_first_of("89") != std::string_view::npos;
-    magnitude = parse_digits(text, number.no_octal ? 10 : 8);
+    magnitude = text::parse<std::uint64_t>(text, number.no_octal ? 10 : 8);
   } else {
-    magnitude = parse_digits(text, 10);
+    magnitude = text::parse<std::uint64_t>(text);
   }
   if (!magnitude) return std::nullopt;
   number.magnitude = *magnitude;
@@ -83,7 +71,7 @@ std::optional<Number> parse_unsigned(std::string_view text) {
 }
 
 std::optional<Number> parse_term(std::string_view text, std::uint8_t node_id) {
-  if (!same_text(text, kNodeId)) return parse_unsigned(text);
+  if (!text::same_text(text, kNodeId)) return parse_unsigned(text);
   Number number;
   number.magnitude = node_id;
   number.node_ids = 1;
@@ -114,11 +102,8 @@ bool is_sign_extended(std::uint64_t magnitude, std::uint64_t highest) {
 template <typename Real, typename Bits>
 std::optional<std::uint64_t> parse_decimal_real(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
-  Real number = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stopped, error] = std::from_chars(text.data(), end, number);
-  if (text.empty() || error != std::errc{} || stopped != end) return std::nullopt;
-  return std::bit_cast<Bits>(number);
+  const auto number = text::parse<Real>(text);
+  return number ? std::optional<std::uint64_t>(std::bit_cast<Bits>(*number)) : std::nullopt;
 }
 
 void append_utf16(std::vector<std::uint8_t>& out, char32_t unit) {
@@ -129,16 +114,16 @@ void append_utf16(std::vector<std::uint8_t>& out, char32_t unit) {
 }  // namespace
 
 std::optional<Number> parse_number(std::string_view text, std::uint8_t node_id) {
-  text = trim(text);
+  text = text::trim(text);
   if (text.starts_with('-')) {
-    std::optional<Number> number = parse_unsigned(trim(text.substr(1)));
+    std::optional<Number> number = parse_unsigned(text::trim(text.substr(1)));
     if (number) number->negative = number->magnitude != 0;
     return number;
   }
   Number sum;
   while (true) {
     const std::size_t plus = text.find('+');
-    const std::optional<Number> term = parse_term(trim(text.substr(0, plus)), node_id);
+    const std::optional<Number> term = parse_term(text::trim(text.substr(0, plus)), node_id);
     if (!term || !add(sum, *term)) return std::nullopt;
     if (plus == std::string_view::npos) return sum;
     text.remove_prefix(plus + 1);
@@ -146,11 +131,12 @@ std::optional<Number> parse_number(std::string_view text, std::uint8_t node_id) 
 }
 
 std::optional<std::uint64_t> parse_count(std::string_view text) {
-  return has_hex_prefix(text) ? parse_digits(text.substr(2), 16) : parse_digits(text, 10);
+  return text::has_hex_prefix(text) ? text::parse<std::uint64_t>(text.substr(2), 16)
+                                    : text::parse<std::uint64_t>(text);
 }
 
 std::optional<std::uint64_t> parse_hex_digits(std::string_view text) {
-  return parse_digits(text, 16);
+  return text::parse<std::uint64_t>(text, 16);
 }
 
 std::optional<std::uint64_t> to_bits(const Number& number, DataType type) {
@@ -171,10 +157,10 @@ std::optional<std::uint64_t> to_bits(const Number& number, DataType type) {
 
 std::optional<std::uint64_t> parse_real(std::string_view text, DataType type) {
   const bool wide = type == DataType::kReal64;
-  if (!has_hex_prefix(text))
+  if (!text::has_hex_prefix(text))
     return wide ? parse_decimal_real<double, std::uint64_t>(text)
                 : parse_decimal_real<float, std::uint32_t>(text);
-  const std::optional<std::uint64_t> bits = parse_digits(text.substr(2), 16);
+  const std::optional<std::uint64_t> bits = text::parse<std::uint64_t>(text.substr(2), 16);
   return bits && *bits <= highest_pattern(size_of(type)) ? bits : std::nullopt;
 }
 
@@ -194,13 +180,13 @@ std::vector<std::uint8_t> to_bytes(std::uint64_t bits, std::size_t size) {
 }
 
 std::optional<std::vector<std::uint8_t>> parse_octets(std::string_view text) {
-  text = trim(text);
-  if (has_hex_prefix(text)) text.remove_prefix(2);
+  text = text::trim(text);
+  if (text::has_hex_prefix(text)) text.remove_prefix(2);
   std::vector<std::uint8_t> bytes;
   if (text == "0") return bytes;
   while (!text.empty()) {
     const std::optional<std::uint64_t> byte =
-        text.size() < 2 ? std::nullopt : parse_digits(text.substr(0, 2), 16);
+        text.size() < 2 ? std::nullopt : text::parse<std::uint64_t>(text.substr(0, 2), 16);
     if (!byte) return std::nullopt;
     bytes.push_back(static_cast<std::uint8_t>(*byte));
     text.remove_prefix(2);
@@ -211,10 +197,10 @@ std::optional<std::vector<std::uint8_t>> parse_octets(std::string_view text) {
 }
 
 std::vector<std::uint8_t> to_utf16(std::string_view text) {
-  const std::string utf8 = to_utf8(text);
+  const std::string utf8 = text::to_utf8(text);
   std::string_view rest = utf8;
   std::vector<std::uint8_t> out;
-  while (const std::optional<char32_t> code = take_code_point(rest)) {
+  while (const std::optional<char32_t> code = text::take_code_point(rest)) {
     if (*code < 0x10000) {
       append_utf16(out, *code);
     } else {

@@ -6,6 +6,8 @@
 #include <string>
 #include <system_error>
 
+#include "text/error.hpp"
+
 namespace cbcan::io {
 
 /// This machine does not let us: no such interface, address in use, no kernel CAN. The text names the thing,
@@ -15,11 +17,7 @@ class EnvironmentError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Somebody wrote something that means nothing, such as a port of 70000. The text says what would be right.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+using text::UsageError;
 
 /// Takes one line for the person who runs the program, about something that does not end it.
 using Warn = std::function<void(const std::string& line)>;

@@ -54,7 +54,7 @@ class Outside {
 
 class Port;
 
-/// Comes between the wire and everybody who hears it: decides what becomes of a frame. For faults on purpose
+/// Comes between the wire and everybody who hears it: decides what becomes of a frame. For injected faults
 /// (faults/bus_faults.hpp).
 class Disturbance {
  public:

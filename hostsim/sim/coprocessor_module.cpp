@@ -7,7 +7,7 @@ namespace cbcan::sim {
 CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window,
                                      ProcessRegisters registers, const Coprocessor::Settings& settings)
     : Participant(schedule), port_(bus.attach(*this)), coprocessor_(window, registers, port_, settings) {
-  port_.accept(nmt::kCommandId, sdo::kAnswerId + nmt::kMaxNode);
+  port_.accept(nmt::kCommandId, sdo::kResponseId + nmt::kMaxNode);
   port_.accept(sdo::kRequestId + settings.node_id, sdo::kRequestId + settings.node_id);
   port_.accept(sdo::kRequestId + nmt::kMaxNode + 1, nmt::kErrorControlId + nmt::kMaxNode);
 }

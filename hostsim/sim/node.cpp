@@ -90,9 +90,11 @@ std::uint64_t to_raw(double value, DataType type, std::size_t bytes) {
 
 }  // namespace
 
-Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, const NodeParts& parts)
+Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
     : Participant(schedule),
-      image_(prepared(std::move(image))),
+      name_(std::move(parts.name)),
+      device_name_(parts.device),
+      image_(prepared(std::move(parts.image))),
       values_(image_.values),
       saved_(image_.values),
       buffer_(largest_object(image_.entries)),
@@ -101,14 +103,14 @@ Node::Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, 
       watched_(highest_sub(image_.entries, object::kConsumerHeartbeatTime)),
       parameters_(parts.parameters),
       port_(bus.attach(*this)),
-      faulty_(port_, node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
-      device_(node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_}, *this,
-              faulty_),
+      faulty_(port_, parts.node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
+      device_(parts.node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_},
+              *this, faulty_),
       more_servers_(device_.dictionary(), faulty_, buffer_.size()),
-      start_node_id_(node_id),
-      values_node_id_(image_id(node_id)),
-      signals_(parts.signals),
-      samples_due_(parts.signals.size(), kNever) {
+      start_node_id_(parts.node_id),
+      values_node_id_(image_id(parts.node_id)),
+      signals_(std::move(parts.signals)),
+      samples_due_(signals_.size(), kNever) {
   LssNode& lss_node = *this;
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   behaviour_ =

@@ -2,12 +2,13 @@
 #pragma once
 
 /// One simulated CANopen device on a bus: a Device with values of its own, a behaviour and signals that give
-/// them life, parameters that it can store, LSS, and faults on purpose.
+/// them life, parameters that it can store, LSS, and injected faults.
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,8 +24,7 @@
 
 namespace cbcan::sim {
 
-/// What a simulated node is made of: the tables of its dictionary (see ObjectDictionary) with their power-on
-/// values.
+/// The tables of a node's dictionary (see ObjectDictionary) with their power-on values.
 struct NodeImage {
   std::vector<ObjectEntry> entries;
   std::vector<ObjectLimits> limits;
@@ -34,8 +34,13 @@ struct NodeImage {
   std::vector<NodeIdValue> node_id_values;
 };
 
-/// What a node has besides its dictionary.
+/// What a simulated node is made of.
 struct NodeParts {
+  /// 1..127, or Node::kNoNodeId with `lss`; the parameters may have stored another one.
+  std::uint8_t node_id = LssSlave::kNoNodeId;
+  std::string name;         ///< for people; may be empty
+  std::string_view device;  ///< what it is, for people: "cia402"; its text outlives the node
+  NodeImage image;
   BehaviourMaker behaviour = nullptr;    ///< null: values stay as they were written
   std::uint64_t seed = 0;                ///< of whatever is random in behaviour and faults
   std::vector<Signal> signals;           ///< begin with the node's power-on
@@ -50,8 +55,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   /// Without a node ID: it waits until LSS gives it one. The image is then made for node ID 0.
   static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
 
-  /// `node_id`: 1..127, or kNoNodeId with `parts.lss`; the parameters may have stored another one.
-  Node(Bus& bus, Schedule& schedule, std::uint8_t node_id, NodeImage image, const NodeParts& parts = {});
+  Node(Bus& bus, Schedule& schedule, NodeParts parts);
 
   void start(Time now) override;
   void poll(Time now) override;
@@ -74,6 +78,8 @@ class Node final : public Participant, private DeviceApplication, private Device
   /// The node's own, see FaultyPort.
   FaultSet& faults() { return faulty_.faults(); }
 
+  const std::string& name() const { return name_; }
+  std::string_view device_name() const { return device_name_; }
   const Device& device() const { return device_; }
   Device& device() { return device_; }
   Behaviour& behaviour() { return *behaviour_; }
@@ -123,6 +129,8 @@ class Node final : public Participant, private DeviceApplication, private Device
   void settle(Time now);
   void follow_ids();
 
+  std::string name_;
+  std::string_view device_name_;
   NodeImage image_;
   std::vector<std::uint8_t> values_;
   std::vector<std::uint8_t> saved_;  ///< what reset node brings back: the factory's values, or stored ones

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "sim/signal.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <utility>
 
 #include "sim/random.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::sim {
 
@@ -88,18 +91,9 @@ struct SettledAt {
   }
 };
 
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
 std::optional<double> number(std::string_view text) {
-  text = trimmed(text);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
+  const auto value = text::parse<double>(text::trim(text));
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 /// A hundred years: more than any run, and exact to the microsecond in a double.
@@ -107,26 +101,26 @@ constexpr double kLongest = 3.2e9;
 
 /// One line into a point behind `points`; what is wrong with it, or nothing.
 std::string add_point(std::string_view line, std::vector<Replay::Point>& points) {
-  const std::size_t comma = line.find(',');
-  if (comma == std::string_view::npos)
-    return "`" + std::string(line) + "`: must be a time in seconds and a value with a comma between them";
-  const std::optional<double> seconds = number(line.substr(0, comma));
+  const auto sides = text::split(line, ',');
+  if (!sides)
+    return fmt::format("`{}`: must be a time in seconds and a value with a comma between them", line);
+  const std::string_view time = text::trim(sides->first);
+  const std::optional<double> seconds = number(time);
   if (!seconds || *seconds < 0 || *seconds > kLongest)
-    return "time `" + std::string(trimmed(line.substr(0, comma))) + "`: must be seconds, from 0 to 3.2e9";
-  const std::optional<double> value = number(line.substr(comma + 1));
-  if (!value) return "value `" + std::string(trimmed(line.substr(comma + 1))) + "`: must be one number";
+    return fmt::format("time `{}`: must be seconds, from 0 to 3.2e9", time);
+  const std::optional<double> value = number(sides->second);
+  if (!value) return fmt::format("value `{}`: must be one number", text::trim(sides->second));
   const auto at = static_cast<Time>(std::llround(*seconds * 1e6));
   if (!points.empty() && at <= points.back().at)
-    return "time `" + std::string(trimmed(line.substr(0, comma))) + "`: must be later than the one before";
+    return fmt::format("time `{}`: must be later than the one before", time);
   points.push_back({at, *value});
   return {};
 }
 
 /// Column names: nothing in the line is a number.
 bool is_header(std::string_view line) {
-  const std::size_t comma = line.find(',');
-  return !number(line.substr(0, comma)) &&
-         (comma == std::string_view::npos || !number(line.substr(comma + 1)));
+  const auto sides = text::split(line, ',');
+  return sides ? !number(sides->first) && !number(sides->second) : !number(line);
 }
 
 }  // namespace
@@ -146,9 +140,7 @@ CsvPoints parse_csv_points(std::string_view text) {
   bool first = true;
   while (!text.empty()) {
     ++found.line;
-    const std::string_view line = trimmed(text.substr(0, text.find('\n')));
-    text.remove_prefix(std::min(text.size(), text.find('\n')));
-    if (!text.empty()) text.remove_prefix(1);
+    const std::string_view line = text::trim(text::take_line(text));
     if (line.empty() || line.front() == '#') continue;
     if (std::exchange(first, false) && is_header(line)) continue;
     found.problem = add_point(line, found.points);

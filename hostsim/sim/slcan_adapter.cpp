@@ -49,12 +49,12 @@ void SlcanAdapter::receive(std::string_view characters) {
     ++counters_.commands;
     if (event == Event::kLine && execute(reader_.line())) continue;
     ++counters_.refused;
-    answer(kNo);
+    respond(kNo);
   }
 }
 
 /// True, as everything is that has been done.
-bool SlcanAdapter::answer(std::string_view text) {
+bool SlcanAdapter::respond(std::string_view text) {
   unsent_ += text;
   return true;
 }
@@ -77,11 +77,11 @@ bool SlcanAdapter::execute(std::string_view line) {
     case 'M':
     case 'm': done = line.size() == 9 && is_hex(line.substr(1)) && !is_open(); break;
     case 'F': done = line.size() == 1 && tell_status(); break;
-    case 'V': done = line.size() == 1 && answer("V1013"); break;
-    case 'N': done = line.size() == 1 && answer("NCB01"); break;
+    case 'V': done = line.size() == 1 && respond("V1013"); break;
+    case 'N': done = line.size() == 1 && respond("NCB01"); break;
     default: break;
   }
-  if (done) answer(kYes);
+  if (done) respond(kYes);
   return done;
 }
 
@@ -100,7 +100,7 @@ bool SlcanAdapter::close() {
   return true;
 }
 
-/// The answer comes before what the frame brings about.
+/// The response comes before what the frame brings about.
 bool SlcanAdapter::send(std::string_view line) {
   Frame frame;
   if (channel_ != Channel::kOpen || !slcan::decode(line, frame)) return false;
@@ -108,7 +108,7 @@ bool SlcanAdapter::send(std::string_view line) {
     flags_ |= slcan::status::kTransmitFull;
     return false;
   }
-  answer((frame.flags & Frame::kExtended) != 0 ? "Z\r" : "z\r");
+  respond((frame.flags & Frame::kExtended) != 0 ? "Z\r" : "z\r");
   on_queued_();
   return true;
 }

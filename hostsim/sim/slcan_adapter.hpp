@@ -66,7 +66,7 @@ class SlcanAdapter final : public Receiver {
  private:
   enum class Channel : std::uint8_t { kClosed, kOpen, kListening };
 
-  bool answer(std::string_view text);
+  bool respond(std::string_view text);
   bool execute(std::string_view line);
   bool open(Channel channel);
   bool close();

@@ -6,8 +6,8 @@
 
 namespace cbcan::sim {
 
-Node& World::add_node(std::uint8_t node_id, NodeImage image, const NodeParts& parts) {
-  nodes_.push_back(std::make_unique<Node>(bus_, schedule_, node_id, std::move(image), parts));
+Node& World::add_node(NodeParts parts) {
+  nodes_.push_back(std::make_unique<Node>(bus_, schedule_, std::move(parts)));
   return *nodes_.back();
 }
 

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "cbcan/time.hpp"
@@ -25,7 +26,7 @@ namespace cbcan::sim {
 
 class World {
  public:
-  /// `bit_rate`: see Bus. `seed` and `listener` are those of the bus's faults on purpose, see BusFaults.
+  /// `bit_rate`: see Bus. `seed` and `listener` are those of the bus's injected faults, see BusFaults.
   explicit World(std::uint32_t bit_rate = 0, std::uint64_t seed = 0, FaultListener* listener = nullptr)
       : bus_(bit_rate), faults_(bus_, schedule_, seed, listener) {}
 
@@ -33,9 +34,11 @@ class World {
   FaultSet& faults() { return faults_.set(); }
 
   /// Both live with the world and are off until start(). `window` is memory of the caller's.
-  Node& add_node(std::uint8_t node_id, NodeImage image, const NodeParts& parts = {});
+  Node& add_node(NodeParts parts);
   CoprocessorModule& add_module(RegisterWindow window, ProcessRegisters registers,
                                 const Coprocessor::Settings& settings);
+
+  std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
 
   /// Power on for all: modules first, so that they hear the nodes' boot-up messages.
   void start(Time now);

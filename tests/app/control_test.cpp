@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "app/node_image.hpp"
+#include "plant/build_node.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::app {
@@ -20,11 +20,13 @@ std::optional<std::string> read_plant_file(const std::string& path) {
   return file ? std::optional(text.str()) : std::nullopt;
 }
 
-BuiltNode built(std::uint8_t id, const std::string& eds) {
-  NodeConfig node;
+/// Of ID 0: without one.
+sim::NodeParts built(std::uint8_t id, const std::string& eds, const std::string& name) {
+  plant::NodeConfig node;
+  node.name = name;
   node.id = id;
   node.eds = std::string(CBCAN_SOURCE_DIR "/plants/demo/") + eds;
-  NodeBuild build = build_node(node, 0, read_plant_file);
+  plant::NodeBuild build = build_node(node, 0, read_plant_file);
   REQUIRE(build.node);
   return std::move(*build.node);
 }
@@ -44,50 +46,45 @@ struct Plant {
     log.ids.clear();
   }
   void add(std::uint8_t id, const std::string& eds, const std::string& name) {
-    BuiltNode node = built(id, eds);
-    sim::Node& made = world.add_node(id, std::move(node.image), node.parts);
-    network.nodes.push_back({&made, name, node.device});
+    world.add_node(built(id, eds, name));
   }
   std::string run(std::string_view line) {
-    std::string answer = control.execute(line, now);
+    std::string response = control.execute(line, now);
     world.advance(now);
-    return answer;
+    return response;
   }
 
   Time now = 5 * kSecond;
   sim::World world;
-  PlantNetwork network{world, {}};
   Log log;
-  Control control{{&network}, 5 * kSecond};
+  Control control{{&world}, 5 * kSecond};
 };
 
 /// Plant, and a second network with a drive and a node without an ID.
 struct TwoNetworks {
   TwoNetworks() {
     add(16, "Other");
-    add(sim::Node::kNoNodeId, "");
+    add(0, "");
     world.bus().observe(log);
     world.start(first.now);
     log.ids.clear();
   }
   void add(std::uint8_t id, const std::string& name) {
-    BuiltNode node = built(id, "drive.eds");
-    node.parts.lss = true;
-    sim::Node& made = world.add_node(id, std::move(node.image), node.parts);
-    network.nodes.push_back({&made, name, node.device});
+    sim::NodeParts node = built(id, "drive.eds", name);
+    node.lss = true;
+    world.add_node(std::move(node));
   }
   std::string run(std::string_view line) {
-    std::string answer = control.execute(line, first.now);
+    std::string response = control.execute(line, first.now);
     first.world.advance(first.now);
     world.advance(first.now);
-    return answer;
+    return response;
   }
 
   Plant first;
   sim::World world;
-  PlantNetwork network{world, {}};
   Log log;
-  Control control{{&first.network, &network}, 5 * kSecond};
+  Control control{{&first.world, &world}, 5 * kSecond};
 };
 
 }  // namespace
@@ -134,14 +131,14 @@ TEST_CASE("set leaves the communication objects alone, as nobody would check wha
   CHECK(plant.run("set 16 0x1014 0") == "error: 1014h:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("set 16 0x1FFF 0") == "error: 1FFFh:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("get 16 0x1014") == "ok 144\n");
-  CHECK_FALSE(plant.network.nodes[1].node->set_input(0x1014, 0, 0, plant.now));
+  CHECK_FALSE(plant.world.nodes()[1]->set_input(0x1014, 0, 0, plant.now));
   CHECK(plant.run("incident 16 overtemperature on") == "ok\n");
   CHECK(plant.log.ids == std::vector<std::uint32_t>{0x90});
 }
 
-TEST_CASE("a text that is no line of an answer is shown as bytes") {
+TEST_CASE("a text that is no line of a response is shown as bytes") {
   Plant plant;
-  ObjectDictionary& dictionary = plant.network.nodes[0].node->device().dictionary();
+  ObjectDictionary& dictionary = plant.world.nodes()[0]->device().dictionary();
   ObjectEntry entry{};
   REQUIRE(dictionary.find(0x1008, 0, entry) == AbortCode::kNone);
   dictionary.store(entry, 0, std::array<std::uint8_t, 3>{'a', '\n', 'b'});
@@ -161,12 +158,12 @@ TEST_CASE("incidents begin and end, and an EMCY tells of them") {
 
 TEST_CASE("faults are set, listed and cleared, each place its own") {
   Plant plant;
-  CHECK(plant.run("fault 66 answer-never count=2") == "ok 1\n");
+  CHECK(plant.run("fault 66 response-never count=2") == "ok 1\n");
   CHECK(plant.run("fault #1 heartbeat-stops") == "ok 2\n");
   CHECK(plant.run("fault bus frame-loss probability=0.5") == "ok 1\n");
   CHECK(plant.run("faults") ==
         "bus 1 frame-loss probability=0.5 occasions=0 fired=0\n"
-        "#1 1 answer-never count=2 occasions=0 fired=0\n"
+        "#1 1 response-never count=2 occasions=0 fired=0\n"
         "#1 2 heartbeat-stops occasions=0 fired=0\nok\n");
   CHECK(plant.run("faults 16") == "ok\n");
   CHECK(plant.run("clear 66 1") == "ok\n");
@@ -197,11 +194,11 @@ TEST_CASE("faults of one network are not those of another") {
   TwoNetworks plant;
   CHECK(plant.run("fault 2/bus frame-loss probability=0.5") == "ok 1\n");
   CHECK(plant.run("fault 2/16 heartbeat-stops") == "ok 1\n");
-  CHECK(plant.run("fault 16 answer-never") == "ok 1\n");
+  CHECK(plant.run("fault 16 response-never") == "ok 1\n");
   CHECK(plant.run("fault bus frame-late delay_ms=1").starts_with("ok 1\n"));
   CHECK(plant.run("faults") ==
         "bus 1 frame-late delay_ms=1 occasions=0 fired=0\n"
-        "#2 1 answer-never occasions=0 fired=0\n"
+        "#2 1 response-never occasions=0 fired=0\n"
         "2/bus 1 frame-loss probability=0.5 occasions=0 fired=0\n"
         "2/#1 1 heartbeat-stops occasions=0 fired=0\nok\n");
   CHECK(plant.run("faults 2/bus") == "2/bus 1 frame-loss probability=0.5 occasions=0 fired=0\nok\n");
@@ -209,7 +206,7 @@ TEST_CASE("faults of one network are not those of another") {
   CHECK(plant.run("clear 2/bus 1") == "error: fault 1: 2/bus has none with this number\n");
   CHECK(plant.run("clear 2/16") == "ok\n");
   CHECK(plant.run("faults") ==
-        "bus 1 frame-late delay_ms=1 occasions=0 fired=0\n#2 1 answer-never occasions=0 fired=0\nok\n");
+        "bus 1 frame-late delay_ms=1 occasions=0 fired=0\n#2 1 response-never occasions=0 fired=0\nok\n");
   plant.run("fault 2/bus frame-loss probability=0.5");
   CHECK(plant.run("clear") == "ok\n");
   CHECK(plant.run("faults") == "ok\n");
@@ -230,13 +227,13 @@ TEST_CASE("places in networks that are not there") {
 
 TEST_CASE("what a command cannot mean is told, and nothing happens") {
   Plant plant;
-  CHECK(plant.run("fautl 66 answer-never") == "error: \"fautl\": no such command; did you mean fault?\n");
+  CHECK(plant.run("fautl 66 response-never") == "error: \"fautl\": no such command; did you mean fault?\n");
   CHECK(plant.run("shutdown") == "error: \"shutdown\": no such command; help lists them\n");
   CHECK(plant.run("get 17 0x6041") == "error: node 17: not in this plant; nodes lists them\n");
   CHECK(plant.run("get 300 0x6041") == "error: node \"300\": must be 1..127\n");
   CHECK(plant.run("get #3 0x6041") == "error: node \"3\": must be 1..2\n");
   CHECK(plant.run("fault 66 frame-loss").starts_with("error: "));
-  CHECK(plant.run("fault 66 answer-late dealy_ms=5").starts_with("error: "));
+  CHECK(plant.run("fault 66 response-late dealy_ms=5").starts_with("error: "));
   CHECK(plant.run("faults") == "ok\n");
   CHECK(plant.log.ids.empty());
 }

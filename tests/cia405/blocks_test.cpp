@@ -107,7 +107,7 @@ TEST_CASE("NETWORK is the Modbus unit ID, and networks take turns") {
                                "038C"
                                "000013BF0000300100000001"
                                "0007";
-    server.answer(request.substr(2, 2) == "03" ? result + std::string(4 * 63, '0') : request.substr(0, 12));
+    server.respond(request.substr(2, 2) == "03" ? result + std::string(4 * 63, '0') : request.substr(0, 12));
     program.cycle(now);
     if (first.confirm && second.confirm) break;
   }

@@ -165,7 +165,7 @@ class Dice {
   std::uint32_t state_;
 };
 
-/// A program with requests and answers that take their time.
+/// A program with requests and responses that take their time.
 struct Peer {
   explicit Peer(int number) : claim(claim_of(number)) {}
 
@@ -175,7 +175,7 @@ struct Peer {
   Time asleep = 0;  ///< does nothing until then
   enum { kRests, kOnItsWay, kComesBack } request = kRests;
   Request sent{};
-  std::vector<std::uint16_t> answer{};
+  std::vector<std::uint16_t> response{};
 };
 
 void step(Peer& peer, Registers& registers, Dice& dice, Time now) {
@@ -194,11 +194,11 @@ void step(Peer& peer, Registers& registers, Dice& dice, Time now) {
       peer.request = Peer::kOnItsWay;
       return;
     case Peer::kOnItsWay:
-      peer.answer = registers.serve(peer.sent);
+      peer.response = registers.serve(peer.sent);
       peer.request = Peer::kComesBack;
       return;
     case Peer::kComesBack:
-      peer.claim.answered(peer.answer, now);
+      peer.claim.answered(peer.response, now);
       peer.request = Peer::kRests;
       return;
   }
@@ -206,7 +206,7 @@ void step(Peer& peer, Registers& registers, Dice& dice, Time now) {
 
 }  // namespace
 
-TEST_CASE("in no order of requests, answers and pauses do two programs own the window, and all get it") {
+TEST_CASE("in no order of requests, responses and pauses do two programs own the window, and all get it") {
   const auto seed = static_cast<std::uint32_t>(GENERATE(range(1, 21)));
   Dice dice(seed);
   Registers registers;
@@ -219,7 +219,7 @@ TEST_CASE("in no order of requests, answers and pauses do two programs own the w
     Peer& peer = peers[dice(5)];
     if (now < peer.asleep) continue;
     step(peer, registers, dice, now);
-    // Between a request and its answer nobody sleeps here: what a stalled network can do is in the header.
+    // Between a request and its response nobody sleeps here: what a stalled network can do is in the header.
     if (peer.request == Peer::kRests && dice(2000) == 0) peer.asleep = now + 3 * kSecond;
     int owners = 0;
     for (const Peer& each : peers)

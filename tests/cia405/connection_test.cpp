@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Connections that are not made, break, or bring what is no answer.
+// Connections that are not made, break, or bring what is no response.
 
 #include <stdexcept>
 #include <string>
@@ -52,10 +52,10 @@ struct Talk {
       cycle();
     server.accept();
   }
-  /// One request and its answer; the next request has been sent.
-  void exchange(const std::string& request, const std::string& answer) {
+  /// One request and its response; the next request has been sent.
+  void exchange(const std::string& request, const std::string& response) {
     REQUIRE(server.request() == request);
-    server.answer(answer);
+    server.respond(response);
     cycle();
   }
   /// Everything up to the poll for the result.
@@ -72,7 +72,7 @@ struct Talk {
 TEST_CASE("a transaction to the byte: R3700 cleared, FC 16 with everything, FC 3 until R3700 has changed") {
   Talk talk;
   talk.start();
-  talk.server.answer(
+  talk.server.respond(
       "01038C"
       "CA0E" +
       zeros(69));
@@ -93,20 +93,20 @@ TEST_CASE("a transaction to the byte: R3700 cleared, FC 16 with everything, FC 3
   CHECK(talk.id.confirm);
 }
 
-TEST_CASE("one request is under way at a time, and an answer in pieces is waited for") {
+TEST_CASE("one request is under way at a time, and a response in pieces is waited for") {
   Talk talk;
   talk.connect();
   REQUIRE(talk.server.request() == kClear);
-  const std::string answer = std::string("000000000006") + kCleared;
-  for (std::size_t i = 0; i < answer.size(); i += 2) {
-    talk.server.send(answer.substr(i, 2));
+  const std::string response = std::string("000000000006") + kCleared;
+  for (std::size_t i = 0; i < response.size(); i += 2) {
+    talk.server.send(response.substr(i, 2));
     talk.cycle();
     CHECK(talk.program.link.connected());
   }
   CHECK(talk.server.request() == kReadId);
 }
 
-TEST_CASE("what is no answer is ERROR 21h and ends the connection, and the next one is made") {
+TEST_CASE("what is no response is ERROR 21h and ends the connection, and the next one is made") {
   Talk talk;
   const std::string bytes = GENERATE(as<std::string>(),  //
                                      "000000010006"
@@ -147,11 +147,11 @@ TEST_CASE("what is no answer is ERROR 21h and ends the connection, and the next 
   CHECK(talk.program.link.problem().empty());
 }
 
-TEST_CASE("an answer to a read with the wrong number of words ends the connection") {
+TEST_CASE("a response to a read with the wrong number of words ends the connection") {
   Talk talk;
   talk.start();
-  const std::string answer = GENERATE_REF("01038A" + zeros(69), "01038C" + zeros(69), "01038E" + zeros(71));
-  talk.server.answer(answer);
+  const std::string response = GENERATE_REF("01038A" + zeros(69), "01038C" + zeros(69), "01038E" + zeros(71));
+  talk.server.respond(response);
   talk.cycle();
   CHECK(talk.id.error == KernelError::kInternal);
   CHECK_FALSE(talk.program.link.connected());
@@ -160,7 +160,7 @@ TEST_CASE("an answer to a read with the wrong number of words ends the connectio
 TEST_CASE("bytes that nobody has asked for end the connection") {
   Talk talk;
   talk.start();
-  talk.server.answer(kId);
+  talk.server.respond(kId);
   talk.cycle();
   REQUIRE(talk.id.confirm);
   talk.server.send("00");
@@ -176,7 +176,7 @@ TEST_CASE("an exception is ERROR 21h, the connection stays") {
   const bool at_once = GENERATE(true, false);
   if (!at_once) talk.exchange(kClear, kCleared);
   talk.server.request();
-  talk.server.answer("01900A");  // gateway path unavailable: there is no such network
+  talk.server.respond("01900A");  // gateway path unavailable: there is no such network
   talk.cycle();
   CHECK(talk.id.error == KernelError::kInternal);
   CHECK(talk.program.link.connected());
@@ -188,7 +188,7 @@ TEST_CASE("an exception is ERROR 21h, the connection stays") {
   CHECK(talk.server.request() == kClear);
 }
 
-TEST_CASE("a result that is none, and an answer of another size, are ERROR 21h") {
+TEST_CASE("a result that is none, and a response of another size, are ERROR 21h") {
   Talk talk;
   const std::string head = GENERATE(
       "0001"
@@ -204,7 +204,7 @@ TEST_CASE("a result that is none, and an answer of another size, are ERROR 21h")
       "0000"
       "13BF000030010000FFFF");
   talk.start();
-  talk.server.answer("01038C" + head + zeros(64));
+  talk.server.respond("01038C" + head + zeros(64));
   talk.cycle();
   CHECK(talk.id.error == KernelError::kInternal);
   CHECK(talk.id.device == 0);
@@ -213,7 +213,7 @@ TEST_CASE("a result that is none, and an answer of another size, are ERROR 21h")
 TEST_CASE("an abort in a block without room for its code is ERROR 21h") {
   Talk talk;
   talk.start();
-  talk.server.answer(
+  talk.server.respond(
       "01038C"
       "000413BF0000300100000001"
       "00000602" +
@@ -232,7 +232,7 @@ TEST_CASE("TIMEOUT: R3700 is cleared, 3002h is read, and ERROR is what it says, 
   talk.id.timeout = 100;
   talk.start();
   talk.now += 100 * kMs;
-  talk.server.answer(
+  talk.server.respond(
       "01038C"
       "CA0E" +
       zeros(69));
@@ -257,9 +257,9 @@ TEST_CASE("a result that comes when the right to a shared window may be lost is 
   id.enable = true;
   program.blocks = {&id};
   Time now = 0;
-  const auto exchange = [&](const std::string& request, const std::string& answer) {
+  const auto exchange = [&](const std::string& request, const std::string& response) {
     REQUIRE(server.request() == request);
-    server.answer(answer);
+    server.respond(response);
     program.cycle(now);
   };
   while (program.link.events() != POLLIN)
@@ -279,7 +279,7 @@ TEST_CASE("a result that comes when the right to a shared window may be lost is 
           "01170E74004E0EBA00010200"
           "C2");
   now += 501 * kMs;
-  server.answer(
+  server.respond(
       "01179C"
       "000013BF0000300100000001"
       "002A" +
@@ -289,7 +289,7 @@ TEST_CASE("a result that comes when the right to a shared window may be lost is 
   CHECK(id.device == 0);
 }
 
-TEST_CASE("a server that says nothing: 21h after the time for an answer, 03h where TIMEOUT comes before") {
+TEST_CASE("a server that says nothing: 21h after the time for a response, 03h where TIMEOUT comes before") {
   Talk talk;
   talk.id.timeout = GENERATE(0u, 500u);
   talk.start();
@@ -304,10 +304,10 @@ TEST_CASE("a server that says nothing: 21h after the time for an answer, 03h whe
   CHECK(talk.id.error == (talk.id.timeout == 0 ? KernelError::kInternal : KernelError::kTimeout));
 }
 
-TEST_CASE("an answer that is there counts, however late the program looks for it") {
+TEST_CASE("a response that is there counts, however late the program looks for it") {
   Talk talk;
   talk.start();
-  talk.server.answer(kId);
+  talk.server.respond(kId);
   talk.now += 3600 * kSecond;
   talk.cycle();
   CHECK(talk.id.confirm);
@@ -364,7 +364,7 @@ TEST_CASE("an address that never answers: 21h after the time for it, and nothing
   last.poll(1000 * kMs);
   id.call(1000 * kMs);
   CHECK(id.error == KernelError::kInternal);
-  CHECK(last.problem() == "127.0.0.1:" + std::to_string(server.port()) + ": no answer");
+  CHECK(last.problem() == "127.0.0.1:" + std::to_string(server.port()) + ": no response");
 }
 
 TEST_CASE("settings that cannot be are refused, with the reason") {

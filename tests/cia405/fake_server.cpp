@@ -35,7 +35,7 @@ void FakeServer::send(const std::string& hex) {
   ::send(client_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
 }
 
-void FakeServer::answer(const std::string& hex) {
+void FakeServer::respond(const std::string& hex) {
   const std::string length(1, static_cast<char>(hex.size() / 2));
   send("0000000000" + hex_of(length) + hex);
 }

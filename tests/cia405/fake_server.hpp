@@ -23,8 +23,8 @@ class FakeServer {
   std::string request();
   /// Sends bytes that are written in hexadecimal.
   void send(const std::string& hex);
-  /// Sends an answer: unit ID, function code, ...
-  void answer(const std::string& hex);
+  /// Sends a response: unit ID, function code, ...
+  void respond(const std::string& hex);
   /// Whether the client has closed the connection.
   bool left();
   void hang_up() { client_.reset(); }

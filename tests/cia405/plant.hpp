@@ -2,7 +2,7 @@
 #pragma once
 
 /// A cbcan-sim process on a manual clock, and programs with function blocks that talk to it. Nothing here
-/// waits for time: a program's cycle waits for the answer to its request, and the simulator's time passes
+/// waits for time: a program's cycle waits for the response to its request, and the simulator's time passes
 /// when told to.
 
 #include <poll.h>
@@ -28,7 +28,7 @@ class Plant {
   int port() const { return port_; }
   Time now() const { return now_; }
   void pass(Time time);
-  /// A line of docs/control.md; returns the answer.
+  /// A line of docs/control.md; returns the response.
   std::string command(const std::string& line);
   /// The bus until now, as candump writes frames: "605#4000200100000000".
   std::vector<std::string> frames();
@@ -50,7 +50,8 @@ class Program {
   Link link;
   std::vector<FunctionBlock*> blocks;
 
-  /// Waits until the answer of the request under way is there, if there is one; then a cycle of the program.
+  /// Waits until the response of the request under way is there, if there is one; then a cycle of the
+  /// program.
   void cycle(Time now);
 };
 

@@ -200,7 +200,7 @@ TEST_CASE("a program alone keeps the window while it has work, and the module's 
     ++cycles;
   }
   // One to connect; two to own the window; two transactions for settings and four reads, two requests each;
-  // and the last answer.
+  // and the last response.
   CHECK(cycles <= 1 + 1 + 2 + 12 + 1);
 }
 

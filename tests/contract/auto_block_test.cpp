@@ -13,7 +13,7 @@ void set_mode(Window& window, std::uint16_t mode) {
   window.configure(0x3004, 0, 1, {mode});
 }
 
-/// A transfer with node 5 that is cancelled at once: what its first request was. The late answer ends the
+/// A transfer with node 5 that is cancelled at once: what its first request was. The late response ends the
 /// quarantine.
 std::string first_request(Window& window) {
   std::string request = window.target().next_frame();
@@ -200,7 +200,7 @@ TEST_CASE("[SDO-9] block transfer refused") {
     window.pass(10s);
     write_29(window, kSegmentedWrite);
   }
-  SECTION("it does not work without either: the second answer counts") {
+  SECTION("it does not work without either: the second response counts") {
     window.write(5, 0x2000, 0, 29, counting_words());
     window.exchange(
         {{"605#C60020001D000000", "585#8000200000000106"}, {"605#210020001D000000", "585#8000200002000106"}});
@@ -208,10 +208,10 @@ TEST_CASE("[SDO-9] block transfer refused") {
     CHECK(first_of_write(window, 29) == "605#210020001D000000");
   }
   SECTION("by a code that is about the object it is final, and block goes on") {
-    for (const char* answer : {"585#8000200001000106", "585#8000200000000206", "585#80002000FFFFFF06"}) {
+    for (const char* response : {"585#8000200001000106", "585#8000200000000206", "585#80002000FFFFFF06"}) {
       window.read(5, 0x2000, 0, 29);
       window.expect("605#A400200005000000");
-      window.arrive(answer);
+      window.arrive(response);
       CHECK(window.reg(3700) == 4);
     }
   }

@@ -135,7 +135,7 @@ TEST_CASE("[CHECK-7] this node") {
 TEST_CASE("[CHECK-8] another node") {
   struct Row {
     std::uint16_t node;
-    const char *request, *stranger, *answer;
+    const char *request, *stranger, *response;
   };
   for (const Row& row : {Row{1, "601#4000200100000000", "582#4F00200111000000", "581#4F00200122000000"},
                          Row{5, "605#4000200100000000", "605#4F00200111000000", "585#4F00200122000000"},
@@ -146,7 +146,7 @@ TEST_CASE("[CHECK-8] another node") {
     window.expect(row.request);
     window.arrive(row.stranger);
     CHECK(window.busy());
-    window.arrive(row.answer);
+    window.arrive(row.response);
     window.check_done();
     CHECK(window.reg(3706) == 0x22);
   }

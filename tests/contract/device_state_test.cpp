@@ -26,11 +26,11 @@ void command(Window& window, std::uint16_t service, std::uint16_t addressed, con
   window.check_done();
 }
 
-/// A guarding request to node 5, and the answer.
-void guard(Window& window, const std::string& answer) {
+/// A guarding request to node 5, and the response.
+void guard(Window& window, const std::string& response) {
   window.read(5, 0x300C, 0, 0);
-  window.exchange({{"705#R1", answer.c_str()}});
-  if (answer.empty()) {
+  window.exchange({{"705#R1", response.c_str()}});
+  if (response.empty()) {
     window.pass(100ms);
     window.pass_rest();
   }
@@ -91,7 +91,7 @@ TEST_CASE("[OBJ-27] 3007h: unknown") {
     check_state(window, 5, kOperational);
     check_state(window, 6, kUnknown);
   }
-  SECTION("a guarding request has gone to it, without an answer") {
+  SECTION("a guarding request has gone to it, without a response") {
     guard(window, "");
     check_state(window, 5, kNotAvailable);
   }
@@ -169,7 +169,7 @@ TEST_CASE("[OBJ-29] 3007h: init") {
     window.arrive("705#7F");
     check_state(window, 5, kPreOperational);
   }
-  SECTION("answer to a guarding request") {
+  SECTION("response to a guarding request") {
     window.arrive("705#00");
     command(window, 1, 5, "000#0105");
     check_state(window, 5, kInit);

@@ -307,7 +307,7 @@ TEST_CASE("[OBJ-18] each object, and while the PLC reads somebody else") {
   window.read(5, 0x2000, 1, 4);
   window.expect("605#4000200100000000");
   struct Row {
-    const char *request, *answer;
+    const char *request, *response;
   };
   for (const Row& row : {Row{"67F#4001100000000000", "5FF#4F01100000000000"},
                          Row{"67F#4003100000000000", "5FF#4F03100000000000"},
@@ -332,7 +332,7 @@ TEST_CASE("[OBJ-18] each object, and while the PLC reads somebody else") {
                          Row{"67F#4007300500000000", "5FF#4F07300506000000"},
                          Row{"67F#4008300000000000", "5FF#4108300006000000"}}) {
     window.arrive(row.request);
-    window.expect(row.answer);
+    window.expect(row.response);
   }
   CHECK(window.busy());
   window.arrive("585#4300200111223344");

@@ -19,7 +19,7 @@ void check_state(Window& window, std::uint16_t state) {
 }
 
 /// Asks for the state of node 5, which is guarded and does not answer.
-void check_state_without_answer(Window& window, std::uint16_t state) {
+void check_state_without_response(Window& window, std::uint16_t state) {
   window.read(5, 0x300C, 0, 0);
   window.expect("705#R1");
   CHECK(window.busy());
@@ -65,7 +65,7 @@ TEST_CASE("[STATE-2] values and size") {
   check_state(window, 127);
   window.pass(2s);
   window.pass_rest();
-  check_state_without_answer(window, 6);
+  check_state_without_response(window, 6);
 }
 
 TEST_CASE("[300Ch-4] STOPPED") {
@@ -82,7 +82,7 @@ TEST_CASE("[300Ch-5] OPERATIONAL") {
 
 TEST_CASE("[300Ch-6] NOT_DETECTED") {
   Window window;
-  check_state_without_answer(window, 6);
+  check_state_without_response(window, 6);
 }
 
 TEST_CASE("[300Ch-127] PRE_OPERATIONAL") {
@@ -99,7 +99,7 @@ TEST_CASE("[STATE-3] the last report while it is fresh") {
     window.pass_nearly(2s);
     check_state(window, 5);
     window.pass_rest();
-    check_state_without_answer(window, kNotDetected);
+    check_state_without_response(window, kNotDetected);
   }
   SECTION("within a shorter consumer heartbeat time") {
     window.configure(0x1016, 1, 4, {300, 5});
@@ -107,7 +107,7 @@ TEST_CASE("[STATE-3] the last report while it is fresh") {
     window.pass_nearly(300ms);
     check_state(window, 5);
     window.pass_rest();
-    check_state_without_answer(window, kNotDetected);
+    check_state_without_response(window, kNotDetected);
   }
   SECTION("within a longer consumer heartbeat time") {
     window.configure(0x1016, 127, 4, {10000, 5});
@@ -115,7 +115,7 @@ TEST_CASE("[STATE-3] the last report while it is fresh") {
     window.pass_nearly(10s);
     check_state(window, 5);
     window.pass_rest();
-    check_state_without_answer(window, kNotDetected);
+    check_state_without_response(window, kNotDetected);
   }
   SECTION("each message is news") {
     for (int i = 0; i < 5; ++i) {
@@ -132,7 +132,7 @@ TEST_CASE("[STATE-3] the last report while it is fresh") {
     check_state(window, 5);
     window.pass_nearly(1s);
     window.pass_rest();
-    check_state_without_answer(window, kNotDetected);
+    check_state_without_response(window, kNotDetected);
   }
 }
 
@@ -213,9 +213,9 @@ TEST_CASE("[STATE-7] in doubt after an NMT command") {
     check_state(window, 5);
   }
   SECTION("it is asked, and does not answer: its last report stands while it is fresh") {
-    check_state_without_answer(window, kPreOperational);
+    check_state_without_response(window, kPreOperational);
     window.pass(2s);
-    check_state_without_answer(window, kNotDetected);
+    check_state_without_response(window, kNotDetected);
   }
   SECTION("a command to all puts every node in doubt") {
     window.write(0, 0x1F82, 128, 1, {1});

@@ -8,7 +8,7 @@
 
 namespace cbcan::contract {
 
-/// A transfer with object 2000h:01 of node 5, up to a frame whose answer is awaited. What is written is
+/// A transfer with object 2000h:01 of node 5, up to a frame whose response is awaited. What is written is
 /// "123456789", whose CRC is the published check value 31C3h.
 struct Phase {
   const char* name;

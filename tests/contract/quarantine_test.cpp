@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "SDO service", quarantine: a late answer is never taken for the answer to the next
+// docs/contract.md, "SDO service", quarantine: a late response is never taken for the response to the next
 // request.
 
 #include "contract/phases.hpp"
@@ -24,7 +24,7 @@ void ask_again(Window& window) {
   CHECK(window.busy());
 }
 
-/// What was held back has left: it gets its own answer.
+/// What was held back has left: it gets its own response.
 void check_let_go(Window& window) {
   window.exchange({{"605#4000200100000000", "585#4300200122222222"}});
   window.check_done();
@@ -46,7 +46,7 @@ TEST_CASE("[SDO-27] quarantine after a timeout") {
   Window window;
   time_out(window);
   ask_again(window);
-  SECTION("the late answer") {
+  SECTION("the late response") {
     window.pass(400ms);
     window.arrive("585#4300200111111111");
   }
@@ -90,7 +90,7 @@ TEST_CASE("[SDO-27] in every phase of a transfer") {
 TEST_CASE("[SDO-27] seen before the next request") {
   Window window;
   time_out(window);
-  SECTION("the late answer") {
+  SECTION("the late response") {
     window.arrive("585#4300200111111111");
   }
   SECTION("the node has booted") {
@@ -105,7 +105,7 @@ TEST_CASE("[SDO-27] seen before the next request") {
   check_let_go(window);
 }
 
-TEST_CASE("[SDO-27] what is not that answer does not end it") {
+TEST_CASE("[SDO-27] what is not that response does not end it") {
   for (const char* frame : {"585#4300200211111111", "585#6001200100000000", "585#8000200200000206", "585#R8",
                             "00000585#4300200111111111", "585#", "585#43002001", "586#4300200111111111"}) {
     INFO(frame);
@@ -193,7 +193,7 @@ TEST_CASE("[SDO-30] quarantine after a block read given up") {
       window.expect(row.abort);
       window.configure(0x3004, 0, 1, {0});
       ask_again(window);
-      window.arrive("585#4300200111111111");  // segment 67, which looks like an answer
+      window.arrive("585#4300200111111111");  // segment 67, which looks like a response
       window.arrive("585#4400200111111111");
       window.expect_silence();
       if (boots) {

@@ -7,17 +7,17 @@ using namespace cbcan::contract;
 
 namespace {
 
-/// An answer that ends a transfer: what the server is then told, and the PLC.
+/// A response that ends a transfer: what the server is then told, and the PLC.
 struct Refusal {
-  const char *phase, *answer, *abort;
+  const char *phase, *response, *abort;
   std::uint32_t code;
 };
 
 void check(const Refusal& row) {
-  INFO(row.phase << ", answered by " << row.answer);
+  INFO(row.phase << ", answered by " << row.response);
   Window window;
   enter(window, phase_called(row.phase));
-  window.arrive(row.answer);
+  window.arrive(row.response);
   window.expect(row.abort);
   window.check_failed(row.code);
 }
@@ -51,7 +51,7 @@ TEST_CASE("[SDO-13] unless set, by 3003h") {
   window.check_failed(0x05040000);
 }
 
-TEST_CASE("[SDO-13] each answer restarts it") {
+TEST_CASE("[SDO-13] each response restarts it") {
   for (const Phase& phase : phases()) {
     if (phase.steps.empty() || phase.asked_again != nullptr) continue;
     INFO(phase.name);

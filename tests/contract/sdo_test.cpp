@@ -167,14 +167,14 @@ TEST_CASE("[SDO-5] reads: the server chooses") {
   Window window;
   window.read(5, 0x2000, 1, 128);
   SECTION("expedited, with each size") {
-    const char* const answers[] = {"585#4F00200111000000", "585#4B00200111220000", "585#4700200111223300",
-                                   "585#4300200111223344"};
+    const char* const responses[] = {"585#4F00200111000000", "585#4B00200111220000", "585#4700200111223300",
+                                     "585#4300200111223344"};
     for (std::uint16_t size = 1; size <= 4; ++size) {
-      window.exchange({{"605#4000200100000000", answers[size - 1]}});
+      window.exchange({{"605#4000200100000000", responses[size - 1]}});
       CHECK(window.reg(3705) == size);
       window.read(5, 0x2000, 1, 128);
     }
-    window.exchange({{"605#4000200100000000", answers[0]}});
+    window.exchange({{"605#4000200100000000", responses[0]}});
   }
   SECTION("segmented, for a byte that would have gone expedited") {
     window.exchange(

@@ -37,8 +37,9 @@ TEST_CASE("[SDO-22] in every phase") {
     for (const char* frame :
          {"585#4300200211111111", "585#6001200100000000", "585#A40021017F000000", "585#C600200209000000",
           "585#8000200200000206", "585#R8", "00000585#8000200100000206", "585#", "585#80002001000002"}) {
-      const bool is_answer = std::string_view(frame).starts_with("585#") && frame[4] != 'R' && frame[4] != 0;
-      if (phase.expected == Phase::kSegment && is_answer) continue;  // cannot be told from segments
+      const bool is_response =
+          std::string_view(frame).starts_with("585#") && frame[4] != 'R' && frame[4] != 0;
+      if (phase.expected == Phase::kSegment && is_response) continue;  // cannot be told from segments
       INFO(phase.name << ", and then " << frame);
       Window window;
       enter(window, phase);

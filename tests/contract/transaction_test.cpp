@@ -7,7 +7,7 @@ using namespace cbcan::contract;
 
 namespace {
 
-/// A segmented read of 8 bytes from node 5, up to its last answer.
+/// A segmented read of 8 bytes from node 5, up to its last response.
 void begin_segmented_read(Window& window) {
   window.read(5, 0x2000, 1, 128);
   window.exchange(

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A Device, node 42h, over a dictionary that the test writes down, in virtual time. What it sends has to be
-/// expected, in order.
+/// A Device, node 42h, over a dictionary that the test writes down, in virtual time.
 
 #include <map>
 #include <string>
@@ -26,16 +25,13 @@ struct Row {
 /// All that a Device acts on, but PDOs.
 std::vector<Row> everything();
 
-class DeviceRig final : private DeviceApplication {
+class DeviceRig final : public Wire, private DeviceApplication {
  public:
   explicit DeviceRig(const std::vector<Row>& rows);
-  ~DeviceRig() noexcept(false);
 
-  void expect(const std::string& frame);
-  void expect_silence();
   /// Lets a frame arrive; then everything that is due now happens.
   void arrive(const std::string& frame);
-  /// An expedited SDO download of `size` bytes to the device's object, and the answer that it has to give:
+  /// An expedited SDO download of `size` bytes to the device's object, and the response that it has to give:
   /// "60" done, or an abort code such as "06090030".
   void write(std::uint16_t index, std::uint8_t sub, std::size_t size, std::uint32_t value,
              const std::string& outcome = "done");
@@ -50,7 +46,6 @@ class DeviceRig final : private DeviceApplication {
   std::vector<ObjectEntry> entries;
   std::vector<std::uint8_t> power_on;
   std::vector<std::uint8_t> values;
-  RecordingPort port;
   Time now = 0;
   std::vector<std::string> events;  ///< what the application has heard
   AbortCode keeps = AbortCode::kNone;

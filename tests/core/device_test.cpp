@@ -14,30 +14,6 @@ using enum cbcan::DataType;
 
 // ---- SYNC
 
-TEST_CASE("SYNC producer: the period in us, the counter from 1 to 1019h, and from 1 again") {
-  DeviceRig rig(everything());
-  rig.start();
-  rig.write(0x1019, 0, 1, 3);
-  rig.write(0x1006, 0, 4, 10000);
-  rig.write(0x1005, 0, 4, 0x40000080);
-  rig.pass(10 * kMillisecond - 1);
-  rig.expect_silence();
-  rig.pass(1);
-  rig.expect("080#01");
-  rig.pass(30 * kMillisecond);
-  rig.expect("080#02");
-  rig.expect("080#03");
-  rig.expect("080#01");
-  rig.arrive("000#0200");
-  rig.pass(kSecond);
-  rig.expect_silence();
-  rig.arrive("000#0100");
-  rig.pass(10 * kMillisecond);
-  rig.expect("080#01");
-  rig.write(0x1006, 0, 4, 0);
-  rig.pass(kSecond);
-}
-
 TEST_CASE("A SYNC that the node itself produces is also its own") {
   DeviceRig rig(everything());
   rig.start(true);
@@ -47,18 +23,6 @@ TEST_CASE("A SYNC that the node itself produces is also its own") {
   rig.pass(10 * kMillisecond);
   rig.expect("080#");
   CHECK(rig.events == std::vector<std::string>{"sync"});
-}
-
-TEST_CASE("1019h cannot change while a period is set, and is 0 or 2..240") {
-  DeviceRig rig(everything());
-  rig.start();
-  rig.write(0x1019, 0, 1, 1, "06090030");
-  rig.write(0x1019, 0, 1, 241, "06090030");
-  rig.write(0x1019, 0, 1, 240);
-  rig.write(0x1006, 0, 4, 1000);
-  rig.write(0x1019, 0, 1, 10, "08000022");
-  rig.write(0x1005, 0, 4, 0x20000080, "06090030");
-  rig.write(0x1005, 0, 4, 0x700 + 0x42, "06090030");
 }
 
 TEST_CASE("SYNC acts in Operational, on the identifier in 1005h, data frames alone") {

@@ -51,7 +51,7 @@ void FaultRig::put_on_wire(bool from_peer, const Frame& frame, Time delay) {
     Frame abort;
     abort.data[0] = 0x80;
     peer_.on_frame(abort);
-    while (peer_.answer() != nullptr) {
+    while (peer_.response() != nullptr) {
     }
     on_the_way_.emplace(now_ + kLatency, Arrival{false, instead_});
     deaf_until_ = instead_.id == kBootUpId ? now_ + kLatency : 0;
@@ -67,8 +67,8 @@ void FaultRig::arrive(const Arrival& arrival) {
   if (now_ < deaf_until_) return;
   peer_.on_frame(arrival.frame);
   Time delay = 0;
-  while (const Frame* answer = peer_.answer())
-    put_on_wire(true, *answer, delay += kLatency);
+  while (const Frame* response = peer_.response())
+    put_on_wire(true, *response, delay += kLatency);
 }
 
 /// To whatever comes next: a frame or a deadline.

@@ -53,7 +53,7 @@ std::vector<FaultRig::WireFrame> undisturbed(const Transfer& transfer) {
   return rig.wire();
 }
 
-Role role_of_answer(const Transfer& transfer, std::uint8_t command, bool last) {
+Role role_of_response(const Transfer& transfer, std::uint8_t command, bool last) {
   if (transfer.mode == 0) return transfer.write ? Role::kWritten : Role::kExpedited;
   if (transfer.mode == 2) {
     if (command == 0x41) return Role::kUpload;
@@ -86,7 +86,7 @@ Role role(const Transfer& transfer, const std::vector<FaultRig::WireFrame>& wire
   const std::size_t from_end = wire.size() - 1 - number;
   if (!from_peer) return role_of_request(transfer, number, frame.data[0], from_end == 1, next_from_other);
   // The last of its kind: of segmented transfers the last frame, of acknowledgements the one before the end.
-  return role_of_answer(transfer, frame.data[0], from_end == (transfer.mode == 3 ? 2u : 0u));
+  return role_of_response(transfer, frame.data[0], from_end == (transfer.mode == 3 ? 2u : 0u));
 }
 
 constexpr std::uint32_t kOk = 0;
@@ -121,7 +121,7 @@ struct Fault {
   const char* name;
   Harm harm;
   Outcomes outcome;  ///< of the transfer, by the frame that is hit; others are not hit
-  /// A copy that comes when the next request has left cannot be told from its answer: CANopen has no
+  /// A copy that comes when the next request has left cannot be told from its response: CANopen has no
   /// transaction numbers. CAN repeats a frame at once, so the next transfer begins after that.
   bool repeats = false;
 };
@@ -129,7 +129,7 @@ struct Fault {
 using enum Role;
 
 // A segment of a block is asked for again; for anything else the client waits in vain.
-const Outcomes kLostAnswer{
+const Outcomes kLostResponse{
     {kExpedited, kTimedOut},   {kUpload, kTimedOut},          {kSegment, kTimedOut},
     {kLastSegment, kTimedOut}, {kWritten, kTimedOut},         {kDownload, kTimedOut},
     {kTaken, kTimedOut},       {kLastTaken, kTimedOut},       {kBlockDownload, kTimedOut},
@@ -138,7 +138,7 @@ const Outcomes kLostAnswer{
 const Outcomes kOtherObject{{kExpedited, kTimedOut}, {kUpload, kTimedOut},        {kWritten, kTimedOut},
                             {kDownload, kTimedOut},  {kBlockDownload, kTimedOut}, {kBlockUpload, kTimedOut}};
 const std::vector<Fault> kFaults{
-    {"dropped answer", [](const Frame&) { return Arrivals{}; }, kLostAnswer},
+    {"dropped response", [](const Frame&) { return Arrivals{}; }, kLostResponse},
     {"dropped request",
      [](const Frame&) { return Arrivals{}; },
      {{kInitiate, kTimedOut},
@@ -181,7 +181,7 @@ const std::vector<Fault> kFaults{
      [](const Frame& frame) {
        return Arrivals{{FaultRig::kTimeout * 3 / 2, frame}};
      },
-     kLostAnswer},
+     kLostResponse},
     {"wrong toggle",
      changed([](Frame& frame) { frame.data[0] ^= 0x10; }),
      {{kSegment, kToggle}, {kLastSegment, kToggle}, {kTaken, kToggle}, {kLastTaken, kToggle}}},
@@ -206,7 +206,7 @@ const std::vector<Fault> kFaults{
       {kBlockUploadEnd, kSync}}},
     {"wrong index", changed([](Frame& frame) { frame.data[1] = 0x01; }), kOtherObject},
     {"wrong sub-index", changed([](Frame& frame) { frame.data[3] = 0x01; }), kOtherObject},
-    {"short DLC", changed([](Frame& frame) { frame.length = 0; }), kLostAnswer},
+    {"short DLC", changed([](Frame& frame) { frame.length = 0; }), kLostResponse},
     {"DLC without the multiplexer's last byte",
      changed([](Frame& frame) { frame.length = 3; }),
      {{kExpedited, kTimedOut},

@@ -25,10 +25,10 @@ class LssDevice final : private LssApplication {
   }
 
   void arrive(const std::string& frame) { slave.on_frame(frame_from(frame), now); }
-  void ask(const std::string& request, const std::string& answer) {
+  void ask(const std::string& request, const std::string& response) {
     INFO("after " << request);
     arrive(request);
-    CHECK(port.sent == std::deque<std::string>{answer});
+    CHECK(port.sent == std::deque<std::string>{response});
     port.sent.clear();
   }
   void ask_in_vain(const std::string& request) {

@@ -19,13 +19,13 @@ class Master {
  public:
   explicit Master(std::vector<std::unique_ptr<Device>>& devices) : devices_(devices) {}
 
-  /// Any answer to the request; all of them are alike.
+  /// Any response to the request; all of them are alike.
   bool ask(const std::string& request) {
     bool answered = false;
     for (const auto& device : devices_) {
       device->arrive(request);
-      for (const std::string& answer : device->port.sent)
-        CHECK(answer == "7E4#4F00000000000000");
+      for (const std::string& response : device->port.sent)
+        CHECK(response == "7E4#4F00000000000000");
       answered = answered || !device->port.sent.empty();
       device->port.sent.clear();
     }

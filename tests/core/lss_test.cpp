@@ -11,9 +11,10 @@ using StoreResult = cbcan::LssApplication::StoreResult;
 
 namespace {
 
-/// What the master asks for in the configuration state, and its answers while node 5 has the identity above.
+/// What the master asks for in the configuration state, and its responses while node 5 has the identity
+/// above.
 struct Service {
-  const char *request, *answer;
+  const char *request, *response;
 };
 constexpr Service kConfigurationServices[] = {
     {"7E5#110A000000000000", "7E4#1100000000000000"}, {"7E5#1300020000000000", "7E4#1300000000000000"},
@@ -33,7 +34,7 @@ TEST_CASE("LSS: configuration services answer in the configuration state and are
   CHECK(device.log.empty());
   device.configuration();
   for (const Service& service : kConfigurationServices)
-    device.ask(service.request, service.answer);
+    device.ask(service.request, service.response);
   device.waiting();
   for (const Service& service : kConfigurationServices)
     device.ask_in_vain(service.request);
@@ -293,7 +294,7 @@ TEST_CASE("LSS: identify remote slave: another vendor, another product, a frame 
   }
 }
 
-TEST_CASE("LSS: an answer that the port refuses is sent when there is room, once") {
+TEST_CASE("LSS: a response that the port refuses is sent when there is room, once") {
   Device device(5);
   device.configuration();
   device.port.refuse_next = 2;
@@ -305,7 +306,7 @@ TEST_CASE("LSS: an answer that the port refuses is sent when there is room, once
   CHECK(device.slave.deadline() == cbcan::kNever);
 }
 
-TEST_CASE("LSS: an answer that has not left when the next request comes is dropped; so it is by a reset") {
+TEST_CASE("LSS: a response that has not left when the next request comes is dropped; so it is by a reset") {
   Device device(5);
   device.configuration();
   device.port.refuse_next = 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Node state service: how long a message is believed and a guarding answer awaited, to the microsecond.
+// Node state service: how long a message is believed and a guarding response awaited, to the microsecond.
 
 #include "support/bench.hpp"
 
@@ -30,7 +30,7 @@ TEST_CASE("Node state: heartbeat and boot-up, while they are fresh") {
   }
 }
 
-TEST_CASE("Node state: guarding, answer within 100 ms or 6") {
+TEST_CASE("Node state: guarding, a response within 100 ms or 6") {
   Bench bench;
   bench.read(77, 0x300C, 0, 0);
   bench.expect("74D#R1");

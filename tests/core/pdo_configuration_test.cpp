@@ -121,16 +121,6 @@ TEST_CASE("COB-ID: 11 bits, not restricted, not another one while valid, valid o
   }
 }
 
-TEST_CASE("Transmission types that there are") {
-  PdoRig rig;
-  for (unsigned type = 0; type <= 255; ++type) {
-    const auto code = static_cast<std::uint32_t>(rig.write(0x1400, 2, type));
-    CHECK(code == (type <= 240 || type >= 254 ? 0 : 0x06090030));
-    const auto sending = static_cast<std::uint32_t>(rig.write(0x1800, 2, type));
-    CHECK(sending == (type <= 240 || type >= 252 ? 0 : 0x06090030));
-  }
-}
-
 TEST_CASE("Inhibit time and SYNC start value not while valid; event timer and type at any time") {
   PdoRig rig;
   rig.refuse(0x1800, 6, 241, 0x06090030);

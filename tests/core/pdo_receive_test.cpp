@@ -6,53 +6,6 @@
 using cbcan::kMillisecond;
 using cbcan::test::PdoRig;
 
-TEST_CASE("RPDOs are received in Operational only, as data frames of 11 bits") {
-  PdoRig rig;
-  rig.set_up(0x1400, 1, 0x201, 255, {0x20010108});
-  rig.arrive("201#01");
-  rig.operational();
-  rig.arrive("00000201#02");
-  rig.arrive("201#R1");
-  rig.arrive("200#03");
-  rig.arrive("202#03");
-  CHECK(rig.get(0x2001, 1) == 0);
-  rig.arrive("201#04");
-  rig.expect("received");
-  CHECK(rig.get(0x2001, 1) == 4);
-  rig.operational(false);
-  rig.arrive("201#05");
-  CHECK(rig.get(0x2001, 1) == 4);
-}
-
-TEST_CASE("Types 254 and 255 take effect at once, 0 to 240 at the next SYNC, all of them together") {
-  PdoRig rig;
-  rig.set_up(0x1400, 1, 0x201, 254, {0x20010108});
-  rig.set_up(0x1400, 2, 0x202, 255, {0x20010208});
-  rig.set_up(0x1400, 3, 0x203, 0, {0x20010308});
-  rig.set_up(0x1400, 5, 0x204, 1, {0x20010408});
-  rig.set_up(0x1400, 512, 0x205, 240, {0x20010508});
-  rig.operational();
-  rig.arrive("201#11");
-  rig.expect("received");
-  CHECK(rig.get(0x2001, 1) == 0x11);
-  rig.arrive("202#22");
-  rig.expect("received");
-  CHECK(rig.get(0x2001, 2) == 0x22);
-  rig.arrive("203#32");
-  rig.arrive("203#33");  // the last one counts
-  rig.arrive("204#44");
-  rig.arrive("205#55");
-  rig.expect_silence();
-  CHECK(rig.get(0x2001, 3) == 0);
-  rig.sync();
-  CHECK(rig.get(0x2001, 3) == 0x33);
-  CHECK(rig.get(0x2001, 4) == 0x44);
-  CHECK(rig.get(0x2001, 5) == 0x55);
-  rig.set(0x2001, 3, 0);
-  rig.sync();  // nothing new
-  CHECK(rig.get(0x2001, 3) == 0);
-}
-
 TEST_CASE("Several RPDOs may have one COB-ID, and many are found") {
   PdoRig rig;
   rig.set_up(0x1400, 5, 0x210, 255, {0x20010108});

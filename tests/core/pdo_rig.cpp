@@ -86,10 +86,6 @@ PdoRig::PdoRig(std::size_t rpdo_room, std::size_t tpdo_room)
   pdo.reset({}, now);
 }
 
-PdoRig::~PdoRig() noexcept(false) {
-  if (std::uncaught_exceptions() == 0) expect_silence();
-}
-
 AbortCode PdoRig::write(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
   ObjectEntry entry{};
   REQUIRE(dictionary.find(index, sub, entry) == AbortCode::kNone);
@@ -125,21 +121,6 @@ void PdoRig::pass(Time duration) {
     REQUIRE(pdo.deadline() > now);
   }
   now = end;
-}
-
-void PdoRig::expect(const std::string& entry) {
-  if (port.sent.empty()) {
-    FAIL_CHECK("nothing has happened; expected " << entry);
-    return;
-  }
-  CHECK(port.sent.front() == entry);
-  port.sent.pop_front();
-}
-
-void PdoRig::expect_silence() {
-  for (const std::string& left : port.sent)
-    FAIL_CHECK("left over: " << left);
-  port.sent.clear();
 }
 
 std::vector<std::uint32_t> PdoRig::ids() const {

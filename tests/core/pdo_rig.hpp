@@ -10,16 +10,15 @@
 
 namespace cbcan::test {
 
-/// Process data over a small dictionary, in virtual time. What leaves and what the application is told is one
-/// log, in order; nothing may be left over at the end.
+/// Process data over a small dictionary, in virtual time. What the application is told stands in the
+/// wire's log too, in order.
 ///
 /// RPDOs 1, 2, 3, 5, 512 and TPDOs 1, 2, 3, 5, 512, all invalid with an empty mapping. 2000h:1..8 BOOLEAN,
 /// 2001h:1..8 U8, 2002h:1..4 U16, 2003h U32, 2004h U64, 2005h I24, mappable both ways; 2010h U8 not at all;
 /// 2011h a string; 2012h computed; 2013h RPDO only, 2014h TPDO only; 6000h:1 U8, 6401h:1 I16 TPDO only.
-class PdoRig final : private PdoApplication, private ObjectHandler {
+class PdoRig final : public Wire, private PdoApplication, private ObjectHandler {
  public:
   explicit PdoRig(std::size_t rpdos = 5, std::size_t tpdos = 5);
-  ~PdoRig() noexcept(false);
 
   // As an SDO client.
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::uint64_t value);
@@ -45,8 +44,6 @@ class PdoRig final : private PdoApplication, private ObjectHandler {
   void arrive(const std::string& frame) { pdo.on_frame(frame_from(frame), now); }
   void sync(std::uint8_t counter = 0, Time window = 0) { pdo.on_sync(counter, window, now); }
   void pass(Time duration);
-  void expect(const std::string& entry);
-  void expect_silence();
 
   // The device.
   void set(unsigned index, std::uint8_t sub, std::uint64_t value) {
@@ -66,7 +63,6 @@ class PdoRig final : private PdoApplication, private ObjectHandler {
   std::function<void()> in_sampling = [] {};
   std::function<void()> in_reception = [] {};
 
-  RecordingPort port;
   std::vector<ObjectEntry> entries;
   std::vector<std::uint8_t> values;
   ObjectDictionary dictionary;

@@ -20,7 +20,7 @@ TEST_CASE("quarantine: a node is held until the last of its transfers is over") 
   CHECK(!quarantine.empty());
   CHECK(quarantine.held_until(5, 1000) == 3000);
   CHECK(quarantine.held_until(7, 1000) == 1000);
-  CHECK(quarantine.take(frame_from("585#4301200100000000"), 1000));  // the answer of the second
+  CHECK(quarantine.take(frame_from("585#4301200100000000"), 1000));  // the response of the second
   CHECK(quarantine.held_until(5, 1000) == 2000);
   CHECK(quarantine.take(frame_from("585#4300200000000000"), 1000));
   CHECK(!quarantine.take(frame_from("585#4300200000000000"), 1000));

@@ -13,7 +13,7 @@ using Direction = SdoClient::Direction;
 using Mode = SdoClient::Mode;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr std::uint32_t kAnswerId = 0x585;
+constexpr std::uint32_t kResponseId = 0x585;
 
 /// No two blocks of it are alike.
 std::uint8_t byte_at(std::size_t i) {
@@ -40,7 +40,7 @@ unsigned crc_of(const Bytes& bytes) {
 /// Command, bytes 1..3, bytes 4..7.
 Frame frame_of(unsigned command, std::uint32_t middle = 0, std::uint32_t tail = 0) {
   Frame frame;
-  frame.id = kAnswerId;
+  frame.id = kResponseId;
   frame.length = 8;
   frame.data[0] = static_cast<std::uint8_t>(command);
   for (unsigned i = 0; i < 3; ++i)
@@ -81,7 +81,7 @@ struct Client final : CanPort {
     expected.id = 0x605;
     REQUIRE(text_of(only()) == text_of(expected));
   }
-  void answer(const Frame& frame) { client.on_frame(frame, 0); }
+  void respond(const Frame& frame) { client.on_frame(frame, 0); }
   void start(Direction direction, Mode mode, std::size_t size) {
     client.start({5, 0, 0x2000, static_cast<std::uint16_t>(size), direction, mode}, 0);
   }
@@ -103,13 +103,13 @@ TEST_CASE("SDO sizes: a segmented read fills what the caller gave") {
     Client side(size);
     side.start(Direction::kRead, Mode::kSegmented, size);
     side.expect(0x40, kObject);
-    side.answer(frame_of(0x41, kObject, static_cast<std::uint32_t>(size)));
+    side.respond(frame_of(0x41, kObject, static_cast<std::uint32_t>(size)));
     unsigned toggle = 0;
     for (std::size_t at = 0; at < size; at += 7, toggle ^= 0x10) {
       side.expect(0x60 | toggle);
       const std::size_t count = std::min<std::size_t>(7, size - at);
       const unsigned last = at + count == size ? 1 : 0;
-      side.answer(segment_of(bytes, at, toggle | static_cast<unsigned>(7 - count) << 1 | last));
+      side.respond(segment_of(bytes, at, toggle | static_cast<unsigned>(7 - count) << 1 | last));
     }
     CHECK(side.client.outcome() == SdoClient::Outcome::kDone);
     CHECK(side.client.size() == size);
@@ -125,7 +125,7 @@ TEST_CASE("SDO sizes: a segmented write sends all of it") {
     std::copy(bytes.begin(), bytes.end(), side.memory.begin());
     side.start(Direction::kWrite, Mode::kSegmented, size);
     side.expect(0x21, kObject, static_cast<std::uint32_t>(size));
-    side.answer(frame_of(0x60, kObject));
+    side.respond(frame_of(0x60, kObject));
     unsigned toggle = 0;
     for (std::size_t at = 0; at < size; at += 7, toggle ^= 0x10) {
       const std::size_t count = std::min<std::size_t>(7, size - at);
@@ -133,7 +133,7 @@ TEST_CASE("SDO sizes: a segmented write sends all of it") {
       const Frame segment = side.only();
       REQUIRE(segment.data ==
               segment_of(bytes, at, toggle | static_cast<unsigned>(7 - count) << 1 | last).data);
-      side.answer(frame_of(0x20 | toggle));
+      side.respond(frame_of(0x20 | toggle));
     }
     CHECK(side.client.outcome() == SdoClient::Outcome::kDone);
     CHECK(side.sent.empty());
@@ -147,18 +147,18 @@ TEST_CASE("SDO sizes: a block read asks for as many segments as fit, 64 at most"
     Client side(size);
     side.start(Direction::kRead, Mode::kBlock, size);
     side.expect(0xA4, kObject, block);
-    side.answer(frame_of(0xC6, kObject, static_cast<std::uint32_t>(size)));
+    side.respond(frame_of(0xC6, kObject, static_cast<std::uint32_t>(size)));
     side.expect(0xA3);
     for (std::size_t at = 0; at < size;) {
       unsigned sequence = 0;
       for (; sequence < block && at < size; at += 7) {
         const unsigned last = at + 7 >= size ? 0x80 : 0;
-        side.answer(segment_of(bytes, at, ++sequence | last));
+        side.respond(segment_of(bytes, at, ++sequence | last));
       }
       side.expect(0xA2, sequence | block << 8);
     }
     const auto unused = static_cast<unsigned>((7 - size % 7) % 7);
-    side.answer(frame_of(0xC1 | unused << 2, crc_of(bytes)));
+    side.respond(frame_of(0xC1 | unused << 2, crc_of(bytes)));
     side.expect(0xA1);
     CHECK(side.client.outcome() == SdoClient::Outcome::kDone);
     CHECK(side.client.size() == size);
@@ -175,7 +175,7 @@ TEST_CASE("SDO sizes: a block write sends all of it, in blocks as the server wan
     std::copy(bytes.begin(), bytes.end(), side.memory.begin());
     side.start(Direction::kWrite, Mode::kBlock, size);
     side.expect(0xC6, kObject, static_cast<std::uint32_t>(size));
-    side.answer(frame_of(0xA4, kObject, kBlock));
+    side.respond(frame_of(0xA4, kObject, kBlock));
     for (std::size_t at = 0; at < size;) {
       const std::vector<Frame> segments = std::exchange(side.sent, {});
       REQUIRE(segments.size() == std::min<std::size_t>(kBlock, (size - at + 6) / 7));
@@ -185,11 +185,11 @@ TEST_CASE("SDO sizes: a block write sends all of it, in blocks as the server wan
         REQUIRE(segment.data == segment_of(bytes, at, ++sequence | last).data);
         at += 7;
       }
-      side.answer(frame_of(0xA2, sequence | kBlock << 8));
+      side.respond(frame_of(0xA2, sequence | kBlock << 8));
     }
     const auto unused = static_cast<unsigned>((7 - size % 7) % 7);
     side.expect(0xC1 | unused << 2, crc_of(bytes));
-    side.answer(frame_of(0xA1));
+    side.respond(frame_of(0xA1));
     CHECK(side.client.outcome() == SdoClient::Outcome::kDone);
   }
 }
@@ -199,17 +199,17 @@ TEST_CASE("SDO sizes: a block read that brings more than the server declared, at
   const Bytes bytes = pattern(65541);
   side.start(Direction::kRead, Mode::kBlock, 65535);
   side.expect(0xA4, kObject, 64);
-  side.answer(frame_of(0xC4, kObject));  // without a size
+  side.respond(frame_of(0xC4, kObject));  // without a size
   side.expect(0xA3);
   for (std::size_t at = 0; at < 65541;) {
     unsigned sequence = 0;
     for (; sequence < 64 && at < 65541; at += 7) {
       const unsigned last = at + 7 >= 65541 ? 0x80 : 0;
-      side.answer(segment_of(bytes, at, ++sequence | last));
+      side.respond(segment_of(bytes, at, ++sequence | last));
     }
     side.expect(0xA2, sequence | 64u << 8);
   }
-  side.answer(frame_of(0xC1, crc_of(bytes)));  // all seven bytes of the last segment are data
+  side.respond(frame_of(0xC1, crc_of(bytes)));  // all seven bytes of the last segment are data
   side.expect(0x80, kObject, 0x05040005);
   CHECK(side.client.outcome() == SdoClient::Outcome::kFailed);
   CHECK(side.is_guarded());
@@ -225,11 +225,11 @@ TEST_CASE("SDO sizes: nothing is asked for that the memory has no room for") {
   }
 }
 
-TEST_CASE("SDO sizes: an expedited answer writes no byte that was not asked for") {
+TEST_CASE("SDO sizes: an expedited response writes no byte that was not asked for") {
   Client side(4);
   side.start(Direction::kRead, Mode::kAuto, 2);
   side.expect(0x40, kObject);
-  side.answer(frame_of(0x4B, kObject, 0x44332211));
+  side.respond(frame_of(0x4B, kObject, 0x44332211));
   CHECK(side.client.size() == 2);
   CHECK(side.value() == Bytes{0x11, 0x22, 0xEE, 0xEE});
 }

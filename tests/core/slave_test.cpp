@@ -32,22 +32,13 @@ const std::vector<ObjectEntry> kEntries{
 };
 const std::vector<cbcan::ObjectLimits> kLimits{{0x2002, 1, 10, 20}};
 
-class Device final : private cbcan::Application {
+class Device final : public cbcan::test::Wire, private cbcan::Application {
  public:
   Device() : slave(0x42, {kEntries, values, kLimits}, buffer, *this, port) {
     slave.start(now);
     slave.poll(now);
   }
 
-  void expect(const std::string& frame) {
-    if (port.sent.empty()) {
-      FAIL_CHECK("the wire is silent; expected " << frame);
-      return;
-    }
-    CHECK(port.sent.front() == frame);
-    port.sent.pop_front();
-  }
-  void expect_silence() { CHECK(port.sent.empty()); }
   void arrive(const std::string& frame) { slave.on_frame(cbcan::test::frame_from(frame), now); }
   void pass(cbcan::Time duration) {
     for (const cbcan::Time end = now + duration; slave.deadline() <= end;) {
@@ -58,7 +49,6 @@ class Device final : private cbcan::Application {
 
   std::vector<std::uint8_t> values = std::vector<std::uint8_t>(1031);
   std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(1000);
-  cbcan::test::RecordingPort port;
   cbcan::Time now = 0;
   std::vector<int> states;
   cbcan::Slave slave;
@@ -119,9 +109,9 @@ TEST_CASE("Stopped: no SDO, but NMT and error control") {
 TEST_CASE("Node guarding: the toggle bit alternates and starts anew after a reset; none beside a heartbeat") {
   Device device;
   device.expect("742#00");
-  for (const char* answer : {"742#7F", "742#FF", "742#7F"}) {
+  for (const char* response : {"742#7F", "742#FF", "742#7F"}) {
     device.arrive("742#R1");
-    device.expect(answer);
+    device.expect(response);
   }
   device.arrive("000#8200");
   device.expect("742#00");
@@ -178,7 +168,7 @@ TEST_CASE("SDO server: expedited both ways, sizes, no size") {
 
 TEST_CASE("SDO server: every refusal of CBCAN table 3 that a server gives") {
   struct Row {
-    const char *request, *answer;
+    const char *request, *response;
   };
   const Row rows[] = {
       {"642#4000300000000000", "5C2#8000300000000206"},  // no object
@@ -204,7 +194,7 @@ TEST_CASE("SDO server: every refusal of CBCAN table 3 that a server gives") {
   device.expect("742#00");
   for (const Row& row : rows) {
     device.arrive(row.request);
-    device.expect(row.answer);
+    device.expect(row.response);
     device.expect_silence();
   }
 }
@@ -329,7 +319,7 @@ TEST_CASE("SDO server: what the port refuses is sent later, in order") {
   device.expect("5C2#8238390000000000");
 }
 
-TEST_CASE("SDO server: an answer that the port refuses does not come in Stopped, nor after it") {
+TEST_CASE("SDO server: a response that the port refuses does not come in Stopped, nor after it") {
   Device device;
   device.expect("742#00");
   device.port.refuse_next = cbcan::test::RecordingPort::kAlways;

@@ -15,14 +15,14 @@ using Direction = SdoClient::Direction;
 using Mode = SdoClient::Mode;
 
 enum Event : std::size_t {
-  kAnswer,        ///< what the state waits for
+  kResponse,      ///< what the state waits for
   kMisplaced,     ///< a command specifier that does not belong there
   kAbort,         ///< for this transfer
   kForeignAbort,  ///< for another object
-  kOtherObject,   ///< an answer with another index
+  kOtherObject,   ///< a response with another index
   kShort,         ///< a frame without its bytes
   kRemote,        ///< an RTR frame
-  kOtherNode,     ///< another node's answer
+  kOtherNode,     ///< another node's response
   kBootUp,        ///< of this node
   kOtherBootUp,   ///< of another node
   kRoom,          ///< the port takes frames, and time for another try has come
@@ -30,14 +30,14 @@ enum Event : std::size_t {
   kCancel,
   kEvents
 };
-constexpr const char* kEventNames[kEvents] = {"answer",
-                                              "misplaced answer",
+constexpr const char* kEventNames[kEvents] = {"response",
+                                              "misplaced response",
                                               "abort",
                                               "abort for another object",
-                                              "answer for another object",
+                                              "response for another object",
                                               "short frame",
                                               "RTR",
-                                              "another node's answer",
+                                              "another node's response",
                                               "boot-up",
                                               "another node's boot-up",
                                               "room",
@@ -70,7 +70,7 @@ struct Row {
   Phase phase;
   /// Brings a new client into the state.
   void (*enter)(SdoClient&, RecordingPort&);
-  const char* answer;
+  const char* response;
   const char* misplaced;
   std::array<Cell, kEvents> cells;
 };
@@ -105,7 +105,7 @@ constexpr Row kRows[] = {
        time_out(client);
        read(client, Mode::kAuto);
      },
-     // What may be the late answer sets the request free.
+     // What may be the late response sets the request free.
      "585#4300200100000000",
      "585#E000000000000000",
      {to(kUploadInitiate, "605#4000200100000000"), to(kUploadInitiate, "605#4000200100000000"),
@@ -244,11 +244,11 @@ constexpr Row kRows[] = {
 };
 
 void happen(Event event, const Row& row, SdoClient& client, RecordingPort& port, Time now) {
-  const bool other_node_asked = row.answer[2] == '6';
+  const bool other_node_asked = row.response[2] == '6';
   const std::uint8_t node = other_node_asked ? 6 : 5;
   const std::string id = other_node_asked ? "586" : "585";
   switch (event) {
-    case kAnswer: return arrive(client, row.answer, now);
+    case kResponse: return arrive(client, row.response, now);
     case kMisplaced: return arrive(client, row.misplaced, now);
     case kAbort: return arrive(client, (id + "#8000200100000206").c_str(), now);
     case kForeignAbort: return arrive(client, (id + "#8000210100000206").c_str(), now);

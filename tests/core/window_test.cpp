@@ -6,7 +6,7 @@
 
 using cbcan::test::Bench;
 
-TEST_CASE("Cancelled between the last answer and the result: R3700 keeps what the PLC wrote") {
+TEST_CASE("Cancelled between the last response and the result: R3700 keeps what the PLC wrote") {
   Bench bench;
   bench.read(5, 0x2000, 1, 4);
   bench.expect("605#4000200100000000");

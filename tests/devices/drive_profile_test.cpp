@@ -52,7 +52,7 @@ TEST_CASE("A way too short for full speed is a triangle") {
   CHECK(profile.end() == kStart + 2'000'000);
 }
 
-TEST_CASE("A target behind a moving axis: it stops, turns round and comes back") {
+TEST_CASE("A target behind a moving axis: it stops, reverses and comes back") {
   // From 100/s stopping takes 1 s and 50; then 50 back: a triangle of 2 * sqrt(0.5) s.
   const Profile profile = Profile::to_position({0, 100}, 0, {1000, 100, 100}, kStart);
   check_at(profile, 1'000'000, 50, 0);

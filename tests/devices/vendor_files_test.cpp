@@ -57,10 +57,10 @@ struct Plant {
         eds::dictionary_image(eds::read(text, "x.eds", std::uint8_t{5}, devices::standard_type).device);
     sim::NodeParts parts;
     parts.behaviour = devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).make;
-    node = &bench.world.add_node(5,
-                                 {std::move(image.entries), std::move(image.limits), std::move(image.values),
-                                  std::move(image.node_id_values)},
-                                 parts);
+    parts.node_id = 5;
+    parts.image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
+                   std::move(image.node_id_values)};
+    node = &bench.world.add_node(std::move(parts));
     bench.start();
     bench.expect("705#00");
   }

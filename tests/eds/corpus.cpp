@@ -7,8 +7,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "eds/text.hpp"
 #include "eds/values.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::tests {
 
@@ -23,7 +23,7 @@ std::string value_text(const std::vector<std::uint8_t>& value) {
   if (value.size() > kMostShown) return "(" + std::to_string(value.size()) + " bytes)";
   std::string text;
   for (const std::uint8_t byte : value)
-    text += eds::hex(byte, 2);
+    text += text::hex(byte, 2);
   return text;
 }
 
@@ -34,8 +34,8 @@ std::string limit_text(const std::optional<std::int64_t>& limit, DataType type) 
 
 std::string object_text(const eds::Object& object) {
   std::ostringstream text;
-  text << eds::hex(object.index, 4) << ':' << eds::hex(object.first_sub, 2);
-  if (object.last_sub != object.first_sub) text << '-' << eds::hex(object.last_sub, 2);
+  text << text::hex(object.index, 4) << ':' << text::hex(object.first_sub, 2);
+  if (object.last_sub != object.first_sub) text << '-' << text::hex(object.last_sub, 2);
   text << ' ' << eds::name_of(object.type) << ' ' << kAccesses.at(static_cast<std::size_t>(object.access));
   text << (object.pdo_mapping ? " pdo " : " ") << value_text(object.value);
   if (object.low || object.high)

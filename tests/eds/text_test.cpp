@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "eds/text.hpp"
-
 #include "eds/diagnostics.hpp"
+
 #include "eds/lexer.hpp"
 #include "support/catch.hpp"
 
@@ -15,36 +14,6 @@ std::vector<eds::Section> split(std::string_view text) {
 }
 
 }  // namespace
-
-TEST_CASE("Blanks and control characters at both ends do not count") {
-  CHECK(eds::trim(" \t\x01 a b \x1A\r") == "a b");
-  CHECK(eds::trim(" \t ").empty());
-  CHECK(eds::trim("\xA0") == "\xA0");
-}
-
-TEST_CASE("The case of ASCII letters does not count") {
-  CHECK(eds::same_text("DefaultValue", "DEFAULTvalue"));
-  CHECK_FALSE(eds::same_text("a", "ab"));
-  CHECK_FALSE(eds::same_text("[", "{"));
-  CHECK(eds::less_text("A", "b"));
-  CHECK_FALSE(eds::less_text("B", "a"));
-}
-
-TEST_CASE("UTF-8 is told from other text") {
-  CHECK(eds::is_utf8("a\xC3\xBC\xE2\x82\xAC\xF0\x9F\x98\x80"));
-  CHECK_FALSE(eds::is_utf8("\xFC"));              // Latin-1
-  CHECK_FALSE(eds::is_utf8("\xC3"));              // cut short
-  CHECK_FALSE(eds::is_utf8("\xC0\x80"));          // overlong
-  CHECK_FALSE(eds::is_utf8("\xE0\x80\x80"));      // overlong
-  CHECK_FALSE(eds::is_utf8("\xED\xA0\x80"));      // surrogate
-  CHECK_FALSE(eds::is_utf8("\xF4\x90\x80\x80"));  // beyond Unicode
-}
-
-TEST_CASE("Text for people is UTF-8 without control characters") {
-  CHECK(eds::to_utf8("\xC3\xBC") == "\xC3\xBC");
-  CHECK(eds::to_utf8("\xFC") == "\xC3\xBC");
-  CHECK(eds::to_utf8(std::string_view("a\0b\x7F", 4)) == "a b ");
-}
 
 TEST_CASE("Text in messages is short and whole") {
   CHECK(eds::quoted("abc") == "\"abc\"");

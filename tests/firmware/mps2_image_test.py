@@ -62,7 +62,7 @@ def ask_until_answered(mcu):
         mcu.modbus.send(frame + crc(frame))
         return select.select([mcu.modbus.socket], [], [], 1)[0]
 
-    wait_until(answered, "an answer after the garbage")
+    wait_until(answered, "a response after the garbage")
     mcu.modbus.receive(7)
 
 
@@ -149,7 +149,7 @@ class Image(unittest.TestCase):
                 for name in "transactions_failed", "transactions_cancelled", "modbus_crc_errors", "modbus_lost", "can_lost":
                     self.assertEqual(diagnostics[name], 0, name)
 
-    def test_a_hundred_thousand_random_bytes_into_each_line_and_it_still_answers(self):
+    def test_a_hundred_thousand_random_bytes_into_each_line_and_it_still_responses(self):
         chance = random.Random(2)
         with Mcu(IMAGE) as mcu:
             mcu.can.receive(len(OPENING + BOOT_UP))

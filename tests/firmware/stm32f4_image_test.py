@@ -4,7 +4,7 @@
 
 QEMU's netduinoplus2 is an STM32F405 with the USARTs, TIM2 and the flash where the F446 has them; clocks, pins, watchdog and CAN are not there and
 read as 0. So the image finds no PLL and stays at 16 MHz, and no CAN controller, which shows as bus-off. TIM2 counts 62.5 times too fast:
-20 ms between two bytes are 0.3 ms, which a loaded host exceeds. A request without an answer is repeated, as a Modbus client does. TIM2 has no
+20 ms between two bytes are 0.3 ms, which a loaded host exceeds. A request without a response is repeated, as a Modbus client does. TIM2 has no
 compare channel, which would end the image's sleep before a response: the test raises its interrupt instead.
 
 usage: stm32f4_image_test.py IMAGE.elf
@@ -25,7 +25,7 @@ from simulator import program_from_arguments, wait_until  # noqa: E402
 
 FLASH, RAM, STACK = 0x08000000, 0x20000000, 2048
 MOST_TEXT, MOST_RAM = 40 * 1024, 16 * 1024
-ANSWER_WITHIN = 1  # seconds; later it would be taken for the answer to the next request
+RESPONSE_WITHIN = 1  # seconds; later it would be taken for the response to the next request
 
 
 class Machine:
@@ -54,14 +54,14 @@ class Machine:
     def send(self, frame, expected):
         """What comes back within ANSWER_WITHIN, up to `expected` bytes."""
         self.line.send(frame)
-        answer = b""
-        end = time.monotonic() + ANSWER_WITHIN
-        while len(answer) < expected and time.monotonic() < end:
+        response = b""
+        end = time.monotonic() + RESPONSE_WITHIN
+        while len(response) < expected and time.monotonic() < end:
             if select.select([self.line.socket], [], [], 0.01)[0]:
-                answer += self.line.socket.recv(expected - len(answer))
+                response += self.line.socket.recv(expected - len(response))
             else:
                 self.raise_timer_interrupt()
-        return answer
+        return response
 
     def raise_timer_interrupt(self):
         """28 (RM0390, table 38), by QEMU's protocol "qtest"."""
@@ -71,14 +71,14 @@ class Machine:
 
     def ask(self, request, expected):
         frame = b"\x01" + request
-        answer = wait_until(lambda: self.send(frame + crc(frame), expected + 2), f"an answer to {request.hex()}")
-        if crc(answer[:-2]) != answer[-2:]:
-            raise AssertionError(f"CRC of {answer.hex()}")
-        return answer[1:-2]
+        response = wait_until(lambda: self.send(frame + crc(frame), expected + 2), f"a response to {request.hex()}")
+        if crc(response[:-2]) != response[-2:]:
+            raise AssertionError(f"CRC of {response.hex()}")
+        return response[1:-2]
 
     def read(self, first, count):
-        answer = self.ask(struct.pack(">BHH", 3, first, count), 3 + 2 * count)
-        return list(struct.unpack(f">{count}H", answer[2:]))
+        response = self.ask(struct.pack(">BHH", 3, first, count), 3 + 2 * count)
+        return list(struct.unpack(f">{count}H", response[2:]))
 
     def write(self, first, *values):
         data = struct.pack(f">{len(values)}H", *values)
@@ -126,7 +126,7 @@ class Image(unittest.TestCase):
             self.assertGreater(later[0] | later[1] << 16, words[2] | words[3] << 16)
             print(f"stm32f4: {words[6]} bytes of stack used", flush=True)
 
-    def test_the_coprocessor_answers_and_a_bus_that_is_off_is_told(self):
+    def test_the_coprocessor_responses_and_a_bus_that_is_off_is_told(self):
         with Machine() as machine:
             self.assertEqual(machine.transact(5055, 0, 0x3001, 0, 1)[:7], [0, 5055, 0, 0x3001, 0, 1, 127])
             self.assertEqual(machine.transact(5055, 0, 0x3002, 0, 1)[6], 0x10)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any lines as commands at run time: each has its answer, and one that is refused has changed nothing.
+// Any lines as commands at run time: each has its response, and one that is refused has changed nothing.
 #include <string>
 #include <vector>
 
@@ -15,15 +15,10 @@ constexpr Time kBetweenLines = 20 * kMillisecond;
 
 class Commands {
  public:
-  Commands() {
-    for (std::size_t place = 0; place < DevicePlant::kNodes; ++place)
-      first_.nodes.push_back({&plant_.node(place), place == 0 ? "I/O module" : "", "device"});
-  }
-
   void take(std::string_view line) {
     const std::string before = state();
-    const std::string answer = control_.execute(line, plant_.now);
-    if (check(line, answer)) require(state() == before, "what is refused has changed nothing");
+    const std::string response = control_.execute(line, plant_.now);
+    if (check(line, response)) require(state() == before, "what is refused has changed nothing");
     plant_.settle();
     plant_.pass_to(plant_.now + kBetweenLines);
   }
@@ -34,26 +29,24 @@ class Commands {
   }
 
   /// True: an error.
-  static bool check(std::string_view line, std::string_view answer) {
-    if (answer.empty()) {
-      require(line.find_first_not_of(" \t") == std::string_view::npos, "a command is answered");
+  static bool check(std::string_view line, std::string_view response) {
+    if (response.empty()) {
+      require(line.find_first_not_of(" \t\r\v\f") == std::string_view::npos, "a command is answered");
       return false;
     }
-    require(answer.ends_with('\n'), "an answer is whole lines");
-    answer.remove_suffix(1);
-    const bool refused = answer.starts_with("error: ");
-    const std::size_t last_line = answer.rfind('\n');
+    require(response.ends_with('\n'), "a response is whole lines");
+    response.remove_suffix(1);
+    const bool refused = response.starts_with("error: ");
+    const std::size_t last_line = response.rfind('\n');
     if (refused) require(last_line == std::string_view::npos, "an error is one line");
-    const std::string_view last = answer.substr(last_line + 1);
+    const std::string_view last = response.substr(last_line + 1);
     require(refused || last == "ok" || last.starts_with("ok "), "the last line says how it went");
     return refused;
   }
 
   DevicePlant plant_{{}};
   sim::World empty_;
-  app::PlantNetwork first_{plant_.world, {}};
-  app::PlantNetwork second_{empty_, {}};
-  app::Control control_{{&first_, &second_}, plant_.now};
+  app::Control control_{{&plant_.world, &empty_}, plant_.now};
 };
 
 void check_lines(std::string_view text) {

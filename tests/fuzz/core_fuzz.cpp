@@ -103,19 +103,19 @@ class Program : private Input {
   std::uint8_t server() const { return static_cast<std::uint8_t>(rig_.plc.request().node & 0x7F); }
 
   /// With the multiplexer that the transfer has.
-  void answer_with_object() {
+  void respond_with_object() {
     const auto given = bytes<5>();
     const Plc::Request& request = rig_.plc.request();
-    rig_.answer(server(), std::array<std::uint8_t, 8>{given[0], static_cast<std::uint8_t>(request.index),
-                                                      static_cast<std::uint8_t>(request.index >> 8),
-                                                      static_cast<std::uint8_t>(request.sub), given[1],
-                                                      given[2], given[3], given[4]});
+    rig_.respond(server(), std::array<std::uint8_t, 8>{given[0], static_cast<std::uint8_t>(request.index),
+                                                       static_cast<std::uint8_t>(request.index >> 8),
+                                                       static_cast<std::uint8_t>(request.sub), given[1],
+                                                       given[2], given[3], given[4]});
   }
 
-  void answer_segment() { rig_.answer(server(), bytes<8>()); }
+  void respond_segment() { rig_.respond(server(), bytes<8>()); }
 
   /// What a good server says to the last request, as far as it is no block transfer.
-  void answer_well() {
+  void respond_well() {
     const std::uint8_t size = byte();
     if (rig_.wire.requests.empty()) return;
     const Frame last = rig_.wire.requests.back();
@@ -123,16 +123,18 @@ class Program : private Input {
     const auto toggle = static_cast<std::uint8_t>(last.data[0] & 0x10);
     const std::uint8_t last_segment = size < 0x80 ? 1 : 0;
     switch (last.data[0] >> 5) {
-      case 0: return rig_.answer(node, std::array<std::uint8_t, 1>{static_cast<std::uint8_t>(0x20 | toggle)});
+      case 0:
+        return rig_.respond(node, std::array<std::uint8_t, 1>{static_cast<std::uint8_t>(0x20 | toggle)});
       case 1:
-        return rig_.answer(node, std::array<std::uint8_t, 4>{0x60, last.data[1], last.data[2], last.data[3]});
+        return rig_.respond(node,
+                            std::array<std::uint8_t, 4>{0x60, last.data[1], last.data[2], last.data[3]});
       case 2:
-        return rig_.answer(node,
-                           std::array<std::uint8_t, 5>{0x41, last.data[1], last.data[2], last.data[3], size});
+        return rig_.respond(
+            node, std::array<std::uint8_t, 5>{0x41, last.data[1], last.data[2], last.data[3], size});
       case 3:
-        return rig_.answer(node,
-                           std::array<std::uint8_t, 3>{
-                               static_cast<std::uint8_t>(toggle | (size & 7) << 1 | last_segment), size, 1});
+        return rig_.respond(node,
+                            std::array<std::uint8_t, 3>{
+                                static_cast<std::uint8_t>(toggle | (size & 7) << 1 | last_segment), size, 1});
       default: return;
     }
   }
@@ -226,9 +228,9 @@ const Program::Step Program::kSteps[] = {
     &Program::execute_again,
     &Program::cancel,
     &Program::any_frame,
-    &Program::answer_with_object,
-    &Program::answer_segment,
-    &Program::answer_well,
+    &Program::respond_with_object,
+    &Program::respond_segment,
+    &Program::respond_well,
     &Program::ask_own_node,
     &Program::report_state,
     &Program::wait,

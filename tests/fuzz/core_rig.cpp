@@ -66,7 +66,7 @@ void Rig::write_registers() {
   poll();
 }
 
-void Rig::answer(std::uint8_t node, std::span<const std::uint8_t> bytes) {
+void Rig::respond(std::uint8_t node, std::span<const std::uint8_t> bytes) {
   Frame frame;
   frame.id = 0x580u + node;
   frame.length = 8;
@@ -97,7 +97,7 @@ void Rig::finish() {
   wire.requests.clear();
   check_expedited_read();
   check_segmented_write();
-  check_late_answer();
+  check_late_response();
 }
 
 /// Held back by a quarantine, then a timeout: two of them, and one to spare.
@@ -131,7 +131,7 @@ void Rig::write_own(std::uint16_t index, std::uint16_t size, std::uint16_t value
 }
 
 void Rig::expect_request(std::uint8_t node, std::initializer_list<std::uint8_t> bytes) {
-  require(wire.requests.size() == 1, "one request for one answer");
+  require(wire.requests.size() == 1, "one request for one response");
   Frame expected;
   expected.id = 0x600u + node;
   expected.length = 8;
@@ -143,7 +143,7 @@ void Rig::expect_request(std::uint8_t node, std::initializer_list<std::uint8_t> 
 void Rig::check_expedited_read() {
   execute(5055, kNode, 1, 4);
   expect_request(kNode, {0x40, 0x45, 0x23, 1});
-  answer(kNode, std::array<std::uint8_t, 8>{0x43, 0x45, 0x23, 1, 0x11, 0x22, 0x33, 0x44});
+  respond(kNode, std::array<std::uint8_t, 8>{0x43, 0x45, 0x23, 1, 0x11, 0x22, 0x33, 0x44});
   require(plc.reg(3700) == 0 && plc.reg(3705) == 4, "a clean read is good");
   require(plc.reg(3706) == 0x2211 && plc.reg(3707) == 0x4433, "a clean read gives the server's bytes");
 }
@@ -153,29 +153,29 @@ void Rig::check_segmented_write() {
     plc.reg(3706 + i) = static_cast<std::uint16_t>(0x0201 + 0x0202 * i);
   execute(5066, kNode, 2, 10);
   expect_request(kNode, {0x21, 0x45, 0x23, 2, 10});
-  answer(kNode, std::array<std::uint8_t, 8>{0x60, 0x45, 0x23, 2});
+  respond(kNode, std::array<std::uint8_t, 8>{0x60, 0x45, 0x23, 2});
   expect_request(kNode, {0x00, 1, 2, 3, 4, 5, 6, 7});
-  answer(kNode, std::array<std::uint8_t, 8>{0x20});
+  respond(kNode, std::array<std::uint8_t, 8>{0x20});
   expect_request(kNode, {0x19, 8, 9, 10});
   require(plc.busy(), "done is what the server has confirmed");
-  answer(kNode, std::array<std::uint8_t, 8>{0x30});
+  respond(kNode, std::array<std::uint8_t, 8>{0x30});
   require(plc.reg(3700) == 0, "a clean write is good");
 }
 
-/// The answer to a read that has timed out comes while the next read, of the same object, waits.
-void Rig::check_late_answer() {
+/// The response to a read that has timed out comes while the next read, of the same object, waits.
+void Rig::check_late_response() {
   execute(5055, kNode, 3, 4);
   expect_request(kNode, {0x40, 0x45, 0x23, 3});
   pass(kSecond + kMillisecond);
   require(plc.reg(3700) == 4 && plc.reg(3706) == 0 && plc.reg(3707) == 0x0504, "a silent server times out");
   expect_request(kNode, {0x80, 0x45, 0x23, 3, 0x00, 0x00, 0x04, 0x05});
   execute(5055, kNode, 3, 4);
-  answer(kNode, std::array<std::uint8_t, 8>{0x43, 0x45, 0x23, 3, 0xBA, 0xD0, 0xBA, 0xD0});
-  require(plc.busy(), "a late answer is nobody's");
+  respond(kNode, std::array<std::uint8_t, 8>{0x43, 0x45, 0x23, 3, 0xBA, 0xD0, 0xBA, 0xD0});
+  require(plc.busy(), "a late response is nobody's");
   expect_request(kNode, {0x40, 0x45, 0x23, 3});
-  answer(kNode, std::array<std::uint8_t, 8>{0x4B, 0x45, 0x23, 3, 0x55, 0x66});
+  respond(kNode, std::array<std::uint8_t, 8>{0x4B, 0x45, 0x23, 3, 0x55, 0x66});
   require(plc.reg(3700) == 0 && plc.reg(3705) == 2 && plc.reg(3706) == 0x6655,
-          "each read has its own answer");
+          "each read has its own response");
 }
 
 }  // namespace cbcan::fuzz

@@ -18,8 +18,8 @@ class Rig {
 
   void poll();
   void arrive(const Frame& frame);
-  /// An SDO answer of eight bytes; what is missing is 0.
-  void answer(std::uint8_t node, std::span<const std::uint8_t> bytes);
+  /// An SDO response of eight bytes; what is missing is 0.
+  void respond(std::uint8_t node, std::span<const std::uint8_t> bytes);
   /// Deadlines are met on the way, but not more than some dozens: then polls come late.
   void pass(Time duration);
   void pass_to_deadline();
@@ -45,7 +45,7 @@ class Rig {
   void expect_request(std::uint8_t node, std::initializer_list<std::uint8_t> bytes);
   void check_expedited_read();
   void check_segmented_write();
-  void check_late_answer();
+  void check_late_response();
 
   Time now_ = 1000;
   Time deadline_ = 0;

@@ -53,7 +53,7 @@ void Wire::check(const Frame& frame) {
   if (frame.id == 0) return check_nmt(frame);
   if (frame.id >> 7 == 0xE && node != 0) return check_error_control(frame);
   if (frame.id >> 7 == 0xC && node != 0) return check_request(frame);
-  if (frame.id == 0x580u + own_node_) return require(frame.length == 8, "an SDO answer has eight bytes");
+  if (frame.id == 0x580u + own_node_) return require(frame.length == 8, "an SDO response has eight bytes");
   check_own(frame);
 }
 

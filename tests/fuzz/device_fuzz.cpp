@@ -270,24 +270,25 @@ class Program {
 
   // ---- Faults
 
-  static double value_in(const sim::FaultParameter& parameter, std::uint16_t part) {
-    const double within = parameter.low + (parameter.high - parameter.low) * part / 65535;
-    return parameter.form == sim::FaultParameter::Form::kFraction ? within : std::floor(within);
+  static text::Value value_in(const text::Row& row, std::uint16_t part) {
+    if (!row.choices.empty()) return std::string(row.choices[part % row.choices.size()]);
+    const double within =
+        static_cast<double>(row.low) + static_cast<double>(row.high - row.low) * part / 65535;
+    if (row.form == text::Form::kNumber) return within;
+    return static_cast<std::int64_t>(within);
   }
 
   /// Any kind with any values that it may have.
   sim::FaultOrProblem any_fault(sim::FaultPlace here) {
-    const sim::FaultRow& row = sim::fault_rows()[input_.byte() % sim::kFaultKinds];
-    sim::Fault fault;
-    fault.kind = row.kind;
+    const std::size_t kind = input_.byte() % sim::kFaultKinds;
+    sim::Fault fault = sim::fault_rows()[kind].standard;
+    fault.kind = static_cast<sim::FaultKind>(kind);
     std::uint32_t chosen = input_.number();
-    const auto take = [&](const sim::FaultParameter& parameter) {
-      const bool given = (std::exchange(chosen, chosen >> 1) & 1) != 0;
-      parameter.store(fault, given ? value_in(parameter, input_.word()) : parameter.standard);
-    };
-    std::ranges::for_each(row.own, take);
-    for (const auto& group : row.groups)
-      std::ranges::for_each(group, take);
+    for (const auto& setting : sim::fault_settings()) {
+      if (!setting.kinds.has(kind)) continue;
+      if ((std::exchange(chosen, chosen >> 1) & 1) != 0)
+        setting.store(setting, fault, value_in(setting, input_.word()));
+    }
     return sim::parse_fault(sim::text_of(fault), here);
   }
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <string>
 
-#include "app/demo_plant.hpp"
-#include "app/node_image.hpp"
 #include "canopen/dictionary/cob_id.hpp"
 #include "fuzz/fuzz.hpp"
+#include "plant/build_node.hpp"
+#include "plant/demo_plant.hpp"
 
 namespace cbcan::fuzz {
 
@@ -16,19 +16,19 @@ namespace {
 constexpr std::size_t kMostStepsAtOnce = 100;
 constexpr unsigned kMostFramesAtOnce = 20'000;  // what queues hold, many times over
 
-app::BuiltNode read_node(std::uint8_t id, const char* eds) {
-  app::NodeConfig config;
+sim::NodeParts read_node(std::uint8_t id, const char* eds) {
+  plant::NodeConfig config;
   config.id = id;
   config.eds = std::string("demo:/") + eds;
   const auto no_disk = [](const std::string&) { return std::optional<std::string>(); };
-  app::NodeBuild build = app::build_node(config, 0, app::with_demo_plant(no_disk));
+  plant::NodeBuild build = plant::build_node(config, 0, plant::with_demo_plant(no_disk));
   require(build.node.has_value(), "the demo's nodes can be built");
   return std::move(*build.node);
 }
 
 /// Each file is read once.
-const app::BuiltNode& built_node(std::size_t place, std::uint8_t id, const char* eds) {
-  static std::array<std::optional<app::BuiltNode>, DevicePlant::kNodes> built;
+const sim::NodeParts& built_node(std::size_t place, std::uint8_t id, const char* eds) {
+  static std::array<std::optional<sim::NodeParts>, DevicePlant::kNodes> built;
   if (!built[place]) built[place] = read_node(id, eds);
   return *built[place];
 }
@@ -59,6 +59,7 @@ bool is_status(std::uint16_t word) {
 
 DevicePlant::DevicePlant(const PlantOptions& options) : world(options.bit_rate, 7), options_(options) {
   sim::NodeParts io_module;
+  io_module.name = "I/O module";
   if (options.signals) {
     io_module.signals.push_back({0x6401, 1, 50 * kMillisecond, sim::Sine{0, 20'000, kSecond, 0}});
     io_module.signals.push_back({0x6000, 1, 70 * kMillisecond, sim::Noise{128, 90, 3}});
@@ -78,13 +79,16 @@ DevicePlant::DevicePlant(const PlantOptions& options) : world(options.bit_rate, 
 }
 
 void DevicePlant::add(std::size_t place, std::uint8_t id, const char* eds, sim::NodeParts parts) {
-  const app::BuiltNode& built = built_node(place, id, eds);
+  const sim::NodeParts& built = built_node(place, id, eds);
   Watched& watched = nodes_[place];
   watched.store.works = options_.stores;
-  parts.behaviour = built.parts.behaviour;
+  parts.node_id = built.node_id;
+  parts.device = built.device;
+  parts.image = built.image;
+  parts.behaviour = built.behaviour;
   parts.parameters = &watched.store;
   parts.seed = place;
-  watched.node = &world.add_node(id == 0 ? sim::Node::kNoNodeId : id, built.image, parts);
+  watched.node = &world.add_node(std::move(parts));
 }
 
 void DevicePlant::add_fault(std::size_t place, const sim::Fault& fault) {
@@ -166,9 +170,9 @@ void DevicePlant::on_arrival(const Frame& frame, const sim::Port* sender, Time a
 void DevicePlant::check_frame(Watched& sender, const Frame& frame) {
   const std::uint32_t id = sender.node->device().node_id();
   require(frame.flags == 0 && frame.id <= 0x7FF && frame.length <= 8, "nodes send data frames of 11 bits");
-  if (frame.id == sdo::kAnswerId + id) ++sender.answers;
+  if (frame.id == sdo::kResponseId + id) ++sender.responses;
   if (sender.harmed || options_.bit_rate != 0) return;
-  if (frame.id == LssSlave::kAnswerId) return require(frame.length == 8, "an answer of LSS has 8 bytes");
+  if (frame.id == LssSlave::kResponseId) return require(frame.length == 8, "a response of LSS has 8 bytes");
   require(id != sim::Node::kNoNodeId, "without a node ID there is LSS and nothing else");
   if (frame.id == nmt::kErrorControlId + id) {
     require(frame.length == 1 && nmt::is_state(frame.data[0] & nmt::kStateMask),
@@ -177,7 +181,7 @@ void DevicePlant::check_frame(Watched& sender, const Frame& frame) {
     return require(((sender.states | kInitialising) & told) != 0, "the state that is told is the node's");
   }
   require((sender.states & kRunning) != 0, "a node in Stopped has error control and nothing else");
-  if (frame.id == sdo::kAnswerId + id) return require(frame.length == 8, "an SDO answer has 8 bytes");
+  if (frame.id == sdo::kResponseId + id) return require(frame.length == 8, "an SDO response has 8 bytes");
   check_configured_frame(sender, frame);
 }
 
@@ -210,7 +214,7 @@ bool DevicePlant::is_heard(Watched& node) {
          (bit_of(node.node->device().state()) & kRunning) != 0;
 }
 
-/// Block transfers have requests with many answers, and with none.
+/// Block transfers have requests with many responses, and with none.
 bool DevicePlant::is_answered_once(Watched& node, const Frame& request) {
   const bool is_request = request.flags == 0 && request.length == 8 && request.data[0] < 0x80;
   return is_request && !node.in_block && is_heard(node);
@@ -223,7 +227,7 @@ void DevicePlant::receive(const Frame& frame) {
     Watched& watched = nodes_[place];
     if (frame.id != sdo::kRequestId + id(place) || (frame.flags & Frame::kExtended) != 0) continue;
     counts[place] = is_answered_once(watched, frame);
-    wanted[place] = watched.answers + 1;
+    wanted[place] = watched.responses + 1;
     if (frame.flags != 0 || frame.length != 8) continue;
     if (frame.data[0] >= 0xA0) watched.in_block = true;
     if (frame.data[0] == sdo::command(sdo::Request::kAbort) && is_heard(watched)) watched.in_block = false;
@@ -231,7 +235,7 @@ void DevicePlant::receive(const Frame& frame) {
   world.bus().receive(frame, now);
   settle();
   for (std::size_t place = 0; place < kNodes; ++place)
-    require(!counts[place] || nodes_[place].answers == wanted[place], "one answer to an SDO request");
+    require(!counts[place] || nodes_[place].responses == wanted[place], "one response to an SDO request");
 }
 
 }  // namespace cbcan::fuzz

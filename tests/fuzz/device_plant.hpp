@@ -66,10 +66,10 @@ class DevicePlant final : private sim::Observer, private sim::Disturbance {
   struct Watched {
     sim::Node* node = nullptr;
     Store store;
-    unsigned states = 0;    ///< those in which what is still on its way may have been sent
-    unsigned answers = 0;   ///< SDO answers, all in all
-    bool harmed = false;    ///< had a fault once: what it held back may still come
-    bool in_block = false;  ///< an SDO block transfer may be under way
+    unsigned states = 0;     ///< those in which what is still on its way may have been sent
+    unsigned responses = 0;  ///< SDO responses, all in all
+    bool harmed = false;     ///< had a fault once: what it held back may still come
+    bool in_block = false;   ///< an SDO block transfer may be under way
   };
 
   void add(std::size_t place, std::uint8_t id, const char* eds, sim::NodeParts parts);

@@ -22,7 +22,7 @@ using Bytes = ModbusModel::Bytes;
 using View = ModbusModel::View;
 
 constexpr std::uint8_t kIsPdu = 1;    ///< the piece is sent as one request with a good header
-constexpr std::uint8_t kKeepOut = 2;  ///< the client does not take the answers yet
+constexpr std::uint8_t kKeepOut = 2;  ///< the client does not take the responses yet
 constexpr std::uint8_t kGather = 4;   ///< the server gets this piece together with the next
 constexpr std::array<std::uint8_t, 3> kUnits{1, 0, 255};
 constexpr unsigned kRepeatShift = 3;
@@ -81,7 +81,7 @@ class Run {
       take();
     } while (server().reactor.run_once(0) != 0);
     take();
-    require(taken_ == model_.answers(), "each request has its own answer, and nothing else comes");
+    require(taken_ == model_.responses(), "each request has its own response, and nothing else comes");
     require(server().words == model_.registers, "the registers are those that were written");
     require(server().requests == model_.requests(), "each request to the network is reported once");
     require(closed_ == model_.closed(), "closed is what cannot be Modbus, and only that");
@@ -107,7 +107,7 @@ class Run {
     return request;
   }
 
-  /// A client that gets no room takes its answers after all.
+  /// A client that gets no room takes its responses after all.
   void send(View bytes) {
     while (!bytes.empty() && !closed_) {
       const ssize_t sent = ::send(client_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);

@@ -43,10 +43,10 @@ Bytes identification(View pdu) {
       "1.0"sv};
   const std::size_t first = pdu[3] > 2 ? 0 : pdu[3];
   const std::size_t count = pdu[2] == 4 ? 1 : 3 - first;
-  Bytes answer{0x2B, 0x0E, pdu[2], 0x81, 0, 0, static_cast<std::uint8_t>(count)};
+  Bytes response{0x2B, 0x0E, pdu[2], 0x81, 0, 0, static_cast<std::uint8_t>(count)};
   for (std::size_t i = first; i < first + count; ++i)
-    answer.insert(answer.end(), kObjects[i].begin(), kObjects[i].end());
-  return answer;
+    response.insert(response.end(), kObjects[i].begin(), kObjects[i].end());
+  return response;
 }
 
 }  // namespace
@@ -59,22 +59,22 @@ void ModbusModel::receive(View bytes) {
     const std::size_t length = word(next, 4);
     closed_ = word(next, 2) != 0 || length < 2 || length > 254;
     if (closed_ || next.size() < 6 + length) break;
-    answer(next.first(6 + length));
+    respond(next.first(6 + length));
     at += 6 + length;
   }
   rest_.erase(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(at));
 }
 
-void ModbusModel::answer(View request) {
+void ModbusModel::respond(View request) {
   const bool reached = request[6] < 2 || request[6] == 255;
   if (reached) ++requests_;
-  const Bytes pdu = reached ? answer_to(request.subspan(7)) : exception(request.subspan(7), kNoPath);
-  answers_.insert(answers_.end(),
-                  {request[0], request[1], 0, 0, 0, static_cast<std::uint8_t>(pdu.size() + 1), request[6]});
-  answers_.insert(answers_.end(), pdu.begin(), pdu.end());
+  const Bytes pdu = reached ? response_to(request.subspan(7)) : exception(request.subspan(7), kNoPath);
+  responses_.insert(responses_.end(),
+                    {request[0], request[1], 0, 0, 0, static_cast<std::uint8_t>(pdu.size() + 1), request[6]});
+  responses_.insert(responses_.end(), pdu.begin(), pdu.end());
 }
 
-Bytes ModbusModel::answer_to(View pdu) {
+Bytes ModbusModel::response_to(View pdu) {
   switch (pdu[0]) {
     case 3: return read(pdu);
     case 6: return write_one(pdu);
@@ -136,12 +136,12 @@ void ModbusModel::store(std::size_t address, View values) {
 }
 
 Bytes ModbusModel::load(std::uint8_t function, std::size_t address, std::size_t count) const {
-  Bytes answer{function, static_cast<std::uint8_t>(2 * count)};
+  Bytes response{function, static_cast<std::uint8_t>(2 * count)};
   for (std::size_t i = address; i < address + count; ++i) {
-    answer.push_back(static_cast<std::uint8_t>(registers[i] / 256));
-    answer.push_back(static_cast<std::uint8_t>(registers[i] % 256));
+    response.push_back(static_cast<std::uint8_t>(registers[i] / 256));
+    response.push_back(static_cast<std::uint8_t>(registers[i] % 256));
   }
-  return answer;
+  return response;
 }
 
 }  // namespace cbcan::fuzz

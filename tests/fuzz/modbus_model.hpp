@@ -23,8 +23,8 @@ class ModbusModel {
   void receive(View bytes);
 
   /// All that has to come back so far.
-  const Bytes& answers() const { return answers_; }
-  /// What came cannot be Modbus: the connection ends after the answers.
+  const Bytes& responses() const { return responses_; }
+  /// What came cannot be Modbus: the connection ends after the responses.
   bool closed() const { return closed_; }
   /// The last request is not complete.
   bool waits() const { return !closed_ && !rest_.empty(); }
@@ -34,8 +34,8 @@ class ModbusModel {
   std::vector<std::uint16_t> registers;  ///< R0..R4167
 
  private:
-  void answer(View request);
-  Bytes answer_to(View pdu);
+  void respond(View request);
+  Bytes response_to(View pdu);
   Bytes read(View pdu);
   Bytes write_one(View pdu);
   Bytes write_many(View pdu);
@@ -45,7 +45,7 @@ class ModbusModel {
   Bytes load(std::uint8_t function, std::size_t address, std::size_t count) const;
 
   Bytes rest_;
-  Bytes answers_;
+  Bytes responses_;
   std::size_t requests_ = 0;
   bool closed_ = false;
 };

@@ -4,10 +4,10 @@
 #include <optional>
 #include <string>
 
-#include "app/config.hpp"
-#include "app/node_image.hpp"
-#include "app/plant_file.hpp"
 #include "fuzz/fuzz.hpp"
+#include "plant/build_node.hpp"
+#include "plant/config.hpp"
+#include "plant/plant_file.hpp"
 
 namespace cbcan::fuzz {
 
@@ -63,66 +63,64 @@ void check_complaint(const std::string& line, std::size_t lines) {
   require(at >= 1 && at <= lines, "a complaint's line is one of the file");
 }
 
-void check_complaints(const app::Diagnostics& found, std::size_t lines) {
-  for (const app::Diagnostic& diagnostic : found)
-    check_complaint(app::to_string(diagnostic), lines);
+void check_complaints(const plant::Diagnostics& found, std::size_t lines) {
+  for (const plant::Diagnostic& diagnostic : found)
+    check_complaint(plant::to_string(diagnostic), lines);
 }
 
-void check_ranges(const app::NetworkConfig& config) {
+void check_ranges(const plant::NetworkConfig& config) {
   const auto is_node = [](std::uint8_t id) { return id >= 1 && id <= 127; };
   require(is_node(config.module.node_id), "the module's node ID is 1..127");
   require(config.module.node_state_fresh_ms != 0 && config.module.guarding_timeout_ms != 0,
           "times are not 0");
   require(config.can.bit_rate == 0 || (config.can.bit_rate >= 10'000 && config.can.bit_rate <= 1'000'000),
           "the bit rate is one of a CAN bus");
-  require((config.can.kind == app::CanKind::kSocketCan) == !config.can.interface_name.empty(),
-          "SocketCAN has an interface, the virtual bus has none");
-  for (const app::NodeConfig& node : config.nodes)
+  for (const plant::NodeConfig& node : config.nodes)
     require((is_node(node.id) || (node.id == 0 && node.lss)) && !node.eds.empty(),
             "a node has an EDS file, and an ID or LSS");
 }
 
-void build_nodes(const app::Config& config, const app::NetworkConfig& network, std::size_t lines) {
-  for (const app::NodeConfig& node : network.nodes) {
-    const app::NodeBuild build = app::build_node(node, app::node_seed(config, node), read_file);
+void build_nodes(const plant::Config& config, const plant::NetworkConfig& network, std::size_t lines) {
+  for (const plant::NodeConfig& node : network.nodes) {
+    const plant::NodeBuild build = plant::build_node(node, plant::node_seed(config, node), read_file);
     require(build.node.has_value() == build.problems.empty(), "a node is built, or it is said why not");
     for (const std::string& problem : build.problems)
       check_complaint(problem, lines);
   }
 }
 
-bool same(const app::Diagnostic& one, const app::Diagnostic& other) {
+bool same(const plant::Diagnostic& one, const plant::Diagnostic& other) {
   return one.place == other.place && one.message == other.message;
 }
 
 /// Not a number is not equal to itself.
-bool has_nan(const app::NodeConfig& node) {
-  return std::ranges::any_of(node.objects, [](const app::InitialValue& object) {
+bool has_nan(const plant::NodeConfig& node) {
+  return std::ranges::any_of(node.objects, [](const plant::InitialValue& object) {
     const auto* number = std::get_if<double>(&object.value);
     return number != nullptr && *number != *number;
   });
 }
-bool has_nan(const app::Config& config) {
-  return std::ranges::any_of(config.networks, [](const app::NetworkConfig& network) {
-    return std::ranges::any_of(network.nodes, [](const app::NodeConfig& node) { return has_nan(node); });
+bool has_nan(const plant::Config& config) {
+  return std::ranges::any_of(config.networks, [](const plant::NetworkConfig& network) {
+    return std::ranges::any_of(network.nodes, [](const plant::NodeConfig& node) { return has_nan(node); });
   });
 }
 
 void check_plant(std::string_view text) {
   const auto lines = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
-  app::Config config;
-  const app::Diagnostics found = app::read_plant(text, kPlant, config);
+  plant::Config config;
+  const plant::Diagnostics found = plant::read_plant(text, kPlant, config);
   if (is_read_twice(text.size())) {
-    app::Config again;
-    require(std::ranges::equal(found, app::read_plant(text, kPlant, again), same),
+    plant::Config again;
+    require(std::ranges::equal(found, plant::read_plant(text, kPlant, again), same),
             "the same complaints twice");
     require(has_nan(config) || config == again, "the same text gives the same plant");
   }
   check_complaints(found, lines);
   if (!found.empty()) return;
   require(!config.modbus.host.empty(), "the host has a name");
-  check_complaints(app::check(config), lines);
-  for (const app::NetworkConfig& network : config.networks) {
+  check_complaints(plant::check(config), lines);
+  for (const plant::NetworkConfig& network : config.networks) {
     check_ranges(network);
     build_nodes(config, network, lines);
   }

@@ -146,12 +146,12 @@ void RtuModel::lose(std::uint32_t& count) {
 }
 
 /// It has the station and the function code of the request before it.
-bool RtuModel::answers_turn() const {
+bool RtuModel::responses_turn() const {
   return turn_ == Turn::kStation && frame_[0] == asked_station_ && frame_[1] % 0x80 == asked_function_;
 }
 
 bool RtuModel::may_be_response() const {
-  return turn_ == Turn::kUnknown || answers_turn();
+  return turn_ == Turn::kUnknown || responses_turn();
 }
 
 bool RtuModel::may_be_request() const {
@@ -177,10 +177,10 @@ std::optional<std::uint64_t> RtuModel::wait(std::uint64_t now_us) const {
 Bytes RtuModel::execute() {
   ++counts_.frames;
   ++counts_.executed;
-  Bytes answer = answer_to(View(frame_).subspan(1, frame_.size() - 3));
-  counts_.exceptions += answer[0] >= 0x80;
-  answer.insert(answer.begin(), frame_[0]);
-  if (answer[0] == 0) {
+  Bytes response = response_to(View(frame_).subspan(1, frame_.size() - 3));
+  counts_.exceptions += response[0] >= 0x80;
+  response.insert(response.begin(), frame_[0]);
+  if (response[0] == 0) {
     ++counts_.unanswered;
     response_ = 0;
     busy_ = Busy::kSending;
@@ -188,9 +188,9 @@ Bytes RtuModel::execute() {
     return {};
   }
   busy_ = Busy::kSending;
-  answer = with_crc(answer);
-  response_ = answer.size();
-  return answer;
+  response = with_crc(response);
+  response_ = response.size();
+  return response;
 }
 
 void RtuModel::sent() {
@@ -220,28 +220,28 @@ bool RtuModel::touches_others_registers(View pdu) const {
   }
 }
 
-Bytes RtuModel::answer_to(View pdu) {
+Bytes RtuModel::response_to(View pdu) {
   if (pdu[0] == 4) {
     Bytes as_fc_3(pdu.begin(), pdu.end());
     as_fc_3[0] = 3;
-    Bytes answer = answer_to(as_fc_3);
-    ++answer[0];
-    return answer;
+    Bytes response = response_to(as_fc_3);
+    ++response[0];
+    return response;
   }
   const std::uint8_t refused = pdu[0] | 0x80;
   if (!is_executed(pdu[0])) return {refused, 1};
   if (pdu.size() > 253) return {refused, 3};
   const std::vector<std::uint16_t> before = registers();
-  const std::size_t earlier = application_.answers().size();
+  const std::size_t earlier = application_.responses().size();
   Bytes request{0, 0, 0, 0, 0, static_cast<std::uint8_t>(pdu.size() + 1), 0};
   request.insert(request.end(), pdu.begin(), pdu.end());
   application_.receive(request);
-  const View answers = View(application_.answers()).subspan(earlier + 7);
-  if (answers[0] < 0x80 && touches_others_registers(pdu)) {
+  const View responses = View(application_.responses()).subspan(earlier + 7);
+  if (responses[0] < 0x80 && touches_others_registers(pdu)) {
     application_.registers = before;
     return {refused, 2};
   }
-  return Bytes(answers.begin(), answers.end());
+  return Bytes(responses.begin(), responses.end());
 }
 
 }  // namespace cbcan::fuzz

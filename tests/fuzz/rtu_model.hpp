@@ -51,7 +51,7 @@ class RtuModel {
 
   bool exact() const { return settings_.gap_us <= settings_.silence_us; }
   bool ours() const { return frame_[0] == settings_.station || frame_[0] == 0; }
-  bool answers_turn() const;
+  bool responses_turn() const;
   bool may_be_request() const;
   bool may_be_response() const;
   Size size() const;
@@ -60,7 +60,7 @@ class RtuModel {
   void end_of_foreign();
   void lose(std::uint32_t& count);
   bool touches_others_registers(View pdu) const;
-  Bytes answer_to(View pdu);
+  Bytes response_to(View pdu);
 
   Settings settings_;
   bool hopeless_;  ///< nothing but a gap begins a frame

@@ -19,19 +19,21 @@ MAY_KNOW = {
     "firmware/modbus": set(),
     "firmware/slcan": {"firmware/include"},
     "firmware/boards": {*FIRMWARE, "regmap"},
-    "hostsim/sim": {*FIRMWARE, "regmap"},
-    "hostsim/devices": {"hostsim/sim", *FIRMWARE, "regmap"},
-    "hostsim/eds": {"firmware/canopen"},
-    "hostsim/io": {"hostsim/sim", *FIRMWARE, "regmap"},
-    "hostsim/app": {"hostsim/io", "hostsim/eds", "hostsim/devices", "hostsim/sim", *FIRMWARE, "regmap"},
-    "tools": {"regmap"},
+    "hostsim/text": set(),
+    "hostsim/sim": {"hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/devices": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/eds": {"hostsim/text", "firmware/canopen"},
+    "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/io": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/app": {"hostsim/plant", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "tools": {"hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"cbcan": "firmware/include", "canopen": "firmware/canopen", "coprocessor": "firmware/coprocessor",
             "modbus": "firmware/modbus", "slcan": "firmware/slcan", "boards": "firmware/boards",
             "sim": "hostsim/sim", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
-            "app": "hostsim/app"}
+            "plant": "hostsim/plant", "text": "hostsim/text", "app": "hostsim/app"}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
 FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "cstdint", "limits", "optional", "span",
@@ -67,7 +69,7 @@ def complaint(room, kind, name):
         return None
     if room in ("regmap", "firmware/boards", *FIRMWARE) and name not in FREESTANDING:
         return f"{room} is freestanding"
-    if room in ("hostsim/sim", "hostsim/devices", "hostsim/eds") and IMPURE.fullmatch(name):
+    if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/eds") and IMPURE.fullmatch(name):
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None
 

@@ -14,8 +14,8 @@ PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md")), *sor
 COLUMNS = 100
 
 # Lists that may only shrink: an entry that is in order is told too.
-NOT_YET_WRAPPED = {"CHANGELOG.md", "docs/faults.md", "docs/plant-file.md", "docs/registers.md"}
-NOT_YET_THERE = {"hostsim/plant/", "hostsim/text/"}
+NOT_YET_WRAPPED = {"CHANGELOG.md", "docs/registers.md"}
+NOT_YET_THERE = set()
 
 COMMENT = re.compile(r"<!--.*?-->")
 LINK = re.compile(r"\]\(([^)#]*)(#[^)]*)?\)")

@@ -12,7 +12,7 @@ namespace {
 
 struct Server {
   explicit Server(std::string_view address = "127.0.0.1:0")
-      : commands(reactor, "control", parse_stream_address(address),
+      : commands(reactor, "control", text::parse_stream_address(address),
                  command_sessions([this](std::string_view line) {
                    executed.emplace_back(line);
                    return "did " + std::string(line) + "\n";

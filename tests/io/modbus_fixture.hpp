@@ -151,10 +151,10 @@ class Client {
   bool closed_ = false;
 };
 
-/// Sends one request and returns its answer, which has so many bytes.
-inline Bytes ask(Server& server, Client& client, std::string_view request, std::size_t answer_bytes) {
+/// Sends one request and returns its response, which has so many bytes.
+inline Bytes ask(Server& server, Client& client, std::string_view request, std::size_t response_bytes) {
   client.send(request);
-  server.run_until([&] { return client.has(answer_bytes) || client.closed(); });
+  server.run_until([&] { return client.has(response_bytes) || client.closed(); });
   return client.take();
 }
 

@@ -8,7 +8,7 @@ namespace cbcan::io::test {
 namespace {
 
 constexpr std::string_view kReadOne = "00 01 00 00 00 06 01 03 00 00 00 01";
-constexpr std::string_view kReadOneAnswer = "00 01 00 00 00 05 01 03 02 00 00";
+constexpr std::string_view kReadOneResponse = "00 01 00 00 00 05 01 03 02 00 00";
 
 // libmodbus: the others wait half a second.
 TEST_CASE("half a request holds up nobody") {
@@ -25,7 +25,7 @@ TEST_CASE("half a request holds up nobody") {
   const Bytes whole = hex(kReadOne);
   half.send(Bytes(whole.begin() + static_cast<std::ptrdiff_t>(hex(cut).size()), whole.end()));
   server.run_until([&] { return half.has(11); });
-  CHECK(half.take() == hex(kReadOneAnswer));
+  CHECK(half.take() == hex(kReadOneResponse));
   CHECK(server.modbus.next_deadline() == kNever);
 }
 
@@ -71,36 +71,36 @@ TEST_CASE("a request that drips in byte by byte holds up nobody and is answered"
     server.run_until_quiet();
     check_served_at_once(server, healthy);
   }
-  CHECK(dripping.take() == hex(kReadOneAnswer));
+  CHECK(dripping.take() == hex(kReadOneResponse));
 }
 
 void append(Bytes& bytes, const Bytes& more) {
   bytes.insert(bytes.end(), more.begin(), more.end());
 }
 
-/// Reads with 259-byte answers, each with its own transaction ID.
+/// Reads with 259-byte responses, each with its own transaction ID.
 struct LongReads {
   explicit LongReads(std::vector<std::uint16_t>& registers) {
     for (std::size_t i = 0; i < 125; ++i)
       registers[i] = static_cast<std::uint16_t>(i * 0x0101);
   }
 
-  /// The next `count` requests; their answers are added to `answers`.
+  /// The next `count` requests; their responses are added to `responses`.
   Bytes next(std::size_t count) {
     Bytes requests;
     for (; count != 0; --count, ++sent) {
       const auto high = static_cast<std::uint8_t>(sent >> 8);
       const auto low = static_cast<std::uint8_t>(sent);
       append(requests, {high, low, 0, 0, 0, 6, 1, 3, 0, 0, 0, 125});
-      append(answers, {high, low, 0, 0, 0, 253, 1, 3, 250});
+      append(responses, {high, low, 0, 0, 0, 253, 1, 3, 250});
       for (std::uint8_t value = 0; value < 125; ++value)
-        append(answers, {value, value});
+        append(responses, {value, value});
     }
     return requests;
   }
 
   std::size_t sent = 0;
-  Bytes answers;
+  Bytes responses;
 };
 
 /// Takes what comes until there is as much as there should be.
@@ -114,7 +114,7 @@ Bytes read_all(Server& server, Client& client, std::size_t bytes) {
 }
 
 // libmodbus: the others wait more than ten seconds.
-TEST_CASE("a client that does not read its answers is not read from, holds up nobody and loses nothing") {
+TEST_CASE("a client that does not read its responses is not read from, holds up nobody and loses nothing") {
   constexpr std::size_t kRequests = 3000;
   Server server;
   LongReads reads(server.registers);
@@ -130,7 +130,7 @@ TEST_CASE("a client that does not read its answers is not read from, holds up no
   CHECK(server.turn() == 0);
   CHECK(server.modbus.next_deadline() == kNever);
   server.registers[100] = 100 * 0x0101;
-  CHECK((read_all(server, deaf, reads.answers.size()) == reads.answers));
+  CHECK((read_all(server, deaf, reads.responses.size()) == reads.responses));
   CHECK(counters.broken == 0);
   check_served_at_once(server, deaf);
   CHECK(server.turn() == 0);
@@ -144,10 +144,10 @@ TEST_CASE("requests that had come before their client stopped reading are answer
     deaf.send(reads.next(20));  // fewer than one read takes: none is left in the kernel
     server.run_until_quiet();
   }
-  CHECK((read_all(server, deaf, reads.answers.size()) == reads.answers));
+  CHECK((read_all(server, deaf, reads.responses.size()) == reads.responses));
 }
 
-TEST_CASE("a client that goes while its answers wait is forgotten") {
+TEST_CASE("a client that goes while its responses wait is forgotten") {
   Server server;
   LongReads reads(server.registers);
   Client deaf(server, 4096);
@@ -174,7 +174,7 @@ TEST_CASE("what cannot be Modbus ends its connection, after the requests before 
   Client healthy(server);
   lying.send(std::string(kReadOne) + std::string(header));
   server.run_until([&] { return lying.closed(); });
-  CHECK(lying.take() == hex(kReadOneAnswer));
+  CHECK(lying.take() == hex(kReadOneResponse));
   CHECK(server.modbus.counters().bad_frames == 1);
   CHECK(server.modbus.clients() == 1);
   check_served_at_once(server, healthy);
@@ -218,7 +218,7 @@ TEST_CASE("a length that counts fewer bytes than the function has is refused and
 }
 
 // libmodbus: answers after half a second and throws away what was pipelined behind; FC 7 and FC 0 get no
-// answer.
+// response.
 TEST_CASE("an unknown function is refused at once, and what is pipelined behind it is answered") {
   Server server;
   Client strange(server);
@@ -228,12 +228,12 @@ TEST_CASE("an unknown function is refused at once, and what is pipelined behind 
   const auto code = static_cast<std::uint8_t>(function);
   Bytes requests{0, 9, 0, 0, 0, 6, 1, code, 0, 0, 0, 1};
   append(requests, hex(kReadOne));
-  Bytes answers{0, 9, 0, 0, 0, 3, 1, static_cast<std::uint8_t>(code | 0x80), 1};
-  append(answers, hex(kReadOneAnswer));
+  Bytes responses{0, 9, 0, 0, 0, 3, 1, static_cast<std::uint8_t>(code | 0x80), 1};
+  append(responses, hex(kReadOneResponse));
   const Time begin = Reactor::now();
   strange.send(requests);
   server.run_until([&] { return strange.has(20); });
-  CHECK(strange.take() == answers);
+  CHECK(strange.take() == responses);
   CHECK(Reactor::now() - begin < Server::kDelayed);
   check_served_at_once(server, healthy);
 }
@@ -250,18 +250,18 @@ TEST_CASE(
   Bytes request = hex("00 01 00 00 00 00 01");
   append(request, hex(pdu));
   request[5] = static_cast<std::uint8_t>(request.size() - 6);
-  Bytes answers{0, 1, 0, 0, 0, 3, 1, static_cast<std::uint8_t>(request[7] | 0x80), 3};
+  Bytes responses{0, 1, 0, 0, 0, 3, 1, static_cast<std::uint8_t>(request[7] | 0x80), 3};
   append(request, hex(kReadOne));
-  append(answers, hex(kReadOneAnswer));
+  append(responses, hex(kReadOneResponse));
   const Time begin = Reactor::now();
   strange.send(request);
   server.run_until([&] { return strange.has(20); });
-  CHECK(strange.take() == answers);
+  CHECK(strange.take() == responses);
   CHECK(Reactor::now() - begin < Server::kDelayed);
   check_served_at_once(server, healthy);
 }
 
-TEST_CASE("a client that writes and is gone before its answer has written") {
+TEST_CASE("a client that writes and is gone before its response has written") {
   Server server;
   Client hasty(server);
   Client healthy(server);

@@ -86,9 +86,9 @@ TEST_CASE("a network without registers is none, be it the first") {
   REQUIRE(send(client.get(), requests.data(), requests.size(), 0) == static_cast<ssize_t>(requests.size()));
   while (reactor.run_once(0) != 0) {
   }
-  Bytes answers(100);
-  answers.resize(static_cast<std::size_t>(recv(client.get(), answers.data(), answers.size(), 0)));
-  CHECK(answers ==
+  Bytes responses(100);
+  responses.resize(static_cast<std::size_t>(recv(client.get(), responses.data(), responses.size(), 0)));
+  CHECK(responses ==
         hex("00 01 00 00 00 03 01 86 0A 00 02 00 00 00 03 FF 86 0A 00 03 00 00 00 06 02 06 00 01 00 07"));
   CHECK(registers[1] == 7);
 }

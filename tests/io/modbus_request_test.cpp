@@ -23,8 +23,8 @@ Bytes with_values(Bytes pdu, std::size_t bytes) {
   return pdu;
 }
 
-Bytes bytes_of(const ModbusAnswer& answer) {
-  return {answer.bytes.begin(), answer.bytes.begin() + static_cast<std::ptrdiff_t>(answer.size)};
+Bytes bytes_of(const ModbusResponse& response) {
+  return {response.bytes.begin(), response.bytes.begin() + static_cast<std::ptrdiff_t>(response.size)};
 }
 
 TEST_CASE("the examples of the Modbus specification pass") {
@@ -109,36 +109,36 @@ TEST_CASE("the functions that change registers are known") {
 }
 
 TEST_CASE("an exception is the function code with its top bit set, and the exception code") {
-  CHECK(bytes_of(exception_answer(0x03, ModbusException::kIllegalDataAddress)) == hex("83 02"));
-  CHECK(bytes_of(exception_answer(0x00, ModbusException::kIllegalFunction)) == hex("80 01"));
-  CHECK(bytes_of(exception_answer(0xFF, ModbusException::kIllegalFunction)) == hex("FF 01"));
+  CHECK(bytes_of(exception_response(0x03, ModbusException::kIllegalDataAddress)) == hex("83 02"));
+  CHECK(bytes_of(exception_response(0x00, ModbusException::kIllegalFunction)) == hex("80 01"));
+  CHECK(bytes_of(exception_response(0xFF, ModbusException::kIllegalFunction)) == hex("FF 01"));
 }
 
 TEST_CASE("basic device identification (V1.1b3, 6.21)") {
   const DeviceIdentity identity{"ab", "cde", "1.0"};
-  const auto answer = [&](std::string_view request) {
+  const auto respond = [&](std::string_view request) {
     const Bytes pdu = hex(request);
     REQUIRE(exception_of(pdu) == 0);
-    return bytes_of(identification_answer(pdu, identity));
+    return bytes_of(identification_response(pdu, identity));
   };
   const std::string all = " 00 02 61 62 01 03 63 64 65 02 03 31 2E 30";
-  CHECK(answer("2B 0E 01 00") == hex("2B 0E 01 81 00 00 03" + all));
-  CHECK(answer("2B 0E 02 00") == hex("2B 0E 02 81 00 00 03" + all));
-  CHECK(answer("2B 0E 03 00") == hex("2B 0E 03 81 00 00 03" + all));
-  CHECK(answer("2B 0E 01 02") == hex("2B 0E 01 81 00 00 01 02 03 31 2E 30"));
-  CHECK(answer("2B 0E 01 80") == hex("2B 0E 01 81 00 00 03" + all));  // from the start
-  CHECK(answer("2B 0E 04 01") == hex("2B 0E 04 81 00 00 01 01 03 63 64 65"));
+  CHECK(respond("2B 0E 01 00") == hex("2B 0E 01 81 00 00 03" + all));
+  CHECK(respond("2B 0E 02 00") == hex("2B 0E 02 81 00 00 03" + all));
+  CHECK(respond("2B 0E 03 00") == hex("2B 0E 03 81 00 00 03" + all));
+  CHECK(respond("2B 0E 01 02") == hex("2B 0E 01 81 00 00 01 02 03 31 2E 30"));
+  CHECK(respond("2B 0E 01 80") == hex("2B 0E 01 81 00 00 03" + all));  // from the start
+  CHECK(respond("2B 0E 04 01") == hex("2B 0E 04 81 00 00 01 01 03 63 64 65"));
   CHECK(exception_of(hex("2B 0E 04 03")) == 2);
   CHECK(exception_of(hex("2B 0E 00 00")) == 3);
   CHECK(exception_of(hex("2B 0E 05 00")) == 3);
   CHECK(exception_of(hex("2B 0D 00 00")) == 1);
 }
 
-TEST_CASE("long identification texts are cut so that the answer fits into one PDU") {
+TEST_CASE("long identification texts are cut so that the response fits into one PDU") {
   const std::string text(300, 'x');
-  const ModbusAnswer answer = identification_answer(hex("2B 0E 01 00"), {text, text, text});
-  CHECK(answer.size == 7 + 3 * (2 + 64));
-  CHECK(answer.bytes[8] == 64);
+  const ModbusResponse response = identification_response(hex("2B 0E 01 00"), {text, text, text});
+  CHECK(response.size == 7 + 3 * (2 + 64));
+  CHECK(response.bytes[8] == 64);
 }
 
 }  // namespace

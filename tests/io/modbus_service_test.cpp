@@ -59,14 +59,14 @@ TEST_CASE("FC 43/14 says who this is") {
         hex("00 06 00 00 00 16 01 2B 0E 01 81 00 00 03 00 02 63 62 01 03 63 61 6E 02 03 31 2E 30"));
 }
 
-TEST_CASE("the largest answer and the largest request") {
+TEST_CASE("the largest response and the largest request") {
   Server server;
   Client client(server);
   server.registers[4167] = 0xABCD;
-  const Bytes answer = ask(server, client, "00 07 00 00 00 06 01 03 0F CB 00 7D", 259);
-  REQUIRE(answer.size() == 259);
-  CHECK(Bytes(answer.begin(), answer.begin() + 9) == hex("00 07 00 00 00 FD 01 03 FA"));
-  CHECK(Bytes(answer.end() - 2, answer.end()) == hex("AB CD"));
+  const Bytes response = ask(server, client, "00 07 00 00 00 06 01 03 0F CB 00 7D", 259);
+  REQUIRE(response.size() == 259);
+  CHECK(Bytes(response.begin(), response.begin() + 9) == hex("00 07 00 00 00 FD 01 03 FA"));
+  CHECK(Bytes(response.end() - 2, response.end()) == hex("AB CD"));
   Bytes request = hex("00 08 00 00 00 FD 01 10 00 00 00 7B F6");
   request.insert(request.end(), 246, 0x77);
   client.send(request);
@@ -99,7 +99,8 @@ TEST_CASE("the owner is told of each request, once, and whether it wrote") {
   CHECK(server.modbus.counters().exceptions == 1);
 }
 
-TEST_CASE("the owner runs after the answer has gone out and before the next pipelined request is looked at") {
+TEST_CASE(
+    "the owner runs after the response has gone out and before the next pipelined request is looked at") {
   Server server;
   Client client(server);
   std::vector<bool> answered;
@@ -194,7 +195,7 @@ TEST_CASE("clients come and go") {
   CHECK(server.modbus.counters().broken == 0);
 }
 
-TEST_CASE("a client that has ended its sending still gets its answers") {
+TEST_CASE("a client that has ended its sending still gets its responses") {
   Server server;
   Client client(server);
   client.send("00 01 00 00 00 06 01 03 00 00 00 01 00 02 00 00 00 06 01 03 00 00 00 01");

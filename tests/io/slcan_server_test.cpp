@@ -23,7 +23,7 @@ namespace {
 struct Server {
   explicit Server(std::string_view address = "127.0.0.1:0")
       : slcan(
-            reactor, bus, parse_stream_address(address), sim::SlcanAdapter::kMostUnsent,
+            reactor, bus, text::parse_stream_address(address), sim::SlcanAdapter::kMostUnsent,
             [this] { bus.advance(0); }, [this](const std::string& line) { warnings.push_back(line); }) {}
 
   Reactor reactor;
@@ -54,25 +54,26 @@ void leave_behind(const std::string& path) {
 template <class Error>
 std::string complaint(std::string_view address) {
   try {
-    const StreamListener listener("slcan", parse_stream_address(address));
+    const StreamListener listener("slcan", text::parse_stream_address(address));
   } catch (const Error& error) {
     return error.what();
   }
   return "none";
 }
 
-void check_answers(Server& server, StreamClient& client, std::string_view question, std::string_view answer) {
+void check_responses(Server& server, StreamClient& client, std::string_view question,
+                     std::string_view response) {
   client.send(question);
-  server.run_until([&] { return client.heard().size() >= answer.size(); });
-  CHECK(client.heard() == answer);
+  server.run_until([&] { return client.heard().size() >= response.size(); });
+  CHECK(client.heard() == response);
 }
 
 TEST_CASE("addresses of streams") {
-  CHECK(parse_stream_address("127.0.0.1:7") == StreamAddress{"", {"127.0.0.1", 7}});
-  CHECK(parse_stream_address("[::1]") == StreamAddress{"", {"::1", 0}});
-  CHECK(parse_stream_address("unix:a:b").path == "a:b");
-  CHECK(to_string(parse_stream_address("unix:/run/can")) == "unix:/run/can");
-  CHECK(to_string(parse_stream_address("[::1]:5")) == "[::1]:5");
+  CHECK(text::parse_stream_address("127.0.0.1:7") == StreamAddress{"", {"127.0.0.1", 7}});
+  CHECK(text::parse_stream_address("[::1]") == StreamAddress{"", {"::1", 0}});
+  CHECK(text::parse_stream_address("unix:a:b").path == "a:b");
+  CHECK(to_string(text::parse_stream_address("unix:/run/can")) == "unix:/run/can");
+  CHECK(to_string(text::parse_stream_address("[::1]:5")) == "[::1]:5");
   CHECK(complaint<UsageError>("unix:") == "address \"unix:\": the path of a socket has 1..107 characters");
   CHECK(complaint<UsageError>("unix:" + std::string(108, 'x')).ends_with("has 1..107 characters"));
 }
@@ -82,7 +83,7 @@ TEST_CASE("SLCAN over TCP: connections are adapters on one bus") {
   CHECK(server.slcan.address().tcp.port != 0);
   StreamClient left(server.address()), right(server.address());
   left.send("S6\rO\r");
-  check_answers(server, right, "O\r", "\r");
+  check_responses(server, right, "O\r", "\r");
   server.run_until([&] { return left.heard() == "\r\r"; });
   left.send("t1230\r");
   server.run_until([&] { return right.heard() == "\rt1230\r"; });
@@ -95,7 +96,7 @@ TEST_CASE("SLCAN over a Unix socket, whose file goes with the server") {
   {
     Server server("unix:" + folder.socket());
     StreamClient client(server.address());
-    check_answers(server, client, "V\r", "V1013\r");
+    check_responses(server, client, "V\r", "V1013\r");
   }
   CHECK(access(folder.socket().c_str(), F_OK) != 0);
 }
@@ -121,12 +122,12 @@ TEST_CASE("an adapter is used again by the next client, and begins anew") {
   Server server;
   for (int i = 0; i < 3; ++i) {
     StreamClient client(server.address());
-    check_answers(server, client, "O\rt12", "\r");
+    check_responses(server, client, "O\rt12", "\r");
     i == 1 ? client.slam() : client.leave();
     server.run_until([&] { return server.slcan.clients() == 0; });
   }
   StreamClient client(server.address());
-  check_answers(server, client, "0\rZ1\rO\r", "\a\r\r");
+  check_responses(server, client, "0\rZ1\rO\r", "\a\r\r");
   CHECK(server.slcan.counters().connections == 4);
 }
 
@@ -152,7 +153,7 @@ TEST_CASE("a client that does not read loses frames; the others lose none") {
   server.run_until([&] { return server.slcan.clients() == 2; });
 }
 
-TEST_CASE("a client that asks and does not read the answers is not read from either, and can go on later") {
+TEST_CASE("a client that asks and does not read the responses is not read from either, and can go on later") {
   Server server;
   StreamClient client(server.address());
   const std::string questions(4096, '\r');

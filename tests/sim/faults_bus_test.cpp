@@ -248,7 +248,7 @@ TEST_CASE("The order in which a plant with faults runs is the same every time") 
     for (const char* const fault : {"frame-loss probability=0.2", "frame-corrupt probability=0.2 part=data",
                                     "frame-late probability=0.2 delay_ms=3", "bus-load percent=30"})
       wire.set_bus(fault);
-    wire.set("answer-twice delay_ms=1 probability=0.5");
+    wire.set("response-twice delay_ms=1 probability=0.5");
     wire.set("heartbeat-stops probability=0.5");
     wire.send({"605#2B17100005000000"});
     for (int i = 0; i < 100; ++i) {

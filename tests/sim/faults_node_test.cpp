@@ -15,8 +15,8 @@ namespace {
 const Texts kRead{"605#4000100000000000"};
 const char* const kHeartbeatEvery10Ms = "605#2B1710000A000000";
 
-/// Asks so many times, 1 ms apart; '1' for each answer that came, '0' for each that did not.
-std::string answers(FaultyPlant& plant, int times) {
+/// Asks so many times, 1 ms apart; '1' for each response that came, '0' for each that did not.
+std::string responses(FaultyPlant& plant, int times) {
   std::string pattern;
   for (int i = 0; i < times; ++i) {
     plant.send(kRead);
@@ -26,58 +26,58 @@ std::string answers(FaultyPlant& plant, int times) {
   return pattern;
 }
 
-std::string answers(const std::string& fault, int times) {
+std::string responses(const std::string& fault, int times) {
   FaultyPlant plant;
   plant.set(fault);
-  return answers(plant, times);
+  return responses(plant, times);
 }
 
 }  // namespace
 
 TEST_CASE("after, count and the window in time") {
-  CHECK(answers("answer-never", 6) == "000000");
-  CHECK(answers("answer-never after=2", 6) == "110000");
-  CHECK(answers("answer-never count=2", 6) == "001111");
-  CHECK(answers("answer-never after=1 count=2", 6) == "100111");
-  CHECK(answers("answer-never from_ms=2", 6) == "110000");
-  CHECK(answers("answer-never until_ms=2", 6) == "001111");
-  CHECK(answers("answer-never from_ms=1 until_ms=5 after=1 count=2", 6) == "110011");
-  CHECK(answers("answer-never probability=0", 6) == "111111");
+  CHECK(responses("response-never", 6) == "000000");
+  CHECK(responses("response-never after=2", 6) == "110000");
+  CHECK(responses("response-never count=2", 6) == "001111");
+  CHECK(responses("response-never after=1 count=2", 6) == "100111");
+  CHECK(responses("response-never from_ms=2", 6) == "110000");
+  CHECK(responses("response-never until_ms=2", 6) == "001111");
+  CHECK(responses("response-never from_ms=1 until_ms=5 after=1 count=2", 6) == "110011");
+  CHECK(responses("response-never probability=0", 6) == "111111");
 }
 
-TEST_CASE("probability: the same seed, the same answers; another seed or number, others") {
-  const std::string first = answers("answer-never probability=0.25", 1000);
+TEST_CASE("probability: the same seed, the same responses; another seed or number, others") {
+  const std::string first = responses("response-never probability=0.25", 1000);
   CHECK(std::count(first.begin(), first.end(), '0') == 260);
-  CHECK(answers("answer-never probability=0.25", 1000) == first);
-  CHECK(answers("answer-never probability=0.25 seed=1", 1000) != first);
+  CHECK(responses("response-never probability=0.25", 1000) == first);
+  CHECK(responses("response-never probability=0.25 seed=1", 1000) != first);
   FaultyPlant second_number;
   second_number.set("short-frame probability=0");
-  second_number.set("answer-never probability=0.25");
-  CHECK(answers(second_number, 1000) != first);
+  second_number.set("response-never probability=0.25");
+  CHECK(responses(second_number, 1000) != first);
 }
 
 TEST_CASE("Setting and removing another fault does not change what one does") {
-  const std::string alone = answers("answer-never probability=0.5", 100);
+  const std::string alone = responses("response-never probability=0.5", 100);
   FaultyPlant plant;
-  plant.set("answer-never probability=0.5");
-  std::string beside = answers(plant, 30);
-  const unsigned other = plant.set("answer-late delay_ms=0 probability=0.5");
-  beside += answers(plant, 30);
+  plant.set("response-never probability=0.5");
+  std::string beside = responses(plant, 30);
+  const unsigned other = plant.set("response-late delay_ms=0 probability=0.5");
+  beside += responses(plant, 30);
   CHECK(plant.node.faults.remove(other, plant.now));
-  CHECK(beside + answers(plant, 40) == alone);
+  CHECK(beside + responses(plant, 40) == alone);
 }
 
 TEST_CASE(
     "Faults are applied in the order of their numbers; a swallowed frame is no occasion for those behind") {
   FaultyPlant plant;
-  plant.set("answer-late delay_ms=5");
-  plant.set("answer-twice delay_ms=2");
-  plant.set("answer-other-specifier");
+  plant.set("response-late delay_ms=5");
+  plant.set("response-twice delay_ms=2");
+  plant.set("response-other-specifier");
   plant.send(kRead);
   plant.pass(kSecond);
   CHECK(plant.heard() == Texts{"5000 585#E300100091010000", "7000 585#E300100091010000"});
   plant.node.faults.clear(plant.now);
-  plant.set("answer-never count=1");
+  plant.set("response-never count=1");
   plant.set("short-frame");
   plant.send(kRead);
   plant.send(kRead);
@@ -88,13 +88,13 @@ TEST_CASE(
 TEST_CASE("Numbers, list, remove and clear") {
   FaultyPlant plant;
   cbcan::sim::FaultSet& faults = plant.node.faults;
-  CHECK(plant.set("answer-never count=1") == 1);
-  CHECK(plant.set("answer-late") == 2);
+  CHECK(plant.set("response-never count=1") == 1);
+  CHECK(plant.set("response-late") == 2);
   plant.send(kRead);
   REQUIRE(faults.list().size() == 2);
   CHECK(faults.list()[0].number == 1);
   CHECK(faults.list()[0].fired == 1);
-  CHECK(faults.list()[1].text == "answer-late delay_ms=50");
+  CHECK(faults.list()[1].text == "response-late delay_ms=50");
   CHECK(faults.list()[1].fired == 0);
   CHECK_FALSE(faults.remove(3, plant.now));
   CHECK(faults.remove(1, plant.now));
@@ -110,14 +110,14 @@ TEST_CASE("Numbers, list, remove and clear") {
 
 TEST_CASE("Every firing is told: whose, which, when and to what frame") {
   FaultyPlant plant;
-  plant.set("answer-late index=0x1000 count=1");
+  plant.set("response-late index=0x1000 count=1");
   plant.set("bus-off from_ms=20 until_ms=30");
   plant.pass(7 * kMillisecond);
   plant.send(kRead);
   plant.send(kRead);
   plant.pass(kSecond);
   CHECK(plant.told.lines ==
-        Texts{"7000 node 5: fault 1: answer-late delay_ms=50 count=1 index=0x1000: 585#4300100091010000",
+        Texts{"7000 node 5: fault 1: response-late delay_ms=50 count=1 index=0x1000: 585#4300100091010000",
               "20000 node 5: fault 2: bus-off from_ms=20 until_ms=30: begins",
               "30000 node 5: fault 2: bus-off from_ms=20 until_ms=30: ends"});
 }
@@ -166,12 +166,12 @@ TEST_CASE("duplicate-node-id: both answer, both boot, both are alive") {
                                "0 585#4110200014000000"});
 }
 
-TEST_CASE("answer-out-of-order: the heartbeat goes first") {
+TEST_CASE("response-out-of-order: the heartbeat goes first") {
   FaultyPlant plant;
   plant.send({kHeartbeatEvery10Ms});
   plant.heard();
   plant.pass(9 * kMillisecond);
-  plant.set("answer-out-of-order");
+  plant.set("response-out-of-order");
   plant.send(kRead);
   plant.pass(10 * kMillisecond);
   CHECK(plant.heard() == Texts{"10000 705#7F", "10000 585#4300100091010000"});
@@ -209,7 +209,7 @@ TEST_CASE("bus-off and error-passive of one controller, and back; the worst of t
 
 TEST_CASE("bus-off without an end lasts until it is removed; what was held back is lost") {
   FaultyPlant plant;
-  plant.set("answer-late");
+  plant.set("response-late");
   plant.send(kRead);
   const unsigned number = plant.set("bus-off");
   plant.send(kRead);
@@ -228,7 +228,7 @@ TEST_CASE(
     "A frame for which the controller has no room waits in front of all others; none is lost or counted "
     "twice") {
   FaultyPlant plant;
-  plant.set("answer-twice count=1");
+  plant.set("response-twice count=1");
   cbcan::sim::FaultyPort& port = plant.node.faulty;
   for (int i = 0; i < 63; ++i)
     CHECK(port.try_send(frame_from("185#00")));
@@ -275,8 +275,8 @@ TEST_CASE("A fault set in the middle of a transfer knows the steps, but not the 
   FaultyPlant plant;
   plant.send({"605#4010200000000000"});
   plant.heard();
-  plant.set("answer-never index=0x2010");
-  const unsigned number = plant.set("answer-never step=segment");
+  plant.set("response-never index=0x2010");
+  const unsigned number = plant.set("response-never step=segment");
   plant.send({"605#6000000000000000"});
   CHECK(plant.heard().empty());
   CHECK(plant.node.faults.remove(number, 0));
@@ -288,24 +288,24 @@ TEST_CASE("A last segment with number 65 is told from the end of the block: same
   cbcan::sim::SdoWatch watch;
   using cbcan::sim::SdoStep;
   watch.on_request(frame_from("605#A410200050000000"));
-  CHECK(watch.on_answer(frame_from("585#C6102000C7010000")) == SdoStep::kInitiate);
+  CHECK(watch.on_response(frame_from("585#C6102000C7010000")) == SdoStep::kInitiate);
   watch.on_request(frame_from("605#A300000000000000"));
-  CHECK(watch.on_answer(frame_from("585#4000000000000000")) == SdoStep::kBlockSegment);
-  CHECK(watch.on_answer(frame_from("585#C100000000000000")) == SdoStep::kBlockSegment);
+  CHECK(watch.on_response(frame_from("585#4000000000000000")) == SdoStep::kBlockSegment);
+  CHECK(watch.on_response(frame_from("585#C100000000000000")) == SdoStep::kBlockSegment);
   watch.on_request(frame_from("605#A240500000000000"));  // the last one is missing
-  CHECK(watch.on_answer(frame_from("585#8100000000000000")) == SdoStep::kBlockSegment);
+  CHECK(watch.on_response(frame_from("585#8100000000000000")) == SdoStep::kBlockSegment);
   watch.on_request(frame_from("605#A201500000000000"));
-  CHECK(watch.on_answer(frame_from("585#C100000000000000")) == SdoStep::kBlockEnd);
+  CHECK(watch.on_response(frame_from("585#C100000000000000")) == SdoStep::kBlockEnd);
   // The other way: a segment that looks like "initiate upload of 1000h" is none.
   watch.on_request(frame_from("605#C610200000000000"));
-  CHECK(watch.on_answer(frame_from("585#A41020007F000000")) == SdoStep::kInitiate);
+  CHECK(watch.on_response(frame_from("585#A41020007F000000")) == SdoStep::kInitiate);
   watch.on_request(frame_from("605#4000100000000000"));
   CHECK(watch.multiplexer() == 0x002010);
-  CHECK(watch.on_answer(frame_from("585#A27F7F0000000000")) == SdoStep::kBlockAcknowledge);
+  CHECK(watch.on_response(frame_from("585#A27F7F0000000000")) == SdoStep::kBlockAcknowledge);
   watch.on_request(frame_from("605#4000100000000000"));
   CHECK(watch.multiplexer() == 0x002010);
   watch.on_request(frame_from("605#C100000000000000"));
-  CHECK(watch.on_answer(frame_from("585#A2417F0000000000")) == SdoStep::kBlockAcknowledge);
+  CHECK(watch.on_response(frame_from("585#A2417F0000000000")) == SdoStep::kBlockAcknowledge);
   watch.on_request(frame_from("605#4000100000000000"));
   CHECK(watch.multiplexer() == 0x001000);
 }

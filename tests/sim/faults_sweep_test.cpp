@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A coprocessor and a node with every fault of SDO answers, in every transfer mode, at every step: one result
-// in time, and the next transaction without the fault is good.
+// A coprocessor and a node with every fault of SDO responses, in every transfer mode, at every step: one
+// result in time, and the next transaction without the fault is good.
 #include "sim/coprocessor_module.hpp"
 #include "sim/faulty_plant.hpp"
 
@@ -99,7 +99,7 @@ bool has_read_right(Plant& plant, const Transfer& transfer) {
 }
 
 void check_next(Plant& plant, const Transfer& transfer) {
-  // Its quarantine may hold it back for one timeout, and a late answer of 1.5 s may be still under way.
+  // Its quarantine may hold it back for one timeout, and a late response of 1.5 s may be still under way.
   CHECK(run(plant, transfer, 2 * kTimeout) <= kTimeout + kMillisecond);
   CHECK(plant.reg(3700) == 0);
   if (transfer.write) plant.execute({kRead, 5, transfer.index, 0, transfer.size}, kTimeout);
@@ -107,9 +107,9 @@ void check_next(Plant& plant, const Transfer& transfer) {
   CHECK(has_read_right(plant, transfer));
 }
 
-/// What falsifies an answer so that no client can see it.
+/// What falsifies a response so that no client can see it.
 bool is_believable(FaultKind kind, const std::string& fault) {
-  return kind == FaultKind::kAnswerOtherSize || fault == "duplicate-node-id";
+  return kind == FaultKind::kResponseOtherSize || fault == "duplicate-node-id";
 }
 
 /// False: this transfer has no such occasion.
@@ -132,23 +132,23 @@ bool sweep(const Transfer& transfer, const std::string& text, bool always) {
 }
 
 const char* const kFaults[] = {
-    "answer-never",
-    "answer-late delay_ms=500",
-    "answer-late delay_ms=1500",
-    "answer-twice",
-    "answer-twice delay_ms=200",
-    "answer-out-of-order delay_ms=20",
-    "answer-out-of-order delay_ms=1200",
-    "answer-other-toggle",
-    "answer-other-specifier",
-    "answer-other-specifier specifier=0",
-    "answer-other-index",
-    "answer-other-index other_sub=1",
-    "answer-other-size",
-    "answer-other-size size=0",
-    "answer-other-size size=0xFFFFFFFF",
-    "answer-other-crc",
-    "answer-other-sequence",
+    "response-never",
+    "response-late delay_ms=500",
+    "response-late delay_ms=1500",
+    "response-twice",
+    "response-twice delay_ms=200",
+    "response-out-of-order delay_ms=20",
+    "response-out-of-order delay_ms=1200",
+    "response-other-toggle",
+    "response-other-specifier",
+    "response-other-specifier specifier=0",
+    "response-other-index",
+    "response-other-index other_sub=1",
+    "response-other-size",
+    "response-other-size size=0",
+    "response-other-size size=0xFFFFFFFF",
+    "response-other-crc",
+    "response-other-sequence",
     "abort",
     "abort code=0",
     "short-frame",
@@ -160,7 +160,7 @@ const char* const kFaults[] = {
 }  // namespace
 
 TEST_CASE(
-    "Every fault of answers, once at every step: one result within two SDO timeouts, then all is well") {
+    "Every fault of responses, once at every step: one result within two SDO timeouts, then all is well") {
   unsigned fired = 0;
   for (const Transfer& transfer : kTransfers) {
     for (const std::string fault : kFaults)
@@ -170,7 +170,7 @@ TEST_CASE(
   CHECK(fired > 300);
 }
 
-TEST_CASE("Every fault of answers, all the time: a result within ten SDO timeouts, then all is well") {
+TEST_CASE("Every fault of responses, all the time: a result within ten SDO timeouts, then all is well") {
   for (const Transfer& transfer : kTransfers)
     for (const std::string fault : kFaults)
       sweep(transfer, fault, true);

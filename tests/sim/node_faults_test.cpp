@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Faults on purpose at a whole node, one of each group, and what is told of them. The faults themselves:
+// Injected faults at a whole node, one of each group, and what is told of them. The faults themselves:
 // faults_answers_test.cpp, faults_node_test.cpp.
 
 #include "node_rig.hpp"
@@ -51,19 +51,19 @@ class Faulty {
 };
 
 const char* const kRead = "605#4000200000000000";
-const char* const kAnswer = "585#4B00200007000000";
+const char* const kResponse = "585#4B00200007000000";
 
 }  // namespace
 
-TEST_CASE("Node: an SDO answer that is late") {
+TEST_CASE("Node: an SDO response that is late") {
   Faulty faulty;
-  faulty.set("answer-late delay_ms=50 index=0x2000 count=1");
+  faulty.set("response-late delay_ms=50 index=0x2000 count=1");
   faulty.bench.send(kRead);
   faulty.bench.pass(100 * kMillisecond);
-  faulty.bench.expect_at(50 * kMillisecond, kAnswer);
-  faulty.bench.ask(kRead, kAnswer);
+  faulty.bench.expect_at(50 * kMillisecond, kResponse);
+  faulty.bench.ask(kRead, kResponse);
   CHECK(faulty.told.lines ==
-        Frames{"0 node 5: fault 1: answer-late delay_ms=50 count=1 index=0x2000: 585#4B00200007000000"});
+        Frames{"0 node 5: fault 1: response-late delay_ms=50 count=1 index=0x2000: 585#4B00200007000000"});
 }
 
 TEST_CASE("Node: an abort in place of a confirmation; the node's transfer is over too") {
@@ -71,7 +71,7 @@ TEST_CASE("Node: an abort in place of a confirmation; the node's transfer is ove
   const unsigned number = faulty.set("abort code=0x06090030");
   faulty.bench.ask(kRead, "585#8000200030000906");
   faulty.remove(number);
-  faulty.bench.ask(kRead, kAnswer);
+  faulty.bench.ask(kRead, kResponse);
   CHECK(faulty.node.faults().empty());
 }
 
@@ -109,7 +109,7 @@ TEST_CASE("Node: heartbeats that stop are what another node's consumer sees") {
   faulty.set("heartbeat-stops until_ms=40");
   bench.pass(25 * kMillisecond);
   bench.expect("086#3081110000000000");
-  bench.ask(kRead, kAnswer);
+  bench.ask(kRead, kResponse);
   bench.pass(15 * kMillisecond);
   bench.expect("705#7F");  // at 50 ms
   bench.expect("086#0000000000000000");
@@ -138,7 +138,7 @@ TEST_CASE("Node: bus-off for a while: off the bus, out of Operational, and back"
   CHECK(faulty.node.port().state() == BusState::kActive);
   faulty.bench.expect("085#4081110000000000");  // recovered from bus-off
   faulty.bench.expect("085#0000000000000000");
-  faulty.bench.ask(kRead, kAnswer);
+  faulty.bench.ask(kRead, kResponse);
   CHECK(faulty.told.lines == Frames{"0 node 5: fault 1: bus-off until_ms=500: begins",
                                     "500000 node 5: fault 1: bus-off until_ms=500: ends"});
 }
@@ -151,7 +151,7 @@ TEST_CASE("Node: a fault of the bus, at a frame of a node") {
   faulty.bench.world.faults().add(parsed.fault, faulty.bench.now);
   faulty.bench.send(kRead);
   faulty.bench.expect_silence();
-  faulty.bench.ask(kRead, kAnswer);
+  faulty.bench.ask(kRead, kResponse);
   CHECK(faulty.told.lines.size() == 1);
 }
 

@@ -30,10 +30,10 @@ bool asked(WorldBench& bench, std::uint32_t number, unsigned bit, unsigned part,
   std::snprintf(text, sizeof text, "7E5#51%02X%02X%02X%02X%02X%02X%02X", number & 0xFF, number >> 8 & 0xFF,
                 number >> 16 & 0xFF, number >> 24, bit, part, next);
   bench.send(text);
-  const std::vector<std::string> answers = bench.heard();
-  for (const std::string& answer : answers)
-    CHECK(answer == "7E4#4F00000000000000");
-  return !answers.empty();
+  const std::vector<std::string> responses = bench.heard();
+  for (const std::string& response : responses)
+    CHECK(response == "7E4#4F00000000000000");
+  return !responses.empty();
 }
 
 /// The serial number of the node that is found, which is in the configuration state then.

@@ -146,7 +146,7 @@ TEST_CASE("Node: bus-off is a network failure; what was to be sent waits until i
   bench.ask("605#4000100000000000", "585#4300100000000000");
 }
 
-TEST_CASE("Node: two with the same ID: both act, both answer") {
+TEST_CASE("Node: two with the same ID: both act, both response") {
   WorldBench bench;
   sim::Node& first = add_node(bench, 5);
   sim::Node& second = add_node(bench, 5);
@@ -172,7 +172,7 @@ TEST_CASE("Node: the step in which time passes does not change what happens") {
     parts.signals.push_back({0x6000, 1, 3 * kMillisecond, sim::Noise{1000, 200, 5}});
     sim::Node& first = add_node(bench, 1, parts);
     add_node(bench, 2);
-    first.faults().add(sim::parse_fault("answer-late probability=0.5", sim::FaultPlace::kNode).fault, 0);
+    first.faults().add(sim::parse_fault("response-late probability=0.5", sim::FaultPlace::kNode).fault, 0);
     first.faults().add(sim::parse_fault("boot-up-storm interval_ms=11", sim::FaultPlace::kNode).fault, 0);
     bench.start();
     for (const char* request : {"601#2B17100007000000", "601#2312100000010040", "602#2F00180201000000",
@@ -211,7 +211,7 @@ TEST_CASE("World: likewise on a paced bus, where it takes its time from then on"
   bench.expect_at(11 * kSecond + 222, "585#4300100000000000");  // 47 + 64 bits each way
 }
 
-TEST_CASE("Node: 126 of them, Operational with one command, one SYNC and one answer each") {
+TEST_CASE("Node: 126 of them, Operational with one command, one SYNC and one response each") {
   WorldBench bench;
   for (std::uint8_t node = 1; node <= 126; ++node)
     add_node(bench, node);

@@ -207,7 +207,7 @@ TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") 
   WorldBench bench;
   std::vector<Row> all = rows();
   all.push_back({0xFFFF, 0, 0xFF, DataType::kUnsigned8});
-  bench.world.add_node(5, image_of(all, 5), parts);
+  add_node_of(bench, 5, all, parts);
   bench.start();
   bench.expect("705#00");
   bench.ask("605#2FFFFFFF11000000", "585#60FFFFFF00000000");
@@ -226,7 +226,7 @@ TEST_CASE("Node: objects for PDOs are stored too, but what the file maps by defa
   all.push_back({0x6300, 0, 0, kUnsigned8, 0, kRwr});
   all.push_back({0x6301, 0, 0, kUnsigned8, 0, kOutput});
   WorldBench bench;
-  bench.world.add_node(5, image_of(all, 5), parts);
+  add_node_of(bench, 5, all, parts);
   bench.start();
   bench.expect("705#00");
   bench.ask("605#2F00630011000000", "585#6000630000000000");

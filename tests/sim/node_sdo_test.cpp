@@ -26,7 +26,7 @@ struct Plant {
     bench.expect("705#00");
   }
   WorldBench bench;
-  sim::Node& node = bench.world.add_node(5, image_of(with_servers(), 5));
+  sim::Node& node = add_node_of(bench, 5, with_servers());
 };
 
 }  // namespace

@@ -52,7 +52,7 @@ class Plant final : private cbcan::sim::Receiver {
       now_ += kTick;
       if (at == kHalf) exchange();
       world_.advance(now_);
-      answer_sdo();
+      respond_sdo();
       go_on_with_sdo();
     }
     check_inputs();
@@ -123,8 +123,8 @@ class Plant final : private cbcan::sim::Receiver {
   }
 
   // SDO, in turn: mode 2, write, read, mode 3, write, read.
-  void answer_sdo() {
-    if (const Frame* const answer = server_.answer()) send(*answer);
+  void respond_sdo() {
+    if (const Frame* const response = server_.response()) send(*response);
   }
   void go_on_with_sdo() {
     if (reg(3700) == 0xCA0E) return;

@@ -31,7 +31,7 @@ struct Desk {
     adapter.sent(text.size());
     return text;
   }
-  std::string answer(std::string_view characters) {
+  std::string respond(std::string_view characters) {
     adapter.receive(characters);
     return said();
   }
@@ -45,13 +45,13 @@ struct Desk {
 
 TEST_CASE("SLCAN: opened, it sends and hears frames") {
   Desk desk;
-  CHECK(desk.answer("C\r") == "\a");
-  CHECK(desk.answer("S6\r") == "\r");
-  CHECK(desk.answer("O\r") == "\r");
-  CHECK(desk.answer("t60584017100000000000\r") == "z\r");
-  CHECK(desk.answer("T1ABCDEF0100\r") == "Z\r");
-  CHECK(desk.answer("r7421\r") == "z\r");
-  CHECK(desk.answer("R000007420\r") == "Z\r");
+  CHECK(desk.respond("C\r") == "\a");
+  CHECK(desk.respond("S6\r") == "\r");
+  CHECK(desk.respond("O\r") == "\r");
+  CHECK(desk.respond("t60584017100000000000\r") == "z\r");
+  CHECK(desk.respond("T1ABCDEF0100\r") == "Z\r");
+  CHECK(desk.respond("r7421\r") == "z\r");
+  CHECK(desk.respond("R000007420\r") == "Z\r");
   CHECK(desk.ear.heard == Texts{"605#4017100000000000", "1ABCDEF0#00", "742#R1", "00000742#R0"});
   desk.arrive("585#4B17100000");
   desk.arrive("1ABCDEF0#");
@@ -61,17 +61,17 @@ TEST_CASE("SLCAN: opened, it sends and hears frames") {
 
 TEST_CASE("SLCAN: what a host sends to open an adapter that it knows nothing about") {
   Desk desk;
-  CHECK(desk.answer("t12") == "");
-  CHECK(desk.answer("\r\r\rC\rS6\rO\r") == "\a\r\r\a\r\r");
-  CHECK(desk.answer("C\rS8\rO\rO\r") == "\r\r\r\a");
+  CHECK(desk.respond("t12") == "");
+  CHECK(desk.respond("\r\r\rC\rS6\rO\r") == "\a\r\r\a\r\r");
+  CHECK(desk.respond("C\rS8\rO\rO\r") == "\r\r\r\a");
 }
 
 TEST_CASE("SLCAN: closed, it neither sends nor hears") {
   Desk desk;
-  CHECK(desk.answer("t0000\r") == "\a");
-  CHECK(desk.answer("F\r") == "\a");
+  CHECK(desk.respond("t0000\r") == "\a");
+  CHECK(desk.respond("F\r") == "\a");
   desk.arrive("123#");
-  CHECK(desk.answer("O\rC\r") == "\r\r");
+  CHECK(desk.respond("O\rC\r") == "\r\r");
   desk.arrive("123#");
   CHECK(desk.said() == "");
   CHECK(desk.ear.heard.empty());
@@ -79,21 +79,21 @@ TEST_CASE("SLCAN: closed, it neither sends nor hears") {
 
 TEST_CASE("SLCAN: L listens and does not send") {
   Desk desk;
-  CHECK(desk.answer("L\rt0000\rO\r") == "\r\a\a");
+  CHECK(desk.respond("L\rt0000\rO\r") == "\r\a\a");
   desk.arrive("123#");
-  CHECK(desk.answer("C\r") == "t1230\r\r");
+  CHECK(desk.respond("C\r") == "t1230\r\r");
   CHECK(desk.ear.heard.empty());
 }
 
 TEST_CASE("SLCAN: settings are for the closed channel") {
   Desk desk;
-  CHECK(desk.answer("S0\rS8\rZ1\rZ0\rM00000000\rmFFFFFFFF\r") == "\r\r\r\r\r\r");
-  CHECK(desk.answer("O\rS6\rZ1\rM00000000\rm00000000\r") == "\r\a\a\a\a");
+  CHECK(desk.respond("S0\rS8\rZ1\rZ0\rM00000000\rmFFFFFFFF\r") == "\r\r\r\r\r\r");
+  CHECK(desk.respond("O\rS6\rZ1\rM00000000\rm00000000\r") == "\r\a\a\a\a");
 }
 
-TEST_CASE("SLCAN: V and N answer always") {
+TEST_CASE("SLCAN: V and N response always") {
   Desk desk;
-  CHECK(desk.answer("V\rN\rO\rV\rN\r") == "V1013\rNCB01\r\rV1013\rNCB01\r");
+  CHECK(desk.respond("V\rN\rO\rV\rN\r") == "V1013\rNCB01\r\rV1013\rNCB01\r");
 }
 
 TEST_CASE("SLCAN: what it does not know is refused") {
@@ -102,12 +102,12 @@ TEST_CASE("SLCAN: what it does not know is refused") {
                            "Z2", "Z10", "M0000000", "M0000000G", "m000000000", "V1", "N1",   "F0", "X1",
                            "A",  "P",   "q",        " ",         "\xFF",       "z",  "hello"}) {
     CAPTURE(line);
-    CHECK(desk.answer(std::string(line) + "\r") == "\a");
+    CHECK(desk.respond(std::string(line) + "\r") == "\a");
   }
-  CHECK(desk.answer("O\r") == "\r");
+  CHECK(desk.respond("O\r") == "\r");
   for (const char* line : {"C1", "O1", "F0", "t", "t8000", "t00001", "t1239", "T200000000", "r7029"}) {
     CAPTURE(line);
-    CHECK(desk.answer(std::string(line) + "\r") == "\a");
+    CHECK(desk.respond(std::string(line) + "\r") == "\a");
   }
   CHECK(desk.ear.heard.empty());
   CHECK(desk.adapter.counters().commands == 35);
@@ -118,15 +118,15 @@ TEST_CASE("SLCAN: lines in pieces, lines that are too long, bells") {
   Desk desk;
   for (const char c : std::string_view("O\rt12311"))
     desk.adapter.receive({&c, 1});
-  CHECK(desk.answer("2\r\n") == "\rz\r");
-  CHECK(desk.answer(std::string(1'000'000, 't') + "\r") == "\a");
-  CHECK(desk.answer("\a\aV\a\r") == "\r");
+  CHECK(desk.respond("2\r\n") == "\rz\r");
+  CHECK(desk.respond(std::string(1'000'000, 't') + "\r") == "\a");
+  CHECK(desk.respond("\a\aV\a\r") == "\r");
   CHECK(desk.ear.heard == Texts{"123#12"});
 }
 
 TEST_CASE("SLCAN: Z1 adds the milliseconds of the minute") {
   Desk desk;
-  CHECK(desk.answer("Z1\rO\r") == "\r\r");
+  CHECK(desk.respond("Z1\rO\r") == "\r\r");
   desk.now = 59'999 * kMillisecond + 999;
   desk.arrive("123#AA");
   desk.now = 60'000 * kMillisecond;
@@ -136,7 +136,7 @@ TEST_CASE("SLCAN: Z1 adds the milliseconds of the minute") {
 
 TEST_CASE("SLCAN: whoever does not read loses frames, and F says so once") {
   Desk desk;
-  CHECK(desk.answer("O\r") == "\r");
+  CHECK(desk.respond("O\r") == "\r");
   for (int i = 0; i < 10'000; ++i)
     desk.arrive("605#4017100000000000");
   const std::size_t kept = desk.adapter.unsent().size();
@@ -144,7 +144,7 @@ TEST_CASE("SLCAN: whoever does not read loses frames, and F says so once") {
   CHECK(kept % 22 == 0);
   CHECK(desk.adapter.counters().lost == 10'000 - kept / 22);
   desk.said();
-  CHECK(desk.answer("F\rF\r") == "F09\rF00\r");
+  CHECK(desk.respond("F\rF\r") == "F09\rF00\r");
   desk.arrive("605#");
   CHECK(desk.said() == "t6050\r");
 }
@@ -173,26 +173,26 @@ TEST_CASE("SLCAN: without a limit nothing is lost, in whatever pieces it is take
 TEST_CASE("SLCAN: a full transmit queue refuses, and F says so once") {
   Desk desk;
   desk.bus.set_link(false);
-  CHECK(desk.answer("O\rt0000\rF\rF\r") == "\r\aF02\rF00\r");
+  CHECK(desk.respond("O\rt0000\rF\rF\r") == "\r\aF02\rF00\r");
 }
 
 TEST_CASE("SLCAN: the controller's state is told unasked and by F") {
   Desk desk;
   desk.bus.set_state(BusState::kErrorPassive, 0);
   CHECK(desk.said() == "");
-  CHECK(desk.answer("O\rF\r") == "\rF20\r");
+  CHECK(desk.respond("O\rF\r") == "\rF20\r");
   desk.bus.set_state(BusState::kBusOff, 0);
-  CHECK(desk.answer("F\r") == "sb000256\rFA0\r");
+  CHECK(desk.respond("F\r") == "sb000256\rFA0\r");
   desk.bus.set_state(BusState::kErrorPassive, 0);
   desk.bus.set_state(BusState::kOverflow, 0);
-  CHECK(desk.answer("F\r") == "sp128128\rF08\r");
+  CHECK(desk.respond("F\r") == "sp128128\rF08\r");
   desk.bus.set_state(BusState::kActive, 0);
-  CHECK(desk.answer("F\r") == "sa000000\rF00\r");
+  CHECK(desk.respond("F\r") == "sa000000\rF00\r");
 }
 
 TEST_CASE("SLCAN: error reports of the controller are not frames") {
   Desk desk;
-  CHECK(desk.answer("O\r") == "\r");
+  CHECK(desk.respond("O\r") == "\r");
   desk.bus.receive(Frame{0x4, 8, Frame::kError, {}}, 0);
   CHECK(desk.said() == "");
 }
@@ -201,7 +201,7 @@ TEST_CASE("SLCAN: adapters hear each other, in the order of the bus") {
   Desk desk;
   SlcanAdapter second(desk.bus, [&desk] { desk.bus.advance(0); });
   second.receive("O\r");
-  CHECK(desk.answer("O\rt1230\rt1240\r") == "\rz\rz\r");
+  CHECK(desk.respond("O\rt1230\rt1240\r") == "\rz\rz\r");
   second.receive("t1250\r");
   CHECK(second.unsent() == "\rt1230\rt1240\rz\r");
   CHECK(desk.said() == "t1250\r");
@@ -209,13 +209,13 @@ TEST_CASE("SLCAN: adapters hear each other, in the order of the bus") {
 
 TEST_CASE("SLCAN: an adapter that is plugged in again begins anew") {
   Desk desk;
-  CHECK(desk.answer("Z1\rO\r") == "\r\r");
+  CHECK(desk.respond("Z1\rO\r") == "\r\r");
   desk.arrive("123#");
   desk.adapter.receive("t12");
   desk.adapter.reset();
   desk.arrive("123#");
   CHECK(desk.said() == "");
-  CHECK(desk.answer("V\rO\r") == "V1013\r\r");
+  CHECK(desk.respond("V\rO\r") == "V1013\r\r");
   desk.arrive("123#");
   CHECK(desk.said() == "t1230\r");
 }

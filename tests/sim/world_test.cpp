@@ -14,22 +14,23 @@ using cbcan::kMillisecond;
 using cbcan::kNever;
 using cbcan::kSecond;
 using cbcan::Time;
-using cbcan::sim::NodeImage;
+using cbcan::sim::NodeParts;
 using cbcan::sim::World;
 using Flags = cbcan::ObjectFlags;
 
 namespace {
 
-NodeImage generic_image() {
-  NodeImage image;
-  image.entries = {
+NodeParts generic_node(unsigned id) {
+  NodeParts parts;
+  parts.node_id = static_cast<std::uint8_t>(id);
+  parts.image.entries = {
       {0x1000, 0, 0, DataType::kUnsigned32, 0, Flags::kRead, 0, 4},
       {0x1017, 0, 0, DataType::kUnsigned16, 0, Flags::kReadWrite, 4, 2},
       {0x2004, 0, 0, DataType::kUnsigned32, 0, Flags::kReadWrite, 6, 4},
       {0x2080, 0, 0, DataType::kOctetString, 0, Flags::kReadWrite | Flags::kVariable, 14, 128},
   };
-  image.values.resize(142);
-  return image;
+  parts.image.values.resize(142);
+  return parts;
 }
 
 class Log final : public cbcan::sim::Observer {
@@ -45,7 +46,7 @@ class Plant {
   explicit Plant(std::uint32_t bit_rate = 0, unsigned nodes = 1) : world(bit_rate) {
     world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {});
     for (unsigned node = 1; node <= nodes; ++node)
-      world.add_node(static_cast<std::uint8_t>(node), generic_image());
+      world.add_node(generic_node(node));
     world.bus().observe(log);
     world.start(0);
     run(kMillisecond * 100);
@@ -183,7 +184,7 @@ TEST_CASE("Two modules on one bus each do their own work") {
   world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(first)), process, settings);
   settings.node_id = 101;
   world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(second)), process, settings);
-  world.add_node(1, generic_image());
+  world.add_node(generic_node(1));
   world.start(0);
   const std::array<std::uint16_t, 8> write{0xCA0E, 5066, 1, 0x2004, 0, 4, 7, 0};
   std::copy(write.begin(), write.end(), first.begin());

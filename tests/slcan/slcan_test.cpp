@@ -155,7 +155,7 @@ TEST_CASE("A line that is too long is dropped whole and counted") {
   CHECK(reading.reader.lost() == 3);
 }
 
-TEST_CASE("The answer to F says overflow and error passive") {
+TEST_CASE("The response to F says overflow and error passive") {
   CHECK(slcan::decode_state("F00") == BusState::kActive);
   CHECK(slcan::decode_state("F01") == BusState::kOverflow);
   CHECK(slcan::decode_state("F02") == BusState::kActive);

@@ -9,7 +9,7 @@ from st_types import Pointer
 
 
 class NoResults(BlockTest):
-    """Answers that no module gives, written over its own by another client."""
+    """Responses that no module gives, written over its own by another client."""
 
     def check_refused(self, name, changes, local_steps=0, **inputs):
         block = self.plc.block(name, ENABLE=True, **inputs)
@@ -40,7 +40,7 @@ class NoResults(BlockTest):
                 self.check_refused("GET_LOCAL_NODE_ID", {3700: code})
 
 
-    def test_an_answer_longer_than_was_asked_for(self):
+    def test_an_response_longer_than_was_asked_for(self):
         for name, inputs, size in (("SDO_READ4", {}, 5), ("SDO_READ_BUFFER", {"DATALENGTH": 3}, 4)):
             block = self.plc.block(name, ENABLE=True, DEVICE=NODE, INDEX=0x2001, **inputs)
             self.plc.scan(1 if name == "SDO_READ_BUFFER" else 3)  # the first one sets 3003h and 3004h
@@ -99,7 +99,7 @@ class Scans(BlockTest):
             found.append((int(block["CONFIRM"]), block["ERROR"]))
         return found
 
-    def test_done_in_the_scan_after_the_answer(self):
+    def test_done_in_the_scan_after_the_response(self):
         block = self.plc.block("GET_LOCAL_NODE_ID")
         self.assertEqual(self.traces(block, [0, 1, 1, 1, 0, 1, 1]), [(0, 0), (0, 0), (1, 0), (1, 0), (0, 0), (0, 0), (1, 0)])
 

@@ -44,11 +44,11 @@ class Plant:
         """docs/control.md; the response's value"""
         self.simulator.process.stdin.write(line + "\n")
         self.simulator.process.stdin.flush()
-        answer = self.simulator.process.stdout.readline().rstrip("\n")
-        while not answer.startswith(("ok", "error", "at ")):
-            answer = self.simulator.process.stdout.readline().rstrip("\n")
-        assert not answer.startswith("error"), f"{line}: {answer}"
-        return answer[3:]
+        response = self.simulator.process.stdout.readline().rstrip("\n")
+        while not response.startswith(("ok", "error", "at ")):
+            response = self.simulator.process.stdout.readline().rstrip("\n")
+        assert not response.startswith("error"), f"{line}: {response}"
+        return response[3:]
 
     def pass_time(self, microseconds):
         self.command(f"pass {microseconds}us")

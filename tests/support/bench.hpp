@@ -32,12 +32,37 @@ class RecordingPort final : public CanPort {
   std::deque<std::string> sent;
 };
 
+/// What leaves by a port is the test: every frame has to be expected, in order, and nothing may be left over
+/// at the end.
+class Wire {
+ public:
+  void expect(const std::string& frame) {
+    if (port.sent.empty()) {
+      FAIL_CHECK("the wire is silent; expected " << frame);
+      return;
+    }
+    CHECK(port.sent.front() == frame);
+    port.sent.pop_front();
+  }
+  void expect_silence() {
+    for (const std::string& left : port.sent)
+      FAIL_CHECK("left over: " << left);
+    port.sent.clear();
+  }
+
+  RecordingPort port;
+
+ protected:
+  Wire() = default;
+  ~Wire() noexcept(false) {
+    if (std::uncaught_exceptions() == 0) expect_silence();
+  }
+};
+
 using Registers = std::array<std::uint16_t, regmap::kWindowWords>;
 
-/// A coprocessor between a PLC that the test plays and a bus that the test plays too, in virtual time. The
-/// wire log is the test: every frame that leaves has to be expected, in order, and nothing may be left over
-/// at the end.
-class Bench {
+/// A coprocessor between a PLC that the test plays and a bus that the test plays too, in virtual time.
+class Bench : public Wire {
  public:
   explicit Bench(Coprocessor::Settings settings = {}) : Bench(own_registers, settings) {}
   /// With the registers in somebody else's memory.
@@ -46,9 +71,6 @@ class Bench {
         coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings) {
     coprocessor.start(now);
     port.sent.clear();  // the boot-up message has its own test
-  }
-  ~Bench() noexcept(false) {
-    if (std::uncaught_exceptions() == 0) expect_silence();
   }
 
   // The PLC.
@@ -81,19 +103,6 @@ class Bench {
   }
 
   // The bus.
-  void expect(const std::string& frame) {
-    if (port.sent.empty()) {
-      FAIL_CHECK("the wire is silent; expected " << frame);
-      return;
-    }
-    CHECK(port.sent.front() == frame);
-    port.sent.pop_front();
-  }
-  void expect_silence() {
-    for (const std::string& left : port.sent)
-      FAIL_CHECK("left over: " << left);
-    port.sent.clear();
-  }
   void arrive(const std::string& frame) {
     coprocessor.on_frame(frame_from(frame), now);
     poll();
@@ -115,7 +124,6 @@ class Bench {
   Registers own_registers{};
   std::array<std::uint16_t, regmap::kProcessWords> process{};
   Registers& registers;
-  RecordingPort port;
   Time now = 1000;
   Time deadline = 0;
   Coprocessor coprocessor;

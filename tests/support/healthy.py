@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A client that keeps to the rules, in a thread: complete transactions all the time, each answer checked, the slowest noted."""
+"""A client that keeps to the rules, in a thread: complete transactions all the time, each response checked, the slowest noted."""
 
 import threading
 import time
@@ -37,8 +37,8 @@ class Healthy(threading.Thread):
         words = [(self.transactions + i) & 0xFFFF for i in range(WORDS)]
         assert self.timed(WRITE, NODE, OBJECT, 0, 2 * WORDS, *words) == 0
         assert self.timed(READ, NODE, OBJECT, 0, 2 * WORDS) == 0
-        answer = self.window.read(3705, 1 + WORDS)
-        assert answer == [2 * WORDS, *words], answer
+        response = self.window.read(3705, 1 + WORDS)
+        assert response == [2 * WORDS, *words], response
 
     def timed(self, *words):
         begin = time.monotonic()
@@ -54,7 +54,7 @@ class Healthy(threading.Thread):
         with self.changed:
             goal = self.transactions + more
             if not self.changed.wait_for(lambda: self.error or self.transactions >= goal, LIMIT):
-                raise AssertionError(f"the healthy client got no answer within {LIMIT} s")
+                raise AssertionError(f"the healthy client got no response within {LIMIT} s")
         if self.error:
             raise AssertionError("the healthy client was disturbed") from self.error
 

@@ -97,24 +97,24 @@ class Mcu:
             self.error.seek(0)
             return self.error.read()
 
-    def request(self, pdu, answer_size, station=1):
-        """One request and its answer, of `answer_size` bytes without station and CRC; there is no second try."""
+    def request(self, pdu, response_size, station=1):
+        """One request and its response, of `answer_size` bytes without station and CRC; there is no second try."""
         frame = bytes([station]) + pdu
         self.modbus.send(frame + crc(frame))
-        answer = self.modbus.receive(answer_size + 3)
-        assert answer[-2:] == crc(answer[:-2]), f"wrong CRC: {answer.hex()}"
-        assert answer[0] == station, answer.hex()
-        return answer[1:-2]
+        response = self.modbus.receive(response_size + 3)
+        assert response[-2:] == crc(response[:-2]), f"wrong CRC: {response.hex()}"
+        assert response[0] == station, response.hex()
+        return response[1:-2]
 
     def write(self, address, words):
         pdu = struct.pack(">BHHB", 16, address, len(words), 2 * len(words)) + struct.pack(f">{len(words)}H", *words)
-        answer = self.request(pdu, 5)
-        assert answer == pdu[:5], answer.hex()
+        response = self.request(pdu, 5)
+        assert response == pdu[:5], response.hex()
 
     def read(self, address, count):
-        answer = self.request(struct.pack(">BHH", 3, address, count), 2 + 2 * count)
-        assert answer[:2] == bytes([3, 2 * count]), answer.hex()
-        return list(struct.unpack(f">{count}H", answer[2:]))
+        response = self.request(struct.pack(">BHH", 3, address, count), 2 + 2 * count)
+        assert response[:2] == bytes([3, 2 * count]), response.hex()
+        return list(struct.unpack(f">{count}H", response[2:]))
 
     def execute(self, *words, seen=1):
         """R3701.. = words and CA0Eh in one request; R3700 and the registers behind it, `seen` in all, when it is done."""

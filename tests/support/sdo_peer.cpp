@@ -20,7 +20,7 @@ std::uint16_t crc_of(const std::uint8_t* bytes, std::size_t count) {
 }  // namespace
 
 Frame& SdoPeer::reply(unsigned command) {
-  Frame& frame = answers_[tail_++ % answers_.size()];
+  Frame& frame = responses_[tail_++ % responses_.size()];
   frame.id = 0x585;
   frame.length = 8;
   frame.data = {static_cast<std::uint8_t>(command)};
@@ -133,13 +133,13 @@ void SdoPeer::initiate_upload() {
 void SdoPeer::upload_segment(const Frame& frame) {
   if (state_ != State::kUpload) return abort();
   if ((frame.data[0] & 0x10) != toggle_) return abort();
-  Frame& answer = reply(toggle_);
-  const std::size_t count = fill(answer, done_);
+  Frame& response = reply(toggle_);
+  const std::size_t count = fill(response, done_);
   done_ += count;
   toggle_ ^= 0x10;
-  answer.data[0] |= static_cast<std::uint8_t>((7 - count) << 1);
+  response.data[0] |= static_cast<std::uint8_t>((7 - count) << 1);
   if (done_ != size_) return;
-  answer.data[0] |= 1;
+  response.data[0] |= 1;
   state_ = State::kIdle;
 }
 
@@ -163,9 +163,9 @@ void SdoPeer::block_download_segment(const Frame& frame) {
     ++sequence_;
   }
   if (!last && sequence != block_size_) return;
-  Frame& answer = reply(0xA2);
-  answer.data[1] = sequence_;
-  answer.data[2] = block_size_;
+  Frame& response = reply(0xA2);
+  response.data[1] = sequence_;
+  response.data[2] = block_size_;
   if (in_order && last) state_ = State::kBlockDownloadEnd;
   sequence_ = 0;
 }
@@ -209,9 +209,9 @@ void SdoPeer::block_upload_acknowledged(const Frame& frame) {
   for (std::size_t i = 0; i < size_; ++i)
     bytes[i] = static_cast<std::uint8_t>(first_ + i);
   const std::uint16_t crc = crc_of(bytes.data(), size_);
-  Frame& answer = reply(0xC1u | static_cast<unsigned>((7 - size_ % 7) % 7) << 2);
-  answer.data[1] = static_cast<std::uint8_t>(crc);
-  answer.data[2] = static_cast<std::uint8_t>(crc >> 8);
+  Frame& response = reply(0xC1u | static_cast<unsigned>((7 - size_ % 7) % 7) << 2);
+  response.data[1] = static_cast<std::uint8_t>(crc);
+  response.data[2] = static_cast<std::uint8_t>(crc >> 8);
   state_ = State::kBlockUploadEnd;
 }
 

@@ -26,11 +26,11 @@ class SdoPeer {
   /// From now on the object holds `first`, `first` + 1, `first` + 2, ...
   void hold(std::uint8_t first) { first_ = first; }
 
-  /// A request. The answers to it, none or several, wait for answer().
+  /// A request. The responses to it, none or several, wait for response().
   void on_frame(const Frame& frame);
 
-  /// The next answer; null = none. Valid until the next request.
-  const Frame* answer() { return head_ == tail_ ? nullptr : &answers_[head_++ % answers_.size()]; }
+  /// The next response; null = none. Valid until the next request.
+  const Frame* response() { return head_ == tail_ ? nullptr : &responses_[head_++ % responses_.size()]; }
 
   /// What the last download brought that came to its end; empty = none yet.
   std::span<const std::uint8_t> written() const { return std::span(value_).first(written_); }
@@ -77,7 +77,7 @@ class SdoPeer {
   std::array<std::uint8_t, kCapacity + 7> value_{};
   std::size_t head_ = 0;
   std::size_t tail_ = 0;
-  std::array<Frame, 64> answers_{};
+  std::array<Frame, 64> responses_{};
 };
 
 }  // namespace cbcan::test

@@ -129,9 +129,9 @@ class Window:
         assert self.request(pdu) == pdu[:5]
 
     def read(self, address, count):
-        answer = self.request(struct.pack(">BHH", 3, address, count))
-        assert answer[:2] == bytes([3, 2 * count]), answer.hex()
-        return list(struct.unpack(f">{count}H", answer[2:]))
+        response = self.request(struct.pack(">BHH", 3, address, count))
+        assert response[:2] == bytes([3, 2 * count]), response.hex()
+        return list(struct.unpack(f">{count}H", response[2:]))
 
     def start(self, *words):
         """R3701.. = words, and CA0Eh, in one request."""

@@ -54,11 +54,11 @@ class WorldBench final : private sim::Receiver {
       FAIL_CHECK("not expected: " << time << " " << frame);
     heard_.clear();
   }
-  void ask(const std::string& request, const std::string& answer) {
+  void ask(const std::string& request, const std::string& response) {
     INFO("asked " << request);
     expect_silence();
     send(request);
-    expect(answer);
+    expect(response);
     expect_silence();
   }
 

@@ -25,7 +25,7 @@ PROGRAM = program_from_arguments(sys.argv)
 TARGET_MS = 50  # for the slowest transaction; printed, since other programs may have the processor
 
 READ_ONE = bytes.fromhex("0001 0000 0006 01 03 0000 0001")
-READ_ONE_ANSWER = bytes.fromhex("0001 0000 0005 01 03 02 0000")
+READ_ONE_RESPONSE = bytes.fromhex("0001 0000 0005 01 03 02 0000")
 READ_125 = bytes.fromhex("0002 0000 0006 01 03 0000 007D")
 NO_LOG = "; the log ends here, the simulation goes on; make room, or write it to another disk"
 ROWS = []
@@ -66,9 +66,9 @@ class Client:
             data += part
         return data
 
-    def ask(self, request, answer_bytes):
+    def ask(self, request, response_bytes):
         self.send(request)
-        return self.receive(answer_bytes)
+        return self.receive(response_bytes)
 
     def is_closed(self):
         try:
@@ -108,14 +108,14 @@ class Abuse(unittest.TestCase):
         self.clients.append(Client(self.simulator.port, **keywords))
         return self.clients[-1]
 
-    def check_answers(self, *dialogue):
-        """(request, answer) after (request, answer), all requests sent at once, and the healthy client meanwhile."""
+    def check_responses(self, *dialogue):
+        """(request, response) after (request, response), all requests sent at once, and the healthy client meanwhile."""
         client = self.client()
-        answers = b"".join(bytes.fromhex(answer) for _, answer in dialogue)
+        responses = b"".join(bytes.fromhex(response) for _, response in dialogue)
         client.send(b"".join(bytes.fromhex(request) for request, _ in dialogue))
-        self.assertEqual(client.receive(len(answers)).hex(), answers.hex())
+        self.assertEqual(client.receive(len(responses)).hex(), responses.hex())
         self.healthy.wait_for(2)
-        self.assertEqual(client.ask(READ_ONE, 11), READ_ONE_ANSWER)
+        self.assertEqual(client.ask(READ_ONE, 11), READ_ONE_RESPONSE)
 
     def check_does_not_spin(self):
         """While this program takes 0.3 s of a processor's time, the simulator, which nobody asks for anything, takes next to none."""
@@ -135,7 +135,7 @@ class Abuse(unittest.TestCase):
                 self.client().send(READ_ONE[:cut])
             self.healthy.wait_for(100)
             for cut, client in zip(cuts, self.clients):
-                self.assertEqual(client.ask(READ_ONE[cut:], 11), READ_ONE_ANSWER)
+                self.assertEqual(client.ask(READ_ONE[cut:], 11), READ_ONE_RESPONSE)
 
     def test_request_of_259_bytes_byte_by_byte(self):
         words = [0x0101 * i for i in range(123)]
@@ -150,7 +150,7 @@ class Abuse(unittest.TestCase):
             self.assertEqual(client.ask(READ_125, 259)[9:255], struct.pack(">123H", *words))
 
     def test_client_that_never_reads(self):
-        with self.served("a client reads no answer"):
+        with self.served("a client reads no response"):
             client = self.client(receive_buffer=4096)
             client.socket.setblocking(False)
             while self.sends_some(client):
@@ -178,7 +178,7 @@ class Abuse(unittest.TestCase):
             for header in ("0002 0001 0006", "0002 FFFF 0006", "0002 0000 0000", "0002 0000 0001", "0002 0000 00FF",
                            "0002 0000 FFFF"):
                 client = self.client()
-                self.assertEqual(client.ask(READ_ONE, 11), READ_ONE_ANSWER)
+                self.assertEqual(client.ask(READ_ONE, 11), READ_ONE_RESPONSE)
                 # Whole, so that a server which believes the header would answer.
                 client.send(bytes.fromhex(header + "01 03 0000 0001") + bytes(249))
                 self.assertTrue(client.is_closed(), header)
@@ -205,20 +205,20 @@ class Abuse(unittest.TestCase):
     def test_unknown_functions_with_requests_behind(self):
         with self.served("unknown functions, requests behind"):
             for function in (0, 1, 2, 4, 5, 7, 8, 15, 17, 20, 24, 65, 99, 127):
-                self.check_answers((f"0009 0000 0006 01 {function:02X} 0000 0001", f"0009 0000 0003 01 {function | 0x80:02X} 01"),
+                self.check_responses((f"0009 0000 0006 01 {function:02X} 0000 0001", f"0009 0000 0003 01 {function | 0x80:02X} 01"),
                                    ("0001 0000 0006 01 03 0000 0001", "0001 0000 0005 01 03 02 0000"),
                                    ("0002 0000 0006 01 03 0000 0002", "0002 0000 0007 01 03 04 0000 0000"))
 
     def test_fc7_and_fc0_as_short_as_they_are(self):
         with self.served("FC7 and FC0"):
             for function in (7, 0):
-                self.check_answers((f"0009 0000 0002 01 {function:02X}", f"0009 0000 0003 01 {function | 0x80:02X} 01"),
+                self.check_responses((f"0009 0000 0002 01 {function:02X}", f"0009 0000 0003 01 {function | 0x80:02X} 01"),
                                    ("0001 0000 0006 01 03 0000 0001", "0001 0000 0005 01 03 02 0000"))
 
     def test_bad_quantities_with_requests_behind(self):
         with self.served("bad quantities, requests behind"):
             for quantity in ("0000", "007E", "00FF", "FFFF"):
-                self.check_answers((f"0009 0000 0006 01 03 0000 {quantity}", "0009 0000 0003 01 83 03"),
+                self.check_responses((f"0009 0000 0006 01 03 0000 {quantity}", "0009 0000 0003 01 83 03"),
                                    ("0001 0000 0006 01 03 0000 0001", "0001 0000 0005 01 03 02 0000"))
 
     def test_fc16_with_124_registers_or_255_bytes(self):
@@ -227,7 +227,7 @@ class Abuse(unittest.TestCase):
             for pdu in ("10 0000 007C F8" + 247 * "00", "10 0000 007C F8 0000", "10 0000 0001 FF 0000", "10 0000 007B FF" + 246 * "00",
                         "10 0000 0000 00"):
                 length = len(bytes.fromhex(pdu)) + 1
-                self.check_answers((f"0009 0000 {length:04X} 01 {pdu}", "0009 0000 0003 01 90 03"),
+                self.check_responses((f"0009 0000 {length:04X} 01 {pdu}", "0009 0000 0003 01 90 03"),
                                    ("0001 0000 0006 01 03 0000 0001", "0001 0000 0005 01 03 02 0000"))
 
     # ---- too many
@@ -240,7 +240,7 @@ class Abuse(unittest.TestCase):
             for _ in range(1100):
                 self.client().send(READ_ONE)
             for client in self.clients:
-                self.assertEqual(client.receive(11), READ_ONE_ANSWER)
+                self.assertEqual(client.receive(11), READ_ONE_RESPONSE)
             self.assertGreater(len(os.listdir(f"/proc/{self.simulator.process.pid}/fd")), 1100)
             # Where libmodbus waits with select(): beyond descriptor 1023 it ends the process.
             self.assertEqual(self.clients[-1].ask("0009 0000 0006 01 63 0000 0001", 9).hex(), "000900000003" + "01e301")
@@ -263,7 +263,7 @@ class Abuse(unittest.TestCase):
 
     def is_served(self, client):
         try:
-            return client.ask(READ_ONE, 11) == READ_ONE_ANSWER
+            return client.ask(READ_ONE, 11) == READ_ONE_RESPONSE
         except ConnectionError:
             return False
 
@@ -279,8 +279,8 @@ class Abuse(unittest.TestCase):
                     client.reset()
                 self.healthy.wait_for(5)
 
-    def test_answer_to_a_client_that_is_gone(self):
-        with self.served("answers to nobody, SIGPIPE"):
+    def test_response_to_a_client_that_is_gone(self):
+        with self.served("responses to nobody, SIGPIPE"):
             client = self.client(receive_buffer=4096)
             client.socket.setblocking(False)
             while self.sends_some(client):

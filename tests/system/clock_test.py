@@ -87,7 +87,7 @@ class Standing(unittest.TestCase):
         self.assertEqual(self.window.abort_code(), 0x05040000)
 
     def test_what_has_come_is_dealt_with_before_time_passes(self):
-        """Nobody waits for an answer here: all of it is in the sockets when the simulator reads the line."""
+        """Nobody waits for a response here: all of it is in the sockets when the simulator reads the line."""
         host, port = self.simulator.where["slcan"].rsplit(":", 1)
         with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
             adapter.sendall(b"O\rV\r")

@@ -27,7 +27,7 @@ id = 5
 eds = "{eds}/io_module.eds"
 parameters = "module.par"
 signals = [ {{ index = 0x6401, sub = 1, shape = "ramp", from = 0, to = 1000, duration_ms = 1000, sample_ms = 100 }} ]
-faults = [ {{ kind = "answer-never", index = 0x6411, count = 1 }} ]
+faults = [ {{ kind = "response-never", index = 0x6411, count = 1 }} ]
 """
 
 
@@ -46,10 +46,10 @@ class Commands:
 
     def __call__(self, line):
         self.socket.sendall(line.encode() + b"\n")
-        answer = [self.lines.readline()]
-        while not answer[-1].startswith(("ok", "error: ")):
-            answer.append(self.lines.readline())
-        return "".join(answer)
+        response = [self.lines.readline()]
+        while not response[-1].startswith(("ok", "error: ")):
+            response.append(self.lines.readline())
+        return "".join(response)
 
     def close(self):
         self.lines.close()
@@ -130,7 +130,7 @@ class OnAStandingClock(unittest.TestCase):
         self.assertIn('cbcan-sim: standard input: "fire": node 5 has no such incident; it has ', done.stderr)
 
     def test_a_run_is_the_same_every_time(self):
-        lines = "fault bus frame-loss probability=0.3\nfault 5 answer-late delay_ms=7 probability=0.5\n" + \
+        lines = "fault bus frame-loss probability=0.3\nfault 5 response-late delay_ms=7 probability=0.5\n" + \
             "".join(f"set 5 0x6000:1 {step % 256}\npass 13ms\n" for step in range(50))
         with tempfile.TemporaryDirectory() as folder:
             runs = [self.run_plant(lines, folder) for _ in range(2)]
@@ -173,7 +173,7 @@ class OnAStandingClock(unittest.TestCase):
                 wait_until(lambda: window.read(3700, 1) == [4], "the timeout")
                 self.assertEqual(window.abort_code(), 0x05040000)
                 window.start(READ, 5, 0x6411, 1, 2)
-                wait_until(lambda: window.read(3700, 1) == [0], "the answer after quarantine")
+                wait_until(lambda: window.read(3700, 1) == [0], "the response after quarantine")
 
 
 cases.main()

@@ -27,7 +27,7 @@ PLANT = f"""
 id = 5
 eds = "{EDS}"
 objects = [ {{ index = 0x2002, value = 0x1111 }} ]
-faults = [ {{ kind = "answer-late", delay_ms = 50, count = 1 }} ]
+faults = [ {{ kind = "response-late", delay_ms = 50, count = 1 }} ]
 
 [[network]]
 [network.can]
@@ -40,7 +40,7 @@ file = "two.log"
 id = 5
 eds = "{EDS}"
 objects = [ {{ index = 0x2002, value = 0x2222 }} ]
-faults = [ {{ kind = "answer-late", delay_ms = 50, count = 1 }} ]
+faults = [ {{ kind = "response-late", delay_ms = 50, count = 1 }} ]
 """
 
 
@@ -83,13 +83,13 @@ class TwoNetworks(unittest.TestCase):
         return client
 
     def say(self, line):
-        """A command, or `pass`, and the last line of its answer."""
+        """A command, or `pass`, and the last line of its response."""
         self.simulator.process.stdin.write(line + "\n")
         self.simulator.process.stdin.flush()
-        answer = [self.simulator.process.stdout.readline()]
-        while not answer[-1].startswith(("ok", "at ")):
-            answer.append(self.simulator.process.stdout.readline())
-        return "".join(answer)
+        response = [self.simulator.process.stdout.readline()]
+        while not response[-1].startswith(("ok", "at ")):
+            response.append(self.simulator.process.stdout.readline())
+        return "".join(response)
 
     def use_up_faults(self, *units):
         for unit in units:
@@ -137,11 +137,11 @@ class TwoNetworks(unittest.TestCase):
 
     def test_a_unit_without_a_network(self):
         client = self.unit(3).client
-        for answer in (client.read_holding_registers(3700, 1, slave=3), client.write_registers(3700, [EXECUTE], slave=3),
+        for response in (client.read_holding_registers(3700, 1, slave=3), client.write_registers(3700, [EXECUTE], slave=3),
                        client.read_coils(0, 1, slave=3), client.execute(ReadDeviceInformationRequest(unit=3))):
-            self.assertTrue(answer.isError())
-            self.assertEqual(answer.exception_code, NO_PATH)
-            self.assertEqual(answer.unit_id, 3)
+            self.assertTrue(response.isError())
+            self.assertEqual(response.exception_code, NO_PATH)
+            self.assertEqual(response.unit_id, 3)
         self.assertFalse(client.execute(ReadDeviceInformationRequest(unit=2)).isError())
 
     def test_a_fault_of_one_bus(self):
@@ -210,9 +210,9 @@ class WithAndWithout(unittest.TestCase):
         self.assertEqual(without.ready.split()[1:3], ["can=virtual", "2/can=virtual"])
         only_second = Simulator(PROGRAM, "--no-module", "--network", "2", log=False)
         self.addCleanup(only_second.stop)
-        for unit, answer in ((1, b"\x83\x0a"), (2, b"\x03\x02\x00\x00"), (255, b"\x83\x0a")):
+        for unit, response in ((1, b"\x83\x0a"), (2, b"\x03\x02\x00\x00"), (255, b"\x83\x0a")):
             with only_second.window() as window:
-                self.assertEqual(window.request(b"\x03\x0e\x74\x00\x01", unit=unit), answer)
+                self.assertEqual(window.request(b"\x03\x0e\x74\x00\x01", unit=unit), response)
 
     def test_an_eds_file_that_is_not_there_is_told_with_its_network(self):
         done = subprocess.run([PROGRAM, "--network", "2", "--node", "5=/nowhere.eds"], capture_output=True, text=True, timeout=LIMIT)

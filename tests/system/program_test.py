@@ -113,7 +113,7 @@ class Ending(unittest.TestCase):
         for client in clients:
             self.addCleanup(client.socket.close)
             client.read(0, 1)
-        # Everything comes in one turn: a read of 1000h of node 20h, more requests than the answer's frame takes time, the signal.
+        # Everything comes in one turn: a read of 1000h of node 20h, more requests than the response's frame takes time, the signal.
         simulator.process.send_signal(signal.SIGSTOP)
         wait_until(lambda: self.state(simulator.process) == "T", "the simulator to be stopped")
         clients[0].socket.sendall(bytes.fromhex("0001 0000 0013 01 10 0E74 0006 0C CA0E 13BF 0020 1000 0000 0004"))

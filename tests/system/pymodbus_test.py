@@ -38,9 +38,9 @@ class Pymodbus(unittest.TestCase):
         self.addCleanup(self.client.close)
 
     def read(self, address, count=1, unit=1):
-        answer = self.client.read_holding_registers(address, count, slave=unit)
-        self.assertFalse(answer.isError(), answer)
-        return answer.registers
+        response = self.client.read_holding_registers(address, count, slave=unit)
+        self.assertFalse(response.isError(), response)
+        return response.registers
 
     def write(self, address, words, unit=1):
         self.assertFalse(self.client.write_registers(address, words, slave=unit).isError())
@@ -112,12 +112,12 @@ class Pymodbus(unittest.TestCase):
 
     def test_mask_write_and_read_write(self):
         self.write(3701, [READ, 0x20, 0x2001, 0, 1])
-        answer = self.client.mask_write_register(address=3700, and_mask=0x0000, or_mask=EXECUTE, slave=1)
-        self.assertFalse(answer.isError())
+        response = self.client.mask_write_register(address=3700, and_mask=0x0000, or_mask=EXECUTE, slave=1)
+        self.assertFalse(response.isError())
         self.assertEqual(self.result(), 0)
-        answer = self.client.readwrite_registers(read_address=3701, read_count=2, write_address=3700,
+        response = self.client.readwrite_registers(read_address=3701, read_count=2, write_address=3700,
                                                  write_registers=[EXECUTE, READ, 0x42, 0x1000, 0, 4], slave=1)
-        self.assertEqual(answer.registers, [READ, 0x42])
+        self.assertEqual(response.registers, [READ, 0x42])
         self.assertEqual(self.result(), 0)
         self.assertEqual(self.read(3706)[0] & 0xFFFF, 0x0191)  # device profile 401
 

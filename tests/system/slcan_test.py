@@ -210,9 +210,9 @@ class Abuse(Case):
         # More than all buffers between the two take: what is too much is lost to it, not to the others.
         for _ in range(200):
             sender.send(100 * "t7E580000000000000000\r")
-            answers = 0
-            while answers < 100:
-                answers += sender.socket.recv(65536).count(b"z")
+            responses = 0
+            while responses < 100:
+                responses += sender.socket.recv(65536).count(b"z")
         self.check_served()
         # Its own F comes after what had room; only then is it told.
         deaf.send("F\r")

@@ -94,7 +94,7 @@ class OnVcan(unittest.TestCase):
             self.assertEqual(self.window.execute(READ, 0x20, 0x2080, 0, 128), 0)
             self.assertEqual(self.window.read(3706, 64), words)
 
-    def test_simulated_nodes_answer_cansend(self):
+    def test_simulated_nodes_response_cansend(self):
         self.start("--demo")
         witness = Candump(self)
         cansend("620#4018100000000000")

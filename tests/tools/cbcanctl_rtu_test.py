@@ -72,7 +72,7 @@ class OurServer(unittest.TestCase):
     def test_wrong_station(self):
         done = run(self.station.device, "--station", "9", "--baud", "9600", "--parity", "N", "state", "0")
         self.assertEqual((done.stdout, done.returncode), ("", NO_CONNECTION))
-        self.assertIn(f"{self.station.device} (9600 baud, 8N2, station 9): reading R3700: no answer", done.stderr)
+        self.assertIn(f"{self.station.device} (9600 baud, 8N2, station 9): reading R3700: no response", done.stderr)
         for word in ("--station", "--baud", "--parity"):
             self.assertIn(word, done.stderr)
 
@@ -109,8 +109,8 @@ def with_crc(frame):
 
 
 class Device:
-    """A station whose transactions are done at once: four bytes, 12345678h. Before it sends an answer, the next of its misdeeds
-    may change it: a function of the answer, and of this."""
+    """A station whose transactions are done at once: four bytes, 12345678h. Before it sends a response, the next of its misdeeds
+    may change it: a function of the response, and of this."""
 
     def __init__(self, *misdeeds):
         self.line, self.slave = os.openpty()
@@ -144,19 +144,19 @@ class Device:
         at = struct.unpack(">H", request[2:4])[0] - 3700
         count = struct.unpack(">H", request[4:6])[0]
         if request[1] == 3:
-            answer = request[:2] + bytes([2 * count]) + struct.pack(f">{count}H", *self.words[at:at + count])
+            response = request[:2] + bytes([2 * count]) + struct.pack(f">{count}H", *self.words[at:at + count])
         else:
             self.words[at:at + count] = struct.unpack(f">{count}H", request[7:-2])
             self.words[0], self.words[5:8] = 0, [4, 0x5678, 0x1234]
-            answer = request[:6]
-        answer = with_crc(answer)
+            response = request[:6]
+        response = with_crc(response)
         if self.misdeeds:
-            answer = self.misdeeds.pop(0)(answer, self)
-        os.write(self.line, answer)
+            response = self.misdeeds.pop(0)(response, self)
+        os.write(self.line, response)
 
 
-def good(answer, _):
-    return answer
+def good(response, _):
+    return response
 
 
 def none(_, __):
@@ -185,35 +185,35 @@ class BadDevices(unittest.TestCase):
     def test_without_misdeeds(self):
         self.check_done()
 
-    def test_a_lost_answer_to_a_read_is_asked_for_again(self):
+    def test_a_lost_response_to_a_read_is_asked_for_again(self):
         self.check_done(none)
         self.check_done(good, good, none)
 
-    def test_a_damaged_answer_to_a_read_is_asked_for_again(self):
-        self.check_done(lambda answer, _: answer[:3] + bytes([answer[3] ^ 1]) + answer[4:])
-        self.check_done(good, good, good, lambda answer, _: answer[:-10])
+    def test_a_damaged_response_to_a_read_is_asked_for_again(self):
+        self.check_done(lambda response, _: response[:3] + bytes([response[3] ^ 1]) + response[4:])
+        self.check_done(good, good, good, lambda response, _: response[:-10])
 
-    def test_a_late_answer_is_not_taken_for_the_next_one(self):
+    def test_a_late_response_is_not_taken_for_the_next_one(self):
         hurried = []
 
-        def late(answer, device):
+        def late(response, device):
             # cbcanctl gives it up after 1.5 s; then it waits until nothing has come for 1 s.
             hurried.append(device.line in select.select([device.line, device.woken], [], [], 2)[0])
-            return answer
+            return response
         self.check_done(good, good, late)
         self.assertEqual(hurried, [False])
 
-    def test_bytes_that_nobody_asked_for_are_not_taken_for_an_answer(self):
-        self.check_done(lambda answer, _: answer + with_crc(bytes.fromhex("01 03 02 CA 0E")))
+    def test_bytes_that_nobody_asked_for_are_not_taken_for_an_response(self):
+        self.check_done(lambda response, _: response + with_crc(bytes.fromhex("01 03 02 CA 0E")))
 
-    def test_an_answer_of_another_station(self):
-        self.check_lost("reading R3700", *2 * [lambda answer, _: with_crc(b"\x02" + answer[1:-2])])
+    def test_an_response_of_another_station(self):
+        self.check_lost("reading R3700", *2 * [lambda response, _: with_crc(b"\x02" + response[1:-2])])
 
-    def test_a_lost_answer_to_a_write_is_not_asked_for_again(self):
-        requests = self.check_lost("writing R3700: no answer", good, none)
+    def test_a_lost_response_to_a_write_is_not_asked_for_again(self):
+        requests = self.check_lost("writing R3700: no response", good, none)
         self.assertEqual([request[1] for request in requests], [3, 16])
 
-    def test_an_exception_is_an_answer(self):
+    def test_an_exception_is_an_response(self):
         requests = self.check_lost("reading R3700: Illegal data address", lambda _, __: with_crc(bytes.fromhex("01 83 02")))
         self.assertEqual(len(requests), 1)
 

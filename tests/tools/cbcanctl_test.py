@@ -56,8 +56,8 @@ class WithSimulator(unittest.TestCase):
         self.assertEqual(json.loads(done.stdout), {"result": 0, "size": 4, "data": "CD 82 01 00", "value": "99021"})
         done = run(self.simulator.port, "--json", "read", "0x20", "0x3333", "0")
         self.assertEqual(done.returncode, REFUSED)
-        answer = json.loads(done.stdout)
-        self.assertEqual((answer["result"], answer["abort_code"]), (4, 0x06020000))
+        response = json.loads(done.stdout)
+        self.assertEqual((response["result"], response["abort_code"]), (4, 0x06020000))
         done = run(self.simulator.port, "--json", "write", "0x20", "0x2001", "0", "1", "--type", "u8")
         self.assertEqual(json.loads(done.stdout), {"result": 0})
         done = run(self.simulator.port, "--json", "state", "1")
@@ -199,9 +199,30 @@ class Usage(unittest.TestCase):
         for word in ("read", "write", "nmt", "state", "emcy", "kernel", "local-id", "watch", "Exit codes"):
             self.assertIn(word, done.stdout)
 
+    def test_help_fits_80_columns(self):
+        for command in ((), ("read",), ("write",), ("nmt",), ("watch",)):
+            for line in run(1, *command, "--help").stdout.splitlines():
+                self.assertLessEqual(len(line), 80, line)
+
+    def test_version(self):
+        done = run(1, "--version")
+        self.assertEqual((done.returncode, done.stderr), (DONE, ""))
+        self.assertRegex(done.stdout, r"^cbcanctl \d+\.\d+\.\d+\n$")
+
+    def test_suggestions(self):
+        for arguments, told in (("reed 1 2 3", "reed: no such command; did you mean read?"),
+                                ("--timeout 5 sate 1", "sate: no such command; did you mean state?"),
+                                ("frobnicate", "frobnicate: no such command"),
+                                ("read 1 2 3 --tipe u8", "--tipe: no such option; did you mean --type?"),
+                                ("--jsno state 1", "--jsno: no such option; did you mean --json?"),
+                                ("--zzzzzz state 1", "--zzzzzz: no such option")):
+            done = run(1, *arguments.split())
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (USAGE, "", f"cbcanctl: {told}; cbcanctl --help shows all\n"))
+
 
 class Coprocessor:
-    """A window whose transactions are what `execute(command, node, index, sub, data)` says: the bytes of the answer, a number (an
+    """A window whose transactions are what `execute(command, node, index, sub, data)` says: the bytes of the response, a number (an
     abort code), or None: it stays under way until it is cancelled. They are all kept. R3700 shows CA0Eh `polls` times before that."""
 
     def __init__(self, execute, polls=0):
@@ -230,10 +251,10 @@ class Coprocessor:
             with client, client.makefile("rb") as requests:
                 while header := requests.read(7):
                     pdu = requests.read(struct.unpack(">H", header[4:6])[0] - 1)
-                    answer = self.answer(pdu)
-                    client.sendall(header[:4] + struct.pack(">H", len(answer) + 1) + header[6:] + answer)
+                    response = self.respond(pdu)
+                    client.sendall(header[:4] + struct.pack(">H", len(response) + 1) + header[6:] + response)
 
-    def answer(self, pdu):
+    def respond(self, pdu):
         function, address, count = struct.unpack(">BHH", pdu[:5])
         at = address - 3700
         if function == 3:
@@ -378,14 +399,14 @@ class WithCoprocessor(unittest.TestCase):
 class BadServers(unittest.TestCase):
     """A server that answers its first request with given bytes, and then closes."""
 
-    def check(self, answer):
+    def check(self, response):
         with socket.create_server(("127.0.0.1", 0)) as listener:
             def serve():
                 client, _ = listener.accept()
                 with client:
                     client.recv(300)
-                    if answer is not None:
-                        client.sendall(answer)
+                    if response is not None:
+                        client.sendall(response)
             server = threading.Thread(target=serve)
             server.start()
             done = run(listener.getsockname()[1], "--timeout", "100", "read", "1", "0x1000", "0")
@@ -396,7 +417,7 @@ class BadServers(unittest.TestCase):
     def test_closes(self):
         self.check(None)
 
-    def test_half_an_answer(self):
+    def test_half_an_response(self):
         self.check(bytes.fromhex("0001 0000 0005 01 03"))
 
     def test_garbage(self):

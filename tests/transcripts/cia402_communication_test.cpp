@@ -3,16 +3,14 @@
 // services.
 //
 //   Section of the introduction                  Case
-//   NMT: 01h 02h 80h 81h 82h                     "node control: the five services"
+//   NMT: 01h 02h 80h 81h 82h                     overview_test.cpp, "NMT: the five commands ..."
 //   NMT examples: 81 00, 01 05                   "NMT examples"
 //   Error control: node guarding                 "node guarding with its time-out"
-//   Error control: heartbeat 0, 4, 5, 127        "node control: the five services"
-//   Boot-up: 700h + node ID, one byte 0          "NMT examples", "node control: the five services"
+//   Error control: heartbeat 0, 4, 5, 127        overview_test.cpp, "heartbeat: the four states"
+//   Boot-up: 700h + node ID, one byte 0          "NMT examples"
 //   State-object relationship                    "which service is there in which state"
 //   SDO: 600h, 580h + node ID                    all SDO cases
-//   Expedited, segmented, block                  "SDO: expedited ...", "SDO: segments", "SDO: block"
-//   Protocol details: cs 20..23, 40, 43, 41      "SDO: expedited and initiate specifiers"
-//   Protocol details: cs 00/01, 60/61            "SDO: segments"
+//   Expedited, segmented                         overview_test.cpp, "SDO: every n ...", "SDO: segmented"
 //   Protocol details: cs A0..A4, C0..C2          "SDO: block"
 //
 // Its second part, CiA 402 itself: cia402_drive_test.cpp.
@@ -91,30 +89,6 @@ TEST_CASE("CiA 402 introduction, NMT examples") {
   bench.ask("742#R1", "742#7F");
 }
 
-TEST_CASE("CiA 402 introduction, node control: the five services") {
-  WorldBench bench;
-  add_demo_node(bench, "pressure_transducer.eds", 1, {{0x1017, 0, 100}});
-  bench.start();
-  bench.expect("701#00");
-  struct Row {
-    const char* command;
-    const char* heartbeat;
-  };
-  for (const Row& row :
-       std::initializer_list<Row>{{"000#0101", "701#05"}, {"000#0201", "701#04"}, {"000#8001", "701#7F"}}) {
-    bench.send(row.command);
-    bench.expect_silence();
-    bench.pass(100 * kMillisecond);
-    bench.expect(row.heartbeat);
-  }
-  for (const char* reset : {"000#8101", "000#8201"}) {
-    bench.send("000#0101");
-    bench.ask(reset, "701#00");
-    bench.pass(100 * kMillisecond);
-    bench.expect("701#7F");
-  }
-}
-
 // Node guarding in the other direction: the node, too, misses the requests. (CiA 301, 7.2.8.3.2.1.)
 TEST_CASE("CiA 402 introduction, node guarding with its time-out") {
   WorldBench bench;
@@ -172,41 +146,6 @@ TEST_CASE("CiA 402 introduction, state-object relationship: SYNC that others pro
   bench.expect_silence();  // there is no synchronous TPDO to be sent in these states
   bench.send("000#0101");
   bench.ask("080#", "181#CD820100");
-}
-
-// "20h to 23h": bit 1 is e, bit 0 is s; with both, bits 3 and 2 are the bytes that are unused, so 23h is four
-// bytes, and 27h, 2Bh, 2Fh are three, two, one. "43h" in answers likewise.
-TEST_CASE("CiA 402 introduction, SDO: expedited and initiate specifiers") {
-  Generic generic;
-  WorldBench& bench = generic.bench;
-  bench.ask("605#2304200078563412", "585#6004200000000000");
-  bench.ask("605#4004200000000000", "585#4304200078563412");
-  bench.ask("605#2204200021436587", "585#6004200000000000");
-  bench.ask("605#4004200000000000", "585#4304200021436587");
-  bench.ask("605#2108200008000000", "585#6008200000000000");
-  bench.ask("605#0001020304050607", "585#2000000000000000");
-  bench.ask("605#1D08000000000000", "585#3000000000000000");
-  bench.ask("605#2008200000000000", "585#6008200000000000");
-  bench.ask("605#0011020304050607", "585#2000000000000000");
-  bench.ask("605#1D08000000000000", "585#3000000000000000");
-  bench.ask("605#4008200000000000", "585#4108200008000000");
-  bench.send("605#8008200000000008");
-}
-
-// "00h/01h" and "60h/61h" for the toggle bit: by CiA 301, 7.2.4.3.5, it is bit 4: 00h and 10h, 60h and 70h;
-// bit 0 of a segment says that it is the last one.
-TEST_CASE("CiA 402 introduction, SDO: segments") {
-  Generic generic;
-  WorldBench& bench = generic.bench;
-  bench.ask("605#210E20000E000000", "585#600E200000000000");
-  bench.ask("605#0001020304050607", "585#2000000000000000");
-  bench.ask("605#1108090A0B0C0D0E", "585#3000000000000000");
-  bench.ask("605#400E200000000000", "585#410E20000E000000");
-  bench.ask("605#6000000000000000", "585#0001020304050607");
-  bench.ask("605#7000000000000000", "585#1108090A0B0C0D0E");
-  // A toggle bit that has not alternated ends the transfer: 0503 0000h.
-  bench.ask("605#400E200000000000", "585#410E20000E000000");
-  bench.ask("605#7000000000000000", "585#800E200000000305");
 }
 
 // "A0h to A4h for block download, C0h to C2h for block upload" are what the server sends in them; the client

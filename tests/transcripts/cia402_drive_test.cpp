@@ -209,7 +209,7 @@ TEST_CASE("CiA 402 introduction: profile velocity, the four steps") {
   drive.bench.ask("605#406C600000000000", "585#436C600000000000");
 }
 
-// INTEGER8, INTEGER16 and UNSIGNED16, INTEGER32 and UNSIGNED32 answer with 4Fh, 4Bh, 43h.
+// INTEGER8, INTEGER16 and UNSIGNED16, INTEGER32 and UNSIGNED32 have a response with 4Fh, 4Bh, 43h.
 TEST_CASE("CiA 402 introduction: the objects and their sizes") {
   DriveNode drive;
   drive.bench.ask("605#4040600000000000", "585#4B40600000000000");

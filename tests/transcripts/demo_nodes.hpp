@@ -39,10 +39,11 @@ inline sim::NodeImage demo_image(const std::string& file, std::uint8_t node_id,
 /// With the device that belongs to its profile.
 inline sim::Node& add_demo_node(WorldBench& bench, const std::string& file, std::uint8_t node_id,
                                 const std::vector<InitialValue>& values = {}, sim::NodeParts parts = {}) {
-  sim::NodeImage image = demo_image(file, node_id, values);
-  const ObjectDictionary dictionary(image.entries, image.values, nullptr);
+  parts.node_id = node_id;
+  parts.image = demo_image(file, node_id, values);
+  const ObjectDictionary dictionary(parts.image.entries, parts.image.values, nullptr);
   parts.behaviour = devices::device_for(dictionary).make;
-  return bench.world.add_node(node_id, std::move(image), parts);
+  return bench.world.add_node(std::move(parts));
 }
 
 }  // namespace cbcan::test

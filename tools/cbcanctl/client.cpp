@@ -21,9 +21,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPollInterval{1};
-// Over RTU: the first answer through a pseudo-terminal of QEMU takes up to one second.
-constexpr std::chrono::milliseconds kSerialAnswer{1500};
-constexpr std::chrono::milliseconds kSerialSilence{1000};  ///< after it no late answer is expected any more
+// Over RTU: the first response through a pseudo-terminal of QEMU takes up to one second.
+constexpr std::chrono::milliseconds kSerialResponse{1500};
+constexpr std::chrono::milliseconds kSerialSilence{1000};  ///< after it no late response is expected any more
 constexpr int kSerialAttempts = 2;
 constexpr std::size_t kHeaderWords = regmap::kData - regmap::kWindowFirst;
 
@@ -85,32 +85,32 @@ void WindowClient::connect_rtu() {
   const int stop_bits = target_.parity == 'N' ? 2 : 1;  // Modbus characters have 11 bits
   modbus_.reset(modbus_new_rtu(target_.rtu.c_str(), target_.baud, target_.parity, 8, stop_bits));
   if (!modbus_) throw ConnectionError("out of memory");
-  set_patience(modbus_.get(), kSerialAnswer);
-  // A second program on the line would take our answers.
+  set_patience(modbus_.get(), kSerialResponse);
+  // A second program on the line would take our responses.
   if (modbus_connect(modbus_.get()) != 0 || modbus_set_slave(modbus_.get(), target_.unit) != 0 ||
       flock(modbus_get_socket(modbus_.get()), LOCK_EX | LOCK_NB) != 0)
     throw ConnectionError(target_.rtu + ": " + why_not_opened(errno));
 }
 
-Answer WindowClient::execute(const Transaction& transaction) {
+Response WindowClient::execute(const Transaction& transaction) {
   const Deadline deadline = Clock::now() + target_.timeout;
   wait_for_others(deadline);
   write(regmap::kWindowFirst, words_of(transaction));
-  Answer answer;
-  answer.result = wait_for_result(deadline);
-  if (answer.result == static_cast<std::uint16_t>(regmap::Result::kOk) &&
+  Response response;
+  response.result = wait_for_result(deadline);
+  if (response.result == static_cast<std::uint16_t>(regmap::Result::kOk) &&
       transaction.command == regmap::kSdoWrite)
-    return answer;
+    return response;
   // Size and data in one request, so that they belong together.
   const std::vector<std::uint16_t> words = window();
   const std::span<const std::uint16_t> data = std::span(words).subspan(kHeaderWords);
-  answer.abort_code = data[0] | static_cast<std::uint32_t>(data[1]) << 16;
-  if (answer.result != static_cast<std::uint16_t>(regmap::Result::kOk)) return answer;
+  response.abort_code = data[0] | static_cast<std::uint32_t>(data[1]) << 16;
+  if (response.result != static_cast<std::uint16_t>(regmap::Result::kOk)) return response;
   const std::uint16_t size = words[regmap::kDataSize - regmap::kWindowFirst];
   if (size > regmap::kMaxDataBytes)
     throw ConnectionError("R3705 says " + std::to_string(size) + " bytes: this is no CBCAN window");
-  answer.data = bytes_of(data, size);
-  return answer;
+  response.data = bytes_of(data, size);
+  return response;
 }
 
 std::vector<std::uint16_t> WindowClient::window() {
@@ -161,7 +161,7 @@ std::vector<std::uint16_t> WindowClient::read(std::uint16_t address, std::size_t
   }
 }
 
-/// A read over RTU that was disturbed is repeated: it changes nothing. An exception is an answer.
+/// A read over RTU that was disturbed is repeated: it changes nothing. An exception is a response.
 bool WindowClient::repeat_after_failure(int attempt) {
   const bool disturbed =
       errno == ETIMEDOUT || errno == EMBBADCRC || errno == EMBBADDATA || errno == EMBBADSLAVE;
@@ -197,7 +197,7 @@ void WindowClient::lost(const std::string& doing) const {
   std::string text = line() + ": " + doing + ": ";
   if (target_.rtu.empty() || error != ETIMEDOUT) throw ConnectionError(text + modbus_strerror(error));
   throw ConnectionError(text +
-                        "no answer; is the device on, are A and B the right way round, and are --station, "
+                        "no response; is the device on, are A and B the right way round, and are --station, "
                         "--baud and --parity those of the device?");
 }
 

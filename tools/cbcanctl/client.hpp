@@ -46,7 +46,7 @@ struct Target {
   int baud = 115200;                        ///< one of kBaudRates
   char parity = 'E';                        ///< E, O, or N, which takes two stop bits
   int unit = 1;                             ///< the station, over RTU
-  std::chrono::milliseconds timeout{5000};  ///< for R3700 to change; at least 1 s for each Modbus answer
+  std::chrono::milliseconds timeout{5000};  ///< for R3700 to change; at least 1 s for each Modbus response
 };
 
 inline constexpr std::array kBaudRates{1200,  2400,   4800,   9600,   19200, 38400,
@@ -62,7 +62,7 @@ struct Transaction {
   std::vector<std::uint8_t> data;  ///< to write, up to 128 bytes
 };
 
-struct Answer {
+struct Response {
   std::uint16_t result = 0;        ///< R3700
   std::uint32_t abort_code = 0;    ///< with result 4
   std::vector<std::uint8_t> data;  ///< after a good read: as many bytes as R3705 says
@@ -74,7 +74,7 @@ class WindowClient {
   WindowClient(Target target, std::function<bool()> interrupted, std::function<void(const std::string&)> say);
 
   /// One transaction, from CA0Eh to its result. Another program's, if one is under way, is waited for first.
-  Answer execute(const Transaction& transaction);
+  Response execute(const Transaction& transaction);
 
   /// R3700..R3769 as they are.
   std::vector<std::uint16_t> window();

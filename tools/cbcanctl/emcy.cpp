@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <array>
-#include <cstdio>
 #include <iostream>
 
 #include "cbcanctl/commands.hpp"
@@ -14,12 +15,6 @@ using tools::EmergencyMessage;
 using tools::json_string;
 
 constexpr std::size_t kScanSize = 1 + EmergencyMessage::kSize;
-
-std::string hexadecimal(unsigned value, int digits) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%0*Xh", digits, value);
-  return text;
-}
 
 /// `quoted`: as the elements of a JSON array.
 std::string bits_text(std::uint8_t error_register, bool quoted) {
@@ -36,16 +31,15 @@ void print(int node, const EmergencyMessage& message, std::string_view nothing, 
   const std::string bits = bits_text(message.error_register, options.json);
   const std::string info = tools::hex_dump(message.info);
   if (options.json)
-    std::cout << "{\"node\": " << node << ", \"error_code\": " << message.code
-              << ", \"meaning\": " << json_string(meaning)
-              << ", \"error_register\": " << int{message.error_register} << ", \"bits\": [" << bits
-              << "], \"data\": " << json_string(info) << "}\n";
+    fmt::print(
+        R"({{"node": {}, "error_code": {}, "meaning": {}, "error_register": {}, "bits": [{}], "data": {}}})"
+        "\n",
+        node, message.code, json_string(meaning), message.error_register, bits, json_string(info));
   else if (is_nothing)
-    std::cout << node << " " << nothing << "\n";
+    fmt::print("{} {}\n", node, nothing);
   else
-    std::cout << node << " " << hexadecimal(message.code, 4) << " " << meaning << "; error register "
-              << hexadecimal(message.error_register, 2) << (bits.empty() ? "" : ": " + bits) << "; data "
-              << info << "\n";
+    fmt::print("{} {:04X}h {}; error register {:02X}h{}{}; data {}\n", node, message.code, meaning,
+               message.error_register, bits.empty() ? "" : ": ", bits, info);
 }
 
 struct Found {

@@ -2,11 +2,18 @@
 // cbcanctl: what a PLC program does with the register window, from the command line. Results on standard
 // output, everything else on standard error.
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
+#include <memory>
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
+#include "text/suggestion.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::ctl {
 
@@ -15,15 +22,19 @@ namespace {
 constexpr const char* kFooter = R"(
 Numbers are decimal, 0x2001 or 2001h. VALUE may also be bytes: hex:01 02.
 
-read and write: --timeout and --mode set objects 3003h and 3004h of the coprocessor for this transfer and put back what
-was there, also after a refusal and Ctrl-C; other programs' transfers see them meanwhile. They do not matter for NODE 0. R3700
-is waited for 5 s, and two SDO timeouts more where --timeout is given.
+read and write: --timeout and --mode set objects 3003h and 3004h of the
+coprocessor for this transfer and put back what was there, also after a refusal
+and Ctrl-C; other programs' transfers see them meanwhile. They do not matter for
+NODE 0. R3700 is waited for 5 s, and two SDO timeouts more where --timeout is
+given.
 
-emcy scan tells each node whose last EMCY message is an error, and each whose errors are over since the scan was there last.
-There is one scan: a PLC program that scans too does not see those that are over and were told here.
+emcy scan tells each node whose last EMCY message is an error, and each whose
+errors are over since the scan was there last. There is one scan: a PLC program
+that scans too does not see those that are over and were told here.
 
-Exit codes: 0 done, also where emcy and kernel tell errors, 1 usage, 2 no connection, connection lost or no result, 3 refused
-by the coprocessor or the node, 130 interrupted; a transaction that was under way has been cancelled then.
+Exit codes: 0 done, also where emcy and kernel tell errors, 1 usage, 2 no
+connection, connection lost or no result, 3 refused by the coprocessor or the
+node, 130 interrupted; a transaction that was under way has been cancelled then.
 
 Examples:
   cbcanctl read 0x42 0x6411 1 --type i16
@@ -37,6 +48,43 @@ Examples:
 constexpr int kPatienceMs = 5000;       ///< for R3700, besides what --timeout asks for
 constexpr int kMostSdoTimeout = 65535;  ///< 3003h has two bytes
 
+/// Two columns, 80 wide: names and kinds of arguments, and what they are.
+class Help : public CLI::Formatter {
+  static constexpr std::size_t kColumn = 25;
+
+  std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    const std::string type = option->get_type_name();
+    const bool has_type = !is_positional && option->get_items_expected_max() != 0;
+    const std::string standard = option->get_default_str();
+    return text::beside(
+        make_option_name(option, is_positional) + (has_type ? " " + type.substr(0, type.find(':')) : ""),
+        option->get_description() + (standard.empty() ? "" : " (default " + standard + ")"), kColumn);
+  }
+  std::string make_subcommand(const CLI::App* command) const override {
+    return text::beside(command->get_name(), command->get_description(), kColumn);
+  }
+};
+
+/// What is wrong with the first word that the parser could do nothing with; empty = there is none.
+std::string unknown_word(const CLI::App& app) {
+  const std::vector<std::string> words = app.remaining(true);
+  const bool is_option = !words.empty() && words.front().starts_with('-');
+  if (words.empty() || (!is_option && !app.get_subcommands().empty())) return {};
+  std::vector<std::string> known;
+  std::vector<const CLI::App*> owners = app.get_subcommands({});
+  for (const CLI::App* command : owners)
+    if (!is_option) known.push_back(command->get_name());
+  owners.push_back(&app);
+  for (const CLI::App* owner : owners)
+    for (const CLI::Option* option : owner->get_options())
+      for (const std::string& name : option->get_lnames())
+        if (is_option) known.push_back("--" + name);
+  const std::vector<std::string_view> names(known.begin(), known.end());
+  const std::string_view word = words.front();
+  return fmt::format("{}: no such {}{}", word, is_option ? "option" : "command",
+                     text::did_you_mean(word.substr(0, word.find('=')), names));
+}
+
 void add_object(CLI::App& command, Options& options) {
   command.add_option("NODE", options.node, "node ID, 1..127; 0 = the coprocessor itself")->required();
   command.add_option("INDEX", options.index, "object index, such as 0x6411")->required();
@@ -48,21 +96,23 @@ void add_target(CLI::App& app, tools::Target& target) {
   using CLI::Range;
   CLI::Option* host =
       app.add_option("--host", target.host, "where the Modbus TCP server is")->capture_default_str();
-  CLI::Option* port = app.add_option("--port", target.port)->capture_default_str()->check(Range(1, 65535));
+  CLI::Option* port = app.add_option("--port", target.port, "its port, 1..65535")
+                          ->capture_default_str()
+                          ->check(Range(1, 65535));
   CLI::Option* rtu = app.add_option("--rtu", target.rtu,
                                     "serial device of a Modbus RTU server, instead of --host and --port")
                          ->excludes(host)
                          ->excludes(port);
-  app.add_option("--baud", target.baud)
+  app.add_option("--baud", target.baud, fmt::format("with --rtu: {}", fmt::join(tools::kBaudRates, ", ")))
       ->capture_default_str()
       ->check(CLI::IsMember(tools::kBaudRates))
       ->needs(rtu);
-  app.add_option("--parity", target.parity, "E even, O odd, or N none with two stop bits")
+  app.add_option("--parity", target.parity, "with --rtu: E even, O odd, or N none with two stop bits")
       ->capture_default_str()
       ->check(CLI::IsMember({"E", "O", "N"}))
       ->needs(rtu);
   app.add_option("--unit,--station", target.unit,
-                 "Modbus unit ID or station address; it selects the CAN network")
+                 "Modbus unit ID or station address, 0..247; it selects the CAN network")
       ->capture_default_str()
       ->check(Range(0, 247));
 }
@@ -78,14 +128,14 @@ std::chrono::milliseconds patience(const Options& options, bool is_transfer) {
   if (!is_transfer)
     return std::chrono::milliseconds(options.timeout_ms == 0 ? kPatienceMs : options.timeout_ms);
   if (options.timeout_ms > kMostSdoTimeout)
-    throw tools::UsageError("--timeout " + std::to_string(options.timeout_ms) +
-                            ": the SDO timeout of read and write is 1..65535 ms");
+    throw tools::UsageError(
+        fmt::format("--timeout {}: the SDO timeout of read and write is 1..65535 ms", options.timeout_ms));
   return std::chrono::milliseconds(kPatienceMs + 2 * options.timeout_ms);
 }
 
 struct CommandLine {
   CLI::App app{
-      "The PLC's side of the CBCAN register window: SDO, NMT, EMCY and node states over Modbus TCP or RTU.",
+      "The PLC's side of the CBCAN register window: SDO, NMT, EMCY and node states over\nModbus TCP or RTU.",
       "cbcanctl"};
   Options options;
   void (*chosen)(const Options&) = nullptr;
@@ -102,7 +152,7 @@ void add_transfers(CommandLine& line) {
   CLI::App& reading = line.add("read", "SDO read (upload)", read);
   add_object(reading, options);
   add_transfer(reading, options);
-  reading.add_option("--size", options.size, "room for the value, in bytes")
+  reading.add_option("--size", options.size, "room for the value in bytes, 1..128")
       ->capture_default_str()
       ->check(CLI::Range(1, 128));
   CLI::App& writing = line.add("write", "SDO write (download)", write);
@@ -144,6 +194,8 @@ int run(int argc, char** argv) {
   CommandLine line;
   Options& options = line.options;
   line.app.footer(kFooter);
+  line.app.formatter(std::make_shared<Help>());
+  line.app.set_version_flag("--version", "cbcanctl " CBCAN_VERSION, "print the version");
   line.app.require_subcommand(1);
   line.app.fallthrough();
   add_target(line.app, options.target);
@@ -157,8 +209,14 @@ int run(int argc, char** argv) {
   add_services(line);
   try {
     line.app.parse(argc, argv);
+  } catch (const CLI::CallForVersion& version) {
+    std::cout << version.what() << "\n";
+    return kDone;
   } catch (const CLI::ParseError& error) {
-    return line.app.exit(error) == 0 ? kDone : kUsage;
+    const std::string unknown = error.get_exit_code() == 0 ? "" : unknown_word(line.app);
+    if (unknown.empty()) return line.app.exit(error) == 0 ? kDone : kUsage;
+    say(unknown + "; cbcanctl --help shows all");
+    return kUsage;
   }
   if (!options.target.rtu.empty() && options.target.unit == 0)
     throw tools::UsageError("--station 0 is all stations, and none of them answers; write 1..247");

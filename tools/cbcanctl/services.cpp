@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // read, write, nmt, state, kernel, local-id.
 
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <iostream>
 #include <map>
 
@@ -56,8 +57,8 @@ std::uint16_t ask_state(tools::WindowClient& client, std::uint64_t node) {
   transaction.node = static_cast<std::uint16_t>(node);
   transaction.index = regmap::kNodeStateService;
   transaction.size = 1;
-  const Bytes answer = execute(client, transaction);
-  return answer.empty() ? kNotDetected : answer[0];
+  const Bytes response = execute(client, transaction);
+  return response.empty() ? kNotDetected : response[0];
 }
 
 void print_state(std::uint64_t node, std::uint16_t state, const Options& options) {
@@ -137,12 +138,10 @@ void kernel(const Options& options) {
   tools::WindowClient client = connect(options);
   const std::uint8_t state = own::read(client, own::kKernelState, 0, 1)[0];
   const std::string_view name = meaning_of(kKernelStates, state);
-  char number[8];
-  std::snprintf(number, sizeof number, "%02Xh", state);
   if (options.json)
-    std::cout << "{\"kernel\": " << int{state} << ", \"name\": " << json_string(name) << "}\n";
+    fmt::print("{{\"kernel\": {}, \"name\": {}}}\n", state, json_string(name));
   else
-    std::cout << number << " " << name << "\n";
+    fmt::print("{:02X}h {}\n", state, name);
 }
 
 void local_id(const Options& options) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "cbcanctl/session.hpp"
 
+#include <fmt/format.h>
 #include <signal.h>
 
-#include <cstdio>
 #include <iostream>
 
 namespace cbcan::ctl {
@@ -16,24 +16,23 @@ void on_interrupt(int /*signal*/) {
   interrupt_seen = 1;
 }
 
-std::optional<std::uint32_t> abort_code_of(const tools::Answer& answer) {
-  if (answer.result != static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError)) return std::nullopt;
-  return answer.abort_code;
+std::optional<std::uint32_t> abort_code_of(const tools::Response& response) {
+  if (response.result != static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError)) return std::nullopt;
+  return response.abort_code;
 }
 
 std::string code_text(std::uint32_t code) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%04X %04Xh", code >> 16, code & 0xFFFF);
+  const std::string number = fmt::format("{:04X} {:04X}h", code >> 16, code & 0xFFFF);
   const regmap::AbortRow* row = regmap::find_abort(code);
-  if (row == nullptr) return std::string(text) + ": an abort code of the node's own";
-  return std::string(text) + " " + std::string(row->name) + ": " + std::string(row->meaning);
+  if (row == nullptr) return number + ": an abort code of the node's own";
+  return fmt::format("{} {}: {}", number, row->name, row->meaning);
 }
 
-std::string reason(const tools::Answer& answer) {
-  if (const auto code = abort_code_of(answer)) return code_text(*code);
+std::string reason(const tools::Response& response) {
+  if (const auto code = abort_code_of(response)) return code_text(*code);
   for (const regmap::NamedNumber& row : regmap::kResults)
-    if (row.value == answer.result) return std::string(row.name) + ": " + std::string(row.meaning);
-  return "R3700 is " + std::to_string(answer.result) + ", which is no result";
+    if (row.value == response.result) return fmt::format("{}: {}", row.name, row.meaning);
+  return "R3700 is " + std::to_string(response.result) + ", which is no result";
 }
 
 tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::size_t size) {
@@ -46,10 +45,10 @@ tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::s
 
 }  // namespace
 
-Refused::Refused(const tools::Answer& answer, const std::string& what)
-    : std::runtime_error((what.empty() ? "" : what + ": ") + reason(answer)),
-      result(answer.result),
-      abort_code(abort_code_of(answer)) {}
+Refused::Refused(const tools::Response& response, const std::string& what)
+    : std::runtime_error((what.empty() ? "" : what + ": ") + reason(response)),
+      result(response.result),
+      abort_code(abort_code_of(response)) {}
 
 void say(const std::string& line) {
   std::cerr << "cbcanctl: " << line << "\n";
@@ -77,17 +76,15 @@ tools::WindowClient connect(const Options& options) {
 
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
                      const std::string& what) {
-  const tools::Answer answer = client.execute(transaction);
-  if (answer.result != static_cast<std::uint16_t>(regmap::Result::kOk)) throw Refused(answer, what);
-  return answer.data;
+  const tools::Response response = client.execute(transaction);
+  if (response.result != static_cast<std::uint16_t>(regmap::Result::kOk)) throw Refused(response, what);
+  return response.data;
 }
 
 namespace own {
 
 std::string name(std::uint16_t index) {
-  char text[8];
-  std::snprintf(text, sizeof text, "%04Xh", index);
-  return std::string(text) + " of the coprocessor";
+  return fmt::format("{:04X}h of the coprocessor", index);
 }
 
 tools::Bytes read(tools::WindowClient& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
@@ -95,8 +92,8 @@ tools::Bytes read(tools::WindowClient& client, std::uint16_t index, std::uint8_t
   transaction.sub = sub;
   tools::Bytes value = execute(client, transaction, name(index));
   if (value.size() != size)
-    throw tools::ConnectionError(name(index) + ": " + std::to_string(value.size()) + " bytes instead of " +
-                                 std::to_string(size) + ": this is no CBCAN window");
+    throw tools::ConnectionError(
+        fmt::format("{}: {} bytes instead of {}: this is no CBCAN window", name(index), value.size(), size));
   return value;
 }
 

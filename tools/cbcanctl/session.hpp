@@ -32,7 +32,7 @@ struct Options {
 class Refused : public std::runtime_error {
  public:
   /// `what` is named in front of the reason, where there is something to name.
-  explicit Refused(const tools::Answer& answer, const std::string& what = {});
+  explicit Refused(const tools::Response& response, const std::string& what = {});
 
   std::uint16_t result;                     ///< R3700
   std::optional<std::uint32_t> abort_code;  ///< with result 4
@@ -49,7 +49,7 @@ void forget_interrupt();
 
 tools::WindowClient connect(const Options& options);
 
-/// The data of a good answer; throws Refused, of `what`.
+/// The data of a good response; throws Refused, of `what`.
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
                      const std::string& what = {});
 

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "cbcanctl/value.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <array>
 #include <bit>
-#include <charconv>
-#include <cmath>
-#include <cstdio>
+
+#include "text/numbers.hpp"
+#include "text/value.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::tools {
 
@@ -25,22 +29,12 @@ constexpr std::array kTypes{
     ValueType{"hex", Kind::kHex, 0},
 };
 
-constexpr std::string_view kHexPrefix = "hex:";
-
-template <class Number, class... Base>
-std::optional<Number> whole(std::string_view text, Base... base) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base...);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
 /// Decimal, 0x.. or ..h, without a sign.
 std::optional<std::uint64_t> magnitude(std::string_view text) {
-  if (text.starts_with("0x") || text.starts_with("0X")) return whole<std::uint64_t>(text.substr(2), 16);
+  if (text::has_hex_prefix(text)) return text::parse<std::uint64_t>(text.substr(2), 16);
   if (text.ends_with('h') || text.ends_with('H'))
-    return whole<std::uint64_t>(text.substr(0, text.size() - 1), 16);
-  return whole<std::uint64_t>(text);
+    return text::parse<std::uint64_t>(text.substr(0, text.size() - 1), 16);
+  return text::parse<std::uint64_t>(text);
 }
 
 std::uint64_t mask_of(std::size_t size) {
@@ -64,22 +58,15 @@ std::uint64_t from_little_endian(std::span<const std::uint8_t> bytes) {
 }
 
 [[noreturn]] void refuse(std::string_view text, const ValueType& type, const std::string& why) {
-  throw UsageError("'" + std::string(text) + "' is no " + std::string(type.name) + ": " + why);
+  throw UsageError(fmt::format("'{}' is no {}: {}", text, type.name, why));
 }
 
 Bytes parse_hex(std::string_view text) {
-  std::string digits;
-  for (const char c : text)
-    if (c != ' ') digits += c;
-  Bytes bytes;
-  for (std::size_t i = 0; i < digits.size(); i += 2) {
-    const auto byte = whole<std::uint8_t>(std::string_view(digits).substr(i, 2), 16);
-    if (!byte || i + 2 > digits.size())
-      throw UsageError("'" + std::string(text) +
-                       "' is no row of bytes; write pairs of hexadecimal digits, such as hex:01 02");
-    bytes.push_back(*byte);
-  }
-  return bytes;
+  auto bytes = text::parse_hex(text);
+  if (!bytes)
+    throw UsageError(
+        fmt::format("'{}' is no row of bytes; write pairs of hexadecimal digits, such as hex:01 02", text));
+  return *std::move(bytes);
 }
 
 Bytes parse_integer(std::string_view text, const ValueType& type) {
@@ -91,13 +78,13 @@ Bytes parse_integer(std::string_view text, const ValueType& type) {
   const std::uint64_t most = is_signed ? (negative ? half : half - 1) : mask_of(type.size);
   if ((negative && !is_signed && *number != 0) || *number > most)
     refuse(text, type,
-           is_signed ? "its range is -" + std::to_string(half) + ".." + std::to_string(half - 1)
-                     : "its range is 0.." + std::to_string(mask_of(type.size)));
+           is_signed ? fmt::format("its range is -{}..{}", half, half - 1)
+                     : fmt::format("its range is 0..{}", mask_of(type.size)));
   return little_endian(negative ? 0 - *number : *number, type.size);
 }
 
 Bytes parse_real(std::string_view text, const ValueType& type) {
-  const auto number = whole<double>(text);
+  const auto number = text::parse<double>(text);
   if (!number) return refuse(text, type, "write a number such as -1.5 or 2e3"), Bytes{};
   if (type.size == 8) return little_endian(std::bit_cast<std::uint64_t>(*number), 8);
   return little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(*number)), 4);
@@ -115,15 +102,9 @@ std::string print_signed(std::span<const std::uint8_t> bytes) {
 }
 
 std::string print_real(std::span<const std::uint8_t> bytes) {
-  std::array<char, 64> text{};
   const std::uint64_t bits = from_little_endian(bytes);
-  const auto end =
-      bytes.size() == 8
-          ? std::to_chars(text.data(), text.data() + text.size(), std::bit_cast<double>(bits)).ptr
-          : std::to_chars(text.data(), text.data() + text.size(),
-                          std::bit_cast<float>(static_cast<std::uint32_t>(bits)))
-                .ptr;
-  return std::string(text.data(), end);
+  if (bytes.size() == 8) return fmt::format("{}", std::bit_cast<double>(bits));
+  return fmt::format("{}", std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
 }
 
 }  // namespace
@@ -135,28 +116,26 @@ std::span<const ValueType> value_types() {
 const ValueType& value_type(std::string_view name) {
   for (const ValueType& type : kTypes)
     if (type.name == name) return type;
-  std::string names;
+  std::vector<std::string_view> names;
   for (const ValueType& type : kTypes)
-    names += (names.empty() ? "" : ", ") + std::string(type.name);
-  throw UsageError("--type " + std::string(name) + ": no such type; there are " + names);
+    names.push_back(type.name);
+  throw UsageError(fmt::format("--type {}: no such type; there are {}", name, text::listed(names, ", ")));
 }
 
 std::uint64_t parse_number(std::string_view text, std::uint64_t most, const std::string& what) {
   const auto number = magnitude(text);
   if (!number) {
-    const bool hexadecimal = whole<std::uint64_t>(text, 16).has_value();
-    throw UsageError(what + " " + std::string(text) + ": " +
-                     (hexadecimal
-                          ? "hexadecimal is written 0x" + std::string(text) + " or " + std::string(text) + "h"
-                          : "write a decimal number, 0x12 or 12h"));
+    const bool hexadecimal = text::parse<std::uint64_t>(text, 16).has_value();
+    throw UsageError(fmt::format("{} {}: {}", what, text,
+                                 hexadecimal ? fmt::format("hexadecimal is written 0x{0} or {0}h", text)
+                                             : "write a decimal number, 0x12 or 12h"));
   }
-  if (*number > most)
-    throw UsageError(what + " " + std::string(text) + ": the most is " + std::to_string(most));
+  if (*number > most) throw UsageError(fmt::format("{} {}: the most is {}", what, text, most));
   return *number;
 }
 
 Bytes parse_value(std::string_view text, const ValueType& type) {
-  if (text.starts_with(kHexPrefix)) return parse_hex(text.substr(kHexPrefix.size()));
+  if (text::is_hex(text)) return parse_hex(text);
   switch (type.kind) {
     case Kind::kUnsigned:
     case Kind::kSigned: return parse_integer(text, type);
@@ -170,8 +149,8 @@ Bytes parse_value(std::string_view text, const ValueType& type) {
 
 std::string print_value(std::span<const std::uint8_t> bytes, const ValueType& type) {
   if (type.size != 0 && bytes.size() != type.size)
-    throw UsageError("the object has " + std::to_string(bytes.size()) + " bytes, " + std::string(type.name) +
-                     " has " + std::to_string(type.size) + ": " + hex_dump(bytes));
+    throw UsageError(fmt::format("the object has {} bytes, {} has {}: {}", bytes.size(), type.name, type.size,
+                                 hex_dump(bytes)));
   switch (type.kind) {
     case Kind::kUnsigned: return std::to_string(from_little_endian(bytes));
     case Kind::kSigned: return print_signed(bytes);
@@ -188,20 +167,11 @@ std::string print_value(std::span<const std::uint8_t> bytes) {
   if (size == 0) return "(empty)";
   if (size > 4 && size != 8) return hex_dump(bytes);
   const std::uint64_t number = from_little_endian(bytes);
-  std::array<char, 24> hex{};
-  std::snprintf(hex.data(), hex.size(), "0x%0*llX", static_cast<int>(2 * size),
-                static_cast<unsigned long long>(number));
-  return std::string(hex.data()) + " " + std::to_string(number);
+  return fmt::format("0x{} {}", text::hex(number, static_cast<unsigned>(2 * size)), number);
 }
 
 std::string hex_dump(std::span<const std::uint8_t> bytes) {
-  std::string text;
-  for (const std::uint8_t byte : bytes) {
-    std::array<char, 4> pair{};
-    std::snprintf(pair.data(), pair.size(), "%02X", byte);
-    text += (text.empty() ? "" : " ") + std::string(pair.data());
-  }
-  return text;
+  return fmt::format("{:02X}", fmt::join(bytes, " "));
 }
 
 std::string json_string(std::string_view text) {
@@ -212,9 +182,7 @@ std::string json_string(std::string_view text) {
       out += '\\';
       out += c;
     } else if (byte < 0x20 || byte > 0x7E) {
-      std::array<char, 8> escape{};
-      std::snprintf(escape.data(), escape.size(), "\\u%04X", byte);
-      out += escape.data();
+      out += fmt::format("\\u{:04X}", byte);
     } else {
       out += c;
     }

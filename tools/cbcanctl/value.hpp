@@ -6,20 +6,17 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "text/error.hpp"
 
 namespace cbcan::tools {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Something that was typed cannot be meant like this; the text says what would be right.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+using text::UsageError;
 
 enum class Kind : std::uint8_t { kUnsigned, kSigned, kReal, kBoolean, kString, kHex };
 

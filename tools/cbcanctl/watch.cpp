@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <iostream>
 #include <thread>
 
@@ -16,8 +17,8 @@ std::string_view name_of(std::uint16_t address) {
 }
 
 std::string json(std::uint16_t address, std::uint16_t word) {
-  return "{\"register\": " + std::to_string(address) + ", \"name\": " + tools::json_string(name_of(address)) +
-         ", \"value\": " + std::to_string(word) + "}";
+  return fmt::format(R"({{"register": {}, "name": {}, "value": {}}})", address,
+                     tools::json_string(name_of(address)), word);
 }
 
 std::string describe(std::uint16_t address, std::uint16_t word) {
@@ -29,10 +30,8 @@ std::string describe(std::uint16_t address, std::uint16_t word) {
   }
   for (const regmap::NamedNumber& row : regmap::kCommands)
     if (address == regmap::kCommand && row.value == word) text = row.name;
-  char line[96];
-  std::snprintf(line, sizeof line, "R%u %u %-16s %5u %04Xh %s", address, regmap::modicon_number(address),
-                std::string(name_of(address)).c_str(), word, word, text.c_str());
-  std::string result = line;
+  std::string result = fmt::format("R{} {} {:16} {:5} {:04X}h {}", address, regmap::modicon_number(address),
+                                   name_of(address), word, word, text);
   while (result.ends_with(' '))
     result.pop_back();
   return result;

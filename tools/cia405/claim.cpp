@@ -97,7 +97,7 @@ int Claim::other_owner() const {
   return kNobody;
 }
 
-/// By what answers have shown, not by the clock: this program may have been standing still itself.
+/// By what responses have shown, not by the clock: this program may have been standing still itself.
 int Claim::dead_program() const {
   if (!heard_) return kNobody;
   for (int program = 0; program < kPrograms; ++program) {

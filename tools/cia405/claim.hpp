@@ -26,7 +26,7 @@ class Claim {
   bool owner() const { return state_ == State::kOwner; }
   bool others_wait() const;
 
-  /// The next request on the way to owning the window. Answers to all requests that read R3700..R3777 go to
+  /// The next request on the way to owning the window. Responses to all requests that read R3700..R3777 go to
   /// answered().
   Request ask(Time now);
   /// As the owner: a request that reads everything and shows the others that this program lives.
@@ -64,7 +64,7 @@ class Claim {
   State state_ = State::kFree;
   unsigned count_ = 0;   ///< makes each word another one
   unsigned ticket_ = 1;  ///< the oldest one goes first
-  bool heard_ = false;   ///< there was an answer since it began to wait
+  bool heard_ = false;   ///< there was a response since it began to wait
   Time heard_at_ = 0;
   std::array<Seen, kPrograms> seen_{};
   Time free_since_ = 0;  ///< nobody owns the window, as far as seen

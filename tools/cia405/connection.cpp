@@ -123,7 +123,7 @@ void Connection::connect(Time now) {
   const int on = 1;
   setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   state_ = State::kConnecting;
-  until_ = now + settings_.answer_timeout;
+  until_ = now + settings_.response_timeout;
   if (::connect(socket_, address->ai_addr, address->ai_addrlen) != 0 && errno != EINPROGRESS)
     return end(std::strerror(errno), now);
   look_at_attempt(now);
@@ -132,7 +132,7 @@ void Connection::connect(Time now) {
 void Connection::look_at_attempt(Time now) {
   pollfd attempt{socket_, POLLOUT, 0};
   if (::poll(&attempt, 1, 0) != 1) {
-    if (now >= until_) end("no answer", now);
+    if (now >= until_) end("no response", now);
     return;
   }
   int error = 0;
@@ -152,19 +152,19 @@ void Connection::send(std::uint8_t unit, const Request& request, Time now) {
   const std::vector<std::uint8_t> bytes = bytes_of(unit, request);
   if (modbus_send_raw_request(modbus_.get(), bytes.data(), static_cast<int>(bytes.size())) < 0)
     return end(modbus_strerror(errno), now);
-  due_ = Due{unit, bytes[1], request.count, now + settings_.answer_timeout};
+  due_ = Due{unit, bytes[1], request.count, now + settings_.response_timeout};
 }
 
-std::optional<Answer> Connection::receive(Time now) {
+std::optional<Response> Connection::receive(Time now) {
   const Peeked peeked = peek(now);
   if (!due_) return std::nullopt;
-  if (is_answer(peeked)) return take(peeked.length(), now);
+  if (is_response(peeked)) return take(peeked.length(), now);
   const bool comes =
       peeked.count < kHeader || (peeked.length() <= kLongest && peeked.count < peeked.length());
   if (!comes)
     end("what it answers is no Modbus", now);
   else if (now >= due_->until)
-    end("no answer to a request", now);
+    end("no response to a request", now);
   return std::nullopt;
 }
 
@@ -180,8 +180,8 @@ Connection::Peeked Connection::peek(Time now) {
   return peeked;
 }
 
-/// One whole answer to the request under way, and nothing after it.
-bool Connection::is_answer(const Peeked& peeked) const {
+/// One whole response to the request under way, and nothing after it.
+bool Connection::is_response(const Peeked& peeked) const {
   constexpr std::size_t kUnitAndFunction = 2, kExceptionLength = 3, kWriteLength = 6;
   const std::span<const std::uint8_t> bytes = peeked.bytes;
   const std::size_t length = word_at(bytes, 4);
@@ -195,18 +195,18 @@ bool Connection::is_answer(const Peeked& peeked) const {
   return bytes[kHeader + kUnitAndFunction] == data && length == kUnitAndFunction + 1 + data;
 }
 
-std::optional<Answer> Connection::take(std::size_t length, Time now) {
+std::optional<Response> Connection::take(std::size_t length, Time now) {
   std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> bytes{};
   constexpr std::size_t kFunction = kHeader + 1, kData = kHeader + 3;
   if (modbus_receive_confirmation(modbus_.get(), bytes.data()) != static_cast<int>(length)) {
     end(modbus_strerror(errno), now);
     return std::nullopt;
   }
-  Answer answer{.exception = (bytes[kFunction] & kException) != 0};
-  for (std::size_t i = 0; !answer.exception && i < due_->words; ++i)
-    answer.words.push_back(word_at(bytes, kData + 2 * i));
+  Response response{.exception = (bytes[kFunction] & kException) != 0};
+  for (std::size_t i = 0; !response.exception && i < due_->words; ++i)
+    response.words.push_back(word_at(bytes, kData + 2 * i));
   due_.reset();
-  return answer;
+  return response;
 }
 
 void Connection::end(const std::string& why, Time now) {

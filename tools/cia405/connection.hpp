@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One Modbus TCP connection that never blocks: requests and answers as words. libmodbus frames; it is asked
-/// to receive when the whole answer is there, so it has nothing to wait for.
+/// One Modbus TCP connection that never blocks: requests and responses as words. libmodbus frames; it is
+/// asked to receive when the whole response is there, so it has nothing to wait for.
 
 #include <cstdint>
 #include <memory>
@@ -17,7 +17,7 @@ struct _modbus;
 
 namespace cbcan::cia405::detail {
 
-struct Answer {
+struct Response {
   bool exception = false;
   std::vector<std::uint16_t> words{};  ///< as many as the request wanted
 };
@@ -39,11 +39,11 @@ class Connection {
   int descriptor() const { return socket_; }
   short events() const;
 
-  /// While state() is kOn, and no answer is due.
+  /// While state() is kOn, and no response is due.
   void send(std::uint8_t unit, const Request& request, Time now);
-  bool answer_due() const { return due_.has_value(); }
-  /// The whole answer, if it is there. What is no answer to the request ends the connection.
-  std::optional<Answer> receive(Time now);
+  bool response_due() const { return due_.has_value(); }
+  /// The whole response, if it is there. What is no response to the request ends the connection.
+  std::optional<Response> receive(Time now);
 
  private:
   struct Due {
@@ -58,8 +58,8 @@ class Connection {
   void look_at_attempt(Time now);
   void look_for_end(Time now);
   Peeked peek(Time now);
-  bool is_answer(const Peeked& peeked) const;
-  std::optional<Answer> take(std::size_t length, Time now);
+  bool is_response(const Peeked& peeked) const;
+  std::optional<Response> take(std::size_t length, Time now);
   void end(const std::string& why, Time now);
 
   LinkSettings settings_;

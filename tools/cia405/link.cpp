@@ -63,15 +63,15 @@ void Link::Connected::poll(Time now) {
 void Link::Connected::move(Time now) {
   connection.poll(now);
   if (connection.state() != detail::Connection::State::kOn) return;
-  if (connection.answer_due() && !receive(now)) return;
+  if (connection.response_due() && !receive(now)) return;
   send(now);
 }
 
 bool Link::Connected::receive(Time now) {
-  const std::optional<detail::Answer> answer = connection.receive(now);
-  if (!answer) return false;
+  const std::optional<detail::Response> response = connection.receive(now);
+  if (!response) return false;
   detail::Window& window = windows.at(asked);
-  answer->exception ? window.refused() : window.answered(answer->words, now);
+  response->exception ? window.refused() : window.answered(response->words, now);
   return true;
 }
 

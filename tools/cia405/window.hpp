@@ -2,7 +2,7 @@
 #pragma once
 
 /// One network's window: the queue of executions, and the transactions that each of them takes. Knows no
-/// socket: it is asked for the next request and given the answer.
+/// socket: it is asked for the next request and given the response.
 
 #include <cstdint>
 #include <deque>
@@ -28,7 +28,7 @@ struct Service {
 
   bool write = false;
   bool on_bus = false;  ///< the module's SDO time-out matters
-  bool exact = false;   ///< an answer of another size is none
+  bool exact = false;   ///< a response of another size is none
   std::uint8_t node = 0;
   std::uint16_t index = 0;
   std::uint16_t sub = 0;
@@ -72,12 +72,12 @@ class Window {
 
   /// Ends what has taken too long.
   void expire(Time now);
-  /// The next request, if there is something to do. Its answer goes to answered() or refused() before next()
-  /// is called again.
+  /// The next request, if there is something to do. Its response goes to answered() or refused() before
+  /// next() is called again.
   std::optional<Request> next(Time now);
   /// `words`: as many as were asked for.
   void answered(std::span<const std::uint16_t> words, Time now);
-  /// The answer was a Modbus exception.
+  /// The response was a Modbus exception.
   void refused();
   /// The connection is gone: every job ends.
   void lost();

@@ -39,12 +39,12 @@ bool SlcanPort::receive(Frame& frame) {
   return false;
 }
 
-/// Another line than a frame: a state, or an answer to something that was sent.
+/// Another line than a frame: a state, or a response to something that was sent.
 void SlcanPort::on_line(std::string_view line) {
   const auto state = slcan::decode_state(line);
   if (!state) {
-    const bool answer = line.empty() || line == "z" || line == "Z";
-    if (!answer) ++counters_.errors;
+    const bool response = line.empty() || line == "z" || line == "Z";
+    if (!response) ++counters_.errors;
   } else if (line.front() == 's') {
     unasked_ = *state;
   } else {

@@ -7,17 +7,17 @@
 /// on_error_interrupt() from CAN1_SCE; everything else from the loop. Nothing blocks but init(), which waits
 /// for one handshake, bounded.
 ///
-/// Reception: FIFO 0 has what is addressed to this node - SDO answers and requests, NMT commands, node
+/// Reception: FIFO 0 has what is addressed to this node - SDO responses and requests, NMT commands, node
 /// guarding requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC, TIME,
 /// PDOs. Each has its own queue in memory too, so that a storm of EMCY messages fills its own places and
-/// loses no SDO answer. Other frames are turned away by the filters: SDO requests to other nodes, 29-bit
+/// loses no SDO response. Other frames are turned away by the filters: SDO requests to other nodes, 29-bit
 /// identifiers.
 ///
 /// Bus-off: the controller is told to recover (ABOM = 0) by poll(), once every mailbox has been emptied; from
 /// bus-off to recovery try_send() takes nothing. With ABOM = 1 the controller comes back by itself, and
 /// whatever was handed to it in the moment of bus-off goes out then: an NMT command, minutes late. For the
 /// same reason a frame that nobody acknowledges (the cable is off: the controller would repeat it for ever)
-/// is taken back after kStaleAfter. After that time the one who sent it has given up waiting for an answer.
+/// is taken back after kStaleAfter. After that time the one who sent it has given up waiting for a response.
 
 #include <array>
 #include <atomic>

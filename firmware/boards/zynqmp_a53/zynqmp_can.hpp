@@ -183,9 +183,9 @@ class ZynqmpCan final : public CanPort {
   /// Resets the controller, sets timing and filters and joins the bus. Again at any time, for other settings:
   /// what waits to be sent is lost then.
   ///
-  /// There are four filters: 000h..3FFh and 400h..5FFh (NMT, SYNC, EMCY, TIME, PDOs, SDO answers), 700h..77Fh
-  /// (error control), 600h + own node ID (SDO requests). So PDOs cannot be received on 680h..6DFh, where CiA
-  /// 301 puts none by itself. All are for 11-bit identifiers; RTR or not is left to the core.
+  /// There are four filters: 000h..3FFh and 400h..5FFh (NMT, SYNC, EMCY, TIME, PDOs, SDO responses),
+  /// 700h..77Fh (error control), 600h + own node ID (SDO requests). So PDOs cannot be received on 680h..6DFh,
+  /// where CiA 301 puts none by itself. All are for 11-bit identifiers; RTR or not is left to the core.
   Start start(const Settings& settings) {
     const auto timing = zynqmp_can::bit_timing(settings.clock_hz, settings.bit_rate);
     if (!timing) return Start::kBitRate;

@@ -26,7 +26,7 @@ inline constexpr std::uint32_t kErrorControlId = 0x700;  ///< + node ID: boot-up
 inline constexpr std::uint8_t kAllNodes = 0;
 inline constexpr std::uint8_t kMaxNode = 127;
 
-/// Bit 7 of a node guarding answer alternates; the rest is the state.
+/// Bit 7 of a node guarding response alternates; the rest is the state.
 inline constexpr std::uint8_t kGuardToggle = 0x80;
 inline constexpr std::uint8_t kStateMask = 0x7F;
 

@@ -19,7 +19,7 @@ class NodeMonitor {
  public:
   struct Counters {
     std::uint32_t boot_ups = 0;
-    std::uint32_t heartbeats = 0;  ///< heartbeats and node guarding answers
+    std::uint32_t heartbeats = 0;  ///< heartbeats and node guarding responses
     std::uint32_t ignored = 0;     ///< no state in it, or no such state
   };
 
@@ -57,7 +57,7 @@ class NodeMonitor {
   enum class Report : std::uint8_t {
     kNone,                ///< it has never reported
     kBootUp,              ///< its boot-up message
-    kState,               ///< a heartbeat, or the answer to node guarding
+    kState,               ///< a heartbeat, or the response to node guarding
     kResetCommunication,  ///< either, but this NMT command has gone to it since
     kResetNode,           ///< likewise
   };

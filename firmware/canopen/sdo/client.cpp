@@ -10,20 +10,20 @@ namespace cbcan {
 /// What each kind of event means in one state. An abort, a frame with another multiplexer and a short frame
 /// mean the same in all of them and never get here.
 struct SdoClient::State {
-  std::uint8_t accepts;  ///< bit n: an answer with command specifier n belongs here; any other is ABORT_SYNC
-  void (*on_answer)(SdoClient&, const Frame&, Time);
+  std::uint8_t accepts;  ///< bit n: a response with command specifier n belongs here; any other is ABORT_SYNC
+  void (*on_response)(SdoClient&, const Frame&, Time);
   void (*on_deadline)(SdoClient&, Time);
   void (*on_room)(SdoClient&, Time);  ///< the port has taken the frame that it had refused
 
-  template <auto kOnAnswer, auto kOnDeadline, auto kOnRoom>
+  template <auto kOnResponse, auto kOnDeadline, auto kOnRoom>
   static constexpr State of(std::uint8_t accepts) {
-    return {accepts, answer<kOnAnswer>, event<kOnDeadline>, event<kOnRoom>};
+    return {accepts, respond<kOnResponse>, event<kOnDeadline>, event<kOnRoom>};
   }
   static constexpr std::array<State, kPhases> table();
 
   // Member functions as plain ones: pointers to members are twice the size, and slower to call.
   template <void (SdoClient::*kHandler)(const Frame&, Time)>
-  static void answer(SdoClient& client, const Frame& frame, Time now) {
+  static void respond(SdoClient& client, const Frame& frame, Time now) {
     (client.*kHandler)(frame, now);
   }
   template <void (SdoClient::*kHandler)(Time)>
@@ -34,23 +34,23 @@ struct SdoClient::State {
 
 namespace {
 
-constexpr std::uint8_t only(sdo::Answer specifier) {
+constexpr std::uint8_t only(sdo::Response specifier) {
   return static_cast<std::uint8_t>(1 << static_cast<unsigned>(specifier));
 }
 constexpr std::uint8_t kNone = 0;
-/// Segments of a block have a sequence number where other answers have a command specifier.
+/// Segments of a block have a sequence number where other responses have a command specifier.
 constexpr std::uint8_t kSegments = 0xFF;
 
-/// What the server is told when nobody wants its answer any more.
+/// What the server is told when nobody wants its response any more.
 constexpr AbortCode kCancelled = AbortCode::kGeneral;
 
 /// Among the segments of a block only sequence number 0 is free to mean something else.
 constexpr bool is_abort(std::uint8_t command, std::uint8_t accepts) {
-  return sdo::is(command, sdo::Answer::kAbort) &&
-         (accepts != kSegments || command == sdo::command(sdo::Answer::kAbort));
+  return sdo::is(command, sdo::Response::kAbort) &&
+         (accepts != kSegments || command == sdo::command(sdo::Response::kAbort));
 }
 
-/// 06xx xxxxh but 0601 0000h (unsupported access): without block the answer would be the same.
+/// 06xx xxxxh but 0601 0000h (unsupported access): without block the response would be the same.
 constexpr bool is_about_object(AbortCode code) {
   return static_cast<std::uint32_t>(code) >> 24 == 6 && code != AbortCode::kNoSegment;
 }
@@ -64,9 +64,9 @@ constexpr bool by_block(SdoClient::Mode mode) {
 // clang-format off
 constexpr std::array<SdoClient::State, SdoClient::kPhases> SdoClient::State::table() {
   using C = SdoClient;
-  using enum sdo::Answer;
+  using enum sdo::Response;
   return {{
-    // an answer                        a deadline         room again           answers that belong here
+    // a response                        a deadline         room again           responses that belong here
     of<&C::misplaced,                   &C::nothing,       &C::nothing>        (kNone),                   // kIdle
     of<&C::misplaced,                   &C::hold_or_begin, &C::nothing>        (kNone),                   // kHeldBack
     of<&C::misplaced,                   &C::timed_out,     &C::begin>          (kNone),                   // kQueued
@@ -113,11 +113,11 @@ void SdoClient::fail(AbortCode code) {
 void SdoClient::abort_and_tell(AbortCode code, Time now) {
   const bool tell = opened_;
   const bool streaming = phase_ == kBlockUploadStream;
-  const bool answer_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
-                                  code == AbortCode::kToggleBit || code == kCancelled;
+  const bool response_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
+                                    code == AbortCode::kToggleBit || code == kCancelled;
   fail(code);
   if (!tell) return;
-  if (streaming || answer_outstanding) quarantine(streaming, now);
+  if (streaming || response_outstanding) quarantine(streaming, now);
   ++counters_.aborts_sent;
   outbox_.send(sdo::make_abort(sdo::kRequestId + request_.node, mux(), code), now);
 }
@@ -191,7 +191,7 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
     ++counters_.not_data;
     return;
   }
-  if (!opened_ || frame.id != sdo::kAnswerId + request_.node) return on_stray(frame, now);
+  if (!opened_ || frame.id != sdo::kResponseId + request_.node) return on_stray(frame, now);
   const std::uint8_t command = frame.data[0];
   const State& waiting = state();
   const bool segment = phase_ == kBlockUploadStream && !is_abort(command, kSegments);
@@ -199,7 +199,7 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
     ++counters_.too_short;
     return;
   }
-  if (!segment && !sdo::is_segment_answer(command) && !sdo::is_about(mux(), frame)) {
+  if (!segment && !sdo::is_segment_response(command) && !sdo::is_about(mux(), frame)) {
     ++counters_.other_object;
     return;
   }
@@ -209,10 +209,10 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
     return;
   }
   if ((waiting.accepts >> sdo::specifier_of(command) & 1) == 0) return misplaced(frame, now);
-  waiting.on_answer(*this, frame, now);
+  waiting.on_response(*this, frame, now);
 }
 
-/// Nothing is asked of this node. If it is in quarantine this may be the late answer, and the next transfer
+/// Nothing is asked of this node. If it is in quarantine this may be the late response, and the next transfer
 /// may begin.
 void SdoClient::on_stray(const Frame& frame, Time now) {
   ++(quarantine_.take(frame, now) ? counters_.late : counters_.unexpected);
@@ -345,7 +345,7 @@ void SdoClient::await(Phase phase, Time now) {
   enter(phase, timeout_from(now));
 }
 
-/// Sends a request and waits for its answer. The first one that leaves opens the transfer.
+/// Sends a request and waits for its response. The first one that leaves opens the transfer.
 void SdoClient::ask(Phase phase, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3,
                     std::uint32_t tail) {
   await(phase, now);
@@ -358,7 +358,7 @@ void SdoClient::drop_refused() {
   if (phase_ != kQueued && phase_ != kHeldBack) outbox_.drop();
 }
 
-/// A late answer to this transfer must not be taken for the answer to the next one.
+/// A late response to this transfer must not be taken for the response to the next one.
 void SdoClient::quarantine(bool stream, Time now) {
   const std::uint16_t length = timeout_ms_ == 0 ? kDefaultTimeoutMs : timeout_ms_;
   quarantine_.add(request_.node, mux(), stream, now + milliseconds(length));

@@ -4,9 +4,9 @@
 /// SDO client (CiA 301, 7.2.4): one transfer at a time, to any node, expedited, segmented or block, of as
 /// many bytes as the caller has memory for, 65,535 at most.
 ///
-/// Nothing blocks and nothing is allocated. Answers are dealt with where they arrive: the next request leaves
-/// from inside on_frame(). Not re-entrant: start, on_frame, on_boot_up, cancel and poll are called from one
-/// place.
+/// Nothing blocks and nothing is allocated. Responses are dealt with where they arrive: the next request
+/// leaves from inside on_frame(). Not re-entrant: start, on_frame, on_boot_up, cancel and poll are called
+/// from one place.
 ///
 /// Every transfer that start() accepted ends exactly once: kDone, or kFailed with a code. Where the server
 /// may still be waiting, or has sent more or fewer bytes than it declared, it is sent one abort, and no other
@@ -52,16 +52,16 @@ class SdoClient {
     kIdle,                      ///< nothing to do
     kHeldBack,                  ///< the end of the node's quarantine
     kQueued,                    ///< the port: the abort of the transfer before has not left yet
-    kUploadInitiate,            ///< answer to "initiate upload"
+    kUploadInitiate,            ///< response to "initiate upload"
     kUploadSegment,             ///< next segment
     kDownloadExpedited,         ///< confirmation of an expedited download
-    kDownloadInitiate,          ///< answer to "initiate download"
+    kDownloadInitiate,          ///< response to "initiate download"
     kDownloadSegment,           ///< confirmation of a segment
-    kBlockDownloadInitiate,     ///< answer to "initiate block download"
+    kBlockDownloadInitiate,     ///< response to "initiate block download"
     kBlockDownloadStream,       ///< the port: segments of a sub-block are still to be sent
     kBlockDownloadAcknowledge,  ///< acknowledgement of a sub-block
     kBlockDownloadEnd,          ///< confirmation of the end
-    kBlockUploadInitiate,       ///< answer to "initiate block upload"
+    kBlockUploadInitiate,       ///< response to "initiate block upload"
     kBlockUploadStream,         ///< next segment of a sub-block
     kBlockUploadEnd,            ///< end of the block upload
   };
@@ -82,18 +82,18 @@ class SdoClient {
     std::uint32_t timeouts = 0;
     std::uint32_t aborts_sent = 0;
     std::uint32_t aborts_received = 0;
-    std::uint32_t late = 0;             ///< answers thrown away in quarantine
-    std::uint32_t unexpected = 0;       ///< answers while nothing was asked, or from another node
-    std::uint32_t not_data = 0;         ///< RTR or 29-bit frames in the place of an answer
+    std::uint32_t late = 0;             ///< responses thrown away in quarantine
+    std::uint32_t unexpected = 0;       ///< responses while nothing was asked, or from another node
+    std::uint32_t not_data = 0;         ///< RTR or 29-bit frames in the place of a response
     std::uint32_t too_short = 0;        ///< frames without all the bytes that their command needs
-    std::uint32_t other_object = 0;     ///< answers and aborts with another index or sub-index
+    std::uint32_t other_object = 0;     ///< responses and aborts with another index or sub-index
     std::uint32_t repeated_blocks = 0;  ///< sub-blocks of which a part had to be sent again
   };
 
   /// `data` holds one transfer's bytes: 4 at least; more than 65,535 are not used. Both outlive the client.
   SdoClient(CanPort& port, std::span<std::uint8_t> data) : outbox_(port), data_(data) {}
 
-  /// 0 = wait for ever. Holds from the next answer or transfer on.
+  /// 0 = wait for ever. Holds from the next response or transfer on.
   void set_timeout(std::uint16_t timeout_ms) { timeout_ms_ = timeout_ms; }
   std::uint16_t timeout_ms() const { return timeout_ms_; }
 
@@ -133,7 +133,7 @@ class SdoClient {
   using enum Phase;
   static const std::array<State, kPhases> kStates;  ///< by Phase
 
-  // Answers, one for each state.
+  // Responses, one for each state.
   void upload_initiated(const Frame& frame, Time now);
   void upload_segment(const Frame& frame, Time now);
   void download_done(const Frame& frame, Time now);

@@ -146,7 +146,7 @@ void SdoClient::block_upload_ended(const Frame& frame, Time now) {
     ++counters_.unexpected;
     return;
   }
-  if (!sdo::is(command, sdo::Answer::kBlockUpload) || (command & 1) == 0)
+  if (!sdo::is(command, sdo::Response::kBlockUpload) || (command & 1) == 0)
     return abort_and_tell(AbortCode::kSync, now);
   const std::size_t size = moved_ + sdo::kSegmentBytes - sdo::block_unused(command);
   if (declared_ && size != limit_) return abort_and_tell(AbortCode::kObjectLength, now);

@@ -14,9 +14,9 @@
 
 namespace cbcan::sdo {
 
-/// CAN-ID of the default SDO: requests go to 600h + node ID, answers come from 580h + node ID.
+/// CAN-ID of the default SDO: requests go to 600h + node ID, responses come from 580h + node ID.
 inline constexpr std::uint32_t kRequestId = 0x600;
-inline constexpr std::uint32_t kAnswerId = 0x580;
+inline constexpr std::uint32_t kResponseId = 0x580;
 
 inline constexpr std::uint32_t kSegmentBytes = 7;
 inline constexpr std::uint32_t kExpeditedBytes = 4;
@@ -32,7 +32,7 @@ enum class Request : std::uint8_t {
   kBlockUpload = 5,
   kBlockDownload = 6,
 };
-enum class Answer : std::uint8_t {
+enum class Response : std::uint8_t {
   kUploadSegment = 0,
   kDownloadSegment = 1,
   kInitiateUpload = 2,
@@ -86,7 +86,7 @@ constexpr std::uint8_t specifier_of(std::uint8_t command) {
 constexpr bool is(std::uint8_t command, Request specifier) {
   return specifier_of(command) == static_cast<std::uint8_t>(specifier);
 }
-constexpr bool is(std::uint8_t command, Answer specifier) {
+constexpr bool is(std::uint8_t command, Response specifier) {
   return specifier_of(command) == static_cast<std::uint8_t>(specifier);
 }
 constexpr BlockStep block_step(std::uint8_t command) {
@@ -115,20 +115,20 @@ constexpr std::uint8_t block_unused(std::uint8_t command) {
   return command >> 2 & 7;
 }
 
-/// Bytes that an answer must have for its command to be read; a shorter frame is no answer.
-constexpr std::uint8_t answer_length(std::uint8_t command) {
+/// Bytes that a response must have for its command to be read; a shorter frame is no response.
+constexpr std::uint8_t response_length(std::uint8_t command) {
   const bool sized = (command & kSizeIndicated) != 0;
-  switch (static_cast<Answer>(specifier_of(command))) {
-    case Answer::kUploadSegment: return static_cast<std::uint8_t>(1 + segment_size(command));
-    case Answer::kInitiateUpload:
+  switch (static_cast<Response>(specifier_of(command))) {
+    case Response::kUploadSegment: return static_cast<std::uint8_t>(1 + segment_size(command));
+    case Response::kInitiateUpload:
       if ((command & kExpedited) == 0) return sized ? 8 : 4;
       return static_cast<std::uint8_t>(sized ? 4 + expedited_size(command) : 8);
-    case Answer::kInitiateDownload: return 4;
-    case Answer::kAbort: return 8;
-    case Answer::kBlockDownload:
+    case Response::kInitiateDownload: return 4;
+    case Response::kAbort: return 8;
+    case Response::kBlockDownload:
       if (block_step(command) == BlockStep::kInitiate) return 5;
       return block_step(command) == BlockStep::kAcknowledge ? 3 : 1;
-    case Answer::kBlockUpload:
+    case Response::kBlockUpload:
       if ((command & 1) != 0) return 3;
       return (command & kBlockSizeIndicated) != 0 ? 8 : 4;
     default: return 1;
@@ -136,33 +136,33 @@ constexpr std::uint8_t answer_length(std::uint8_t command) {
 }
 
 constexpr bool is_short(const Frame& frame) {
-  return frame.length < frame.data.size() && frame.length < answer_length(frame.data[0]);
+  return frame.length < frame.data.size() && frame.length < response_length(frame.data[0]);
 }
 
-/// Does this answer carry a multiplexer, so that it can be told from one to another request?
+/// Does this response carry a multiplexer, so that it can be told from one to another request?
 constexpr bool has_multiplexer(std::uint8_t command) {
-  switch (static_cast<Answer>(specifier_of(command))) {
-    case Answer::kInitiateUpload:
-    case Answer::kInitiateDownload:
-    case Answer::kAbort: return true;
-    case Answer::kBlockDownload: return block_step(command) == BlockStep::kInitiate;
-    case Answer::kBlockUpload: return (command & 1) == 0;
+  switch (static_cast<Response>(specifier_of(command))) {
+    case Response::kInitiateUpload:
+    case Response::kInitiateDownload:
+    case Response::kAbort: return true;
+    case Response::kBlockDownload: return block_step(command) == BlockStep::kInitiate;
+    case Response::kBlockUpload: return (command & 1) == 0;
     default: return false;
   }
 }
 
 /// Belongs to a request with this multiplexer, as far as it tells. An abort without index and sub-index is
 /// about whatever there is. The usual case comes first.
-constexpr bool is_about(Multiplexer mux, const Frame& answer) {
-  const Multiplexer theirs = multiplexer_of(answer);
+constexpr bool is_about(Multiplexer mux, const Frame& response) {
+  const Multiplexer theirs = multiplexer_of(response);
   if (theirs == mux) return true;
-  const std::uint8_t command = answer.data[0];
-  return !has_multiplexer(command) || (theirs == 0 && is(command, Answer::kAbort));
+  const std::uint8_t command = response.data[0];
+  return !has_multiplexer(command) || (theirs == 0 && is(command, Response::kAbort));
 }
 
-/// The answer to a segment, either way: it has no multiplexer.
-constexpr bool is_segment_answer(std::uint8_t command) {
-  return specifier_of(command) <= static_cast<std::uint8_t>(Answer::kDownloadSegment);
+/// The response to a segment, either way: it has no multiplexer.
+constexpr bool is_segment_response(std::uint8_t command) {
+  return specifier_of(command) <= static_cast<std::uint8_t>(Response::kDownloadSegment);
 }
 
 /// The bytes from `at` on, as many as are data. Nearly always these are `kAll`, and those go as words: the
@@ -188,7 +188,7 @@ inline void take_expedited(const Frame& frame, std::uint8_t* to, std::size_t siz
 constexpr std::uint8_t command(Request specifier, std::uint8_t bits = 0) {
   return static_cast<std::uint8_t>(static_cast<std::uint8_t>(specifier) << 5 | bits);
 }
-constexpr std::uint8_t command(Answer specifier, std::uint8_t bits = 0) {
+constexpr std::uint8_t command(Response specifier, std::uint8_t bits = 0) {
   return static_cast<std::uint8_t>(static_cast<std::uint8_t>(specifier) << 5 | bits);
 }
 constexpr std::uint8_t expedited_bits(std::size_t size) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Transfers that a client has given up while the server may still answer: a late answer must not be taken
-/// for one to the next transfer, so nothing is asked of such a node until the answer has come, the node has
+/// Transfers that a client has given up while the server may still answer: a late response must not be taken
+/// for one to the next transfer, so nothing is asked of such a node until the response has come, the node has
 /// booted, or a time has passed. Knows no client: several, on all channels of a node, may share one.
 
 #include <array>
@@ -28,11 +28,11 @@ class SdoQuarantine {
   /// ends that. Takes the place of the one that ends first when there is no other.
   void add(std::uint8_t node, sdo::Multiplexer mux, bool stream, Time until);
 
-  /// An answer that nobody waits for. True: its node is in quarantine; it may be the late one that ends it.
+  /// A response that nobody waits for. True: its node is in quarantine; it may be the late one that ends it.
   bool take(const Frame& frame, Time now) {
     bool late = false;
     for (Slot& slot : slots_) {
-      if (slot.node != frame.id - sdo::kAnswerId || slot.until <= now) continue;
+      if (slot.node != frame.id - sdo::kResponseId || slot.until <= now) continue;
       late = true;
       if (slot.stream || sdo::is_short(frame) || !sdo::is_about(slot.mux, frame)) continue;
       slot.until = 0;
@@ -50,7 +50,7 @@ class SdoQuarantine {
  private:
   struct Slot {
     Time until;            ///< free from then on
-    sdo::Multiplexer mux;  ///< of the transfer whose answer may still come
+    sdo::Multiplexer mux;  ///< of the transfer whose response may still come
     std::uint8_t node;
     bool stream;
   };

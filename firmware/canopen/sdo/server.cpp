@@ -7,8 +7,8 @@
 
 namespace cbcan {
 
-void SdoServer::reset(std::uint32_t answer_id) {
-  answer_id_ = answer_id;
+void SdoServer::reset(std::uint32_t response_id) {
+  response_id_ = response_id;
   state_ = State::kIdle;
   outbox_.drop();
 }
@@ -45,11 +45,11 @@ void SdoServer::poll(Time now) {
 void SdoServer::abort(AbortCode code, Time now) {
   state_ = State::kIdle;
   ++counters_.aborts_sent;
-  outbox_.send(sdo::make_abort(answer_id_, mux_, code), now);
+  outbox_.send(sdo::make_abort(response_id_, mux_, code), now);
 }
 
-void SdoServer::answer(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now) {
-  outbox_.send(sdo::make_frame(answer_id_, command, bytes_1_to_3, tail), now);
+void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now) {
+  outbox_.send(sdo::make_frame(response_id_, command, bytes_1_to_3, tail), now);
 }
 
 // ---- Download
@@ -82,7 +82,7 @@ void SdoServer::initiate_download(const Frame& frame, Time now) {
   if (refused != AbortCode::kNone) return abort(refused, now);
   state_ = State::kDownload;
   toggle_ = 0;
-  answer(sdo::command(sdo::Answer::kInitiateDownload), mux_, 0, now);
+  respond(sdo::command(sdo::Response::kInitiateDownload), mux_, 0, now);
 }
 
 void SdoServer::download_expedited(const Frame& frame, Time now) {
@@ -98,7 +98,7 @@ void SdoServer::download_expedited(const Frame& frame, Time now) {
   const AbortCode refused =
       dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), std::span(frame.data).subspan(4, size), now);
   if (refused != AbortCode::kNone) return abort(refused, now);
-  answer(sdo::command(sdo::Answer::kInitiateDownload), mux_, 0, now);
+  respond(sdo::command(sdo::Response::kInitiateDownload), mux_, 0, now);
 }
 
 void SdoServer::download_segment(const Frame& frame, Time now) {
@@ -113,7 +113,7 @@ void SdoServer::download_segment(const Frame& frame, Time now) {
     state_ = State::kIdle;
     if (const AbortCode refused = store(now); refused != AbortCode::kNone) return abort(refused, now);
   }
-  answer(sdo::command(sdo::Answer::kDownloadSegment, toggle_), 0, 0, now);
+  respond(sdo::command(sdo::Response::kDownloadSegment, toggle_), 0, 0, now);
   toggle_ ^= sdo::kToggle;
 }
 
@@ -131,16 +131,16 @@ void SdoServer::initiate_upload(const Frame& frame, Time now) {
   if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
     return abort(refused, now);
   if (size_ != 0 && size_ <= sdo::kExpeditedBytes) {
-    Frame out = sdo::make_frame(answer_id_,
-                                sdo::command(sdo::Answer::kInitiateUpload, sdo::expedited_bits(size_)), mux_);
+    Frame out = sdo::make_frame(
+        response_id_, sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_)), mux_);
     std::copy_n(buffer_.begin(), size_, out.data.begin() + 4);
     outbox_.send(out, now);
     return;
   }
   state_ = State::kUpload;
   toggle_ = 0;
-  answer(sdo::command(sdo::Answer::kInitiateUpload, sdo::kSizeIndicated), mux_,
-         static_cast<std::uint32_t>(size_), now);
+  respond(sdo::command(sdo::Response::kInitiateUpload, sdo::kSizeIndicated), mux_,
+          static_cast<std::uint32_t>(size_), now);
 }
 
 void SdoServer::upload_segment(const Frame& frame, Time now) {
@@ -149,7 +149,7 @@ void SdoServer::upload_segment(const Frame& frame, Time now) {
   const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
   const bool last = done_ + size == size_;
   Frame out = sdo::make_frame(
-      answer_id_, sdo::command(sdo::Answer::kUploadSegment, sdo::segment_bits(size, toggle_, last)));
+      response_id_, sdo::command(sdo::Response::kUploadSegment, sdo::segment_bits(size, toggle_, last)));
   sdo::put_segment(out, buffer_.data() + done_, size);
   done_ += size;
   toggle_ ^= sdo::kToggle;
@@ -172,8 +172,8 @@ void SdoServer::initiate_block_download(const Frame& frame, Time now) {
   state_ = State::kBlockDownload;
   sequence_ = 0;
   block_size_ = sdo::kMaxBlockSize;
-  answer(sdo::command(sdo::Answer::kBlockDownload, sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
-         mux_, block_size_, now);
+  respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
+          mux_, block_size_, now);
 }
 
 /// The last segment of a value may be longer than the value: all seven bytes are kept as far as there is
@@ -192,8 +192,8 @@ void SdoServer::block_download_segment(const Frame& frame, Time now) {
   }
   if (!last && sequence != block_size_) return;
   const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
-  answer(sdo::command(sdo::Answer::kBlockDownload, sdo::bits(sdo::BlockStep::kAcknowledge)), taken_and_size,
-         0, now);
+  respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kAcknowledge)),
+          taken_and_size, 0, now);
   if (in_order && last) state_ = State::kBlockDownloadEnd;
   sequence_ = 0;
 }
@@ -206,7 +206,7 @@ void SdoServer::end_block_download(const Frame& frame, Time now) {
   if (crc_ && sdo::load16(frame, 1) != crc16(buffer_.first(done_))) return abort(AbortCode::kBlockCrc, now);
   state_ = State::kIdle;
   if (const AbortCode refused = store(now); refused != AbortCode::kNone) return abort(refused, now);
-  answer(sdo::command(sdo::Answer::kBlockDownload, sdo::bits(sdo::BlockStep::kEnd)), 0, 0, now);
+  respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kEnd)), 0, 0, now);
 }
 
 // ---- Block upload
@@ -237,7 +237,7 @@ void SdoServer::initiate_block_upload(const Frame& frame, Time now) {
   fruitless_ = 0;
   state_ = State::kBlockUploadStart;
   const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
-  answer(sdo::command(sdo::Answer::kBlockUpload, bits), mux_, static_cast<std::uint32_t>(size_), now);
+  respond(sdo::command(sdo::Response::kBlockUpload, bits), mux_, static_cast<std::uint32_t>(size_), now);
 }
 
 /// Sends what the port takes of this sub-block. An empty value is one segment without data.
@@ -247,7 +247,7 @@ void SdoServer::stream_segments(Time now) {
     const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
     last = done_ + size == size_;
     Frame out =
-        sdo::make_frame(answer_id_, static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
+        sdo::make_frame(response_id_, static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
     sdo::put_segment(out, buffer_.data() + done_, size);
     done_ += size;
     outbox_.send(out, now);
@@ -275,7 +275,7 @@ void SdoServer::block_upload_acknowledged(const Frame& frame, Time now) {
                                  : (sdo::kSegmentBytes - size_ % sdo::kSegmentBytes) % sdo::kSegmentBytes;
   state_ = State::kBlockUploadEnd;
   const std::uint16_t crc = crc_ ? crc16(buffer_.first(size_)) : std::uint16_t{0};
-  answer(sdo::command(sdo::Answer::kBlockUpload, sdo::block_end_bits(unused)), crc, 0, now);
+  respond(sdo::command(sdo::Response::kBlockUpload, sdo::block_end_bits(unused)), crc, 0, now);
 }
 
 }  // namespace cbcan

@@ -35,8 +35,8 @@ class SdoServer {
   SdoServer(ObjectDictionary& dictionary, CanPort& port, std::span<std::uint8_t> buffer)
       : dictionary_(dictionary), outbox_(port), buffer_(buffer) {}
 
-  /// Forgets what was under way; answers are now on this CAN-ID, of the first server 580h + node ID.
-  void reset(std::uint32_t answer_id);
+  /// Forgets what was under way; responses are now on this CAN-ID, of the first server 580h + node ID.
+  void reset(std::uint32_t response_id);
 
   /// A frame on the CAN-ID of its requests, of the first server 600h + node ID.
   void on_frame(const Frame& frame, Time now);
@@ -78,7 +78,7 @@ class SdoServer {
   AbortCode begin_upload(const Frame& frame, Time now);
   AbortCode store(Time now);
   void abort(AbortCode code, Time now);
-  void answer(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now);
+  void respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now);
 
   ObjectDictionary& dictionary_;
   Outbox outbox_;
@@ -88,7 +88,7 @@ class SdoServer {
   std::size_t done_ = 0;       ///< bytes transferred
   std::size_t confirmed_ = 0;  ///< bytes of a block upload that the client has acknowledged
   std::size_t capacity_ = 0;   ///< bytes that a download may have
-  std::uint32_t answer_id_ = 0;
+  std::uint32_t response_id_ = 0;
   State state_ = State::kIdle;
   std::uint8_t toggle_ = 0;
   std::uint8_t sequence_ = 0;

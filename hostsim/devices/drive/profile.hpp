@@ -35,7 +35,7 @@ class Profile {
 
   /// The shortest trapezoid from where and how the axis moves at `start` to a standstill at `target`: |v| is
   /// never greater than the velocity allowed, or than it was at the start. Who cannot stop in time passes the
-  /// target, turns round and comes back.
+  /// target, reverses and comes back.
   static Profile to_position(const Motion& from, double target, const Dynamics& dynamics, Time start);
 
   /// A ramp to a velocity, which is then kept; through standstill if the direction changes.

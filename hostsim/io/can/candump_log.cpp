@@ -2,10 +2,11 @@
 #include "io/can/candump_log.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
+#include <iterator>
 #include <utility>
 
 #include "sim/frame_text.hpp"
@@ -15,26 +16,11 @@ namespace cbcan::io {
 namespace {
 
 constexpr std::size_t kPendingLimit = 65536;
-constexpr int kSecondDigits = 10;
-constexpr int kMicrosecondDigits = 6;
-
-void append_decimal(std::string& text, std::uint64_t value, int width) {
-  const std::string digits = std::to_string(value);
-  text.append(static_cast<std::size_t>(width) - std::min(digits.size(), static_cast<std::size_t>(width)),
-              '0');
-  text += digits;
-}
 
 }  // namespace
 
 void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface) {
-  text += '(';
-  append_decimal(text, time / kSecond, kSecondDigits);
-  text += '.';
-  append_decimal(text, time % kSecond, kMicrosecondDigits);
-  text += ") ";
-  text += interface;
-  text += ' ';
+  fmt::format_to(std::back_inserter(text), "({:010}.{:06}) {} ", time / kSecond, time % kSecond, interface);
   sim::append_frame(text, frame);
   text += '\n';
 }

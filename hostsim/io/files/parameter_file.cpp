@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "io/files/parameter_file.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -12,6 +12,8 @@
 #include "canopen/lss_slave.hpp"
 #include "canopen/nmt/nmt.hpp"
 #include "io/files/read_file.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::io {
 
@@ -23,29 +25,21 @@ constexpr std::string_view kHeading =
 constexpr std::string_view kNodeId = "node-id";
 constexpr std::string_view kBitRate = "bit-rate";
 
-std::string_view trim(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const auto first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
+/// False: it is none, or does not fit.
 template <class Number>
-bool parse_number(std::string_view text, Number& number, int base) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base);
-  return error == std::errc{} && end == text.data() + text.size();
+bool read_number(std::string_view text, Number& number, int base) {
+  const auto read = text::parse<Number>(text::trim(text), base);
+  if (read) number = *read;
+  return read.has_value();
 }
 
 bool parse_object(std::string_view object, std::string_view digits, sim::StoredValue& value) {
-  const auto colon = object.find(':');
-  if (colon == std::string_view::npos || digits.size() % 2 != 0 ||
-      !parse_number(trim(object.substr(0, colon)), value.index, 16) ||
-      !parse_number(trim(object.substr(colon + 1)), value.sub, 16))
+  const auto address = text::split(object, ':');
+  if (!address || digits.size() % 2 != 0 || !read_number(address->first, value.index, 16) ||
+      !read_number(address->second, value.sub, 16))
     return false;
-  for (std::size_t at = 0; at < digits.size(); at += 2) {
-    value.bytes.emplace_back();
-    if (!parse_number(digits.substr(at, 2), value.bytes.back(), 16)) return false;
-  }
+  for (std::size_t at = 0; at < digits.size(); at += 2)
+    if (!read_number(digits.substr(at, 2), value.bytes.emplace_back(), 16)) return false;
   return true;
 }
 
@@ -55,13 +49,13 @@ bool is_node_id(std::uint8_t id) {
 
 /// False: the line means nothing.
 bool parse_line(std::string_view line, sim::StoredParameters& parameters) {
-  const auto equals = line.find('=');
-  if (equals == std::string_view::npos) return false;
-  const std::string_view key = trim(line.substr(0, equals));
-  const std::string_view value = trim(line.substr(equals + 1));
+  const auto sides = text::split(line, '=');
+  if (!sides) return false;
+  const std::string_view key = text::trim(sides->first);
+  const std::string_view value = text::trim(sides->second);
   if (key == kNodeId)
-    return parse_number(value, parameters.lss.node_id, 10) && is_node_id(parameters.lss.node_id);
-  if (key == kBitRate) return parse_number(value, parameters.lss.bit_rate, 10);
+    return read_number(value, parameters.lss.node_id, 10) && is_node_id(parameters.lss.node_id);
+  if (key == kBitRate) return read_number(value, parameters.lss.bit_rate, 10);
   parameters.values.emplace_back();
   return parse_object(key, value, parameters.values.back());
 }
@@ -77,34 +71,23 @@ bool write_whole(const std::string& path, const std::string& text) {
 
 std::string parameter_text(const sim::StoredParameters& parameters) {
   std::string text(kHeading);
-  if (parameters.lss.node_id != 0) {
-    text += std::string(kNodeId) + " = " + std::to_string(parameters.lss.node_id) + "\n";
-    text += std::string(kBitRate) + " = " + std::to_string(parameters.lss.bit_rate) + "\n";
-  }
-  for (const sim::StoredValue& value : parameters.values) {
-    char number[16];
-    std::snprintf(number, sizeof number, "%04X:%02X = ", value.index, value.sub);
-    text += number;
-    for (const std::uint8_t byte : value.bytes) {
-      std::snprintf(number, sizeof number, "%02X", byte);
-      text += number;
-    }
-    text += '\n';
-  }
+  if (parameters.lss.node_id != 0)
+    text +=
+        fmt::format("{} = {}\n{} = {}\n", kNodeId, parameters.lss.node_id, kBitRate, parameters.lss.bit_rate);
+  for (const sim::StoredValue& value : parameters.values)
+    text += fmt::format("{:04X}:{:02X} = {:02X}\n", value.index, value.sub, fmt::join(value.bytes, ""));
   return text;
 }
 
 sim::StoredParameters parse_parameters(std::string_view text, const std::string& path) {
   sim::StoredParameters parameters;
   for (std::size_t number = 1; !text.empty(); ++number) {
-    const auto end = text.find('\n');
-    const std::string_view line = trim(text.substr(0, end));
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    const std::string_view line = text::trim(text::take_line(text));
     if (line.empty() || line.front() == '#' || parse_line(line, parameters)) continue;
     throw UsageError(
-        path + ":" + std::to_string(number) + ": \"" + std::string(line) +
-        "\": write INDEX:SUB = BYTES in hexadecimal, such as 1017:00 = E803, node-id = 1..127 or "
-        "bit-rate = 250000");
+        fmt::format("{}:{}: \"{}\": write INDEX:SUB = BYTES in hexadecimal, such as 1017:00 = E803, "
+                    "node-id = 1..127 or bit-rate = 250000",
+                    path, number, line));
   }
   return parameters;
 }

@@ -75,9 +75,9 @@ ModbusException check_identification(Pdu pdu) {
   return kNone;
 }
 
-void append(ModbusAnswer& answer, const auto& bytes) {
+void append(ModbusResponse& response, const auto& bytes) {
   for (const auto byte : bytes)
-    answer.bytes[answer.size++] = static_cast<std::uint8_t>(byte);
+    response.bytes[response.size++] = static_cast<std::uint8_t>(byte);
 }
 
 }  // namespace
@@ -104,30 +104,30 @@ bool writes_registers(std::uint8_t function) {
   }
 }
 
-ModbusAnswer exception_answer(std::uint8_t function, ModbusException exception) {
-  ModbusAnswer answer;
-  answer.bytes[0] = function | kExceptionBit;
-  answer.bytes[1] = static_cast<std::uint8_t>(exception);
-  answer.size = 2;
-  return answer;
+ModbusResponse exception_response(std::uint8_t function, ModbusException exception) {
+  ModbusResponse response;
+  response.bytes[0] = function | kExceptionBit;
+  response.bytes[1] = static_cast<std::uint8_t>(exception);
+  response.size = 2;
+  return response;
 }
 
-ModbusAnswer identification_answer(Pdu pdu, const DeviceIdentity& identity) {
+ModbusResponse identification_response(Pdu pdu, const DeviceIdentity& identity) {
   const std::array<std::string_view, kBasicObjects> objects{identity.vendor, identity.product_code,
                                                             identity.revision};
   // A stream from an object that does not exist starts at the first one.
   const std::size_t first = pdu[3] < kBasicObjects ? pdu[3] : 0;
   const std::size_t last = pdu[2] == kOneObject ? first : kBasicObjects - 1;
   const auto count = static_cast<std::uint8_t>(last - first + 1);
-  ModbusAnswer answer;
-  append(answer,
+  ModbusResponse response;
+  append(response,
          std::array{pdu[0], pdu[1], pdu[2], kBasicStreamAndOneObject, kNoMoreFollows, kNoNextObject, count});
   for (std::size_t id = first; id <= last; ++id) {
     const std::string_view text = objects[id].substr(0, kMaxObjectText);
-    append(answer, std::array{static_cast<std::uint8_t>(id), static_cast<std::uint8_t>(text.size())});
-    append(answer, text);
+    append(response, std::array{static_cast<std::uint8_t>(id), static_cast<std::uint8_t>(text.size())});
+    append(response, text);
   }
-  return answer;
+  return response;
 }
 
 }  // namespace cbcan::io

@@ -51,15 +51,15 @@ struct DeviceIdentity {
   std::string revision;
 };
 
-/// An answer's PDU.
-struct ModbusAnswer {
+/// A response's PDU.
+struct ModbusResponse {
   std::array<std::uint8_t, kMaxPduBytes> bytes;
   std::size_t size = 0;
 };
 
-ModbusAnswer exception_answer(std::uint8_t function, ModbusException exception);
+ModbusResponse exception_response(std::uint8_t function, ModbusException exception);
 
 /// Answers a function 43 request that check_request() has passed.
-ModbusAnswer identification_answer(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity);
+ModbusResponse identification_response(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity);
 
 }  // namespace cbcan::io

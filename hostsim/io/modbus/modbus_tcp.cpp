@@ -21,14 +21,14 @@ constexpr std::size_t kPduOffset = 7;
 constexpr std::size_t kMinLength = 2;
 constexpr std::size_t kMaxLength = 1 + kMaxPduBytes;
 constexpr std::size_t kMaxAduBytes = kUnitOffset + kMaxLength;
-constexpr std::size_t kMinAnswerBytes = kPduOffset + 2;
+constexpr std::size_t kMinResponseBytes = kPduOffset + 2;
 
 // Messaging on TCP/IP V1.0b, 4.4.2.1: either stands for the server itself where there is nothing to select.
 constexpr std::uint8_t kUnitOfServer = 0xFF;
 constexpr std::uint8_t kUnitOfServerToo = 0;
 
 // More than the kernel charges for one small segment with its bookkeeping.
-constexpr int kSendBufferPerAnswer = 4096;
+constexpr int kSendBufferPerResponse = 4096;
 
 std::size_t word(std::span<const std::uint8_t> bytes, std::size_t offset) {
   return static_cast<std::size_t>(bytes[offset] << 8 | bytes[offset + 1]);
@@ -65,7 +65,7 @@ struct ModbusTcp::Libmodbus {
   };
   std::unique_ptr<modbus_t, Free> context{modbus_new_tcp("127.0.0.1", 0)};
   modbus_mapping_t mapping{};
-  std::array<Descriptor, 2> tray;  ///< socket pair in which it leaves an answer that cannot go out at once
+  std::array<Descriptor, 2> tray;  ///< socket pair in which it leaves a response that cannot go out at once
 };
 
 ModbusTcp::Libmodbus::Libmodbus() {
@@ -83,7 +83,7 @@ struct ModbusTcp::Connection {
 
   Descriptor socket;
   std::size_t received = 0;
-  std::uint64_t unconfirmed = 0;     ///< answers sent since the client was last known to have got them all
+  std::uint64_t unconfirmed = 0;     ///< responses sent since the client was last known to have got them all
   Time deadline = kNever;            ///< of the half request in the buffer
   std::vector<std::uint8_t> unsent;  ///< while not empty, nothing is read from this client
   std::array<std::uint8_t, kMaxAduBytes> buffer;
@@ -99,7 +99,7 @@ ModbusTcp::ModbusTcp(Reactor& reactor, std::vector<ModbusUnit*> networks, Modbus
           reactor, "modbus", {"", settings_.listen}, [this](Descriptor socket) { adopt(std::move(socket)); },
           [this] { return clients(); }, std::move(warn)) {
   const int bytes = send_buffer_bytes(acceptor_.listener().socket());
-  direct_answers_ = static_cast<std::uint64_t>(bytes / kSendBufferPerAnswer);
+  direct_responses_ = static_cast<std::uint64_t>(bytes / kSendBufferPerResponse);
 }
 
 ModbusTcp::~ModbusTcp() {
@@ -180,46 +180,46 @@ bool ModbusTcp::serve(Connection& client, Bytes request) {
   const ModbusException exception =
       reached ? check_request(pdu, registers.size()) : ModbusException::kGatewayPathUnavailable;
   ++counters_.requests;
-  const bool alive = answer(client, request, registers, exception);
+  const bool alive = respond(client, request, registers, exception);
   if (reached)
     networks_[network]->on_request(exception == ModbusException::kNone && writes_registers(pdu[0]));
   return alive;
 }
 
-bool ModbusTcp::answer(Connection& client, Bytes request, Registers registers, ModbusException exception) {
+bool ModbusTcp::respond(Connection& client, Bytes request, Registers registers, ModbusException exception) {
   const Bytes pdu = request.subspan(kPduOffset);
   if (exception != ModbusException::kNone) {
     ++counters_.exceptions;
-    return send_own(client, request, exception_answer(pdu[0], exception));
+    return send_own(client, request, exception_response(pdu[0], exception));
   }
   if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface))
-    return send_own(client, request, identification_answer(pdu, settings_.identity));
-  return answer_by_libmodbus(client, request, registers);
+    return send_own(client, request, identification_response(pdu, settings_.identity));
+  return respond_by_libmodbus(client, request, registers);
 }
 
-/// libmodbus sends an answer itself and cannot tell how much of it went out. So it may do that only where the
-/// socket has room for certain; else it leaves the answer in the tray, and we send it piece by piece.
-bool ModbusTcp::answer_by_libmodbus(Connection& client, Bytes request, Registers registers) {
+/// libmodbus sends a response itself and cannot tell how much of it went out. So it may do that only where
+/// the socket has room for certain; else it leaves the response in the tray, and we send it piece by piece.
+bool ModbusTcp::respond_by_libmodbus(Connection& client, Bytes request, Registers registers) {
   if (has_room(client)) {
     ++client.unconfirmed;
     if (libmodbus_->reply(client.socket.get(), request, registers)) return true;
     ++counters_.broken;
     return false;
   }
-  std::array<std::uint8_t, kMaxAduBytes> answer;
+  std::array<std::uint8_t, kMaxAduBytes> response;
   if (!libmodbus_->reply(libmodbus_->tray[0].get(), request, registers)) return false;
-  const ssize_t size = ::recv(libmodbus_->tray[1].get(), answer.data(), answer.size(), 0);
-  return size > 0 && send(client, Bytes(answer.data(), static_cast<std::size_t>(size)));
+  const ssize_t size = ::recv(libmodbus_->tray[1].get(), response.data(), response.size(), 0);
+  return size > 0 && send(client, Bytes(response.data(), static_cast<std::size_t>(size)));
 }
 
-bool ModbusTcp::send_own(Connection& client, Bytes request, const ModbusAnswer& answer) {
+bool ModbusTcp::send_own(Connection& client, Bytes request, const ModbusResponse& response) {
   std::array<std::uint8_t, kMaxAduBytes> bytes;
   std::copy_n(request.begin(), kPduOffset, bytes.begin());
-  const std::size_t length = 1 + answer.size;
+  const std::size_t length = 1 + response.size;
   bytes[kLengthOffset] = static_cast<std::uint8_t>(length >> 8);
   bytes[kLengthOffset + 1] = static_cast<std::uint8_t>(length);
-  std::copy_n(answer.bytes.begin(), answer.size, bytes.begin() + kPduOffset);
-  return send(client, Bytes(bytes).first(kPduOffset + answer.size));
+  std::copy_n(response.bytes.begin(), response.size, bytes.begin() + kPduOffset);
+  return send(client, Bytes(bytes).first(kPduOffset + response.size));
 }
 
 bool ModbusTcp::send(Connection& client, Bytes bytes) {
@@ -243,15 +243,15 @@ bool ModbusTcp::send_rest(Connection& client) {
   return false;
 }
 
-/// Counts answers rather than asking the kernel before each: a client that waits for its answers costs one
-/// question in `direct_answers_` requests.
+/// Counts responses rather than asking the kernel before each: a client that waits for its responses costs
+/// one question in `direct_answers_` requests.
 bool ModbusTcp::has_room(Connection& client) const {
-  if (client.unconfirmed < direct_answers_) return true;
+  if (client.unconfirmed < direct_responses_) return true;
   int bytes = 0;
   if (ioctl(client.socket.get(), SIOCOUTQ, &bytes) != 0) return false;
-  const std::uint64_t most = (static_cast<std::uint64_t>(bytes) + kMinAnswerBytes - 1) / kMinAnswerBytes;
+  const std::uint64_t most = (static_cast<std::uint64_t>(bytes) + kMinResponseBytes - 1) / kMinResponseBytes;
   client.unconfirmed = std::min(client.unconfirmed, most);
-  return client.unconfirmed < direct_answers_;
+  return client.unconfirmed < direct_responses_;
 }
 
 void ModbusTcp::set_deadline(Connection& client, Time deadline) {

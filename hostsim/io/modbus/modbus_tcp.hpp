@@ -11,7 +11,7 @@
 /// other one gets exception 0Ah (gateway path unavailable), whatever the function. It is echoed always.
 ///
 /// No client can hold up another one: nothing blocks, a client gets a bounded number of requests per turn,
-/// one that does not read its answers is not read from, and half a request waits in its own connection.
+/// one that does not read its responses is not read from, and half a request waits in its own connection.
 /// Requests are framed and checked here; libmodbus sees only those that it answers at once (Modbus Messaging
 /// on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application Protocol V1.1b3 for the rest).
 
@@ -76,7 +76,7 @@ class ModbusTcp {
   void poll(Time now);
 
   /// Serves a connected, non-blocking stream socket that somebody else has accepted, with no less room for
-  /// answers than the system gives a new one.
+  /// responses than the system gives a new one.
   void adopt(Descriptor socket);
 
   std::size_t clients() const { return connections_.size(); }
@@ -88,7 +88,7 @@ class ModbusTcp {
     std::uint64_t bad_frames = 0;      ///< connections closed: protocol ID not 0, or length outside 2..254
     std::uint64_t half_requests = 0;   ///< connections closed: half a request, and then nothing
     std::uint64_t broken = 0;          ///< connections that ended in an error
-    std::uint64_t waits_for_room = 0;  ///< answers that the client's connection had no room for at once
+    std::uint64_t waits_for_room = 0;  ///< responses that the client's connection had no room for at once
   };
   const Counters& counters() const { return counters_; }
   /// Clients that were closed at once: no descriptor left.
@@ -106,9 +106,9 @@ class ModbusTcp {
   bool receive(Connection& client);
   bool serve_buffered(Connection& client);
   bool serve(Connection& client, Bytes request);
-  bool answer(Connection& client, Bytes request, Registers registers, ModbusException exception);
-  bool answer_by_libmodbus(Connection& client, Bytes request, Registers registers);
-  bool send_own(Connection& client, Bytes request, const ModbusAnswer& answer);
+  bool respond(Connection& client, Bytes request, Registers registers, ModbusException exception);
+  bool respond_by_libmodbus(Connection& client, Bytes request, Registers registers);
+  bool send_own(Connection& client, Bytes request, const ModbusResponse& response);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
   bool has_room(Connection& client) const;
@@ -118,7 +118,7 @@ class ModbusTcp {
   ModbusTcpSettings settings_;
   std::vector<ModbusUnit*> networks_;
   std::unique_ptr<Libmodbus> libmodbus_;
-  std::uint64_t direct_answers_ = 0;  ///< so many answers fit into a socket's send buffer for certain
+  std::uint64_t direct_responses_ = 0;  ///< so many responses fit into a socket's send buffer for certain
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::set<std::pair<Time, int>> deadlines_;  ///< of half requests, with the connection's descriptor
   Counters counters_;

@@ -20,7 +20,7 @@ class Acceptor {
  public:
   static constexpr int kSendBufferBytes = 64 * 1024;
 
-  /// Gets each client's socket: non-blocking, with kSendBufferBytes to send, and small answers go at once.
+  /// Gets each client's socket: non-blocking, with kSendBufferBytes to send, and small responses go at once.
   using OnClient = std::function<void(Descriptor)>;
 
   /// Listens at once, see StreamListener; the reactor is the caller's. `clients` says how many there are, for

@@ -14,7 +14,7 @@ namespace cbcan::io {
 
 inline constexpr std::size_t kLongestCommand = 1000;
 
-/// Executes one line, given without its end, and returns the answer: whole lines.
+/// Executes one line, given without its end, and returns the response: whole lines.
 using Execute = std::function<std::string(std::string_view line)>;
 
 /// Sessions for a StreamServer. A line that is too long is answered by an error and not executed; empty lines

@@ -7,11 +7,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <memory>
 #include <vector>
 
 #include "io/errors.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::io {
 
@@ -23,29 +23,6 @@ struct AddressListDeleter {
   void operator()(addrinfo* list) const { freeaddrinfo(list); }
 };
 using AddressList = std::unique_ptr<addrinfo, AddressListDeleter>;
-
-[[noreturn]] void refuse(std::string_view text, const std::string& why) {
-  throw UsageError("address \"" + std::string(text) + "\": " + why);
-}
-
-std::uint16_t parse_port(std::string_view text, std::string_view port) {
-  std::uint16_t number = 0;
-  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
-  if (error != std::errc{} || end != port.data() + port.size())
-    refuse(text, "the port is a number 0..65535, 0 = any free one");
-  return number;
-}
-
-/// `[IPV6]` or `[IPV6]:PORT`.
-ListenAddress parse_bracketed(std::string_view text, std::uint16_t default_port) {
-  const std::size_t close = text.find(']');
-  if (close == std::string_view::npos || close == 1) refuse(text, "an IPv6 address is written [::1]:1502");
-  const std::string host(text.substr(1, close - 1));
-  const std::string_view rest = text.substr(close + 1);
-  if (rest.empty()) return {host, default_port};
-  if (rest.front() != ':') refuse(text, "after ']' comes ':' and the port");
-  return {host, parse_port(text, rest.substr(1))};
-}
 
 AddressList look_up(const std::string& where, const ListenAddress& address) {
   addrinfo hints{};
@@ -73,10 +50,10 @@ std::string way_out(const ListenAddress& address, int error) {
   switch (error) {
     case EACCES:
       return "permission denied: ports below 1024 need root; use " +
-             to_string({address.host, static_cast<std::uint16_t>(address.port + 1000)});
+             to_string(ListenAddress{address.host, static_cast<std::uint16_t>(address.port + 1000)});
     case EADDRINUSE:
       return "address in use: another program listens there; stop it, or use " +
-             to_string({address.host, 0}) + " for any free port";
+             to_string(ListenAddress{address.host, 0}) + " for any free port";
     case EADDRNOTAVAIL:
       return "not an address of this machine; `ip address` lists them, 0.0.0.0 is all of them";
     default: return reason(error);
@@ -96,28 +73,10 @@ ListenAddress bound_address(int socket) {
     throw EnvironmentError("listening socket: " + reason(errno));
   host.resize(host.find('\0'));
   port.resize(port.find('\0'));
-  return {host, parse_port(port, port)};
+  return {host, text::parse<std::uint16_t>(port).value_or(0)};
 }
 
 }  // namespace
-
-ListenAddress parse_listen_address(std::string_view text, std::uint16_t default_port) {
-  if (text.empty()) refuse(text, "write HOST:PORT, such as 127.0.0.1:1502");
-  if (text.front() == '[') return parse_bracketed(text, default_port);
-  const auto colons = std::count(text.begin(), text.end(), ':');
-  if (colons > 1) refuse(text, "an IPv6 address is written [::1]:1502");
-  const bool digits_only = text.find_first_not_of("0123456789") == std::string_view::npos;
-  if (digits_only) refuse(text, "a port alone is written :" + std::string(text));
-  if (colons == 0) return {std::string(text), default_port};
-  const std::size_t colon = text.find(':');
-  const std::string host(colon == 0 ? "127.0.0.1" : text.substr(0, colon));
-  return {host, parse_port(text, text.substr(colon + 1))};
-}
-
-std::string to_string(const ListenAddress& address) {
-  const bool ipv6 = address.host.find(':') != std::string::npos;
-  return (ipv6 ? "[" + address.host + "]" : address.host) + ":" + std::to_string(address.port);
-}
 
 Listener listen_tcp(std::string_view service, const ListenAddress& address) {
   const std::string where = std::string(service) + " " + to_string(address) + ": ";

@@ -15,13 +15,10 @@ namespace cbcan::io {
 
 namespace {
 
-constexpr std::string_view kUnix = "unix:";
-constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1;
-
 sockaddr_un to_sockaddr(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  path.copy(address.sun_path, kLongestPath);
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
   return address;
 }
 
@@ -62,19 +59,6 @@ Descriptor listen_unix(const std::string& where, const std::string& path) {
 }
 
 }  // namespace
-
-StreamAddress parse_stream_address(std::string_view text) {
-  if (!text.starts_with(kUnix)) return {"", parse_listen_address(text, 0)};
-  const std::string_view path = text.substr(kUnix.size());
-  if (path.empty() || path.size() > kLongestPath)
-    throw UsageError("address \"" + std::string(text) + "\": the path of a socket has 1.." +
-                     std::to_string(kLongestPath) + " characters");
-  return {std::string(path), {}};
-}
-
-std::string to_string(const StreamAddress& address) {
-  return address.path.empty() ? to_string(address.tcp) : std::string(kUnix) + address.path;
-}
 
 StreamListener::StreamListener(std::string_view service, const StreamAddress& address) : address_(address) {
   if (!address.path.empty()) {

@@ -9,19 +9,7 @@
 
 namespace cbcan::io {
 
-/// Where a server of byte streams listens: TCP, or a socket in the file system.
-struct StreamAddress {
-  std::string path;   ///< of a Unix socket; empty = TCP
-  ListenAddress tcp;  ///< of no meaning with a path
-
-  friend bool operator==(const StreamAddress&, const StreamAddress&) = default;
-};
-
-/// Reads `unix:PATH`, else as parse_listen_address() with port 0 for none. Throws UsageError.
-StreamAddress parse_stream_address(std::string_view text);
-
-/// As parse_stream_address() reads it.
-std::string to_string(const StreamAddress& address);
+using text::StreamAddress;
 
 /// A non-blocking listener that takes the file of its Unix socket away when it goes.
 class StreamListener {

@@ -2,7 +2,7 @@
 #pragma once
 
 /// A server of byte streams: each connection has a session that makes bytes out of bytes. Nothing blocks; a
-/// client that asks and does not read the answers is not read from either.
+/// client that asks and does not read the responses is not read from either.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,34 +1,35 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One fault on purpose, as data: what goes wrong, when, and for which object or frame. Written as text,
-/// `answer-late delay_ms=50 index=0x2001 after=3`, or as the same keys and values in a plant file. The tables
-/// below are the only place where kinds, keys, ranges and defaults stand; docs/faults.md is held to them.
+/// One fault injected, as data: what goes wrong, when, and for which object or frame. Written as text,
+/// `response-late delay_ms=50 index=0x2001 after=3`, or as the same keys and values in a plant file. Kinds,
+/// keys and ranges stand in the tables of fault_table.cpp, defaults here and with the kinds.
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
 
 #include "canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/time.hpp"
+#include "text/setting.hpp"
 
 namespace cbcan::sim {
 
 enum class FaultKind : std::uint8_t {
-  // SDO answers of a node
-  kAnswerNever,
-  kAnswerLate,
-  kAnswerTwice,
-  kAnswerOutOfOrder,
-  kAnswerOtherToggle,
-  kAnswerOtherSpecifier,
-  kAnswerOtherIndex,
-  kAnswerOtherSize,
-  kAnswerOtherCrc,
-  kAnswerOtherSequence,
+  // SDO responses of a node
+  kResponseNever,
+  kResponseLate,
+  kResponseTwice,
+  kResponseOutOfOrder,
+  kResponseOtherToggle,
+  kResponseOtherSpecifier,
+  kResponseOtherIndex,
+  kResponseOtherSize,
+  kResponseOtherCrc,
+  kResponseOtherSequence,
   kAbort,
   kShortFrame,
   // everything that a node sends
@@ -55,10 +56,10 @@ inline constexpr std::size_t kFaultKinds = static_cast<std::size_t>(FaultKind::k
 /// Where a kind can be set.
 enum class FaultPlace : std::uint8_t { kNode, kBus, kNodeOrBus };
 
-/// What an SDO answer is within its transfer.
+/// What an SDO response is within its transfer.
 enum class SdoStep : std::uint8_t {
   kAny,
-  kInitiate,          ///< the answer to an initiate request, of whatever transfer type
+  kInitiate,          ///< the response to an initiate request, of whatever transfer type
   kSegment,           ///< to a segment, or a segment itself, of a segmented transfer
   kBlockSegment,      ///< a segment of a block upload
   kBlockAcknowledge,  ///< the acknowledgement of a sub-block of a block download
@@ -69,11 +70,11 @@ enum class SdoStep : std::uint8_t {
 /// The part of a frame in which kFrameCorrupt turns a bit over.
 enum class FramePart : std::uint8_t { kAny, kId, kDlc, kData };
 
-/// All parameters of all kinds; a kind uses those that its row names.
+/// All parameters of all kinds; a kind uses those whose rows have it.
 struct Fault {
   static constexpr std::int64_t kUnset = -1;
 
-  FaultKind kind = FaultKind::kAnswerNever;
+  FaultKind kind = FaultKind::kResponseNever;
 
   // When. An occasion is a frame that the fault is about, or a beat of a storm.
   std::uint32_t after = 0;  ///< so many occasions pass first
@@ -88,18 +89,18 @@ struct Fault {
   std::int64_t sub = kUnset;
   SdoStep step = SdoStep::kAny;
   std::uint32_t first_id = 0;
-  std::uint32_t last_id = 0;
+  std::uint32_t last_id = 0x1FFFFFFF;
 
   // What.
   Time delay = 0;
-  Time interval = 0;
+  Time interval = 10 * kMillisecond;
   std::uint32_t code = 0;      ///< SDO abort code, or EMCY error code
-  std::uint8_t specifier = 0;  ///< command specifier, 0..7
-  std::uint8_t length = 0;     ///< DLC
-  std::uint8_t state = 0;      ///< NMT state, 0..127
-  std::uint8_t percent = 0;    ///< of the bus
+  std::uint8_t specifier = 7;  ///< command specifier, 0..7
+  std::uint8_t length = 7;     ///< DLC
+  std::uint8_t state = 4;      ///< NMT state, 0..127
+  std::uint8_t percent = 50;   ///< of the bus
   std::uint32_t rate = 0;      ///< frames per second; 0 = as `percent` says
-  std::uint32_t id = 0;        ///< CAN-ID of the load
+  std::uint32_t id = 0x7FF;    ///< CAN-ID of the load
   std::int64_t size = kUnset;  ///< bytes to claim; kUnset = one less than there are
   std::int64_t other_index = kUnset;
   std::int64_t other_sub = kUnset;
@@ -107,51 +108,26 @@ struct Fault {
   bool operator==(const Fault&) const = default;
 };
 
-/// One key: how it is written, what it may be, and where it goes.
-struct FaultParameter {
-  enum class Form : std::uint8_t { kDecimal, kHex, kFraction, kChoice };
-
-  std::string_view key;
-  Form form;
-  double low;
-  double high;
-  double standard;                            ///< number or place among the choices; kUnset = `absent`
-  std::string_view absent;                    ///< what it means to leave it out, where that is no value
-  std::span<const std::string_view> choices;  ///< of a kChoice
-  std::string_view meaning;
-  void (*store)(Fault&, double);
-  double (*load)(const Fault&);
-};
-
-/// "0..3600000", "0x0001..0xFFFF", "any, id, dlc or data"
-std::string domain_of(const FaultParameter& parameter);
-/// As one would write it: "50", "0x7FF", "any"
-std::string standard_of(const FaultParameter& parameter);
-
-/// A kind: its name, the keys that belong to it alone, and the groups of keys that it shares.
+/// A kind: its name, where it can be set, what goes wrong, and its defaults where they are not Fault's.
 struct FaultRow {
-  FaultKind kind;
   std::string_view name;
   FaultPlace place;
-  std::span<const FaultParameter> own;
-  std::span<const std::span<const FaultParameter>> groups;
   std::string_view meaning;
+  Fault standard;
 };
 
 /// By FaultKind.
 std::span<const FaultRow> fault_rows();
 const FaultRow& row_of(FaultKind kind);
 
-/// The keys that kinds share, each group once: occasions, window, answers, identifiers.
-std::span<const std::span<const FaultParameter>> fault_groups();
+/// The keys of all kinds, by FaultKind: first those of one kind, then those that kinds share.
+std::span<const text::Setting<Fault>> fault_settings();
 
 bool allowed(FaultPlace of_kind, FaultPlace here);
 
-/// A value as a plant file has it.
-using FaultValue = std::variant<std::int64_t, double, std::string_view>;
 struct FaultKey {
   std::string_view key;
-  FaultValue value;
+  std::optional<text::Value> value;  ///< nullopt: something that no key can be, such as a date
 };
 
 struct FaultOrProblem {

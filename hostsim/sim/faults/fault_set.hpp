@@ -21,11 +21,11 @@
 
 namespace cbcan::sim {
 
-/// Is told what happens on purpose.
+/// Is told what injected faults do.
 class FaultListener {
  public:
   /// One line: whose fault, its number, the fault, and the frame as it was before:
-  /// "node 5: fault 1: answer-late delay_ms=50: 585#4B17100000000000". States are told when they begin and
+  /// "node 5: fault 1: response-late delay_ms=50: 585#4B17100000000000". States are told when they begin and
   /// end. Must not change the faults.
   virtual void on_fault(std::string_view text, Time now) = 0;
 
@@ -111,8 +111,8 @@ constexpr bool is_state(FaultKind kind) {
 constexpr bool is_storm(FaultKind kind) {
   return kind == FaultKind::kBootUpStorm || kind == FaultKind::kEmcyStorm;
 }
-/// Is it about SDO answers?
-constexpr bool is_of_answers(FaultKind kind) {
+/// Is it about SDO responses?
+constexpr bool is_of_responses(FaultKind kind) {
   return kind <= FaultKind::kShortFrame;
 }
 /// Is it about frames on the bus?

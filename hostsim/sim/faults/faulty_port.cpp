@@ -34,17 +34,17 @@ FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, Faul
 bool FaultyPort::try_send(const Frame& frame) {
   if (faults_.empty() && held_.empty()) return out_.try_send(frame);
   if (!flush()) return false;
-  if (has_aborted_ && is_answer(frame)) return true;
-  SdoAnswer answer{SdoStep::kAny, 0};
-  if (is_answer(frame) && !faults_.empty()) answer = {watch_.on_answer(frame), watch_.multiplexer()};
+  if (has_aborted_ && is_response(frame)) return true;
+  SdoResponse response{SdoStep::kAny, 0};
+  if (is_response(frame) && !faults_.empty()) response = {watch_.on_response(frame), watch_.multiplexer()};
   if (is_error_control(frame) && is_boot_up(frame)) watch_ = {};
   Leaving leaving{.frame = frame, .due = now_};
   for (SetFault& set : faults_.all()) {
-    if (!concerns(set.fault, frame, answer) || !faults_.happens(set, frame, now_)) continue;
-    harm(set.fault, answer, leaving);
+    if (!concerns(set.fault, frame, response) || !faults_.happens(set, frame, now_)) continue;
+    harm(set.fault, response, leaving);
     if (leaving.swallowed) return true;
   }
-  hold(leaving, answer);
+  hold(leaving, response);
   flush();
   return true;
 }
@@ -69,25 +69,25 @@ Time FaultyPort::deadline() const {
   return held_.empty() ? next : earlier(next, std::max(held_.front().due, retry_at_));
 }
 
-bool FaultyPort::concerns(const Fault& fault, const Frame& frame, const SdoAnswer& answer) const {
-  if (is_of_answers(fault.kind)) return is_answer(frame) && is_about(fault, answer, frame);
+bool FaultyPort::concerns(const Fault& fault, const Frame& frame, const SdoResponse& response) const {
+  if (is_of_responses(fault.kind)) return is_response(frame) && is_about(fault, response, frame);
   switch (fault.kind) {
     case FaultKind::kSilent: return true;
     case FaultKind::kHeartbeatStops: return is_error_control(frame);
     case FaultKind::kStateWrong: return is_error_control(frame) && !is_boot_up(frame);
-    case FaultKind::kDuplicateNodeId: return is_error_control(frame) || is_answer(frame);
+    case FaultKind::kDuplicateNodeId: return is_error_control(frame) || is_response(frame);
     default: return false;
   }
 }
 
-void FaultyPort::harm(const Fault& fault, const SdoAnswer& answer, Leaving& leaving) {
+void FaultyPort::harm(const Fault& fault, const SdoResponse& response, Leaving& leaving) {
   switch (fault.kind) {
-    case FaultKind::kAnswerNever:
+    case FaultKind::kResponseNever:
     case FaultKind::kSilent:
     case FaultKind::kHeartbeatStops: leaving.swallowed = true; break;
-    case FaultKind::kAnswerLate: leaving.due = now_ + fault.delay; break;
-    case FaultKind::kAnswerTwice: leaving.again = fault.delay; break;
-    case FaultKind::kAnswerOutOfOrder:
+    case FaultKind::kResponseLate: leaving.due = now_ + fault.delay; break;
+    case FaultKind::kResponseTwice: leaving.again = fault.delay; break;
+    case FaultKind::kResponseOutOfOrder:
       leaving.due = now_ + fault.delay;
       leaving.after_next = true;
       break;
@@ -97,16 +97,16 @@ void FaultyPort::harm(const Fault& fault, const SdoAnswer& answer, Leaving& leav
       break;
     case FaultKind::kDuplicateNodeId: leaving.from_twin_too = true; break;
     case FaultKind::kAbort: has_aborted_ = true; [[fallthrough]];
-    default: leaving.frame = changed(fault, answer, leaving.frame); break;
+    default: leaving.frame = changed(fault, response, leaving.frame); break;
   }
 }
 
-void FaultyPort::hold(const Leaving& leaving, const SdoAnswer& answer) {
+void FaultyPort::hold(const Leaving& leaving, const SdoResponse& response) {
   const Frame& frame = leaving.frame;
   hold({frame, leaving.due, leaving.after_next});
   if (leaving.again != kNever) hold({frame, leaving.due + leaving.again, leaving.after_next});
   if (leaving.from_twin_too) {
-    const Frame other = is_answer(frame) ? answer_of_twin(answer, frame) : frame;
+    const Frame other = is_response(frame) ? response_of_twin(response, frame) : frame;
     hold({other, leaving.due, leaving.after_next});
   }
   if (leaving.due == now_) let_waiting_go();

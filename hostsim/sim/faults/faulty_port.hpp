@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Between a node's CANopen stack and its controller: the node's faults on purpose. Without a fault it costs
+/// Between a node's CANopen stack and its controller: the node's injected faults. Without a fault it costs
 /// a call and two comparisons for each frame, and it allocates nothing.
 ///
 /// Its node:
@@ -19,7 +19,7 @@
 #include "canopen/nmt/nmt.hpp"
 #include "cbcan/can_port.hpp"
 #include "sim/bus.hpp"
-#include "sim/faults/answer_faults.hpp"
+#include "sim/faults/response_faults.hpp"
 #include "sim/faults/fault_set.hpp"
 #include "sim/faults/sdo_watch.hpp"
 
@@ -48,8 +48,8 @@ class FaultyPort final : public CanPort {
   /// False also while a frame of the faults' own waits for the controller.
   bool try_send(const Frame& frame) override;
 
-  /// An SDO answer was replaced by an abort: the stack has to hear of it. Until the frame has been taken,
-  /// answers of the transfer that is over are swallowed.
+  /// An SDO response was replaced by an abort: the stack has to hear of it. Until the frame has been taken,
+  /// responses of the transfer that is over are swallowed.
   bool has_aborted() const { return has_aborted_; }
   Frame take_abort();
 
@@ -77,10 +77,10 @@ class FaultyPort final : public CanPort {
     bool from_twin_too = false;
   };
 
-  bool concerns(const Fault& fault, const Frame& frame, const SdoAnswer& answer) const;
-  void harm(const Fault& fault, const SdoAnswer& answer, Leaving& leaving);
-  void hold(const Leaving& leaving, const SdoAnswer& answer);
-  bool is_answer(const Frame& frame) const { return frame.id == sdo::kAnswerId + node_id_; }
+  bool concerns(const Fault& fault, const Frame& frame, const SdoResponse& response) const;
+  void harm(const Fault& fault, const SdoResponse& response, Leaving& leaving);
+  void hold(const Leaving& leaving, const SdoResponse& response);
+  bool is_response(const Frame& frame) const { return frame.id == sdo::kResponseId + node_id_; }
   bool is_error_control(const Frame& frame) const { return frame.id == nmt::kErrorControlId + node_id_; }
   Frame storm_frame(const Fault& fault) const;
   void send_storms();

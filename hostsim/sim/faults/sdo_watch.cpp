@@ -49,7 +49,7 @@ void SdoWatch::on_block_upload(const Frame& frame) {
   last_segment_ = 0;
 }
 
-SdoStep SdoWatch::on_answer(const Frame& frame) {
+SdoStep SdoWatch::on_response(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   if (command == kAbortCommand) {
     stream_ = Stream::kNone;
@@ -59,13 +59,13 @@ SdoStep SdoWatch::on_answer(const Frame& frame) {
     last_segment_ = last_segment(command);
     return SdoStep::kBlockSegment;
   }
-  if (sdo::is_segment_answer(command)) return SdoStep::kSegment;
-  if (sdo::is(command, sdo::Answer::kBlockDownload)) return block_download_answer(frame);
-  if (sdo::is(command, sdo::Answer::kBlockUpload) && (command & 1) != 0) return SdoStep::kBlockEnd;
+  if (sdo::is_segment_response(command)) return SdoStep::kSegment;
+  if (sdo::is(command, sdo::Response::kBlockDownload)) return block_download_response(frame);
+  if (sdo::is(command, sdo::Response::kBlockUpload) && (command & 1) != 0) return SdoStep::kBlockEnd;
   return SdoStep::kInitiate;
 }
 
-SdoStep SdoWatch::block_download_answer(const Frame& frame) {
+SdoStep SdoWatch::block_download_response(const Frame& frame) {
   switch (sdo::block_step(frame.data[0])) {
     case sdo::BlockStep::kInitiate:
       stream_ = Stream::kFromClient;

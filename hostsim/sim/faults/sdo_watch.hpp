@@ -8,15 +8,15 @@
 namespace cbcan::sim {
 
 /// Looks at the frames between a node's SDO server and its client, and knows which object they are about and
-/// what each answer is. Segments of blocks have neither multiplexer nor command specifier, so what an answer
-/// is follows from the frames before it. One that begins in the middle of a transfer knows at the next
-/// initiate request.
+/// what each response is. Segments of blocks have neither multiplexer nor command specifier, so what a
+/// response is follows from the frames before it. One that begins in the middle of a transfer knows at the
+/// next initiate request.
 class SdoWatch {
  public:
   /// A frame on 600h + node ID, before the server has it.
   void on_request(const Frame& frame);
   /// A frame that the server sends on 580h + node ID, as the server made it.
-  SdoStep on_answer(const Frame& frame);
+  SdoStep on_response(const Frame& frame);
 
   /// Of the last initiate request.
   sdo::Multiplexer multiplexer() const { return mux_; }
@@ -25,7 +25,7 @@ class SdoWatch {
   enum class Stream : std::uint8_t { kNone, kFromServer, kFromClient };
 
   void on_block_upload(const Frame& frame);
-  SdoStep block_download_answer(const Frame& frame);
+  SdoStep block_download_response(const Frame& frame);
 
   sdo::Multiplexer mux_ = 0;
   Stream stream_ = Stream::kNone;

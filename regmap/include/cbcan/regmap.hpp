@@ -58,7 +58,7 @@ struct RegisterRow {
   std::uint16_t last;   ///< address of the last one; equal to first for a single register
   std::string_view name;
   Access access;
-  Writer writer;  ///< who writes it: the PLC, the coprocessor, or the PLC and, as an answer, the coprocessor
+  Writer writer;  ///< who writes it: the PLC, the coprocessor, or the PLC and, as a response, the coprocessor
   std::string_view range;
   std::string_view meaning;
 };

@@ -88,7 +88,7 @@ TEST_CASE("One that has answered F and no longer does has been restarted: it is 
   CHECK(adapter.at(1000) == kOpening);
 }
 
-TEST_CASE("Frames go out and come in as lines, in order, with answers and other lines between") {
+TEST_CASE("Frames go out and come in as lines, in order, with responses and other lines between") {
   Adapter adapter;
   CHECK(adapter.port.try_send(test::frame_from("605#4017100000000000")));
   CHECK(adapter.port.try_send(test::frame_from("705#R1")));

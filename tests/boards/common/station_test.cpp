@@ -107,7 +107,7 @@ constexpr std::initializer_list<std::uint8_t> kExecute = {0x01, 0x06, 0x0E, 0x74
 
 }  // namespace
 
-TEST_CASE("A transaction by Modbus RTU: request, frames, answer, result") {
+TEST_CASE("A transaction by Modbus RTU: request, frames, response, result") {
   Bench bench;
   CHECK(bench.port.sent == std::deque<std::string>{"77F#00"});
   bench.port.sent.clear();
@@ -241,7 +241,7 @@ TEST_CASE("Two networks: a transaction goes out on the port of the station that 
   CHECK(bench.second_port.sent.size() == 1);
 }
 
-TEST_CASE("Two networks: answers reach the coprocessor of the network that they arrived on") {
+TEST_CASE("Two networks: responses reach the coprocessor of the network that they arrived on") {
   TwoNetworks bench;
   bench.prepare(0);
   bench.prepare(1);

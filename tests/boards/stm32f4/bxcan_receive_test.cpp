@@ -116,7 +116,7 @@ TEST_CASE("receive: an overrun keeps what was there, is counted, and shows for a
   CHECK(rig.can.counters().overruns == 1);
 }
 
-TEST_CASE("receive: a storm of EMCY messages that the loop does not follow loses no SDO answer") {
+TEST_CASE("receive: a storm of EMCY messages that the loop does not follow loses no SDO response") {
   BxCanRig rig;
   rig.start();
   for (int i = 0; i < 1000; ++i)

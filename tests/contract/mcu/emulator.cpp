@@ -157,8 +157,8 @@ std::uint64_t Emulator::turn() {
 
 std::uint32_t Emulator::read(std::uint32_t address) {
   hardware_.send("readl " + std::to_string(address) + "\n");
-  const std::string answer = hardware_.receive(std::string("OK 0x0123456789ABCDEF\n").size());
-  return static_cast<std::uint32_t>(std::stoull(answer.substr(3), nullptr, 16));
+  const std::string response = hardware_.receive(std::string("OK 0x0123456789ABCDEF\n").size());
+  return static_cast<std::uint32_t>(std::stoull(response.substr(3), nullptr, 16));
 }
 
 void Emulator::write(std::uint32_t address, std::uint32_t value) {

@@ -68,17 +68,17 @@ class McuTarget final : public Target {
     request += static_cast<char>(2 * words.size());
     for (const std::uint16_t word : words)
       request += big_endian(word);
-    const std::string answer = ask(request, 8);
-    if (answer != request.substr(0, 6)) throw std::runtime_error("another answer to FC 16");
+    const std::string response = ask(request, 8);
+    if (response != request.substr(0, 6)) throw std::runtime_error("another response to FC 16");
   }
   Words read(unsigned first, std::size_t count) override {
     const std::string request = "\x01\x03" + big_endian(first) + big_endian(count);
-    const std::string answer = ask(request, kFixedBytes + 2 * count);
-    if (answer.substr(0, 2) != "\x01\x03") throw std::runtime_error("another answer to FC 3");
+    const std::string response = ask(request, kFixedBytes + 2 * count);
+    if (response.substr(0, 2) != "\x01\x03") throw std::runtime_error("another response to FC 3");
     Words words;
-    for (std::size_t at = 3; at < answer.size(); at += 2)
-      words.push_back(static_cast<std::uint16_t>(static_cast<std::uint8_t>(answer[at]) << 8 |
-                                                 static_cast<std::uint8_t>(answer[at + 1])));
+    for (std::size_t at = 3; at < response.size(); at += 2)
+      words.push_back(static_cast<std::uint16_t>(static_cast<std::uint8_t>(response[at]) << 8 |
+                                                 static_cast<std::uint8_t>(response[at + 1])));
     return words;
   }
 
@@ -109,17 +109,17 @@ class McuTarget final : public Target {
   Words first_done(const std::function<void()>& /*ending*/) override { return {}; }
 
  private:
-  /// The answer without its CRC, of `size` bytes with it.
+  /// The response without its CRC, of `size` bytes with it.
   std::string ask(const std::string& request, std::size_t size) {
     emulator_.can().wait_taken();
     emulator_.modbus().send(request + crc(request));
-    const std::string answer = emulator_.modbus().receive(size);
-    const std::string bytes = answer.substr(0, size - 2);
-    if (crc(bytes) != answer.substr(size - 2)) throw std::runtime_error("wrong CRC in an answer");
+    const std::string response = emulator_.modbus().receive(size);
+    const std::string bytes = response.substr(0, size - 2);
+    if (crc(bytes) != response.substr(size - 2)) throw std::runtime_error("wrong CRC in a response");
     return bytes;
   }
 
-  /// Frames go to the inbox; the commands that open an adapter and ask for its state need no answer.
+  /// Frames go to the inbox; the commands that open an adapter and ask for its state need no response.
   void take_lines() {
     characters_ += emulator_.can().receive_available();
     for (std::size_t end = 0; (end = characters_.find('\r')) != std::string::npos;) {

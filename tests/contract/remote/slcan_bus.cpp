@@ -75,8 +75,8 @@ std::string SlcanBus::read_line() {
 }
 
 /// Frames that come on the way go to the inbox.
-void SlcanBus::read_until(char answer) {
-  for (std::string line = read_line(); !line.starts_with(answer); line = read_line())
+void SlcanBus::read_until(char response) {
+  for (std::string line = read_line(); !line.starts_with(response); line = read_line())
     if (is_slcan_frame(line)) inbox_.push_back(candump_text(line));
 }
 

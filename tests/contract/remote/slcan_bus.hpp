@@ -20,7 +20,7 @@ class SlcanBus {
   /// it.
   void send(const std::string& frame);
 
-  /// Asks the adapter something and waits for the answer: whatever was on the bus before is in the inbox
+  /// Asks the adapter something and waits for the response: whatever was on the bus before is in the inbox
   /// then.
   void settle();
 
@@ -30,7 +30,7 @@ class SlcanBus {
  private:
   void write(const std::string& line);
   std::string read_line();
-  void read_until(char answer);
+  void read_until(char response);
 
   io::Descriptor socket_;
   std::string characters_;

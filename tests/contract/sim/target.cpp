@@ -127,9 +127,9 @@ class SimTarget final : public Target {
  private:
   void tell(const std::string& command, const std::string& expected) {
     simulator_.say(command);
-    const std::string answer = simulator_.hear();
-    if (answer != expected)
-      throw std::runtime_error(command + ": \"" + answer + "\" instead of \"" + expected + "\"");
+    const std::string response = simulator_.hear();
+    if (response != expected)
+      throw std::runtime_error(command + ": \"" + response + "\" instead of \"" + expected + "\"");
   }
 
   static std::string at(Duration now) {

@@ -131,8 +131,8 @@ test("SDO: block there and back", () => withPlant(async (master) => {
 // It answers an abort with an abort, which a server has to leave unanswered.
 test("SDO: aborts", () => withPlant(async (master, bus) => {
   master.start();
-  let answers = 0;
-  bus.on("frame", ({ id }) => (answers += id === 0x580 + IO));
+  let responses = 0;
+  bus.on("frame", ({ id }) => (responses += id === 0x580 + IO));
   await assert.rejects(read(master, IO, 0x5fff, 0), refusal(0x06020000));
   await assert.rejects(read(master, IO, 0x6401, 9), refusal(0x06090011));
   await assert.rejects(write(master, IO, 0x1000, 0, 1, DataType.UNSIGNED32), refusal(0x06010002));
@@ -140,7 +140,7 @@ test("SDO: aborts", () => withPlant(async (master, bus) => {
   await assert.rejects(write(master, DRIVE, 0x6007, 0, 9, DataType.INTEGER16), refusal(0x06090031));
   await assert.rejects(read(master, GENERIC, 0x3333, 0, null, { blockTransfer: true }), refusal(0x06020000));
   assert.equal(await read(master, IO, 0x1000, 0, DataType.UNSIGNED32), 0x000f0191);
-  assert.equal(answers, 5);
+  assert.equal(responses, 5);
 }));
 
 test("NMT: boot-up and every state", () => withPlant(async (master) => {
@@ -237,7 +237,7 @@ test("SYNC: with counter, from a start value on", () => withPlant(async (master,
   const after = [];
   for (const counter of [1, 2, 3, 4, 1, 2, 3]) {
     master.sync.write(counter);
-    await read(master, IO, 0x1001, 0, DataType.UNSIGNED8);  // what it sent comes before this answer
+    await read(master, IO, 0x1001, 0, DataType.UNSIGNED8);  // what it sent comes before this response
     after.push(sent.length);
   }
   assert.deepEqual([...new Set(sent)], ["d204feff"]);
@@ -258,7 +258,7 @@ test("TIME: set by it, told by a node", () => withPlant(async (master) => {
 
 const IDENTITY = { vendorId: 0x2b, productCode: 0xc0ffee, revisionNumber: 0x10002, serialNumber: 0x80000001 };
 
-// No answer within so much time is an answer to fastscan. So time passes when another node has answered twice: its first answer may
+// No response within so much time is a response to fastscan. So time passes when another node has answered twice: its first response may
 // have overtaken that of an LSS slave on the bus, the second question came after both.
 async function fastscan(master, bus) {
   const { setTimeout, clearTimeout } = globalThis;
@@ -278,20 +278,20 @@ async function fastscan(master, bus) {
     ask();
     enough = asked + 1;
   };
-  const onAnswer = ({ id }) => {
+  const onResponse = ({ id }) => {
     if (id !== 0x580 + GENERIC || ++answered < asked) return;
     if (asked < enough) return ask();
     for (const expire of waiting) expire();
     waiting.clear();
   };
   master.on("message", onRequest);
-  bus.on("frame", onAnswer);
+  bus.on("frame", onResponse);
   try {
     return await master.lss.fastscan();
   } finally {
     Object.assign(globalThis, { setTimeout, clearTimeout });
     master.off("message", onRequest);
-    bus.off("frame", onAnswer);
+    bus.off("frame", onResponse);
   }
 }
 

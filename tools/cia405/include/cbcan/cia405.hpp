@@ -37,7 +37,7 @@ enum class KernelError : std::uint8_t {
   kTimeout = 0x03,
   kBusOff = 0x10,
   kErrorPassive = 0x11,
-  /// Invalid inputs, a network that does not exist, no connection or one that was lost, an answer that is no
+  /// Invalid inputs, a network that does not exist, no connection or one that was lost, a response that is no
   /// result of a transaction, a right to the window that was lost (Sharing).
   kInternal = 0x21,
 };
@@ -89,9 +89,9 @@ struct Sharing {
 struct LinkSettings {
   std::string host = "127.0.0.1";  ///< an IPv4 or IPv6 address; names are not looked up, as that blocks
   int port = 502;
-  Time answer_timeout = 1'000'000;   ///< for a connection, and for each Modbus answer; then it is lost
-  Time reconnect_after = 1'000'000;  ///< between the end of a connection and the next attempt
-  std::optional<Sharing> sharing{};  ///< none = this program has the windows for itself
+  Time response_timeout = 1'000'000;  ///< for a connection, and for each Modbus response; then it is lost
+  Time reconnect_after = 1'000'000;   ///< between the end of a connection and the next attempt
+  std::optional<Sharing> sharing{};   ///< none = this program has the windows for itself
 };
 
 class FunctionBlock;
@@ -145,7 +145,7 @@ class Link {
 /// What all blocks have. Inputs are taken at the rising edge of `enable` and not looked at until the next
 /// one; outputs change in call() alone.
 ///
-/// * Done: when the answer is there `confirm` is true and stays so until call() finds `enable` false.
+/// * Done: when the response is there `confirm` is true and stays so until call() finds `enable` false.
 /// * Cancelled: call() with `enable` false before that takes the execution back; in the module it is
 ///   cancelled if it has begun. Nothing that comes later is seen.
 /// * Ended by an error: `error` is not kNone, and stays so until call() finds `enable` false.

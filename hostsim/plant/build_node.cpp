@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+#include "plant/build_node.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "canopen/dictionary/objects.hpp"
+#include "devices/devices.hpp"
+#include "eds/dictionary_image.hpp"
+#include "eds/eds_reader.hpp"
+#include "eds/values.hpp"
+#include "sim/random.hpp"
+#include "sim/world.hpp"
+
+namespace cbcan::plant {
+
+namespace {
+
+std::optional<Bytes> encode_integer(std::int64_t number, DataType type) {
+  const std::size_t size = size_of(type);
+  if (size == 0 || (type == DataType::kBoolean && (number < 0 || number > 1))) return std::nullopt;
+  const auto raw = static_cast<std::uint64_t>(number);
+  const eds::Number written{.magnitude = number < 0 ? 0 - raw : raw, .negative = number < 0};
+  const std::optional<std::uint64_t> bits = eds::to_bits(written, type);
+  return bits ? std::optional(eds::to_bytes(*bits, size)) : std::nullopt;
+}
+
+std::optional<Bytes> encode_real(double number, DataType type) {
+  if (type == DataType::kReal64) return eds::to_bytes(std::bit_cast<std::uint64_t>(number), 8);
+  if (type != DataType::kReal32) return std::nullopt;
+  return eds::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
+}
+
+/// Puts the value in, which then no longer follows the node ID; returns what is wrong with it, or nothing.
+std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::DictionaryImage& image) {
+  ObjectEntry entry{};
+  const std::string name = object_name(initial.index, initial.sub);
+  if (dictionary.find(initial.index, initial.sub, entry) != AbortCode::kNone)
+    return fmt::format("object {}: the node's EDS file has no such object", name);
+  const std::optional<Bytes> bytes = encode(initial.value, entry.type);
+  const bool variable = entry.has(ObjectFlags::kVariable);
+  if (!bytes || bytes->size() > entry.capacity || (!variable && bytes->size() != entry.capacity))
+    return fmt::format("object {}: {} does not fit its data type {} of {} bytes", name,
+                       text::value_text(initial.value), eds::name_of(entry.type), entry.capacity);
+  dictionary.store(entry, initial.sub, *bytes);
+  for (ObjectEntry& own : image.entries)
+    if (own.index == initial.index && own.first_sub <= initial.sub && initial.sub <= own.last_sub)
+      own.flags &= static_cast<std::uint16_t>(~ObjectFlags::kUnset);
+  const std::uint8_t* const place = dictionary.value(entry, initial.sub).data();
+  std::erase_if(image.node_id_values,
+                [&](const NodeIdValue& relative) { return image.values.data() + relative.offset == place; });
+  return {};
+}
+
+/// A noise without a seed of its own has one by its object: other signals of the node do not change it.
+std::uint64_t noise_seed(std::uint64_t node_seed, const sim::Signal& signal) {
+  return sim::Random(node_seed ^ (std::uint64_t{signal.index} << 8 | signal.sub)).next();
+}
+
+class Builder {
+ public:
+  Builder(const NodeConfig& node, std::uint64_t seed, const FileReader& read)
+      : node_(node), seed_(seed), read_(read) {}
+
+  NodeBuild build() {
+    if (const std::optional<std::string> eds = open(node_.eds, node_.place)) {
+      read_eds(*eds);
+      if (build_.problems.empty()) add_parts();
+      if (build_.problems.empty()) add_signals();
+    }
+    if (!build_.problems.empty()) build_.node.reset();
+    return std::move(build_);
+  }
+
+ private:
+  void complain(const Place& place, const std::string& message) {
+    build_.problems.push_back(fmt::format("{}: {}: {}", to_string(place), node_name(node_), message));
+  }
+
+  std::optional<std::string> open(const std::string& path, const Place& place) {
+    std::optional<std::string> text = read_(path);
+    if (!text) complain(place, "cannot read " + path + "; paths are relative to the plant file");
+    return text;
+  }
+
+  void read_eds(const std::string& text) {
+    const eds::Result result = eds::read(text, node_.eds, node_.id, devices::standard_type);
+    for (const eds::Diagnostic& diagnostic : result.diagnostics)
+      (diagnostic.severity == eds::Severity::kNote ? build_.notes : build_.warnings)
+          .push_back(eds::to_string(diagnostic));
+    eds::DictionaryImage image = eds::dictionary_image(result.device);
+    if (image.entries.empty())
+      build_.problems.push_back(node_.eds + ": not one object in it that a node could have");
+    ObjectDictionary dictionary(image.entries, image.values, nullptr);
+    for (const InitialValue& initial : node_.objects)
+      if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
+        complain(initial.place, wrong);
+    choose_device(dictionary);
+    build_.node.emplace().image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
+                                   std::move(image.node_id_values)};
+  }
+
+  /// What is said here counts where the node has a device, but not all that belongs to it.
+  void choose_device(ObjectDictionary& dictionary) {
+    ObjectEntry type{};
+    const bool has_type = dictionary.find(object::kDeviceType, 0, type) == AbortCode::kNone;
+    kind_ = devices::find_device(node_.device);
+    if (kind_ == nullptr) {
+      kind_ = &devices::device_for(dictionary);
+      if (has_type) check_profile(dictionary, type.has(ObjectFlags::kUnset));
+    }
+    for (const std::string& missing : devices::missing_objects(*kind_, dictionary))
+      build_.warnings.push_back(
+          fmt::format("{}: the device {} needs {}, and the file has none of CiA's data type", node_.eds,
+                      kind_->name, missing));
+  }
+
+  void check_profile(ObjectDictionary& dictionary, bool unset) {
+    const std::uint64_t number = dictionary.get(object::kDeviceType, 0);
+    if (kind_->profile == 0) {
+      if (unset)
+        build_.warnings.push_back(
+            fmt::format("{}: 1000h has no value, so the node has no device: write one, 0x00020192 for a "
+                        "drive, or name the node's device in the plant file",
+                        node_.eds));
+    } else if ((number & 0xFFFF) != kind_->profile) {
+      build_.notes.push_back(
+          fmt::format("{}: 1000h names no profile that has a device, but the objects are those of {}, which "
+                      "it gets",
+                      node_.eds, kind_->name));
+      if (unset) dictionary.set(object::kDeviceType, 0, kind_->profile);
+    }
+  }
+
+  void add_parts() {
+    sim::NodeParts& parts = *build_.node;
+    parts.node_id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
+    parts.name = node_.name;
+    parts.device = kind_->name;
+    parts.behaviour = kind_->make;
+    parts.seed = seed_;
+    parts.lss = node_.lss;
+    parts.time_period = node_.time_period;
+  }
+
+  /// Which inputs there are, only a node that runs can tell.
+  void add_signals() {
+    if (node_.signals.empty()) return;
+    sim::World world;
+    sim::Node& trial = world.add_node(*build_.node);
+    world.start(0);
+    for (const SignalConfig& signal : node_.signals) {
+      if (trial.set_input(signal.signal.index, signal.signal.sub, 0, 0)) {
+        add_signal(signal);
+      } else {
+        complain(
+            signal.place,
+            fmt::format("signal at {}: neither {} has such a number nor the device {} such an input",
+                        object_name(signal.signal.index, signal.signal.sub), node_.eds, build_.node->device));
+      }
+    }
+  }
+
+  void add_signal(const SignalConfig& config) {
+    sim::Signal signal = config.signal;
+    if (auto* noise = std::get_if<sim::Noise>(&signal.shape))
+      noise->seed = config.seed ? *config.seed : noise_seed(seed_, signal);
+    if (auto* replay = std::get_if<sim::Replay>(&signal.shape)) {
+      const std::optional<std::string> text = open(config.file, config.place);
+      if (!text) return;
+      sim::CsvPoints csv = sim::parse_csv_points(*text);
+      if (!csv.problem.empty())
+        return build_.problems.push_back(fmt::format("{}:{}: {}", config.file, csv.line, csv.problem));
+      replay->points = std::move(csv.points);
+    }
+    build_.node->signals.push_back(std::move(signal));
+  }
+
+  const NodeConfig& node_;
+  std::uint64_t seed_;
+  const FileReader& read_;
+  NodeBuild build_;
+  const devices::DeviceKind* kind_ = nullptr;
+};
+
+}  // namespace
+
+std::optional<Bytes> encode(const Value& value, DataType type) {
+  if (const auto* bytes = std::get_if<Bytes>(&value)) return *bytes;
+  if (const auto* number = std::get_if<double>(&value)) return encode_real(*number, type);
+  if (const auto* flag = std::get_if<bool>(&value)) return encode_integer(*flag ? 1 : 0, type);
+  if (const auto* number = std::get_if<std::int64_t>(&value))
+    return eds::is_real(type) ? encode_real(static_cast<double>(*number), type)
+                              : encode_integer(*number, type);
+  if (size_of(type) != 0) return std::nullopt;
+  const auto& text = std::get<std::string>(value);
+  return Bytes(text.begin(), text.end());
+}
+
+NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, const FileReader& read) {
+  return Builder(node, seed, read).build();
+}
+
+}  // namespace cbcan::plant

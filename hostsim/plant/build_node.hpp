@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// From a node of the configuration to what the simulation runs: its EDS read, its values of the plant file
+/// put in, its device found, its signals ready.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plant/config.hpp"
+#include "plant/files.hpp"
+#include "sim/node.hpp"
+
+namespace cbcan::plant {
+
+struct NodeBuild {
+  /// Without parameters and listener; none if a file cannot be read, or a value or a signal not be put in.
+  std::optional<sim::NodeParts> node;
+  std::vector<std::string> problems;  ///< why there is no node
+  std::vector<std::string> warnings;  ///< what is wrong in the EDS file and what is used in its place
+  std::vector<std::string> notes;     ///< of interest to somebody who asks
+};
+
+/// `seed`: see node_seed(). A node without an ID is built for the ID 0, see sim::Node; the node ID that a DCF
+/// has of its own counts for nothing.
+NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, const FileReader& read);
+
+/// The bytes of a value as an object of this type has them, little-endian; nullopt if it does not fit.
+std::optional<Bytes> encode(const Value& value, DataType type);
+
+}  // namespace cbcan::plant

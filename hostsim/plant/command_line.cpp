@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include "plant/command_line.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "cbcan/version.hpp"
+#include "plant/demo_plant.hpp"
+#include "plant/options.hpp"
+#include "plant/plant_file.hpp"
+#include "text/suggestion.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::plant {
+namespace {
+
+constexpr std::string_view kTrue = "true";
+
+/// As --help shows it; empty = there is none of this name.
+std::string_view find_option(std::string_view word) {
+  for (const std::string_view shown : all_options()) {
+    const bool is_short = shown.starts_with(word) && shown.substr(word.size()).starts_with(", ");
+    if (is_short || option_name(shown) == word) return shown;
+  }
+  return {};
+}
+
+std::string no_such_option(std::string_view name) {
+  std::vector<std::string_view> known;
+  for (const std::string_view option : all_options())
+    known.push_back(option_name(option));
+  return "no such option" + text::did_you_mean(name, known);
+}
+
+std::string lost_word(std::string_view word) {
+  return word.ends_with(".toml") ? fmt::format("a plant file is given with --config {}", word)
+                                 : "belongs to no option";
+}
+
+/// The command line taken apart. All arguments are texts to it, so that a wrong value is told the same way as
+/// in a plant file.
+class Typed {
+ public:
+  explicit Typed(std::span<const char* const> words) : words_(words) {
+    while (!words_.empty())
+      take_word(take());
+  }
+
+  Arguments arguments;  ///< in order
+  Diagnostics problems;
+
+  std::size_t count(std::string_view option) const {
+    return static_cast<std::size_t>(std::ranges::count(arguments, option, &Argument::option));
+  }
+
+ private:
+  std::string_view take() { return std::exchange(words_, words_.subspan(1)).front(); }
+
+  bool has_argument() const {
+    const std::string_view word = words_.empty() ? "--" : words_.front();
+    return !word.starts_with("--") && find_option(word).empty();
+  }
+
+  void complain(std::string_view word, std::string message) {
+    problems.push_back(about_option(word, std::move(message)));
+  }
+
+  void take_word(std::string_view word) {
+    if (!word.starts_with('-') || word == "--") return complain(word, lost_word(word));
+    const auto joined = text::split(word, '=');
+    const std::string_view name = joined ? joined->first : word;
+    const std::string_view shown = find_option(name);
+    if (shown.empty()) complain(word, no_such_option(name));
+    const bool is_flag = !shown.empty() && option_argument(shown).empty();
+    const bool takes_next = !joined && !is_flag && has_argument();
+    const std::string_view text = joined ? joined->second : takes_next ? take() : is_flag ? kTrue : "";
+    if (shown.empty()) return;
+    if (!joined && !is_flag && !takes_next) return complain(name, "needs an argument");
+    add({option_name(shown), std::string(text)});
+  }
+
+  void add(Argument argument) {
+    if (argument.option == kNetworkOption) network_ = network_number(argument.text);
+    if (!is_about_whole_plant(argument.option)) argument.network = network_;
+    if (std::string problem = problem_with(argument); !problem.empty())
+      complain(argument.option, std::move(problem));
+    arguments.push_back(std::move(argument));
+  }
+
+  /// Behind the ones before it.
+  std::string problem_with(const Argument& argument) const {
+    const auto same = [&](const Argument& other) {
+      return other.option == argument.option && other.network == argument.network;
+    };
+    if (!is_repeatable(argument.option) && std::ranges::any_of(arguments, same))
+      return in_network(argument.network) + "is given twice";
+    const bool is_plant = argument.option == kDemoOption || argument.option == kConfigOption;
+    if (is_plant && count(kDemoOption) + count(kConfigOption) != 0)
+      return "there can be only one plant; leave out the other --config, or --demo";
+    return argument.option == kDemoOption && argument.text != kTrue ? "takes no argument" : "";
+  }
+
+  std::span<const char* const> words_;
+  std::size_t network_ = 1;
+};
+
+Diagnostics read_plant_of(const Typed& typed, const FileReader& read, Config& config) {
+  for (const Argument& argument : typed.arguments) {
+    if (argument.option != kDemoOption && argument.option != kConfigOption) continue;
+    const std::string path = argument.option == kDemoOption ? std::string(kDemoPlant) : argument.text;
+    if (const auto text = read(path)) return read_plant(*text, path, config);
+    return {about_option(fmt::format("{} {}", kConfigOption, path),
+                         "this file cannot be read; check the path and its permissions")};
+  }
+  return {};
+}
+
+std::string remarks_on(const NetworkConfig& network) {
+  const std::string opening = "cbcan-sim: " + in_network(network.number);
+  const CanConfig& can = network.can;
+  std::string text;
+  if (can.interface_name.empty() && network.nodes.empty() && can.slcan.empty()) {
+    const bool first = network.number == 1;
+    text += fmt::format("{}nobody else is on the virtual bus; {}add a node: {}--node 5=FILE.eds\n", opening,
+                        first ? "try --demo, or " : "",
+                        first ? "" : fmt::format("--network {} ", network.number));
+  }
+  if (!can.interface_name.empty() && can.bit_rate != 0)
+    text += fmt::format(
+        "{}can.bit_rate (--bit-rate) is for the virtual bus; {} has the one that it was set up with\n",
+        opening, can_spec(can));
+  return text;
+}
+
+Start refuse(Diagnostics problems) {
+  Start start;
+  start.exit_code = ExitCode::kUsage;
+  sort_by_place(problems);
+  for (const Diagnostic& problem : problems) {
+    start.err += (problem.place.line == 0 ? "cbcan-sim: " : "") + to_string(problem) + "\n";
+  }
+  if (problems.back().place.line == 0) start.err += "cbcan-sim --help shows all options\n";
+  return start;
+}
+
+Start print(std::string text) {
+  Start start;
+  start.out = std::move(text);
+  return start;
+}
+
+}  // namespace
+
+Start parse_command_line(int argc, const char* const* argv, const FileReader& read) {
+  Typed typed(std::span(argv + 1, argv + argc));
+  if (typed.count(kHelpOption) != 0) return print(help_text());
+  if (typed.count(kVersionOption) != 0) return print(fmt::format("cbcan-sim {}\n", kVersion));
+  if (!typed.problems.empty()) return refuse(std::move(typed.problems));
+
+  Start start;
+  Diagnostics problems = read_plant_of(typed, read, start.config);
+  Diagnostics of_options = apply_options(typed.arguments, start.config);
+  // Of a plant with mistakes, nodes may be missing that options are about.
+  if (problems.empty()) problems = std::move(of_options);
+  std::ranges::move(check(start.config), std::back_inserter(problems));
+  if (!problems.empty()) return refuse(std::move(problems));
+
+  start.run = true;
+  for (const NetworkConfig& network : start.config.networks)
+    start.err += remarks_on(network);
+  return start;
+}
+
+}  // namespace cbcan::plant

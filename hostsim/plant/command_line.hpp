@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The command line of `cbcan-sim`: which plant to read, and a twin for every setting of a plant file. The
+/// command line wins over the file. What it offers is in --help (help.cpp).
+
+#include <string>
+
+#include "plant/config.hpp"
+#include "plant/files.hpp"
+
+namespace cbcan::plant {
+
+/// What the program's exit codes mean to a script.
+enum class ExitCode : int {
+  kDone = 0,
+  kCheckFailed = 1,
+  kUsage = 2,        ///< the command line, the plant file or a file that it names
+  kEnvironment = 3,  ///< no such CAN interface, port busy
+};
+
+/// What main() does first: print `out` and `err`, then run with `config`, or leave with `exit_code`.
+struct Start {
+  bool run = false;
+  ExitCode exit_code = ExitCode::kDone;  ///< if not run
+  std::string out;                       ///< for standard output: help, version
+  std::string err;                       ///< for standard error: all that is wrong, or remarks on a run
+  Config config;
+};
+
+/// `argv[0]` is the program's name. `read` gives plant files, the demo's too (with_demo_plant()); EDS files
+/// are not opened here.
+Start parse_command_line(int argc, const char* const* argv, const FileReader& read);
+
+}  // namespace cbcan::plant

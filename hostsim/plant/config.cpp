@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include "plant/config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "sim/random.hpp"
+#include "text/address.hpp"
+
+namespace cbcan::plant {
+namespace {
+
+std::string name_of(const InitialValue& value) {
+  return fmt::format("object {} is already set", object_name(value.index, value.sub));
+}
+
+std::string name_of(const SignalConfig& signal) {
+  return fmt::format("object {} already has a signal", object_name(signal.signal.index, signal.signal.sub));
+}
+
+/// Values, or signals, of the same object.
+template <class Item>
+void check_objects(const NodeConfig& node, const std::vector<Item>& items, Diagnostics& found) {
+  for (auto later = items.begin(); later != items.end(); ++later) {
+    const auto first =
+        std::find_if(items.begin(), later, [&](const Item& item) { return same_object(item, *later); });
+    if (first != later)
+      found.push_back({later->place, fmt::format("{}: {} at {}; remove one of the two", node_name(node),
+                                                 name_of(*later), to_string(first->place))});
+  }
+}
+
+/// Two names of one file look the same, as far as names can tell.
+std::string normal(const std::string& path) {
+  return std::filesystem::path(path).lexically_normal().string();
+}
+
+void check_parameter_files(const Config& config, Diagnostics& found) {
+  std::map<std::string, const NodeConfig*> owners;
+  for (const NetworkConfig& network : config.networks) {
+    for (const NodeConfig& node : network.nodes) {
+      if (node.parameters.empty()) continue;
+      const auto [owner, is_first] = owners.emplace(normal(node.parameters), &node);
+      if (!is_first)
+        found.push_back(
+            {node.place,
+             fmt::format("{}: {} already has the parameters of {} at {}; every node needs a file of its own",
+                         node_name(node), node.parameters, node_name(*owner->second),
+                         to_string(owner->second->place))});
+    }
+  }
+}
+
+/// What no two networks can have: the key of its setting, and it.
+std::vector<std::pair<std::string_view, std::string>> belongings(const NetworkConfig& network) {
+  std::vector<std::pair<std::string_view, std::string>> all;
+  if (!network.can.interface_name.empty()) all.emplace_back("can.spec", can_spec(network.can));
+  if (!network.log.empty()) all.emplace_back("log.file", normal(network.log));
+  if (network.can.slcan.empty()) return all;
+  text::StreamAddress address = text::parse_stream_address(network.can.slcan);
+  const bool any_free_port = address.path.empty() && address.tcp.port == 0;
+  if (!address.path.empty()) address.path = normal(address.path);
+  if (!any_free_port) all.emplace_back("can.slcan", text::to_string(address));
+  return all;
+}
+
+void check_belongings(const Config& config, Diagnostics& found) {
+  std::map<std::pair<std::string_view, std::string>, const NetworkConfig*> owners;
+  for (const NetworkConfig& network : config.networks) {
+    for (const auto& [key, what] : belongings(network)) {
+      const auto [owner, is_first] = owners.emplace(std::pair(key, what), &network);
+      if (is_first) continue;
+      const NetworkConfig& first = *owner->second;
+      found.push_back({network.places.at(key),
+                       fmt::format("{}{} {}: network {} has it already at {}; every network needs its own",
+                                   in_network(network.number), key, what, first.number,
+                                   to_string(first.places.at(key)))});
+    }
+  }
+}
+
+void check_number_of_networks(const Config& config, Diagnostics& found) {
+  if (config.networks.size() > kMostNetworks)
+    found.push_back({config.networks[kMostNetworks].place,
+                     fmt::format("network {}: there can be {} at most, as many as Modbus has unit IDs",
+                                 kMostNetworks + 1, kMostNetworks)});
+}
+
+void check_node_ids(const NetworkConfig& network, Diagnostics& found) {
+  std::array<const NodeConfig*, 128> owner{};
+  for (const NodeConfig& node : network.nodes) {
+    if (node.id == 0 || node.id >= owner.size()) continue;
+    const NodeConfig*& first = owner[node.id];
+    if (first != nullptr) {
+      found.push_back(
+          {node.place, fmt::format("{}: already at {}; every node on the bus needs an ID of its own",
+                                   node_name(node), to_string(first->place))});
+    } else if (network.module.enabled && node.id == network.module.node_id) {
+      found.push_back({node.place, node_name(node) +
+                                       ": this is the module's own ID; change the node's, or the module's "
+                                       "with module.node_id or --node-id"});
+    }
+    if (first == nullptr) first = &node;
+  }
+}
+
+/// Of the member of a network with this number.
+std::uint64_t seed_of(const Config& config, std::size_t network, std::uint64_t number) {
+  return sim::Random(std::uint64_t{config.seed} << 32 | std::uint64_t{network - 1} << 24 | number).next();
+}
+
+void check_network(const Config& config, const NetworkConfig& network, Diagnostics& found) {
+  check_node_ids(network, found);
+  if (config.clock == ClockKind::kManual && !network.can.interface_name.empty())
+    found.push_back(about_option("--clock manual",
+                                 fmt::format("{}the time of {} cannot stand still; use it with --can virtual",
+                                             in_network(network.number), can_spec(network.can))));
+  for (const NodeConfig& node : network.nodes) {
+    check_objects(node, node.objects, found);
+    check_objects(node, node.signals, found);
+  }
+}
+
+}  // namespace
+
+std::string can_spec(const CanConfig& can) {
+  return can.interface_name.empty() ? "virtual" : "socketcan:" + can.interface_name;
+}
+
+bool same_object(const InitialValue& one, const InitialValue& other) {
+  return one.index == other.index && one.sub == other.sub;
+}
+
+bool same_object(const SignalConfig& one, const SignalConfig& other) {
+  return one.signal.index == other.signal.index && one.signal.sub == other.signal.sub;
+}
+
+std::string in_network(std::size_t number) {
+  return number == 1 ? "" : fmt::format("network {}: ", number);
+}
+
+std::string node_name(const NodeConfig& node) {
+  return in_network(node.network) + (node.id != 0 ? fmt::format("node {}", node.id) : "node without an ID");
+}
+
+std::string object_name(std::uint16_t index, std::uint8_t sub) {
+  return fmt::format("{:04X}h:{:02X}", index, sub);
+}
+
+std::uint64_t network_seed(const Config& config, const NetworkConfig& network) {
+  constexpr std::uint64_t kItself = 0;  // no node has it
+  return network.number == 1 ? config.seed : seed_of(config, network.number, kItself);
+}
+
+std::uint64_t node_seed(const Config& config, const NodeConfig& node) {
+  constexpr std::uint64_t kFirstWithoutId = 128;
+  std::uint64_t number = node.id;
+  if (number == 0)
+    number = kFirstWithoutId +
+             static_cast<std::uint64_t>(std::count_if(config.networks[node.network - 1].nodes.data(), &node,
+                                                      [](const NodeConfig& n) { return n.id == 0; }));
+  return seed_of(config, node.network, number);
+}
+
+Diagnostics check(const Config& config) {
+  Diagnostics found;
+  for (const NetworkConfig& network : config.networks)
+    check_network(config, network, found);
+  check_number_of_networks(config, found);
+  check_parameter_files(config, found);
+  check_belongings(config, found);
+  return found;
+}
+
+}  // namespace cbcan::plant

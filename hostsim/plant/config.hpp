@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Everything about `cbcan-sim` that can be set, as plain data: what a plant file and the command line fill
+/// in, and what the program is put together from. Units, ranges and defaults stand at each member;
+/// settings.hpp has them as a table, with the names they go by in the file and on the command line.
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cbcan/time.hpp"
+#include "plant/diagnostic.hpp"
+#include "sim/faults/fault.hpp"
+#include "sim/signal.hpp"
+#include "text/address.hpp"
+#include "text/value.hpp"
+
+namespace cbcan::plant {
+
+using text::Bytes;
+using text::ListenAddress;
+using text::Value;
+
+/// As many as Modbus has unit IDs.
+inline constexpr std::size_t kMostNetworks = 247;
+
+/// The coprocessor itself.
+struct ModuleConfig {
+  std::uint8_t node_id = 127;           ///< 1..127, its own address on the bus
+  std::uint16_t sdo_timeout_ms = 1000;  ///< 0..65535, 0 = none; each response of the server starts it again
+  std::uint16_t node_state_fresh_ms =
+      2000;  ///< 1..65535, how long a heartbeat counts where 1016h says nothing
+  std::uint16_t guarding_timeout_ms =
+      100;                             ///< 1..65535, the wait for the response to a node guarding request
+  std::uint16_t process_first = 3800;  ///< register; 128 of them, not among R3700..R3769
+  bool enabled = true;                 ///< false: nodes and bus alone; no Modbus server then
+  bool operator==(const ModuleConfig&) const = default;
+};
+
+/// An injected fault that is there from the start.
+struct FaultConfig {
+  sim::Fault fault;
+  Place place;
+  bool operator==(const FaultConfig&) const = default;
+};
+
+/// A CAN bus.
+struct CanConfig {
+  std::string interface_name;  ///< of SocketCAN: "vcan0"; empty = a bus inside the program
+  std::uint32_t bit_rate =
+      0;              ///< of a bus inside the program, in bit/s: 10000..1000000, 0 = as fast as possible
+  std::string slcan;  ///< where SLCAN adapters are served: HOST:PORT or unix:PATH; empty = nowhere
+  std::vector<FaultConfig> faults;
+  bool operator==(const CanConfig&) const = default;
+};
+
+/// kManual: time passes by lines on standard input.
+enum class ClockKind : std::uint8_t { kReal, kManual };
+
+/// A value that a node's object has at power-on instead of the one in its EDS file.
+struct InitialValue {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  Value value;
+  Place place;
+  bool operator==(const InitialValue&) const = default;
+};
+
+/// A value over time at an input of a node.
+struct SignalConfig {
+  sim::Signal signal;                 ///< of a replay without its points, of a noise without its seed
+  std::string file;                   ///< of a replay: path of the CSV file, ready to be opened
+  std::optional<std::uint32_t> seed;  ///< of a noise; none = it follows from the node's, see node_seed()
+  Place place;
+  bool operator==(const SignalConfig&) const = default;
+};
+
+/// A simulated node.
+struct NodeConfig {
+  std::uint8_t id = 0;     ///< 1..127, each once on the bus; 0 = none, it waits for one from LSS
+  std::string name;        ///< for people, in the log; may be empty
+  std::string eds;         ///< path of the EDS or DCF file, ready to be opened
+  std::string device;      ///< name of a device of devices.hpp; empty = as 1000h says
+  std::string parameters;  ///< path of the file that 1010h and LSS store to; empty = none
+  bool lss = false;        ///< has an LSS slave
+  Time time_period = 0;    ///< as a TIME producer, microseconds; 0 = it sends none
+  std::vector<InitialValue> objects;
+  std::vector<SignalConfig> signals;
+  std::vector<FaultConfig> faults;
+  std::size_t network = 1;  ///< number of the network that it is on
+  Place place;
+  bool operator==(const NodeConfig&) const = default;
+};
+
+/// A CAN network: a bus, its nodes, and the module that connects it with Modbus.
+struct NetworkConfig {
+  std::size_t number = 1;  ///< its place in Config::networks, from 1, and the Modbus unit ID that selects it
+  ModuleConfig module;
+  CanConfig can;
+  std::string log;  ///< file: the bus in the format of `candump -L`; empty = none
+  std::vector<NodeConfig> nodes;
+  Place place;                               ///< where it begins; nowhere, if it is the first
+  std::map<std::string_view, Place> places;  ///< where its settings were set, by their keys
+  bool operator==(const NetworkConfig&) const = default;
+};
+
+struct Config {
+  ListenAddress modbus{"127.0.0.1", 1502};  ///< of the Modbus TCP server; port 0 = any free one
+  ClockKind clock = ClockKind::kReal;
+  std::uint32_t seed = 1;  ///< all that is random, noise and the probability of faults, follows from it
+  std::string control;     ///< where commands at run time are served: HOST:PORT or unix:PATH; empty = nowhere
+  bool verbose = false;
+  std::vector<NetworkConfig> networks = std::vector<NetworkConfig>(1);  ///< never empty
+  bool operator==(const Config&) const = default;
+};
+
+/// "virtual" or "socketcan:vcan0"
+std::string can_spec(const CanConfig& can);
+
+/// "network 2: ", to stand in front of a message; nothing for network 1, which needs no saying
+std::string in_network(std::size_t number);
+
+/// "node 5", "node without an ID", "network 2: node 5"
+std::string node_name(const NodeConfig& node);
+
+/// Are both about the same object?
+bool same_object(const InitialValue& one, const InitialValue& other);
+bool same_object(const SignalConfig& one, const SignalConfig& other);
+
+/// "6401h:02"
+std::string object_name(std::uint16_t index, std::uint8_t sub);
+
+/// The seed of all that is random about a network's bus: it follows from random.seed and the network's
+/// number.
+std::uint64_t network_seed(const Config& config, const NetworkConfig& network);
+
+/// The seed of all that is random about `node`, one of `config`'s: it follows from random.seed, the number of
+/// its network and the node's ID, or, of one without, from how many of those stand before it there. Nothing
+/// else in the plant changes it.
+std::uint64_t node_seed(const Config& config, const NodeConfig& node);
+
+/// What no single setting can tell: node IDs, objects, signals and files given twice, a node with the
+/// module's ID, two networks with the same interface or address. To be asked once both the plant file and the
+/// command line have been read.
+Diagnostics check(const Config& config);
+
+}  // namespace cbcan::plant

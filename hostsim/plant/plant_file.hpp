@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Plant files: the TOML file that describes module, Modbus, CAN and nodes. The reference for people is
+/// docs/plant-file.md. Pure: the text comes in as an argument and no EDS file is opened.
+
+#include <string>
+#include <string_view>
+
+#include "plant/config.hpp"
+
+namespace cbcan::plant {
+
+/// Reads a plant file into `into`; what the file does not mention keeps its value. Paths in it are taken
+/// relative to `file_name`. Returns everything that is wrong with the file, in line order, and nothing if it
+/// is good; what could be read is read all the same. What only the whole configuration shows is left to
+/// check().
+Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into);
+
+}  // namespace cbcan::plant

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+// The tables: kinds, and their keys.
+#include <array>
+
+#include "sim/faults/fault.hpp"
+
+namespace cbcan::sim {
+
+namespace {
+
+using text::Form;
+using text::Row;
+using enum FaultKind;
+using enum FaultPlace;
+
+constexpr std::int64_t kDayInMs = 24 * 3600 * 1000;
+constexpr std::int64_t kMostId = 0x1FFFFFFF;
+
+constexpr std::array<std::string_view, 7> kSteps{
+    "any", "initiate", "segment", "block-segment", "block-acknowledge", "block-end", "abort"};
+constexpr std::array<std::string_view, 4> kParts{"any", "id", "dlc", "data"};
+
+template <auto kMember>
+constexpr auto key(FaultKind first, FaultKind last, Row row) {
+  row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
+  return text::setting<Fault, kMember>(row);
+}
+template <auto kMember>
+constexpr auto key(FaultKind only, Row row) {
+  return key<kMember>(only, only, row);
+}
+template <auto kMember>
+constexpr auto time(FaultKind first, FaultKind last, Row row) {
+  row.high = kDayInMs;
+  row.scale = kMillisecond;
+  return key<kMember>(first, last, row);
+}
+constexpr auto delay(FaultKind only, std::string_view help) {
+  return time<&Fault::delay>(only, only, {.key = "delay_ms", .help = help});
+}
+constexpr auto interval(FaultKind only) {
+  return time<&Fault::interval>(only, only,
+                                {.key = "interval_ms", .help = "Time between two of them", .low = 1});
+}
+
+// clang-format off
+constexpr auto kKinds = std::to_array<FaultRow>({
+    {"response-never", kNode, "An SDO response is not sent.", {}},
+    {"response-late", kNode, "An SDO response is sent late.", {.delay = 50 * kMillisecond}},
+    {"response-twice", kNode, "An SDO response is sent twice.", {}},
+    {"response-out-of-order", kNode, "An SDO response is sent after the next frame of the node.", {.delay = 100 * kMillisecond}},
+    {"response-other-toggle", kNode, "The toggle bit of the response to a segment is inverted.", {}},
+    {"response-other-specifier", kNode, "An SDO response has another command specifier; segments of blocks have none.", {}},
+    {"response-other-index", kNode, "The response to an initiate request, or an abort, is about another object.", {}},
+    {"response-other-size", kNode, "A response of an upload claims another number of bytes than it has.", {}},
+    {"response-other-crc", kNode, "The CRC at the end of a block upload has all bits inverted.", {}},
+    {"response-other-sequence", kNode,
+     "A block segment has the next number; an acknowledgement tells of one segment less, or of one for none.", {}},
+    {"abort", kNode, "An abort instead of an SDO response.", {.code = 0x08000000}},
+    {"short-frame", kNode, "An SDO response is a frame with fewer bytes.", {}},
+    {"silent", kNode, "Nothing that the node sends leaves it.", {}},
+    {"heartbeat-stops", kNode, "Heartbeats, boot-up messages and responses to node guarding do not leave the node.", {}},
+    {"state-wrong", kNode, "Heartbeats and responses to node guarding report another state.", {}},
+    {"duplicate-node-id", kNode,
+     "A second device has the node's ID: SDO responses, with their data inverted, and error control come from it too.", {}},
+    {"boot-up-storm", kNode, "Boot-up messages, one after the other.", {}},
+    {"emcy-storm", kNode, "EMCY messages, one after the other.", {.code = 0x1000}},
+    {"frame-loss", kBus, "A frame reaches nobody.", {}},
+    {"frame-twice", kBus, "A frame arrives twice.", {}},
+    {"frame-late", kBus, "A frame arrives late.", {.delay = 10 * kMillisecond}},
+    {"frame-corrupt", kBus, "A frame arrives with one bit inverted.", {}},
+    {"bus-off", kNodeOrBus, "The controller, or every one on the bus, is bus-off.", {}},
+    {"error-passive", kNodeOrBus, "The controller, or every one on the bus, is error-passive.", {}},
+    {"overflow", kNodeOrBus, "The controller, or every one on the bus, tells of lost frames.", {}},
+    {"bus-load", kBus, "Somebody else sends all the time.", {}},
+});
+static_assert(kKinds.size() == kFaultKinds);
+
+constexpr std::array kKeys{
+    delay(kResponseLate, "How late"),
+    delay(kResponseTwice, "How long after the first"),
+    delay(kResponseOutOfOrder, "Comes after so long if nothing else is sent before"),
+    key<&Fault::specifier>(kResponseOtherSpecifier, {
+        .key = "specifier", .help = "Upper three bits of the first byte", .high = 7}),
+    key<&Fault::other_index>(kResponseOtherIndex, {
+        .key = "other_index", .help = "Index in the response", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "one more"}),
+    key<&Fault::other_sub>(kResponseOtherIndex, {
+        .key = "other_sub", .help = "Sub-index in the response", .high = 0xFF, .absent = "the right one"}),
+    key<&Fault::size>(kResponseOtherSize, {
+        .key = "size", .help = "Bytes to claim, as far as the field holds them", .high = 0xFFFFFFFF, .absent = "one less"}),
+    key<&Fault::code>(kAbort, {.key = "code", .help = "SDO abort code", .form = Form::kHexadecimal}),
+    key<&Fault::length>(kShortFrame, {.key = "length", .help = "DLC that is left", .high = 7}),
+    key<&Fault::state>(kStateWrong, {.key = "state", .help = "NMT state that is reported", .high = 127}),
+    interval(kBootUpStorm),
+    key<&Fault::code>(kEmcyStorm, {
+        .key = "code", .help = "EMCY error code", .form = Form::kHexadecimal, .high = 0xFFFF}),
+    interval(kEmcyStorm),
+    delay(kFrameLate, "How late"),
+    key<&Fault::part>(kFrameCorrupt, {.key = "part", .help = "Where the bit is", .choices = kParts}),
+    key<&Fault::percent>(kBusLoad, {
+        .key = "percent", .help = "Of the bit rate; of 1 Mbit/s where there is none", .low = 1, .high = 100}),
+    key<&Fault::rate>(kBusLoad, {
+        .key = "frames_per_s", .help = "Instead of a part of the bus; 0 = as percent says", .high = 20000}),
+    key<&Fault::id>(kBusLoad, {
+        .key = "id", .help = "CAN-ID of the frames, which have eight bytes 0", .form = Form::kHexadecimal, .high = 0x7FF}),
+
+    key<&Fault::after>(kResponseNever, kFrameCorrupt, {.key = "after", .help = "So many occasions pass unharmed first"}),
+    key<&Fault::count>(kResponseNever, kFrameCorrupt, {
+        .key = "count", .help = "Happens so many times, then no more; 0 = for ever"}),
+    key<&Fault::probability>(kResponseNever, kFrameCorrupt, {
+        .key = "probability", .help = "That it happens on an occasion", .high = 1}),
+    key<&Fault::seed>(kResponseNever, kFrameCorrupt, {.key = "seed", .help = "Makes another random sequence"}),
+    time<&Fault::from>(kResponseNever, kBusLoad, {.key = "from_ms", .help = "Begins so long after it has been set"}),
+    time<&Fault::until>(kResponseNever, kBusLoad, {
+        .key = "until_ms", .help = "Is over so long after it has been set", .low = 1, .absent = "for ever"}),
+    key<&Fault::index>(kResponseNever, kShortFrame, {
+        .key = "index", .help = "Transfers of this object only", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "any"}),
+    key<&Fault::sub>(kResponseNever, kShortFrame, {
+        .key = "sub", .help = "Transfers of this sub-index only", .high = 0xFF, .absent = "any"}),
+    key<&Fault::step>(kResponseNever, kShortFrame, {
+        .key = "step", .help = "Responses only that are this within their transfer", .choices = kSteps}),
+    key<&Fault::first_id>(kFrameLoss, kFrameCorrupt, {
+        .key = "first_id", .help = "Frames with this CAN-ID or a higher one only", .form = Form::kHexadecimal, .high = kMostId}),
+    key<&Fault::last_id>(kFrameLoss, kFrameCorrupt, {
+        .key = "last_id", .help = "Frames with this CAN-ID or a lower one only", .form = Form::kHexadecimal, .high = kMostId}),
+};
+// clang-format on
+
+}  // namespace
+
+std::span<const FaultRow> fault_rows() {
+  return kKinds;
+}
+
+const FaultRow& row_of(FaultKind kind) {
+  return kKinds[static_cast<std::size_t>(kind)];
+}
+
+std::span<const text::Setting<Fault>> fault_settings() {
+  return kKeys;
+}
+
+bool allowed(FaultPlace of_kind, FaultPlace here) {
+  return of_kind == kNodeOrBus || of_kind == here;
+}
+
+}  // namespace cbcan::sim

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include "sim/faults/response_faults.hpp"
+
+#include <algorithm>
+
+#include "canopen/dictionary/little_endian.hpp"
+
+namespace cbcan::sim {
+
+namespace {
+
+constexpr std::uint8_t kSpecifierShift = 5;
+constexpr std::uint8_t kSpecifierMask = 0xE0;
+constexpr std::uint8_t kUnusedMask = 0x07;
+
+bool is_upload(const Frame& frame, sdo::Response specifier) {
+  return sdo::is(frame.data[0], specifier);
+}
+
+/// Responses of an upload say how many bytes there are, in one way or another.
+bool has_size(SdoStep step, const Frame& frame) {
+  const std::uint8_t command = frame.data[0];
+  switch (step) {
+    case SdoStep::kInitiate:
+      if (is_upload(frame, sdo::Response::kInitiateUpload)) return (command & sdo::kSizeIndicated) != 0;
+      return is_upload(frame, sdo::Response::kBlockUpload) && (command & sdo::kBlockSizeIndicated) != 0;
+    case SdoStep::kSegment: return is_upload(frame, sdo::Response::kUploadSegment);
+    case SdoStep::kBlockEnd: return is_upload(frame, sdo::Response::kBlockUpload);
+    default: return false;
+  }
+}
+
+bool can_change(FaultKind kind, SdoStep step, const Frame& frame) {
+  switch (kind) {
+    case FaultKind::kResponseOtherToggle: return step == SdoStep::kSegment;
+    case FaultKind::kResponseOtherSpecifier: return step != SdoStep::kBlockSegment;
+    case FaultKind::kResponseOtherIndex: return step == SdoStep::kInitiate || step == SdoStep::kAbort;
+    case FaultKind::kResponseOtherSize: return has_size(step, frame);
+    case FaultKind::kResponseOtherCrc:
+      return step == SdoStep::kBlockEnd && is_upload(frame, sdo::Response::kBlockUpload);
+    case FaultKind::kResponseOtherSequence:
+      return step == SdoStep::kBlockSegment || step == SdoStep::kBlockAcknowledge;
+    default: return true;
+  }
+}
+
+/// The size to claim where `size` is the truth and the least that can be said is `least`.
+std::uint32_t other_size(const Fault& fault, std::uint32_t size, std::uint32_t least) {
+  if (fault.size != Fault::kUnset) return static_cast<std::uint32_t>(fault.size);
+  return size > least ? size - 1 : size + 1;
+}
+
+/// Puts "so many bytes are unused" into the bits of `mask`, whose lowest is bit `shift`.
+void put_unused(Frame& frame, std::uint32_t room, std::uint32_t size, std::uint8_t mask, unsigned shift) {
+  const auto unused = static_cast<std::uint8_t>((room - size) & mask);
+  frame.data[0] = static_cast<std::uint8_t>((frame.data[0] & ~(mask << shift)) | unused << shift);
+}
+
+void change_size(const Fault& fault, SdoStep step, Frame& frame) {
+  const std::uint8_t command = frame.data[0];
+  if (step == SdoStep::kSegment) {
+    const std::uint32_t size = other_size(fault, sdo::segment_size(command), 0);
+    put_unused(frame, sdo::kSegmentBytes, size, kUnusedMask, 1);
+  } else if (step == SdoStep::kBlockEnd) {
+    const std::uint32_t size = other_size(fault, sdo::kSegmentBytes - sdo::block_unused(command), 0);
+    put_unused(frame, sdo::kSegmentBytes, size, kUnusedMask, 2);
+  } else if (is_upload(frame, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
+    const std::uint32_t size = other_size(fault, sdo::expedited_size(command), 1);
+    put_unused(frame, sdo::kExpeditedBytes, size, 0x03, 2);
+  } else {
+    store_little_endian(std::span(frame.data).subspan(4), other_size(fault, sdo::tail_of(frame), 0));
+  }
+}
+
+void change_index(const Fault& fault, Frame& frame) {
+  const sdo::Multiplexer mux = sdo::multiplexer_of(frame);
+  const bool any = fault.other_index != Fault::kUnset || fault.other_sub != Fault::kUnset;
+  std::int64_t index = sdo::index_of(mux) + (any ? 0 : 1);
+  if (fault.other_index != Fault::kUnset) index = fault.other_index;
+  store_little_endian(std::span(frame.data).subspan(1, 2), static_cast<std::uint64_t>(index));
+  if (fault.other_sub != Fault::kUnset) frame.data[3] = static_cast<std::uint8_t>(fault.other_sub);
+}
+
+void change_sequence(SdoStep step, Frame& frame) {
+  if (step == SdoStep::kBlockAcknowledge) {
+    frame.data[1] = static_cast<std::uint8_t>(frame.data[1] != 0 ? frame.data[1] - 1 : 1);
+    return;
+  }
+  const std::uint8_t number = (frame.data[0] + 1) & sdo::kSequenceMask;
+  frame.data[0] = static_cast<std::uint8_t>((frame.data[0] & sdo::kBlockLast) | number);
+}
+
+}  // namespace
+
+bool is_about(const Fault& fault, const SdoResponse& response, const Frame& frame) {
+  if (fault.index != Fault::kUnset && fault.index != sdo::index_of(response.mux)) return false;
+  if (fault.sub != Fault::kUnset && fault.sub != sdo::sub_of(response.mux)) return false;
+  if (fault.step != SdoStep::kAny && fault.step != response.step) return false;
+  return can_change(fault.kind, response.step, frame);
+}
+
+Frame changed(const Fault& fault, const SdoResponse& response, const Frame& frame) {
+  Frame other = frame;
+  switch (fault.kind) {
+    case FaultKind::kResponseOtherToggle: other.data[0] ^= sdo::kToggle; break;
+    case FaultKind::kResponseOtherSpecifier:
+      other.data[0] =
+          static_cast<std::uint8_t>((other.data[0] & ~kSpecifierMask) | fault.specifier << kSpecifierShift);
+      break;
+    case FaultKind::kResponseOtherIndex: change_index(fault, other); break;
+    case FaultKind::kResponseOtherSize: change_size(fault, response.step, other); break;
+    case FaultKind::kResponseOtherCrc:
+      for (std::uint8_t* byte : {&other.data[1], &other.data[2]})
+        *byte = static_cast<std::uint8_t>(~*byte);
+      break;
+    case FaultKind::kResponseOtherSequence: change_sequence(response.step, other); break;
+    case FaultKind::kAbort:
+      other = sdo::make_abort(frame.id, response.mux, static_cast<AbortCode>(fault.code));
+      break;
+    case FaultKind::kShortFrame: other.length = std::min(other.length, fault.length); break;
+    default: break;
+  }
+  return other;
+}
+
+Frame response_of_twin(const SdoResponse& response, const Frame& frame) {
+  std::size_t first = 8;
+  std::size_t count = 0;
+  const std::uint8_t command = frame.data[0];
+  if (response.step == SdoStep::kBlockSegment) {
+    first = 1;
+    count = sdo::kSegmentBytes;
+  } else if (response.step == SdoStep::kSegment && is_upload(frame, sdo::Response::kUploadSegment)) {
+    first = 1;
+    count = sdo::segment_size(command);
+  } else if (is_upload(frame, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
+    first = 4;
+    count = sdo::expedited_size(command);
+  }
+  Frame other = frame;
+  for (std::size_t i = first; i < first + count; ++i)
+    other.data[i] = static_cast<std::uint8_t>(~other.data[i]);
+  return other;
+}
+
+}  // namespace cbcan::sim

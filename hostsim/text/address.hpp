@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace cbcan::text {
+
+/// Where a server listens.
+struct ListenAddress {
+  std::string host;  ///< name, IPv4 or IPv6 address, without brackets
+  std::uint16_t port = 0;
+
+  friend bool operator==(const ListenAddress&, const ListenAddress&) = default;
+};
+
+/// Reads `HOST:PORT`, `[IPV6]:PORT`, `HOST` or `[IPV6]` (with `default_port`), and `:PORT` (127.0.0.1:
+/// another address only when it is written down). Port 0 = any free one. Throws UsageError.
+ListenAddress parse_listen_address(std::string_view text, std::uint16_t default_port);
+
+/// As parse_listen_address() reads it, with an IPv6 address in brackets.
+std::string to_string(const ListenAddress& address);
+
+/// Where a server of byte streams listens: TCP, or a socket in the file system.
+struct StreamAddress {
+  std::string path;   ///< of a Unix socket; empty = TCP
+  ListenAddress tcp;  ///< of no meaning with a path
+
+  friend bool operator==(const StreamAddress&, const StreamAddress&) = default;
+};
+
+/// What stands in front of the path of a Unix socket.
+inline constexpr std::string_view kUnix = "unix:";
+
+/// Reads `unix:PATH`, else as parse_listen_address() with port 0 for none. Throws UsageError.
+StreamAddress parse_stream_address(std::string_view text);
+
+/// As parse_stream_address() reads it.
+std::string to_string(const StreamAddress& address);
+
+}  // namespace cbcan::text

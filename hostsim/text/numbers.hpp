@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Numbers from text and back: the only place that knows std::from_chars.
+
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace cbcan::text {
+
+/// All of `text` as a number of this type, in `base` if it is a whole one; nullopt where it is none or does
+/// not fit. Without a sign but the minus, without prefix and blanks.
+template <class Number, class... Base>
+std::optional<Number> parse(std::string_view text, Base... base) {
+  Number number{};
+  const char* const end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, number, base...);
+  if (text.empty() || error != std::errc{} || stopped != end) return std::nullopt;
+  return number;
+}
+
+bool has_hex_prefix(std::string_view text);
+
+/// "12", "-5", "0x1017"; nothing else may stand around it.
+std::optional<std::int64_t> parse_integer(std::string_view text);
+
+/// As many upper-case hexadecimal digits as are asked for, or more if it takes more.
+std::string hex(std::uint64_t number, unsigned digits);
+
+}  // namespace cbcan::text

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "text/suggestion.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "text/words.hpp"
+
+namespace cbcan::text {
+namespace {
+
+/// Letters put in, left out, replaced, or swapped with their neighbour (Damerau and Levenshtein).
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        cost[i][j] = i + j;
+        continue;
+      }
+      const std::size_t replaced = cost[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      cost[i][j] = std::min({replaced, cost[i - 1][j] + 1, cost[i][j - 1] + 1});
+      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (swapped) cost[i][j] = std::min(cost[i][j], cost[i - 2][j - 2] + 1);
+    }
+  }
+  return cost[a.size()][b.size()];
+}
+
+bool contains(std::string_view text, std::string_view part) {
+  return part.size() >= 2 && text.find(part) != std::string_view::npos;
+}
+
+/// How far apart two names are for a person: one within the other ("timeout", "sdo_timeout_ms") is near.
+std::size_t distance(std::string_view a, std::string_view b) {
+  constexpr std::size_t kPartOfEachOther = 2;
+  const std::size_t edits = edit_distance(a, b);
+  return contains(a, b) || contains(b, a) ? std::min(edits, kPartOfEachOther) : edits;
+}
+
+std::size_t reach(std::string_view a, std::string_view b) {
+  return contains(a, b) || contains(b, a) ? 2 : std::max<std::size_t>(1, std::max(a.size(), b.size()) / 3);
+}
+
+}  // namespace
+
+std::string_view nearest(std::string_view word, std::span<const std::string_view> known) {
+  std::string_view best;
+  std::size_t best_distance = 0;
+  for (const std::string_view name : known) {
+    const std::size_t away = distance(leaf_of(word), leaf_of(name));
+    if (table_of(name) != table_of(word) || away > reach(leaf_of(word), leaf_of(name))) continue;
+    if (!best.empty() && away >= best_distance) continue;
+    best = name;
+    best_distance = away;
+  }
+  if (!best.empty()) return best;
+  const auto same_leaf =
+      std::ranges::find_if(known, [word](std::string_view name) { return leaf_of(name) == leaf_of(word); });
+  return same_leaf == known.end() ? std::string_view{} : *same_leaf;
+}
+
+std::string did_you_mean(std::string_view word, std::span<const std::string_view> known) {
+  const std::string_view name = nearest(word, known);
+  return name.empty() ? "" : "; did you mean " + std::string(name) + "?";
+}
+
+}  // namespace cbcan::text

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+// cbcan-pages PAGE: the page on standard output, with what stands between `<!-- generated: WHAT -->` and
+// `<!-- end -->` made anew from the tables of the program. tools/dev/update-pages rewrites the pages.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "app/control.hpp"
+#include "io/files/read_file.hpp"
+#include "plant/settings.hpp"
+#include "text/words.hpp"
+
+namespace {
+
+using cbcan::text::Row;
+using Words = std::vector<std::string_view>;
+
+[[noreturn]] void refuse(const std::string& why) {
+  throw std::runtime_error(why);
+}
+
+std::string sentences(std::string_view first, std::string_view more) {
+  return fmt::format("{}.{}{}", first, more.empty() ? "" : " ", more);
+}
+
+std::string meaning(const Row& row) {
+  return sentences(row.help, row.more);
+}
+
+/// settings TABLE [SHAPE]: all keys of a table; of a signal's those of all shapes, or those of one.
+std::string settings(const Words& words) {
+  const auto shapes = cbcan::plant::shape_names();
+  const auto shape = words.size() < 3 ? shapes.end() : std::ranges::find(shapes, words[2]);
+  std::string rows = "| Key | Value | Default | Command line | Meaning |\n|---|---|---|---|---|\n";
+  cbcan::plant::for_each_setting([&](const auto& row) {
+    const bool of_all = row.kinds == cbcan::text::Kinds();
+    const bool here = shape == shapes.end() ? of_all : !of_all && shapes[row.kinds.first] == *shape;
+    if (cbcan::text::table_of(row.key) == words[1] && here)
+      rows += fmt::format("| `{}` | {} | {} | `{}` | {} |\n", row.key, domain_of(row),
+                          cbcan::plant::standard_of(row), row.option, meaning(row));
+  });
+  return rows;
+}
+
+cbcan::text::Kinds kinds_of(const Words& words) {
+  const auto kind = [](std::string_view name) {
+    const auto rows = cbcan::sim::fault_rows();
+    const auto row = std::ranges::find(rows, name, &cbcan::sim::FaultRow::name);
+    if (row == rows.end()) refuse(fmt::format("{}: no such fault", name));
+    return static_cast<std::uint8_t>(row - rows.begin());
+  };
+  return {kind(words.at(1)), kind(words.at(2))};
+}
+
+std::string standard_of(const cbcan::text::Setting<cbcan::sim::Fault>& key) {
+  const cbcan::sim::Fault& standard = cbcan::sim::fault_rows()[key.kinds.first].standard;
+  return text_in(key, standard, standard);
+}
+
+/// fault-keys FIRST LAST: those that the kinds from FIRST to LAST share.
+std::string fault_keys(const Words& words) {
+  std::string rows = "| Key | Value | Default | Meaning |\n|---|---|---|---|\n";
+  for (const auto& key : cbcan::sim::fault_settings())
+    if (key.kinds == kinds_of(words))
+      rows +=
+          fmt::format("| `{}` | {} | {} | {} |\n", key.key, domain_of(key), standard_of(key), meaning(key));
+  return rows;
+}
+
+/// fault-kinds FIRST LAST: these kinds with the keys that each has alone.
+std::string fault_kinds(const Words& words) {
+  std::string rows = "| Kind | Keys of its own: value, default | What goes wrong |\n|---|---|---|\n";
+  for (std::size_t kind = kinds_of(words).first; kind <= kinds_of(words).last; ++kind) {
+    std::string own;
+    for (const auto& key : cbcan::sim::fault_settings())
+      if (key.kinds.first == kind && key.kinds.last == kind)
+        own += fmt::format("{}`{}` {}, {}: {}", own.empty() ? "" : "<br>", key.key, domain_of(key),
+                           standard_of(key), meaning(key));
+    const cbcan::sim::FaultRow& row = cbcan::sim::fault_rows()[kind];
+    rows += fmt::format("| `{}` | {} | {} |\n", row.name, own, row.meaning);
+  }
+  return rows;
+}
+
+/// commands: those of the control language.
+std::string commands(const Words& /*words*/) {
+  std::string rows = "| Command | What it does |\n|---|---|\n";
+  for (const cbcan::app::CommandText& command : cbcan::app::command_texts()) {
+    std::string usage;
+    for (const char letter : command.usage)
+      usage.append(letter == '|' ? "\\" : "") += letter;
+    rows += fmt::format("| `{}` | {} |\n", usage, sentences(command.meaning, command.more));
+  }
+  return rows;
+}
+
+std::string generated(const Words& words) {
+  const std::string_view what = words.at(0);
+  if (what == "settings") return settings(words);
+  if (what == "fault-keys") return fault_keys(words);
+  if (what == "fault-kinds") return fault_kinds(words);
+  if (what == "commands") return commands(words);
+  refuse(fmt::format("generated: {}: nothing is generated under this name", what));
+}
+
+std::string renewed(std::string_view page) {
+  constexpr std::string_view kBegin = "<!-- generated: ";
+  constexpr std::string_view kEnd = " -->";
+  constexpr std::string_view kOver = "<!-- end -->";
+  std::string text;
+  while (!page.empty()) {
+    const std::string_view line = cbcan::text::take_line(page);
+    text.append(line).append("\n");
+    if (!line.starts_with(kBegin)) continue;
+    if (!line.ends_with(kEnd)) refuse(fmt::format("{}: write <!-- generated: WHAT -->", line));
+    text += generated(
+        cbcan::text::words_of(line.substr(kBegin.size(), line.size() - kBegin.size() - kEnd.size())));
+    const auto over = page.find(kOver);
+    if (over == std::string_view::npos) refuse(fmt::format("{}: no {} below it", line, kOver));
+    page.remove_prefix(over);
+  }
+  return text;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const auto page = argc == 2 ? cbcan::io::read_file(argv[1]) : std::nullopt;
+    if (!page) refuse("usage: cbcan-pages PAGE");
+    std::cout << renewed(*page);
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "cbcan-pages: " << error.what() << "\n";
+    return 1;
+  }
+}

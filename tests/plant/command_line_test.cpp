@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+#include "plant/command_line.hpp"
+
+#include "plant/options.hpp"
+#include "plant_support.hpp"
+#include "support/catch.hpp"
+
+using namespace cbcan::plant;
+using namespace cbcan::plant::test;
+
+namespace {
+
+Files disk_files() {
+  return {{"plant.toml", R"([module]
+node_id = 10
+sdo_timeout_ms = 11
+node_state_fresh_ms = 12
+guarding_timeout_ms = 13
+[modbus]
+host = "10.0.0.1"
+port = 14
+[can]
+spec = "socketcan:can0"
+[log]
+file = "file.log"
+verbose = true
+)"},
+          {"bad.toml", "[module]\nnode_id = 300\n[can]\nspec = \"socketcan\"\n"}};
+}
+
+constexpr const char* kHint = "cbcan-sim --help shows all options\n";
+
+/// The complaint about a command line that is refused.
+std::string refusal(const std::vector<const char*>& arguments) {
+  const Start refused = start(arguments, disk_files());
+  CHECK_FALSE(refused.run);
+  CHECK(refused.exit_code == ExitCode::kUsage);
+  CHECK(refused.out == "");
+  return refused.err;
+}
+
+}  // namespace
+
+TEST_CASE("no option at all runs with the defaults and says who is missing") {
+  const Start bare = start({});
+  CHECK(bare.run);
+  CHECK(bare.config == Config{});
+  CHECK(bare.out == "");
+  CHECK(bare.err ==
+        "cbcan-sim: nobody else is on the virtual bus; try --demo, or add a node: --node 5=FILE.eds\n");
+}
+
+TEST_CASE("a real bus without simulated nodes is nothing to remark on") {
+  const Start real = start({"--can", "socketcan:vcan0"});
+  CHECK(real.run);
+  CHECK(real.err == "");
+  CHECK(can_spec(real.config.networks.at(0).can) == "socketcan:vcan0");
+}
+
+TEST_CASE("a bit rate on a real bus is remarked on") {
+  const Start real = start({"--can=socketcan:can1", "--bit-rate=125000"});
+  CHECK(real.run);
+  CHECK(real.err ==
+        "cbcan-sim: can.bit_rate (--bit-rate) is for the virtual bus; socketcan:can1 has the one "
+        "that it was set up with\n");
+}
+
+TEST_CASE("every option of a setting, both ways to write it") {
+  Start apart = start({"--node-id", "3", "--sdo-timeout", "0", "--node-state-fresh", "5",
+                       "--guarding-timeout", "6", "--modbus", "0.0.0.0:0", "--can", "virtual", "--bit-rate",
+                       "1000000", "--log", "a.log", "--verbose", "--node", "5=a.eds"});
+  Start joined = start({"--node-id=0x3", "--sdo-timeout=0", "--node-state-fresh=5", "--guarding-timeout=6",
+                        "--modbus=0.0.0.0:0", "--can=virtual", "--bit-rate=1000000", "--log=a.log", "-v",
+                        "--node=5=a.eds"});
+  REQUIRE(apart.err == "");
+  REQUIRE(joined.err == "");
+  apart.config.networks.at(0).places.clear();  // told as they were typed: 3, 0x3
+  joined.config.networks.at(0).places.clear();
+  CHECK(apart.config == joined.config);
+  CHECK(apart.config.networks.at(0).module == ModuleConfig{3, 0, 5, 6, 3800, true});
+  CHECK(apart.config.modbus == ListenAddress{"0.0.0.0", 0});
+  CHECK(apart.config.networks.at(0).can == CanConfig{"", 1000000, "", {}});
+  CHECK(apart.config.networks.at(0).log == "a.log");
+  CHECK(apart.config.verbose == true);
+  CHECK(apart.config.networks.at(0).nodes.at(0).eds == "a.eds");
+}
+
+TEST_CASE("the command line wins over the plant file, wherever --config stands") {
+  const Start file = start({"--config", "plant.toml"}, disk_files());
+  REQUIRE(file.err == "");
+  CHECK(file.config.networks.at(0).module == ModuleConfig{10, 11, 12, 13, 3800, true});
+  CHECK(file.config.modbus == ListenAddress{"10.0.0.1", 14});
+  CHECK(file.config.networks.at(0).log == "file.log");
+  CHECK(file.config.verbose == true);
+
+  const Start both = start(
+      {"--node-id", "20", "--modbus", ":24", "--can", "virtual", "--verbose=false", "--config", "plant.toml",
+       "--sdo-timeout", "21", "--node-state-fresh", "22", "--guarding-timeout", "23", "--log", "line.log"},
+      disk_files());
+  REQUIRE(both.run);
+  CHECK(both.config.networks.at(0).module == ModuleConfig{20, 21, 22, 23, 3800, true});
+  CHECK(both.config.modbus == ListenAddress{"127.0.0.1", 24});
+  CHECK(both.config.networks.at(0).can == CanConfig{});
+  CHECK(both.config.networks.at(0).log == "line.log");
+  CHECK(both.config.verbose == false);
+}
+
+TEST_CASE("a host alone keeps the port of the plant file") {
+  const Start both = start({"--config", "plant.toml", "--modbus", "localhost"}, disk_files());
+  CHECK(both.config.modbus == ListenAddress{"localhost", 14});
+  CHECK(start({"--modbus", "[::1]:502"}).config.modbus == ListenAddress{"::1", 502});
+}
+
+TEST_CASE("a clash in the plant file may be settled on the command line") {
+  const Files disk{{"p.toml", "[[node]]\nid = 127\neds = \"a.eds\"\n"}};
+  CHECK_FALSE(start({"--config", "p.toml"}, disk).run);
+  CHECK(start({"--config", "p.toml", "--node-id", "1"}, disk).run);
+  CHECK_FALSE(start({"--node", "9=a.eds", "--node-id", "9"}).run);
+}
+
+TEST_CASE("values that the command line gets wrong") {
+  CHECK(refusal({"--node-id", "300"}) == std::string("cbcan-sim: --node-id 300: must be 1..127\n") + kHint);
+  CHECK(refusal({"--node-id=-5"}) == std::string("cbcan-sim: --node-id -5: must be 1..127\n") + kHint);
+  CHECK(refusal({"--sdo-timeout", "1s"}) ==
+        std::string("cbcan-sim: --sdo-timeout 1s: must be an integer, 0..65535 ms, 0 = none\n") + kHint);
+  CHECK(refusal({"--can", "socketcan"}) ==
+        std::string("cbcan-sim: --can socketcan: the interface is missing; write socketcan:vcan0\n") + kHint);
+  CHECK(refusal({"--modbus", "1502"}) ==
+        std::string("cbcan-sim: --modbus 1502: address \"1502\": a port alone is written :1502\n") + kHint);
+  CHECK(refusal({"--log", ""}) == std::string("cbcan-sim: --log : must be a path\n") + kHint);
+  CHECK(refusal({"--verbose=maybe"}) ==
+        std::string("cbcan-sim: --verbose maybe: must be true or false\n") + kHint);
+}
+
+TEST_CASE("all that is wrong with a command line at once") {
+  CHECK(refusal({"--bit-rate", "500", "--node-id", "0"}) ==
+        std::string(
+            "cbcan-sim: --node-id 0: must be 1..127\n"
+            "cbcan-sim: --bit-rate 500: must be 10000..1000000 bit/s, or 0 = as fast as possible; did you "
+            "mean 500000?\n") +
+            kHint);
+}
+
+TEST_CASE("options that do not exist") {
+  CHECK(refusal({"--nodeid", "3"}) ==
+        std::string("cbcan-sim: --nodeid: no such option; did you mean --node-id?\n") + kHint);
+  CHECK(refusal({"--timeout=5"}) ==
+        std::string("cbcan-sim: --timeout=5: no such option; did you mean --sdo-timeout?\n") + kHint);
+  CHECK(refusal({"--quite-else"}) == std::string("cbcan-sim: --quite-else: no such option\n") + kHint);
+  CHECK(refusal({"plant.toml"}) ==
+        std::string("cbcan-sim: plant.toml: a plant file is given with --config plant.toml\n") + kHint);
+  CHECK(refusal({"--demo", "now"}) == std::string("cbcan-sim: now: belongs to no option\n") + kHint);
+}
+
+TEST_CASE("options without their argument, or twice") {
+  CHECK(refusal({"--node-id"}) == std::string("cbcan-sim: --node-id: needs an argument\n") + kHint);
+  CHECK(refusal({"--config"}) == std::string("cbcan-sim: --config: needs an argument\n") + kHint);
+  CHECK(refusal({"--node-id", "1", "--node-id", "2"}) ==
+        std::string("cbcan-sim: --node-id: is given twice\n") + kHint);
+  CHECK(refusal({"--demo=x"}).starts_with("cbcan-sim: "));
+}
+
+TEST_CASE("one plant at a time") {
+  const std::string message =
+      std::string(
+          "cbcan-sim: --config: there can be only one plant; leave out the other --config, or --demo\n") +
+      kHint;
+  CHECK(refusal({"--demo", "--config", "plant.toml"}) == message);
+  CHECK(refusal({"--config", "plant.toml", "--config", "bad.toml"}) == message);
+}
+
+TEST_CASE("a plant file that is not there") {
+  CHECK(refusal({"--config", "none.toml"}) ==
+        std::string(
+            "cbcan-sim: --config none.toml: this file cannot be read; check the path and its permissions\n") +
+            kHint);
+}
+
+TEST_CASE("a bad plant file is told line by line, without the hint at options") {
+  CHECK(refusal({"--config", "bad.toml", "--name", "5=x"}) ==
+        "bad.toml:2: module.node_id 300: must be 1..127\n"
+        "bad.toml:4: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0\n");
+}
+
+TEST_CASE("help and version are asked for, not mistakes") {
+  for (const char* option : {"--help", "-h"}) {
+    const Start help = start({"--nonsense", option});
+    CHECK_FALSE(help.run);
+    CHECK(help.exit_code == ExitCode::kDone);
+    CHECK(help.out == help_text());
+    CHECK(help.err == "");
+  }
+  const Start version = start({"--version"});
+  CHECK_FALSE(version.run);
+  CHECK(version.exit_code == ExitCode::kDone);
+  CHECK(version.out == "cbcan-sim " CBCAN_TEST_VERSION "\n");
+}
+
+TEST_CASE("--no-module leaves the module out, and its ID to a node") {
+  CHECK_FALSE(start({"--demo", "--no-module"}).config.networks.at(0).module.enabled);
+  CHECK(start({"--demo", "--no-module", "--node", "127=a.eds"}).run);
+  const Files without{{"plant.toml", "[module]\nenabled = false\n"}};
+  CHECK_FALSE(start({"--config", "plant.toml"}, without).config.networks.at(0).module.enabled);
+  CHECK(start({"--config", "plant.toml", "--no-module=false"}, without).config.networks.at(0).module.enabled);
+  CHECK(refusal({"--no-module=maybe"}) ==
+        "cbcan-sim: --no-module maybe: must be true or false\n" + std::string(kHint));
+}
+
+TEST_CASE("--slcan is an address") {
+  CHECK(start({"--slcan", "127.0.0.1:0"}).config.networks.at(0).can.slcan == "127.0.0.1:0");
+  CHECK(start({"--slcan", "unix:can"}).config.networks.at(0).can.slcan == "unix:can");
+  CHECK(start({"--slcan", ":0"}).err == "");
+  CHECK(refusal({"--slcan", "1.2.3.4:x"}) ==
+        "cbcan-sim: --slcan 1.2.3.4:x: address \"1.2.3.4:x\": the port is a number 0..65535, 0 = any free "
+        "one\n" +
+            std::string(kHint));
+}
+
+TEST_CASE("a socket in a plant file is relative to the file") {
+  const Files plant{{"plants/p.toml", "[can]\nslcan = \"unix:../run/can\"\n"},
+                    {"q/p.toml", "[can]\nslcan = \"unix:\"\n"}};
+  CHECK(start({"--config", "plants/p.toml"}, plant).config.networks.at(0).can.slcan == "unix:run/can");
+  CHECK(contains(start({"--config", "q/p.toml"}, plant).err, "1..107"));
+}
+
+TEST_CASE("--clock is real or manual, and manual on the virtual bus") {
+  CHECK(start({"--clock", "real"}).config == start({}).config);
+  CHECK(start({"--demo", "--clock", "manual"}).config.clock == ClockKind::kManual);
+  CHECK(refusal({"--clock", "sundial"}) ==
+        "cbcan-sim: --clock sundial: must be real or manual\n" + std::string(kHint));
+  CHECK(refusal({"--clock", "manual", "--can", "socketcan:can0"}) ==
+        "cbcan-sim: --clock manual: the time of socketcan:can0 cannot stand still; use it with --can "
+        "virtual\n" +
+            std::string(kHint));
+}

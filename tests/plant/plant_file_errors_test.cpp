@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: MIT
+// Every mistake in a plant file and what the user is told about it.
+#include "plant_support.hpp"
+#include "support/catch.hpp"
+
+using namespace cbcan::plant;
+using namespace cbcan::plant::test;
+
+namespace {
+
+constexpr std::string_view kNode = "[[node]]\nid = 5\neds = \"a.eds\"\n";
+
+Lines errors_in(std::string_view text) {
+  return read(text).errors;
+}
+
+/// Errors in the fourth line, in the table of a good node.
+Lines errors_in_node(const std::string& line) {
+  return errors_in(std::string(kNode) + line + "\n");
+}
+
+Lines checked(std::string_view text) {
+  return to_lines(check(read(text).config));
+}
+
+}  // namespace
+
+TEST_CASE("unknown keys get a suggestion") {
+  CHECK(errors_in("[can]\nbitrate = 1\n") ==
+        Lines{"plant.toml:2: can.bitrate: no such key; did you mean can.bit_rate?"});
+  CHECK(errors_in("[module]\ntimeout = 1\n") ==
+        Lines{"plant.toml:2: module.timeout: no such key; did you mean module.sdo_timeout_ms?"});
+  CHECK(errors_in("[modul]\n") == Lines{"plant.toml:1: modul: no such key; did you mean module?"});
+  CHECK(errors_in("[[nodes]]\n") == Lines{"plant.toml:1: nodes: no such key; did you mean node?"});
+  CHECK(errors_in_node("hearbeat_ms = 1") ==
+        Lines{"plant.toml:4: node.hearbeat_ms: no such key; did you mean node.heartbeat_ms?"});
+  CHECK(errors_in_node("objects = [{ index = 1, vallue = 2, value = 3 }]") ==
+        Lines{"plant.toml:4: node.objects.vallue: no such key; did you mean node.objects.value?"});
+  CHECK(errors_in_node("object = []") ==
+        Lines{"plant.toml:4: node.object: no such key; did you mean node.objects?"});
+}
+
+TEST_CASE("a key in the wrong table is shown the right one") {
+  CHECK(errors_in("port = 502\n") == Lines{"plant.toml:1: port: no such key; did you mean modbus.port?"});
+  CHECK(errors_in("[can]\nhost = \"a\"\n") ==
+        Lines{"plant.toml:2: can.host: no such key; did you mean modbus.host?"});
+}
+
+TEST_CASE("an unknown key that is like nothing gets the list") {
+  CHECK(errors_in("[can]\nfoo = 1\n") ==
+        Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, faults"});
+  CHECK(errors_in("[plc]\n") ==
+        Lines{"plant.toml:1: plc: no such key; a plant file has module, can, log, modbus, time, "
+              "random, control, node, network"});
+  CHECK(errors_in("[faults]\n") == Lines{"plant.toml:1: faults: no such key; did you mean node.faults?"});
+}
+
+TEST_CASE("numbers out of range") {
+  CHECK(errors_in("[module]\nnode_id = 0\n") == Lines{"plant.toml:2: module.node_id 0: must be 1..127"});
+  CHECK(errors_in("[module]\nnode_id = 128\n") == Lines{"plant.toml:2: module.node_id 128: must be 1..127"});
+  CHECK(errors_in("[module]\nsdo_timeout_ms = 65536\n") ==
+        Lines{"plant.toml:2: module.sdo_timeout_ms 65536: must be 0..65535 ms, 0 = none"});
+  CHECK(errors_in("[module]\nsdo_timeout_ms = -1\n") ==
+        Lines{"plant.toml:2: module.sdo_timeout_ms -1: must be 0..65535 ms, 0 = none"});
+  CHECK(errors_in("[module]\nnode_state_fresh_ms = 0\n") ==
+        Lines{"plant.toml:2: module.node_state_fresh_ms 0: must be 1..65535 ms"});
+  CHECK(errors_in("[module]\nguarding_timeout_ms = 65536\n") ==
+        Lines{"plant.toml:2: module.guarding_timeout_ms 65536: must be 1..65535 ms"});
+  CHECK(errors_in("[modbus]\nport = 65536\n") ==
+        Lines{"plant.toml:2: modbus.port 65536: must be 0..65535, 0 = any free one"});
+  CHECK(errors_in("[[node]]\nid = 300\neds = \"a.eds\"\n") ==
+        Lines{"plant.toml:2: node.id 300: must be 1..127"});
+  CHECK(errors_in_node("heartbeat_ms = 65536") ==
+        Lines{"plant.toml:4: node.heartbeat_ms 65536: must be 0..65535 ms, 0 = none"});
+  CHECK(errors_in_node("objects = [{ index = 0x10000, sub = 256, value = 0 }]") ==
+        Lines{"plant.toml:4: node.objects.index 65536: must be 0x0001..0xFFFF",
+              "plant.toml:4: node.objects.sub 256: must be 0..255"});
+}
+
+TEST_CASE("the bit rate is in bit/s") {
+  const std::string range = "must be 10000..1000000 bit/s, or 0 = as fast as possible";
+  CHECK(errors_in("[can]\nbit_rate = 500\n") ==
+        Lines{"plant.toml:2: can.bit_rate 500: " + range + "; did you mean 500000?"});
+  CHECK(errors_in("[can]\nbit_rate = 9999\n") == Lines{"plant.toml:2: can.bit_rate 9999: " + range});
+  CHECK(errors_in("[can]\nbit_rate = 1000001\n") == Lines{"plant.toml:2: can.bit_rate 1000001: " + range});
+  for (const char* good : {"0", "10_000", "1_000_000"}) {
+    INFO(good);
+    CHECK(errors_in("[can]\nbit_rate = " + std::string(good)) == Lines{});
+  }
+}
+
+TEST_CASE("values of the wrong type") {
+  CHECK(errors_in("[module]\nnode_id = \"7\"\n") ==
+        Lines{"plant.toml:2: module.node_id \"7\": must be an integer, 1..127"});
+  CHECK(errors_in("[module]\nnode_id = 7.0\n") ==
+        Lines{"plant.toml:2: module.node_id 7.0: must be an integer, 1..127"});
+  CHECK(errors_in("[modbus]\nport = 1979-05-27\n") ==
+        Lines{"plant.toml:2: modbus.port: must be an integer, 0..65535, 0 = any free one"});
+  CHECK(
+      errors_in("[modbus]\nhost = 127\n") ==
+      Lines{"plant.toml:2: modbus.host 127: must be a text in double quotes: an IP address or a host name"});
+  CHECK(errors_in("[log]\nverbose = \"yes\"\n") ==
+        Lines{"plant.toml:2: log.verbose \"yes\": must be true or false"});
+  CHECK(errors_in("[log]\nfile = true\n") ==
+        Lines{"plant.toml:2: log.file true: must be a text in double quotes: a path"});
+  CHECK(errors_in_node("objects = [{ index = 1, value = [1] }]") ==
+        Lines{"plant.toml:4: node.objects.value: must be a number, true or false, a text, or bytes as "
+              "\"hex:01 02\""});
+}
+
+TEST_CASE("empty texts") {
+  CHECK(errors_in("[modbus]\nhost = \"\"\n") ==
+        Lines{"plant.toml:2: modbus.host \"\": must be an IP address or a host name"});
+  CHECK(errors_in("[[node]]\nid = 5\neds = \"\"\n") ==
+        Lines{"plant.toml:3: node.eds \"\": must be the path of an EDS or DCF file"});
+}
+
+TEST_CASE("bus specifications") {
+  const auto error_of = [](const std::string& spec) {
+    const Lines errors = errors_in("[can]\nspec = \"" + spec + "\"\n");
+    return errors.empty() ? "" : errors.at(0);
+  };
+  const std::string missing = ": the interface is missing; write socketcan:vcan0";
+  CHECK(error_of("socketcan") == "plant.toml:2: can.spec \"socketcan\"" + missing);
+  CHECK(error_of("socketcan:") == "plant.toml:2: can.spec \"socketcan:\"" + missing);
+  CHECK(error_of("") == "plant.toml:2: can.spec \"\": must be virtual or socketcan:IFNAME");
+  CHECK(error_of("virtual:1") ==
+        "plant.toml:2: can.spec \"virtual:1\": the virtual bus has no interface; write virtual");
+  CHECK(error_of("vcan0") == "plant.toml:2: can.spec \"vcan0\": no such bus; did you mean socketcan:vcan0?");
+  CHECK(error_of("vritual") == "plant.toml:2: can.spec \"vritual\": no such bus; did you mean virtual?");
+  CHECK(error_of("sockectan:can1") ==
+        "plant.toml:2: can.spec \"sockectan:can1\": no such bus; did you mean socketcan:can1?");
+  CHECK(error_of("socket") ==
+        "plant.toml:2: can.spec \"socket\": no such bus; did you mean socketcan:vcan0?");
+  CHECK(error_of("kvaser") ==
+        "plant.toml:2: can.spec \"kvaser\": no such bus; write virtual or socketcan:vcan0");
+  CHECK(error_of("socketcan:abcdefghijklmnop") ==
+        "plant.toml:2: can.spec \"socketcan:abcdefghijklmnop\": interface names have at most 15 characters");
+  CHECK(error_of("socketcan:can 0") ==
+        "plant.toml:2: can.spec \"socketcan:can 0\": interface names have no "
+        "blank, slash or colon; write socketcan:vcan0");
+  CHECK(error_of("socketcan:abcdefghijklmno").empty());
+  CHECK(error_of("virtual").empty());
+}
+
+TEST_CASE("what a node has to have") {
+  CHECK(errors_in("[[node]]\n") == Lines{"plant.toml:1: node.eds: is missing; add eds = \"FILE.eds\"",
+                                         "plant.toml:1: node.id: is missing; add id = 5, or lss = true"});
+  CHECK(errors_in("[[node]]\neds = \"a.eds\"\nlss = false\n") ==
+        Lines{"plant.toml:1: node.id: is missing; add id = 5, or lss = true"});
+  CHECK(errors_in("[[node]]\neds = \"a.eds\"\nid = 0\n") == Lines{"plant.toml:3: node.id 0: must be 1..127"});
+  CHECK(errors_in_node("objects = [\n{ sub = 1 }\n]") ==
+        Lines{"plant.toml:5: node.objects.index: is missing; add index = 0x2001",
+              "plant.toml:5: node.objects.value: is missing; add value = 1"});
+}
+
+TEST_CASE("bytes that are none") {
+  CHECK(errors_in_node("objects = [{ index = 1, value = \"hex:0\" }]") ==
+        Lines{"plant.toml:4: node.objects.value \"hex:0\": must be pairs of hex digits after hex:, such as "
+              "\"hex:01 02 FF\""});
+}
+
+TEST_CASE("things of the wrong shape") {
+  CHECK(errors_in("module = 5\n") == Lines{"plant.toml:1: module: must be a table; write [module]"});
+  CHECK(errors_in("[[can]]\n") == Lines{"plant.toml:1: can: must be a table; write [can]"});
+  const Lines node_list{"plant.toml:1: node: must be a list of tables; write [[node]] above each node"};
+  CHECK(errors_in("[node]\nid = 5\n") == node_list);
+  CHECK(errors_in("node = [5]\n") == node_list);
+  const Lines object_list{
+      "plant.toml:4: node.objects: must be a list; write objects = [{ index = 0x2001, sub = 0, value = 1 }]"};
+  CHECK(errors_in_node("objects = 5") == object_list);
+  CHECK(errors_in_node("objects = { index = 1, value = 2 }") == object_list);
+  CHECK(errors_in_node("objects = [{ index = 1, value = 2 }, 5]") == object_list);
+}
+
+TEST_CASE("TOML syntax errors name the line") {
+  const auto error_of = [](std::string_view text) { return errors_in(text).at(0); };
+  CHECK(contains(error_of("[can]\nspec = virtual\n"), "plant.toml:2: TOML syntax: "));
+  CHECK(contains(error_of("[can]\nspec = virtual\n"), "texts stand in double quotes"));
+  CHECK(contains(error_of("[can]\n\n\n[can]\n"), "plant.toml:4: TOML syntax: "));
+  CHECK(contains(error_of("[module]\nnode_id = 1\nnode_id = 2\n"), "plant.toml:3: TOML syntax: "));
+  CHECK(contains(error_of("[module\n"), "plant.toml:1: TOML syntax: "));
+}
+
+TEST_CASE("a file in another encoding") {
+  const auto refused = [](std::size_t line) {
+    return Lines{"plant.toml:" + std::to_string(line) + ": this line is not UTF-8; save the file as UTF-8"};
+  };
+  CHECK(errors_in("[log]\n# caf\xE9\n") == refused(2));
+  CHECK(errors_in("# \x80\n") == refused(1));
+  CHECK(errors_in("\n\n# \xE2\x82") == refused(3));
+  CHECK(errors_in("# caf\xC3\xA9 \xE2\x82\xAC \xF0\x9F\x9A\xB0\n") == Lines{});
+}
+
+TEST_CASE("all mistakes at once, in line order") {
+  CHECK(errors_in(R"([[node]]
+id = 300
+eds = 5
+[modbus]
+port = -1
+hots = "a"
+[can]
+spec = "socketcan"
+)") == Lines{"plant.toml:2: node.id 300: must be 1..127",
+             "plant.toml:3: node.eds 5: must be a text in double quotes: the path of an EDS or DCF file",
+             "plant.toml:5: modbus.port -1: must be 0..65535, 0 = any free one",
+             "plant.toml:6: modbus.hots: no such key; did you mean modbus.host?",
+             "plant.toml:8: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0"});
+}
+
+TEST_CASE("a node ID twice") {
+  CHECK(checked("[[node]]\nid = 5\neds = \"a\"\n\n[[node]]\nid = 5\neds = \"b\"\n") ==
+        Lines{"plant.toml:5: node 5: already at plant.toml:1; every node on the bus needs an ID of its own"});
+  CHECK(checked("[[node]]\nid = 5\neds = \"a\"\n\n[[node]]\nid = 6\neds = \"b\"\n") == Lines{});
+}
+
+TEST_CASE("a node with the module's ID") {
+  const std::string message =
+      "this is the module's own ID; change the node's, or the module's with module.node_id or --node-id";
+  CHECK(checked("[[node]]\nid = 127\neds = \"a\"\n") == Lines{"plant.toml:1: node 127: " + message});
+  CHECK(checked("[module]\nnode_id = 3\n[[node]]\nid = 3\neds = \"a\"\n") ==
+        Lines{"plant.toml:3: node 3: " + message});
+}
+
+TEST_CASE("an object twice") {
+  CHECK(checked(std::string(kNode) +
+                "objects = [\n{ index = 0x2001, value = 1 },\n{ index = 0x2001, value = 2 },\n"
+                "{ index = 0x2001, sub = 1, value = 3 }]\n") ==
+        Lines{"plant.toml:6: node 5: object 2001h:00 is already set at plant.toml:5; remove one of the two"});
+  CHECK(checked(std::string(kNode) + "heartbeat_ms = 1\nobjects = [{ index = 0x1017, value = 1 }]\n") ==
+        Lines{"plant.toml:5: node 5: object 1017h:00 is already set at plant.toml:1; remove one of the two"});
+}
+
+TEST_CASE("devices, LSS, times and seeds that are wrong") {
+  CHECK(errors_in_node("device = \"cia405\"") ==
+        Lines{"plant.toml:4: node.device \"cia405\": must be none, cia401, cia402 or cia404"});
+  CHECK(errors_in_node("device = 401") ==
+        Lines{"plant.toml:4: node.device 401: must be a text in double quotes: the name of a device"});
+  CHECK(errors_in_node("lss = 1") == Lines{"plant.toml:4: node.lss 1: must be true or false"});
+  CHECK(errors_in_node("parameters = \"\"") == Lines{"plant.toml:4: node.parameters \"\": must be a path"});
+  CHECK(errors_in_node("time_period_ms = 86400001") ==
+        Lines{"plant.toml:4: node.time_period_ms 86400001: must be 0..86400000 ms, 0 = none"});
+  CHECK(errors_in("[random]\nseed = -1\n") == Lines{"plant.toml:2: random.seed -1: must be 0..4294967295"});
+  CHECK(errors_in("[random]\nseed = 4294967296\n") ==
+        Lines{"plant.toml:2: random.seed 4294967296: must be 0..4294967295"});
+  CHECK(
+      contains(errors_in("[control]\nlisten = \"1502\"\n").at(0), "plant.toml:2: control.listen \"1502\": "));
+  CHECK(errors_in("[time]\nclock = \"sundial\"\n") ==
+        Lines{"plant.toml:2: time.clock \"sundial\": must be real or manual"});
+}
+
+TEST_CASE("signals that are wrong") {
+  const auto errors_of = [](const std::string& keys) {
+    return errors_in_node("signals = [{ index = 0x6401, " + keys + " }]");
+  };
+  const std::string signal = "plant.toml:4: node.signals.";
+  CHECK(errors_of("sub = 1") == Lines{signal + "shape: is missing; add shape = \"sine\""});
+  CHECK(errors_of("shape = \"square\", amplitude = 1") ==
+        Lines{signal + "shape \"square\": must be constant, ramp, sine, noise or replay"});
+  CHECK(errors_of("shape = 3") == Lines{signal + "shape 3: must be a text in double quotes: constant, ramp, "
+                                                 "sine, noise or replay"});
+  CHECK(errors_of("shape = \"constant\"") == Lines{signal + "value: is missing; add value = 1"});
+  CHECK(errors_of("shape = \"ramp\"") == Lines{signal + "to: is missing; add to = 100",
+                                               signal + "duration_ms: is missing; add duration_ms = 10000"});
+  CHECK(errors_of("shape = \"sine\"") == Lines{signal + "amplitude: is missing; add amplitude = 10",
+                                               signal + "period_ms: is missing; add period_ms = 60000"});
+  CHECK(errors_of("shape = \"noise\"") == Lines{signal + "deviation: is missing; add deviation = 1"});
+  CHECK(errors_of("shape = \"replay\"") == Lines{signal + "file: is missing; add file = \"FILE.csv\""});
+  CHECK(errors_of("shape = \"constant\", value = \"1\"") == Lines{signal + "value \"1\": must be a number"});
+  CHECK(errors_of("shape = \"constant\", value = nan") == Lines{signal + "value nan: must be a number"});
+  CHECK(errors_of("shape = \"constant\", value = -inf") == Lines{signal + "value -inf: must be a number"});
+  CHECK(errors_of("shape = \"constant\", value = 1979-05-27") == Lines{signal + "value: must be a number"});
+  CHECK(errors_of("shape = \"ramp\", to = 1, duration_ms = 0") ==
+        Lines{signal + "duration_ms 0: must be 1..86400000 ms"});
+  CHECK(errors_of("shape = \"ramp\", to = 1, duration_ms = 1, then = \"stop\"") ==
+        Lines{signal + "then \"stop\": must be hold, repeat or back-and-forth"});
+  CHECK(errors_of("shape = \"noise\", deviation = 1, distribution = \"or\"") ==
+        Lines{signal + "distribution \"or\": must be uniform or normal"});
+  CHECK(errors_of("shape = \"constant\", value = 1, sample_ms = 0") ==
+        Lines{signal + "sample_ms 0: must be 1..86400000 ms"});
+  CHECK(errors_of("shape = \"constant\", value = 1, vlaue = 1") ==
+        Lines{signal + "vlaue: no such key; did you mean node.signals.value?"});
+  CHECK(
+      errors_in_node("signals = 5") ==
+      Lines{"plant.toml:4: node.signals: must be a list; write signals = [{ index = 0x6401, sub = 1, shape = "
+            "\"constant\", value = 1 }]"});
+}
+
+TEST_CASE("a key of another shape is told the shape's own") {
+  const auto error_of = [](const std::string& keys) {
+    return errors_in_node("signals = [{ index = 0x6401, " + keys + " }]").at(0);
+  };
+  CHECK(error_of("shape = \"constant\", value = 1, mean = 2") ==
+        "plant.toml:4: node.signals.mean 2: shape \"constant\" has index, sub, shape, value and sample_ms");
+  CHECK(
+      error_of("shape = \"ramp\", to = 1, duration_ms = 1, period_ms = 2") ==
+      "plant.toml:4: node.signals.period_ms 2: shape \"ramp\" has index, sub, shape, from, to, duration_ms, "
+      "then and sample_ms");
+  CHECK(
+      error_of("shape = \"sine\", amplitude = 1, period_ms = 1, seed = 2") ==
+      "plant.toml:4: node.signals.seed 2: shape \"sine\" has index, sub, shape, mean, amplitude, period_ms, "
+      "phase_deg and sample_ms");
+  CHECK(error_of("shape = \"noise\", deviation = 1, file = \"a.csv\"") ==
+        "plant.toml:4: node.signals.file \"a.csv\": shape \"noise\" has index, sub, shape, mean, deviation, "
+        "distribution, seed and sample_ms");
+  CHECK(
+      error_of("shape = \"replay\", file = \"a.csv\", value = 1") ==
+      "plant.toml:4: node.signals.value 1: shape \"replay\" has index, sub, shape, file, between, repeat and "
+      "sample_ms");
+}
+
+TEST_CASE("faults that are wrong") {
+  const auto errors_of = [](const std::string& keys) {
+    return errors_in_node("faults = [{ " + keys + " }]");
+  };
+  CHECK(errors_of("delay_ms = 5") ==
+        Lines{"plant.toml:4: node.faults.kind: is missing; add kind = \"response-late\""});
+  CHECK(errors_of("kind = 5") ==
+        Lines{"plant.toml:4: node.faults.kind 5: must be a text in double quotes: a kind of fault"});
+  CHECK(contains(errors_of("kind = \"late\"").at(0),
+                 "plant.toml:4: node.faults: fault \"late\": no such kind; there are response-never, "));
+  CHECK(errors_of("kind = \"frame-loss\"") ==
+        Lines{"plant.toml:4: node.faults: frame-loss: a fault of the bus, not of a node"});
+  CHECK(
+      errors_of("kind = \"silent\", state = 4") ==
+      Lines{
+          "plant.toml:4: node.faults: silent: state: no such key; there are after, count, probability, seed, "
+          "from_ms and until_ms"});
+  CHECK(errors_of("kind = \"silent\", probability = 2") ==
+        Lines{"plant.toml:4: node.faults: silent: probability 2: must be 0..1"});
+  CHECK(errors_of("kind = \"silent\", after = true") ==
+        Lines{"plant.toml:4: node.faults: silent: after true: must be an integer, 0..4294967295"});
+  CHECK(errors_in("[can]\nfaults = [\n{ kind = \"response-late\" },\n{ delay_ms = 1 }]\n") ==
+        Lines{"plant.toml:3: can.faults: response-late: a fault of a node, not of the bus",
+              "plant.toml:4: can.faults.kind: is missing; add kind = \"frame-loss\""});
+  CHECK(errors_in("[can]\nfaults = \"bus-off\"\n") ==
+        Lines{"plant.toml:2: can.faults: must be a list; write faults = [{ kind = \"frame-loss\" }]"});
+  CHECK(errors_in("[module]\nfaults = []\n") ==
+        Lines{"plant.toml:2: module.faults: no such key; did you mean node.faults?"});
+}
+
+TEST_CASE("a signal twice, a parameter file twice") {
+  CHECK(checked(std::string(kNode) + "signals = [\n{ index = 0x6401, shape = \"constant\", value = 1 },\n"
+                                     "{ index = 0x6401, sub = 1, shape = \"constant\", value = 2 },\n"
+                                     "{ index = 0x6401, sub = 0, shape = \"noise\", deviation = 3 }]\n") ==
+        Lines{"plant.toml:7: node 5: object 6401h:00 already has a signal at plant.toml:5; remove one of the "
+              "two"});
+  CHECK(checked(std::string(kNode) +
+                "parameters = \"p\"\n[[node]]\nlss = true\neds = \"b\"\nparameters = \"p\"\n") ==
+        Lines{"plant.toml:5: node without an ID: p already has the parameters of node 5 at plant.toml:1; "
+              "every node "
+              "needs a file of its own"});
+}
