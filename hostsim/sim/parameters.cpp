@@ -10,10 +10,10 @@ namespace cbcan::sim {
 namespace {
 
 bool is_parameter(const ObjectEntry& entry) {
-  const bool into_one_direction = entry.has(ObjectFlags::kMapRpdo) != entry.has(ObjectFlags::kMapTpdo);
-  const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
-  return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) && !into_one_direction &&
-         !is_command;
+  const bool is_command = entry.index == object::kStore || entry.index == object::kRestore ||
+                          entry.index == object::kErrorHistory;
+  return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) &&
+         !entry.has(ObjectFlags::kSetPoint) && !is_command;
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, but process
-/// inputs and outputs (access rwr and rww in an EDS file).
+/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, but those of
+/// entries marked kSetPoint, and 1003h, which counts errors.
 
 #include <cstdint>
 #include <span>
