@@ -63,7 +63,7 @@ Transducer::Channel::Channel(ObjectDictionary& dictionary, std::uint8_t sub)
       status_(dictionary, kStatus, sub),
       input_(long_.exists()    ? long_.get() / scale()
              : short_.exists() ? short_.get() / scale()
-                               : double{real_.get()}) {}
+                               : static_cast<double>(real_.get())) {}
 
 bool Transducer::Channel::has(std::uint16_t index) const {
   return (index == kReal && real_.exists()) || (index == kShort && short_.exists()) ||
