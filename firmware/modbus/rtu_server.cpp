@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "modbus/crc.hpp"
+
 namespace cbcan {
 
 namespace {
@@ -79,30 +81,6 @@ Sizes sizes_of(std::uint8_t function) {
 // Whose response is due: station and function code, or
 constexpr std::uint16_t kNobodys = 0;  // no station has the address 0
 constexpr std::uint16_t kAnybodys = 0xFFFF;
-
-// Serial Line V1.02, 2.5.1.2: x^16 + x^15 + x^2 + 1, reflected, start value FFFFh. Over a frame and its CRC,
-// low byte first, it comes out as 0.
-constexpr std::uint16_t kCrcStart = 0xFFFF;
-constexpr std::uint16_t kPolynomial = 0xA001;
-
-/// For four bits at a time: 32 bytes of flash instead of 512, for five instructions more a byte.
-constexpr std::array<std::uint16_t, 16> kCrcTable = [] {
-  std::array<std::uint16_t, 16> table{};
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    std::size_t value = i;
-    for (int bit = 0; bit < 4; ++bit)
-      value = (value & 1) != 0 ? value >> 1 ^ kPolynomial : value >> 1;
-    table[i] = static_cast<std::uint16_t>(value);
-  }
-  return table;
-}();
-
-std::uint16_t crc_with(std::uint16_t crc, std::uint8_t byte) {
-  std::uint32_t value = crc ^ std::uint32_t{byte};
-  value = value >> 4 ^ kCrcTable[value & 0xF];
-  value = value >> 4 ^ kCrcTable[value & 0xF];
-  return static_cast<std::uint16_t>(value);
-}
 
 bool readable(std::size_t quantity) {
   return quantity >= 1 && quantity <= kMaxRead;

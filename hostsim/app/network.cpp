@@ -5,9 +5,13 @@
 
 #include <utility>
 
+#include "io/modbus/rtu_connection.hpp"
+
 namespace cbcan::app {
 
 namespace {
+
+constexpr std::uint16_t kModbusPort = 502;
 
 Coprocessor::Settings settings_of(const plant::ModuleConfig& module) {
   Coprocessor::Settings settings;
@@ -42,6 +46,10 @@ ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::
 
 }  // namespace
 
+io::SerialSettings line_of(const plant::LineConfig& config) {
+  return {config.device, config.baud, config.parity.front()};
+}
+
 Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
                  std::vector<sim::NodeParts> nodes, const Surroundings& surroundings)
     : surroundings_(surroundings),
@@ -60,6 +68,7 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
   if (!config.can.interface_name.empty())
     socketcan_.emplace(surroundings_.reactor, world_.bus(), config.can.interface_name, surroundings_.warn);
   if (!config.can.slcan.empty()) open_slcan(config);
+  if (module_ != nullptr) open_plc(config);
   if (!config.log.empty()) open_log(config);
 }
 
@@ -104,6 +113,27 @@ void Network::open_slcan(const plant::NetworkConfig& config) {
       [this] { advance(); }, surroundings_.warn);
 }
 
+void Network::open_plc(const plant::NetworkConfig& config) {
+  const plant::PlcConfig& plc = config.plc;
+  if (plc.address.empty() && plc.line.device.empty()) return;
+  std::unique_ptr<client::Connection> connection;
+  if (plc.address.empty())
+    connection = std::make_unique<io::RtuConnection>(line_of(plc.line), io::kPlcTiming);
+  else
+    connection = io::plc_over_tcp(text::parse_listen_address(plc.address, kModbusPort));
+  io::PlcClient::Exchanges exchanges;
+  if (plc.layout == plant::PlcLayout::kScanner)
+    exchanges.push_back(std::make_unique<io::ScannerExchange>(
+        *this, plc.first, config.module.scanner_out_first, config.module.scanner_in_first));
+  else
+    exchanges.push_back(std::make_unique<io::WindowExchange>(*this, plc.first));
+  if (plc.process_first)
+    exchanges.push_back(
+        std::make_unique<io::ProcessExchange>(*this, *plc.process_first, config.module.process_first));
+  plc_.emplace(surroundings_.reactor, *this, std::move(connection), std::move(exchanges),
+               io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, surroundings_.warn);
+}
+
 /// A manual clock's log begins at 0, and is the same every time.
 void Network::open_log(const plant::NetworkConfig& config) {
   const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
@@ -113,8 +143,9 @@ void Network::open_log(const plant::NetworkConfig& config) {
 
 std::string Network::where() const {
   const std::string prefix = number_ == 1 ? "" : std::to_string(number_) + "/";
-  return fmt::format("{0}can={1}{2}", prefix, can_,
-                     slcan_ ? fmt::format(" {}slcan={}", prefix, to_string(slcan_->address())) : "");
+  return fmt::format("{0}can={1}{2}{3}", prefix, can_,
+                     slcan_ ? fmt::format(" {}slcan={}", prefix, to_string(slcan_->address())) : "",
+                     plc_ ? fmt::format(" {}plc={}", prefix, plc_->place()) : "");
 }
 
 void Network::start() {
@@ -149,7 +180,8 @@ void Network::advance() {
 
 Time Network::next_deadline() const {
   const Time next = surroundings_.clock.runs() ? world_.next_deadline() : kNever;
-  return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;
+  const Time plc = plc_ ? plc_->next_deadline() : kNever;
+  return earlier(plc, socketcan_ ? earlier(next, socketcan_->next_deadline()) : next);
 }
 
 std::string Network::module_summary() const {
@@ -162,6 +194,12 @@ std::string Network::module_summary() const {
       name_, transactions.executed, transactions.failed, transactions.cancelled, sdo.transfers, sdo.timeouts,
       sdo.aborts_sent, sdo.aborts_received,
       sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object);
+}
+
+std::string Network::plc_summary() const {
+  if (!plc_) return {};
+  return fmt::format("{}PLC requests {}, exceptions {}, connections lost {}\n", name_,
+                     plc_->counters().requests, plc_->counters().exceptions, plc_->lost());
 }
 
 std::string Network::slcan_summary() const {

@@ -19,12 +19,16 @@
 #include "io/can/socketcan.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/modbus/modbus_tcp.hpp"
+#include "io/modbus/modbus_unit.hpp"
+#include "io/modbus/plc_client.hpp"
+#include "io/serial/serial_port.hpp"
 #include "plant/build_node.hpp"
 #include "plant/config.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::app {
+
+io::SerialSettings line_of(const plant::LineConfig& config);
 
 /// What the networks of one program have in common.
 struct Surroundings {
@@ -60,14 +64,20 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   /// Does what is due.
   void advance();
 
+  /// Does what is due with the PLC that owns the registers. `now` is Reactor::now()'s.
+  void poll_plc(Time now) {
+    if (plc_) plc_->poll(now);
+  }
+
   /// The log and the adapters have what the bus has brought.
   void flush();
 
-  /// When the world has something to do next; kNever where time does not pass by itself.
+  /// When the world or the PLC has something to do next; the world never where time does not pass by itself.
   Time next_deadline() const;
 
-  /// What the module has done, and the adapters, in lines for people.
+  /// What the module has done, the PLC and the adapters, in lines for people.
   std::string module_summary() const;
+  std::string plc_summary() const;
   std::string slcan_summary() const;
 
  private:
@@ -75,6 +85,7 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   void add_faults(sim::FaultSet& to, const std::vector<plant::FaultConfig>& faults) const;
   void tell_time_of_day();
   void open_slcan(const plant::NetworkConfig& config);
+  void open_plc(const plant::NetworkConfig& config);
   void open_log(const plant::NetworkConfig& config);
   void on_fault(std::string_view text, Time now) override;
 
@@ -89,6 +100,7 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   std::optional<io::CandumpLog> log_;
   std::optional<io::SocketCan> socketcan_;
   std::optional<io::SlcanServer> slcan_;
+  std::optional<io::PlcClient> plc_;
 };
 
 }  // namespace cbcan::app

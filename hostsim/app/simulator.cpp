@@ -53,7 +53,15 @@ void Simulator::open_modbus(const plant::Config& config) {
   std::vector<io::ModbusUnit*> units;
   for (const auto& network : networks_)
     units.push_back(network.get());
+  open_rtu(config.rtu, units);
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
+}
+
+void Simulator::open_rtu(const plant::RtuConfig& config, const std::vector<io::ModbusUnit*>& units) {
+  if (!config.line.device.empty()) rtu_.emplace(reactor_, units, line_of(config.line), config.station, warn_);
+  if (!config.listen.empty())
+    rtu_tcp_.emplace(reactor_, "rtu over tcp", text::parse_stream_address(config.listen),
+                     io::rtu_over_tcp(units, config.station), warn_);
 }
 
 void Simulator::open_control(const plant::Config& config) {
@@ -64,6 +72,8 @@ void Simulator::open_control(const plant::Config& config) {
 std::string Simulator::where() const {
   std::string text;
   if (modbus_) text += "modbus=" + to_string(modbus_->address()) + " ";
+  if (rtu_) text += "rtu=" + rtu_->device() + " ";
+  if (rtu_tcp_) text += "rtu_tcp=" + to_string(rtu_tcp_->address()) + " ";
   for (const auto& network : networks_)
     text += (network == networks_.front() ? "" : " ") + network->where();
   if (commands_) text += " control=" + to_string(commands_->address());
@@ -79,6 +89,9 @@ void Simulator::run() {
 std::size_t Simulator::turn(Time until) {
   advance();
   if (modbus_) modbus_->poll(io::Reactor::now());
+  if (rtu_) rtu_->poll(io::Reactor::now());
+  for (const auto& network : networks_)
+    network->poll_plc(io::Reactor::now());
   flush();
   if (commands_) commands_->flush();
   return reactor_.run_once(earlier(until, next_deadline()));
@@ -108,6 +121,7 @@ void Simulator::advance() {
 
 Time Simulator::next_deadline() const {
   Time next = modbus_ ? modbus_->next_deadline() : kNever;
+  if (rtu_) next = earlier(next, rtu_->next_deadline());
   for (const auto& network : networks_)
     next = earlier(next, network->next_deadline());
   return next;
@@ -120,8 +134,12 @@ std::string Simulator::summary() const {
   if (modbus_)
     text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", modbus_->counters().requests,
                         modbus_->counters().exceptions, modbus_->counters().connections);
+  if (rtu_)
+    text +=
+        fmt::format("Modbus RTU requests {}, exceptions {}, CRC errors {}\n", rtu_->counters().slave_messages,
+                    rtu_->counters().slave_exceptions, rtu_->counters().bus_communication_errors);
   for (const auto& network : networks_)
-    text += network->slcan_summary();
+    text += network->plc_summary() + network->slcan_summary();
   return text;
 }
 

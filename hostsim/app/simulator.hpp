@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// cbcan-sim put together: its CAN networks with Modbus TCP in front of them, commands at run time, and a
+/// cbcan-sim put together: its CAN networks with Modbus in front of them, commands at run time, and a
 /// clock that drives them.
 
 #include <memory>
@@ -14,6 +14,7 @@
 #include "app/network.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/stop_signals.hpp"
+#include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus/modbus_tcp.hpp"
 #include "io/sockets/command_session.hpp"
 #include "plant/build_node.hpp"
@@ -42,6 +43,7 @@ class Simulator final : private Program {
  private:
   void open_networks(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes);
   void open_modbus(const plant::Config& config);
+  void open_rtu(const plant::RtuConfig& config, const std::vector<io::ModbusUnit*>& units);
   void open_control(const plant::Config& config);
   bool stop_requested() const override { return signals_.stop_requested(); }
   std::size_t turn(Time until) override;
@@ -60,6 +62,8 @@ class Simulator final : private Program {
   std::optional<Control> control_;
   std::optional<io::StreamServer> commands_;
   std::optional<io::ModbusTcp> modbus_;
+  std::optional<io::ModbusSerial> rtu_;
+  std::optional<io::StreamServer> rtu_tcp_;
 };
 
 }  // namespace cbcan::app

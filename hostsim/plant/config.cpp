@@ -62,6 +62,7 @@ void check_parameter_files(const Config& config, Diagnostics& found) {
 std::vector<std::pair<std::string_view, std::string>> belongings(const NetworkConfig& network) {
   std::vector<std::pair<std::string_view, std::string>> all;
   if (!network.can.interface_name.empty()) all.emplace_back("can.spec", can_spec(network.can));
+  if (!network.plc.line.device.empty()) all.emplace_back("plc.device", normal(network.plc.line.device));
   if (!network.log.empty()) all.emplace_back("log.file", normal(network.log));
   if (network.can.slcan.empty()) return all;
   text::StreamAddress address = text::parse_stream_address(network.can.slcan);
@@ -150,9 +151,17 @@ void check_registers(const NetworkConfig& network, Diagnostics& found) {
   }
 }
 
+void check_plc(const NetworkConfig& network, Diagnostics& found) {
+  if (!network.plc.address.empty() && !network.plc.line.device.empty())
+    found.push_back({network.places.at("plc.device"),
+                     in_network(network.number) + "plc.device: the PLC is at " + network.plc.address +
+                         " already; leave out one of plc.address (--plc) and plc.device (--plc-rtu)"});
+}
+
 void check_network(const Config& config, const NetworkConfig& network, Diagnostics& found) {
   check_node_ids(network, found);
   check_registers(network, found);
+  check_plc(network, found);
   if (config.clock == ClockKind::kManual && !network.can.interface_name.empty())
     found.push_back(about_option("--clock manual",
                                  fmt::format("{}the time of {} cannot stand still; use it with --can virtual",

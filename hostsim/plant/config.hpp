@@ -49,6 +49,37 @@ struct ModuleConfig {
   bool operator==(const ModuleConfig&) const = default;
 };
 
+/// A serial line; 8 bits, with parity one stop bit, without two.
+struct LineConfig {
+  std::string device;          ///< path; empty = none
+  std::uint32_t baud = 19200;  ///< 1200..115200
+  std::string parity = "E";    ///< E even, O odd, N none
+  bool operator==(const LineConfig&) const = default;
+};
+
+/// The Modbus RTU servers.
+struct RtuConfig {
+  LineConfig line;
+  std::uint8_t station = 1;  ///< 1..247, of the first network; the next ones are behind it
+  std::string listen;        ///< RTU over TCP: HOST:PORT or unix:PATH; empty = nowhere
+  bool operator==(const RtuConfig&) const = default;
+};
+
+/// What a PLC that owns its registers has in them: R3700..R3769, or the two blocks of the scanner window.
+enum class PlcLayout : std::uint8_t { kWindow, kScanner };
+
+/// The PLC that the module is a Modbus client of: over TCP or a serial line, or none.
+struct PlcConfig {
+  std::string address;  ///< HOST:PORT; empty = not over TCP
+  LineConfig line;
+  std::uint8_t unit = 1;
+  PlcLayout layout = PlcLayout::kWindow;
+  std::uint16_t first = 3700;                  ///< its register that is R3700, or OUT+0; IN+0 is 70 further
+  std::optional<std::uint16_t> process_first;  ///< its register that is the first of process data
+  std::uint16_t period_ms = 10;                ///< 1..65535, from one look to the next
+  bool operator==(const PlcConfig&) const = default;
+};
+
 /// An injected fault that is there from the start.
 struct FaultConfig {
   sim::Fault fault;
@@ -108,6 +139,7 @@ struct NodeConfig {
 struct NetworkConfig {
   std::size_t number = 1;  ///< its place in Config::networks, from 1, and the Modbus unit ID that selects it
   ModuleConfig module;
+  PlcConfig plc;
   CanConfig can;
   std::string log;  ///< file: the bus in the format of `candump -L`; empty = none
   std::vector<NodeConfig> nodes;
@@ -118,6 +150,7 @@ struct NetworkConfig {
 
 struct Config {
   ListenAddress modbus{"127.0.0.1", 1502};  ///< of the Modbus TCP server; port 0 = any free one
+  RtuConfig rtu;
   ClockKind clock = ClockKind::kReal;
   std::uint32_t seed = 1;  ///< all that is random, noise and the probability of faults, follows from it
   std::string control;     ///< where commands at run time are served: HOST:PORT or unix:PATH; empty = nowhere

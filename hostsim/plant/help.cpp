@@ -54,6 +54,8 @@ constexpr std::array kSections = std::to_array<Section>({
     {"plant", "Plant"},
     {"module", "Module, the coprocessor itself"},
     {"modbus", "Modbus TCP"},
+    {"rtu", "Modbus RTU"},
+    {"plc", "A PLC that owns the registers"},
     {"can", "CAN"},
     {"network", "Several CAN networks"},
     {"time", "Time"},

@@ -12,6 +12,7 @@
 #include "text/address.hpp"
 #include "text/error.hpp"
 #include "text/numbers.hpp"
+#include "text/suggestion.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -63,11 +64,8 @@ class Options {
 
   Diagnostics apply() {
     make_networks();
-    for (const auto& row : network_settings())
-      each(row.option, [&](const auto& text) { apply_setting(row, *network_, text); });
-    for (const auto& row : settings())
-      if (!row.key.starts_with("modbus."))
-        each(row.option, [&](const auto& text) { apply_setting(row, config_, text); });
+    apply_rows(network_settings(), [this]() -> NetworkConfig& { return *network_; });
+    apply_rows(settings(), [this]() -> Config& { return config_; });
     each("--modbus", [this](const auto& text) { apply_modbus(text); });
     each("--node", [this](const auto& text) { apply_node(text); });
     for (const auto& row : node_settings())
@@ -123,6 +121,50 @@ class Options {
 
   void complain(const std::string& message) {
     found_.push_back({where_, in_network(network_->number) + message});
+  }
+
+  /// Of rows with the same option the first one says what becomes of it.
+  template <class Target, class Find>
+  void apply_rows(std::span<const Setting<Target>> rows, Find target) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (rows[i].key.starts_with("modbus.") || (i != 0 && rows[i].option == rows[i - 1].option)) continue;
+      const bool is_list = option_argument(rows[i].option).find(',') != std::string_view::npos;
+      each(rows[i].option, [&](const auto& text) {
+        is_list ? apply_list(rows, rows[i], target(), text) : apply_setting(rows[i], target(), text);
+      });
+    }
+  }
+
+  template <class Target>
+  static std::string no_such_key(std::span<const Setting<Target>> rows, const Row& first,
+                                 std::string_view key) {
+    std::vector<std::string_view> known;
+    for (const Row& row : rows)
+      if (text::table_of(row.key) == text::table_of(first.key)) known.push_back(leaf_of(row.key));
+    return fmt::format("{}: no such key{}", key, text::did_you_mean(key, known));
+  }
+
+  /// Values between commas, in the order of the rows from `first` on, and KEY=VALUE for any of its table.
+  template <class Target>
+  void apply_list(std::span<const Setting<Target>> rows, const Setting<Target>& first, Target& target,
+                  std::string_view text) {
+    const Setting<Target>* next = &first;
+    for (bool more = true; more;) {
+      const auto parts = text::split(text, ',');
+      const std::string_view part = parts ? parts->first : text;
+      more = parts.has_value();
+      if (more) text = parts->second;
+      if (const auto sides = text::split(part, '=')) {
+        const std::string key = fmt::format("{}.{}", text::table_of(first.key), sides->first);
+        const auto row = std::ranges::find(rows, std::string_view(key), &Row::key);
+        if (row == rows.end()) return complain(no_such_key(rows, first, sides->first));
+        assign_part(*row, target, sides->second);
+      } else if (next == rows.data() + rows.size() || next->option != first.option) {
+        return complain(fmt::format("\"{}\" is too much; must be {}", part, option_argument(first.option)));
+      } else {
+        assign_part(*next++, target, part);
+      }
+    }
   }
 
   template <class Target>

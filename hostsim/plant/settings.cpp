@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <array>
-#include <variant>
 
-#include "canopen/dictionary/objects.hpp"
-#include "devices/devices.hpp"
+#include "text/address.hpp"
+#include "text/error.hpp"
 #include "text/suggestion.hpp"
 #include "text/words.hpp"
 
@@ -18,16 +17,10 @@ namespace {
 using text::Form;
 using text::setting;
 
-constexpr std::int64_t kDayInMs = 86'400'000;
-
 constexpr std::array<std::string_view, 2> kClocks{"real", "manual"};
+constexpr std::array<std::string_view, 3> kParities{"E", "O", "N"};
+constexpr std::array<std::string_view, 2> kPlcLayouts{"window", "scanner"};
 constexpr std::array<std::string_view, 2> kPlcLostStates{"pre-operational", "stopped"};
-constexpr std::array<std::string_view, std::variant_size_v<sim::Shape>> kShapes{"constant", "ramp", "sine",
-                                                                                "noise", "replay"};
-constexpr std::array<std::string_view, 3> kThen{"hold", "repeat", "back-and-forth"};
-constexpr std::array<std::string_view, 2> kDistributions{"uniform", "normal"};
-constexpr std::array<std::string_view, 2> kBetween{"step", "linear"};
-
 // ---- What a range cannot tell
 
 Problem check_bit_rate(const Value& value) {
@@ -77,10 +70,13 @@ Problem check_can_spec(const Value& value) {
   return kind == kSocketCan ? bad_interface(sides ? sides->second : "") : unknown_kind(spec, kind);
 }
 
-Problem check_bytes(const Value& value) {
-  const auto* text = std::get_if<std::string>(&value);
-  const bool wrong = text != nullptr && text::is_hex(*text) && !text::parse_hex(*text);
-  return wrong ? "must be pairs of hex digits after hex:, such as \"hex:01 02 FF\"" : "";
+Problem check_plc_address(const Value& value) {
+  try {
+    const ListenAddress address = text::parse_listen_address(std::get<std::string>(value), 502);
+    return address.port == 0 ? "must be HOST:PORT with the PLC's port; Modbus TCP's own is 502" : "";
+  } catch (const text::UsageError& error) {
+    return error.what();
+  }
 }
 
 // ---- What is stored in another way
@@ -93,28 +89,6 @@ Value load_can_spec(const Row& /*row*/, const NetworkConfig& network) {
   return can_spec(network.can);
 }
 
-void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value) {
-  node.objects.push_back({cbcan::object::kProducerHeartbeatTime, 0, value, node.place});
-}
-Value load_no_heartbeat(const Row& /*row*/, const NodeConfig& /*node*/) {
-  return std::string();
-}
-
-void store_object_value(const Row& /*row*/, InitialValue& object, const Value& value) {
-  const auto* text = std::get_if<std::string>(&value);
-  object.value = text != nullptr && text::is_hex(*text) ? Value(*text::parse_hex(*text)) : value;
-}
-Value load_object_value(const Row& /*row*/, const InitialValue& object) {
-  return object.value;
-}
-
-void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
-  signal.signal.shape = signal_of(static_cast<std::size_t>(text::detail::place_of(row, value))).signal.shape;
-}
-Value load_shape(const Row& /*row*/, const SignalConfig& signal) {
-  return std::string(kShapes[signal.signal.shape.index()]);
-}
-
 // ---- The rows
 
 template <auto... kPath>
@@ -125,65 +99,25 @@ template <auto... kPath>
 constexpr auto module(Row row) {
   return setting<NetworkConfig, &NetworkConfig::module, kPath...>(row);
 }
+template <auto... kPath>
+constexpr auto rtu(Row row) {
+  return setting<Config, &Config::rtu, kPath...>(row);
+}
+/// Of a PLC, over TCP and over a serial line.
+template <auto... kPath>
+constexpr auto plc(Row row) {
+  if (row.option.empty()) row.option = "--plc HOST:PORT[,UNIT][,KEY=VALUE...]";
+  return setting<NetworkConfig, &NetworkConfig::plc, kPath...>(row);
+}
+template <auto... kPath>
+constexpr auto plc_line(Row row) {
+  row.option = "--plc-rtu DEV,BAUD,PARITY[,KEY=VALUE...]";
+  return setting<NetworkConfig, &NetworkConfig::plc, &PlcConfig::line, kPath...>(row);
+}
 template <auto kMember>
 constexpr auto can(Row row) {
   return setting<NetworkConfig, &NetworkConfig::can, kMember>(row);
 }
-template <auto kMember>
-constexpr auto node(Row row) {
-  return setting<NodeConfig, kMember>(row);
-}
-template <auto kMember>
-constexpr auto object(Row row) {
-  row.option = "--object ID:INDEX:SUB=VALUE";
-  return setting<InitialValue, kMember>(row);
-}
-
-/// Of a signal of these shapes.
-template <auto... kPath>
-constexpr auto signal(std::size_t first, std::size_t last, Row row) {
-  row.option = "--signal ID:INDEX:SUB=SHAPE KEY=VALUE...";
-  row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
-  return setting<SignalConfig, kPath...>(row);
-}
-template <auto... kPath>
-constexpr auto any_signal(Row row) {
-  return signal<kPath...>(0, 0xFF, row);
-}
-
-/// The shape's place in sim::Shape.
-template <class Shape, std::size_t kPlace = 0>
-constexpr std::size_t place_of() {
-  if constexpr (std::is_same_v<std::variant_alternative_t<kPlace, sim::Shape>, Shape>) {
-    return kPlace;
-  } else {
-    return place_of<Shape, kPlace + 1>();
-  }
-}
-
-/// A member of a shape, which belongs() has seen to.
-template <class Shape, auto kMember>
-constexpr auto of(Row row) {
-  constexpr auto kStep = [](auto& owner) -> auto& {
-    return std::get<Shape>(owner.signal.shape);
-  };
-  return signal<kStep, kMember>(place_of<Shape>(), place_of<Shape>(), row);
-}
-
-/// The mean of a sine or a noise.
-constexpr auto kMean = [](auto& owner) -> auto& {
-  auto* sine = std::get_if<sim::Sine>(&owner.signal.shape);
-  return sine != nullptr ? sine->mean : std::get<sim::Noise>(owner.signal.shape).mean;
-};
-
-constexpr Row duration(Row row) {
-  row.low = 1;
-  row.high = kDayInMs;
-  row.unit = " ms";
-  row.scale = kMillisecond;
-  return row;
-}
-
 // clang-format off
 constexpr std::array kPlant{
     plant<&Config::modbus, &ListenAddress::host>({
@@ -195,6 +129,25 @@ constexpr std::array kPlant{
         .more = "Modbus TCP's own is 502; ports below 1024 need a privilege. With 0 the `ready` line tells the one that "
                 "was found.",
         .unit = ", 0 = any free one"}),
+    rtu<&RtuConfig::line, &LineConfig::device>({
+        .key = "rtu.device", .option = "--rtu DEV,BAUD,PARITY,STATION",
+        .help = "A serial port or pseudo-terminal where the same registers are served by Modbus RTU; what stands behind it may "
+                "be left out",
+        .form = Form::kPath, .domain = "a path"}),
+    rtu<&RtuConfig::line, &LineConfig::baud>({
+        .key = "rtu.baud", .option = "--rtu DEV,BAUD,PARITY,STATION", .help = "Its baud rate", .low = 1200, .high = 115200,
+        .domain = "1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200"}),
+    rtu<&RtuConfig::line, &LineConfig::parity>({
+        .key = "rtu.parity", .option = "--rtu DEV,BAUD,PARITY,STATION",
+        .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
+    rtu<&RtuConfig::station>({
+        .key = "rtu.station", .option = "--rtu DEV,BAUD,PARITY,STATION",
+        .help = "Station address of the first network, by RTU over TCP too; the next ones are behind it", .low = 1,
+        .high = 247}),
+    rtu<&RtuConfig::listen>({
+        .key = "rtu.listen", .option = "--rtu-tcp ADDRESS", .help = "Where the same frames are served over TCP, as serial device servers hand them on",
+        .more = "With port 0 the `ready` line tells the one that was found, as `rtu_tcp=HOST:PORT`.",
+        .form = Form::kAddress, .domain = "HOST:PORT or unix:PATH"}),
     plant<&Config::clock>({
         .key = "time.clock", .option = "--clock CLOCK",
         .help = "How time passes; manual: it stands still but for lines such as \"pass 100ms\" (us, ms, s) on standard "
@@ -256,6 +209,32 @@ constexpr std::array kNetwork{
         .help = "Nodes and a bus alone, for a coprocessor that runs elsewhere: no Modbus server either; --no-module=false "
                 "takes back a false in the plant file",
         .more = "In the file that is `enabled = false`."}),
+    plc<&PlcConfig::address>({
+        .key = "plc.address", .help = "A PLC that owns the registers: the module is the Modbus client that comes and gets them",
+        .more = "See [plc.md](plc.md). A name is looked up once, at the start.", .form = Form::kText, .domain = "HOST:PORT",
+        .check = check_plc_address}),
+    plc<&PlcConfig::unit>({.key = "plc.unit", .help = "The PLC's unit ID or station address"}),
+    plc<&PlcConfig::first>({
+        .key = "plc.first", .help = "The PLC's register that is R3700; of the scanner layout OUT+0, and IN+0 is 70 further",
+        .more = "0-based on the wire: OpenPLC's %MW0 is 1024.", .high = 65398}),
+    plc<&PlcConfig::layout>({
+        .key = "plc.layout", .help = "What the PLC has there: R3700..R3769, or the scanner window's blocks OUT and IN",
+        .choices = kPlcLayouts}),
+    plc<&PlcConfig::process_first>({
+        .key = "plc.process_first", .help = "The PLC's register that is the first of the 128 of process data",
+        .high = 65408, .absent = kNone}),
+    plc<&PlcConfig::period_ms>({
+        .key = "plc.period_ms", .help = "How often the PLC is asked", .low = 1, .high = 65535, .unit = " ms"}),
+    plc_line<&LineConfig::device>({
+        .key = "plc.device",
+        .help = "Likewise by Modbus RTU, over a serial port or pseudo-terminal; KEY is first, layout, period_ms, process_first "
+                "or unit",
+        .form = Form::kPath, .domain = "a path"}),
+    plc_line<&LineConfig::baud>({
+        .key = "plc.baud", .help = "Its baud rate", .low = 1200, .high = 115200,
+        .domain = "1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200"}),
+    plc_line<&LineConfig::parity>({
+        .key = "plc.parity", .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
     Setting<NetworkConfig>{{
         .key = "can.spec", .option = "--can SPEC", .help = "A bus inside the program, or a SocketCAN interface",
         .more = "`socketcan:vcan0` is the Linux interface `vcan0`; the nodes of the file are simulated on it, next to the real "
@@ -276,107 +255,6 @@ constexpr std::array kNetwork{
         .form = Form::kPath, .domain = "a path"}),
 };
 
-/// Not constexpr: the devices' names are another room's.
-const std::array kNode{
-    node<&NodeConfig::id>({
-        .key = "node.id", .option = "--node ID=FILE", .help = "Its node ID",
-        .more = "Each only once. Only a node with `lss = true` can be without.", .low = 1, .high = 127, .absent = kNone}),
-    node<&NodeConfig::eds>({
-        .key = "node.eds", .option = "--node ID=FILE", .help = "The device description that makes its object dictionary",
-        .more = "`$NODEID` in it is `node.id`.", .form = Form::kPath, .domain = "the path of an EDS or DCF file",
-        .example = "\"FILE.eds\""}),
-    node<&NodeConfig::name>({
-        .key = "node.name", .option = "--name ID=TEXT", .help = "For people, in messages", .domain = "a name"}),
-    Setting<NodeConfig>{{
-        .key = "node.heartbeat_ms", .option = "--heartbeat ID=MS",
-        .help = "Its producer heartbeat time at power-on, object 1017h; without it the EDS file decides",
-        .form = Form::kInteger, .high = 65535, .unit = " ms, 0 = none"},
-        store_heartbeat, load_no_heartbeat},
-    node<&NodeConfig::device>({
-        .key = "node.device", .option = "--device ID=NAME",
-        .help = "What the node is and does; without it the profile number in its object 1000h decides",
-        .more = "See [devices.md](devices.md).", .domain = "the name of a device", .choices = devices::device_names()}),
-    node<&NodeConfig::parameters>({
-        .key = "node.parameters", .option = "--parameters ID=FILE",
-        .help = "Where object 1010h and LSS store what the node keeps",
-        .more = "A file of its own for each node; it is made when something is stored first. Without it the node keeps that until "
-                "the program ends.",
-        .form = Form::kPath, .domain = "a path"}),
-    node<&NodeConfig::lss>({
-        .key = "node.lss", .option = "--lss ID=BOOL",
-        .help = "An LSS master (CiA 305) finds the node by its object 1018h, and can give it a node ID and a bit rate"}),
-    node<&NodeConfig::time_period>({
-        .key = "node.time_period_ms", .option = "--time-period ID=MS",
-        .help = "How often it sends TIME, if its object 1012h has bit 30 set",
-        .high = kDayInMs, .unit = " ms, 0 = none", .scale = kMillisecond}),
-};
-
-constexpr std::array kObjects{
-    object<&InitialValue::index>({
-        .key = "node.objects.index", .help = "Index of the object", .form = Form::kHexadecimal, .low = 1, .high = 0xFFFF,
-        .example = "0x2001"}),
-    object<&InitialValue::sub>({.key = "node.objects.sub", .help = "Its sub-index"}),
-    Setting<InitialValue>{{
-        .key = "node.objects.value", .option = "--object ID:INDEX:SUB=VALUE",
-        .help = "The value, which has to fit the object's data type", .form = Form::kAny,
-        .domain = "a number, true or false, a text, or bytes as \"hex:01 02\"", .example = "1", .check = check_bytes},
-        store_object_value, load_object_value},
-};
-
-constexpr std::array kSignals{
-    any_signal<&SignalConfig::signal, &sim::Signal::index>({
-        .key = "node.signals.index", .help = "Index of the object", .form = Form::kHexadecimal, .low = 1, .high = 0xFFFF,
-        .example = "0x6401"}),
-    any_signal<&SignalConfig::signal, &sim::Signal::sub>({.key = "node.signals.sub", .help = "Its sub-index"}),
-    Setting<SignalConfig>{{
-        .key = kSignalShape, .option = "--signal ID:INDEX:SUB=SHAPE KEY=VALUE...", .help = "Which of the keys below it has",
-        .form = Form::kText, .choices = kShapes, .example = "\"sine\""},
-        store_shape, load_shape},
-    of<sim::Constant, &sim::Constant::value>({.key = "node.signals.value", .help = "The value", .example = "1"}),
-    of<sim::Ramp, &sim::Ramp::from>({.key = "node.signals.from", .help = "Where it begins"}),
-    of<sim::Ramp, &sim::Ramp::to>({.key = "node.signals.to", .help = "Where it goes", .example = "100"}),
-    of<sim::Ramp, &sim::Ramp::duration>(duration({
-        .key = "node.signals.duration_ms", .help = "How long that takes", .example = "10000"})),
-    of<sim::Ramp, &sim::Ramp::then>({
-        .key = "node.signals.then", .help = "And then: it stays, begins again, or goes back the same way, and so on",
-        .choices = kThen}),
-    signal<kMean>(place_of<sim::Sine>(), place_of<sim::Noise>(), {.key = "node.signals.mean", .help = "The middle"}),
-    of<sim::Sine, &sim::Sine::amplitude>({
-        .key = "node.signals.amplitude", .help = "How far it goes from there", .example = "10"}),
-    of<sim::Sine, &sim::Sine::period>(duration({
-        .key = "node.signals.period_ms", .help = "How long it takes to come round", .example = "60000"})),
-    of<sim::Sine, &sim::Sine::phase>({
-        .key = "node.signals.phase_deg", .help = "Where it begins, in degrees; 90 is at the top"}),
-    of<sim::Noise, &sim::Noise::deviation>({
-        .key = "node.signals.deviation",
-        .help = "normal: the standard deviation; uniform: from mean - deviation to mean + deviation", .example = "1"}),
-    of<sim::Noise, &sim::Noise::distribution>({
-        .key = "node.signals.distribution", .help = "How the values lie", .choices = kDistributions}),
-    signal<&SignalConfig::seed>(place_of<sim::Noise>(), place_of<sim::Noise>(), {
-        .key = "node.signals.seed", .help = "The same seed makes the same noise",
-        .more = "Without it each signal has its own, which follows from `random.seed`, the node and the object."}),
-    signal<&SignalConfig::file>(place_of<sim::Replay>(), place_of<sim::Replay>(), {
-        .key = "node.signals.file",
-        .help = "A point a line: seconds since power-on, a comma, the value, such as 1.5,20.25",
-        .more = "Times go up. A first line of names, blank lines and lines with `#` in front mean nothing.",
-        .form = Form::kPath, .domain = "the path of a CSV file", .example = "\"FILE.csv\""}),
-    of<sim::Replay, &sim::Replay::between>({
-        .key = "node.signals.between", .help = "Between two points: the value of the first, or a straight line",
-        .choices = kBetween}),
-    of<sim::Replay, &sim::Replay::repeat>({
-        .key = "node.signals.repeat", .help = "At the time of the last point it begins again"}),
-    any_signal<&SignalConfig::signal, &sim::Signal::sample_period>(duration({
-        .key = "node.signals.sample_ms", .help = "How often there is a new value"})),
-};
-
-constexpr std::array kFaultKinds{
-    setting<std::string>({
-        .key = "node.faults.kind", .option = "--fault ID:KIND KEY=VALUE...", .help = "Which fault, of those of a node",
-        .domain = "a kind of fault", .example = "\"response-late\""}),
-    setting<std::string>({
-        .key = "can.faults.kind", .option = "--fault bus:KIND KEY=VALUE...", .help = "Which fault, of those of the bus",
-        .domain = "a kind of fault", .example = "\"frame-loss\""}),
-};
 // clang-format on
 
 }  // namespace
@@ -387,30 +265,6 @@ std::span<const Setting<Config>> settings() {
 std::span<const Setting<NetworkConfig>> network_settings() {
   return kNetwork;
 }
-std::span<const Setting<NodeConfig>> node_settings() {
-  return kNode;
-}
-std::span<const Setting<InitialValue>> object_settings() {
-  return kObjects;
-}
-std::span<const Setting<SignalConfig>> signal_settings() {
-  return kSignals;
-}
-std::span<const Setting<std::string>> fault_kind_settings() {
-  return kFaultKinds;
-}
-std::span<const std::string_view> shape_names() {
-  return kShapes;
-}
-
-SignalConfig signal_of(std::size_t shape) {
-  const std::array<sim::Shape, kShapes.size()> shapes{sim::Constant{}, sim::Ramp{}, sim::Sine{}, sim::Noise{},
-                                                      sim::Replay{}};
-  SignalConfig signal;
-  signal.signal.shape = shapes[shape];
-  return signal;
-}
-
 std::vector<std::string_view> plant_keys() {
   std::vector<std::string_view> tables;
   std::vector<std::string_view> keys;
@@ -422,18 +276,6 @@ std::vector<std::string_view> plant_keys() {
   keys.insert(keys.end(), tables.begin(), tables.end());
   keys.push_back(kNetworkTable);
   return keys;
-}
-
-bool belongs(const Row& row, const SignalConfig& signal) {
-  return row.kinds.has(signal.signal.shape.index());
-}
-
-std::string keys_of(const SignalConfig& signal) {
-  std::vector<std::string_view> keys;
-  for (const Row& row : kSignals)
-    if (belongs(row, signal)) keys.push_back(text::leaf_of(row.key));
-  return fmt::format("shape \"{}\" has {}", kShapes[signal.signal.shape.index()],
-                     text::listed(keys, " and "));
 }
 
 }  // namespace cbcan::plant

@@ -20,20 +20,21 @@ MAY_KNOW = {
     "firmware/slcan": {"firmware/include"},
     "firmware/boards": {*FIRMWARE, "regmap"},
     "hostsim/text": set(),
+    "hostsim/client": set(),
     "hostsim/sim": {"hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/devices": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/eds": {"hostsim/text", "firmware/canopen"},
     "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/io": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/app": {"hostsim/plant", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "tools": {"hostsim/text", "regmap"},
+    "hostsim/io": {"hostsim/client", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/app": {"hostsim/plant", "hostsim/client", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "tools": {"hostsim/client", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"cbcan": "firmware/include", "canopen": "firmware/canopen", "coprocessor": "firmware/coprocessor",
             "modbus": "firmware/modbus", "slcan": "firmware/slcan", "boards": "firmware/boards",
             "sim": "hostsim/sim", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
-            "plant": "hostsim/plant", "text": "hostsim/text", "app": "hostsim/app"}
+            "plant": "hostsim/plant", "text": "hostsim/text", "client": "hostsim/client", "app": "hostsim/app"}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
 FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "cstdint", "limits", "optional", "span",

@@ -85,6 +85,35 @@ TEST_CASE("every option of a setting, both ways to write it") {
   CHECK(apart.config.networks.at(0).nodes.at(0).eds == "a.eds");
 }
 
+TEST_CASE("values between commas, in their order or by their keys") {
+  const Start made =
+      start({"--rtu", "/dev/ttyS1,9600,N,7", "--plc", "plc:502,2,first=1024,layout=scanner,period_ms=50",
+             "--network", "2", "--plc-rtu=/dev/ttyS2,57600,unit=3,process_first=0"});
+  REQUIRE(made.run);
+  CHECK(made.config.rtu == RtuConfig{{"/dev/ttyS1", 9600, "N"}, 7, ""});
+  CHECK(made.config.networks.at(0).plc ==
+        PlcConfig{"plc:502", {}, 2, PlcLayout::kScanner, 1024, std::nullopt, 50});
+  CHECK(made.config.networks.at(1).plc ==
+        PlcConfig{"", {"/dev/ttyS2", 57600, "E"}, 3, PlcLayout::kWindow, 3700, 0, 10});
+
+  const auto refused = [](const char* option, const char* text) {
+    const std::string err = start({option, text}).err;
+    return err.substr(0, err.find('\n'));
+  };
+  CHECK(refused("--plc", "plc,1,frist=2") ==
+        "cbcan-sim: --plc plc,1,frist=2: frist: no such key; did you mean first?");
+  CHECK(refused("--plc", "plc:0") ==
+        "cbcan-sim: --plc plc:0: address \"plc:0\": must be HOST:PORT with the PLC's port; Modbus TCP's own "
+        "is 502");
+  CHECK(refused("--plc", "plc,1,2,scanner,none,10,7") ==
+        "cbcan-sim: --plc plc,1,2,scanner,none,10,7: process_first \"none\": must be an integer, 0..65408");
+  CHECK(refused("--rtu", "a,9600,E,1,2") ==
+        "cbcan-sim: --rtu a,9600,E,1,2: \"2\" is too much; must be DEV,BAUD,PARITY,STATION");
+  CHECK(contains(start({"--plc", "plc", "--plc-rtu", "/dev/ttyS1"}).err,
+                 "plc.device: the PLC is at plc already; leave out one of plc.address (--plc) and plc.device "
+                 "(--plc-rtu)"));
+}
+
 TEST_CASE("the command line wins over the plant file, wherever --config stands") {
   const Start file = start({"--config", "plant.toml"}, disk_files());
   REQUIRE(file.err == "");

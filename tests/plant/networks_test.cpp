@@ -92,8 +92,8 @@ TEST_CASE("mistakes in a further network name it") {
         Lines{"plant.toml:3: network 2: can.bitrate: no such key; did you mean can.bit_rate?"});
   CHECK(wrong_in("[[network]]\n[network.modul]\n") ==
         Lines{"plant.toml:2: network 2: modul: no such key; did you mean module?"});
-  CHECK(wrong_in("[[network]]\n[network.plc]\n") ==
-        Lines{"plant.toml:2: network 2: plc: no such key; a network has module, can, log, node"});
+  CHECK(wrong_in("[[network]]\n[network.pump]\n") ==
+        Lines{"plant.toml:2: network 2: pump: no such key; a network has module, plc, can, log, node"});
   CHECK(wrong_in("[[network]]\nmodule = 1\n") ==
         Lines{"plant.toml:2: network 2: module: must be a table; write [network.module]"});
   CHECK(wrong_in("[[network]]\n[network.node]\n") ==
@@ -142,6 +142,10 @@ TEST_CASE("two networks share no interface, address or file") {
   CHECK(wrong_in("[can]\nslcan = \":5000\"\n[[network]]\n[network.can]\nslcan = \"127.0.0.1:5000\"\n") ==
         Lines{"plant.toml:5: network 2: can.slcan 127.0.0.1:5000: network 1 has it already at plant.toml:2; "
               "every network needs its own"});
+  CHECK(wrong_in("[plc]\ndevice = \"/dev/a\"\n[[network]]\n[network.plc]\ndevice = \"/dev/a\"\n") ==
+        Lines{"plant.toml:5: network 2: plc.device /dev/a: network 1 has it already at plant.toml:2; every "
+              "network "
+              "needs its own"});
   CHECK(wrong_in("[can]\nslcan = \"unix:can\"\n[[network]]\n[network.can]\nslcan = \"unix:can\"\n") ==
         Lines{"plant.toml:5: network 2: can.slcan unix:can: network 1 has it already at plant.toml:2; every "
               "network needs its own"});

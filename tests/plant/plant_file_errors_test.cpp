@@ -49,8 +49,8 @@ TEST_CASE("a key in the wrong table is shown the right one") {
 TEST_CASE("an unknown key that is like nothing gets the list") {
   CHECK(errors_in("[can]\nfoo = 1\n") ==
         Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, faults"});
-  CHECK(errors_in("[plc]\n") ==
-        Lines{"plant.toml:1: plc: no such key; a plant file has module, can, log, modbus, time, "
+  CHECK(errors_in("[pump]\n") ==
+        Lines{"plant.toml:1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, "
               "random, control, node, network"});
   CHECK(errors_in("[faults]\n") == Lines{"plant.toml:1: faults: no such key; did you mean node.faults?"});
 }

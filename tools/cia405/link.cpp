@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "link.hpp"
 
+#include <limits>
 #include <stdexcept>
 
 namespace cbcan::cia405 {
@@ -10,6 +11,9 @@ namespace {
 constexpr std::uint8_t kHighestUnit = 247;  ///< Modbus over Serial Line V1.02, 2.2
 
 const LinkSettings& checked(const LinkSettings& settings) {
+  if (settings.port < 1 || settings.port > std::numeric_limits<std::uint16_t>::max())
+    throw std::invalid_argument("cia405: port " + std::to_string(settings.port) + ": must be 1..65535");
+  if (settings.host.empty()) throw std::invalid_argument("cia405: no host: must be a name or an IP address");
   if (!settings.sharing) return settings;
   const int program = settings.sharing->program;
   if (program < 0 || program >= detail::kPrograms)
@@ -30,7 +34,7 @@ void Link::poll(Time now) {
 }
 
 bool Link::connected() const {
-  return connected_->connection.state() == detail::Connection::State::kOn;
+  return connected_->connection.state() == client::Connection::State::kOn;
 }
 
 const std::string& Link::problem() const {
@@ -62,16 +66,16 @@ void Link::Connected::poll(Time now) {
 
 void Link::Connected::move(Time now) {
   connection.poll(now);
-  if (connection.state() != detail::Connection::State::kOn) return;
+  if (connection.state() != client::Connection::State::kOn) return;
   if (connection.response_due() && !receive(now)) return;
   send(now);
 }
 
 bool Link::Connected::receive(Time now) {
-  const std::optional<detail::Response> response = connection.receive(now);
+  const std::optional<client::Response> response = connection.receive(now);
   if (!response) return false;
   detail::Window& window = windows.at(asked);
-  response->exception ? window.refused() : window.answered(response->words, now);
+  response->exception != 0 ? window.refused() : window.answered(response->words, now);
   return true;
 }
 
@@ -80,7 +84,7 @@ void Link::Connected::send(Time now) {
   auto next = windows.upper_bound(asked);
   for (std::size_t i = 0; i < windows.size(); ++i, ++next) {
     if (next == windows.end()) next = windows.begin();
-    const std::optional<detail::Request> request = next->second.next(now);
+    const std::optional<client::Request> request = next->second.next(now);
     if (!request) continue;
     asked = next->first;
     return connection.send(asked, *request, now);

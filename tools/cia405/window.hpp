@@ -12,7 +12,7 @@
 
 #include "cbcan/cia405.hpp"
 #include "claim.hpp"
-#include "request.hpp"
+#include "client/request.hpp"
 
 namespace cbcan::cia405::detail {
 

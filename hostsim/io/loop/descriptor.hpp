@@ -22,6 +22,9 @@ class Descriptor {
   int get() const { return number_; }
   explicit operator bool() const { return number_ >= 0; }
 
+  /// The caller closes it from now on.
+  int release() { return std::exchange(number_, kNone); }
+
   void reset() {
     if (number_ >= 0) ::close(number_);
     number_ = kNone;

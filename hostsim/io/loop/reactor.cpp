@@ -18,6 +18,7 @@ namespace cbcan::io {
 namespace {
 
 static_assert(Reactor::kReadable == EPOLLIN && Reactor::kWritable == EPOLLOUT);
+static_assert(Reactor::kEdge == std::uint32_t{EPOLLET});
 static_assert(Reactor::kBroken == (EPOLLERR | EPOLLHUP));
 
 constexpr std::size_t kEventsPerTurn = 64;

@@ -27,6 +27,8 @@ class Reactor {
  public:
   static constexpr std::uint32_t kReadable = 0x01;
   static constexpr std::uint32_t kWritable = 0x04;
+  /// Besides the above: only when more has come since, for owners that look again without being told.
+  static constexpr std::uint32_t kEdge = 0x8000'0000;
   /// An error or a hang-up; reported whether asked for or not. The next read or write says what it is.
   static constexpr std::uint32_t kBroken = 0x18;
 

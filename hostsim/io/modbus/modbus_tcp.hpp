@@ -28,7 +28,7 @@
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/modbus/modbus_request.hpp"
+#include "io/modbus/modbus_unit.hpp"
 #include "io/sockets/acceptor.hpp"
 
 namespace cbcan::io {
@@ -38,20 +38,6 @@ struct ModbusTcpSettings {
   DeviceIdentity identity;
   /// A request of which no further byte has come for this long closes its connection. Idle connections stay.
   Time half_request_timeout = 5 * kSecond;
-};
-
-/// What a unit ID selects.
-class ModbusUnit {
- public:
-  /// The same words always; none = there is nothing to select.
-  virtual std::span<std::uint16_t> registers() = 0;
-
-  /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
-  /// exception; `written`: what it has written. Must not destroy the server.
-  virtual void on_request(bool valid, const ModbusRange& written) = 0;
-
- protected:
-  ~ModbusUnit() = default;
 };
 
 class ModbusTcp {

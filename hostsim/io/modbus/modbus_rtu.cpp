@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "io/modbus/modbus_rtu.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <memory>
+#include <utility>
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr std::string_view kService = "rtu";
+constexpr Time kRetryAfter = kSecond;
+
+/// Adapters and the kernel hand bytes on in bunches; a frame lost in a gap longer than this costs its master
+/// one time-out.
+constexpr std::uint32_t kGapUs = 200'000;
+
+std::uint32_t counter(Time time) {
+  return static_cast<std::uint32_t>(time);
+}
+
+}  // namespace
+
+// ---- Frames
+
+RtuSession::RtuSession(std::vector<ModbusUnit*> networks, const RtuServer::Settings& settings)
+    : networks_(std::move(networks)),
+      ranges_([this] {
+        std::vector<RegisterRange> ranges;
+        for (ModbusUnit* unit : networks_)
+          ranges.push_back({0, unit->registers()});
+        return ranges;
+      }()),
+      maps_([this] {
+        std::vector<RegisterMap> maps;
+        for (const RegisterRange& range : ranges_)
+          maps.emplace_back(std::span(&range, 1));
+        return maps;
+      }()),
+      server_(maps_, settings) {}
+
+void RtuSession::receive(std::string_view bytes) {
+  const Time now = Reactor::now();
+  for (const char byte : bytes) {
+    server_.on_byte(static_cast<std::uint8_t>(byte), counter(now));
+    poll(now);
+  }
+}
+
+void RtuSession::poll(Time now) {
+  const std::uint32_t silence = server_.poll(counter(now));
+  deadline_ = silence == 0 || silence == RtuServer::kNoRequest ? kNever : now + silence;
+  if (silence == 0) execute();
+}
+
+void RtuSession::execute() {
+  const bool to_all = server_.is_broadcast();
+  const std::size_t asked = server_.request_network();
+  const auto response = server_.execute();
+  unsent_.append(response.begin(), response.end());
+  server_.on_sent();
+  const RtuServer::Executed& executed = server_.executed();
+  for (std::size_t network = 0; network < networks_.size(); ++network)
+    if (to_all || network == asked)
+      networks_[network]->on_request(executed.valid, {executed.first, executed.count});
+}
+
+StreamServer::MakeSession rtu_over_tcp(std::vector<ModbusUnit*> networks, std::uint8_t station) {
+  const RtuServer::Settings settings{.station = station, .silence_us = 0, .gap_us = kGapUs};
+  return
+      [networks = std::move(networks), settings] { return std::make_unique<RtuSession>(networks, settings); };
+}
+
+// ---- Serial port
+
+ModbusSerial::ModbusSerial(Reactor& reactor, std::vector<ModbusUnit*> networks, SerialSettings line,
+                           std::uint8_t station, Warn warn)
+    : reactor_(reactor),
+      line_(std::move(line)),
+      warn_(std::move(warn)),
+      session_(std::move(networks),
+               {.station = station, .silence_us = rtu_silence_us(line_.baud), .gap_us = kGapUs}) {
+  open();
+}
+
+ModbusSerial::~ModbusSerial() {
+  reactor_.forget(port_.get());
+}
+
+void ModbusSerial::open() {
+  port_ = open_serial(kService, line_);
+  reactor_.watch(port_.get(), Reactor::kReadable, [this](std::uint32_t ready) { on_ready(ready); });
+}
+
+void ModbusSerial::poll(Time now) {
+  if (!port_ && now >= retry_at_) {
+    try {
+      open();
+      warn_(std::string(kService) + " " + line_.device + ": is there again");
+    } catch (const EnvironmentError&) {
+      retry_at_ = now + kRetryAfter;
+    }
+  }
+  session_.poll(now);
+  if (port_ && !send()) lose();
+}
+
+void ModbusSerial::on_ready(std::uint32_t ready) {
+  const bool writable_alone = ready == Reactor::kWritable;
+  if ((!writable_alone && !receive()) || !send()) lose();
+}
+
+bool ModbusSerial::receive() {
+  std::array<char, RtuServer::kMaxFrame> bytes;
+  const ssize_t count = ::read(port_.get(), bytes.data(), bytes.size());
+  if (count <= 0) return count < 0 && (errno == EAGAIN || errno == EINTR);
+  session_.receive({bytes.data(), static_cast<std::size_t>(count)});
+  return true;
+}
+
+bool ModbusSerial::send() {
+  const std::string_view unsent = session_.unsent();
+  if (unsent.empty()) return true;
+  const ssize_t count = ::write(port_.get(), unsent.data(), unsent.size());
+  if (count < 0 && errno != EAGAIN && errno != EINTR) return false;
+  if (count > 0) session_.sent(static_cast<std::size_t>(count));
+  reactor_.change(port_.get(),
+                  session_.unsent().empty() ? Reactor::kReadable : Reactor::kReadable | Reactor::kWritable);
+  return true;
+}
+
+void ModbusSerial::lose() {
+  session_.sent(session_.unsent().size());
+  reactor_.forget(port_.get());
+  port_.reset();
+  retry_at_ = Reactor::now() + kRetryAfter;
+  warn_(std::string(kService) + " " + line_.device +
+        ": is gone; plug it in again, it is looked for every second");
+}
+
+}  // namespace cbcan::io

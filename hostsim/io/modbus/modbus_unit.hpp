@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "io/modbus/modbus_request.hpp"
+
+namespace cbcan::io {
+
+/// A network's registers, and who has to know what Modbus does with them: what a unit ID selects.
+class ModbusUnit {
+ public:
+  /// The same words always; none = there is nothing to select.
+  virtual std::span<std::uint16_t> registers() = 0;
+
+  /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
+  /// exception; `written`: what it has written. Must not destroy the server.
+  virtual void on_request(bool valid, const ModbusRange& written) = 0;
+
+ protected:
+  ~ModbusUnit() = default;
+};
+
+}  // namespace cbcan::io

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#include "io/modbus/plc_client.hpp"
+
+#include <netdb.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <utility>
+
+#include "client/tcp_connection.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+/// The first of its addresses, as a number.
+std::string looked_up(const text::ListenAddress& address) {
+  addrinfo wanted{};
+  wanted.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  int error = getaddrinfo(address.host.c_str(), nullptr, &wanted, &found);
+  std::array<char, NI_MAXHOST> number{};
+  if (error == 0) {
+    error = getnameinfo(found->ai_addr, found->ai_addrlen, number.data(), number.size(), nullptr, 0,
+                        NI_NUMERICHOST);
+    freeaddrinfo(found);
+  }
+  if (error == 0) return number.data();
+  throw EnvironmentError("plc " + to_string(address) + ": " + gai_strerror(error) +
+                         "; write the PLC's IP address");
+}
+
+client::Time client_time(Time now) {
+  return static_cast<client::Time>(now);
+}
+
+std::string range_text(const client::Request& request) {
+  const bool reads = request.words.empty();
+  const std::size_t first = reads ? request.read_address : request.write_address;
+  const std::size_t count = reads ? request.count : request.words.size();
+  return std::string(reads ? "reading" : "writing") + " its registers " + std::to_string(first) + ".." +
+         std::to_string(first + count - 1);
+}
+
+}  // namespace
+
+std::unique_ptr<client::Connection> plc_over_tcp(const text::ListenAddress& address) {
+  return std::make_unique<client::TcpConnection>(looked_up(address), address.port, kPlcTiming);
+}
+
+PlcClient::PlcClient(Reactor& reactor, ModbusUnit& module, std::unique_ptr<client::Connection> connection,
+                     Exchanges exchanges, const PlcSettings& settings, Warn warn)
+    : reactor_(reactor),
+      module_(module),
+      connection_(std::move(connection)),
+      exchanges_(std::move(exchanges)),
+      settings_(settings),
+      warn_(std::move(warn)) {
+  connection_->on_close = [this](int descriptor) {
+    reactor_.forget(descriptor);
+    watched_ = false;
+  };
+}
+
+PlcClient::~PlcClient() = default;
+
+void PlcClient::poll(Time now) {
+  if (std::exchange(ready_, false) || now >= next_deadline()) {
+    connection_->poll(client_time(now));
+    begin_round(now);
+    receive(now);
+  }
+  send(now);
+  notice_ends();
+  watch();
+}
+
+void PlcClient::begin_round(Time now) {
+  if (connection_->state() != client::Connection::State::kOn || now < round_at_) return;
+  round_at_ = now + settings_.period;
+  for (const auto& exchange : exchanges_)
+    exchange->begin();
+}
+
+void PlcClient::receive(Time now) {
+  if (!connection_->response_due()) return;
+  const auto response = connection_->receive(client_time(now));
+  if (!response) return;
+  ++counters_.requests;
+  if (std::exchange(lost_, false)) warn_("plc " + place() + ": answers again");
+  if (response->exception != 0) return on_exception(response->exception);
+  module_.on_request(true, {});
+  exchanges_[asking_]->responded(response->words);
+}
+
+void PlcClient::send(Time now) {
+  quiet_ = false;
+  if (connection_->state() != client::Connection::State::kOn || connection_->response_due()) return;
+  for (std::size_t i = 0; i < exchanges_.size(); ++i) {
+    std::optional<client::Request> request = exchanges_[i]->next();
+    if (!request) continue;
+    quiet_ = !connection_->ready(client_time(now));
+    if (quiet_) return;
+    asking_ = i;
+    request_ = std::move(*request);
+    return connection_->send(settings_.unit, request_, client_time(now));
+  }
+}
+
+void PlcClient::on_exception(std::uint8_t exception) {
+  ++counters_.exceptions;
+  const std::uint16_t address = request_.words.empty() ? request_.read_address : request_.write_address;
+  if (refused_.insert(address).second)
+    warn_("plc " + place() + ": answers " + range_text(request_) + " by exception " +
+          std::to_string(exception) + "; give it these registers, or change plc.first (first=)");
+  exchanges_[asking_]->lost();
+}
+
+void PlcClient::notice_ends() {
+  if (ends_ == connection_->ends()) return;
+  ends_ = connection_->ends();
+  for (const auto& exchange : exchanges_)
+    exchange->lost();
+  if (!std::exchange(lost_, true)) warn_("plc " + connection_->problem() + "; it is tried again and again");
+}
+
+void PlcClient::watch() {
+  if (watched_ || connection_->descriptor() < 0) return;
+  reactor_.watch(connection_->descriptor(), Reactor::kReadable | Reactor::kWritable | Reactor::kEdge,
+                 [this](std::uint32_t) { ready_ = true; });
+  watched_ = true;
+}
+
+Time PlcClient::next_deadline() const {
+  const bool idle = connection_->state() == client::Connection::State::kOn && !connection_->response_due();
+  return idle && !quiet_ ? round_at_ : static_cast<Time>(connection_->deadline());
+}
+
+}  // namespace cbcan::io

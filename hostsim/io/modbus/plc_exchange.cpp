@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+#include "io/modbus/plc_exchange.hpp"
+
+#include <algorithm>
+
+namespace cbcan::io {
+
+namespace {
+
+using client::Request;
+
+constexpr std::size_t kHeadWords = regmap::kData - regmap::kWindowFirst;
+constexpr auto kOk = static_cast<std::uint16_t>(regmap::Result::kOk);
+constexpr auto kFailed = static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError);
+constexpr std::size_t kAbortCodeWords = 2;
+
+Request read_request(std::size_t first, std::size_t count) {
+  return {.read_address = static_cast<std::uint16_t>(first), .count = static_cast<std::uint16_t>(count)};
+}
+
+Request write_request(std::size_t first, PlcExchange::Words words) {
+  return {.write_address = static_cast<std::uint16_t>(first), .words = {words.begin(), words.end()}};
+}
+
+std::size_t words_of(std::size_t bytes) {
+  return (std::min<std::size_t>(bytes, regmap::kMaxDataBytes) + 1) / 2;
+}
+
+}  // namespace
+
+// ---- R3700..R3769
+
+void WindowExchange::begin() {
+  waits_ = false;
+  if (step_ == Step::kRest) step_ = taken_ && !unsure_ ? Step::kLook : Step::kRead;
+}
+
+void WindowExchange::wait() {
+  step_ = Step::kRest;
+  waits_ = true;
+}
+
+void WindowExchange::lost() {
+  unsure_ = true;
+  wait();
+}
+
+/// A result does not wait for the next round.
+std::optional<Request> WindowExchange::next() {
+  if (step_ == Step::kRest && taken_ && done() && !waits_) step_ = Step::kLook;
+  switch (step_) {
+    case Step::kRest: break;
+    case Step::kRead: return read_request(first_, regmap::kWindowWords);
+    case Step::kLook: return read_request(first_, kHeadWords);
+    case Step::kWriteData: return write(result_data());
+    case Step::kWriteFlag: return write({regmap::kExecuteFlag, 1});
+  }
+  return std::nullopt;
+}
+
+void WindowExchange::responded(Words words) {
+  switch (step_) {
+    case Step::kRest: break;
+    case Step::kRead:
+    case Step::kLook: return look(words);
+    case Step::kWriteData: step_ = Step::kWriteFlag; break;
+    case Step::kWriteFlag:
+      taken_.reset();
+      wait();
+      break;
+  }
+}
+
+void WindowExchange::look(Words words) {
+  const bool whole = words.size() == regmap::kWindowWords;
+  step_ = Step::kRest;
+  if (whole) unsure_ = false;
+  if (taken_ && is_taken(words)) {
+    if (done()) step_ = result_data().count != 0 ? Step::kWriteData : Step::kWriteFlag;
+    return;
+  }
+  if (taken_) cancel(words[0]);
+  if (words[0] != regmap::kExecute || !done()) return;
+  whole ? take(words) : void(step_ = Step::kRead);
+}
+
+/// What tells requests apart: R3700..R3705, and of a write its data, where they have been read too. Part of
+/// a result may have been written already.
+bool WindowExchange::is_taken(Words words) const {
+  const Window& taken = *taken_;
+  const bool write = taken[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoWrite;
+  const std::size_t data = words_of(taken[regmap::kDataSize - regmap::kWindowFirst]);
+  const std::size_t all = kHeadWords + (write ? std::max<std::size_t>(data, 1) : 0);
+  const ModbusRange result = done() ? result_data() : ModbusRange();
+  for (std::size_t i = 0; i < std::min(words.size(), all); ++i) {
+    const std::size_t address = regmap::kWindowFirst + i;
+    const bool may_be_result = address - result.first < result.count && words[i] == own(address);
+    if (words[i] != taken[i] && !may_be_result) return false;
+  }
+  return true;
+}
+
+void WindowExchange::take(Words words) {
+  std::copy_n(words.begin(), regmap::kWindowWords, taken_.emplace().begin());
+  std::ranges::copy(words, &own(regmap::kWindowFirst));
+  module_.on_request(true, {regmap::kWindowFirst, regmap::kWindowWords});
+}
+
+/// CA0Eh of another request must be seen to have been gone.
+void WindowExchange::cancel(std::uint16_t flag) {
+  taken_.reset();
+  if (done()) return;
+  own(regmap::kExecuteFlag) = flag == regmap::kExecute ? std::uint16_t{0} : flag;
+  module_.on_request(true, {regmap::kExecuteFlag, 1});
+}
+
+/// Besides R3700, what the contract changes (SDO-10).
+ModbusRange WindowExchange::result_data() const {
+  const std::uint16_t result = own(regmap::kExecuteFlag);
+  if (result == kFailed) return {regmap::kData, kAbortCodeWords};
+  const bool read = (*taken_)[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoRead;
+  if (result != kOk || !read) return {};
+  return {regmap::kDataSize, 1 + words_of(own(regmap::kDataSize))};
+}
+
+Request WindowExchange::write(const ModbusRange& range) const {
+  return write_request(first_ + range.first - regmap::kWindowFirst,
+                       module_.registers().subspan(range.first, range.count));
+}
+
+// ---- The scanner window
+
+void ScannerExchange::begin() {
+  waits_ = false;
+  if (step_ == Step::kRest) step_ = Step::kRead;
+}
+
+void ScannerExchange::wait() {
+  step_ = Step::kRest;
+  waits_ = true;
+}
+
+/// A result does not wait for the next round.
+std::optional<Request> ScannerExchange::next() {
+  if (step_ == Step::kRest && !waits_) compare();
+  const std::size_t in_first = first_ + regmap::kScannerOutWords;
+  switch (step_) {
+    case Step::kRest: break;
+    case Step::kRead: return read_request(first_, regmap::kScannerOutWords + told_.size());
+    case Step::kWriteRest: return write_request(in_first + 1, Words(in_).subspan(1));
+    case Step::kWriteNumber: return write_request(in_first, Words(in_).first(1));
+  }
+  return std::nullopt;
+}
+
+void ScannerExchange::responded(Words words) {
+  switch (step_) {
+    case Step::kRest: return;
+    case Step::kRead:
+      std::ranges::copy(words.first(regmap::kScannerOutWords), &module_.registers()[out_first_]);
+      std::ranges::copy(words.subspan(regmap::kScannerOutWords), told_.begin());
+      module_.on_request(true, {out_first_, regmap::kScannerOutWords});
+      break;
+    case Step::kWriteRest:
+      std::copy_n(in_.begin() + 1, told_.size() - 1, told_.begin() + 1);
+      if (told_[0] == in_[0]) break;
+      step_ = Step::kWriteNumber;
+      return;
+    case Step::kWriteNumber: told_[0] = in_[0]; break;
+  }
+  compare();
+}
+
+/// Where the PLC's head is another one, all that the result has is written as it is now.
+void ScannerExchange::compare() {
+  const Words now = in();
+  step_ = Step::kRest;
+  if (std::ranges::equal(now.first(told_.size()), told_)) return;
+  const bool failed = now[regmap::kScannerResult] == kFailed;
+  const std::size_t data = failed ? kAbortCodeWords : words_of(now[regmap::kScannerSize]);
+  in_.assign(now.begin(), now.begin() + static_cast<std::ptrdiff_t>(regmap::kScannerData + data));
+  step_ = Step::kWriteRest;
+}
+
+// ---- Process data
+
+void ProcessExchange::begin() {
+  if (step_ != Step::kRest) return;
+  step_ = Step::kRead;
+  rounds_ = rounds_ == 0 ? 0 : rounds_ - 1;
+}
+
+void ProcessExchange::lost() {
+  step_ = Step::kRest;
+  rounds_ = 0;
+}
+
+std::optional<Request> ProcessExchange::next() {
+  if (step_ == Step::kRead) return read_request(first_ + kWords, kWords);
+  const ModbusRange range = changed();
+  if (range.count == 0) step_ = Step::kRest;
+  if (step_ == Step::kRest) return std::nullopt;
+  std::ranges::copy(module_.registers().subspan(own_first_, kWords), written_.begin());
+  return write_request(first_ + range.first, Words(written_).subspan(range.first, range.count));
+}
+
+void ProcessExchange::responded(Words words) {
+  if (step_ == Step::kWrite) {
+    if (rounds_ == 0) rounds_ = kRoundsToRepeat;
+    told_ = written_;
+    step_ = Step::kRest;
+    return;
+  }
+  const auto outputs = module_.registers().subspan(own_first_ + kWords, kWords);
+  if (!std::ranges::equal(words, outputs)) {
+    std::ranges::copy(words, outputs.begin());
+    module_.on_request(true, {own_first_ + kWords, kWords});
+  }
+  step_ = changed().count != 0 ? Step::kWrite : Step::kRest;
+}
+
+/// From the first to the last input that the PLC does not have.
+ModbusRange ProcessExchange::changed() const {
+  if (rounds_ == 0) return {0, kWords};
+  const auto inputs = module_.registers().subspan(own_first_, kWords);
+  std::size_t first = 0;
+  std::size_t end = kWords;
+  while (first < end && inputs[first] == told_[first])
+    ++first;
+  while (end > first && inputs[end - 1] == told_[end - 1])
+    --end;
+  return {first, end - first};
+}
+
+}  // namespace cbcan::io

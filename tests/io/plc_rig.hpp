@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// PLCs that own their registers, and the module that comes and gets them, in time that the test makes.
+
+#include <memory>
+#include <span>
+
+#include "core/scanner_rig.hpp"
+#include "io/modbus/plc_exchange.hpp"
+
+namespace cbcan::io::test {
+
+using cbcan::test::kScannedNode;
+using cbcan::test::scanned_value;
+using cbcan::test::ScannedModule;
+using cbcan::test::ScannerPlc;
+
+/// The module as a Modbus client sees it.
+class ModuleUnit final : public ModbusUnit {
+ public:
+  explicit ModuleUnit(ScannedModule& module) : module_(module) {}
+  std::span<std::uint16_t> registers() override { return module_.registers; }
+  void on_request(bool valid, const ModbusRange& written) override {
+    REQUIRE(valid);
+    module_.poll();
+    if (written.count != 0) module_.written(written.first, written.count);
+  }
+
+ private:
+  ScannedModule& module_;
+};
+
+/// A program in a PLC, on its registers.
+class PlcProgram {
+ public:
+  virtual ~PlcProgram() = default;
+  virtual void scan() = 0;
+  /// The program begins anew; `cleared`: the registers are 0 again.
+  virtual void restart(bool cleared) = 0;
+  virtual unsigned ended() const = 0;
+  /// Nothing has been executed twice, nothing is believed that has not been executed, nothing is torn.
+  virtual void check() = 0;
+};
+
+/// R3700 as it is meant: CA0Eh until the module has put a result there. After a cancel or a start the program
+/// leaves it at 0 for three polls.
+class FlagProgram final : public PlcProgram {
+ public:
+  FlagProgram(std::span<std::uint16_t> registers, const cbcan::test::CountingNode& node,
+              const unsigned& polls, int patience)
+      : registers_(registers), node_(node), polls_(polls), patience_(patience) {}
+
+  void scan() override {
+    if (waiting_) return wait();
+    if (polls_ < rest_until_) return;
+    ++id_;
+    write_ = id_ % 2 == 0;
+    const auto low = static_cast<std::uint16_t>(id_);
+    const auto high = static_cast<std::uint16_t>(id_ >> 16);
+    const std::array<std::uint16_t, 8> words =
+        write_
+            ? std::array<std::uint16_t, 8>{0xCA0E, 5066, kScannedNode, 0x2000, 0, 4, low, high}
+            : std::array<std::uint16_t, 8>{0xCA0E, 5055, kScannedNode, index(), std::uint16_t(id_ & 0xFF), 4};
+    std::ranges::copy(words, registers_.begin());
+    waiting_ = true;
+    waited_ = 0;
+  }
+
+  void restart(bool cleared) override {
+    if (cleared) std::ranges::fill(registers_, std::uint16_t{0});
+    rest();
+  }
+
+  unsigned ended() const override { return ended_; }
+
+  void check() override {
+    for (const auto* counts : {&node_.written, &node_.read})
+      for (const auto& [id, times] : *counts)
+        if (times != 1) wrong.push_back(id);
+    for (const auto& [write, id] : done_)
+      if (!(write ? node_.written : node_.read).contains(id)) wrong.push_back(id);
+    CHECK(wrong.empty());
+  }
+
+  std::vector<std::uint32_t> wrong;
+  std::map<std::uint16_t, unsigned> results;
+
+ private:
+  std::uint16_t index() const { return static_cast<std::uint16_t>(id_ >> 8); }
+
+  void wait() {
+    if (registers_[0] == 0xCA0E) {
+      if (++waited_ > patience_) rest();
+      return;
+    }
+    waiting_ = false;
+    ++results[registers_[0]];
+    ++ended_;
+    if (registers_[0] != 0) return;
+    done_.emplace_back(write_, id_);
+    const std::uint32_t value = registers_[6] | std::uint32_t{registers_[7]} << 16;
+    const std::uint32_t right = write_ ? id_ : scanned_value(index(), static_cast<std::uint8_t>(id_));
+    if (registers_[5] != 4 || value != right) wrong.push_back(id_);
+  }
+
+  void rest() {
+    registers_[0] = 0;
+    waiting_ = false;
+    rest_until_ = polls_ + 3;
+  }
+
+  std::span<std::uint16_t> registers_;
+  const cbcan::test::CountingNode& node_;
+  const unsigned& polls_;
+  int patience_;
+  unsigned rest_until_ = 0;
+  bool waiting_ = false;
+  bool write_ = false;
+  int waited_ = 0;
+  std::uint32_t id_ = 0x200000;
+  unsigned ended_ = 0;
+  std::vector<std::pair<bool, std::uint32_t>> done_;
+};
+
+/// The scanner window's program on blocks in the PLC's own memory.
+class ScannerProgram final : public PlcProgram {
+ public:
+  ScannerProgram(std::span<std::uint16_t> registers, const cbcan::test::CountingNode& node, int patience)
+      : registers_(registers), node_(node), plc(patience) {}
+
+  void scan() override {
+    std::copy_n(registers_.begin() + regmap::kScannerOutWords, plc.in.size(), plc.in.begin());
+    plc.scan();
+    std::ranges::copy(plc.out, registers_.begin());
+  }
+  void restart(bool cleared) override {
+    if (cleared) std::ranges::fill(registers_, std::uint16_t{0});
+    plc.restart();
+    std::fill_n(registers_.begin() + regmap::kScannerOutWords, plc.in.size(), std::uint16_t{0});
+    std::ranges::copy(plc.out, registers_.begin());
+  }
+  unsigned ended() const override { return plc.ended; }
+  void check() override { plc.check(node_); }
+
+ private:
+  std::span<std::uint16_t> registers_;
+  const cbcan::test::CountingNode& node_;
+
+ public:
+  ScannerPlc plc;
+};
+
+/// Registers of either layout.
+inline constexpr std::size_t kPlcWords = regmap::kScannerOutWords + regmap::kScannerInWords;
+
+inline std::unique_ptr<PlcExchange> make_exchange(bool scanner, ModbusUnit& unit, std::uint16_t first) {
+  if (scanner)
+    return std::make_unique<ScannerExchange>(unit, first, regmap::kScannerOutFirst, regmap::kScannerInFirst);
+  return std::make_unique<WindowExchange>(unit, first);
+}
+
+inline std::unique_ptr<PlcProgram> make_program(bool scanner, std::span<std::uint16_t> registers,
+                                                const cbcan::test::CountingNode& node, const unsigned& polls,
+                                                int patience) {
+  if (scanner) return std::make_unique<ScannerProgram>(registers, node, patience);
+  return std::make_unique<FlagProgram>(registers, node, polls, patience);
+}
+
+}  // namespace cbcan::io::test

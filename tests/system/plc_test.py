@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""PLCs that own their registers, as pymodbus's server over TCP and libmodbus's on a serial line, and cbcan-sim as their module."""
+
+import asyncio
+import ctypes
+import logging
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+import threading
+import tty
+import unittest
+
+from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
+from pymodbus.server.async_io import ModbusTcpServer
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from mcu import crc
+from serial_line import SerialLine
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+PROGRAM = program_from_arguments(sys.argv)
+logging.disable()  # pymodbus tells of every client that leaves
+
+
+class Block(ModbusSequentialDataBlock):
+    def __init__(self, first, count):
+        super().__init__(first, [0] * count)
+        self.changed = threading.Condition()
+
+    def setValues(self, address, values):
+        with self.changed:
+            super().setValues(address, values)
+            self.changed.notify_all()
+
+
+class Plc:
+    """pymodbus's server. Unit 1 has holding registers `first`.., and a program in this thread."""
+
+    def __init__(self, first, count=300):
+        self.first = first
+        self.block = Block(first, count)
+        self.context = ModbusServerContext({1: ModbusSlaveContext(hr=self.block, zero_mode=True)}, single=False)
+        self.loop = asyncio.new_event_loop()
+        self.started = threading.Event()
+        self.thread = threading.Thread(target=lambda: self.loop.run_until_complete(self.serve()))
+        self.thread.start()
+        assert self.started.wait(LIMIT)
+
+    async def serve(self):
+        self.end = asyncio.Event()
+        server = ModbusTcpServer(self.context, address=("127.0.0.1", 0))
+        task = asyncio.ensure_future(server.serve_forever())
+        await server.serving
+        self.port = server.server.sockets[0].getsockname()[1]
+        self.started.set()
+        await self.end.wait()
+        await server.server_close()
+        task.cancel()
+
+    def stop(self):
+        self.loop.call_soon_threadsafe(self.end.set)
+        self.thread.join(LIMIT)
+
+    def write(self, at, words):
+        self.block.setValues(self.first + at, words)
+
+    def read(self, at, count):
+        return self.block.getValues(self.first + at, count)
+
+    def until(self, at, words):
+        with self.block.changed:
+            found = self.block.changed.wait_for(lambda: self.read(at, len(words)) == words, LIMIT)
+        assert found, f"{self.read(at, len(words))} instead of {words}"
+
+    def execute(self, *words):
+        with self.block.changed:
+            self.write(1, list(words))
+            self.write(0, [0xCA0E])
+            assert self.block.changed.wait_for(lambda: self.read(0, 1)[0] != 0xCA0E, LIMIT)
+        return self.read(0, 1)[0]
+
+
+class Mapping(ctypes.Structure):
+    """modbus_mapping_t"""
+    _fields_ = [*((name, ctypes.c_int) for name in "bits bits_from inputs inputs_from input_registers input_registers_from count first".split()),
+                *((name, ctypes.c_void_p) for name in ("tab_bits", "tab_inputs", "tab_input_registers")), ("words", ctypes.POINTER(ctypes.c_uint16))]
+
+
+class LinePlc:
+    """libmodbus's RTU server. Station 1 has holding registers from 3700 on, and a program behind each request."""
+
+    def __init__(self, device, program):
+        self.library = ctypes.CDLL("libmodbus.so.5")
+        self.library.modbus_new_rtu.restype = ctypes.c_void_p
+        self.library.modbus_mapping_new_start_address.restype = ctypes.POINTER(Mapping)
+        self.context = ctypes.c_void_p(self.library.modbus_new_rtu(device.encode(), 19200, ctypes.c_char(b"E"), 8, 1))
+        self.library.modbus_set_slave(self.context, 1)
+        assert self.library.modbus_connect(self.context) == 0
+        self.mapping = self.library.modbus_mapping_new_start_address(0, 0, 0, 0, 3700, 70, 0, 0)
+        self.program = program
+
+    def serve(self):
+        """Until the program has had enough."""
+        request = (ctypes.c_uint8 * 260)()
+        words = self.mapping.contents.words
+        while self.program(words):
+            size = self.library.modbus_receive(self.context, request)
+            if size > 0:
+                self.library.modbus_reply(self.context, request, size, self.mapping)
+
+    def stop(self):
+        self.library.modbus_close(self.context)
+        self.library.modbus_free(self.context)
+        self.library.modbus_mapping_free(self.mapping)
+
+
+class OnTheNet(unittest.TestCase):
+    def start(self, plc, *options, more="", **rest):
+        self.addCleanup(plc.stop)
+        simulator = Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{plc.port},first={plc.first}{more}", *options, **rest)
+        self.addCleanup(simulator.stop)
+        self.assertEqual(simulator.where["plc"], f"127.0.0.1:{plc.port}")
+        return simulator
+
+    def test_a_transaction_and_its_frames(self):
+        plc = Plc(3700)
+        simulator = self.start(plc)
+        self.assertEqual(plc.execute(5066, 0x42, 0x6411, 1, 2, 300), 0)
+        plc.write(6, [0xFFFF, 0xFFFF])
+        self.assertEqual(plc.execute(5055, 0x42, 0x6411, 1, 2), 0)
+        self.assertEqual(plc.read(5, 3), [2, 300, 0xFFFF])
+        self.assertEqual(plc.execute(5055, 0x20, 0x3333, 0, 4), 4)
+        self.assertEqual(plc.read(6, 2), [0x0000, 0x0602])
+        self.assertEqual(simulator.frames()[-6:], ["642#2B1164012C010000", "5C2#6011640100000000", "642#4011640100000000",
+                                                   "5C2#4B1164012C010000", "620#4033330000000000", "5A0#8033330000000206"])
+
+    def test_the_scanner_layout_with_process_data(self):
+        plc = Plc(1024)
+        simulator = self.start(plc, "--scanner-out-first", "700", more=",layout=scanner,process_first=1174")
+        plc.until(71, [5])
+        plc.write(0, [1])
+        plc.until(70, [1, 5, 1])
+        plc.write(1, [5055, 0x42, 0x1000, 0, 4])
+        plc.write(0, [2])
+        plc.until(70, [2])
+        self.assertEqual(plc.read(71, 5), [0, 2, 4, 0x0191, 0x000F])
+        plc.write(150 + 64, [0x1234])
+        with simulator.window() as window:
+            wait_until(lambda: window.read(3864, 1) == [0x1234], "the output")
+            window.write(3801, [77])
+        plc.until(151, [77])
+
+    def test_a_plc_that_comes_and_goes_is_told_once(self):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            port = listener.getsockname()[1]
+        with Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{port},first=10") as simulator:
+            wait_until(simulator.errors, "a line about it")
+            with simulator.window() as window:
+                self.assertEqual(window.execute(5055, 0, 0x3001, 0, 1), 0)
+            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{port}: Connection refused; it is tried again and again"])
+
+    def test_a_silent_plc_costs_others_nothing(self):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            port = listener.getsockname()[1]
+            plc = Plc(3700)
+            self.start(plc, "--network", "2", "--node-id", "9", "--plc", f"127.0.0.1:{port}")
+            silent = listener.accept()[0]
+            with silent:
+                self.assertEqual(len(silent.recv(12, socket.MSG_WAITALL)), 12)
+                silent.sendall(b"\0\1\0\0")  # and no more
+                for _ in range(20):
+                    self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
+
+    def test_registers_that_the_plc_does_not_have_are_told_once(self):
+        plc = Plc(100, count=50)
+        simulator = self.start(plc)
+        wait_until(simulator.errors, "a line about it")
+        with simulator.window() as window:
+            self.assertEqual(window.execute(5055, 0, 0x3001, 0, 1), 0)
+        self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{plc.port}: answers reading its registers 100..169 by exception 2; "
+                                              "give it these registers, or change plc.first (first=)"])
+
+    def test_time_that_stands_still(self):
+        plc = Plc(3700)
+        self.start(plc, "--clock", "manual", more=",period_ms=1", stdin=subprocess.PIPE)
+        self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
+
+
+def frame(hexadecimal):
+    data = bytes.fromhex(hexadecimal)
+    return data + crc(data)
+
+
+class OnALine(unittest.TestCase):
+    def test_what_is_no_response_is_told_once_and_asked_again(self):
+        master, slave = os.openpty()
+        tty.setraw(slave)
+        self.addCleanup(os.close, master)
+        self.addCleanup(os.close, slave)
+        device = os.ttyname(slave)
+        with Simulator(PROGRAM, "--demo", "--plc-rtu", f"{device},115200,unit=9") as simulator:
+            read_all = frame("09030E740046")
+            for response in (b"", frame("09038C0000"), frame("0A038C" + "0000" * 70)):
+                self.assertEqual(os.read(master, 100), read_all)
+                os.write(master, response)
+            self.assertEqual(os.read(master, 100), read_all)
+            os.write(master, frame("09038C" + "0000" * 70))
+            self.assertEqual(os.read(master, 100), read_all)
+            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response to a request; it is tried again and again",
+                                                  f"cbcan-sim: plc {device}: answers again"])
+
+    def test_requests_one_after_the_other(self):
+        line = SerialLine()
+        self.addCleanup(line.stop)
+        requests = [(5055, 0x42, 0x1000, 0, 4), (5066, 0x42, 0x6411, 1, 2, 300), (5055, 0x42, 0x6411, 1, 128), (5055, 0x20, 0x3333, 0, 4)]
+        results = []
+
+        def program(words):
+            if words[0] == 0xCA0E:
+                return True
+            if words[1]:
+                results.append(words[:8])
+            if len(results) == len(requests):
+                return False
+            for at, word in enumerate(requests[len(results)], 1):
+                words[at] = word
+            words[0] = 0xCA0E
+            return True
+
+        plc = LinePlc(line.ends[1], program)
+        self.addCleanup(plc.stop)
+        with Simulator(PROGRAM, "--demo", "--plc-rtu", f"{line.ends[0]},19200,E,unit=1") as simulator:
+            self.assertEqual(simulator.where["plc"], line.ends[0])
+            plc.serve()
+            self.assertEqual(results, [[0, 5055, 0x42, 0x1000, 0, 4, 0x0191, 0x000F], [0, 5066, 0x42, 0x6411, 1, 2, 300, 0x000F],
+                                       [0, 5055, 0x42, 0x6411, 1, 2, 300, 0x000F], [4, 5055, 0x20, 0x3333, 0, 4, 0x0000, 0x0602]])
+            self.assertEqual(simulator.errors(), [])
+
+
+cases.main()

@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Modbus RTU on a pseudo-terminal and over TCP, next to Modbus TCP, with clients that nobody here wrote: mbpoll (libmodbus) and pymodbus."""
+
+import os
+import pathlib
+import re
+import socket
+import subprocess
+import sys
+import tempfile
+import tty
+import unittest
+
+from pymodbus.client import ModbusTcpClient
+from pymodbus.framer.rtu_framer import ModbusRtuFramer
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from mcu import crc
+from serial_line import SerialLine
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+PROGRAM = program_from_arguments(sys.argv)
+
+READ_TYPE = [0xCA0E, 5055, 66, 0x1000, 0, 4]  # 1000h of the I/O module: 000F 0191h
+TYPE = [0, 5055, 66, 0x1000, 0, 4, 0x0191, 0x000F]
+
+
+def frame(hexadecimal):
+    data = bytes.fromhex(hexadecimal)
+    return data + crc(data)
+
+
+class OnALine(unittest.TestCase):
+    def setUp(self):
+        self.line = SerialLine()
+        self.addCleanup(self.line.stop)
+
+    def start(self, *options, rtu="{},19200,E,1"):
+        simulator = Simulator(PROGRAM, "--demo", "--rtu", rtu.format(self.line.ends[0]), *options)
+        self.addCleanup(simulator.stop)
+        return simulator
+
+    def mbpoll(self, *arguments, parity="even", station=1):
+        command = ["mbpoll", "-q", "-m", "rtu", "-b", "19200", "-P", parity, "-a", str(station), "-0", "-1", "-o", "5", *arguments[:-1],
+                   self.line.ends[1], *arguments[-1]]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return [int(value) for value in re.findall(r"^\[\d+\]:\s+(\d+)", done.stdout, re.MULTILINE)]
+
+    def test_mbpoll_reads_and_writes(self):
+        self.assertEqual(self.start().where["rtu"], self.line.ends[0])
+        self.mbpoll("-r", "3700", [str(word) for word in READ_TYPE])
+        self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", []), TYPE)
+        self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", "-t", "3", []), TYPE)  # FC 4
+
+    def test_tcp_and_rtu_at_once_are_the_same_registers(self):
+        simulator = self.start(rtu="{},19200,N,17")
+        with simulator.window() as window:
+            window.execute(*READ_TYPE[1:])
+            self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", [], parity="none", station=17), TYPE)
+            self.mbpoll("-r", "3706", ["77"], parity="none", station=17)
+            self.assertEqual(window.read(3706, 1), [77])
+
+    def test_the_next_networks_are_the_next_stations(self):
+        simulator = self.start("--network", "2", "--node-id", "9")
+        with simulator.window(2) as window:
+            self.mbpoll("-r", "3700", ["51726", "5055", "0", "12289", "0", "1"], station=2)  # 3001h: the own node ID
+            self.assertEqual((window.result(), window.read(3706, 1)), (0, [9]))
+
+    def test_the_scanner_window_by_rtu(self):
+        self.start()
+        self.mbpoll("-r", "500", ["1", "5055", "66", "4096", "0", "4"])
+        self.assertEqual(self.mbpoll("-r", "600", "-c", "3", []), [1, 5, 1])  # the first number after the start is not executed
+        self.mbpoll("-r", "500", ["2", "5055", "66", "4096", "0", "4"])
+        self.assertEqual(self.mbpoll("-r", "600", "-c", "6", []), [2, 0, 2, 4, 0x0191, 0x000F])
+
+
+class AtTheOtherEnd(unittest.TestCase):
+    def open(self):
+        master, slave = os.openpty()
+        tty.setraw(slave)
+        return master, slave, os.ttyname(slave)
+
+    def test_a_port_that_is_gone_is_told_once_and_taken_again(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        link = pathlib.Path(folder.name) / "line"
+        master, slave, name = self.open()
+        link.symlink_to(name)
+        with Simulator(PROGRAM, "--demo", "--rtu", f"{link},115200") as simulator:
+            os.write(master, frame("010310150001"))
+            self.assertEqual(os.read(master, 100), frame("0103020000"))
+            link.unlink()  # its number may be another test's soon
+            os.close(slave)
+            os.close(master)
+            wait_until(simulator.errors, "a line about it")
+            master, slave, name = self.open()
+            link.symlink_to(name)
+            wait_until(lambda: len(simulator.errors()) == 2, "the port again")
+            os.write(master, frame("010310150001"))
+            self.assertEqual(os.read(master, 100), frame("0103020000"))
+            self.assertEqual(simulator.errors(), [
+                f"cbcan-sim: rtu {link}: is gone; plug it in again, it is looked for every second",
+                f"cbcan-sim: rtu {link}: is there again"])
+            with simulator.window() as window:
+                self.assertEqual(window.read(3700, 1), [0])
+        os.close(master)
+        os.close(slave)
+
+    def test_what_is_wrong_is_said(self):
+        def refused(*options):
+            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", *options], capture_output=True, text=True, timeout=LIMIT)
+            return done.returncode, done.stderr.splitlines()[0]
+
+        self.assertEqual(refused("--rtu", "/dev/null"), (3, "cbcan-sim: rtu /dev/null: no serial port; write the path of one, such as /dev/ttyUSB0"))
+        self.assertEqual(refused("--rtu", "/dev/none"), (3, "cbcan-sim: rtu /dev/none: no such device: plug the adapter in, or write another path"))
+        self.assertEqual(refused("--rtu", "/dev/null,20000"),
+                         (2, "cbcan-sim: rtu /dev/null: 20000 baud: must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200"))
+        self.assertEqual(refused("--rtu", "/dev/null,9600,X"), (2, 'cbcan-sim: --rtu /dev/null,9600,X: parity "X": must be E, O or N'))
+        self.assertEqual(refused("--rtu", "/dev/null,9600,N,1,2"),
+                         (2, 'cbcan-sim: --rtu /dev/null,9600,N,1,2: "2" is too much; must be DEV,BAUD,PARITY,STATION'))
+
+
+class OverTcp(unittest.TestCase):
+    def setUp(self):
+        self.simulator = Simulator(PROGRAM, "--demo", "--rtu-tcp", "127.0.0.1:0")
+        self.addCleanup(self.simulator.stop)
+        self.port = int(self.simulator.where["rtu_tcp"].rsplit(":", 1)[1])
+
+    def test_pymodbus(self):
+        client = ModbusTcpClient("127.0.0.1", port=self.port, framer=ModbusRtuFramer, timeout=LIMIT)
+        self.assertTrue(client.connect())
+        self.addCleanup(client.close)
+        self.assertFalse(client.write_registers(3700, READ_TYPE, slave=1).isError())
+        self.assertEqual(client.read_holding_registers(3700, 8, slave=1).registers, TYPE)
+        self.assertEqual(client.read_input_registers(3700, 8, slave=1).registers, TYPE)
+        self.assertTrue(client.read_holding_registers(4168, 1, slave=1).isError())
+
+    def test_requests_in_pieces_and_in_bunches_on_several_connections(self):
+        request, response = frame("010310150001"), frame("0103020000")
+        first, second = (socket.create_connection(("127.0.0.1", self.port), timeout=LIMIT) for _ in range(2))
+        with first, second, self.simulator.window() as window:
+            first.sendall(request[:3])
+            second.sendall(request * 3)
+            self.assertEqual(second.recv(len(response) * 3, socket.MSG_WAITALL), response * 3)
+            first.sendall(request[3:])
+            self.assertEqual(first.recv(len(response), socket.MSG_WAITALL), response)
+            self.assertEqual(window.read(4117, 1), [0])
+
+
+cases.main()
