@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <iostream>
 
 #include "io/errors.hpp"
 #include "io/loop/line_input.hpp"
@@ -49,12 +48,15 @@ Time parse_pass(std::string_view line) {
   return *count * unit;
 }
 
+/// While nobody reads the responses, no more lines are taken.
 void ManualClock::drive(Program& program) {
   io::LineInput input(reactor_, STDIN_FILENO, "standard input");
   while (!program.stop_requested() && !input.ended()) {
-    program.turn(input.next_deadline());
+    program.turn(console_.heard() ? input.next_deadline() : io::Reactor::now() + io::Output::kRetry);
     input.poll();
-    for (auto line = input.take(); line && !program.stop_requested(); line = input.take()) {
+    while (console_.heard() && !program.stop_requested()) {
+      const auto line = input.take();
+      if (!line) break;
       for (int turns = 0; turns < kMostTurnsBeforeLine && program.turn(0) != 0; ++turns) {
       }
       take_line(*line, program);
@@ -67,14 +69,14 @@ void ManualClock::take_line(const std::string& line, Program& program) {
   if (line.substr(0, line.find(' ')) == "pass") {
     now_ += parse_pass(line);
     program.catch_up();
-    std::cout << "at " << seconds_text(now_) << std::endl;
+    console_.say(fmt::format("at {}\n", seconds_text(now_)));
     return;
   }
   const std::string response = program.execute(line);
   if (response.starts_with(kError))
     throw io::UsageError("standard input: " +
                          response.substr(kError.size(), response.size() - kError.size() - 1));
-  std::cout << response << std::flush;
+  console_.say(response);
 }
 
 }  // namespace cbcan::app

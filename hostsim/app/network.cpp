@@ -40,6 +40,9 @@ ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::
   return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
 }
 
+/// What hours that pass at once bring to a pipe.
+constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
+
 }  // namespace
 
 Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
@@ -104,10 +107,12 @@ void Network::open_slcan(const plant::NetworkConfig& config) {
       [this] { advance(); }, surroundings_.warn);
 }
 
-/// A manual clock's log begins at 0, and is the same every time.
+/// A manual clock's log begins at 0, and is the same every time: a reader may be slow while hours pass.
 void Network::open_log(const plant::NetworkConfig& config) {
   const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
-  log_.emplace(config.log, interface, surroundings_.clock.wall_offset(), surroundings_.warn);
+  const std::size_t most_waiting =
+      surroundings_.clock.runs() ? io::Output::kMostWaiting : kMostLogWaitingOnManualClock;
+  log_.emplace(config.log, interface, surroundings_.clock.wall_offset(), surroundings_.warn, most_waiting);
   world_.bus().observe(*log_);
 }
 
@@ -148,7 +153,8 @@ void Network::advance() {
 }
 
 Time Network::next_deadline() const {
-  const Time next = surroundings_.clock.runs() ? world_.next_deadline() : kNever;
+  Time next = surroundings_.clock.runs() ? world_.next_deadline() : kNever;
+  if (log_) next = earlier(next, log_->next_deadline());
   return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;
 }
 

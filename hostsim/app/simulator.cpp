@@ -20,16 +20,20 @@ io::ModbusTcpSettings settings_of(const text::ListenAddress& modbus) {
   return settings;
 }
 
-std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor) {
-  if (kind == plant::ClockKind::kManual) return std::make_unique<ManualClock>(reactor);
+std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor, Console& console) {
+  if (kind == plant::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console);
   return std::make_unique<Clock>();
 }
 
 }  // namespace
 
 Simulator::Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
-                     const io::Warn& warn)
-    : warn_(warn), signals_(reactor_), clock_(make_clock(config.clock, reactor_)), started_(clock_->now()) {
+                     Console& console)
+    : console_(console),
+      warn_([&console](const std::string& line) { console.warn(line); }),
+      signals_(reactor_),
+      clock_(make_clock(config.clock, reactor_, console)),
+      started_(clock_->now()) {
   open_networks(config, std::move(nodes));
   open_modbus(config);
   if (!config.control.empty()) open_control(config);
@@ -99,6 +103,7 @@ std::string Simulator::execute(std::string_view line) {
 void Simulator::flush() {
   for (const auto& network : networks_)
     network->flush();
+  console_.flush();
 }
 
 void Simulator::advance() {
@@ -107,7 +112,8 @@ void Simulator::advance() {
 }
 
 Time Simulator::next_deadline() const {
-  Time next = modbus_ ? modbus_->next_deadline() : kNever;
+  Time next = console_.next_deadline();
+  if (modbus_) next = earlier(next, modbus_->next_deadline());
   for (const auto& network : networks_)
     next = earlier(next, network->next_deadline());
   return next;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/clock.hpp"
+#include "app/console.hpp"
 #include "app/control.hpp"
 #include "app/network.hpp"
 #include "io/loop/reactor.hpp"
@@ -26,8 +27,7 @@ class Simulator final : private Program {
   /// `nodes` has a list for each network of `config`, with one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
   /// understood.
-  Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
-            const io::Warn& warn);
+  Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes, Console& console);
 
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
   /// not served is left out.
@@ -51,6 +51,7 @@ class Simulator final : private Program {
   void advance();
   Time next_deadline() const;
 
+  Console& console_;
   io::Warn warn_;
   io::Reactor reactor_;
   io::StopSignals signals_;
