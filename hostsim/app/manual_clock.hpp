@@ -22,6 +22,7 @@ class ManualClock final : public Clock {
   void drive(Program& program) override;
 
  private:
+  bool pass(Time duration, Program& program);
   void take_line(const std::string& line, Program& program);
 
   io::Reactor& reactor_;

@@ -88,15 +88,11 @@ std::size_t Simulator::turn(Time until) {
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
-void Simulator::catch_up() {
-  advance();
-  flush();
-}
-
 std::string Simulator::execute(std::string_view line) {
   advance();
   std::string response = control_->execute(line, clock_->now());
-  catch_up();
+  advance();
+  flush();
   return response;
 }
 
@@ -116,6 +112,13 @@ Time Simulator::next_deadline() const {
   if (modbus_) next = earlier(next, modbus_->next_deadline());
   for (const auto& network : networks_)
     next = earlier(next, network->next_deadline());
+  return next;
+}
+
+Time Simulator::next_event() const {
+  Time next = kNever;
+  for (const auto& network : networks_)
+    next = earlier(next, network->next_event());
   return next;
 }
 

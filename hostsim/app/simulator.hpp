@@ -33,7 +33,7 @@ class Simulator final : private Program {
   /// not served is left out.
   std::string where() const;
 
-  /// Serves until SIGINT or SIGTERM, or the clock's end. Throws what Clock::drive() throws.
+  /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
 
   /// What has happened, in lines for people.
@@ -44,11 +44,12 @@ class Simulator final : private Program {
   void open_modbus(const plant::Config& config);
   void open_control(const plant::Config& config);
   bool stop_requested() const override { return signals_.stop_requested(); }
+  bool stopped_meanwhile() override { return signals_.look(); }
   std::size_t turn(Time until) override;
-  void catch_up() override;
+  void advance() override;
+  void flush() override;
+  Time next_event() const override;
   std::string execute(std::string_view line) override;
-  void flush();
-  void advance();
   Time next_deadline() const;
 
   Console& console_;

@@ -119,6 +119,15 @@ class Standing(unittest.TestCase):
             text += part
         return text
 
+    def test_signals_while_time_passes(self):
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--heartbeat", "0x42=1", stdin=subprocess.PIPE)
+            self.addCleanup(simulator.stop)
+            simulator.process.stdin.write("pass 2592000s\n")
+            simulator.process.stdin.flush()
+            simulator.wait_for_frame("742#7F")
+            self.assertEqual(simulator.stop(number), (0, ""))
+
     def test_signals_end_it(self):
         self.assertEqual(self.simulator.stop(), (0, ""))
 

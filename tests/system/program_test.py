@@ -79,10 +79,19 @@ class Starting(unittest.TestCase):
 
 class Ending(unittest.TestCase):
     def test_signals(self):
-        for number in (signal.SIGTERM, signal.SIGINT):
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             simulator = Simulator(PROGRAM, "--demo")
             code, error = simulator.stop(number)
             self.assertEqual((code, error), (0, ""))
+
+    def test_nohup(self):
+        simulator = Simulator(PROGRAM, "--demo", before_start=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        self.addCleanup(simulator.stop)
+        simulator.process.send_signal(signal.SIGHUP)
+        with simulator.window() as window:
+            for _ in range(10):
+                self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.assertEqual(simulator.stop(), (0, ""))
 
     def test_in_the_middle_of_a_transfer_that_takes_longer_than_this_waits(self):
         simulator = Simulator(PROGRAM, "--demo", "--sdo-timeout", str(1000 * (LIMIT + 5)))
