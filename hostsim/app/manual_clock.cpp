@@ -9,6 +9,7 @@
 #include "io/errors.hpp"
 #include "io/loop/line_input.hpp"
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 
 namespace cbcan::app {
 namespace {
@@ -34,7 +35,7 @@ Time unit_of(std::string_view text) {
 [[noreturn]] void refuse(std::string_view line) {
   throw io::UsageError(fmt::format(
       "standard input: \"{}\": write pass and how long, a whole number of us, ms or s, such as pass 100ms",
-      line));
+      text::to_utf8(line)));
 }
 
 }  // namespace

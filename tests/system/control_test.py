@@ -105,6 +105,26 @@ class OverASocket(unittest.TestCase):
                 self.assertEqual(simulator.stop()[0], 0)
                 self.assertTrue(path.exists())
 
+    def test_many_long_lists_in_one_packet(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0")
+        for _ in range(1000):
+            commands("fault 0x42 response-never index=0x5FFF")
+        greedy = Commands(simulator.where["control"])
+        self.addCleanup(greedy.close)
+        greedy.socket.sendall(585 * b"faults\n")
+        before = self.memory(simulator)
+        for _ in range(100):
+            self.assertEqual(commands("time")[:3], "ok ")
+        self.assertLess(self.memory(simulator) - before, 10_000)
+        for _ in range(585 * 1001):
+            last = greedy.lines.readline()
+        self.assertEqual(last, "ok\n")
+
+    def memory(self, simulator):
+        """The most that it has had, in KiB."""
+        status = pathlib.Path(f"/proc/{simulator.process.pid}/status").read_text()
+        return int(status.split("VmHWM:")[1].split()[0])
+
     def test_garbage_is_answered_and_nobody_else_notices(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")
         other = Commands(simulator.where["control"])
