@@ -131,7 +131,8 @@ void Node::load_parameters() {
     take_node_id(start_node_id_);
   }
   ObjectDictionary saved(image_.entries, saved_, nullptr);
-  put_parameters(stored.values, saved);
+  const std::vector<StoredValue> left_out = put_parameters(stored.values, saved);
+  if (!left_out.empty()) parameters_->tell_left_out(left_out);
 }
 
 /// Does something with the node at this time, and what follows from it.

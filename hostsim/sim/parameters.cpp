@@ -42,14 +42,14 @@ std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries
   return changed;
 }
 
-std::size_t put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved) {
-  std::size_t left_out = 0;
+std::vector<StoredValue> put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved) {
+  std::vector<StoredValue> left_out;
   for (const StoredValue& value : values) {
     ObjectEntry entry{};
     const bool fits = saved.find(value.index, value.sub, entry) == AbortCode::kNone && is_parameter(entry) &&
                       value.bytes.size() <= entry.capacity &&
                       (entry.has(ObjectFlags::kVariable) || value.bytes.size() == entry.capacity);
-    fits ? saved.store(entry, value.sub, value.bytes) : static_cast<void>(++left_out);
+    fits ? saved.store(entry, value.sub, value.bytes) : left_out.push_back(value);
   }
   return left_out;
 }

@@ -197,6 +197,8 @@ TEST_CASE("Node: stored values that do not fit the dictionary any more are left 
   Keeper keeper(&store);
   CHECK(keeper.values() == "0 17 8 0 ");
   CHECK(value_of(keeper.node, 0x1018, 4) == 1);
+  store.kept.values.erase(store.kept.values.begin() + 2);
+  CHECK(store.left_out == store.kept.values);
   keeper.bench.ask("605#4010100100000000", "585#4310100101000000");
 }
 
