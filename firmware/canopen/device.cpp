@@ -29,7 +29,7 @@ constexpr Range range_of(std::uint8_t sub) {
   }
 }
 
-/// 1029h:01, what becomes of a node in Operational when its network fails.
+/// 1029h:01, what becomes of a node when its network fails. Pre-operational is for one in Operational only.
 enum class Reaction : std::uint8_t { kPreOperational = 0, kNone = 1, kStopped = 2 };
 
 constexpr std::uint16_t number(EmergencyCode code) {
@@ -73,8 +73,18 @@ void Device::on_sdo_request(const Frame& frame, Time now) {
 
 /// What has happened in one part and concerns others.
 void Device::react(Time now) {
+  if (sync_.misfits() != known_misfit_) {
+    known_misfit_ = sync_.misfits();
+    show(EmergencyCode::kSyncLength, known_misfit_, now);
+  }
   if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
   watch_network(now);
+}
+
+/// An error of the communication begins, or is over; one that is there already, or is not, is not told.
+void Device::show(EmergencyCode code, bool present, Time now) {
+  if (present) return emergency_.error(number(code), ErrorRegister::kCommunication, {}, now);
+  emergency_.error_over(number(code), now);
 }
 
 Time Device::poll(Time now) {
@@ -97,27 +107,32 @@ void Device::watch_network(Time now) {
   const bool unguarded = life_guard_.lost();
   if (lost > known_lost_) fail(NetworkFailure::kHeartbeat, now);
   if (unguarded && !known_unguarded_) fail(NetworkFailure::kGuarding, now);
-  if (lost == 0 && !unguarded) emergency_.error_over(number(EmergencyCode::kHeartbeat), now);
+  if (lost == 0 && !unguarded) show(EmergencyCode::kHeartbeat, false, now);
   known_lost_ = lost;
   known_unguarded_ = unguarded;
 }
 
 void Device::fail(NetworkFailure failure, Time now) {
-  if (failure != NetworkFailure::kBusOff)
-    emergency_.error(number(EmergencyCode::kHeartbeat), ErrorRegister::kCommunication, {}, now);
+  if (failure != NetworkFailure::kBusOff) show(EmergencyCode::kHeartbeat, true, now);
   application_.on_network_failure(failure, now);
-  if (slave_.state() != nmt::State::kOperational) return;
+  if (!nmt::is_running(slave_.state())) return;
   const auto reaction = static_cast<Reaction>(dictionary().get(object::kErrorBehaviour, 1));
-  if (reaction == Reaction::kPreOperational) slave_.command(nmt::Command::kEnterPreOperational, now);
   if (reaction == Reaction::kStopped) slave_.command(nmt::Command::kStop, now);
+  if (reaction == Reaction::kPreOperational && slave_.state() == nmt::State::kOperational)
+    slave_.command(nmt::Command::kEnterPreOperational, now);
 }
 
 void Device::on_bus_state(BusState state, Time now) {
   const bool was_off = std::exchange(bus_off_, state == BusState::kBusOff);
-  if (bus_off_ == was_off || slave_.state() == nmt::State::kInitialising) return;
+  if (slave_.state() == nmt::State::kInitialising) return;
+  if (bus_off_ && was_off) return;
   if (bus_off_) return fail(NetworkFailure::kBusOff, now);
-  emergency_.error(number(EmergencyCode::kBusOffRecovered), ErrorRegister::kCommunication, {}, now);
-  emergency_.error_over(number(EmergencyCode::kBusOffRecovered), now);
+  if (was_off) {
+    show(EmergencyCode::kBusOffRecovered, true, now);
+    show(EmergencyCode::kBusOffRecovered, false, now);
+  }
+  show(EmergencyCode::kErrorPassive, state == BusState::kErrorPassive, now);
+  show(EmergencyCode::kOverflow, state == BusState::kOverflow, now);
 }
 
 // ---- The dictionary
@@ -161,6 +176,7 @@ void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time n
   with_parts(*this, [&](auto&... part) { (part.reset(reset, now), ...); });
   known_lost_ = 0;
   known_unguarded_ = false;
+  known_misfit_ = emergency_.has(number(EmergencyCode::kSyncLength));
   application_.on_received_ids();
 }
 

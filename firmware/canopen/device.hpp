@@ -136,6 +136,7 @@ class Device final : private Application, private PdoApplication {
   void react(Time now);
   void watch_network(Time now);
   void fail(NetworkFailure failure, Time now);
+  void show(EmergencyCode code, bool present, Time now);
 
   DeviceApplication& application_;
   Slave slave_;
@@ -147,6 +148,7 @@ class Device final : private Application, private PdoApplication {
   TimeStamp time_;
   std::size_t known_lost_ = 0;  ///< what the heartbeat consumer had lost when it was last looked at
   bool known_unguarded_ = false;
+  bool known_misfit_ = false;  ///< of a SYNC
   bool bus_off_ = false;
   bool written_ = false;
 };

@@ -31,7 +31,7 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
   if (state_ != nmt::State::kInitialising) enter(nmt::State::kInitialising, now);
   node_id_ = next_node_id_;
   application_.restore(first_index, last_index, now);
-  sdo_server_.reset(node_id_);
+  sdo_server_.reset(sdo::kResponseId + node_id_);
   guard_toggle_ = 0;
   heartbeat_period_ = 0;
   heartbeat_at_ = kNever;
@@ -45,7 +45,8 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
 
 void Slave::enter(nmt::State state, Time now) {
   state_ = state;
-  if (!nmt::is_running(state)) sdo_server_.reset(node_id_);  // neither a response nor a segment any more
+  if (!nmt::is_running(state))
+    sdo_server_.reset(sdo::kResponseId + node_id_);  // neither a response nor a segment any more
   application_.on_state(state, now);
 }
 

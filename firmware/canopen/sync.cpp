@@ -11,6 +11,7 @@ void Sync::reset(const Reset& /*reset*/, Time now) {
   due_ = kNever;
   period_ = 0;
   counter_ = 0;
+  misfits_ = false;
   running_ = false;
   configure(object::kSyncCobId, now);
 }
@@ -55,6 +56,7 @@ void Sync::on_state(nmt::State state, Time now) {
 bool Sync::on_frame(const Frame& frame, Time /*now*/) {
   if (!running_ || id_ == 0 || frame.id != id_ || frame.flags != 0) return false;
   counter_ = frame.length == 1 ? frame.data[0] : std::uint8_t{0};
+  misfits_ = frame.length != (overflow_ == 0 ? 0 : 1);
   came_ = true;
   return true;
 }

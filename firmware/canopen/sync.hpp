@@ -47,6 +47,8 @@ class Sync : public Part {
 
   /// Of the last SYNC, 1..240; 0 = it had none.
   std::uint8_t counter() const { return counter_; }
+  /// The last SYNC did not have the length that 1019h says; it counts all the same.
+  bool misfits() const { return misfits_; }
   /// The time behind a SYNC within which synchronous PDOs count; 0 = any.
   Time window() const { return window_; }
 
@@ -61,6 +63,7 @@ class Sync : public Part {
   std::uint8_t counter_ = 0;
   bool running_ = false;
   bool came_ = false;
+  bool misfits_ = false;
 };
 
 }  // namespace cbcan

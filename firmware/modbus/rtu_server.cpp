@@ -100,22 +100,29 @@ RtuServer::RtuServer(std::span<const RegisterMap> networks, const Settings& sett
 // ---- Interrupt
 
 void RtuServer::on_byte(std::uint8_t byte, std::uint32_t now_us) {
+  if (!takes(now_us)) return;
+  if (size_ < buffer_.size()) buffer_[size_] = byte;
+  ++size_;
+  crc_ = crc_with(crc_, byte);
+  look_for_end();
+}
+
+void RtuServer::on_broken_byte(std::uint32_t now_us) {
+  if (takes(now_us) && size_ > 0) skip_to_gap(counters_.broken_frames);
+}
+
+/// A byte that has come is part of a frame.
+bool RtuServer::takes(std::uint32_t now_us) {
   const bool after_gap = now_us - last_us_.load(std::memory_order_relaxed) > settings_.gap_us;
   last_us_.store(now_us, std::memory_order_relaxed);
   if (!listens(after_gap)) {
     ++unheard_;
     ++counters_.ignored_bytes;
-    return;
+    return false;
   }
   if (after_gap) end_by_gap();
-  if (skipping_) {
-    ++counters_.ignored_bytes;
-    return;
-  }
-  if (size_ < buffer_.size()) buffer_[size_] = byte;
-  ++size_;
-  crc_ = crc_with(crc_, byte);
-  look_for_end();
+  if (skipping_) ++counters_.ignored_bytes;
+  return !skipping_;
 }
 
 /// Takes back a request that has not been taken yet: this byte is part of it, or it lacks its silence, or its

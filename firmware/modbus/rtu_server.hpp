@@ -90,8 +90,8 @@ class RtuServer final {
     std::uint32_t slave_messages = 0;            ///< 0Eh: requests for this station or all, looked at
     std::uint32_t slave_no_responses = 0;        ///< 0Fh: those among them that went to all
     std::uint32_t foreign_frames = 0;  ///< with a right CRC, of other stations; counted when they end
-    std::uint32_t broken_frames = 0;   ///< cut short by a gap, too long, without silence behind, or foreign
-                                       ///< with a wrong CRC
+    std::uint32_t broken_frames = 0;   ///< cut short by a gap, too long, without silence behind, with a
+                                       ///< broken byte, or foreign with a wrong CRC
     std::uint32_t ignored_bytes = 0;   ///< came while executing or sending, or where only a gap helps
   };
 
@@ -107,9 +107,13 @@ class RtuServer final {
   RtuServer& operator=(const RtuServer&) = delete;
 
   /// Interrupt: one byte has arrived. `now_us` is a free-running microsecond counter that wraps at 2^32; only
-  /// differences count, but it should have begun at 0 when the line was switched on. A byte received with a
-  /// framing or parity error may be left out: the CRC notices.
+  /// differences count, but it should have begun at 0 when the line was switched on.
   void on_byte(std::uint8_t byte, std::uint32_t now_us);
+
+  /// Interrupt, in its place where the byte has a parity or framing error, or the one behind it was lost: the
+  /// frame under way, or the request that waits, is invalid. Ahead of a frame it does no harm, as where a
+  /// transceiver is switched on.
+  void on_broken_byte(std::uint32_t now_us);
 
   /// Loop: how many microseconds the request that waits still needs silence: the loop may sleep that long, or
   /// until the next byte. 0 = the request is taken, no byte takes it back any more, and execute() has to
@@ -152,6 +156,7 @@ class RtuServer final {
   bool times_are_exact() const { return settings_.gap_us <= settings_.silence_us; }
   bool is_for_us() const;
   bool listens(bool after_gap);
+  bool takes(std::uint32_t now_us);
   void end_by_gap();
   void look_for_end();
   void on_foreign_frame();

@@ -16,11 +16,17 @@ namespace cbcan::app {
 class Program {
  public:
   virtual bool stop_requested() const = 0;
+  /// The same in the middle of long work: asks for signals.
+  virtual bool stopped_meanwhile() = 0;
   /// Does what is due, waits until `until` at most, and takes in what has come; returns how many had
   /// something.
   virtual std::size_t turn(Time until) = 0;
-  /// Does what is due, and sends what has come of it.
-  virtual void catch_up() = 0;
+  /// Does what is due.
+  virtual void advance() = 0;
+  /// Sends what has come of it.
+  virtual void flush() = 0;
+  /// When the world has something to do next.
+  virtual Time next_event() const = 0;
   /// A command of docs/control.md; what it brings about has happened when it returns the response.
   virtual std::string execute(std::string_view line) = 0;
 

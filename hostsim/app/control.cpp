@@ -17,6 +17,7 @@
 #include "plant/config.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
+#include "text/utf8.hpp"
 #include "text/value.hpp"
 #include "text/words.hpp"
 
@@ -85,7 +86,7 @@ std::string id_text(const sim::Node& node, std::size_t network) {
 }
 
 bool is_one_line(std::span<const std::uint8_t> text) {
-  return std::ranges::none_of(text, [](std::uint8_t byte) { return byte < ' '; });
+  return std::ranges::none_of(text, [](std::uint8_t byte) { return byte < ' ' || byte == 0x7F; });
 }
 
 /// As a plant file would write it.
@@ -102,14 +103,24 @@ std::string text_of_value(std::span<const std::uint8_t> bytes, DataType type) {
   return text::value_text(text::Bytes(bytes.begin(), bytes.end()));
 }
 
-/// A line for each.
-std::string list_of(std::string_view place, const sim::FaultSet& faults) {
-  std::string text;
-  for (const sim::SetFault& set : faults.list())
-    text += fmt::format("{} {} {} occasions={} fired={}\n", place, set.number, set.text, set.occasions,
-                        set.fired);
-  return text;
-}
+/// A line for each fault, and when there have been many how many more there are.
+class FaultList {
+ public:
+  void add(std::string_view place, const sim::FaultSet& faults) {
+    for (const sim::SetFault& set : faults.list())
+      if (++count_ <= kMost)
+        text_ += fmt::format("{} {} {} occasions={} fired={}\n", place, set.number, set.text, set.occasions,
+                             set.fired);
+  }
+  std::string text() const {
+    return text_ + (count_ > kMost ? fmt::format("and {} more\nok\n", count_ - kMost) : "ok\n");
+  }
+
+ private:
+  static constexpr std::size_t kMost = 1000;
+  std::string text_;
+  std::size_t count_ = 0;
+};
 
 /// One line's execution.
 class Execution {
@@ -176,7 +187,7 @@ std::span<const Execution::Command> Execution::commands() {
       {2, kAny, &Execution::fault, {"fault NODE|bus KIND [KEY=VALUE ...]", "Injects a fault; the response is its number",
        "[faults.md](faults.md) lists kinds and keys."}},
       {0, 1, &Execution::list_faults, {"faults [NODE|bus]", "Lists the faults that are set",
-       "A line each, with how often it has happened."}},
+       "A line each, with how often it has happened; 1,000 at most, and then how many more there are."}},
       {0, 2, &Execution::clear, {"clear [NODE|bus [NUMBER]]",
        "Takes away all faults, those of one node or of the bus, or one of them", ""}},
       {0, 0, &Execution::tell_time, {"time", "Seconds since the start", ""}},
@@ -250,7 +261,7 @@ std::string Execution::nodes_of(std::size_t network) const {
     const sim::Node& node = *nodes[place];
     text += fmt::format("{} {} {} {}", place_name(network, place), id_text(node, network),
                         name_of(node.device().state()), node.device_name());
-    text += node.name().empty() ? "\n" : fmt::format(" \"{}\"\n", node.name());
+    text += node.name().empty() ? "\n" : fmt::format(" \"{}\"\n", text::to_utf8(node.name()));
   }
   return text;
 }
@@ -306,10 +317,12 @@ std::string Execution::fault() {
 }
 
 std::string Execution::list_faults() {
-  if (words_.size() == 2) return list_of(words_[1], faults(words_[1])) + "ok\n";
-  std::string text;
-  for_all_faults([&](const std::string& place, sim::FaultSet& of) { text += list_of(place, of); });
-  return text + "ok\n";
+  FaultList list;
+  if (words_.size() == 2)
+    list.add(words_[1], faults(words_[1]));
+  else
+    for_all_faults([&](const std::string& place, sim::FaultSet& of) { list.add(place, of); });
+  return list.text();
 }
 
 std::string Execution::clear() {
@@ -347,7 +360,7 @@ std::string Control::execute(std::string_view line, Time now) {
   try {
     return Execution(networks_, std::move(words), started_, now).run();
   } catch (const Refused& refused) {
-    return fmt::format("error: {}\n", refused.what());
+    return fmt::format("error: {}\n", text::to_utf8(refused.what()));
   }
 }
 

@@ -5,11 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <iostream>
 
 #include "io/errors.hpp"
 #include "io/loop/line_input.hpp"
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 
 namespace cbcan::app {
 namespace {
@@ -17,6 +17,9 @@ namespace {
 /// Before a line, what has come in until then is dealt with: so many turns of it at most, lest clients that
 /// never stop asking stop the clock.
 constexpr int kMostTurnsBeforeLine = 100;
+
+/// However much happens in this time, a signal can wait so long.
+constexpr Time kLongestStep = kSecond;
 
 constexpr std::string_view kError = "error: ";
 constexpr std::string_view kPass = "pass ";
@@ -32,7 +35,7 @@ Time unit_of(std::string_view text) {
 [[noreturn]] void refuse(std::string_view line) {
   throw io::UsageError(fmt::format(
       "standard input: \"{}\": write pass and how long, a whole number of us, ms or s, such as pass 100ms",
-      line));
+      text::to_utf8(line)));
 }
 
 }  // namespace
@@ -49,12 +52,15 @@ Time parse_pass(std::string_view line) {
   return *count * unit;
 }
 
+/// While nobody reads the responses, no more lines are taken.
 void ManualClock::drive(Program& program) {
   io::LineInput input(reactor_, STDIN_FILENO, "standard input");
   while (!program.stop_requested() && !input.ended()) {
-    program.turn(input.next_deadline());
+    program.turn(console_.heard() ? input.next_deadline() : io::Reactor::now() + io::Output::kRetry);
     input.poll();
-    for (auto line = input.take(); line && !program.stop_requested(); line = input.take()) {
+    while (console_.heard() && !program.stop_requested()) {
+      const auto line = input.take();
+      if (!line) break;
       for (int turns = 0; turns < kMostTurnsBeforeLine && program.turn(0) != 0; ++turns) {
       }
       take_line(*line, program);
@@ -62,19 +68,29 @@ void ManualClock::drive(Program& program) {
   }
 }
 
+/// False: a signal has come meanwhile. The steps are for that alone; nothing depends on them.
+bool ManualClock::pass(Time duration, Program& program) {
+  const Time end = now_ + duration;
+  do {
+    now_ = std::min(end, std::max(now_ + kLongestStep, program.next_event()));
+    program.advance();
+  } while (now_ < end && !program.stopped_meanwhile());
+  program.flush();
+  return now_ == end;
+}
+
 /// What a line brings about has happened and been sent when it is answered.
 void ManualClock::take_line(const std::string& line, Program& program) {
   if (line.substr(0, line.find(' ')) == "pass") {
-    now_ += parse_pass(line);
-    program.catch_up();
-    std::cout << "at " << seconds_text(now_) << std::endl;
+    if (!pass(parse_pass(line), program)) return;
+    console_.say(fmt::format("at {}\n", seconds_text(now_)));
     return;
   }
   const std::string response = program.execute(line);
   if (response.starts_with(kError))
     throw io::UsageError("standard input: " +
                          response.substr(kError.size(), response.size() - kError.size() - 1));
-  std::cout << response << std::flush;
+  console_.say(response);
 }
 
 }  // namespace cbcan::app

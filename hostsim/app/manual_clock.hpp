@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "app/clock.hpp"
+#include "app/console.hpp"
 #include "io/loop/reactor.hpp"
 
 namespace cbcan::app {
@@ -13,7 +14,7 @@ namespace cbcan::app {
 /// a script.
 class ManualClock final : public Clock {
  public:
-  explicit ManualClock(io::Reactor& reactor) : reactor_(reactor) {}
+  ManualClock(io::Reactor& reactor, Console& console) : reactor_(reactor), console_(console) {}
 
   Time now() const override { return now_; }
   Time wall_offset() const override { return 0; }
@@ -21,9 +22,11 @@ class ManualClock final : public Clock {
   void drive(Program& program) override;
 
  private:
+  bool pass(Time duration, Program& program);
   void take_line(const std::string& line, Program& program);
 
   io::Reactor& reactor_;
+  Console& console_;
   Time now_ = 0;
 };
 

@@ -44,6 +44,9 @@ ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::
   return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
 }
 
+/// What hours that pass at once bring to a pipe.
+constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
+
 }  // namespace
 
 io::SerialSettings line_of(const plant::LineConfig& config) {
@@ -134,10 +137,12 @@ void Network::open_plc(const plant::NetworkConfig& config) {
                io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, surroundings_.warn);
 }
 
-/// A manual clock's log begins at 0, and is the same every time.
+/// A manual clock's log begins at 0, and is the same every time: a reader may be slow while hours pass.
 void Network::open_log(const plant::NetworkConfig& config) {
   const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
-  log_.emplace(config.log, interface, surroundings_.clock.wall_offset(), surroundings_.warn);
+  const std::size_t most_waiting =
+      surroundings_.clock.runs() ? io::Output::kMostWaiting : kMostLogWaitingOnManualClock;
+  log_.emplace(config.log, interface, surroundings_.clock.wall_offset(), surroundings_.warn, most_waiting);
   world_.bus().observe(*log_);
 }
 
@@ -179,9 +184,10 @@ void Network::advance() {
 }
 
 Time Network::next_deadline() const {
-  const Time next = surroundings_.clock.runs() ? world_.next_deadline() : kNever;
-  const Time plc = plc_ ? plc_->next_deadline() : kNever;
-  return earlier(plc, socketcan_ ? earlier(next, socketcan_->next_deadline()) : next);
+  Time next = surroundings_.clock.runs() ? world_.next_deadline() : kNever;
+  if (log_) next = earlier(next, log_->next_deadline());
+  if (plc_) next = earlier(next, plc_->next_deadline());
+  return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;
 }
 
 std::string Network::module_summary() const {

@@ -72,7 +72,11 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   /// The log and the adapters have what the bus has brought.
   void flush();
 
-  /// When the world or the PLC has something to do next; the world never where time does not pass by itself.
+  /// When the world has something to do next.
+  Time next_event() const { return world_.next_deadline(); }
+
+  /// When advance() and flush() have something to do next. Where time does not pass by itself, the world
+  /// has not, but the PLC may.
   Time next_deadline() const;
 
   /// What the module has done, the PLC and the adapters, in lines for people.

@@ -20,16 +20,20 @@ io::ModbusTcpSettings settings_of(const text::ListenAddress& modbus) {
   return settings;
 }
 
-std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor) {
-  if (kind == plant::ClockKind::kManual) return std::make_unique<ManualClock>(reactor);
+std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor, Console& console) {
+  if (kind == plant::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console);
   return std::make_unique<Clock>();
 }
 
 }  // namespace
 
 Simulator::Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
-                     const io::Warn& warn)
-    : warn_(warn), signals_(reactor_), clock_(make_clock(config.clock, reactor_)), started_(clock_->now()) {
+                     Console& console)
+    : console_(console),
+      warn_([&console](const std::string& line) { console.warn(line); }),
+      signals_(reactor_),
+      clock_(make_clock(config.clock, reactor_, console)),
+      started_(clock_->now()) {
   open_networks(config, std::move(nodes));
   open_modbus(config);
   if (!config.control.empty()) open_control(config);
@@ -97,21 +101,18 @@ std::size_t Simulator::turn(Time until) {
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
-void Simulator::catch_up() {
-  advance();
-  flush();
-}
-
 std::string Simulator::execute(std::string_view line) {
   advance();
   std::string response = control_->execute(line, clock_->now());
-  catch_up();
+  advance();
+  flush();
   return response;
 }
 
 void Simulator::flush() {
   for (const auto& network : networks_)
     network->flush();
+  console_.flush();
 }
 
 void Simulator::advance() {
@@ -120,10 +121,18 @@ void Simulator::advance() {
 }
 
 Time Simulator::next_deadline() const {
-  Time next = modbus_ ? modbus_->next_deadline() : kNever;
+  Time next = console_.next_deadline();
+  if (modbus_) next = earlier(next, modbus_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
   for (const auto& network : networks_)
     next = earlier(next, network->next_deadline());
+  return next;
+}
+
+Time Simulator::next_event() const {
+  Time next = kNever;
+  for (const auto& network : networks_)
+    next = earlier(next, network->next_event());
   return next;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/clock.hpp"
+#include "app/console.hpp"
 #include "app/control.hpp"
 #include "app/network.hpp"
 #include "io/loop/reactor.hpp"
@@ -27,14 +28,13 @@ class Simulator final : private Program {
   /// `nodes` has a list for each network of `config`, with one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
   /// understood.
-  Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
-            const io::Warn& warn);
+  Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes, Console& console);
 
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
   /// not served is left out.
   std::string where() const;
 
-  /// Serves until SIGINT or SIGTERM, or the clock's end. Throws what Clock::drive() throws.
+  /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
 
   /// What has happened, in lines for people.
@@ -46,13 +46,15 @@ class Simulator final : private Program {
   void open_rtu(const plant::RtuConfig& config, const std::vector<io::ModbusUnit*>& units);
   void open_control(const plant::Config& config);
   bool stop_requested() const override { return signals_.stop_requested(); }
+  bool stopped_meanwhile() override { return signals_.look(); }
   std::size_t turn(Time until) override;
-  void catch_up() override;
+  void advance() override;
+  void flush() override;
+  Time next_event() const override;
   std::string execute(std::string_view line) override;
-  void flush();
-  void advance();
   Time next_deadline() const;
 
+  Console& console_;
   io::Warn warn_;
   io::Reactor reactor_;
   io::StopSignals signals_;

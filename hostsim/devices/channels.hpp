@@ -21,11 +21,16 @@ inline std::uint8_t highest_sub(const ObjectDictionary& dictionary, std::uint16_
 }
 
 template <class Channel>
-std::vector<Channel> channels(ObjectDictionary& dictionary, std::uint16_t index) {
+std::vector<Channel> channels_up_to(ObjectDictionary& dictionary, std::uint8_t highest) {
   std::vector<Channel> all;
-  for (unsigned sub = 1; sub <= highest_sub(dictionary, index); ++sub)
+  for (unsigned sub = 1; sub <= highest; ++sub)
     all.emplace_back(dictionary, static_cast<std::uint8_t>(sub));
   return all;
+}
+
+template <class Channel>
+std::vector<Channel> channels(ObjectDictionary& dictionary, std::uint16_t index) {
+  return channels_up_to<Channel>(dictionary, highest_sub(dictionary, index));
 }
 
 constexpr std::uint8_t sub_of(std::size_t position) {

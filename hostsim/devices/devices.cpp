@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <memory>
 
+#include "canopen/dictionary/objects.hpp"
 #include "devices/drive/drive.hpp"
 #include "devices/io_module.hpp"
 #include "devices/transducer.hpp"
@@ -20,12 +22,30 @@ std::unique_ptr<sim::Behaviour> make(sim::DeviceNode& node, std::uint64_t /*seed
 
 constexpr std::uint16_t kNoProfile = 0;
 
+using enum DataType;
+using enum NeededObject::Need;
+
+constexpr auto kOfModules = std::to_array<NeededObject>({{0x6000, kUnsigned8, kOneOf},
+                                                         {0x6200, kUnsigned8, kOneOf},
+                                                         {0x6401, kInteger16, kOneOf},
+                                                         {0x6411, kInteger16, kOneOf}});
+constexpr auto kOfDrives = std::to_array<NeededObject>({{0x6040, kUnsigned16, kMark},
+                                                        {0x6041, kUnsigned16, kMark},
+                                                        {0x6060, kInteger8, kAlways},
+                                                        {0x6061, kInteger8, kAlways},
+                                                        {0x607A, kInteger32, kOneOf},
+                                                        {0x60FF, kInteger32, kOneOf},
+                                                        {0x6071, kInteger16, kOneOf}});
+constexpr auto kOfTransducers = std::to_array<NeededObject>(
+    {{0x9130, kInteger32, kOneOf}, {0x7130, kInteger16, kOneOf}, {0x6130, kReal32, kOneOf}});
+
 constexpr auto kKinds = std::to_array<DeviceKind>({
     {"none", kNoProfile, nullptr, "values that stay as they were written"},
-    {"cia401", 401, make<IoModule>, "I/O module: digital and analogue inputs and outputs"},
+    {"cia401", 401, make<IoModule>, "I/O module: digital and analogue inputs and outputs", kOfModules},
     {"cia402", 402, make<Drive>,
-     "drive: power state machine, motion profiles, homing, cyclic synchronous modes"},
-    {"cia404", 404, make<Transducer>, "measuring device: process values with decimal digits and status"},
+     "drive: power state machine, motion profiles, homing, cyclic synchronous modes", kOfDrives},
+    {"cia404", 404, make<Transducer>, "measuring device: process values with decimal digits and status",
+     kOfTransducers},
 });
 
 constexpr auto kNames = [] {
@@ -33,6 +53,19 @@ constexpr auto kNames = [] {
   std::ranges::transform(kKinds, names.begin(), &DeviceKind::name);
   return names;
 }();
+
+bool has(const ObjectDictionary& dictionary, const NeededObject& needed) {
+  ObjectEntry entry{};
+  const bool found = dictionary.find(needed.index, 1, entry) == AbortCode::kNone ||
+                     dictionary.find(needed.index, 0, entry) == AbortCode::kNone;
+  return found && size_of(entry.type) == size_of(needed.type);
+}
+
+std::string name_of(const NeededObject& object) {
+  std::array<char, 8> text{};
+  std::snprintf(text.data(), text.size(), "%04Xh", unsigned{object.index});
+  return text.data();
+}
 
 }  // namespace
 
@@ -50,10 +83,42 @@ const DeviceKind* find_device(std::string_view name) {
   return found != kKinds.end() ? &*found : nullptr;
 }
 
-const DeviceKind& device_for_profile(std::uint16_t profile) {
-  const auto found = std::find_if(kKinds.begin(), kKinds.end(),
-                                  [profile](const DeviceKind& kind) { return kind.profile == profile; });
-  return found != kKinds.end() ? *found : kKinds.front();
+const DeviceKind& device_for(const ObjectDictionary& dictionary) {
+  const std::uint64_t profile = dictionary.get(object::kDeviceType, 0) & 0xFFFF;
+  const auto by_profile = std::ranges::find_if(
+      kKinds, [&](const DeviceKind& kind) { return kind.profile != kNoProfile && kind.profile == profile; });
+  if (by_profile != kKinds.end()) return *by_profile;
+  const auto by_objects = std::ranges::find_if(kKinds, [&](const DeviceKind& kind) {
+    const auto is_mark = [](const NeededObject& object) { return object.need == kMark; };
+    return std::ranges::any_of(kind.needs, is_mark) && std::ranges::all_of(kind.needs, [&](auto& object) {
+             return !is_mark(object) || has(dictionary, object);
+           });
+  });
+  return by_objects != kKinds.end() ? *by_objects : kKinds.front();
+}
+
+std::vector<std::string> missing_objects(const DeviceKind& kind, const ObjectDictionary& dictionary) {
+  std::vector<std::string> missing;
+  std::string alternatives;
+  bool has_one = false;
+  for (const NeededObject& object : kind.needs) {
+    const bool there = has(dictionary, object);
+    if (object.need == kOneOf) {
+      has_one |= there;
+      alternatives += (alternatives.empty() ? "" : ", ") + name_of(object);
+    } else if (!there) {
+      missing.push_back("object " + name_of(object));
+    }
+  }
+  if (!alternatives.empty() && !has_one) missing.push_back("one of the objects " + alternatives);
+  return missing;
+}
+
+std::optional<DataType> standard_type(std::uint16_t index) {
+  for (const DeviceKind& kind : kKinds)
+    for (const NeededObject& needed : kind.needs)
+      if (needed.index == index) return needed.type;
+  return std::nullopt;
 }
 
 }  // namespace cbcan::devices

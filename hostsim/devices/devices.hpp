@@ -4,18 +4,33 @@
 /// The devices that a simulated node can be. docs/devices.md says what each of them does, and how to add one.
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "sim/behaviour.hpp"
 
 namespace cbcan::devices {
+
+/// An object without which the device has nothing to do: what has to be in the file for it.
+struct NeededObject {
+  std::uint16_t index;  ///< its sub-index 0, or 1 of an array
+  DataType type;
+  enum class Need : std::uint8_t {
+    kMark,    ///< where all of these are, it is this device
+    kAlways,  ///< a controller waits for it in vain where it is not
+    kOneOf,   ///< one of these is enough
+  } need;
+};
 
 struct DeviceKind {
   std::string_view name;     ///< in a plant file
   std::uint16_t profile;     ///< low 16 bits of 1000h for which it is the default; 0 = for none
   sim::BehaviourMaker make;  ///< null = the node has no behaviour
   std::string_view summary;  ///< one line, for --help
+  std::span<const NeededObject> needs{};
 };
 
 /// All of them; the first is "none".
@@ -27,7 +42,15 @@ std::span<const std::string_view> device_names();
 /// Null if no device has this name.
 const DeviceKind* find_device(std::string_view name);
 
-/// For the low 16 bits of 1000h (CiA 301, 7.5.2.1): "none" where no device is made for that profile.
-const DeviceKind& device_for_profile(std::uint16_t profile);
+/// For the low 16 bits of 1000h (CiA 301, 7.5.2.1). Where no device is made for that number, as files have a
+/// 0 there or a wrong one: the device whose marks are there; else "none".
+const DeviceKind& device_for(const ObjectDictionary& dictionary);
+
+/// What the device needs and the dictionary lacks, or has with another size: "object 6040h", "one of the
+/// objects 607Ah, 60FFh".
+std::vector<std::string> missing_objects(const DeviceKind& kind, const ObjectDictionary& dictionary);
+
+/// The data type of an object that some device needs.
+std::optional<DataType> standard_type(std::uint16_t index);
 
 }  // namespace cbcan::devices

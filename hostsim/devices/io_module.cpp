@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "devices/io_module.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -15,6 +16,10 @@ constexpr std::uint16_t kDigitalInterruptEnable = 0x6005;
 constexpr std::uint16_t kInterruptSource = 0x6422;
 constexpr std::uint16_t kAnalogueInterruptEnable = 0x6423;
 constexpr std::size_t kChannelsPerSource = 32;
+
+/// Of all widths, digital and analogue.
+constexpr auto kOutputs = std::to_array<std::uint16_t>(
+    {kWriteOutput, 0x6220, 0x6300, 0x6320, 0x6410, kWriteAnalogueOutput, 0x6412, 0x6413, 0x6414});
 
 constexpr std::array<std::string_view, 2> kIncidents{"output-short-circuit", "input-voltage-low"};
 constexpr std::array<ErrorKind, 2> kIncidentErrors{{
@@ -122,6 +127,10 @@ void IoModule::on_state(nmt::State state, Time /*now*/) {
 
 void IoModule::on_network_failure(sim::NetworkFailure /*failure*/, Time /*now*/) {
   failed_ = true;
+}
+
+bool IoModule::is_set_point(std::uint16_t index) const {
+  return std::ranges::find(kOutputs, index) != kOutputs.end();
 }
 
 bool IoModule::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {

@@ -36,6 +36,7 @@ class IoModule final : public sim::Behaviour {
   Time update(Time now) override;
   void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
+  bool is_set_point(std::uint16_t index) const override;
   /// 6000h: levels at eight terminals, 0..255. 6401h: the number that it will show. Both are rounded.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
   /// "output-short-circuit" (EMCY 2320h) and "input-voltage-low" (3120h).

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "devices/transducer.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -15,7 +16,11 @@ namespace {
 
 constexpr std::uint16_t kDecimalDigits = 0x6132;
 constexpr std::uint16_t kStatus = 0x6150;
-constexpr std::uint16_t kProcessValue = 0x9130;
+// Process values.
+constexpr std::uint16_t kReal = 0x6130;
+constexpr std::uint16_t kShort = 0x7130;
+constexpr std::uint16_t kLong = 0x9130;
+constexpr std::array<std::uint16_t, 3> kProcessValues{kReal, kShort, kLong};
 
 // Bits of 6150h.
 constexpr std::uint8_t kNotValid = 0x01;
@@ -26,35 +31,73 @@ constexpr std::size_t kSensorBreak = 0;
 constexpr std::array<std::string_view, 1> kIncidents{"sensor-break"};
 constexpr std::array<ErrorKind, 1> kIncidentErrors{{{0x5000, ErrorRegister::kGeneric}}};
 
-std::uint8_t overload(double value) {
-  if (value > double{std::numeric_limits<std::int32_t>::max()}) return kPositiveOverload;
-  if (value < double{std::numeric_limits<std::int32_t>::lowest()}) return kNegativeOverload;
+template <class Number>
+std::uint8_t overload_of(double value) {
+  if (value > double{std::numeric_limits<Number>::max()}) return kPositiveOverload;
+  if (value < double{std::numeric_limits<Number>::lowest()}) return kNegativeOverload;
   return 0;
+}
+
+/// True = it is another one now.
+template <class Number>
+bool replace(sim::Bound<Number>& value, Number number) {
+  const bool changed = value.exists() && value.get() != number;
+  value.set(number);
+  return changed;
+}
+
+std::uint8_t most_channels(const ObjectDictionary& dictionary) {
+  std::uint8_t most = 0;
+  for (const std::uint16_t index : kProcessValues)
+    most = std::max(most, highest_sub(dictionary, index));
+  return most;
 }
 
 }  // namespace
 
 Transducer::Channel::Channel(ObjectDictionary& dictionary, std::uint8_t sub)
-    : value_(dictionary, kProcessValue, sub),
+    : real_(dictionary, kReal, sub),
+      short_(dictionary, kShort, sub),
+      long_(dictionary, kLong, sub),
       decimal_digits_(dictionary, kDecimalDigits, sub),
       status_(dictionary, kStatus, sub),
-      input_(value_.get() / scale()) {}
+      input_(long_.exists()    ? long_.get() / scale()
+             : short_.exists() ? short_.get() / scale()
+                               : static_cast<double>(real_.get())) {}
+
+bool Transducer::Channel::has(std::uint16_t index) const {
+  return (index == kReal && real_.exists()) || (index == kShort && short_.exists()) ||
+         (index == kLong && long_.exists());
+}
 
 double Transducer::Channel::scale() const {
   return std::pow(10.0, decimal_digits_.get());
 }
 
-bool Transducer::Channel::refresh(bool broken) {
-  status_.set(broken ? kNotValid : overload(input_ * scale()));
-  if (broken) return false;
-  const std::int32_t before = value_.get();
-  value_.set(sim::rounded<std::int32_t>(input_ * scale()));
-  return value_.get() != before;
+/// Of the narrowest that there is.
+std::uint8_t Transducer::Channel::overload() const {
+  const double value = input_ * scale();
+  if (short_.exists()) return overload_of<std::int16_t>(value);
+  return long_.exists() ? overload_of<std::int32_t>(value) : std::uint8_t{0};
+}
+
+void Transducer::Channel::refresh(bool broken) {
+  status_.set(broken ? kNotValid : overload());
+  if (broken) return;
+  const double value = input_ * scale();
+  untold_[0] |= replace(real_, static_cast<float>(input_));
+  untold_[1] |= replace(short_, sim::rounded<std::int16_t>(value));
+  untold_[2] |= replace(long_, sim::rounded<std::int32_t>(value));
+}
+
+void Transducer::Channel::tell(sim::DeviceNode& node, std::uint8_t sub, Time now) {
+  for (std::size_t i = 0; i < untold_.size(); ++i)
+    if (std::exchange(untold_[i], false)) node.changed(kProcessValues[i], sub, now);
 }
 
 Transducer::Transducer(sim::DeviceNode& node)
     : node_(node),
-      channels_(channels<Channel>(node.dictionary(), kProcessValue)),
+      channels_(channels_up_to<Channel>(node.dictionary(), most_channels(node.dictionary()))),
       incidents_(kIncidents, kIncidentErrors) {}
 
 void Transducer::reset(bool application, Time /*now*/) {
@@ -62,23 +105,22 @@ void Transducer::reset(bool application, Time /*now*/) {
   if (!application) return;
   for (Channel& channel : channels_) {
     channel.refresh(incidents_.present(kSensorBreak));
-    channel.untold = false;
+    channel.keep_quiet();
   }
 }
 
 Time Transducer::update(Time now) {
   for (Channel& channel : channels_)
-    if (channel.refresh(incidents_.present(kSensorBreak))) channel.untold = true;
+    channel.refresh(incidents_.present(kSensorBreak));
   incidents_.update(node_, now);
   for (std::size_t i = 0; i < channels_.size(); ++i)
-    if (std::exchange(channels_[i].untold, false)) node_.changed(kProcessValue, sub_of(i), now);
+    channels_[i].tell(node_, sub_of(i), now);
   return kNever;
 }
 
 bool Transducer::set_input(std::uint16_t index, std::uint8_t sub, double value, Time /*now*/) {
-  Channel* channel = index == kProcessValue ? find(channels_, sub) : nullptr;
-  if (channel == nullptr) return false;
-  channel->set_input(value);
+  if (sub == 0 || sub > channels_.size() || !channels_[sub - 1u].has(index)) return false;
+  channels_[sub - 1u].set_input(value);
   return true;
 }
 

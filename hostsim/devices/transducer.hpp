@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A measuring device (CiA 404, analogue input): as many channels as its dictionary has sub-indices of 9130h.
-/// The value in the world, in the unit of 6131h, becomes 9130h with the decimal digits of 6132h; 6150h says
-/// what is wrong with it.
+/// A measuring device (CiA 404, analogue input): as many channels as its dictionary has sub-indices of the
+/// process value, which is INTEGER32 in 9130h, INTEGER16 in 7130h, REAL32 in 6130h; a file has one of them or
+/// several. The value in the world, in the unit of 6131h, becomes 6130h as it is, the others with the decimal
+/// digits of 6132h; 6150h says what is wrong with it.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -20,7 +22,8 @@ class Transducer final : public sim::Behaviour {
 
   void reset(bool application, Time now) override;
   Time update(Time now) override;
-  /// 9130h: the value in the unit of 6131h; with 6132h = 2, 12.5 shows as 1250. Every change is an event.
+  /// The process value that the file has, in the unit of 6131h; with 6132h = 2, 12.5 shows as 1250. Every
+  /// change is an event.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
   /// "sensor-break" (EMCY 5000h): process values stay as they are, and 6150h says that they are not valid.
   std::span<const std::string_view> incidents() const override;
@@ -30,17 +33,22 @@ class Transducer final : public sim::Behaviour {
   class Channel {
    public:
     Channel(ObjectDictionary& dictionary, std::uint8_t sub);
-    bool exists() const { return value_.exists(); }
+    bool has(std::uint16_t index) const;
     void set_input(double value) { input_ = value; }
-    /// True = 9130h has changed.
-    bool refresh(bool broken);
-    bool untold = false;
+    void refresh(bool broken);
+    /// Tells the node which process values have changed since it was told.
+    void tell(sim::DeviceNode& node, std::uint8_t sub, Time now);
+    void keep_quiet() { untold_ = {}; }
 
    private:
     double scale() const;
+    std::uint8_t overload() const;
 
-    sim::Bound<std::int32_t> value_;
+    sim::Bound<float> real_;
+    sim::Bound<std::int16_t> short_;
+    sim::Bound<std::int32_t> long_;
     sim::Bound<std::uint8_t> decimal_digits_, status_;
+    std::array<bool, 3> untold_{};  ///< in that order
     double input_;
   };
 

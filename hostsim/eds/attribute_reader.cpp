@@ -64,8 +64,8 @@ std::string name_of_place(std::uint16_t index, const Section& section) {
 
 }  // namespace
 
-AttributeReader::AttributeReader(ValueReader& values, Findings& findings)
-    : values_(values), findings_(findings) {}
+AttributeReader::AttributeReader(ValueReader& values, StandardType standard_type, Findings& findings)
+    : values_(values), standard_type_(standard_type), findings_(findings) {}
 
 std::optional<ObjectType> AttributeReader::object_type(const Section& section) {
   const KeyValue* const entry = section.find("ObjectType");
@@ -90,21 +90,21 @@ Object AttributeReader::read(const Section& section, const Whole& whole, std::ui
     object.name = name_of_place(whole.index, section);
     findings_.note(section.line, bracketed(section.name) + " has no ParameterName");
   }
-  object.type = data_type(section, is_count);
+  object.type = data_type(section, whole.index, is_count);
   object.access = access(section);
   object.pdo_mapping = values_.number(section, "PDOMapping", 1).value_or(0) != 0;
   object.denotation = ValueReader::text(section, "Denotation");
   object.upload_file = ValueReader::text(section, "UploadFile");
   object.download_file = ValueReader::text(section, "DownloadFile");
   read_capacity(object, section);
-  const bool has_value = read_value(object, section);
-  if (is_count) check_count(object, has_value, whole.highest_sub);
+  read_value(object, section);
+  if (is_count) check_count(object, whole.highest_sub);
   read_limits(object, section);
-  if (has_value) check_value_against_limits(object);
+  if (object.has_value) check_value_against_limits(object);
   return object;
 }
 
-DataType AttributeReader::data_type(const Section& section, bool is_count) {
+DataType AttributeReader::data_type(const Section& section, std::uint16_t index, bool is_count) {
   const std::optional<std::uint64_t> type = values_.number(section, "DataType", 0xFFFF);
   if (type && is_known(*type)) return static_cast<DataType>(*type);
   if (type) {
@@ -113,7 +113,8 @@ DataType AttributeReader::data_type(const Section& section, bool is_count) {
     return DataType::kOctetString;
   }
   if (object_type(section) == ObjectType::kDomain) return DataType::kDomain;
-  const DataType assumed = is_count ? DataType::kUnsigned8 : DataType::kUnsigned32;
+  const DataType assumed =
+      is_count ? DataType::kUnsigned8 : standard_type_(index).value_or(DataType::kUnsigned32);
   findings_.warning(section.line, bracketed(section.name) +
                                       " has no DataType: " + std::string(name_of(assumed)) + " is assumed");
   return assumed;
@@ -150,13 +151,12 @@ void AttributeReader::read_capacity(Object& object, const Section& section) {
   if (starts_full) object.value.assign(object.capacity, 0);
 }
 
-bool AttributeReader::read_value(Object& object, const Section& section) {
+void AttributeReader::read_value(Object& object, const Section& section) {
   object.value.resize(std::max(object.value.size(), size_of(object.type)));
   for (const std::string_view key : {"ParameterValue", "DefaultValue"}) {
     const KeyValue* const entry = section.find(key);
-    if (entry != nullptr && set_value(object, section, *entry)) return true;
+    if (entry != nullptr && set_value(object, section, *entry)) return;
   }
-  return false;
 }
 
 bool AttributeReader::set_value(Object& object, const Section& section, const KeyValue& entry) {
@@ -170,6 +170,7 @@ bool AttributeReader::set_value(Object& object, const Section& section, const Ke
     value->bytes.resize(most);
   }
   object.value = std::move(value->bytes);
+  object.has_value = true;
   object.node_ids = value->node_ids;
   object.capacity = std::max(object.capacity, static_cast<std::uint32_t>(object.value.size()));
   return true;
@@ -200,9 +201,9 @@ void AttributeReader::check_value_against_limits(const Object& object) {
         "the value is " + std::string(too_low ? "below LowLimit" : "above HighLimit") + ": it is kept");
 }
 
-void AttributeReader::check_count(Object& object, bool has_value, std::uint8_t highest_sub) {
+void AttributeReader::check_count(Object& object, std::uint8_t highest_sub) {
   if (!is_read_only(object.access) || object.value.empty()) return;
-  if (!has_value) {
+  if (!object.has_value) {
     object.value.front() = highest_sub;
   } else if (number_in(object) != highest_sub) {
     findings_.warning(object.line, "sub-index 0 says " + std::to_string(number_in(object)) +

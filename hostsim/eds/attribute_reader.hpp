@@ -25,7 +25,7 @@ class AttributeReader {
     std::uint8_t highest_sub = 0;
   };
 
-  AttributeReader(ValueReader& values, Findings& findings);
+  AttributeReader(ValueReader& values, StandardType standard_type, Findings& findings);
 
   /// Nothing if there is no ObjectType; an unknown one is VAR.
   std::optional<ObjectType> object_type(const Section& section);
@@ -36,16 +36,17 @@ class AttributeReader {
   bool set_value(Object& object, const Section& section, const KeyValue& entry);
 
  private:
-  DataType data_type(const Section& section, bool is_count);
+  DataType data_type(const Section& section, std::uint16_t index, bool is_count);
   Access access(const Section& section);
   void read_capacity(Object& object, const Section& section);
-  bool read_value(Object& object, const Section& section);
+  void read_value(Object& object, const Section& section);
   void read_limits(Object& object, const Section& section);
   void drop_reversed_limits(Object& object);
   void check_value_against_limits(const Object& object);
-  void check_count(Object& object, bool has_value, std::uint8_t highest_sub);
+  void check_count(Object& object, std::uint8_t highest_sub);
 
   ValueReader& values_;
+  StandardType standard_type_;
   Findings& findings_;
 };
 

@@ -36,6 +36,12 @@ enum class Access : std::uint8_t {
   kConstant,
 };
 
+/// The type that a device profile gives an object, so that it need not stand in the file.
+using StandardType = std::optional<DataType> (*)(std::uint16_t index);
+inline std::optional<DataType> no_standard_type(std::uint16_t /*index*/) {
+  return std::nullopt;
+}
+
 /// One value that an SDO can reach, or a run of sub-indices that are alike in everything (CompactSubObj).
 struct Object {
   std::uint16_t index = 0;
@@ -49,6 +55,7 @@ struct Object {
   /// ParameterValue if there is one, else DefaultValue, else zeros; $NODEID applied, little-endian. A number
   /// has as many bytes as its type; a string or DOMAIN as many as it is long.
   std::vector<std::uint8_t> value;
+  bool has_value = false;      ///< the file says which: the value is not just zeros for want of one
   std::uint32_t node_ids = 0;  ///< how often $NODEID has been added to the value
   std::uint32_t capacity = 0;  ///< bytes that it can hold: see eds_reader.hpp
   /// Integers only, both allowed; unsigned ones as their bit pattern.

@@ -94,6 +94,7 @@ std::uint16_t object_flags(const Object& object) {
   if (object.pdo_mapping) flags |= mapping_flags(object.access);
   if (is_variable(object.type)) flags |= ObjectFlags::kVariable;
   if (is_limited(object)) flags |= ObjectFlags::kLimited;
+  if (!object.has_value) flags |= ObjectFlags::kUnset;
   return static_cast<std::uint16_t>(flags);
 }
 

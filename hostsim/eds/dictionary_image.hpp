@@ -29,8 +29,8 @@ struct DictionaryImage {
 /// reach) and without behaviour: no entry is kComputed or kChecked.
 DictionaryImage dictionary_image(const DeviceDescription& device);
 
-/// What access and PDO mapping of an object come to. rwr maps into TPDOs only, rww into RPDOs only (CiA
-/// 306, 4.6.3).
+/// What access, PDO mapping and a missing value of an object come to. rwr maps into TPDOs only, rww into
+/// RPDOs only (CiA 306, 4.6.3).
 std::uint16_t object_flags(const Object& object);
 
 }  // namespace cbcan::eds

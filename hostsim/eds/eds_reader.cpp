@@ -8,6 +8,7 @@
 #include "eds/device_sections.hpp"
 #include "eds/object_lists.hpp"
 #include "eds/object_reader.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::eds {
 
@@ -24,16 +25,22 @@ std::string_view readable(std::string_view text, Findings& findings) {
     findings.error(1, "this is UTF-16: save the file as ASCII or UTF-8");
     return {};
   }
+  if (cbcan::text::trim(text).starts_with('<')) {
+    findings.error(1,
+                   "this is XML, perhaps an XDD of CiA 311, which is not read: save it as EDS, as "
+                   "CANopenEditor does");
+    return {};
+  }
   return text;
 }
 
 std::vector<Object> read_objects(const std::vector<Section>& sections, ValueReader& values,
-                                 Findings& findings) {
+                                 StandardType standard_type, Findings& findings) {
   const std::vector<ObjectSections> objects = collect_objects(sections, findings);
   if (objects.empty())
     findings.error(1, "there is no object in it, no section like [1000]: is this an EDS or DCF?");
   check_object_lists(sections, objects, values, findings);
-  ObjectReader reader(values, findings);
+  ObjectReader reader(values, standard_type, findings);
   for (const ObjectSections& object : objects)
     reader.read(object);
   return reader.take();
@@ -49,7 +56,8 @@ const Object* DeviceDescription::find(std::uint16_t index, std::uint8_t sub) con
   return is_it ? &*found : nullptr;
 }
 
-Result read(std::string_view text, std::string file_name, std::optional<std::uint8_t> node_id) {
+Result read(std::string_view text, std::string file_name, std::optional<std::uint8_t> node_id,
+            StandardType standard_type) {
   Findings findings(std::move(file_name));
   Result result;
   DeviceDescription& device = result.device;
@@ -61,7 +69,7 @@ Result read(std::string_view text, std::string file_name, std::optional<std::uin
   ValueReader values(findings, device.node_id);
   device.info = read_device_info(sections, values, findings);
   report_modules(sections, values, findings);
-  device.objects = read_objects(sections, values, findings);
+  device.objects = read_objects(sections, values, standard_type, findings);
   result.diagnostics = findings.take();
   return result;
 }

@@ -11,8 +11,9 @@
 /// * A value that cannot be read, or does not fit its type, is as if it were not there.
 /// * A missing ParameterValue falls back to DefaultValue; a missing DefaultValue is 0 or empty. A read-only
 ///   sub-index 0 without a value says the highest sub-index.
-/// * A missing ObjectType is VAR, a missing AccessType rw, a missing DataType UNSIGNED32, but UNSIGNED8 for a
-///   sub-index 0 and DOMAIN for an ObjectType DOMAIN. An unknown data type is OCTET_STRING.
+/// * A missing ObjectType is VAR, a missing AccessType rw, a missing DataType what the profile says of that
+///   object, else UNSIGNED32, but UNSIGNED8 for a sub-index 0 and DOMAIN for an ObjectType DOMAIN. An unknown
+///   data type is OCTET_STRING.
 /// * $NODEID is the node ID given, else NodeID of the DCF, else 0 with a warning.
 /// * The lists of objects are only checked; it is the sections that make objects.
 /// * LowLimit and HighLimit count for integers only.
@@ -48,7 +49,8 @@ struct Result {
 };
 
 /// `file_name` is only for the diagnostics. `node_id` is the one that $NODEID stands for: 1..127, or 0 for a
-/// device that has none yet.
-Result read(std::string_view text, std::string file_name, std::optional<std::uint8_t> node_id);
+/// device that has none yet. `standard_type` is for objects whose type the file does not say.
+Result read(std::string_view text, std::string file_name, std::optional<std::uint8_t> node_id,
+            StandardType standard_type = no_standard_type);
 
 }  // namespace cbcan::eds

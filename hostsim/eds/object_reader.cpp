@@ -24,6 +24,7 @@ Object count_object(const AttributeReader::Whole& whole, std::size_t line) {
   object.type = DataType::kUnsigned8;
   object.access = Access::kReadOnly;
   object.value = {whole.highest_sub};
+  object.has_value = true;
   object.capacity = 1;
   object.line = line;
   return object;
@@ -41,8 +42,8 @@ std::uint8_t highest_sub(const ObjectSections& sections) {
 
 }  // namespace
 
-ObjectReader::ObjectReader(ValueReader& values, Findings& findings)
-    : attributes_(values, findings), values_(values), findings_(findings) {}
+ObjectReader::ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings)
+    : attributes_(values, standard_type, findings), values_(values), findings_(findings) {}
 
 std::vector<Object> ObjectReader::take() {
   return std::exchange(objects_, {});

@@ -14,7 +14,7 @@ namespace cbcan::eds {
 
 class ObjectReader {
  public:
-  ObjectReader(ValueReader& values, Findings& findings);
+  ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings);
 
   /// Call it in the order of indices.
   void read(const ObjectSections& sections);

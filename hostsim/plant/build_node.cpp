@@ -46,6 +46,9 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::
     return fmt::format("object {}: {} does not fit its data type {} of {} bytes", name,
                        text::value_text(initial.value), eds::name_of(entry.type), entry.capacity);
   dictionary.store(entry, initial.sub, *bytes);
+  for (ObjectEntry& own : image.entries)
+    if (own.index == initial.index && own.first_sub <= initial.sub && initial.sub <= own.last_sub)
+      own.flags &= static_cast<std::uint16_t>(~ObjectFlags::kUnset);
   const std::uint8_t* const place = dictionary.value(entry, initial.sub).data();
   std::erase_if(image.node_id_values,
                 [&](const NodeIdValue& relative) { return image.values.data() + relative.offset == place; });
@@ -84,7 +87,7 @@ class Builder {
   }
 
   void read_eds(const std::string& text) {
-    const eds::Result result = eds::read(text, node_.eds, node_.id);
+    const eds::Result result = eds::read(text, node_.eds, node_.id, devices::standard_type);
     for (const eds::Diagnostic& diagnostic : result.diagnostics)
       (diagnostic.severity == eds::Severity::kNote ? build_.notes : build_.warnings)
           .push_back(eds::to_string(diagnostic));
@@ -95,19 +98,49 @@ class Builder {
     for (const InitialValue& initial : node_.objects)
       if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
         complain(initial.place, wrong);
-    profile_ = static_cast<std::uint16_t>(dictionary.get(object::kDeviceType, 0));
+    choose_device(dictionary);
     build_.node.emplace().image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
                                    std::move(image.node_id_values)};
   }
 
+  /// What is said here counts where the node has a device, but not all that belongs to it.
+  void choose_device(ObjectDictionary& dictionary) {
+    ObjectEntry type{};
+    const bool has_type = dictionary.find(object::kDeviceType, 0, type) == AbortCode::kNone;
+    kind_ = devices::find_device(node_.device);
+    if (kind_ == nullptr) {
+      kind_ = &devices::device_for(dictionary);
+      if (has_type) check_profile(dictionary, type.has(ObjectFlags::kUnset));
+    }
+    for (const std::string& missing : devices::missing_objects(*kind_, dictionary))
+      build_.warnings.push_back(
+          fmt::format("{}: the device {} needs {}, and the file has none of CiA's data type", node_.eds,
+                      kind_->name, missing));
+  }
+
+  void check_profile(ObjectDictionary& dictionary, bool unset) {
+    const std::uint64_t number = dictionary.get(object::kDeviceType, 0);
+    if (kind_->profile == 0) {
+      if (unset)
+        build_.warnings.push_back(
+            fmt::format("{}: 1000h has no value, so the node has no device: write one, 0x00020192 for a "
+                        "drive, or name the node's device in the plant file",
+                        node_.eds));
+    } else if ((number & 0xFFFF) != kind_->profile) {
+      build_.notes.push_back(
+          fmt::format("{}: 1000h names no profile that has a device, but the objects are those of {}, which "
+                      "it gets",
+                      node_.eds, kind_->name));
+      if (unset) dictionary.set(object::kDeviceType, 0, kind_->profile);
+    }
+  }
+
   void add_parts() {
-    const devices::DeviceKind* const named = devices::find_device(node_.device);
-    const devices::DeviceKind& kind = named != nullptr ? *named : devices::device_for_profile(profile_);
     sim::NodeParts& parts = *build_.node;
     parts.node_id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
     parts.name = node_.name;
-    parts.device = kind.name;
-    parts.behaviour = kind.make;
+    parts.device = kind_->name;
+    parts.behaviour = kind_->make;
     parts.seed = seed_;
     parts.lss = node_.lss;
     parts.time_period = node_.time_period;
@@ -150,7 +183,7 @@ class Builder {
   std::uint64_t seed_;
   const FileReader& read_;
   NodeBuild build_;
-  std::uint16_t profile_ = 0;
+  const devices::DeviceKind* kind_ = nullptr;
 };
 
 }  // namespace

@@ -26,14 +26,15 @@ A Modbus TCP client writes the PLC registers R3700..R3769; cbcan-sim does the
 SDO or NMT service that they ask for on a CAN bus and writes the response back.
 The bus is a virtual one inside the program or a SocketCAN interface, and the
 nodes of the plant are simulated on it. When it serves, cbcan-sim prints one
-line, "ready modbus=HOST:PORT can=SPEC", and runs until SIGINT or SIGTERM.
+line, "ready modbus=HOST:PORT can=SPEC", and runs until
+SIGINT, SIGTERM or SIGHUP.
 
 Every setting of a plant file has an option here, and the option wins.
 )";
 
 constexpr std::string_view kClosing = R"(
 Exit codes:
-  0  done, also after SIGINT and SIGTERM
+  0  done, also after SIGINT, SIGTERM and SIGHUP
   1  a check failed
   2  usage or configuration: command line, plant file, EDS file
   3  environment: no such CAN interface, port busy

@@ -32,6 +32,7 @@ std::optional<Value> value_of(const toml::node& node) {
 }
 
 constexpr std::string_view kNodeTable = "node";
+constexpr std::size_t kLongestLine = 10'000;
 
 bool is_section(std::string_view name, const auto& rows) {
   return std::ranges::any_of(rows, [name](const Row& row) { return text::table_of(row.key) == name; });
@@ -275,6 +276,13 @@ class Reader {
   Diagnostics found_;
 };
 
+/// From 1; 0 = none. Within a line the parser's stack grows with each part of a key.
+std::size_t line_too_long(std::string_view text) {
+  for (std::size_t line = 1; !text.empty(); ++line)
+    if (text::take_line(text).size() > kLongestLine) return line;
+  return 0;
+}
+
 /// toml++ says "Error while parsing string: ..."; a word without quotes is what people get wrong most.
 std::string syntax_message(std::string_view description) {
   constexpr std::string_view kOpening = "Error while parsing ";
@@ -289,6 +297,9 @@ Diagnostics read_plant(std::string_view text, const std::string& file_name, Conf
   // toml++ refuses such a file too, but may name a line further up.
   if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
     return {{{file_name, line}, "this line is not UTF-8; save the file as UTF-8"}};
+  if (const std::size_t line = line_too_long(text); line != 0)
+    return {{{file_name, line},
+             fmt::format("a line of more than {} characters; write a list in several lines", kLongestLine)}};
   try {
     const toml::table root = toml::parse(text, std::string_view(file_name));
     Reader reader(file_name, into);

@@ -47,7 +47,8 @@ class DeviceNode {
   ~DeviceNode() = default;
 };
 
-/// As it stands: values that stay as they were written.
+/// As it stands: values that stay as they were written. What its constructor writes into the dictionary is
+/// the power-on value there: the defaults of objects that the file gives no value (Bound does that).
 class Behaviour {
  public:
   virtual ~Behaviour() = default;
@@ -76,6 +77,9 @@ class Behaviour {
   /// The network has failed or the node has left Operational because of it: outputs to their error values,
   /// drives as their option codes say. update() follows. Starting the node again ends it.
   virtual void on_network_failure(NetworkFailure /*failure*/, Time /*now*/) {}
+
+  /// Commands and set points of the master's: 1010h stores them as little as it does measured values.
+  virtual bool is_set_point(std::uint16_t /*index*/) const { return false; }
 
   /// The world outside gives an input this value (a signal of the plant file, a command at run time). False =
   /// this device has no such input: the node then stores the value itself, where the dictionary has it.

@@ -11,7 +11,8 @@ namespace cbcan::sim {
 
 /// A number in a dictionary, found once, then as quick as a variable. Where the dictionary has no such
 /// object, or one of another size, it is a variable of its own, so that a device also works from a file that
-/// leaves it out. The dictionary's values stay where they are as long as this lives.
+/// leaves it out. An object that the file gives no value begins with the standard one. The dictionary's
+/// values stay where they are as long as this lives.
 template <class Number>
 class Bound {
  public:
@@ -24,6 +25,7 @@ class Bound {
         entry.has(ObjectFlags::kVariable) || entry.has(ObjectFlags::kComputed))
       return;
     place_ = dictionary.value(entry, sub).data();
+    if (entry.has(ObjectFlags::kUnset)) set(standard);
   }
 
   bool exists() const { return place_ != nullptr; }

@@ -37,6 +37,25 @@ NodeImage prepared(NodeImage image) {
   return image;
 }
 
+bool is_mapping(std::uint16_t index) {
+  return (index >= object::kRpdoMapping && index < object::kTpdoParameter) ||
+         (index >= object::kTpdoMapping && index <= object::kLastPdo);
+}
+
+/// Without a device, what PDOs carry from the start is taken for set points and measured values.
+void mark_mapped(std::vector<ObjectEntry>& entries, const ObjectDictionary& dictionary) {
+  for (const ObjectEntry& mapping : entries)
+    for (unsigned sub = mapping.first_sub; is_mapping(mapping.index) && sub <= mapping.last_sub; ++sub) {
+      const std::uint64_t mapped = dictionary.get(mapping.index, static_cast<std::uint8_t>(sub));
+      const auto has_it = [&](const ObjectEntry& entry) {
+        return entry.index == mapped >> 16 && entry.first_sub <= (mapped >> 8 & 0xFF) &&
+               (mapped >> 8 & 0xFF) <= entry.last_sub;
+      };
+      const auto found = std::ranges::find_if(entries, has_it);
+      if (found != entries.end()) found->flags |= ObjectFlags::kSetPoint;
+    }
+}
+
 /// For which an image is made; 0 = for none.
 constexpr std::uint8_t image_id(std::uint8_t node_id) {
   return node_id == Node::kNoNodeId ? std::uint8_t{0} : node_id;
@@ -87,6 +106,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       faulty_(port_, parts.node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
       device_(parts.node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_},
               *this, faulty_),
+      more_servers_(device_.dictionary(), faulty_, buffer_.size()),
       start_node_id_(parts.node_id),
       values_node_id_(image_id(parts.node_id)),
       signals_(std::move(parts.signals)),
@@ -95,6 +115,10 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   behaviour_ =
       parts.behaviour != nullptr ? parts.behaviour(*this, parts.seed) : std::make_unique<Behaviour>();
+  image_.values = saved_ = values_;  // with what the behaviour gives objects that the file gives nothing
+  if (parts.behaviour == nullptr) mark_mapped(image_.entries, dictionary());
+  for (ObjectEntry& entry : image_.entries)
+    if (behaviour_->is_set_point(entry.index)) entry.flags |= ObjectFlags::kSetPoint;
   device_.time_stamp().produce_every(parts.time_period, 0);
   if (parameters_ != nullptr) load_parameters();
 }
@@ -107,7 +131,8 @@ void Node::load_parameters() {
     take_node_id(start_node_id_);
   }
   ObjectDictionary saved(image_.entries, saved_, nullptr);
-  put_parameters(stored.values, saved);
+  const std::vector<StoredValue> left_out = put_parameters(stored.values, saved);
+  if (!left_out.empty()) parameters_->tell_left_out(left_out);
 }
 
 /// Does something with the node at this time, and what follows from it.
@@ -137,6 +162,7 @@ void Node::poll(Time now) {
   if (lss_) lss_->slave().poll(now);
   if (now >= sample_due_) follow_signals(now);
   if (now >= behaviour_due_) update(now);
+  more_servers_.poll(now);
   device_.poll(now);
   settle(now);
 }
@@ -144,9 +170,16 @@ void Node::poll(Time now) {
 void Node::on_frame(const Frame& frame, Time now) {
   at(now, [&] {
     faulty_.heard(frame);
-    lss_&& frame.id == LssSlave::kRequestId ? lss_->slave().on_frame(frame, now)
-                                            : device_.on_frame(frame, now);
+    if (lss_ && frame.id == LssSlave::kRequestId) return lss_->slave().on_frame(frame, now);
+    more_servers_.serves(frame.id) ? ask_more_servers(frame, now) : device_.on_frame(frame, now);
   });
+}
+
+void Node::ask_more_servers(const Frame& frame, Time now) {
+  if (!nmt::is_running(device_.state())) return;
+  refresh(now);
+  more_servers_.on_frame(frame, now);
+  update(now);
 }
 
 void Node::on_bus_state(BusState state, Time now) {
@@ -191,7 +224,8 @@ void Node::settle(Time now) {
   while (faulty_.has_aborted())
     device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
-  const Time own = earlier(device_.deadline(), earlier(behaviour_due_, sample_due_));
+  const Time servers = earlier(device_.deadline(), more_servers_.deadline());
+  const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->slave().deadline() : kNever;
   wants(earlier(own, earlier(lss, faulty_.deadline())));
 }
@@ -201,8 +235,11 @@ void Node::follow_ids() {
   ids_changed_ = false;
   std::vector<std::uint32_t> wanted;
   if (lss_) wanted.push_back(LssSlave::kRequestId);
-  if (device_.state() != nmt::State::kInitialising)
-    device_.visit_ids([&wanted](std::uint32_t id) { wanted.push_back(id); });
+  const auto want = [&wanted](std::uint32_t id) { wanted.push_back(id); };
+  if (device_.state() != nmt::State::kInitialising) {
+    device_.visit_ids(want);
+    more_servers_.visit_ids(want);
+  }
   std::ranges::sort(wanted);
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   for (const std::uint32_t id : received_ids_)
@@ -234,6 +271,8 @@ void Node::on_sync(Time now) {
 
 void Node::on_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
+  more_servers_.configure();
+  if (!nmt::is_running(state)) more_servers_.reset();
   behaviour_->on_state(state, now);
   update(now);
 }
@@ -334,6 +373,7 @@ AbortCode Node::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<c
 }
 
 void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
+  if (MoreSdoServers::owns(entry.index)) more_servers_.configure();
   device_.changed(entry.index, sub, now);
 }
 

@@ -16,6 +16,7 @@
 #include "canopen/dictionary/node_id_values.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
+#include "sim/more_sdo_servers.hpp"
 #include "sim/node_lss.hpp"
 #include "sim/parameters.hpp"
 #include "sim/participant.hpp"
@@ -121,6 +122,7 @@ class Node final : public Participant, private DeviceApplication, private Device
 
   template <class Act>
   void at(Time now, Act act);
+  void ask_more_servers(const Frame& frame, Time now);
   void update(Time now);
   void follow_signals(Time now);
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
@@ -140,6 +142,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   Port& port_;
   FaultyPort faulty_;
   Device device_;
+  MoreSdoServers more_servers_;
   std::optional<NodeLss> lss_;
   StoredLss stored_lss_;
   std::uint8_t start_node_id_;   ///< at power-on

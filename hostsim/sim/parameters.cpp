@@ -10,10 +10,10 @@ namespace cbcan::sim {
 namespace {
 
 bool is_parameter(const ObjectEntry& entry) {
-  const bool into_one_direction = entry.has(ObjectFlags::kMapRpdo) != entry.has(ObjectFlags::kMapTpdo);
-  const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
-  return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) && !into_one_direction &&
-         !is_command;
+  const bool is_command = entry.index == object::kStore || entry.index == object::kRestore ||
+                          entry.index == object::kErrorHistory;
+  return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) &&
+         !entry.has(ObjectFlags::kSetPoint) && !is_command;
 }
 
 }  // namespace
@@ -42,14 +42,14 @@ std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries
   return changed;
 }
 
-std::size_t put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved) {
-  std::size_t left_out = 0;
+std::vector<StoredValue> put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved) {
+  std::vector<StoredValue> left_out;
   for (const StoredValue& value : values) {
     ObjectEntry entry{};
     const bool fits = saved.find(value.index, value.sub, entry) == AbortCode::kNone && is_parameter(entry) &&
                       value.bytes.size() <= entry.capacity &&
                       (entry.has(ObjectFlags::kVariable) || value.bytes.size() == entry.capacity);
-    fits ? saved.store(entry, value.sub, value.bytes) : static_cast<void>(++left_out);
+    fits ? saved.store(entry, value.sub, value.bytes) : left_out.push_back(value);
   }
   return left_out;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, but process
-/// inputs and outputs (access rwr and rww in an EDS file).
+/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, but those of
+/// entries marked kSetPoint, and 1003h, which counts errors.
 
 #include <cstdint>
 #include <span>
@@ -40,6 +40,8 @@ class ParameterStore {
   virtual StoredParameters load() = 0;
   /// Keeps these and forgets what was kept before. False = could not, nothing has changed.
   virtual bool save(const StoredParameters& parameters) = 0;
+  /// These of what was loaded do not fit the node's dictionary (any more) and are of no effect.
+  virtual void tell_left_out(const std::vector<StoredValue>& /*values*/) {}
 
  protected:
   ~ParameterStore() = default;
@@ -54,7 +56,7 @@ std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries
                                             std::span<std::uint8_t> factory, std::span<std::uint8_t> saved);
 
 /// Puts values back in; those that the dictionary no longer has, or has with another length, are left out.
-/// Returns how many those were.
-std::size_t put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved);
+/// Returns those.
+std::vector<StoredValue> put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved);
 
 }  // namespace cbcan::sim

@@ -9,6 +9,8 @@
 namespace cbcan::text {
 namespace {
 
+constexpr std::size_t kLongestWord = 100;
+
 /// Letters put in, left out, replaced, or swapped with their neighbour (Damerau and Levenshtein).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
@@ -45,6 +47,7 @@ std::size_t reach(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known) {
+  if (word.size() > kLongestWord) return {};
   std::string_view best;
   std::size_t best_distance = 0;
   for (const std::string_view name : known) {

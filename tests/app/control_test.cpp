@@ -175,6 +175,24 @@ TEST_CASE("faults are set, listed and cleared, each place its own") {
   CHECK(plant.run("faults") == "ok\n");
 }
 
+TEST_CASE("a long list of faults is cut with a word") {
+  Plant plant;
+  for (int i = 0; i < 600; ++i) {
+    plant.run("fault 66 response-never");
+    plant.run("fault 16 response-never");
+  }
+  const std::string list = plant.run("faults");
+  CHECK(std::ranges::count(list, '\n') == 1002);
+  CHECK(list.ends_with("\n#2 400 response-never occasions=0 fired=0\nand 200 more\nok\n"));
+  CHECK(plant.run("faults 66").ends_with("\n66 600 response-never occasions=0 fired=0\nok\n"));
+}
+
+TEST_CASE("control characters do not come back") {
+  Plant plant;
+  CHECK(plant.run("\x1b[31m\x7f") == "error: \" [31m \": no such command; help lists them\n");
+  CHECK(plant.run("get \a1 0x6041") == "error: node \" 1\": must be 1..127\n");
+}
+
 TEST_CASE("nodes and bus of the second network have its number in front") {
   TwoNetworks plant;
   CHECK(plant.run("nodes") ==

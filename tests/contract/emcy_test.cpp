@@ -44,8 +44,8 @@ TEST_CASE("[OBJ-5] 3005h") {
 
 TEST_CASE("[OBJ-20] 3005h: which frames are EMCY messages") {
   Window window;
-  for (const char* frame : {"085#30811101020304", "085#", "085#R8", "00000085#3081110102030405",
-                            "080#3081110102030405", "105#3081110102030405"}) {
+  for (const char* frame :
+       {"085#30811101020304", "085#", "085#R8", "00000085#3081110102030405", "105#3081110102030405"}) {
     INFO(frame);
     window.arrive(frame);
     check_last(window, 5, kNothing);

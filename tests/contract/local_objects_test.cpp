@@ -19,13 +19,18 @@ TEST_CASE("[OBJ-2] 3002h") {
   struct Row {
     BusState state;
     std::uint32_t shown;
+    const char* emcy;  ///< of bus-off when it is over
   };
-  for (const Row& row : {Row{BusState::kOverflow, 0x02}, Row{BusState::kBusOff, 0x10},
-                         Row{BusState::kErrorPassive, 0x11}, Row{BusState::kActive, 0x00}}) {
+  for (const Row& row : {Row{BusState::kOverflow, 0x02, "0FF#1081110000000000"},
+                         Row{BusState::kBusOff, 0x10, "0FF#4081110000000000"},
+                         Row{BusState::kErrorPassive, 0x11, "0FF#2081110000000000"}}) {
     window.target().set_bus_state(row.state);
     CHECK(read_local(window, 0x3002, 0) == Value{row.shown, 1});
+    window.target().set_bus_state(BusState::kActive);
+    CHECK(read_local(window, 0x3002, 0) == Value{0x00, 1});
+    window.expect(row.emcy);
+    window.expect("0FF#0000000000000000");
   }
-  window.exchange({{"0FF#4081110000000000", ""}, {"0FF#0000000000000000", ""}});  // it has been bus-off
 }
 
 TEST_CASE("[OBJ-3] 3003h") {
@@ -224,7 +229,8 @@ TEST_CASE("[OBJ-16] 1029h") {
     std::uint16_t set;
     std::uint32_t found, becomes;  ///< as 3007h shows it
   };
-  for (const Row& row : {Row{1, 5, 5}, Row{0, 5, 3}, Row{2, 5, 4}, Row{2, 3, 3}, Row{0, 4, 4}}) {
+  for (const Row& row :
+       {Row{1, 5, 5}, Row{0, 5, 3}, Row{2, 5, 4}, Row{2, 3, 4}, Row{0, 3, 3}, Row{0, 4, 4}}) {
     INFO("1029h:01 = " << row.set << ", found in " << row.found);
     window.configure(0x1029, 1, 1, {row.set});
     CHECK(read_local(window, 0x1029, 1) == Value{row.set, 1});

@@ -76,9 +76,6 @@ TEST_CASE("[OBJ-32] the own EMCY messages") {
 TEST_CASE("[OBJ-32] bus-off") {
   Window window;
   CONTRACT_NEEDS(window, Ability::kBusState);
-  window.target().set_bus_state(BusState::kErrorPassive);
-  window.target().set_bus_state(BusState::kActive);
-  window.expect_silence();
   window.target().set_bus_state(BusState::kBusOff);
   window.expect_silence();
   window.target().set_bus_state(BusState::kActive);
@@ -86,6 +83,32 @@ TEST_CASE("[OBJ-32] bus-off") {
   window.expect("0FF#0000000000000000");
   CHECK(local_bytes(window, 0x1003, 1) == "40810000");
   CHECK(local_bytes(window, 0x3005, Window::kOwnNode) == "0000000000000000");
+}
+
+TEST_CASE("[OBJ-32] [OBJ-33] error passive, overflow, a SYNC of another length than 1019h says") {
+  Window window;
+  SECTION("SYNC") {
+    set_up_pdo(window, 0x1800, 0x1FF, 1, {0xA5800110});
+    start_own_node(window);
+    window.arrive("080#05");
+    window.expect("0FF#4082110000000000");
+    window.expect("1FF#0000");
+    window.arrive("080#");
+    window.expect("0FF#0000000000000000");
+    window.expect("1FF#0000");
+  }
+  SECTION("controller") {
+    CONTRACT_NEEDS(window, Ability::kBusState);
+    window.target().set_bus_state(BusState::kErrorPassive);
+    window.expect("0FF#2081110000000000");
+    window.target().set_bus_state(BusState::kActive);
+    window.expect("0FF#0000000000000000");
+    window.target().set_bus_state(BusState::kOverflow);
+    window.expect("0FF#1081110000000000");
+    window.target().set_bus_state(BusState::kActive);
+    window.expect("0FF#0000000000000000");
+  }
+  CHECK(read_local(window, 0x1001, 0) == Value{0, 1});
 }
 
 TEST_CASE("[OBJ-9] 1003h") {

@@ -155,6 +155,7 @@ TEST_CASE("[PDO-28] inhibit time and event timer") {
 
 TEST_CASE("[PDO-28] SYNC start value") {
   Window window;
+  window.configure(0x1019, 0, 1, {6});
   window.configure(0x1800, 6, 1, {3});
   set_up_pdo(window, 0x1800, 0x1FF, 2, kFirstOutput);
   start_own_node(window);

@@ -118,7 +118,8 @@ TEST_CASE("[SCAN-1] [SCAN-3] [SCAN-4] whole blocks in each order of exchange, no
   constexpr unsigned kRequests = 4;
   INFO("period " << period.count() << " ms, node of " << cycles << " periods, order " << order);
   Plant plant;
-  for (int waited = 0; plant.plc.ended <= kRequests;) {
+  int waited = 0;
+  for (unsigned i = 0; i < 40 * kRequests && plant.plc.ended <= kRequests; ++i) {
     if (order == 0) plant.read();
     if (order == 2) plant.write_and_read();
     plant.scan();

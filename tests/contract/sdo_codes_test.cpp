@@ -128,7 +128,7 @@ TEST_CASE("[SDO-15] the subcommands of a block transfer too") {
   check({"block read: end", "585#C600200109000000", kAbort, 0x05040001});
 }
 
-TEST_CASE("[SDO-16] larger than R3705") {
+TEST_CASE("[SDO-16] [SDO-33] larger than R3705") {
   Window window;
   window.read(5, 0x2000, 1, 2);
   SECTION("as the declared size says") {
@@ -147,9 +147,10 @@ TEST_CASE("[SDO-16] larger than R3705") {
         {{"605#4000200100000000", "585#4000200100000000"}, {"605#6000000000000000", "585#0811223300000000"}});
     window.expect("605#8000200105000405");
   }
-  SECTION("at the byte that overflows, in the last segment: the server is done") {
+  SECTION("at the byte that overflows, in the last segment") {
     window.exchange(
         {{"605#4000200100000000", "585#4000200100000000"}, {"605#6000000000000000", "585#0911223300000000"}});
+    window.expect("605#8000200105000405");
   }
   window.check_failed(0x05040005);
 }
@@ -190,12 +191,13 @@ TEST_CASE("[SDO-16] of the own node") {
   window.check_failed(0x05040005);
 }
 
-TEST_CASE("[SDO-17] not the size declared") {
+TEST_CASE("[SDO-17] [SDO-33] not the size declared") {
   Window window;
   window.read(5, 0x2000, 1, 128);
-  SECTION("fewer: the server is done") {
+  SECTION("fewer") {
     window.exchange(
         {{"605#4000200100000000", "585#4100200108000000"}, {"605#6000000000000000", "585#0101020304050607"}});
+    window.expect("605#8000200110000706");
   }
   SECTION("more, and still going on") {
     window.exchange({{"605#4000200100000000", "585#4100200108000000"},
@@ -203,10 +205,11 @@ TEST_CASE("[SDO-17] not the size declared") {
                      {"605#7000000000000000", "585#1008090A0B0C0D0E"}});
     window.expect("605#8000200110000706");
   }
-  SECTION("more, in the last segment: the server is done") {
+  SECTION("more, in the last segment") {
     window.exchange({{"605#4000200100000000", "585#4100200108000000"},
                      {"605#6000000000000000", "585#0001020304050607"},
                      {"605#7000000000000000", "585#1B08090000000000"}});
+    window.expect("605#8000200110000706");
   }
   window.check_failed(0x06070010);
 }

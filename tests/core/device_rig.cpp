@@ -44,6 +44,21 @@ std::vector<std::uint8_t> values_of(const std::vector<Row>& rows) {
 
 }  // namespace
 
+std::vector<Row> everything() {
+  using enum DataType;
+  return {
+      {0x1001, 0, 0, kUnsigned8},         {0x1003, 0, 0, kUnsigned8},
+      {0x1003, 1, 3, kUnsigned32},        {0x1005, 0, 0, kUnsigned32, 0x80},
+      {0x1006, 0, 0, kUnsigned32},        {0x1007, 0, 0, kUnsigned32},
+      {0x100C, 0, 0, kUnsigned16},        {0x100D, 0, 0, kUnsigned8},
+      {0x1010, 1, 4, kUnsigned32, 1},     {0x1011, 1, 4, kUnsigned32, 1},
+      {0x1012, 0, 0, kUnsigned32, 0x100}, {0x1014, 0, 0, kUnsigned32, 0xC2},
+      {0x1015, 0, 0, kUnsigned16},        {0x1016, 1, 3, kUnsigned32},
+      {0x1017, 0, 0, kUnsigned16},        {0x1019, 0, 0, kUnsigned8},
+      {0x1029, 1, 1, kUnsigned8},         {0x2001, 0, 0, kUnsigned8},
+  };
+}
+
 DeviceRig::DeviceRig(const std::vector<Row>& rows)
     : entries(entries_of(rows)),
       power_on(values_of(rows)),

@@ -22,6 +22,9 @@ struct Row {
   std::uint16_t flags = ObjectFlags::kReadWrite;
 };
 
+/// All that a Device acts on, but PDOs.
+std::vector<Row> everything();
+
 class DeviceRig final : public Wire, private DeviceApplication {
  public:
   explicit DeviceRig(const std::vector<Row>& rows);

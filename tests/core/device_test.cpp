@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A whole CANopen device, as its master sees it on the wire: SYNC, TIME, EMCY, heartbeat consumer, life
-// guarding, stored parameters. PDOs have tests of their own.
+// A whole CANopen device, as its master sees it on the wire: SYNC, TIME, stored parameters. PDOs, and
+// what it does about errors, have tests of their own.
 
 #include "core/device_rig.hpp"
 
@@ -9,26 +9,8 @@ using cbcan::BusState;
 using cbcan::kMillisecond;
 using cbcan::kSecond;
 using cbcan::test::DeviceRig;
-using cbcan::test::Row;
+using cbcan::test::everything;
 using enum cbcan::DataType;
-
-namespace {
-
-std::vector<Row> everything() {
-  return {
-      {0x1001, 0, 0, kUnsigned8},         {0x1003, 0, 0, kUnsigned8},
-      {0x1003, 1, 3, kUnsigned32},        {0x1005, 0, 0, kUnsigned32, 0x80},
-      {0x1006, 0, 0, kUnsigned32},        {0x1007, 0, 0, kUnsigned32},
-      {0x100C, 0, 0, kUnsigned16},        {0x100D, 0, 0, kUnsigned8},
-      {0x1010, 1, 4, kUnsigned32, 1},     {0x1011, 1, 4, kUnsigned32, 1},
-      {0x1012, 0, 0, kUnsigned32, 0x100}, {0x1014, 0, 0, kUnsigned32, 0xC2},
-      {0x1015, 0, 0, kUnsigned16},        {0x1016, 1, 3, kUnsigned32},
-      {0x1017, 0, 0, kUnsigned16},        {0x1019, 0, 0, kUnsigned8},
-      {0x1029, 1, 1, kUnsigned8},         {0x2001, 0, 0, kUnsigned8},
-  };
-}
-
-}  // namespace
 
 // ---- SYNC
 
@@ -53,11 +35,32 @@ TEST_CASE("SYNC acts in Operational, on the identifier in 1005h, data frames alo
   rig.arrive("080#");
   rig.arrive("085#R0");
   rig.arrive("085#");
-  rig.arrive("085#07");
+  rig.arrive("085#");
   rig.arrive("000#0242");
   rig.arrive("085#");
   CHECK(rig.events == std::vector<std::string>{"state 5", "sync", "sync", "state 4"});
   CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x085, 0x642, 0x742});
+}
+
+TEST_CASE("A SYNC of a length that 1019h does not say counts, and is EMCY 8240h until one is right") {
+  DeviceRig rig(everything());
+  rig.start(true);
+  rig.arrive("080#");
+  rig.expect_silence();
+  rig.arrive("080#01");
+  rig.expect("0C2#4082110000000000");
+  rig.arrive("080#0102");
+  rig.expect_silence();
+  CHECK(rig.events == std::vector<std::string>{"sync", "sync", "sync"});
+  rig.arrive("080#");
+  rig.expect("0C2#0000000000000000");
+  rig.write(0x1019, 0, 1, 10);
+  rig.arrive("080#");
+  rig.expect("0C2#4082110000000000");
+  rig.arrive("000#8142");
+  rig.expect("742#00");
+  rig.arrive("080#01");  // 1019h is 0 again; the error has been forgotten
+  rig.expect("0C2#4082110000000000");
 }
 
 TEST_CASE("Without 1005h there is no SYNC, and NMT commands are NMT commands") {
@@ -87,183 +90,29 @@ TEST_CASE("Stopped: no SDO, no SYNC, no TIME, no EMCY; error control alone") {
   rig.expect("0C2#0010010000000000");  // it had waited
 }
 
-// ---- EMCY
+// ---- TIME
 
-TEST_CASE("EMCY: once for each error and once for its end; 1001h and 1003h follow") {
+TEST_CASE("Error passive is EMCY 8120h, overflow 8110h, until the controller is well again") {
   DeviceRig rig(everything());
   rig.start();
-  auto& emergency = rig.device.emergency();
-  emergency.error(0x2310, 0x02, {0x11, 0x22, 0x33, 0x44, 0x55}, rig.now);
-  rig.expect("0C2#1023031122334455");
-  emergency.error(0x2310, 0x02, {}, rig.now);
-  rig.expect_silence();
-  emergency.error(0x4210, 0x08, {}, rig.now);
-  rig.expect("0C2#10420B0000000000");
-  CHECK(rig.read(0x1001, 0) == 0x0B);
-  CHECK(rig.read(0x1003, 0) == 2);
-  CHECK(rig.read(0x1003, 1) == 0x00004210);
-  CHECK(rig.read(0x1003, 2) == 0x22112310);
-  emergency.error_over(0x2310, rig.now);
-  rig.expect("0C2#0000090000000000");
-  emergency.error_over(0x2310, rig.now);
-  rig.expect_silence();
-  emergency.error_over(0x4210, rig.now);
-  rig.expect("0C2#0000000000000000");
-  CHECK(rig.read(0x1001, 0) == 0);
-  CHECK(rig.read(0x1003, 0) == 2);
-}
-
-TEST_CASE("1003h: the newest first, the oldest out, and 0 written to sub-index 0 empties it") {
-  DeviceRig rig(everything());
-  rig.start();
-  for (std::uint16_t code = 0x1001; code <= 0x1004; ++code)
-    rig.device.emergency().error(code, 0, {}, rig.now);
-  rig.port.sent.clear();
-  CHECK(rig.read(0x1003, 0) == 3);
-  CHECK(rig.read(0x1003, 1) == 0x1004);
-  CHECK(rig.read(0x1003, 3) == 0x1002);
-  rig.write(0x1003, 0, 1, 1, "06090030");
-  rig.write(0x1003, 0, 1, 0);
-  CHECK(rig.read(0x1003, 1) == 0);
-  CHECK(rig.read(0x1003, 3) == 0);
-}
-
-TEST_CASE("More errors and messages than there is room for are counted, and those before them are not lost") {
-  DeviceRig rig(everything());
-  rig.start();
-  auto& emergency = rig.device.emergency();
-  rig.arrive("000#0200");
-  for (std::uint16_t code = 0x1001; code <= 0x1011; ++code)
-    emergency.error(code, 0, {}, rig.now);
-  CHECK(emergency.counters().lost == 1);
-  CHECK_FALSE(emergency.has(0x1011));
-  emergency.error_over(0x1001, rig.now);  // its message finds no room either
-  CHECK(emergency.counters().lost == 2);
-  CHECK_FALSE(emergency.has(0x1001));
-  rig.arrive("000#8000");
-  CHECK(rig.port.sent.size() == 16);
-  rig.expect("0C2#0110010000000000");
-  CHECK(rig.port.sent.back() == "0C2#1010010000000000");
-  rig.port.sent.clear();
-}
-
-TEST_CASE("EMCY that the port refuses is tried again") {
-  DeviceRig rig(everything());
-  rig.start();
-  rig.port.refuse_next = 3;
-  rig.device.emergency().error(0x1000, 0, {}, rig.now);
-  rig.pass(299);
-  rig.expect_silence();
-  rig.pass(1);
-  rig.expect("0C2#0010010000000000");
-}
-
-TEST_CASE("Errors outlive a reset of the communication in 1001h, and end with a reset of the node") {
-  DeviceRig rig(everything());
-  rig.start();
-  rig.device.emergency().error(0x2310, 0x02, {}, rig.now);
-  rig.expect("0C2#1023030000000000");
-  rig.arrive("000#8242");
-  rig.expect("742#00");
-  CHECK(rig.read(0x1001, 0) == 0x03);
-  rig.arrive("000#8142");
-  rig.expect("742#00");
-  CHECK(rig.read(0x1001, 0) == 0);
-  CHECK(rig.read(0x1003, 0) == 0);
-}
-
-// ---- Heartbeat consumer, life guarding
-
-TEST_CASE("1016h: a node that was heard and falls silent is EMCY 8130h, once; heard again it is over") {
-  DeviceRig rig(everything());
-  rig.start(true);
-  rig.write(0x1016, 1, 4, 0x00050064);
-  CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x642, 0x705, 0x742});
-  rig.pass(kSecond);
-  rig.expect_silence();  // never heard is not lost
-  rig.events.clear();
-  rig.arrive("705#05");
-  rig.pass(99 * kMillisecond);
-  rig.arrive("705#05");
-  rig.pass(100 * kMillisecond - 1);
-  rig.expect_silence();
-  rig.pass(1);
-  rig.expect("0C2#3081110000000000");
-  CHECK(rig.events == std::vector<std::string>{"lost heartbeat", "state 127"});  // 1029h:01 = 0
-  rig.pass(kSecond);
-  rig.expect_silence();
-  rig.arrive("705#05");
-  rig.expect("0C2#0000000000000000");
-}
-
-TEST_CASE("1029h:01 = 1 leaves the state alone, 2 stops the node") {
-  for (const auto& [reaction, events] : std::map<std::uint32_t, std::vector<std::string>>{
-           {1, {"lost heartbeat"}}, {2, {"lost heartbeat", "state 4"}}}) {
-    DeviceRig rig(everything());
-    rig.start(true);
-    rig.write(0x1029, 1, 1, reaction);
-    rig.write(0x1016, 2, 4, 0x00050064);
-    rig.events.clear();
-    rig.arrive("705#05");
-    rig.pass(100 * kMillisecond);
-    CHECK(rig.events == events);
-    rig.expect("0C2#3081110000000000");
-  }
-}
-
-TEST_CASE("Two watched nodes lost are one error, over when both are back") {
-  DeviceRig rig(everything());
-  rig.start();
-  rig.write(0x1016, 1, 4, 0x00050064);
-  rig.write(0x1016, 2, 4, 0x00060032);
-  rig.arrive("705#05");
-  rig.arrive("706#05");
-  rig.pass(50 * kMillisecond);
-  rig.expect("0C2#3081110000000000");
-  rig.pass(50 * kMillisecond);
-  rig.expect_silence();
-  rig.arrive("706#05");
-  rig.expect_silence();
-  rig.arrive("705#00");
-  rig.expect("0C2#0000000000000000");
-}
-
-TEST_CASE("Node guarding: the toggle bit alternates; life guarding watches the master") {
-  DeviceRig rig(everything());
-  rig.start(true);
-  rig.write(0x100C, 0, 2, 100);
-  rig.write(0x100D, 0, 1, 3);
-  rig.pass(kSecond);
-  rig.expect_silence();  // it begins with the first request
-  rig.arrive("742#R1");
-  rig.expect("742#05");
-  rig.pass(299 * kMillisecond);
-  rig.arrive("742#R1");
-  rig.expect("742#85");
-  rig.events.clear();
-  rig.pass(300 * kMillisecond);
-  rig.expect("0C2#3081110000000000");
-  CHECK(rig.events == std::vector<std::string>{"lost guarding", "state 127"});
-  rig.arrive("742#R1");
-  rig.expect("742#7F");
-  rig.expect("0C2#0000000000000000");
-}
-
-TEST_CASE("Bus-off is a network failure too; back on the bus it is told, by EMCY 8140h") {
-  DeviceRig rig(everything());
-  rig.start(true);
   rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
-  CHECK(rig.events.empty());
+  rig.expect("0C2#2081110000000000");
+  rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
+  rig.expect_silence();
+  rig.device.on_bus_state(BusState::kActive, rig.now);
+  rig.expect("0C2#0000000000000000");
+  rig.device.on_bus_state(BusState::kOverflow, rig.now);
+  rig.expect("0C2#1081110000000000");
+  rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
+  rig.expect("0C2#2081110000000000");
+  rig.expect("0C2#0000110000000000");
   rig.device.on_bus_state(BusState::kBusOff, rig.now);
-  rig.device.on_bus_state(BusState::kBusOff, rig.now);
-  CHECK(rig.events == std::vector<std::string>{"lost bus-off", "state 127"});
   rig.expect_silence();
   rig.device.on_bus_state(BusState::kActive, rig.now);
   rig.expect("0C2#4081110000000000");
+  rig.expect("0C2#0000110000000000");
   rig.expect("0C2#0000000000000000");
 }
-
-// ---- TIME
 
 TEST_CASE("TIME consumer: milliseconds after midnight and days since 1984") {
   DeviceRig rig(everything());
@@ -345,4 +194,19 @@ TEST_CASE("A node ID that is set holds from the next reset of the communication 
   rig.arrive("000#8242");
   rig.expect("743#00");
   CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x643, 0x743});
+}
+
+// ---- The edges of the numbers
+
+TEST_CASE("FFFFh and sub-index FFh, the last there are, are like all others") {
+  DeviceRig rig({{0x1016, 1, 0xFF, kUnsigned32},
+                 {0x2001, 0xFF, 0xFF, kUnsigned8, 9},
+                 {0xFFFF, 0, 0xFF, kUnsigned16, 7}});
+  rig.start();
+  CHECK(rig.read(0x2001, 0xFF) == 9);
+  CHECK(rig.read(0xFFFF, 0xFF) == 7);
+  rig.write(0xFFFF, 0xFF, 2, 8);
+  rig.arrive("000#8142");
+  rig.expect("742#00");
+  CHECK(rig.read(0xFFFF, 0) == 7);
 }

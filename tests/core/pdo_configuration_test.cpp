@@ -232,3 +232,24 @@ TEST_CASE("A PDO that becomes valid, changes or ends in Operational") {
   rig.pass(9'000);
   rig.expect_silence();
 }
+
+TEST_CASE("PDOs of a dictionary whose last object is FFFFh") {
+  struct Application final : cbcan::PdoApplication {
+    void refresh(cbcan::Time) override {}
+    void on_written(cbcan::Time) override {}
+    void on_sync(cbcan::Time) override {}
+    void on_pdo_error(std::uint16_t, std::uint16_t, cbcan::Time) override {}
+    void on_pdo_error_over(std::uint16_t, cbcan::Time) override {}
+  } application;
+  const cbcan::ObjectEntry entries[] = {
+      {0x1800, 1, 1, cbcan::DataType::kUnsigned32, 1, cbcan::ObjectFlags::kReadWrite, 0, 4},
+      {0xFFFF, 0, 0xFF, cbcan::DataType::kUnsigned8, 0, cbcan::ObjectFlags::kReadWrite, 8, 1}};
+  std::vector<std::uint8_t> values(8 + 256);
+  cbcan::ObjectDictionary dictionary(entries, values, nullptr);
+  cbcan::test::RecordingPort port;
+  std::vector<Pdo::Tpdo> tpdos(Pdo::tpdo_count(entries));
+  Pdo pdo(dictionary, port, {}, tpdos, application);
+  pdo.reset({5, true}, 0);  // ends
+  CHECK(tpdos.size() == 2);
+  CHECK(tpdos[1].number == 1);
+}

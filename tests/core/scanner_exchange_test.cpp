@@ -96,7 +96,8 @@ struct Run {
     Master<ScannerPlc::kOut, ScannerPlc::kIn> master(
         module, {plc.out, plc.in, regmap::kScannerOutFirst, regmap::kScannerInFirst}, [this] { plc.scan(); });
     master.piece = piece;
-    while (plc.ended < requests) {
+    constexpr unsigned kMostExchanges = 40;  // of one request
+    for (unsigned i = 0; i < kMostExchanges * requests && plc.ended < requests; ++i) {
       master.exchange(order);
       module.run(period);
     }

@@ -40,6 +40,7 @@ TEST_CASE("Profile torque: the slope, the limit, halt") {
 
 TEST_CASE("Cyclic position: straight lines between the set-points of SYNCs; the last one holds") {
   DriveBench bench;
+  bench.put(0x6007, 0, 0);  // whatever becomes of the SYNC
   bench.put(0x60C2, 1, 10);
   bench.enable(8);
   CHECK(bench.status() == (kEnabled | kBit12));
@@ -63,6 +64,75 @@ TEST_CASE("Cyclic position: straight lines between the set-points of SYNCs; the 
   bench.sync();
   bench.pass(10'000);
   CHECK(bench.position() == 3'050);
+}
+
+TEST_CASE("Cyclic modes: SYNCs that have come at the period of 60C2h are missed after three periods") {
+  struct Row {
+    int option;  // 6007h
+    unsigned status;
+    std::int64_t error_code;
+  };
+  for (const int mode : {8, 9, 10}) {
+    for (const Row& row :
+         {Row{0, kEnabled | kBit12, 0}, {1, 0x0218, 0x8700}, {2, 0x0250, 0}, {3, 0x0250, 0}}) {
+      INFO("mode " << mode << ", 6007h = " << row.option);
+      DriveBench bench;
+      bench.put(0x60C2, 1, 10);
+      bench.put(0x6007, 0, row.option);
+      bench.enable(static_cast<std::int8_t>(mode));
+      bench.sync();
+      bench.pass(20'000);  // late by one is in time
+      bench.sync();
+      bench.pass(29'999);
+      CHECK(bench.status() == (kEnabled | kBit12));
+      CHECK(bench.log.empty());
+      bench.pass(1);
+      CHECK(bench.log == std::vector<std::string>{"8700/10"});
+      CHECK(bench.get(0x603F) == row.error_code);
+      bench.pass(kSecond);
+      CHECK((bench.status() & ~0x0400u) == row.status);
+      CHECK(bench.log.size() == 1);
+      bench.sync();
+      CHECK(bench.log == std::vector<std::string>{"8700/10", "8700 over"});
+    }
+  }
+}
+
+TEST_CASE("Cyclic modes: a SYNC that is slower than 60C2h, or of another mode, is not missed") {
+  DriveBench bench;
+  bench.put(0x60C2, 1, 10);
+  bench.enable(8);
+  for (int i = 0; i < 3; ++i) {
+    bench.sync();
+    bench.pass(20'001);
+  }
+  bench.pass(kSecond);
+  bench.set(0x60C2, 1, 0);
+  bench.sync();
+  bench.sync();
+  bench.pass(kSecond);
+  bench.set(0x60C2, 1, 10);
+  bench.set(0x6060, 0, 3);
+  bench.sync();
+  bench.pass(10'000);
+  bench.sync();
+  bench.pass(kSecond);
+  bench.set(0x6060, 0, 8);
+  bench.sync();
+  bench.pass(10'000);
+  bench.sync();
+  bench.control(0x0006);
+  bench.pass(kSecond);
+  CHECK(bench.log.empty());
+}
+
+TEST_CASE("Cyclic position: a period of 0 is at once, at the SYNC") {
+  DriveBench bench;
+  bench.put(0x60C2, 1, 0);
+  bench.enable(8);
+  bench.set(0x607A, 0, 1'000);
+  bench.sync();
+  CHECK(bench.position() == 1'000);
 }
 
 TEST_CASE("Cyclic position: no further than 607Dh, no faster than 607Fh") {

@@ -9,7 +9,7 @@ namespace cbcan::test {
 
 namespace {
 
-constexpr devices::AxisLayout kLayout{-100'000, 100'000, 20'500, 24'500};
+constexpr devices::AxisLayout kLayout{-100'000, 100'000, 20'500, 24'500, 50'000};
 
 constexpr unsigned kEnabled = 0x0237;
 constexpr unsigned kIdle = 0x0400;
@@ -119,14 +119,67 @@ TEST_CASE("Homing on the next index pulse, also from on top of one") {
 
 TEST_CASE("Reserved homing methods are refused, and an error where no SDO brought them") {
   Home bench(0);
-  for (const int method : {0, 15, 16, 31, 32, 36, 38, 127, -1, -128}) {
+  for (const int method : {15, 16, 31, 32, 38, 127, -5, -128}) {
     INFO(method);
     CHECK(bench.write(0x6098, 0, method) == AbortCode::kValue);
   }
-  for (const int method : {1, 14, 17, 30, 33, 34, 35, 37})
+  for (const int method : {0, 1, 14, 17, 30, 33, 34, 35, 36, 37, -1, -2, -3, -4})
     CHECK(bench.write(0x6098, 0, method) == AbortCode::kNone);
   bench.start(31);
   CHECK(bench.status() == (kEnabled | kError));
+}
+
+TEST_CASE("Hard stops, 50,000 beyond the limit switches: at them, or at the next index pulse off them") {
+  for (const auto& [method, home] :
+       {std::pair{-1, 140'000}, {-2, -140'000}, {-3, 150'000}, {-4, -150'000}, {36, -150'000}}) {
+    INFO(method);
+    Home bench(22'000);
+    bench.start(method);
+    bench.pass(60 * kSecond);
+    CHECK(bench.status() == (kEnabled | kAttained));
+    CHECK(bench.place() == home);
+    CHECK(bench.position() == 0);
+  }
+}
+
+TEST_CASE("Method 0, no homing: nothing moves, and it is attained") {
+  Home bench(22'000);
+  bench.put(0x607C, 0, 1'500);
+  bench.start(0);
+  CHECK(bench.status() == (kEnabled | kAttained));
+  bench.pass(kSecond);
+  CHECK(bench.place() == 22'000);
+  CHECK(bench.position() == 22'000);
+}
+
+TEST_CASE("Homing goes on after halt, wherever it was") {
+  for (const Time until :
+       {Time{0}, Time{200'000}, Time{2'700'000}}) {  // the last: on its way to the index pulse
+    INFO(until);
+    Home bench(0);
+    bench.start(1);
+    bench.pass(until);
+    bench.control(0x011F);
+    bench.pass(kSecond);
+    CHECK(bench.status() == (kEnabled | kIdle));
+    CHECK(bench.velocity() == 0);
+    bench.control(0x001F);
+    CHECK(bench.status() == kEnabled);
+    bench.pass(60 * kSecond);
+    CHECK(bench.status() == (kEnabled | kAttained));
+    CHECK(bench.place() == -90'000);
+  }
+}
+
+TEST_CASE("Homing that is commanded in halt begins when halt is over") {
+  Home bench(0);
+  bench.put(0x6098, 0, 17);
+  bench.control(0x011F);
+  bench.pass(kSecond);
+  CHECK(bench.status() == (kEnabled | kIdle));
+  bench.control(0x001F);
+  bench.pass(60 * kSecond);
+  CHECK(bench.status() == (kEnabled | kAttained));
 }
 
 TEST_CASE("The zero of position is the home offset further than the home") {

@@ -123,8 +123,10 @@ void check_step(unsigned before, unsigned after) {
   RC_ASSERT(std::ranges::count(from->next, after & 0x6FU) == 1);
   RC_ASSERT((after & 0xC100U) == 0U);  // nobody's bits
   RC_ASSERT((after & 0x0200U) != 0U);
-  const bool mode_bits = (after & 0x3800U) != 0;
+  const bool mode_bits = (after & 0x1800U) != 0;
   RC_ASSERT(!mode_bits || (after & 0x6FU) == 0x27U);
+  const bool faulty = (after & 0x6FU) == 0x0FU || (after & 0x6FU) == 0x08U;
+  RC_ASSERT((after & 0x2000U) == 0U || faulty || (after & 0x6FU) == 0x27U);
 }
 
 bool is_cyclic(std::int64_t mode) {

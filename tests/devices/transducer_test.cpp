@@ -89,6 +89,45 @@ TEST_CASE("reset node leaves the world as it is, without an event") {
   CHECK(sensor.get(0x9130, 1) == 7);
 }
 
+TEST_CASE("the process value stands in 6130h, 7130h and 9130h, as many of them as there are") {
+  using enum DataType;
+  Sensor sensor(dictionary_of({{0x6130, 2, kReal32},
+                               {0x6132, 2, kUnsigned8},
+                               {0x6150, 2, kUnsigned8},
+                               {0x7130, 2, kInteger16},
+                               {0x9130, 2, kInteger32}}),
+                {{0x6132, 2, 2}});
+  sensor.input(0x7130, 2, 12.5);
+  CHECK(sensor.get(0x6130, 2) == 0x41480000);  // 12.5
+  CHECK(sensor.get(0x7130, 2) == 1250);
+  CHECK(sensor.get(0x9130, 2) == 1250);
+  CHECK(sensor.get(0x9130, 1) == 0);
+  for (const char* changed : {"changed 6130:02", "changed 7130:02", "changed 9130:02"})
+    sensor.expect(changed);
+  sensor.input(0x6130, 2, 400);  // 40,000 is too large for 7130h
+  CHECK(sensor.get(0x7130, 2) == 0x7FFF);
+  CHECK(sensor.get(0x9130, 2) == 40'000);
+  CHECK(sensor.get(0x6150, 2) == 0x02);
+  for (const char* changed : {"changed 6130:02", "changed 7130:02", "changed 9130:02"})
+    sensor.expect(changed);
+}
+
+TEST_CASE("a transducer with 7130h alone, or 6130h alone, begins with what the file says") {
+  using enum DataType;
+  Sensor narrow(dictionary_of({{0x6132, 1, kUnsigned8}, {0x7130, 1, kInteger16}}),
+                {{0x6132, 1, 1}, {0x7130, 1, 250}});
+  CHECK(narrow.get(0x7130, 1) == 250);
+  narrow.write(0x6132, 1, 0);
+  CHECK(narrow.get(0x7130, 1) == 25);
+  narrow.expect("changed 7130:01");
+  CHECK_FALSE(narrow.device.set_input(0x9130, 1, 1, 0));
+  Sensor real(dictionary_of({{0x6130, 1, kReal32}}), {{0x6130, 1, 0x41480000}});
+  CHECK(real.get(0x6130, 1) == 0x41480000);
+  real.input(0x6130, 1, -1e30);
+  CHECK(real.get(0x6130, 1) == 0xF149F2CA);
+  real.expect("changed 6130:01");
+}
+
 TEST_CASE("a transducer has as many channels as its dictionary") {
   Sensor sensor(dictionary_of({{0x9130, 3, DataType::kInteger32}}));  // no digits, no status
   sensor.input(0x9130, 3, 33);

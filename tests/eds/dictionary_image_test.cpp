@@ -83,7 +83,8 @@ TEST_CASE("A compact array of strings keeps a length for each") {
 
 TEST_CASE("Access rights reach SDO and PDO") {
   const auto flags = [](const char* access, int pdo_mapping) {
-    const auto image = image_of(variable("2000", "5", access, "PDOMapping=" + std::to_string(pdo_mapping)));
+    const auto image =
+        image_of(variable("2000", "5", access, "DefaultValue=0\nPDOMapping=" + std::to_string(pdo_mapping)));
     REQUIRE(image.entries.size() == 1);
     return image.entries[0].flags;
   };
@@ -98,6 +99,20 @@ TEST_CASE("Access rights reach SDO and PDO") {
   CHECK(flags("rw", 1) == 0xC3);
   CHECK(flags("rwr", 1) == 0x83);
   CHECK(flags("rww", 1) == 0x43);
+}
+
+TEST_CASE("What the file gives no value is marked, one by one") {
+  const auto unset = [](const std::string& text) {
+    std::string marks;
+    for (const ObjectEntry& entry : image_of(text).entries)
+      marks += entry.has(ObjectFlags::kUnset) ? 'u' : '-';
+    return marks;
+  };
+  CHECK(unset(variable("2000", "5", "rw", "") + variable("2001", "5", "rw", "DefaultValue=") +
+              variable("2002", "5", "rw", "DefaultValue=0") + variable("2003", "5", "rw", "DefaultValue=x") +
+              variable("2004", "5", "rw", "ParameterValue=1")) == "uu-u-");
+  CHECK(unset("[2000]\nObjectType=8\nDataType=6\nCompactSubObj=3\n[2000Value]\nNrOfEntries=1\n2=7\n") ==
+        "-u-u");
 }
 
 TEST_CASE("Limits hold, both ends allowed") {
@@ -189,6 +204,14 @@ TEST_CASE("A device without objects has an empty dictionary") {
   const Device device("");
   ObjectEntry entry{};
   CHECK(device.dictionary.find(0x1000, 0, entry) == AbortCode::kNoObject);
+}
+
+TEST_CASE("FFFFh and sub-index FFh, the last there are, are like all others") {
+  Device device("[FFFF]\nParameterName=x\nObjectType=8\nSubNumber=2\n" + variable("FFFFsub0", "5", "ro", "") +
+                variable("FFFFsubFF", "5", "rw", "DefaultValue=7\nHighLimit=9"));
+  CHECK(device.read(0xFFFF, 0) == Bytes{0xFF});
+  CHECK(device.read(0xFFFF, 0xFF) == Bytes{7});
+  CHECK(device.write(0xFFFF, 0xFF, {10}) == AbortCode::kValueHigh);
 }
 
 }  // namespace cbcan::tests

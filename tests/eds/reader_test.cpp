@@ -30,6 +30,19 @@ const eds::Object& object(const eds::Result& result, std::uint16_t index, std::u
 
 }  // namespace
 
+TEST_CASE("An XDD is refused with a word, with or without its XML declaration") {
+  for (const char* text : {"<?xml version=\"1.0\"?>\n<ISO15745ProfileContainer/>",
+                           "\xEF\xBB\xBF\r\n <ISO15745ProfileContainer>\n[1000]\n"}) {
+    const auto result = cbcan::eds::read(text, "x.xdd", std::nullopt);
+    CHECK(result.device.objects.empty());
+    REQUIRE(result.diagnostics.size() >= 1);
+    CHECK(to_string(result.diagnostics.front()) ==
+          "x.xdd:1: this is XML, perhaps an XDD of CiA 311, which is not read: save it as EDS, as "
+          "CANopenEditor does");
+    CHECK(result.diagnostics.front().severity == cbcan::eds::Severity::kError);
+  }
+}
+
 TEST_CASE("Device information is read") {
   const eds::DeviceInfo info = read(R"([DeviceInfo]
 VendorName=Acme

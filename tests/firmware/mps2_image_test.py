@@ -4,6 +4,7 @@
 usage: mps2_image_test.py IMAGE CBCAN_SIM
 """
 
+import itertools
 import multiprocessing
 import os
 import pathlib
@@ -106,7 +107,7 @@ class Image(unittest.TestCase):
     def test_exceptions_and_other_stations(self):
         with Mcu(IMAGE) as mcu:
             self.assertEqual(mcu.request(b"\x2b\x0e\x01\x00", 2), b"\xab\x01")  # no such function
-            for first, count in (0, 1), (3699, 1), (3699, 2), (3769, 2), (3927, 2), (4131, 2), (4132, 1):
+            for first, count in (0, 1), (3699, 1), (3699, 2), (3769, 2), (3927, 2), (4132, 2), (4133, 1):
                 self.assertEqual(mcu.request(struct.pack(">BHH", 3, first, count), 2), b"\x83\x02", first)  # not there
             self.assertEqual(mcu.request(struct.pack(">BHH", 3, 0, 126), 2), b"\x83\x03")
             self.assertEqual(mcu.request(struct.pack(">BHH", 6, 4100, 1), 2), b"\x86\x02")  # read-only
@@ -130,6 +131,23 @@ class Image(unittest.TestCase):
                 mcu.modbus.send(frame)
                 mcu.modbus.receive(7)
                 self.assertGreater(time.monotonic() - begin, 0.00175)
+            self.finish(mcu)
+
+    def test_a_byte_behind_a_request_takes_it_back(self):
+        values = itertools.count(1)
+
+        def neither_executed_nor_answered():
+            value = next(values)
+            frame = b"\x01" + struct.pack(">BHH", 6, 3900, value)
+            hear_silence(mcu.modbus)
+            mcu.modbus.send(frame + crc(frame) + b"\x00")
+            if select.select([mcu.modbus.socket], [], [], 0.3)[0]:
+                return False  # the host was late with the byte
+            return mcu.read(3900, 1) != [value]
+
+        with Mcu(IMAGE) as mcu:
+            mcu.can.receive(len(OPENING + BOOT_UP))
+            wait_until(neither_executed_nor_answered, "a request that a byte takes back")
             self.finish(mcu)
 
     def test_thousands_of_transactions_on_a_loaded_host_none_lost_none_wrong(self):

@@ -3,7 +3,7 @@
 """The image for the STM32F446: its size, its start, and as much of it as QEMU has hardware for.
 
 QEMU's netduinoplus2 is an STM32F405 with the USARTs, TIM2 and the flash where the F446 has them; clocks, pins, watchdog and CAN are not there and
-read as 0. So the image finds no PLL and stays at 16 MHz, and no CAN controller, which shows as bus-off. TIM2 counts 62.5 times too fast:
+read as 0. So no clock comes from outside: the image stays at 16 MHz and off the CAN bus, which shows as bus-off. TIM2 counts 62.5 times too fast:
 20 ms between two bytes are 0.3 ms, which a loaded host exceeds. A request without a response is repeated, as a Modbus client does. TIM2 has no
 compare channel, which would end the image's sleep before a response: the test raises its interrupt instead.
 
@@ -60,13 +60,13 @@ class Machine:
             if select.select([self.line.socket], [], [], 0.01)[0]:
                 response += self.line.socket.recv(expected - len(response))
             else:
-                self.raise_timer_interrupt()
+                self.raise_interrupt("unnamed-gpio-in 28")  # TIM2 (RM0390, table 38)
         return response
 
-    def raise_timer_interrupt(self):
-        """28 (RM0390, table 38), by QEMU's protocol "qtest"."""
+    def raise_interrupt(self, line):
+        """By QEMU's protocol "qtest"."""
         for level in 1, 0:
-            self.hardware.send(f"set_irq_in /machine/unattached/device[0]/armv7m unnamed-gpio-in 28 {level}\n".encode())
+            self.hardware.send(f"set_irq_in /machine/unattached/device[0]/armv7m {line} {level}\n".encode())
             self.hardware.receive(len("OK\n"))
 
     def ask(self, request, expected):
@@ -111,17 +111,19 @@ class Image(unittest.TestCase):
         for handler in handlers:
             self.assertEqual(handler & 1, 1, "Thumb")
             self.assertTrue(FLASH + 113 * 4 <= handler < FLASH + len(image))
-        unexpected = vectors[2]
+        unexpected = vectors[3]
+        self.assertNotEqual(vectors[2], unexpected, "the NMI: the clock fails")
         # CAN1_RX0, CAN1_RX1, CAN1_SCE, TIM2, USART1, USART2 (RM0390, table 38) and nothing else.
         self.assertEqual([i for i in range(97) if vectors[16 + i] != unexpected], [20, 21, 22, 28, 37, 38])
 
     def test_it_starts_and_shows_its_diagnostics_over_modbus(self):
         with Machine() as machine:
-            words = machine.read(4100, 30)
+            words = machine.read(4100, 33)
             self.assertEqual(words[:2], VERSION)
             self.assertEqual(words[5], STACK)
             self.assertTrue(64 < words[6] < STACK // 2, words[6])
-            self.assertEqual(words[7], 0x10)  # no CAN controller: bus-off
+            self.assertEqual(words[7], 0x10)  # off the CAN bus
+            self.assertEqual(words[32], 2)  # the RC oscillator
             later = machine.read(4102, 2)
             self.assertGreater(later[0] | later[1] << 16, words[2] | words[3] << 16)
             print(f"stm32f4: {words[6]} bytes of stack used", flush=True)
@@ -134,11 +136,22 @@ class Image(unittest.TestCase):
             self.assertEqual(words[0], 4)
             self.assertEqual(words[6:], [0x0000, 0x0504])
 
+    def test_it_goes_on_after_an_nmi(self):
+        with Machine() as machine:
+            machine.write(3900, 7)
+            machine.raise_interrupt("NMI 0")
+            self.assertEqual(machine.read(3900, 1), [7])  # no reset
+
     def test_a_wrong_crc_is_not_answered_and_counted(self):
         with Machine() as machine:
             machine.read(4110, 2)
             self.assertEqual(machine.send(bytes.fromhex("010300000001FFFF"), 1), b"")
             self.assertGreater(machine.read(4110, 2)[0], 0)
+
+    def test_a_byte_behind_a_request_takes_it_back(self):
+        frame = b"\x01" + struct.pack(">BHH", 6, 3900, 7)
+        with Machine() as machine:
+            wait_until(lambda: machine.send(frame + crc(frame) + b"\x00", 8) == b"", "a request that a byte takes back")
 
 
 def version():

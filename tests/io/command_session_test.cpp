@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/sockets/command_session.hpp"
 
+#include <algorithm>
 #include <vector>
 
 #include "stream_client.hpp"
@@ -55,6 +56,29 @@ TEST_CASE("Command server: half a line of a client that leaves is not executed; 
   stays.send("whole\n");
   server.run_until([&] { return stays.heard() == "did whole\n"; });
   CHECK(server.executed == std::vector<std::string>{"whole"});
+}
+
+TEST_CASE("Command server: lines wait while their client does not read, and all are answered when it does") {
+  const std::string response(100'000, 'r');
+  std::size_t executed = 0;
+  const auto session = command_sessions([&](std::string_view) {
+    ++executed;
+    return response;
+  })();
+  std::string lines;
+  for (int i = 0; i < 500; ++i)
+    lines += "faults\n";
+  session->receive(lines);
+  CHECK(executed == 1);
+  std::size_t heard = 0;
+  while (!session->unsent().empty()) {
+    CHECK(session->unsent().size() < StreamServer::kMostUnsent + response.size());
+    const std::size_t part = std::min<std::size_t>(50'000, session->unsent().size());
+    session->sent(part);
+    heard += part;
+  }
+  CHECK(executed == 500);
+  CHECK(heard == 500 * response.size());
 }
 
 TEST_CASE("Command server: a line that is too long is refused and nothing else is lost") {

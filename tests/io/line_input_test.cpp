@@ -52,6 +52,23 @@ TEST_CASE("lines from a pipe, when they are whole") {
   CHECK(input.ended());
 }
 
+TEST_CASE("lines that nobody takes are not read") {
+  Reactor reactor;
+  Pipe pipe;
+  LineInput input(reactor, pipe.out.get(), "standard input");
+  pipe.write(std::string(3 * 4096, '\n'));
+  for (int turn = 0; turn < 10; ++turn)
+    reactor.run_once(0);
+  int lines = 0;
+  while (input.take())
+    ++lines;
+  CHECK(lines == 4096);
+  while (reactor.run_once(0) != 0)
+    while (input.take())
+      ++lines;
+  CHECK(lines == 3 * 4096);
+}
+
 TEST_CASE("lines from a file, which cannot wake the reactor") {
   Reactor reactor;
   const Descriptor file(open("/tmp", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));

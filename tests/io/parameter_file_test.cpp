@@ -84,6 +84,30 @@ TEST_CASE("A parameter file that is not there is empty, and is made when somethi
   CHECK(warnings.empty());
 }
 
+TEST_CASE("A link where the new file is made is not followed") {
+  const Folder folder;
+  std::ofstream(folder.file("other")) << "other";
+  REQUIRE(::symlink(folder.file("other").c_str(), folder.file("5.par.new").c_str()) == 0);
+  ParameterFile file(folder.file("5.par"), [](const std::string& line) { FAIL(line); });
+  CHECK(file.save(kParameters));
+  CHECK(text_of(folder.file("other")) == "other");
+  CHECK(file.load() == kParameters);
+  struct stat status {};
+  REQUIRE(::lstat(folder.file("5.par").c_str(), &status) == 0);
+  CHECK(S_ISREG(status.st_mode));
+}
+
+TEST_CASE("Stored values that do not fit are told") {
+  std::vector<std::string> warnings;
+  ParameterFile file("5.par", [&](const std::string& line) { warnings.push_back(line); });
+  file.tell_left_out({{0x1017, 0, {1}}, {0x2010, 0x1F, {}}});
+  file.tell_left_out(std::vector<cbcan::sim::StoredValue>(21, {0x1017, 0, {1}}));
+  REQUIRE(warnings.size() == 2);
+  CHECK(warnings[0] ==
+        "5.par: left out, as the EDS file has no such parameter of this length: 1017:00, 2010:1F");
+  CHECK(warnings[1].ends_with(", 1017:00 and 1 more"));
+}
+
 TEST_CASE("A parameter file that cannot be written keeps what it had, and somebody is told") {
   const Folder folder;
   std::vector<std::string> warnings;

@@ -150,8 +150,8 @@ TEST_CASE("forgetting what is not watched does nothing; watching what does not e
   reactor.forget(12345);
 }
 
-TEST_CASE("SIGINT and SIGTERM ask to stop") {
-  for (const int signal : {SIGINT, SIGTERM}) {
+TEST_CASE("SIGINT, SIGTERM and SIGHUP ask to stop") {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     Reactor reactor;
     StopSignals signals(reactor);
     CHECK_FALSE(signals.stop_requested());

@@ -131,5 +131,26 @@ TEST_CASE("RTU: a request that has been taken is not taken back") {
   CHECK(line.ask(kRead) == kSeven);
 }
 
+TEST_CASE("RTU: a broken byte makes the frame invalid in which or behind which it comes, and no other") {
+  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
+    for (std::size_t before = 1; before <= kWrite.size(); ++before) {
+      INFO(settings.gap_us << " us, after " << before << " bytes");
+      Line line(settings);
+      line.gap();
+      line.send({kWrite.begin(), kWrite.begin() + static_cast<std::ptrdiff_t>(before)});
+      line.server.on_broken_byte(line.now += Line::kByteUs);
+      line.send(kWrite);
+      CHECK_FALSE(line.request_waits());
+      CHECK(line.server.counters().broken_frames == 1);
+      CHECK(line.words[0] == 0);
+      line.gap();
+      line.server.on_broken_byte(line.now += Line::kByteUs);
+      line.send(kRead);
+      CHECK(line.response() == kZero);
+      CHECK(line.server.counters().broken_frames == 1);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace cbcan

@@ -287,6 +287,58 @@ TEST_CASE("A node that waits for its ID is made for none, whatever its DCF says,
                                "a number nor the device none such an input"});
 }
 
+TEST_CASE(
+    "A file that leaves its device to the reader: by its objects, or a warning that says what to write") {
+  const auto built = [](const std::string& text, const std::string& device = "") {
+    cbcan::plant::NodeConfig node = node_with({});
+    node.device = device;
+    return build_node(node, 0, [&](const std::string&) { return std::optional(text); });
+  };
+  const auto variable = [](const std::string& index, const std::string& type) {
+    return "[" + index + "]\nParameterName=x\nAccessType=rw\n" + type;
+  };
+  const std::string type = variable("1000", "DataType=7\n");
+  const std::string words = variable("6040", "DataType=6\n") + variable("6041", "DataType=6\n");
+  const std::string modes = variable("6060", "") + variable("6061", "DataType=2\n");
+
+  const auto unknown = built(type);
+  CHECK(unknown.node->device == "none");
+  CHECK(unknown.warnings ==
+        std::vector<std::string>{"x.eds: 1000h has no value, so the node has no device: write "
+                                 "one, 0x00020192 for a drive, or name the node's device in "
+                                 "the plant file"});
+  CHECK(built(type, "none").warnings.empty());
+
+  const auto drive = built(type + words + modes + variable("60FF", "DataType=4\n"));
+  CHECK(drive.node->device == "cia402");
+  CHECK(drive.warnings == std::vector<std::string>{"x.eds:13: [6060] has no DataType: INTEGER8 is assumed"});
+  CHECK(
+      drive.notes.back() ==
+      "x.eds: 1000h names no profile that has a device, but the objects are those of cia402, which it gets");
+  CHECK(drive.node->image.values.at(0) == 0x92);
+  CHECK(drive.node->image.values.at(1) == 0x01);
+
+  CHECK(built(variable("1000", "DataType=7\nDefaultValue=0x192\n") + words).warnings ==
+        std::vector<std::string>{
+            "x.eds: the device cia402 needs object 6060h, and the file has none of CiA's data type",
+            "x.eds: the device cia402 needs object 6061h, and the file has none of CiA's data type",
+            "x.eds: the device cia402 needs one of the objects 607Ah, 60FFh, 6071h, and the file has none of "
+            "CiA's "
+            "data type"});
+}
+
+TEST_CASE("A value of the plant file is not taken for one that the file leaves to the device") {
+  const auto read = [](const std::string&) {
+    return std::optional<std::string>(
+        "[605A]\nParameterName=x\nDataType=3\nAccessType=rw\n"
+        "[605D]\nParameterName=x\nDataType=3\nAccessType=rw\n");
+  };
+  auto build = build_node(node_with({{0x605A, 0, std::int64_t{0}, {}}}), 0, read);
+  REQUIRE(build.node);
+  CHECK_FALSE(build.node->image.entries.at(0).has(cbcan::ObjectFlags::kUnset));
+  CHECK(build.node->image.entries.at(1).has(cbcan::ObjectFlags::kUnset));
+}
+
 TEST_CASE("The reference's plant with signals is made of the demo plant's EDS files") {
   std::ifstream file(CBCAN_SOURCE_DIR "/docs/plant-file.md");
   const std::string page(std::istreambuf_iterator<char>(file), {});

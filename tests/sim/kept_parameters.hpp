@@ -13,8 +13,10 @@ class KeptParameters final : public sim::ParameterStore {
     if (works) kept = parameters;
     return works;
   }
+  void tell_left_out(const std::vector<sim::StoredValue>& values) override { left_out = values; }
   sim::StoredParameters kept;
   bool works = true;
+  std::vector<sim::StoredValue> left_out;
 };
 
 }  // namespace cbcan::test

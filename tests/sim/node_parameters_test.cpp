@@ -197,7 +197,66 @@ TEST_CASE("Node: stored values that do not fit the dictionary any more are left 
   Keeper keeper(&store);
   CHECK(keeper.values() == "0 17 8 0 ");
   CHECK(value_of(keeper.node, 0x1018, 4) == 1);
+  store.kept.values.erase(store.kept.values.begin() + 2);
+  CHECK(store.left_out == store.kept.values);
   keeper.bench.ask("605#4010100100000000", "585#4310100101000000");
+}
+
+TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") {
+  KeptParameters store;
+  sim::NodeParts parts;
+  parts.parameters = &store;
+  WorldBench bench;
+  std::vector<Row> all = rows();
+  all.push_back({0xFFFF, 0, 0xFF, DataType::kUnsigned8});
+  add_node_of(bench, 5, all, parts);
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("605#2FFFFFFF11000000", "585#60FFFFFF00000000");
+  bench.ask("605#2310100173617665", "585#6010100100000000");
+  CHECK(store.kept.values == Values{{0xFFFF, 0xFF, {0x11}}});
+}
+
+TEST_CASE("Node: objects for PDOs are stored too, but what the file maps by default, and 1003h") {
+  KeptParameters store;
+  sim::NodeParts parts;
+  parts.parameters = &store;
+  std::vector<Row> all = rows();
+  using enum DataType;
+  constexpr std::uint16_t kRwr = ObjectFlags::kReadWrite | ObjectFlags::kMapTpdo;
+  all.insert(all.begin() + 2, {0x1003, 0, 0, kUnsigned8});
+  all.push_back({0x6300, 0, 0, kUnsigned8, 0, kRwr});
+  all.push_back({0x6301, 0, 0, kUnsigned8, 0, kOutput});
+  WorldBench bench;
+  add_node_of(bench, 5, all, parts);
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("605#2F00630011000000", "585#6000630000000000");
+  bench.ask("605#2F01630012000000", "585#6001630000000000");
+  bench.ask("605#2F00620213000000", "585#6000620200000000");
+  bench.ask("605#2B00620114000000", "585#6000620100000000");  // 1600h:1
+  bench.ask("605#2310100173617665", "585#6010100100000000");
+  CHECK(store.kept.values == Values{{0x6200, 2, {0x13}}, {0x6300, 0, {0x11}}, {0x6301, 0, {0x12}}});
+}
+
+TEST_CASE("Node: what its device calls a set point is not stored, mapped or not") {
+  struct Device final : sim::Behaviour {
+    bool is_set_point(std::uint16_t index) const override { return index == 0x2000; }
+  };
+  KeptParameters store;
+  sim::NodeParts parts;
+  parts.parameters = &store;
+  parts.behaviour = [](sim::DeviceNode&, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
+    return std::make_unique<Device>();
+  };
+  WorldBench bench;
+  add_node(bench, 5, parts);
+  bench.start();
+  bench.expect("705#00");
+  bench.ask("605#2B00200011000000", "585#6000200000000000");
+  bench.ask("605#2B00620112000000", "585#6000620100000000");
+  bench.ask("605#2310100173617665", "585#6010100100000000");
+  CHECK(store.kept.values == Values{{0x6200, 1, {0x12, 0}}});
 }
 
 }  // namespace cbcan::test

@@ -89,12 +89,17 @@ inline std::vector<Row> rows(std::uint32_t serial = 1) {
   };
 }
 
-inline sim::Node& add_node(WorldBench& bench, std::uint8_t node_id, sim::NodeParts parts = {},
-                           std::uint32_t serial = 1) {
+inline sim::Node& add_node_of(WorldBench& bench, std::uint8_t node_id, const std::vector<Row>& all,
+                              sim::NodeParts parts = {}) {
   const std::uint8_t image_for = node_id == sim::Node::kNoNodeId ? std::uint8_t{0} : node_id;
   parts.node_id = node_id;
-  parts.image = image_of(rows(serial), image_for);
+  parts.image = image_of(all, image_for);
   return bench.world.add_node(std::move(parts));
+}
+
+inline sim::Node& add_node(WorldBench& bench, std::uint8_t node_id, sim::NodeParts parts = {},
+                           std::uint32_t serial = 1) {
+  return add_node_of(bench, node_id, rows(serial), std::move(parts));
 }
 
 inline std::uint64_t value_of(sim::Node& node, std::uint16_t index, std::uint8_t sub) {

@@ -124,11 +124,11 @@ class Mcu:
         return registers
 
     def diagnostics(self):
-        """R4100..R4131 by name, as docs/registers.md has them."""
-        words = self.read(4100, 32)
+        """R4100..R4132 by name, as docs/registers.md has them."""
+        words = self.read(4100, 33)
         names = {"uptime": 2, "modbus_requests": 8, "modbus_crc_errors": 10, "modbus_exceptions": 12, "modbus_lost": 14,
                  "can_received": 16, "can_sent": 18, "can_refused": 20, "can_lost": 22, "can_errors": 24,
                  "transactions": 26, "transactions_failed": 28, "transactions_cancelled": 30}
         values = {name: words[at] | words[at + 1] << 16 for name, at in names.items()}
         return values | {"version": words[0], "patch_level": words[1], "reset_cause": words[4], "stack_size": words[5],
-                         "stack_used": words[6], "can_state": words[7]}
+                         "stack_used": words[6], "can_state": words[7], "clock_source": words[32]}

@@ -28,7 +28,7 @@ def wait_until(condition, what):
 
 
 class Simulator:
-    def __init__(self, program, *options, log=True, before_start=None, stdin=subprocess.DEVNULL):
+    def __init__(self, program, *options, log=True, before_start=None, stdin=subprocess.DEVNULL, stderr=None, **keywords):
         self.folder = tempfile.TemporaryDirectory()
         self.log_path = pathlib.Path(self.folder.name) / "bus.log"
         command = [program, "--modbus", "127.0.0.1:0", *options]
@@ -41,8 +41,8 @@ class Simulator:
                 before_start()
 
         with self.error_path.open("w") as error:
-            self.process = subprocess.Popen(command, stdin=stdin, stdout=subprocess.PIPE, stderr=error, text=True,
-                                            preexec_fn=prepare)
+            self.process = subprocess.Popen(command, stdin=stdin, stdout=subprocess.PIPE, stderr=stderr or error, text=True,
+                                            preexec_fn=prepare, **keywords)
         if not select.select([self.process.stdout], [], [], LIMIT)[0]:
             self.stop()
             raise AssertionError("no ready line")

@@ -12,7 +12,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
 READ, EXECUTE = 5055, 0xCA0E
@@ -118,6 +118,15 @@ class Standing(unittest.TestCase):
             self.assertTrue(part, "closed by the simulator")
             text += part
         return text
+
+    def test_signals_while_time_passes(self):
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--heartbeat", "0x42=1", stdin=subprocess.PIPE)
+            self.addCleanup(simulator.stop)
+            simulator.process.stdin.write("pass 2592000s\n")
+            simulator.process.stdin.flush()
+            wait_until(lambda path=simulator.log_path: path.stat().st_size > 0, "time to pass")
+            self.assertEqual(simulator.stop(number), (0, ""))
 
     def test_signals_end_it(self):
         self.assertEqual(self.simulator.stop(), (0, ""))

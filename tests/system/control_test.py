@@ -95,6 +95,36 @@ class OverASocket(unittest.TestCase):
             self.assertEqual(simulator.stop()[0], 0)
             self.assertFalse(pathlib.Path(path).exists())
 
+    def test_a_unix_socket_of_somebody_else_stays(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "control"
+            simulator, _ = self.start("--control", f"unix:{path}")
+            path.unlink()
+            with socket.socket(socket.AF_UNIX) as other:
+                other.bind(str(path))
+                self.assertEqual(simulator.stop()[0], 0)
+                self.assertTrue(path.exists())
+
+    def test_many_long_lists_in_one_packet(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0")
+        for _ in range(1000):
+            commands("fault 0x42 response-never index=0x5FFF")
+        greedy = Commands(simulator.where["control"])
+        self.addCleanup(greedy.close)
+        greedy.socket.sendall(585 * b"faults\n")
+        before = self.memory(simulator)
+        for _ in range(100):
+            self.assertEqual(commands("time")[:3], "ok ")
+        self.assertLess(self.memory(simulator) - before, 10_000)
+        for _ in range(585 * 1001):
+            last = greedy.lines.readline()
+        self.assertEqual(last, "ok\n")
+
+    def memory(self, simulator):
+        """The most that it has had, in KiB."""
+        status = pathlib.Path(f"/proc/{simulator.process.pid}/status").read_text()
+        return int(status.split("VmHWM:")[1].split()[0])
+
     def test_garbage_is_answered_and_nobody_else_notices(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")
         other = Commands(simulator.where["control"])
@@ -136,6 +166,15 @@ class OnAStandingClock(unittest.TestCase):
             runs = [self.run_plant(lines, folder) for _ in range(2)]
         self.assertEqual(runs[0][0].stderr, runs[1][0].stderr)
         self.assertEqual(runs[0][1], runs[1][1])
+
+    def test_stored_values_that_do_not_fit_are_told(self):
+        with tempfile.TemporaryDirectory() as folder:
+            stored = pathlib.Path(folder) / "module.par"
+            stored.write_text("1017:00 = E803\n1018:01 = 01000000\n1029:01 = 0000\n5FFF:00 = 01\n")
+            done, _ = self.run_plant("get 5 0x1017\n", folder)
+        self.assertEqual(done.stdout.splitlines()[1:], ["ok 1000"])
+        self.assertEqual(done.stderr, f"cbcan-sim: {stored}: left out, as the EDS file has no such parameter of this length: 1018:01, "
+                                      "1029:01, 5FFF:00\n")
 
     def test_stored_parameters_outlive_the_program(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -54,6 +54,20 @@ class Starting(unittest.TestCase):
             plant.write_bytes(bytes(range(256)))  # the line end is among them
             self.check_refused(run("--config", str(plant)), 2, f"{plant}:2: ", "UTF-8")
 
+    def test_files_without_an_end(self):
+        modbus = ("--modbus", "127.0.0.1:0")
+        self.check_refused(run("--config", "/dev/zero", *modbus), 2, "cbcan-sim: /dev/zero: more than 16 MiB; ")
+        self.check_refused(run("--demo", "--parameters", "0x42=/dev/full", *modbus), 2, "cbcan-sim: /dev/full: more than 16 MiB; ")
+
+    def test_plant_file_made_to_hurt_the_parser(self):
+        with tempfile.TemporaryDirectory() as folder:
+            plant = pathlib.Path(folder) / "plant.toml"
+            for line in (".".join(200_000 * "a") + " = 1", "[" + ".".join(200_000 * "a") + "]", 5_000_000 * "a" + " = 1"):
+                plant.write_text(f"[modbus]\n{line}\n")
+                self.check_refused(run("--config", str(plant)), 2, f"{plant}:2: a line of more than 10000 characters; ")
+            plant.write_text(500 * (9_990 * "a" + " = 1\n[[network]]\n"))
+            self.check_refused(run("--config", str(plant)), 2, f"{plant}:1: aaa")
+
     def test_port_in_use(self):
         with socket.create_server(("127.0.0.1", 0)) as other:
             address = f"127.0.0.1:{other.getsockname()[1]}"
@@ -79,10 +93,19 @@ class Starting(unittest.TestCase):
 
 class Ending(unittest.TestCase):
     def test_signals(self):
-        for number in (signal.SIGTERM, signal.SIGINT):
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             simulator = Simulator(PROGRAM, "--demo")
             code, error = simulator.stop(number)
             self.assertEqual((code, error), (0, ""))
+
+    def test_nohup(self):
+        simulator = Simulator(PROGRAM, "--demo", before_start=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        self.addCleanup(simulator.stop)
+        simulator.process.send_signal(signal.SIGHUP)
+        with simulator.window() as window:
+            for _ in range(10):
+                self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.assertEqual(simulator.stop(), (0, ""))
 
     def test_in_the_middle_of_a_transfer_that_takes_longer_than_this_waits(self):
         simulator = Simulator(PROGRAM, "--demo", "--sdo-timeout", str(1000 * (LIMIT + 5)))

@@ -141,11 +141,12 @@ class Dissected(unittest.TestCase):
         self.assertEqual(self.column("canopen.nmt_guard.toggle"), list("0000010000"))  # boot-ups and heartbeats too
 
     def test_process_data_and_emergencies(self):
+        # Four nodes tell 8240h: the second SYNC has a counter, and 1019h says none.
         self.assertEqual(self.kinds(*PROCESS)[1], {
-            "NMT: Start remote node": 1, "SYNC": 2, "TIME STAMP": 1, "EMCY": 2, "remote frame": 1,
+            "NMT: Start remote node": 1, "SYNC": 2, "TIME STAMP": 1, "EMCY": 6, "remote frame": 1,
             "PDO1 (tx)": 6, "PDO2 (tx)": 3, "PDO3 (tx)": 2, "PDO4 (tx)": 2, "PDO1 (rx)": 2, "PDO2 (rx)": 2})
-        self.assertEqual(self.column("canopen.em.err_code"), ["0x8210", "0x0000"])
-        self.assertEqual(self.column("canopen.em.err_reg"), ["0x11", "0x00"])
+        self.assertEqual(self.column("canopen.em.err_code"), ["0x8240"] * 4 + ["0x8210", "0x0000"])
+        self.assertEqual(self.column("canopen.em.err_reg"), ["0x11"] * 6)
         self.assertEqual(self.column("canopen.sync.counter"), ["1"])
         self.assertIn("Apr 15, 2030 00:00:40", self.column("canopen.time_stamp")[0])
 

@@ -209,8 +209,7 @@ TEST_CASE("CiA 402 introduction: profile velocity, the four steps") {
   drive.bench.ask("605#406C600000000000", "585#436C600000000000");
 }
 
-// INTEGER8, INTEGER16 and UNSIGNED16, INTEGER32 and UNSIGNED32 response with 4Fh, 4Bh, 43h. Of current and
-// rated current the demo drive has nothing.
+// INTEGER8, INTEGER16 and UNSIGNED16, INTEGER32 and UNSIGNED32 have a response with 4Fh, 4Bh, 43h.
 TEST_CASE("CiA 402 introduction: the objects and their sizes") {
   DriveNode drive;
   drive.bench.ask("605#4040600000000000", "585#4B40600000000000");
@@ -227,8 +226,9 @@ TEST_CASE("CiA 402 introduction: the objects and their sizes") {
   drive.bench.ask("605#4098600000000000", "585#4F98600023000000");
   drive.bench.ask("605#407D600100000000", "585#437D600100000000");
   drive.bench.ask("605#407D600200000000", "585#437D600200000000");
-  for (const char* object : {"736000", "756000", "786000"})
-    drive.bench.ask("605#40" + std::string(object) + "00000000", "585#80" + std::string(object) + "00000206");
+  drive.bench.ask("605#4073600000000000", "585#4B736000E8030000");
+  drive.bench.ask("605#4075600000000000", "585#4375600088130000");
+  drive.bench.ask("605#4078600000000000", "585#4B78600000000000");
 }
 
 // 65,536 increments, gear 5:1, feed 100 mm: 80,000 increments are 24.414 mm. Positions are whole numbers: in

@@ -42,8 +42,7 @@ inline sim::Node& add_demo_node(WorldBench& bench, const std::string& file, std:
   parts.node_id = node_id;
   parts.image = demo_image(file, node_id, values);
   const ObjectDictionary dictionary(parts.image.entries, parts.image.values, nullptr);
-  const auto profile = static_cast<std::uint16_t>(dictionary.get(0x1000, 0));
-  parts.behaviour = devices::device_for_profile(profile).make;
+  parts.behaviour = devices::device_for(dictionary).make;
   return bench.world.add_node(std::move(parts));
 }
 

@@ -85,15 +85,15 @@ std::string markdown() {
     out << "| " << hex32(row.code) << " | " << row.name << " | " << row.meaning << " | "
         << (row.in_table_3 ? "yes" : "") << " |\n";
   out << "\n## Scanner window\n\nWhere its two blocks begin are settings; this is where they begin unless "
-         "set. How to use it: [scanner.md](scanner.md).\n\n";
+         "set.\n"
+         "How to use it: [scanner.md](scanner.md).\n\n";
   markdown_registers(out, kScanner);
   markdown_numbers(out, "Result codes of the scanner window besides (R601)", kScannerResults);
   out << "\n## Process data\n\nWhere the range begins is a setting; this is where it begins unless set.\n\n";
   markdown_registers(out, kProcessData);
   out << "\n## Diagnostics of the firmware images\n\n"
-         "Read-only holding registers of the images for microcontrollers, outside the window; a 32-bit "
-         "number "
-         "is low word first.\n\n";
+         "Read-only holding registers of the images for microcontrollers, outside the window; a 32-bit\n"
+         "number is low word first.\n\n";
   markdown_registers(out, kDiagnostics);
   return out.str();
 }

@@ -19,12 +19,13 @@ struct CanCounters {
   std::uint32_t sent = 0;      ///< frames that the controller took
   std::uint32_t refused = 0;   ///< times that it had no room
   std::uint32_t lost = 0;      ///< frames, or bytes of a serial adapter, lost for want of room
-  std::uint32_t errors = 0;    ///< bus errors, or lines of a serial adapter without sense
+  std::uint32_t errors = 0;    ///< bus errors, failed starts, or lines of a serial adapter without sense
 };
 
 /// For the diagnostics registers.
 struct Health {
   regmap::ResetCause reset_cause = regmap::ResetCause::kUnknown;
+  regmap::ClockSource clock_source = regmap::ClockSource::kOnly;
   std::uint16_t stack_size = 0;   ///< bytes
   std::uint16_t stack_used = 0;   ///< bytes, ever
   std::uint32_t modbus_lost = 0;  ///< bytes that the UART received and could not hand on

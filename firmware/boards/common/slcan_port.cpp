@@ -27,7 +27,7 @@ bool SlcanPort::receive(Frame& frame) {
   char c;
   while (received_.pop(c)) {
     const Event event = reader_.on_char(c);
-    if (event != Event::kNone && !answers_status_) silent_ = 1;
+    if (event != Event::kNone) hear(event != Event::kBell);
     if (event == Event::kBell || event == Event::kLost) ++counters_.errors;
     if (event != Event::kLine) continue;
     if (slcan::decode(reader_.line(), frame)) {
@@ -51,18 +51,34 @@ void SlcanPort::on_line(std::string_view line) {
     status_ = *state;
     answers_status_ = true;
     silent_ = 1;
+    off_ = false;
   }
+}
+
+/// A response, or anything else. Of those to what opens the adapter the last one tells whether it is open;
+/// from one that is not, a "no" is no sign of life.
+void SlcanPort::hear(bool yes) {
+  if (answers_status_) return;
+  if (opening_)
+    open_ = yes;
+  else if (yes)
+    off_ = false;
+  if (yes || !off_) silent_ = 1;
 }
 
 Time SlcanPort::poll(Time now) {
   if (now < due_) return due_;
-  due_ = now + kStatusInterval;
   if (silent_ == 0) {
+    off_ = due_ != 0;  // it has been silent, but for the first time
+    open_.reset();
     std::array<char, slcan::kMaxLine> line;
     put({line.data(), slcan::encode_open(kbit_per_second_, line)});
   } else {
+    if (opening_ && open_) off_ = !*open_;
     put(slcan::kAskStatus);
   }
+  opening_ = silent_ == 0;
+  due_ = now + kStatusInterval;
   silent_ = static_cast<std::uint8_t>((silent_ + 1) % kSilentPolls);
   return due_;
 }

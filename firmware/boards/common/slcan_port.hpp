@@ -7,7 +7,9 @@
 ///
 /// The UART's interrupts call on_char() and next_char(); the loop calls all the rest.
 
+#include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "boards/common/hardware.hpp"
@@ -45,7 +47,9 @@ class SlcanPort final : public CanPort {
   /// Opens the adapter or asks for its state, when that is due; returns the time of the next call.
   Time poll(Time now);
 
-  BusState state() const { return status_ > unasked_ ? status_ : unasked_; }
+  /// kBusOff also while the adapter has been silent for a second, or refuses to open. Frames are sent all the
+  /// same: there are adapters that never say anything but frames.
+  BusState state() const { return off_ ? BusState::kBusOff : std::max(status_, unasked_); }
   CanCounters counters() const;
 
  private:
@@ -54,6 +58,7 @@ class SlcanPort final : public CanPort {
 
   bool put(std::string_view line);
   void on_line(std::string_view line);
+  void hear(bool yes);
 
   Ring<char, kQueue> received_;
   Ring<char, kQueue> to_send_;
@@ -62,6 +67,9 @@ class SlcanPort final : public CanPort {
   std::uint16_t kbit_per_second_;
   std::uint8_t silent_ = 0;               ///< polls since the adapter was opened, or last gave a sign of life
   bool answers_status_ = false;           ///< it has done so: from then on nothing else is a sign of life
+  bool opening_ = false;                  ///< what comes now are the responses to what opens it
+  std::optional<bool> open_;              ///< the last of them
+  bool off_ = false;                      ///< silent or closed
   BusState status_ = BusState::kActive;   ///< as asked for
   BusState unasked_ = BusState::kActive;  ///< as it last said by itself
   CanCounters counters_;

@@ -67,6 +67,7 @@ void publish(Diagnostics registers, Time now, const Health& health, BusState bus
   put(registers, regmap::kTransactions, transactions.executed);
   put(registers, regmap::kTransactionsFailed, transactions.failed);
   put(registers, regmap::kTransactionsCancelled, transactions.cancelled);
+  at(registers, regmap::kClockSource) = static_cast<std::uint16_t>(health.clock_source);
 }
 
 }  // namespace cbcan::boards

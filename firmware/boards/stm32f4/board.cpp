@@ -20,19 +20,17 @@ constexpr std::uintptr_t kUsart1Base = 0x40011000, kUsart2Base = 0x40004400;
 }  // namespace
 
 Board::Board(const Settings& settings)
-    : settings_(settings), usart_(Mmio(settings.line == ModbusLine::kRs485 ? kUsart1Base : kUsart2Base)) {}
+    : settings_(settings),
+      usart_(Mmio(is_rs485() ? kUsart1Base : kUsart2Base)),
+      supervisor_(rcc_, timer_, usart_, can_, settings) {}
 
 void Board::start(RtuServer& modbus, std::uint8_t node_id) {
   modbus_ = &modbus;
   reset_cause_ = rcc_.take_reset_cause();
-  const Clocks clocks = rcc_.start(settings_.hse_is_clock);
   rcc_.enable(kPortsAAndB, kTim2Usart2Can1, kUsart1);
   set_pins();
-  timer_.start(clocks.timers);
   watchdog_.start();
-  // A controller that does not answer is never on the bus: the registers show bus-off.
-  can_.init(clocks.apb1, settings_.can_bit_rate, node_id);
-  usart_.init(is_rs485() ? clocks.apb2 : clocks.apb1, settings_.baud, settings_.format);
+  supervisor_.start(node_id);
   for (const std::size_t interrupt :
        {kCan1Rx0Interrupt, kCan1Rx1Interrupt, kCan1SceInterrupt, kTim2Interrupt, modbus_interrupt()})
     enable_interrupt(interrupt);
@@ -50,7 +48,11 @@ void Board::set_pins() {
 void Board::sleep_until(Time due) {
   watchdog_.feed();
   const Time time = now();
-  due = earlier(due, can_.poll(time));
+  {
+    const InterruptLock lock;
+    supervisor_.follow(timer_.read());
+  }
+  due = earlier(due, supervisor_.poll_can(time));
   sleep_.until(due, time, [this](Time end) { timer_.wake_at(static_cast<std::uint32_t>(end)); });
 }
 
@@ -65,6 +67,7 @@ Health Board::health(std::size_t /*network*/) {
   const UsartCounters& usart = usart_.counters();
   Health health;
   health.reset_cause = reset_cause_;
+  health.clock_source = supervisor_.source();
   health.stack_size = static_cast<std::uint16_t>(stack_size());
   health.stack_used = static_cast<std::uint16_t>(stack_high_water());
   health.modbus_lost = usart.overrun + usart.parity + usart.framing;
@@ -72,8 +75,14 @@ Health Board::health(std::size_t /*network*/) {
   health.can.sent = can.sent;
   health.can.refused = can.refused;
   health.can.lost = can.overruns + can.queue_full + can.taken_back;
-  health.can.errors = can.errors;
+  health.can.errors = can.errors + can.given_up;
   return health;
+}
+
+/// An interrupt that is pending keeps the core from sleeping even where the loop has just decided to.
+void Board::on_nmi() {
+  supervisor_.on_nmi();
+  pend_interrupt(kTim2Interrupt);
 }
 
 void Board::on_can_received() {
@@ -87,6 +96,7 @@ void Board::on_can_error() {
 }
 
 void Board::on_modbus() {
+  supervisor_.on_line_used(timer_.read());
   usart_.on_interrupt(*this);
   sleep_.wake();
 }

@@ -15,8 +15,8 @@
 #include "boards/common/registers.hpp"
 #include "boards/common/station.hpp"
 #include "boards/stm32f4/bxcan.hpp"
+#include "boards/stm32f4/clock_supervisor.hpp"
 #include "boards/stm32f4/gpio.hpp"
-#include "boards/stm32f4/rcc.hpp"
 #include "boards/stm32f4/settings.hpp"
 #include "boards/stm32f4/timer.hpp"
 #include "boards/stm32f4/usart.hpp"
@@ -37,8 +37,8 @@ class Board final : public Hardware {
  public:
   explicit Board(const Settings& settings);
 
-  /// Clocks, pins, peripherals and interrupts on. `modbus` gets the bytes of the line; `node_id` is the own
-  /// one.
+  /// Pins, peripherals and interrupts on, CAN when there is a clock for it (clock_supervisor.hpp). `modbus`
+  /// gets the bytes of the line; `node_id` is the own one.
   void start(RtuServer& modbus, std::uint8_t node_id);
 
   CanPort& can() { return can_; }
@@ -53,6 +53,7 @@ class Board final : public Hardware {
   Health health(std::size_t network) override;
 
   // Interrupts.
+  void on_nmi();
   void on_can_received();
   void on_can_error();
   void on_modbus();
@@ -60,6 +61,7 @@ class Board final : public Hardware {
 
   // What the USART calls in its interrupt.
   void on_byte(std::uint8_t byte) { modbus_->on_byte(byte, timer_.read()); }
+  void on_broken_byte() { modbus_->on_broken_byte(timer_.read()); }
   void on_sent();
 
  private:
@@ -75,6 +77,7 @@ class Board final : public Hardware {
   Watchdog<Mmio> watchdog_{Mmio(0x40003000)};
   BxCan<Mmio> can_{Mmio(0x40006400)};
   Usart<Mmio> usart_;
+  ClockSupervisor<Mmio> supervisor_;
   Clock clock_;
   regmap::ResetCause reset_cause_ = regmap::ResetCause::kUnknown;
   RtuServer* modbus_ = nullptr;

@@ -3,9 +3,10 @@
 
 /// Driver of the bxCAN controller of STM32F1/F2/F4 (RM0390, chapter 30) as the core's CanPort.
 ///
-/// Who calls what: init() once; on_rx_interrupt() from CAN1_RX0 and CAN1_RX1, which have the same priority;
-/// on_error_interrupt() from CAN1_SCE; everything else from the loop. Nothing blocks but init(), which waits
-/// for one handshake, bounded.
+/// Who calls what: init() after each reset of the peripheral; on_rx_interrupt() from CAN1_RX0 and CAN1_RX1,
+/// which have the same priority; on_error_interrupt() from CAN1_SCE; everything else from the loop. Nothing
+/// blocks. A controller that does not do what it is asked for within kGiveUpAfter is left alone: stopped().
+/// Then it wants a reset, and init().
 ///
 /// Reception: FIFO 0 has what is addressed to this node - SDO responses and requests, NMT commands, node
 /// guarding requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC, TIME,
@@ -33,13 +34,6 @@
 
 namespace cbcan::boards::stm32f4 {
 
-enum class CanInit : std::uint8_t {
-  kDone,
-  kBitRate,     ///< the clock does not give this bit rate: choose another, or another clock
-  kNoResponse,  ///< no INAK: the controller has no clock (RCC_APB1ENR), or no CANRX pin to follow a frame's
-                ///< end
-};
-
 struct BxCanCounters {
   std::uint32_t received = 0;    ///< frames that passed the filters
   std::uint32_t sent = 0;        ///< acknowledged by another node
@@ -49,6 +43,8 @@ struct BxCanCounters {
   std::uint32_t taken_back = 0;  ///< frames that were not sent: bus-off, or kStaleAfter
   std::uint32_t errors = 0;      ///< times that poll() found a new code in LEC
   std::uint32_t bus_off = 0;     ///< times bus-off was entered
+  std::uint32_t given_up = 0;    ///< times that the controller did not enter initialization mode (it has no
+                                 ///< clock, or no CANRX pin to follow a frame's end) or kept a frame
   std::uint8_t last_error = 0;   ///< LEC: 1 stuff, 2 form, 3 acknowledgement, 4 and 5 bit, 6 CRC; 0 none yet
   std::uint8_t transmit_errors = 0;  ///< TEC
   std::uint8_t receive_errors = 0;   ///< REC
@@ -63,27 +59,33 @@ class BxCan final : public CanPort {
   static constexpr Time kStaleAfter = kSecond;
   /// BusState::kOverflow is shown this long after the last loss, so that a slow PLC sees it.
   static constexpr Time kOverflowShown = kSecond;
+  /// Longer than a frame at 10 kbit/s, and than the 128 times 11 bits of bus-off, which a reset would cut
+  /// short.
+  static constexpr Time kGiveUpAfter = 200 * kMillisecond;
 
   explicit BxCan(Registers registers) : registers_(registers) {}
   BxCan(const BxCan&) = delete;
   BxCan& operator=(const BxCan&) = delete;
 
-  /// `clock` is that of APB1, `bit_rate` 10'000..1'000'000, both in Hz; `node_id` the own one, 1..127. The
-  /// controller joins the bus when it has seen 11 recessive bits: until then state() is kBusOff.
-  CanInit init(std::uint32_t clock, std::uint32_t bit_rate, std::uint8_t node_id) {
+  /// `clock` is that of APB1, `bit_rate` 10'000..1'000'000, both in Hz; `node_id` the own one, 1..127. poll()
+  /// does the rest. The controller joins the bus when it has seen 11 recessive bits: until then state() is
+  /// kBusOff. False: the clock does not give this bit rate.
+  bool init(std::uint32_t clock, std::uint32_t bit_rate, std::uint8_t node_id, Time now) {
     const std::optional<BitTiming> timing = bit_timing(clock, bit_rate);
-    if (!timing) return CanInit::kBitRate;
-    registers_.write(bxcan::kMcr, kOptions | bxcan::kInrq);
-    if (!initialization_entered()) return CanInit::kNoResponse;
-    registers_.write(bxcan::kBtr, timing->btr());
-    set_filters(node_id);
-    registers_.write(bxcan::kIer,
-                     bxcan::kFmpie0 | bxcan::kFmpie1 | bxcan::kEpvie | bxcan::kBofie | bxcan::kErrie);
-    registers_.write(bxcan::kEsr, bxcan::kLec);
-    registers_.write(bxcan::kMcr, kOptions);
-    phase_ = Phase::kJoining;
-    return CanInit::kDone;
+    if (!timing) return false;
+    btr_ = timing->btr();
+    node_id_ = node_id;
+    give_up_at_ = now + kGiveUpAfter;
+    enter_initialization();
+    return true;
   }
+
+  /// The peripheral has been reset: off the bus, until init().
+  void stop() {
+    phase_ = Phase::kStopped;
+    state_ = BusState::kBusOff;
+  }
+  bool stopped() const { return phase_ == Phase::kStopped; }
 
   [[nodiscard]] bool try_send(const Frame& frame) override {
     const std::uint32_t status = phase_ == Phase::kRunning ? collect() : 0;
@@ -115,10 +117,11 @@ class BxCan final : public CanPort {
   /// Follows errors, bus-off and old frames; once in each turn of the loop. Returns when it wants to be
   /// called next.
   Time poll(Time now) {
-    if (phase_ == Phase::kStopped) return kNever;
+    if (stopped()) return kNever;
     collect();
     const std::uint32_t errors = read_errors();
-    follow_bus_off(errors);
+    follow_phase(errors, now);
+    if (stopped()) return now;
     const Time due = take_back_stale(now);
     follow_losses(now);
     state_ = state_of(errors, now);
@@ -140,23 +143,50 @@ class BxCan final : public CanPort {
   /// Requests are served in their order, as CanPort asks. A full FIFO keeps what it has: what the interrupt
   /// is reading cannot change under it. DBF is left as reset leaves it.
   static constexpr std::uint32_t kOptions = bxcan::kTxfp | bxcan::kRflm | bxcan::kDbf;
-  /// Reads of MSR until init() gives up: several ms, where the manual has some clock periods.
-  static constexpr std::uint32_t kHandshakeReads = 100'000;
   /// How often poll() wants to be called while the bus is not well: that it is well again is no interrupt.
   static constexpr Time kLook = kMillisecond;
 
   enum class Phase : std::uint8_t {
-    kStopped,  ///< before init()
+    kStopped,
+    kEntering,  ///< until the controller is in initialization mode, which asks for recovery from bus-off too
+    kJoining,   ///< until it is on the bus: 11 recessive bits, after bus-off 128 times
     kRunning,
-    kEmptying,   ///< bus-off: until all mailboxes are empty
-    kResetting,  ///< bus-off: until the controller is in initialization mode, which asks for the recovery
-    kJoining,    ///< until it is on the bus: 11 recessive bits, after bus-off 128 times
+    kEmptying,  ///< bus-off: until all mailboxes are empty
   };
 
-  bool initialization_entered() {
-    for (std::uint32_t i = 0; i < kHandshakeReads; ++i)
-      if ((registers_.read(bxcan::kMsr) & (bxcan::kInak | bxcan::kSlak)) == bxcan::kInak) return true;
-    return false;
+  // ---- On the bus, and back from bus-off
+
+  void follow_phase(std::uint32_t errors, Time now) {
+    const bool bus_off = (errors & bxcan::kBoff) != 0;
+    if (phase_ == Phase::kRunning && bus_off) {
+      ++counters_.bus_off;
+      give_up_at_ = now + kGiveUpAfter;
+      phase_ = Phase::kEmptying;
+    }
+    if (phase_ == Phase::kEmptying && !abort_all()) enter_initialization();
+    const std::uint32_t mode = registers_.read(bxcan::kMsr) & (bxcan::kInak | bxcan::kSlak);
+    if (phase_ == Phase::kEntering && mode == bxcan::kInak) configure();
+    if (phase_ == Phase::kJoining && mode == 0 && !bus_off) phase_ = Phase::kRunning;
+    if ((phase_ == Phase::kEntering || phase_ == Phase::kEmptying) && now >= give_up_at_) {
+      ++counters_.given_up;
+      stop();
+    }
+  }
+
+  void enter_initialization() {
+    registers_.write(bxcan::kMcr, kOptions | bxcan::kInrq);
+    phase_ = Phase::kEntering;
+  }
+
+  /// In initialization mode, and out of it.
+  void configure() {
+    registers_.write(bxcan::kBtr, btr_);
+    set_filters();
+    registers_.write(bxcan::kIer,
+                     bxcan::kFmpie0 | bxcan::kFmpie1 | bxcan::kEpvie | bxcan::kBofie | bxcan::kErrie);
+    registers_.write(bxcan::kEsr, bxcan::kLec);
+    registers_.write(bxcan::kMcr, kOptions);
+    phase_ = Phase::kJoining;
   }
 
   // ---- Filters: 16-bit, banks 0 and 1 to FIFO 0, 2 and 3 to FIFO 1; where two match, the lower bank counts.
@@ -171,10 +201,10 @@ class BxCan final : public CanPort {
     return (exactly(mask) | bxcan::kFilterIde) << 16 | exactly(id);
   }
 
-  void set_filters(std::uint8_t node_id) {
+  void set_filters() {
     constexpr std::uint32_t kFunction = 0x780, kWhole = 0x7FF;  // without and with the node ID
-    const std::uint32_t own = exactly(0x600u + node_id) | (exactly(0x700u + node_id) | bxcan::kFilterRtr)
-                                                              << 16;
+    const std::uint32_t own = exactly(0x600u + node_id_) | (exactly(0x700u + node_id_) | bxcan::kFilterRtr)
+                                                               << 16;
     modify(registers_, bxcan::kFmr, 0, bxcan::kFinit);
     registers_.write(bxcan::kFa1r, 0);
     registers_.write(bxcan::kFm1r, bxcan::bit(1));
@@ -262,27 +292,6 @@ class BxCan final : public CanPort {
     return errors;
   }
 
-  /// From bus-off back: mailboxes empty, initialization mode, on the bus again.
-  void follow_bus_off(std::uint32_t errors) {
-    const bool bus_off = (errors & bxcan::kBoff) != 0;
-    if (phase_ == Phase::kRunning && bus_off) {
-      ++counters_.bus_off;
-      phase_ = Phase::kEmptying;
-    }
-    if (phase_ == Phase::kEmptying && !abort_all()) {
-      registers_.write(bxcan::kMcr, kOptions | bxcan::kInrq);
-      phase_ = Phase::kResetting;
-    }
-    if (phase_ == Phase::kRunning || phase_ == Phase::kEmptying) return;
-    const bool in_initialization = (registers_.read(bxcan::kMsr) & bxcan::kInak) != 0;
-    if (phase_ == Phase::kResetting && in_initialization) {
-      registers_.write(bxcan::kMcr, kOptions);
-      phase_ = Phase::kJoining;
-    } else if (phase_ == Phase::kJoining && !in_initialization && !bus_off) {
-      phase_ = Phase::kRunning;
-    }
-  }
-
   void follow_losses(Time now) {
     const BxCanCounters counters = this->counters();
     const std::uint32_t losses = counters.overruns + counters.queue_full;
@@ -345,6 +354,9 @@ class BxCan final : public CanPort {
   Time overflow_until_ = 0;
   std::uint32_t losses_seen_ = 0;
   BxCanCounters counters_;
+  std::uint32_t btr_ = 0;
+  std::uint8_t node_id_ = 0;
+  Time give_up_at_ = 0;
   Phase phase_ = Phase::kStopped;
   BusState state_ = BusState::kBusOff;
 };

@@ -4,10 +4,11 @@
 /// Clocks and the cause of a reset of the STM32F446 (RM0390, chapter 6 for RCC, 3.4 for the flash's wait
 /// states).
 ///
-/// 160 MHz for the core, 40 MHz for APB1, 80 MHz for APB2 and for the timers of both. Not the 180 MHz that it
-/// could do: of 40 MHz CAN has every bit rate of CiA 301 with its sample point, of 45 MHz it has not, and
-/// below 168 MHz the regulator needs no over-drive (5.1.4).
+/// From HSE 160 MHz for the core, 40 MHz for APB1, 80 MHz for APB2 and for the timers of both. Not the 180
+/// MHz that it could do: of 40 MHz CAN has every bit rate of CiA 301 with its sample point, of 45 MHz it has
+/// not, and below 168 MHz the regulator needs no over-drive (5.1.4). Without HSE 16 MHz for all.
 
+#include <atomic>
 #include <cstdint>
 
 #include "boards/common/registers.hpp"
@@ -15,21 +16,17 @@
 
 namespace cbcan::boards::stm32f4 {
 
-enum class ClockSource : std::uint8_t {
-  kHse,   ///< 8 MHz from outside, through the PLL
-  kHsi,   ///< the RC oscillator, through the PLL: 1 % at 25 C, more over temperature; too inaccurate for CAN
-  kSlow,  ///< the RC oscillator itself, 16 MHz: the PLL did not start
-};
-
+/// In Hz; `timers` is that of TIM2..TIM7: twice APB1 where that is divided (6.2).
 struct Clocks {
-  ClockSource source;
-  std::uint32_t apb1;    ///< Hz
-  std::uint32_t apb2;    ///< Hz
-  std::uint32_t timers;  ///< Hz, of TIM2..TIM7: twice APB1 where that is divided (6.2)
+  std::uint32_t apb1;
+  std::uint32_t apb2;
+  std::uint32_t timers;
 };
 
-inline constexpr Clocks kFastClocks{ClockSource::kHse, 40'000'000, 80'000'000, 80'000'000};
-inline constexpr Clocks kSlowClocks{ClockSource::kSlow, 16'000'000, 16'000'000, 16'000'000};
+/// The 8 MHz from outside, through the PLL.
+inline constexpr Clocks kHseClocks{40'000'000, 80'000'000, 80'000'000};
+/// The RC oscillator itself, as after a reset: 1 % off at 25 C, more over temperature.
+inline constexpr Clocks kHsiClocks{16'000'000, 16'000'000, 16'000'000};
 
 template <class Registers>
 class Rcc {
@@ -37,18 +34,59 @@ class Rcc {
   /// `rcc` and `flash` are the two peripherals.
   Rcc(Registers rcc, Registers flash) : rcc_(rcc), flash_(flash) {}
 
-  /// Right after a reset. Each wait is bounded: some 10 ms. `bypass`: HSE is a clock signal (on a Nucleo the
-  /// ST-LINK's), else a crystal.
-  Clocks start(bool bypass) {
-    const bool outside = start_hse(bypass);
-    if (!start_pll(outside)) {
-      rcc_.write(kCfgr, 0);
-      return kSlowClocks;
+  // ---- The loop's, from one context. Nothing blocks but switch_to_hse(), for some microseconds.
+
+  /// Switches HSE and then the PLL on, and says whether both are ready; call it again and again. `bypass`:
+  /// HSE is a clock signal (on a Nucleo the ST-LINK's), else a crystal. From here on its failure is an NMI.
+  bool hse_ready(bool bypass) {
+    const std::uint32_t state = rcc_.read(kCr);
+    if ((state & kHseOn) == 0) {
+      modify(rcc_, kCr, 0, bypass ? kHseBypass : 0);  // before HSEON
+      modify(rcc_, kCr, 0, kHseOn | kClockSecurity);
+    } else if ((state & (kHseReady | kPllOn)) == kHseReady) {
+      rcc_.write(kPllcfgr, kPll160MHz);
+      modify(rcc_, kCr, 0, kPllOn);
     }
-    Clocks clocks = kFastClocks;
-    if (!outside) clocks.source = ClockSource::kHsi;
-    return clocks;
+    return (state & (kHseReady | kPllReady)) == (kHseReady | kPllReady);
   }
+
+  /// After hse_ready(): on to kHseClocks. False: it did not come to that; return_to_hsi().
+  bool switch_to_hse() {
+    flash_.write(kAcr, kFlashCaches | kFiveWaitStates);
+    if (!wait_for(flash_, kAcr, kWaitStates, kFiveWaitStates)) return false;
+    rcc_.write(kCfgr, kApb1By4 | kApb2By2);
+    modify(rcc_, kCfgr, 0, kSwitchToPll);
+    return wait_for(rcc_, kCfgr, kSwitched, kSwitchedToPll);
+  }
+
+  /// Back to kHsiClocks; hse_ready() begins anew.
+  void return_to_hsi() {
+    modify(rcc_, kCfgr, kSwitch, 0);
+    wait_for(rcc_, kCfgr, kSwitched, 0);
+    rcc_.write(kCfgr, 0);  // not before: the buses bear no 160 MHz
+    modify(rcc_, kCr, kPllOn | kHseOn | kClockSecurity, 0);
+  }
+
+  /// HSE has failed since the last call.
+  bool take_failure() { return failed_.exchange(false, std::memory_order_acquire); }
+
+  /// Ends what on_nmi() began, too.
+  void reset_can1() {
+    rcc_.write(kApb1rstr, kCan1);
+    rcc_.write(kApb1rstr, 0);
+  }
+
+  // ---- The NMI of the clock security system (6.2.7)
+
+  /// HSE has failed, and the hardware has gone to HSI, with the prescalers as they were. CAN1 is in its reset
+  /// from the first instruction on, so that no bit of the wrong length comes out.
+  void on_nmi() {
+    rcc_.write(kApb1rstr, kCan1);
+    failed_.store(true, std::memory_order_release);
+    rcc_.write(kCir, kClearClockFailure);
+  }
+
+  // ---- At the start
 
   /// Peripherals on; the bits are those of AHB1ENR, APB1ENR and APB2ENR.
   void enable(std::uint32_t ahb1, std::uint32_t apb1, std::uint32_t apb2) {
@@ -74,14 +112,17 @@ class Rcc {
   static constexpr std::uint32_t bit(unsigned number) { return std::uint32_t{1} << number; }
 
   static constexpr std::uint32_t kCr = 0x00;
-  static constexpr std::uint32_t kHseOn = bit(16), kHseReady = bit(17), kHseBypass = bit(18);
+  static constexpr std::uint32_t kHseOn = bit(16), kHseReady = bit(17), kHseBypass = bit(18),
+                                 kClockSecurity = bit(19);
   static constexpr std::uint32_t kPllOn = bit(24), kPllReady = bit(25);
-  static constexpr std::uint32_t kPllcfgr = 0x04;  ///< PLLM in 5:0; PLLP = 00: / 2
-  static constexpr std::uint32_t kPllN160 = 160u << 6, kPllFromHse = bit(22), kPllQ7 = 7u << 24,
-                                 kPllR2 = 2u << 28;
+  /// HSE / M = 4, x N = 160, / P = 2 (00). Q = 7 and R = 2 are for clocks that are not used.
+  static constexpr std::uint32_t kPllcfgr = 0x04;
+  static constexpr std::uint32_t kPll160MHz = 4u | 160u << 6 | bit(22) | 7u << 24 | 2u << 28;
   static constexpr std::uint32_t kCfgr = 0x08;
-  static constexpr std::uint32_t kSwitchToPll = 2, kSwitched = 3u << 2, kSwitchedToPll = 2u << 2;
+  static constexpr std::uint32_t kSwitch = 3, kSwitchToPll = 2, kSwitched = 3u << 2, kSwitchedToPll = 2u << 2;
   static constexpr std::uint32_t kApb1By4 = 5u << 10, kApb2By2 = 4u << 13;
+  static constexpr std::uint32_t kCir = 0x0C, kClearClockFailure = bit(23);
+  static constexpr std::uint32_t kApb1rstr = 0x20, kCan1 = bit(25);
   static constexpr std::uint32_t kAhb1enr = 0x30, kApb1enr = 0x40, kApb2enr = 0x44;
   static constexpr std::uint32_t kCsr = 0x74;
   static constexpr std::uint32_t kClearFlags = bit(24), kBrownOut = bit(25), kPin = bit(26),
@@ -91,7 +132,7 @@ class Rcc {
   static constexpr std::uint32_t kWaitStates = 15, kFiveWaitStates = 5;     ///< 150..180 MHz at 2.7..3.6 V
   static constexpr std::uint32_t kFlashCaches = bit(8) | bit(9) | bit(10);  ///< PRFTEN, ICEN, DCEN
 
-  static constexpr std::uint32_t kWaitReads = 50'000;
+  static constexpr std::uint32_t kWaitReads = 1000;
 
   static bool wait_for(Registers& registers, std::uint32_t offset, std::uint32_t mask, std::uint32_t value) {
     for (std::uint32_t i = 0; i < kWaitReads; ++i)
@@ -99,28 +140,9 @@ class Rcc {
     return false;
   }
 
-  bool start_hse(bool bypass) {
-    if (bypass) modify(rcc_, kCr, 0, kHseBypass);  // before HSEON
-    modify(rcc_, kCr, 0, kHseOn);
-    if (wait_for(rcc_, kCr, kHseReady, kHseReady)) return true;
-    modify(rcc_, kCr, kHseOn, 0);
-    return false;
-  }
-
-  bool start_pll(bool outside) {
-    // HSE / 4 or HSI / 8 = 2 MHz, x 160 / 2. The 48 MHz domain, / 7, is not used.
-    rcc_.write(kPllcfgr, kPllR2 | kPllQ7 | kPllN160 | (outside ? kPllFromHse | 4u : 8u));
-    modify(rcc_, kCr, 0, kPllOn);
-    if (!wait_for(rcc_, kCr, kPllReady, kPllReady)) return false;
-    flash_.write(kAcr, kFlashCaches | kFiveWaitStates);
-    if (!wait_for(flash_, kAcr, kWaitStates, kFiveWaitStates)) return false;
-    rcc_.write(kCfgr, kApb1By4 | kApb2By2);
-    modify(rcc_, kCfgr, 0, kSwitchToPll);
-    return wait_for(rcc_, kCfgr, kSwitched, kSwitchedToPll);
-  }
-
   Registers rcc_;
   Registers flash_;
+  std::atomic<bool> failed_ = false;
 };
 
 }  // namespace cbcan::boards::stm32f4

@@ -23,6 +23,15 @@ class MicrosecondTimer {
     registers_.write(kCr1, kCen);
   }
 
+  /// Goes on counting microseconds after another clock has come. No interrupt may read() meanwhile; wake_at()
+  /// is kept.
+  void set_clock(std::uint32_t clock) {
+    const std::uint32_t now = read();
+    registers_.write(kPsc, clock / 1'000'000 - 1);
+    registers_.write(kEgr, kUg);  // clears the counter too
+    registers_.write(kCnt, now);
+  }
+
   /// Microseconds, wraps at 2^32. From any context.
   std::uint32_t read() const { return registers_.read(kCnt); }
 

@@ -23,8 +23,8 @@ constexpr std::uint32_t bits(SerialFormat format) {
 }
 
 struct UsartCounters {
-  std::uint32_t parity = 0;   ///< bytes left out for a wrong parity
-  std::uint32_t framing = 0;  ///< bytes left out for a missing stop bit, breaks too
+  std::uint32_t parity = 0;   ///< bytes with a wrong parity
+  std::uint32_t framing = 0;  ///< bytes without a stop bit, breaks too
   std::uint32_t noise = 0;    ///< bytes whose samples were not all equal; they are handed on
   std::uint32_t overrun = 0;  ///< bytes lost as the interrupt came too late
 };
@@ -47,12 +47,23 @@ class Usart {
   bool init(std::uint32_t clock, std::uint32_t baud, SerialFormat format) {
     const std::optional<std::uint32_t> divider = usart_divider(clock, baud);
     if (!divider) return false;
+    baud_ = baud;
     registers_.write(kBrr, *divider);
     registers_.write(kCr2, format == SerialFormat::k8N2 ? kTwoStopBits : 0);
     // The parity bit counts as a ninth data bit.
     registers_.write(kCr1, kEnabled | (format == SerialFormat::k8E1 ? kNineBits | kParity : 0));
     return true;
   }
+
+  /// The bus has another clock now. A character that is under way is lost. False: as in init().
+  bool set_clock(std::uint32_t clock) {
+    const std::optional<std::uint32_t> divider = usart_divider(clock, baud_);
+    if (divider) registers_.write(kBrr, *divider);
+    return divider.has_value();
+  }
+
+  /// From send() to on_sent().
+  bool is_sending() { return (registers_.read(kCr1) & (kTxeie | kTcie)) != 0; }
 
   /// From the loop, while nothing is being sent. The bytes, one or more, stay until on_sent().
   void send(std::span<const std::uint8_t> bytes) {
@@ -61,8 +72,9 @@ class Usart {
     modify(registers_, kCr1, 0, kTxeie);
   }
 
-  /// The USART's interrupt. Calls handler.on_byte(byte) for what has arrived, and handler.on_sent() when the
-  /// last stop bit has left: time to switch an RS-485 driver off.
+  /// The USART's interrupt. Calls handler.on_byte(byte) for what has arrived, or handler.on_broken_byte()
+  /// where parity or framing is wrong or the byte behind it was lost, and handler.on_sent() when the last
+  /// stop bit has left: time to switch an RS-485 driver off.
   template <class Handler>
   void on_interrupt(Handler& handler) {
     const std::uint32_t status = registers_.read(kSr);
@@ -98,11 +110,13 @@ class Usart {
   void receive(std::uint32_t status, Handler& handler) {
     const auto byte = static_cast<std::uint8_t>(registers_.read(kDr));
     if ((status & kOre) != 0) ++counters_.overrun;
-    if ((status & kRxne) == 0) return;
     if ((status & kNf) != 0) ++counters_.noise;
     if ((status & kPe) != 0) ++counters_.parity;
     if ((status & kFe) != 0) ++counters_.framing;
-    if ((status & (kPe | kFe)) == 0) handler.on_byte(byte);
+    if ((status & (kPe | kFe | kOre)) == 0)
+      handler.on_byte(byte);
+    else
+      handler.on_broken_byte();
   }
 
   /// Reading SR, then writing DR clears TC: from the last byte on it means that byte's end.
@@ -116,6 +130,7 @@ class Usart {
   }
 
   Registers registers_;
+  std::uint32_t baud_ = 0;
   std::span<const std::uint8_t> rest_;  ///< of what is being sent
   UsartCounters counters_;
 };

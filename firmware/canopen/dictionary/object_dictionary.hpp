@@ -37,6 +37,10 @@ struct ObjectFlags {
   static constexpr std::uint16_t kProcess = 0x100;
   /// BOOLEANs, eight to a byte: the offset counts bits.
   static constexpr std::uint16_t kPacked = 0x200;
+  /// Whoever wrote the table left the value to the device, which may have a default of its own.
+  static constexpr std::uint16_t kUnset = 0x400;
+  /// A command or a set point, not a parameter that 1010h stores.
+  static constexpr std::uint16_t kSetPoint = 0x800;
 };
 
 /// One entry, or a run of sub-indices that are alike (an array's elements, CompactSubObj), or such a run in

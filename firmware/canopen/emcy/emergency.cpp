@@ -11,6 +11,7 @@ namespace cbcan {
 namespace {
 
 constexpr Time kInhibitUnit = 100;
+constexpr std::uint8_t kMostRemembered = 254;
 
 }  // namespace
 
@@ -21,6 +22,7 @@ void Emergency::reset(const Reset& reset, Time now) {
   running_ = false;
   if (reset.application) error_count_ = 0;
   update_register();
+  clear_history();
 }
 
 AbortCode Emergency::check(const ObjectEntry& entry, std::uint8_t sub,
@@ -36,8 +38,12 @@ AbortCode Emergency::check(const ObjectEntry& entry, std::uint8_t sub,
 }
 
 void Emergency::configure(std::uint16_t index, Time now) {
-  if (index != object::kErrorHistory) return send_waiting(now);
-  for (std::uint8_t sub = 1; dictionary_.set(object::kErrorHistory, sub, 0) && sub != 0xFE; ++sub) {
+  index == object::kErrorHistory ? clear_history() : send_waiting(now);
+}
+
+void Emergency::clear_history() {
+  for (std::uint8_t sub = 0; sub <= kMostRemembered && dictionary_.set(object::kErrorHistory, sub, 0);
+       ++sub) {
   }
 }
 
@@ -85,17 +91,19 @@ std::uint8_t Emergency::update_register() {
 }
 
 /// The newest is 1003h:01; the code in the low word, the first two bytes of the manufacturer in the high one.
+/// Each entry takes what stood in the one before it.
 void Emergency::remember(const Message& message) {
-  ObjectEntry entry{};
-  if (dictionary_.find(object::kErrorHistory, 1, entry) != AbortCode::kNone) return;
-  const std::uint64_t length =
-      std::min<std::uint64_t>(dictionary_.get(object::kErrorHistory, 0) + 1, entry.last_sub);
-  for (auto sub = static_cast<std::uint8_t>(length); sub > 1; --sub)
-    dictionary_.set(object::kErrorHistory, sub,
-                    dictionary_.get(object::kErrorHistory, static_cast<std::uint8_t>(sub - 1)));
-  dictionary_.set(object::kErrorHistory, 1,
-                  message.code | std::uint32_t{message.info[0]} << 16 | std::uint32_t{message.info[1]} << 24);
-  dictionary_.set(object::kErrorHistory, 0, length);
+  std::uint64_t value =
+      message.code | std::uint32_t{message.info[0]} << 16 | std::uint32_t{message.info[1]} << 24;
+  const std::uint64_t last =
+      std::min<std::uint64_t>(dictionary_.get(object::kErrorHistory, 0) + 1, kMostRemembered);
+  std::uint8_t sub = 1;
+  for (; sub <= last; ++sub) {
+    const std::uint64_t before = dictionary_.get(object::kErrorHistory, sub);
+    if (!dictionary_.set(object::kErrorHistory, sub, value)) break;
+    value = before;
+  }
+  dictionary_.set(object::kErrorHistory, 0, sub - 1u);
 }
 
 void Emergency::tell(const Message& message, Time now) {

@@ -22,8 +22,11 @@ namespace cbcan {
 /// Error codes of a device's communication (CiA 301, table 26); those of PDOs are in pdo.hpp.
 enum class EmergencyCode : std::uint16_t {
   kReset = 0x0000,
+  kOverflow = 0x8110,  ///< the controller has lost frames
+  kErrorPassive = 0x8120,
   kBusOffRecovered = 0x8140,
-  kHeartbeat = 0x8130,  ///< life guard error or heartbeat error
+  kHeartbeat = 0x8130,   ///< life guard error or heartbeat error
+  kSyncLength = 0x8240,  ///< SYNC with a counter, or without, where 1019h says the other
 };
 
 /// Bits of the error register, 1001h.
@@ -65,7 +68,7 @@ class Emergency : public Part {
   }
   AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
   void configure(std::uint16_t index, Time now);
-  /// Errors are forgotten with those of the application; else 1001h shows them again.
+  /// Errors are forgotten with those of the application; else 1001h shows them again. 1003h is empty.
   void reset(const Reset& reset, Time now);
   /// Messages go out in Pre-operational and Operational; in other states they wait.
   void on_state(nmt::State state, Time now);
@@ -98,6 +101,7 @@ class Emergency : public Part {
 
   void tell(const Message& message, Time now);
   void remember(const Message& message);
+  void clear_history();
   void send_waiting(Time now);
   std::uint8_t update_register();
 

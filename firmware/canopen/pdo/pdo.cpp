@@ -140,7 +140,8 @@ void Pdo::reset(const Reset& /*reset*/, Time now) {
   std::uint16_t previous = 0;
   for (const ObjectEntry& entry : dictionary_.entries()) {
     if (entry.index == std::exchange(previous, entry.index)) continue;
-    for (std::uint16_t index = entry.index; index <= entry.last_index(); ++index) {
+    for (std::uint32_t more = 0; more <= entry.more_indices; ++more) {
+      const auto index = static_cast<std::uint16_t>(entry.index + more);
       if (first_of(index) == object::kRpdoParameter && rpdos < rpdo_room_.size())
         rpdo_room_[rpdos++].number = number_of(index);
       else if (first_of(index) == object::kTpdoParameter && tpdos < tpdo_room_.size())

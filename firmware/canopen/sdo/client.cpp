@@ -270,11 +270,9 @@ void SdoClient::upload_segment(const Frame& frame, Time now) {
   if ((command & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
   const std::size_t size = sdo::segment_size(command);
   const bool last = (command & sdo::kLastSegment) != 0;
-  if (moved_ + size > limit_) return overflow(!last, now);
+  if (moved_ + size > limit_) return overflow(now);
   copy_in(frame, size);
-  if (last) {
-    return is_whole() ? done(moved_) : fail(AbortCode::kObjectLength);
-  }
+  if (last) return is_whole() ? done(moved_) : abort_and_tell(AbortCode::kObjectLength, now);
   if (size == 0 && ++fruitless_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength, now);
   toggle_ ^= sdo::kToggle;
   ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment, toggle_));
@@ -289,9 +287,8 @@ bool SdoClient::declare(bool sized, const Frame& frame) {
 }
 
 /// More bytes than may come.
-void SdoClient::overflow(bool server_waits, Time now) {
-  const AbortCode code = declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength;
-  server_waits ? abort_and_tell(code, now) : fail(code);
+void SdoClient::overflow(Time now) {
+  abort_and_tell(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength, now);
 }
 
 // ---- Download

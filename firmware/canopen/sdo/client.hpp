@@ -9,7 +9,8 @@
 /// from one place.
 ///
 /// Every transfer that start() accepted ends exactly once: kDone, or kFailed with a code. Where the server
-/// may still be waiting it is sent one abort, and no other frame of that transfer follows.
+/// may still be waiting, or has sent more or fewer bytes than it declared, it is sent one abort, and no other
+/// frame of that transfer follows.
 
 #include <array>
 #include <cstddef>
@@ -176,7 +177,7 @@ class SdoClient {
   void send_download_segment(Time now);
   void acknowledge_block(Time now);
   void send_block_acknowledge(Time now);
-  void overflow(bool server_waits, Time now);
+  void overflow(Time now);
   bool declare(bool sized, const Frame& frame);
   bool is_whole() const { return !declared_ || moved_ == limit_; }
   void copy_in(const Frame& frame, std::size_t size) {

@@ -109,7 +109,7 @@ void SdoClient::block_upload_segment(const Frame& frame, Time now) {
     await(kBlockUploadEnd, now);
     return send_block_acknowledge(now);
   }
-  if (moved_ + sdo::kSegmentBytes > limit_) return overflow(true, now);
+  if (moved_ + sdo::kSegmentBytes > limit_) return overflow(now);
   copy_in(frame, sdo::kSegmentBytes);
   if (sequence == block_size_) acknowledge_block(now);
 }

@@ -7,8 +7,8 @@
 
 namespace cbcan {
 
-void SdoServer::reset(std::uint8_t node_id) {
-  node_id_ = node_id;
+void SdoServer::reset(std::uint32_t response_id) {
+  response_id_ = response_id;
   state_ = State::kIdle;
   outbox_.drop();
 }
@@ -45,11 +45,11 @@ void SdoServer::poll(Time now) {
 void SdoServer::abort(AbortCode code, Time now) {
   state_ = State::kIdle;
   ++counters_.aborts_sent;
-  outbox_.send(sdo::make_abort(sdo::kResponseId + node_id_, mux_, code), now);
+  outbox_.send(sdo::make_abort(response_id_, mux_, code), now);
 }
 
 void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now) {
-  outbox_.send(sdo::make_frame(sdo::kResponseId + node_id_, command, bytes_1_to_3, tail), now);
+  outbox_.send(sdo::make_frame(response_id_, command, bytes_1_to_3, tail), now);
 }
 
 // ---- Download
@@ -131,9 +131,8 @@ void SdoServer::initiate_upload(const Frame& frame, Time now) {
   if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
     return abort(refused, now);
   if (size_ != 0 && size_ <= sdo::kExpeditedBytes) {
-    Frame out =
-        sdo::make_frame(sdo::kResponseId + node_id_,
-                        sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_)), mux_);
+    Frame out = sdo::make_frame(
+        response_id_, sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_)), mux_);
     std::copy_n(buffer_.begin(), size_, out.data.begin() + 4);
     outbox_.send(out, now);
     return;
@@ -149,9 +148,8 @@ void SdoServer::upload_segment(const Frame& frame, Time now) {
   if ((frame.data[0] & sdo::kToggle) != toggle_) return abort(AbortCode::kToggleBit, now);
   const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
   const bool last = done_ + size == size_;
-  Frame out =
-      sdo::make_frame(sdo::kResponseId + node_id_,
-                      sdo::command(sdo::Response::kUploadSegment, sdo::segment_bits(size, toggle_, last)));
+  Frame out = sdo::make_frame(
+      response_id_, sdo::command(sdo::Response::kUploadSegment, sdo::segment_bits(size, toggle_, last)));
   sdo::put_segment(out, buffer_.data() + done_, size);
   done_ += size;
   toggle_ ^= sdo::kToggle;
@@ -248,8 +246,8 @@ void SdoServer::stream_segments(Time now) {
   while (!outbox_.waiting() && sequence_ < block_size_ && !last) {
     const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
     last = done_ + size == size_;
-    Frame out = sdo::make_frame(sdo::kResponseId + node_id_,
-                                static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
+    Frame out =
+        sdo::make_frame(response_id_, static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
     sdo::put_segment(out, buffer_.data() + done_, size);
     done_ += size;
     outbox_.send(out, now);

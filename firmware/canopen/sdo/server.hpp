@@ -35,10 +35,10 @@ class SdoServer {
   SdoServer(ObjectDictionary& dictionary, CanPort& port, std::span<std::uint8_t> buffer)
       : dictionary_(dictionary), outbox_(port), buffer_(buffer) {}
 
-  /// Forgets what was under way; requests are now those on 600h + node_id.
-  void reset(std::uint8_t node_id);
+  /// Forgets what was under way; responses are now on this CAN-ID, of the first server 580h + node ID.
+  void reset(std::uint32_t response_id);
 
-  /// A frame on 600h + own node ID.
+  /// A frame on the CAN-ID of its requests, of the first server 600h + node ID.
   void on_frame(const Frame& frame, Time now);
 
   /// Tries again what the port has refused. To be called at deadline() at the latest.
@@ -88,8 +88,8 @@ class SdoServer {
   std::size_t done_ = 0;       ///< bytes transferred
   std::size_t confirmed_ = 0;  ///< bytes of a block upload that the client has acknowledged
   std::size_t capacity_ = 0;   ///< bytes that a download may have
+  std::uint32_t response_id_ = 0;
   State state_ = State::kIdle;
-  std::uint8_t node_id_ = 0;
   std::uint8_t toggle_ = 0;
   std::uint8_t sequence_ = 0;
   std::uint8_t block_size_ = 0;

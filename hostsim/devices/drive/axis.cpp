@@ -9,7 +9,16 @@ namespace cbcan::devices {
 
 namespace {
 constexpr double kSecondsPerMinute = 60;
+
+/// Increments: on one side of an edge, and not on it.
+constexpr double kBeside = 1e-3;
+constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
+constexpr std::int32_t kHighest = std::numeric_limits<std::int32_t>::max();
+
+constexpr double limit(std::uint32_t value) {
+  return value == 0 ? DriveObjects::kNoLimit : value;
 }
+}  // namespace
 
 void Axis::reset(Time now) {
   take_over_units();
@@ -36,8 +45,8 @@ void Axis::take_over_units() {
 
 void Axis::refresh(Time now) {
   take_over_units();
-  double low = std::numeric_limits<std::int32_t>::min();
-  double high = std::numeric_limits<std::int32_t>::max();
+  double low = kLowest;
+  double high = kHighest;
   if (objects_.range_min.get() < objects_.range_max.get()) {
     low = objects_.range_min.get();
     high = objects_.range_max.get();
@@ -100,8 +109,36 @@ Dynamics Axis::profile_dynamics() const {
 
 double Axis::max_velocity() const {
   const double motor =
-      objects_.max_motor_speed.get() / kSecondsPerMinute * units_.increments_per_revolution();
-  return std::min(increments(objects_.max_profile_velocity.get()), motor);
+      limit(objects_.max_motor_speed.get()) / kSecondsPerMinute * units_.increments_per_revolution();
+  return std::min(increments(limit(objects_.max_profile_velocity.get())), motor);
+}
+
+bool Axis::goes_round() const {
+  const std::int32_t low = objects_.range_min.get();
+  const std::int32_t high = objects_.range_max.get();
+  return low < high && (low != kLowest || high != kHighest);
+}
+
+AxisSwitches Axis::switches(Time now) const {
+  const double place = to_machine(actual(now).position);
+  const bool has_ends = !goes_round();
+  return {has_ends && place <= layout_.negative_limit, has_ends && place >= layout_.positive_limit,
+          place >= layout_.home_low && place <= layout_.home_high};
+}
+
+Time Axis::next_switch(Time now) const {
+  if (blocked_ || at_rest(now)) return kNever;
+  Time next = kNever;
+  for (const double edge :
+       {layout_.negative_limit, layout_.positive_limit, layout_.home_low, layout_.home_high})
+    for (const double beside : {-kBeside, kBeside})
+      next = earlier(next, passes(from_machine(edge + beside), now));
+  return next;
+}
+
+Time Axis::passes(double position, Time now) const {
+  const Time at = profile_.time_at(position, now);
+  return at > now ? at : kNever;
 }
 
 bool Axis::has_limits() const {

@@ -16,13 +16,22 @@
 namespace cbcan::devices {
 
 /// Where the switches are, in increments from where the axis stands at power-on. Switches at an end are
-/// active from there on outwards, the home switch from home_low to home_high. The encoder gives an index
-/// pulse at 0 and every motor revolution (608Fh).
+/// active from there on outwards, the home switch from home_low to home_high; hard stops are `stops_beyond`
+/// further out than the limit switches. The encoder gives an index pulse at 0 and every motor revolution
+/// (608Fh).
 struct AxisLayout {
   double negative_limit = -1'000'000;
   double positive_limit = 1'000'000;
   double home_low = 200'000;
   double home_high = 250'000;
+  double stops_beyond = 50'000;
+};
+
+/// Which switches are active.
+struct AxisSwitches {
+  bool negative_limit = false;
+  bool positive_limit = false;
+  bool home = false;
 };
 
 /// The ramps that option codes 605Ah..605Eh choose.
@@ -76,6 +85,13 @@ class Axis {
   double user(double increments) const { return units_.user(increments); }
 
   // The machine.
+  /// An axis that goes round (607Bh narrower than INTEGER32) has no ends.
+  bool goes_round() const;
+  AxisSwitches switches(Time now) const;
+  /// After `now`.
+  Time passes(double position, Time now) const;
+  /// When a switch may change next.
+  Time next_switch(Time now) const;
   const AxisLayout& layout() const { return layout_; }
   double to_machine(double position) const { return position - zero_; }
   double from_machine(double place) const { return place + zero_; }

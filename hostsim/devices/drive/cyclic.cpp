@@ -35,7 +35,8 @@ void CyclicPosition::on_sync(const ModeInput& input, Time now) {
   const double user = double{1} * objects_.target_position.get() + objects_.position_offset.get();
   const double wanted = std::round(axis_.increments(user));
   const double step = axis_.max_velocity() * static_cast<double>(period) / kTicksPerSecond;
-  double target = std::clamp(axis_.within_limits(wanted), here - step, here + step);
+  double target = axis_.within_limits(wanted);
+  if (period != 0) target = std::clamp(target, here - step, here + step);
   if (input.barred(target - here)) target = here;
   limited_ = target != wanted;
   axis_.line_to(target, period, now);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "devices/drive/drive.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "canopen/dictionary/little_endian.hpp"
 
@@ -14,6 +16,12 @@ constexpr std::uint16_t kStatusword = 0x6041;
 constexpr std::uint16_t kModesOfOperation = 0x6060;
 constexpr std::uint16_t kModesOfOperationDisplay = 0x6061;
 constexpr std::uint16_t kHomingMethod = 0x6098;
+constexpr std::uint16_t kDigitalInputs = 0x60FD;
+
+/// Controlword, target torque, target position, offsets of the cyclic modes, digital outputs, target
+/// velocity.
+constexpr auto kSetPoints =
+    std::to_array<std::uint16_t>({kControlword, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FE, 0x60FF});
 
 constexpr std::uint32_t kAllFaults = (std::uint32_t{1} << kFaultKinds) - 1;
 
@@ -27,6 +35,12 @@ constexpr std::uint32_t kInputNegativeLimit = 0x1;
 constexpr std::uint32_t kInputPositiveLimit = 0x2;
 constexpr std::uint32_t kInputHomeSwitch = 0x4;
 
+constexpr std::uint32_t kOutputBrake = 0x1;  ///< 60FEh
+
+/// Periods without a SYNC after which it is missed, and up to which the next one is in time.
+constexpr Time kMissedAfter = 3;
+constexpr Time kInTime = 2;
+
 /// Increments by which the following error window has to be passed, so that rounding alone does not.
 constexpr double kPast = 1e-3;
 
@@ -38,7 +52,11 @@ Number number_in(std::span<const std::uint8_t> value) {
 }  // namespace
 
 Drive::Drive(sim::DeviceNode& node, const AxisLayout& layout)
-    : node_(node), objects_(node.dictionary()), axis_(objects_, layout), stage_(objects_, axis_) {}
+    : node_(node),
+      objects_(node.dictionary()),
+      axis_(objects_, layout),
+      stage_(objects_, axis_),
+      nominal_voltage_(objects_.link_voltage.get()) {}
 
 void Drive::reset(bool application, Time now) {
   if (!application) return;
@@ -50,11 +68,15 @@ void Drive::reset(bool application, Time now) {
   told_ = 0;
   lagging_since_ = kNever;
   lost_ = false;
+  last_sync_ = sync_due_ = kNever;
+  sync_missed_ = false;
 }
 
 Time Drive::update(Time now) {
   axis_.refresh(now);
+  hold_motor(now);
   watch_following(now);
+  watch_sync(now);
   begin_faults(now);
   stage_.step((present_ & kAllFaults) != 0, now);
   end_faults(now);
@@ -84,8 +106,15 @@ bool Drive::supports(std::int8_t mode) {
   return mode_of(mode) != nullptr && (objects_.supported_modes.get() >> (mode - 1) & 1) != 0;
 }
 
-ModeInput Drive::input() const {
-  return {objects_.controlword.get(), has(Incident::kNegativeLimit), has(Incident::kPositiveLimit)};
+/// Homing knows the switches of the axis.
+ModeInput Drive::input(Time now) const {
+  const AxisSwitches own = mode_ == &homing_ ? AxisSwitches{} : axis_.switches(now);
+  return {objects_.controlword.get(), has(Incident::kNegativeLimit) || own.negative_limit,
+          has(Incident::kPositiveLimit) || own.positive_limit};
+}
+
+bool Drive::is_cyclic() const {
+  return operating_ && (mode_ == &cyclic_position_ || mode_ == &cyclic_velocity_ || mode_ == &cyclic_torque_);
 }
 
 void Drive::run_mode(Time now) {
@@ -103,12 +132,26 @@ void Drive::run_mode(Time now) {
     if (changed) axis_.stop(Ramp::kSlowDown, now);
     return;
   }
-  if (changed || !before) mode_->enter(input(), now);
-  mode_->run(input(), now);
+  if (changed || !before) mode_->enter(input(now), now);
+  mode_->run(input(now), now);
 }
 
 void Drive::on_sync(Time now) {
-  if (operating_ && mode_ != nullptr) mode_->on_sync(input(), now);
+  if (operating_ && mode_ != nullptr) mode_->on_sync(input(now), now);
+  const Time period = interpolation_period(objects_);
+  const bool in_time = period != 0 && last_sync_ != kNever && now <= last_sync_ + kInTime * period;
+  sync_due_ = is_cyclic() && in_time ? now + kMissedAfter * period : kNever;
+  last_sync_ = now;
+  if (std::exchange(sync_missed_, false)) node_.error_over(kSyncFault, now);
+}
+
+void Drive::watch_sync(Time now) {
+  if (!is_cyclic()) last_sync_ = sync_due_ = kNever;
+  if (now < sync_due_) return;
+  sync_due_ = kNever;
+  sync_missed_ = true;
+  node_.error(kSyncFault, ErrorRegister::kCommunication, {}, now);
+  network_failed(kSyncFault, now);
 }
 
 AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<const std::uint8_t> value,
@@ -120,15 +163,24 @@ AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span
   return AbortCode::kNone;
 }
 
+bool Drive::is_set_point(std::uint16_t index) const {
+  return std::ranges::find(kSetPoints, index) != kSetPoints.end();
+}
+
 // Faults.
 
-void Drive::set_incident(std::string_view incident, bool present, Time now) {
+void Drive::set_incident(std::string_view incident, bool present, Time /*now*/) {
   const std::optional<Incident> known = incident_named(incident);
   if (!known) return;
   present_ = present ? present_ | bit_of(*known) : present_ & ~bit_of(*known);
-  if (*known != Incident::kMotorBlocked || present == axis_.blocked()) return;
-  axis_.set_blocked(present, now);
-  if (!present && operating_ && mode_ != nullptr) mode_->resume(input(), now);
+}
+
+void Drive::hold_motor(Time now) {
+  const std::uint32_t outputs = objects_.digital_outputs.get() & objects_.digital_outputs_mask.get();
+  const bool blocked = has(Incident::kMotorBlocked) || (outputs & kOutputBrake) != 0;
+  if (blocked == axis_.blocked()) return;
+  axis_.set_blocked(blocked, now);
+  if (!blocked && operating_ && mode_ != nullptr) mode_->resume(input(now), now);
 }
 
 void Drive::begin_faults(Time now) {
@@ -196,19 +248,21 @@ std::uint16_t Drive::status(Time now) const {
   if (has(Incident::kWarning)) bits |= statusword::kWarning;
   if (stage_.state() == PowerState::kQuickStopActive && axis_.at_rest(now))
     bits |= statusword::kTargetReached;
-  if (!operating_ || mode_ == nullptr) return bits;
-  bits |= mode_->status(now);
   const bool positions = mode_ == &profile_position_ || mode_ == &cyclic_position_;
-  if (positions && lagging_since_ != kNever) bits |= statusword::kFollowingError;
-  return bits;
+  if (positions && (told_ & bit_of(Incident::kFollowingError)) != 0) bits |= statusword::kFollowingError;
+  return operating_ && mode_ != nullptr ? bits | mode_->status(now) : bits;
 }
 
 void Drive::publish(Time now) {
   publish_motion(now);
+  const std::uint32_t inputs = digital_inputs(now);
   const std::uint16_t bits = status(now);
-  if (bits == objects_.statusword.get()) return;
+  const bool inputs_changed = inputs != objects_.digital_inputs.get();
+  const bool status_changed = bits != objects_.statusword.get();
+  objects_.digital_inputs.set(inputs);
   objects_.statusword.set(bits);
-  node_.changed(kStatusword, 0, now);
+  if (inputs_changed) node_.changed(kDigitalInputs, 0, now);
+  if (status_changed) node_.changed(kStatusword, 0, now);
 }
 
 void Drive::publish_motion(Time now) {
@@ -225,21 +279,28 @@ void Drive::publish_motion(Time now) {
   const auto thousandths = static_cast<std::int16_t>(to_integer32(torque));
   objects_.torque_demand.set(thousandths);
   objects_.torque_actual.set(thousandths);
-  objects_.digital_inputs.set(digital_inputs(actual.position));
+  objects_.current_actual.set(thousandths);
+  objects_.link_voltage.set(link_voltage());
 }
 
-std::uint32_t Drive::digital_inputs(double position) const {
-  const AxisLayout& layout = axis_.layout();
-  const double place = axis_.to_machine(position);
+std::uint32_t Drive::digital_inputs(Time now) const {
+  const AxisSwitches switches = axis_.switches(now);
   std::uint32_t inputs = 0;
-  if (place <= layout.negative_limit || has(Incident::kNegativeLimit)) inputs |= kInputNegativeLimit;
-  if (place >= layout.positive_limit || has(Incident::kPositiveLimit)) inputs |= kInputPositiveLimit;
-  if (place >= layout.home_low && place <= layout.home_high) inputs |= kInputHomeSwitch;
+  if (switches.negative_limit || has(Incident::kNegativeLimit)) inputs |= kInputNegativeLimit;
+  if (switches.positive_limit || has(Incident::kPositiveLimit)) inputs |= kInputPositiveLimit;
+  if (switches.home) inputs |= kInputHomeSwitch;
   return inputs;
+}
+
+std::uint32_t Drive::link_voltage() const {
+  if (has(Incident::kUndervoltage)) return nominal_voltage_ / 2;
+  if (has(Incident::kOvervoltage)) return nominal_voltage_ + nominal_voltage_ / 2;
+  return nominal_voltage_;
 }
 
 Time Drive::deadline(Time now) const {
   Time first = earlier(axis_.profile().next_change(now), following_deadline(now));
+  first = earlier(first, earlier(axis_.next_switch(now), sync_due_));
   if (operating_ && mode_ != nullptr) {
     const Time mode = mode_->deadline(now);
     if (mode > now) first = earlier(first, mode);
@@ -253,8 +314,8 @@ Time Drive::following_deadline(Time now) const {
   if (!axis_.blocked() || window == DriveObjects::kNoLimit || lost_) return kNever;
   if (lagging_since_ != kNever) return lagging_since_ + milliseconds(objects_.following_error_time_out.get());
   const double reach = axis_.increments(window) + kPast;
-  return earlier(axis_.profile().time_at(axis_.blocked_at() + reach, now + 1),
-                 axis_.profile().time_at(axis_.blocked_at() - reach, now + 1));
+  return earlier(axis_.passes(axis_.blocked_at() + reach, now),
+                 axis_.passes(axis_.blocked_at() - reach, now));
 }
 
 }  // namespace cbcan::devices

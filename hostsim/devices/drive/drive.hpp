@@ -12,11 +12,16 @@
 /// Positions are in user units (6064h, 607Ah, ...), converted by 608Fh, 6091h and 6092h and rounded to the
 /// nearest increment inside (6063h, 60FCh), to the nearest user unit outside.
 ///
-/// The switches of AxisLayout count for homing and show in 60FDh (bit 0 negative limit, 1 positive limit, 2
-/// home). In the other modes the axis is endless, and wraps at 607Bh or INTEGER32; there a limit switch is an
-/// incident: it stops the axis with the quick stop ramp and lets it move the other way only.
+/// The switches of AxisLayout show in 60FDh (bit 0 negative limit, 1 positive limit, 2 home). A limit switch,
+/// one of those or an incident, stops the axis with the quick stop ramp and lets it move the other way only;
+/// in homing only those of incidents do. With 607Bh narrower than INTEGER32 the axis goes round and has no
+/// limit switches.
 ///
-/// What event-driven TPDOs are told of: a changed statusword (6041h) or mode (6061h), not positions.
+/// What event-driven TPDOs are told of: a changed statusword (6041h), mode (6061h) or input (60FDh), not
+/// positions.
+///
+/// In the cyclic modes SYNCs that have come at the period of 60C2h are missed when none comes for three
+/// periods: EMCY 8700h, until the next one, and 6007h.
 ///
 /// 6007h acts when the network fails, and when NMT stops the node while operation is enabled; going to
 /// Pre-operational changes nothing, because the drive can be commanded by SDO. The EMCY of a network failure
@@ -53,6 +58,7 @@ class Drive final : public sim::Behaviour {
   void on_sync(Time now) override;
   void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
+  bool is_set_point(std::uint16_t index) const override;
   std::span<const std::string_view> incidents() const override { return kIncidentNames; }
   void set_incident(std::string_view incident, bool present, Time now) override;
 
@@ -61,7 +67,7 @@ class Drive final : public sim::Behaviour {
 
  private:
   bool has(Incident incident) const { return (present_ & bit_of(incident)) != 0; }
-  ModeInput input() const;
+  ModeInput input(Time now) const;
   Mode* mode_of(std::int8_t number);
   bool supports(std::int8_t mode);
 
@@ -72,7 +78,11 @@ class Drive final : public sim::Behaviour {
   void run_mode(Time now);
   void publish(Time now);
   void publish_motion(Time now);
-  std::uint32_t digital_inputs(double position) const;
+  void hold_motor(Time now);
+  void watch_sync(Time now);
+  bool is_cyclic() const;
+  std::uint32_t digital_inputs(Time now) const;
+  std::uint32_t link_voltage() const;
   std::uint16_t status(Time now) const;
   Time deadline(Time now) const;
   Time following_deadline(Time now) const;
@@ -95,6 +105,10 @@ class Drive final : public sim::Behaviour {
   std::uint32_t told_ = 0;     ///< faults that have not been reset
   Time lagging_since_ = kNever;
   bool lost_ = false;  ///< the motor has been blocked for too long
+  Time last_sync_ = kNever;
+  Time sync_due_ = kNever;  ///< then it is missed; kNever = none is expected
+  bool sync_missed_ = false;
+  std::uint32_t nominal_voltage_;  ///< mV
 };
 
 }  // namespace cbcan::devices

@@ -18,10 +18,14 @@ void Homing::resume(const ModeInput& /*input*/, Time now) {
 void Homing::run(const ModeInput& input, Time now) {
   const bool bit = input.has(controlword::kStartHoming);
   const bool halt = input.has(controlword::kHalt);
-  if (bit && !bit_before_ && !halt) start(now);
+  const bool begins = (bit && !bit_before_) || phase_ == Phase::kHalted;
   bit_before_ = bit;
+  if (begins) {
+    phase_ = bit ? Phase::kHalted : Phase::kIdle;
+    if (bit && !halt) start(now);
+  }
   if (!under_way()) return;
-  if (!bit || halt) return end(Phase::kIdle, halt_ramp(), now);
+  if (!bit || halt) return end(bit ? Phase::kHalted : Phase::kIdle, halt_ramp(), now);
   if (input.barred(direction_)) return end(Phase::kFailed, Ramp::kQuickStop, now);
   if (phase_ == Phase::kSearching && now >= leg_ends_) next_leg(now);
   if (phase_ == Phase::kToHome && axis_.over(now)) {
@@ -33,6 +37,7 @@ void Homing::run(const ModeInput& input, Time now) {
 void Homing::start(Time now) {
   const std::int8_t method = objects_.homing_method.get();
   if (!is_homing_method(method)) return end(Phase::kFailed, Ramp::kSlowDown, now);
+  if (method == kNoHoming) return end(Phase::kAttained, Ramp::kSlowDown, now);
   const double place = axis_.to_machine(axis_.demand(now).position);
   way_ = homing_way(method, place, axis_.layout(), axis_.index_pitch());
   leg_ = 0;
@@ -43,6 +48,7 @@ void Homing::start(Time now) {
 void Homing::next_leg(Time now) {
   const double acceleration = axis_.increments(objects_.homing_acceleration.get());
   if (leg_ == way_.count) {
+    if (way_.hard && leg_ != 0) axis_.line_to(axis_.from_machine(way_.legs[leg_ - 1].until), 0, now);
     if (way_.blind) return end(Phase::kFailed, Ramp::kQuickStop, now);
     const double speed = axis_.increments(objects_.homing_speed_zero.get());
     const double home = std::round(axis_.from_machine(way_.home));

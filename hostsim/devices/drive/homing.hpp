@@ -2,8 +2,9 @@
 #pragma once
 
 /// Homing mode (6060h = 6). The rising edge of controlword bit 4 starts the method of 6098h with the speeds
-/// 6099h and the acceleration 609Ah; bit 4 back to 0, or halt, interrupts it. The axis ends on its home, and
-/// the zero of position is 607Ch further: 6064h then reads -607Ch.
+/// 6099h and the acceleration 609Ah; bit 4 back to 0 ends it, halt interrupts it until halt is over: then the
+/// search begins anew from where the axis stands. The axis ends on its home, and the zero of position is
+/// 607Ch further: 6064h then reads -607Ch. Method 0 is attained where it stands, and changes nothing.
 ///
 /// Statusword bits 13, 12, 10: 0 0 0 under way; 0 0 1 not started or interrupted; 0 1 1 attained; 1 0 0
 /// error, still moving; 1 0 1 error. An error is a method that is not supported, or a limit switch where the
@@ -25,7 +26,7 @@ class Homing final : public Mode {
   Time deadline(Time now) const override;
 
  private:
-  enum class Phase : std::uint8_t { kIdle, kSearching, kToHome, kAttained, kFailed };
+  enum class Phase : std::uint8_t { kIdle, kHalted, kSearching, kToHome, kAttained, kFailed };
 
   void start(Time now);
   void next_leg(Time now);

@@ -77,14 +77,29 @@ HomingWay way_to_limit(double direction, double place, double limit) {
   return way;
 }
 
+bool is_to_hard_stop(std::int8_t method) {
+  return (method < 0 && method >= -4) || method == 36;
+}
+
+HomingWay way_to_hard_stop(std::int8_t method, double place, const AxisLayout& layout, double pitch) {
+  const bool positive = method == -1 || method == -3;
+  const double stop =
+      positive ? layout.positive_limit + layout.stops_beyond : layout.negative_limit - layout.stops_beyond;
+  HomingWay way = way_to_limit(positive ? kUp : kDown, place, stop);
+  way.hard = true;
+  if (method == -1 || method == -2) way.home = next_index(stop, positive ? kDown : kUp, pitch);
+  return way;
+}
+
 }  // namespace
 
 bool is_homing_method(std::int8_t method) {
-  return (method >= 1 && method <= 14) || (method >= 17 && method <= 30) || method == 33 || method == 34 ||
-         method == 35 || method == 37;
+  return method == kNoHoming || is_to_hard_stop(method) || (method >= 1 && method <= 14) ||
+         (method >= 17 && method <= 30) || method == 33 || method == 34 || method == 35 || method == 37;
 }
 
 HomingWay homing_way(std::int8_t method, double place, const AxisLayout& layout, double pitch) {
+  if (is_to_hard_stop(method)) return way_to_hard_stop(method, place, layout, pitch);
   HomingWay way;
   way.home = place;
   if (method == 33 || method == 34) way.home = next_index(place, method == 33 ? kDown : kUp, pitch);

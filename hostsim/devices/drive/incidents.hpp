@@ -49,8 +49,9 @@ inline constexpr std::array<ErrorKind, kFaultKinds> kFaults = {{
     {0x8611, ErrorRegister::kGeneric | ErrorRegister::kProfile},
 }};
 
-// 603Fh after a failure of the network; the EMCY is the node's own.
+// 603Fh after a failure of the network; the EMCY is the node's own, but for that of a SYNC that is missed.
 inline constexpr std::uint16_t kCommunicationFault = 0x8100;
+inline constexpr std::uint16_t kSyncFault = 0x8700;
 inline constexpr std::uint16_t kHeartbeatFault = static_cast<std::uint16_t>(EmergencyCode::kHeartbeat);
 inline constexpr std::uint16_t kBusOffFault = static_cast<std::uint16_t>(EmergencyCode::kBusOffRecovered);
 

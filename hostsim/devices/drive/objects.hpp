@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The objects of CiA 402 that the drive reads and writes, found once. What the dictionary leaves out has the
-/// value given here.
+/// The objects of CiA 402 that the drive reads and writes, found once. What the dictionary leaves out, or
+/// gives no value, has the value given here. A limit of 0 is none, and a 6502h of 0 says nothing of the
+/// modes: files leave such values to the drive.
 
 #include <cstdint>
 
@@ -14,8 +15,11 @@ struct DriveObjects {
   template <class Number>
   using Bound = sim::Bound<Number>;
   static constexpr std::uint32_t kNoLimit = 0xFFFFFFFF;
+  static constexpr std::uint32_t kAllModes = 0x000003AD;
 
-  explicit DriveObjects(ObjectDictionary& dictionary) : d(dictionary) {}
+  explicit DriveObjects(ObjectDictionary& dictionary) : d(dictionary) {
+    if (supported_modes.get() == 0) supported_modes.set(kAllModes);
+  }
 
   ObjectDictionary& d;
 
@@ -30,7 +34,7 @@ struct DriveObjects {
   Bound<std::int16_t> fault_reaction_option{d, 0x605E, 0, 2};
   Bound<std::int8_t> mode{d, 0x6060, 0};
   Bound<std::int8_t> mode_display{d, 0x6061, 0};
-  Bound<std::uint32_t> supported_modes{d, 0x6502, 0, 0x000003AD};
+  Bound<std::uint32_t> supported_modes{d, 0x6502, 0, kAllModes};
 
   Bound<std::int32_t> position_demand{d, 0x6062, 0};
   Bound<std::int32_t> position_actual_increments{d, 0x6063, 0};
@@ -47,17 +51,20 @@ struct DriveObjects {
   Bound<std::uint16_t> velocity_threshold_time{d, 0x6070, 0};
   Bound<std::int16_t> target_torque{d, 0x6071, 0};
   Bound<std::uint16_t> max_torque{d, 0x6072, 0, 1000};
+  Bound<std::uint16_t> max_current{d, 0x6073, 0};
   Bound<std::int16_t> torque_demand{d, 0x6074, 0};
   Bound<std::int16_t> torque_actual{d, 0x6077, 0};
+  Bound<std::int16_t> current_actual{d, 0x6078, 0};
+  Bound<std::uint32_t> link_voltage{d, 0x6079, 0, 48'000};  ///< mV
   Bound<std::int32_t> target_position{d, 0x607A, 0};
   Bound<std::int32_t> range_min{d, 0x607B, 1};
   Bound<std::int32_t> range_max{d, 0x607B, 2};
   Bound<std::int32_t> home_offset{d, 0x607C, 0};
   Bound<std::int32_t> limit_min{d, 0x607D, 1};
   Bound<std::int32_t> limit_max{d, 0x607D, 2};
-  Bound<std::uint32_t> max_profile_velocity{d, 0x607F, 0, kNoLimit};
-  Bound<std::uint32_t> max_motor_speed{d, 0x6080, 0, kNoLimit};
-  Bound<std::uint32_t> profile_velocity{d, 0x6081, 0};
+  Bound<std::uint32_t> max_profile_velocity{d, 0x607F, 0};
+  Bound<std::uint32_t> max_motor_speed{d, 0x6080, 0};
+  Bound<std::uint32_t> profile_velocity{d, 0x6081, 0, 1000};
   Bound<std::uint32_t> profile_acceleration{d, 0x6083, 0};
   Bound<std::uint32_t> profile_deceleration{d, 0x6084, 0};
   Bound<std::uint32_t> quick_stop_deceleration{d, 0x6085, 0};
@@ -69,8 +76,8 @@ struct DriveObjects {
   Bound<std::uint32_t> feed{d, 0x6092, 1, 1};
   Bound<std::uint32_t> feed_shaft_revolutions{d, 0x6092, 2, 1};
   Bound<std::int8_t> homing_method{d, 0x6098, 0};
-  Bound<std::uint32_t> homing_speed_switch{d, 0x6099, 1};
-  Bound<std::uint32_t> homing_speed_zero{d, 0x6099, 2};
+  Bound<std::uint32_t> homing_speed_switch{d, 0x6099, 1, 1000};
+  Bound<std::uint32_t> homing_speed_zero{d, 0x6099, 2, 100};
   Bound<std::uint32_t> homing_acceleration{d, 0x609A, 0};
   Bound<std::int32_t> position_offset{d, 0x60B0, 0};
   Bound<std::int32_t> velocity_offset{d, 0x60B1, 0};
@@ -80,6 +87,8 @@ struct DriveObjects {
   Bound<std::int32_t> following_error{d, 0x60F4, 0};
   Bound<std::int32_t> position_demand_increments{d, 0x60FC, 0};
   Bound<std::uint32_t> digital_inputs{d, 0x60FD, 0};
+  Bound<std::uint32_t> digital_outputs{d, 0x60FE, 1};
+  Bound<std::uint32_t> digital_outputs_mask{d, 0x60FE, 2, 0xFFFFFFFF};
   Bound<std::int32_t> target_velocity{d, 0x60FF, 0};
 };
 

@@ -2,7 +2,8 @@
 #pragma once
 
 /// Profile torque and cyclic synchronous torque (6060h = 4, 10). The load holds the axis: torque is made and
-/// nothing moves. Torques are thousandths of the rated torque, at most 6072h either way.
+/// nothing moves. Torques are thousandths of the rated torque, at most 6072h either way; current (6078h,
+/// 6073h) is proportional to torque.
 
 #include "devices/drive/mode.hpp"
 

@@ -3,8 +3,8 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <iterator>
 #include <utility>
@@ -15,7 +15,17 @@ namespace cbcan::io {
 
 namespace {
 
-constexpr std::size_t kPendingLimit = 65536;
+constexpr std::size_t kCharactersPerWrite = 65536;
+
+/// A FIFO that nobody reads yet is opened for both, which needs no reader.
+Descriptor open_log(const std::string& path) {
+  constexpr int kFlags = O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+  constexpr mode_t kMode = 0644;
+  Descriptor file(open(path.c_str(), O_WRONLY | kFlags, kMode));
+  if (!file && errno == ENXIO) file = Descriptor(open(path.c_str(), O_RDWR | kFlags, kMode));
+  if (!file) throw EnvironmentError("log " + path + ": " + reason(errno) + "; write another file");
+  return file;
+}
 
 }  // namespace
 
@@ -25,45 +35,58 @@ void append_candump_line(std::string& text, const Frame& frame, Time time, std::
   text += '\n';
 }
 
-CandumpLog::CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn)
+CandumpLog::CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
+                       std::size_t most_waiting)
     : path_(std::move(path)),
       interface_(std::move(interface)),
       wall_offset_(wall_offset),
       warn_(std::move(warn)),
-      file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
-  if (!file_) throw EnvironmentError("log " + path_ + ": " + reason(errno) + "; write another file");
+      output_(open_log(path_), most_waiting),
+      most_waiting_(most_waiting),
+      flush_at_(kCharactersPerWrite) {}
+
+CandumpLog::~CandumpLog() {
+  flush();
+  if (ended_) return;
+  output_.finish();
+  drop_rest();
+  tell_dropped();
 }
 
 void CandumpLog::on_bus_frame(const Frame& frame, Time now) {
-  if (!file_) {
+  if (output_.waiting() >= flush_at_) flush();
+  if (ended_ || !output_.room()) {
     ++counters_.dropped;
     return;
   }
-  append_candump_line(pending_, frame, now + wall_offset_, interface_);
-  ++pending_frames_;
-  if (pending_.size() >= kPendingLimit) flush();
+  append_candump_line(output_.text(), frame, now + wall_offset_, interface_);
+  ++counters_.frames;
 }
 
 void CandumpLog::flush() {
-  std::string_view rest = pending_;
-  while (!rest.empty()) {
-    const ssize_t count = ::write(file_.get(), rest.data(), rest.size());
-    if (count > 0)
-      rest.remove_prefix(static_cast<std::size_t>(count));
-    else if (count == 0 || errno != EINTR)
-      return give_up(errno);
+  if (ended_) return;
+  if (const int error = output_.flush(); error != 0) {
+    drop_rest();
+    ended_ = true;
+    return warn_("log " + path_ + ": " + reason(error) +
+                 "; the log ends here, the simulation goes on; make room, or write it to another disk");
   }
-  counters_.frames += pending_frames_;
-  pending_frames_ = 0;
-  pending_.clear();
+  flush_at_ = std::min(output_.waiting() + kCharactersPerWrite, most_waiting_);
+  if (output_.waiting() == 0) tell_dropped();
 }
 
-void CandumpLog::give_up(int error) {
-  counters_.dropped += std::exchange(pending_frames_, 0);
-  pending_.clear();
-  file_.reset();
-  warn_("log " + path_ + ": " + reason(error) +
-        "; the log ends here, the simulation goes on; make room, or write it to another disk");
+void CandumpLog::tell_dropped() {
+  if (counters_.dropped == told_) return;
+  warn_(fmt::format("log {}: {} frames are missing: they were not read in time", path_,
+                    counters_.dropped - told_));
+  told_ = counters_.dropped;
+}
+
+/// A line of which a part has gone counts too.
+void CandumpLog::drop_rest() {
+  const auto lines = static_cast<std::uint64_t>(std::ranges::count(output_.take_rest(), '\n'));
+  counters_.frames -= lines;
+  counters_.dropped += lines;
 }
 
 }  // namespace cbcan::io

@@ -11,7 +11,7 @@
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/output.hpp"
 #include "sim/bus.hpp"
 
 namespace cbcan::io {
@@ -19,13 +19,17 @@ namespace cbcan::io {
 /// Appends `(0000000012.345678) vcan0 605#4017100000000000` and a line end. `time` is what the brackets show.
 void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface);
 
-/// Writes every frame of a bus to a file.
+/// Writes every frame of a bus to a file, or into a pipe or FIFO, whose reader nobody waits for.
 class CandumpLog final : public sim::Observer {
  public:
   /// Makes the file anew; throws EnvironmentError if it cannot. Times in the log are those of the frames plus
-  /// `wall_offset`: wall-clock time less simulation time, in microseconds.
-  CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn);
-  ~CandumpLog() { flush(); }
+  /// `wall_offset`: wall-clock time less simulation time, in microseconds. A frame is dropped when more than
+  /// `most_waiting` characters wait for a reader; `warn` is told how many those were once there is room
+  /// again.
+  CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
+             std::size_t most_waiting = Output::kMostWaiting);
+  /// Waits for a reader as Output does.
+  ~CandumpLog();
   CandumpLog(const CandumpLog&) = delete;
   CandumpLog& operator=(const CandumpLog&) = delete;
 
@@ -35,6 +39,9 @@ class CandumpLog final : public sim::Observer {
   /// full), says so once and logs no more.
   void flush();
 
+  /// When flush() has something to do that no frame brings.
+  Time next_deadline() const { return ended_ ? kNever : output_.next_deadline(); }
+
   struct Counters {
     std::uint64_t frames = 0;   ///< in the file
     std::uint64_t dropped = 0;  ///< not in the file, because it could not be written
@@ -42,15 +49,18 @@ class CandumpLog final : public sim::Observer {
   const Counters& counters() const { return counters_; }
 
  private:
-  void give_up(int error);
+  void tell_dropped();
+  void drop_rest();
 
   std::string path_;
   std::string interface_;
   Time wall_offset_;
   Warn warn_;
-  Descriptor file_;
-  std::string pending_;
-  std::uint64_t pending_frames_ = 0;
+  Output output_;
+  std::size_t most_waiting_;
+  std::size_t flush_at_;  ///< characters waiting
+  bool ended_ = false;
+  std::uint64_t told_ = 0;  ///< of those dropped
   Counters counters_;
 };
 

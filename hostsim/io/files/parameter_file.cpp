@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "canopen/lss_slave.hpp"
 #include "canopen/nmt/nmt.hpp"
@@ -60,8 +62,10 @@ bool parse_line(std::string_view line, sim::StoredParameters& parameters) {
   return parse_object(key, value, parameters.values.back());
 }
 
+/// A new file: whatever else is there, such as a link to another file, is not written.
 bool write_whole(const std::string& path, const std::string& text) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wb"), std::fclose);
+  if (::unlink(path.c_str()) != 0 && errno != ENOENT) return false;
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wbx"), std::fclose);
   if (!file) return false;
   return std::fwrite(text.data(), 1, text.size(), file.get()) == text.size() &&
          std::fflush(file.get()) == 0 && ::fsync(::fileno(file.get())) == 0;
@@ -100,12 +104,21 @@ sim::StoredParameters ParameterFile::load() {
   return {};
 }
 
+void ParameterFile::tell_left_out(const std::vector<sim::StoredValue>& values) {
+  constexpr std::size_t kMostNamed = 20;
+  std::string names;
+  for (const sim::StoredValue& value : std::span(values).first(std::min(values.size(), kMostNamed)))
+    names += fmt::format("{}{:04X}:{:02X}", names.empty() ? "" : ", ", value.index, value.sub);
+  if (values.size() > kMostNamed) names += fmt::format(" and {} more", values.size() - kMostNamed);
+  warn_(fmt::format("{}: left out, as the EDS file has no such parameter of this length: {}", path_, names));
+}
+
 bool ParameterFile::save(const sim::StoredParameters& parameters) {
   const std::string fresh = path_ + ".new";
   if (write_whole(fresh, parameter_text(parameters)) && std::rename(fresh.c_str(), path_.c_str()) == 0)
     return true;
   warn_(path_ + ": parameters could not be stored: " + reason(errno));
-  static_cast<void>(std::remove(fresh.c_str()));
+  static_cast<void>(::unlink(fresh.c_str()));
   return false;
 }
 

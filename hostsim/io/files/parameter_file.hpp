@@ -22,7 +22,7 @@ namespace cbcan::io {
 /// Lines that begin with # mean nothing. The file is made when something is stored for the first time.
 class ParameterFile final : public sim::ParameterStore {
  public:
-  /// `warn` is told what cannot be written, as the node has only an abort code for it.
+  /// `warn` is told what cannot be written, as the node has only an abort code for it, and what does not fit.
   ParameterFile(std::string path, Warn warn) : path_(std::move(path)), warn_(std::move(warn)) {}
 
   /// A file that is not there is empty. Throws UsageError for one that cannot be understood, with file and
@@ -31,6 +31,8 @@ class ParameterFile final : public sim::ParameterStore {
 
   /// Replaces the file as a whole: a crash leaves the old one or the new one.
   bool save(const sim::StoredParameters& parameters) override;
+
+  void tell_left_out(const std::vector<sim::StoredValue>& values) override;
 
  private:
   std::string path_;

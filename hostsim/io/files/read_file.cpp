@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "io/errors.hpp"
+
 namespace cbcan::io {
 
 std::optional<std::string> read_file(const std::string& path) {
@@ -13,7 +15,8 @@ std::optional<std::string> read_file(const std::string& path) {
   std::string text;
   std::array<char, 65536> part;
   while (const std::size_t got = std::fread(part.data(), 1, part.size(), file.get()))
-    text.append(part.data(), got);
+    if (text.append(part.data(), got).size() > kMostFileBytes)
+      throw UsageError(path + ": more than 16 MiB; write a plant, EDS or parameter file");
   if (std::ferror(file.get()) != 0) return std::nullopt;
   return text;
 }

@@ -6,7 +6,10 @@
 
 namespace cbcan::io {
 
-/// The whole content of a file; nullopt if it cannot be read. Blocks for as long as the disk does.
+inline constexpr std::size_t kMostFileBytes = 16 * 1024 * 1024;
+
+/// The whole content of a file; nullopt if it cannot be read. Throws UsageError for more than kMostFileBytes.
+/// Blocks for as long as the disk does.
 std::optional<std::string> read_file(const std::string& path);
 
 }  // namespace cbcan::io

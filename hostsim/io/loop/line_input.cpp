@@ -14,10 +14,15 @@ namespace cbcan::io {
 LineInput::LineInput(Reactor& reactor, int fd, std::string name)
     : reactor_(reactor), fd_(fd), name_(std::move(name)) {
   try {
-    reactor_.watch(fd_, Reactor::kReadable, [this](std::uint32_t) { read(); });
+    watch();
   } catch (const EnvironmentError&) {
-    watched_ = false;  // a file, or closed, which the first read() tells
+    is_file_ = true;
   }
+}
+
+void LineInput::watch() {
+  reactor_.watch(fd_, Reactor::kReadable, [this](std::uint32_t) { read(); });
+  watched_ = true;
 }
 
 LineInput::~LineInput() {
@@ -28,11 +33,12 @@ std::optional<std::string> LineInput::take() {
   if (lines_.empty()) return std::nullopt;
   std::string line = std::move(lines_.front());
   lines_.pop_front();
+  if (lines_.empty() && !is_file_ && !watched_ && !closed_) watch();
   return line;
 }
 
 void LineInput::poll() {
-  if (!watched_ && !closed_) read();
+  if (is_file_ && !closed_ && has_room()) read();
 }
 
 void LineInput::read() {
@@ -40,9 +46,13 @@ void LineInput::read() {
   const ssize_t count = ::read(fd_, text.data(), text.size());
   if (count < 0 && (errno == EINTR || errno == EAGAIN)) return;
   if (count < 0) throw EnvironmentError(name_ + ": " + reason(errno));
-  if (count > 0) return split({text.data(), static_cast<std::size_t>(count)});
-  closed_ = true;
-  if (watched_) reactor_.forget(fd_);
+  if (count > 0) split({text.data(), static_cast<std::size_t>(count)});
+  closed_ = count == 0;
+  if (watched_ && (closed_ || !has_room())) {
+    reactor_.forget(fd_);
+    watched_ = false;
+  }
+  if (!closed_) return;
   if (!half_.empty()) lines_.push_back(std::exchange(half_, {}));
 }
 

@@ -15,6 +15,8 @@ namespace cbcan::io {
 class LineInput {
  public:
   static constexpr std::size_t kLongestLine = 1000;
+  /// While so many have not been taken, no more are read.
+  static constexpr std::size_t kMostLines = 1000;
 
   /// The descriptor is the caller's and stays as it is: it is not made non-blocking, since others may share
   /// it. Throws EnvironmentError if it cannot be read; a line that is too long ends the reactor's turn with a
@@ -32,16 +34,19 @@ class LineInput {
 
   /// A file cannot wake the reactor: it is read here, once per turn.
   void poll();
-  Time next_deadline() const { return watched_ || closed_ ? kNever : 0; }
+  Time next_deadline() const { return is_file_ && !closed_ ? 0 : kNever; }
 
  private:
+  bool has_room() const { return lines_.size() < kMostLines; }
+  void watch();
   void read();
   void split(std::string_view text);
 
   Reactor& reactor_;
   int fd_;
   std::string name_;
-  bool watched_ = true;
+  bool is_file_ = false;  ///< or closed, which the first read() tells
+  bool watched_ = false;
   bool closed_ = false;
   std::string half_;
   std::deque<std::string> lines_;

@@ -80,9 +80,9 @@ void Reactor::watch(int fd, std::uint32_t interest, Callback callback) {
   fail("watch");
 }
 
-void Reactor::change(int fd, std::uint32_t interest) {
+bool Reactor::change(int fd, std::uint32_t interest) {
   epoll_event event{.events = interest, .data = {.ptr = find(fd)}};
-  if (epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) != 0) fail("change");
+  return epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) == 0;
 }
 
 void Reactor::forget(int fd) {

@@ -46,8 +46,8 @@ class Reactor {
   /// caller's, who forgets it before closing it. Throws EnvironmentError if the kernel cannot watch it.
   void watch(int fd, std::uint32_t interest, Callback callback);
 
-  /// Replaces the interest of a watched descriptor; 0 = only kBroken.
-  void change(int fd, std::uint32_t interest);
+  /// Replaces the interest of a watched descriptor; 0 = only kBroken. False = the kernel refuses.
+  bool change(int fd, std::uint32_t interest);
 
   /// Ends the watch; from now on the callback is not called, also not for what was ready already. May be
   /// called from any callback, also from the one that it ends. Not watched: nothing happens.

@@ -21,6 +21,9 @@ StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
   sigemptyset(&wanted);
   sigaddset(&wanted, SIGINT);
   sigaddset(&wanted, SIGTERM);
+  struct sigaction hangup {};
+  sigaction(SIGHUP, nullptr, &hangup);
+  if (hangup.sa_handler != SIG_IGN) sigaddset(&wanted, SIGHUP);
   signals_ = Descriptor(signalfd(-1, &wanted, SFD_NONBLOCK | SFD_CLOEXEC));
   if (!signals_) throw EnvironmentError("signals: " + reason(errno));
   sigprocmask(SIG_BLOCK, &wanted, &former_mask_);
@@ -28,7 +31,7 @@ StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
   ignore.sa_handler = SIG_IGN;
   for (std::size_t i = 0; i < std::size(kIgnored); ++i)
     sigaction(kIgnored[i], &ignore, &former_[i]);
-  reactor_.watch(signals_.get(), Reactor::kReadable, [this](std::uint32_t) { take(); });
+  reactor_.watch(signals_.get(), Reactor::kReadable, [this](std::uint32_t) { look(); });
 }
 
 StopSignals::~StopSignals() {
@@ -38,10 +41,11 @@ StopSignals::~StopSignals() {
   sigprocmask(SIG_SETMASK, &former_mask_, nullptr);
 }
 
-void StopSignals::take() {
+bool StopSignals::look() {
   signalfd_siginfo signal{};
   while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal)
     stop_requested_ = true;
+  return stop_requested_;
 }
 
 }  // namespace cbcan::io

@@ -8,9 +8,9 @@
 
 namespace cbcan::io {
 
-/// SIGINT and SIGTERM as an event of the reactor, and SIGPIPE and SIGXFSZ ignored (what writes is told by its
-/// errno), while this object lives: then as they were before. One per process, made by its main thread before
-/// there are others. The reactor outlives it.
+/// SIGINT, SIGTERM and, unless it was ignored (nohup), SIGHUP as an event of the reactor, and SIGPIPE and
+/// SIGXFSZ ignored (what writes is told by its errno), while this object lives: then as they were before. One
+/// per process, made by its main thread before there are others. The reactor outlives it.
 class StopSignals {
  public:
   explicit StopSignals(Reactor& reactor);
@@ -19,10 +19,10 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
 
   bool stop_requested() const { return stop_requested_; }
+  /// The same, without a turn of the reactor: for long work between two.
+  bool look();
 
  private:
-  void take();
-
   Reactor& reactor_;
   sigset_t former_mask_{};
   struct sigaction former_[2]{};  ///< of what is ignored

@@ -118,10 +118,11 @@ void ModbusTcp::poll(Time now) {
 
 void ModbusTcp::adopt(Descriptor socket) {
   const int fd = socket.get();
-  Connection& client = *(connections_[fd] = std::make_unique<Connection>(std::move(socket)));
-  reactor_.watch(fd, Reactor::kReadable, [this, &client](std::uint32_t) {
+  auto made = std::make_unique<Connection>(std::move(socket));
+  reactor_.watch(fd, Reactor::kReadable, [this, &client = *made](std::uint32_t) {
     if (!on_ready(client)) close_client(client);
   });
+  connections_[fd] = std::move(made);
   ++counters_.connections;
 }
 
@@ -136,8 +137,7 @@ bool ModbusTcp::on_ready(Connection& client) {
   if (client.unsent.empty()) return receive(client);
   if (!send_rest(client)) return false;
   if (!client.unsent.empty()) return true;
-  reactor_.change(client.socket.get(), Reactor::kReadable);
-  return serve_buffered(client);
+  return reactor_.change(client.socket.get(), Reactor::kReadable) && serve_buffered(client);
 }
 
 /// One read per turn, of at most one buffer: what is left in the socket waits for the next turn, after the
@@ -230,8 +230,7 @@ bool ModbusTcp::send(Connection& client, Bytes bytes) {
   if (!send_rest(client)) return false;
   if (client.unsent.empty()) return true;
   ++counters_.waits_for_room;
-  reactor_.change(client.socket.get(), Reactor::kWritable);
-  return true;
+  return reactor_.change(client.socket.get(), Reactor::kWritable);
 }
 
 bool ModbusTcp::send_rest(Connection& client) {

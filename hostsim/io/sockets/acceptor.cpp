@@ -56,8 +56,7 @@ void Acceptor::accept_clients() {
   for (int i = 0; i < kAcceptsPerTurn; ++i) {
     Descriptor socket = accept_client(listener_.socket());
     if (socket) {
-      full_told_ = false;
-      on_client_(std::move(socket));
+      hand_over(std::move(socket));
     } else if (errno == EMFILE || errno == ENFILE) {
       if (!refuse_client()) return;
     } else if (errno != ECONNABORTED && errno != EINTR) {
@@ -66,17 +65,28 @@ void Acceptor::accept_clients() {
   }
 }
 
+/// What fails for one client ends that one.
+void Acceptor::hand_over(Descriptor socket) try {
+  on_client_(std::move(socket));
+  told_ = false;
+} catch (const std::exception& error) {
+  turned_away(std::string("a further client cannot be served: ") + error.what());
+}
+
+void Acceptor::turned_away(const std::string& why) {
+  ++refused_;
+  if (!told_) warn_(where_ + ": " + why);
+  told_ = true;
+}
+
 /// False when there is nobody left to turn away.
 bool Acceptor::refuse_client() {
   reserve_.reset();
   const bool refused = static_cast<bool>(accept_client(listener_.socket()));
   reserve_ = open_reserve();
   if (!refused) return false;
-  ++refused_;
-  if (!full_told_)
-    warn_(where_ + ": no descriptor left for a further client (" + std::to_string(clients_()) +
-          " are connected); raise the limit with `ulimit -n`");
-  full_told_ = true;
+  turned_away("no descriptor left for a further client (" + std::to_string(clients_()) +
+              " are connected); raise the limit with `ulimit -n`");
   return true;
 }
 

@@ -20,7 +20,8 @@ class Acceptor {
  public:
   static constexpr int kSendBufferBytes = 64 * 1024;
 
-  /// Gets each client's socket: non-blocking, with kSendBufferBytes to send, and small responses go at once.
+  /// Gets each client's socket, which is closed if it throws: non-blocking, with kSendBufferBytes to send,
+  /// and small responses go at once.
   using OnClient = std::function<void(Descriptor)>;
 
   /// Listens at once, see StreamListener; the reactor is the caller's. `clients` says how many there are, for
@@ -38,6 +39,8 @@ class Acceptor {
 
  private:
   void accept_clients();
+  void hand_over(Descriptor socket);
+  void turned_away(const std::string& why);
   bool refuse_client();
 
   Reactor& reactor_;
@@ -47,7 +50,7 @@ class Acceptor {
   std::function<std::size_t()> clients_;
   Warn warn_;
   Descriptor reserve_;  ///< given up to be able to accept and close when there are no others
-  bool full_told_ = false;
+  bool told_ = false;
   std::uint64_t refused_ = 0;
 };
 

@@ -12,18 +12,29 @@ class CommandSession final : public StreamSession {
   explicit CommandSession(const Execute& execute) : execute_(execute) {}
 
   void receive(std::string_view bytes) override {
-    for (const char c : bytes) {
-      if (c == '\n') {
-        end_line();
-      } else if (line_.size() <= kLongestCommand) {
-        line_ += c;
-      }
-    }
+    received_ += bytes;
+    execute_received();
   }
   std::string_view unsent() const override { return unsent_; }
-  void sent(std::size_t count) override { unsent_.erase(0, count); }
+  void sent(std::size_t count) override {
+    unsent_.erase(0, count);
+    execute_received();
+  }
 
  private:
+  /// While the client has more to read than that, its lines wait, and no more are read.
+  void execute_received() {
+    std::string_view rest = received_;
+    for (; !rest.empty() && unsent_.size() < StreamServer::kMostUnsent; rest.remove_prefix(1)) {
+      if (rest.front() == '\n') {
+        end_line();
+      } else if (line_.size() <= kLongestCommand) {
+        line_ += rest.front();
+      }
+    }
+    received_.erase(0, received_.size() - rest.size());
+  }
+
   void end_line() {
     const std::string line = std::exchange(line_, {});
     std::string_view text = line;
@@ -36,6 +47,7 @@ class CommandSession final : public StreamSession {
   }
 
   Execute execute_;
+  std::string received_;  ///< not yet looked at
   std::string line_;
   std::string unsent_;
 };

@@ -58,11 +58,18 @@ Descriptor listen_unix(const std::string& where, const std::string& path) {
   return socket;
 }
 
+/// {0, 0} where there is none.
+std::pair<dev_t, ino_t> identity_of(const std::string& path) {
+  struct stat file {};
+  return lstat(path.c_str(), &file) == 0 ? std::pair(file.st_dev, file.st_ino) : std::pair<dev_t, ino_t>();
+}
+
 }  // namespace
 
 StreamListener::StreamListener(std::string_view service, const StreamAddress& address) : address_(address) {
   if (!address.path.empty()) {
     socket_ = listen_unix(std::string(service) + " " + to_string(address) + ": ", address.path);
+    file_ = identity_of(address.path);
   } else {
     Listener listener = listen_tcp(service, address.tcp);
     socket_ = std::move(listener.socket);
@@ -71,7 +78,7 @@ StreamListener::StreamListener(std::string_view service, const StreamAddress& ad
 }
 
 StreamListener::~StreamListener() {
-  if (!address_.path.empty()) unlink(address_.path.c_str());
+  if (!address_.path.empty() && identity_of(address_.path) == file_) unlink(address_.path.c_str());
 }
 
 }  // namespace cbcan::io

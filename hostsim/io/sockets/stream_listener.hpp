@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <sys/types.h>
+
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "io/loop/descriptor.hpp"
 #include "io/sockets/listen_address.hpp"
@@ -27,6 +30,7 @@ class StreamListener {
 
  private:
   StreamAddress address_;
+  std::pair<dev_t, ino_t> file_;  ///< of the Unix socket: somebody else's may be at its path by now
   Descriptor socket_;
 };
 

@@ -52,11 +52,12 @@ void StreamServer::flush() {
 
 void StreamServer::adopt(Descriptor socket) {
   const int fd = socket.get();
-  Connection& client = *(connections_[fd] = std::make_unique<Connection>(std::move(socket), make_()));
-  reactor_.watch(fd, Reactor::kReadable, [this, &client](std::uint32_t ready) {
+  auto made = std::make_unique<Connection>(std::move(socket), make_());
+  reactor_.watch(fd, Reactor::kReadable, [this, &client = *made](std::uint32_t ready) {
     const bool writable_alone = ready == Reactor::kWritable;
     if ((!writable_alone && !receive(client)) || !send(client)) close(client);
   });
+  connections_[fd] = std::move(made);
   ++accepted_;
 }
 
@@ -82,17 +83,16 @@ bool StreamServer::send(Connection& client) {
     if (count < 0 && !is_temporary(errno)) return false;
     if (count > 0) client.session->sent(static_cast<std::size_t>(count));
   }
-  watch(client);
-  return true;
+  return watch(client);
 }
 
-void StreamServer::watch(Connection& client) {
+bool StreamServer::watch(Connection& client) {
   const std::size_t unsent = client.session->unsent().size();
   const std::uint32_t interest =
       (unsent < kMostUnsent ? Reactor::kReadable : 0) | (unsent > 0 ? Reactor::kWritable : 0);
-  if (interest == client.interest) return;
-  reactor_.change(client.socket.get(), interest);
+  if (interest == client.interest) return true;
   client.interest = interest;
+  return reactor_.change(client.socket.get(), interest);
 }
 
 }  // namespace cbcan::io

@@ -63,7 +63,7 @@ class StreamServer {
   void close(Connection& client);
   bool receive(Connection& client);
   bool send(Connection& client);
-  void watch(Connection& client);
+  bool watch(Connection& client);
 
   Reactor& reactor_;
   MakeSession make_;

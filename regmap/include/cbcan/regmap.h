@@ -56,7 +56,7 @@
 #define CBCAN_R_DIAGNOSTIC_CAN_REFUSED_LAST 4121         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_CAN_LOST        4122         /* frames, or bytes of a serial adapter, lost for want of room */
 #define CBCAN_R_DIAGNOSTIC_CAN_LOST_LAST   4123         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_CAN_ERRORS      4124         /* bus errors, or lines of a serial adapter without sense */
+#define CBCAN_R_DIAGNOSTIC_CAN_ERRORS      4124         /* bus errors, failed starts of the CAN controller, or lines of a serial adapter without sense */
 #define CBCAN_R_DIAGNOSTIC_CAN_ERRORS_LAST 4125         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS    4126         /* requests of the PLC begun, of both windows */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_LAST 4127         /* the last of them */
@@ -64,6 +64,7 @@
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_FAILED_LAST 4129         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED 4130         /* no longer wanted by the PLC while under way */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED_LAST 4131         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_CLOCK_SOURCE    4132         /* 0 = the board has one clock only, 1 = crystal or clock signal, 2 = the chip's RC oscillator, too inaccurate for CAN */
 
 #define CBCAN_EXECUTE                      0xCA0E       /* written to CBCAN_R_EXECUTE_FLAG */
 #define CBCAN_COMMAND_SDO_READ             5055         /* SDO read (upload) */

@@ -167,9 +167,10 @@ inline constexpr std::uint16_t kCanErrors = 4124;
 inline constexpr std::uint16_t kTransactions = 4126;
 inline constexpr std::uint16_t kTransactionsFailed = 4128;
 inline constexpr std::uint16_t kTransactionsCancelled = 4130;
+inline constexpr std::uint16_t kClockSource = 4132;
 
 inline constexpr std::uint16_t kDiagnosticsFirst = kVersion;
-inline constexpr std::size_t kDiagnosticsWords = 32;
+inline constexpr std::size_t kDiagnosticsWords = 33;
 
 constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::string_view name,
                                  std::string_view range, std::string_view meaning) {
@@ -182,7 +183,7 @@ constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::
           meaning};
 }
 
-inline constexpr std::array<RegisterRow, 19> kDiagnostics{{
+inline constexpr std::array<RegisterRow, 20> kDiagnostics{{
     diagnostic(kVersion, 1, "VERSION", "0..65535",
                "version of the image: major in the high byte, minor in the low byte"),
     diagnostic(kPatchLevel, 1, "PATCH_LEVEL", "0..65535", "the version's third number"),
@@ -204,12 +205,19 @@ inline constexpr std::array<RegisterRow, 19> kDiagnostics{{
     diagnostic(kCanLost, 2, "CAN_LOST", "32 bits",
                "frames, or bytes of a serial adapter, lost for want of room"),
     diagnostic(kCanErrors, 2, "CAN_ERRORS", "32 bits",
-               "bus errors, or lines of a serial adapter without sense"),
+               "bus errors, failed starts of the CAN controller, or lines of a serial adapter without sense"),
     diagnostic(kTransactions, 2, "TRANSACTIONS", "32 bits", "requests of the PLC begun, of both windows"),
     diagnostic(kTransactionsFailed, 2, "TRANSACTIONS_FAILED", "32 bits", "ended with a result other than 0"),
     diagnostic(kTransactionsCancelled, 2, "TRANSACTIONS_CANCELLED", "32 bits",
                "no longer wanted by the PLC while under way"),
+    diagnostic(
+        kClockSource, 1, "CLOCK_SOURCE", "0..2",
+        "0 = the board has one clock only, 1 = crystal or clock signal, 2 = the chip's RC oscillator, too "
+        "inaccurate for CAN"),
 }};
+
+/// Values of kClockSource.
+enum class ClockSource : std::uint16_t { kOnly, kExternal, kInternal };
 
 /// Values of kResetCause.
 enum class ResetCause : std::uint16_t { kUnknown, kPowerOn, kPin, kSoftware, kWatchdog, kBrownOut };

@@ -25,6 +25,10 @@ struct Adapter {
     for (const char c : text)
       port.on_char(c);
   }
+  void respond(std::string_view text) {
+    say(text);
+    CHECK(received() == "");
+  }
   /// The next frame that the port received; "" = none.
   std::string received() {
     Frame frame;
@@ -67,12 +71,66 @@ TEST_CASE("An adapter that says nothing is opened again after a second") {
 TEST_CASE("One that does not know the command F is left alone as long as it says anything") {
   Adapter adapter;
   CHECK(adapter.at(0) == kOpening);
+  adapter.respond("\r");
   for (std::uint32_t ms = 250; ms < 5000; ms += 250) {
-    adapter.say("\a");
-    CHECK(adapter.received() == "");
     CHECK(adapter.at(ms) == "F\r");
+    adapter.respond("\a");
+    CHECK(adapter.port.state() == BusState::kActive);
   }
   CHECK(adapter.port.counters().errors == 19);
+}
+
+TEST_CASE("An adapter that says nothing is shown as bus-off after a second, until it says something") {
+  Adapter adapter;
+  for (std::uint32_t ms = 0; ms < 1000; ms += 250) {
+    adapter.at(ms);
+    CHECK(adapter.port.state() == BusState::kActive);
+  }
+  for (std::uint32_t ms = 1000; ms < 5000; ms += 250) {
+    adapter.at(ms);
+    CHECK(adapter.port.state() == BusState::kBusOff);
+  }
+  CHECK(adapter.port.try_send(test::frame_from("705#")));  // it may be one that never says anything
+  SECTION("a state") {
+    adapter.respond("F00\r");
+  }
+  SECTION("a frame") {
+    adapter.say("t7050\r");
+  }
+  SECTION("yes") {
+    adapter.respond("z\r");
+  }
+  Frame frame;
+  adapter.port.receive(frame);
+  CHECK(adapter.port.state() == BusState::kActive);
+}
+
+TEST_CASE("An adapter that refuses to open is shown as bus-off, and opened again once a second") {
+  Adapter adapter;
+  for (std::uint32_t ms = 0; ms < 5000; ms += 250) {
+    CHECK(adapter.at(ms) == (ms % 1000 == 0 ? kOpening : "F\r"));
+    CHECK(adapter.port.state() == (ms == 0 ? BusState::kActive : BusState::kBusOff));
+    adapter.respond(ms % 1000 == 0 ? "\r\r\r\a\r\a" : "\a");  // C and O: no
+    CHECK(adapter.port.state() == (ms == 0 ? BusState::kActive : BusState::kBusOff));
+  }
+  CHECK(adapter.at(5000) == kOpening);
+  adapter.respond("\r\r\r\a\r\r");  // C: no, it was closed
+  CHECK(adapter.at(5250) == "F\r");
+  CHECK(adapter.port.state() == BusState::kActive);
+}
+
+TEST_CASE("One that has answered F and refuses it has been closed: bus-off until it answers F again") {
+  Adapter adapter;
+  adapter.at(0);
+  adapter.respond("F20\r");
+  CHECK(adapter.port.state() == BusState::kErrorPassive);
+  for (std::uint32_t ms = 250; ms < 3000; ms += 250) {
+    adapter.at(ms);
+    adapter.respond("\r\a");
+    CHECK(adapter.port.state() == (ms < 1000 ? BusState::kErrorPassive : BusState::kBusOff));
+  }
+  adapter.respond("F00\r");
+  CHECK(adapter.port.state() == BusState::kActive);
 }
 
 TEST_CASE("One that has answered F and no longer does has been restarted: it is opened again") {

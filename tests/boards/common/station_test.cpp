@@ -177,19 +177,20 @@ TEST_CASE("There are the windows, process data and diagnostics, and nothing betw
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x73, 0x00, 0x01, 0x77, 0x39}) == missing);  // R3699
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0xB9, 0x00, 0x02, 0x17, 0x06}) == missing);  // R3769 and R3770
   CHECK(bench.ask({0x01, 0x03, 0x0F, 0x58, 0x00, 0x01, 0x06, 0xCD}) == missing);  // R3928
-  CHECK(bench.ask({0x01, 0x03, 0x10, 0x24, 0x00, 0x01, 0xC0, 0xC1}) == missing);  // R4132
+  CHECK(bench.ask({0x01, 0x03, 0x10, 0x25, 0x00, 0x01, 0x91, 0x01}) == missing);  // R4133
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x46, 0x86, 0xCA}).size() == 5 + 2 * 70);
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0xD8, 0x00, 0x7D, 0x07, 0x38}).size() == 5 + 2 * 125);
   CHECK(bench.ask({0x01, 0x03, 0x0F, 0x57, 0x00, 0x01, 0x36, 0xCE}).size() == 5 + 2);
-  CHECK(bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13}).size() == 5 + 2 * 32);
+  CHECK(bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3}).size() == 5 + 2 * 33);
 }
 
 TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   Bench bench;
-  bench.board.report[0] = {regmap::ResetCause::kWatchdog, 2048, 400, 7, {0x10001, 2, 3, 4, 5}};
+  bench.board.report[0] = {regmap::ResetCause::kWatchdog, regmap::ClockSource::kInternal, 2048, 400, 7,
+                           {0x10001, 2, 3, 4, 5}};
   bench.board.state[0] = BusState::kErrorPassive;
   bench.board.time = 4'294'967'296'999 - Bench::kAsking;  // 2^32 ms and 999 us
-  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
+  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3});
   CHECK(bench.reg(4100) == 0x0001);  // version 0.1.0
   CHECK(bench.reg(4101) == 0);
   CHECK(bench.pair(4102) == 0);  // 2^32 ms, modulo 2^32
@@ -207,13 +208,14 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   CHECK(bench.pair(4122) == 4);
   CHECK(bench.pair(4124) == 5);
   CHECK(bench.pair(4126) == 0);
+  CHECK(bench.reg(4132) == 2);
   bench.board.report[0].stack_used = 500;
   bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});  // R3700: nobody reads them
   CHECK(bench.reg(4106) == 400);
   bench.board.time += 1'234'567'001 - 2 * Bench::kAsking;
   bench.reg(3700) = 0xCA0E;  // with command 0
   bench.station.turn();
-  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
+  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3});
   CHECK(bench.pair(4102) == 1'234'568);
   CHECK(bench.reg(4106) == 500);
   CHECK(bench.pair(4108) == 2);
@@ -349,12 +351,12 @@ TEST_CASE("Two networks: each shows diagnostics of its own CAN controller and tr
   bench.board.state[1] = BusState::kBusOff;
   bench.reg(3700, 1) = 0xCA0E;  // with command 0
   bench.station.turn();
-  bench.ask({0x02, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x20});
+  bench.ask({0x02, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xE0});
   CHECK(bench.reg(4107, 1) == 0x10);
   CHECK(bench.pair(4116, 1) == 20);
   CHECK(bench.pair(4126, 1) == 1);
   CHECK(bench.pair(4116) == 0);  // nobody has asked
-  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x20, 0x01, 0x13});
+  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3});
   CHECK(bench.reg(4107) == 0);
   CHECK(bench.pair(4116) == 10);
   CHECK(bench.pair(4126) == 0);

@@ -4,6 +4,7 @@
 using cbcan::BusState;
 using cbcan::kMillisecond;
 using cbcan::kSecond;
+using cbcan::Time;
 using cbcan::test::BxCanRig;
 using cbcan::test::frame_from;
 
@@ -173,4 +174,51 @@ TEST_CASE("bus-off: an abort that the controller does not do at once is waited f
   rig.poll();
   CHECK(rig.can.state() == BusState::kActive);
   CHECK(rig.sent().empty());
+}
+
+TEST_CASE(
+    "bus-off: a controller that does not empty its mailboxes is given up after 200 ms, and begins anew") {
+  BxCanRig rig;
+  rig.start();
+  rig.poll(10 * kSecond);
+  CHECK(rig.send("000#0100"));
+  rig.fail(32);
+  rig.model.abort_held = true;
+  rig.poll();
+  for (int ms = 0; ms < 200; ++ms) {
+    CHECK_FALSE(rig.can.stopped());
+    const Time due = rig.poll(kMillisecond);
+    CHECK(due <= rig.now + kMillisecond);
+  }
+  CHECK(rig.can.stopped());
+  CHECK(rig.can.state() == BusState::kBusOff);
+  CHECK(rig.can.counters().given_up == 1);
+  rig.model.hold_in_reset(true);  // what empties them for certain
+  rig.model.hold_in_reset(false);
+  rig.model.abort_held = false;
+  rig.start();
+  CHECK(rig.sent().empty());
+}
+
+TEST_CASE("bus-off: a controller that does not enter initialization mode is given up too") {
+  BxCanRig rig;
+  rig.start();
+  CHECK(rig.send("601#"));
+  rig.fail(32);
+  rig.model.init_refused = true;
+  for (int ms = 0; ms < 210; ++ms)
+    rig.poll(kMillisecond);
+  CHECK(rig.can.stopped());
+  CHECK(rig.can.counters().given_up == 1);
+}
+
+TEST_CASE("bus-off: a bus that stays dominant is waited for without end") {
+  BxCanRig rig;
+  rig.start();
+  CHECK(rig.send("601#"));
+  rig.fail(32);
+  for (int ms = 0; ms < 5000; ++ms)
+    rig.poll(kMillisecond);
+  CHECK_FALSE(rig.can.stopped());
+  CHECK(rig.can.counters().given_up == 0);
 }

@@ -4,8 +4,8 @@
 #include "boards/stm32f4/bxcan_rig.hpp"
 
 using cbcan::BusState;
+using cbcan::kMillisecond;
 using cbcan::boards::stm32f4::bit_timing;
-using cbcan::boards::stm32f4::CanInit;
 using cbcan::test::BxCanRig;
 
 TEST_CASE("bit timing: BTR from the clock of APB1 and the bit rate") {
@@ -54,7 +54,7 @@ TEST_CASE("bit timing: a rate that the clock does not give is refused") {
 
 TEST_CASE("init: modes, bit timing, filters and interrupts") {
   BxCanRig rig;
-  REQUIRE(rig.can.init(40'000'000, 500'000, 0x7F) == CanInit::kDone);
+  rig.init(0x7F);
   const auto reg = [&](std::uint32_t offset) { return rig.model.read(offset); };
   CHECK(reg(0x000) == 0x0001000C);  // MCR: DBF, RFLM, TXFP; ABOM, NART, SLEEP, INRQ = 0
   CHECK(reg(0x01C) == 0x011C0004);  // BTR
@@ -80,7 +80,7 @@ TEST_CASE("init: on the bus after 11 recessive bits, until then bus-off and no f
   CHECK(rig.can.state() == BusState::kBusOff);
   CHECK_FALSE(rig.send("000#0100"));  // before init
   rig.poll();
-  REQUIRE(rig.can.init(40'000'000, 500'000, 1) == CanInit::kDone);
+  rig.init(1);
   rig.model.recessive(10);
   CHECK(rig.poll() == rig.now + 1000);
   CHECK(rig.can.state() == BusState::kBusOff);
@@ -92,16 +92,58 @@ TEST_CASE("init: on the bus after 11 recessive bits, until then bus-off and no f
   CHECK(rig.send("000#0100"));
 }
 
-TEST_CASE("init: fails clearly when the controller does not answer, or has no such bit rate") {
+TEST_CASE("init: a bit rate that the clock does not give is refused") {
   BxCanRig rig;
-  CHECK(rig.can.init(45'000'000, 800'000, 1) == CanInit::kBitRate);
+  CHECK_FALSE(rig.can.init(45'000'000, 800'000, 1, 0));
   CHECK(rig.model.read(0x000) == 0x00010002);  // untouched
+  CHECK(rig.can.stopped());
+}
+
+TEST_CASE("init: a controller that is slow to respond is waited for without blocking") {
+  BxCanRig rig;
+  rig.model.acknowledge_after = 150;
+  REQUIRE(rig.can.init(40'000'000, 500'000, 1, rig.now));
+  for (int ms = 0; ms < 160; ++ms)
+    rig.poll(kMillisecond);
+  rig.model.recessive(11);
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kActive);
+  CHECK(rig.can.counters().given_up == 0);
+}
+
+TEST_CASE("init: a controller that does not respond is given up after 200 ms, each time counted") {
+  BxCanRig rig;
   rig.model.init_refused = true;
-  CHECK(rig.can.init(40'000'000, 500'000, 1) == CanInit::kNoResponse);
-  CHECK_FALSE(rig.send("000#0100"));
-  CHECK(rig.poll() == cbcan::kNever);
-  CHECK(rig.can.state() == BusState::kBusOff);
+  for (std::uint32_t times = 1; times <= 3; ++times) {
+    REQUIRE(rig.can.init(40'000'000, 500'000, 1, rig.now));
+    for (int ms = 0; ms < 200; ++ms) {
+      CHECK_FALSE(rig.can.stopped());
+      rig.poll(kMillisecond);
+    }
+    CHECK(rig.can.stopped());
+    CHECK(rig.can.counters().given_up == times);
+    CHECK(rig.can.state() == BusState::kBusOff);
+    CHECK_FALSE(rig.send("000#0100"));
+    CHECK(rig.poll(kMillisecond) == cbcan::kNever);
+  }
   rig.model.init_refused = false;
-  rig.model.acknowledge_after = 90'000;  // slow, but there
-  CHECK(rig.can.init(40'000'000, 500'000, 1) == CanInit::kDone);
+  rig.start();
+}
+
+TEST_CASE("stop: in the registers' reset state it is off the bus, and takes nothing") {
+  BxCanRig rig;
+  rig.start();
+  CHECK(rig.send("601#"));
+  rig.model.hold_in_reset(true);
+  CHECK_FALSE(rig.send("602#"));  // before the loop knows
+  rig.can.stop();
+  CHECK(rig.can.stopped());
+  CHECK(rig.can.state() == BusState::kBusOff);
+  CHECK_FALSE(rig.send("602#"));
+  CHECK(rig.poll(10 * kMillisecond) == cbcan::kNever);
+  rig.model.hold_in_reset(false);
+  rig.start();
+  CHECK(rig.sent().empty());
+  CHECK(rig.send("603#"));
+  CHECK(rig.sent() == "603#");
 }

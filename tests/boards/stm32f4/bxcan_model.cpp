@@ -72,6 +72,7 @@ void BxCanModel::reset() {
 }
 
 std::uint32_t BxCanModel::read(std::uint32_t offset) {
+  if (held_) return 0;
   switch (offset) {
     case 0x000: return mcr_;
     case 0x004: return read_msr();
@@ -95,6 +96,7 @@ std::uint32_t BxCanModel::read(std::uint32_t offset) {
 }
 
 void BxCanModel::write(std::uint32_t offset, std::uint32_t value) {
+  if (held_) return;
   switch (offset) {
     case 0x000: return write_mcr(value);
     case 0x004: msr_ &= ~(value & 0x1C); return;
@@ -137,6 +139,7 @@ void BxCanModel::step_handshake() {
 }
 
 std::uint32_t BxCanModel::read_msr() {
+  if (acknowledge_after == 0) step_handshake();
   const std::uint32_t value = msr_;
   step_handshake();
   return value;

@@ -36,11 +36,19 @@ class BxCanModel {
   bool rx1_line() const { return rx_line(1); }
   bool sce_line() const;
 
+  /// By the reset and clock control: while it is held registers read as 0, and writes are lost.
+  void hold_in_reset(bool hold) {
+    held_ = hold;
+    if (hold) reset();
+  }
+
   // ---- The bus.
 
   enum class End { kAcknowledged, kError, kArbitrationLost };
   enum Error : std::uint32_t { kNoError, kStuff, kForm, kAcknowledgement, kBit1, kBit0, kCrc };
 
+  /// It takes part: acknowledges, may send.
+  bool on_bus() const { return !held_ && (msr_ & 3) == 0 && !joining_ && !bus_off(); }
   /// So many recessive bits pass.
   void recessive(unsigned bits);
   /// Another node's frame. False: not heard, or turned away by the filters.
@@ -58,7 +66,7 @@ class BxCanModel {
 
   /// INRQ is never acknowledged: the peripheral has no clock.
   bool init_refused = false;
-  /// Reads of MSR until a mode that could be entered is acknowledged.
+  /// Reads of MSR until a mode that could be entered is acknowledged; 0 = the first one shows it.
   unsigned acknowledge_after = 3;
   /// An abort has to wait, as for a frame that is on the bus.
   bool abort_held = false;
@@ -90,7 +98,6 @@ class BxCanModel {
 
   void reset();
   bool in_init() const { return (msr_ & 1) != 0; }
-  bool on_bus() const { return (msr_ & 3) == 0 && !joining_ && !bus_off(); }
   bool bus_off() const { return tec_ > 255; }
   void write_mcr(std::uint32_t value);
   void step_handshake();
@@ -117,6 +124,7 @@ class BxCanModel {
   std::uint32_t read_esr() const;
   void count_error(unsigned& counter, unsigned weight, Error error);
 
+  bool held_ = false;
   std::uint32_t mcr_, msr_, ier_, lec_, btr_;
   std::uint32_t tsr_results_;  ///< RQCP, TXOK, ALST, TERR of all mailboxes
   std::array<Mailbox, 3> mailboxes_;

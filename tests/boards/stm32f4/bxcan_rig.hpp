@@ -23,9 +23,16 @@ struct BxCanRig {
   Driver can{ModelRegisters<BxCanModel>(model)};
   Time now = 0;
 
+  /// Configured, about to join the bus.
+  void init(std::uint8_t node_id = kOwnNode) {
+    REQUIRE(can.init(40'000'000, 500'000, node_id, now));
+    for (int i = 0; i < 5; ++i)
+      can.poll(now);
+  }
+
   /// On the bus, error active.
   void start() {
-    REQUIRE(can.init(40'000'000, 500'000, kOwnNode) == boards::stm32f4::CanInit::kDone);
+    init();
     model.recessive(11);
     can.poll(now);
     REQUIRE(can.state() == BusState::kActive);

@@ -143,10 +143,10 @@ void Emulator::pass(std::uint64_t us) {
   }
 }
 
-/// Wakes the image by a line feed, which it ignores otherwise, and returns when it has gone to sleep: in how
-/// many microseconds it wants to wake. Its timer does not know that the clock stands still, and is stopped.
+/// Wakes the image by the adapter's state, and returns when it has gone to sleep: in how many microseconds it
+/// wants to wake. Its timer does not know that the clock stands still, and is stopped.
 std::uint64_t Emulator::turn() {
-  can_.send("\n");
+  can_.send(adapter_state_);
   can_.wait_taken();
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (read(kWakeUpControl) == 0)

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "contract/remote/child.hpp"
@@ -58,6 +59,8 @@ class Emulator {
   Stream& modbus() { return modbus_; }
   Stream& can() { return can_; }
 
+  /// What the adapter says of its state, all the time: an F line with its CR.
+  void set_adapter_state(std::string line) { adapter_state_ = std::move(line); }
   /// Stops the clock; to be called once the image runs.
   void freeze();
   /// Returns when everything that was sent to the image has been dealt with, and what it sent then is there.
@@ -75,6 +78,7 @@ class Emulator {
   Stream can_;
   Stream hardware_;  ///< QEMU's protocol "qtest": its memory-mapped registers from outside
   Child qemu_;
+  std::string adapter_state_ = "F00\r";
   std::uint64_t due_ = 0;  ///< in how many microseconds the image wants to wake
 };
 

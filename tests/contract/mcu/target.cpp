@@ -95,8 +95,9 @@ class McuTarget final : public Target {
   Duration precision() const override { return 1us; }
 
   void set_bus_state(BusState state) override {
-    const char* const lines[] = {"F00\rsa000000\r", "F08\rsa000000\r", "F20\rsa000000\r", "F00\rsb000255\r"};
-    emulator_.can().send(lines[static_cast<std::size_t>(state)]);
+    const char* const asked[] = {"F00\r", "F08\r", "F20\r", "F00\r"};
+    emulator_.set_adapter_state(asked[static_cast<std::size_t>(state)]);
+    emulator_.can().send(state == BusState::kBusOff ? "sb000255\r" : "sa000000\r");
     emulator_.settle();
   }
   void refuse_frames(bool /*refuse*/) override {}

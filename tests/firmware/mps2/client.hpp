@@ -32,7 +32,7 @@ class Client {
   std::uint8_t byte(std::size_t number) const;
   std::uint32_t abort_code() const { return number(regmap::kData); }
 
-  /// R4100..R4131, for word() and number().
+  /// R4100..R4132, for word() and number().
   void read_diagnostics() { read_registers(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords); }
 
   /// A register, or two of them, as last read.

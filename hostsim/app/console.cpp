@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#include "app/console.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "io/errors.hpp"
+
+namespace cbcan::app {
+
+void Console::say(std::string_view lines) {
+  out_.add(lines);
+  flush();
+}
+
+void Console::warn(std::string_view line) {
+  tell(fmt::format("cbcan-sim: {}\n", line));
+}
+
+void Console::tell(std::string_view lines) {
+  if (!err_.add(lines)) dropped_ += static_cast<std::uint64_t>(std::ranges::count(lines, '\n'));
+  flush();
+}
+
+void Console::flush() {
+  if (const int error = out_.flush(); error != 0) {
+    out_.take_rest();
+    if (error != EPIPE)
+      throw io::EnvironmentError("standard output: " + io::reason(error) +
+                                 "; make room, or send it elsewhere");
+  }
+  if (err_.flush() != 0) err_.take_rest();
+  if (dropped_ == 0 || err_.waiting() != 0) return;
+  warn(fmt::format("{} lines are missing here: they were not read in time", std::exchange(dropped_, 0)));
+}
+
+}  // namespace cbcan::app

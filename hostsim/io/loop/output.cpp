@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "io/loop/output.hpp"
+
+#include <fcntl.h>
+#include <limits.h>
+#include <poll.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <utility>
+
+#include "io/loop/reactor.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr int kPatienceMs = 1000;
+
+bool is_ready(int file, int timeout_ms) {
+  pollfd ready{file, POLLOUT, 0};
+  return ::poll(&ready, 1, timeout_ms) == 1;
+}
+
+mode_t type_of(int file) {
+  struct stat status {};
+  return fstat(file, &status) == 0 ? status.st_mode & S_IFMT : 0;
+}
+
+}  // namespace
+
+Output::Output(Descriptor file, std::size_t most_waiting)
+    : file_(std::move(file)),
+      most_waiting_(most_waiting),
+      may_block_((fcntl(file_.get(), F_GETFL) & O_NONBLOCK) == 0 && type_of(file_.get()) != S_IFREG) {}
+
+Output::~Output() {
+  finish();
+}
+
+/// Opened anew where it can be: O_NONBLOCK would be for all who share it.
+Descriptor Output::own(int number) {
+  const mode_t type = type_of(number);
+  const std::string path = "/proc/self/fd/" + std::to_string(number);
+  Descriptor file;
+  if (type == S_IFIFO || type == S_IFCHR)
+    file = Descriptor(open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+  return file ? std::move(file) : Descriptor(fcntl(number, F_DUPFD_CLOEXEC, 0));
+}
+
+bool Output::add(std::string_view lines) {
+  if (!room()) return false;
+  waiting_ += lines;
+  return true;
+}
+
+int Output::flush() {
+  while (waiting() != 0) {
+    const ssize_t count = write_some(rest());
+    if (count > 0) {
+      sent_ += static_cast<std::size_t>(count);
+    } else if (count < 0 && errno == EAGAIN) {
+      break;
+    } else if (count == 0 || errno != EINTR) {
+      return errno;
+    }
+  }
+  if (2 * sent_ >= waiting_.size()) {  // the rest is moved seldom
+    waiting_.erase(0, sent_);
+    sent_ = 0;
+  }
+  return 0;
+}
+
+/// What is ready for writing takes PIPE_BUF characters without waiting.
+ssize_t Output::write_some(std::string_view text) const {
+  if (may_block_) {
+    if (!is_ready(file_.get(), 0)) return errno = EAGAIN, -1;
+    text = text.substr(0, PIPE_BUF);
+  }
+  return ::write(file_.get(), text.data(), text.size());
+}
+
+std::string Output::take_rest() {
+  std::string rest = waiting_.substr(sent_);
+  waiting_.clear();
+  sent_ = 0;
+  return rest;
+}
+
+Time Output::next_deadline() const {
+  return waiting() == 0 ? kNever : Reactor::now() + kRetry;
+}
+
+void Output::finish() {
+  while (flush() == 0 && waiting() != 0 && is_ready(file_.get(), kPatienceMs)) {
+  }
+}
+
+}  // namespace cbcan::io

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+// Drives made from files as vendors write them: values left out, limits of 0, wrong device types. Each has to
+// move with the program that moves the real one. The files here are written by hand in the shapes that are
+// found, and are no vendor's.
+#include "devices/devices.hpp"
+#include "eds/dictionary_image.hpp"
+#include "eds/eds_reader.hpp"
+#include "support/world_bench.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+struct Line {
+  const char* index;
+  const char* type;    ///< empty: the file does not say
+  const char* access;  ///< likewise
+  const char* value;   ///< likewise
+};
+
+std::string text_of(const Line& line) {
+  const auto key = [](const char* name, const std::string& value) {
+    return value.empty() ? std::string() : std::string(name) + "=" + value + "\n";
+  };
+  return "[" + std::string(line.index) + "]\nParameterName=x\nObjectType=7\n" + key("DataType", line.type) +
+         key("AccessType", line.access) + key("DefaultValue", line.value) + "PDOMapping=0\n\n";
+}
+
+/// A drive as a template of CiA 402 has it: not one value.
+const std::vector<Line> kTemplate{
+    {"1000", "7", "ro", ""}, {"6007", "3", "rw", ""},  {"6040", "6", "rww", ""}, {"6041", "6", "ro", ""},
+    {"605A", "3", "rw", ""}, {"6060", "2", "rww", ""}, {"6061", "2", "ro", ""},  {"6064", "4", "ro", ""},
+    {"6065", "7", "rw", ""}, {"6067", "7", "rw", ""},  {"606C", "4", "ro", ""},  {"607A", "4", "rww", ""},
+    {"607F", "7", "rw", ""}, {"6080", "7", "rw", ""},  {"6081", "7", "rw", ""},  {"6083", "7", "rw", ""},
+    {"6084", "7", "rw", ""}, {"60FF", "4", "rww", ""}, {"6502", "7", "ro", ""},
+};
+
+/// The template with other lines in the place of its own; a line without anything takes one out.
+std::string file_with(const std::vector<Line>& changes) {
+  std::string text;
+  for (Line line : kTemplate) {
+    bool there = true;
+    for (const Line& change : changes) {
+      if (std::string(change.index) != line.index) continue;
+      there = std::string(change.type) != "-";
+      line = change;
+    }
+    if (there) text += text_of(line);
+  }
+  return text;
+}
+
+/// Node 5 made of a file, and the master's program.
+struct Plant {
+  explicit Plant(const std::string& text) {
+    eds::DictionaryImage image =
+        eds::dictionary_image(eds::read(text, "x.eds", std::uint8_t{5}, devices::standard_type).device);
+    sim::NodeParts parts;
+    parts.behaviour = devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).make;
+    parts.node_id = 5;
+    parts.image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
+                   std::move(image.node_id_values)};
+    node = &bench.world.add_node(std::move(parts));
+    bench.start();
+    bench.expect("705#00");
+  }
+  void write(const char* multiplexer, const char* bytes, const char* command = "2B") {
+    const std::string place(multiplexer);
+    bench.ask("605#" + std::string(command) + place + bytes, "585#60" + place + "00000000");
+  }
+  void enable(const char* mode) {
+    write("606000", (std::string(mode) + "000000").c_str(), "2F");
+    for (const char* word : {"06000000", "07000000", "0F000000"})
+      write("406000", word);
+  }
+  std::int32_t get(std::uint16_t index) {
+    node->bring_up_to_date(bench.now);
+    return static_cast<std::int32_t>(node->device().dictionary().get(index, 0));
+  }
+  WorldBench bench;
+  sim::Node* node = nullptr;
+};
+
+struct Shape {
+  const char* name;
+  std::vector<Line> changes;
+};
+
+const std::vector<Shape> kShapes{
+    {"no value anywhere", {}},
+    {"limits and modes of 0", {{"607F", "7", "rw", "0"}, {"6080", "7", "rw", "0"}, {"6502", "7", "ro", "0"}}},
+    {"no limits, no modes, no profile velocity",
+     {{"607F", "-", "", ""}, {"6080", "-", "", ""}, {"6502", "-", "", ""}, {"6081", "-", "", ""}}},
+    {"a mode without type", {{"6060", "", "rw", ""}, {"6061", "", "ro", ""}}},
+    {"an unsigned mode", {{"6060", "5", "rw", "0"}}},
+    {"a device type of 0", {{"1000", "7", "ro", "0"}}},
+    {"a device type with its bytes reversed", {{"1000", "7", "ro", "0x92010200"}}},
+    {"no device type", {{"1000", "-", "", ""}}},
+};
+
+}  // namespace
+
+TEST_CASE("A drive from a vendor's file moves to a position") {
+  for (const Shape& shape : kShapes) {
+    INFO(shape.name);
+    Plant plant(file_with(shape.changes));
+    plant.enable("01");
+    plant.write("7A6000", "F4010000", "23");
+    plant.write("406000", "1F000000");
+    plant.bench.pass(10 * kSecond);
+    CHECK(plant.get(0x6064) == 500);
+    CHECK(plant.get(0x6061) == 1);
+  }
+}
+
+TEST_CASE("A drive from a vendor's file moves at a velocity") {
+  for (const Shape& shape : kShapes) {
+    INFO(shape.name);
+    Plant plant(file_with(shape.changes));
+    plant.enable("03");
+    plant.write("FF6000", "C8000000", "23");
+    plant.bench.pass(10 * kSecond);
+    CHECK(plant.get(0x606C) == 200);
+    CHECK(plant.get(0x6064) == 2000);
+  }
+}
+
+TEST_CASE("What a file leaves out is the profile's default, and a master reads it, after each reset") {
+  Plant plant(file_with({{"6067", "7", "rw", "0"}}));
+  for (const char* reset : {"000#8105", "000#8205"}) {
+    plant.bench.ask(reset, "705#00");
+    CHECK(plant.get(0x6502) == 0x3AD);
+    CHECK(plant.get(0x605A) == 2);
+    CHECK(plant.get(0x6007) == 1);
+    CHECK(plant.get(0x6065) == -1);  // no window
+    CHECK(plant.get(0x6067) == 0);   // as the file says
+  }
+}
+
+}  // namespace cbcan::test

@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""A system call fails for one client of cbcan-sim: that one is closed, the others do not notice."""
+
+import os
+import pathlib
+import socket
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments
+
+PROGRAM, PRELOAD = program_from_arguments(sys.argv, 2)
+READ = 5055
+
+
+class ConnectionThatCannotBeWatched(unittest.TestCase):
+    def check(self, service, *options):
+        simulator = Simulator(PROGRAM, "--demo", *options, env={**os.environ, "LD_PRELOAD": PRELOAD, "CBCAN_UNWATCHED": "2"})
+        self.addCleanup(simulator.stop)
+        where = simulator.where[service]
+        host, port = where.rsplit(":", 1)
+        with simulator.window() as first:
+            self.assertEqual(first.execute(READ, 0x42, 0x1000, 0, 4), 0)
+            with socket.create_connection((host, int(port)), timeout=LIMIT) as second:
+                self.assertEqual(second.recv(1), b"")
+            with simulator.window() as third:
+                for window in (first, third):
+                    self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.assertEqual(simulator.stop(), (0, f"cbcan-sim: {service} {where}: a further client cannot be served: reactor: watch: "
+                                               "No space left on device\n"))
+
+    def test_modbus(self):
+        self.check("modbus")
+
+    def test_control(self):
+        self.check("control", "--control", "127.0.0.1:0")
+
+    def test_slcan(self):
+        self.check("slcan", "--slcan", "127.0.0.1:0")
+
+
+cases.main()

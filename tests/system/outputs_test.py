@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Nobody reads what cbcan-sim writes, or the disk is full: it goes on, and ends when it is told to."""
+
+import contextlib
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from healthy import Healthy
+from mcu import die_with_parent
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+PROGRAM = program_from_arguments(sys.argv)
+READ = 5055
+FULL = "No space left on device; make room, or send it elsewhere\n"
+
+
+class StuckPipe:
+    """A pipe without room, until somebody reads it."""
+
+    def __init__(self):
+        self.out, self.into = os.pipe()
+        os.set_blocking(self.into, False)
+        self.filling = 0
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                self.filling += os.write(self.into, bytes(4096))
+        os.set_blocking(self.into, True)
+
+    def read_until(self, end):
+        """What has come behind the filling, up to this text."""
+        with os.fdopen(os.dup(self.out), "rb", buffering=0) as pipe:
+            text = b""
+            while not text[self.filling:].endswith(end.encode()):
+                text += pipe.read(65536)
+        return text[self.filling:].decode()
+
+    def close(self):
+        os.close(self.out)
+        os.close(self.into)
+
+
+class Unread(unittest.TestCase):
+    def setUp(self):
+        self.pipe = StuckPipe()
+        self.addCleanup(self.pipe.close)
+
+    def start(self, *options):
+        simulator = Simulator(PROGRAM, "--demo", *options, log=False, before_start=lambda: os.set_inheritable(self.pipe.into, True),
+                              close_fds=False)
+        self.addCleanup(simulator.stop)
+        return simulator
+
+    def check_served_and_ended(self, simulator):
+        with simulator.window() as window:
+            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.assertEqual(simulator.stop()[0], 0)
+
+    def test_log_into_a_fifo_without_a_reader(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.mkfifo(f"{folder}/fifo")
+            simulator = self.start("--log", f"{folder}/fifo")
+            with simulator.window() as window:
+                self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+                with open(f"{folder}/fifo", encoding="ascii") as fifo:
+                    frames = [fifo.readline().split()[2] for _ in range(8)]
+            self.assertIn("642#4000100000000000", frames)
+            self.check_served_and_ended(simulator)
+
+    def test_log_into_a_pipe_that_is_stuck(self):
+        simulator = self.start("--log", f"/dev/fd/{self.pipe.into}")
+        self.check_served_and_ended(simulator)
+        self.assertRegex(simulator.error, r"\Acbcan-sim: log /dev/fd/\d+: \d+ frames are missing: they were not read in time\n\Z")
+
+    def test_log_is_whole_once_it_is_read(self):
+        simulator = self.start("--log", f"/dev/fd/{self.pipe.into}")
+        with simulator.window() as window:
+            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.assertRegex(self.pipe.read_until("5C2#4300100091010F00\n"), r"\A(\(\d{10}\.\d{6}\) virtual [0-9A-F]{3}#[0-9A-F]{0,16}\n)+\Z")
+        self.assertEqual(simulator.stop(), (0, ""))
+
+    def test_frames_that_nobody_reads_are_counted_and_told(self):
+        simulator = self.start("--log", f"/dev/fd/{self.pipe.into}")
+        healthy = Healthy(simulator.port)
+        healthy.wait_for(1000)  # 36 frames of 40 characters each, and 1 MiB waits
+        healthy.finish()
+        with os.fdopen(os.dup(self.pipe.out), "rb", buffering=0) as pipe:
+            os.set_blocking(self.pipe.out, False)
+            def told():
+                pipe.read(65536)
+                return simulator.errors()
+            self.assertRegex(wait_until(told, "a line about missing frames")[0], r": \d{4,} frames are missing: they were not read in time\Z")
+        self.check_served_and_ended(simulator)
+
+    def test_standard_error(self):
+        simulator = Simulator(PROGRAM, "--demo", "--control", "127.0.0.1:0", stderr=self.pipe.into)
+        self.addCleanup(simulator.stop)
+        host, port = simulator.where["control"].rsplit(":", 1)
+        with socket.create_connection((host, int(port)), timeout=LIMIT) as control:
+            control.sendall(b"fault 0x42 abort code=0x08000021 count=1\n")
+            self.assertEqual(control.recv(100), b"ok 1\n")
+        with simulator.window() as window:
+            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 4)
+        self.assertIn("node 66: fault 1: abort", self.pipe.read_until("5C2#4300100091010F00\n"))
+        self.assertEqual(simulator.stop()[0], 0)
+
+    def test_standard_error_and_the_end(self):
+        simulator = Simulator(PROGRAM, "--demo", "--verbose", stderr=self.pipe.into)
+        self.addCleanup(simulator.stop)
+        self.check_served_and_ended(simulator)
+
+    def start_on_a_manual_clock(self, folder):
+        process = subprocess.Popen([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0", "--control",
+                                    f"unix:{folder}/control"], stdin=subprocess.PIPE, stdout=self.pipe.into,
+                                   text=True, preexec_fn=die_with_parent)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.stdin.close)
+        self.addCleanup(process.kill)
+        wait_until(lambda: pathlib.Path(f"{folder}/control").exists(), "it to listen")
+        return process
+
+    def test_standard_output_stuck(self):
+        with tempfile.TemporaryDirectory() as folder:
+            process = self.start_on_a_manual_clock(folder)
+            process.stdin.write(100 * "pass 1s\n")
+            process.stdin.flush()
+            process.send_signal(signal.SIGTERM)
+            self.assertEqual(process.wait(LIMIT), 0)
+
+    def test_standard_output_read_late(self):
+        with tempfile.TemporaryDirectory() as folder:
+            process = self.start_on_a_manual_clock(folder)
+            process.stdin.write(5000 * "pass 1s\n")
+            process.stdin.flush()
+            lines = self.pipe.read_until("at 5000.000000\n").splitlines()
+        self.assertEqual(lines[1:], [f"at {second}.000000" for second in range(1, 5001)])
+
+
+class Full(unittest.TestCase):
+    def run_into_full(self, *options, lines=""):
+        with open("/dev/full", "w", encoding="ascii") as full:
+            return subprocess.run([PROGRAM, *options], input=lines, stdout=full, stderr=subprocess.PIPE, text=True, timeout=LIMIT)
+
+    def test_standard_output(self):
+        for options in (["--help"], ["--demo", "--modbus", "127.0.0.1:0"]):
+            done = self.run_into_full(*options)
+            self.assertEqual((done.returncode, done.stderr), (3, "cbcan-sim: standard output: " + FULL))
+
+    def test_standard_error_is_nobodys_business(self):
+        with open("/dev/full", "w", encoding="ascii") as full:
+            done = subprocess.run([PROGRAM, "--demo", "--verbose", "--clock", "manual", "--modbus", "127.0.0.1:0"], input="pass 1s\n",
+                                  stdout=subprocess.PIPE, stderr=full, text=True, timeout=LIMIT)
+        self.assertEqual((done.returncode, done.stdout.splitlines()[1:]), (0, ["at 1.000000"]))
+
+
+cases.main()
