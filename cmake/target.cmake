@@ -8,6 +8,9 @@ function(cbcan_target name)
   target_compile_options(${name} PRIVATE
     -Wall -Wextra -Wpedantic -Werror -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wnon-virtual-dtor
     -Woverloaded-virtual -Wcast-align -Wdouble-promotion -Wformat=2 -Wimplicit-fallthrough)
+  if(NOT CMAKE_CROSSCOMPILING)
+    target_compile_definitions(${name} PRIVATE $<$<NOT:$<CONFIG:Release>>:_GLIBCXX_ASSERTIONS>)
+  endif()
   if(CBCAN_SANITIZE)
     target_compile_options(${name} PUBLIC -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
       -fno-sanitize-coverage=trace-cmp)  # half of the fuzzer's time; the corpora and dictionaries know the numbers

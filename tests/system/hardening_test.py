@@ -1,0 +1,33 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Programs of a release: the linker's tables are read-only, the stack and the calls of the C library are checked."""
+
+import pathlib
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import program_from_arguments
+
+PROGRAMS = program_from_arguments(sys.argv, 2)
+
+
+def readelf(option, program):
+    return subprocess.run(["readelf", "--wide", option, program], capture_output=True, text=True, check=True).stdout
+
+
+class Release(unittest.TestCase):
+    def test_tables_of_the_linker(self):
+        for program in PROGRAMS:
+            self.assertIn("GNU_RELRO", readelf("--program-headers", program))
+            self.assertRegex(readelf("--dynamic", program), r"\(FLAGS_1\) .*\bNOW\b")
+
+    def test_stack_and_c_library(self):
+        for program in PROGRAMS:
+            self.assertIn(" __stack_chk_fail@", readelf("--dyn-syms", program))
+        self.assertRegex(readelf("--dyn-syms", PROGRAMS[0]), r" __(?!stack)\w+_chk@")  # the other one calls nothing that is checked
+
+
+cases.main()
