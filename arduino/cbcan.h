@@ -4,5 +4,5 @@
 // All of the library, for sketches.
 #include "boards/common/clock.hpp"
 #include "boards/common/ring.hpp"
-#include "coprocessor/coprocessor.hpp"
-#include "modbus/rtu_server.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
+#include "cbcan/modbus/rtu_server.hpp"

@@ -12,7 +12,7 @@
 #include <sstream>
 #include <string>
 
-#include "canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"

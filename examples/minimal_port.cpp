@@ -4,7 +4,7 @@
 // R3700..R3769.
 #include "boards/common/clock.hpp"
 #include "boards/common/ring.hpp"
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 
 namespace {
 

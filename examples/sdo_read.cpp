@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "canopen/sdo/client.hpp"
+#include "cbcan/canopen/sdo/client.hpp"
 
 using cbcan::SdoClient;
 

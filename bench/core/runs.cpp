@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "canopen/sdo/client.hpp"
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/canopen/sdo/client.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 #include "support/sdo_peer.hpp"
 
 namespace cbcan::bench {

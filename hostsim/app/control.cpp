@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "app/clock.hpp"
-#include "canopen/dictionary/little_endian.hpp"
-#include "canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "plant/config.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 
 namespace cbcan::devices {
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/drive/drive.hpp"
 #include "devices/io_module.hpp"
 #include "devices/transducer.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 
 namespace cbcan::eds {
 

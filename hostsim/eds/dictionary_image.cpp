@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "eds/values.hpp"
 
 namespace cbcan::eds {

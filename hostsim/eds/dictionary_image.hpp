@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "canopen/dictionary/node_id_values.hpp"
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/node_id_values.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "eds/device_description.hpp"
 
 namespace cbcan::eds {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "eds/device_sections.hpp"
 #include "eds/diagnostics.hpp"
 #include "text/numbers.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "eds/lexer.hpp"
 #include "eds/values.hpp"
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 
 namespace cbcan::eds {
 

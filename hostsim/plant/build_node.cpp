@@ -7,7 +7,7 @@
 #include <bit>
 #include <utility>
 
-#include "canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"

@@ -5,7 +5,7 @@
 #include <array>
 #include <variant>
 
-#include "canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/devices.hpp"
 #include "plant/settings.hpp"
 #include "text/words.hpp"

@@ -16,9 +16,9 @@
 #include <span>
 #include <string_view>
 
-#include "canopen/device.hpp"
-#include "canopen/dictionary/object_dictionary.hpp"
-#include "canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/device.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::sim {

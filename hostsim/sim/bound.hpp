@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 
 namespace cbcan::sim {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 #include "sim/participant.hpp"
 
 namespace cbcan::sim {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/cob_id.hpp"
 
 namespace cbcan::sim {
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "canopen/sdo/server.hpp"
+#include "cbcan/canopen/sdo/server.hpp"
 
 namespace cbcan::sim {
 

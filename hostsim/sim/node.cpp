@@ -7,7 +7,7 @@
 #include <iterator>
 #include <utility>
 
-#include "canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 
 namespace cbcan::sim {
 

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "canopen/device.hpp"
-#include "canopen/dictionary/node_id_values.hpp"
+#include "cbcan/canopen/device.hpp"
+#include "cbcan/canopen/dictionary/node_id_values.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "sim/more_sdo_servers.hpp"

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "canopen/lss_slave.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
 #include "sim/bus.hpp"
 #include "sim/parameters.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 
 namespace cbcan::sim {
 

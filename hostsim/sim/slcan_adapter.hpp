@@ -2,8 +2,8 @@
 #pragma once
 
 /// A CAN adapter with a serial line, on a simulated bus: what a LAWICEL CAN232 or CANUSB does with the
-/// characters that it gets (the manual is named in firmware/slcan/slcan.hpp). Pure: characters in, characters
-/// out.
+/// characters that it gets (the manual is named in firmware/cbcan/slcan/slcan.hpp). Pure: characters in,
+/// characters out.
 ///
 /// Commands, each ended by CR and answered by CR, or by BEL where it cannot be done:
 ///   Sn             bit rate, n = 0..8: taken while closed, of no effect, and not needed before O
@@ -24,8 +24,8 @@
 #include <string>
 #include <string_view>
 
+#include "cbcan/slcan/slcan.hpp"
 #include "sim/bus.hpp"
-#include "slcan/slcan.hpp"
 
 namespace cbcan::sim {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "canopen/device.hpp"
+#include "cbcan/canopen/device.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {

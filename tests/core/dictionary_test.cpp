@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "support/catch.hpp"
 
 using cbcan::AbortCode;

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 #include "support/sdo_peer.hpp"
 
 namespace cbcan::test {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "canopen/lss_slave.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "canopen/nmt/node_set.hpp"
+#include "cbcan/canopen/nmt/node_set.hpp"
 #include "support/catch.hpp"
 
 using cbcan::NodeSet;

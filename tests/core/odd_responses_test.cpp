@@ -4,7 +4,7 @@
 // data; of strangers. The value is "123456789", whose CRC with CiA 301's polynomial is the published check
 // value 31C3h.
 
-#include "canopen/sdo/crc16.hpp"
+#include "cbcan/canopen/sdo/crc16.hpp"
 #include "support/bench.hpp"
 
 using cbcan::test::Bench;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canopen/pdo/pdo.hpp"
+#include "cbcan/canopen/pdo/pdo.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {

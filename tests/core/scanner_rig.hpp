@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 #include "support/scanner_plc.hpp"
 
 namespace cbcan::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The quarantine by itself, as several clients would share it.
-#include "canopen/sdo/quarantine.hpp"
+#include "cbcan/canopen/sdo/quarantine.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {

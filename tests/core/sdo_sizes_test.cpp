@@ -3,7 +3,7 @@
 // and 65,535, where one of 16 bits is. The server is played by hand; node 5, object 2000h.
 #include <vector>
 
-#include "canopen/sdo/client.hpp"
+#include "cbcan/canopen/sdo/client.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {

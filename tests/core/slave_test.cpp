@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-#include "canopen/slave.hpp"
+#include "cbcan/canopen/slave.hpp"
 #include "support/bench.hpp"
 
 using cbcan::AbortCode;

@@ -3,7 +3,7 @@
 // cells fail.
 #include <algorithm>
 
-#include "canopen/sdo/client.hpp"
+#include "cbcan/canopen/sdo/client.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {

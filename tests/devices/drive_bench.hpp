@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "devices/drive/drive.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"

@@ -156,7 +156,7 @@ class Image(unittest.TestCase):
 
 def version():
     """What R4100 and R4101 should hold."""
-    text = (pathlib.Path(__file__).resolve().parents[2] / "firmware/include/cbcan/version.hpp").read_text()
+    text = (pathlib.Path(__file__).resolve().parents[2] / "firmware/cbcan/version.hpp").read_text()
     major, minor, patch = (int(n) for n in text.split('kVersion = "')[1].split('"')[0].split("."))
     return [major << 8 | minor, patch]
 

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 #include "fuzz/core_plc.hpp"
 #include "fuzz/core_wire.hpp"
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "canopen/slave.hpp"
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/slave.hpp"
 #include "fuzz/core_plc.hpp"
 
 namespace cbcan::fuzz {

@@ -11,8 +11,8 @@
 #include <iterator>
 #include <string>
 
-#include "canopen/dictionary/little_endian.hpp"
-#include "canopen/sdo/protocol.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/sdo/protocol.hpp"
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
 #include "fuzz/input.hpp"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "fuzz/fuzz.hpp"
 #include "plant/build_node.hpp"
 #include "plant/demo_plant.hpp"

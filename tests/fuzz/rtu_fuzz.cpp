@@ -8,9 +8,9 @@
 #include <array>
 #include <optional>
 
+#include "cbcan/modbus/rtu_server.hpp"
 #include "fuzz/fuzz.hpp"
 #include "fuzz/rtu_model.hpp"
-#include "modbus/rtu_server.hpp"
 
 namespace cbcan::fuzz {
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "cbcan/slcan/slcan.hpp"
 #include "fuzz/fuzz.hpp"
-#include "slcan/slcan.hpp"
 
 namespace cbcan::fuzz {
 

@@ -8,22 +8,22 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-FIRMWARE = {"firmware/include", "firmware/canopen", "firmware/coprocessor", "firmware/modbus", "firmware/slcan"}
+FIRMWARE = {"firmware/cbcan", "firmware/cbcan/canopen", "firmware/cbcan/coprocessor", "firmware/cbcan/modbus", "firmware/cbcan/slcan"}
 
-# Room (a folder) -> rooms that it may include besides itself.
+# Room (a folder, an inner one before the outer) -> rooms that it may include besides itself.
 MAY_KNOW = {
     "regmap": set(),
-    "firmware/include": set(),
-    "firmware/canopen": {"firmware/include"},
-    "firmware/coprocessor": {"firmware/canopen", "firmware/include", "regmap"},
-    "firmware/modbus": set(),
-    "firmware/slcan": {"firmware/include"},
+    "firmware/cbcan/canopen": {"firmware/cbcan"},
+    "firmware/cbcan/coprocessor": {"firmware/cbcan/canopen", "firmware/cbcan", "regmap"},
+    "firmware/cbcan/modbus": set(),
+    "firmware/cbcan/slcan": {"firmware/cbcan"},
+    "firmware/cbcan": set(),
     "firmware/boards": {*FIRMWARE, "regmap"},
     "hostsim/text": set(),
     "hostsim/client": set(),
     "hostsim/sim": {"hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/devices": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/eds": {"hostsim/text", "firmware/canopen"},
+    "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
     "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/io": {"hostsim/client", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/app": {"hostsim/plant", "hostsim/client", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
@@ -31,8 +31,7 @@ MAY_KNOW = {
 }
 
 # First folder of an include path -> room.
-PREFIXES = {"cbcan": "firmware/include", "canopen": "firmware/canopen", "coprocessor": "firmware/coprocessor",
-            "modbus": "firmware/modbus", "slcan": "firmware/slcan", "boards": "firmware/boards",
+PREFIXES = {"boards": "firmware/boards",
             "sim": "hostsim/sim", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
             "plant": "hostsim/plant", "text": "hostsim/text", "client": "hostsim/client", "app": "hostsim/app"}
 
@@ -59,7 +58,10 @@ def room_of_include(name):
         return "regmap"
     if name == "cbcan/cia405.hpp":
         return "tools"
-    return PREFIXES.get(name.split("/")[0]) if "/" in name else None
+    first, *rest = name.split("/")
+    if first == "cbcan":
+        return f"firmware/cbcan/{rest[0]}" if len(rest) > 1 else "firmware/cbcan"
+    return PREFIXES.get(first) if rest else None
 
 
 def complaint(room, kind, name):

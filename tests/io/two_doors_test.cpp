@@ -3,8 +3,8 @@
 // the same registers. One PLC scans blocks, the other one uses R3700; neither notices the other.
 #include <random>
 
-#include "coprocessor/coprocessor.hpp"
-#include "modbus/rtu_server.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
+#include "cbcan/modbus/rtu_server.hpp"
 #include "modbus_fixture.hpp"
 #include "support/modbus_crc.hpp"
 #include "support/scanner_plc.hpp"

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "cbcan/modbus/rtu_server.hpp"
 #include "cbcan/regmap.hpp"
 #include "io/bytes.hpp"
-#include "modbus/rtu_server.hpp"
 
 namespace cbcan::test {
 

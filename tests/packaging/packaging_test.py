@@ -21,7 +21,6 @@ import cases
 EXAMPLE = ROOT / "examples/minimal_port.cpp"
 COMPILER = ["arm-none-eabi-g++", "-mcpu=cortex-m3", "-mthumb", "-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics", "-Os",
             "-Wall", "-Wextra", "-Werror", "-Wno-psabi", "-fsyntax-only"]
-PARTS = ("canopen", "coprocessor", "modbus", "slcan")
 
 
 def run(*command, **options):
@@ -38,11 +37,11 @@ def compile_with(flags, sources):
 
 def library_sources():
     """All that belongs into a library, relative to firmware/."""
-    return sorted(str(path.relative_to(ROOT / "firmware")) for part in PARTS for path in (ROOT / "firmware" / part).rglob("*.cpp"))
+    return sorted(str(path.relative_to(ROOT / "firmware")) for path in (ROOT / "firmware/cbcan").rglob("*.cpp"))
 
 
 def version():
-    return re.search(r'kVersion = "([0-9.]+)"', (ROOT / "firmware/include/cbcan/version.hpp").read_text())[1]
+    return re.search(r'kVersion = "([0-9.]+)"', (ROOT / "firmware/cbcan/version.hpp").read_text())[1]
 
 
 class Packaging(unittest.TestCase):
@@ -100,17 +99,16 @@ class Packaging(unittest.TestCase):
 
     def test_canopen_by_itself(self):
         """The folder and the headers that its page names, and nothing else of us: the page's example, and what it prints."""
-        page = (ROOT / "firmware/canopen/README.md").read_text()
+        page = (ROOT / "firmware/cbcan/canopen/README.md").read_text()
         example = ROOT / "examples/sdo_read.cpp"
         self.assertEqual(re.search(r"```cpp\n(.*?)```", page, re.DOTALL)[1], example.read_text())
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
-            shutil.copytree(ROOT / "firmware/canopen", folder / "canopen")
-            (folder / "cbcan").mkdir()
+            shutil.copytree(ROOT / "firmware/cbcan/canopen", folder / "cbcan/canopen")
             for header in re.findall(r"`(\w+\.hpp)`", page):
-                shutil.copy(ROOT / "firmware/include/cbcan" / header, folder / "cbcan")
+                shutil.copy(ROOT / "firmware/cbcan" / header, folder / "cbcan")
             run("c++", "-std=c++20", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror", f"-I{folder}", example,
-                *sorted((folder / "canopen").rglob("*.cpp")), "-o", folder / "example")
+                *sorted((folder / "cbcan").rglob("*.cpp")), "-o", folder / "example")
             self.assertIn("".join(f"    {line}\n" for line in run(folder / "example").splitlines()), page)
 
     def test_the_page_shows_the_example_as_it_is(self):

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "canopen/slave.hpp"
+#include "cbcan/canopen/slave.hpp"
 #include "sim/faults/bus_faults.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "support/catch.hpp"

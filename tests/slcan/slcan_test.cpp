@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "slcan/slcan.hpp"
+#include "cbcan/slcan/slcan.hpp"
 #include "support/catch.hpp"
 
 namespace slcan = cbcan::slcan;

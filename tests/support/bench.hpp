@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
 

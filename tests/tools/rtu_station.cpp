@@ -16,8 +16,8 @@
 #include <cstdlib>
 #include <span>
 
-#include "coprocessor/coprocessor.hpp"
-#include "modbus/rtu_server.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
+#include "cbcan/modbus/rtu_server.hpp"
 
 namespace cbcan {
 namespace {
@@ -94,7 +94,8 @@ class Station {
   EmptyBus bus_;
   Coprocessor coprocessor_{
       RegisterWindow(std::span(registers_).subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
-      std::span(registers_).subspan<regmap::kProcessFirst, regmap::kProcessWords>(), bus_,
+      std::span(registers_).subspan<regmap::kProcessFirst, regmap::kProcessWords>(),
+      bus_,
       Coprocessor::Settings{},
       {std::span(registers_).subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
        std::span(registers_).subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()}};

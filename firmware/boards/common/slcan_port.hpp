@@ -15,7 +15,7 @@
 #include "boards/common/hardware.hpp"
 #include "boards/common/ring.hpp"
 #include "cbcan/can_port.hpp"
-#include "slcan/slcan.hpp"
+#include "cbcan/slcan/slcan.hpp"
 
 namespace cbcan::boards {
 

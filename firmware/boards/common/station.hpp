@@ -20,8 +20,8 @@
 #include <utility>
 
 #include "boards/common/hardware.hpp"
-#include "coprocessor/coprocessor.hpp"
-#include "modbus/rtu_server.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
+#include "cbcan/modbus/rtu_server.hpp"
 
 namespace cbcan::boards {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::devices {
 

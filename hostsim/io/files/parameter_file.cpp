@@ -11,8 +11,8 @@
 #include <optional>
 #include <span>
 
-#include "canopen/lss_slave.hpp"
-#include "canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
 #include "io/files/read_file.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Modbus RTU over the caller's registers, by the core's own server (firmware/modbus/rtu_server.hpp): on a
-/// serial port or pseudo-terminal, and over TCP, where the same frames come without silence between them.
-/// The first network is at the station address that is set, the next ones behind it. What a request does is
-/// told as the Modbus TCP server tells it, so both serve the same registers side by side.
+/// Modbus RTU over the caller's registers, by the core's own server (firmware/cbcan/modbus/rtu_server.hpp):
+/// on a serial port or pseudo-terminal, and over TCP, where the same frames come without silence between
+/// them. The first network is at the station address that is set, the next ones behind it. What a request
+/// does is told as the Modbus TCP server tells it, so both serve the same registers side by side.
 
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "cbcan/modbus/rtu_server.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
@@ -18,7 +19,6 @@
 #include "io/modbus/modbus_unit.hpp"
 #include "io/serial/serial_port.hpp"
 #include "io/sockets/stream_server.hpp"
-#include "modbus/rtu_server.hpp"
 
 namespace cbcan::io {
 

@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <utility>
 
+#include "cbcan/modbus/crc.hpp"
 #include "io/errors.hpp"
-#include "modbus/crc.hpp"
 
 namespace cbcan::io {
 

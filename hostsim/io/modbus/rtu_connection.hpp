@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <optional>
 
+#include "cbcan/modbus/rtu_server.hpp"
 #include "client/connection.hpp"
 #include "io/serial/serial_port.hpp"
-#include "modbus/rtu_server.hpp"
 
 namespace cbcan::io {
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/time.hpp"
 #include "text/setting.hpp"
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <utility>
 
-#include "canopen/dictionary/little_endian.hpp"
-#include "canopen/emcy/emergency.hpp"
-#include "canopen/emcy/emergency_consumer.hpp"
-#include "canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/emcy/emergency.hpp"
+#include "cbcan/canopen/emcy/emergency_consumer.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
 
 namespace cbcan::sim {
 

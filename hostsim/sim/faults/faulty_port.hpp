@@ -16,11 +16,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "canopen/nmt/nmt.hpp"
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
 #include "sim/bus.hpp"
-#include "sim/faults/response_faults.hpp"
 #include "sim/faults/fault_set.hpp"
+#include "sim/faults/response_faults.hpp"
 #include "sim/faults/sdo_watch.hpp"
 
 namespace cbcan::sim {

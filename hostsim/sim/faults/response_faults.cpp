@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::sim {
 

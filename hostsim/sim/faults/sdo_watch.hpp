@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "canopen/sdo/protocol.hpp"
+#include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/frame.hpp"
 #include "sim/faults/fault.hpp"
 

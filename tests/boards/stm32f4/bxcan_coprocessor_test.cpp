@@ -5,7 +5,7 @@
 #include <array>
 
 #include "boards/stm32f4/bxcan_rig.hpp"
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 
 using cbcan::kMillisecond;
 using cbcan::kSecond;

@@ -2,7 +2,7 @@
 // The whole coprocessor, linked to see what it takes, never run; its hardware is hardware.hpp.
 #include <new>
 
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 #include "hardware.hpp"
 
 namespace {

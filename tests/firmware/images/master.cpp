@@ -4,8 +4,8 @@
 // memory.
 #include <new>
 
-#include "canopen/nmt/node_monitor.hpp"
-#include "canopen/sdo/client.hpp"
+#include "cbcan/canopen/nmt/node_monitor.hpp"
+#include "cbcan/canopen/sdo/client.hpp"
 #include "hardware.hpp"
 
 namespace {

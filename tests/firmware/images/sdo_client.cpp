@@ -3,7 +3,7 @@
 // hardware is one struct in memory.
 #include <new>
 
-#include "canopen/sdo/client.hpp"
+#include "cbcan/canopen/sdo/client.hpp"
 #include "hardware.hpp"
 
 namespace {

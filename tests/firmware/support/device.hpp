@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-#include "canopen/slave.hpp"
+#include "cbcan/canopen/slave.hpp"
 
 namespace cbcan::test {
 

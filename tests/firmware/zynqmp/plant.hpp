@@ -9,7 +9,7 @@
 
 #include "boards/zynqmp_a53/board.hpp"
 #include "boards/zynqmp_a53/zynqmp_can.hpp"
-#include "coprocessor/coprocessor.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 #include "support/device.hpp"
 
 namespace cbcan::test {

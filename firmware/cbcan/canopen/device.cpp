@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/device.hpp"
+
+#include <utility>
+
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+
+namespace cbcan {
+
+namespace {
+
+/// 1010h and 1011h (CiA 301, 7.5.2.13 and 7.5.2.14): "save" and "load" in ISO 8859, low byte first.
+constexpr std::uint64_t kSave = 0x65766173;
+constexpr std::uint64_t kLoad = 0x64616F6C;
+
+struct Range {
+  std::uint16_t first;
+  std::uint16_t last;
+};
+
+/// Sub-index 1 is everything, 2 communication, 3 application, those behind the manufacturer's.
+constexpr Range range_of(std::uint8_t sub) {
+  switch (sub) {
+    case 1: return {object::kFirstCommunication, object::kLast};
+    case 2: return {object::kFirstCommunication, object::kLastCommunication};
+    case 3: return {object::kFirstProfile, object::kLastProfile};
+    default: return {object::kFirstManufacturer, object::kLastManufacturer};
+  }
+}
+
+/// 1029h:01, what becomes of a node when its network fails. Pre-operational is for one in Operational only.
+enum class Reaction : std::uint8_t { kPreOperational = 0, kNone = 1, kStopped = 2 };
+
+constexpr std::uint16_t number(EmergencyCode code) {
+  return static_cast<std::uint16_t>(code);
+}
+
+}  // namespace
+
+Device::Device(std::uint8_t node_id, const Slave::Tables& tables, const Storage& storage,
+               DeviceApplication& application, CanPort& port)
+    : application_(application),
+      slave_(node_id, tables, storage.buffer, *this, port),
+      sync_(slave_.dictionary(), port),
+      pdo_(slave_.dictionary(), port, storage.rpdos, storage.tpdos, *this),
+      emergency_(slave_.dictionary(), port, application),
+      consumer_(slave_.dictionary(), storage.watched),
+      life_guard_(slave_.dictionary()),
+      time_(slave_.dictionary(), port) {}
+
+void Device::start(Time now) {
+  slave_.start(now);
+}
+
+// ---- Frames
+
+void Device::on_frame(const Frame& frame, Time now) {
+  if (slave_.state() == nmt::State::kInitialising) return;
+  if (frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
+  slave_.on_frame(frame, now);
+  if (with_parts(*this, [&](auto&... part) { return (part.on_frame(frame, now) || ...); })) react(now);
+}
+
+void Device::on_sdo_request(const Frame& frame, Time now) {
+  if (!nmt::is_running(slave_.state())) return;
+  application_.refresh(now);
+  slave_.on_frame(frame, now);
+  if (!written_) return;
+  written_ = false;
+  application_.on_written(now);
+}
+
+/// What has happened in one part and concerns others.
+void Device::react(Time now) {
+  if (sync_.misfits() != known_misfit_) {
+    known_misfit_ = sync_.misfits();
+    show(EmergencyCode::kSyncLength, known_misfit_, now);
+  }
+  if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
+  watch_network(now);
+}
+
+/// An error of the communication begins, or is over; one that is there already, or is not, is not told.
+void Device::show(EmergencyCode code, bool present, Time now) {
+  if (present) return emergency_.error(number(code), ErrorRegister::kCommunication, {}, now);
+  emergency_.error_over(number(code), now);
+}
+
+Time Device::poll(Time now) {
+  slave_.poll(now);
+  with_parts(*this, [&](auto&... part) { ((part.poll(now), react(now)), ...); });
+  return deadline();
+}
+
+Time Device::deadline() const {
+  Time due = slave_.deadline();
+  with_parts(*this, [&](const auto&... part) { ((due = earlier(due, part.deadline())), ...); });
+  return due;
+}
+
+// ---- The network
+
+/// One error for any number of lost nodes; each further loss is acted on, but told once.
+void Device::watch_network(Time now) {
+  const std::size_t lost = consumer_.lost();
+  const bool unguarded = life_guard_.lost();
+  if (lost > known_lost_) fail(NetworkFailure::kHeartbeat, now);
+  if (unguarded && !known_unguarded_) fail(NetworkFailure::kGuarding, now);
+  if (lost == 0 && !unguarded) show(EmergencyCode::kHeartbeat, false, now);
+  known_lost_ = lost;
+  known_unguarded_ = unguarded;
+}
+
+void Device::fail(NetworkFailure failure, Time now) {
+  if (failure != NetworkFailure::kBusOff) show(EmergencyCode::kHeartbeat, true, now);
+  application_.on_network_failure(failure, now);
+  if (!nmt::is_running(slave_.state())) return;
+  const auto reaction = static_cast<Reaction>(dictionary().get(object::kErrorBehaviour, 1));
+  if (reaction == Reaction::kStopped) slave_.command(nmt::Command::kStop, now);
+  if (reaction == Reaction::kPreOperational && slave_.state() == nmt::State::kOperational)
+    slave_.command(nmt::Command::kEnterPreOperational, now);
+}
+
+void Device::on_bus_state(BusState state, Time now) {
+  const bool was_off = std::exchange(bus_off_, state == BusState::kBusOff);
+  if (slave_.state() == nmt::State::kInitialising) return;
+  if (bus_off_ && was_off) return;
+  if (bus_off_) return fail(NetworkFailure::kBusOff, now);
+  if (was_off) {
+    show(EmergencyCode::kBusOffRecovered, true, now);
+    show(EmergencyCode::kBusOffRecovered, false, now);
+  }
+  show(EmergencyCode::kErrorPassive, state == BusState::kErrorPassive, now);
+  show(EmergencyCode::kOverflow, state == BusState::kOverflow, now);
+}
+
+// ---- The dictionary
+
+AbortCode Device::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                          std::size_t& size, Time now) {
+  return application_.on_read(entry, sub, out, size, now);
+}
+
+AbortCode Device::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                           Time now) {
+  if (entry.index == object::kStore || entry.index == object::kRestore)
+    return store_or_restore(entry.index, sub, value);
+  AbortCode refused = AbortCode::kNone;
+  with_parts(*this, [&](const auto&... part) {
+    ((part.owns(entry.index) ? void(refused = part.check(entry, sub, value)) : void()), ...);
+  });
+  return refused != AbortCode::kNone ? refused : application_.on_write(entry, sub, value, now);
+}
+
+AbortCode Device::store_or_restore(std::uint16_t index, std::uint8_t sub,
+                                   std::span<const std::uint8_t> value) {
+  if (load_little_endian(value) != (index == object::kStore ? kSave : kLoad)) return AbortCode::kStore;
+  const Range range = range_of(sub);
+  return index == object::kStore ? application_.save(range.first, range.last)
+                                 : application_.forget(range.first, range.last);
+}
+
+void Device::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
+  written_ = true;
+  with_parts(*this, [&](auto&... part) {
+    ((part.owns(entry.index) ? part.configure(entry.index, now) : void()), ...);
+  });
+  application_.on_received_ids();
+  application_.on_stored(entry, sub, now);
+}
+
+void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
+  application_.restore(first_index, last_index, now);
+  const Part::Reset reset{node_id(), last_index >= object::kFirstManufacturer};
+  with_parts(*this, [&](auto&... part) { (part.reset(reset, now), ...); });
+  known_lost_ = 0;
+  known_unguarded_ = false;
+  known_misfit_ = emergency_.has(number(EmergencyCode::kSyncLength));
+  application_.on_received_ids();
+}
+
+void Device::on_state(nmt::State state, Time now) {
+  application_.on_state(state, now);
+  with_parts(*this, [&](auto&... part) { (part.on_state(state, now), ...); });
+}
+
+// ---- Process data
+
+void Device::refresh(Time now) {
+  application_.refresh(now);
+}
+
+void Device::on_written(Time now) {
+  application_.on_written(now);
+}
+
+void Device::on_sync(Time now) {
+  application_.on_sync(now);
+}
+
+void Device::on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) {
+  const auto low = static_cast<std::uint8_t>(pdo);
+  const auto high = static_cast<std::uint8_t>(pdo >> 8);
+  emergency_.error(code, ErrorRegister::kCommunication, {low, high}, now);
+}
+
+void Device::on_pdo_error_over(std::uint16_t code, Time now) {
+  emergency_.error_over(code, now);
+}
+
+}  // namespace cbcan

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+
+#include <algorithm>
+
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr std::uint32_t order_of(std::uint16_t index, std::uint8_t sub) {
+  return std::uint32_t{index} << 8 | sub;
+}
+
+}  // namespace
+
+void restore_values(std::span<const ObjectEntry> entries, std::span<const std::uint8_t> power_on,
+                    std::span<std::uint8_t> values, std::uint16_t first_index, std::uint16_t last_index) {
+  for (const ObjectEntry& entry : entries) {
+    const bool stored = !entry.has(ObjectFlags::kComputed) && !entry.has(ObjectFlags::kProcess);
+    if (entry.index < first_index || entry.index > last_index || !stored) continue;
+    const std::size_t from = entry.offset - entry.front();
+    const std::size_t bytes = std::size_t{entry.stride()} * entry.count();
+    const auto target = values.subspan(from, bytes);
+    if (from >= power_on.size()) {
+      std::fill(target.begin(), target.end(), std::uint8_t{0});
+    } else {
+      const auto source = power_on.subspan(from, bytes);
+      std::copy(source.begin(), source.end(), target.begin());
+    }
+  }
+}
+
+ObjectDictionary::ObjectDictionary(std::span<const ObjectEntry> entries, std::span<std::uint8_t> values,
+                                   ObjectHandler* handler, std::span<const ObjectLimits> limits,
+                                   std::span<std::uint8_t> process)
+    : entries_(entries), values_(values), process_(process), limits_(limits), handler_(handler) {}
+
+AbortCode ObjectDictionary::find(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const {
+  const auto has_index = [index](const ObjectEntry& candidate) {
+    return candidate.index <= index && index <= candidate.last_index();
+  };
+  const auto found =
+      std::partition_point(entries_.begin(), entries_.end(), [&](const ObjectEntry& candidate) {
+        return candidate.last_index() < index || (candidate.index <= index && candidate.last_sub < sub);
+      });
+  if (found != entries_.end() && has_index(*found) && found->first_sub <= sub) {
+    entry = *found;
+    entry.offset += entry.stride() * entry.subs() * (index - entry.index);
+    entry.index = index;
+    entry.more_indices = 0;
+    return AbortCode::kNone;
+  }
+  const bool object_here = (found != entries_.end() && has_index(*found)) ||
+                           (found != entries_.begin() && has_index(*(found - 1)));
+  return object_here ? AbortCode::kNoSubIndex : AbortCode::kNoObject;
+}
+
+std::span<std::uint8_t> ObjectDictionary::value(const ObjectEntry& entry, std::uint8_t sub) const {
+  if (entry.has(ObjectFlags::kComputed)) return {};
+  const std::size_t offset = offset_of(entry, sub);
+  if (entry.has(ObjectFlags::kPacked)) return process_.subspan(offset / 8, 1);
+  if (entry.has(ObjectFlags::kProcess)) return process_.subspan(offset, entry.capacity);
+  std::size_t size = entry.capacity;
+  if (entry.has(ObjectFlags::kVariable))
+    size = static_cast<std::size_t>(
+        load_little_endian(values_.subspan(offset - ObjectEntry::kLengthBytes, ObjectEntry::kLengthBytes)));
+  return values_.subspan(offset, size);
+}
+
+AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
+                                 std::size_t& size, Time now) const {
+  ObjectEntry entry{};
+  if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
+  if (!entry.has(ObjectFlags::kRead)) return AbortCode::kWriteOnly;
+  if (entry.has(ObjectFlags::kComputed)) {
+    if (entry.capacity > out.size()) return AbortCode::kReadLength;
+    return handler_->on_read(entry, sub, out, size, now);
+  }
+  const std::span<const std::uint8_t> bytes = value(entry, sub);
+  if (bytes.size() > out.size()) return AbortCode::kReadLength;
+  std::copy(bytes.begin(), bytes.end(), out.begin());
+  if (entry.has(ObjectFlags::kPacked)) out[0] = static_cast<std::uint8_t>(out[0] >> bit_of(entry, sub) & 1);
+  size = bytes.size();
+  return AbortCode::kNone;
+}
+
+AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,
+                                  Time now) {
+  ObjectEntry entry{};
+  if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
+  if (!entry.has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
+  if (bytes.size() > entry.capacity) return AbortCode::kParameterLength;
+  if (bytes.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)) return AbortCode::kObjectLength;
+  if (const AbortCode bad = check_limits(entry, sub, bytes); bad != AbortCode::kNone) return bad;
+  const bool handled = entry.has(ObjectFlags::kChecked) || entry.has(ObjectFlags::kComputed);
+  if (handled) {
+    if (const AbortCode refused = handler_->on_write(entry, sub, bytes, now); refused != AbortCode::kNone)
+      return refused;
+  }
+  if (!entry.has(ObjectFlags::kComputed)) store(entry, sub, bytes);
+  if (handled) handler_->on_stored(entry, sub, now);
+  return AbortCode::kNone;
+}
+
+void ObjectDictionary::store(const ObjectEntry& entry, std::uint8_t sub,
+                             std::span<const std::uint8_t> bytes) {
+  const std::size_t offset = offset_of(entry, sub);
+  if (entry.has(ObjectFlags::kPacked)) return assign_bit(process_[offset / 8], offset % 8, bytes[0] != 0);
+  const auto block = entry.has(ObjectFlags::kProcess) ? process_ : values_;
+  std::copy(bytes.begin(), bytes.end(), block.subspan(offset).begin());
+  if (entry.has(ObjectFlags::kVariable))
+    store_little_endian(values_.subspan(offset - ObjectEntry::kLengthBytes, ObjectEntry::kLengthBytes),
+                        bytes.size());
+}
+
+AbortCode ObjectDictionary::check_limits(const ObjectEntry& entry, std::uint8_t sub,
+                                         std::span<const std::uint8_t> bytes) const {
+  if (!entry.has(ObjectFlags::kLimited) || bytes.empty() || bytes.size() > 8) return AbortCode::kNone;
+  const auto limits = std::partition_point(limits_.begin(), limits_.end(), [&](const ObjectLimits& row) {
+    return order_of(row.index, row.sub) < order_of(entry.index, sub);
+  });
+  if (limits == limits_.end() || limits->index != entry.index || limits->sub != sub) return AbortCode::kNone;
+  const std::uint64_t raw = load_little_endian(bytes);
+  if (is_signed(entry.type)) {
+    const std::int64_t number = sign_extend(raw, bytes.size());
+    if (number > limits->high) return AbortCode::kValueHigh;
+    return number < limits->low ? AbortCode::kValueLow : AbortCode::kNone;
+  }
+  if (raw > static_cast<std::uint64_t>(limits->high)) return AbortCode::kValueHigh;
+  return raw < static_cast<std::uint64_t>(limits->low) ? AbortCode::kValueLow : AbortCode::kNone;
+}
+
+std::uint64_t ObjectDictionary::get(std::uint16_t index, std::uint8_t sub) const {
+  ObjectEntry entry{};
+  if (find(index, sub, entry) != AbortCode::kNone) return 0;
+  const std::span<const std::uint8_t> bytes = value(entry, sub);
+  return bytes.size() <= 8 ? load_little_endian(bytes) : 0;
+}
+
+bool ObjectDictionary::set(std::uint16_t index, std::uint8_t sub, std::uint64_t number) {
+  ObjectEntry entry{};
+  if (find(index, sub, entry) != AbortCode::kNone) return false;
+  const std::span<std::uint8_t> bytes = value(entry, sub);
+  if (bytes.empty() || bytes.size() > 8) return false;
+  store_little_endian(bytes, number);
+  return true;
+}
+
+}  // namespace cbcan

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/emcy/emergency.hpp"
+
+#include <algorithm>
+
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr Time kInhibitUnit = 100;
+constexpr std::uint8_t kMostRemembered = 254;
+
+}  // namespace
+
+void Emergency::reset(const Reset& reset, Time now) {
+  waiting_count_ = 0;
+  next_allowed_ = now;
+  due_ = kNever;
+  running_ = false;
+  if (reset.application) error_count_ = 0;
+  update_register();
+  clear_history();
+}
+
+AbortCode Emergency::check(const ObjectEntry& entry, std::uint8_t sub,
+                           std::span<const std::uint8_t> value) const {
+  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
+  if (entry.index == object::kErrorHistory && sub == 0)
+    return number == 0 ? AbortCode::kNone : AbortCode::kValue;
+  if (entry.index != object::kEmergencyCobId) return AbortCode::kNone;
+  const auto current = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
+  const bool stays_valid = ((number | current) & cob::kInvalid) == 0;
+  if (stays_valid && number != current) return AbortCode::kValue;
+  return cob::is_usable(number & ~cob::kInvalid) ? AbortCode::kNone : AbortCode::kValue;
+}
+
+void Emergency::configure(std::uint16_t index, Time now) {
+  index == object::kErrorHistory ? clear_history() : send_waiting(now);
+}
+
+void Emergency::clear_history() {
+  for (std::uint8_t sub = 0; sub <= kMostRemembered && dictionary_.set(object::kErrorHistory, sub, 0);
+       ++sub) {
+  }
+}
+
+void Emergency::error(std::uint16_t code, std::uint8_t register_bits, const Info& info, Time now) {
+  if (has(code)) return;
+  if (error_count_ == kMostErrors) {
+    ++counters_.lost;
+    return;
+  }
+  errors_[error_count_++] = {code, static_cast<std::uint8_t>(register_bits | ErrorRegister::kGeneric)};
+  const Message message{code, update_register(), info};
+  remember(message);
+  tell(message, now);
+}
+
+void Emergency::error_over(std::uint16_t code, Time now) {
+  const auto last = errors_.begin() + error_count_;
+  const auto found = std::find_if(errors_.begin(), last, [code](const Error& e) { return e.code == code; });
+  if (found == last) return;
+  std::copy(found + 1, last, found);
+  --error_count_;
+  tell({static_cast<std::uint16_t>(EmergencyCode::kReset), update_register(), {}}, now);
+}
+
+bool Emergency::has(std::uint16_t code) const {
+  const auto last = errors_.begin() + error_count_;
+  return std::any_of(errors_.begin(), last, [code](const Error& e) { return e.code == code; });
+}
+
+void Emergency::on_state(nmt::State state, Time now) {
+  running_ = nmt::is_running(state);
+  send_waiting(now);
+}
+
+void Emergency::poll(Time now) {
+  if (now >= due_) send_waiting(now);
+}
+
+std::uint8_t Emergency::update_register() {
+  std::uint8_t bits = 0;
+  for (std::size_t i = 0; i < error_count_; ++i)
+    bits = static_cast<std::uint8_t>(bits | errors_[i].register_bits);
+  dictionary_.set(object::kErrorRegister, 0, bits);
+  return bits;
+}
+
+/// The newest is 1003h:01; the code in the low word, the first two bytes of the manufacturer in the high one.
+/// Each entry takes what stood in the one before it.
+void Emergency::remember(const Message& message) {
+  std::uint64_t value =
+      message.code | std::uint32_t{message.info[0]} << 16 | std::uint32_t{message.info[1]} << 24;
+  const std::uint64_t last =
+      std::min<std::uint64_t>(dictionary_.get(object::kErrorHistory, 0) + 1, kMostRemembered);
+  std::uint8_t sub = 1;
+  for (; sub <= last; ++sub) {
+    const std::uint64_t before = dictionary_.get(object::kErrorHistory, sub);
+    if (!dictionary_.set(object::kErrorHistory, sub, value)) break;
+    value = before;
+  }
+  dictionary_.set(object::kErrorHistory, 0, sub - 1u);
+}
+
+void Emergency::tell(const Message& message, Time now) {
+  if (waiting_count_ == kMostWaiting) {
+    ++counters_.lost;
+    return;
+  }
+  waiting_[(first_waiting_ + waiting_count_++) % kMostWaiting] = message;
+  send_waiting(now);
+}
+
+void Emergency::send_waiting(Time now) {
+  due_ = kNever;
+  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
+  const bool exists = cob_id != 0 && (cob_id & cob::kInvalid) == 0;
+  if (!exists) waiting_count_ = 0;
+  while (running_ && waiting_count_ != 0) {
+    if (now < next_allowed_) {
+      due_ = next_allowed_;
+      return;
+    }
+    const Message& message = waiting_[first_waiting_];
+    Frame frame;
+    frame.id = cob::id_of(cob_id);
+    frame.length = 8;
+    store_little_endian(std::span(frame.data).first<2>(), message.code);
+    frame.data[2] = message.error_register;
+    std::copy(message.info.begin(), message.info.end(), frame.data.begin() + 3);
+    if (!port_.try_send(frame)) {
+      due_ = now + kRetryInterval;
+      return;
+    }
+    ++counters_.sent;
+    application_.on_emergency_sent(frame.data);
+    first_waiting_ = static_cast<std::uint8_t>((first_waiting_ + 1u) % kMostWaiting);
+    --waiting_count_;
+    next_allowed_ = now + dictionary_.get(object::kEmergencyInhibitTime, 0) * kInhibitUnit;
+  }
+}
+
+}  // namespace cbcan

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// EMCY producer (CiA 301, 7.2.7): one message for each error that occurs and one for each that is over,
+/// never repeated. Objects, where the dictionary has them: 1001h error register, 1003h error history, 1014h
+/// COB-ID, 1015h inhibit time in 100 us. Without 1014h nothing is sent. Nothing blocks, nothing is allocated;
+/// not re-entrant.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cbcan/can_port.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/part.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+/// Error codes of a device's communication (CiA 301, table 26); those of PDOs are in pdo.hpp.
+enum class EmergencyCode : std::uint16_t {
+  kReset = 0x0000,
+  kOverflow = 0x8110,  ///< the controller has lost frames
+  kErrorPassive = 0x8120,
+  kBusOffRecovered = 0x8140,
+  kHeartbeat = 0x8130,   ///< life guard error or heartbeat error
+  kSyncLength = 0x8240,  ///< SYNC with a counter, or without, where 1019h says the other
+};
+
+/// Bits of the error register, 1001h.
+struct ErrorRegister {
+  static constexpr std::uint8_t kGeneric = 0x01;
+  static constexpr std::uint8_t kCurrent = 0x02;
+  static constexpr std::uint8_t kVoltage = 0x04;
+  static constexpr std::uint8_t kTemperature = 0x08;
+  static constexpr std::uint8_t kCommunication = 0x10;
+  static constexpr std::uint8_t kProfile = 0x20;
+  static constexpr std::uint8_t kManufacturer = 0x80;
+};
+
+/// Who wants to know what is sent.
+class EmergencyApplication {
+ public:
+  /// The port has taken this message; as on the bus.
+  virtual void on_emergency_sent(const std::array<std::uint8_t, 8>& /*message*/) {}
+
+ protected:
+  ~EmergencyApplication() = default;
+};
+
+class Emergency : public Part {
+ public:
+  /// Errors present at a time, and messages waiting. What is more is not told, and counted.
+  static constexpr std::size_t kMostErrors = 16;
+  static constexpr std::size_t kMostWaiting = 16;
+
+  /// The manufacturer's five bytes of a message.
+  using Info = std::array<std::uint8_t, 5>;
+
+  Emergency(ObjectDictionary& dictionary, CanPort& port, EmergencyApplication& application)
+      : dictionary_(dictionary), port_(port), application_(application) {}
+
+  static constexpr bool owns(std::uint16_t index) {
+    return index == object::kErrorHistory || index == object::kEmergencyCobId ||
+           index == object::kEmergencyInhibitTime;
+  }
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  void configure(std::uint16_t index, Time now);
+  /// Errors are forgotten with those of the application; else 1001h shows them again. 1003h is empty.
+  void reset(const Reset& reset, Time now);
+  /// Messages go out in Pre-operational and Operational; in other states they wait.
+  void on_state(nmt::State state, Time now);
+  void poll(Time now);
+  Time deadline() const { return due_; }
+
+  /// The error with this code is there, with these bits of 1001h (the generic one is added). Told once, until
+  /// error_over().
+  void error(std::uint16_t code, std::uint8_t register_bits, const Info& info, Time now);
+  /// It is gone: EMCY 0000h with what is left in 1001h.
+  void error_over(std::uint16_t code, Time now);
+  bool has(std::uint16_t code) const;
+
+  struct Counters {
+    std::uint32_t sent = 0;
+    std::uint32_t lost = 0;  ///< errors or messages for which there was no room
+  };
+  const Counters& counters() const { return counters_; }
+
+ private:
+  struct Error {
+    std::uint16_t code;
+    std::uint8_t register_bits;
+  };
+  struct Message {
+    std::uint16_t code;
+    std::uint8_t error_register;
+    Info info;
+  };
+
+  void tell(const Message& message, Time now);
+  void remember(const Message& message);
+  void clear_history();
+  void send_waiting(Time now);
+  std::uint8_t update_register();
+
+  ObjectDictionary& dictionary_;
+  CanPort& port_;
+  EmergencyApplication& application_;
+  Time due_ = kNever;
+  Time next_allowed_ = 0;  ///< by the inhibit time
+  std::array<Error, kMostErrors> errors_{};
+  std::array<Message, kMostWaiting> waiting_{};
+  std::uint8_t error_count_ = 0;
+  std::uint8_t first_waiting_ = 0;
+  std::uint8_t waiting_count_ = 0;
+  bool running_ = false;
+  Counters counters_;
+};
+
+}  // namespace cbcan

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// EMCY consumer for all nodes (CiA 301, 7.2.7), with the scan of CiA 405's RECV_EMCY. A message costs one
+/// copy of eight bytes; a step of the scan looks at four words, whatever the number of nodes. Nothing is
+/// allocated; not re-entrant.
+
+#include <array>
+#include <cstdint>
+
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/nmt/node_set.hpp"
+#include "cbcan/frame.hpp"
+
+namespace cbcan {
+
+class EmergencyConsumer {
+ public:
+  /// As on the bus: error code, low byte first; error register (1001h); five bytes of the manufacturer.
+  using Message = std::array<std::uint8_t, 8>;
+
+  static constexpr std::uint32_t kFirstId = 0x080;  ///< + node ID
+
+  /// A data frame on 081h..0FFh; one with less than eight bytes is none.
+  void on_frame(const Frame& frame) {
+    if (frame.length == frame.data.size())
+      note(static_cast<std::uint8_t>(frame.id & nmt::kMaxNode), frame.data);
+  }
+
+  /// The last message of node 1..127.
+  void note(std::uint8_t node, const Message& message) {
+    if (is_error(message) || is_error(last_[node])) stops_.insert(node);
+    last_[node] = message;
+  }
+
+  /// Zeros: there was none.
+  const Message& last(std::uint8_t node) const { return last_[node]; }
+
+  /// Where the scan stops next, behind where it stopped last: a node whose last message is an error; once,
+  /// one whose last message is No Error (code 0000h) after an error. 0 = no such node.
+  std::uint8_t scan() {
+    const std::uint8_t node = stops_.next(stopped_at_);
+    if (node == 0) return 0;
+    stopped_at_ = node;
+    if (!is_error(last_[node])) stops_.erase(node);
+    return node;
+  }
+
+  static bool is_error(const Message& message) { return message[0] != 0 || message[1] != 0; }
+
+  void reset() {
+    last_.fill({});
+    stops_.clear();
+    stopped_at_ = 0;
+  }
+
+ private:
+  std::array<Message, nmt::kMaxNode + 1> last_{};
+  NodeSet stops_;
+  std::uint8_t stopped_at_ = 0;
+};
+
+}  // namespace cbcan

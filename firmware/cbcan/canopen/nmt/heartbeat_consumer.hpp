@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Heartbeat consumer (CiA 301, 7.2.8.3.2.1): watches the nodes that 1016h names. A heartbeat costs two array
+/// accesses; deadlines are looked through only when the earliest of them may have passed. Nothing is
+/// allocated; not re-entrant.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/part.hpp"
+#include "cbcan/frame.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+class HeartbeatConsumer : public Part {
+ public:
+  /// One watched node.
+  struct Watched {
+    Time period;    ///< that may pass between two heartbeats
+    Time deadline;  ///< kNever: not heard yet, or lost
+    std::uint8_t node;
+    bool lost;
+  };
+
+  /// `slots`: as many entries of 1016h as are looked at; the caller's.
+  HeartbeatConsumer(const ObjectDictionary& dictionary, std::span<Watched> slots)
+      : dictionary_(dictionary), slots_(slots) {}
+
+  static constexpr bool owns(std::uint16_t index) { return index == object::kConsumerHeartbeatTime; }
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  /// Whoever was watched before has to be heard anew.
+  void configure(std::uint16_t index, Time now);
+  void reset(const Reset& /*reset*/, Time now) { configure(object::kConsumerHeartbeatTime, now); }
+  bool on_frame(const Frame& frame, Time now);
+  void poll(Time now);
+  Time deadline() const { return due_; }
+  template <class Visitor>
+  void visit_ids(Visitor visit) const {
+    for (const Watched& watched : slots_.first(count_))
+      visit(nmt::kErrorControlId + watched.node);
+  }
+
+  /// Watched nodes that are lost now.
+  std::size_t lost() const { return lost_; }
+
+ private:
+  static constexpr std::uint8_t kNotWatched = 0xFF;
+
+  const ObjectDictionary& dictionary_;
+  std::span<Watched> slots_;
+  std::array<std::uint8_t, nmt::kMaxNode + 1> slot_of_{};
+  std::size_t count_ = 0;
+  std::size_t lost_ = 0;
+  Time due_ = kNever;  ///< no deadline is earlier
+};
+
+}  // namespace cbcan

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What is known of the other nodes from their boot-up, heartbeat and node guarding messages (CiA
+/// 301, 7.2.8.2.2 and 7.2.8.3.2). A message costs one array access; time passing costs nothing: how old the
+/// news are is found when somebody asks.
+
+#include <array>
+#include <cstdint>
+
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/nmt/node_set.hpp"
+#include "cbcan/frame.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+class NodeMonitor {
+ public:
+  struct Counters {
+    std::uint32_t boot_ups = 0;
+    std::uint32_t heartbeats = 0;  ///< heartbeats and node guarding responses
+    std::uint32_t ignored = 0;     ///< no state in it, or no such state
+  };
+
+  /// `fresh_for`: how long news count where no consumer heartbeat time is set.
+  explicit NodeMonitor(Time fresh_for) : fresh_for_(fresh_for) {}
+
+  enum class News : std::uint8_t { kNone, kBootUp, kState };
+
+  /// A data frame with CAN-ID 700h + 1..127.
+  News on_frame(const Frame& frame, Time now) {
+    const std::uint8_t state = frame.data[0] & nmt::kStateMask;
+    if (frame.length == 0 || !nmt::is_state(state)) {
+      ++counters_.ignored;
+      return News::kNone;
+    }
+    const std::size_t node = frame.id & nmt::kMaxNode;
+    reported_at_[node] = now;
+    if (static_cast<nmt::State>(state) == nmt::State::kInitialising) {
+      nodes_[node].state = static_cast<std::uint8_t>(nmt::State::kPreOperational);
+      nodes_[node].report = Report::kBootUp;
+      ++counters_.boot_ups;
+      return News::kBootUp;
+    }
+    nodes_[node].state = state;
+    nodes_[node].report = Report::kState;
+    ++counters_.heartbeats;
+    return News::kState;
+  }
+
+  /// Consumer heartbeat time (1016h) of a node, 1..127; 0 = none.
+  void set_consumer_time(std::uint8_t node, std::uint16_t ms) { nodes_[node].consumer_ms = ms; }
+  std::uint16_t consumer_time(std::uint8_t node) const { return nodes_[node].consumer_ms; }
+
+  /// What the last news of a node were.
+  enum class Report : std::uint8_t {
+    kNone,                ///< it has never reported
+    kBootUp,              ///< its boot-up message
+    kState,               ///< a heartbeat, or the response to node guarding
+    kResetCommunication,  ///< either, but this NMT command has gone to it since
+    kResetNode,           ///< likewise
+  };
+  Report report(std::uint8_t node) const { return nodes_[node].report; }
+
+  /// This NMT command has gone to this node, 0 = to all, from here or from another master: what it reported
+  /// before may no longer be so.
+  void doubt(nmt::Command command, std::uint8_t node);
+  bool in_doubt(std::uint8_t node) const { return (nodes_[node].state & kDoubted) != 0; }
+
+  /// A node guarding request has gone to this node: it is watched, with or without a consumer heartbeat time.
+  void guard(std::uint8_t node) { guarded_.insert(node); }
+  /// As after power-on: nobody is watched.
+  void watch_nobody();
+  bool is_watched(std::uint8_t node) const { return consumer_time(node) != 0 || guarded_.has(node); }
+
+  /// The last reported state is recent enough to be believed.
+  bool is_fresh(std::uint8_t node, Time now) const;
+
+  /// The node has reported at least once.
+  bool was_seen(std::uint8_t node) const { return nodes_[node].report != Report::kNone; }
+
+  /// The last reported state; a boot-up counts as pre-operational.
+  nmt::State last_state(std::uint8_t node) const {
+    return static_cast<nmt::State>(nodes_[node].state & nmt::kStateMask);
+  }
+
+  const Counters& counters() const { return counters_; }
+
+ private:
+  static constexpr std::uint8_t kDoubted = 0x80;
+
+  struct Node {
+    std::uint16_t consumer_ms = 0;
+    std::uint8_t state = 0;  ///< as reported, and kDoubted
+    Report report = Report::kNone;
+  };
+
+  // Times apart from the rest: 64-bit alignment would cost four bytes for every node.
+  std::array<Time, nmt::kMaxNode + 1> reported_at_{};
+  std::array<Node, nmt::kMaxNode + 1> nodes_{};
+  NodeSet guarded_;
+  Time fresh_for_;
+  Counters counters_;
+};
+
+}  // namespace cbcan

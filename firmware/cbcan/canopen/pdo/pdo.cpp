@@ -1,0 +1,486 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/pdo/pdo.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/sync.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr std::uint16_t kNoError = 0;
+constexpr std::uint16_t kNumberMask = 0x1FF;
+constexpr std::uint16_t kMappingBit = 0x200;  ///< from parameters 1400h, 1800h to mapping 1600h, 1A00h
+
+// Sub-indices of 1400h+n and 1800h+n.
+constexpr std::uint8_t kCobId = 1;
+constexpr std::uint8_t kType = 2;
+constexpr std::uint8_t kInhibitTime = 3;
+constexpr std::uint8_t kEventTimer = 5;
+constexpr std::uint8_t kStartValue = 6;
+
+// Units, in us.
+constexpr std::uint32_t kInhibitUnit = 100;
+constexpr std::uint32_t kTimerUnit = 1000;
+
+// Transmission types (CiA 301, 7.5.2.35 and 7.5.2.37).
+constexpr std::uint8_t kAcyclic = 0;
+constexpr std::uint8_t kLastSynchronous = 240;
+constexpr std::uint8_t kRemoteSynchronous = 252;
+constexpr std::uint8_t kRemoteEvent = 253;
+constexpr std::uint8_t kFirstEvent = 254;
+
+constexpr bool is_synchronous(std::uint8_t type) {
+  return type <= kLastSynchronous;
+}
+
+/// True where the values are those of the moment of sending.
+constexpr bool is_sampled_late(std::uint8_t type) {
+  return type >= kRemoteEvent;
+}
+
+constexpr bool is_receive(std::uint16_t index) {
+  return index < object::kTpdoParameter;
+}
+
+constexpr bool is_type(std::uint16_t index, std::uint32_t type) {
+  return type <= kLastSynchronous || type >= (is_receive(index) ? kFirstEvent : kRemoteSynchronous);
+}
+
+constexpr bool is_valid(std::uint32_t cob_id) {
+  return (cob_id & cob::kInvalid) == 0 && cob::is_usable(cob_id);
+}
+
+/// 1400h, 1600h, 1800h or 1A00h of an index in between.
+constexpr std::uint16_t first_of(std::uint16_t index) {
+  return static_cast<std::uint16_t>(index & ~kNumberMask);
+}
+
+constexpr std::uint16_t number_of(std::uint16_t index) {
+  return static_cast<std::uint16_t>(index & kNumberMask);
+}
+
+std::size_t count_objects(std::span<const ObjectEntry> entries, std::uint16_t first) {
+  std::size_t count = 0;
+  std::uint16_t previous = 0;
+  for (const ObjectEntry& entry : entries) {
+    if (first_of(entry.index) == first && entry.index != previous) count += entry.more_indices + 1u;
+    previous = entry.index;
+  }
+  return count;
+}
+
+template <class Room>
+Room* find_number(std::span<Room> pdos, std::uint32_t number) {
+  for (Room& pdo : pdos)
+    if (pdo.number == number) return &pdo;
+  return nullptr;
+}
+
+/// True for a SYNC at which this TPDO is sampled.
+bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
+  if (tpdo.type == kAcyclic) return std::exchange(tpdo.event, false);
+  if (!is_synchronous(tpdo.type)) return tpdo.type == kRemoteSynchronous;
+  if (tpdo.syncs_left == 0) {
+    const bool awaited = tpdo.start_value == 0 || counter == 0 || counter == tpdo.start_value;
+    if (!awaited) return false;
+    tpdo.syncs_left = tpdo.type;
+  }
+  if (--tpdo.syncs_left != 0) return false;
+  tpdo.syncs_left = tpdo.type;
+  return true;
+}
+
+}  // namespace
+
+// ---- The application
+
+template <class Call>
+void Pdo::tell(Call call) {
+  telling_ = true;
+  call();
+  telling_ = false;
+}
+
+void Pdo::update(Time now) {
+  tell([&] { application_.refresh(now); });
+}
+
+/// What is wrong with an RPDO lasts until it is received as it should be.
+void Pdo::note(std::uint16_t emergency_code, Rpdo& rpdo, Time now) {
+  const std::uint16_t before = std::exchange(rpdo.error, emergency_code);
+  if (emergency_code != kNoError) {
+    const auto number = static_cast<std::uint16_t>(rpdo.number + 1);
+    tell([&] { application_.on_pdo_error(emergency_code, number, now); });
+  }
+  if (before == kNoError || before == emergency_code) return;
+  for (const Rpdo& other : rpdos_)
+    if (other.error == before) return;
+  tell([&] { application_.on_pdo_error_over(before, now); });
+}
+
+// ---- Configuration
+
+std::size_t Pdo::rpdo_count(std::span<const ObjectEntry> entries) {
+  return count_objects(entries, object::kRpdoParameter);
+}
+
+std::size_t Pdo::tpdo_count(std::span<const ObjectEntry> entries) {
+  return count_objects(entries, object::kTpdoParameter);
+}
+
+void Pdo::reset(const Reset& /*reset*/, Time now) {
+  on_state(nmt::State::kInitialising, now);
+  std::size_t rpdos = 0;
+  std::size_t tpdos = 0;
+  std::uint16_t previous = 0;
+  for (const ObjectEntry& entry : dictionary_.entries()) {
+    if (entry.index == std::exchange(previous, entry.index)) continue;
+    for (std::uint32_t more = 0; more <= entry.more_indices; ++more) {
+      const auto index = static_cast<std::uint16_t>(entry.index + more);
+      if (first_of(index) == object::kRpdoParameter && rpdos < rpdo_room_.size())
+        rpdo_room_[rpdos++].number = number_of(index);
+      else if (first_of(index) == object::kTpdoParameter && tpdos < tpdo_room_.size())
+        tpdo_room_[tpdos++].number = number_of(index);
+    }
+  }
+  rpdos_ = rpdo_room_.first(rpdos);
+  tpdos_ = tpdo_room_.first(tpdos);
+  for (Rpdo& rpdo : rpdos_)
+    load(rpdo, now);
+  for (Tpdo& tpdo : tpdos_)
+    load(tpdo);
+  order_rpdos();
+  order_tpdos();
+}
+
+AbortCode Pdo::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes) const {
+  const auto value = static_cast<std::uint32_t>(load_little_endian(bytes));
+  const auto index = static_cast<std::uint16_t>(entry.index & ~kMappingBit);
+  const std::uint32_t cob_id = parameter(index, kCobId);
+  const AbortCode unless_invalid = is_valid(cob_id) ? AbortCode::kDeviceState : AbortCode::kNone;
+  if (entry.index != index)
+    return unless_invalid != AbortCode::kNone ? unless_invalid : check_mapping(entry.index, sub, value);
+  switch (sub) {
+    case kCobId: return check_cob_id(index, value, cob_id);
+    case kType: return is_type(index, value) ? AbortCode::kNone : AbortCode::kValue;
+    case kInhibitTime: return is_receive(index) ? AbortCode::kNone : unless_invalid;
+    case kStartValue: return value > Sync::kHighestCounter ? AbortCode::kValue : unless_invalid;
+    default: return AbortCode::kNone;
+  }
+}
+
+AbortCode Pdo::check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const {
+  if (sub == 0) return PdoMapping().resolve(dictionary_, index, value);
+  if (parameter(index, 0) != 0) return AbortCode::kDeviceState;
+  return value == 0 ? AbortCode::kNone : PdoMapping::check(dictionary_, index, value);
+}
+
+AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint32_t current) const {
+  if ((value & cob::kReserved) != 0) return AbortCode::kValue;
+  if ((value & cob::kInvalid) != 0) return AbortCode::kNone;
+  if (!cob::is_usable(value)) return AbortCode::kValue;
+  if (is_valid(current))
+    return cob::id_of(value) == cob::id_of(current) ? AbortCode::kNone : AbortCode::kValue;
+  PdoMapping mapping;
+  return take_mapping(mapping, index) ? AbortCode::kNone : AbortCode::kDeviceState;
+}
+
+/// True if the PDO with parameters `index` has a mapping that holds, of one object at least.
+bool Pdo::take_mapping(PdoMapping& mapping, std::uint16_t index) const {
+  const auto mapping_index = static_cast<std::uint16_t>(index | kMappingBit);
+  return mapping.resolve(dictionary_, mapping_index, parameter(mapping_index, 0)) == AbortCode::kNone &&
+         mapping.bytes() != 0;
+}
+
+void Pdo::configure(std::uint16_t index, Time now) {
+  if ((index & kMappingBit) != 0) return;  // comes with the COB-ID that makes it valid
+  const std::uint16_t number = number_of(index);
+  if (is_receive(index)) {
+    Rpdo* const rpdo = find_number(rpdos_, number);
+    if (rpdo == nullptr) return;
+    load(*rpdo, now);
+    order_rpdos();
+  } else {
+    Tpdo* const tpdo = find_number(tpdos_, number);
+    if (tpdo == nullptr) return;
+    const bool was_active = tpdo->active;
+    load(*tpdo);
+    order_tpdos();
+    if (!operational_ || !tpdo->active) return;
+    update(now);
+    start(*tpdo, !was_active, now);
+    poll(now);
+  }
+}
+
+/// What both kinds have; the COB-ID.
+std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index) {
+  const std::uint32_t cob_id = parameter(index, kCobId);
+  pdo.active = is_valid(cob_id) && take_mapping(pdo.mapping, index);
+  pdo.type = static_cast<std::uint8_t>(parameter(index, kType));
+  pdo.timer = parameter(index, kEventTimer) * kTimerUnit;
+  return cob_id;
+}
+
+void Pdo::load(Rpdo& rpdo, Time now) {
+  const auto index = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo.number);
+  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index)));
+  start(rpdo, now);
+}
+
+void Pdo::load(Tpdo& tpdo) {
+  const auto index = static_cast<std::uint16_t>(object::kTpdoParameter + tpdo.number);
+  const std::uint32_t cob_id = load_common(tpdo, index);
+  tpdo.remote = (cob_id & cob::kNoRemote) == 0;
+  tpdo.inhibit_time = parameter(index, kInhibitTime) * kInhibitUnit;
+  if (tpdo.type < kFirstEvent) tpdo.inhibit_time = tpdo.timer = 0;
+  tpdo.start_value = static_cast<std::uint8_t>(parameter(index, kStartValue));
+  tpdo.frame.id = cob::id_of(cob_id);
+  tpdo.frame.length = tpdo.mapping.bytes();
+}
+
+void Pdo::order_rpdos() {
+  active_rpdos_ = 0;
+  for (std::size_t place = 0; place < rpdos_.size(); ++place) {
+    if (!rpdos_[place].active) continue;
+    std::size_t k = active_rpdos_++;
+    for (; k > 0 && rpdo(k - 1).id > rpdos_[place].id; --k)
+      rpdos_[k].order = rpdos_[k - 1].order;
+    rpdos_[k].order = static_cast<std::uint16_t>(place);
+  }
+}
+
+void Pdo::order_tpdos() {
+  active_tpdos_ = 0;
+  for (std::size_t place = 0; place < tpdos_.size(); ++place)
+    if (tpdos_[place].active) tpdos_[active_tpdos_++].order = static_cast<std::uint16_t>(place);
+}
+
+// ---- Operation
+
+void Pdo::on_state(nmt::State state, Time now) {
+  const bool operational = state == nmt::State::kOperational;
+  if (operational == operational_) return;
+  operational_ = operational;
+  reception_due_ = kNever;
+  transmission_due_ = kNever;
+  retry_at_ = 0;
+  window_end_ = kNever;
+  if (!operational) return;
+  for (Rpdo& rpdo : rpdos_)
+    start(rpdo, now);
+  if (active_tpdos_ == 0) return;
+  update(now);
+  for (std::size_t k = 0; k < active_tpdos_; ++k)
+    start(tpdo(k), true, now);
+  poll(now);
+}
+
+/// The timer runs from the first reception.
+void Pdo::start(Rpdo& rpdo, Time now) {
+  rpdo.timer_at = kNever;
+  rpdo.fresh = false;
+  if (rpdo.error != kNoError) note(kNoError, rpdo, now);
+}
+
+void Pdo::start(Tpdo& tpdo, bool send, Time now) {
+  tpdo.event = false;
+  tpdo.wanted = false;
+  tpdo.windowed = false;
+  tpdo.syncs_left = 0;
+  tpdo.inhibited_until = 0;
+  tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
+  sample(tpdo);
+  if (send && tpdo.type >= kFirstEvent) want(tpdo);
+  transmission_due_ = earlier(transmission_due_, due_of(tpdo));
+}
+
+bool Pdo::on_frame(const Frame& frame, Time now) {
+  if (!operational_) return false;
+  if (frame.flags == Frame::kRemote) return on_remote(frame.id, now);
+  if (frame.flags != 0) return false;
+  std::size_t first = 0;
+  for (std::size_t end = active_rpdos_; first < end;) {
+    const std::size_t middle = (first + end) / 2;
+    if (rpdo(middle).id < frame.id)
+      first = middle + 1;
+    else
+      end = middle;
+  }
+  bool received = false;
+  for (; first < active_rpdos_ && rpdo(first).id == frame.id; ++first)
+    received |= receive(rpdo(first), frame, now);
+  if (received) tell([&] { application_.on_written(now); });
+  poll(now);
+  return true;
+}
+
+bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
+  if (is_synchronous(rpdo.type) && now > window_end_) return false;
+  if (frame.length < rpdo.mapping.bytes()) {
+    note(kTooShort, rpdo, now);
+    return false;
+  }
+  const bool too_long = frame.length > rpdo.mapping.bytes();
+  if (too_long || rpdo.error != kNoError) note(too_long ? kTooLong : kNoError, rpdo, now);
+  if (rpdo.timer != 0) {
+    rpdo.timer_at = now + rpdo.timer;
+    reception_due_ = earlier(reception_due_, rpdo.timer_at);
+  }
+  if (!is_synchronous(rpdo.type)) {
+    rpdo.mapping.apply(dictionary_, frame.data);
+    return true;
+  }
+  rpdo.data = frame.data;
+  rpdo.fresh = true;
+  return false;
+}
+
+bool Pdo::on_remote(std::uint32_t id, Time now) {
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& asked = tpdo(k);
+    if (asked.frame.id == id && asked.remote) want(asked);
+  }
+  poll(now);
+  return true;
+}
+
+void Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
+  if (!operational_) return;
+  const bool late = now > window_end_;
+  window_end_ = window == 0 ? kNever : now + window;
+  take_effect();
+  tell([&] { application_.on_sync(now); });
+  sample_and_send(counter, late, now);
+  poll(now);
+}
+
+/// RPDOs that have waited for the SYNC.
+void Pdo::take_effect() {
+  for (std::size_t k = 0; k < active_rpdos_; ++k) {
+    Rpdo& received = rpdo(k);
+    if (!std::exchange(received.fresh, false)) continue;
+    received.mapping.apply(dictionary_, received.data);
+  }
+}
+
+/// `late`: the window of the last SYNC was over, and so is what was to be sent in it.
+void Pdo::sample_and_send(std::uint8_t counter, bool late, Time now) {
+  bool updated = false;
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& sampled = tpdo(k);
+    if (late && sampled.windowed) sampled.wanted = false;
+    if (!takes_sync(sampled, counter)) continue;
+    if (!std::exchange(updated, true)) update(now);
+    sample(sampled);
+    if (sampled.type == kRemoteSynchronous) continue;
+    sampled.wanted = true;
+    sampled.windowed = true;
+    if (now >= retry_at_) send(sampled, now);
+    if (sampled.wanted) transmission_due_ = earlier(transmission_due_, retry_at_);
+  }
+}
+
+void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
+  ObjectEntry entry{};
+  if (!operational_ || dictionary_.find(index, sub, entry) != AbortCode::kNone) return;
+  const std::uint8_t* const place = dictionary_.value(entry, sub).data();
+  for (std::size_t k = 0; k < active_tpdos_; ++k)
+    if (tpdo(k).mapping.holds(dictionary_, place)) on_event(tpdo(k));
+  poll(now);
+}
+
+void Pdo::look_for_changes(Time now) {
+  if (!operational_) return;
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& looked_at = tpdo(k);
+    if (looked_at.type != kAcyclic && looked_at.type < kFirstEvent) continue;
+    std::array<std::uint8_t, PdoMapping::kMostBytes> data = looked_at.frame.data;
+    looked_at.mapping.sample(dictionary_, data);
+    if (data != looked_at.frame.data) on_event(looked_at);
+  }
+  poll(now);
+}
+
+void Pdo::request(std::uint16_t number, Time now) {
+  Tpdo* const requested = find_number(tpdos_, number - 1u);
+  if (!operational_ || requested == nullptr || !requested->active) return;
+  on_event(*requested);
+  poll(now);
+}
+
+void Pdo::on_event(Tpdo& tpdo) {
+  if (tpdo.type == kAcyclic) tpdo.event = true;
+  if (tpdo.type >= kFirstEvent) want(tpdo);
+}
+
+void Pdo::want(Tpdo& tpdo) {
+  tpdo.wanted = true;
+  tpdo.windowed = false;
+  transmission_due_ = earlier(transmission_due_, due_of(tpdo));
+}
+
+bool Pdo::is_ready(const Tpdo& tpdo, Time now) const {
+  return tpdo.wanted && now >= due_of(tpdo);
+}
+
+Time Pdo::due_of(const Tpdo& tpdo) const {
+  return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
+}
+
+void Pdo::poll(Time now) {
+  if (telling_) return;
+  if (now >= reception_due_) watch_receptions(now);
+  if (now >= transmission_due_) transmit(now);
+}
+
+void Pdo::watch_receptions(Time now) {
+  reception_due_ = kNever;
+  for (std::size_t k = 0; k < active_rpdos_; ++k) {
+    Rpdo& watched = rpdo(k);
+    if (now >= watched.timer_at) {
+      watched.timer_at = kNever;
+      note(kTimedOut, watched, now);
+    }
+    reception_due_ = earlier(reception_due_, watched.timer_at);
+  }
+}
+
+/// The application is brought up to date once, before the first frame: what it wants sent then goes out too.
+void Pdo::transmit(Time now) {
+  bool samples = false;
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& due = tpdo(k);
+    if (now >= due.timer_at) due.wanted = true;
+    if (due.windowed && now > window_end_) due.wanted = false;
+    samples |= is_sampled_late(due.type) && is_ready(due, now);
+  }
+  if (samples) update(now);
+  transmission_due_ = kNever;
+  for (std::size_t k = 0; k < active_tpdos_; ++k) {
+    Tpdo& due = tpdo(k);
+    if (is_ready(due, now)) {
+      if (is_sampled_late(due.type)) sample(due);
+      send(due, now);
+    }
+    transmission_due_ = earlier(transmission_due_, due_of(due));
+  }
+}
+
+void Pdo::send(Tpdo& tpdo, Time now) {
+  if (!port_.try_send(tpdo.frame)) {
+    retry_at_ = now + kRetryInterval;
+    return;
+  }
+  tpdo.wanted = false;
+  tpdo.inhibited_until = now + tpdo.inhibit_time;
+  if (tpdo.timer == 0) return;
+  tpdo.timer_at = now >= tpdo.timer_at ? next_after(tpdo.timer_at, tpdo.timer, now) : now + tpdo.timer;
+}
+
+}  // namespace cbcan

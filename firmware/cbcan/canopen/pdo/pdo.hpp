@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Process data (CiA 301, 7.2.2): the RPDOs and TPDOs that a dictionary describes, up to 512 each way.
+/// Objects: 1400h+n and 1600h+n (RPDO n+1), 1800h+n and 1A00h+n (TPDO n+1); gaps are fine, and a sub-index
+/// that is not there means 0. MPDOs are not supported.
+///
+/// Configured at run time by the procedure of CiA 301, 7.5.2.36 (make it invalid, mapping sub 0 = 0, write
+/// entries, set sub 0, make it valid). check() refuses everything else:
+///
+///   0602 0000h, 0609 0011h  mapping: there is no such object or sub-index
+///   0604 0041h              mapping: that object cannot be mapped this way, or its length is another
+///   0604 0042h              mapping: more than 64 objects or 64 bits
+///   0609 0030h              COB-ID of 29 bits or restricted, or changed while valid; transmission type that
+///                           there is not; SYNC start value above 240
+///   0800 0022h              not while the PDO is valid: mapping, inhibit time, SYNC start value; mapping
+///                           entries while sub 0 is not 0; valid without a mapping that holds
+///
+/// An entry of 0 may be written (an unused one) but not be counted by sub 0. A PDO that is valid from the
+/// start with a mapping that does not hold stays off.
+///
+/// Decided where CiA 301 leaves it open: event-driven TPDOs are sent once when the node becomes Operational
+/// or they become valid; an RTR for one of them is an event; synchronous ones are sampled at that time too,
+/// so that an RTR before the first SYNC finds something. Bit 30 of a TPDO's COB-ID (no RTR) holds for every
+/// type, also for the two that nothing but an RTR triggers. Limits of objects do not hold for RPDOs.
+///
+/// Nothing blocks, nothing is allocated; not re-entrant. A frame that the port refuses is tried again
+/// kRetryInterval later, before any that comes after it.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cbcan/can_port.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/part.hpp"
+#include "cbcan/canopen/pdo/mapping.hpp"
+#include "cbcan/frame.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+/// The device behind its process data. Of Pdo, it may call changed() and request() from in here.
+class PdoApplication {
+ public:
+  /// Bring the values that TPDOs carry up to `now`: some are sampled next.
+  virtual void refresh(Time now) = 0;
+  /// The data of an RPDO stand in the dictionary.
+  virtual void on_written(Time now) = 0;
+  /// A SYNC: the data of synchronous RPDOs stand in the dictionary, synchronous TPDOs are sampled next.
+  virtual void on_sync(Time now) = 0;
+  /// RPDO `number`, 1..512: Pdo::kTooShort (it was ignored), kTooLong (the rest was ignored), kTimedOut
+  /// (once, until it is received again).
+  virtual void on_pdo_error(std::uint16_t emergency_code, std::uint16_t number, Time now) = 0;
+  /// There is no RPDO any more with this error: each has been received as it should be, or is off.
+  virtual void on_pdo_error_over(std::uint16_t emergency_code, Time now) = 0;
+
+ protected:
+  ~PdoApplication() = default;
+};
+
+class Pdo : public Part {
+ public:
+  // Emergency error codes (CiA 301, 7.2.7.1).
+  static constexpr std::uint16_t kTooShort = 0x8210;
+  static constexpr std::uint16_t kTooLong = 0x8220;
+  static constexpr std::uint16_t kTimedOut = 0x8250;
+
+  /// What both kinds have.
+  struct Common {
+    PdoMapping mapping;
+    Time timer_at = kNever;
+    std::uint32_t timer = 0;   ///< us
+    std::uint16_t number = 0;  ///< from 0
+    std::uint16_t order = 0;   ///< not of this one: see rpdo(), tpdo()
+    std::uint8_t type = 0;
+    bool active = false;
+  };
+
+  /// Room for one RPDO; the content is Pdo's.
+  struct Rpdo : Common {
+    std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< of a synchronous one, until the SYNC
+    std::uint16_t id = 0;
+    std::uint16_t error = 0;  ///< emergency error code of what is wrong with it
+    bool fresh = false;       ///< data waits for the SYNC
+  };
+
+  /// Room for one TPDO; the content is Pdo's.
+  struct Tpdo : Common {
+    Frame frame;                     ///< as sampled last
+    std::uint32_t inhibit_time = 0;  ///< us
+    Time inhibited_until = 0;
+    std::uint8_t start_value = 0;
+    std::uint8_t syncs_left = 0;  ///< until it is sent; 0 = the first has not come
+    bool remote = false;          ///< RTR allowed
+    bool event = false;           ///< type 0: to be sent at the next SYNC
+    bool wanted = false;          ///< to be sent as soon as inhibit time and port allow
+    bool windowed = false;        ///< wanted because of a SYNC, so not after the window
+  };
+
+  /// How many of each a dictionary describes.
+  static std::size_t rpdo_count(std::span<const ObjectEntry> entries);
+  static std::size_t tpdo_count(std::span<const ObjectEntry> entries);
+
+  /// All outlive it. With less room than the dictionary describes, PDOs with the highest numbers do not work.
+  /// It does nothing before reset().
+  Pdo(ObjectDictionary& dictionary, CanPort& port, std::span<Rpdo> rpdos, std::span<Tpdo> tpdos,
+      PdoApplication& application)
+      : dictionary_(dictionary),
+        port_(port),
+        application_(application),
+        rpdo_room_(rpdos),
+        tpdo_room_(tpdos) {}
+
+  static constexpr bool owns(std::uint16_t index) {
+    return index >= object::kRpdoParameter && index <= object::kLastPdo;
+  }
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  /// Of a PDO that stays valid what waited to be sent or for a SYNC is forgotten and the timer starts anew.
+  void configure(std::uint16_t index, Time now);
+  /// Not Operational.
+  void reset(const Reset& reset, Time now);
+  /// PDOs are exchanged in Operational only. What waited when it was left is forgotten.
+  void on_state(nmt::State state, Time now);
+  /// Data or RTR; O(log n) in valid RPDOs.
+  bool on_frame(const Frame& frame, Time now);
+
+  /// A SYNC with this counter, 0 = none: RPDOs take effect, the application is told, TPDOs are sampled and
+  /// sent. Synchronous PDOs count for `window` (1007h) behind it, 0 = always.
+  void on_sync(std::uint8_t counter, Time window, Time now);
+
+  /// The event that TPDOs with this object in them wait for.
+  void changed(std::uint16_t index, std::uint8_t sub, Time now);
+  /// Any values may have changed: likewise for the TPDOs whose data are no longer those sampled last.
+  void look_for_changes(Time now);
+  /// The event that TPDO `number`, 1..512, waits for.
+  void request(std::uint16_t number, Time now);
+
+  void poll(Time now);
+  /// May turn out to be too early.
+  Time deadline() const { return earlier(reception_due_, transmission_due_); }
+
+  /// Of valid RPDOs, and of valid TPDOs that answer an RTR. Only reset() and configure() change what they
+  /// are.
+  template <class Visitor>
+  void visit_ids(Visitor visit) const {
+    for (const Rpdo& rpdo : rpdos_)
+      if (rpdo.active) visit(std::uint32_t{rpdo.id});
+    for (const Tpdo& tpdo : tpdos_)
+      if (tpdo.active && tpdo.remote) visit(tpdo.frame.id);
+  }
+
+ private:
+  // Valid ones: RPDOs by CAN-ID, TPDOs by number; k < the count of active ones.
+  Rpdo& rpdo(std::size_t k) { return rpdos_[rpdos_[k].order]; }
+  Tpdo& tpdo(std::size_t k) { return tpdos_[tpdos_[k].order]; }
+
+  std::uint32_t parameter(std::uint16_t index, std::uint8_t sub) const {
+    return static_cast<std::uint32_t>(dictionary_.get(index, sub));
+  }
+  AbortCode check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const;
+  AbortCode check_cob_id(std::uint16_t index, std::uint32_t value, std::uint32_t current) const;
+  bool take_mapping(PdoMapping& mapping, std::uint16_t index) const;
+
+  std::uint32_t load_common(Common& pdo, std::uint16_t index);
+  void load(Rpdo& rpdo, Time now);
+  void load(Tpdo& tpdo);
+  void order_rpdos();
+  void order_tpdos();
+  void start(Rpdo& rpdo, Time now);
+  void start(Tpdo& tpdo, bool send, Time now);
+
+  bool receive(Rpdo& rpdo, const Frame& frame, Time now);
+  bool on_remote(std::uint32_t id, Time now);
+  void take_effect();
+  void sample_and_send(std::uint8_t counter, bool late, Time now);
+  void on_event(Tpdo& tpdo);
+  void want(Tpdo& tpdo);
+  bool is_ready(const Tpdo& tpdo, Time now) const;
+  Time due_of(const Tpdo& tpdo) const;
+  void sample(Tpdo& tpdo) { tpdo.mapping.sample(dictionary_, tpdo.frame.data); }
+  void send(Tpdo& tpdo, Time now);
+  void watch_receptions(Time now);
+  void transmit(Time now);
+
+  template <class Call>
+  void tell(Call call);
+  void update(Time now);
+  void note(std::uint16_t emergency_code, Rpdo& rpdo, Time now);
+
+  ObjectDictionary& dictionary_;
+  CanPort& port_;
+  PdoApplication& application_;
+  std::span<Rpdo> rpdo_room_;
+  std::span<Tpdo> tpdo_room_;
+  std::span<Rpdo> rpdos_;  ///< by number
+  std::span<Tpdo> tpdos_;
+  std::size_t active_rpdos_ = 0;
+  std::size_t active_tpdos_ = 0;
+  Time reception_due_ = kNever;
+  Time transmission_due_ = kNever;
+  Time retry_at_ = 0;  ///< the port has no room before
+  Time window_end_ = kNever;
+  bool operational_ = false;
+  bool telling_ = false;  ///< the application is being called: what it wants sent waits until it has returned
+};
+
+}  // namespace cbcan

@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/sdo/client.hpp"
+
+#include <algorithm>
+
+namespace cbcan {
+
+// ---- The states
+
+/// What each kind of event means in one state. An abort, a frame with another multiplexer and a short frame
+/// mean the same in all of them and never get here.
+struct SdoClient::State {
+  std::uint8_t accepts;  ///< bit n: a response with command specifier n belongs here; any other is ABORT_SYNC
+  void (*on_response)(SdoClient&, const Frame&, Time);
+  void (*on_deadline)(SdoClient&, Time);
+  void (*on_room)(SdoClient&, Time);  ///< the port has taken the frame that it had refused
+
+  template <auto kOnResponse, auto kOnDeadline, auto kOnRoom>
+  static constexpr State of(std::uint8_t accepts) {
+    return {accepts, respond<kOnResponse>, event<kOnDeadline>, event<kOnRoom>};
+  }
+  static constexpr std::array<State, kPhases> table();
+
+  // Member functions as plain ones: pointers to members are twice the size, and slower to call.
+  template <void (SdoClient::*kHandler)(const Frame&, Time)>
+  static void respond(SdoClient& client, const Frame& frame, Time now) {
+    (client.*kHandler)(frame, now);
+  }
+  template <void (SdoClient::*kHandler)(Time)>
+  static void event(SdoClient& client, Time now) {
+    (client.*kHandler)(now);
+  }
+};
+
+namespace {
+
+constexpr std::uint8_t only(sdo::Response specifier) {
+  return static_cast<std::uint8_t>(1 << static_cast<unsigned>(specifier));
+}
+constexpr std::uint8_t kNone = 0;
+/// Segments of a block have a sequence number where other responses have a command specifier.
+constexpr std::uint8_t kSegments = 0xFF;
+
+/// What the server is told when nobody wants its response any more.
+constexpr AbortCode kCancelled = AbortCode::kGeneral;
+
+/// Among the segments of a block only sequence number 0 is free to mean something else.
+constexpr bool is_abort(std::uint8_t command, std::uint8_t accepts) {
+  return sdo::is(command, sdo::Response::kAbort) &&
+         (accepts != kSegments || command == sdo::command(sdo::Response::kAbort));
+}
+
+/// 06xx xxxxh but 0601 0000h (unsupported access): without block the response would be the same.
+constexpr bool is_about_object(AbortCode code) {
+  return static_cast<std::uint32_t>(code) >> 24 == 6 && code != AbortCode::kNoSegment;
+}
+
+constexpr bool by_block(SdoClient::Mode mode) {
+  return mode >= SdoClient::Mode::kBlock;
+}
+
+}  // namespace
+
+// clang-format off
+constexpr std::array<SdoClient::State, SdoClient::kPhases> SdoClient::State::table() {
+  using C = SdoClient;
+  using enum sdo::Response;
+  return {{
+    // a response                        a deadline         room again           responses that belong here
+    of<&C::misplaced,                   &C::nothing,       &C::nothing>        (kNone),                   // kIdle
+    of<&C::misplaced,                   &C::hold_or_begin, &C::nothing>        (kNone),                   // kHeldBack
+    of<&C::misplaced,                   &C::timed_out,     &C::begin>          (kNone),                   // kQueued
+    of<&C::upload_initiated,            &C::timed_out,     &C::opened>         (only(kInitiateUpload)),   // kUploadInitiate
+    of<&C::upload_segment,              &C::timed_out,     &C::nothing>        (only(kUploadSegment)),    // kUploadSegment
+    of<&C::download_done,               &C::timed_out,     &C::opened>         (only(kInitiateDownload)), // kDownloadExpedited
+    of<&C::download_initiated,          &C::timed_out,     &C::opened>         (only(kInitiateDownload)), // kDownloadInitiate
+    of<&C::download_segment_taken,      &C::timed_out,     &C::nothing>        (only(kDownloadSegment)),  // kDownloadSegment
+    of<&C::block_download_initiated,    &C::timed_out,     &C::opened>         (only(kBlockDownload)),    // kBlockDownloadInitiate
+    of<&C::misplaced,                   &C::timed_out,     &C::stream_segments>(kNone),                   // kBlockDownloadStream
+    of<&C::block_download_acknowledged, &C::timed_out,     &C::nothing>        (only(kBlockDownload)),    // kBlockDownloadAcknowledge
+    of<&C::block_download_ended,        &C::timed_out,     &C::nothing>        (only(kBlockDownload)),    // kBlockDownloadEnd
+    of<&C::block_upload_initiated,      &C::timed_out,     &C::opened>         (only(kBlockUpload)),      // kBlockUploadInitiate
+    of<&C::block_upload_segment,        &C::ask_for_rest,  &C::nothing>        (kSegments),               // kBlockUploadStream
+    of<&C::block_upload_ended,          &C::timed_out,     &C::nothing>        (kSegments),               // kBlockUploadEnd
+  }};
+}
+// clang-format on
+
+const std::array<SdoClient::State, SdoClient::kPhases> SdoClient::kStates = State::table();
+
+const SdoClient::State& SdoClient::state() const {
+  return kStates[static_cast<std::size_t>(phase_)];
+}
+
+void SdoClient::leave(Outcome outcome) {
+  enter(kIdle, kNever);
+  opened_ = false;
+  outcome_ = outcome;
+}
+
+void SdoClient::done(std::size_t size) {
+  moved_ = static_cast<std::uint16_t>(size);
+  leave(Outcome::kDone);
+}
+
+/// The server knows already, or is no longer waiting.
+void SdoClient::fail(AbortCode code) {
+  drop_refused();
+  error_ = code;
+  leave(Outcome::kFailed);
+}
+
+void SdoClient::abort_and_tell(AbortCode code, Time now) {
+  const bool tell = opened_;
+  const bool streaming = phase_ == kBlockUploadStream;
+  const bool response_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
+                                    code == AbortCode::kToggleBit || code == kCancelled;
+  fail(code);
+  if (!tell) return;
+  if (streaming || response_outstanding) quarantine(streaming, now);
+  ++counters_.aborts_sent;
+  outbox_.send(sdo::make_abort(sdo::kRequestId + request_.node, mux(), code), now);
+}
+
+void SdoClient::cancel(Time now) {
+  if (!busy()) return;
+  abort_and_tell(kCancelled, now);
+  outcome_ = Outcome::kIdle;
+}
+
+// ---- The beginning
+
+void SdoClient::start(const Request& request, Time now) {
+  request_ = request;
+  outcome_ = Outcome::kBusy;
+  moved_ = confirmed_ = fruitless_ = 0;
+  toggle_ = block_size_ = 0;
+  ++counters_.transfers;
+  if (request.size > sdo::kExpeditedBytes) {
+    if (request.size > data_.size()) return fail(AbortCode::kReadLength);
+    if (request.mode == Mode::kExpedited && request.direction == Direction::kWrite)
+      return fail(AbortCode::kNoSegment);
+    if (request.mode == Mode::kAuto && request.size >= kAutoBlockBytes && block_nodes_.has(request.node))
+      request_.mode = Mode::kAutoBlock;
+  }
+  quarantine_.empty() ? begin(now) : hold_or_begin(now);
+}
+
+void SdoClient::hold_or_begin(Time now) {
+  const Time until = quarantine_.held_until(request_.node, now);
+  if (until > now) return enter(kHeldBack, until);
+  begin(now);
+}
+
+void SdoClient::begin(Time now) {
+  // The abort of the transfer before may still be waiting for the port: it goes first.
+  if (outbox_.waiting()) return await(kQueued, now);
+  request_.direction == Direction::kRead ? begin_read(now) : begin_write(now);
+}
+
+void SdoClient::begin_read(Time now) {
+  if (!by_block(request_.mode))
+    return ask(kUploadInitiate, now, sdo::command(sdo::Request::kInitiateUpload), mux());
+  // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
+  const std::uint32_t segments = (request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes;
+  block_size_ = static_cast<std::uint8_t>(std::min<std::uint32_t>(segments, kBlockReadSegments));
+  const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc);
+  ask(kBlockUploadInitiate, now, sdo::command(sdo::Request::kBlockUpload, bits), mux(), block_size_);
+}
+
+void SdoClient::begin_write(Time now) {
+  const std::uint32_t size = request_.size;
+  if (by_block(request_.mode)) {
+    const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
+    return ask(kBlockDownloadInitiate, now, sdo::command(sdo::Request::kBlockDownload, bits), mux(), size);
+  }
+  if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes)
+    return ask(kDownloadInitiate, now, sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated),
+               mux(), size);
+  std::uint32_t value = 0;
+  for (std::uint32_t i = size; i-- > 0;)
+    value = value << 8 | data_[i];
+  ask(kDownloadExpedited, now, sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)),
+      mux(), value);
+}
+
+// ---- What arrives
+
+void SdoClient::on_frame(const Frame& frame, Time now) {
+  if (frame.flags != 0) {
+    ++counters_.not_data;
+    return;
+  }
+  if (!opened_ || frame.id != sdo::kResponseId + request_.node) return on_stray(frame, now);
+  const std::uint8_t command = frame.data[0];
+  const State& waiting = state();
+  const bool segment = phase_ == kBlockUploadStream && !is_abort(command, kSegments);
+  if (segment ? frame.length < frame.data.size() : sdo::is_short(frame)) {
+    ++counters_.too_short;
+    return;
+  }
+  if (!segment && !sdo::is_segment_response(command) && !sdo::is_about(mux(), frame)) {
+    ++counters_.other_object;
+    return;
+  }
+  if (is_abort(command, waiting.accepts)) return on_abort(frame, now);
+  if (outbox_.waiting()) {  // our request has not even left
+    ++counters_.unexpected;
+    return;
+  }
+  if ((waiting.accepts >> sdo::specifier_of(command) & 1) == 0) return misplaced(frame, now);
+  waiting.on_response(*this, frame, now);
+}
+
+/// Nothing is asked of this node. If it is in quarantine this may be the late response, and the next transfer
+/// may begin.
+void SdoClient::on_stray(const Frame& frame, Time now) {
+  ++(quarantine_.take(frame, now) ? counters_.late : counters_.unexpected);
+  if (phase_ == kHeldBack) hold_or_begin(now);
+}
+
+void SdoClient::on_boot_up(std::uint8_t node, Time now) {
+  quarantine_.release(node);
+  if (phase_ == kHeldBack) return hold_or_begin(now);
+  if (opened_ && node == request_.node) fail(AbortCode::kDeviceState);
+}
+
+void SdoClient::on_abort(const Frame& frame, Time now) {
+  ++counters_.aborts_received;
+  // Segments that were on their way when the server gave up may be answered too, each by an abort.
+  if (phase_ == kBlockDownloadStream || phase_ == kBlockDownloadAcknowledge) quarantine(true, now);
+  const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
+  if (!is_about_object(code) && begin_without_block(now)) return;
+  fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
+}
+
+/// The server has refused the block transfer that nobody but this client wanted.
+bool SdoClient::begin_without_block(Time now) {
+  const bool initiating = phase_ == kBlockDownloadInitiate || phase_ == kBlockUploadInitiate;
+  if (request_.mode != Mode::kAutoBlock || !initiating) return false;
+  request_.mode = Mode::kAuto;
+  block_nodes_.erase(request_.node);
+  begin(now);
+  return true;
+}
+
+void SdoClient::misplaced(const Frame& /*frame*/, Time now) {
+  abort_and_tell(AbortCode::kSync, now);
+}
+
+// ---- Upload
+
+void SdoClient::upload_initiated(const Frame& frame, Time now) {
+  const std::uint8_t command = frame.data[0];
+  const bool sized = (command & sdo::kSizeIndicated) != 0;
+  if ((command & sdo::kExpedited) != 0) {
+    const std::uint16_t size =
+        sized ? sdo::expedited_size(command) : std::min<std::uint16_t>(sdo::kExpeditedBytes, request_.size);
+    if (size > request_.size) return fail(AbortCode::kReadLength);
+    sdo::take_expedited(frame, data_.data(), size);
+    return done(size);
+  }
+  if (request_.mode == Mode::kExpedited) return abort_and_tell(AbortCode::kNoSegment, now);
+  if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength, now);
+  ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment));
+}
+
+void SdoClient::upload_segment(const Frame& frame, Time now) {
+  const std::uint8_t command = frame.data[0];
+  if ((command & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
+  const std::size_t size = sdo::segment_size(command);
+  const bool last = (command & sdo::kLastSegment) != 0;
+  if (moved_ + size > limit_) return overflow(now);
+  copy_in(frame, size);
+  if (last) return is_whole() ? done(moved_) : abort_and_tell(AbortCode::kObjectLength, now);
+  if (size == 0 && ++fruitless_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength, now);
+  toggle_ ^= sdo::kToggle;
+  ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment, toggle_));
+}
+
+/// What may come: the size that the server declares, else as much as there is room. False: that does not fit.
+bool SdoClient::declare(bool sized, const Frame& frame) {
+  const std::uint32_t size = sized ? sdo::tail_of(frame) : request_.size;
+  declared_ = sized;
+  limit_ = static_cast<std::uint16_t>(size);
+  return size <= request_.size;
+}
+
+/// More bytes than may come.
+void SdoClient::overflow(Time now) {
+  abort_and_tell(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength, now);
+}
+
+// ---- Download
+
+void SdoClient::download_done(const Frame& /*frame*/, Time /*now*/) {
+  done(0);
+}
+
+void SdoClient::download_initiated(const Frame& /*frame*/, Time now) {
+  send_download_segment(now);
+}
+
+void SdoClient::download_segment_taken(const Frame& frame, Time now) {
+  if ((frame.data[0] & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
+  if (moved_ == request_.size) return done(0);
+  toggle_ ^= sdo::kToggle;
+  send_download_segment(now);
+}
+
+void SdoClient::send_download_segment(Time now) {
+  const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - moved_);
+  const bool last = moved_ + size == request_.size;
+  Frame frame =
+      request_frame(sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last)));
+  sdo::put_segment(frame, data_.data() + moved_, size);
+  moved_ = static_cast<std::uint16_t>(moved_ + size);
+  await(kDownloadSegment, now);
+  outbox_.send(frame, now);
+}
+
+// ---- Deadlines and room
+
+void SdoClient::poll(Time now) {
+  if (outbox_.retry(now)) state().on_room(*this, now);
+  if (now >= deadline_) state().on_deadline(*this, now);
+}
+
+void SdoClient::nothing(Time /*now*/) {}
+
+void SdoClient::opened(Time /*now*/) {
+  opened_ = true;
+}
+
+void SdoClient::timed_out(Time now) {
+  ++counters_.timeouts;
+  abort_and_tell(AbortCode::kTimeOut, now);
+}
+
+Frame SdoClient::request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) const {
+  return sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail);
+}
+
+void SdoClient::await(Phase phase, Time now) {
+  enter(phase, timeout_from(now));
+}
+
+/// Sends a request and waits for its response. The first one that leaves opens the transfer.
+void SdoClient::ask(Phase phase, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3,
+                    std::uint32_t tail) {
+  await(phase, now);
+  if (outbox_.send(request_frame(command, bytes_1_to_3, tail), now)) opened_ = true;
+}
+
+/// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this
+/// one's.
+void SdoClient::drop_refused() {
+  if (phase_ != kQueued && phase_ != kHeldBack) outbox_.drop();
+}
+
+/// A late response to this transfer must not be taken for the response to the next one.
+void SdoClient::quarantine(bool stream, Time now) {
+  const std::uint16_t length = timeout_ms_ == 0 ? kDefaultTimeoutMs : timeout_ms_;
+  quarantine_.add(request_.node, mux(), stream, now + milliseconds(length));
+}
+
+}  // namespace cbcan

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/sdo/server.hpp"
+
+#include <algorithm>
+
+#include "cbcan/canopen/sdo/crc16.hpp"
+
+namespace cbcan {
+
+void SdoServer::reset(std::uint32_t response_id) {
+  response_id_ = response_id;
+  state_ = State::kIdle;
+  outbox_.drop();
+}
+
+void SdoServer::on_frame(const Frame& frame, Time now) {
+  if (frame.flags != 0 || frame.length != 8) {
+    ++counters_.ignored;
+    return;
+  }
+  const std::uint8_t command = frame.data[0];
+  if (state_ == State::kBlockDownload && command != sdo::command(sdo::Request::kAbort))
+    return block_download_segment(frame, now);
+  ++counters_.requests;
+  outbox_.drop();  // a client that asks anew no longer waits for what could not be sent
+  switch (static_cast<sdo::Request>(sdo::specifier_of(command))) {
+    case sdo::Request::kInitiateDownload: return initiate_download(frame, now);
+    case sdo::Request::kDownloadSegment: return download_segment(frame, now);
+    case sdo::Request::kInitiateUpload: return initiate_upload(frame, now);
+    case sdo::Request::kUploadSegment: return upload_segment(frame, now);
+    case sdo::Request::kBlockDownload: return block_download(frame, now);
+    case sdo::Request::kBlockUpload: return block_upload(frame, now);
+    case sdo::Request::kAbort:
+      ++counters_.aborts_received;
+      state_ = State::kIdle;
+      return;
+  }
+  abort(AbortCode::kSync, now);
+}
+
+void SdoServer::poll(Time now) {
+  if (outbox_.retry(now) && state_ == State::kBlockUploadStream) stream_segments(now);
+}
+
+void SdoServer::abort(AbortCode code, Time now) {
+  state_ = State::kIdle;
+  ++counters_.aborts_sent;
+  outbox_.send(sdo::make_abort(response_id_, mux_, code), now);
+}
+
+void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now) {
+  outbox_.send(sdo::make_frame(response_id_, command, bytes_1_to_3, tail), now);
+}
+
+// ---- Download
+
+/// What can be refused is refused before the first byte: no object, no right, a size that cannot fit.
+AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
+  mux_ = sdo::multiplexer_of(frame);
+  done_ = 0;
+  declared_ = sized;
+  size_ = sized ? sdo::tail_of(frame) : 0;
+  ObjectEntry entry{};
+  const AbortCode missing = dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry);
+  if (missing != AbortCode::kNone) return missing;
+  if (!entry.has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
+  capacity_ = entry.capacity;
+  if (sized && size_ > capacity_) return AbortCode::kParameterLength;
+  if (sized && size_ < capacity_ && !entry.has(ObjectFlags::kVariable)) return AbortCode::kObjectLength;
+  return capacity_ > buffer_.size() ? AbortCode::kReadLength : AbortCode::kNone;
+}
+
+AbortCode SdoServer::store(Time now) {
+  if (declared_ && done_ != size_) return AbortCode::kObjectLength;
+  return dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_.first(done_), now);
+}
+
+void SdoServer::initiate_download(const Frame& frame, Time now) {
+  const std::uint8_t command = frame.data[0];
+  if ((command & sdo::kExpedited) != 0) return download_expedited(frame, now);
+  const AbortCode refused = begin_download(frame, (command & sdo::kSizeIndicated) != 0);
+  if (refused != AbortCode::kNone) return abort(refused, now);
+  state_ = State::kDownload;
+  toggle_ = 0;
+  respond(sdo::command(sdo::Response::kInitiateDownload), mux_, 0, now);
+}
+
+void SdoServer::download_expedited(const Frame& frame, Time now) {
+  const std::uint8_t command = frame.data[0];
+  state_ = State::kIdle;
+  mux_ = sdo::multiplexer_of(frame);
+  std::size_t size = sdo::expedited_size(command);
+  if ((command & sdo::kSizeIndicated) == 0) {  // four bytes, of which the object takes what it has
+    ObjectEntry entry{};
+    if (dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry) == AbortCode::kNone)
+      size = std::min<std::size_t>(sdo::kExpeditedBytes, entry.capacity);
+  }
+  const AbortCode refused =
+      dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), std::span(frame.data).subspan(4, size), now);
+  if (refused != AbortCode::kNone) return abort(refused, now);
+  respond(sdo::command(sdo::Response::kInitiateDownload), mux_, 0, now);
+}
+
+void SdoServer::download_segment(const Frame& frame, Time now) {
+  if (state_ != State::kDownload) return abort(AbortCode::kSync, now);
+  const std::uint8_t command = frame.data[0];
+  if ((command & sdo::kToggle) != toggle_) return abort(AbortCode::kToggleBit, now);
+  const std::size_t size = sdo::segment_size(command);
+  if (done_ + size > capacity_) return abort(AbortCode::kParameterLength, now);
+  sdo::take_segment(frame, buffer_.data() + done_, size);
+  done_ += size;
+  if ((command & sdo::kLastSegment) != 0) {
+    state_ = State::kIdle;
+    if (const AbortCode refused = store(now); refused != AbortCode::kNone) return abort(refused, now);
+  }
+  respond(sdo::command(sdo::Response::kDownloadSegment, toggle_), 0, 0, now);
+  toggle_ ^= sdo::kToggle;
+}
+
+// ---- Upload
+
+AbortCode SdoServer::begin_upload(const Frame& frame, Time now) {
+  mux_ = sdo::multiplexer_of(frame);
+  done_ = 0;
+  size_ = 0;
+  return dictionary_.read(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_, size_, now);
+}
+
+void SdoServer::initiate_upload(const Frame& frame, Time now) {
+  state_ = State::kIdle;
+  if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
+    return abort(refused, now);
+  if (size_ != 0 && size_ <= sdo::kExpeditedBytes) {
+    Frame out = sdo::make_frame(
+        response_id_, sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_)), mux_);
+    std::copy_n(buffer_.begin(), size_, out.data.begin() + 4);
+    outbox_.send(out, now);
+    return;
+  }
+  state_ = State::kUpload;
+  toggle_ = 0;
+  respond(sdo::command(sdo::Response::kInitiateUpload, sdo::kSizeIndicated), mux_,
+          static_cast<std::uint32_t>(size_), now);
+}
+
+void SdoServer::upload_segment(const Frame& frame, Time now) {
+  if (state_ != State::kUpload) return abort(AbortCode::kSync, now);
+  if ((frame.data[0] & sdo::kToggle) != toggle_) return abort(AbortCode::kToggleBit, now);
+  const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
+  const bool last = done_ + size == size_;
+  Frame out = sdo::make_frame(
+      response_id_, sdo::command(sdo::Response::kUploadSegment, sdo::segment_bits(size, toggle_, last)));
+  sdo::put_segment(out, buffer_.data() + done_, size);
+  done_ += size;
+  toggle_ ^= sdo::kToggle;
+  if (last) state_ = State::kIdle;
+  outbox_.send(out, now);
+}
+
+// ---- Block download
+
+void SdoServer::block_download(const Frame& frame, Time now) {
+  if ((frame.data[0] & 1) == 0) return initiate_block_download(frame, now);
+  end_block_download(frame, now);
+}
+
+void SdoServer::initiate_block_download(const Frame& frame, Time now) {
+  const std::uint8_t command = frame.data[0];
+  const AbortCode refused = begin_download(frame, (command & sdo::kBlockSizeIndicated) != 0);
+  if (refused != AbortCode::kNone) return abort(refused, now);
+  crc_ = (command & sdo::kBlockCrc) != 0;
+  state_ = State::kBlockDownload;
+  sequence_ = 0;
+  block_size_ = sdo::kMaxBlockSize;
+  respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
+          mux_, block_size_, now);
+}
+
+/// The last segment of a value may be longer than the value: all seven bytes are kept as far as there is
+/// room, and counted until the end says how many are data.
+void SdoServer::block_download_segment(const Frame& frame, Time now) {
+  const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
+  const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
+  if (sequence == 0) return abort(AbortCode::kBlockSequence, now);
+  const bool in_order = sequence == sequence_ + 1;
+  if (in_order) {
+    if (!last && done_ + sdo::kSegmentBytes > capacity_) return abort(AbortCode::kParameterLength, now);
+    const std::size_t room = std::min<std::size_t>(sdo::kSegmentBytes, buffer_.size() - done_);
+    sdo::take_segment(frame, buffer_.data() + done_, room);
+    done_ += sdo::kSegmentBytes;
+    sequence_ = sequence;
+  }
+  if (!last && sequence != block_size_) return;
+  const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
+  respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kAcknowledge)),
+          taken_and_size, 0, now);
+  if (in_order && last) state_ = State::kBlockDownloadEnd;
+  sequence_ = 0;
+}
+
+void SdoServer::end_block_download(const Frame& frame, Time now) {
+  if (state_ != State::kBlockDownloadEnd) return abort(AbortCode::kSync, now);
+  const std::size_t unused = sdo::block_unused(frame.data[0]);
+  if (unused > done_ || done_ - unused > capacity_) return abort(AbortCode::kParameterLength, now);
+  done_ -= unused;
+  if (crc_ && sdo::load16(frame, 1) != crc16(buffer_.first(done_))) return abort(AbortCode::kBlockCrc, now);
+  state_ = State::kIdle;
+  if (const AbortCode refused = store(now); refused != AbortCode::kNone) return abort(refused, now);
+  respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kEnd)), 0, 0, now);
+}
+
+// ---- Block upload
+
+void SdoServer::block_upload(const Frame& frame, Time now) {
+  const sdo::BlockStep step = sdo::block_step(frame.data[0]);
+  if (step == sdo::BlockStep::kInitiate) return initiate_block_upload(frame, now);
+  if (step == sdo::BlockStep::kStart && state_ == State::kBlockUploadStart) {
+    state_ = State::kBlockUploadStream;
+    return stream_segments(now);
+  }
+  if (step == sdo::BlockStep::kAcknowledge &&
+      (state_ == State::kBlockUploadStream || state_ == State::kBlockUploadAcknowledge))
+    return block_upload_acknowledged(frame, now);
+  if (step != sdo::BlockStep::kEnd || state_ != State::kBlockUploadEnd) return abort(AbortCode::kSync, now);
+  state_ = State::kIdle;
+}
+
+void SdoServer::initiate_block_upload(const Frame& frame, Time now) {
+  state_ = State::kIdle;
+  if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
+    return abort(refused, now);
+  crc_ = (frame.data[0] & sdo::kBlockCrc) != 0;
+  block_size_ = frame.data[4];
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort(AbortCode::kBlockSize, now);
+  confirmed_ = 0;
+  sequence_ = 0;
+  fruitless_ = 0;
+  state_ = State::kBlockUploadStart;
+  const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
+  respond(sdo::command(sdo::Response::kBlockUpload, bits), mux_, static_cast<std::uint32_t>(size_), now);
+}
+
+/// Sends what the port takes of this sub-block. An empty value is one segment without data.
+void SdoServer::stream_segments(Time now) {
+  bool last = sequence_ != 0 && done_ == size_;
+  while (!outbox_.waiting() && sequence_ < block_size_ && !last) {
+    const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
+    last = done_ + size == size_;
+    Frame out =
+        sdo::make_frame(response_id_, static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
+    sdo::put_segment(out, buffer_.data() + done_, size);
+    done_ += size;
+    outbox_.send(out, now);
+  }
+  if (!outbox_.waiting()) state_ = State::kBlockUploadAcknowledge;
+}
+
+void SdoServer::block_upload_acknowledged(const Frame& frame, Time now) {
+  const std::uint8_t taken = frame.data[1];
+  block_size_ = frame.data[2];
+  if (taken > sequence_) return abort(AbortCode::kBlockSequence, now);
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort(AbortCode::kBlockSize, now);
+  fruitless_ = taken == 0 ? static_cast<std::uint8_t>(fruitless_ + 1) : 0;
+  if (fruitless_ == kMaxFruitlessBlocks) return abort(AbortCode::kBlockSequence, now);
+  const bool all = taken == sequence_ && done_ == size_;
+  confirmed_ = std::min<std::size_t>(confirmed_ + std::size_t{taken} * sdo::kSegmentBytes, size_);
+  done_ = confirmed_;
+  sequence_ = 0;
+  if (!all) {
+    state_ = State::kBlockUploadStream;
+    return stream_segments(now);
+  }
+  const std::size_t unused = size_ == 0
+                                 ? sdo::kSegmentBytes
+                                 : (sdo::kSegmentBytes - size_ % sdo::kSegmentBytes) % sdo::kSegmentBytes;
+  state_ = State::kBlockUploadEnd;
+  const std::uint16_t crc = crc_ ? crc16(buffer_.first(size_)) : std::uint16_t{0};
+  respond(sdo::command(sdo::Response::kBlockUpload, sdo::block_end_bits(unused)), crc, 0, now);
+}
+
+}  // namespace cbcan

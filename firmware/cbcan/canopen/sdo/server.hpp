@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// SDO server (CiA 301, 7.2.4) of one node over its object dictionary: expedited, segmented and block, one
+/// transfer at a time. Values are read whole when an upload begins and written whole when a download has come
+/// completely and without fault, so a transfer that breaks off changes nothing. Nothing blocks, nothing is
+/// allocated; not re-entrant.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cbcan/can_port.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/outbox.hpp"
+#include "cbcan/canopen/sdo/protocol.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+class SdoServer {
+ public:
+  /// Sub-blocks in a row that may bring nothing new before a block upload is given up.
+  static constexpr std::uint8_t kMaxFruitlessBlocks = 8;
+
+  struct Counters {
+    std::uint32_t requests = 0;
+    std::uint32_t aborts_sent = 0;
+    std::uint32_t aborts_received = 0;
+    std::uint32_t ignored = 0;  ///< not eight bytes, RTR or 29-bit: no request
+  };
+
+  /// `buffer` holds one value on its way in or out: an object larger than it cannot be transferred (0504
+  /// 0005h, which is CiA 301's "out of memory"). All three outlive the server.
+  SdoServer(ObjectDictionary& dictionary, CanPort& port, std::span<std::uint8_t> buffer)
+      : dictionary_(dictionary), outbox_(port), buffer_(buffer) {}
+
+  /// Forgets what was under way; responses are now on this CAN-ID, of the first server 580h + node ID.
+  void reset(std::uint32_t response_id);
+
+  /// A frame on the CAN-ID of its requests, of the first server 600h + node ID.
+  void on_frame(const Frame& frame, Time now);
+
+  /// Tries again what the port has refused. To be called at deadline() at the latest.
+  void poll(Time now);
+  Time deadline() const { return outbox_.deadline(); }
+
+  const Counters& counters() const { return counters_; }
+
+ private:
+  enum class State : std::uint8_t {
+    kIdle,
+    kUpload,
+    kDownload,
+    kBlockDownload,
+    kBlockDownloadEnd,
+    kBlockUploadStart,
+    kBlockUploadStream,
+    kBlockUploadAcknowledge,
+    kBlockUploadEnd,
+  };
+
+  void initiate_download(const Frame& frame, Time now);
+  void download_expedited(const Frame& frame, Time now);
+  void download_segment(const Frame& frame, Time now);
+  void initiate_upload(const Frame& frame, Time now);
+  void upload_segment(const Frame& frame, Time now);
+  void block_download(const Frame& frame, Time now);
+  void initiate_block_download(const Frame& frame, Time now);
+  void block_download_segment(const Frame& frame, Time now);
+  void end_block_download(const Frame& frame, Time now);
+  void block_upload(const Frame& frame, Time now);
+  void initiate_block_upload(const Frame& frame, Time now);
+  void block_upload_acknowledged(const Frame& frame, Time now);
+  void stream_segments(Time now);
+
+  AbortCode begin_download(const Frame& frame, bool sized);
+  AbortCode begin_upload(const Frame& frame, Time now);
+  AbortCode store(Time now);
+  void abort(AbortCode code, Time now);
+  void respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now);
+
+  ObjectDictionary& dictionary_;
+  Outbox outbox_;
+  std::span<std::uint8_t> buffer_;
+  sdo::Multiplexer mux_ = 0;
+  std::size_t size_ = 0;       ///< bytes of the value: of an upload, or as declared for a download
+  std::size_t done_ = 0;       ///< bytes transferred
+  std::size_t confirmed_ = 0;  ///< bytes of a block upload that the client has acknowledged
+  std::size_t capacity_ = 0;   ///< bytes that a download may have
+  std::uint32_t response_id_ = 0;
+  State state_ = State::kIdle;
+  std::uint8_t toggle_ = 0;
+  std::uint8_t sequence_ = 0;
+  std::uint8_t block_size_ = 0;
+  std::uint8_t fruitless_ = 0;
+  bool declared_ = false;
+  bool crc_ = false;
+  Counters counters_;
+};
+
+}  // namespace cbcan

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/slave.hpp"
+
+#include "cbcan/canopen/dictionary/objects.hpp"
+
+namespace cbcan {
+
+namespace {
+
+// Bits of wanted_, in the order in which they are sent.
+constexpr std::uint8_t kBootUp = 1;
+constexpr std::uint8_t kGuardResponse = 2;
+constexpr std::uint8_t kHeartbeat = 4;
+
+}  // namespace
+
+Slave::Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t> buffer,
+             Application& application, CanPort& port)
+    : dictionary_(tables.entries, tables.values, this, tables.limits, tables.process),
+      sdo_server_(dictionary_, port, buffer),
+      application_(application),
+      port_(port),
+      node_id_(node_id),
+      next_node_id_(node_id) {}
+
+void Slave::start(Time now) {
+  reset(0, object::kLast, now);
+}
+
+void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now) {
+  if (state_ != nmt::State::kInitialising) enter(nmt::State::kInitialising, now);
+  node_id_ = next_node_id_;
+  application_.restore(first_index, last_index, now);
+  sdo_server_.reset(sdo::kResponseId + node_id_);
+  guard_toggle_ = 0;
+  heartbeat_period_ = 0;
+  heartbeat_at_ = kNever;
+  wanted_ = 0;
+  if (node_id_ > nmt::kMaxNode) return;  // start() has to come again
+  configure(now);
+  wanted_ = kBootUp;
+  poll(now);  // before what Pre-operational lets out
+  enter(nmt::State::kPreOperational, now);
+}
+
+void Slave::enter(nmt::State state, Time now) {
+  state_ = state;
+  if (!nmt::is_running(state))
+    sdo_server_.reset(sdo::kResponseId + node_id_);  // neither a response nor a segment any more
+  application_.on_state(state, now);
+}
+
+void Slave::command(nmt::Command command, Time now) {
+  switch (command) {
+    case nmt::Command::kStart: return enter(nmt::State::kOperational, now);
+    case nmt::Command::kStop: return enter(nmt::State::kStopped, now);
+    case nmt::Command::kEnterPreOperational: return enter(nmt::State::kPreOperational, now);
+    case nmt::Command::kResetNode: return reset(0, object::kLast, now);
+    case nmt::Command::kResetCommunication:
+      return reset(object::kFirstCommunication, object::kLastCommunication, now);
+  }
+}
+
+void Slave::on_frame(const Frame& frame, Time now) {
+  if (state_ == nmt::State::kInitialising) return;
+  if (frame.id == sdo::kRequestId + node_id_) {
+    if (state_ == nmt::State::kStopped) return;
+    sdo_server_.on_frame(frame, now);
+  } else if (nmt::is_command(frame)) {
+    if (frame.data[1] == node_id_ || frame.data[1] == nmt::kAllNodes)
+      command(static_cast<nmt::Command>(frame.data[0]), now);
+  } else if (frame.id == nmt::kErrorControlId + node_id_ && frame.flags == Frame::kRemote) {
+    // A device is guarded or has a heartbeat, not both (CiA 301, 7.2.8.3.2.2).
+    if (heartbeat_period_ != 0) return;
+    wanted_ |= kGuardResponse;
+    poll(now);
+  }
+}
+
+AbortCode Slave::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
+  return dictionary_.write(index, sub, value, now);
+}
+
+AbortCode Slave::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                         std::size_t& size, Time now) {
+  return application_.on_read(entry, sub, out, size, now);
+}
+
+AbortCode Slave::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                          Time now) {
+  return application_.on_write(entry, sub, value, now);
+}
+
+void Slave::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
+  if (entry.index == object::kProducerHeartbeatTime) configure(now);
+  application_.on_stored(entry, sub, now);
+}
+
+/// A period that has not changed keeps its beat.
+void Slave::configure(Time now) {
+  const Time heartbeat = dictionary_.get(object::kProducerHeartbeatTime, 0) * kMillisecond;
+  if (heartbeat != heartbeat_period_) heartbeat_at_ = heartbeat == 0 ? kNever : now + heartbeat;
+  heartbeat_period_ = heartbeat;
+}
+
+Time Slave::poll(Time now) {
+  if (now >= heartbeat_at_) {
+    wanted_ |= kHeartbeat;
+    heartbeat_at_ = next_after(heartbeat_at_, heartbeat_period_, now);
+  }
+  sdo_server_.poll(now);
+  retry_at_ = kNever;
+  while (wanted_ != 0 && send_wanted(now)) {
+  }
+  return deadline();
+}
+
+Time Slave::deadline() const {
+  return earlier(heartbeat_at_, earlier(retry_at_, sdo_server_.deadline()));
+}
+
+bool Slave::send_wanted(Time now) {
+  const auto lowest = static_cast<std::uint8_t>(wanted_ & (~wanted_ + 1));
+  if (!port_.try_send(frame_for(lowest))) {
+    retry_at_ = now + kRetryInterval;
+    return false;
+  }
+  wanted_ = static_cast<std::uint8_t>(wanted_ & ~lowest);
+  if (lowest == kGuardResponse) guard_toggle_ ^= nmt::kGuardToggle;
+  return true;
+}
+
+/// Made when it is sent, so that it tells the state of that moment.
+Frame Slave::frame_for(std::uint8_t wanted) const {
+  const auto state = static_cast<std::uint8_t>(state_);
+  if (wanted == kBootUp)
+    return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(nmt::State::kInitialising));
+  if (wanted == kGuardResponse)
+    return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(state | guard_toggle_));
+  return nmt::error_control_frame(node_id_, state);
+}
+
+}  // namespace cbcan

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary,
+/// boot-up, heartbeat producer, node guarding. It stands by itself, and is the inside of every Device
+/// (device.hpp), which adds process data and the rest.
+///
+/// Acts on 1017h (heartbeat producer), where the dictionary has it. Nothing blocks, nothing is allocated; not
+/// re-entrant. A frame that the port refuses stays wanted and is tried again.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cbcan/can_port.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/sdo/server.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+/// The device behind the communication: its values and what it does.
+class Application : public ObjectHandler {
+ public:
+  /// Puts stored values back to what they are at power-on: those with first_index <= index <= last_index.
+  virtual void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) = 0;
+  /// This NMT state has been entered, perhaps anew: a node may be started that is Operational.
+  virtual void on_state(nmt::State /*state*/, Time /*now*/) {}
+
+ protected:
+  ~Application() = default;
+};
+
+class Slave final : private ObjectHandler {
+ public:
+  /// The tables of a dictionary, see ObjectDictionary.
+  struct Tables {
+    std::span<const ObjectEntry> entries;
+    std::span<std::uint8_t> values;
+    std::span<const ObjectLimits> limits;
+    std::span<std::uint8_t> process = {};
+  };
+
+  /// `buffer`: see SdoServer. The slave is off the bus until start().
+  Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t> buffer, Application& application,
+        CanPort& port);
+
+  /// Power on: boot-up message, then Pre-operational.
+  void start(Time now);
+
+  /// A frame from the bus; frames that are not for this node are ignored.
+  void on_frame(const Frame& frame, Time now);
+
+  /// Sends what is due. Returns when it wants to be called next; kNever = only after a frame.
+  Time poll(Time now);
+  Time deadline() const;
+
+  /// An NMT command for this node, from the bus or from within.
+  void command(nmt::Command command, Time now);
+
+  /// Local access with the rights of an SDO client.
+  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
+                 Time now) const {
+    return dictionary_.read(index, sub, out, size, now);
+  }
+  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now);
+
+  nmt::State state() const { return state_; }
+  std::uint8_t node_id() const { return node_id_; }
+  /// Counts from the next start() or reset on. Above 127 there is none: that reset ends in Initialising,
+  /// where it is off the bus until start().
+  void set_node_id(std::uint8_t node_id) { next_node_id_ = node_id; }
+  ObjectDictionary& dictionary() { return dictionary_; }
+  const ObjectDictionary& dictionary() const { return dictionary_; }
+  const SdoServer& sdo_server() const { return sdo_server_; }
+
+ private:
+  AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                    std::size_t& size, Time now) override;
+  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                     Time now) override;
+  void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
+
+  void enter(nmt::State state, Time now);
+  void reset(std::uint16_t first_index, std::uint16_t last_index, Time now);
+  void configure(Time now);
+  bool send_wanted(Time now);
+  Frame frame_for(std::uint8_t wanted) const;
+
+  ObjectDictionary dictionary_;
+  SdoServer sdo_server_;
+  Application& application_;
+  CanPort& port_;
+  Time heartbeat_at_ = kNever;
+  Time retry_at_ = kNever;
+  Time heartbeat_period_ = 0;
+  nmt::State state_ = nmt::State::kInitialising;
+  std::uint8_t node_id_;
+  std::uint8_t next_node_id_;
+  std::uint8_t guard_toggle_ = 0;
+  std::uint8_t wanted_ = 0;  ///< frames that are to be sent, one bit each
+};
+
+}  // namespace cbcan

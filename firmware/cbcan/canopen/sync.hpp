@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// SYNC, consumed and produced (CiA 301, 7.2.5). Objects, where the dictionary has them: 1005h COB-ID (bit
+/// 30: producer), 1006h period in microseconds, 1007h window in microseconds, 1019h counter overflow value.
+/// Nothing blocks, nothing is allocated; not re-entrant.
+
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "cbcan/can_port.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/outbox.hpp"
+#include "cbcan/canopen/part.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+class Sync : public Part {
+ public:
+  static constexpr std::uint8_t kHighestCounter = 240;
+
+  /// Both outlive it. It does nothing before reset().
+  Sync(const ObjectDictionary& dictionary, CanPort& port) : dictionary_(dictionary), outbox_(port) {}
+
+  static constexpr bool owns(std::uint16_t index) {
+    return (index >= object::kSyncCobId && index <= object::kSyncWindow) ||
+           index == object::kSyncCounterOverflow;
+  }
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  /// A period that has not changed keeps its beat.
+  void configure(std::uint16_t index, Time now);
+  void reset(const Reset& reset, Time now);
+  /// A SYNC is sent and heard in Pre-operational and Operational only. The first one carries counter 1.
+  void on_state(nmt::State state, Time now);
+  bool on_frame(const Frame& frame, Time now);
+  void poll(Time now);
+  Time deadline() const { return earlier(due_, outbox_.deadline()); }
+  template <class Visitor>
+  void visit_ids(Visitor visit) const {
+    if (id_ != 0) visit(id_);
+  }
+
+  /// Once for every SYNC, heard or sent: act on it.
+  bool take() { return std::exchange(came_, false); }
+
+  /// Of the last SYNC, 1..240; 0 = it had none.
+  std::uint8_t counter() const { return counter_; }
+  /// The last SYNC did not have the length that 1019h says; it counts all the same.
+  bool misfits() const { return misfits_; }
+  /// The time behind a SYNC within which synchronous PDOs count; 0 = any.
+  Time window() const { return window_; }
+
+ private:
+  const ObjectDictionary& dictionary_;
+  Outbox outbox_;
+  Time due_ = kNever;
+  Time period_ = 0;
+  Time window_ = 0;
+  std::uint32_t id_ = 0;  ///< 0 = the dictionary has no 1005h
+  std::uint8_t overflow_ = 0;
+  std::uint8_t counter_ = 0;
+  bool running_ = false;
+  bool came_ = false;
+  bool misfits_ = false;
+};
+
+}  // namespace cbcan

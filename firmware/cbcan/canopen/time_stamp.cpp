@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/time_stamp.hpp"
+
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr Time kHour = 3600 * kSecond;
+constexpr Time kDay = 24 * kHour;
+constexpr std::uint32_t kMillisecondsOfHour = 3'600'000;
+constexpr std::uint32_t kMillisecondsOfDay = 24 * kMillisecondsOfHour;
+constexpr std::uint32_t kMicroseconds = 1000;  // of a millisecond
+constexpr std::uint8_t kMessageBytes = 6;
+
+}  // namespace
+
+void TimeStamp::reset(const Reset& /*reset*/, Time now) {
+  outbox_.drop();
+  running_ = false;
+  configure(object::kTimeCobId, now);
+}
+
+AbortCode TimeStamp::check(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
+                           std::span<const std::uint8_t> value) const {
+  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
+  const bool moves_in_use = (produces_ || consumes_) && cob::id_of(number) != id_;
+  const std::uint32_t identifier = number & ~(cob::kConsumes | cob::kProduces);
+  return cob::is_usable(identifier) && !moves_in_use ? AbortCode::kNone : AbortCode::kValue;
+}
+
+void TimeStamp::configure(std::uint16_t /*index*/, Time now) {
+  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(object::kTimeCobId, 0));
+  id_ = cob::id_of(cob_id);
+  consumes_ = (cob_id & cob::kConsumes) != 0;
+  produces_ = (cob_id & cob::kProduces) != 0;
+  produce_every(period_, now);
+}
+
+void TimeStamp::produce_every(Time period, Time now) {
+  const bool keeps_its_beat = period == period_ && due_ != kNever;
+  period_ = period;
+  if (!produces_ || !running_ || period == 0) {
+    due_ = kNever;
+  } else if (!keeps_its_beat) {
+    due_ = now + period;
+  }
+}
+
+void TimeStamp::on_state(nmt::State state, Time now) {
+  running_ = nmt::is_running(state);
+  if (!running_) outbox_.drop();
+  produce_every(period_, now);
+}
+
+bool TimeStamp::on_frame(const Frame& frame, Time now) {
+  if (!running_ || !consumes_ || frame.id != id_ || frame.flags != 0 || frame.length != kMessageBytes)
+    return false;
+  const auto milliseconds = static_cast<std::uint32_t>(load_little_endian(std::span(frame.data).first<4>()));
+  const auto days = static_cast<std::uint16_t>(load_little_endian(std::span(frame.data).subspan<4, 2>()));
+  set({milliseconds & TimeOfDay::kMillisecondBits, days}, now);
+  return true;
+}
+
+void TimeStamp::poll(Time now) {
+  if (now < due_) {
+    outbox_.retry(now);
+    return;
+  }
+  due_ = next_after(due_, period_, now);
+  produce(now);
+}
+
+void TimeStamp::produce(Time now) {
+  if (!produces_ || !running_) return;
+  const TimeOfDay time = at(now);
+  Frame frame;
+  frame.id = id_;
+  frame.length = kMessageBytes;
+  store_little_endian(std::span(frame.data).first<4>(), time.milliseconds);
+  store_little_endian(std::span(frame.data).subspan<4, 2>(), time.days);
+  outbox_.send(frame, now);
+}
+
+void TimeStamp::set(const TimeOfDay& time_of_day, Time now) {
+  set_ = time_of_day;
+  set_at_ = now;
+}
+
+/// By days and hours, so that what is left fits 32 bits: a 64-bit division would be a library call.
+TimeOfDay TimeStamp::at(Time now) const {
+  Time since = now - set_at_;
+  TimeOfDay time = set_;
+  for (; since >= kDay; since -= kDay)
+    ++time.days;
+  for (; since >= kHour; since -= kHour)
+    time.milliseconds += kMillisecondsOfHour;
+  time.milliseconds += static_cast<std::uint32_t>(since) / kMicroseconds;
+  for (; time.milliseconds >= kMillisecondsOfDay; time.milliseconds -= kMillisecondsOfDay)
+    ++time.days;
+  return time;
+}
+
+}  // namespace cbcan

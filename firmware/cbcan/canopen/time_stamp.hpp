@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// TIME, consumed and produced (CiA 301, 7.2.6), and the time of day that it sets. Object 1012h, where the
+/// dictionary has it: COB-ID, bit 31 consumer, bit 30 producer. Nothing blocks, nothing is allocated; not
+/// re-entrant.
+
+#include <cstdint>
+#include <span>
+
+#include "cbcan/can_port.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/outbox.hpp"
+#include "cbcan/canopen/part.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+/// TIME_OF_DAY (CiA 301, 7.1.6.5).
+struct TimeOfDay {
+  static constexpr std::uint32_t kMillisecondBits = 0x0FFFFFFF;
+  std::uint32_t milliseconds = 0;  ///< after midnight, 28 bits
+  std::uint16_t days = 0;          ///< since 1984-01-01
+  friend constexpr bool operator==(const TimeOfDay&, const TimeOfDay&) = default;
+};
+
+class TimeStamp : public Part {
+ public:
+  TimeStamp(const ObjectDictionary& dictionary, CanPort& port) : dictionary_(dictionary), outbox_(port) {}
+
+  static constexpr bool owns(std::uint16_t index) { return index == object::kTimeCobId; }
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  void configure(std::uint16_t index, Time now);
+  /// The time of day goes on.
+  void reset(const Reset& reset, Time now);
+  /// TIME is sent and heard in Pre-operational and Operational only.
+  void on_state(nmt::State state, Time now);
+  bool on_frame(const Frame& frame, Time now);
+  void poll(Time now);
+  Time deadline() const { return earlier(due_, outbox_.deadline()); }
+  template <class Visitor>
+  void visit_ids(Visitor visit) const {
+    if (consumes_) visit(id_);
+  }
+
+  /// As a producer: sends the time of day this often, microseconds; 0 = never.
+  void produce_every(Time period, Time now);
+  /// As a producer: sends the time of day now.
+  void produce(Time now);
+
+  void set(const TimeOfDay& time_of_day, Time now);
+  TimeOfDay at(Time now) const;
+
+ private:
+  const ObjectDictionary& dictionary_;
+  Outbox outbox_;
+  TimeOfDay set_;
+  Time set_at_ = 0;
+  Time period_ = 0;
+  Time due_ = kNever;
+  std::uint32_t id_ = 0;
+  bool consumes_ = false;
+  bool produces_ = false;
+  bool running_ = false;
+};
+
+}  // namespace cbcan

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/coprocessor/local_node.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr std::size_t kConsumerTimeBits = 16;
+
+/// Network variables are little-endian, and so are the words of every machine that this runs on.
+static_assert(std::endian::native == std::endian::little);
+
+std::span<std::uint8_t> bytes_of(ProcessRegisters registers) {
+  return {reinterpret_cast<std::uint8_t*>(registers.data()), registers.size_bytes()};
+}
+
+constexpr local::DeviceState to_device_state(nmt::State state) {
+  if (state == nmt::State::kStopped) return local::DeviceState::kStopped;
+  return state == nmt::State::kOperational ? local::DeviceState::kOperational
+                                           : local::DeviceState::kPreOperational;
+}
+
+}  // namespace
+
+LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, const Settings& settings)
+    : client_(client),
+      sdo_timeout_ms_(settings.sdo_timeout_ms),
+      monitor_(settings.state_fresh_for),
+      device_(settings.node_id, {local::entries(), values_, {}, bytes_of(registers)},
+              {buffer_, rpdos_, tpdos_, {}}, *this, port) {}
+
+void LocalNode::on_frame(const Frame& frame, Time now) {
+  const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
+  if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) emergencies_.on_frame(frame);
+  if (nmt::is_command(frame)) monitor_.doubt(static_cast<nmt::Command>(frame.data[0]), frame.data[1]);
+  device_.on_frame(frame, now);
+}
+
+void LocalNode::on_bus_state(BusState state, Time now) {
+  bus_state_ = state;
+  device_.on_bus_state(state, now);
+}
+
+void LocalNode::on_emergency_sent(const EmergencyConsumer::Message& message) {
+  emergencies_.note(node_id(), message);
+}
+
+void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time /*now*/) {
+  local::restore(values_, first_index, last_index);
+  device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
+  consumer_node_.fill(0);
+  monitor_.watch_nobody();
+  if (last_index < local::kSdoTimeout) return;
+  transfers_.fill({sdo_timeout_ms_, SdoClient::Mode::kAuto});
+  client_.forget_nodes();
+  emergencies_.reset();
+}
+
+AbortCode LocalNode::read(Window window, std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
+                          std::size_t& size, Time now) {
+  accessed_ = window;
+  const AbortCode refused = slave().read(index, sub, out, size, now);
+  accessed_ = Window::kRegisters;
+  return refused;
+}
+
+AbortCode LocalNode::write(Window window, std::uint16_t index, std::uint8_t sub,
+                           std::span<const std::uint8_t> value, Time now) {
+  accessed_ = window;
+  const AbortCode refused = device_.slave().write(index, sub, value, now);
+  accessed_ = Window::kRegisters;
+  return refused;
+}
+
+// ---- Reading
+
+AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                             std::size_t& size, Time now) {
+  size = entry.capacity;
+  switch (entry.index) {
+    case local::kLastEmergency: {
+      std::copy_n(emergencies_.last(sub).begin(), size, out.begin());
+      break;
+    }
+    case local::kEmergencyScan: {
+      const std::uint8_t node = emergencies_.scan();
+      const EmergencyConsumer::Message& message = emergencies_.last(node);
+      std::fill_n(out.begin(), size, std::uint8_t{0});
+      out[0] = node;
+      if (EmergencyConsumer::is_error(message)) std::copy(message.begin(), message.end(), out.begin() + 1);
+      break;
+    }
+    case local::kClock: {
+      const TimeOfDay time = device_.time_stamp().at(now);
+      store_little_endian(out.first(4), time.milliseconds);
+      store_little_endian(out.subspan(4, 2), time.days);
+      break;
+    }
+    default: store_little_endian(out.first(size), number_of(entry.index, sub, now));
+  }
+  return AbortCode::kNone;
+}
+
+std::uint32_t LocalNode::number_of(std::uint16_t index, std::uint8_t sub, Time now) const {
+  switch (index) {
+    case object::kConsumerHeartbeatTime: {
+      const std::uint8_t node = consumer_node_[sub - 1u];
+      return node == 0 ? 0 : std::uint32_t{node} << kConsumerTimeBits | monitor_.consumer_time(node);
+    }
+    case object::kSdoServerParameter: return (sub == 1 ? sdo::kRequestId : sdo::kResponseId) + node_id();
+    case local::kOwnNodeId: return node_id();
+    case local::kKernelState: return static_cast<std::uint32_t>(local::kernel_state(bus_state_));
+    case local::kSdoTimeout: return sdo_timeout_ms(accessed_);
+    case local::kTransferMode: return static_cast<std::uint32_t>(transfer_mode(accessed_));
+    default: return static_cast<std::uint32_t>(device_state(sub, now));  // 3007h
+  }
+}
+
+/// docs/contract.md, "Local objects".
+local::DeviceState LocalNode::device_state(std::uint8_t node, Time now) const {
+  using enum NodeMonitor::Report;
+  using local::DeviceState;
+  if (node == node_id()) return to_device_state(state());
+  if (!monitor_.is_watched(node)) return DeviceState::kUnknown;
+  if (!monitor_.is_fresh(node, now)) return DeviceState::kNotAvailable;
+  switch (monitor_.report(node)) {
+    case kBootUp: return DeviceState::kInit;
+    case kResetCommunication: return DeviceState::kResetCommunication;
+    case kResetNode: return DeviceState::kResetApplication;
+    default: return to_device_state(monitor_.last_state(node));
+  }
+}
+
+// ---- Writing
+
+AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                              Time now) {
+  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
+  switch (entry.index) {
+    case object::kConsumerHeartbeatTime: return write_consumer(sub, number);
+    case local::kSdoTimeout:
+      transfers_[index_of(accessed_)].timeout_ms = static_cast<std::uint16_t>(number);
+      break;
+    case local::kTransferMode: return write_mode(number);
+    case local::kClock: set_clock(value, now); break;
+    default: break;
+  }
+  return AbortCode::kNone;
+}
+
+void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time now) {
+  if (entry.index >= local::kInputs) device_.look_for_changes(now);
+}
+
+AbortCode LocalNode::write_mode(std::uint32_t value) {
+  if (value > static_cast<std::uint32_t>(SdoClient::Mode::kBlock)) return AbortCode::kValueHigh;
+  transfers_[index_of(accessed_)].mode = static_cast<SdoClient::Mode>(value);
+  return AbortCode::kNone;
+}
+
+void LocalNode::set_clock(std::span<const std::uint8_t> value, Time now) {
+  const auto milliseconds = static_cast<std::uint32_t>(load_little_endian(value.first(4)));
+  const auto days = static_cast<std::uint16_t>(load_little_endian(value.subspan(4)));
+  device_.time_stamp().set({milliseconds & TimeOfDay::kMillisecondBits, days}, now);
+  device_.time_stamp().produce(now);
+}
+
+/// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either the entry is unused (CiA
+/// 301, 7.5.2.19).
+AbortCode LocalNode::write_consumer(std::uint8_t sub, std::uint32_t value) {
+  const std::uint32_t node = value >> kConsumerTimeBits;
+  const auto time_ms = static_cast<std::uint16_t>(value);
+  const std::size_t slot = sub - 1u;
+  if (node > nmt::kMaxNode) return AbortCode::kValue;
+  if (node == 0 || time_ms == 0) {
+    set_consumer_time(slot, 0, 0);
+    return AbortCode::kNone;
+  }
+  for (std::size_t other = 0; other < consumer_node_.size(); ++other)
+    if (other != slot && consumer_node_[other] == node) return AbortCode::kIncompatible;
+  set_consumer_time(slot, static_cast<std::uint8_t>(node), time_ms);
+  return AbortCode::kNone;
+}
+
+void LocalNode::set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms) {
+  monitor_.set_consumer_time(consumer_node_[slot], 0);
+  consumer_node_[slot] = node;
+  monitor_.set_consumer_time(node, time_ms);
+}
+
+}  // namespace cbcan

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The coprocessor's own object dictionary: what R3702 = 0 reads and writes, and what other nodes see by SDO.
+/// The table is constant; the values live in a LocalValues, network variables in the PLC's registers.
+///
+/// 3001h..3008h are CBCAN's manner of giving a PLC program the function blocks of CiA 405; see
+/// docs/contract.md.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/frame.hpp"
+#include "cbcan/regmap.hpp"
+
+namespace cbcan::local {
+
+using regmap::object::kClock;
+using regmap::object::kDeviceState;
+using regmap::object::kEmergencyScan;
+using regmap::object::kKernelState;
+using regmap::object::kLastEmergency;
+using regmap::object::kOwnNodeId;
+using regmap::object::kSdoTimeout;
+using regmap::object::kTransferMode;
+inline constexpr std::uint16_t kInputs = 0xA000;  ///< CiA 405, network variables
+inline constexpr std::uint16_t kOutputs = 0xA480;
+
+// How much of everything there is; each costs memory of a LocalNode.
+inline constexpr std::size_t kRpdos = 16;
+inline constexpr std::size_t kTpdos = 16;
+inline constexpr std::size_t kObjectsOfPdo = 8;
+inline constexpr std::size_t kErrorsKept = 8;
+inline constexpr std::size_t kInputBytes = 2 * regmap::kInputWords;
+inline constexpr std::size_t kOutputBytes = 2 * regmap::kOutputWords;
+
+/// CiA 405, CANOPEN_KERNEL_ERROR, as far as a CAN controller's state goes.
+enum class KernelState : std::uint8_t {
+  kNone = 0x00,
+  kOverflow = 0x02,
+  kBusOff = 0x10,
+  kErrorPassive = 0x11
+};
+
+constexpr KernelState kernel_state(BusState state) {
+  switch (state) {
+    case BusState::kActive: return KernelState::kNone;
+    case BusState::kOverflow: return KernelState::kOverflow;
+    case BusState::kErrorPassive: return KernelState::kErrorPassive;
+    case BusState::kBusOff: break;
+  }
+  return KernelState::kBusOff;
+}
+
+/// CiA 405, DEVICE_STATE.
+enum class DeviceState : std::uint8_t {
+  kInit = 0,
+  kResetCommunication = 1,
+  kResetApplication = 2,
+  kPreOperational = 3,
+  kStopped = 4,
+  kOperational = 5,
+  kUnknown = 6,
+  kNotAvailable = 7,
+};
+
+inline constexpr std::size_t kValueBytes = 1527;
+
+/// The stored values, laid out as entries() says.
+using LocalValues = std::array<std::uint8_t, kValueBytes>;
+
+/// All entries, sorted.
+std::span<const ObjectEntry> entries();
+
+/// Copies the power-on values of the entries first_index..last_index to `values`.
+void restore(LocalValues& values, std::uint16_t first_index, std::uint16_t last_index);
+
+}  // namespace cbcan::local

@@ -1,0 +1,436 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/modbus/rtu_server.hpp"
+
+#include <algorithm>
+
+#include "cbcan/modbus/crc.hpp"
+
+namespace cbcan {
+
+namespace {
+
+constexpr std::uint8_t kBroadcast = 0;
+constexpr std::uint8_t kExceptionBit = 0x80;
+
+/// Of the function codes that are not executed here, the lengths of other stations' frames are known.
+enum Function : std::uint8_t {
+  kReadCoils = 1,
+  kReadDiscreteInputs = 2,
+  kReadHoldingRegisters = 3,
+  kReadInputRegisters = 4,
+  kWriteSingleCoil = 5,
+  kWriteSingleRegister = 6,
+  kReadExceptionStatus = 7,
+  kGetCommEventCounter = 11,
+  kGetCommEventLog = 12,
+  kWriteMultipleCoils = 15,
+  kWriteMultipleRegisters = 16,
+  kReportServerId = 17,
+  kReadFileRecord = 20,
+  kWriteFileRecord = 21,
+  kMaskWriteRegister = 22,
+  kReadWriteMultipleRegisters = 23,
+  kReadFifoQueue = 24,
+};
+
+// Most registers of one request (V1.1b3, 6.3, 6.12, 6.17).
+constexpr std::size_t kMaxRead = 125;
+constexpr std::size_t kMaxWrite = 123;
+constexpr std::size_t kMaxWriteWhileReading = 121;
+
+// Offsets in a frame.
+constexpr std::size_t kFunction = 1;
+constexpr std::size_t kAddress = 2;
+constexpr std::size_t kQuantity = 4;
+constexpr std::size_t kWriteAddress = 6;   // FC 23
+constexpr std::size_t kWriteQuantity = 8;  // FC 23
+
+constexpr std::size_t kCrcBytes = 2;
+constexpr std::size_t kShortestFrame = 4;
+constexpr std::size_t kOnlySilenceTells = SIZE_MAX;  // where a frame ends
+
+/// Of a frame with its CRC, or kCountAt and the offset of its count of bytes; 0 = not known.
+struct Sizes {
+  std::uint8_t request;
+  std::uint8_t response;
+};
+constexpr std::uint8_t kCountAt = 0x80;
+constexpr std::size_t kExceptionSize = 5;
+
+/// By function code (V1.1b3, section 6). FC 8 and 43 have forms of any length.
+constexpr std::array<Sizes, kReadFifoQueue + 1> kSizes = [] {
+  std::array<Sizes, kReadFifoQueue + 1> sizes{};
+  for (const Function read : {kReadCoils, kReadDiscreteInputs, kReadHoldingRegisters, kReadInputRegisters})
+    sizes[read] = {8, kCountAt + 2};
+  sizes[kWriteSingleCoil] = sizes[kWriteSingleRegister] = {8, 8};
+  sizes[kReadExceptionStatus] = {4, 5};
+  sizes[kGetCommEventCounter] = {4, 8};
+  sizes[kGetCommEventLog] = sizes[kReportServerId] = {4, kCountAt + 2};
+  sizes[kWriteMultipleCoils] = sizes[kWriteMultipleRegisters] = {kCountAt + 6, 8};
+  sizes[kReadFileRecord] = sizes[kWriteFileRecord] = {kCountAt + 2, kCountAt + 2};
+  sizes[kMaskWriteRegister] = {10, 10};
+  sizes[kReadWriteMultipleRegisters] = {kCountAt + 10, kCountAt + 2};
+  sizes[kReadFifoQueue] = {6, kCountAt + 3};
+  return sizes;
+}();
+
+Sizes sizes_of(std::uint8_t function) {
+  return function < kSizes.size() ? kSizes[function] : Sizes{};
+}
+
+// Whose response is due: station and function code, or
+constexpr std::uint16_t kNobodys = 0;  // no station has the address 0
+constexpr std::uint16_t kAnybodys = 0xFFFF;
+
+bool readable(std::size_t quantity) {
+  return quantity >= 1 && quantity <= kMaxRead;
+}
+
+}  // namespace
+
+RtuServer::RtuServer(std::span<const RegisterMap> networks, const Settings& settings)
+    : networks_(networks),
+      settings_(settings),
+      skipping_(times_are_exact()),
+      asked_(kAnybodys),
+      crc_(kCrcStart) {
+  settings_.gap_us = std::max(settings.gap_us, settings.silence_us);
+}
+
+// ---- Interrupt
+
+void RtuServer::on_byte(std::uint8_t byte, std::uint32_t now_us) {
+  if (!takes(now_us)) return;
+  if (size_ < buffer_.size()) buffer_[size_] = byte;
+  ++size_;
+  crc_ = crc_with(crc_, byte);
+  look_for_end();
+}
+
+void RtuServer::on_broken_byte(std::uint32_t now_us) {
+  if (takes(now_us) && size_ > 0) skip_to_gap(counters_.broken_frames);
+}
+
+/// A byte that has come is part of a frame.
+bool RtuServer::takes(std::uint32_t now_us) {
+  const bool after_gap = now_us - last_us_.load(std::memory_order_relaxed) > settings_.gap_us;
+  last_us_.store(now_us, std::memory_order_relaxed);
+  if (!listens(after_gap)) {
+    ++unheard_;
+    ++counters_.ignored_bytes;
+    return false;
+  }
+  if (after_gap) end_by_gap();
+  if (skipping_) ++counters_.ignored_bytes;
+  return !skipping_;
+}
+
+/// Takes back a request that has not been taken yet: this byte is part of it, or it lacks its silence, or its
+/// master no longer waits.
+bool RtuServer::listens(bool after_gap) {
+  State state = state_.load(std::memory_order_acquire);
+  if (state != State::kRequest ||
+      !state_.compare_exchange_strong(state, State::kReceiving, std::memory_order_acq_rel))
+    return state == State::kReceiving;
+  if (after_gap || frame_size() != kOnlySilenceTells) skip_to_gap(counters_.broken_frames);
+  return true;
+}
+
+void RtuServer::end_by_gap() {
+  const bool may_end = !is_for_us() || frame_size() == kOnlySilenceTells;
+  if (size_ >= kShortestFrame && crc_ == 0 && may_end)
+    on_foreign_frame();
+  else if (size_ > 0)
+    skip_to_gap(counters_.broken_frames);
+  begin_frame();
+  skipping_ = false;
+  after_gap_ = true;
+}
+
+void RtuServer::look_for_end() {
+  const std::size_t end = frame_size();
+  if (end == kOnlySilenceTells) {
+    if (size_ > kMaxFrame) return skip_to_gap(counters_.broken_frames);
+    if (size_ < kShortestFrame || crc_ != 0 || !is_for_us() || is_broadcast()) return;
+  } else if (size_ < end) {
+    return;
+  } else if (crc_ != 0) {
+    return skip_to_gap(is_for_us() ? counters_.bus_communication_errors : counters_.broken_frames);
+  }
+  if (!is_for_us()) return on_foreign_frame();
+  asked_ = kNobodys;
+  unheard_ = 0;
+  state_.store(State::kRequest, std::memory_order_release);
+}
+
+void RtuServer::on_foreign_frame() {
+  ++counters_.bus_messages;
+  ++counters_.foreign_frames;
+  const auto fits = [this](std::size_t size) { return size == size_ || size == kOnlySilenceTells; };
+  if (may_be_request() && fits(request_size()))
+    asked_ = station_and_function();
+  else
+    asked_ = fits(response_size()) ? kNobodys : kAnybodys;
+  begin_frame();
+}
+
+void RtuServer::skip_to_gap(std::uint32_t& reason) {
+  ++reason;
+  begin_frame();
+  skipping_ = true;
+  asked_ = kAnybodys;
+}
+
+void RtuServer::begin_frame() {
+  size_ = 0;
+  crc_ = kCrcStart;
+  after_gap_ = false;
+}
+
+bool RtuServer::is_broadcast() const {
+  return buffer_[0] == kBroadcast;
+}
+
+bool RtuServer::is_for_us() const {
+  return request_network() < networks_.size();
+}
+
+std::size_t RtuServer::request_network() const {
+  return is_broadcast() ? 0 : static_cast<std::uint8_t>(buffer_[0] - settings_.station);
+}
+
+// ---- Where a frame ends
+
+/// Size of the frame under way, with its CRC; at least so much, where its bytes do not tell yet.
+std::size_t RtuServer::frame_size() const {
+  if (size_ < kShortestFrame) return kShortestFrame;
+  return is_for_us() ? request_size() : foreign_size();
+}
+
+std::size_t RtuServer::foreign_size() const {
+  if (times_are_exact()) return kOnlySilenceTells;
+  const std::size_t as_request = may_be_request() ? request_size() : 0;
+  const std::size_t as_response = may_be_response() ? response_size() : 0;
+  if (as_request == 0 && as_response == 0) return kOnlySilenceTells;
+  if (as_response != 0 && !fits_request()) return as_response;
+  return std::max(as_request, as_response);
+}
+
+/// It may be more than the buffer has: then the byte count is not allowed either, and its bytes are not
+/// needed.
+std::size_t RtuServer::request_size() const {
+  return size_by(sizes_of(buffer_[kFunction]).request);
+}
+
+std::size_t RtuServer::response_size() const {
+  if ((buffer_[kFunction] & kExceptionBit) != 0) return kExceptionSize;
+  return size_by(sizes_of(buffer_[kFunction]).response);
+}
+
+std::size_t RtuServer::size_by(std::uint8_t rule) const {
+  if (rule < kCountAt) return rule == 0 ? kOnlySilenceTells : rule;
+  const std::size_t offset = rule - kCountAt;
+  return offset + 1 + (size_ > offset ? buffer_[offset] : 0) + kCrcBytes;
+}
+
+std::uint16_t RtuServer::station_and_function() const {
+  return static_cast<std::uint16_t>(buffer_[0] << 8 | (buffer_[kFunction] & ~kExceptionBit));
+}
+
+bool RtuServer::may_be_response() const {
+  return asked_ == kAnybodys || asked_ == station_and_function();
+}
+
+bool RtuServer::may_be_request() const {
+  return (buffer_[kFunction] & kExceptionBit) == 0 && (!may_be_response() || after_gap_);
+}
+
+/// Not where its quantity says that it can only be a response.
+bool RtuServer::fits_request() const {
+  switch (buffer_[kFunction]) {
+    case kReadHoldingRegisters:
+    case kReadInputRegisters: return size_ < 6 || readable(word(kQuantity));
+    case kWriteMultipleRegisters: return size_ < 7 || buffer_[6] == 2 * word(kQuantity);
+    default: return true;
+  }
+}
+
+// ---- Loop
+
+std::uint32_t RtuServer::poll(std::uint32_t now_us) {
+  State state = State::kRequest;
+  if (state_.load(std::memory_order_acquire) != state) return kNoRequest;
+  const std::uint32_t delay = std::max(settings_.silence_us, settings_.response_delay_us);
+  const std::uint32_t wait = last_us_.load(std::memory_order_relaxed) + delay - now_us;
+  // The byte may be younger than `now_us`; a past time is a negative number.
+  if (static_cast<std::int32_t>(wait) > 0) return wait;
+  const bool taken = state_.compare_exchange_strong(state, State::kExecuting, std::memory_order_acq_rel);
+  return taken ? 0 : kNoRequest;
+}
+
+bool RtuServer::request_reads(std::uint16_t first, std::size_t count) const {
+  switch (buffer_[kFunction]) {
+    case kReadHoldingRegisters:
+    case kReadInputRegisters:
+    case kReadWriteMultipleRegisters: break;
+    default: return false;
+  }
+  const std::uint16_t address = word(kAddress);
+  return address < first + count && first < std::size_t{address} + word(kQuantity);
+}
+
+std::span<const std::uint8_t> RtuServer::execute() {
+  ++counters_.bus_messages;
+  ++counters_.slave_messages;
+  executed_ = {};
+  Exception exception = execute_on(networks_[request_network()]);
+  // A broadcast is refused by all networks or by none: their registers are alike.
+  for (std::size_t i = 1; is_broadcast() && i < networks_.size(); ++i)
+    exception = execute_on(networks_[i]);
+  executed_.valid = exception == Exception::kNone;
+  if (exception != Exception::kNone) {
+    ++counters_.slave_exceptions;
+    buffer_[kFunction] |= kExceptionBit;
+    buffer_[2] = static_cast<std::uint8_t>(exception);
+    size_ = 3;
+  }
+  if (is_broadcast()) {
+    ++counters_.slave_no_responses;
+    listen(0);
+    return {};
+  }
+  return sealed();
+}
+
+void RtuServer::on_sent() {
+  if (state_.load(std::memory_order_acquire) == State::kSending) listen(size_ + kCrcBytes);
+}
+
+/// What came meanwhile, unless it is an echo of so many bytes, may be the first part of another station's
+/// frame.
+void RtuServer::listen(std::size_t echo) {
+  const bool missed = unheard_ != 0 && unheard_ != echo;
+  begin_frame();
+  skipping_ = missed || times_are_exact();
+  if (missed) asked_ = kAnybodys;
+  state_.store(State::kReceiving, std::memory_order_release);
+}
+
+/// The response with its CRC, on its way.
+std::span<const std::uint8_t> RtuServer::sealed() {
+  std::uint16_t crc = kCrcStart;
+  for (std::size_t i = 0; i < size_; ++i)
+    crc = crc_with(crc, buffer_[i]);
+  buffer_[size_] = static_cast<std::uint8_t>(crc);
+  buffer_[size_ + 1] = static_cast<std::uint8_t>(crc >> 8);
+  state_.store(State::kSending, std::memory_order_release);
+  return std::span(buffer_).first(size_ + kCrcBytes);
+}
+
+/// Leaves the response in the buffer, `size_` bytes; of a broadcast the request.
+RtuServer::Exception RtuServer::execute_on(const RegisterMap& registers) {
+  switch (buffer_[kFunction]) {
+    case kReadHoldingRegisters:
+    case kReadInputRegisters: return read_registers(registers);
+    case kWriteSingleRegister: return write_register(registers);
+    case kWriteMultipleRegisters: return write_registers(registers);
+    case kMaskWriteRegister: return mask_register(registers);
+    case kReadWriteMultipleRegisters: return read_write_registers(registers);
+    default: return Exception::kFunction;
+  }
+}
+
+RtuServer::Exception RtuServer::read_registers(const RegisterMap& registers) {
+  const std::uint16_t address = word(kAddress);
+  const std::uint16_t count = word(kQuantity);
+  if (!readable(count)) return Exception::kValue;
+  if (!registers.exist(address, count)) return Exception::kAddress;
+  load(registers, address, count);
+  return Exception::kNone;
+}
+
+RtuServer::Exception RtuServer::write_register(const RegisterMap& registers) {
+  if (!registers.writable(word(kAddress), 1)) return Exception::kAddress;
+  store(registers, word(kAddress), 1, kQuantity);
+  size_ = 6;
+  return Exception::kNone;
+}
+
+RtuServer::Exception RtuServer::write_registers(const RegisterMap& registers) {
+  const std::uint16_t address = word(kAddress);
+  if (!values_allowed(kQuantity, kMaxWrite)) return Exception::kValue;
+  if (!registers.writable(address, word(kQuantity))) return Exception::kAddress;
+  store(registers, address, word(kQuantity), kQuantity + 3);
+  size_ = 6;
+  return Exception::kNone;
+}
+
+RtuServer::Exception RtuServer::mask_register(const RegisterMap& registers) {
+  const std::uint16_t address = word(kAddress);
+  const std::uint32_t and_mask = word(4);
+  const std::uint32_t or_mask = word(6);
+  if (!registers.writable(address, 1)) return Exception::kAddress;
+  const std::atomic_ref<std::uint16_t> target(registers[address]);
+  std::uint16_t before = target.load(std::memory_order_relaxed);
+  while (!target.compare_exchange_weak(
+      before, static_cast<std::uint16_t>((before & and_mask) | (or_mask & ~and_mask)),
+      std::memory_order_release, std::memory_order_relaxed)) {
+  }
+  executed_.first = address;
+  executed_.count = 1;
+  size_ = 8;
+  return Exception::kNone;
+}
+
+RtuServer::Exception RtuServer::read_write_registers(const RegisterMap& registers) {
+  const std::uint16_t address = word(kAddress);
+  const std::uint16_t count = word(kQuantity);
+  if (!readable(count) || !values_allowed(kWriteQuantity, kMaxWriteWhileReading)) return Exception::kValue;
+  if (!registers.exist(address, count) || !registers.writable(word(kWriteAddress), word(kWriteQuantity)))
+    return Exception::kAddress;
+  store(registers, word(kWriteAddress), word(kWriteQuantity), kWriteQuantity + 3);
+  load(registers, address, count);
+  return Exception::kNone;
+}
+
+/// Quantity at `offset`, and the byte count behind it.
+bool RtuServer::values_allowed(std::size_t offset, std::size_t most) const {
+  const std::size_t quantity = word(offset);
+  return quantity >= 1 && quantity <= most && buffer_[offset + 2] == 2 * quantity;
+}
+
+/// Registers into the response of FC 3, 4 and 23.
+void RtuServer::load(const RegisterMap& registers, std::uint16_t address, std::size_t count) {
+  constexpr std::size_t kByteCount = 2;
+  if (is_broadcast()) return;
+  buffer_[kByteCount] = static_cast<std::uint8_t>(2 * count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::atomic_ref<std::uint16_t> source(registers[address + i]);
+    put_word(kByteCount + 1 + 2 * i, source.load(std::memory_order_relaxed));
+    if (i == 0) std::atomic_thread_fence(std::memory_order_acquire);
+  }
+  size_ = kByteCount + 1 + 2 * count;
+}
+
+/// The values at `offset` into registers.
+void RtuServer::store(const RegisterMap& registers, std::uint16_t address, std::size_t count,
+                      std::size_t offset) {
+  executed_.first = address;
+  executed_.count = static_cast<std::uint16_t>(count);
+  for (std::size_t i = count; i-- > 0;) {
+    if (i == 0) std::atomic_thread_fence(std::memory_order_release);
+    const std::atomic_ref<std::uint16_t> target(registers[address + i]);
+    target.store(word(offset + 2 * i), std::memory_order_relaxed);
+  }
+}
+
+std::uint16_t RtuServer::word(std::size_t offset) const {
+  return static_cast<std::uint16_t>(buffer_[offset] << 8 | buffer_[offset + 1]);
+}
+
+void RtuServer::put_word(std::size_t offset, std::uint16_t value) {
+  buffer_[offset] = static_cast<std::uint8_t>(value >> 8);
+  buffer_[offset + 1] = static_cast<std::uint8_t>(value);
+}
+
+}  // namespace cbcan

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A Modbus RTU server (slave) over holding registers, for bare metal: no timer, no allocation, nothing that
+/// blocks. Sources: MODBUS over Serial Line V1.02, section 2; MODBUS Application Protocol V1.1b3, section 6.
+///
+/// How to run it:
+///   on_byte(byte, now) from the UART's receive interrupt, for every byte;
+///   poll(now) from the loop, after such an interrupt and when the last poll() wanted it: 0 = a request is
+///   there, and execute() does it and gives the response to send;
+///   on_sent() when the last byte of the response has left the wire: from then on it listens again. A board
+///   must call it, or the server stays deaf.
+///
+/// There is one buffer for both directions. One atomic state hands it over: from the interrupt (receiving) to
+/// the loop (a request is complete), to the transmitter (sending) and back. What arrives while it does not
+/// receive is counted and thrown away, the echo of a two-wire transceiver too; where that has an echo,
+/// on_sent() comes after the echo's last byte.
+///
+/// Silence: a request is executed, and its response begins, t3.5 after its last byte, or later where a
+/// response delay is set. A byte that comes before that takes the request back: it is neither executed nor
+/// answered, and everything up to the next gap is ignored.
+///
+/// Framing: the length of a request for this station, or for all (address 0), follows from its bytes. A byte
+/// that comes more than a gap after the one before it begins a new frame whatever went before; after a wrong
+/// CRC nothing else does. A request for this station whose function code has no known length ends where its
+/// CRC is right and silence follows; one for all is ignored.
+///
+/// Frames of other stations are never executed, whatever they contain:
+/// * Where the gap is the silence, because the times of on_byte() are the line's own, a frame ends with a
+///   gap, and nothing else begins one. What remains: a sender that pauses for more than a gap within a frame.
+/// * Where the gap is longer, because bytes come late or in bunches, silence between frames may go unseen.
+///   There a frame also ends at the length that a request or response of its function code has, if the CRC is
+///   right. Which of the two it is follows from the frame before: a request is followed by its response, or
+///   by a request to another station. After a gap a repeated request is possible too, after a broken frame
+///   either; then it takes the longer one. A frame of a function code without known length ends with a gap.
+///   What remains: a frame under way when the server starts; a gap within a frame; a response that comes
+///   after its master has gone on to another station.
+/// So a request for this station that has a gap before it and t3.5 behind it is always heard.
+///
+/// Several CAN networks: each has registers of its own and is a station of its own, the first at the address
+/// that is set, the next ones behind it. So a broadcast, which every station on a line executes (Serial Line
+/// V1.02, 2.1), writes to all of them. One request at a time, whichever of them it is for.
+///
+/// FC 3, 4 (the same registers), 6, 16, 22, 23. Exceptions: 01 another function; 03 a quantity or byte count
+/// that is not allowed; 02 an address that does not exist, or a write to a read-only one. Lengths and
+/// quantities are checked before addresses, and a request that is refused changes nothing. Address 0 writes
+/// and is not answered.
+///
+/// Ordering, where the words are shared with another context: a write stores the highest address first, and
+/// the lowest after a release fence, so CA0Eh in R3700 is seen last of one FC 16 or FC 23; a read loads the
+/// lowest address first, and the others after an acquire fence, so results are whole where R3700 shows one
+/// (docs/contract.md). FC 22 is one atomic change.
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cbcan/modbus/register_map.hpp"
+
+namespace cbcan {
+
+/// t3.5 in us (Serial Line V1.02, 2.5.1.1): 1750 above 19200 baud, else 3.5 characters of so many bits,
+/// start, parity and stop bits included: 11, or 10 for 8N1.
+constexpr std::uint32_t rtu_silence_us(std::uint32_t baud, std::uint32_t bits = 11) {
+  return baud > 19'200 ? 1750 : (3'500'000 * bits + baud - 1) / baud;
+}
+
+class RtuServer final {
+ public:
+  struct Settings {
+    std::uint8_t station = 1;         ///< own address, of the first network; of all of them within 1..247
+    std::uint32_t silence_us = 1750;  ///< t3.5 of the line: rtu_silence_us()
+    /// Longest time from one byte of a frame to the next, as on_byte() is told it, in us, where that is more
+    /// than the silence, because bytes come late or in bunches as in an emulator or over USB. Nothing waits
+    /// for it.
+    std::uint32_t gap_us = 0;
+    /// From a request to its response, in us, where that is more than the silence; at most 50,000. For
+    /// masters whose transceivers are slow to listen.
+    std::uint32_t response_delay_us = 0;
+  };
+
+  /// After the diagnostic counters of Application Protocol V1.1b3, 6.8, where there is one. They wrap. Each
+  /// is an aligned 32-bit word, read whole on a 32-bit MCU.
+  struct Counters {
+    std::uint32_t bus_messages = 0;              ///< 0Bh: frames with a right CRC, for whomever
+    std::uint32_t bus_communication_errors = 0;  ///< 0Ch: requests with a wrong CRC
+    std::uint32_t slave_exceptions = 0;          ///< 0Dh: requests refused, those of address 0 too
+    std::uint32_t slave_messages = 0;            ///< 0Eh: requests for this station or all, looked at
+    std::uint32_t slave_no_responses = 0;        ///< 0Fh: those among them that went to all
+    std::uint32_t foreign_frames = 0;  ///< with a right CRC, of other stations; counted when they end
+    std::uint32_t broken_frames = 0;   ///< cut short by a gap, too long, without silence behind, with a
+                                       ///< broken byte, or foreign with a wrong CRC
+    std::uint32_t ignored_bytes = 0;   ///< came while executing or sending, or where only a gap helps
+  };
+
+  /// The longest frame (Serial Line V1.02, 2.5.1), in bytes.
+  static constexpr std::size_t kMaxFrame = 256;
+  /// What poll() returns where there is nothing to wait for.
+  static constexpr std::uint32_t kNoRequest = 0xFFFFFFFF;
+
+  /// `networks`: the registers of each, at the same addresses in all of them. The maps are the caller's and
+  /// must outlive the server.
+  RtuServer(std::span<const RegisterMap> networks, const Settings& settings);
+  RtuServer(const RtuServer&) = delete;
+  RtuServer& operator=(const RtuServer&) = delete;
+
+  /// Interrupt: one byte has arrived. `now_us` is a free-running microsecond counter that wraps at 2^32; only
+  /// differences count, but it should have begun at 0 when the line was switched on.
+  void on_byte(std::uint8_t byte, std::uint32_t now_us);
+
+  /// Interrupt, in its place where the byte has a parity or framing error, or the one behind it was lost: the
+  /// frame under way, or the request that waits, is invalid. Ahead of a frame it does no harm, as where a
+  /// transceiver is switched on.
+  void on_broken_byte(std::uint32_t now_us);
+
+  /// Loop: how many microseconds the request that waits still needs silence: the loop may sleep that long, or
+  /// until the next byte. 0 = the request is taken, no byte takes it back any more, and execute() has to
+  /// follow. kNoRequest = none waits. `now_us` is the counter of on_byte(); ask at least every 35 minutes.
+  std::uint32_t poll(std::uint32_t now_us);
+
+  /// Loop, between poll() and execute(): which network the request is for, from 0; of a broadcast the first.
+  std::size_t request_network() const;
+
+  /// Loop, likewise: the request is for all of them.
+  bool is_broadcast() const;
+
+  /// Loop, likewise: the request reads one of these registers: the moment to make them fresh.
+  bool request_reads(std::uint16_t first, std::size_t count) const;
+
+  /// Loop: executes the request that poll() has taken, and gives the frame to send; empty = nothing to send.
+  /// The bytes stay valid until on_sent(). At most one request: poll the coprocessor after each, so that it
+  /// misses no cancel.
+  std::span<const std::uint8_t> execute();
+
+  /// What a request has done: for the coprocessor.
+  struct Executed {
+    bool valid;           ///< not refused by an exception
+    std::uint16_t first;  ///< registers first..first+count-1 have been written
+    std::uint16_t count;  ///< 0 = none
+  };
+  /// Loop: what the last execute() has done, in the network of the request; of a broadcast in each.
+  const Executed& executed() const { return executed_; }
+
+  /// Interrupt or loop: the response has left, the driver of the line is off. Without a response under way
+  /// nothing happens.
+  void on_sent();
+
+  const Counters& counters() const { return counters_; }
+
+ private:
+  enum class State : std::uint8_t { kReceiving, kRequest, kExecuting, kSending };
+  enum class Exception : std::uint8_t { kNone = 0, kFunction = 1, kAddress = 2, kValue = 3 };
+
+  bool times_are_exact() const { return settings_.gap_us <= settings_.silence_us; }
+  bool is_for_us() const;
+  bool listens(bool after_gap);
+  bool takes(std::uint32_t now_us);
+  void end_by_gap();
+  void look_for_end();
+  void on_foreign_frame();
+  void skip_to_gap(std::uint32_t& reason);
+  void begin_frame();
+  void listen(std::size_t echo);
+  std::size_t frame_size() const;
+  std::size_t foreign_size() const;
+  std::size_t request_size() const;
+  std::size_t response_size() const;
+  std::size_t size_by(std::uint8_t rule) const;
+  std::uint16_t station_and_function() const;
+  bool may_be_response() const;
+  bool may_be_request() const;
+  bool fits_request() const;
+  std::uint16_t word(std::size_t offset) const;
+  void put_word(std::size_t offset, std::uint16_t value);
+  bool values_allowed(std::size_t offset, std::size_t most) const;
+  Exception execute_on(const RegisterMap& registers);
+  Exception read_registers(const RegisterMap& registers);
+  Exception write_register(const RegisterMap& registers);
+  Exception write_registers(const RegisterMap& registers);
+  Exception mask_register(const RegisterMap& registers);
+  Exception read_write_registers(const RegisterMap& registers);
+  void load(const RegisterMap& registers, std::uint16_t address, std::size_t count);
+  void store(const RegisterMap& registers, std::uint16_t address, std::size_t count, std::size_t offset);
+  std::span<const std::uint8_t> sealed();
+
+  std::span<const RegisterMap> networks_;
+  Settings settings_;
+  Executed executed_{};
+  std::atomic<State> state_{State::kReceiving};
+  bool skipping_;          ///< until the next gap
+  bool after_gap_ = true;  ///< the frame under way began after one
+  std::uint16_t asked_;    ///< whose response is due, in a line whose silence goes unseen
+  std::uint16_t crc_;
+  std::atomic<std::uint32_t> last_us_ = 0;  ///< when the last byte came
+  std::size_t size_ = 0;     ///< bytes of the frame so far, received or to be sent, without its CRC
+  std::size_t unheard_ = 0;  ///< bytes that came while executing and sending
+  std::array<std::uint8_t, kMaxFrame> buffer_{};
+  Counters counters_;
+};
+
+}  // namespace cbcan
