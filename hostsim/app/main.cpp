@@ -18,10 +18,10 @@ using plant::ExitCode;
 
 /// All nodes of a network; or fewer, when what is wrong has been said.
 std::vector<sim::NodeParts> build_nodes(const plant::Config& config, const plant::NetworkConfig& network,
-                                        const plant::FileReader& read, Console& console) {
+                                        plant::NodeBuilder& builder, Console& console) {
   std::vector<sim::NodeParts> nodes;
   for (const plant::NodeConfig& node : network.nodes) {
-    plant::NodeBuild build = plant::build_node(node, plant::node_seed(config, node), read);
+    plant::NodeBuild build = builder.build(node, plant::node_seed(config, node));
     if (!config.verbose) build.notes.clear();
     for (const auto& lines : {build.warnings, build.problems, build.notes})
       for (const std::string& line : lines)
@@ -33,9 +33,10 @@ std::vector<sim::NodeParts> build_nodes(const plant::Config& config, const plant
 
 ExitCode run(const plant::Config& config, const plant::FileReader& read, Console& console) {
   bool good = true;
+  plant::NodeBuilder builder(read);
   std::vector<std::vector<sim::NodeParts>> nodes;
   for (const plant::NetworkConfig& network : config.networks) {
-    nodes.push_back(build_nodes(config, network, read, console));
+    nodes.push_back(build_nodes(config, network, builder, console));
     good = good && nodes.back().size() == network.nodes.size();
   }
   if (!good) return ExitCode::kUsage;

@@ -10,7 +10,6 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
-#include "eds/eds_reader.hpp"
 #include "eds/values.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
@@ -65,9 +64,12 @@ class Builder {
   Builder(const NodeConfig& node, std::uint64_t seed, const FileReader& read)
       : node_(node), seed_(seed), read_(read) {}
 
-  NodeBuild build() {
-    if (const std::optional<std::string> eds = open(node_.eds, node_.place)) {
-      read_eds(*eds);
+  /// null: the file cannot be read.
+  NodeBuild build(EdsFile* file) {
+    if (file == nullptr) {
+      complain(node_.place, cannot_read(node_.eds));
+    } else {
+      read_eds(*file);
       if (build_.problems.empty()) add_parts();
       if (build_.problems.empty()) add_signals();
     }
@@ -80,18 +82,15 @@ class Builder {
     build_.problems.push_back(fmt::format("{}: {}: {}", to_string(place), node_name(node_), message));
   }
 
-  std::optional<std::string> open(const std::string& path, const Place& place) {
-    std::optional<std::string> text = read_(path);
-    if (!text) complain(place, "cannot read " + path + "; paths are relative to the plant file");
-    return text;
+  static std::string cannot_read(const std::string& path) {
+    return "cannot read " + path + "; paths are relative to the plant file";
   }
 
-  void read_eds(const std::string& text) {
-    const eds::Result result = eds::read(text, node_.eds, node_.id, devices::standard_type);
-    for (const eds::Diagnostic& diagnostic : result.diagnostics)
+  void read_eds(EdsFile& file) {
+    for (const eds::Diagnostic& diagnostic : file.take_diagnostics(node_.id))
       (diagnostic.severity == eds::Severity::kNote ? build_.notes : build_.warnings)
           .push_back(eds::to_string(diagnostic));
-    eds::DictionaryImage image = eds::dictionary_image(result.device);
+    eds::DictionaryImage image = file.image(node_.id);
     if (image.entries.empty())
       build_.problems.push_back(node_.eds + ": not one object in it that a node could have");
     ObjectDictionary dictionary(image.entries, image.values, nullptr);
@@ -169,8 +168,8 @@ class Builder {
     if (auto* noise = std::get_if<sim::Noise>(&signal.shape))
       noise->seed = config.seed ? *config.seed : noise_seed(seed_, signal);
     if (auto* replay = std::get_if<sim::Replay>(&signal.shape)) {
-      const std::optional<std::string> text = open(config.file, config.place);
-      if (!text) return;
+      const std::optional<std::string> text = read_(config.file);
+      if (!text) return complain(config.place, cannot_read(config.file));
       sim::CsvPoints csv = sim::parse_csv_points(*text);
       if (!csv.problem.empty())
         return build_.problems.push_back(fmt::format("{}:{}: {}", config.file, csv.line, csv.problem));
@@ -200,8 +199,13 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
   return Bytes(text.begin(), text.end());
 }
 
-NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, const FileReader& read) {
-  return Builder(node, seed, read).build();
+NodeBuild NodeBuilder::build(const NodeConfig& node, std::uint64_t seed) {
+  auto file = files_.find(node.eds);
+  if (file == files_.end()) {
+    std::optional<std::string> text = read_(node.eds);
+    if (text) file = files_.emplace(node.eds, EdsFile(node.eds, std::move(*text))).first;
+  }
+  return Builder(node, seed, read_).build(file == files_.end() ? nullptr : &file->second);
 }
 
 }  // namespace cbcan::plant

@@ -4,11 +4,15 @@
 /// From a node of the configuration to what the simulation runs: its EDS read, its values of the plant file
 /// put in, its device found, its signals ready.
 
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "plant/config.hpp"
+#include "plant/eds_file.hpp"
 #include "plant/files.hpp"
 #include "sim/node.hpp"
 
@@ -22,9 +26,19 @@ struct NodeBuild {
   std::vector<std::string> notes;     ///< of interest to somebody who asks
 };
 
-/// `seed`: see node_seed(). A node without an ID is built for the ID 0, see sim::Node; the node ID that a DCF
-/// has of its own counts for nothing.
-NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, const FileReader& read);
+/// Builds the nodes of a plant; reads each EDS file once.
+class NodeBuilder {
+ public:
+  explicit NodeBuilder(FileReader read) : read_(std::move(read)) {}
+
+  /// `seed`: see node_seed(). A node without an ID is built for the ID 0, see sim::Node; the node ID that a
+  /// DCF has of its own counts for nothing. What is wrong in a file is said with the first of its nodes.
+  NodeBuild build(const NodeConfig& node, std::uint64_t seed);
+
+ private:
+  FileReader read_;
+  std::map<std::string, EdsFile, std::less<>> files_;  ///< by path
+};
 
 /// The bytes of a value as an object of this type has them, little-endian; nullopt if it does not fit.
 std::optional<Bytes> encode(const Value& value, DataType type);

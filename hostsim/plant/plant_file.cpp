@@ -212,7 +212,7 @@ class Reader {
   }
 
   void check_keys(std::string_view name, const toml::table& table) {
-    const auto keys = plant_keys();
+    const auto& keys = plant_keys();
     for (const auto& [key, node] : table) {
       const std::string full = fmt::format("{}.{}", name, key.str());
       if (std::ranges::find(keys, full) == keys.end()) {

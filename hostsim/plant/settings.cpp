@@ -265,7 +265,9 @@ std::span<const Setting<Config>> settings() {
 std::span<const Setting<NetworkConfig>> network_settings() {
   return kNetwork;
 }
-std::vector<std::string_view> plant_keys() {
+namespace {
+
+std::vector<std::string_view> collect_keys() {
   std::vector<std::string_view> tables;
   std::vector<std::string_view> keys;
   for_each_setting([&](const Row& row) {
@@ -275,6 +277,13 @@ std::vector<std::string_view> plant_keys() {
   });
   keys.insert(keys.end(), tables.begin(), tables.end());
   keys.push_back(kNetworkTable);
+  return keys;
+}
+
+}  // namespace
+
+const std::vector<std::string_view>& plant_keys() {
+  static const std::vector<std::string_view> keys = collect_keys();
   return keys;
 }
 

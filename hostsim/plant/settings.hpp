@@ -55,7 +55,7 @@ void for_each_setting(Visit visit) {
 }
 
 /// Every name that a plant file may have: all keys of the rows above and the tables that they are in.
-std::vector<std::string_view> plant_keys();
+const std::vector<std::string_view>& plant_keys();
 
 /// By sim::Shape.
 std::span<const std::string_view> shape_names();

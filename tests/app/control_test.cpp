@@ -26,7 +26,7 @@ sim::NodeParts built(std::uint8_t id, const std::string& eds, const std::string&
   node.name = name;
   node.id = id;
   node.eds = std::string(CBCAN_SOURCE_DIR "/plants/demo/") + eds;
-  plant::NodeBuild build = build_node(node, 0, read_plant_file);
+  plant::NodeBuild build = cbcan::plant::NodeBuilder(read_plant_file).build(node, 0);
   REQUIRE(build.node);
   return std::move(*build.node);
 }

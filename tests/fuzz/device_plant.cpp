@@ -21,7 +21,7 @@ sim::NodeParts read_node(std::uint8_t id, const char* eds) {
   config.id = id;
   config.eds = std::string("demo:/") + eds;
   const auto no_disk = [](const std::string&) { return std::optional<std::string>(); };
-  plant::NodeBuild build = plant::build_node(config, 0, plant::with_demo_plant(no_disk));
+  plant::NodeBuild build = plant::NodeBuilder(plant::with_demo_plant(no_disk)).build(config, 0);
   require(build.node.has_value(), "the demo's nodes can be built");
   return std::move(*build.node);
 }

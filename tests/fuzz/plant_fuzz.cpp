@@ -81,8 +81,9 @@ void check_ranges(const plant::NetworkConfig& config) {
 }
 
 void build_nodes(const plant::Config& config, const plant::NetworkConfig& network, std::size_t lines) {
+  plant::NodeBuilder builder(read_file);
   for (const plant::NodeConfig& node : network.nodes) {
-    const plant::NodeBuild build = plant::build_node(node, plant::node_seed(config, node), read_file);
+    const plant::NodeBuild build = builder.build(node, plant::node_seed(config, node));
     require(build.node.has_value() == build.problems.empty(), "a node is built, or it is said why not");
     for (const std::string& problem : build.problems)
       check_complaint(problem, lines);

@@ -44,7 +44,7 @@ cbcan::plant::NodeConfig node_with(std::vector<cbcan::plant::InitialValue> objec
 
 std::string first_problem(cbcan::plant::InitialValue initial) {
   initial.place = {"plant.toml", 9};
-  const auto build = build_node(node_with({initial}), 0, only_this_file());
+  const auto build = cbcan::plant::NodeBuilder(only_this_file()).build(node_with({initial}), 0);
   CHECK_FALSE(build.node);
   return build.problems.empty() ? "" : build.problems.front();
 }
@@ -70,7 +70,8 @@ TEST_CASE("Values of the plant file as bytes") {
 }
 
 TEST_CASE("A node's image: the EDS file's defaults, and the plant file's values over them") {
-  const auto build = build_node(node_with({{0x2002, 0, std::string("xyzzy"), {}}}), 0, only_this_file());
+  const auto build = cbcan::plant::NodeBuilder(only_this_file())
+                         .build(node_with({{0x2002, 0, std::string("xyzzy"), {}}}), 0);
   REQUIRE(build.node);
   CHECK(build.problems.empty());
   cbcan::sim::NodeImage image = build.node->image;
@@ -90,11 +91,48 @@ TEST_CASE("A node's image says which values follow the node ID: not those that t
         "[1200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n"
         "[1200sub2]\nParameterName=out\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x580\n");
   };
-  auto build = build_node(node_with({{0x1200, 1, std::int64_t{0x605}, {}}}), 0, read);
+  auto build = cbcan::plant::NodeBuilder(read).build(node_with({{0x1200, 1, std::int64_t{0x605}, {}}}), 0);
   REQUIRE(build.node);
   CHECK(build.node->image.values == Bytes{2, 0x05, 6, 0, 0, 0x85, 5, 0, 0});
   cbcan::change_node_id(build.node->image.values, build.node->image.node_id_values, 5, 10);
   CHECK(build.node->image.values == Bytes{2, 0x05, 6, 0, 0, 0x8A, 5, 0, 0});
+}
+
+TEST_CASE("A file is read once for all its nodes, and what is wrong in it said once") {
+  int reads = 0;
+  cbcan::plant::NodeBuilder builder([&](const std::string&) {
+    ++reads;
+    return std::optional<std::string>(
+        "[1017]\nParameterName=x\nDataType=6\nAccessType=often\nDefaultValue=1\n"
+        "[1200]\nParameterName=x\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n");
+  });
+  cbcan::plant::NodeConfig node = node_with({});
+  for (const std::uint8_t id : {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{127}}) {
+    node.id = id;
+    const auto build = builder.build(node, 0);
+    REQUIRE(build.node);
+    CHECK(build.node->image.values == Bytes{1, 0, id, 6, 0, 0});
+    CHECK(build.warnings.size() == (id == 1 ? 1 : 0));
+  }
+  CHECK(reads == 1);
+}
+
+TEST_CASE("A file that says something else to each node ID is right for each of them") {
+  cbcan::plant::NodeBuilder builder([&](const std::string&) {
+    return std::optional<std::string>(
+        "[2001]\nParameterName=x\nDataType=5\nAccessType=rw\nDefaultValue=$NODEID+200\n"
+        "[2002]\nParameterName=x\nDataType=5\nAccessType=rw\nDefaultValue=1\nHighLimit=$NODEID\n");
+  });
+  cbcan::plant::NodeConfig node = node_with({});
+  const auto build = [&](std::uint8_t id) {
+    node.id = id;
+    return builder.build(node, 0);
+  };
+  CHECK(build(55).node->image.values == Bytes{255, 1});
+  CHECK(build(55).node->image.limits.at(0).high == 55);
+  CHECK(build(56).node->image.values == Bytes{0, 1});  // 256 is no UNSIGNED8
+  CHECK(build(56).warnings.size() == 1);
+  CHECK(build(57).node->image.limits.at(0).high == 57);
 }
 
 TEST_CASE("What cannot be built is named with its line") {
@@ -107,11 +145,12 @@ TEST_CASE("What cannot be built is named with its line") {
         "VISIBLE_STRING of 8 bytes");
   cbcan::plant::NodeConfig node = node_with({});
   node.eds = "y.eds";
-  CHECK(build_node(node, 0, only_this_file()).problems ==
+  CHECK(cbcan::plant::NodeBuilder(only_this_file()).build(node, 0).problems ==
         std::vector<std::string>{
             "plant.toml:3: node 5: cannot read y.eds; paths are relative to the plant file"});
-  const auto garbage =
-      build_node(node, 0, [](const std::string&) { return std::string("\x7f\x45LF\0\1\2", 7); });
+  const auto garbage = cbcan::plant::NodeBuilder([](const std::string&) {
+                         return std::string("\x7f\x45LF\0\1\2", 7);
+                       }).build(node, 0);
   CHECK_FALSE(garbage.node);
   CHECK_FALSE(garbage.problems.empty());
 }
@@ -124,7 +163,7 @@ TEST_CASE("Every node of the demo plant is built without a word") {
   CHECK(config.networks.at(0).nodes.size() == 5);
   std::vector<std::string> devices;
   for (const auto& node : config.networks.at(0).nodes) {
-    const auto build = build_node(node, node_seed(config, node), read);
+    const auto build = cbcan::plant::NodeBuilder(read).build(node, node_seed(config, node));
     CHECK(build.node);
     CHECK(build.warnings.empty());
     CHECK(build.notes.empty());
@@ -165,7 +204,7 @@ cbcan::plant::NodeBuild build_with(std::vector<cbcan::plant::SignalConfig> signa
   cbcan::plant::NodeConfig node = node_with({});
   node.signals = std::move(signals);
   node.device = device;
-  return build_node(node, seed, inputs_and_points);
+  return cbcan::plant::NodeBuilder(inputs_and_points).build(node, seed);
 }
 
 std::uint64_t noise_seed_in(const cbcan::plant::NodeBuild& build, std::size_t signal) {
@@ -182,14 +221,14 @@ TEST_CASE("A node's device: the one that is named, or the one of its profile") {
   CHECK(by_profile.node->behaviour == cbcan::devices::find_device("cia401")->make);
   CHECK(build_with({}, "cia404").node->device == "cia404");
   CHECK(build_with({}, "none").node->behaviour == nullptr);
-  CHECK(build_node(node_with({}), 0, only_this_file()).node->device == "none");
+  CHECK(cbcan::plant::NodeBuilder(only_this_file()).build(node_with({}), 0).node->device == "none");
 }
 
 TEST_CASE("A node's seed, LSS and time period arrive") {
   cbcan::plant::NodeConfig node = node_with({});
   node.lss = true;
   node.time_period = 250;
-  const auto build = build_node(node, 77, inputs_and_points);
+  const auto build = cbcan::plant::NodeBuilder(inputs_and_points).build(node, 77);
   REQUIRE(build.node);
   CHECK(build.node->seed == 77);
   CHECK(build.node->lss);
@@ -274,7 +313,7 @@ TEST_CASE("A node that waits for its ID is made for none, whatever its DCF says,
   node.id = 0;
   node.lss = true;
   node.signals = {signal_at(0x2200, 1, cbcan::sim::Constant{1})};
-  const auto build = build_node(node, 0, read);
+  const auto build = cbcan::plant::NodeBuilder(read).build(node, 0);
   REQUIRE(build.node);
   CHECK(build.warnings.empty());
   CHECK(build.node->image.values == Bytes{1, 0, 6, 0, 0});
@@ -282,7 +321,7 @@ TEST_CASE("A node that waits for its ID is made for none, whatever its DCF says,
   CHECK(build.node->image.node_id_values[0].factor == 1);
   node.signals = {signal_at(0x2200, 2)};
   CHECK(
-      build_node(node, 0, read).problems ==
+      cbcan::plant::NodeBuilder(read).build(node, 0).problems ==
       std::vector<std::string>{"plant.toml:7: node without an ID: signal at 2200h:02: neither x.eds has such "
                                "a number nor the device none such an input"});
 }
@@ -292,7 +331,7 @@ TEST_CASE(
   const auto built = [](const std::string& text, const std::string& device = "") {
     cbcan::plant::NodeConfig node = node_with({});
     node.device = device;
-    return build_node(node, 0, [&](const std::string&) { return std::optional(text); });
+    return cbcan::plant::NodeBuilder([&](const std::string&) { return std::optional(text); }).build(node, 0);
   };
   const auto variable = [](const std::string& index, const std::string& type) {
     return "[" + index + "]\nParameterName=x\nAccessType=rw\n" + type;
@@ -333,7 +372,7 @@ TEST_CASE("A value of the plant file is not taken for one that the file leaves t
         "[605A]\nParameterName=x\nDataType=3\nAccessType=rw\n"
         "[605D]\nParameterName=x\nDataType=3\nAccessType=rw\n");
   };
-  auto build = build_node(node_with({{0x605A, 0, std::int64_t{0}, {}}}), 0, read);
+  auto build = cbcan::plant::NodeBuilder(read).build(node_with({{0x605A, 0, std::int64_t{0}, {}}}), 0);
   REQUIRE(build.node);
   CHECK_FALSE(build.node->image.entries.at(0).has(cbcan::ObjectFlags::kUnset));
   CHECK(build.node->image.entries.at(1).has(cbcan::ObjectFlags::kUnset));
@@ -353,5 +392,5 @@ TEST_CASE("The reference's plant with signals is made of the demo plant's EDS fi
     return path == "pump.csv" ? std::optional<std::string>("0,1\n1,2\n") : demo("demo:/" + path);
   };
   for (const auto& node : config.networks.at(0).nodes)
-    CHECK(build_node(node, node_seed(config, node), read).problems.empty());
+    CHECK(cbcan::plant::NodeBuilder(read).build(node, node_seed(config, node)).problems.empty());
 }
