@@ -33,6 +33,7 @@ std::optional<Value> value_of(const toml::node& node) {
 
 constexpr std::string_view kNodeTable = "node";
 constexpr std::size_t kLongestLine = 10'000;
+constexpr std::size_t kMostMistakes = 100;  // each takes time, for what may have been meant is looked for
 
 bool is_section(std::string_view name, const auto& rows) {
   return std::ranges::any_of(rows, [name](const Row& row) { return text::table_of(row.key) == name; });
@@ -58,6 +59,21 @@ class Reader {
  public:
   Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
 
+  void read_file(const toml::table& root) try { read(root); } catch (const Enough&) {
+    found_.push_back(
+        {{file_name_, 0},
+         fmt::format("{} mistakes, and the rest of the file has not been looked at; put these right first",
+                     kMostMistakes)});
+  }
+
+  Diagnostics take() {
+    sort_by_place(found_);
+    return std::move(found_);
+  }
+
+ private:
+  struct Enough {};
+
   /// What stands at the top of the file, or in a network.
   void read(const toml::table& root) {
     for (const auto& [key, node] : root) {
@@ -76,12 +92,6 @@ class Reader {
     }
   }
 
-  Diagnostics take() {
-    sort_by_place(found_);
-    return std::move(found_);
-  }
-
- private:
   bool in_first_network() const { return network_->number == 1; }
 
   void read_networks(const toml::key& key, const toml::node& node) {
@@ -265,6 +275,7 @@ class Reader {
 
   /// `where`: a key, or what it has.
   void complain(const auto& where, const std::string& message) {
+    if (found_.size() == kMostMistakes) throw Enough();
     found_.push_back({place(where), in_network(network_->number) + message});
   }
 
@@ -303,7 +314,7 @@ Diagnostics read_plant(std::string_view text, const std::string& file_name, Conf
   try {
     const toml::table root = toml::parse(text, std::string_view(file_name));
     Reader reader(file_name, into);
-    reader.read(root);
+    reader.read_file(root);
     return reader.take();
   } catch (const toml::parse_error& error) {
     return {{{file_name, line_of(error.source())}, syntax_message(error.description())}};

@@ -12,9 +12,9 @@
 namespace cbcan::plant {
 
 /// Reads a plant file into `into`; what the file does not mention keeps its value. Paths in it are taken
-/// relative to `file_name`. Returns everything that is wrong with the file, in line order, and nothing if it
-/// is good; what could be read is read all the same. What only the whole configuration shows is left to
-/// check().
+/// relative to `file_name`. Returns everything that is wrong with the file, in line order, or 100 mistakes of
+/// more, and nothing if it is good; what could be read is read all the same. What only the whole
+/// configuration shows is left to check().
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into);
 
 }  // namespace cbcan::plant

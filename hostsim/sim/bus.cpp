@@ -57,6 +57,15 @@ void Port::refuse(std::uint32_t first, std::uint32_t last) {
     std::erase(bus_.accepting_[id], this);
 }
 
+void Port::accept_all() {
+  if (std::ranges::find(bus_.accepting_all_, this) == bus_.accepting_all_.end())
+    bus_.accepting_all_.push_back(this);
+}
+
+void Port::refuse_all() {
+  std::erase(bus_.accepting_all_, this);
+}
+
 void Port::set_state(BusState state, Time now) {
   if (state == state_) return;
   state_ = state;
@@ -175,10 +184,13 @@ void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
 void Bus::deliver(const Frame& frame, const Port* sender, Time now) {
   for (Observer* observer : observers_)
     observer->on_bus_frame(frame, now);
-  const auto& ports = accepting_[frame.id & kFilterMask];
-  // By index: a receiver may change its own filter meanwhile.
-  for (std::size_t i = 0; i < ports.size(); ++i)
-    if (ports[i] != sender && ports[i]->state_ != BusState::kBusOff) ports[i]->receiver_.on_frame(frame, now);
+  for (const std::vector<Port*>* ports : {&accepting_[frame.id & kFilterMask], &accepting_all_}) {
+    // By index: a receiver may change its own filter meanwhile.
+    for (std::size_t i = 0; i < ports->size(); ++i) {
+      Port& port = *(*ports)[i];
+      if (&port != sender && port.state_ != BusState::kBusOff) port.receiver_.on_frame(frame, now);
+    }
+  }
 }
 
 }  // namespace cbcan::sim

@@ -84,6 +84,11 @@ class Port final : public CanPort {
   void accept(std::uint32_t first, std::uint32_t last);
   void refuse(std::uint32_t first, std::uint32_t last);
 
+  /// Every frame, and no longer; not together with accept(), or a frame is heard twice. For those who come and
+  /// go: costs nothing for each identifier.
+  void accept_all();
+  void refuse_all();
+
   /// Takes this controller off the bus, dropping what it had queued, or puts it back on.
   void set_state(BusState state, Time now);
   BusState state() const { return state_; }
@@ -181,6 +186,7 @@ class Bus {
   std::uint32_t bit_rate_;
   std::vector<std::unique_ptr<Port>> ports_;
   std::array<std::vector<Port*>, kIdentifiers> accepting_{};
+  std::vector<Port*> accepting_all_;
   std::vector<Contender> contenders_;  ///< a heap
   std::vector<Observer*> observers_;
   Outside* outside_ = nullptr;

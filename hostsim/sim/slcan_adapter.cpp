@@ -11,7 +11,6 @@ namespace cbcan::sim {
 
 namespace {
 
-constexpr std::uint32_t kLastStandardId = 0x7FF;
 constexpr Time kTimeStampPeriod = 60 * kSecond;
 constexpr std::string_view kYes = "\r";
 constexpr std::string_view kNo = "\a";
@@ -89,14 +88,14 @@ bool SlcanAdapter::open(Channel channel) {
   if (is_open()) return false;
   channel_ = channel;
   flags_ = 0;
-  port_.accept(0, kLastStandardId);
+  port_.accept_all();
   return true;
 }
 
 bool SlcanAdapter::close() {
   if (!is_open()) return false;
   channel_ = Channel::kClosed;
-  port_.refuse(0, kLastStandardId);
+  port_.refuse_all();
   return true;
 }
 

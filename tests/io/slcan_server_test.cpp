@@ -9,6 +9,7 @@
 
 #include <cerrno>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -151,6 +152,23 @@ TEST_CASE("a client that does not read loses frames; the others lose none") {
   server.run_until([&] { return reader.heard().size() == 1 + frame.size() * sent; });
   deaf.slam();
   server.run_until([&] { return server.slcan.clients() == 2; });
+}
+
+TEST_CASE("the more clients there are, the less of each is dealt with in one turn, for all may get it") {
+  Server server;
+  std::vector<std::unique_ptr<StreamClient>> clients;
+  for (int i = 0; i < 64; ++i) {
+    clients.push_back(std::make_unique<StreamClient>(server.address()));
+    check_responses(server, *clients.back(), "O\r", "\r");
+  }
+  std::string frames;
+  for (int i = 0; i < 100; ++i)
+    frames += "t12381122334455667788\r";
+  for (const auto& client : clients)
+    client->send(frames);
+  server.turn();
+  CHECK(server.bus.counters().frames <= 64 * 12);
+  server.run_until([&] { return server.bus.counters().frames == 64 * 100; });
 }
 
 TEST_CASE("a client that asks and does not read the responses is not read from either, and can go on later") {

@@ -143,6 +143,17 @@ TEST_CASE("bus specifications") {
   CHECK(error_of("virtual").empty());
 }
 
+TEST_CASE("a file with more than 100 mistakes is not looked at any further") {
+  std::string text = "[can]\n";
+  for (int i = 0; i < 100; ++i)
+    text += "key" + std::to_string(i) + " = 1\n";
+  CHECK(errors_in(text).size() == 100);
+  const Lines errors = errors_in(text + "one = 1\nmore = 1\n[modbus]\nkey = 1\n");
+  CHECK(errors.size() == 101);
+  CHECK(errors.back() ==
+        "plant.toml: 100 mistakes, and the rest of the file has not been looked at; put these right first");
+}
+
 TEST_CASE("what a node has to have") {
   CHECK(errors_in("[[node]]\n") == Lines{"plant.toml:1: node.eds: is missing; add eds = \"FILE.eds\"",
                                          "plant.toml:1: node.id: is missing; add id = 5, or lss = true"});

@@ -90,6 +90,28 @@ TEST_CASE("Acceptance filter: what is not accepted is not heard") {
   CHECK(ear.heard == Texts{"580#", "5FF#"});
 }
 
+TEST_CASE(
+    "Acceptance filter: a port that accepts all hears each frame once, but its own; and none when it refuses "
+    "all") {
+  Bus bus;
+  Listener ear, sender;
+  cbcan::sim::Port& port = bus.attach(ear);
+  cbcan::sim::Port& from = bus.attach(sender);
+  port.accept_all();
+  port.accept_all();
+  from.accept_all();
+  for (const char* frame : {"000#", "7FF#", "00140001#04"})
+    CHECK(from.try_send(frame_from(frame)));
+  CHECK(port.try_send(frame_from("123#")));
+  bus.advance(0);
+  CHECK(ear.heard == Texts{"000#", "7FF#", "00140001#04"});
+  CHECK(sender.heard == Texts{"123#"});
+  port.refuse_all();
+  CHECK(from.try_send(frame_from("000#")));
+  bus.advance(0);
+  CHECK(ear.heard.size() == 3);
+}
+
 TEST_CASE("Pacing: 8 bytes are 111 bits without stuff bits: 111 us at 1 Mbit/s, one frame after the other") {
   Bus bus(1'000'000);
   Listener ear, sender;

@@ -2,6 +2,9 @@
 // The adapter's side of the LAWICEL protocol, character by character; written after its manual.
 #include "sim/slcan_adapter.hpp"
 
+#include <cstdlib>
+#include <new>
+
 #include "sim/bus_suite.hpp"
 
 using cbcan::BusState;
@@ -12,6 +15,24 @@ using cbcan::sim::SlcanAdapter;
 using cbcan::test::frame_from;
 using cbcan::test::Listener;
 using cbcan::test::Texts;
+
+namespace {
+
+std::size_t allocations = 0;
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* const memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t /*size*/) noexcept {
+  std::free(memory);
+}
 
 namespace {
 
@@ -57,6 +78,17 @@ TEST_CASE("SLCAN: opened, it sends and hears frames") {
   desk.arrive("1ABCDEF0#");
   desk.arrive("742#R1");
   CHECK(desk.said() == "t58554B17100000\rT1ABCDEF00\rr7421\r");
+}
+
+TEST_CASE("SLCAN: opening and closing is no work for each identifier") {
+  Desk desk;
+  CHECK(desk.respond("O\r") == "\r");
+  SlcanAdapter second(desk.bus, [] {});
+  const std::size_t before = allocations;
+  for (int i = 0; i < 10; ++i)
+    second.receive("O\rC\r");
+  CHECK(allocations - before < 10);
+  CHECK(second.unsent() == std::string(20, '\r'));
 }
 
 TEST_CASE("SLCAN: what a host sends to open an adapter that it knows nothing about") {

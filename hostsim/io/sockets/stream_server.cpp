@@ -3,6 +3,7 @@
 
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <utility>
@@ -12,7 +13,9 @@ namespace cbcan::io {
 
 namespace {
 
-constexpr std::size_t kReadBytes = 4096;
+constexpr std::size_t kMostReadBytes = 4096;
+constexpr std::size_t kFewestReadBytes = 32;
+constexpr std::size_t kWorkPerTurn = 1024 * 1024;  ///< bytes read, times those who may get them
 
 bool is_temporary(int error) {
   return error == EAGAIN || error == EINTR;
@@ -66,11 +69,16 @@ void StreamServer::close(Connection& client) {
   connections_.erase(client.socket.get());
 }
 
+/// What each of so many clients sends may go to all of them.
+std::size_t StreamServer::read_bytes() const {
+  return std::clamp(kWorkPerTurn / (clients() * clients()), kFewestReadBytes, kMostReadBytes);
+}
+
 /// One read per turn: what is left in the socket waits until the others have had theirs. False here and below
 /// = the connection is to be closed.
 bool StreamServer::receive(Connection& client) {
-  std::array<char, kReadBytes> characters;
-  const ssize_t count = ::recv(client.socket.get(), characters.data(), characters.size(), 0);
+  std::array<char, kMostReadBytes> characters;
+  const ssize_t count = ::recv(client.socket.get(), characters.data(), read_bytes(), 0);
   if (count <= 0) return count < 0 && is_temporary(errno);
   client.session->receive({characters.data(), static_cast<std::size_t>(count)});
   return true;

@@ -61,6 +61,7 @@ class StreamServer {
 
   void adopt(Descriptor socket);
   void close(Connection& client);
+  std::size_t read_bytes() const;
   bool receive(Connection& client);
   bool send(Connection& client);
   bool watch(Connection& client);
