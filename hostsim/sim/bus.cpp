@@ -2,6 +2,7 @@
 #include "sim/bus.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace cbcan::sim {
@@ -26,8 +27,10 @@ std::uint32_t bits_of(const Frame& frame) {
   return ((frame.flags & Frame::kExtended) != 0 ? 67u : 47u) + data;
 }
 
-/// Orders a heap so that the lowest key is at its front.
-constexpr auto kLoses = [](const auto& a, const auto& b) { return a.key > b.key; };
+/// The first eleven of them.
+std::size_t first_bits(const Frame& frame) {
+  return ((frame.flags & Frame::kExtended) == 0 ? frame.id : frame.id >> 18) & kFilterMask;
+}
 
 }  // namespace
 
@@ -41,7 +44,7 @@ bool Port::try_send(const Frame& frame) {
     return false;
   }
   queue_[(first_ + count_) % kQueueFrames] = frame;
-  if (++count_ == 1) bus_.contend(*this);
+  if (++count_ == 1) bus_.arbitration_.add(*this);
   return true;
 }
 
@@ -73,21 +76,46 @@ void Port::set_state(BusState state, Time now) {
   receiver_.on_bus_state(state, now);
 }
 
-Frame Port::pop() {
-  const Frame frame = queue_[first_];
+/// The frame at the front is on the bus: the one behind it is in its place.
+void Port::pop() {
+  bus_.arbitration_.remove(*this);
   first_ = (first_ + 1) % kQueueFrames;
-  if (--count_ != 0) bus_.contend(*this);
-  return frame;
+  if (--count_ != 0) bus_.arbitration_.add(*this);
 }
 
-std::uint64_t Port::arbitration_key() const {
-  return arbitration_field(queue_[first_]) << 16 | number_;
+void Arbitration::add(Port& port) {
+  const std::size_t bits = sim::first_bits(port.front());
+  const auto before = [key = arbitration_field(port.front()), &port](const Port& other) {
+    const std::uint64_t theirs = arbitration_field(other.front());
+    return theirs != key ? theirs < key : other.number_ < port.number_;
+  };
+  Port** place = &waiting_[bits];
+  while (*place != nullptr && before(**place))
+    place = &(*place)->behind_;
+  port.behind_ = std::exchange(*place, &port);
+  bits_[bits / 64] |= std::uint64_t{1} << bits % 64;
+  words_ |= 1U << bits / 64;
+}
+
+void Arbitration::remove(Port& port) {
+  const std::size_t bits = sim::first_bits(port.front());
+  Port** place = &waiting_[bits];
+  while (*place != &port)
+    place = &(*place)->behind_;
+  *place = port.behind_;
+  if (waiting_[bits] != nullptr) return;
+  bits_[bits / 64] &= ~(std::uint64_t{1} << bits % 64);
+  if (bits_[bits / 64] == 0) words_ &= ~(1U << bits / 64);
+}
+
+std::size_t Arbitration::first_bits() const {
+  const auto word = static_cast<std::size_t>(std::countr_zero(words_));
+  return word * 64 + static_cast<std::size_t>(std::countr_zero(bits_[word]));
 }
 
 Port& Bus::attach(Receiver& receiver) {
   const auto number = static_cast<std::uint16_t>(ports_.size());
   ports_.push_back(std::unique_ptr<Port>(new Port(*this, receiver, number)));
-  contenders_.reserve(ports_.size());
   return *ports_.back();
 }
 
@@ -126,42 +154,27 @@ void Bus::advance(Time now) {
 
 Time Bus::next_deadline() const {
   if (current_ends_ != kNever) return current_ends_;
-  return contenders_.empty() || stopped_ ? kNever : 0;
-}
-
-void Bus::contend(Port& port) {
-  contenders_.push_back({port.arbitration_key(), &port});
-  std::push_heap(contenders_.begin(), contenders_.end(), kLoses);
-}
-
-Port& Bus::winner() {
-  std::pop_heap(contenders_.begin(), contenders_.end(), kLoses);
-  Port& port = *contenders_.back().port;
-  contenders_.pop_back();
-  return port;
+  return arbitration_.empty() || stopped_ ? kNever : 0;
 }
 
 void Bus::drop_queue(Port& port) {
   if (port.count_ == 0) return;
+  arbitration_.remove(port);
   counters_.dropped += port.count_;
   port.count_ = 0;
-  std::erase_if(contenders_, [&](const Contender& contender) { return contender.port == &port; });
-  std::make_heap(contenders_.begin(), contenders_.end(), kLoses);
 }
 
 /// Puts the winner on the bus; false when there is none, or the outside has no room.
 bool Bus::start_next(Time now) {
-  if (contenders_.empty()) return false;
-  if (outside_ != nullptr) {
-    const Port& first = *contenders_.front().port;
-    if (!outside_->transmit(first.queue_[first.first_])) {
-      ++counters_.outside_waits;
-      stopped_ = true;
-      return false;
-    }
+  if (arbitration_.empty()) return false;
+  Port& port = arbitration_.winner();
+  if (outside_ != nullptr && !outside_->transmit(port.front())) {
+    ++counters_.outside_waits;
+    stopped_ = true;
+    return false;
   }
-  Port& port = winner();
-  current_ = port.pop();
+  current_ = port.front();
+  port.pop();
   sender_ = &port;
   ++counters_.frames;
   const bool paced = bit_rate_ != 0 && outside_ == nullptr;

@@ -84,8 +84,8 @@ class Port final : public CanPort {
   void accept(std::uint32_t first, std::uint32_t last);
   void refuse(std::uint32_t first, std::uint32_t last);
 
-  /// Every frame, and no longer; not together with accept(), or a frame is heard twice. For those who come and
-  /// go: costs nothing for each identifier.
+  /// Every frame, and no longer; not together with accept(), or a frame is heard twice. For those who come
+  /// and go: costs nothing for each identifier.
   void accept_all();
   void refuse_all();
 
@@ -97,10 +97,11 @@ class Port final : public CanPort {
 
  private:
   friend class Bus;
+  friend class Arbitration;
   Port(Bus& bus, Receiver& receiver, std::uint16_t number)
       : bus_(bus), receiver_(receiver), number_(number) {}
-  Frame pop();
-  std::uint64_t arbitration_key() const;
+  const Frame& front() const { return queue_[first_]; }
+  void pop();
 
   Bus& bus_;
   Receiver& receiver_;
@@ -109,6 +110,25 @@ class Port final : public CanPort {
   std::size_t count_ = 0;
   BusState state_ = BusState::kActive;
   std::uint16_t number_;
+  Port* behind_ = nullptr;  ///< in the arbitration's list
+};
+
+/// Who of those that have something to send wins the bus (ISO 11898-1): the first of the lowest set bit among
+/// the 2,048 that the first eleven bits on the wire can be. Nobody is searched for, however many there are.
+class Arbitration {
+ public:
+  void add(Port& port);
+  void remove(Port& port);
+  bool empty() const { return words_ == 0; }
+  /// Its front frame wins; it stays in. Not to be asked when empty().
+  Port& winner() const { return *waiting_[first_bits()]; }
+
+ private:
+  std::size_t first_bits() const;
+
+  std::array<Port*, 2048> waiting_{};     ///< by the first eleven bits: a list, the winner first
+  std::array<std::uint64_t, 32> bits_{};  ///< which lists are not empty
+  std::uint32_t words_ = 0;               ///< which words of bits_ are not 0
 };
 
 class Bus {
@@ -170,14 +190,6 @@ class Bus {
   friend class Port;
   static constexpr std::size_t kIdentifiers = 2048;
 
-  /// A port that has something to send; the lowest key wins the bus.
-  struct Contender {
-    std::uint64_t key;
-    Port* port;
-  };
-
-  void contend(Port& port);
-  Port& winner();
   void drop_queue(Port& port);
   bool start_next(Time now);
   void finish_current();
@@ -187,7 +199,7 @@ class Bus {
   std::vector<std::unique_ptr<Port>> ports_;
   std::array<std::vector<Port*>, kIdentifiers> accepting_{};
   std::vector<Port*> accepting_all_;
-  std::vector<Contender> contenders_;  ///< a heap
+  Arbitration arbitration_;
   std::vector<Observer*> observers_;
   Outside* outside_ = nullptr;
   Disturbance* disturbance_ = nullptr;

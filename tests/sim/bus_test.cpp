@@ -77,6 +77,25 @@ TEST_CASE(
         Texts{"00140000#03", "00140001#04", "080#", "181#01", "705#05", "705#R1", "7FF#", "000#0100"});
 }
 
+TEST_CASE(
+    "Arbitration: frames that begin alike, up to the last identifier; equal ones in the order of the ports") {
+  Bus bus;
+  Listener ear, nobody;
+  bus.attach(ear).accept_all();
+  std::vector<cbcan::sim::Port*> ports;
+  for (int i = 0; i < 7; ++i)
+    ports.push_back(&bus.attach(nobody));
+  const std::array<const char*, 7> frames = {"1FFFFFFF#01", "7FF#02", "7FF#R0",     "7FF#03",
+                                             "1FFC0000#04", "7FF#05", "1FFFFFFE#06"};
+  for (std::size_t i = ports.size(); i-- > 0;)
+    CHECK(ports[i]->try_send(frame_from(frames[i])));
+  ports[3]->set_state(BusState::kBusOff, 0);
+  bus.advance(0);
+  CHECK(ear.heard == Texts{"7FF#02", "7FF#05", "7FF#R0", "1FFC0000#04", "1FFFFFFE#06", "1FFFFFFF#01"});
+  CHECK(bus.counters().dropped == 1);
+  CHECK(bus.next_deadline() == cbcan::kNever);
+}
+
 TEST_CASE("Acceptance filter: what is not accepted is not heard") {
   Bus bus;
   Listener ear, sender;
