@@ -25,9 +25,9 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "boards/common/bit_timing.hpp"
 #include "boards/common/registers.hpp"
 #include "boards/common/ring.hpp"
-#include "boards/stm32f4/bit_timing.hpp"
 #include "boards/stm32f4/bxcan_registers.hpp"
 #include "cbcan/can_port.hpp"
 #include "cbcan/time.hpp"
@@ -71,9 +71,9 @@ class BxCan final : public CanPort {
   /// does the rest. The controller joins the bus when it has seen 11 recessive bits: until then state() is
   /// kBusOff. False: the clock does not give this bit rate.
   bool init(std::uint32_t clock, std::uint32_t bit_rate, std::uint8_t node_id, Time now) {
-    const std::optional<BitTiming> timing = bit_timing(clock, bit_rate);
+    const std::optional<BitTiming> timing = bit_timing(clock, bit_rate, bxcan::kMostPrescaler);
     if (!timing) return false;
-    btr_ = timing->btr();
+    btr_ = bxcan::btr(*timing);
     node_id_ = node_id;
     give_up_at_ = now + kGiveUpAfter;
     enter_initialization();

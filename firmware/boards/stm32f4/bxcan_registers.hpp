@@ -7,6 +7,8 @@
 
 #include <cstdint>
 
+#include "boards/common/bit_timing.hpp"
+
 namespace cbcan::boards::stm32f4::bxcan {
 
 constexpr std::uint32_t bit(unsigned number) {
@@ -67,6 +69,12 @@ inline constexpr std::uint32_t kBtr = 0x01C;
 inline constexpr unsigned kTs1At = 16;
 inline constexpr unsigned kTs2At = 20;
 inline constexpr unsigned kSjwAt = 24;
+inline constexpr std::uint32_t kMostPrescaler = 1024;
+
+constexpr std::uint32_t btr(const BitTiming& timing) {
+  return (timing.jump_width() - 1) << kSjwAt | (timing.segment2 - 1) << kTs2At |
+         (timing.segment1 - 1) << kTs1At | (timing.prescaler - 1);
+}
 
 // Mailboxes, 30.9.3: identifier, length, four bytes, four bytes.
 inline constexpr std::uint32_t kTi0r = 0x180;

@@ -13,7 +13,7 @@ using stm32f4::kNetworks;
 using stm32f4::kStationSettings;
 
 static_assert(
-    stm32f4::bit_timing(stm32f4::kHseClocks.apb1, kBoardSettings.can_bit_rate),
+    bit_timing(stm32f4::kHseClocks.apb1, kBoardSettings.can_bit_rate, stm32f4::bxcan::kMostPrescaler),
     "settings.hpp: can_bit_rate is none that 40 MHz gives: 10k, 20k, 50k, 100k, 125k, 250k, 500k, 800k, 1M");
 static_assert(kBoardSettings.baud >= 1'221 && kBoardSettings.baud <= 500'000,
               "settings.hpp: baud must be within 1221..500000: the bus of 80 MHz gives no less, that of 16 "

@@ -13,8 +13,8 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 
+#include "boards/common/bit_timing.hpp"
 #include "boards/common/registers.hpp"
 #include "boards/common/ring.hpp"
 #include "cbcan/can_port.hpp"
@@ -74,28 +74,11 @@ inline constexpr std::uint32_t DLC_SHIFT = 28;
 inline constexpr unsigned kIdLowBits = 18;
 inline constexpr std::uint32_t kIdLowMask = (1u << kIdLowBits) - 1;
 
-/// What BRPR and BTR hold for a bit rate.
-struct BitTiming {
-  std::uint32_t brpr;
-  std::uint32_t btr;
-  friend constexpr bool operator==(const BitTiming&, const BitTiming&) = default;
-};
+inline constexpr std::uint32_t kMostPrescaler = 256;
 
-/// Of 16 time quanta, or as near below as the clock allows, the last two are behind the sample point: at 87.5
-/// % as CiA 301 recommends, at 83 % at the least, where there are 12. None: this clock cannot make this rate,
-/// with 12 to 16 quanta and a prescaler of 1..256.
-constexpr std::optional<BitTiming> bit_timing(std::uint32_t clock_hz, std::uint32_t bit_rate) {
-  constexpr std::uint32_t kMostQuanta = 16, kLeastQuanta = 12, kSegment2 = 2, kMostPrescaler = 256;
-  if (bit_rate == 0 || clock_hz % bit_rate != 0) return std::nullopt;
-  const std::uint32_t clocks = clock_hz / bit_rate;
-  for (std::uint32_t quanta = kMostQuanta; quanta >= kLeastQuanta; --quanta) {
-    if (clocks % quanta != 0 || clocks / quanta > kMostPrescaler) continue;
-    const std::uint32_t segment1 = quanta - 1 - kSegment2;
-    const std::uint32_t jump = kSegment2;
-    // Each field holds one less than what it means: SJW 8:7, TS2 6:4, TS1 3:0.
-    return BitTiming{clocks / quanta - 1, (jump - 1) << 7 | (kSegment2 - 1) << 4 | (segment1 - 1)};
-  }
-  return std::nullopt;
+/// SJW in 8:7, TS2 in 6:4, TS1 in 3:0; each field holds one less than what it means.
+constexpr std::uint32_t btr(const BitTiming& timing) {
+  return (timing.jump_width() - 1) << 7 | (timing.segment2 - 1) << 4 | (timing.segment1 - 1);
 }
 
 struct Words {
@@ -187,7 +170,7 @@ class ZynqmpCan final : public CanPort {
   /// 700h..77Fh (error control), 600h + own node ID (SDO requests). So PDOs cannot be received on 680h..6DFh,
   /// where CiA 301 puts none by itself. All are for 11-bit identifiers; RTR or not is left to the core.
   Start start(const Settings& settings) {
-    const auto timing = zynqmp_can::bit_timing(settings.clock_hz, settings.bit_rate);
+    const auto timing = bit_timing(settings.clock_hz, settings.bit_rate, zynqmp_can::kMostPrescaler);
     if (!timing) return Start::kBitRate;
     timing_ = *timing;
     node_id_ = settings.node_id;
@@ -273,8 +256,8 @@ class ZynqmpCan final : public CanPort {
     registers_.write(SRR, SRR_SRST);
     if (!wait_for(SR_CONFIG, true)) return false;
     registers_.write(SRR, 0);
-    registers_.write(BRPR, timing_.brpr);
-    registers_.write(BTR, timing_.btr);
+    registers_.write(BRPR, timing_.prescaler - 1);
+    registers_.write(BTR, btr(timing_));
     registers_.write(MSR, 0);
     if (!set_filters()) return false;
     registers_.write(SRR, SRR_CEN);
@@ -356,7 +339,7 @@ class ZynqmpCan final : public CanPort {
   Time recover_at_ = kNever;
   Time stuck_at_ = kNever;
   bool sending_ = false;  ///< frames were taken, and the transmit FIFO was not seen empty since
-  zynqmp_can::BitTiming timing_{};
+  BitTiming timing_{};
   std::uint8_t node_id_ = 0;
   Counters counters_;
 };

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#include "boards/common/bit_timing.hpp"
+
+#include "support/catch.hpp"
+
+using cbcan::boards::bit_timing;
+using cbcan::boards::BitTiming;
+
+TEST_CASE("bit timing: the nearest rate, then the sample point nearest to 87.5 %, then the most quanta") {
+  CHECK(bit_timing(40'000'000, 500'000, 1024) == BitTiming{5, 13, 2});
+  CHECK(bit_timing(45'000'000, 1'000'000, 1024) == BitTiming{3, 12, 2});  // 86.7 %
+  CHECK(bit_timing(16'000'000, 1'000'000, 1024) == BitTiming{1, 13, 2});
+  CHECK(bit_timing(8'000'000, 1'000'000, 1024) == BitTiming{1, 6, 1});    // eight quanta, the fewest
+  CHECK(bit_timing(25'000'000, 1'000'000, 1024) == BitTiming{1, 16, 8});  // 25, the most
+  CHECK(bit_timing(100'000'000, 1'000'000, 256) == BitTiming{5, 16, 3});  // 85 %
+  CHECK(bit_timing(99'990'000, 1'000'000, 256) == BitTiming{5, 16, 3});   // 100 ppm off
+}
+
+TEST_CASE("bit timing: a rate is made to 500 ppm, or not at all") {
+  CHECK(bit_timing(16'008'000, 1'000'000, 64) == BitTiming{1, 13, 2});
+  CHECK_FALSE(bit_timing(16'009'000, 1'000'000, 64));
+  CHECK(bit_timing(15'992'004, 1'000'000, 64) == BitTiming{1, 13, 2});
+  CHECK_FALSE(bit_timing(15'992'003, 1'000'000, 64));
+}
+
+TEST_CASE("bit timing: what no prescaler and no number of quanta makes") {
+  CHECK_FALSE(bit_timing(40'000'000, 0, 1024));
+  CHECK_FALSE(bit_timing(45'000'000, 800'000, 1024));    // 56.25 periods
+  CHECK_FALSE(bit_timing(40'000'000, 8'000'000, 1024));  // 5 periods
+  CHECK_FALSE(bit_timing(29'000'000, 1'000'000, 1024));  // 29 quanta, and 29 is prime
+  CHECK(bit_timing(64 * 16 * 1'000, 1'000, 64));         // the last prescaler
+  CHECK_FALSE(bit_timing(65 * 25 * 1'000, 1'000, 64));
+}
