@@ -16,9 +16,23 @@ test_packages=(catch2 librapidcheck-dev libbenchmark-dev valgrind git python3
 
 is_installed() { [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
 
+# apt_get ARGUMENT...: as root, and after another apt or dpkg that is at work: for ten minutes at most.
+apt_get() {
+  local run=() said tries=0
+  ((EUID == 0)) || run=(sudo)
+  until said=$(DEBIAN_FRONTEND=noninteractive "${run[@]}" apt-get -qq -o DPkg::Lock::Timeout=600 "$@" 2>&1); do
+    if [[ $said != *"Could not get lock"* ]] || ((++tries > 300)); then
+      echo "$said" >&2
+      return 1
+    fi
+    ((tries > 1)) || echo "waiting for another apt to end"
+    sleep 2
+  done
+}
+
 # install_packages PACKAGE...: those that are missing, by apt; says what it does.
 install_packages() {
-  local missing=() package run=()
+  local missing=() package
   for package in "$@"; do is_installed "$package" || missing+=("$package"); done
   # Node.js is often there from elsewhere.
   [[ " $* " == *" mbpoll "* ]] && ! command -v npm >/dev/null && missing+=(nodejs npm)
@@ -27,8 +41,7 @@ install_packages() {
     echo "this script installs Debian packages; here is no apt-get. What is needed: ${missing[*]}" >&2
     exit 3
   fi
-  ((EUID == 0)) || run=(sudo)
   echo "installing with apt: ${missing[*]}"
-  "${run[@]}" apt-get update -qq
-  DEBIAN_FRONTEND=noninteractive "${run[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+  apt_get update
+  apt_get install -y --no-install-recommends "${missing[@]}"
 }
