@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // cbcan-sim: results on standard output, everything for people on standard error.
 
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <utility>
 
@@ -68,9 +70,16 @@ ExitCode start(int argc, char** argv) {
   }
 }
 
+/// toml++ may not throw everywhere where it needs memory.
+[[noreturn]] void give_up() {
+  std::fputs("cbcan-sim: an error that cannot be dealt with; is there memory left?\n", stderr);
+  std::_Exit(static_cast<int>(ExitCode::kEnvironment));
+}
+
 }  // namespace
 }  // namespace cbcan::app
 
 int main(int argc, char** argv) {
+  std::set_terminate(cbcan::app::give_up);
   return static_cast<int>(cbcan::app::start(argc, argv));
 }

@@ -44,6 +44,7 @@ SlcanServer::Counters SlcanServer::counters() const {
 sim::SlcanAdapter& SlcanServer::take_adapter() {
   if (idle_.empty()) {
     adapters_.push_back(std::make_unique<sim::SlcanAdapter>(bus_, on_queued_, most_unsent_));
+    idle_.reserve(adapters_.size());  // to leave takes no memory
     return *adapters_.back();
   }
   sim::SlcanAdapter* adapter = idle_.back();

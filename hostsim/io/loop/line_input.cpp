@@ -13,16 +13,12 @@ namespace cbcan::io {
 
 LineInput::LineInput(Reactor& reactor, int fd, std::string name)
     : reactor_(reactor), fd_(fd), name_(std::move(name)) {
-  try {
-    watch();
-  } catch (const EnvironmentError&) {
-    is_file_ = true;
-  }
+  watch();
+  is_file_ = !watched_;
 }
 
 void LineInput::watch() {
-  reactor_.watch(fd_, Reactor::kReadable, [this](std::uint32_t) { read(); });
-  watched_ = true;
+  watched_ = reactor_.watch(fd_, Reactor::kReadable, [this](std::uint32_t) { read(); });
 }
 
 LineInput::~LineInput() {

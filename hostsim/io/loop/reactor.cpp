@@ -63,21 +63,24 @@ Reactor::Reactor() : epoll_(epoll_create1(EPOLL_CLOEXEC)) {
   prctl(PR_SET_TIMERSLACK, kNanosecondsPerMicrosecond, 0, 0, 0);
 }
 
-Reactor::~Reactor() = default;
+Reactor::~Reactor() {
+  clear_ended();
+}
 
 Reactor::Watch* Reactor::find(int fd) const {
   const auto index = static_cast<std::size_t>(fd);
   return fd >= 0 && index < watches_.size() ? watches_[index].get() : nullptr;
 }
 
-void Reactor::watch(int fd, std::uint32_t interest, Callback callback) {
+bool Reactor::watch(int fd, std::uint32_t interest, Callback callback) {
   const auto index = static_cast<std::size_t>(fd);
   if (index >= watches_.size()) watches_.resize(index + 1);
   watches_[index] = std::make_unique<Watch>(Watch{std::move(callback)});
   epoll_event event{.events = interest, .data = {.ptr = watches_[index].get()}};
-  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) == 0) return;
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) == 0) return true;
   watches_[index].reset();
-  fail("watch");
+  if (errno != EPERM) fail("watch");
+  return false;
 }
 
 bool Reactor::change(int fd, std::uint32_t interest) {
@@ -90,7 +93,14 @@ void Reactor::forget(int fd) {
   auto& watch = watches_[static_cast<std::size_t>(fd)];
   epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr);
   watch->live = false;
-  ended_.push_back(std::move(watch));
+  watch->next = std::move(ended_);
+  ended_ = std::move(watch);
+}
+
+/// One by one: a long list would be a deep recursion.
+void Reactor::clear_ended() {
+  while (ended_)
+    ended_ = std::move(ended_->next);
 }
 
 std::size_t Reactor::run_once(Time until) {
@@ -104,7 +114,7 @@ std::size_t Reactor::run_once(Time until) {
     watch.callback(event.events);
     ++called;
   }
-  ended_.clear();
+  clear_ended();
   return called;
 }
 

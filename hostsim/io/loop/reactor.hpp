@@ -43,8 +43,9 @@ class Reactor {
   Reactor& operator=(const Reactor&) = delete;
 
   /// Calls `callback` whenever `fd`, not watched yet, is ready for `interest`. The descriptor stays the
-  /// caller's, who forgets it before closing it. Throws EnvironmentError if the kernel cannot watch it.
-  void watch(int fd, std::uint32_t interest, Callback callback);
+  /// caller's, who forgets it before closing it. False: it is a file, which is ready always and not watched.
+  /// Throws EnvironmentError if the kernel cannot watch it.
+  bool watch(int fd, std::uint32_t interest, Callback callback);
 
   /// Replaces the interest of a watched descriptor; 0 = only kBroken. False = the kernel refuses.
   bool change(int fd, std::uint32_t interest);
@@ -67,13 +68,15 @@ class Reactor {
   struct Watch {
     Callback callback;
     bool live = true;
+    std::unique_ptr<Watch> next{};  ///< of those that have ended: to forget takes no memory
   };
 
   Watch* find(int fd) const;
+  void clear_ended();
 
   Descriptor epoll_;
   std::vector<std::unique_ptr<Watch>> watches_;  ///< by descriptor
-  std::vector<std::unique_ptr<Watch>> ended_;  ///< forgotten during this turn: events may still point at them
+  std::unique_ptr<Watch> ended_;  ///< forgotten during this turn, a list: events may still point at them
 };
 
 /// Raises the soft limit of open descriptors to the hard one. The process's; never lowers it.

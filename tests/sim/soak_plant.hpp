@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What the soak's PLCs work on: nodes that write down what is executed, with faults and restarts by chance.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cbcan/regmap.hpp"
+#include "sim/random.hpp"
+#include "sim/world.hpp"
+
+namespace cbcan::test {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// Objects of PLC 0 or 1 in each node: numbers at 2000h + PLC, bytes of any length at 2010h + PLC.
+struct SoakObjects {
+  static constexpr std::uint16_t kNumbers = 0x2000;
+  static constexpr std::uint16_t kTexts = 0x2010;
+  static constexpr std::uint8_t kSubs = 4;
+  static constexpr std::size_t kMostBytes = 128;
+  static constexpr std::size_t kBytesAtFirst = 8;
+};
+
+/// What write number `id` of a PLC writes: the number, low byte first, and bytes that follow from it.
+inline Bytes written_by(std::uint32_t id, std::size_t size) {
+  Bytes bytes(size);
+  for (std::size_t i = 0; i < size; ++i)
+    bytes[i] = static_cast<std::uint8_t>(i < 4 ? id >> 8 * i : id * 31 + i * 7);
+  return bytes;
+}
+
+/// All that the nodes of one network have executed.
+struct Executed {
+  std::array<std::uint32_t, 2> last{};  ///< of each PLC: the number of its last write
+  std::uint64_t writes = 0;
+  std::uint64_t again = 0;  ///< a write that was executed before, or after a later one
+  std::uint64_t torn = 0;   ///< bytes that no PLC has written
+};
+
+/// Stands in a node and sees what is stored.
+class Witness final : public sim::Behaviour {
+ public:
+  struct Object {
+    Bytes now;
+    Bytes before;
+    Time changed = 0;
+  };
+
+  void reset(bool application, Time now) override {
+    if (!application) return;
+    for (const std::uint16_t plc : {std::uint16_t{0}, std::uint16_t{1}}) {
+      for (std::uint8_t sub = 1; sub <= SoakObjects::kSubs; ++sub) {
+        change(static_cast<std::uint16_t>(SoakObjects::kNumbers + plc), sub, written_by(0, 4), now);
+        change(static_cast<std::uint16_t>(SoakObjects::kTexts + plc), sub,
+               written_by(0, SoakObjects::kBytesAtFirst), now);
+      }
+    }
+  }
+
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                  Time now) override {
+    if (entry.index < SoakObjects::kNumbers || executed == nullptr) return AbortCode::kNone;
+    std::uint32_t id = 0;
+    for (std::size_t i = 0; i < 4 && i < value.size(); ++i)
+      id |= std::uint32_t{value[i]} << 8 * i;
+    const Bytes bytes(value.begin(), value.end());
+    std::uint32_t& last = executed->last.at(entry.index % 2);
+    executed->again += id <= last;
+    executed->torn += bytes != written_by(id, bytes.size());
+    ++executed->writes;
+    last = id;
+    change(entry.index, sub, bytes, now);
+    return AbortCode::kNone;
+  }
+
+  const Object& object(std::uint16_t index, std::uint8_t sub) const { return objects_.at({index, sub}); }
+
+  Executed* executed = nullptr;
+
+ private:
+  void change(std::uint16_t index, std::uint8_t sub, const Bytes& bytes, Time now) {
+    Object& object = objects_[{index, sub}];
+    object.before = object.now;
+    object.now = bytes;
+    object.changed = now;
+  }
+
+  std::map<std::pair<std::uint16_t, std::uint8_t>, Object> objects_;
+};
+
+/// One CAN network with a module, three nodes, faults and restarts.
+class SoakNetwork final : private sim::FaultListener {
+ public:
+  static constexpr std::array<std::uint8_t, 3> kNodes{5, 6, 7};
+
+  SoakNetwork(std::uint64_t seed, std::uint32_t bit_rate, std::uint16_t timeout_ms)
+      : bit_rate_(bit_rate), timeout_ms_(timeout_ms), random_(seed) {
+    power_on();
+  }
+
+  Time next() const { return std::min({world_->next_deadline(), fault_due_, restart_due_}); }
+  void advance(Time to) {
+    now = to;
+    world_->advance(now);
+    if (now >= fault_due_) change_faults();
+    if (now >= restart_due_) power_on();
+  }
+
+  /// What one Modbus request of a PLC has written.
+  void written(std::size_t first, std::size_t count) {
+    world_->advance(now);
+    module_->on_plc(now);
+    module_->on_registers_written(first, count, now);
+    world_->advance(now);
+  }
+
+  const Witness& node(std::uint8_t id) const { return *witnesses_.at(id); }
+
+  /// Nothing that goes wrong now has begun since then, or reaches so far.
+  bool quiet_since(Time begin) const { return open_ == 0 && harmed_at_ + kReach < begin; }
+  void harm() { harmed_at_ = now; }
+
+  std::array<std::uint16_t, regmap::kRegisterFileWords> registers{};
+  Executed executed;
+  Time now = 0;
+  std::uint64_t fired = 0;
+  std::uint64_t lives = 0;  ///< the module's
+
+ private:
+  static constexpr Time kReach = 10 * kSecond;
+
+  /// Everything but the PLCs.
+  void power_on() {
+    ++lives;
+    world_.reset();
+    registers.fill(0);
+    open_ = 0;
+    harm();
+    sim::FaultListener* const listener = this;
+    world_ = std::make_unique<sim::World>(bit_rate_, random_.next(), listener);
+    Coprocessor::Settings settings;
+    settings.sdo_timeout_ms = timeout_ms_;
+    const std::span<std::uint16_t, regmap::kRegisterFileWords> all(registers);
+    module_ =
+        &world_->add_module(RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
+                            all.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), settings,
+                            ScannerWindow(all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
+                                          all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()));
+    for (const std::uint8_t id : kNodes)
+      add_node(id);
+    world_->start(now);
+    fault_due_ = now + kReach + random_.below(90) * kSecond;
+    restart_due_ = now + (60 + random_.below(1800)) * kSecond;
+  }
+
+  void add_node(std::uint8_t id) {
+    sim::NodeParts parts;
+    parts.node_id = id;
+    parts.image = image();
+    parts.behaviour = [](sim::DeviceNode&, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
+      return std::make_unique<Witness>();
+    };
+    parts.seed = random_.next();
+    parts.listener = this;
+    auto& witness = static_cast<Witness&>(world_->add_node(std::move(parts)).behaviour());
+    witness.executed = &executed;
+    witnesses_[id] = &witness;
+  }
+
+  static sim::NodeImage image();
+  std::string random_fault(bool of_bus);
+  void change_faults();
+  void on_fault(std::string_view text, Time at) override;
+
+  std::uint32_t bit_rate_;
+  std::uint16_t timeout_ms_;
+  sim::Random random_;
+  std::unique_ptr<sim::World> world_;
+  sim::CoprocessorModule* module_ = nullptr;
+  std::map<std::uint8_t, Witness*> witnesses_;
+  Time fault_due_ = 0;
+  Time restart_due_ = 0;
+  Time harmed_at_ = 0;
+  int open_ = 0;  ///< states that hold
+};
+
+}  // namespace cbcan::test

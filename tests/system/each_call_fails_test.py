@@ -1,0 +1,372 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""One call fails: for each function that cbcan-sim calls the kernel by, and for each allocation, the first one, the second one, and so
+on, over one scenario with a client at each door, on a manual clock. The program goes on, and then one client at most is closed and all
+values are right; or it ends with one line and an exit code. It never hangs, and no client ever gets a wrong value.
+"""
+
+import collections
+import errno
+import multiprocessing
+import os
+import pathlib
+import select
+import shutil
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from mcu import crc
+from simulator import Window, program_from_arguments
+
+PROGRAM, PRELOAD = program_from_arguments(sys.argv, 2)
+LIMIT = 30  # seconds; for what takes a millisecond
+
+READ, WRITE = 5055, 5066
+NODE = 5
+NUMBER, NAME = 0x2001, 0x2002
+AT_FIRST, WRITTEN = 0x12345678, 0x0A0B0C0D
+TEXT = b"what each call that fails leaves as it is"
+
+# By function: the errors that it is made to fail with. ENOMEM where there is no better one.
+ERRORS = collections.defaultdict(lambda: [errno.ENOMEM], {
+    "accept4": [errno.EMFILE, errno.ENOMEM, errno.ECONNABORTED],
+    "close": [errno.EIO],
+    "epoll_ctl": [errno.ENOSPC],
+    "epoll_pwait2": [errno.EINTR, errno.ENOSYS],
+    "epoll_wait": [errno.EINTR],
+    "fsync": [errno.EIO],
+    "poll": [errno.EINTR],
+    "ppoll": [errno.EINTR],
+    "read": [errno.EIO, errno.EINTR],
+    "recv": [errno.ECONNRESET, errno.EINTR],
+    "rename": [errno.ENOSPC],
+    "send": [errno.EPIPE, errno.EAGAIN],
+    "write": [errno.ENOSPC, errno.EAGAIN, errno.EINTR],
+})
+
+EDS = f"""[DeviceInfo]
+VendorName=cbcan
+ProductName=Node of each_call_fails_test.py
+[MandatoryObjects]
+SupportedObjects=3
+1=0x1000
+2=0x1001
+3=0x1018
+[OptionalObjects]
+SupportedObjects=1
+1=0x1010
+[ManufacturerObjects]
+SupportedObjects=2
+1=0x2001
+2=0x2002
+[1000]
+ParameterName=Device type
+DataType=0x0007
+AccessType=ro
+DefaultValue=0
+[1001]
+ParameterName=Error register
+DataType=0x0005
+AccessType=ro
+DefaultValue=0
+[1010]
+ParameterName=Store parameters
+ObjectType=0x8
+SubNumber=2
+[1010sub0]
+ParameterName=Highest sub-index
+DataType=0x0005
+AccessType=const
+DefaultValue=1
+[1010sub1]
+ParameterName=Save all parameters
+DataType=0x0007
+AccessType=rw
+DefaultValue=1
+[1018]
+ParameterName=Identity
+ObjectType=0x9
+SubNumber=2
+[1018sub0]
+ParameterName=Highest sub-index
+DataType=0x0005
+AccessType=const
+DefaultValue=1
+[1018sub1]
+ParameterName=Vendor-ID
+DataType=0x0007
+AccessType=ro
+DefaultValue=0
+[2001]
+ParameterName=A number
+DataType=0x0007
+AccessType=rw
+DefaultValue=0
+[2002]
+ParameterName=A text
+DataType=0x0009
+AccessType=const
+DefaultValue={TEXT.decode()}
+"""
+
+PLANT = f"""[time]
+clock = "manual"
+[modbus]
+port = 0
+[rtu]
+listen = "127.0.0.1:0"
+[control]
+listen = "127.0.0.1:0"
+[can]
+slcan = "unix:can"
+[log]
+file = "bus.log"
+[[node]]
+id = {NODE}
+eds = "node.eds"
+parameters = "stored"
+"""
+
+
+class Wrong(Exception):
+    """What must not be."""
+
+
+def stored_line(number):
+    return f"2001:00 = {number.to_bytes(4, 'little').hex().upper()}"
+
+
+def words(number):
+    return [number & 0xFFFF, number >> 16]
+
+
+class Lines:
+    """The lines that the program writes to standard output."""
+
+    def __init__(self, pipe):
+        self.pipe = pipe
+        self.text = b""
+
+    def take(self):
+        """The next one; None when the program has ended."""
+        while b"\n" not in self.text:
+            if not select.select([self.pipe], [], [], LIMIT)[0]:
+                raise Wrong("hangs")
+            part = os.read(self.pipe.fileno(), 4096)
+            if not part:
+                return None
+            self.text += part
+        line, self.text = self.text.split(b"\n", 1)
+        return line.decode()
+
+
+class Stream:
+    """A connection on which the response to what is sent is known."""
+
+    def __init__(self, clients, family, address):
+        self.socket = socket.socket(family)
+        clients.append(self.socket)
+        self.socket.settimeout(LIMIT)
+        self.socket.connect(address)
+
+    def ask(self, request, *responses):
+        self.socket.sendall(request)
+        got = b""
+        while got not in responses:
+            part = self.socket.recv(4096)
+            got += part
+            if not any(response.startswith(got) for response in responses):
+                raise Wrong(f"{request} was answered by {got}")
+            if not part:
+                raise ConnectionError
+        return got
+
+
+class Modbus(Window):
+    def __init__(self, clients, port):
+        super().__init__(port)
+        clients.append(self.socket)
+        self.socket.settimeout(LIMIT)
+
+    def result(self):
+        """Time stands still: what does not come at once never comes."""
+        flag = self.read(3700, 1)[0]
+        if flag == 0xCA0E:
+            raise Wrong("no result")
+        return flag
+
+    def read_number(self, *expected):
+        if self.execute(READ, NODE, NUMBER, 0, 4) != 0:
+            raise Wrong(f"a read failed: {self.abort_code():08X}h")
+        number = struct.unpack("<I", struct.pack("<2H", *self.read(3706, 2)))[0]
+        if self.read(3705, 1) != [4] or number not in expected:
+            raise Wrong(f"read {number:X}h")
+
+    def read_text(self):
+        if self.execute(READ, NODE, NAME, 0, 64) != 0 or self.read(3705, 1) != [len(TEXT)]:
+            raise Wrong("a read of the text failed")
+        text = struct.pack("<32H", *self.read(3706, 32))[:len(TEXT)]
+        if text != TEXT:
+            raise Wrong(f"read {text}")
+
+    def write_number(self):
+        if self.execute(WRITE, NODE, NUMBER, 0, 4, *words(WRITTEN)) != 0:
+            raise Wrong("a write failed")
+
+    def save(self):
+        """True: stored."""
+        stored = self.execute(WRITE, NODE, 0x1010, 1, 4, *words(0x65766173)) == 0
+        if not stored and self.abort_code() != 0x06060000:
+            raise Wrong(f"stored: {self.abort_code():08X}h")
+        return stored
+
+
+class Scenario:
+    """One run; `wrong` is None or what is wrong with it."""
+
+    def __init__(self, folder, failing=None):
+        self.folder = pathlib.Path(folder)
+        self.failing = failing
+        self.lost = []
+        self.clients = []
+        self.written = False
+        self.stored = self.code = self.said = None
+        for name, text in (("plant.toml", PLANT), ("node.eds", EDS), ("stored", stored_line(AT_FIRST) + "\n")):
+            (self.folder / name).write_text(text)
+        environment = {**os.environ, "LD_PRELOAD": PRELOAD, "CBCAN_CALLS": str(self.folder / "calls")}
+        if failing:
+            environment["CBCAN_FAIL"] = "{} {} {}".format(*failing)
+        with (self.folder / "errors").open("wb") as errors:
+            self.process = subprocess.Popen([PROGRAM, "--config", str(self.folder / "plant.toml")], stdin=subprocess.PIPE,
+                                            stdout=subprocess.PIPE, stderr=errors, env=environment, close_fds=False)
+        self.lines = Lines(self.process.stdout)
+        try:
+            self.wrong = self.run() or self.end()
+        except Wrong as wrong:
+            self.wrong = str(wrong)
+        except TimeoutError:
+            self.wrong = "hangs"
+        finally:
+            self.process.kill()
+            self.process.wait()
+            self.process.stdin.close()
+            self.process.stdout.close()
+            for client in self.clients:
+                client.close()
+
+    def is_clean(self):
+        return self.wrong is None and (self.code, self.said, self.lost, self.stored) == (0, [], [], True)
+
+    def run(self):
+        ready = self.lines.take()
+        if ready is None:
+            return
+        where = dict(part.split("=", 1) for part in ready.split()[1:])
+        port = {name: int(where[name].rsplit(":", 1)[1]) for name in ("modbus", "rtu_tcp", "control")}
+        self.go(lambda: Modbus(self.clients, port["modbus"]),
+                lambda plc: plc.write(10, [0x29]),
+                lambda plc: plc.read_number(AT_FIRST),
+                lambda plc: self.write_by_other(port["modbus"]),
+                lambda plc: plc.read_number(*self.numbers()),
+                lambda plc: plc.read_text(),
+                lambda plc: self.save(plc))
+        self.go(lambda: Stream(self.clients, socket.AF_UNIX, str(self.folder / "can")),
+                lambda adapter: adapter.ask(b"O\r", b"\r"),
+                lambda adapter: adapter.ask(b"t60584002200000000000\r", b"z\rt58584102200029000000\r"),
+                lambda adapter: adapter.ask(b"t60586000000000000000\r", b"z\rt585800" + TEXT[:7].hex().upper().encode() + b"\r"))
+        self.go(lambda: Stream(self.clients, socket.AF_INET, ("127.0.0.1", port["control"])),
+                lambda control: control.ask(b"get 5 0x2001\n", *(f"ok {number}\n".encode() for number in (AT_FIRST, WRITTEN))),
+                lambda control: control.ask(b"nodes\n", b"#1 5 pre-operational none\nok\n"))
+        request, responses = bytes.fromhex("01 03 000A 0001"), (bytes.fromhex("01 03 02 0000"), bytes.fromhex("01 03 02 0029"))
+        self.go(lambda: Stream(self.clients, socket.AF_INET, ("127.0.0.1", port["rtu_tcp"])),
+                lambda rtu: rtu.ask(request + crc(request), *(response + crc(response) for response in responses)))
+        self.pass_time()
+
+    def write_by_other(self, port):
+        self.go(lambda: Modbus(self.clients, port), lambda plc: plc.write_number(), lambda plc: setattr(self, "written", True))
+
+    def save(self, plc):
+        self.stored = plc.save()
+
+    def go(self, connect, *steps):
+        """One client's life; it may be cut off."""
+        try:
+            client = connect()
+            for step in steps:
+                step(client)
+        except (ConnectionError, FileNotFoundError):
+            self.lost.append(connect)
+
+    def pass_time(self):
+        try:
+            os.write(self.process.stdin.fileno(), b"pass 100ms\n")
+            line = self.lines.take()
+            if line not in (None, "at 0.100000"):
+                raise Wrong(f"time passed: {line}")
+            self.process.stdin.close()
+        except BrokenPipeError:
+            pass
+
+    def end(self):
+        try:
+            code = self.process.wait(LIMIT)
+        except subprocess.TimeoutExpired:
+            return "hangs at the end"
+        lines = self.said = (self.folder / "errors").read_text().splitlines()
+        self.code = code
+        if code not in (0, 2, 3):
+            return f"exit code {code}: {lines}"
+        if lines and lines[-1] == "cbcan-sim --help shows all options":
+            lines.pop()
+        if len(lines) > 1 or (code != 0 and not lines and self.failing[0] not in ("write", "fcntl")):  # these say it
+            return f"exit code {code}, and says {lines}"
+        if code == 0 and len(self.lost) > 1:
+            return f"{len(self.lost)} clients are lost: {lines}"
+        if self.stored and (self.folder / "stored").read_text().splitlines()[-1] not in map(stored_line, self.numbers()):
+            return "stored, and is not in the file"
+        return None
+
+    def numbers(self):
+        """What the number may be."""
+        return [WRITTEN] if self.written else [AT_FIRST, WRITTEN]
+
+
+def run_failing(failing):
+    folder = tempfile.mkdtemp()
+    try:
+        wrong = Scenario(folder, failing).wrong
+    finally:
+        shutil.rmtree(folder)
+    return wrong and f"{failing[0]}() number {failing[1]} fails ({errno.errorcode[failing[2]]}): {wrong}"
+
+
+class EachCall(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            clean = Scenario(folder)
+            assert clean.is_clean(), (clean.wrong, clean.code, clean.said, clean.lost)
+            lines = pathlib.Path(folder, "calls").read_text().splitlines()
+        cls.calls = {name: int(count) for name, count in map(str.split, lines)}
+
+    def check(self, runs):
+        with multiprocessing.Pool() as pool:
+            wrong = [line for line in pool.imap_unordered(run_failing, runs, chunksize=8) if line]
+        print(f"{len(runs)} runs", flush=True)
+        self.assertFalse(wrong, "\n" + "\n".join(wrong))
+
+    def test_each_call_of_the_kernel(self):
+        self.check([(name, k, error) for name, count in sorted(self.calls.items()) if name != "malloc"
+                    for k in range(1, count + 1) for error in ERRORS[name]])
+
+    def test_each_allocation(self):
+        self.check([("malloc", k, errno.ENOMEM) for k in range(1, self.calls["malloc"] + 1)])
+
+
+cases.main()
