@@ -57,6 +57,17 @@ TEST_CASE("SDO client: of a block's last segment no more is kept than there is r
   CHECK(client.memory == expected);
 }
 
+TEST_CASE("SDO client: in the middle of a sub-block half the timeout is waited, without one for ever") {
+  Client client;
+  client.client.set_timeout(GENERATE(std::uint16_t{0}, std::uint16_t{1}, std::uint16_t{1000}));
+  client.start(kRead, kBlock);
+  client.expect("605#A400200102000000");
+  client.arrive("585#C20020010A000000");
+  client.expect("605#A300000000000000");
+  const std::uint16_t timeout_ms = client.client.timeout_ms();
+  CHECK(client.client.deadline() == (timeout_ms == 0 ? kNever : Time{500} * timeout_ms));
+}
+
 TEST_CASE("SDO client: what it counts") {
   Client client;
   const SdoClient::Counters& counters = client.client.counters();
