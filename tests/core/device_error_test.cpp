@@ -159,6 +159,33 @@ TEST_CASE("1016h: a node that was heard and falls silent is EMCY 8130h, once; he
   rig.expect("0C2#0000000000000000");
 }
 
+TEST_CASE("1016h: a node once; entries without a node or without a time are unused, whatever else they say") {
+  DeviceRig rig(everything());
+  rig.start(true);
+  rig.write(0x1016, 1, 4, 0x00050064);
+  rig.write(0x1016, 2, 4, 0x000503E8, "06040043");
+  rig.write(0x1016, 1, 4, 0x000503E8);
+  rig.write(0x1016, 2, 4, 0x00050000);
+  rig.write(0x1016, 3, 4, 0x00000064);
+  rig.write(0x1016, 3, 4, 0x00800064, "06090030");
+  rig.write(0x1016, 3, 4, 0x007F0064);
+  CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x642, 0x705, 0x742, 0x77F});
+}
+
+TEST_CASE("1016h: what is no heartbeat of a watched node keeps nobody alive") {
+  DeviceRig rig(everything());
+  rig.start(true);
+  rig.write(0x1016, 1, 4, 0x00050064);
+  rig.arrive("705#05");
+  rig.pass(99 * kMillisecond);
+  for (const char* frame : {"705#", "705#R1", "706#05", "00000705#05", "700#05", "685#05"})
+    rig.arrive(frame);
+  rig.pass(kMillisecond);
+  rig.expect("0C2#3081110000000000");
+  rig.arrive("705#");
+  rig.expect_silence();
+}
+
 TEST_CASE("1029h:01 = 2 stops the node in Pre-operational too, 0 and 1 leave it there") {
   for (const std::uint32_t reaction : {0u, 1u, 2u}) {
     INFO(reaction);

@@ -50,6 +50,7 @@ class DeviceRig final : public Wire, private DeviceApplication {
   std::vector<std::string> events;  ///< what the application has heard
   AbortCode keeps = AbortCode::kNone;
   bool has_memory = true;
+  unsigned id_changes = 0;  ///< how often it was told that it may have to listen to other CAN-IDs
 
  private:
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
@@ -61,6 +62,7 @@ class DeviceRig final : public Wire, private DeviceApplication {
   void refresh(Time now) override;
   void on_written(Time now) override;
   void on_sync(Time now) override;
+  void on_received_ids() override { ++id_changes; }
   void on_network_failure(NetworkFailure failure, Time now) override;
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;

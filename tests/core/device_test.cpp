@@ -129,6 +129,40 @@ TEST_CASE("TIME consumer: milliseconds after midnight and days since 1984") {
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{25'200'001, 15935});
 }
 
+TEST_CASE("TIME consumer: what 1012h says at power-on, and again after a reset, holds without a write") {
+  std::vector<cbcan::test::Row> rows = everything();
+  for (cbcan::test::Row& row : rows)
+    if (row.index == 0x1012) row.value = 0x80000200;
+  DeviceRig rig(rows);
+  rig.start();
+  CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x200, 0x642, 0x742});
+  rig.arrive("200#E80300000200");
+  CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{1000, 2});
+  rig.write(0x1012, 0, 4, 0x200);
+  rig.arrive("200#D00700000200");
+  CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{1000, 2});
+  rig.arrive("000#8142");
+  rig.expect("742#00");
+  rig.arrive("200#D00700000200");
+  CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{2000, 2});
+}
+
+TEST_CASE("The application hears of CAN-IDs that may have changed: after a reset, and after a write") {
+  DeviceRig rig(everything());
+  rig.start();
+  CHECK(rig.id_changes == 1);
+  rig.write(0x1005, 0, 4, 0x81);
+  CHECK(rig.id_changes == 2);
+  rig.arrive("000#8142");
+  rig.expect("742#00");
+  CHECK(rig.id_changes == 3);
+}
+
+TEST_CASE("A SYNC that has not come had no counter") {
+  DeviceRig rig(everything());
+  CHECK(cbcan::Sync(rig.device.dictionary(), rig.port).counter() == 0);
+}
+
 TEST_CASE("TIME producer: the time of day in its period") {
   DeviceRig rig(everything());
   rig.start();

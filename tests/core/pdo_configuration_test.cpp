@@ -253,3 +253,18 @@ TEST_CASE("PDOs of a dictionary whose last object is FFFFh") {
   CHECK(tpdos.size() == 2);
   CHECK(tpdos[1].number == 1);
 }
+
+TEST_CASE("A Pdo hears and sends nothing before its first reset") {
+  PdoRig rig;
+  rig.set_up(0x1400, 1, 0x201, 255, {0x20010108});
+  rig.set_up(0x1800, 1, 0x181, 255, {0x20010108});
+  std::vector<Pdo::Rpdo> rpdos(5);
+  std::vector<Pdo::Tpdo> tpdos(5);
+  Pdo pdo(rig.dictionary, rig.port, rpdos, tpdos, rig);
+  pdo.visit_ids([](std::uint32_t id) { FAIL_CHECK("listens to " << id); });
+  pdo.on_state(cbcan::nmt::State::kOperational, rig.now);
+  pdo.on_frame(cbcan::test::frame_from("201#55"), rig.now);
+  pdo.on_sync(0, 0, rig.now);
+  CHECK(rig.get(0x2001, 1) == 0);
+  rig.expect_silence();
+}

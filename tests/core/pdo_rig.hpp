@@ -16,7 +16,7 @@ namespace cbcan::test {
 /// RPDOs 1, 2, 3, 5, 512 and TPDOs 1, 2, 3, 5, 512, all invalid with an empty mapping. 2000h:1..8 BOOLEAN,
 /// 2001h:1..8 U8, 2002h:1..4 U16, 2003h U32, 2004h U64, 2005h I24, mappable both ways; 2010h U8 not at all;
 /// 2011h a string; 2012h computed; 2013h RPDO only, 2014h TPDO only; 6000h:1 U8, 6401h:1 I16 TPDO only.
-class PdoRig final : public Wire, private PdoApplication, private ObjectHandler {
+class PdoRig final : public Wire, public PdoApplication, private ObjectHandler {
  public:
   explicit PdoRig(std::size_t rpdos = 5, std::size_t tpdos = 5);
 

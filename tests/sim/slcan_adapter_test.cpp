@@ -251,3 +251,17 @@ TEST_CASE("SLCAN: an adapter that is plugged in again begins anew") {
   desk.arrive("123#");
   CHECK(desk.said() == "t1230\r");
 }
+
+TEST_CASE("SLCAN: characters may come in any pieces") {
+  const std::string_view text = "O\rt1230\rq\rF\r";
+  for (unsigned cuts = 0; cuts < 1u << (text.size() - 1); ++cuts) {
+    Desk desk;
+    std::size_t begin = 0;
+    for (std::size_t end = 1; end <= text.size(); ++end)
+      if (end == text.size() || (cuts >> (end - 1) & 1) != 0) {
+        desk.adapter.receive(text.substr(begin, end - begin));
+        begin = end;
+      }
+    if (desk.said() != "\rz\r\aF00\r" || desk.ear.heard != Texts{"123#"}) FAIL("cuts " << cuts);
+  }
+}

@@ -58,8 +58,7 @@ void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::u
 AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
   mux_ = sdo::multiplexer_of(frame);
   done_ = 0;
-  declared_ = sized;
-  size_ = sized ? sdo::tail_of(frame) : 0;
+  size_ = sized ? sdo::tail_of(frame) : kUndeclared;
   ObjectEntry entry{};
   const AbortCode missing = dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry);
   if (missing != AbortCode::kNone) return missing;
@@ -71,7 +70,7 @@ AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
 }
 
 AbortCode SdoServer::store(Time now) {
-  if (declared_ && done_ != size_) return AbortCode::kObjectLength;
+  if (size_ != kUndeclared && done_ != size_) return AbortCode::kObjectLength;
   return dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_.first(done_), now);
 }
 

@@ -48,6 +48,8 @@ class SdoServer {
   const Counters& counters() const { return counters_; }
 
  private:
+  static constexpr std::size_t kUndeclared = SIZE_MAX;
+
   enum class State : std::uint8_t {
     kIdle,
     kUpload,
@@ -84,8 +86,8 @@ class SdoServer {
   Outbox outbox_;
   std::span<std::uint8_t> buffer_;
   sdo::Multiplexer mux_ = 0;
-  std::size_t size_ = 0;       ///< bytes of the value: of an upload, or as declared for a download
-  std::size_t done_ = 0;       ///< bytes transferred
+  std::size_t size_ = 0;  ///< bytes of the value: of an upload, as declared for a download, or kUndeclared
+  std::size_t done_ = 0;  ///< bytes transferred
   std::size_t confirmed_ = 0;  ///< bytes of a block upload that the client has acknowledged
   std::size_t capacity_ = 0;   ///< bytes that a download may have
   std::uint32_t response_id_ = 0;
@@ -94,7 +96,6 @@ class SdoServer {
   std::uint8_t sequence_ = 0;
   std::uint8_t block_size_ = 0;
   std::uint8_t fruitless_ = 0;
-  bool declared_ = false;
   bool crc_ = false;
   Counters counters_;
 };

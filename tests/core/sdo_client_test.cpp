@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// The SDO client by itself: the edge of its caller's memory, and what it counts.
+
+#include "cbcan/canopen/sdo/client.hpp"
+
+#include <vector>
+
+#include "support/bench.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+using enum SdoClient::Direction;
+using enum SdoClient::Mode;
+
+/// Ten bytes of data in the middle of memory that is somebody else's.
+class Client final : public Wire {
+ public:
+  static constexpr std::size_t kRoom = 10, kFence = 8;
+
+  void start(SdoClient::Direction direction, SdoClient::Mode mode, std::uint16_t size = kRoom) {
+    client.start({5, 1, 0x2000, size, direction, mode}, now);
+  }
+  void arrive(const std::string& frame) { client.on_frame(frame_from(frame), now); }
+  void pass(Time duration) {
+    for (const Time end = now + duration; client.deadline() <= end;) {
+      now = client.deadline();
+      client.poll(now);
+    }
+  }
+
+  Time now = 0;
+  std::vector<std::uint8_t> memory = std::vector<std::uint8_t>(kRoom + 2 * kFence, 0xEE);
+  SdoClient client{port, std::span(memory).subspan(kFence, kRoom)};
+};
+
+}  // namespace
+
+TEST_CASE("SDO client: of a block's last segment no more is kept than there is room for") {
+  Client client;
+  client.start(kRead, kBlock);
+  client.expect("605#A400200102000000");
+  client.arrive("585#C20020010A000000");
+  client.expect("605#A300000000000000");
+  client.arrive("585#0101020304050607");
+  client.arrive("585#8208090AAAAAAAAA");
+  client.expect("605#A202020000000000");
+  client.arrive("585#D100000000000000");
+  client.expect("605#A100000000000000");
+  CHECK(client.client.outcome() == SdoClient::Outcome::kDone);
+  CHECK(client.client.size() == 10);
+  std::vector<std::uint8_t> expected(Client::kFence, 0xEE);
+  for (std::uint8_t byte = 1; byte <= 10; ++byte)
+    expected.push_back(byte);
+  expected.resize(client.memory.size(), 0xEE);
+  CHECK(client.memory == expected);
+}
+
+TEST_CASE("SDO client: in the middle of a sub-block half the timeout is waited, without one for ever") {
+  Client client;
+  client.client.set_timeout(GENERATE(std::uint16_t{0}, std::uint16_t{1}, std::uint16_t{1000}));
+  client.start(kRead, kBlock);
+  client.expect("605#A400200102000000");
+  client.arrive("585#C20020010A000000");
+  client.expect("605#A300000000000000");
+  const std::uint16_t timeout_ms = client.client.timeout_ms();
+  CHECK(client.client.deadline() == (timeout_ms == 0 ? kNever : Time{500} * timeout_ms));
+}
+
+TEST_CASE("SDO client: what it counts") {
+  Client client;
+  const SdoClient::Counters& counters = client.client.counters();
+  client.start(kRead, kAuto);
+  client.expect("605#4000200100000000");
+  client.arrive("585#8000200100000206");
+  client.start(kRead, kAuto, 4);
+  client.expect("605#4000200100000000");
+  client.pass(kSecond);
+  client.expect("605#8000200100000405");
+  client.start(kRead, kAuto, 4);
+  client.arrive("585#4300200111111111");  // late: in quarantine
+  client.expect("605#4000200100000000");
+  client.arrive("586#4300200111111111");
+  client.port.refuse_next = 1;
+  client.arrive("585#4100200104000000");
+  client.arrive("585#0701020304000000");  // before the request for it has left
+  client.pass(kMillisecond);
+  client.expect("605#6000000000000000");
+  client.arrive("585#1701020304000000");
+  client.expect("605#8000200100000305");
+  client.arrive("585#R8");
+  client.arrive("585#0001020304050607");  // after a wrong toggle bit a response may be outstanding
+  CHECK(counters.transfers == 3);
+  CHECK(counters.timeouts == 1);
+  CHECK(counters.aborts_sent == 2);
+  CHECK(counters.aborts_received == 1);
+  CHECK(counters.late == 2);
+  CHECK(counters.unexpected == 2);
+  CHECK(counters.not_data == 1);
+  CHECK(counters.too_short == 0);
+  CHECK(counters.other_object == 0);
+}
+
+}  // namespace cbcan::test
