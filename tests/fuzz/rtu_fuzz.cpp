@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Any bytes at any times to the Modbus RTU server, polls and ends of transmissions in between: it answers
-// byte for byte what the model answers, when the model does, and has the model's registers and counts
-// afterwards.
+// Any bytes, whole and broken, at any times to the Modbus RTU server, polls and ends of transmissions in
+// between: it answers byte for byte what the model answers, when the model does, and has the model's
+// registers and counts afterwards.
 //
 // The input is a byte of settings and then steps; each is a byte and what belongs to it.
 #include <algorithm>
@@ -29,7 +29,8 @@ enum Step : std::uint8_t {
   kSent,
   kPollSent,
   kPollNow,
-  kSteps
+  kSteps,
+  kBroken = 252  ///< and above: a byte with a parity error; below, steps begin again
 };
 
 constexpr std::uint32_t kByteUs = 96;
@@ -93,6 +94,11 @@ class Run {
       server_.on_byte(byte, static_cast<std::uint32_t>(now_));
       model_.receive(byte, now_);
     }
+  }
+  void send_broken() {
+    wait(kByteUs);
+    server_.on_broken_byte(static_cast<std::uint32_t>(now_));
+    model_.receive_broken(now_);
   }
   void wait(std::uint64_t us) { now_ += us; }
   std::uint64_t gap() const { return settings_.gap_us; }
@@ -178,7 +184,9 @@ Bytes lengthened(View bytes, std::size_t more) {
 }
 
 void step(Run& run, Input& input) {
-  switch (input.byte() % kSteps) {
+  const std::uint8_t step = input.byte();
+  if (step >= kBroken) return run.send_broken();
+  switch (step % kSteps) {
     case kBytes: return run.send(input.bytes());
     case kFrame: return run.send(with_crc(input.bytes()));
     case kLong: {

@@ -74,22 +74,29 @@ Bytes with_crc(View bytes) {
 }
 
 void RtuModel::receive(std::uint8_t byte, std::uint64_t now_us) {
+  if (!hears(now_us)) return;
+  frame_.push_back(byte);
+  look();
+}
+
+void RtuModel::receive_broken(std::uint64_t now_us) {
+  if (hears(now_us) && !frame_.empty()) lose(counts_.broken);
+}
+
+/// False: whatever has come is part of no frame.
+bool RtuModel::hears(std::uint64_t now_us) {
   const bool gap = now_us > last_us_ + settings_.gap_us;
   last_us_ = now_us;
   if (busy_ == Busy::kSending) {
     ++unheard_;
     ++counts_.ignored;
-    return;
+    return false;
   }
   if (busy_ == Busy::kRequest && (gap || size().known)) lose(counts_.broken);
   busy_ = Busy::kNo;
   if (gap) end_by_gap();
-  if (hopeless_) {
-    ++counts_.ignored;
-    return;
-  }
-  frame_.push_back(byte);
-  look();
+  if (hopeless_) ++counts_.ignored;
+  return !hopeless_;
 }
 
 void RtuModel::end_by_gap() {

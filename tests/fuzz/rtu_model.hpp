@@ -34,6 +34,8 @@ class RtuModel {
       : settings_(settings), hopeless_(exact()), application_(std::move(at_start)) {}
 
   void receive(std::uint8_t byte, std::uint64_t now_us);
+  /// One with a parity or framing error.
+  void receive_broken(std::uint64_t now_us);
   /// How long until it executes the request that waits; 0 = now, nothing = there is none.
   std::optional<std::uint64_t> wait(std::uint64_t now_us) const;
   /// Executes it; the frame to send; empty = none.
@@ -55,6 +57,7 @@ class RtuModel {
   bool may_be_request() const;
   bool may_be_response() const;
   Size size() const;
+  bool hears(std::uint64_t now_us);
   void end_by_gap();
   void look();
   void end_of_foreign();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/loop/reactor.hpp"
 
+#include <fcntl.h>
 #include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -142,12 +143,15 @@ TEST_CASE("a callback may add so many watches that the table grows") {
     reactor.forget(descriptor.get());
 }
 
-TEST_CASE("forgetting what is not watched does nothing; watching what does not exist is an error") {
+TEST_CASE(
+    "forgetting what is not watched does nothing; watching what does not exist is an error, a file is not") {
   Reactor reactor;
   reactor.forget(-1);
   reactor.forget(12345);
   CHECK_THROWS_AS(reactor.watch(12345, Reactor::kReadable, [](std::uint32_t) {}), EnvironmentError);
   reactor.forget(12345);
+  const Descriptor file(::open("/proc/self/exe", O_RDONLY | O_CLOEXEC));
+  CHECK_FALSE(reactor.watch(file.get(), Reactor::kReadable, [](std::uint32_t) {}));
 }
 
 TEST_CASE("SIGINT, SIGTERM and SIGHUP ask to stop") {

@@ -167,7 +167,7 @@ TEST_CASE("the more clients there are, the less of each is dealt with in one tur
   for (const auto& client : clients)
     client->send(frames);
   server.turn();
-  CHECK(server.bus.counters().frames <= 64 * 12);
+  CHECK(server.bus.counters().frames <= 64 * 6);
   server.run_until([&] { return server.bus.counters().frames == 64 * 100; });
 }
 

@@ -61,6 +61,7 @@ sim::NodeImage SoakNetwork::image() {
   add(0x1000, 0, 0, DataType::kUnsigned32, Flags::kRead, 4, {});
   add(0x1001, 0, 0, DataType::kUnsigned8, Flags::kRead, 1, {});
   add(0x1017, 0, 0, DataType::kUnsigned16, Flags::kReadWrite, 2, {0xE8, 0x03});
+  add(SoakObjects::kClock, 0, 0, DataType::kUnsigned32, Flags::kRead, 4, {});
   for (const std::uint16_t plc : {std::uint16_t{0}, std::uint16_t{1}})
     add(static_cast<std::uint16_t>(SoakObjects::kNumbers + plc), 1, SoakObjects::kSubs, DataType::kUnsigned32,
         Flags::kReadWrite, 4, written_by(0, 4));

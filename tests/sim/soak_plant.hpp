@@ -20,8 +20,10 @@ namespace cbcan::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Objects of PLC 0 or 1 in each node: numbers at 2000h + PLC, bytes of any length at 2010h + PLC.
+/// Objects of PLC 0 or 1 in each node: numbers at 2000h + PLC, bytes of any length at 2010h + PLC; and what
+/// time it is, so that an old response shows.
 struct SoakObjects {
+  static constexpr std::uint16_t kClock = 0x1FFF;
   static constexpr std::uint16_t kNumbers = 0x2000;
   static constexpr std::uint16_t kTexts = 0x2010;
   static constexpr std::uint8_t kSubs = 4;
@@ -53,6 +55,13 @@ class Witness final : public sim::Behaviour {
     Bytes before;
     Time changed = 0;
   };
+
+  explicit Witness(sim::DeviceNode& node) : node_(node) {}
+
+  Time update(Time now) override {
+    node_.dictionary().set(SoakObjects::kClock, 0, static_cast<std::uint32_t>(now));
+    return kNever;
+  }
 
   void reset(bool application, Time now) override {
     if (!application) return;
@@ -93,6 +102,7 @@ class Witness final : public sim::Behaviour {
     object.changed = now;
   }
 
+  sim::DeviceNode& node_;
   std::map<std::pair<std::uint16_t, std::uint8_t>, Object> objects_;
 };
 
@@ -165,8 +175,8 @@ class SoakNetwork final : private sim::FaultListener {
     sim::NodeParts parts;
     parts.node_id = id;
     parts.image = image();
-    parts.behaviour = [](sim::DeviceNode&, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
-      return std::make_unique<Witness>();
+    parts.behaviour = [](sim::DeviceNode& node, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
+      return std::make_unique<Witness>(node);
     };
     parts.seed = random_.next();
     parts.listener = this;

@@ -155,6 +155,8 @@ SoakRequest SoakPlc::choose() {
   } else if (chance < 30) {
     constexpr std::array<std::uint8_t, 3> kModes{0, 2, 3};
     request = {Kind::kMode, kWrite, 0, kModeObject, 0, 1, 0, {kModes.at(random_.below(3))}};
+  } else if (request.kind == Kind::kRead && chance < 500) {
+    request = {Kind::kClock, kRead, request.node, SoakObjects::kClock, 0, 4, 0, {}};
   }
   return request;
 }
@@ -163,7 +165,7 @@ SoakRequest SoakPlc::choose() {
 
 void SoakPlc::judge(const SoakResult& result) {
   if (result.code == 0) return judge_good(result);
-  if (result.code == 4) return judge_abort(result.abort_code());
+  if (result.code == 4) return judge_abort(result.number());
   const bool first_of_module = result.code == 5 && !door_.notices_restart() && result_in_ != network_.lives;
   if (!first_of_module) return complain("result " + std::to_string(result.code));
   ++unknown;
@@ -178,6 +180,9 @@ void SoakPlc::judge_good(const SoakResult& result) {
     case SoakRequest::Kind::kWrite:
       if (!was_there(request_.data)) complain("believed a write that was not executed");
       break;
+    case SoakRequest::Kind::kClock:
+      if (!is_now(result)) complain("read an old value");
+      break;
     case SoakRequest::Kind::kNmt:
     case SoakRequest::Kind::kMode: break;
     case SoakRequest::Kind::kMissing:
@@ -190,6 +195,12 @@ bool SoakPlc::was_there(const Bytes& bytes) const {
   const Witness::Object& object = network_.node(static_cast<std::uint8_t>(request_.node))
                                       .object(request_.index, static_cast<std::uint8_t>(request_.sub));
   return object.now == bytes || (object.before == bytes && object.changed >= begun_);
+}
+
+/// The node's clock, in 32 bits, has been read since the request began.
+bool SoakPlc::is_now(const SoakResult& result) const {
+  const std::uint32_t age = static_cast<std::uint32_t>(network_.now) - result.number();
+  return result.size == 4 && age <= network_.now - begun_;
 }
 
 void SoakPlc::judge_abort(std::uint32_t code) {

@@ -16,7 +16,7 @@
 namespace cbcan::test {
 
 struct SoakRequest {
-  enum class Kind { kRead, kWrite, kMissing, kAbsent, kNmt, kMode };
+  enum class Kind { kRead, kWrite, kClock, kMissing, kAbsent, kNmt, kMode };
 
   /// As in R3701..R3769.
   std::array<std::uint16_t, 5> head() const { return {command, node, index, sub, size}; }
@@ -42,7 +42,8 @@ struct SoakResult {
       bytes.push_back(static_cast<std::uint8_t>(words.at(i / 2) >> 8 * (i % 2)));
     return bytes;
   }
-  std::uint32_t abort_code() const { return words[0] | std::uint32_t{words[1]} << 16; }
+  /// A value of four bytes, or an abort code.
+  std::uint32_t number() const { return words[0] | std::uint32_t{words[1]} << 16; }
 };
 
 /// Where a PLC's requests go in and results come out.
@@ -142,6 +143,7 @@ class SoakPlc {
   void judge_good(const SoakResult& result);
   void judge_abort(std::uint32_t code);
   bool was_there(const Bytes& bytes) const;
+  bool is_now(const SoakResult& result) const;
   void complain(const std::string& what);
 
   SoakNetwork& network_;

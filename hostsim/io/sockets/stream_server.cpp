@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMostReadBytes = 4096;
 constexpr std::size_t kFewestReadBytes = 32;
-constexpr std::size_t kWorkPerTurn = 1024 * 1024;  ///< bytes read, times those who may get them
+constexpr std::size_t kWorkPerTurn = 512 * 1024;  ///< bytes read, times those who may get them
 
 bool is_temporary(int error) {
   return error == EAGAIN || error == EINTR;
