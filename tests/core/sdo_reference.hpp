@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cbcan::test {
@@ -94,6 +95,86 @@ class ReferenceServer {
   std::size_t size_ = 0;  ///< as declared
   unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, fruitless_ = 0;
   bool crc_ = false;
+};
+
+/// One transfer of a client.
+class ReferenceClient {
+ public:
+  enum class Mode { kAuto, kExpedited, kSegmented, kBlock };
+  enum class State {
+    kOver,
+    kUpload,
+    kUploadSegments,
+    kDownloadExpedited,
+    kDownload,
+    kDownloadSegments,
+    kBlockDownload,
+    kBlockSegments,
+    kBlockDownloadEnd,
+    kBlockUpload,
+    kBlockUploadSegments,
+    kBlockUploadEnd
+  };
+  struct Request {
+    bool write;
+    Mode mode;
+    unsigned index, sub;
+    SdoBytes value;    ///< to write
+    std::size_t room;  ///< to read
+  };
+
+  /// What it sends at once is in sent().
+  explicit ReferenceClient(const Request& request);
+  /// A frame of `length` bytes on the CAN-ID of the node's responses; the others are 0.
+  void receive(const Sdo& response, std::size_t length);
+
+  /// Since the last time.
+  std::vector<Sdo> sent() { return std::exchange(sent_, {}); }
+  bool over() const { return state_ == State::kOver; }
+  std::uint32_t error() const { return error_; }    ///< when it is over; 0 = done
+  const SdoBytes& value() const { return value_; }  ///< read
+
+  // For whoever makes up the next response.
+  State state() const { return state_; }
+  const Request& request() const { return request_; }
+  unsigned toggle() const { return toggle_; }
+  unsigned sequence() const { return sequence_; }
+  unsigned block_size() const { return block_size_; }
+
+ private:
+  bool is_short(const Sdo& response, std::size_t length) const;
+  bool is_of_another(const Sdo& response) const;
+  bool belongs(const Sdo& response) const;
+  void respond_to(const Sdo& response);
+
+  void upload_initiated(const Sdo& response);
+  void upload_segment(const Sdo& response);
+  void download_segment_taken(const Sdo& response);
+  void block_download_initiated(const Sdo& response);
+  void sub_block_taken(const Sdo& response);
+  void block_upload_initiated(const Sdo& response);
+  void block_segment(const Sdo& response);
+  void block_upload_ended(const Sdo& response);
+
+  void send(unsigned command, State next);
+  void send_first(unsigned command, State next, std::uint32_t tail);
+  void send_segment();
+  void send_sub_block();
+  void acknowledge();
+  bool accepts_size(bool declared, std::uint32_t size);
+  void end(std::uint32_t error);
+  void abort(std::uint32_t code);
+
+  Request request_;
+  std::vector<Sdo> sent_;
+  State state_ = State::kOver;
+  std::uint32_t error_ = 0;
+  SdoBytes value_;         ///< as far as it has come
+  std::size_t done_ = 0;   ///< bytes sent; of a block write, confirmed
+  std::size_t most_ = 0;   ///< bytes that may come
+  bool declared_ = false;  ///< most_ are those that the server has declared
+  bool crc_ = false;
+  unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, fruitless_ = 0, segments_ = 0;
 };
 
 }  // namespace cbcan::test
