@@ -128,6 +128,8 @@ class Server {
   /// Now and then one is lost, or comes again.
   Sdo block_segment(const ReferenceClient& client) {
     const std::size_t kind = one_of(60);
+    repeats_ = repeats_ ? one_of(200) != 0 : one_of(1'000) == 0;
+    if (repeats_) return with(1 + client.sequence() % 2);
     stubborn_ = stubborn_ ? one_of(30) != 0 : one_of(150) == 0;
     const unsigned number = client.sequence() + (kind == 0 || stubborn_ ? 2 : kind == 1 ? 0 : 1);
     const bool next = number == client.sequence() + 1;
@@ -154,6 +156,7 @@ class Server {
   std::mt19937 chance_;
   std::size_t total_ = 0;
   bool endless_ = false;   ///< segments without data
+  bool repeats_ = false;   ///< the first two segments of a sub-block, for ever
   bool stubborn_ = false;  ///< sub-blocks that bring nothing new
 };
 
