@@ -50,7 +50,7 @@ std::size_t Expected::size(std::uint8_t function_code) const {
 
 std::optional<Response> Expected::in(std::span<const std::uint8_t> bytes) const {
   if (bytes.size() < kHead || bytes[0] != unit || bytes.size() != size(bytes[1])) return std::nullopt;
-  if (bytes[1] == (function | kException)) return Response{.exception = bytes[2]};
+  if (bytes[1] == (function | kException) && bytes[2] != 0) return Response{.exception = bytes[2]};
   if (bytes[1] != function || (words != 0 && bytes[2] != 2u * words)) return std::nullopt;
   Response response;
   for (std::size_t i = 0; i < words; ++i)

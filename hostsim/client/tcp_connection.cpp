@@ -21,6 +21,8 @@ namespace {
 
 constexpr std::size_t kHeader = 6;  ///< of an ADU up to its length field (Messaging Guide V1.0b, 3.1.3)
 constexpr std::size_t kLongest = 260;
+constexpr std::uint16_t kTransaction = 0;  ///< what libmodbus gives to each raw request
+constexpr std::uint16_t kProtocol = 0;
 
 void free_addresses(addrinfo* addresses) {
   if (addresses != nullptr) freeaddrinfo(addresses);
@@ -151,12 +153,11 @@ TcpConnection::Peeked TcpConnection::peek(Time now) {
 /// One whole response to the request under way, and nothing after it.
 std::optional<Response> TcpConnection::response_in(const Peeked& peeked) const {
   const std::span<const std::uint8_t> bytes = peeked.bytes;
-  if (peeked.count < kHeader || peeked.count != peeked.length() || word_at(bytes, 2) != 0)
-    return std::nullopt;
+  const bool ours = word_at(bytes, 0) == kTransaction && word_at(bytes, 2) == kProtocol;
+  if (peeked.count < kHeader || peeked.count != peeked.length() || !ours) return std::nullopt;
   return due_->response.in(bytes.first(peeked.count).subspan(kHeader));
 }
 
-/// It is the one to the last request by its transaction ID too.
 bool TcpConnection::take(std::size_t length, Time now) {
   std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> bytes{};
   if (modbus_receive_confirmation(modbus_.get(), bytes.data()) != static_cast<int>(length)) {

@@ -122,6 +122,10 @@ TEST_CASE("what is no response is ERROR 21h and ends the connection, and the nex
                                      "01060E740000",  // another function
                                      "000000000004"
                                      "01900200",  // an exception and something
+                                     "000000000003"
+                                     "019000",  // an exception that is none
+                                     "000100000006"
+                                     "01100E740001",  // another transaction
                                      "000000000007"
                                      "01100E74000100",  // a byte more
                                      "000000000006"

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // R3702 = 0 or the own node ID: the local object dictionary answers, no SDO frame on the bus.
 
+#include <map>
+#include <set>
+
 #include "cbcan/version.hpp"
 #include "support/bench.hpp"
 
@@ -111,4 +114,66 @@ TEST_CASE("Power on: the boot-up message, then Pre-operational") {
   REQUIRE(port.sent.size() == 1);
   CHECK(port.sent.front() == "72A#00");
   CHECK(coprocessor.own_node().state() == cbcan::nmt::State::kPreOperational);
+}
+
+namespace {
+
+struct Subs {
+  unsigned index, first, last, bytes;
+};
+
+/// docs/contract.md, "Local objects" and "Process data"; CiA 301 for the structure of 14xxh to 1Axxh.
+std::vector<Subs> all_objects() {
+  std::vector<Subs> all{
+      {0x1000, 0, 0, 4},   {0x1001, 0, 0, 1}, {0x1003, 0, 0, 1}, {0x1005, 0, 0, 4}, {0x1006, 0, 0, 4},
+      {0x1007, 0, 0, 4},   {0x1012, 0, 0, 4}, {0x1014, 0, 0, 4}, {0x1015, 0, 0, 2}, {0x1016, 0, 0, 1},
+      {0x1016, 1, 127, 4}, {0x1017, 0, 0, 2}, {0x1018, 0, 0, 1}, {0x1018, 1, 4, 4}, {0x1019, 0, 0, 1},
+      {0x1029, 0, 1, 1},   {0x1200, 0, 0, 1}, {0x1200, 1, 2, 4}, {0x3001, 0, 0, 1}, {0x3002, 0, 0, 1},
+      {0x3003, 0, 0, 2},   {0x3004, 0, 0, 1}, {0x3005, 0, 0, 1}, {0x3006, 0, 0, 9}, {0x3007, 0, 127, 1},
+      {0x3005, 1, 127, 8}, {0x3008, 0, 0, 6},
+  };
+  for (unsigned pdo = 0; pdo < 16; ++pdo)
+    for (const unsigned first : {0x1400u + pdo, 0x1800u + pdo}) {
+      all.insert(all.end(), {{first, 0, 0, 1}, {first, 1, 1, 4}, {first, 2, 2, 1}, {first, 5, 5, 2}});
+      if (first >= 0x1800) all.insert(all.end(), {{first, 3, 3, 2}, {first, 6, 6, 1}});
+      all.insert(all.end(), {{first + 0x200, 0, 0, 1}, {first + 0x200, 1, 8, 4}});
+    }
+  const unsigned bytes[] = {1, 1, 0, 2, 2, 3, 3, 4, 4, 4, 5, 5, 6, 6, 7, 7, 8, 8};  // 0: BOOLEAN
+  for (const unsigned area : {0xA000u, 0xA480u})
+    for (unsigned type = 0; type < 18; ++type) {
+      const unsigned index = area + 0x40 * type;
+      if (bytes[type] != 0)
+        all.insert(all.end(), {{index, 0, 0, 1}, {index, 1, 128 / bytes[type], bytes[type]}});
+      for (unsigned k = 0; k < 5 && bytes[type] == 0; ++k)
+        all.push_back({index + k, 0, k < 4 ? 254u : 1024 - 4 * 254, 1});
+    }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("Each object has its sub-indices with their sizes, and there are no others") {
+  std::map<std::pair<unsigned, unsigned>, unsigned> sizes;
+  std::set<unsigned> indices{0x1003, 0x1008, 0x1009, 0x100A};
+  for (const Subs& object : all_objects()) {
+    indices.insert(object.index);
+    for (unsigned sub = object.first; sub <= object.last; ++sub)
+      sizes[{object.index, sub}] = object.bytes;
+  }
+  Bench bench;
+  for (unsigned index = 0; index <= 0xFFFF; ++index)
+    for (unsigned sub = 0; sub <= (indices.count(index) != 0 ? 255u : 0u); ++sub) {
+      const auto size = sizes.find({index, sub});
+      // Texts, and of 1003h the entries that there are not, have tests of their own.
+      if (index == 0x300C || (index >= 0x1008 && index <= 0x100A && sub == 0) ||
+          (index == 0x1003 && sub >= 1 && sub <= 8))
+        continue;
+      INFO(std::hex << index << " " << sub);
+      bench.read(0, static_cast<std::uint16_t>(index), static_cast<std::uint16_t>(sub), 128);
+      if (size != sizes.end()) {
+        if (bench.reg(3700) != 0 || bench.reg(3705) != size->second) FAIL("size " << bench.reg(3705));
+      } else if (bench.reg(3700) != 4 || bench.reg(3707) != (indices.count(index) != 0 ? 0x0609 : 0x0602)) {
+        FAIL("there is one");
+      }
+    }
 }

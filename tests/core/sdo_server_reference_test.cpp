@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+// The SDO server beside a second one, by random frames: what goes on with the transfer that is under way,
+// nearly that, and anything. Each response is the same, byte for byte.
+
+#include <map>
+#include <random>
+
+#include "cbcan/canopen/sdo/server.hpp"
+#include "core/sdo_reference.hpp"
+#include "support/bench.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+using Flags = ObjectFlags;
+using State = ReferenceServer::State;
+
+constexpr std::size_t kBuffer = 1000;
+constexpr std::uint16_t kReadWrite = Flags::kReadWrite, kVariable = Flags::kVariable;
+
+const std::vector<ObjectEntry> kEntries{
+    {0x2000, 0, 0, DataType::kUnsigned8, 0, kReadWrite, 0, 1},
+    {0x2000, 1, 2, DataType::kUnsigned32, 0, kReadWrite, 1, 4},
+    {0x2001, 0, 0, DataType::kUnsigned64, 0, kReadWrite, 9, 8},
+    {0x2002, 0, 0, DataType::kVisibleString, 0, Flags::kRead, 17, 30},
+    {0x2003, 0, 0, DataType::kUnsigned16, 0, Flags::kWrite, 47, 2},
+    {0x2004, 0, 0, DataType::kUnsigned16, 0, kReadWrite | Flags::kLimited, 49, 2},
+    {0x2005, 0, 0, DataType::kDomain, 0, kReadWrite | kVariable, 55, 40},
+    {0x2006, 0, 0, DataType::kDomain, 0, kReadWrite | kVariable, 99, 1000},
+    {0x2007, 0, 0, DataType::kDomain, 0, kReadWrite, 1099, 1001},
+    {0x2008, 0, 0, DataType::kDomain, 0, kReadWrite, 2100, 21},
+};
+constexpr std::size_t kValues = 2121;
+const std::vector<ObjectLimits> kLimits{{0x2004, 0, 10, 1000}};
+
+std::vector<ReferenceObject> objects() {
+  constexpr unsigned kMost = 0xFFFFFFFF;
+  const auto zeros = [](std::size_t size) { return SdoBytes(size); };
+  return {{0x2000, 0, true, true, 1, 1, 0, kMost, zeros(1)},
+          {0x2000, 1, true, true, 4, 4, 0, kMost, zeros(4)},
+          {0x2000, 2, true, true, 4, 4, 0, kMost, zeros(4)},
+          {0x2001, 0, true, true, 8, 8, 0, kMost, zeros(8)},
+          {0x2002, 0, true, false, 30, 30, 0, kMost, zeros(30)},
+          {0x2003, 0, false, true, 2, 2, 0, kMost, zeros(2)},
+          {0x2004, 0, true, true, 2, 2, 10, 1000, zeros(2)},
+          {0x2005, 0, true, true, 0, 40, 0, kMost, {}},
+          {0x2006, 0, true, true, 0, 1000, 0, kMost, {}},
+          {0x2007, 0, true, true, 1001, 1001, 0, kMost, zeros(1001)},
+          {0x2008, 0, true, true, 21, 21, 0, kMost, zeros(21)}};
+}
+
+/// What a client could say next.
+class Client {
+ public:
+  Client(const ReferenceServer& server, unsigned seed) : server_(server), chance_(seed) {}
+
+  Sdo next() {
+    Sdo frame = one_of(40) == 0 ? anything() : plausible();
+    if (one_of(30) == 0) frame[one_of(8)] = byte();
+    if (one_of(60) == 0) frame[0] = static_cast<std::uint8_t>(frame[0] ^ 1 << one_of(8));
+    return frame;
+  }
+  std::size_t one_of(std::size_t count) { return chance_() % count; }
+
+ private:
+  std::uint8_t byte() { return static_cast<std::uint8_t>(chance_()); }
+  Sdo anything() {
+    Sdo frame;
+    for (std::uint8_t& each : frame)
+      each = byte();
+    return frame;
+  }
+  Sdo with(unsigned command) {
+    Sdo frame = anything();
+    frame[0] = static_cast<std::uint8_t>(command);
+    return frame;
+  }
+
+  Sdo plausible() {
+    switch (server_.state()) {
+      case State::kDownload: return download_segment();
+      case State::kUpload: return with(0x60 + 16 * server_.toggle());
+      case State::kBlockDownload: return block_segment();
+      case State::kBlockDownloadEnd: return end_of_block();
+      case State::kBlockUploadStart: return with(0xA3);
+      case State::kBlockUpload: return acknowledge();
+      case State::kBlockUploadEnd: return with(0xA1);
+      default: return initiate();
+    }
+  }
+  /// How many bytes the object still takes.
+  std::size_t left() const {
+    const std::size_t longest = server_.object()->longest;
+    return longest - std::min(longest, server_.bytes().size());
+  }
+  Sdo initiate() {
+    constexpr unsigned kSubs[] = {0, 0, 0, 1, 2, 3};
+    const unsigned index = 0x2000 + static_cast<unsigned>(one_of(10));
+    Sdo frame = with(command());
+    frame[1] = static_cast<std::uint8_t>(index);
+    frame[2] = static_cast<std::uint8_t>(index >> 8);
+    frame[3] = static_cast<std::uint8_t>(index == 0x2000 ? kSubs[one_of(6)] : one_of(50) == 0);
+    const unsigned sizes[] = {1, 2, 4, 8, 9, 21, 30, 40, 1000, 1001};
+    const unsigned size = one_of(3) == 0 ? static_cast<unsigned>(one_of(1100)) : sizes[index - 0x2000];
+    const bool is_size = (frame[0] & 0xE3) == 0x21 || (frame[0] & 0xE3) == 0xC2;
+    if (is_size)
+      frame = {frame[0],
+               frame[1],
+               frame[2],
+               frame[3],
+               static_cast<std::uint8_t>(size),
+               static_cast<std::uint8_t>(size >> 8)};
+    if (index == 0x2004 && !is_size) {
+      frame[5] = static_cast<std::uint8_t>(one_of(5));
+      if (one_of(2) == 0) frame[4] = static_cast<std::uint8_t>(one_of(12));
+    }
+    if (frame[0] / 32 == 5)
+      frame[4] = static_cast<std::uint8_t>(one_of(2) == 0 ? 1 + one_of(5) : one_of(140));
+    return frame;
+  }
+  unsigned command() {
+    constexpr unsigned kCommands[] = {0x20, 0x21, 0x22, 0x23, 0x27, 0x2B, 0x2F, 0x40,
+                                      0x40, 0xA0, 0xA4, 0xC0, 0xC2, 0xC4, 0xC6};
+    return kCommands[one_of(15)];
+  }
+  Sdo download_segment() {
+    const std::size_t size = one_of(5) == 0 ? one_of(8) : std::min<std::size_t>(7, left());
+    const bool last = size == left() || one_of(20) == 0;
+    return with(16 * server_.toggle() + 2 * (7 - static_cast<unsigned>(size)) + last);
+  }
+  /// Now and then one is lost.
+  Sdo block_segment() {
+    const unsigned number = server_.sequence() + 1 + (one_of(40) == 0);
+    return with(number + (left() <= 7 || one_of(30) == 0 ? 128 : 0));
+  }
+  Sdo end_of_block() {
+    const SdoBytes& bytes = server_.bytes();
+    const std::size_t longest = server_.object()->longest;
+    const std::size_t unused = bytes.size() > longest ? bytes.size() - longest : one_of(8);
+    const unsigned crc =
+        reference_crc(SdoBytes(bytes.begin(), bytes.end() - static_cast<std::ptrdiff_t>(unused % 8)));
+    Sdo frame = with(0xC1 + 4 * static_cast<unsigned>(unused % 8));
+    frame[1] = static_cast<std::uint8_t>(crc);
+    frame[2] = static_cast<std::uint8_t>(crc >> 8);
+    return frame;
+  }
+  Sdo acknowledge() {
+    Sdo frame = with(0xA2);
+    const std::size_t sent = server_.sequence();
+    const std::size_t kind = one_of(10);
+    frame[1] = static_cast<std::uint8_t>(kind == 0 ? one_of(sent + 2) : kind < 3 ? 0 : sent);
+    frame[2] = static_cast<std::uint8_t>(one_of(30) == 0 ? one_of(140) : 1 + one_of(20));
+    return frame;
+  }
+
+  const ReferenceServer& server_;
+  std::mt19937 chance_;
+};
+
+std::string text(const Sdo& bytes) {
+  Frame frame;
+  frame.id = 0x5C2;
+  frame.length = 8;
+  std::copy(bytes.begin(), bytes.end(), frame.data.begin());
+  return text_of(frame);
+}
+
+struct Beside {
+  explicit Beside(unsigned seed) : client(reference, seed) { server.reset(0x5C2); }
+
+  void run(std::size_t frames) {
+    for (std::size_t i = 0; i < frames; ++i) {
+      const Sdo request = client.next();
+      one(request);
+      if (client.one_of(100) == 0) ignored(request);
+    }
+  }
+  void one(const Sdo& request) {
+    Frame frame;
+    frame.id = 0x642;
+    frame.length = 8;
+    frame.data = request;
+    asked.push_back(text_of(frame));
+    if (asked.size() > 8) asked.pop_front();
+    port.sent.clear();
+    server.on_frame(frame, 0);
+    std::deque<std::string> expected;
+    for (const Sdo& response : reference.receive(request)) {
+      expected.push_back(text(response));
+      ++seen[response[0] == 0x80 ? expected.back().substr(12) : "responses"];
+    }
+    if (port.sent != expected) differ(expected);
+  }
+  /// No request: too short, of 29 bits, remote.
+  void ignored(const Sdo& request) {
+    Frame frame{0x642, 8, 0, request};
+    const std::size_t kind = client.one_of(3);
+    if (kind == 0) frame.length = static_cast<std::uint8_t>(client.one_of(8));
+    if (kind == 1) frame.flags = Frame::kExtended;
+    if (kind == 2) frame.flags = Frame::kRemote;
+    port.sent.clear();
+    server.on_frame(frame, 0);
+    if (!port.sent.empty()) differ({});
+  }
+  void differ(const std::deque<std::string>& expected) {
+    for (const std::string& request : asked)
+      UNSCOPED_INFO(request);
+    for (const std::string& response : expected)
+      UNSCOPED_INFO("expected " << response);
+    for (const std::string& response : port.sent)
+      UNSCOPED_INFO("was      " << response);
+    FAIL("not the same");
+  }
+
+  std::vector<std::uint8_t> values = std::vector<std::uint8_t>(kValues);
+  std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(kBuffer);
+  RecordingPort port;
+  ObjectDictionary dictionary{kEntries, values, nullptr, kLimits};
+  SdoServer server{dictionary, port, buffer};
+  ReferenceServer reference{objects(), kBuffer};
+  Client client;
+  std::deque<std::string> asked;
+  std::map<std::string, std::size_t> seen;  ///< responses, and aborts by the code's bytes
+};
+
+}  // namespace
+
+TEST_CASE("SDO server: 100,000 random frames, each response that of a second implementation") {
+  Beside beside(1);
+  beside.run(100'000);
+  // Each abort code that a server has, low byte first, often enough.
+  for (const char* code :
+       {"00000305", "01000405", "02000405", "03000405", "04000405", "05000405", "01000106", "02000106",
+        "00000206", "10000706", "12000706", "11000906", "31000906", "32000906"}) {
+    INFO(code);
+    CHECK(beside.seen[code] >= 10);
+  }
+  CHECK(beside.seen["responses"] > 50'000);
+}
+
+TEST_CASE("SDO server: 10,000,000 random frames beside a second implementation", "[.long]") {
+  for (unsigned seed = 2; seed < 12; ++seed)
+    Beside(seed).run(1'000'000);
+}
+
+}  // namespace cbcan::test

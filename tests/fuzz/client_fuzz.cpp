@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+// Any bytes, in any pieces, from a Modbus server to a client: what it takes for the response to its request
+// is one, byte for byte, and anything else ends the connection.
+//
+// The input: three bytes of the request (function, words to write, words to read), then a list of pieces,
+// each with two bytes in front: flags and length.
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+
+#include "client/tcp_connection.hpp"
+#include "fuzz/fuzz.hpp"
+#include "fuzz/input.hpp"
+#include "io/loop/descriptor.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr std::uint8_t kUnit = 7;
+constexpr std::uint8_t kIsPdu = 1;   ///< the piece is sent as a response with a good header
+constexpr std::uint8_t kIsGood = 2;  ///< it is what a good server says, and the piece its data
+constexpr std::uint8_t kGather = 4;  ///< the client gets it together with the next
+constexpr client::Time kTimeout = 1'000;
+
+/// Lives as long as the program.
+class Listener {
+ public:
+  Listener() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    auto* const generic = reinterpret_cast<sockaddr*>(&address);
+    require(bind(socket_.get(), generic, size) == 0 && listen(socket_.get(), 8) == 0 &&
+                getsockname(socket_.get(), generic, &size) == 0,
+            "there are sockets");
+    port = ntohs(address.sin_port);
+  }
+  /// Closed with a reset, so that no port stays in use.
+  io::Descriptor accept() const {
+    io::Descriptor accepted(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC));
+    const linger at_once{1, 0};
+    setsockopt(accepted.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+    return accepted;
+  }
+  int port = 0;
+
+ private:
+  io::Descriptor socket_;
+};
+
+const Listener& listener() {
+  static Listener the_listener;
+  return the_listener;
+}
+
+Bytes framed(const Bytes& unit_and_pdu) {
+  const std::size_t size = unit_and_pdu.size();
+  Bytes bytes{0, 0, 0, 0, static_cast<std::uint8_t>(size >> 8), static_cast<std::uint8_t>(size)};
+  bytes.insert(bytes.end(), unit_and_pdu.begin(), unit_and_pdu.end());
+  return bytes;
+}
+
+/// A request and the responses to it, after V1.1b3, 6.3, 6.12, 6.17 and 7.
+struct Model {
+  client::Request request;
+
+  Model(std::uint8_t kind, std::uint8_t writes, std::uint8_t reads) {
+    request.write_address = 0x0E74;
+    request.read_address = 0x0E75;
+    if (kind % 3 != 1) request.count = static_cast<std::uint16_t>(1 + reads % 125);
+    for (unsigned i = 0; kind % 3 != 0 && i <= writes % 121u; ++i)
+      request.words.push_back(static_cast<std::uint16_t>(257 * i));
+  }
+  std::uint8_t function() const { return request.words.empty() ? 3 : request.count == 0 ? 16 : 23; }
+
+  Bytes asked() const {
+    Bytes bytes{kUnit, function()};
+    const auto put = [&bytes](std::size_t word) {
+      bytes.push_back(static_cast<std::uint8_t>(word >> 8));
+      bytes.push_back(static_cast<std::uint8_t>(word));
+    };
+    if (request.count != 0) put(request.read_address), put(request.count);
+    if (request.words.empty()) return framed(bytes);
+    put(request.write_address);
+    put(request.words.size());
+    bytes.push_back(static_cast<std::uint8_t>(2 * request.words.size()));
+    for (const std::uint16_t word : request.words)
+      put(word);
+    return framed(bytes);
+  }
+  Bytes good(const Bytes& data) const {
+    Bytes bytes{kUnit, function()};
+    if (function() == 16) {
+      bytes.insert(bytes.end(), {0x0E, 0x74, 0, static_cast<std::uint8_t>(request.words.size())});
+    } else {
+      bytes.push_back(static_cast<std::uint8_t>(2 * request.count));
+      for (std::size_t i = 0; i < 2u * request.count; ++i)
+        bytes.push_back(i < data.size() ? data[i] : 0);
+    }
+    return framed(bytes);
+  }
+
+  enum class Verdict { kComes, kResponse, kNone };
+  /// Of all that has come. What FC 16 tells of its address is not looked at.
+  Verdict verdict(const Bytes& come, client::Response& response) const {
+    if (come.size() < 6) return Verdict::kComes;
+    const std::size_t length = come[4] * 256u + come[5];
+    const std::size_t pdu = come.size() - 7;
+    const bool whole = come.size() == 6 + length && length >= 2;
+    const bool head = whole && std::count(come.begin(), come.begin() + 4, 0) == 4 && come[6] == kUnit;
+    if (head && pdu == 2 && come[7] == function() + 128 && come[8] != 0) {
+      response = {come[8], {}};
+      return Verdict::kResponse;
+    }
+    if (head && come[7] == function() && pdu == (function() == 16 ? 5u : 2u + 2u * request.count) &&
+        (function() == 16 || come[8] == 2 * request.count)) {
+      response = {0, {}};
+      for (std::size_t i = 0; i < request.count; ++i)
+        response.words.push_back(static_cast<std::uint16_t>(come[9 + 2 * i] * 256u + come[10 + 2 * i]));
+      return Verdict::kResponse;
+    }
+    return 6 + length <= 260 && come.size() < 6 + length ? Verdict::kComes : Verdict::kNone;
+  }
+};
+
+class Run {
+ public:
+  explicit Run(const std::array<std::uint8_t, 3>& request) : model_(request[0], request[1], request[2]) {
+    while (client_.state() != client::Connection::State::kOn)
+      client_.poll(0);
+    server_ = listener().accept();
+    ask();
+  }
+
+  void piece(std::uint8_t flags, const Bytes& bytes) {
+    Bytes sent = bytes;
+    if ((flags & kIsPdu) != 0) sent = framed(bytes);
+    if ((flags & kIsGood) != 0) sent = model_.good(bytes);
+    if (!sent.empty()) ::send(server_.get(), sent.data(), sent.size(), MSG_NOSIGNAL);
+    come_.insert(come_.end(), sent.begin(), sent.end());
+    if ((flags & kGather) == 0) look();
+  }
+  bool over() const { return over_; }
+
+  /// Silence ends what is not whole.
+  void end() {
+    if (!over_) look();
+    if (over_) return;
+    require(!client_.receive(kTimeout).has_value(), "no response comes of silence");
+    require(client_.state() == client::Connection::State::kOff, "silence ends the connection");
+  }
+
+ private:
+  void ask() {
+    require(client_.ready(0), "a request can be sent");
+    client_.send(kUnit, model_.request, 0);
+    Bytes bytes(600);
+    const ssize_t size = ::recv(server_.get(), bytes.data(), bytes.size(), 0);
+    bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+    require(bytes == model_.asked(), "the request is that of the specification");
+    come_.clear();
+  }
+
+  void look() {
+    client::Response expected;
+    const Model::Verdict verdict = model_.verdict(come_, expected);
+    const std::optional<client::Response> response = client_.receive(0);
+    require(response.has_value() == (verdict == Model::Verdict::kResponse),
+            "a response is taken, and no other");
+    const bool on = client_.state() == client::Connection::State::kOn;
+    require(on == (verdict != Model::Verdict::kNone), "what is no response ends the connection");
+    over_ = !on;
+    if (!response) return;
+    require(response->exception == expected.exception && response->words == expected.words,
+            "the words are those that came");
+    ask();
+  }
+
+  Model model_;
+  client::TcpConnection client_{"127.0.0.1", listener().port, {kTimeout, 1, 1}};
+  io::Descriptor server_;
+  Bytes come_;
+  bool over_ = false;
+};
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  cbcan::fuzz::Input input({data, size});
+  const std::uint8_t kind = input.byte(), writes = input.byte(), reads = input.byte();
+  cbcan::fuzz::Run run({kind, writes, reads});
+  for (unsigned pieces = 0; !input.empty() && !run.over() && pieces < 50; ++pieces) {
+    const std::uint8_t flags = input.byte();
+    const auto bytes = input.take(input.byte());
+    run.piece(flags, {bytes.begin(), bytes.end()});
+  }
+  run.end();
+  return 0;
+}
