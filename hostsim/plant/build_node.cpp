@@ -67,7 +67,7 @@ class Builder {
   /// null: the file cannot be read.
   NodeBuild build(EdsFile* file) {
     if (file == nullptr) {
-      complain(node_.place, cannot_read(node_.eds));
+      complain(node_.place, cannot_read(node_.eds, node_.place));
     } else {
       read_eds(*file);
       if (build_.problems.empty()) add_parts();
@@ -82,8 +82,10 @@ class Builder {
     build_.problems.push_back(fmt::format("{}: {}: {}", to_string(place), node_name(node_), message));
   }
 
-  static std::string cannot_read(const std::string& path) {
-    return "cannot read " + path + "; paths are relative to the plant file";
+  static std::string cannot_read(const std::string& path, const Place& place) {
+    return fmt::format(
+        "cannot read {}; {}", path,
+        place.line != 0 ? "paths are relative to the plant file" : "check the path and its permissions");
   }
 
   void read_eds(EdsFile& file) {
@@ -169,7 +171,7 @@ class Builder {
       noise->seed = config.seed ? *config.seed : noise_seed(seed_, signal);
     if (auto* replay = std::get_if<sim::Replay>(&signal.shape)) {
       const std::optional<std::string> text = read_(config.file);
-      if (!text) return complain(config.place, cannot_read(config.file));
+      if (!text) return complain(config.place, cannot_read(config.file, config.place));
       sim::CsvPoints csv = sim::parse_csv_points(*text);
       if (!csv.problem.empty())
         return build_.problems.push_back(fmt::format("{}:{}: {}", config.file, csv.line, csv.problem));
@@ -206,6 +208,23 @@ NodeBuild NodeBuilder::build(const NodeConfig& node, std::uint64_t seed) {
     if (text) file = files_.emplace(node.eds, EdsFile(node.eds, std::move(*text))).first;
   }
   return Builder(node, seed, read_).build(file == files_.end() ? nullptr : &file->second);
+}
+
+PlantBuild build_nodes(const Config& config, const FileReader& read) {
+  PlantBuild plant;
+  NodeBuilder builder(read);
+  for (const NetworkConfig& network : config.networks) {
+    auto& nodes = plant.networks.emplace_back();
+    for (const NodeConfig& node : network.nodes) {
+      NodeBuild build = builder.build(node, node_seed(config, node));
+      if (!config.verbose) build.notes.clear();
+      for (const auto* lines : {&build.warnings, &build.problems, &build.notes})
+        plant.lines.insert(plant.lines.end(), lines->begin(), lines->end());
+      plant.good = plant.good && build.node;
+      if (build.node) nodes.push_back(std::move(*build.node));
+    }
+  }
+  return plant;
 }
 
 }  // namespace cbcan::plant

@@ -20,6 +20,9 @@ namespace cbcan::plant {
 namespace {
 
 constexpr std::string_view kTrue = "true";
+constexpr std::string_view kCommand = "--";
+constexpr std::string_view kEdsAsPlant =
+    "this is an EDS or DCF file, not a plant file; --node 5=FILE is a node made from it";
 
 /// As --help shows it; empty = there is none of this name.
 std::string_view find_option(std::string_view word) {
@@ -47,11 +50,15 @@ std::string lost_word(std::string_view word) {
 class Typed {
  public:
   explicit Typed(std::span<const char* const> words) : words_(words) {
-    while (!words_.empty())
+    while (!words_.empty() && words_.front() != kCommand)
       take_word(take());
+    if (words_.empty()) return;
+    command.assign(words_.begin() + 1, words_.end());
+    if (command.empty()) complain(kCommand, "write a command behind it, such as -- pytest tests");
   }
 
   Arguments arguments;  ///< in order
+  std::vector<std::string> command;
   Diagnostics problems;
 
   std::size_t count(std::string_view option) const {
@@ -71,7 +78,7 @@ class Typed {
   }
 
   void take_word(std::string_view word) {
-    if (!word.starts_with('-') || word == "--") return complain(word, lost_word(word));
+    if (!word.starts_with('-')) return complain(word, lost_word(word));
     const auto joined = text::split(word, '=');
     const std::string_view name = joined ? joined->first : word;
     const std::string_view shown = find_option(name);
@@ -109,11 +116,23 @@ class Typed {
   std::size_t network_ = 1;
 };
 
+/// CiA 306 begins such a file with this section.
+bool is_eds(std::string_view text) {
+  constexpr std::string_view kSection = "[FileInfo]";
+  while (!text.empty())
+    if (text::same_text(text::trim(text::take_line(text)), kSection)) return true;
+  return false;
+}
+
 Diagnostics read_plant_of(const Typed& typed, const FileReader& read, Config& config) {
   for (const Argument& argument : typed.arguments) {
     if (argument.option != kDemoOption && argument.option != kConfigOption) continue;
     const std::string path = argument.option == kDemoOption ? std::string(kDemoPlant) : argument.text;
-    if (const auto text = read(path)) return read_plant(*text, path, config);
+    if (const auto text = read(path)) {
+      if (is_eds(*text))
+        return {about_option(fmt::format("{} {}", kConfigOption, path), std::string(kEdsAsPlant))};
+      return read_plant(*text, path, config);
+    }
     return {about_option(fmt::format("{} {}", kConfigOption, path),
                          "this file cannot be read; check the path and its permissions")};
   }
@@ -135,6 +154,21 @@ std::string remarks_on(const NetworkConfig& network) {
         "{}can.bit_rate (--bit-rate) is for the virtual bus; {} has the one that it was set up with\n",
         opening, can_spec(can));
   return text;
+}
+
+/// A command is told where the plant is: so any number of them can run at once. What options name stays.
+void use_free_addresses(const Typed& typed, Config& config) {
+  constexpr std::string_view kFree = "127.0.0.1:0";
+  if (typed.count("--modbus") == 0) config.modbus.port = 0;
+  if (typed.count("--control") == 0) config.control = kFree;
+  if (typed.count("--rtu-tcp") == 0 && !config.rtu.listen.empty()) config.rtu.listen = kFree;
+  for (NetworkConfig& network : config.networks) {
+    const auto names_it = [&](const Argument& argument) {
+      return argument.option == "--slcan" && argument.network == network.number;
+    };
+    const bool on_virtual_bus = network.can.interface_name.empty();
+    if (std::ranges::none_of(typed.arguments, names_it)) network.can.slcan = on_virtual_bus ? kFree : "";
+  }
 }
 
 Start refuse(Diagnostics problems) {
@@ -171,6 +205,9 @@ Start parse_command_line(int argc, const char* const* argv, const FileReader& re
   if (!problems.empty()) return refuse(std::move(problems));
 
   start.run = true;
+  start.check = typed.count(kCheckOption) != 0;
+  start.command = typed.command;
+  if (!start.command.empty()) use_free_addresses(typed, start.config);
   for (const NetworkConfig& network : start.config.networks)
     start.err += remarks_on(network);
   return start;

@@ -85,7 +85,7 @@ def script_of(document_steps):
 def type_into_shell(script, program_dir):
     """What the shell prints. Whatever it started ends with it."""
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("plants", "tools", "docs"):
+        for name in ("plants", "tools", "docs", "scenarios", "examples"):
             os.symlink(ROOT / name, pathlib.Path(folder) / name)
         os.makedirs(pathlib.Path(folder) / "build")
         os.symlink(program_dir, pathlib.Path(folder) / "build" / "bin")

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <iterator>
 #include <utility>
 
 #include "sim/frame_text.hpp"
@@ -29,19 +28,13 @@ Descriptor open_log(const std::string& path) {
 
 }  // namespace
 
-void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface) {
-  fmt::format_to(std::back_inserter(text), "({:010}.{:06}) {} ", time / kSecond, time % kSecond, interface);
-  sim::append_frame(text, frame);
-  text += '\n';
-}
-
 CandumpLog::CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
                        std::size_t most_waiting)
     : path_(std::move(path)),
       interface_(std::move(interface)),
       wall_offset_(wall_offset),
       warn_(std::move(warn)),
-      output_(open_log(path_), most_waiting),
+      output_(path_ == "-" ? Output::standard(1, most_waiting) : Output(open_log(path_), most_waiting)),
       most_waiting_(most_waiting),
       flush_at_(kCharactersPerWrite) {}
 
@@ -59,7 +52,7 @@ void CandumpLog::on_bus_frame(const Frame& frame, Time now) {
     ++counters_.dropped;
     return;
   }
-  append_candump_line(output_.text(), frame, now + wall_offset_, interface_);
+  sim::append_candump_line(output_.text(), frame, now + wall_offset_, interface_);
   ++counters_.frames;
 }
 

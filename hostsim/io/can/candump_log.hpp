@@ -16,16 +16,13 @@
 
 namespace cbcan::io {
 
-/// Appends `(0000000012.345678) vcan0 605#4017100000000000` and a line end. `time` is what the brackets show.
-void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface);
-
 /// Writes every frame of a bus to a file, or into a pipe or FIFO, whose reader nobody waits for.
 class CandumpLog final : public sim::Observer {
  public:
-  /// Makes the file anew; throws EnvironmentError if it cannot. Times in the log are those of the frames plus
-  /// `wall_offset`: wall-clock time less simulation time, in microseconds. A frame is dropped when more than
-  /// `most_waiting` characters wait for a reader; `warn` is told how many those were once there is room
-  /// again.
+  /// Makes the file anew, or takes standard output for "-"; throws EnvironmentError if it cannot. Times in
+  /// the log are those of the frames plus `wall_offset`: wall-clock time less simulation time, in
+  /// microseconds. A frame is dropped when more than `most_waiting` characters wait for a reader; `warn` is
+  /// told how many those were once there is room again.
   CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
              std::size_t most_waiting = Output::kMostWaiting);
   /// Waits for a reader as Output does.
