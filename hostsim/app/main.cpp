@@ -7,6 +7,7 @@
 #include "app/console.hpp"
 #include "app/simulator.hpp"
 #include "io/files/read_file.hpp"
+#include "io/sockets/service_manager.hpp"
 #include "plant/build_node.hpp"
 #include "plant/command_line.hpp"
 #include "plant/demo_plant.hpp"
@@ -41,6 +42,7 @@ ExitCode run(const plant::Config& config, const plant::FileReader& read, Console
   if (!good) return ExitCode::kUsage;
   Simulator simulator(config, std::move(nodes), console);
   console.say("ready " + simulator.where() + "\n");
+  io::tell_ready([&console](const std::string& line) { console.warn(line); });
   simulator.run();
   if (config.verbose) console.tell(simulator.summary());
   return ExitCode::kDone;
