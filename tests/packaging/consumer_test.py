@@ -19,6 +19,7 @@ from simulator import LIMIT, Simulator, program_from_arguments
 
 BUILD, SIMULATOR = program_from_arguments(sys.argv, 2)
 COMPILERS = ["g++-12", "clang++-14"]
+NEWER = [name for name in ("g++-13", "g++-14", "clang++-16", "clang++-19") if shutil.which(name)]
 CCACHE = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
 PRINTED = {
     "with_canopen": "4 bytes: 91 01 0F 00\n",
@@ -51,8 +52,8 @@ class Consumer(unittest.TestCase):
         build = tempfile.mkdtemp(dir=self.folder.name)
         return build, run("cmake", "-S", source, "-B", build, "-G", "Ninja", *CCACHE, *options, code=code)
 
-    def build_and_run(self, *options):
-        for compiler in COMPILERS:
+    def build_and_run(self, *options, compilers=COMPILERS):
+        for compiler in compilers:
             with self.subTest(compiler=compiler), Simulator(SIMULATOR, "--demo") as simulator:
                 build, _ = self.configure(f"-DCMAKE_CXX_COMPILER={compiler}", *options)
                 run("cmake", "--build", build, "--target", *PRINTED)
@@ -60,7 +61,8 @@ class Consumer(unittest.TestCase):
                 self.assertNotIn("cbcan-sim", run("cmake", "--build", build, "--target", "help"))
 
     def test_find_package(self):
-        self.build_and_run("-DHOW=find_package", f"-DCMAKE_PREFIX_PATH={self.prefix}")
+        self.build_and_run("-DHOW=find_package", f"-DCMAKE_PREFIX_PATH={self.prefix}", compilers=COMPILERS + NEWER)
+        print("figure: examples/consumer was compiled with " + ", ".join(COMPILERS + NEWER))
 
     def test_fetch_content(self):
         self.build_and_run("-DHOW=FetchContent", f"-DFETCHCONTENT_SOURCE_DIR_CBCAN={ROOT}")
