@@ -13,6 +13,7 @@ import argparse
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -85,8 +86,8 @@ def type_into_shell(script, program_dir, root):
     """What the shell prints. Whatever it started ends with it."""
     with tempfile.TemporaryDirectory(dir=root and f"{root}/tmp") as folder:
         inside = ["chroot", root, "env", f"--chdir=/{os.path.relpath(folder, root)}"] if root else []
-        for name in () if root else ("plants", "tools", "docs"):
-            os.symlink(ROOT / name, pathlib.Path(folder) / name)
+        for name in ("plants", "tools", "docs"):
+            (shutil.copytree if root else os.symlink)(ROOT / name, pathlib.Path(folder) / name)
         os.makedirs(pathlib.Path(folder) / "build")
         os.symlink(program_dir, pathlib.Path(folder) / "build" / "bin")
         shell = subprocess.Popen([*ALONE, *inside, *SHELL], cwd=folder, text=True, start_new_session=True, stdin=subprocess.PIPE,

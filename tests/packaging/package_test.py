@@ -101,7 +101,7 @@ class Package(unittest.TestCase):
         """Its --help, and those of its commands, where they have one of their own."""
         text = run(self.programs[program], "--help")
         commands = re.search(r"\nSubcommands:\n(.*?)\n\n", text, re.DOTALL)
-        names = re.findall(r"^  (\S+)", commands[1], re.MULTILINE) if commands else []
+        names = re.findall(r"^  (\S+)", commands[1], re.MULTILINE) if commands else re.findall(rf"(?m)^ +{program} ([a-z]+) ", text)
         return {"": text} | {name: run(self.programs[program], name, "--help") for name in names}
 
     @staticmethod
