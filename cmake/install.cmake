@@ -79,6 +79,7 @@ set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME cbcan)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION net)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_RECOMMENDS python3)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "python3-pytest, can-utils")
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/prerm)
 set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "cbcan-sim serves the registers by which a PLC does SDO and NMT services,
 over Modbus, in front of simulated CANopen devices or a CAN interface.
 cbcanctl is the PLC's side, from the command line.")

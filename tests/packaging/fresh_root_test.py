@@ -83,6 +83,7 @@ class FreshRoot(unittest.TestCase):
         job = self.root / "job"
         self.addCleanup(shutil.rmtree, job)
         shutil.copytree(ROOT / "plants/demo", job)
+        shutil.copytree(ROOT / "plants", job / "plants")  # of the shipped scenarios
         with (job / "plant.toml").open("a") as plant:
             plant.write('\n[time]\nclock = "manual"\n')
         (job / "tests").mkdir()
