@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cstddef>
+#include <memory>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include "app/waits.hpp"
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/sockets/command_session.hpp"
 
 namespace cbcan::app {
+
+/// What a script has waited for has not come.
+class CheckFailed : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// What a clock drives.
 class Program {
@@ -27,8 +35,12 @@ class Program {
   virtual void flush() = 0;
   /// When the world has something to do next.
   virtual Time next_event() const = 0;
-  /// A command of docs/control.md; what it brings about has happened when it returns the response.
-  virtual std::string execute(std::string_view line) = 0;
+  /// A command of docs/control.md; what it brings about has happened when it returns the response, or when
+  /// the response is there later, see io::Dialogue.
+  virtual std::string execute(std::string_view line, const std::shared_ptr<io::Dialogue>& dialogue) = 0;
+  virtual Waits& waits() = 0;
+  /// Answers those that are over now; true if there was one.
+  virtual bool look_at_waits() = 0;
 
  protected:
   ~Program() = default;
@@ -49,10 +61,5 @@ class Clock {
       program.turn(kNever);
   }
 };
-
-/// "12.345678": seconds.
-inline std::string seconds_text(Time time) {
-  return fmt::format("{}.{:06}", time / kSecond, time % kSecond);
-}
 
 }  // namespace cbcan::app

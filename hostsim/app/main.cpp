@@ -2,9 +2,12 @@
 // cbcan-sim: results on standard output, everything for people on standard error.
 
 #include <exception>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "app/console.hpp"
+#include "app/run.hpp"
 #include "app/simulator.hpp"
 #include "io/files/read_file.hpp"
 #include "io/sockets/service_manager.hpp"
@@ -17,55 +20,56 @@ namespace {
 
 using plant::ExitCode;
 
-/// All nodes of a network; or fewer, when what is wrong has been said.
-std::vector<sim::NodeParts> build_nodes(const plant::Config& config, const plant::NetworkConfig& network,
-                                        const plant::FileReader& read, Console& console) {
-  std::vector<sim::NodeParts> nodes;
-  for (const plant::NodeConfig& node : network.nodes) {
-    plant::NodeBuild build = plant::build_node(node, plant::node_seed(config, node), read);
-    if (!config.verbose) build.notes.clear();
-    for (const auto& lines : {build.warnings, build.problems, build.notes})
-      for (const std::string& line : lines)
-        console.tell(line + "\n");
-    if (build.node) nodes.push_back(std::move(*build.node));
-  }
-  return nodes;
+int code(ExitCode code) {
+  return static_cast<int>(code);
 }
 
-ExitCode run(const plant::Config& config, const plant::FileReader& read, Console& console) {
-  bool good = true;
-  std::vector<std::vector<sim::NodeParts>> nodes;
-  for (const plant::NetworkConfig& network : config.networks) {
-    nodes.push_back(build_nodes(config, network, read, console));
-    good = good && nodes.back().size() == network.nodes.size();
+int run(const plant::Start& start, const plant::FileReader& read, Console& console) {
+  const plant::Config& config = start.config;
+  plant::PlantBuild build = plant::build_nodes(config, read);
+  for (const std::string& line : build.lines)
+    console.tell(line + "\n");
+  if (!build.good) return code(ExitCode::kUsage);
+  Simulator simulator(config, std::move(build.networks), console, start.command.empty());
+  int exit_code = code(ExitCode::kDone);
+  if (start.command.empty()) {
+    console.say("ready " + simulator.where() + "\n");
+    io::tell_ready([&console](const std::string& line) { console.warn(line); });
+    simulator.run();
+  } else {
+    exit_code = simulator.run(start.command);
   }
-  if (!good) return ExitCode::kUsage;
-  Simulator simulator(config, std::move(nodes), console);
-  console.say("ready " + simulator.where() + "\n");
-  io::tell_ready([&console](const std::string& line) { console.warn(line); });
-  simulator.run();
   if (config.verbose) console.tell(simulator.summary());
-  return ExitCode::kDone;
+  return exit_code;
 }
 
-ExitCode start(int argc, char** argv, Console& console) {
+int start(int argc, char** argv, Console& console) {
   const plant::FileReader read = plant::with_demo_plant(io::read_file);
+  if (argc > 1 && std::string_view(argv[1]) == "run") {
+    const plant::RunStart start = plant::parse_run_command_line(std::span(argv + 2, argv + argc));
+    console.tell(start.err);
+    console.say(start.out);
+    return code(start.run ? run_scenarios(start.config, read, console) : start.exit_code);
+  }
   const plant::Start start = plant::parse_command_line(argc, argv, read);
   console.tell(start.err);
   console.say(start.out);
-  return start.run ? run(start.config, read, console) : start.exit_code;
+  return start.run ? run(start, read, console) : code(start.exit_code);
 }
 
-ExitCode start(int argc, char** argv) {
+int start(int argc, char** argv) {
   Console console;
   try {
     return start(argc, argv, console);
   } catch (const io::UsageError& error) {
     console.warn(error.what());
-    return ExitCode::kUsage;
+    return code(ExitCode::kUsage);
+  } catch (const CheckFailed& error) {
+    console.warn(error.what());
+    return code(ExitCode::kCheckFailed);
   } catch (const std::exception& error) {
     console.warn(error.what());
-    return ExitCode::kEnvironment;
+    return code(ExitCode::kEnvironment);
   }
 }
 
@@ -73,5 +77,5 @@ ExitCode start(int argc, char** argv) {
 }  // namespace cbcan::app
 
 int main(int argc, char** argv) {
-  return static_cast<int>(cbcan::app::start(argc, argv));
+  return cbcan::app::start(argc, argv);
 }

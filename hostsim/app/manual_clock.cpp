@@ -1,96 +1,86 @@
 // SPDX-License-Identifier: MIT
 #include "app/manual_clock.hpp"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "io/errors.hpp"
-#include "io/loop/line_input.hpp"
-#include "text/numbers.hpp"
-#include "text/utf8.hpp"
 
 namespace cbcan::app {
 namespace {
 
-/// Before a line, what has come in until then is dealt with: so many turns of it at most, lest clients that
-/// never stop asking stop the clock.
-constexpr int kMostTurnsBeforeLine = 100;
+/// Before time passes, what has come in until then is dealt with: so many turns of it at most, lest clients
+/// that never stop asking stop the clock.
+constexpr int kMostTurnsBeforeTime = 100;
 
 /// However much happens in this time, a signal can wait so long.
 constexpr Time kLongestStep = kSecond;
 
-constexpr std::string_view kError = "error: ";
-constexpr std::string_view kPass = "pass ";
-constexpr Time kMost = 365 * 24 * 3600 * kSecond;
-
-/// 0 = no such unit.
-Time unit_of(std::string_view text) {
-  if (text == "us") return 1;
-  if (text == "ms") return kMillisecond;
-  return text == "s" ? kSecond : 0;
-}
-
-[[noreturn]] void refuse(std::string_view line) {
-  throw io::UsageError(fmt::format(
-      "standard input: \"{}\": write pass and how long, a whole number of us, ms or s, such as pass 100ms",
-      text::to_utf8(line)));
+void hear_everybody(Program& program) {
+  for (int turns = 0; turns < kMostTurnsBeforeTime && program.turn(0) != 0; ++turns) {
+  }
 }
 
 }  // namespace
 
-Time parse_pass(std::string_view line) {
-  std::string_view rest = line;
-  if (rest.ends_with('\r')) rest.remove_suffix(1);
-  if (!rest.starts_with(kPass)) refuse(line);
-  rest.remove_prefix(kPass.size());
-  const std::size_t digits = std::min(rest.find_first_not_of("0123456789"), rest.size());
-  const auto count = text::parse<Time>(rest.substr(0, digits));
-  const Time unit = unit_of(rest.substr(digits));
-  if (!count || unit == 0 || *count > kMost / unit) refuse(line);
-  return *count * unit;
-}
-
 /// While nobody reads the responses, no more lines are taken.
 void ManualClock::drive(Program& program) {
-  io::LineInput input(reactor_, STDIN_FILENO, "standard input");
-  while (!program.stop_requested() && !input.ended()) {
-    program.turn(console_.heard() ? input.next_deadline() : io::Reactor::now() + io::Output::kRetry);
-    input.poll();
-    while (console_.heard() && !program.stop_requested()) {
-      const auto line = input.take();
-      if (!line) break;
-      for (int turns = 0; turns < kMostTurnsBeforeLine && program.turn(0) != 0; ++turns) {
-      }
-      take_line(*line, program);
-    }
+  std::optional<io::LineInput> input;
+  if (reads_input_) input.emplace(reactor_, STDIN_FILENO, "standard input");
+  while (!program.stop_requested() && !(input && input->ended() && !dialogue_->waiting)) {
+    const Time look = !console_.heard() ? io::Reactor::now() + io::Output::kRetry
+                      : input           ? input->next_deadline()
+                                        : kNever;
+    program.turn(earlier(look, program.waits().plc_deadline()));
+    program.waits().give_up_on_plc(io::Reactor::now());
+    if (program.waits().want_time()) let_time_pass(program);
+    say(std::exchange(dialogue_->unsent, {}));
+    if (input) take_lines(*input, program);
   }
 }
 
-/// False: a signal has come meanwhile. The steps are for that alone; nothing depends on them.
-bool ManualClock::pass(Time duration, Program& program) {
-  const Time end = now_ + duration;
-  do {
-    now_ = std::min(end, std::max(now_ + kLongestStep, program.next_event()));
+void ManualClock::take_lines(io::LineInput& input, Program& program) {
+  input.poll();
+  while (console_.heard() && !program.stop_requested() && !dialogue_->waiting) {
+    const auto line = input.take();
+    if (!line) break;
+    hear_everybody(program);
+    say(program.execute(*line, dialogue_));
+    if (program.waits().want_time()) let_time_pass(program);
+    say(std::exchange(dialogue_->unsent, {}));
+  }
+}
+
+/// Until a wait is over, or a signal has come. Nothing depends on the steps of a pass.
+void ManualClock::let_time_pass(Program& program) {
+  hear_everybody(program);
+  bool is_over = false;
+  while (!is_over && program.waits().want_time() && !program.stopped_meanwhile()) {
+    const Time step = program.waits().are_passes() ? now_ + kLongestStep : now_;
+    now_ = std::min(program.waits().next_look(), std::max(step, program.next_event()));
     program.advance();
-  } while (now_ < end && !program.stopped_meanwhile());
+    is_over = program.look_at_waits();
+  }
   program.flush();
-  return now_ == end;
 }
 
 /// What a line brings about has happened and been sent when it is answered.
-void ManualClock::take_line(const std::string& line, Program& program) {
-  if (line.substr(0, line.find(' ')) == "pass") {
-    if (!pass(parse_pass(line), program)) return;
-    console_.say(fmt::format("at {}\n", seconds_text(now_)));
+void ManualClock::say(std::string response) {
+  constexpr std::string_view kError = scenario::kError;
+  const std::size_t end = response.rfind('\n', response.size() - 2);
+  const std::size_t last = end == std::string::npos ? 0 : end + 1;
+  if (response.compare(last, kError.size(), kError) != 0) {
+    if (!response.empty()) console_.say(response);
     return;
   }
-  const std::string response = program.execute(line);
-  if (response.starts_with(kError))
-    throw io::UsageError("standard input: " +
-                         response.substr(kError.size(), response.size() - kError.size() - 1));
-  console_.say(response);
+  console_.say(response.substr(0, last));
+  const std::string why =
+      "standard input: " + response.substr(last + kError.size(), response.size() - last - kError.size() - 1);
+  if (response.compare(last, scenario::kNotWithin.size(), scenario::kNotWithin) == 0) throw CheckFailed(why);
+  throw io::UsageError(why);
 }
 
 }  // namespace cbcan::app

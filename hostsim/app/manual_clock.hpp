@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string_view>
+#include <memory>
+#include <string>
 
 #include "app/clock.hpp"
 #include "app/console.hpp"
+#include "io/loop/line_input.hpp"
 #include "io/loop/reactor.hpp"
 
 namespace cbcan::app {
 
-/// Time stands still and passes by lines on standard input, `pass 100ms`; commands may stand between them.
-/// Ends the program with the input; throws io::UsageError for a line that means nothing: whoever wrote it is
-/// a script.
+/// Time stands still and passes by the commands pass and wait, on standard input and from wherever else. Ends
+/// the program with the input; throws io::UsageError for a line that means nothing, and CheckFailed for a
+/// wait that was in vain: whoever wrote it is a script.
 class ManualClock final : public Clock {
  public:
-  ManualClock(io::Reactor& reactor, Console& console) : reactor_(reactor), console_(console) {}
+  /// `reads_input`: else standard input belongs to somebody else, who says when the program ends.
+  ManualClock(io::Reactor& reactor, Console& console, bool reads_input)
+      : reactor_(reactor), console_(console), reads_input_(reads_input) {}
 
   Time now() const override { return now_; }
   Time wall_offset() const override { return 0; }
@@ -22,15 +26,15 @@ class ManualClock final : public Clock {
   void drive(Program& program) override;
 
  private:
-  bool pass(Time duration, Program& program);
-  void take_line(const std::string& line, Program& program);
+  void let_time_pass(Program& program);
+  void take_lines(io::LineInput& input, Program& program);
+  void say(std::string response);
 
   io::Reactor& reactor_;
   Console& console_;
+  bool reads_input_;
+  std::shared_ptr<io::Dialogue> dialogue_ = std::make_shared<io::Dialogue>();
   Time now_ = 0;
 };
-
-/// "pass 100ms": a whole number, and us, ms or s; 0 is allowed, a year the most. Throws io::UsageError.
-Time parse_pass(std::string_view line);
 
 }  // namespace cbcan::app

@@ -6,43 +6,13 @@
 #include <utility>
 
 #include "io/modbus/rtu_connection.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
 constexpr std::uint16_t kModbusPort = 502;
-
-Coprocessor::Settings settings_of(const plant::ModuleConfig& module) {
-  Coprocessor::Settings settings;
-  settings.node_id = module.node_id;
-  settings.sdo_timeout_ms = module.sdo_timeout_ms;
-  settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
-  settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
-  settings.plc_timeout_ms = module.plc_timeout_ms;
-  settings.plc_lost = module.plc_lost_state == plant::PlcLostState::kStopped
-                          ? nmt::Command::kStop
-                          : nmt::Command::kEnterPreOperational;
-  settings.scanner_out_first = module.scanner_out_first;
-  settings.scanner_in_first = module.scanner_in_first;
-  settings.process_first = module.process_first;
-  return settings;
-}
-
-RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
-  const std::span<std::uint16_t> all(registers);
-  return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
-}
-
-ScannerWindow scanner_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
-  const std::span<std::uint16_t> all(registers);
-  return {all.subspan(module.scanner_out_first).first<regmap::kScannerOutWords>(),
-          all.subspan(module.scanner_in_first).first<regmap::kScannerInWords>()};
-}
-
-ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
-  return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
-}
 
 /// What hours that pass at once bring to a pipe.
 constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
@@ -59,39 +29,21 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
       number_(config.number),
       name_(plant.networks.size() == 1 ? "" : fmt::format("network {}: ", number_)),
       can_(plant::can_spec(config.can)),
-      registers_(regmap::kRegisterFileWords),
-      world_(config.can.bit_rate, plant::network_seed(plant, config), this) {
-  if (config.module.enabled)
-    module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                                 settings_of(config.module), scanner_of(registers_, config.module));
-  add_nodes(config, std::move(nodes));
-  add_faults(world_.faults(), config.can.faults);
-  for (std::size_t i = 0; i < config.nodes.size(); ++i)
-    add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults);
+      core_(plant, config, with_parameters(config, std::move(nodes)), surroundings.started, this) {
   if (!config.can.interface_name.empty())
-    socketcan_.emplace(surroundings_.reactor, world_.bus(), config.can.interface_name, surroundings_.warn);
+    socketcan_.emplace(surroundings_.reactor, world().bus(), config.can.interface_name, surroundings_.warn);
   if (!config.can.slcan.empty()) open_slcan(config);
-  if (module_ != nullptr) open_plc(config);
+  if (core_.module() != nullptr) open_plc(config);
   if (!config.log.empty()) open_log(config);
 }
 
-std::span<std::uint16_t> Network::registers() {
-  return module_ != nullptr ? std::span(registers_) : std::span<std::uint16_t>();
-}
-
-void Network::add_nodes(const plant::NetworkConfig& config, std::vector<sim::NodeParts> nodes) {
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    nodes[i].listener = this;
+std::vector<sim::NodeParts> Network::with_parameters(const plant::NetworkConfig& config,
+                                                     std::vector<sim::NodeParts> nodes) {
+  for (std::size_t i = 0; i < nodes.size(); ++i)
     if (const std::string& file = config.nodes[i].parameters; !file.empty())
       nodes[i].parameters =
           parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, surroundings_.warn)).get();
-    world_.add_node(std::move(nodes[i]));
-  }
-}
-
-void Network::add_faults(sim::FaultSet& to, const std::vector<plant::FaultConfig>& faults) const {
-  for (const plant::FaultConfig& fault : faults)
-    to.add(fault.fault, surroundings_.started);
+  return nodes;
 }
 
 /// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
@@ -103,7 +55,7 @@ void Network::tell_time_of_day() {
   const Time since_1970 = surroundings_.started + surroundings_.clock.wall_offset();
   const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
                        static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
-  for (const auto& node : world_.nodes())
+  for (const auto& node : world().nodes())
     node->device().time_stamp().set(time, surroundings_.started);
 }
 
@@ -112,7 +64,7 @@ void Network::open_slcan(const plant::NetworkConfig& config) {
   const std::size_t most_unsent =
       surroundings_.clock.runs() ? sim::SlcanAdapter::kMostUnsent : sim::SlcanAdapter::kUnlimited;
   slcan_.emplace(
-      surroundings_.reactor, world_.bus(), text::parse_stream_address(config.can.slcan), most_unsent,
+      surroundings_.reactor, world().bus(), text::parse_stream_address(config.can.slcan), most_unsent,
       [this] { advance(); }, surroundings_.warn);
 }
 
@@ -143,7 +95,7 @@ void Network::open_log(const plant::NetworkConfig& config) {
   const std::size_t most_waiting =
       surroundings_.clock.runs() ? io::Output::kMostWaiting : kMostLogWaitingOnManualClock;
   log_.emplace(config.log, interface, surroundings_.clock.wall_offset(), surroundings_.warn, most_waiting);
-  world_.bus().observe(*log_);
+  world().bus().observe(*log_);
 }
 
 std::string Network::where() const {
@@ -155,21 +107,16 @@ std::string Network::where() const {
 
 void Network::start() {
   tell_time_of_day();
-  world_.start(surroundings_.clock.now());
+  world().start(surroundings_.clock.now());
 }
 
 void Network::on_request(bool valid, const io::ModbusRange& written) {
   advance();
-  if (!valid) return;
-  const Time now = surroundings_.clock.now();
-  module_->on_plc(now);
-  if (written.count == 0) return;
-  module_->on_registers_written(written.first, written.count, now);
-  if (world_.next_deadline() <= now) advance();
+  if (valid) core_.on_request(written.first, written.count, surroundings_.clock.now());
 }
 
 void Network::on_fault(std::string_view text, Time now) {
-  surroundings_.warn(fmt::format("{} {}{}", seconds_text(now - surroundings_.started), name_, text));
+  surroundings_.warn(fmt::format("{} {}{}", text::seconds_text(now - surroundings_.started), name_, text));
 }
 
 void Network::flush() {
@@ -180,20 +127,21 @@ void Network::flush() {
 void Network::advance() {
   const Time time = surroundings_.clock.now();
   if (socketcan_) socketcan_->poll(time);
-  world_.advance(time);
+  world().advance(time);
 }
 
 Time Network::next_deadline() const {
-  Time next = surroundings_.clock.runs() ? world_.next_deadline() : kNever;
+  Time next = surroundings_.clock.runs() ? core_.world().next_deadline() : kNever;
   if (log_) next = earlier(next, log_->next_deadline());
   if (plc_) next = earlier(next, plc_->next_deadline());
   return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;
 }
 
 std::string Network::module_summary() const {
-  if (module_ == nullptr) return {};
-  const auto& transactions = module_->coprocessor().counters();
-  const auto& sdo = module_->coprocessor().sdo_client().counters();
+  const sim::CoprocessorModule* const module = core_.module();
+  if (module == nullptr) return {};
+  const auto& transactions = module->coprocessor().counters();
+  const auto& sdo = module->coprocessor().sdo_client().counters();
   return fmt::format(
       "{0}transactions {1}, failed {2}, cancelled {3}\n"
       "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n",

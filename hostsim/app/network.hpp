@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "app/clock.hpp"
-#include "cbcan/regmap.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/slcan_server.hpp"
 #include "io/can/socketcan.hpp"
@@ -24,7 +23,7 @@
 #include "io/serial/serial_port.hpp"
 #include "plant/build_node.hpp"
 #include "plant/config.hpp"
-#include "sim/world.hpp"
+#include "scenario/network.hpp"
 
 namespace cbcan::app {
 
@@ -49,10 +48,10 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   Network& operator=(const Network&) = delete;
 
   /// None where there is no module.
-  std::span<std::uint16_t> registers() override;
+  std::span<std::uint16_t> registers() override { return core_.registers(); }
 
   /// As commands see it.
-  sim::World& world() { return world_; }
+  scenario::Network& core() { return core_; }
 
   /// "can=virtual slcan=127.0.0.1:29536"; of network 2 "2/can=virtual 2/slcan=127.0.0.1:29537".
   std::string where() const;
@@ -73,7 +72,7 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   void flush();
 
   /// When the world has something to do next.
-  Time next_event() const { return world_.next_deadline(); }
+  Time next_event() const { return core_.world().next_deadline(); }
 
   /// When advance() and flush() have something to do next. Where time does not pass by itself, the world
   /// has not, but the PLC may.
@@ -85,22 +84,21 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   std::string slcan_summary() const;
 
  private:
-  void add_nodes(const plant::NetworkConfig& config, std::vector<sim::NodeParts> nodes);
-  void add_faults(sim::FaultSet& to, const std::vector<plant::FaultConfig>& faults) const;
+  std::vector<sim::NodeParts> with_parameters(const plant::NetworkConfig& config,
+                                              std::vector<sim::NodeParts> nodes);
   void tell_time_of_day();
   void open_slcan(const plant::NetworkConfig& config);
   void open_plc(const plant::NetworkConfig& config);
   void open_log(const plant::NetworkConfig& config);
   void on_fault(std::string_view text, Time now) override;
+  sim::World& world() { return core_.world(); }
 
   Surroundings surroundings_;
   std::size_t number_;
   std::string name_;  ///< in front of lines for people; empty if it is the only one
   std::string can_;
-  std::vector<std::uint16_t> registers_;
-  sim::World world_;
-  sim::CoprocessorModule* module_ = nullptr;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
+  scenario::Network core_;
   std::optional<io::CandumpLog> log_;
   std::optional<io::SocketCan> socketcan_;
   std::optional<io::SlcanServer> slcan_;

@@ -8,6 +8,7 @@
 
 #include "app/manual_clock.hpp"
 #include "cbcan/version.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::app {
 
@@ -20,20 +21,40 @@ io::ModbusTcpSettings settings_of(const text::ListenAddress& modbus) {
   return settings;
 }
 
-std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor, Console& console) {
-  if (kind == plant::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console);
+/// "CBCAN_MODBUS=127.0.0.1:1502" and "CBCAN_SLCAN_2=..." of "modbus=127.0.0.1:1502" and "2/slcan=...".
+std::vector<std::string> environment_of(std::string_view where) {
+  std::vector<std::string> lines;
+  for (const std::string_view word : text::words_of(where)) {
+    const auto [name, value] = text::split(word, '=').value_or(std::pair(word, std::string_view()));
+    const auto [number, key] = text::split(name, '/').value_or(std::pair(std::string_view(), name));
+    std::string line = fmt::format("CBCAN_{}{}{}=", key, number.empty() ? "" : "_", number);
+    std::ranges::transform(line, line.begin(), [](char c) {
+      return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    });
+    lines.push_back(line.append(value));
+  }
+  return lines;
+}
+
+/// What hours that pass at once bring to those who are told.
+constexpr std::size_t kMostWaitingOnManualClock = 256 * 1024 * 1024;
+
+std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor, Console& console,
+                                  bool reads_input) {
+  if (kind == plant::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console, reads_input);
   return std::make_unique<Clock>();
 }
 
 }  // namespace
 
 Simulator::Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
-                     Console& console)
+                     Console& console, bool reads_input)
     : console_(console),
       warn_([&console](const std::string& line) { console.warn(line); }),
       signals_(reactor_),
-      clock_(make_clock(config.clock, reactor_, console)),
-      started_(clock_->now()) {
+      clock_(make_clock(config.clock, reactor_, console, reads_input)),
+      started_(clock_->now()),
+      waits_(clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock) {
   open_networks(config, std::move(nodes));
   open_modbus(config);
   if (!config.control.empty()) open_control(config);
@@ -41,13 +62,13 @@ Simulator::Simulator(const plant::Config& config, std::vector<std::vector<sim::N
 
 void Simulator::open_networks(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes) {
   const Surroundings surroundings{reactor_, warn_, *clock_, started_};
-  std::vector<sim::World*> worlds;
+  std::vector<scenario::Network*> cores;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     networks_.push_back(
         std::make_unique<Network>(config, config.networks[i], std::move(nodes[i]), surroundings));
-    worlds.push_back(&networks_.back()->world());
+    cores.push_back(&networks_.back()->core());
   }
-  control_.emplace(std::move(worlds), started_);
+  control_.emplace(std::move(cores), started_);
 }
 
 /// Where no network has a module there is nothing to serve.
@@ -70,7 +91,10 @@ void Simulator::open_rtu(const plant::RtuConfig& config, const std::vector<io::M
 
 void Simulator::open_control(const plant::Config& config) {
   commands_.emplace(reactor_, "control", text::parse_stream_address(config.control),
-                    io::command_sessions([this](std::string_view line) { return execute(line); }), warn_);
+                    io::command_sessions([this](std::string_view line, const auto& dialogue) {
+                      return execute(line, dialogue);
+                    }),
+                    warn_);
 }
 
 std::string Simulator::where() const {
@@ -88,10 +112,28 @@ void Simulator::run() {
   for (const auto& network : networks_)
     network->start();
   clock_->drive(*this);
+  flush();
+  if (commands_) commands_->flush();
+}
+
+int Simulator::run(const std::vector<std::string>& command) {
+  child_.emplace(reactor_, command, environment_of(where()), [this] { signals_.restore(); });
+  signals_.pass_on([this](int number) { child_->signal(number); });
+  run();
+  return child_->exit_code().value_or(0);
+}
+
+bool Simulator::stop_requested() const {
+  return child_ ? child_->exit_code().has_value() : stopping_ || signals_.stop_requested();
+}
+
+void Simulator::stop() {
+  child_ ? child_->signal(SIGTERM) : void(stopping_ = true);
 }
 
 std::size_t Simulator::turn(Time until) {
   advance();
+  look_at_waits();
   if (modbus_) modbus_->poll(io::Reactor::now());
   if (rtu_) rtu_->poll(io::Reactor::now());
   for (const auto& network : networks_)
@@ -101,12 +143,20 @@ std::size_t Simulator::turn(Time until) {
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
-std::string Simulator::execute(std::string_view line) {
+std::string Simulator::execute(std::string_view line, const std::shared_ptr<io::Dialogue>& dialogue) {
   advance();
-  std::string response = control_->execute(line, clock_->now());
+  scenario::Reply reply = control_->execute(line, clock_->now());
   advance();
+  look_at_waits();
+  if (reply.shutdown) stop();
+  std::string response = waits_.take(std::move(reply), *control_, dialogue);
   flush();
   return response;
+}
+
+bool Simulator::look_at_waits() {
+  control_->set_now(clock_->now());
+  return waits_.look();
 }
 
 void Simulator::flush() {
@@ -122,6 +172,8 @@ void Simulator::advance() {
 
 Time Simulator::next_deadline() const {
   Time next = console_.next_deadline();
+  if (const Time look = waits_.next_look(); clock_->runs() && look != kNever)
+    next = earlier(next, started_ + look);
   if (modbus_) next = earlier(next, modbus_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
   for (const auto& network : networks_)

@@ -11,8 +11,9 @@
 
 #include "app/clock.hpp"
 #include "app/console.hpp"
-#include "app/control.hpp"
 #include "app/network.hpp"
+#include "app/waits.hpp"
+#include "io/loop/child_process.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/stop_signals.hpp"
 #include "io/modbus/modbus_rtu.hpp"
@@ -20,6 +21,7 @@
 #include "io/sockets/command_session.hpp"
 #include "plant/build_node.hpp"
 #include "plant/config.hpp"
+#include "scenario/control.hpp"
 
 namespace cbcan::app {
 
@@ -27,8 +29,9 @@ class Simulator final : private Program {
  public:
   /// `nodes` has a list for each network of `config`, with one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
-  /// understood.
-  Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes, Console& console);
+  /// understood. `reads_input`: see ManualClock.
+  Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes, Console& console,
+            bool reads_input);
 
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
   /// not served is left out.
@@ -36,6 +39,9 @@ class Simulator final : private Program {
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
+  /// Serves as long as the command runs, which finds where in its environment, and returns its exit code.
+  /// Throws io::EnvironmentError where there can be no process more.
+  int run(const std::vector<std::string>& command);
 
   /// What has happened, in lines for people.
   std::string summary() const;
@@ -45,13 +51,16 @@ class Simulator final : private Program {
   void open_modbus(const plant::Config& config);
   void open_rtu(const plant::RtuConfig& config, const std::vector<io::ModbusUnit*>& units);
   void open_control(const plant::Config& config);
-  bool stop_requested() const override { return signals_.stop_requested(); }
+  bool stop_requested() const override;
   bool stopped_meanwhile() override { return signals_.look(); }
   std::size_t turn(Time until) override;
   void advance() override;
   void flush() override;
   Time next_event() const override;
-  std::string execute(std::string_view line) override;
+  std::string execute(std::string_view line, const std::shared_ptr<io::Dialogue>& dialogue) override;
+  Waits& waits() override { return waits_; }
+  bool look_at_waits() override;
+  void stop();
   Time next_deadline() const;
 
   Console& console_;
@@ -61,11 +70,14 @@ class Simulator final : private Program {
   std::unique_ptr<Clock> clock_;
   Time started_;
   std::vector<std::unique_ptr<Network>> networks_;
-  std::optional<Control> control_;
+  std::optional<scenario::Control> control_;
+  Waits waits_;
+  bool stopping_ = false;
   std::optional<io::StreamServer> commands_;
   std::optional<io::ModbusTcp> modbus_;
   std::optional<io::ModbusSerial> rtu_;
   std::optional<io::StreamServer> rtu_tcp_;
+  std::optional<io::ChildProcess> child_;
 };
 
 }  // namespace cbcan::app

@@ -204,4 +204,20 @@ NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, const FileReade
   return Builder(node, seed, read).build();
 }
 
+PlantBuild build_nodes(const Config& config, const FileReader& read) {
+  PlantBuild plant;
+  for (const NetworkConfig& network : config.networks) {
+    auto& nodes = plant.networks.emplace_back();
+    for (const NodeConfig& node : network.nodes) {
+      NodeBuild build = build_node(node, node_seed(config, node), read);
+      if (!config.verbose) build.notes.clear();
+      for (const auto* lines : {&build.warnings, &build.problems, &build.notes})
+        plant.lines.insert(plant.lines.end(), lines->begin(), lines->end());
+      plant.good = plant.good && build.node;
+      if (build.node) nodes.push_back(std::move(*build.node));
+    }
+  }
+  return plant;
+}
+
 }  // namespace cbcan::plant

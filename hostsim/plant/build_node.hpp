@@ -26,6 +26,15 @@ struct NodeBuild {
 /// has of its own counts for nothing.
 NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, const FileReader& read);
 
+struct PlantBuild {
+  std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each, in their order
+  std::vector<std::string> lines;                     ///< what is to be said, also where nothing is wrong
+  bool good = true;                                   ///< false: nodes are missing
+};
+
+/// All nodes of all networks. With `config.verbose` notes are said too.
+PlantBuild build_nodes(const Config& config, const FileReader& read);
+
 /// The bytes of a value as an object of this type has them, little-endian; nullopt if it does not fit.
 std::optional<Bytes> encode(const Value& value, DataType type);
 

@@ -20,6 +20,7 @@ namespace cbcan::plant {
 namespace {
 
 constexpr std::string_view kTrue = "true";
+constexpr std::string_view kCommand = "--";
 
 /// As --help shows it; empty = there is none of this name.
 std::string_view find_option(std::string_view word) {
@@ -47,11 +48,15 @@ std::string lost_word(std::string_view word) {
 class Typed {
  public:
   explicit Typed(std::span<const char* const> words) : words_(words) {
-    while (!words_.empty())
+    while (!words_.empty() && words_.front() != kCommand)
       take_word(take());
+    if (words_.empty()) return;
+    command.assign(words_.begin() + 1, words_.end());
+    if (command.empty()) complain(kCommand, "write a command behind it, such as -- pytest tests");
   }
 
   Arguments arguments;  ///< in order
+  std::vector<std::string> command;
   Diagnostics problems;
 
   std::size_t count(std::string_view option) const {
@@ -71,7 +76,7 @@ class Typed {
   }
 
   void take_word(std::string_view word) {
-    if (!word.starts_with('-') || word == "--") return complain(word, lost_word(word));
+    if (!word.starts_with('-')) return complain(word, lost_word(word));
     const auto joined = text::split(word, '=');
     const std::string_view name = joined ? joined->first : word;
     const std::string_view shown = find_option(name);
@@ -137,6 +142,21 @@ std::string remarks_on(const NetworkConfig& network) {
   return text;
 }
 
+/// A command is told where the plant is: so any number of them can run at once. What options name stays.
+void use_free_addresses(const Typed& typed, Config& config) {
+  constexpr std::string_view kFree = "127.0.0.1:0";
+  if (typed.count("--modbus") == 0) config.modbus.port = 0;
+  if (typed.count("--control") == 0) config.control = kFree;
+  if (typed.count("--rtu-tcp") == 0 && !config.rtu.listen.empty()) config.rtu.listen = kFree;
+  for (NetworkConfig& network : config.networks) {
+    const auto names_it = [&](const Argument& argument) {
+      return argument.option == "--slcan" && argument.network == network.number;
+    };
+    const bool on_virtual_bus = network.can.interface_name.empty();
+    if (std::ranges::none_of(typed.arguments, names_it)) network.can.slcan = on_virtual_bus ? kFree : "";
+  }
+}
+
 Start refuse(Diagnostics problems) {
   Start start;
   start.exit_code = ExitCode::kUsage;
@@ -171,6 +191,8 @@ Start parse_command_line(int argc, const char* const* argv, const FileReader& re
   if (!problems.empty()) return refuse(std::move(problems));
 
   start.run = true;
+  start.command = typed.command;
+  if (!start.command.empty()) use_free_addresses(typed, start.config);
   for (const NetworkConfig& network : start.config.networks)
     start.err += remarks_on(network);
   return start;

@@ -5,19 +5,15 @@
 /// command line wins over the file. What it offers is in --help (help.cpp).
 
 #include <string>
+#include <vector>
 
 #include "plant/config.hpp"
 #include "plant/files.hpp"
+#include "text/exit_code.hpp"
 
 namespace cbcan::plant {
 
-/// What the program's exit codes mean to a script.
-enum class ExitCode : int {
-  kDone = 0,
-  kCheckFailed = 1,
-  kUsage = 2,        ///< the command line, the plant file or a file that it names
-  kEnvironment = 3,  ///< no such CAN interface, port busy
-};
+using text::ExitCode;
 
 /// What main() does first: print `out` and `err`, then run with `config`, or leave with `exit_code`.
 struct Start {
@@ -26,6 +22,9 @@ struct Start {
   std::string out;                       ///< for standard output: help, version
   std::string err;                       ///< for standard error: all that is wrong, or remarks on a run
   Config config;
+  /// What stands behind "--": a program and its arguments, to be run with the plant at free addresses of this
+  /// machine, but for those that options name.
+  std::vector<std::string> command;
 };
 
 /// `argv[0]` is the program's name. `read` gives plant files, the demo's too (with_demo_plant()); EDS files

@@ -8,6 +8,7 @@
 #include "devices/devices.hpp"
 #include "plant/options.hpp"
 #include "plant/settings.hpp"
+#include "text/exit_code.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -21,6 +22,8 @@ constexpr std::string_view kOpening =
 Usage:  cbcan-sim --demo [OPTION...]
         cbcan-sim --config FILE [OPTION...]
         cbcan-sim [OPTION...]
+        cbcan-sim ... -- COMMAND [ARGUMENT...]
+        cbcan-sim run [OPTION...] FILE|FOLDER...   (cbcan-sim run --help)
 
 A Modbus TCP client writes the PLC registers R3700..R3769; cbcan-sim does the
 SDO or NMT service that they ask for on a CAN bus and writes the response back.
@@ -29,19 +32,20 @@ nodes of the plant are simulated on it. When it serves, cbcan-sim prints one
 line, "ready modbus=HOST:PORT can=SPEC", and runs until
 SIGINT, SIGTERM or SIGHUP.
 
+With a COMMAND the plant serves at free ports, runs as long as the command, and
+passes signals on. The command finds in its environment where: CBCAN_MODBUS,
+CBCAN_CONTROL and CBCAN_SLCAN, of network 2 CBCAN_SLCAN_2. An address that an
+option names is used; those of the plant file are not.
+
 Every setting of a plant file has an option here, and the option wins.
 )";
 
 constexpr std::string_view kClosing = R"(
-Exit codes:
-  0  done, also after SIGINT, SIGTERM and SIGHUP
-  1  a check failed
-  2  usage or configuration: command line, plant file, EDS file
-  3  environment: no such CAN interface, port busy
-
 Examples:
   cbcan-sim --demo --log bus.log
         the built-in plant at 127.0.0.1:1502, with a log of the bus
+  cbcan-sim --config plant.toml -- pytest tests
+        a plant for one run of tests
   cbcan-sim --can socketcan:vcan0 --modbus 0.0.0.0:502 --sdo-timeout 200
         a real bus instead, open to the network, with no simulated node
 )";
@@ -150,7 +154,10 @@ std::string help_text() {
   text += "\nDevices:\n";
   for (const devices::DeviceKind& kind : devices::device_kinds())
     text += text::beside(kind.name, kind.summary, 10);
-  return text.append(kClosing);
+  text +=
+      "\nExit codes; with a COMMAND it is the command's own, 128 and the signal's number\nwhere one ended "
+      "it:\n";
+  return text.append(text::exit_code_lines("cbcan-sim")).append(kClosing);
 }
 
 }  // namespace cbcan::plant

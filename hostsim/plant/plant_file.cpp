@@ -59,9 +59,10 @@ class Reader {
   Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
 
   /// What stands at the top of the file, or in a network.
-  void read(const toml::table& root) {
+  void read(const toml::table& root, std::span<const std::string_view> others = {}) {
     for (const auto& [key, node] : root) {
       const std::string_view name = key.str();
+      if (std::ranges::find(others, name) != others.end()) continue;
       if (name == kNodeTable) {
         read_nodes(key, node);
       } else if (is_of_network(name) || (in_first_network() && is_section(name, settings()))) {
@@ -243,9 +244,7 @@ class Reader {
     return std::string(text::kUnix) + based_here(path->substr(text::kUnix.size()));
   }
 
-  std::string based_here(std::string_view path) const {
-    return (std::filesystem::path(file_name_).parent_path() / path).lexically_normal().string();
-  }
+  std::string based_here(std::string_view path) const { return path_in(file_name_, path); }
 
   void complain_missing(const Row& row, const toml::table& table) {
     complain(table, fmt::format("{}: is missing; add {} = {}", row.key, text::leaf_of(row.key), row.example));
@@ -293,7 +292,12 @@ std::string syntax_message(std::string_view description) {
 
 }  // namespace
 
-Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into) {
+std::string path_in(const std::string& file_name, std::string_view path) {
+  return (std::filesystem::path(file_name).parent_path() / path).lexically_normal().string();
+}
+
+Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
+                       std::span<const std::string_view> others) {
   // toml++ refuses such a file too, but may name a line further up.
   if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
     return {{{file_name, line}, "this line is not UTF-8; save the file as UTF-8"}};
@@ -303,7 +307,7 @@ Diagnostics read_plant(std::string_view text, const std::string& file_name, Conf
   try {
     const toml::table root = toml::parse(text, std::string_view(file_name));
     Reader reader(file_name, into);
-    reader.read(root);
+    reader.read(root, others);
     return reader.take();
   } catch (const toml::parse_error& error) {
     return {{{file_name, line_of(error.source())}, syntax_message(error.description())}};

@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "sim/frame_text.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "text/numbers.hpp"
+#include "text/value.hpp"
+#include "text/words.hpp"
+
 namespace cbcan::sim {
 
 namespace {
@@ -33,6 +42,40 @@ void append_frame(std::string& text, const Frame& frame) {
   }
   for (std::size_t i = 0; i < frame.length; ++i)
     append_hex(text, frame.data[i], 2);
+}
+
+std::string frame_text(const Frame& frame) {
+  std::string text;
+  append_frame(text, frame);
+  return text;
+}
+
+std::optional<Frame> parse_frame(std::string_view text) {
+  const auto sides = text::split(text, '#');
+  const bool extended = sides && sides->first.size() == kExtendedIdDigits;
+  if (!sides || (!extended && sides->first.size() != kStandardIdDigits)) return std::nullopt;
+  const auto id = text::parse<std::uint32_t>(sides->first, 16);
+  if (!id || *id > (extended ? 0x1FFFFFFF : 0x7FF)) return std::nullopt;
+  Frame frame{.id = *id, .flags = extended ? Frame::kExtended : std::uint8_t{0}};
+  std::string_view data = sides->second;
+  if (data.starts_with('R')) {
+    frame.flags |= Frame::kRemote;
+    const auto length = data.size() == 1 ? 0 : text::parse<std::uint8_t>(data.substr(1));
+    if (!length || *length > frame.data.size()) return std::nullopt;
+    frame.length = *length;
+    return frame;
+  }
+  const auto bytes = text::parse_hex(data);
+  if (!bytes || bytes->size() > frame.data.size()) return std::nullopt;
+  std::ranges::copy(*bytes, frame.data.begin());
+  frame.length = static_cast<std::uint8_t>(bytes->size());
+  return frame;
+}
+
+void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface) {
+  fmt::format_to(std::back_inserter(text), "({:010}.{:06}) {} ", time / kSecond, time % kSecond, interface);
+  append_frame(text, frame);
+  text += '\n';
 }
 
 }  // namespace cbcan::sim

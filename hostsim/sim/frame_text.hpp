@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "cbcan/frame.hpp"
+#include "cbcan/time.hpp"
 
 namespace cbcan::sim {
 
@@ -14,5 +17,13 @@ void append_hex(std::string& text, std::uint32_t value, int digits);
 /// Appends a frame as candump writes it: "605#4017100000000000", "742#R1", eight digits for 29 bits. The
 /// identifier of an error frame comes with the kernel's error flag.
 void append_frame(std::string& text, const Frame& frame);
+std::string frame_text(const Frame& frame);
+
+/// What append_frame() writes, but error frames; nullopt for anything else.
+std::optional<Frame> parse_frame(std::string_view text);
+
+/// Appends a line of `candump -L`, `(0000000012.345678) vcan0 605#4017100000000000`, with its end. `time` is
+/// what the brackets show.
+void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface);
 
 }  // namespace cbcan::sim

@@ -147,7 +147,7 @@ void Node::start(Time now) {
   at(now, [&] {
     started_at_ = now;
     if (lss_) lss_->start(start_node_id_, stored_lss_.bit_rate, now);
-    if (start_node_id_ != kNoNodeId) device_.start(now);
+    if (start_node_id_ != kNoNodeId || device_.state() != nmt::State::kInitialising) device_.start(now);
     update(now);
     if (!signals_.empty()) {
       samples_due_.assign(signals_.size(), now);
@@ -157,7 +157,26 @@ void Node::start(Time now) {
   });
 }
 
+void Node::set_power(bool on, Time now) {
+  if (on == has_power_) return;
+  if (on) {
+    port_.set_state(state_with_power_, now);
+    has_power_ = true;
+    if (stored_lss_.node_id != 0) start_node_id_ = stored_lss_.node_id;
+    take_node_id(start_node_id_);
+    return start(now);
+  }
+  has_power_ = false;
+  state_with_power_ = port_.state();
+  faulty_.drop();
+  port_.set_state(BusState::kBusOff, now);
+  behaviour_->reset(true, now);
+  follow_ids();
+  settle(now);
+}
+
 void Node::poll(Time now) {
+  if (!has_power_) return;
   faulty_.poll(now);
   if (lss_) lss_->slave().poll(now);
   if (now >= sample_due_) follow_signals(now);
@@ -183,6 +202,7 @@ void Node::ask_more_servers(const Frame& frame, Time now) {
 }
 
 void Node::on_bus_state(BusState state, Time now) {
+  if (!has_power_) return;
   faulty_.set_now(now);
   if (state == BusState::kBusOff) faulty_.drop();
   if (!lss_ || !lss_->is_switching()) device_.on_bus_state(state, now);
@@ -224,6 +244,7 @@ void Node::settle(Time now) {
   while (faulty_.has_aborted())
     device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
+  if (!has_power_) return wants(kNever);
   const Time servers = earlier(device_.deadline(), more_servers_.deadline());
   const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->slave().deadline() : kNever;
@@ -234,9 +255,9 @@ void Node::settle(Time now) {
 void Node::follow_ids() {
   ids_changed_ = false;
   std::vector<std::uint32_t> wanted;
-  if (lss_) wanted.push_back(LssSlave::kRequestId);
+  if (lss_ && has_power_) wanted.push_back(LssSlave::kRequestId);
   const auto want = [&wanted](std::uint32_t id) { wanted.push_back(id); };
-  if (device_.state() != nmt::State::kInitialising) {
+  if (has_power_ && device_.state() != nmt::State::kInitialising) {
     device_.visit_ids(want);
     more_servers_.visit_ids(want);
   }

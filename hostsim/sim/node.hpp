@@ -72,6 +72,11 @@ class Node final : public Participant, private DeviceApplication, private Device
   /// What an SDO upload of this entry of the dictionary would bring now, whatever the access rights.
   std::vector<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub, Time now);
 
+  /// Cuts the power, of which nobody hears, or turns it on: a cold start with the parameters, and the node
+  /// ID, that are stored. Signals begin again, incidents and injected faults stay.
+  void set_power(bool on, Time now);
+  bool has_power() const { return has_power_; }
+
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
 
@@ -155,7 +160,9 @@ class Node final : public Participant, private DeviceApplication, private Device
   Time behaviour_due_ = kNever;
   Time updated_at_ = kNever;  ///< the behaviour has seen everything up to then; kNever = it has not
   bool ids_changed_ = false;
-  std::vector<std::uint32_t> received_ids_;  ///< what the port accepts for this node
+  bool has_power_ = true;
+  BusState state_with_power_ = BusState::kActive;  ///< of the controller; without power it is off the bus
+  std::vector<std::uint32_t> received_ids_;        ///< what the port accepts for this node
 };
 
 }  // namespace cbcan::sim

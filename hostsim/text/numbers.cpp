@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace cbcan::text {
 
 bool has_hex_prefix(std::string_view text) {
@@ -10,9 +12,27 @@ bool has_hex_prefix(std::string_view text) {
 }
 
 std::optional<std::int64_t> parse_integer(std::string_view text) {
-  if (!has_hex_prefix(text)) return parse<std::int64_t>(text);
-  text.remove_prefix(2);
+  const bool prefixed = has_hex_prefix(text);
+  const bool suffixed = !prefixed && text.size() > 1 && text.front() >= '0' && text.front() <= '9' &&
+                        (text.back() == 'h' || text.back() == 'H');
+  if (!prefixed && !suffixed) return parse<std::int64_t>(text);
+  prefixed ? text.remove_prefix(2) : text.remove_suffix(1);
   return text.starts_with('-') ? std::nullopt : parse<std::int64_t>(text, 16);
+}
+
+std::string seconds_text(std::uint64_t microseconds) {
+  constexpr std::uint64_t kSecond = 1'000'000;
+  return fmt::format("{}.{:06}", microseconds / kSecond, microseconds % kSecond);
+}
+
+std::optional<std::uint64_t> parse_duration(std::string_view text) {
+  constexpr std::uint64_t kMost = 365ULL * 24 * 3600 * 1'000'000;
+  const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
+  const auto count = parse<std::uint64_t>(text.substr(0, digits));
+  const std::string_view unit = text.substr(digits);
+  const std::uint64_t scale = unit == "us" ? 1 : unit == "ms" ? 1000 : unit == "s" ? 1'000'000 : 0;
+  if (!count || scale == 0 || *count > kMost / scale) return std::nullopt;
+  return *count * scale;
 }
 
 std::string hex(std::uint64_t number, unsigned digits) {

@@ -25,8 +25,14 @@ std::optional<Number> parse(std::string_view text, Base... base) {
 
 bool has_hex_prefix(std::string_view text);
 
-/// "12", "-5", "0x1017"; nothing else may stand around it.
+/// "12", "-5", "0x1017", "1017h", "0FFh"; nothing else may stand around it.
 std::optional<std::int64_t> parse_integer(std::string_view text);
+
+/// "12.345678": seconds.
+std::string seconds_text(std::uint64_t microseconds);
+
+/// "100ms": a whole number of us, ms or s, a year at most, in microseconds.
+std::optional<std::uint64_t> parse_duration(std::string_view text);
 
 /// As many upper-case hexadecimal digits as are asked for, or more if it takes more.
 std::string hex(std::uint64_t number, unsigned digits);

@@ -10,9 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "app/control.hpp"
 #include "io/files/read_file.hpp"
 #include "plant/settings.hpp"
+#include "scenario/scenario.hpp"
+#include "text/exit_code.hpp"
 #include "text/words.hpp"
 
 namespace {
@@ -87,16 +88,34 @@ std::string fault_kinds(const Words& words) {
   return rows;
 }
 
-/// commands: those of the control language.
-std::string commands(const Words& /*words*/) {
-  std::string rows = "| Command | What it does |\n|---|---|\n";
-  for (const cbcan::app::CommandText& command : cbcan::app::command_texts()) {
-    std::string usage;
-    for (const char letter : command.usage)
-      usage.append(letter == '|' ? "\\" : "") += letter;
-    rows += fmt::format("| `{}` | {} |\n", usage, sentences(command.meaning, command.more));
-  }
-  return rows;
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char letter : text)
+    result.append(letter == '|' ? "\\" : "") += letter;
+  return result;
+}
+
+std::string usages(std::string_view heading, const auto& rows) {
+  std::string table =
+      fmt::format("| {} | What it {} |\n|---|---|\n", heading, heading == "Command" ? "does" : "means");
+  for (const cbcan::scenario::Usage& row : rows)
+    table += fmt::format("| `{}` | {} |\n", escaped(row.usage), sentences(row.meaning, row.more));
+  return table;
+}
+
+/// step-keys: those of a scenario's steps.
+std::string step_keys() {
+  std::string table = "| Key | Value | Meaning |\n|---|---|---|\n";
+  for (const Row& row : cbcan::scenario::step_rows())
+    table += fmt::format("| `{}` | {} | {} |\n", row.key, row.domain, meaning(row));
+  return table;
+}
+
+std::string exit_codes() {
+  std::string table = "| Code | Program | Meaning |\n|---|---|---|\n";
+  for (const cbcan::text::ExitCodeRow& row : cbcan::text::kExitCodes)
+    table += fmt::format("| {} | {} | {} |\n", static_cast<int>(row.code), row.programs, row.meaning);
+  return table;
 }
 
 std::string generated(const Words& words) {
@@ -104,7 +123,10 @@ std::string generated(const Words& words) {
   if (what == "settings") return settings(words);
   if (what == "fault-keys") return fault_keys(words);
   if (what == "fault-kinds") return fault_kinds(words);
-  if (what == "commands") return commands(words);
+  if (what == "commands") return usages("Command", cbcan::scenario::command_usages());
+  if (what == "conditions") return usages("Condition", cbcan::scenario::condition_usages());
+  if (what == "step-keys") return step_keys();
+  if (what == "exit-codes") return exit_codes();
   refuse(fmt::format("generated: {}: nothing is generated under this name", what));
 }
 

@@ -86,7 +86,7 @@ def type_into_shell(script, program_dir, root):
     """What the shell prints. Whatever it started ends with it."""
     with tempfile.TemporaryDirectory(dir=root and f"{root}/tmp") as folder:
         inside = ["chroot", root, "env", f"--chdir=/{os.path.relpath(folder, root)}"] if root else []
-        for name in ("plants", "tools", "docs"):
+        for name in ("plants", "tools", "docs", "scenarios", "examples"):
             (shutil.copytree if root else os.symlink)(ROOT / name, pathlib.Path(folder) / name)
         os.makedirs(pathlib.Path(folder) / "build")
         os.symlink(program_dir, pathlib.Path(folder) / "build" / "bin")

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "app/control.hpp"
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
+#include "scenario/control.hpp"
 
 namespace cbcan::fuzz {
 
@@ -17,15 +17,19 @@ class Commands {
  public:
   void take(std::string_view line) {
     const std::string before = state();
-    const std::string response = control_.execute(line, plant_.now);
-    if (check(line, response)) require(state() == before, "what is refused has changed nothing");
+    const scenario::Reply reply = control_.execute(line, plant_.now);
+    if (reply.wait) {
+      require(reply.text.empty(), "one response is enough");
+      reply.wait->look();
+    } else if (check(line, reply.text))
+      require(state() == before, "what is refused has changed nothing");
     plant_.settle();
     plant_.pass_to(plant_.now + kBetweenLines);
   }
 
  private:
   std::string state() {
-    return control_.execute("nodes", plant_.now) + control_.execute("faults", plant_.now);
+    return control_.execute("nodes", plant_.now).text + control_.execute("faults", plant_.now).text;
   }
 
   /// True: an error.
@@ -45,8 +49,8 @@ class Commands {
   }
 
   DevicePlant plant_{{}};
-  sim::World empty_;
-  app::Control control_{{&plant_.world, &empty_}, plant_.now};
+  scenario::Network empty_{0, 0, nullptr};
+  scenario::Control control_{{&plant_.network, &empty_}, plant_.now};
 };
 
 void check_lines(std::string_view text) {

@@ -57,7 +57,8 @@ bool is_status(std::uint16_t word) {
 
 }  // namespace
 
-DevicePlant::DevicePlant(const PlantOptions& options) : world(options.bit_rate, 7), options_(options) {
+DevicePlant::DevicePlant(const PlantOptions& options)
+    : network(options.bit_rate, 7, nullptr), options_(options) {
   sim::NodeParts io_module;
   io_module.name = "I/O module";
   if (options.signals) {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "cbcan/frame.hpp"
-#include "sim/world.hpp"
+#include "scenario/network.hpp"
 
 namespace cbcan::fuzz {
 
@@ -50,7 +50,8 @@ class DevicePlant final : private sim::Observer, private sim::Disturbance {
   };
   const std::vector<Seen>& seen() const { return seen_; }
 
-  sim::World world;
+  scenario::Network network;
+  sim::World& world = network.world();
   Time now = 1000;
 
  private:

@@ -26,14 +26,15 @@ MAY_KNOW = {
     "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
     "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/io": {"hostsim/client", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/app": {"hostsim/plant", "hostsim/client", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/scenario": {"hostsim/plant", "hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/app": {"hostsim/scenario", "hostsim/plant", "hostsim/client", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "tools": {"hostsim/client", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"boards": "firmware/boards",
             "sim": "hostsim/sim", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
-            "plant": "hostsim/plant", "text": "hostsim/text", "client": "hostsim/client", "app": "hostsim/app"}
+            "plant": "hostsim/plant", "scenario": "hostsim/scenario", "text": "hostsim/text", "client": "hostsim/client", "app": "hostsim/app"}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
 FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "cstdint", "limits", "optional", "span",
@@ -72,7 +73,7 @@ def complaint(room, kind, name):
         return None
     if room in ("regmap", "firmware/boards", *FIRMWARE) and name not in FREESTANDING:
         return f"{room} is freestanding"
-    if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/eds") and IMPURE.fullmatch(name):
+    if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/eds", "hostsim/scenario") and IMPURE.fullmatch(name):
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None
 

@@ -14,7 +14,7 @@ namespace {
 struct Server {
   explicit Server(std::string_view address = "127.0.0.1:0")
       : commands(reactor, "control", text::parse_stream_address(address),
-                 command_sessions([this](std::string_view line) {
+                 command_sessions([this](std::string_view line, const auto&) {
                    executed.emplace_back(line);
                    return "did " + std::string(line) + "\n";
                  }),
@@ -61,7 +61,7 @@ TEST_CASE("Command server: half a line of a client that leaves is not executed; 
 TEST_CASE("Command server: lines wait while their client does not read, and all are answered when it does") {
   const std::string response(100'000, 'r');
   std::size_t executed = 0;
-  const auto session = command_sessions([&](std::string_view) {
+  const auto session = command_sessions([&](std::string_view, const auto&) {
     ++executed;
     return response;
   })();

@@ -75,7 +75,7 @@ class FreshRoot(unittest.TestCase):
 
     def test_2_readme_session(self):
         run(sys.executable, ROOT / "tests/docs/run_snippets.py", "/usr/bin", ROOT / "README.md", "--root", self.root,
-            env=os.environ | {"CBCAN_CASES": "7"})
+            env=os.environ | {"CBCAN_CASES": "9"})
         self.purge("cbcan")
 
     def make_job(self):

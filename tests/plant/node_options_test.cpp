@@ -100,8 +100,8 @@ TEST_CASE("node options that are wrong") {
         "cbcan-sim: --object 5:0x2001: must be ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1");
   CHECK(first_line(with_plant({"--object", "5=1"})) ==
         "cbcan-sim: --object 5=1: must be ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1");
-  CHECK(first_line(with_plant({"--object", "5:2001h:0=1"})) ==
-        "cbcan-sim: --object 5:2001h:0=1: index \"2001h\": must be an integer, 0x0001..0xFFFF");
+  CHECK(first_line(with_plant({"--object", "5:x2001:0=1"})) ==
+        "cbcan-sim: --object 5:x2001:0=1: index \"x2001\": must be an integer, 0x0001..0xFFFF");
   CHECK(first_line(with_plant({"--object", "5:0x2001:256=1"})) ==
         "cbcan-sim: --object 5:0x2001:256=1: sub \"256\": must be 0..255");
   CHECK(first_line(with_plant({"--object", "9:0x2001:0=1"})) ==

@@ -39,16 +39,30 @@ class Lines(unittest.TestCase):
         self.assertEqual(done.stdout.splitlines()[1:], [f"at {i // 1000}.{i % 1000:03}000" for i in range(1, 1001)])
 
     def test_a_line_that_means_nothing_ends_it(self):
-        done = run("pass 1ms\nwait 5s\npass 1ms\n")
+        done = run("pass 1ms\nhurry 5s\npass 1ms\n")
         self.assertEqual(done.returncode, 2)
         self.assertEqual(done.stdout.splitlines()[1:], ["at 0.001000"])
-        self.assertEqual(done.stderr, 'cbcan-sim: standard input: "wait": no such command; help lists them\n')
+        self.assertEqual(done.stderr, 'cbcan-sim: standard input: "hurry": no such command; help lists them\n')
 
     def test_a_pass_of_no_time_is_told_what_would_be_right(self):
         done = run("pass 5m\n")
         self.assertEqual(done.returncode, 2)
-        self.assertEqual(done.stderr, 'cbcan-sim: standard input: "pass 5m": write pass and how long, a whole number of us, ms or s, such '
-                                      "as pass 100ms\n")
+        self.assertEqual(done.stderr, 'cbcan-sim: standard input: "5m": write a whole number of us, ms or s, such as 100ms\n')
+
+    def test_a_wait_lets_time_pass_and_says_when_it_was_over(self):
+        done = run("trigger read 99 0x1000 0 4\nwait transaction ended\nread 3700\nwait time 5s within 4s\n")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.stdout.splitlines()[1:], ["ok", "ok 1.000000", "ok 4", "ok 5.000000"])
+
+    def test_a_wait_in_vain_is_a_check_that_failed(self):
+        done = run("wait state 0x42 operational within 2s\npass 1s\n")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stderr, "cbcan-sim: standard input: not within 2.000000 s: state 0x42 operational: it is pre-operational\n")
+
+    def test_shutdown_and_what_is_subscribed_to(self):
+        done = run("subscribe frames\nnmt stop 1\nshutdown\npass 1s\n")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.stdout.splitlines()[1:], ["ok", "ok", "at 0.000000 frame 000#0201", "ok"])
 
     def test_a_day_of_heartbeats_is_the_same_every_time(self):
         logs = []
@@ -85,6 +99,21 @@ class Standing(unittest.TestCase):
         self.pass_time("1us", "1.000000")
         self.assertEqual(self.window.read(3700, 1), [4])
         self.assertEqual(self.window.abort_code(), 0x05040000)
+
+    def command(self, line):
+        self.simulator.process.stdin.write(line + "\n")
+        self.simulator.process.stdin.flush()
+
+    def test_time_stands_while_it_is_the_PLCs_turn(self):
+        self.command("wait transaction started")
+        self.command("wait transaction ended")
+        self.window.start(READ, 99, 0x1000, 0, 4)
+        self.assertEqual([self.simulator.process.stdout.readline() for _ in range(2)], ["ok 0.000000\n", "ok 1.000000\n"])
+        self.assertEqual(self.window.read(3700, 1), [4])
+
+    def test_who_waits_for_the_PLC_in_vain_waits_by_the_clock_on_the_wall(self):
+        self.command("wait transaction started within 50ms")
+        self.assertEqual(self.simulator.process.wait(timeout=LIMIT), 1)
 
     def test_what_has_come_is_dealt_with_before_time_passes(self):
         """Nobody waits for a response here: all of it is in the sockets when the simulator reads the line."""

@@ -125,6 +125,50 @@ class OverASocket(unittest.TestCase):
         status = pathlib.Path(f"/proc/{simulator.process.pid}/status").read_text()
         return int(status.split("VmHWM:")[1].split()[0])
 
+    def test_a_wait_is_answered_when_it_is_over_and_holds_back_the_lines_behind_it(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0", "--sdo-timeout", "100")
+        other = Commands(simulator.where["control"])
+        self.addCleanup(other.close)
+        other.socket.sendall(b"wait transaction started\nwait transaction ended\nread 3700\n")
+        self.assertEqual(commands("trigger read 99 0x1000 0 4"), "ok\n")
+        self.assertEqual([other.lines.readline()[:3] for _ in range(2)], ["ok ", "ok "])
+        self.assertEqual(other.lines.readline(), "ok 4\n")
+        self.assertEqual(commands("wait register 3700 = 0 within 1ms"),
+                         "error: not within 0.001000 s: register 3700 = 0: it is 4\n")
+
+    def test_who_leaves_while_it_waits_is_forgotten(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0")
+        for line in (b"wait time 1000s within 1000s\n", b"subscribe\n", b"subscribe\nwait emcy 1\n" + 100_000 * b"time\n"):
+            with socket.create_connection(simulator.where["control"].split(":"), timeout=LIMIT) as other:
+                other.sendall(line)
+        self.assertEqual(commands("send 605#4017100000000000"), "ok\n")
+        self.assertEqual(commands("get 0x42 0x1017"), "ok 0\n")
+
+    def test_a_subscription(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0")
+        other = Commands(simulator.where["control"])
+        self.addCleanup(other.close)
+        self.assertEqual(other("subscribe frames transactions"), "ok\n")
+        commands("trigger read 0x42 0x1000 0 4")
+        self.assertEqual([other.lines.readline().split(" ", 2)[2] for _ in range(4)],
+                         ["frame 642#4000100000000000\n", "frame 5C2#4300100091010F00\n", "transaction started\n", "transaction ended\n"])
+
+    def test_shutdown(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0")
+        self.assertEqual(commands("shutdown"), "ok\n")
+        self.assertEqual(simulator.process.wait(timeout=LIMIT), 0)
+
+    def test_pass_on_a_clock_that_runs_waits(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0")
+        before = float(commands("time").split()[1])
+        self.commands_at(commands, "pass 20ms", before + 0.02)
+
+    def commands_at(self, commands, line, at_least):
+        commands.socket.sendall(line.encode() + b"\n")
+        word, at = commands.lines.readline().split()
+        self.assertEqual(word, "at")
+        self.assertGreaterEqual(float(at), at_least)
+
     def test_garbage_is_answered_and_nobody_else_notices(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")
         other = Commands(simulator.where["control"])

@@ -17,7 +17,7 @@ TEST_CASE("integers are decimal or 0x") {
   CHECK(parse_integer("0XfF") == 255);
   CHECK(parse_integer("9223372036854775807") == INT64_MAX);
   for (const char* bad :
-       {"", "0x", "-", "12 ", " 12", "1017h", "0x-5", "1.0", "9223372036854775808", "twelve"}) {
+       {"", "0x", "-", "12 ", " 12", "0x-5", "1.0", "9223372036854775808", "FFh", "twelve"}) {
     INFO(bad);
     CHECK_FALSE(parse_integer(bad));
   }

@@ -17,7 +17,7 @@ import cases
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
-DONE, USAGE, NO_CONNECTION, REFUSED, INTERRUPTED = 0, 1, 2, 3, 130
+DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT, INTERRUPTED = 0, 2, 3, 4, 5, 130
 
 
 def run(port, *arguments):
@@ -53,7 +53,7 @@ class WithSimulator(unittest.TestCase):
 
     def test_json(self):
         done = run(self.simulator.port, "--json", "read", "1", "0x9130", "1", "--type", "i32")
-        self.assertEqual(json.loads(done.stdout), {"result": 0, "size": 4, "data": "CD 82 01 00", "value": "99021"})
+        self.assertEqual(json.loads(done.stdout), {"result": 0, "size": 4, "data": "CD 82 01 00", "value": 99021})
         done = run(self.simulator.port, "--json", "read", "0x20", "0x3333", "0")
         self.assertEqual(done.returncode, REFUSED)
         response = json.loads(done.stdout)
@@ -77,7 +77,7 @@ class WithSimulator(unittest.TestCase):
         self.check("state all", "".join(f"{node} Operational\n" for node in (1, 2, 16, 32, 66)) + "127 Pre-operational\n")
         self.check("nmt reset-node all")
         self.check("nmt reset-comm 1")
-        self.check("state 99", "99 Not detected\n")
+        self.check("state 99", "99 Not detected\n", ABSENT)
         self.assertEqual([f for f in self.simulator.frames() if f.startswith("000#")],
                          ["000#0142", "000#0242", "000#8042", "000#0100", "000#8100", "000#8201"])
 
@@ -122,6 +122,20 @@ class WithSimulator(unittest.TestCase):
         self.assertEqual(done.returncode, NO_CONNECTION)
         self.assertIn("no result within 50 ms", done.stderr)
 
+    def test_an_index_that_is_decimal(self):
+        self.check("read 1 1000 0", "", REFUSED, "cbcanctl: 0602 0000h ABORT_NO_OBJ: no such object; INDEX 1000 is decimal: did you mean "
+                   "0x1000?\n")
+        self.check("read 1 0x3333 0", "", REFUSED, "cbcanctl: 0602 0000h ABORT_NO_OBJ: no such object\n")
+
+    def test_an_absent_node(self):
+        self.check("state 99", "99 Not detected\n", ABSENT)
+        self.check("--json state 99", '{"node": 99, "state": 6, "name": "Not detected"}\n', ABSENT)
+        self.assertEqual(run(self.simulator.port, "read", "99", "0x1000", "0", "--timeout", "50").returncode, ABSENT)
+
+    def test_a_network_that_is_not_there(self):
+        self.check("--unit 2 state 1", "", NO_CONNECTION, f"cbcanctl: 127.0.0.1:{self.simulator.port}: reading R3700: there is no network 2; "
+                   "--unit selects the network, 1 is the first\n")
+
     def test_kernel_and_local_id(self):
         self.check("kernel", "00h no error\n")
         self.check("--json kernel", '{"kernel": 0, "name": "no error"}\n')
@@ -149,7 +163,7 @@ class WithSimulator(unittest.TestCase):
                    "cbcanctl: 0601 0000h ABORT_NO_SEGMENT: unsupported access to the object, or segmented transfer not "
                    "supported\n")
         self.check_settings(777, 2)
-        self.check("--timeout 50 read 99 0x1000 0 --mode block", "", REFUSED,
+        self.check("--timeout 50 read 99 0x1000 0 --mode block", "", ABSENT,
                    "cbcanctl: 0504 0000h ABORT_TIME_OUT: SDO service timed out\n")
         self.check_settings(777, 2)
 
@@ -208,6 +222,30 @@ class Usage(unittest.TestCase):
         done = run(1, "--version")
         self.assertEqual((done.returncode, done.stderr), (DONE, ""))
         self.assertRegex(done.stdout, r"^cbcanctl \d+\.\d+\.\d+\n$")
+
+    def test_the_exit_codes_are_those_of_the_page(self):
+        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/troubleshooting.md").read_text()
+        for code in (DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT, INTERRUPTED):
+            self.assertIn(f"\n| {code} | ", page)
+            self.assertRegex(run(1, "--help").stdout, rf"\n  {code} +\w")
+
+    def test_failures_as_json(self):
+        done = run(1, "--json", "read", "128", "0x1000", "0")
+        self.assertEqual(done.returncode, USAGE)
+        self.assertEqual(json.loads(done.stdout), {"error": "NODE 128: the most is 127"})
+        done = run(1, "--json", "kernel")
+        self.assertEqual(done.returncode, NO_CONNECTION)
+        self.assertIn("no connection to 127.0.0.1:1: ", json.loads(done.stdout)["error"])
+
+    def test_a_host_with_a_port_or_without_a_meaning(self):
+        ctl = lambda *arguments: subprocess.run([CBCANCTL, *arguments, "kernel"], capture_output=True, text=True, timeout=LIMIT)
+        self.assertIn("no connection to 127.0.0.1:1: ", ctl("--host", "127.0.0.1:1").stderr)
+        self.assertIn("no connection to ::1:1: ", ctl("--host", "[::1]:1").stderr)
+        done = ctl("--host", "no-such-host.invalid")
+        self.assertEqual(done.returncode, NO_CONNECTION)
+        self.assertRegex(done.stderr, r"^cbcanctl: --host no-such-host\.invalid: .*; is the name right\?\n$")
+        self.assertNotIn("cbcan-sim", done.stderr)
+        self.assertEqual(ctl("--host", "127.0.0.1:1", "--port", "1").returncode, USAGE)
 
     def test_suggestions(self):
         for arguments, told in (("reed 1 2 3", "reed: no such command; did you mean read?"),

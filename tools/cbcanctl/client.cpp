@@ -2,6 +2,7 @@
 #include "cbcanctl/client.hpp"
 
 #include <modbus.h>
+#include <netdb.h>
 #include <poll.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -45,6 +46,14 @@ void set_patience(_modbus* context, std::chrono::milliseconds time) {
                               static_cast<std::uint32_t>(time.count() % 1000 * 1000));
 }
 
+/// Empty = the name has an address.
+std::string why_not_found(const std::string& host) {
+  addrinfo* found = nullptr;
+  const int error = getaddrinfo(host.c_str(), nullptr, nullptr, &found);
+  if (error == 0) freeaddrinfo(found);
+  return error == 0 ? "" : gai_strerror(error);
+}
+
 std::string why_not_opened(int error) {
   switch (error) {
     case ENOENT:
@@ -74,6 +83,8 @@ void WindowClient::connect_tcp() {
   modbus_.reset(modbus_new_tcp_pi(target_.host.c_str(), std::to_string(target_.port).c_str()));
   if (!modbus_) throw ConnectionError("out of memory");
   set_patience(modbus_.get(), std::max<std::chrono::milliseconds>(target_.timeout, std::chrono::seconds(1)));
+  if (const std::string why = why_not_found(target_.host); !why.empty())
+    throw ConnectionError("--host " + target_.host + ": " + why + "; is the name right?");
   if (modbus_connect(modbus_.get()) != 0 || modbus_set_slave(modbus_.get(), target_.unit) != 0)
     throw ConnectionError(
         "no connection to " + line() + ": " + modbus_strerror(errno) +
@@ -195,6 +206,9 @@ std::string WindowClient::line() const {
 void WindowClient::lost(const std::string& doing) const {
   const int error = errno;
   std::string text = line() + ": " + doing + ": ";
+  if (error == EMBXGPATH)
+    throw ConnectionError(text + "there is no network " + std::to_string(target_.unit) +
+                          "; --unit selects the network, 1 is the first");
   if (target_.rtu.empty() || error != ETIMEDOUT) throw ConnectionError(text + modbus_strerror(error));
   throw ConnectionError(text +
                         "no response; is the device on, are A and B the right way round, and are --station, "

@@ -7,11 +7,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdlib>
 #include <iostream>
 #include <memory>
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
+#include "text/address.hpp"
 #include "text/suggestion.hpp"
 #include "text/words.hpp"
 
@@ -19,7 +21,10 @@ namespace cbcan::ctl {
 
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr std::string_view kOpening = R"(
+Where the server is may also stand in the environment variable CBCAN_MODBUS, as
+HOST:PORT; cbcan-sim gives it to the command that it runs.
+
 Numbers are decimal, 0x2001 or 2001h. VALUE may also be bytes: hex:01 02.
 
 read and write: --timeout and --mode set objects 3003h and 3004h of the
@@ -32,10 +37,10 @@ emcy scan tells each node whose last EMCY message is an error, and each whose
 errors are over since the scan was there last. There is one scan: a PLC program
 that scans too does not see those that are over and were told here.
 
-Exit codes: 0 done, also where emcy and kernel tell errors, 1 usage, 2 no
-connection, connection lost or no result, 3 refused by the coprocessor or the
-node, 130 interrupted; a transaction that was under way has been cancelled then.
+Exit codes:
+)";
 
+constexpr std::string_view kExamples = R"(
 Examples:
   cbcanctl read 0x42 0x6411 1 --type i16
   cbcanctl write 0x42 0x6411 1 300 --type i16
@@ -94,8 +99,8 @@ void add_object(CLI::App& command, Options& options) {
 
 void add_target(CLI::App& app, tools::Target& target) {
   using CLI::Range;
-  CLI::Option* host =
-      app.add_option("--host", target.host, "where the Modbus TCP server is")->capture_default_str();
+  CLI::Option* host = app.add_option("--host", target.host, "where the Modbus TCP server is; HOST:PORT too")
+                          ->capture_default_str();
   CLI::Option* port = app.add_option("--port", target.port, "its port, 1..65535")
                           ->capture_default_str()
                           ->check(Range(1, 65535));
@@ -181,19 +186,50 @@ void add_services(CommandLine& line) {
       ->capture_default_str();
 }
 
-int refused_by(const Refused& refused, bool json) {
-  say(refused.what());
-  if (!json) return kRefused;
-  std::cout << "{\"result\": " << refused.result;
-  if (refused.abort_code) std::cout << ", \"abort_code\": " << *refused.abort_code;
-  std::cout << ", \"error\": " << tools::json_string(refused.what()) << "}\n";
-  return kRefused;
+/// With --json standard output has what is wrong too; `more` are further members.
+ExitCode fail(ExitCode code, const std::string& why, bool json, const std::string& more = "") {
+  say(why);
+  if (json) std::cout << "{" << more << "\"error\": " << tools::json_string(why) << "}\n";
+  return code;
 }
 
-int run(int argc, char** argv) {
+/// 1000 means 1000h to most.
+std::string hint(const Refused& refused, const Options& options) {
+  constexpr std::uint32_t kNoSuchObject = 0x06020000;
+  const bool is_decimal = options.index.find_first_not_of("0123456789") == std::string::npos;
+  if (refused.abort_code != kNoSuchObject || options.index.size() != 4 || !is_decimal) return {};
+  return fmt::format("; INDEX {0} is decimal: did you mean 0x{0}?", options.index);
+}
+
+/// A node that does not respond is not there.
+ExitCode refused_by(const Refused& refused, const Options& options) {
+  constexpr std::uint32_t kTimeout = 0x05040000;
+  std::string more = fmt::format("\"result\": {}, ", refused.result);
+  if (refused.abort_code) more += fmt::format("\"abort_code\": {}, ", *refused.abort_code);
+  return fail(refused.abort_code == kTimeout ? ExitCode::kAbsent : ExitCode::kRefused,
+              refused.what() + hint(refused, options), options.json, more);
+}
+
+/// The address may have the port behind it; without an option it is that of the environment.
+void settle_target(const CommandLine& line, Options& options) {
+  tools::Target& target = options.target;
+  const char* const environment = std::getenv("CBCAN_MODBUS");
+  const bool has_host = line.app.count("--host") != 0;
+  const bool from_environment =
+      environment != nullptr && !has_host && line.app.count("--port") == 0 && target.rtu.empty();
+  if (!has_host && !from_environment) return;
+  const auto address = text::parse_listen_address(from_environment ? environment : target.host, 0);
+  if (address.port != 0 && line.app.count("--port") != 0)
+    throw tools::UsageError(
+        fmt::format("--host {}: the port is there already; leave out --port", target.host));
+  target.host = address.host;
+  if (address.port != 0) target.port = address.port;
+}
+
+ExitCode run(int argc, char** argv) {
   CommandLine line;
   Options& options = line.options;
-  line.app.footer(kFooter);
+  line.app.footer(fmt::format("{}{}{}", kOpening, text::exit_code_lines("cbcanctl"), kExamples));
   line.app.formatter(std::make_shared<Help>());
   line.app.set_version_flag("--version", "cbcanctl " CBCAN_VERSION, "print the version");
   line.app.require_subcommand(1);
@@ -211,37 +247,37 @@ int run(int argc, char** argv) {
     line.app.parse(argc, argv);
   } catch (const CLI::CallForVersion& version) {
     std::cout << version.what() << "\n";
-    return kDone;
+    return ExitCode::kDone;
   } catch (const CLI::ParseError& error) {
     const std::string unknown = error.get_exit_code() == 0 ? "" : unknown_word(line.app);
-    if (unknown.empty()) return line.app.exit(error) == 0 ? kDone : kUsage;
-    say(unknown + "; cbcanctl --help shows all");
-    return kUsage;
+    if (unknown.empty()) return line.app.exit(error) == 0 ? ExitCode::kDone : ExitCode::kUsage;
+    throw tools::UsageError(unknown + "; cbcanctl --help shows all");
   }
   if (!options.target.rtu.empty() && options.target.unit == 0)
     throw tools::UsageError("--station 0 is all stations, and none of them answers; write 1..247");
+  settle_target(line, options);
   options.target.timeout = patience(options, line.chosen == read || line.chosen == write);
   try {
     line.chosen(options);
   } catch (const Refused& refused) {
-    return refused_by(refused, options.json);
+    return refused_by(refused, options);
+  } catch (const Absent&) {
+    return ExitCode::kAbsent;
   }
-  return kDone;
+  return ExitCode::kDone;
 }
 
-int exit_code(int argc, char** argv) {
+ExitCode exit_code(int argc, char** argv) {
   listen_for_interrupts();
+  const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
   try {
     return run(argc, argv);
   } catch (const tools::UsageError& error) {
-    say(error.what());
-    return kUsage;
+    return fail(ExitCode::kUsage, error.what(), json);
   } catch (const tools::Interrupted& error) {
-    say(error.what());
-    return kInterrupted;
+    return fail(ExitCode::kInterrupted, error.what(), json);
   } catch (const std::exception& error) {
-    say(error.what());
-    return kNoConnection;
+    return fail(ExitCode::kEnvironment, error.what(), json);
   }
 }
 
@@ -250,5 +286,5 @@ int exit_code(int argc, char** argv) {
 }  // namespace cbcan::ctl
 
 int main(int argc, char** argv) {
-  return cbcan::ctl::exit_code(argc, argv);
+  return static_cast<int>(cbcan::ctl::exit_code(argc, argv));
 }

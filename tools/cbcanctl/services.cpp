@@ -83,8 +83,8 @@ void read(const Options& options) {
     std::cout << value << "\n";
   else
     std::cout << "{\"result\": 0, \"size\": " << data.size()
-              << ", \"data\": " << json_string(tools::hex_dump(data)) << ", \"value\": " << json_string(value)
-              << "}\n";
+              << ", \"data\": " << json_string(tools::hex_dump(data))
+              << ", \"value\": " << tools::json_value(data, type) << "}\n";
 }
 
 void write(const Options& options) {
@@ -131,6 +131,7 @@ void state(const Options& options) {
     const std::uint16_t found = ask_state(client, node);
     if (progress) std::cerr << "\r\033[K" << std::flush;
     if (!all || options.all || found != kNotDetected) print_state(node, found, options);
+    if (!all && found == kNotDetected) throw Absent();
   }
 }
 

@@ -10,10 +10,11 @@
 
 #include "cbcanctl/client.hpp"
 #include "cbcanctl/value.hpp"
+#include "text/exit_code.hpp"
 
 namespace cbcan::ctl {
 
-enum ExitCode { kDone = 0, kUsage = 1, kNoConnection = 2, kRefused = 3, kInterrupted = 130 };
+using text::ExitCode;
 
 inline constexpr std::uint64_t kMaxNode = 127;
 
@@ -37,6 +38,9 @@ class Refused : public std::runtime_error {
   std::uint16_t result;                     ///< R3700
   std::optional<std::uint32_t> abort_code;  ///< with result 4
 };
+
+/// The node that was asked about is not there; that has been printed.
+class Absent {};
 
 /// One line on standard error.
 void say(const std::string& line);

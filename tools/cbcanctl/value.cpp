@@ -170,6 +170,18 @@ std::string print_value(std::span<const std::uint8_t> bytes) {
   return fmt::format("0x{} {}", text::hex(number, static_cast<unsigned>(2 * size)), number);
 }
 
+std::string json_value(std::span<const std::uint8_t> bytes, const ValueType* type) {
+  if (type == nullptr) {
+    const bool is_number = !print_value(bytes).find("0x");
+    return is_number ? std::to_string(from_little_endian(bytes)) : json_string(print_value(bytes));
+  }
+  const std::string value = print_value(bytes, *type);
+  const bool is_text = type->kind == Kind::kString || type->kind == Kind::kHex;
+  const bool is_finite =
+      type->kind != Kind::kReal || value.find_first_not_of("-+.e0123456789") == std::string::npos;
+  return is_text || !is_finite ? json_string(value) : value;
+}
+
 std::string hex_dump(std::span<const std::uint8_t> bytes) {
   return fmt::format("{:02X}", fmt::join(bytes, " "));
 }

@@ -46,6 +46,9 @@ std::string print_value(std::span<const std::uint8_t> bytes, const ValueType& ty
 /// Without a type: 1, 2, 3, 4 and 8 bytes as an unsigned number in both notations, else the bytes.
 std::string print_value(std::span<const std::uint8_t> bytes);
 
+/// Likewise as JSON: numbers as numbers, but those that JSON has not. A null type is none.
+std::string json_value(std::span<const std::uint8_t> bytes, const ValueType* type);
+
 /// "01 02 FF"
 std::string hex_dump(std::span<const std::uint8_t> bytes);
 

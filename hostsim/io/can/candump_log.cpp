@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <iterator>
 #include <utility>
 
 #include "sim/frame_text.hpp"
@@ -28,12 +27,6 @@ Descriptor open_log(const std::string& path) {
 }
 
 }  // namespace
-
-void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface) {
-  fmt::format_to(std::back_inserter(text), "({:010}.{:06}) {} ", time / kSecond, time % kSecond, interface);
-  sim::append_frame(text, frame);
-  text += '\n';
-}
 
 CandumpLog::CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
                        std::size_t most_waiting)
@@ -59,7 +52,7 @@ void CandumpLog::on_bus_frame(const Frame& frame, Time now) {
     ++counters_.dropped;
     return;
   }
-  append_candump_line(output_.text(), frame, now + wall_offset_, interface_);
+  sim::append_candump_line(output_.text(), frame, now + wall_offset_, interface_);
   ++counters_.frames;
 }
 

@@ -16,9 +16,6 @@
 
 namespace cbcan::io {
 
-/// Appends `(0000000012.345678) vcan0 605#4017100000000000` and a line end. `time` is what the brackets show.
-void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface);
-
 /// Writes every frame of a bus to a file, or into a pipe or FIFO, whose reader nobody waits for.
 class CandumpLog final : public sim::Observer {
  public:

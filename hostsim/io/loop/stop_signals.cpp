@@ -36,6 +36,10 @@ StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
 
 StopSignals::~StopSignals() {
   reactor_.forget(signals_.get());
+  restore();
+}
+
+void StopSignals::restore() const {
   for (std::size_t i = 0; i < std::size(kIgnored); ++i)
     sigaction(kIgnored[i], &former_[i], nullptr);
   sigprocmask(SIG_SETMASK, &former_mask_, nullptr);
@@ -44,7 +48,7 @@ StopSignals::~StopSignals() {
 bool StopSignals::look() {
   signalfd_siginfo signal{};
   while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal)
-    stop_requested_ = true;
+    on_signal_ ? on_signal_(static_cast<int>(signal.ssi_signo)) : void(stop_requested_ = true);
   return stop_requested_;
 }
 

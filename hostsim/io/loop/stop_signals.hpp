@@ -3,6 +3,9 @@
 
 #include <signal.h>
 
+#include <functional>
+#include <utility>
+
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
 
@@ -19,6 +22,11 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
 
   bool stop_requested() const { return stop_requested_; }
+
+  /// From now on they are no request to stop, but told to `on_signal`.
+  void pass_on(std::function<void(int number)> on_signal) { on_signal_ = std::move(on_signal); }
+  /// As they were before; for a process that has forked and becomes another program.
+  void restore() const;
   /// The same, without a turn of the reactor: for long work between two.
   bool look();
 
@@ -27,6 +35,7 @@ class StopSignals {
   sigset_t former_mask_{};
   struct sigaction former_[2]{};  ///< of what is ignored
   Descriptor signals_;
+  std::function<void(int number)> on_signal_;
   bool stop_requested_ = false;
 };
 

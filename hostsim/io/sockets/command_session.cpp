@@ -15,9 +15,10 @@ class CommandSession final : public StreamSession {
     received_ += bytes;
     execute_received();
   }
-  std::string_view unsent() const override { return unsent_; }
+  bool wants_more() const override { return received_.size() < StreamServer::kMostUnsent; }
+  std::string_view unsent() const override { return dialogue_->unsent; }
   void sent(std::size_t count) override {
-    unsent_.erase(0, count);
+    dialogue_->unsent.erase(0, count);
     execute_received();
   }
 
@@ -25,7 +26,8 @@ class CommandSession final : public StreamSession {
   /// While the client has more to read than that, its lines wait, and no more are read.
   void execute_received() {
     std::string_view rest = received_;
-    for (; !rest.empty() && unsent_.size() < StreamServer::kMostUnsent; rest.remove_prefix(1)) {
+    for (; !rest.empty() && !dialogue_->waiting && dialogue_->unsent.size() < StreamServer::kMostUnsent;
+         rest.remove_prefix(1)) {
       if (rest.front() == '\n') {
         end_line();
       } else if (line_.size() <= kLongestCommand) {
@@ -40,16 +42,16 @@ class CommandSession final : public StreamSession {
     std::string_view text = line;
     if (text.ends_with('\r')) text.remove_suffix(1);
     if (text.size() > kLongestCommand) {
-      unsent_ += "error: a line of more than " + std::to_string(kLongestCommand) + " characters\n";
+      dialogue_->unsent += "error: a line of more than " + std::to_string(kLongestCommand) + " characters\n";
     } else if (!text.empty()) {
-      unsent_ += execute_(text);
+      dialogue_->unsent += execute_(text, dialogue_);
     }
   }
 
   Execute execute_;
   std::string received_;  ///< not yet looked at
   std::string line_;
-  std::string unsent_;
+  std::shared_ptr<Dialogue> dialogue_ = std::make_shared<Dialogue>();
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 /// programs.
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -14,8 +15,15 @@ namespace cbcan::io {
 
 inline constexpr std::size_t kLongestCommand = 1000;
 
-/// Executes one line, given without its end, and returns the response: whole lines.
-using Execute = std::function<std::string(std::string_view line)>;
+/// One connection, as who executes its lines sees it. When the connection ends it is let go of here.
+struct Dialogue {
+  std::string unsent;    ///< on its way to the client; lines that nobody has asked for go in here too
+  bool waiting = false;  ///< a response is outstanding: no further line is executed
+};
+
+/// Executes one line, given without its end, and returns the response, whole lines; or sets `waiting`, and
+/// appends the response later.
+using Execute = std::function<std::string(std::string_view line, const std::shared_ptr<Dialogue>& dialogue)>;
 
 /// Sessions for a StreamServer. A line that is too long is answered by an error and not executed; empty lines
 /// mean nothing.

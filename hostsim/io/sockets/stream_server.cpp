@@ -89,7 +89,8 @@ bool StreamServer::send(Connection& client) {
 bool StreamServer::watch(Connection& client) {
   const std::size_t unsent = client.session->unsent().size();
   const std::uint32_t interest =
-      (unsent < kMostUnsent ? Reactor::kReadable : 0) | (unsent > 0 ? Reactor::kWritable : 0);
+      (unsent < kMostUnsent && client.session->wants_more() ? Reactor::kReadable : 0) |
+      (unsent > 0 ? Reactor::kWritable : 0);
   if (interest == client.interest) return true;
   client.interest = interest;
   return reactor_.change(client.socket.get(), interest);

@@ -25,6 +25,8 @@ class StreamSession {
 
   /// Bytes have come from the client.
   virtual void receive(std::string_view bytes) = 0;
+  /// False: what more the client sends is to wait where it is.
+  virtual bool wants_more() const { return true; }
   /// What is to go to the client; unchanged until sent() or receive() is called, or time passes.
   virtual std::string_view unsent() const = 0;
   /// The first `count` bytes of unsent() have gone.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Commands at run time, on a plant of two nodes.
 
-#include "app/control.hpp"
+#include "scenario/control.hpp"
 
 #include <array>
 #include <fstream>
@@ -10,7 +10,7 @@
 #include "plant/build_node.hpp"
 #include "support/catch.hpp"
 
-namespace cbcan::app {
+namespace cbcan::scenario {
 namespace {
 
 std::optional<std::string> read_plant_file(const std::string& path) {
@@ -49,15 +49,16 @@ struct Plant {
     world.add_node(built(id, eds, name));
   }
   std::string run(std::string_view line) {
-    std::string response = control.execute(line, now);
+    std::string response = control.execute(line, now).text;
     world.advance(now);
     return response;
   }
 
   Time now = 5 * kSecond;
-  sim::World world;
+  Network network{0, 0, nullptr};
+  sim::World& world = network.world();
   Log log;
-  Control control{{&world}, 5 * kSecond};
+  Control control{{&network}, 5 * kSecond};
 };
 
 /// Plant, and a second network with a drive and a node without an ID.
@@ -75,16 +76,17 @@ struct TwoNetworks {
     world.add_node(std::move(node));
   }
   std::string run(std::string_view line) {
-    std::string response = control.execute(line, first.now);
+    std::string response = control.execute(line, first.now).text;
     first.world.advance(first.now);
     world.advance(first.now);
     return response;
   }
 
   Plant first;
-  sim::World world;
+  Network network{0, 0, nullptr};
+  sim::World& world = network.world();
   Log log;
-  Control control{{&first.world, &world}, 5 * kSecond};
+  Control control{{&first.network, &network}, 5 * kSecond};
 };
 
 }  // namespace
@@ -246,7 +248,7 @@ TEST_CASE("places in networks that are not there") {
 TEST_CASE("what a command cannot mean is told, and nothing happens") {
   Plant plant;
   CHECK(plant.run("fautl 66 response-never") == "error: \"fautl\": no such command; did you mean fault?\n");
-  CHECK(plant.run("shutdown") == "error: \"shutdown\": no such command; help lists them\n");
+  CHECK(plant.run("reboot") == "error: \"reboot\": no such command; help lists them\n");
   CHECK(plant.run("get 17 0x6041") == "error: node 17: not in this plant; nodes lists them\n");
   CHECK(plant.run("get 300 0x6041") == "error: node \"300\": must be 1..127\n");
   CHECK(plant.run("get #3 0x6041") == "error: node \"3\": must be 1..2\n");
@@ -256,4 +258,4 @@ TEST_CASE("what a command cannot mean is told, and nothing happens") {
   CHECK(plant.log.ids.empty());
 }
 
-}  // namespace cbcan::app
+}  // namespace cbcan::scenario

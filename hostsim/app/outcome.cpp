@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "app/outcome.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "text/numbers.hpp"
+#include "text/utf8.hpp"
+
+namespace cbcan::app {
+
+namespace {
+
+constexpr auto kVerdicts =
+    std::to_array<std::pair<Verdict, std::string_view>>({{Verdict::kPassed, "passed"},
+                                                         {Verdict::kFailed, "failed"},
+                                                         {Verdict::kSkipped, "skipped"},
+                                                         {Verdict::kWrong, "wrong"}});
+
+std::ptrdiff_t count(std::span<const Outcome> outcomes, Verdict verdict) {
+  return std::ranges::count(outcomes, verdict, &Outcome::verdict);
+}
+
+/// What XML 1.0 takes in a text or an attribute.
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text::to_utf8(text)) {
+    switch (c) {
+      case '&': result += "&amp;"; break;
+      case '<': result += "&lt;"; break;
+      case '>': result += "&gt;"; break;
+      case '"': result += "&quot;"; break;
+      case '\n': result += "&#10;"; break;
+      default: result += c;
+    }
+  }
+  return result;
+}
+
+std::string_view element_of(Verdict verdict) {
+  return verdict == Verdict::kSkipped ? "skipped" : verdict == Verdict::kWrong ? "error" : "failure";
+}
+
+std::string test_case(std::string_view file, const Outcome& outcome) {
+  const std::size_t slash = file.rfind('/');
+  const std::string_view folder = slash == std::string_view::npos ? "." : file.substr(0, slash);
+  std::string text =
+      fmt::format("  <testcase classname=\"{}\" name=\"{}\" file=\"{}\" time=\"{}\"", escaped(folder),
+                  escaped(file.substr(slash + 1)), escaped(file), text::seconds_text(outcome.duration));
+  if (outcome.verdict == Verdict::kPassed) return text + "/>\n";
+  const std::string_view why = std::string_view(outcome.text).substr(0, outcome.text.find('\n'));
+  const std::string_view element = element_of(outcome.verdict);
+  return text + fmt::format(">\n    <{0} message=\"{1}\">{2}</{0}>\n  </testcase>\n", element, escaped(why),
+                            escaped(outcome.text));
+}
+
+}  // namespace
+
+std::string report(std::string_view file, const Outcome& outcome) {
+  switch (outcome.verdict) {
+    case Verdict::kPassed:
+      return fmt::format("passed {}: {} s\n", file, text::seconds_text(outcome.duration));
+    case Verdict::kSkipped: return fmt::format("skipped {}: {}\n", file, outcome.text);
+    case Verdict::kFailed: return fmt::format("FAILED {}\n{}", file, outcome.text);
+    case Verdict::kWrong: return fmt::format("WRONG {}\n{}", file, outcome.text);
+  }
+  return {};
+}
+
+std::string summary(std::span<const Outcome> outcomes) {
+  std::string text;
+  for (const auto& [verdict, name] : kVerdicts)
+    if (const auto found = count(outcomes, verdict); found != 0 || verdict == Verdict::kPassed)
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", found, name);
+  return text;
+}
+
+std::string junit(std::span<const std::string> files, std::span<const Outcome> outcomes) {
+  Time duration = 0;
+  for (const Outcome& outcome : outcomes)
+    duration += outcome.duration;
+  std::string text = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"cbcan-sim\" tests=\"{}\" "
+      "failures=\"{}\" "
+      "errors=\"{}\" skipped=\"{}\" time=\"{}\">\n",
+      outcomes.size(), count(outcomes, Verdict::kFailed), count(outcomes, Verdict::kWrong),
+      count(outcomes, Verdict::kSkipped), text::seconds_text(duration));
+  for (std::size_t i = 0; i < files.size(); ++i)
+    text += test_case(files[i], outcomes[i]);
+  return text + "</testsuite>\n";
+}
+
+}  // namespace cbcan::app

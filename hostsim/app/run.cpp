@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#include "app/run.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "app/outcome.hpp"
+#include "app/target.hpp"
+#include "io/can/candump_log.hpp"
+#include "io/files/write_file.hpp"
+#include "io/loop/workers.hpp"
+#include "scenario/scenario.hpp"
+#include "text/numbers.hpp"
+
+namespace cbcan::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One of each file, however it was named.
+class Files {
+ public:
+  explicit Files(const plant::FileReader& read) : read_(read) {}
+
+  void add(const std::string& path) {
+    std::error_code error;
+    if (!fs::is_directory(path, error)) return files_.push_back(path);
+    const std::size_t before = files_.size();
+    for (const auto& entry : fs::recursive_directory_iterator(path))
+      if (entry.path().extension() == ".toml" && has_steps(entry.path().string()))
+        files_.push_back(entry.path().lexically_normal().string());
+    if (files_.size() == before) throw io::UsageError(path + ": no file *.toml in it has a [[step]]");
+  }
+
+  std::vector<std::string> take(const plant::Shard& shard) {
+    std::ranges::sort(files_);
+    files_.erase(std::unique(files_.begin(), files_.end()), files_.end());
+    std::vector<std::string> part;
+    for (std::size_t i = shard.part - 1; i < files_.size(); i += shard.parts)
+      part.push_back(files_[i]);
+    return part;
+  }
+
+ private:
+  bool has_steps(const std::string& path) const {
+    return ("\n" + read_(path).value_or("")).find("\n[[step]]") != std::string::npos;
+  }
+
+  const plant::FileReader& read_;
+  std::vector<std::string> files_;
+};
+
+Outcome wrong(const plant::Diagnostics& problems) {
+  Outcome outcome{Verdict::kWrong, 0, {}};
+  for (const plant::Diagnostic& problem : problems)
+    outcome.text += to_string(problem) + "\n";
+  return outcome;
+}
+
+class Runner {
+ public:
+  Runner(const plant::RunConfig& config, const plant::FileReader& read) : config_(config), read_(read) {}
+
+  Outcome play(const std::string& file) const {
+    const auto text = read_(file);
+    if (!text) return wrong({{{file}, "cannot be read; check the path and its permissions"}});
+    const scenario::Scenario scenario = scenario::read_scenario(*text, file, read_);
+    if (!scenario.problems.empty()) return wrong(scenario.problems);
+    return config_.target.empty() ? play_on_plant(scenario) : play_on_target(scenario);
+  }
+
+ private:
+  Outcome play_on_plant(const scenario::Scenario& scenario) const {
+    plant::PlantBuild build = plant::build_nodes(scenario.config, read_);
+    if (!build.good) {
+      Outcome outcome{Verdict::kWrong, 0, {}};
+      for (const std::string& line : build.lines)
+        outcome.text += line + "\n";
+      return outcome;
+    }
+    scenario::Plant plant(scenario.config, std::move(build.networks), pace());
+    if (const auto problems = check_steps(scenario, plant); !problems.empty()) return wrong(problems);
+    if (config_.check) return {};
+    const auto logs = open_logs(scenario.file, plant);
+    plant.start();
+    return play_on(scenario, plant);
+  }
+
+  Outcome play_on_target(const scenario::Scenario& scenario) const {
+    Target target(text::parse_listen_address(config_.target, 502));
+    if (const auto problems = check_steps(scenario, target); !problems.empty())
+      return {Verdict::kSkipped, 0, problems.front().message};
+    return play_on(scenario, target);
+  }
+
+  static Outcome play_on(const scenario::Scenario& scenario, scenario::Bench& bench) {
+    scenario::Played played = scenario::play(scenario, bench);
+    return {played.failure.empty() ? Verdict::kPassed : Verdict::kFailed, played.duration,
+            std::move(played.failure)};
+  }
+
+  scenario::Plant::Pace pace() const {
+    if (!config_.real_time) return {};
+    auto reactor = std::make_shared<io::Reactor>();
+    return [reactor, started = io::Reactor::now()](Time time) {
+      while (io::Reactor::now() < started + time)
+        reactor->run_once(started + time);
+    };
+  }
+
+  /// NAME.log, of network 2 NAME.2.log.
+  std::vector<std::unique_ptr<io::CandumpLog>> open_logs(const std::string& file,
+                                                         scenario::Plant& plant) const {
+    std::vector<std::unique_ptr<io::CandumpLog>> logs;
+    for (std::size_t network = 1; network <= plant.control().networks() && !config_.logs.empty(); ++network) {
+      const std::string number = network == 1 ? "" : fmt::format(".{}", network);
+      const std::string path =
+          (fs::path(config_.logs) / (fs::path(file).stem().string() + number + ".log")).string();
+      logs.push_back(std::make_unique<io::CandumpLog>(path, "virtual", 0, [](const std::string&) {}));
+      plant.control().world(network).bus().observe(*logs.back());
+    }
+    return logs;
+  }
+
+  const plant::RunConfig& config_;
+  const plant::FileReader& read_;
+};
+
+// ---- Between processes
+
+std::string packed(const Outcome& outcome) {
+  return fmt::format("{}{} {}", static_cast<char>(outcome.verdict), outcome.duration, outcome.text);
+}
+
+Outcome unpacked(const std::string& result) {
+  const std::size_t blank = result.find(' ');
+  return {static_cast<Verdict>(result.front()),
+          text::parse<Time>(std::string_view(result).substr(1, blank - 1)).value_or(0),
+          result.substr(blank + 1)};
+}
+
+/// On a terminal: how far it is.
+class Progress {
+ public:
+  explicit Progress(std::size_t all) : all_(all) {}
+  ~Progress() { tell("\r\033[K"); }
+  void done(const Outcome& outcome) {
+    failed_ += outcome.verdict == Verdict::kFailed || outcome.verdict == Verdict::kWrong ? 1 : 0;
+    tell(fmt::format("\r{} of {}, {} failed", ++done_, all_, failed_));
+  }
+
+ private:
+  static void tell(const std::string& text) {
+    static const bool is_terminal = ::isatty(STDERR_FILENO) != 0;
+    if (is_terminal && ::write(STDERR_FILENO, text.data(), text.size()) < 0) return;
+  }
+  std::size_t all_;
+  std::size_t done_ = 0;
+  std::size_t failed_ = 0;
+};
+
+std::vector<Outcome> play_all(const std::vector<std::string>& files, const plant::RunConfig& config,
+                              const plant::FileReader& read) {
+  const Runner runner(config, read);
+  std::vector<Outcome> outcomes(files.size());
+  Progress progress(files.size());
+  const auto play = [&](std::size_t i) {
+    try {
+      return packed(runner.play(files[i]));
+    } catch (const io::EnvironmentError& error) {
+      return packed({Verdict::kWrong, 0, std::string(error.what()) + "\n"});
+    } catch (const io::UsageError& error) {
+      return packed({Verdict::kWrong, 0, std::string(error.what()) + "\n"});
+    }
+  };
+  const auto done = [&](std::size_t i, const std::string& result) {
+    outcomes[i] = unpacked(result);
+    progress.done(outcomes[i]);
+  };
+  io::work_in_processes(files.size(), config.jobs, play, done, [] {
+    return packed({Verdict::kFailed, 0, "its process has crashed before it was over\n"});
+  });
+  return outcomes;
+}
+
+}  // namespace
+
+text::ExitCode run_scenarios(const plant::RunConfig& config, const plant::FileReader& read,
+                             Console& console) {
+  Files found(read);
+  for (const std::string& path : config.paths)
+    found.add(path);
+  const std::vector<std::string> files = found.take(plant::shard_of(config.shard));
+  const std::vector<Outcome> outcomes = play_all(files, config, read);
+  for (std::size_t i = 0; i < files.size(); ++i)
+    console.say(report(files[i], outcomes[i]));
+  console.say(summary(outcomes) + "\n");
+  if (!config.junit.empty()) io::write_file(config.junit, junit(files, outcomes));
+  const auto any = [&](Verdict verdict) {
+    return std::ranges::count(outcomes, verdict, &Outcome::verdict) != 0;
+  };
+  if (any(Verdict::kWrong)) return text::ExitCode::kUsage;
+  return any(Verdict::kFailed) ? text::ExitCode::kCheckFailed : text::ExitCode::kDone;
+}
+
+}  // namespace cbcan::app

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "app/target.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+
+#include "cbcan/regmap.hpp"
+#include "io/errors.hpp"
+#include "plant/config.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::app {
+
+namespace {
+
+constexpr client::Timing kTiming{.response_timeout = 5'000'000};
+/// From one look at the registers to the next.
+constexpr Time kPeriod = kMillisecond;
+
+}  // namespace
+
+Target::Target(const text::ListenAddress& address) : connection_(address.host, address.port, kTiming) {
+  read(1, regmap::kWindowFirst, 1);
+  started_ = io::Reactor::now();
+}
+
+void Target::wait_for(Time until) {
+  pollfd waiting{connection_.descriptor(), connection_.events(), 0};
+  const Time now = io::Reactor::now();
+  const auto ms = until > now ? static_cast<int>(std::min<Time>((until - now) / kMillisecond + 1, 1000)) : 0;
+  ::poll(&waiting, 1, ms);
+}
+
+client::Response Target::exchange(std::size_t network, const client::Request& request) {
+  const auto now_there = [] { return static_cast<client::Time>(io::Reactor::now()); };
+  bool sent = false;
+  while (true) {
+    connection_.poll(now_there());
+    if (!sent && connection_.ready(now_there())) {
+      connection_.send(static_cast<std::uint8_t>(network), request, now_there());
+      sent = true;
+    }
+    if (sent)
+      if (auto response = connection_.receive(now_there())) return *response;
+    if (!connection_.problem().empty()) throw io::EnvironmentError(connection_.problem());
+    wait_for(static_cast<Time>(connection_.deadline()));
+  }
+}
+
+std::size_t Target::networks() const {
+  return plant::kMostNetworks;
+}
+
+std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first, std::size_t count) {
+  client::Request request;
+  request.read_address = static_cast<std::uint16_t>(first);
+  request.count = static_cast<std::uint16_t>(count);
+  client::Response response = exchange(network, request);
+  if (response.exception != 0)
+    scenario::refuse("reading R{}: Modbus exception {:02X}h", first, response.exception);
+  return std::move(response.words);
+}
+
+sim::World& Target::world(std::size_t /*network*/) {
+  scenario::refuse("nodes and frames cannot be seen there: --target has registers alone");
+}
+
+void Target::check(std::string_view line) {
+  static constexpr std::array<std::string_view, 3> kKnown{"read", "write", "trigger"};
+  scenario::check_command(line);
+  const std::string_view name = text::words_of(line).front();
+  if (std::ranges::find(kKnown, name) == kKnown.end())
+    scenario::refuse("{}: cannot be done there: --target has registers alone", name);
+}
+
+std::string Target::execute(std::string_view line) {
+  try {
+    check(line);
+    const scenario::Words words = text::words_of(line);
+    if (words[0] == "read") {
+      const auto [network, first, count] = scenario::read_of(words, networks());
+      return fmt::format("ok {}\n", fmt::join(read(network, first, count), " "));
+    }
+    const scenario::Writing writing = scenario::writing_of(words, networks());
+    client::Request request;
+    request.write_address = static_cast<std::uint16_t>(writing.first);
+    request.words = writing.words;
+    if (const auto response = exchange(writing.network, request); response.exception != 0)
+      scenario::refuse("writing R{}: Modbus exception {:02X}h", writing.first, response.exception);
+    const bool executes = writing.first == regmap::kWindowFirst && writing.words.front() == regmap::kExecute;
+    transactions_ += executes ? 1 : 0;
+    return "ok\n";
+  } catch (const scenario::Refused& refused) {
+    return fmt::format("{}{}\n", scenario::kError, refused.what());
+  }
+}
+
+void Target::step(Time until) {
+  const Time end = started_ + std::min(until, now() + kPeriod);
+  while (io::Reactor::now() < end)
+    reactor_.run_once(end);
+}
+
+}  // namespace cbcan::app

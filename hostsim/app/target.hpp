@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/tcp_connection.hpp"
+#include "io/loop/reactor.hpp"
+#include "scenario/plant.hpp"
+#include "text/address.hpp"
+
+namespace cbcan::app {
+
+/// Any implementation of the register window, behind a Modbus TCP server, in real time. Of commands there are
+/// those for registers, of conditions those about registers, transactions and time. Blocks.
+class Target final : public scenario::Bench, private scenario::View {
+ public:
+  /// Throws io::EnvironmentError when there is no connection; so do all others when it is lost.
+  explicit Target(const text::ListenAddress& address);
+
+  scenario::View& view() override { return *this; }
+  void check(std::string_view line) override;
+  std::string execute(std::string_view line) override;
+  void step(Time until) override;
+  void add(scenario::Listener& /*listener*/) override {}
+  void remove(scenario::Listener& /*listener*/) override {}
+
+ private:
+  Time now() const override { return io::Reactor::now() - started_; }
+  Time started() const override { return started_; }
+  std::size_t networks() const override;
+  std::vector<std::uint16_t> read(std::size_t network, std::uint32_t first, std::size_t count) override;
+  std::uint32_t transactions(std::size_t /*network*/) override { return transactions_; }
+  sim::World& world(std::size_t network) override;
+  client::Response exchange(std::size_t network, const client::Request& request);
+  void wait_for(Time until);
+
+  io::Reactor reactor_;
+  client::TcpConnection connection_;
+  Time started_ = io::Reactor::now();
+  std::uint32_t transactions_ = 0;
+};
+
+}  // namespace cbcan::app

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#include "app/waits.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace cbcan::app {
+
+std::string Waits::take(scenario::Reply reply, scenario::Control& control, const Dialogue& dialogue) {
+  if (reply.subscribe) subscribe(*reply.subscribe, control, dialogue);
+  if (!reply.wait) return std::move(reply.text);
+  if (auto response = reply.wait->look()) return std::move(*response);
+  dialogue->waiting = true;
+  waiting_.push_back({std::move(reply.wait), dialogue, io::Reactor::now()});
+  return {};
+}
+
+void Waits::subscribe(const scenario::Words& kinds, scenario::Control& control, const Dialogue& dialogue) {
+  Told& told = told_.emplace_back(Told{nullptr, dialogue});
+  told.subscription =
+      std::make_unique<scenario::Subscription>(control, kinds, [this, &told](std::string_view line) {
+        const auto to = told.dialogue.lock();
+        if (!to) return;
+        if (to->unsent.size() > most_unread_) return void(++told.missed);
+        if (told.missed != 0) to->unsent += fmt::format("missed {}\n", std::exchange(told.missed, 0));
+        to->unsent += line;
+      });
+}
+
+void Waits::answer(const Waiting& waiting, const std::string& response) {
+  const auto dialogue = waiting.dialogue.lock();
+  dialogue->waiting = false;
+  dialogue->unsent += response;
+}
+
+bool Waits::look() {
+  std::erase_if(told_, [](const Told& told) { return told.dialogue.expired(); });
+  for (Told& told : told_)
+    told.subscription->look();
+  const std::size_t ended = std::erase_if(waiting_, [](const Waiting& waiting) {
+    if (waiting.dialogue.expired()) return true;
+    const auto response = waiting.wait->look();
+    if (response) answer(waiting, *response);
+    return response.has_value();
+  });
+  return ended != 0;
+}
+
+Time Waits::next_look() const {
+  Time next = kNever;
+  for (const Waiting& waiting : waiting_)
+    next = earlier(next, waiting.wait->next_look());
+  return next;
+}
+
+bool Waits::want_time() const {
+  return std::ranges::any_of(waiting_, [](const Waiting& waiting) { return !waiting.wait->is_up_to_plc(); });
+}
+
+bool Waits::are_passes() const {
+  return std::ranges::all_of(waiting_, [](const Waiting& waiting) { return waiting.wait->is_pass(); });
+}
+
+Time Waits::plc_deadline() const {
+  Time deadline = kNever;
+  for (const Waiting& waiting : waiting_)
+    deadline = earlier(deadline, waiting.since + waiting.wait->within());
+  return deadline;
+}
+
+void Waits::give_up_on_plc(Time now) {
+  std::erase_if(waiting_, [now](const Waiting& waiting) {
+    const bool is_over = waiting.wait->is_up_to_plc() && now >= waiting.since + waiting.wait->within();
+    if (is_over && !waiting.dialogue.expired()) answer(waiting, waiting.wait->give_up());
+    return is_over;
+  });
+}
+
+}  // namespace cbcan::app

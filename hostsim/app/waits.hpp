@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Commands that are answered later, and connections that are told what happens (docs/control.md: wait, pass,
+/// subscribe). Those of connections that have ended go.
+
+#include <cstddef>
+#include <list>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/loop/reactor.hpp"
+#include "io/sockets/command_session.hpp"
+#include "scenario/subscription.hpp"
+#include "scenario/wait.hpp"
+
+namespace cbcan::app {
+
+class Waits {
+ public:
+  using Dialogue = std::shared_ptr<io::Dialogue>;
+
+  /// `most_unread`: characters that wait for a connection to read them.
+  explicit Waits(std::size_t most_unread) : most_unread_(most_unread) {}
+
+  /// The response to a command whose reply this is; none, if it comes later.
+  std::string take(scenario::Reply reply, scenario::Control& control, const Dialogue& dialogue);
+
+  /// Answers those that are over; true if there was one. The time is that of the Control.
+  bool look();
+  /// When one may be over though nothing happens, of the plant's time since its start; kNever = there is
+  /// none.
+  Time next_look() const;
+
+  // For a clock that stands.
+  /// There is one that time can bring about.
+  bool want_time() const;
+  /// Nothing that happens can end any of them.
+  bool are_passes() const;
+  /// Of this machine's clock: when one has waited for the PLC as long as it was to; look_at_plc() ends that.
+  Time plc_deadline() const;
+  void give_up_on_plc(Time now);
+
+ private:
+  struct Waiting {
+    std::unique_ptr<scenario::Wait> wait;
+    std::weak_ptr<io::Dialogue> dialogue;
+    Time since;  ///< of this machine's clock
+  };
+  struct Told {
+    std::unique_ptr<scenario::Subscription> subscription;
+    std::weak_ptr<io::Dialogue> dialogue;
+    std::size_t missed = 0;  ///< lines
+  };
+
+  void subscribe(const scenario::Words& kinds, scenario::Control& control, const Dialogue& dialogue);
+  static void answer(const Waiting& waiting, const std::string& response);
+
+  std::size_t most_unread_;
+  std::vector<Waiting> waiting_;
+  std::list<Told> told_;
+};
+
+}  // namespace cbcan::app

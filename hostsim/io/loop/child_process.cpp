@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "io/loop/child_process.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "io/errors.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr int kCannotExecute = 126;
+constexpr int kNotFound = 127;
+constexpr int kSignalled = 128;
+
+int open_process(pid_t process) {
+  return static_cast<int>(::syscall(SYS_pidfd_open, process, 0));
+}
+
+int code_of(int status) {
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
+}
+
+/// Ctrl-C at the terminal is for this process group alone then.
+void give_terminal(pid_t group) {
+  ::signal(SIGTTOU, SIG_IGN);
+  ::tcsetpgrp(STDIN_FILENO, group);
+  ::signal(SIGTTOU, SIG_DFL);
+}
+
+[[noreturn]] void become(const std::vector<std::string>& command, const std::vector<std::string>& environment,
+                         const std::function<void()>& prepare) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const bool in_foreground = ::tcgetpgrp(STDIN_FILENO) == ::getpgrp();
+  ::setpgid(0, 0);
+  if (in_foreground) give_terminal(::getpid());
+  prepare();
+  for (const std::string& line : environment)
+    ::putenv(const_cast<char*>(line.c_str()));  // NOLINT: it is not written to
+  std::vector<char*> words;
+  for (const std::string& word : command)
+    words.push_back(const_cast<char*>(word.c_str()));  // NOLINT: likewise
+  words.push_back(nullptr);
+  ::execvp(words[0], words.data());
+  const int error = errno;
+  std::fprintf(stderr, "cbcan-sim: %s: %s\n", words[0], std::strerror(error));
+  ::_exit(error == ENOENT ? kNotFound : kCannotExecute);
+}
+
+/// As orphans all that the command has started become children of the guard, whatever their process group.
+void kill_the_rest() {
+  do {
+    std::FILE* const children = std::fopen("/proc/thread-self/children", "r");
+    int child = 0;
+    while (children != nullptr && std::fscanf(children, "%d", &child) == 1)
+      ::kill(child, SIGKILL);
+    if (children != nullptr) std::fclose(children);
+  } while (::waitpid(-1, nullptr, 0) > 0);
+}
+
+/// Until the command, or the program at the other end of the line, has ended.
+[[noreturn]] void guard(int line, pid_t command) {
+  pollfd waiting[]{{line, POLLIN, 0}, {open_process(command), POLLIN, 0}};
+  int status = SIGKILL;
+  while (::waitpid(command, &status, WNOHANG) == 0) {
+    if (::poll(waiting, 2, -1) < 0 || waiting[0].revents == 0) continue;
+    unsigned char number = SIGKILL;
+    const bool alive = ::read(line, &number, 1) == 1;
+    if (::kill(-command, number) != 0) ::kill(command, number);  // not yet a group of its own
+    if (!alive) ::waitpid(command, &status, 0);
+  }
+  ::kill(-command, SIGKILL);
+  kill_the_rest();
+  ::_exit(code_of(status));
+}
+
+[[noreturn]] void run_guard(int line, const std::vector<std::string>& command,
+                            const std::vector<std::string>& environment,
+                            const std::function<void()>& prepare) {
+  sigset_t all;
+  sigset_t former;
+  sigfillset(&all);
+  ::sigprocmask(SIG_SETMASK, &all, &former);
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::sigprocmask(SIG_SETMASK, &former, nullptr);
+    become(command, environment, prepare);
+  }
+  if (child < 0) ::_exit(kCannotExecute);
+  guard(line, child);
+}
+
+}  // namespace
+
+ChildProcess::ChildProcess(Reactor& reactor, const std::vector<std::string>& command,
+                           const std::vector<std::string>& environment, const std::function<void()>& prepare)
+    : reactor_(reactor), in_foreground_(::tcgetpgrp(STDIN_FILENO) == ::getpgrp()) {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) throw EnvironmentError(command[0] + ": " + reason(errno));
+  Descriptor read_end(ends[0]);
+  line_ = Descriptor(ends[1]);
+  guard_ = ::fork();
+  if (guard_ == 0) {
+    line_.reset();
+    run_guard(read_end.get(), command, environment, prepare);
+  }
+  if (guard_ > 0) ended_ = Descriptor(open_process(guard_));
+  if (!ended_) throw EnvironmentError(command[0] + ": " + reason(errno));
+  reactor_.watch(ended_.get(), Reactor::kReadable, [this](std::uint32_t) { reap(WNOHANG); });
+}
+
+ChildProcess::~ChildProcess() {
+  line_.reset();
+  if (!exit_code_) reap(0);
+}
+
+void ChildProcess::signal(int number) {
+  const auto byte = static_cast<unsigned char>(number);
+  if (::write(line_.get(), &byte, 1) != 1) return;  // the guard has ended: reap() is due
+}
+
+void ChildProcess::reap(int options) {
+  int status = 0;
+  if (::waitpid(guard_, &status, options) != guard_) return;
+  exit_code_ = code_of(status);
+  reactor_.forget(ended_.get());
+  if (in_foreground_) give_terminal(::getpgrp());
+}
+
+}  // namespace cbcan::io

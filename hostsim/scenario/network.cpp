@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "scenario/network.hpp"
+
+#include <utility>
+
+namespace cbcan::scenario {
+
+namespace {
+
+Coprocessor::Settings settings_of(const plant::ModuleConfig& module) {
+  Coprocessor::Settings settings;
+  settings.node_id = module.node_id;
+  settings.sdo_timeout_ms = module.sdo_timeout_ms;
+  settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
+  settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
+  settings.plc_timeout_ms = module.plc_timeout_ms;
+  settings.plc_lost = module.plc_lost_state == plant::PlcLostState::kStopped
+                          ? nmt::Command::kStop
+                          : nmt::Command::kEnterPreOperational;
+  settings.scanner_out_first = module.scanner_out_first;
+  settings.scanner_in_first = module.scanner_in_first;
+  settings.process_first = module.process_first;
+  return settings;
+}
+
+RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
+  const std::span<std::uint16_t> all(registers);
+  return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
+}
+
+ScannerWindow scanner_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
+  const std::span<std::uint16_t> all(registers);
+  return {all.subspan(module.scanner_out_first).first<regmap::kScannerOutWords>(),
+          all.subspan(module.scanner_in_first).first<regmap::kScannerInWords>()};
+}
+
+ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
+  return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
+}
+
+void add_faults(sim::FaultSet& to, const std::vector<plant::FaultConfig>& faults, Time started) {
+  for (const plant::FaultConfig& fault : faults)
+    to.add(fault.fault, started);
+}
+
+}  // namespace
+
+Network::Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener* listener)
+    : world_(bit_rate, seed, listener), tester_(world_.bus().attach(*this)) {}
+
+Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
+                 std::vector<sim::NodeParts> nodes, Time started, sim::FaultListener* listener)
+    : Network(config.can.bit_rate, plant::network_seed(plant, config), listener) {
+  if (config.module.enabled) {
+    registers_.resize(regmap::kRegisterFileWords);
+    module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
+                                 settings_of(config.module), scanner_of(registers_, config.module));
+  }
+  for (sim::NodeParts& node : nodes) {
+    node.listener = listener;
+    world_.add_node(std::move(node));
+  }
+  add_faults(world_.faults(), config.can.faults, started);
+  for (std::size_t i = 0; i < config.nodes.size(); ++i)
+    add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults, started);
+}
+
+void Network::on_request(std::size_t first, std::size_t count, Time now) {
+  if (module_ == nullptr) return;
+  module_->on_plc(now);
+  if (count == 0) return;
+  module_->on_registers_written(first, count, now);
+  if (world_.next_deadline() <= now) world_.advance(now);
+}
+
+}  // namespace cbcan::scenario

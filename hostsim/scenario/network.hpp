@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// One CAN network and nothing outside it: registers, module, nodes and bus of a World.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "cbcan/frame.hpp"
+#include "cbcan/regmap.hpp"
+#include "plant/config.hpp"
+#include "sim/world.hpp"
+
+namespace cbcan::scenario {
+
+class Network final : private sim::Receiver {
+ public:
+  /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Its injected
+  /// faults begin at `started`; `listener` may be null and is told of them.
+  Network(const plant::Config& plant, const plant::NetworkConfig& config, std::vector<sim::NodeParts> nodes,
+          Time started, sim::FaultListener* listener);
+  /// Without a module; nodes come by world().add_node().
+  Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener* listener);
+
+  /// The same words always; none where there is no module.
+  std::span<std::uint16_t> registers() { return registers_; }
+
+  sim::World& world() { return world_; }
+  const sim::World& world() const { return world_; }
+  /// Null where there is none.
+  const sim::CoprocessorModule* module() const { return module_; }
+
+  /// The PLC has made a valid request, which has written `count` registers from `first` on: does what it
+  /// brings about. advance() to this time comes before.
+  void on_request(std::size_t first, std::size_t count, Time now);
+
+  /// Somebody else on the bus sends this frame. False: the bus takes none now.
+  bool send(const Frame& frame) { return tester_.try_send(frame); }
+
+ private:
+  void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
+  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
+
+  std::vector<std::uint16_t> registers_;
+  sim::World world_;
+  sim::CoprocessorModule* module_ = nullptr;
+  sim::Port& tester_;
+};
+
+}  // namespace cbcan::scenario

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "scenario/plant.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cbcan::scenario {
+
+Plant::Plant(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes, Pace pace)
+    : networks_(make_networks(config, std::move(nodes))),
+      control_(pointers(networks_), 0),
+      pace_(std::move(pace)) {}
+
+void Plant::start() {
+  for (const auto& network : networks_)
+    network->world().start(0);
+}
+
+std::vector<std::unique_ptr<Network>> Plant::make_networks(const plant::Config& config,
+                                                           std::vector<std::vector<sim::NodeParts>> nodes) {
+  std::vector<std::unique_ptr<Network>> networks;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    networks.push_back(
+        std::make_unique<Network>(config, config.networks[i], std::move(nodes[i]), 0, nullptr));
+  return networks;
+}
+
+std::vector<Network*> Plant::pointers(const std::vector<std::unique_ptr<Network>>& networks) {
+  std::vector<Network*> all;
+  for (const auto& network : networks)
+    all.push_back(network.get());
+  return all;
+}
+
+void Plant::advance(Time time) {
+  control_.set_now(time);
+  for (const auto& network : networks_)
+    network->world().advance(time);
+}
+
+void Plant::step(Time until) {
+  Time next = until;
+  for (const auto& network : networks_)
+    next = earlier(next, network->world().next_deadline());
+  next = std::max(next, now());
+  if (pace_) pace_(next);
+  advance(next);
+}
+
+void Plant::pass_to(Time time) {
+  while (now() < time)
+    step(time);
+}
+
+std::string Plant::execute(std::string_view line) {
+  Reply reply = control_.execute(line, now());
+  advance(now());
+  if (!reply.wait) return std::move(reply.text);
+  for (auto response = reply.wait->look();; response = reply.wait->look()) {
+    if (response) return std::move(*response);
+    step(reply.wait->next_look());
+  }
+}
+
+}  // namespace cbcan::scenario

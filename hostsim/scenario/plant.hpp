@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A plant inside this process, in virtual time: networks, nodes, modules, without a socket. What the plant
+/// file says about Modbus, SocketCAN, SLCAN, logs and files of parameters is left out; what nodes store lasts
+/// as long as the plant.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plant/build_node.hpp"
+#include "plant/config.hpp"
+#include "scenario/control.hpp"
+
+namespace cbcan::scenario {
+
+/// What a scenario is played on.
+class Bench {
+ public:
+  virtual ~Bench() = default;
+  virtual View& view() = 0;
+  /// Throws Refused for a command that means nothing here, as far as that can be told without executing it.
+  virtual void check(std::string_view line) = 0;
+  /// A command of docs/control.md; what it brings about has happened when it returns the response. wait and
+  /// pass let time pass.
+  virtual std::string execute(std::string_view line) = 0;
+  /// Lets time pass to when something happens next, or only to `until`, both since the plant's start.
+  virtual void step(Time until) = 0;
+  virtual void add(Listener& listener) = 0;
+  virtual void remove(Listener& listener) = 0;
+};
+
+class Plant final : public Bench {
+ public:
+  /// Is told before it is this time; nobody has to be.
+  using Pace = std::function<void(Time)>;
+
+  /// `nodes` are those of each network, see plant::build_nodes(). All are off until start().
+  Plant(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes, Pace pace = {});
+
+  void start();
+
+  View& view() override { return control_; }
+  Control& control() { return control_; }
+  void check(std::string_view line) override { check_command(line); }
+  std::string execute(std::string_view line) override;
+  void step(Time until) override;
+  void add(Listener& listener) override { control_.add(listener); }
+  void remove(Listener& listener) override { control_.remove(listener); }
+
+  Time now() const { return control_.now(); }
+  /// Until it is this time.
+  void pass_to(Time time);
+
+ private:
+  static std::vector<std::unique_ptr<Network>> make_networks(const plant::Config& config,
+                                                             std::vector<std::vector<sim::NodeParts>> nodes);
+  static std::vector<Network*> pointers(const std::vector<std::unique_ptr<Network>>& networks);
+  void advance(Time time);
+
+  std::vector<std::unique_ptr<Network>> networks_;
+  Control control_;
+  Pace pace_;
+};
+
+}  // namespace cbcan::scenario

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+// From the steps of a Scenario to what comes of them.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <deque>
+#include <stdexcept>
+
+#include "cbcan/regmap.hpp"
+#include "scenario/scenario.hpp"
+#include "sim/frame_text.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::scenario {
+
+namespace {
+
+constexpr std::size_t kLastFrames = 12;
+constexpr std::size_t kRegistersShown = 10;
+
+/// Where the scenario has failed, and why.
+class Failed : public std::runtime_error {
+ public:
+  Failed(const Line& where, const std::string& why) : std::runtime_error(why), line(where.number) {}
+  std::size_t line;
+};
+
+/// A condition that hears the buses for as long as it is here.
+class Heard {
+ public:
+  Heard(const Line& line, Bench& bench) : line_(line), bench_(bench) {
+    try {
+      condition_ = make_condition(line.text, bench.view());
+    } catch (const Refused& refused) {
+      throw Failed(line, refused.what());
+    }
+    bench_.add(*condition_);
+  }
+  ~Heard() { bench_.remove(*condition_); }
+  Heard(const Heard&) = delete;
+  Heard& operator=(const Heard&) = delete;
+
+  bool holds() { return condition_->holds(bench_.view()); }
+  Time next_look() const { return condition_->next_look(bench_.view()); }
+  [[noreturn]] void fail(std::string_view opening) {
+    throw Failed(line_, fmt::format("{}{}: {}", opening, line_.text, condition_->seen(bench_.view())));
+  }
+
+ private:
+  const Line& line_;
+  Bench& bench_;
+  std::unique_ptr<Condition> condition_;
+};
+
+std::deque<Heard> heard(const std::vector<Line>& lines, Bench& bench) {
+  std::deque<Heard> all;
+  for (const Line& line : lines)
+    all.emplace_back(line, bench);
+  return all;
+}
+
+class LastFrames final : public Listener {
+ public:
+  explicit LastFrames(Bench& bench) : bench_(bench) { bench_.add(*this); }
+  ~LastFrames() { bench_.remove(*this); }
+  LastFrames(const LastFrames&) = delete;
+  LastFrames& operator=(const LastFrames&) = delete;
+
+  void on_frame(std::size_t network, const Frame& frame, Time now) override {
+    frames_.push_back({network, frame, now});
+    if (frames_.size() > kLastFrames) frames_.pop_front();
+  }
+  std::string text() const {
+    std::string lines;
+    for (const Seen& seen : frames_)
+      lines += fmt::format("    {} {}{}\n", text::seconds_text(seen.at), prefix_of(seen.network),
+                           sim::frame_text(seen.frame));
+    return lines.empty() ? "" : "  the last frames:\n" + lines;
+  }
+
+ private:
+  struct Seen {
+    std::size_t network;
+    Frame frame;
+    Time at;
+  };
+  Bench& bench_;
+  std::deque<Seen> frames_;
+};
+
+class Player {
+ public:
+  Player(const Scenario& scenario, Bench& bench) : scenario_(scenario), bench_(bench), last_frames_(bench) {}
+
+  Played play() {
+    Played outcome;
+    try {
+      for (const Step& step : scenario_.steps)
+        play(step);
+    } catch (const Failed& failed) {
+      outcome.failure = fmt::format("{}:{}: {}\n  at {}\n{}{}", scenario_.file, failed.line, failed.what(),
+                                    text::seconds_text(now()), registers(), last_frames_.text());
+    }
+    outcome.duration = now();
+    return outcome;
+  }
+
+ private:
+  struct Repeated {
+    const Step* step;
+    Time next;
+  };
+
+  Time now() { return bench_.view().now(); }
+
+  void play(const Step& step) {
+    auto expected = heard(step.expectations, bench_);
+    auto waited = heard(step.waits, bench_);
+    const Line here{"", step.line};
+    if (step.at && *step.at < now())
+      throw Failed(here, fmt::format("at: it is {} already", text::seconds_text(now())));
+    pass_to(step.at ? *step.at : now() + step.after.value_or(0), nullptr);
+    execute(step);
+    if (step.every) repeated_.push_back({&step, now() + *step.every});
+    for (Heard& condition : waited)
+      if (!pass_to(now() + step.within, &condition))
+        condition.fail(fmt::format("not within {} s: ", text::seconds_text(step.within)));
+    for (Heard& condition : expected)
+      if (!condition.holds()) condition.fail("expected ");
+  }
+
+  void execute(const Step& step) {
+    for (const Line& line : step.commands) {
+      const std::string response = bench_.execute(line.text);
+      if (response.starts_with(kError))
+        throw Failed(line, fmt::format("{}: {}", line.text, text::trim(response.substr(kError.size()))));
+    }
+  }
+
+  /// Or until the condition holds: true.
+  bool pass_to(Time time, Heard* condition) {
+    while (true) {
+      if (condition != nullptr && condition->holds()) return true;
+      if (now() >= time) return false;
+      Time next = condition != nullptr ? earlier(time, condition->next_look()) : time;
+      for (const Repeated& repeated : repeated_)
+        next = earlier(next, repeated.next);
+      bench_.step(next);
+      for (Repeated& repeated : repeated_) {
+        if (now() < repeated.next) continue;
+        repeated.next += *repeated.step->every;
+        execute(*repeated.step);
+      }
+    }
+  }
+
+  std::string registers() {
+    try {
+      return fmt::format("  R{}..: {}\n", regmap::kWindowFirst,
+                         fmt::join(bench_.view().read(1, regmap::kWindowFirst, kRegistersShown), " "));
+    } catch (const Refused&) {
+      return {};
+    }
+  }
+
+  const Scenario& scenario_;
+  Bench& bench_;
+  LastFrames last_frames_;
+  std::vector<Repeated> repeated_;
+};
+
+}  // namespace
+
+Played play(const Scenario& scenario, Bench& bench) {
+  return Player(scenario, bench).play();
+}
+
+plant::Diagnostics check_steps(const Scenario& scenario, Bench& bench) {
+  plant::Diagnostics found;
+  const auto check = [&](const Line& line, auto act) {
+    try {
+      act();
+    } catch (const Refused& refused) {
+      found.push_back({{scenario.file, line.number}, refused.what()});
+    }
+  };
+  for (const Step& step : scenario.steps) {
+    for (const Line& line : step.commands)
+      check(line, [&] { bench.check(line.text); });
+    for (const auto* lines : {&step.waits, &step.expectations})
+      for (const Line& line : *lines)
+        check(line, [&] { make_condition(line.text, bench.view()); });
+  }
+  return found;
+}
+
+}  // namespace cbcan::scenario

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Scenarios: a plant and the steps of a test, in one TOML file. docs/scenarios.md is the page about them.
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plant/config.hpp"
+#include "plant/files.hpp"
+#include "scenario/plant.hpp"
+#include "text/setting.hpp"
+
+namespace cbcan::scenario {
+
+/// A command or a condition, and the line of the file that has it.
+struct Line {
+  std::string text;
+  std::size_t number = 0;
+};
+
+struct Step {
+  std::optional<Time> at;     ///< since the start
+  std::optional<Time> after;  ///< since the step before was done
+  std::optional<Time> every;  ///< from then on to the end
+  std::vector<Line> commands;
+  std::vector<Line> waits;
+  Time within = 60 * kSecond;  ///< for each wait
+  std::vector<Line> expectations;
+  std::size_t line = 0;
+};
+
+struct Scenario {
+  std::string file;
+  plant::Config config;
+  std::vector<Step> steps;
+  plant::Diagnostics problems;  ///< with any, the rest is not to be used
+};
+
+/// The keys of a step, for the page.
+std::span<const text::Row> step_rows();
+
+/// `read` gives the plant file that the scenario names, the demo's too.
+Scenario read_scenario(std::string_view text, const std::string& file, const plant::FileReader& read);
+
+/// What is wrong with the steps, as far as that can be told without playing them on it.
+plant::Diagnostics check_steps(const Scenario& scenario, Bench& bench);
+
+struct Played {
+  std::string failure;  ///< empty = passed; else lines: place, expected and seen, registers, the last frames
+  Time duration = 0;    ///< of the plant's time
+};
+
+/// Plays it. Throws what the bench throws.
+Played play(const Scenario& scenario, Bench& bench);
+
+}  // namespace cbcan::scenario

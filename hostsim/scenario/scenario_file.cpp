@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+// From the TOML text to a Scenario.
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <array>
+
+#include "plant/demo_plant.hpp"
+#include "plant/plant_file.hpp"
+#include "scenario/scenario.hpp"
+#include "text/numbers.hpp"
+#include "text/suggestion.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::scenario {
+
+namespace {
+
+constexpr std::string_view kPlant = "plant";
+constexpr std::string_view kStep = "step";
+constexpr std::string_view kDemo = "demo";
+
+constexpr std::string_view kDuration = "a text: a whole number and us, ms or s";
+constexpr std::string_view kLines = "a text, or a list of them";
+constexpr auto kRows = std::to_array<text::Row>({
+    {.key = "at", .help = "Time passes until the plant runs for so long", .domain = kDuration},
+    {.key = "after", .help = "Time passes until the step before is done for so long", .domain = kDuration},
+    {.key = "every",
+     .help = "What `do` has is done now, or at `at` or `after`, and from then on again and again to the end, "
+             "while "
+             "the steps below go on",
+     .domain = kDuration},
+    {.key = "do", .help = "Commands, see [control.md](control.md), in this order", .domain = kLines},
+    {.key = "wait",
+     .help = "Conditions; time passes until each has held once, in this order",
+     .domain = kLines},
+    {.key = "within", .help = "The most that each of them may take; 60 s unless set", .domain = kDuration},
+    {.key = "expect",
+     .help = "Conditions that hold now, at the end of the step; events count since the step before was done",
+     .domain = kLines},
+});
+
+class Reader {
+ public:
+  Reader(Scenario& scenario, const plant::FileReader& read) : scenario_(scenario), read_(read) {}
+
+  void read(std::string_view text) {
+    const toml::table root = toml::parse(text, std::string_view(scenario_.file));
+    if (const toml::node* plant = root.get(kPlant)) read_plant_of(*plant);
+    constexpr std::array kOthers{kPlant, kStep};
+    append(plant::read_plant(text, scenario_.file, scenario_.config, kOthers));
+    const toml::node* const steps = root.get(kStep);
+    const toml::array* const list = steps != nullptr ? steps->as_array() : nullptr;
+    if (list == nullptr || !std::ranges::all_of(*list, &toml::node::is_table))
+      return complain(root, "step: there is none; write [[step]] above each step");
+    for (const toml::node& step : *list)
+      read_step(*step.as_table());
+  }
+
+ private:
+  void append(plant::Diagnostics found) { std::ranges::move(found, std::back_inserter(scenario_.problems)); }
+
+  void complain(const toml::node& where, std::string message) {
+    scenario_.problems.push_back({{scenario_.file, where.source().begin.line}, std::move(message)});
+  }
+
+  void read_plant_of(const toml::node& node) {
+    const auto* name = node.as_string();
+    if (name == nullptr) return complain(node, "plant: must be a text: demo, or the path of a plant file");
+    const std::string path =
+        name->get() == kDemo ? std::string(plant::kDemoPlant) : plant::path_in(scenario_.file, name->get());
+    if (const auto text = read_(path)) return append(plant::read_plant(*text, path, scenario_.config));
+    complain(node, fmt::format("plant {}: cannot be read; paths are relative to this file", path));
+  }
+
+  void read_step(const toml::table& table) {
+    Step& step = scenario_.steps.emplace_back();
+    step.line = table.source().begin.line;
+    for (const auto& [key, node] : table)
+      read_key(key.str(), node, step);
+    if (step.every && (step.commands.empty() || !step.waits.empty() || !step.expectations.empty()))
+      complain(table, "every: such a step has do, and neither wait nor expect");
+    if (step.at && step.after) complain(table, "at, after: a step has one of them");
+  }
+
+  void read_key(std::string_view key, const toml::node& node, Step& step) {
+    if (key == "at") return read_duration(key, node, step.at);
+    if (key == "after") return read_duration(key, node, step.after);
+    if (key == "every") return read_duration(key, node, step.every);
+    if (key == "do") return read_lines(key, node, step.commands);
+    if (key == "wait") return read_lines(key, node, step.waits);
+    if (key == "expect") return read_lines(key, node, step.expectations);
+    if (key == "within") {
+      std::optional<Time> within;
+      read_duration(key, node, within);
+      step.within = within.value_or(step.within);
+      return;
+    }
+    std::vector<std::string_view> known;
+    for (const text::Row& row : kRows)
+      known.push_back(row.key);
+    const std::string suggestion = text::did_you_mean(key, known);
+    complain(node,
+             fmt::format("step.{}: no such key{}", key,
+                         suggestion.empty() ? "; a step has " + text::listed(known, " and ") : suggestion));
+  }
+
+  void read_duration(std::string_view key, const toml::node& node, std::optional<Time>& duration) {
+    const auto* text = node.as_string();
+    if (text != nullptr) duration = text::parse_duration(text->get());
+    if (!duration || (key == "every" && *duration == 0))
+      complain(node, fmt::format("step.{0}: write {0} = \"100ms\": a whole number of us, ms or s", key));
+  }
+
+  void read_lines(std::string_view key, const toml::node& node, std::vector<Line>& lines) {
+    if (const auto* list = node.as_array())
+      for (const toml::node& item : *list)
+        read_line(key, item, lines);
+    else
+      read_line(key, node, lines);
+  }
+
+  void read_line(std::string_view key, const toml::node& node, std::vector<Line>& lines) {
+    if (const auto* text = node.as_string())
+      lines.push_back({text->get(), node.source().begin.line});
+    else
+      complain(node, fmt::format("step.{}: must be a text, or a list of them", key));
+  }
+
+  Scenario& scenario_;
+  const plant::FileReader& read_;
+};
+
+}  // namespace
+
+std::span<const text::Row> step_rows() {
+  return kRows;
+}
+
+Scenario read_scenario(std::string_view text, const std::string& file, const plant::FileReader& read) {
+  Scenario scenario;
+  scenario.file = file;
+  try {
+    Reader(scenario, read).read(text);
+  } catch (const toml::parse_error&) {
+    scenario.problems = plant::read_plant(text, file, scenario.config);  // says what is wrong
+  }
+  if (scenario.problems.empty()) scenario.problems = plant::check(scenario.config);
+  plant::sort_by_place(scenario.problems);
+  return scenario;
+}
+
+}  // namespace cbcan::scenario

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#include "scenario/words.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "plant/config.hpp"
+#include "text/numbers.hpp"
+#include "text/value.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::scenario {
+
+namespace {
+
+bool is_one_line(std::span<const std::uint8_t> text) {
+  return std::ranges::none_of(text, [](std::uint8_t byte) { return byte < ' ' || byte == 0x7F; });
+}
+
+/// As a plant file would write it.
+std::string text_of_value(std::span<const std::uint8_t> bytes, DataType type) {
+  const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
+  if (type == DataType::kReal32)
+    return text::value_text(static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
+  if (type == DataType::kReal64) return text::value_text(std::bit_cast<double>(raw));
+  if (type == DataType::kBoolean) return text::value_text(raw != 0);
+  if (is_signed(type)) return text::value_text(sign_extend(raw, bytes.size()));
+  if (type == DataType::kVisibleString && is_one_line(bytes))
+    return text::value_text(std::string(bytes.begin(), bytes.end()));
+  if (size_of(type) != 0) return std::to_string(raw);
+  return text::value_text(text::Bytes(bytes.begin(), bytes.end()));
+}
+
+}  // namespace
+
+std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what) {
+  const auto number = text::parse_integer(text);
+  if (!number || *number < low || *number > high) refuse("{} \"{}\": must be {}..{}", what, text, low, high);
+  return static_cast<std::uint32_t>(*number);
+}
+
+Time duration_of(std::string_view text) {
+  const auto duration = text::parse_duration(text);
+  if (!duration) refuse("\"{}\": write a whole number of us, ms or s, such as 100ms", text);
+  return *duration;
+}
+
+std::string_view rest_of(const Words& words, std::size_t first) {
+  if (first >= words.size()) return {};
+  const char* const begin = words[first].data();
+  return {begin, static_cast<std::size_t>(words.back().data() + words.back().size() - begin)};
+}
+
+Address address_of(std::string_view text) {
+  constexpr std::uint32_t kMostIndex = 0xFFFF;
+  const auto [index, sub] = text::split(text, ':').value_or(std::pair(text, std::string_view("0")));
+  return {static_cast<std::uint16_t>(number_of(index, 1, kMostIndex, "index")),
+          static_cast<std::uint8_t>(number_of(sub, 0, 0xFF, "sub-index"))};
+}
+
+Where where(std::string_view word, std::size_t networks) {
+  const auto sides = text::split(word, '/');
+  if (!sides) return {1, word};
+  return {number_of(sides->first, 1, static_cast<std::uint32_t>(networks), "network"), sides->second};
+}
+
+std::string prefix_of(std::size_t network) {
+  return network == 1 ? "" : fmt::format("{}/", network);
+}
+
+sim::Node& node_of(View& view, std::string_view word) {
+  const auto [network, name] = where(word, view.networks());
+  const auto nodes = view.world(network).nodes();
+  const std::string what = plant::in_network(network) + "node";
+  if (name.starts_with('#')) {
+    const std::uint32_t place = number_of(name.substr(1), 1, static_cast<std::uint32_t>(nodes.size()), what);
+    return *nodes[place - 1];
+  }
+  const std::uint32_t id = number_of(name, 1, nmt::kMaxNode, what);
+  const auto found =
+      std::ranges::find_if(nodes, [id](const auto& node) { return node->device().node_id() == id; });
+  if (found == nodes.end()) refuse("node {}: not in this plant; nodes lists them", word);
+  return **found;
+}
+
+sim::Node& running_node_of(View& view, std::string_view word) {
+  sim::Node& node = node_of(view, word);
+  if (!node.has_power()) refuse("node {} has no power; power {} on gives it some", word, word);
+  return node;
+}
+
+std::string_view name_of(nmt::State state) {
+  switch (state) {
+    case nmt::State::kInitialising: return "initialising";
+    case nmt::State::kStopped: return "stopped";
+    case nmt::State::kOperational: return "operational";
+    case nmt::State::kPreOperational: return "pre-operational";
+  }
+  return "";
+}
+
+std::string_view state_of(const sim::Node& node) {
+  return node.has_power() ? name_of(node.device().state()) : "off";
+}
+
+ObjectEntry entry_of(View& view, std::string_view node, const Address& address) {
+  ObjectEntry entry{};
+  if (node_of(view, node).device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
+    refuse("{}: node {} has no such object", plant::object_name(address.index, address.sub), node);
+  return entry;
+}
+
+std::string value_of(View& view, std::string_view node, std::string_view word) {
+  const Address address = address_of(word);
+  const ObjectEntry entry = entry_of(view, node, address);
+  return text_of_value(running_node_of(view, node).value(entry, address.sub, view.started() + view.now()),
+                       entry.type);
+}
+
+}  // namespace cbcan::scenario

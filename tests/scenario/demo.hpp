@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plant/demo_plant.hpp"
+#include "plant/plant_file.hpp"
+#include "scenario/plant.hpp"
+#include "scenario/subscription.hpp"
+#include "sim/frame_text.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::scenario::test {
+
+inline std::optional<std::string> no_file(const std::string& /*path*/) {
+  return std::nullopt;
+}
+
+/// The demo plant, and what is in `more` of a plant file besides.
+inline std::unique_ptr<Plant> demo(std::string_view more = "") {
+  const plant::FileReader read = plant::with_demo_plant(no_file);
+  plant::Config config;
+  REQUIRE(plant::read_plant(*read(std::string(plant::kDemoPlant)), std::string(plant::kDemoPlant), config)
+              .empty());
+  REQUIRE(plant::read_plant(more, "more.toml", config).empty());
+  plant::PlantBuild build = plant::build_nodes(config, read);
+  REQUIRE(build.good);
+  auto plant = std::make_unique<Plant>(config, std::move(build.networks));
+  plant->start();
+  return plant;
+}
+
+/// The frames from now on, as candump writes them.
+class Frames final : public Listener {
+ public:
+  explicit Frames(Plant& plant) : plant_(plant) { plant_.add(*this); }
+  ~Frames() { plant_.remove(*this); }
+  void on_frame(std::size_t /*network*/, const Frame& frame, Time /*now*/) override {
+    seen.push_back(sim::frame_text(frame));
+  }
+  std::vector<std::string> seen;
+
+ private:
+  Plant& plant_;
+};
+
+}  // namespace cbcan::scenario::test

@@ -1,0 +1,176 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""cbcan-sim run: the scenarios that come with cbcan, outcomes, parts, and the same log every time."""
+
+import os
+import pathlib
+import pty
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments
+
+PROGRAM = program_from_arguments(sys.argv)
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SHIPPED = sorted((ROOT / "scenarios").glob("*.toml"))
+FAILS = """plant = "demo"
+
+[[step]]
+do = "trigger read 99 0x1000 0 4"
+wait = "transaction ended"
+expect = "register 3700 = 0"
+"""
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, "run", *map(str, arguments)], capture_output=True, text=True, timeout=LIMIT)
+
+
+class Shipped(unittest.TestCase):
+    def test_all_pass_in_under_two_seconds(self):
+        begin = time.monotonic()
+        done = run(ROOT / "scenarios")
+        took = time.monotonic() - begin
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        self.assertEqual(done.stdout.splitlines()[-1], f"{len(SHIPPED)} passed")
+        print(f"{len(SHIPPED)} scenarios in {took:.3f} s")
+        self.assertLess(took, 2)
+
+    def test_again_and_again(self):
+        for _ in range(int(os.environ.get("CBCAN_RUNS", "5"))):
+            self.assertEqual(run("-j", 4, ROOT / "scenarios").returncode, 0)
+
+    def test_the_log_is_the_same_every_time(self):
+        logs = []
+        for options in ([], ["-j", "4"]):
+            with tempfile.TemporaryDirectory() as folder:
+                self.assertEqual(run("--log", folder, *options, ROOT / "scenarios").returncode, 0)
+                logs.append({path.name: path.read_text() for path in pathlib.Path(folder).iterdir()})
+        self.assertEqual(logs[0], logs[1])
+        self.assertEqual(len(logs[0]), len(SHIPPED) + 1)
+        self.assertIn("(0000000001.000000) virtual 663#8000100000000405\n", logs[0]["silent_node.log"])
+        self.assertTrue(logs[0]["two_networks.2.log"])
+
+    def test_in_real_time(self):
+        begin = time.monotonic()
+        self.assertEqual(run("--real-time", ROOT / "scenarios/own_objects.toml").stdout,
+                         f"passed {ROOT}/scenarios/own_objects.toml: 2.200000 s\n1 passed\n")
+        self.assertGreaterEqual(time.monotonic() - begin, 2.2)
+
+    def test_on_another_implementation_of_the_registers(self):
+        with Simulator(PROGRAM, "--demo", "--sdo-timeout", "200") as simulator, tempfile.TemporaryDirectory() as folder:
+            plain = pathlib.Path(folder) / "plain.toml"
+            plain.write_text('plant = "demo"\n[[step]]\ndo = "trigger read 99 0x1000 0 4"\nwait = "transaction ended"\n'
+                             'expect = ["took >= 200ms", "register 3700 = 4", "register 3706 = 0 0x0504"]\n')
+            done = run("--target", f"127.0.0.1:{simulator.port}", plain, ROOT / "scenarios/silent_node.toml", ROOT / "scenarios/node_lost.toml")
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertRegex(done.stdout, rf"(?m)^passed {plain}: 0\.[2-9]\d+ s$")
+        self.assertIn("node_lost.toml: nodes and frames cannot be seen there: --target has registers alone\n", done.stdout)
+        self.assertIn("\n1 passed, 2 skipped\n", done.stdout)
+        done = run("--target", f"127.0.0.1:{simulator.port}", ROOT / "scenarios/silent_node.toml")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(f"127.0.0.1:{simulator.port}", done.stdout)
+
+
+class Outcomes(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def write(self, name, text):
+        (self.folder / name).write_text(text)
+        return self.folder / name
+
+    def test_a_failure_has_its_place_what_is_seen_registers_and_frames(self):
+        path = self.write("wrong.toml", FAILS)
+        done = run(path)
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stdout, f"""FAILED {path}
+{path}:6: expected register 3700 = 0: it is 4
+  at 1.000000
+  R3700..: 4 5055 99 4096 0 4 0 1284 0 0
+  the last frames:
+    0.000000 663#4000100000000000
+    1.000000 663#8000100000000405
+0 passed, 1 failed
+""")
+
+    def test_what_is_no_scenario(self):
+        for text, problem in ((FAILS.replace("0x1000", "x"), ':4: word "x": must be 0..65535'),
+                              (FAILS.replace("trigger", "triger"), ':4: "triger": no such command; did you mean trigger?'),
+                              (FAILS.replace("transaction ended", "state 7 off"), ":5: node 7: not in this plant; nodes lists them"),
+                              (FAILS.replace("expect", "expects"), ":6: step.expects: no such key; did you mean expect?"),
+                              (FAILS.replace("demo", "none.toml"), f":1: plant {self.folder}/none.toml: cannot be read; paths are relative "
+                               "to this file"),
+                              (FAILS + "[can]\nbitrate = 5\n", ":8: can.bitrate: no such key; did you mean can.bit_rate?"),
+                              (FAILS + "[[step]]\nevery = 5\n", ':8: step.every: write every = "100ms": a whole number of us, ms or s'),
+                              (FAILS + '[[step]]\ndo = "pass 1s"\n', ":8: pass: a step lets time pass by its keys at, after and wait"),
+                              ('plant = "demo"\n', ":1: step: there is none; write [[step]] above each step")):
+            path = self.write("wrong.toml", text)
+            for options in ([], ["--check"]):
+                done = run(*options, path)
+                self.assertEqual((done.returncode, done.stdout), (2, f"WRONG {path}\n{path}{problem}\n0 passed, 1 wrong\n"))
+
+    def test_check_plays_nothing(self):
+        done = run("--check", self.write("wrong.toml", FAILS))
+        self.assertEqual((done.returncode, done.stdout.splitlines()[-1]), (0, "1 passed"))
+
+    def test_junit(self):
+        self.write("a.toml", FAILS)
+        self.write("b.toml", FAILS.replace("= 0", "= 4"))
+        self.write("c.toml", FAILS.replace("read", "reed"))
+        self.write("plant.toml", "[can]\nbit_rate = 0\n")
+        results = self.folder / "results.xml"
+        done = run(self.folder, "--junit", results)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("\n1 passed, 1 failed, 1 wrong\n", done.stdout)
+        suite = ElementTree.parse(results).getroot()
+        self.assertEqual([suite.get(key) for key in ("tests", "failures", "errors", "skipped")], ["3", "1", "1", "0"])
+        self.assertEqual([case.get("name") for case in suite], ["a.toml", "b.toml", "c.toml"])
+        self.assertEqual(suite[0][0].get("message"), f"{self.folder}/a.toml:6: expected register 3700 = 0: it is 4")
+        self.assertIn("663#8000100000000405", suite[0][0].text)
+        self.assertEqual(len(suite[1]), 0)
+        self.assertEqual(suite[2][0].tag, "error")
+
+    def test_parts_together_are_the_whole_each_once(self):
+        whole = run(ROOT / "scenarios").stdout.splitlines()[:-1]
+        parts = [run("--shard", f"{i}/3", "-j", "2", ROOT / "scenarios").stdout.splitlines()[:-1] for i in (1, 2, 3)]
+        self.assertEqual(sorted(sum(parts, [])), sorted(whole))
+        self.assertTrue(all(parts))
+        self.assertEqual(run("--shard", "4/3", ROOT / "scenarios").returncode, 2)
+
+    def test_progress_on_a_terminal_alone(self):
+        master, terminal = pty.openpty()
+        with os.fdopen(terminal, "wb") as err:
+            subprocess.run([PROGRAM, "run", ROOT / "scenarios/checks.toml"], stdout=subprocess.DEVNULL, stderr=err, timeout=LIMIT)
+        self.assertEqual(os.read(master, 1000), b"\r1 of 1, 0 failed\r\x1b[K")
+        os.close(master)
+
+    def test_every_goes_on_while_the_steps_below_do(self):
+        path = self.write("every.toml", 'plant = "demo"\n[[step]]\nat = "1s"\nevery = "100ms"\ndo = "send 605#00"\n[[step]]\nat = "2s"\n'
+                          'expect = "10 frame 605#00"\n[[step]]\nat = "1s"\n')
+        done = run(path)
+        self.assertIn(f"{path}:9: at: it is 2.000000 already\n", done.stdout)
+
+    def test_usage(self):
+        for arguments, told in (((), "there is nothing to run; name files or folders of scenarios"),
+                                (("--junti", "x"), "--junti: no such option; did you mean --junit?"),
+                                (("-j",), "-j: needs an argument"),
+                                (("-j", "0", "x"), "--jobs 0: must be 1..1000"),
+                                (("--shard", "5", "x"), "--shard 5: must be I/N, the I-th part of N, such as 1/4")):
+            done = run(*arguments)
+            self.assertEqual((done.returncode, done.stderr.splitlines()[0]), (2, f"cbcan-sim run: {told}"))
+        self.assertEqual(run(self.folder).stderr, f"cbcan-sim: {self.folder}: no file *.toml in it has a [[step]]\n")
+        self.assertEqual(run("--help").returncode, 0)
+        for line in run("--help").stdout.splitlines():
+            self.assertLessEqual(len(line), 80)
+
+
+cases.main()
