@@ -29,11 +29,12 @@ int run(const plant::Start& start, const plant::FileReader& read, Console& conso
   plant::PlantBuild build = plant::build_nodes(config, read);
   for (const std::string& line : build.lines)
     console.tell(line + "\n");
-  if (!build.good) return code(ExitCode::kUsage);
+  if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
   Simulator simulator(config, std::move(build.networks), console, start.command.empty());
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
-    console.say("ready " + simulator.where() + "\n");
+    const std::string ready = "ready " + simulator.where() + "\n";
+    plant::logs_to_standard_output(config) ? console.tell(ready) : console.say(ready);
     io::tell_ready([&console](const std::string& line) { console.warn(line); });
     simulator.run();
   } else {

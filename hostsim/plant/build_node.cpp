@@ -82,7 +82,11 @@ class Builder {
 
   std::optional<std::string> open(const std::string& path, const Place& place) {
     std::optional<std::string> text = read_(path);
-    if (!text) complain(place, "cannot read " + path + "; paths are relative to the plant file");
+    const bool in_file = place.line != 0;
+    if (!text)
+      complain(place, fmt::format("cannot read {}; {}", path,
+                                  in_file ? "paths are relative to the plant file"
+                                          : "check the path and its permissions"));
     return text;
   }
 

@@ -21,6 +21,8 @@ namespace {
 
 constexpr std::string_view kTrue = "true";
 constexpr std::string_view kCommand = "--";
+constexpr std::string_view kEdsAsPlant =
+    "this is an EDS or DCF file, not a plant file; --node 5=FILE is a node made from it";
 
 /// As --help shows it; empty = there is none of this name.
 std::string_view find_option(std::string_view word) {
@@ -114,11 +116,23 @@ class Typed {
   std::size_t network_ = 1;
 };
 
+/// CiA 306 begins such a file with this section.
+bool is_eds(std::string_view text) {
+  constexpr std::string_view kSection = "[FileInfo]";
+  while (!text.empty())
+    if (text::same_text(text::trim(text::take_line(text)), kSection)) return true;
+  return false;
+}
+
 Diagnostics read_plant_of(const Typed& typed, const FileReader& read, Config& config) {
   for (const Argument& argument : typed.arguments) {
     if (argument.option != kDemoOption && argument.option != kConfigOption) continue;
     const std::string path = argument.option == kDemoOption ? std::string(kDemoPlant) : argument.text;
-    if (const auto text = read(path)) return read_plant(*text, path, config);
+    if (const auto text = read(path)) {
+      if (is_eds(*text))
+        return {about_option(fmt::format("{} {}", kConfigOption, path), std::string(kEdsAsPlant))};
+      return read_plant(*text, path, config);
+    }
     return {about_option(fmt::format("{} {}", kConfigOption, path),
                          "this file cannot be read; check the path and its permissions")};
   }
@@ -191,6 +205,7 @@ Start parse_command_line(int argc, const char* const* argv, const FileReader& re
   if (!problems.empty()) return refuse(std::move(problems));
 
   start.run = true;
+  start.check = typed.count(kCheckOption) != 0;
   start.command = typed.command;
   if (!start.command.empty()) use_free_addresses(typed, start.config);
   for (const NetworkConfig& network : start.config.networks)

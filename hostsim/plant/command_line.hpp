@@ -18,6 +18,7 @@ using text::ExitCode;
 /// What main() does first: print `out` and `err`, then run with `config`, or leave with `exit_code`.
 struct Start {
   bool run = false;
+  bool check = false;  ///< nothing is to be opened or served: only said what is wrong with the nodes
   ExitCode exit_code = ExitCode::kDone;  ///< if not run
   std::string out;                       ///< for standard output: help, version
   std::string err;                       ///< for standard error: all that is wrong, or remarks on a run

@@ -174,6 +174,11 @@ void check_network(const Config& config, const NetworkConfig& network, Diagnosti
 
 }  // namespace
 
+bool logs_to_standard_output(const Config& config) {
+  return std::ranges::any_of(config.networks,
+                             [](const auto& network) { return network.log == kStandardOutput; });
+}
+
 std::string can_spec(const CanConfig& can) {
   return can.interface_name.empty() ? "virtual" : "socketcan:" + can.interface_name;
 }
@@ -218,6 +223,9 @@ Diagnostics check(const Config& config) {
   for (const NetworkConfig& network : config.networks)
     check_network(config, network, found);
   check_number_of_networks(config, found);
+  if (config.clock == ClockKind::kManual && logs_to_standard_output(config))
+    found.push_back(
+        about_option("--log -", "standard output has the responses of --clock manual; name a file"));
   check_parameter_files(config, found);
   check_belongings(config, found);
   return found;

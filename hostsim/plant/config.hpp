@@ -159,6 +159,10 @@ struct Config {
   bool operator==(const Config&) const = default;
 };
 
+/// Of a log: standard output.
+inline constexpr std::string_view kStandardOutput = "-";
+bool logs_to_standard_output(const Config& config);
+
 /// "virtual" or "socketcan:vcan0"
 std::string can_spec(const CanConfig& can);
 

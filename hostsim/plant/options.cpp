@@ -28,6 +28,8 @@ constexpr auto kRows = std::to_array<Row>({
      .help = "The built-in plant: an I/O module (node 42h = 66), two pressure transducers (1, 2), a drive (10h = 16), "
              "a generic node (20h = 32)"},
     {.key = "plant.config", .option = "--config FILE", .help = "A plant file in TOML; docs/plant-file.md explains it"},
+    {.key = "plant.check", .option = "--check",
+     .help = "Reads plant and EDS files, says what is wrong with them, and ends: exit code 0 or 2"},
     {.key = "network.number", .option = "--network N",
      .help = "Options behind it about module, CAN, log file and nodes are for network N, those before it for network 1; "
              "the Modbus unit ID selects the network",

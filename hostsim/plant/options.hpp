@@ -16,6 +16,7 @@ namespace cbcan::plant {
 
 inline constexpr std::string_view kConfigOption = "--config";
 inline constexpr std::string_view kDemoOption = "--demo";
+inline constexpr std::string_view kCheckOption = "--check";
 inline constexpr std::string_view kHelpOption = "--help";
 inline constexpr std::string_view kVersionOption = "--version";
 /// What stands behind it is about another network.

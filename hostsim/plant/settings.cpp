@@ -45,6 +45,8 @@ bool looks_like_interface(std::string_view text) {
 
 /// `spec` is `kind`, with ":" and an interface behind it or not.
 Problem unknown_kind(std::string_view spec, std::string_view kind) {
+  if (kind == "slcan" && spec != kind)
+    return "no such bus; slcand makes a CAN interface of a serial adapter: write socketcan:slcan0 then";
   const std::string_view meant = text::nearest(kind, kKinds);
   const std::string_view tail = spec == kind ? ":vcan0" : spec.substr(kind.size());
   if (meant == kSocketCan) return fmt::format("no such bus; did you mean socketcan{}?", tail);
@@ -252,6 +254,7 @@ constexpr std::array kNetwork{
         .form = Form::kAddress, .domain = "HOST:PORT or unix:PATH"}),
     setting<NetworkConfig, &NetworkConfig::log>({
         .key = "log.file", .option = "--log FILE", .help = "Every frame on the bus, in the format of candump -L",
+        .more = "`-` is standard output; the `ready` line is on standard error then.",
         .form = Form::kPath, .domain = "a path"}),
 };
 

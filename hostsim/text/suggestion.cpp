@@ -49,13 +49,14 @@ std::size_t reach(std::string_view a, std::string_view b) {
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known) {
   if (word.size() > kLongestWord) return {};
   std::string_view best;
-  std::size_t best_distance = 0;
+  std::size_t best_rank = 0;  ///< of equals, one that begins with the word is nearer
   for (const std::string_view name : known) {
     const std::size_t away = distance(leaf_of(word), leaf_of(name));
     if (table_of(name) != table_of(word) || away > reach(leaf_of(word), leaf_of(name))) continue;
-    if (!best.empty() && away >= best_distance) continue;
+    const std::size_t rank = 2 * away + (leaf_of(name).starts_with(leaf_of(word)) ? 0 : 1);
+    if (!best.empty() && rank >= best_rank) continue;
     best = name;
-    best_distance = away;
+    best_rank = rank;
   }
   if (!best.empty()) return best;
   const auto same_leaf =

@@ -27,6 +27,8 @@ MAY_KNOW = {
     "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/io": {"hostsim/client", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/scenario": {"hostsim/plant", "hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/include": set(),
+    "hostsim/library": {"hostsim/include", "hostsim/scenario", "hostsim/plant", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/app": {"hostsim/scenario", "hostsim/plant", "hostsim/client", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "tools": {"hostsim/client", "hostsim/text", "regmap"},
 }
@@ -57,6 +59,8 @@ def room_of(path):
 def room_of_include(name):
     if name in ("cbcan/regmap.hpp", "cbcan/regmap.h"):
         return "regmap"
+    if name == "cbcan/sim.hpp":
+        return "hostsim/include"
     if name == "cbcan/cia405.hpp":
         return "tools"
     first, *rest = name.split("/")

@@ -262,3 +262,50 @@ TEST_CASE("--clock is real or manual, and manual on the virtual bus") {
         "virtual\n" +
             std::string(kHint));
 }
+
+TEST_CASE("behind -- stands a command, for which the plant is at free addresses") {
+  const Start made = start({"--demo", "--", "pytest", "--verbose", "tests"});
+  REQUIRE(made.run);
+  CHECK(made.command == std::vector<std::string>{"pytest", "--verbose", "tests"});
+  CHECK(made.config.modbus == ListenAddress{"127.0.0.1", 0});
+  CHECK(made.config.control == "127.0.0.1:0");
+  CHECK(made.config.networks.at(0).can.slcan == "127.0.0.1:0");
+  CHECK_FALSE(made.config.verbose);
+  const Start named =
+      start({"--demo", "--modbus", ":1600", "--control", "unix:/c", "--slcan", ":1601", "--", "x"});
+  CHECK(named.config.modbus == ListenAddress{"127.0.0.1", 1600});
+  CHECK(named.config.control == "unix:/c");
+  CHECK(named.config.networks.at(0).can.slcan == ":1601");
+  CHECK(start({"--can", "socketcan:can0", "--", "x"}).config.networks.at(0).can.slcan.empty());
+  CHECK(start({"--demo"}).command.empty());
+  CHECK(refusal({"--demo", "--"}) ==
+        std::string("cbcan-sim: --: write a command behind it, such as -- pytest tests\n") + kHint);
+}
+
+TEST_CASE("an EDS file that is given as a plant file is told so") {
+  const Start refused = start({"--config", "node.eds"},
+                              {{"node.eds", "\xEF\xBB\xBF; comment\r\n[fileinfo]\r\nFileName=node.eds\r\n"}});
+  CHECK(
+      refused.err ==
+      std::string("cbcan-sim: --config node.eds: this is an EDS or DCF file, not a plant file; --node 5=FILE "
+                  "is a node made from it\n") +
+          kHint);
+}
+
+TEST_CASE("--check and --log -") {
+  CHECK(start({"--demo", "--check"}).check);
+  CHECK_FALSE(start({"--demo"}).check);
+  CHECK(logs_to_standard_output(start({"--demo", "--log", "-"}).config));
+  CHECK_FALSE(logs_to_standard_output(start({"--demo", "--log", "bus.log"}).config));
+  CHECK(
+      refusal({"--demo", "--log", "-", "--clock", "manual"}) ==
+      std::string("cbcan-sim: --log -: standard output has the responses of --clock manual; name a file\n") +
+          kHint);
+}
+
+TEST_CASE("the nearest name begins with what was typed") {
+  CHECK(read("[[node]]\nid = 5\ned = \"x.eds\"\n").errors.at(0) ==
+        "plant.toml:1: node.eds: is missing; add eds = \"FILE.eds\"");
+  CHECK(read("[[node]]\nid = 5\ned = \"x.eds\"\n").errors.at(1) ==
+        "plant.toml:3: node.ed: no such key; did you mean node.eds?");
+}

@@ -127,6 +127,10 @@ TEST_CASE("bus specifications") {
   CHECK(error_of("virtual:1") ==
         "plant.toml:2: can.spec \"virtual:1\": the virtual bus has no interface; write virtual");
   CHECK(error_of("vcan0") == "plant.toml:2: can.spec \"vcan0\": no such bus; did you mean socketcan:vcan0?");
+  CHECK(
+      error_of("slcan:/dev/ttyACM0") ==
+      "plant.toml:2: can.spec \"slcan:/dev/ttyACM0\": no such bus; slcand makes a CAN interface of a serial "
+      "adapter: write socketcan:slcan0 then");
   CHECK(error_of("vritual") == "plant.toml:2: can.spec \"vritual\": no such bus; did you mean virtual?");
   CHECK(error_of("sockectan:can1") ==
         "plant.toml:2: can.spec \"sockectan:can1\": no such bus; did you mean socketcan:can1?");
@@ -317,8 +321,10 @@ TEST_CASE("faults that are wrong") {
         Lines{"plant.toml:4: node.faults.kind: is missing; add kind = \"response-late\""});
   CHECK(errors_of("kind = 5") ==
         Lines{"plant.toml:4: node.faults.kind 5: must be a text in double quotes: a kind of fault"});
-  CHECK(contains(errors_of("kind = \"late\"").at(0),
-                 "plant.toml:4: node.faults: fault \"late\": no such kind; there are response-never, "));
+  CHECK(errors_of("kind = \"late\"") ==
+        Lines{"plant.toml:4: node.faults: fault \"late\": no such kind; did you mean response-late?"});
+  CHECK(contains(errors_of("kind = \"nonsense\"").at(0),
+                 "plant.toml:4: node.faults: fault \"nonsense\": no such kind; there are response-never, "));
   CHECK(errors_of("kind = \"frame-loss\"") ==
         Lines{"plant.toml:4: node.faults: frame-loss: a fault of the bus, not of a node"});
   CHECK(

@@ -119,8 +119,9 @@ TEST_CASE("Every key takes its lowest and highest value and none beyond") {
 }
 
 TEST_CASE("Mistakes are told with the key and what is allowed") {
-  CHECK(problem_of("response-lat") ==
-        "fault \"response-lat\": no such kind; there are response-never, response-late, response-twice, "
+  CHECK(problem_of("response-lat") == "fault \"response-lat\": no such kind; did you mean response-late?");
+  CHECK(problem_of("nonsense") ==
+        "fault \"nonsense\": no such kind; there are response-never, response-late, response-twice, "
         "response-out-of-order, response-other-toggle, response-other-specifier, response-other-index, "
         "response-other-size, response-other-crc, response-other-sequence, abort, short-frame, silent, "
         "heartbeat-stops, state-wrong, duplicate-node-id, boot-up-storm, emcy-storm, bus-off, "

@@ -161,4 +161,26 @@ class Full(unittest.TestCase):
         self.assertEqual((done.returncode, done.stdout.splitlines()[1:]), (0, ["at 1.000000"]))
 
 
+class StandardOutput(unittest.TestCase):
+    def test_the_log_on_standard_output(self):
+        process = subprocess.Popen([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--log", "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   text=True)
+        self.assertTrue(process.stderr.readline().startswith("ready modbus="))
+        self.assertRegex(process.stdout.readline(), r"^\(\d{10}\.\d{6}\) virtual 701#00\n$")
+        process.terminate()
+        process.communicate(timeout=LIMIT)
+
+
+class Check(unittest.TestCase):
+    def check(self, *options):
+        done = subprocess.run([PROGRAM, "--check", *options], capture_output=True, text=True, timeout=LIMIT)
+        return done.returncode, done.stdout, done.stderr
+
+    def test_plants_and_their_EDS_files(self):
+        self.assertEqual(self.check("--demo"), (0, "", ""))
+        self.assertEqual(self.check("--node", "5=none.eds"), (2, "", "--node 5=none.eds: node 5: cannot read none.eds; check the path and its "
+                                                             "permissions\n"))
+        self.assertEqual(self.check("--config", "none.toml")[0], 2)
+
+
 cases.main()

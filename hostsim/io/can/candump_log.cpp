@@ -34,7 +34,7 @@ CandumpLog::CandumpLog(std::string path, std::string interface, Time wall_offset
       interface_(std::move(interface)),
       wall_offset_(wall_offset),
       warn_(std::move(warn)),
-      output_(open_log(path_), most_waiting),
+      output_(path_ == "-" ? Output::standard(1, most_waiting) : Output(open_log(path_), most_waiting)),
       most_waiting_(most_waiting),
       flush_at_(kCharactersPerWrite) {}
 

@@ -19,10 +19,10 @@ namespace cbcan::io {
 /// Writes every frame of a bus to a file, or into a pipe or FIFO, whose reader nobody waits for.
 class CandumpLog final : public sim::Observer {
  public:
-  /// Makes the file anew; throws EnvironmentError if it cannot. Times in the log are those of the frames plus
-  /// `wall_offset`: wall-clock time less simulation time, in microseconds. A frame is dropped when more than
-  /// `most_waiting` characters wait for a reader; `warn` is told how many those were once there is room
-  /// again.
+  /// Makes the file anew, or takes standard output for "-"; throws EnvironmentError if it cannot. Times in
+  /// the log are those of the frames plus `wall_offset`: wall-clock time less simulation time, in
+  /// microseconds. A frame is dropped when more than `most_waiting` characters wait for a reader; `warn` is
+  /// told how many those were once there is room again.
   CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
              std::size_t most_waiting = Output::kMostWaiting);
   /// Waits for a reader as Output does.

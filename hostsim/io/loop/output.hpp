@@ -21,7 +21,9 @@ class Output {
   /// More than `most_waiting` characters do not wait for the reader.
   explicit Output(Descriptor file, std::size_t most_waiting = kMostWaiting);
   /// The program's standard output or error; others may share it, so it stays as it is.
-  static Output standard(int number) { return Output(own(number)); }
+  static Output standard(int number, std::size_t most_waiting = kMostWaiting) {
+    return Output(own(number), most_waiting);
+  }
   Output(Output&&) = default;
   ~Output();
 

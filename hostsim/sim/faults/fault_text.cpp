@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/faults/fault.hpp"
+#include "text/suggestion.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::sim {
@@ -36,7 +37,9 @@ std::string no_such_kind(std::string_view name, FaultPlace here) {
   std::vector<std::string_view> names;
   for (const FaultRow& row : fault_rows())
     if (allowed(row.place, here)) names.push_back(row.name);
-  return fmt::format("fault \"{}\": no such kind; there are {}", name, text::listed(names, " and "));
+  const std::string suggestion = text::did_you_mean(name, names);
+  return fmt::format("fault \"{}\": no such kind{}", name,
+                     suggestion.empty() ? "; there are " + text::listed(names, " and ") : suggestion);
 }
 
 std::string no_such_key(FaultKind kind, std::string_view key) {

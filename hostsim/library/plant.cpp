@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <deque>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "cbcan/sim.hpp"
+#include "plant/demo_plant.hpp"
+#include "plant/plant_file.hpp"
+#include "scenario/plant.hpp"
+#include "sim/frame_text.hpp"
+#include "text/words.hpp"
+
+namespace cbcan {
+
+namespace {
+
+std::optional<std::string> read_disk(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+plant::FileReader reader() {
+  return plant::with_demo_plant(read_disk);
+}
+
+class Frames final : public scenario::Listener {
+ public:
+  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
+    constexpr std::size_t kMost = 100'000;
+    seen_.push_back({network, frame});
+    if (seen_.size() > kMost) seen_.pop_front();
+  }
+  std::vector<std::string> take() {
+    std::vector<std::string> texts;
+    for (const auto& [network, frame] : std::exchange(seen_, {}))
+      texts.push_back(scenario::prefix_of(network) + sim::frame_text(frame));
+    return texts;
+  }
+
+ private:
+  std::deque<std::pair<std::size_t, Frame>> seen_;
+};
+
+plant::Config config_of(std::string_view text, const std::string& file) {
+  plant::Config config;
+  plant::Diagnostics problems = plant::read_plant(text, file, config);
+  if (problems.empty()) problems = plant::check(config);
+  std::string lines;
+  for (const plant::Diagnostic& problem : problems)
+    lines += (lines.empty() ? "" : "\n") + to_string(problem);
+  if (!problems.empty()) throw PlantError(lines);
+  return config;
+}
+
+std::vector<std::vector<sim::NodeParts>> nodes_of(const plant::Config& config) {
+  plant::PlantBuild build = plant::build_nodes(config, reader());
+  if (!build.good) throw PlantError(fmt::format("{}", fmt::join(build.lines, "\n")));
+  return std::move(build.networks);
+}
+
+/// What is there to say, or thrown.
+std::string checked(std::string response) {
+  if (response.starts_with(scenario::kError))
+    throw PlantError(std::string(text::trim(response.substr(scenario::kError.size()))));
+  return response;
+}
+
+}  // namespace
+
+struct Plant::Inside {
+  explicit Inside(const plant::Config& config) : plant(config, nodes_of(config)) {
+    plant.add(frames);
+    plant.start();
+  }
+
+  scenario::Plant plant;
+  Frames frames;
+};
+
+Plant::Plant(std::unique_ptr<Inside> inside) : inside_(std::move(inside)) {}
+Plant::Plant(Plant&& other) noexcept = default;
+Plant& Plant::operator=(Plant&& other) noexcept = default;
+Plant::~Plant() = default;
+
+Plant Plant::from_file(const std::string& path) {
+  const auto text = reader()(path);
+  if (!text) throw PlantError(path + ": cannot be read; check the path and its permissions");
+  return Plant(std::make_unique<Inside>(config_of(*text, path)));
+}
+
+Plant Plant::from_text(std::string_view toml, const std::string& folder) {
+  return Plant(std::make_unique<Inside>(config_of(toml, folder + "/text")));
+}
+
+Plant Plant::demo() {
+  return from_file(std::string(plant::kDemoPlant));
+}
+
+void Plant::write(std::uint16_t first, const Words& words, unsigned unit) {
+  command(fmt::format("write {}/{} {}", unit, first, fmt::join(words, " ")));
+}
+
+Plant::Words Plant::registers(std::uint16_t first, std::size_t count, unsigned unit) {
+  try {
+    if (unit < 1 || unit > inside_->plant.view().networks())
+      throw scenario::Refused(
+          fmt::format("unit {}: there are 1..{}", unit, inside_->plant.view().networks()));
+    return inside_->plant.view().read(unit, first, count);
+  } catch (const scenario::Refused& refused) {
+    throw PlantError(refused.what());
+  }
+}
+
+Plant::Duration Plant::now() const {
+  return Duration(inside_->plant.now());
+}
+
+void Plant::advance(Duration duration) {
+  inside_->plant.pass_to(inside_->plant.now() + static_cast<Time>(duration.count()));
+}
+
+std::string Plant::command(std::string_view line) {
+  const std::string response = checked(inside_->plant.execute(line));
+  const std::size_t last = response.rfind('\n', response.size() - 2) + 1;
+  const std::string_view value = std::string_view(response).substr(last + std::string_view("ok").size());
+  return response.substr(0, last) + std::string(text::trim(value));
+}
+
+bool Plant::wait(std::string_view condition, Duration within) {
+  const std::string response =
+      inside_->plant.execute(fmt::format("wait {} within {}us", condition, within.count()));
+  return !response.starts_with(scenario::kNotWithin) && !checked(response).empty();
+}
+
+bool Plant::holds(std::string_view condition) {
+  try {
+    return make_condition(condition, inside_->plant.view())->holds(inside_->plant.view());
+  } catch (const scenario::Refused& refused) {
+    throw PlantError(refused.what());
+  }
+}
+
+std::vector<std::string> Plant::frames() {
+  return inside_->frames.take();
+}
+
+}  // namespace cbcan
