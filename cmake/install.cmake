@@ -35,6 +35,11 @@ endif()
 
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcbcan-dev COMPONENT dev
   FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN CMakeLists.txt)
+if(TARGET cbcan::sim)
+  cbcan_install_libraries(cbcan-sim sim scenario plant devices eds sim_room text)
+  cbcan_install_headers(hostsim/include/cbcan)
+endif()
+
 write_basic_package_version_file(cbcan-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES cmake/cbcan-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/cbcan-config-version.cmake
   DESTINATION ${package_folder} COMPONENT dev)
@@ -85,8 +90,9 @@ over Modbus, in front of simulated CANopen devices or a CAN interface.
 cbcanctl is the PLC's side, from the command line.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcbcan-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libmodbus-dev, pkg-config")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libmodbus-dev, pkg-config, libfmt-dev, libtomlplusplus-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "C++20 libraries, freestanding: CANopen (SDO, PDO, NMT, LSS and more), the
 coprocessor behind registers, a Modbus RTU server, SLCAN. For programs: the
-function blocks of CiA 405 over Modbus TCP, which need libmodbus.")
+function blocks of CiA 405 over Modbus TCP, which need libmodbus. For tests:
+a simulated plant, which needs libfmt and libtomlplusplus.")
 include(CPack)
