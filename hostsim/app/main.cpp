@@ -12,6 +12,7 @@
 #include "app/run.hpp"
 #include "app/simulator.hpp"
 #include "io/files/read_file.hpp"
+#include "io/sockets/service_manager.hpp"
 #include "plant/build_node.hpp"
 #include "plant/command_line.hpp"
 #include "plant/demo_plant.hpp"
@@ -36,6 +37,7 @@ int run(const plant::Start& start, const plant::FileReader& read, Console& conso
   if (start.command.empty()) {
     const std::string ready = "ready " + simulator.where() + "\n";
     plant::logs_to_standard_output(config) ? console.tell(ready) : console.say(ready);
+    io::tell_ready([&console](const std::string& line) { console.warn(line); });
     simulator.run();
   } else {
     exit_code = simulator.run(start.command);

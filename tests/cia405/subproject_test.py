@@ -28,9 +28,9 @@ target_link_libraries(read_name PRIVATE cbcan::cia405)
 
 def packages():
     """All that any CMakeLists.txt of ours looks for."""
-    text = "".join(path.read_text() for path in ROOT.glob("*/**/CMakeLists.txt"))
-    found = set(re.findall(r"find_package\((\w+)", text))
-    assert {"CLI11", "tomlplusplus", "Catch2"} <= found, found
+    text = "".join(path.read_text() for path in (ROOT / "CMakeLists.txt", *ROOT.glob("*/**/CMakeLists.txt")))
+    found = set(re.findall(r"find_package\((\w+)", text)) | {"fmt", "tomlplusplus"}
+    assert {"CLI11", "PkgConfig", "Catch2"} <= found, found
     return found
 
 

@@ -6,12 +6,14 @@ Lines that begin with "$ " are typed into one shell, in the project's folder wit
 print. A line "..." stands for any number of lines, "..." within a line for any text. Everything runs in a network namespace of
 its own, so that the ports which the document names are free.
 
-usage: run_snippets.py PROGRAM_DIR FILE.md...
+usage: run_snippets.py PROGRAM_DIR FILE.md... [--root ROOT]      where PROGRAM_DIR is in ROOT, for chroot
 """
 
+import argparse
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,12 +24,10 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 
 AS_ROOT = [] if os.geteuid() == 0 else ["--map-root-user"]
-SHELL = ["unshare", "--net", *AS_ROOT, "bash", "--norc"]
+ALONE = ["unshare", "--net", *AS_ROOT, "sh", "-c", 'ip link set dev lo up && exec "$@"', "sh"]
+SHELL = ["bash", "--norc"]
 LIMIT = 120  # seconds for a document
-PROLOGUE = """
-ip link set dev lo up
-exec 2>&1
-"""
+PROLOGUE = "exec 2>&1"
 # After each command: its own mark, so that its output can be told from the next one's.
 MARK = "--8<-- {} --8<--"
 
@@ -82,14 +82,15 @@ def script_of(document_steps):
     return "\n".join(lines) + "\nkill $(jobs -p) 2>/dev/null; wait\n"
 
 
-def type_into_shell(script, program_dir):
+def type_into_shell(script, program_dir, root):
     """What the shell prints. Whatever it started ends with it."""
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(dir=root and f"{root}/tmp") as folder:
+        inside = ["chroot", root, "env", f"--chdir=/{os.path.relpath(folder, root)}"] if root else []
         for name in ("plants", "tools", "docs", "scenarios", "examples"):
-            os.symlink(ROOT / name, pathlib.Path(folder) / name)
+            (shutil.copytree if root else os.symlink)(ROOT / name, pathlib.Path(folder) / name)
         os.makedirs(pathlib.Path(folder) / "build")
         os.symlink(program_dir, pathlib.Path(folder) / "build" / "bin")
-        shell = subprocess.Popen(SHELL, cwd=folder, text=True, start_new_session=True, stdin=subprocess.PIPE,
+        shell = subprocess.Popen([*ALONE, *inside, *SHELL], cwd=folder, text=True, start_new_session=True, stdin=subprocess.PIPE,
                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         try:
             return shell.communicate(script, timeout=LIMIT)[0]
@@ -98,12 +99,12 @@ def type_into_shell(script, program_dir):
             return shell.communicate()[0]
 
 
-def run(document, program_dir):
+def run(document, program_dir, root):
     """(what is wrong, how many commands ran)"""
     document_steps = steps(document)
     if not document_steps:
         return [f"{document}: not one command in a console block"], 0
-    found, rest = [], type_into_shell(script_of(document_steps), program_dir)
+    found, rest = [], type_into_shell(script_of(document_steps), program_dir, root)
     for number, (line, command, expected) in enumerate(document_steps):
         output, mark, rest = rest.partition(MARK.format(number) + "\n")
         if not mark:
@@ -114,10 +115,13 @@ def run(document, program_dir):
 
 
 def main():
-    program_dir = pathlib.Path(sys.argv[1]).resolve()
+    parser = argparse.ArgumentParser()
+    for name, keywords in {"program_dir": {"type": os.path.abspath}, "documents": {"nargs": "+"}, "--root": {}}.items():
+        parser.add_argument(name, **keywords)
+    arguments = parser.parse_args()
     found, ran = [], 0
-    for name in sys.argv[2:]:
-        wrong, commands = run(pathlib.Path(name), program_dir)
+    for name in arguments.documents:
+        wrong, commands = run(pathlib.Path(name), arguments.program_dir, arguments.root)
         found += wrong
         ran += commands
     print("\n".join(found))

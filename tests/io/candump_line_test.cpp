@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/can/candump_log.hpp"
+#include "sim/frame_text.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {
@@ -7,7 +8,7 @@ namespace {
 
 std::string line(const Frame& frame, Time time = 0) {
   std::string text;
-  append_candump_line(text, frame, time, "vcan0");
+  sim::append_candump_line(text, frame, time, "vcan0");
   return text;
 }
 

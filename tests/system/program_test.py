@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """cbcan-sim as a program: how it starts, what it says when it cannot, how it ends, and that one client does not hurt another."""
 
+import os
 import pathlib
 import signal
 import socket
@@ -36,6 +37,23 @@ class Starting(unittest.TestCase):
             self.assertEqual(done.returncode, 0)
             self.assertIn(text, done.stdout)
             self.assertEqual(done.stderr, "")
+
+    def test_a_service_manager_hears_when_it_serves(self):
+        """sd_notify(3): a datagram to the socket that NOTIFY_SOCKET names; @ begins a name outside of the file system."""
+        with tempfile.TemporaryDirectory() as folder:
+            for name in (f"{folder}/notify", f"@cbcan-test-{os.getpid()}"):
+                with self.subTest(name=name), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+                    manager.settimeout(LIMIT)
+                    manager.bind(name.replace("@", "\0"))
+                    with Simulator(PROGRAM, "--demo", env=os.environ | {"NOTIFY_SOCKET": name}) as simulator:
+                        self.assertEqual(manager.recv(100), b"READY=1")
+                        self.assertEqual(simulator.stop(), (0, ""))
+
+    def test_a_service_manager_that_is_gone(self):
+        for name, why in (("/nonexistent/notify", "No such file or directory"), ("/" + 200 * "n", "File name too long")):
+            with self.subTest(name=name), Simulator(PROGRAM, "--demo", env=os.environ | {"NOTIFY_SOCKET": name}) as simulator:
+                self.assertEqual(simulator.stop(), (0, f"cbcan-sim: service manager: NOTIFY_SOCKET={name}: {why}; "
+                                                       "it does not hear that cbcan-sim serves\n"))
 
     def test_wrong_options(self):
         self.check_refused(run("--demo", "--sdo-timeot", "5"), 2, "--sdo-timeout")

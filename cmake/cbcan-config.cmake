@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: MIT
+# find_package(cbcan [COMPONENTS canopen core rtu slcan cia405 sim]): a target cbcan::NAME for each. cia405 and sim need libraries of others;
+# without COMPONENTS they are left out where those are missing.
+include(${CMAKE_CURRENT_LIST_DIR}/cbcan-firmware.cmake)
+set(cbcan_cia405_needs "pkg-config and libmodbus")
+set(cbcan_sim_needs "fmt and tomlplusplus")
+
+if("cia405" IN_LIST cbcan_FIND_COMPONENTS OR NOT cbcan_FIND_COMPONENTS)
+  find_package(PkgConfig QUIET)
+  if(PkgConfig_FOUND)
+    pkg_check_modules(libmodbus QUIET IMPORTED_TARGET GLOBAL libmodbus)
+  endif()
+  if(TARGET PkgConfig::libmodbus)
+    include(${CMAKE_CURRENT_LIST_DIR}/cbcan-cia405.cmake OPTIONAL)
+  endif()
+endif()
+
+if("sim" IN_LIST cbcan_FIND_COMPONENTS OR NOT cbcan_FIND_COMPONENTS)
+  find_package(fmt QUIET)
+  find_package(tomlplusplus QUIET)
+  if(TARGET fmt::fmt AND TARGET tomlplusplus::tomlplusplus)
+    include(${CMAKE_CURRENT_LIST_DIR}/cbcan-sim.cmake OPTIONAL)
+  endif()
+endif()
+
+foreach(component IN LISTS cbcan_FIND_COMPONENTS)
+  if(TARGET cbcan::${component})
+    set(cbcan_${component}_FOUND TRUE)
+  elseif(cbcan_FIND_REQUIRED_${component})
+    set(cbcan_FOUND FALSE)
+    string(APPEND cbcan_NOT_FOUND_MESSAGE "cbcan::${component} is not there; ")
+    if(DEFINED cbcan_${component}_needs)
+      string(APPEND cbcan_NOT_FOUND_MESSAGE "it needs ${cbcan_${component}_needs}, when it is built and here")
+    else()
+      string(APPEND cbcan_NOT_FOUND_MESSAGE "the components are canopen, core, rtu, slcan, cia405 and sim")
+    endif()
+  endif()
+endforeach()

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+# What `cmake --install` puts where, in two components: `programs` for those who run cbcan, `dev` for those who build with it.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/cbcan)
+
+# cbcan_install_libraries(FILE NAME...): the libraries cbcan::NAME with FILE.cmake, which makes those targets elsewhere.
+function(cbcan_install_libraries file)
+  set(targets "")
+  foreach(name IN LISTS ARGN)
+    get_target_property(target cbcan::${name} ALIASED_TARGET)
+    set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+    list(APPEND targets ${target})
+  endforeach()
+  install(TARGETS ${targets} EXPORT ${file} COMPONENT dev ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(EXPORT ${file} NAMESPACE cbcan:: DESTINATION ${package_folder} COMPONENT dev)
+endfunction()
+
+function(cbcan_install_headers)
+  install(DIRECTORY ${ARGN} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
+endfunction()
+
+# ---- Libraries
+
+cbcan_install_libraries(cbcan-firmware canopen core rtu slcan regmap)
+cbcan_install_headers(firmware/cbcan regmap/include/cbcan)
+
+if(TARGET cbcan::cia405)
+  cbcan_install_libraries(cbcan-cia405 cia405 client)
+  cbcan_install_headers(tools/cia405/include/cbcan)
+  configure_file(cmake/cbcan-cia405.pc.in cbcan-cia405.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan-cia405.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
+endif()
+
+install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcbcan-dev COMPONENT dev
+  FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN CMakeLists.txt)
+if(TARGET cbcan::sim)
+  cbcan_install_libraries(cbcan-sim sim scenario plant devices eds sim_room text)
+  cbcan_install_headers(hostsim/include/cbcan)
+endif()
+
+write_basic_package_version_file(cbcan-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES cmake/cbcan-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/cbcan-config-version.cmake
+  DESTINATION ${package_folder} COMPONENT dev)
+
+# ---- Programs, and what they come with
+
+if(NOT TARGET cbcan-sim)
+  return()
+endif()
+set(data ${CMAKE_INSTALL_DATADIR}/cbcan)
+install(TARGETS cbcan-sim cbcanctl COMPONENT programs)
+install(DIRECTORY plants scenarios DESTINATION ${data} COMPONENT programs)
+install(DIRECTORY tools/st DESTINATION ${data} COMPONENT programs FILES_MATCHING PATTERN "*.st" PATTERN "*.xml")
+install(FILES packaging/man/cbcan-sim.1 packaging/man/cbcanctl.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT programs)
+install(FILES packaging/man/cbcan-plant.5 DESTINATION ${CMAKE_INSTALL_MANDIR}/man5 COMPONENT programs)
+install(FILES packaging/completions/cbcan-sim packaging/completions/cbcanctl
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT programs)
+install(FILES packaging/cbcan-sim@.service DESTINATION lib/systemd/system COMPONENT programs)
+install(FILES tools/python/cbcan_plant.py DESTINATION ${data}/python COMPONENT programs)
+file(CREATE_LINK ../../../${data}/python/cbcan_plant.py ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py SYMBOLIC)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py DESTINATION lib/python3/dist-packages COMPONENT programs)  # where Debian's looks
+install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+
+# ---- Packages: cpack
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_COMPONENTS_ALL programs dev)
+set(CPACK_PACKAGE_CONTACT "the cbcan authors <cbcan@cbcan.invalid>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/packaging/debian.cmake)
+set(CPACK_CBCAN_SOURCES ${PROJECT_SOURCE_DIR})
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME cbcan)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION net)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_RECOMMENDS python3)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "python3-pytest, can-utils")
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/prerm)
+set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "cbcan-sim serves the registers by which a PLC does SDO and NMT services,
+over Modbus, in front of simulated CANopen devices or a CAN interface.
+cbcanctl is the PLC's side, from the command line.")
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcbcan-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libmodbus-dev, pkg-config, libfmt-dev, libtomlplusplus-dev")
+set(CPACK_COMPONENT_DEV_DESCRIPTION "C++20 libraries, freestanding: CANopen (SDO, PDO, NMT, LSS and more), the
+coprocessor behind registers, a Modbus RTU server, SLCAN. For programs: the
+function blocks of CiA 405 over Modbus TCP, which need libmodbus. For tests:
+a simulated plant, which needs libfmt and libtomlplusplus.")
+include(CPack)

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "io/errors.hpp"
+
+namespace cbcan::io {
+
+/// Says READY=1 to the service manager that started this program and waits for it (systemd, Type=notify; the
+/// protocol is in sd_notify(3), "Notes"). Without NOTIFY_SOCKET in the environment nobody waits. Does not
+/// block.
+void tell_ready(const Warn& warn);
+
+}  // namespace cbcan::io

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: MIT
+# cpack runs this when what belongs into each package lies in a folder: what Debian wants to have besides, or otherwise.
+file(GLOB packages ${CPACK_TEMPORARY_DIRECTORY}/*)
+foreach(package IN LISTS packages)
+  string(TOUPPER ${package} component)
+  get_filename_component(component ${component} NAME)
+  set(doc ${package}/usr/share/doc/${CPACK_DEBIAN_${component}_PACKAGE_NAME})
+  file(MAKE_DIRECTORY ${doc})
+  file(READ ${CPACK_CBCAN_SOURCES}/LICENSE license)
+  string(REGEX REPLACE "\n\n" "\n.\n" license "${license}")
+  string(REGEX REPLACE "\n([^\n])" "\n \\1" license "${license}")
+  string(REGEX MATCH "Copyright [^\n]*" holder "${license}")
+  string(REPLACE "Copyright (c) " "" holder "${holder}")
+  file(WRITE ${doc}/copyright "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\n\n"
+    "Files: *\nCopyright: ${holder}\nLicense: Expat\n ${license}")
+  string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
+  file(WRITE ${doc}/changelog "cbcan (${CPACK_PACKAGE_VERSION}) unstable; urgency=medium\n\n  * See CHANGELOG.md.\n\n"
+    " -- ${CPACK_PACKAGE_CONTACT}  ${now}\n")
+  file(COPY ${CPACK_CBCAN_SOURCES}/CHANGELOG.md DESTINATION ${doc})
+  file(GLOB_RECURSE compressed ${package}/usr/share/man/* ${doc}/changelog)
+  execute_process(COMMAND gzip -9nf ${compressed} COMMAND_ERROR_IS_FATAL ANY)
+  file(GLOB archives ${package}/usr/lib/*.a ${package}/usr/lib/*/*.a)
+  if(archives)
+    execute_process(COMMAND strip --strip-debug --enable-deterministic-archives ${archives} COMMAND_ERROR_IS_FATAL ANY)
+  endif()
+endforeach()

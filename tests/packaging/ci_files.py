@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""What the files for CI systems and for a container say, as commands: action.yml, packaging/github.yml, gitlab.yml, Containerfile."""
+
+import json
+import pathlib
+import re
+
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml"]
+BASH = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c"]  # as both systems do
+
+
+def load(name):
+    return yaml.safe_load((ROOT / name).read_text())
+
+
+def action_steps():
+    """(script, environment) of each step of the action."""
+    return [(step["run"], step.get("env", {})) for step in load("action.yml")["runs"]["steps"]]
+
+
+def github_steps():
+    """The same of the example's job, with those of the action in its place."""
+    (job,) = load("packaging/github.yml")["jobs"].values()
+    found = []
+    for step in job["steps"]:
+        if "run" in step:
+            found.append((step["run"], {}))
+        elif step["uses"].startswith("OWNER/cbcan@"):
+            found += action_steps()
+        else:
+            assert step["uses"].startswith("actions/checkout@"), step
+    return found
+
+
+def gitlab_steps():
+    job = load("packaging/gitlab.yml")["plant"]
+    return [(line, job["variables"]) for line in job["before_script"] + job["script"]]
+
+
+def container():
+    """Instructions of the Containerfile by name, lists as lists."""
+    text = re.sub(r"\\\n\s*", "", (ROOT / "packaging/Containerfile").read_text())
+    found = {}
+    for name, rest in re.findall(r"^([A-Z]+) (.*)$", text, re.MULTILINE):
+        assert name not in found, f"a second {name}"
+        found[name] = json.loads(rest) if rest.startswith("[") else rest
+    found["HEALTHCHECK"] = json.loads(found["HEALTHCHECK"].partition("CMD ")[2])
+    return found

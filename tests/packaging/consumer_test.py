@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""examples/consumer, a project that uses the libraries, in its three ways and with each compiler that is here; and pkg-config.
+
+usage: consumer_test.py BUILD_DIR SIMULATOR
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments
+
+BUILD, SIMULATOR = program_from_arguments(sys.argv, 2)
+COMPILERS = ["g++-12", "clang++-14"]
+NEWER = [name for name in ("g++-13", "g++-14", "clang++-16", "clang++-19") if shutil.which(name)]
+CCACHE = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
+PRINTED = {
+    "with_canopen": "4 bytes: 91 01 0F 00\n",
+    "with_core": "result 0, node ID 5\n",
+    "with_rtu": "register 100 is 7\n",
+    "with_slcan": "t00020142\n",
+    "with_cia405": "cbcan pressure transducer\n",
+    "with_sim": "result 4, abort code 05040000h after 1000 ms\n",
+}
+
+
+def run(*command, code=0):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    if done.returncode != code:
+        raise AssertionError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+    return done.stdout + done.stderr
+
+
+class Consumer(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.prefix = pathlib.Path(cls.folder.name) / "installed"
+        run("cmake", "--install", BUILD, "--prefix", cls.prefix)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def configure(self, *options, source=ROOT / "examples/consumer", code=0):
+        build = tempfile.mkdtemp(dir=self.folder.name)
+        return build, run("cmake", "-S", source, "-B", build, "-G", "Ninja", *CCACHE, *options, code=code)
+
+    def build_and_run(self, *options, compilers=COMPILERS, sim_with=COMPILERS + NEWER):
+        for compiler in compilers:
+            programs = {name: text for name, text in PRINTED.items() if name != "with_sim" or compiler in sim_with}
+            with self.subTest(compiler=compiler), Simulator(SIMULATOR, "--demo") as simulator:
+                build, _ = self.configure(f"-DCMAKE_CXX_COMPILER={compiler}", *options)
+                run("cmake", "--build", build, "--target", *programs)
+                self.assertEqual({name: run(f"{build}/{name}", simulator.port) for name in programs}, programs)
+                self.assertNotIn("cbcan-sim", run("cmake", "--build", build, "--target", "help"))
+
+    def test_find_package(self):
+        self.build_and_run("-DHOW=find_package", f"-DCMAKE_PREFIX_PATH={self.prefix}", compilers=COMPILERS + NEWER)
+        print("figure: examples/consumer was compiled with " + ", ".join(COMPILERS + NEWER))
+
+    # From sources cbcan::sim takes a minute: once with each compiler.
+
+    def test_fetch_content(self):
+        self.build_and_run("-DHOW=FetchContent", f"-DFETCHCONTENT_SOURCE_DIR_CBCAN={ROOT}", sim_with=["clang++-14"])
+
+    def test_add_subdirectory(self):
+        self.build_and_run("-DHOW=add_subdirectory", sim_with=["g++-12"])
+
+    def find(self, components, *hidden, code=0):
+        """What CMake says of find_package() where these packages are missing, and which targets there are then."""
+        source = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
+        (source / "CMakeLists.txt").write_text(
+            f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\nfind_package(cbcan REQUIRED {components})\n"
+            "foreach(name canopen core rtu slcan cia405 sim)\n"
+            "  if(TARGET cbcan::${name})\n    message(STATUS \"has ${name}.\")\n  endif()\nendforeach()\n")
+        said = self.configure(f"-DCMAKE_PREFIX_PATH={self.prefix}", *(f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in hidden),
+                              source=source, code=code)[1]
+        return " ".join(said.split())
+
+    def test_each_target_needs_only_its_own_libraries(self):
+        self.assertIn("has core.", self.find("COMPONENTS core", "PkgConfig"))
+        without = self.find("", "PkgConfig")
+        self.assertIn("has slcan.", without)
+        self.assertNotIn("has cia405.", without)
+        self.assertIn("has sim.", without)
+        without = self.find("", "fmt")
+        self.assertIn("has cia405.", without)
+        self.assertNotIn("has sim.", without)
+        self.assertIn("cbcan::sim is not there; it needs fmt and tomlplusplus", self.find("COMPONENTS sim", "tomlplusplus", code=1))
+        self.assertIn("cbcan::cia405 is not there; it needs pkg-config and libmodbus",
+                      self.find("COMPONENTS core cia405", "PkgConfig", code=1))
+
+    def test_what_does_not_exist(self):
+        self.assertIn("the components are canopen, core, rtu", self.find("COMPONENTS sdo", code=1))
+
+    def test_warnings_are_errors_at_home_alone(self):
+        """A careless line in a source of ours is a warning to others and an error to us."""
+        sources = pathlib.Path(self.folder.name) / "sources"
+        shutil.copytree(ROOT, sources, ignore=shutil.ignore_patterns("build", ".git", "tests", "docs"))
+        with (sources / "firmware/cbcan/slcan/slcan.cpp").open("a") as source:
+            source.write("char careless(int number) { return number; }\n")
+        build, _ = self.configure("-DHOW=FetchContent", f"-DFETCHCONTENT_SOURCE_DIR_CBCAN={sources}")
+        self.assertIn("[-Wconversion]", run("cmake", "--build", build, "--target", "cbcan_slcan"))
+        build, _ = self.configure("-DCBCAN_HOST=OFF", source=sources)
+        self.assertIn("[-Werror=conversion]", run("cmake", "--build", build, "--target", "cbcan_slcan", code=1))
+
+    def test_pkg_config(self):
+        found = subprocess.run(["pkg-config", "--cflags", "--libs", "cbcan-cia405"], capture_output=True, text=True,
+                               env={"PATH": "/usr/bin", "PKG_CONFIG_PATH": f"{self.prefix}/lib/pkgconfig"})
+        self.assertEqual(found.stderr, "")
+        program = f"{self.folder.name}/read_name"
+        run("c++", ROOT / "examples/read_name.cpp", *found.stdout.split(), "-o", program)
+        with Simulator(SIMULATOR, "--demo") as simulator:
+            self.assertEqual(run(program, simulator.port), "cbcan pressure transducer\n")
+
+
+cases.main()

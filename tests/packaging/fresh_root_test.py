@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Our packages in a fresh Debian of this one's release: a container's way, a person's, that of GitHub's and GitLab's example jobs, and a project
+that uses the libraries. Every shell step of those files is carried out; a server on this machine stands in for that of the releases.
+
+usage: fresh_root_test.py BUILD_DIR
+mmdebstrap makes that Debian and calls this file again: fresh_root_test.py --inside PACKAGES PORT ROOT.
+"""
+
+import functools
+import http.server
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+HERE = pathlib.Path(__file__).resolve()
+ROOT = HERE.parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+import ci_files
+
+ALONE = ["unshare", "--net", "sh", "-c", 'ip link set dev lo up && exec "$@"', "sh"]  # the ports of its own
+JOB_TESTS = """from cbcan_plant import READ
+
+def test_a_node(plant, window):
+    assert window.execute(READ, 0x42, 0x1000, 0, 4) == 0
+    assert window.data == plant.get(0x42, 0x1000).to_bytes(4, "little")
+"""
+
+
+def run(*command, **options):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, **options)
+    if done.returncode != 0:
+        raise AssertionError(f"{' '.join(map(str, command))}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+class FreshRoot(unittest.TestCase):
+    """In this order: each takes away what it has installed, but for the first two."""
+
+    def chroot(self, script, cwd="/", env=(), user="root", alone=False):
+        environment = {"PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LC_ALL": "C.UTF-8",
+                       "DEBIAN_FRONTEND": "noninteractive"} | dict(env)
+        return run(*(ALONE if alone else []), "chroot", f"--userspec={user}", self.root, "env", f"--chdir={cwd}", *ci_files.BASH, script,
+                   env=environment)
+
+    def purge(self, package):
+        self.chroot(f"apt-get purge -y -qq --autoremove {package}")
+        left = self.chroot(f"find / -xdev -name '*cbcan*' -not -path '/job/*' -not -path '/action/*' -not -path '/tmp/*'")
+        self.assertEqual(left, "")
+
+    def test_1_container(self):
+        container = ci_files.container()
+        self.assertEqual((container["FROM"], container["COPY"]), ("debian:12-slim", "cbcan_*.deb /tmp/"))
+        shutil.copy(next(self.packages.glob("cbcan_*.deb")), self.root / "tmp")
+        self.chroot(container["RUN"])
+        health = shlex.join(container["HEALTHCHECK"])
+        self.chroot(f"""if {health}; then exit 1; fi
+            coproc {shlex.join(container["ENTRYPOINT"] + container["CMD"])}
+            pid=$COPROC_PID
+            read -r ready <&"${{COPROC[0]}}"
+            [[ $ready == "ready modbus=0.0.0.0:1502 can=virtual" ]]
+            {health}
+            kill "$pid"
+            wait "$pid"
+            """, user=container["USER"], alone=True)
+
+    def test_2_readme_session(self):
+        run(sys.executable, ROOT / "tests/docs/run_snippets.py", "/usr/bin", ROOT / "README.md", "--root", self.root,
+            env=os.environ | {"CBCAN_CASES": "9"})
+        self.purge("cbcan")
+
+    def make_job(self):
+        """A user's repository."""
+        job = self.root / "job"
+        self.addCleanup(shutil.rmtree, job)
+        shutil.copytree(ROOT / "plants/demo", job)
+        shutil.copytree(ROOT / "plants", job / "plants")  # of the shipped scenarios
+        with (job / "plant.toml").open("a") as plant:
+            plant.write('\n[time]\nclock = "manual"\n')
+        (job / "tests").mkdir()
+        (job / "tests/conftest.py").write_text((ROOT / "examples/pytest/conftest.py").read_text())
+        (job / "tests/test_node.py").write_text(JOB_TESTS)
+        shutil.copytree(ROOT / "scenarios", job / "scenarios")
+        return job
+
+    def carry_out(self, steps, **environment):
+        """Each step in the repository's folder; returns the seconds that all of them took."""
+        job = self.make_job()
+        begin = time.monotonic()
+        for script, own in steps:
+            own = {name: re.sub(r"\$\{\{ (\S+) \}\}", lambda found: EXPRESSIONS[found[1]], value) for name, value in own.items()}
+            print(f"  {time.monotonic() - begin:5.1f} s: {script.splitlines()[-1]}", flush=True)
+            self.chroot(script, cwd="/job", env=own | environment)
+        seconds = time.monotonic() - begin
+        self.assertIn("<testsuite", (job / "results.xml").read_text())
+        self.purge("cbcan")
+        return seconds
+
+    def test_3_gitlab(self):
+        self.carry_out(ci_files.gitlab_steps(), RELEASE=f"{SERVER}/OWNER/cbcan/releases/download/v0.1.0")
+
+    def test_4_github(self):
+        """Where curl, sudo and pytest are there, as on its runners."""
+        sudo = self.root / "usr/local/bin/sudo"
+        sudo.write_text('#!/bin/sh\nexec "$@"\n')
+        sudo.chmod(0o755)
+        version = self.root / "action/firmware/cbcan/version.hpp"
+        version.parent.mkdir(parents=True)
+        shutil.copy(ROOT / "firmware/cbcan/version.hpp", version)
+        seconds = self.carry_out(ci_files.github_steps(), GITHUB_ACTION_PATH="/action", RUNNER_TEMP="/tmp", GITHUB_ENV="/tmp/github_env")
+        self.assertEqual((self.root / "tmp/github_env").read_text(), "PYTHONPATH=/usr/share/cbcan/python\n")
+        print(f"figure: the CI job from the package to its results in a fresh Debian: {seconds:.1f} s")
+
+    def test_5_libraries(self):
+        shutil.copy(next(self.packages.glob("libcbcan-dev_*.deb")), self.root / "tmp")
+        self.chroot("""apt-get update -qq
+            apt-get install -y -qq --no-install-recommends /tmp/libcbcan-dev_*.deb g++ cmake ninja-build pkg-config libmodbus-dev libfmt-dev libtomlplusplus-dev
+            cmake -S /usr/share/doc/libcbcan-dev/examples/consumer -B /tmp/consumer -G Ninja
+            cmake --build /tmp/consumer
+            [[ $(/tmp/consumer/with_canopen) == "4 bytes: 91 01 0F 00" ]]
+            c++ /usr/share/doc/libcbcan-dev/examples/read_name.cpp $(pkg-config --cflags --libs cbcan-cia405) -o /tmp/read_name""")
+        self.purge("libcbcan-dev")
+
+
+def serve(packages):
+    """Releases as GitHub serves them."""
+    class Releases(http.server.SimpleHTTPRequestHandler):
+        def translate_path(self, path):
+            found = re.fullmatch(r"/OWNER/cbcan/releases/download/v[\d.]+/([\w.-]+)", path)
+            return super().translate_path(found[1] if found else "nothing")
+
+        def log_message(self, *_):
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Releases, directory=packages))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return server.server_port
+
+
+def outside(build):
+    codename = re.search(r"(?m)^VERSION_CODENAME=(\w+)$", pathlib.Path("/etc/os-release").read_text())[1]
+    with tempfile.TemporaryDirectory() as folder:
+        os.chmod(folder, 0o755)
+        subprocess.run(["cpack", "-B", folder], cwd=build, check=True, stdout=subprocess.DEVNULL)
+        again = shlex.join([sys.executable, str(HERE), "--inside", folder, str(serve(folder))])
+        return subprocess.run(["mmdebstrap", "--quiet", "--variant=minbase", "--format=null", f'--customize-hook={again} "$1"', codename],
+                              stdin=subprocess.DEVNULL).returncode
+
+
+if sys.argv[1] == "--inside":
+    FreshRoot.packages, FreshRoot.root = pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[4])
+    SERVER = f"http://127.0.0.1:{sys.argv[3]}"
+    EXPRESSIONS = {"github.server_url": SERVER, "github.action_repository": "OWNER/cbcan"}
+    del sys.argv[1:]
+    cases.main()
+else:
+    sys.exit(outside(sys.argv[1]))

@@ -1,0 +1,176 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The Debian packages that cpack makes: what is in them, what lintian says, and the programs out of them; their manual pages, completion and
+unit. What apt makes of them in a fresh Debian: fresh_root_test.py.
+
+usage: package_test.py BUILD_DIR
+"""
+
+import os
+import pathlib
+import re
+import shlex
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments
+
+BUILD = program_from_arguments(sys.argv)
+EXPOSURE = 25  # tenths, as systemd-analyze counts
+
+
+def run(*command, code=0, **options):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, **options)
+    if done.returncode != code:
+        raise AssertionError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+    return done.stdout + done.stderr
+
+
+class Package(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(cls.folder.name)
+        run("cpack", "-B", folder, cwd=BUILD)
+        cls.packages = {path.name.partition("_")[0]: path for path in folder.glob("*.deb")}
+        cls.root = folder / "root"
+        for path in cls.packages.values():
+            run("dpkg-deb", "-x", path, cls.root)
+        cls.programs = {name: cls.root / "usr/bin" / name for name in ("cbcan-sim", "cbcanctl")}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def contents(self, package):
+        return set(re.findall(r"\./(\S*[^/\s])(?= ->|$)", run("dpkg-deb", "-c", self.packages[package]), re.MULTILINE))
+
+    def test_what_is_in_them(self):
+        self.assertEqual(set(self.packages), {"cbcan", "libcbcan-dev"})
+        print(*(f"figure: {name}: {path.stat().st_size / 1024:.0f} KiB" for name, path in sorted(self.packages.items())), sep="\n")
+        programs = self.contents("cbcan")
+        for name in ("bin/cbcan-sim", "bin/cbcanctl", "share/cbcan/plants/demo/plant.toml", "share/cbcan/st/cia405.st",
+                     "share/cbcan/python/cbcan_plant.py", "lib/python3/dist-packages/cbcan_plant.py", "share/man/man1/cbcan-sim.1.gz",
+                     "share/man/man1/cbcanctl.1.gz", "share/man/man5/cbcan-plant.5.gz", "share/bash-completion/completions/cbcan-sim",
+                     "share/bash-completion/completions/cbcanctl", "lib/systemd/system/cbcan-sim@.service",
+                     "share/doc/cbcan/docs/plant-file.md", "share/doc/cbcan/copyright"):
+            self.assertIn(f"usr/{name}", programs)
+        libraries = self.contents("libcbcan-dev")
+        for name in ("lib/libcbcan_core.a", "lib/cmake/cbcan/cbcan-config.cmake", "lib/pkgconfig/cbcan-cia405.pc", "include/cbcan/regmap.h",
+                     "include/cbcan/cia405.hpp", "share/doc/libcbcan-dev/copyright"):
+            self.assertIn(f"usr/{name}", libraries)
+        # The public headers are all below cbcan/.
+        self.assertEqual({name for name in libraries if name.startswith("usr/include/") and not name.startswith("usr/include/cbcan/")}, set())
+
+    def test_dependencies(self):
+        needed = run("dpkg-deb", "-f", self.packages["cbcan"], "Depends")
+        self.assertEqual({re.match(r"[a-z+-]*", name)[0] for name in needed.split(", ")},
+                         {"libc", "libfmt", "libgcc-s", "libmodbus", "libstdc++", "libtomlplusplus"})
+        self.assertEqual(run("dpkg-deb", "-f", self.packages["libcbcan-dev"], "Depends").strip(), "")
+
+    def test_lintian(self):
+        said = run("lintian", "--allow-root", "--fail-on", "error", *self.packages.values())
+        self.assertNotRegex(said, "(?m)^E: ")
+        print("figure: lintian: " + ("; ".join(said.splitlines()) or "nothing"))
+
+    def test_readme_session(self):
+        print(run(sys.executable, ROOT / "tests/docs/run_snippets.py", self.root / "usr/bin", ROOT / "README.md",
+                  env=os.environ | {"CBCAN_CASES": "9"}))
+
+    def test_installed_plants(self):
+        for plant in self.root.glob("usr/share/cbcan/plants/*/plant.toml"):
+            with self.subTest(plant=plant), Simulator(self.programs["cbcan-sim"], "--config", str(plant)) as simulator:
+                self.assertEqual(simulator.stop(), (0, ""))
+
+    def test_installed_libraries(self):
+        """The example as it is installed."""
+        build, examples = f"{self.folder.name}/consumer", self.root / "usr/share/doc/libcbcan-dev/examples/consumer"
+        run("cmake", "-S", examples, "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={self.root}/usr")
+        run("cmake", "--build", build)
+        self.assertEqual(run(f"{build}/with_canopen"), "4 bytes: 91 01 0F 00\n")
+
+    # ---- Manual pages and completion
+
+    def helps(self, program):
+        """Its --help, and those of its commands, where they have one of their own."""
+        text = run(self.programs[program], "--help")
+        commands = re.search(r"\nSubcommands:\n(.*?)\n\n", text, re.DOTALL)
+        names = re.findall(r"^  (\S+)", commands[1], re.MULTILINE) if commands else re.findall(rf"(?m)^ +{program} ([a-z]+) ", text)
+        return {"": text} | {name: run(self.programs[program], name, "--help") for name in names}
+
+    @staticmethod
+    def options(text):
+        """Those that a line begins with: "  -v, --verbose", "  --unit,--station INT"."""
+        return {option for line in re.findall(r"^  (-.*?)(?: |$)(--\S+)?", text, re.MULTILINE) for words in line
+                for option in re.findall(r"(?<![\w-])--?[a-z][a-z-]*", words)}
+
+    def test_manual_pages_have_every_option(self):
+        for program in self.programs:
+            page = self.root / f"usr/share/man/man1/{program}.1.gz"
+            text = run("man", "--warnings", "-l", page, env=os.environ | {"MANWIDTH": "200", "LC_ALL": "C.UTF-8", "MANROFFSEQ": ""})
+            text = re.sub(".\b", "", text)
+            self.assertNotIn("warning:", text)
+            for command, helped in self.helps(program).items():
+                part = text.partition(f"{program} {command}".upper())[2] if command else text
+                for option in self.options(helped):
+                    self.assertRegex(part, rf"(?m)^ +(-\w?[^ ]*, ?)?(\S*,)?{option}\b", f"{program} {command}")
+
+    def test_the_page_of_the_plant_file_has_every_key(self):
+        text = run("man", "--warnings", "-l", self.root / "usr/share/man/man5/cbcan-plant.5.gz", env=os.environ | {"LC_ALL": "C.UTF-8"})
+        self.assertNotIn("warning:", text)
+        keys = re.findall(r"^\| `([\w.]+)` \|", (ROOT / "docs/plant-file.md").read_text(), re.MULTILINE)
+        self.assertGreater(len(keys), 50)
+        for key in keys:
+            self.assertRegex(text, rf"(?m)^ +{re.escape(key)}(\s|$)")
+
+    def complete(self, program, *words):
+        """What bash offers for the last of these words."""
+        script = (f"source {self.root}/usr/share/bash-completion/completions/{program}\n"
+                  f"COMP_WORDS=({shlex.join([program, *words])}); COMP_CWORD={len(words)}\n"
+                  f"$(complete -p {program} | sed 's/.*-F //; s/ .*//') {program} {shlex.join([words[-1], words[-2] if words[1:] else program])}\n"
+                  'printf "%s\\n" "${COMPREPLY[@]}"')
+        return set(run("bash", "-c", script).split())
+
+    def test_completion_has_every_option(self):
+        for program in self.programs:
+            for command, helped in self.helps(program).items():
+                offered = self.complete(program, *filter(None, [command]), "-")
+                self.assertEqual(self.options(helped) - offered, set(), f"{program} {command}")
+
+    def test_completion_of_words(self):
+        self.assertEqual(self.complete("cbcan-sim", "--cl"), {"--clock"})
+        self.assertEqual(self.complete("cbcan-sim", "--clock", ""), {"real", "manual"})
+        self.assertEqual(self.complete("cbcan-sim", "--config", ""), set())  # then bash offers files
+        self.assertEqual(self.complete("cbcanctl", "l"), {"local-id"})
+        self.assertEqual(self.complete("cbcanctl", "--port", "1503", "nmt", "reset-"), {"reset-node", "reset-comm"})
+        self.assertEqual(self.complete("cbcanctl", "read", "--mode", "s"), {"segmented"})
+
+    # ---- The unit
+
+    def test_unit(self):
+        unit = self.root / "usr/lib/systemd/system/cbcan-sim@.service"
+        copy = pathlib.Path(self.folder.name) / "cbcan-sim@plant.service"
+        copy.write_text(unit.read_text().replace("ExecStart=", f"ExecStart={self.root}/usr/bin/").replace("Documentation=", "#"))
+        self.assertEqual(run("systemd-analyze", "verify", "--recursive-errors=no", copy), "")
+        said = run("systemd-analyze", "security", "--offline=true", f"--threshold={EXPOSURE}", copy)
+        print("figure: systemd-analyze security: " + re.search(r"exposure level for \S+: (\S+)", said)[1])
+
+    def test_what_the_unit_starts_says_that_it_is_ready(self):
+        text = (self.root / "usr/lib/systemd/system/cbcan-sim@.service").read_text()
+        self.assertIn("\nType=notify\n", text)
+        plants = self.root / "usr/share/cbcan/plants"
+        command = re.search(r"(?m)^ExecStart=(.*)$", text)[1].replace("/etc/cbcan/%i", f"{plants}/demo").split()
+        with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+            manager.settimeout(LIMIT)
+            manager.bind(f"{folder}/notify")
+            with Simulator(self.root / "usr/bin" / command[0], *command[1:], env={"NOTIFY_SOCKET": f"{folder}/notify"}):
+                self.assertEqual(manager.recv(100), b"READY=1")
+
+
+cases.main()

@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""tools/python/cbcan_plant.py: with Debian's pytest, its fixtures; without, the standard library alone.
+
+usage: python_test.py SIMULATOR
+"""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+from simulator import LIMIT, program_from_arguments, wait_until
+
+SIMULATOR = program_from_arguments(sys.argv)
+ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("CBCAN_")} | {
+    "CBCAN_SIM": SIMULATOR, "PYTHONPATH": str(ROOT / "tools/python"), "PYTHONDONTWRITEBYTECODE": "1"}
+PYTEST = ["/usr/bin/python3", "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+FAILING = """
+def test_that_fails(plant):
+    plant.advance("1s")
+    plant.wait("state 66 operational", within="2s")
+
+def test_after_it(plant):
+    assert plant.now == 0
+"""
+
+
+def run(*command, **options):
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, **{"env": ENVIRONMENT} | options)
+    return done.returncode, done.stdout + done.stderr
+
+
+class Python(unittest.TestCase):
+    def pytest(self, text, *command):
+        """What pytest says of a file of tests, under a command."""
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "conftest.py").write_text((ROOT / "examples/pytest/conftest.py").read_text())
+            (pathlib.Path(folder) / "test_it.py").write_text(text)
+            return run(*command, *PYTEST, folder)
+
+    def test_example(self):
+        code, said = run(*PYTEST, "--strict-markers", ROOT / "examples/pytest")
+        self.assertEqual((code, re.findall(r"\d+ passed", said)), (0, ["8 passed"]), said)
+
+    def test_the_page_shows_the_example(self):
+        shown = re.search(r"from examples/pytest/test_plant.py -->\n```python\n(.*?)```", (ROOT / "docs/install.md").read_text(), re.DOTALL)
+        self.assertIn("\n\n" + shown[1], (ROOT / "examples/pytest/test_plant.py").read_text())
+
+    def test_what_fails_says_why(self):
+        code, said = self.pytest(FAILING)
+        self.assertEqual(code, 1)
+        self.assertRegex(said, r"NotWithin: wait state 66 operational within 2s: not within 2\.0+ s: state 66 operational: ")
+        self.assertIn("1 failed, 1 passed", said)
+
+    def test_the_plant_around(self):
+        """The tests share the plant that they were started with; a marker gives one of its own."""
+        code, said = self.pytest("""
+import pytest
+def test_one(plant):
+    plant.advance("5s")
+def test_two(plant, window):
+    assert plant.now == 5
+    assert window.execute(5055, 0x42, 0x1000, 0, 4) == 0
+@pytest.mark.plant("--demo")
+def test_three(plant):
+    assert plant.now == 0
+""", SIMULATOR, "--demo", "--clock", "manual", "--")
+        self.assertEqual((code, "3 passed" in said), (0, True), said)
+
+    def test_several_networks(self):
+        code, said = self.pytest(f"""
+import pytest
+from cbcan_plant import Window
+EDS = "{ROOT}/plants/demo/io_module.eds"
+@pytest.mark.plant("--node", f"5={{EDS}}", "--network", "2", "--node", f"6={{EDS}}")
+def test_network_2(plant):
+    plant.power("2/6", False)
+    with Window(plant, unit=2) as window:
+        assert window.execute(5055, 6, 0x1000, 0, 4) == 4
+        assert window.abort == 0x05040000
+""")
+        self.assertEqual((code, "1 passed" in said), (0, True), said)
+
+    def test_standard_library_alone(self):
+        """-S: without what else is installed, so without pytest."""
+        self.assertEqual(run("/usr/bin/python3", "-S", "-c", """
+import cbcan_plant
+assert cbcan_plant.pytest is None
+with cbcan_plant.Plant() as plant, cbcan_plant.Window(plant) as window:
+    print(window.execute(5055, 0x42, 0x3333, 0, 2), hex(window.abort))
+    plant.fault(0x42, "response-never")
+    window.start(5055, 0x42, 0x1000, 0, 4)
+    window.cancel()
+    print(window.result(), plant.now)
+"""), (0, "4 0x6020000\n0 0.0\ncbcan-sim: 0.000000 node 66: fault 1: response-never: 5C2#4300100091010F00\n"))
+
+    def test_a_plant_that_does_not_start(self):
+        code, said = run("/usr/bin/python3", "-c", "import cbcan_plant; cbcan_plant.Plant('--demo', '--node-id', '300')")
+        self.assertEqual(code, 1)
+        self.assertIn("--node-id 300: must be 1..127", said)
+        self.assertIn("exit code 2; it says why on standard error", said)
+
+    def test_a_test_that_is_killed_leaves_nothing_behind(self):
+        script = "import cbcan_plant, os, signal; print(cbcan_plant.Plant().process.pid, flush=True); os.kill(os.getpid(), signal.SIGKILL)"
+        code, said = run("/usr/bin/python3", "-c", script)
+        self.assertEqual(code, -9)
+        simulator = pathlib.Path(f"/proc/{int(said)}")
+        wait_until(lambda: not simulator.exists() or "State:\tZ" in (simulator / "status").read_text(), "the simulator's end")
+
+
+cases.main()

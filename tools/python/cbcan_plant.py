@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: MIT
+"""A simulated CANopen plant behind a coprocessor's registers, for tests in Python: cbcan-sim on a clock that stands still until a test lets
+time pass. Needs the standard library and the program cbcan-sim; with pytest there are two fixtures. In conftest.py:
+
+    pytest_plugins = ["cbcan_plant"]
+
+    def test_a_silent_node(plant, window):
+        plant.power(0x42, False)
+        assert window.execute(5055, 0x42, 0x6411, 1, 2) == 4      # R3701...; the result in R3700
+        assert window.abort == 0x05040000
+        assert plant.now == 1.0                                   # the SDO timeout, in no time
+
+A plant of one's own: @pytest.mark.plant("--config", "plant.toml"), with any options of cbcan-sim; without it the built-in demo. Under
+`cbcan-sim ... -- pytest` the tests share that plant, whose clock runs unless it was started with --clock manual.
+"""
+
+import json
+import os
+import signal
+import socket
+import struct
+import subprocess
+
+LIMIT = 60  # seconds of the wall clock that anything may take
+
+EXECUTE = 0xCA0E
+READ, WRITE = 5055, 5066
+FIRST = 3700
+ABORTED = 4  # the result in R3700 behind which an SDO abort code stands
+
+
+class PlantError(Exception):
+    """What cbcan-sim refuses, in its words."""
+
+
+class NotWithin(PlantError, AssertionError):
+    """What was waited for has not come in time."""
+
+
+def connect(address):
+    """`address` as cbcan-sim writes it: HOST:PORT, [IPV6]:PORT or unix:PATH."""
+    if address.startswith("unix:"):
+        made = socket.socket(socket.AF_UNIX)
+        made.settimeout(LIMIT)
+        made.connect(address[5:])
+        return made
+    host, port = address.rsplit(":", 1)
+    made = socket.create_connection((host.strip("[]"), int(port)), timeout=LIMIT)
+    made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return made
+
+
+def duration(time):
+    """0.1 (seconds) or "100ms"."""
+    return time if isinstance(time, str) else f"{round(time * 1e6)}us"
+
+
+class Plant:
+    """A plant of its own, in a process that ends with stop(), or with this one."""
+
+    def __init__(self, *options, program=None):
+        command = [program or os.environ.get("CBCAN_SIM", "cbcan-sim"), *(options or ["--demo"]), "--clock", "manual",
+                   "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        ready = self.process.stdout.readline()
+        if not ready.startswith("ready "):
+            self.stop()
+            raise PlantError(f"{' '.join(command)}: exit code {self.process.returncode}; it says why on standard error")
+        where = dict(word.split("=", 1) for word in ready.split()[1:])
+        self._join(where["modbus"], where["control"])
+
+    @classmethod
+    def around(cls):
+        """The plant that this program is the COMMAND of: cbcan-sim ... -- COMMAND. It ends with the command."""
+        plant = cls.__new__(cls)
+        plant.process = None
+        plant._join(os.environ["CBCAN_MODBUS"], os.environ["CBCAN_CONTROL"])
+        return plant
+
+    def _join(self, modbus, control):
+        self.modbus = modbus
+        self.control = connect(control)
+        self.lines = self.control.makefile("r", encoding="utf-8", newline="\n")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+
+    def stop(self):
+        if hasattr(self, "control"):
+            self.lines.close()
+            self.control.close()
+        if self.process:
+            self.process.send_signal(signal.SIGTERM)
+            self.process.communicate(timeout=LIMIT)
+
+    def command(self, line):
+        """Any command of docs/control.md; the lines of the response, without "ok"."""
+        self.control.sendall(f"{line}\n".encode())
+        said = []
+        while True:
+            answer = self.lines.readline().rstrip("\n")
+            word, _, rest = answer.partition(" ")
+            if not answer:
+                raise PlantError(f"{line}: the plant is gone")
+            if word == "error:":
+                raise (NotWithin if rest.startswith("not within") else PlantError)(f"{line}: {rest}")
+            if word in ("ok", "at"):
+                return [*said, rest] if rest else said
+            said.append(answer)
+
+    @property
+    def now(self):
+        """Seconds since the plant's start."""
+        return float(self.command("time")[0])
+
+    def advance(self, time):
+        """Lets so much time pass: seconds, or "100ms". Returns what time it is then."""
+        return float(self.command(f"pass {duration(time)}")[0])
+
+    def wait(self, condition, within=None):
+        """Lets time pass until "state 5 operational" or any other condition of docs/control.md holds; returns what time it is then. Raises
+        NotWithin when that takes longer than `within` (60 s) of the plant's time."""
+        return float(self.command(f"wait {condition}" + (f" within {duration(within)}" if within else ""))[0])
+
+    def get(self, node, index, sub=0):
+        """What an SDO read would give now: a number, True or False, or a text."""
+        value = self.command(f"get {node} {index}:{sub}")[0]
+        try:
+            return json.loads(value)
+        except ValueError:
+            return value
+
+    def set(self, node, index, sub, value):
+        """An input gets this value from outside."""
+        self.command(f"set {node} {index}:{sub} {value}")
+
+    def fault(self, node, kind, **keys):
+        """Injects a fault into a node, or the "bus"; docs/faults.md has kinds and keys. Returns its number, for clear()."""
+        return int(self.command(" ".join([f"fault {node} {kind}", *(f"{key}={value}" for key, value in keys.items())]))[0])
+
+    def clear(self, node="", number=""):
+        """Takes away all faults, those of a node or of the "bus", or one."""
+        self.command(f"clear {node} {number}".rstrip())
+
+    def incident(self, node, name, present=True):
+        """Something happens to the device, or is over: docs/devices.md."""
+        self.command(f"incident {node} {name} {'on' if present else 'off'}")
+
+    def power(self, node, on):
+        """Cuts a node's power, or gives it some: a cold start that keeps stored parameters. "all" are all nodes."""
+        self.command(f"power {node} {'on' if on else 'off'}")
+
+
+class Window:
+    """R3700..R3769 of a plant, as a PLC sees them: over Modbus TCP. `unit` selects the CAN network."""
+
+    def __init__(self, plant, unit=1):
+        self.plant, self.unit, self.transaction = plant, unit, 0
+        self.socket = connect(plant.modbus)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def _request(self, pdu):
+        self.transaction = self.transaction + 1 & 0xFFFF
+        self.socket.sendall(struct.pack(">HHHB", self.transaction, 0, len(pdu) + 1, self.unit) + pdu)
+        response = self._receive(struct.unpack(">HHHB", self._receive(7))[2] - 1)
+        if response[0] & 0x80:
+            raise PlantError(f"Modbus exception {response[1]}, request {pdu.hex()}")
+        return response
+
+    def _receive(self, count):
+        data = b""
+        while len(data) < count:
+            part = self.socket.recv(count - len(data))
+            if not part:
+                raise PlantError("the plant has closed the Modbus connection")
+            data += part
+        return data
+
+    def read(self, register, count=1):
+        """A list of so many registers."""
+        return list(struct.unpack(f">{count}H", self._request(struct.pack(">BHH", 3, register, count))[2:]))
+
+    def write(self, register, *words):
+        self._request(struct.pack(f">BHHB{len(words)}H", 16, register, len(words), 2 * len(words), *words))
+
+    def start(self, *words):
+        """R3701.. = words and CA0Eh in R3700, in one request; does not wait."""
+        self.write(FIRST, EXECUTE, *words)
+
+    def result(self, within=None):
+        """R3700 when the transaction is over: 0 = done. Lets time pass until then."""
+        if self.read(FIRST)[0] == EXECUTE:
+            network = "" if self.unit in (0, 1, 255) else f"{self.unit}/"
+            self.plant.wait(f"register {network}{FIRST} != 0x{EXECUTE:X}", within)
+        return self.read(FIRST)[0]
+
+    def execute(self, *words, within=None):
+        """start() and result(): execute(5055, node, index, sub, size)."""
+        self.start(*words)
+        return self.result(within)
+
+    def cancel(self):
+        """Takes a transaction back that is under way."""
+        self.write(FIRST, 0)
+
+    @property
+    def abort(self):
+        """The SDO abort code of a transaction whose result is 4; None of others."""
+        flag, *_, low, high = self.read(FIRST, 8)
+        return high << 16 | low if flag == ABORTED else None
+
+    @property
+    def data(self):
+        """The bytes that a read has brought."""
+        size, *words = self.read(FIRST + 5, 65)
+        return struct.pack("<64H", *words)[:size]
+
+
+# ---- pytest
+
+try:
+    import pytest
+except ImportError:
+    pytest = None
+
+if pytest:
+    def pytest_configure(config):
+        config.addinivalue_line("markers", "plant(option, ...): options of cbcan-sim for the fixture `plant`; --demo without")
+
+    @pytest.fixture
+    def plant(request):
+        """A Plant for this test, at time 0; under `cbcan-sim ... -- pytest`, and without the marker, that plant."""
+        marker = request.node.get_closest_marker("plant")
+        around = marker is None and "CBCAN_CONTROL" in os.environ
+        with Plant.around() if around else Plant(*(marker.args if marker else ())) as made:
+            yield made
+
+    @pytest.fixture
+    def window(plant):
+        """The Window of the fixture `plant`."""
+        with Window(plant) as made:
+            yield made
