@@ -43,7 +43,7 @@ Device::Device(std::uint8_t node_id, const Slave::Tables& tables, const Storage&
     : application_(application),
       slave_(node_id, tables, storage.buffer, *this, port),
       sync_(slave_.dictionary(), port),
-      pdo_(slave_.dictionary(), port, storage.rpdos, storage.tpdos, *this),
+      pdo_(slave_.dictionary(), port, storage.pdos, *this),
       emergency_(slave_.dictionary(), port, application),
       consumer_(slave_.dictionary(), storage.watched),
       life_guard_(slave_.dictionary()),
@@ -55,30 +55,42 @@ void Device::start(Time now) {
 
 // ---- Frames
 
-void Device::on_frame(const Frame& frame, Time now) {
-  if (slave_.state() == nmt::State::kInitialising) return;
-  if (frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
-  slave_.on_frame(frame, now);
-  if (with_parts(*this, [&](auto&... part) { return (part.on_frame(frame, now) || ...); })) react(now);
+Time Device::on_frame(const Frame& frame, Time now) {
+  if (slave_.state() == nmt::State::kInitialising) return kNever;
+  const bool heard = slave_.hears(frame.id);
+  if (heard && frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
+  if (heard) slave_.on_frame(frame, now);
+  Time due = kNever;
+  const auto take = [&](auto& part) {
+    if (!part.on_frame(frame, now)) return false;
+    due = earlier(part.deadline(), emergency_.deadline());
+    return true;
+  };
+  const bool taken = with_parts(*this, [&](auto&... part) { return (take(part) || ...); });
+  if (!heard && !taken) return kNever;
+  return react(now) || heard ? deadline() : due;
 }
 
-void Device::on_sdo_request(const Frame& frame, Time now) {
-  if (!nmt::is_running(slave_.state())) return;
+Time Device::on_sdo_request(const Frame& frame, Time now) {
+  if (!nmt::is_running(slave_.state())) return kNever;
   application_.refresh(now);
   slave_.on_frame(frame, now);
-  if (!written_) return;
-  written_ = false;
-  application_.on_written(now);
+  if (std::exchange(written_, false)) application_.on_written(now);
+  return deadline();
 }
 
-/// What has happened in one part and concerns others.
-void Device::react(Time now) {
-  if (sync_.misfits() != known_misfit_) {
+/// What has happened in one part and concerns others. False: nothing.
+bool Device::react(Time now) {
+  const bool misfit_changed = sync_.misfits() != known_misfit_;
+  const bool synced = sync_.take();
+  const bool network_changed = consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_;
+  if (misfit_changed) {
     known_misfit_ = sync_.misfits();
     show(EmergencyCode::kSyncLength, known_misfit_, now);
   }
-  if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
-  watch_network(now);
+  if (synced) pdo_.on_sync(sync_.counter(), sync_.window(), now);
+  if (network_changed) watch_network(now);
+  return misfit_changed || synced || network_changed;
 }
 
 /// An error of the communication begins, or is over; one that is there already, or is not, is not told.
@@ -174,7 +186,7 @@ void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time n
   application_.restore(first_index, last_index, now);
   const Part::Reset reset{node_id(), last_index >= object::kFirstManufacturer};
   with_parts(*this, [&](auto&... part) { (part.reset(reset, now), ...); });
-  known_lost_ = 0;
+  known_lost_ = emergency_.has(number(EmergencyCode::kHeartbeat)) ? 1 : 0;  // over now
   known_unguarded_ = false;
   known_misfit_ = emergency_.has(number(EmergencyCode::kSyncLength));
   application_.on_received_ids();

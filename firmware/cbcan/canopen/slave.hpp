@@ -49,6 +49,11 @@ class Slave final : private ObjectHandler {
   /// Power on: boot-up message, then Pre-operational.
   void start(Time now);
 
+  /// Its CAN-ID is that of NMT commands, or of this node's SDO requests or error control: others need not be
+  /// given to on_frame().
+  bool hears(std::uint32_t id) const {
+    return id == nmt::kCommandId || id == sdo::kRequestId + node_id_ || id == nmt::kErrorControlId + node_id_;
+  }
   /// A frame from the bus; frames that are not for this node are ignored.
   void on_frame(const Frame& frame, Time now);
 

@@ -301,8 +301,7 @@ void Coprocessor::on_sdo_response(const Frame& frame, Time now) {
 }
 
 void Coprocessor::on_own_node(const Frame& frame, Time now) {
-  node_.on_frame(frame, now);
-  follow_node();
+  wake_at(node_.on_frame(frame, now));
 }
 
 void Coprocessor::on_bus_state(BusState state, Time now) {

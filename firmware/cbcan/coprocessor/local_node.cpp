@@ -33,13 +33,13 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       sdo_timeout_ms_(settings.sdo_timeout_ms),
       monitor_(settings.state_fresh_for),
       device_(settings.node_id, {local::entries(), values_, {}, bytes_of(registers)},
-              {buffer_, rpdos_, tpdos_, {}}, *this, port) {}
+              {buffer_, {rpdos_, tpdos_, pieces_}, {}}, *this, port) {}
 
-void LocalNode::on_frame(const Frame& frame, Time now) {
+/// Their emergencies, and what an NMT master tells them.
+void LocalNode::look_at_others(const Frame& frame) {
   const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
   if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) emergencies_.on_frame(frame);
   if (nmt::is_command(frame)) monitor_.doubt(static_cast<nmt::Command>(frame.data[0]), frame.data[1]);
-  device_.on_frame(frame, now);
 }
 
 void LocalNode::on_bus_state(BusState state, Time now) {

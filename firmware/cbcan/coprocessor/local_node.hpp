@@ -42,8 +42,12 @@ class LocalNode final : private DeviceApplication {
 
   void start(Time now) { device_.start(now); }
 
-  /// Any frame but those of other nodes' error control, which on_error_control() takes.
-  void on_frame(const Frame& frame, Time now);
+  /// Any frame but those of other nodes' error control, which on_error_control() takes. Returns when it wants
+  /// poll() because of it.
+  Time on_frame(const Frame& frame, Time now) {
+    if (frame.id <= EmergencyConsumer::kLastId) look_at_others(frame);
+    return device_.on_frame(frame, now);
+  }
   NodeMonitor::News on_error_control(const Frame& frame, Time now) { return monitor_.on_frame(frame, now); }
   void on_bus_state(BusState state, Time now);
 
@@ -78,6 +82,7 @@ class LocalNode final : private DeviceApplication {
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   void on_emergency_sent(const EmergencyConsumer::Message& message) override;
 
+  void look_at_others(const Frame& frame);
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
   AbortCode write_consumer(std::uint8_t sub, std::uint32_t value);
   AbortCode write_mode(std::uint32_t value);
@@ -102,6 +107,7 @@ class LocalNode final : private DeviceApplication {
   std::array<std::uint8_t, kOwnObjectBytes> buffer_{};
   std::array<Pdo::Rpdo, local::kRpdos> rpdos_{};
   std::array<Pdo::Tpdo, local::kTpdos> tpdos_{};
+  std::array<PdoMapping::Piece, (local::kRpdos + local::kTpdos) * local::kObjectsOfPdo> pieces_{};
   std::array<std::uint8_t, nmt::kMaxNode>
       consumer_node_{};  ///< node that sub-index n + 1 of 1016h names; 0 = none
   Device device_;

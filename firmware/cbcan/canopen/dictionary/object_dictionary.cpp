@@ -81,7 +81,8 @@ AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::spa
   const std::span<const std::uint8_t> bytes = value(entry, sub);
   if (bytes.size() > out.size()) return AbortCode::kReadLength;
   std::copy(bytes.begin(), bytes.end(), out.begin());
-  if (entry.has(ObjectFlags::kPacked)) out[0] = static_cast<std::uint8_t>(out[0] >> bit_of(entry, sub) & 1);
+  if (entry.has(ObjectFlags::kPacked))
+    out[0] = static_cast<std::uint8_t>(out[0] >> first_bit(entry, sub) % 8 & 1);
   size = bytes.size();
   return AbortCode::kNone;
 }

@@ -135,12 +135,14 @@ class ObjectDictionary {
   void store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes);
 
   /// The bytes of a stored element, current length; empty for a computed one. Of a packed one the byte that
-  /// it is in, at bit_of().
+  /// it is in.
   std::span<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub) const;
-  /// Where in its byte a packed element is, 0..7; 0 for all others.
-  static std::uint8_t bit_of(const ObjectEntry& entry, std::uint8_t sub) {
-    return entry.has(ObjectFlags::kPacked) ? offset_of(entry, sub) % 8 : 0;
+  /// Where an element begins in its block(): bits from the first one.
+  static std::size_t first_bit(const ObjectEntry& entry, std::uint8_t sub) {
+    return entry.has(ObjectFlags::kPacked) ? offset_of(entry, sub) : 8 * offset_of(entry, sub);
   }
+  /// The process image, or the values.
+  std::uint8_t* block(bool process) const { return process ? process_.data() : values_.data(); }
 
   std::span<const ObjectEntry> entries() const { return entries_; }
 

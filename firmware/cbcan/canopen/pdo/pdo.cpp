@@ -81,6 +81,15 @@ Room* find_number(std::span<Room> pdos, std::uint32_t number) {
   return nullptr;
 }
 
+/// How many there are up to the last valid one.
+template <class Room>
+std::uint16_t used(std::span<Room> pdos) {
+  std::size_t count = pdos.size();
+  while (count != 0 && !pdos[count - 1].active)
+    --count;
+  return static_cast<std::uint16_t>(count);
+}
+
 /// True for a SYNC at which this TPDO is sampled.
 bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
   if (tpdo.type == kAcyclic) return std::exchange(tpdo.event, false);
@@ -142,20 +151,20 @@ void Pdo::reset(const Reset& /*reset*/, Time now) {
     if (entry.index == std::exchange(previous, entry.index)) continue;
     for (std::uint32_t more = 0; more <= entry.more_indices; ++more) {
       const auto index = static_cast<std::uint16_t>(entry.index + more);
-      if (first_of(index) == object::kRpdoParameter && rpdos < rpdo_room_.size())
-        rpdo_room_[rpdos++].number = number_of(index);
-      else if (first_of(index) == object::kTpdoParameter && tpdos < tpdo_room_.size())
-        tpdo_room_[tpdos++].number = number_of(index);
+      if (first_of(index) == object::kRpdoParameter && rpdos < room_.rpdos.size())
+        room_.rpdos[rpdos++].number = number_of(index);
+      else if (first_of(index) == object::kTpdoParameter && tpdos < room_.tpdos.size())
+        room_.tpdos[tpdos++].number = number_of(index);
     }
   }
-  rpdos_ = rpdo_room_.first(rpdos);
-  tpdos_ = tpdo_room_.first(tpdos);
+  rpdos_ = room_.rpdos.first(rpdos);
+  tpdos_ = room_.tpdos.first(tpdos);
   for (Rpdo& rpdo : rpdos_)
     load(rpdo, now);
   for (Tpdo& tpdo : tpdos_)
     load(tpdo);
-  order_rpdos();
-  order_tpdos();
+  index_rpdos();
+  used_tpdos_ = used(tpdos_);
 }
 
 AbortCode Pdo::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes) const {
@@ -175,7 +184,7 @@ AbortCode Pdo::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const
 }
 
 AbortCode Pdo::check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const {
-  if (sub == 0) return PdoMapping().resolve(dictionary_, index, value);
+  if (sub == 0) return PdoMapping().resolve(dictionary_, index, value, {});
   if (parameter(index, 0) != 0) return AbortCode::kDeviceState;
   return value == 0 ? AbortCode::kNone : PdoMapping::check(dictionary_, index, value);
 }
@@ -187,13 +196,14 @@ AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint3
   if (is_valid(current))
     return cob::id_of(value) == cob::id_of(current) ? AbortCode::kNone : AbortCode::kValue;
   PdoMapping mapping;
-  return take_mapping(mapping, index) ? AbortCode::kNone : AbortCode::kDeviceState;
+  return take_mapping(mapping, index, {}) ? AbortCode::kNone : AbortCode::kDeviceState;
 }
 
 /// True if the PDO with parameters `index` has a mapping that holds, of one object at least.
-bool Pdo::take_mapping(PdoMapping& mapping, std::uint16_t index) const {
+bool Pdo::take_mapping(PdoMapping& mapping, std::uint16_t index, std::span<PdoMapping::Piece> pieces) const {
   const auto mapping_index = static_cast<std::uint16_t>(index | kMappingBit);
-  return mapping.resolve(dictionary_, mapping_index, parameter(mapping_index, 0)) == AbortCode::kNone &&
+  const std::uint32_t count = parameter(mapping_index, 0);
+  return mapping.resolve(dictionary_, mapping_index, count, pieces) == AbortCode::kNone &&
          mapping.bytes() != 0;
 }
 
@@ -204,13 +214,13 @@ void Pdo::configure(std::uint16_t index, Time now) {
     Rpdo* const rpdo = find_number(rpdos_, number);
     if (rpdo == nullptr) return;
     load(*rpdo, now);
-    order_rpdos();
+    index_rpdos();
   } else {
     Tpdo* const tpdo = find_number(tpdos_, number);
     if (tpdo == nullptr) return;
     const bool was_active = tpdo->active;
     load(*tpdo);
-    order_tpdos();
+    used_tpdos_ = used(tpdos_);
     if (!operational_ || !tpdo->active) return;
     update(now);
     start(*tpdo, !was_active, now);
@@ -218,10 +228,16 @@ void Pdo::configure(std::uint16_t index, Time now) {
   }
 }
 
+/// Of the PDO in this place, RPDOs first.
+std::span<PdoMapping::Piece> Pdo::pieces_of(std::size_t place) const {
+  const std::size_t each = room_.pieces.size() / (room_.rpdos.size() + room_.tpdos.size());
+  return room_.pieces.subspan(place * each, each);
+}
+
 /// What both kinds have; the COB-ID.
-std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index) {
+std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, std::size_t place) {
   const std::uint32_t cob_id = parameter(index, kCobId);
-  pdo.active = is_valid(cob_id) && take_mapping(pdo.mapping, index);
+  pdo.active = is_valid(cob_id) && take_mapping(pdo.mapping, index, pieces_of(place));
   pdo.type = static_cast<std::uint8_t>(parameter(index, kType));
   pdo.timer = parameter(index, kEventTimer) * kTimerUnit;
   return cob_id;
@@ -229,13 +245,15 @@ std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index) {
 
 void Pdo::load(Rpdo& rpdo, Time now) {
   const auto index = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo.number);
-  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index)));
+  const auto place = static_cast<std::size_t>(&rpdo - room_.rpdos.data());
+  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index, place)));
   start(rpdo, now);
 }
 
 void Pdo::load(Tpdo& tpdo) {
   const auto index = static_cast<std::uint16_t>(object::kTpdoParameter + tpdo.number);
-  const std::uint32_t cob_id = load_common(tpdo, index);
+  const auto place = room_.rpdos.size() + static_cast<std::size_t>(&tpdo - room_.tpdos.data());
+  const std::uint32_t cob_id = load_common(tpdo, index, place);
   tpdo.remote = (cob_id & cob::kNoRemote) == 0;
   tpdo.inhibit_time = parameter(index, kInhibitTime) * kInhibitUnit;
   if (tpdo.type < kFirstEvent) tpdo.inhibit_time = tpdo.timer = 0;
@@ -244,21 +262,11 @@ void Pdo::load(Tpdo& tpdo) {
   tpdo.frame.length = tpdo.mapping.bytes();
 }
 
-void Pdo::order_rpdos() {
-  active_rpdos_ = 0;
-  for (std::size_t place = 0; place < rpdos_.size(); ++place) {
-    if (!rpdos_[place].active) continue;
-    std::size_t k = active_rpdos_++;
-    for (; k > 0 && rpdo(k - 1).id > rpdos_[place].id; --k)
-      rpdos_[k].order = rpdos_[k - 1].order;
-    rpdos_[k].order = static_cast<std::uint16_t>(place);
-  }
-}
-
-void Pdo::order_tpdos() {
-  active_tpdos_ = 0;
-  for (std::size_t place = 0; place < tpdos_.size(); ++place)
-    if (tpdos_[place].active) tpdos_[active_tpdos_++].order = static_cast<std::uint16_t>(place);
+void Pdo::index_rpdos() {
+  first_of_.fill(kNoneLeft);
+  used_rpdos_ = used(rpdos_);
+  for (std::uint16_t k = used_rpdos_; k-- > 0;)
+    if (rpdos_[k].active) rpdos_[k].next = std::exchange(first_of_[place_of(rpdos_[k].id)], k);
 }
 
 // ---- Operation
@@ -274,10 +282,10 @@ void Pdo::on_state(nmt::State state, Time now) {
   if (!operational) return;
   for (Rpdo& rpdo : rpdos_)
     start(rpdo, now);
-  if (active_tpdos_ == 0) return;
+  if (used_tpdos_ == 0) return;
   update(now);
-  for (std::size_t k = 0; k < active_tpdos_; ++k)
-    start(tpdo(k), true, now);
+  for (Tpdo& tpdo : used_tpdos())
+    if (tpdo.active) start(tpdo, true, now);
   poll(now);
 }
 
@@ -300,24 +308,17 @@ void Pdo::start(Tpdo& tpdo, bool send, Time now) {
   transmission_due_ = earlier(transmission_due_, due_of(tpdo));
 }
 
-bool Pdo::on_frame(const Frame& frame, Time now) {
-  if (!operational_) return false;
-  if (frame.flags == Frame::kRemote) return on_remote(frame.id, now);
-  if (frame.flags != 0) return false;
-  std::size_t first = 0;
-  for (std::size_t end = active_rpdos_; first < end;) {
-    const std::size_t middle = (first + end) / 2;
-    if (rpdo(middle).id < frame.id)
-      first = middle + 1;
-    else
-      end = middle;
+bool Pdo::on_data(const Frame& frame, Time now) {
+  bool found = false;
+  bool stored = false;
+  for (std::uint16_t k = first_of_[place_of(frame.id)]; k != kNoneLeft; k = rpdos_[k].next) {
+    if (rpdos_[k].id != frame.id) continue;
+    found = true;
+    stored |= receive(rpdos_[k], frame, now);
   }
-  bool received = false;
-  for (; first < active_rpdos_ && rpdo(first).id == frame.id; ++first)
-    received |= receive(rpdo(first), frame, now);
-  if (received) tell([&] { application_.on_written(now); });
-  poll(now);
-  return true;
+  if (stored) tell([&] { application_.on_written(now); });
+  if (found) poll(now);
+  return found;
 }
 
 bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
@@ -341,11 +342,10 @@ bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   return false;
 }
 
-bool Pdo::on_remote(std::uint32_t id, Time now) {
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& asked = tpdo(k);
-    if (asked.frame.id == id && asked.remote) want(asked);
-  }
+bool Pdo::on_remote(const Frame& frame, Time now) {
+  if (frame.flags != Frame::kRemote) return false;
+  for (Tpdo& asked : used_tpdos())
+    if (asked.active && asked.remote && asked.frame.id == frame.id) want(asked);
   poll(now);
   return true;
 }
@@ -362,18 +362,15 @@ void Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
 
 /// RPDOs that have waited for the SYNC.
 void Pdo::take_effect() {
-  for (std::size_t k = 0; k < active_rpdos_; ++k) {
-    Rpdo& received = rpdo(k);
-    if (!std::exchange(received.fresh, false)) continue;
-    received.mapping.apply(dictionary_, received.data);
-  }
+  for (Rpdo& received : used_rpdos())
+    if (std::exchange(received.fresh, false)) received.mapping.apply(dictionary_, received.data);
 }
 
 /// `late`: the window of the last SYNC was over, and so is what was to be sent in it.
 void Pdo::sample_and_send(std::uint8_t counter, bool late, Time now) {
   bool updated = false;
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& sampled = tpdo(k);
+  for (Tpdo& sampled : used_tpdos()) {
+    if (!sampled.active) continue;
     if (late && sampled.windowed) sampled.wanted = false;
     if (!takes_sync(sampled, counter)) continue;
     if (!std::exchange(updated, true)) update(now);
@@ -389,17 +386,19 @@ void Pdo::sample_and_send(std::uint8_t counter, bool late, Time now) {
 void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
   ObjectEntry entry{};
   if (!operational_ || dictionary_.find(index, sub, entry) != AbortCode::kNone) return;
-  const std::uint8_t* const place = dictionary_.value(entry, sub).data();
-  for (std::size_t k = 0; k < active_tpdos_; ++k)
-    if (tpdo(k).mapping.holds(dictionary_, place)) on_event(tpdo(k));
+  if (entry.has(ObjectFlags::kComputed)) return;
+  const bool process = entry.has(ObjectFlags::kProcess);
+  const auto first_bit = static_cast<std::uint32_t>(ObjectDictionary::first_bit(entry, sub));
+  for (Tpdo& tpdo : used_tpdos())
+    if (tpdo.active && tpdo.mapping.holds(process, first_bit)) on_event(tpdo);
   poll(now);
 }
 
 void Pdo::look_for_changes(Time now) {
   if (!operational_) return;
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& looked_at = tpdo(k);
-    if (looked_at.type != kAcyclic && looked_at.type < kFirstEvent) continue;
+  for (Tpdo& looked_at : used_tpdos()) {
+    const bool waits = looked_at.type == kAcyclic || looked_at.type >= kFirstEvent;
+    if (!looked_at.active || !waits) continue;
     std::array<std::uint8_t, PdoMapping::kMostBytes> data = looked_at.frame.data;
     looked_at.mapping.sample(dictionary_, data);
     if (data != looked_at.frame.data) on_event(looked_at);
@@ -441,8 +440,7 @@ void Pdo::poll(Time now) {
 
 void Pdo::watch_receptions(Time now) {
   reception_due_ = kNever;
-  for (std::size_t k = 0; k < active_rpdos_; ++k) {
-    Rpdo& watched = rpdo(k);
+  for (Rpdo& watched : used_rpdos()) {
     if (now >= watched.timer_at) {
       watched.timer_at = kNever;
       note(kTimedOut, watched, now);
@@ -454,16 +452,16 @@ void Pdo::watch_receptions(Time now) {
 /// The application is brought up to date once, before the first frame: what it wants sent then goes out too.
 void Pdo::transmit(Time now) {
   bool samples = false;
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& due = tpdo(k);
+  for (Tpdo& due : used_tpdos()) {
+    if (!due.active) continue;
     if (now >= due.timer_at) due.wanted = true;
     if (due.windowed && now > window_end_) due.wanted = false;
     samples |= is_sampled_late(due.type) && is_ready(due, now);
   }
   if (samples) update(now);
   transmission_due_ = kNever;
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& due = tpdo(k);
+  for (Tpdo& due : used_tpdos()) {
+    if (!due.active) continue;
     if (is_ready(due, now)) {
       if (is_sampled_late(due.type)) sample(due);
       send(due, now);
