@@ -57,18 +57,18 @@ void Device::start(Time now) {
 
 Time Device::on_frame(const Frame& frame, Time now) {
   if (slave_.state() == nmt::State::kInitialising) return kNever;
-  const bool heard = slave_.hears(frame.id);
-  if (heard && frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
-  if (heard) slave_.on_frame(frame, now);
-  Time due = kNever;
-  const auto take = [&](auto& part) {
-    if (!part.on_frame(frame, now)) return false;
-    due = earlier(part.deadline(), emergency_.deadline());
-    return true;
-  };
-  const bool taken = with_parts(*this, [&](auto&... part) { return (take(part) || ...); });
-  if (!heard && !taken) return kNever;
-  return react(now) || heard ? deadline() : due;
+  const auto hears = [&](const auto&... part) { return (part.hears(frame.id) || ...); };
+  if (slave_.hears(frame.id) || with_parts(*this, hears)) return on_service(frame, now);
+  if (!pdo_.on_frame(frame, now)) return kNever;
+  return earlier(pdo_.deadline(), emergency_.deadline());
+}
+
+Time Device::on_service(const Frame& frame, Time now) {
+  if (frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
+  slave_.on_frame(frame, now);
+  with_parts(*this, [&](auto&... part) { (part.on_frame(frame, now) || ...); });
+  react(now);
+  return deadline();
 }
 
 Time Device::on_sdo_request(const Frame& frame, Time now) {
@@ -79,18 +79,14 @@ Time Device::on_sdo_request(const Frame& frame, Time now) {
   return deadline();
 }
 
-/// What has happened in one part and concerns others. False: nothing.
-bool Device::react(Time now) {
-  const bool misfit_changed = sync_.misfits() != known_misfit_;
-  const bool synced = sync_.take();
-  const bool network_changed = consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_;
-  if (misfit_changed) {
+/// What has happened in one part and concerns others.
+void Device::react(Time now) {
+  if (sync_.misfits() != known_misfit_) {
     known_misfit_ = sync_.misfits();
     show(EmergencyCode::kSyncLength, known_misfit_, now);
   }
-  if (synced) pdo_.on_sync(sync_.counter(), sync_.window(), now);
-  if (network_changed) watch_network(now);
-  return misfit_changed || synced || network_changed;
+  if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
+  if (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_) watch_network(now);
 }
 
 /// An error of the communication begins, or is over; one that is there already, or is not, is not told.

@@ -53,8 +53,8 @@ void Sync::on_state(nmt::State state, Time now) {
   if (period_ != 0) due_ = running ? now + period_ : kNever;
 }
 
-bool Sync::hear(const Frame& frame) {
-  if (!running_ || id_ == 0 || frame.flags != 0) return false;
+bool Sync::on_frame(const Frame& frame, Time /*now*/) {
+  if (!running_ || id_ == 0 || frame.id != id_ || frame.flags != 0) return false;
   counter_ = frame.length == 1 ? frame.data[0] : std::uint8_t{0};
   misfits_ = frame.length != (overflow_ == 0 ? 0 : 1);
   came_ = true;

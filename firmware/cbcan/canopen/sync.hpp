@@ -34,7 +34,8 @@ class Sync : public Part {
   void reset(const Reset& reset, Time now);
   /// A SYNC is sent and heard in Pre-operational and Operational only. The first one carries counter 1.
   void on_state(nmt::State state, Time now);
-  bool on_frame(const Frame& frame, Time /*now*/) { return frame.id == id_ && hear(frame); }
+  bool hears(std::uint32_t id) const { return id == id_; }
+  bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return earlier(due_, outbox_.deadline()); }
   template <class Visitor>
@@ -53,8 +54,6 @@ class Sync : public Part {
   Time window() const { return window_; }
 
  private:
-  bool hear(const Frame& frame);
-
   const ObjectDictionary& dictionary_;
   Outbox outbox_;
   Time due_ = kNever;

@@ -55,8 +55,9 @@ void TimeStamp::on_state(nmt::State state, Time now) {
   produce_every(period_, now);
 }
 
-bool TimeStamp::hear(const Frame& frame, Time now) {
-  if (!running_ || !consumes_ || frame.flags != 0 || frame.length != kMessageBytes) return false;
+bool TimeStamp::on_frame(const Frame& frame, Time now) {
+  if (!running_ || !consumes_ || frame.id != id_ || frame.flags != 0 || frame.length != kMessageBytes)
+    return false;
   const auto milliseconds = static_cast<std::uint32_t>(load_little_endian(std::span(frame.data).first<4>()));
   const auto days = static_cast<std::uint16_t>(load_little_endian(std::span(frame.data).subspan<4, 2>()));
   set({milliseconds & TimeOfDay::kMillisecondBits, days}, now);

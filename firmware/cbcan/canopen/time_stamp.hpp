@@ -35,7 +35,8 @@ class TimeStamp : public Part {
   void reset(const Reset& reset, Time now);
   /// TIME is sent and heard in Pre-operational and Operational only.
   void on_state(nmt::State state, Time now);
-  bool on_frame(const Frame& frame, Time now) { return frame.id == id_ && hear(frame, now); }
+  bool hears(std::uint32_t id) const { return id == id_; }
+  bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return earlier(due_, outbox_.deadline()); }
   template <class Visitor>
@@ -52,8 +53,6 @@ class TimeStamp : public Part {
   TimeOfDay at(Time now) const;
 
  private:
-  bool hear(const Frame& frame, Time now);
-
   const ObjectDictionary& dictionary_;
   Outbox outbox_;
   TimeOfDay set_;

@@ -52,7 +52,9 @@ AbortCode HeartbeatConsumer::check(const ObjectEntry& /*entry*/, std::uint8_t su
   return AbortCode::kNone;
 }
 
-bool HeartbeatConsumer::hear(std::size_t node, const Frame& frame, Time now) {
+bool HeartbeatConsumer::on_frame(const Frame& frame, Time now) {
+  const std::uint32_t node = frame.id - nmt::kErrorControlId;
+  if (node > nmt::kMaxNode || frame.flags != 0) return false;
   const std::uint8_t slot = slot_of_[node];
   if (slot == kNotWatched || frame.length == 0) return true;
   Watched& watched = slots_[slot];

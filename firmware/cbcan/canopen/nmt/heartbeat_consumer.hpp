@@ -38,10 +38,8 @@ class HeartbeatConsumer : public Part {
   /// Whoever was watched before has to be heard anew.
   void configure(std::uint16_t index, Time now);
   void reset(const Reset& /*reset*/, Time now) { configure(object::kConsumerHeartbeatTime, now); }
-  bool on_frame(const Frame& frame, Time now) {
-    const std::uint32_t node = frame.id - nmt::kErrorControlId;
-    return node <= nmt::kMaxNode && frame.flags == 0 && hear(node, frame, now);
-  }
+  bool hears(std::uint32_t id) const { return id - nmt::kErrorControlId <= nmt::kMaxNode; }
+  bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return due_; }
   template <class Visitor>
@@ -54,8 +52,6 @@ class HeartbeatConsumer : public Part {
   std::size_t lost() const { return lost_; }
 
  private:
-  bool hear(std::size_t node, const Frame& frame, Time now);
-
   static constexpr std::uint8_t kNotWatched = 0xFF;
 
   const ObjectDictionary& dictionary_;

@@ -19,14 +19,6 @@ std::uint32_t bits_of(DataType type, std::size_t bytes) {
   return type == DataType::kBoolean ? 1 : static_cast<std::uint32_t>(8 * bytes);
 }
 
-/// Four at a time first; a constant number is a load and a store.
-void copy_bytes(const std::uint8_t* from, std::uint8_t* to, std::uint32_t count) {
-  for (; count >= 4; count -= 4, from += 4, to += 4)
-    __builtin_memcpy(to, from, 4);
-  for (; count != 0; --count)
-    *to++ = *from++;
-}
-
 /// As many at a time as stand in one byte on both sides.
 void copy_bits(const std::uint8_t* from, std::uint32_t from_bit, std::uint8_t* to, std::uint32_t to_bit,
                std::uint32_t count) {
@@ -112,6 +104,7 @@ AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t 
     bits_ = static_cast<std::uint8_t>(bits);
     if (pieces_ != nullptr) add(object);
   }
+  one_copy_ = count_ == 1 && pieces_->first_bit % 8 == 0 && bits_ % 8 == 0;
   return AbortCode::kNone;
 }
 
@@ -124,10 +117,9 @@ void PdoMapping::add(const Piece& object) {
     pieces_[count_++] = object;
 }
 
-void PdoMapping::sample(const ObjectDictionary& dictionary, std::span<std::uint8_t, kMostBytes> data) const {
-  if (is_one_copy())
-    return copy_bytes(dictionary.block(pieces_->process) + pieces_->first_bit / 8, data.data(), bytes());
-  std::fill(data.begin(), data.end(), std::uint8_t{0});
+void PdoMapping::sample_pieces(const ObjectDictionary& dictionary,
+                               std::array<std::uint8_t, kMostBytes>& data) const {
+  data = {};
   std::uint32_t bit = 0;
   for (const Piece& piece : std::span(pieces_, count_)) {
     copy_bits(dictionary.block(piece.process), piece.first_bit, data.data(), bit, piece.more_bits + 1u);
@@ -135,10 +127,8 @@ void PdoMapping::sample(const ObjectDictionary& dictionary, std::span<std::uint8
   }
 }
 
-void PdoMapping::apply(const ObjectDictionary& dictionary,
-                       std::span<const std::uint8_t, kMostBytes> data) const {
-  if (is_one_copy())
-    return copy_bytes(data.data(), dictionary.block(pieces_->process) + pieces_->first_bit / 8, bytes());
+void PdoMapping::apply_pieces(const ObjectDictionary& dictionary,
+                              const std::array<std::uint8_t, kMostBytes>& data) const {
   std::uint32_t bit = 0;
   for (const Piece& piece : std::span(pieces_, count_)) {
     if (piece.first_bit != kPassedOver) {

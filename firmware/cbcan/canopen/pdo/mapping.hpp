@@ -43,19 +43,40 @@ class PdoMapping {
 
   /// Values to frame, frame to values. No dictionary is searched: resolve() has found what stands where, and
   /// has put together what is in a row.
-  void sample(const ObjectDictionary& dictionary, std::span<std::uint8_t, kMostBytes> data) const;
-  void apply(const ObjectDictionary& dictionary, std::span<const std::uint8_t, kMostBytes> data) const;
+  void sample(const ObjectDictionary& dictionary, std::array<std::uint8_t, kMostBytes>& data) const {
+    one_copy_ ? copy(place(dictionary), data.data(), bytes()) : sample_pieces(dictionary, data);
+  }
+  void apply(const ObjectDictionary& dictionary, const std::array<std::uint8_t, kMostBytes>& data) const {
+    one_copy_ ? copy(data.data(), place(dictionary), bytes()) : apply_pieces(dictionary, data);
+  }
 
   /// True if the object whose value begins at `first_bit` of the process image, or of the values, is mapped.
   bool holds(bool process, std::uint32_t first_bit) const;
 
  private:
   void add(const Piece& object);
-  bool is_one_copy() const { return count_ == 1 && pieces_->first_bit % 8 == 0 && bits_ % 8 == 0; }
+  void sample_pieces(const ObjectDictionary& dictionary, std::array<std::uint8_t, kMostBytes>& data) const;
+  void apply_pieces(const ObjectDictionary& dictionary,
+                    const std::array<std::uint8_t, kMostBytes>& data) const;
+
+  /// Of all that is mapped, where one_copy_.
+  std::uint8_t* place(const ObjectDictionary& dictionary) const {
+    return dictionary.block(pieces_->process) + pieces_->first_bit / 8;
+  }
+  /// Of a number that the compiler knows it is a load and a store.
+  static void copy(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
+    if (count == kMostBytes) {
+      __builtin_memcpy(to, from, kMostBytes);
+    } else {
+      for (; count != 0; --count)
+        *to++ = *from++;
+    }
+  }
 
   Piece* pieces_ = nullptr;  ///< null: it has only been checked
   std::uint8_t count_ = 0;   ///< of pieces
   std::uint8_t bits_ = 0;
+  bool one_copy_ = false;  ///< whole bytes in a row
 };
 
 }  // namespace cbcan

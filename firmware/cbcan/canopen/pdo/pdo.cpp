@@ -323,12 +323,8 @@ bool Pdo::on_data(const Frame& frame, Time now) {
 
 bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   if (is_synchronous(rpdo.type) && now > window_end_) return false;
-  if (frame.length < rpdo.mapping.bytes()) {
-    note(kTooShort, rpdo, now);
-    return false;
-  }
-  const bool too_long = frame.length > rpdo.mapping.bytes();
-  if (too_long || rpdo.error != kNoError) note(too_long ? kTooLong : kNoError, rpdo, now);
+  const bool as_before = frame.length == rpdo.mapping.bytes() && rpdo.error == kNoError;
+  if (!as_before && !fits(rpdo, frame.length, now)) return false;
   if (rpdo.timer != 0) {
     rpdo.timer_at = now + rpdo.timer;
     reception_due_ = earlier(reception_due_, rpdo.timer_at);
@@ -340,6 +336,13 @@ bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   rpdo.data = frame.data;
   rpdo.fresh = true;
   return false;
+}
+
+/// What is longer counts as well. An error begins, or is over.
+bool Pdo::fits(Rpdo& rpdo, std::size_t length, Time now) {
+  const std::size_t mapped = rpdo.mapping.bytes();
+  note(length < mapped ? kTooShort : length > mapped ? kTooLong : kNoError, rpdo, now);
+  return length >= mapped;
 }
 
 bool Pdo::on_remote(const Frame& frame, Time now) {
@@ -432,8 +435,7 @@ Time Pdo::due_of(const Tpdo& tpdo) const {
   return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
 }
 
-void Pdo::poll(Time now) {
-  if (telling_) return;
+void Pdo::do_what_is_due(Time now) {
   if (now >= reception_due_) watch_receptions(now);
   if (now >= transmission_due_) transmit(now);
 }

@@ -145,7 +145,9 @@ class Pdo : public Part {
   /// The event that TPDO `number`, 1..512, waits for.
   void request(std::uint16_t number, Time now);
 
-  void poll(Time now);
+  void poll(Time now) {
+    if (now >= deadline() && !telling_) do_what_is_due(now);
+  }
   /// May turn out to be too early.
   Time deadline() const { return earlier(reception_due_, transmission_due_); }
 
@@ -185,6 +187,7 @@ class Pdo : public Part {
   void start(Tpdo& tpdo, bool send, Time now);
 
   bool receive(Rpdo& rpdo, const Frame& frame, Time now);
+  bool fits(Rpdo& rpdo, std::size_t length, Time now);
   bool on_data(const Frame& frame, Time now);
   bool on_remote(const Frame& frame, Time now);
   void take_effect();
@@ -195,6 +198,7 @@ class Pdo : public Part {
   Time due_of(const Tpdo& tpdo) const;
   void sample(Tpdo& tpdo) { tpdo.mapping.sample(dictionary_, tpdo.frame.data); }
   void send(Tpdo& tpdo, Time now);
+  void do_what_is_due(Time now);
   void watch_receptions(Time now);
   void transmit(Time now);
 
