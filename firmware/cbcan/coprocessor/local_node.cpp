@@ -35,11 +35,12 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       device_(settings.node_id, {local::entries(), values_, {}, bytes_of(registers)},
               {buffer_, {rpdos_, tpdos_, pieces_}, {}}, *this, port) {}
 
-/// Their emergencies, and what an NMT master tells them.
-void LocalNode::look_at_others(const Frame& frame) {
+/// Among them are the other nodes' emergencies, and what an NMT master tells them.
+Time LocalNode::on_low_id(const Frame& frame, Time now) {
   const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
   if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) emergencies_.on_frame(frame);
   if (nmt::is_command(frame)) monitor_.doubt(static_cast<nmt::Command>(frame.data[0]), frame.data[1]);
+  return device_.on_frame(frame, now);
 }
 
 void LocalNode::on_bus_state(BusState state, Time now) {

@@ -94,17 +94,18 @@ AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t 
   if (count > (pieces.empty() ? kMostObjects : pieces.size())) return AbortCode::kMappingLength;
   *this = {};
   pieces_ = pieces.data();
+  std::uint32_t bits = 0;
   for (std::uint32_t k = 1; k <= count; ++k) {
     const auto mapped = static_cast<std::uint32_t>(dictionary.get(index, static_cast<std::uint8_t>(k)));
     Piece object;
     if (const AbortCode wrong = find_mapped(dictionary, index, mapped, object); wrong != AbortCode::kNone)
       return wrong;
-    const std::uint32_t bits = bits_ + object.more_bits + 1u;
+    bits += object.more_bits + 1u;
     if (bits > kMostBits) return AbortCode::kMappingLength;
-    bits_ = static_cast<std::uint8_t>(bits);
     if (pieces_ != nullptr) add(object);
   }
-  one_copy_ = count_ == 1 && pieces_->first_bit % 8 == 0 && bits_ % 8 == 0;
+  bytes_ = static_cast<std::uint8_t>((bits + 7) / 8);
+  one_copy_ = count_ == 1 && pieces_->first_bit % 8 == 0 && bits % 8 == 0;
   return AbortCode::kNone;
 }
 

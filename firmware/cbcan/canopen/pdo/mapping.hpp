@@ -39,15 +39,15 @@ class PdoMapping {
   AbortCode resolve(const ObjectDictionary& dictionary, std::uint16_t index, std::uint32_t count,
                     std::span<Piece> pieces);
 
-  std::uint8_t bytes() const { return static_cast<std::uint8_t>((bits_ + 7) / 8); }
+  std::uint8_t bytes() const { return bytes_; }
 
   /// Values to frame, frame to values. No dictionary is searched: resolve() has found what stands where, and
   /// has put together what is in a row.
   void sample(const ObjectDictionary& dictionary, std::array<std::uint8_t, kMostBytes>& data) const {
-    one_copy_ ? copy(place(dictionary), data.data(), bytes()) : sample_pieces(dictionary, data);
+    one_copy_ ? copy(place(dictionary), data.data(), bytes_) : sample_pieces(dictionary, data);
   }
   void apply(const ObjectDictionary& dictionary, const std::array<std::uint8_t, kMostBytes>& data) const {
-    one_copy_ ? copy(data.data(), place(dictionary), bytes()) : apply_pieces(dictionary, data);
+    one_copy_ ? copy(data.data(), place(dictionary), bytes_) : apply_pieces(dictionary, data);
   }
 
   /// True if the object whose value begins at `first_bit` of the process image, or of the values, is mapped.
@@ -75,7 +75,7 @@ class PdoMapping {
 
   Piece* pieces_ = nullptr;  ///< null: it has only been checked
   std::uint8_t count_ = 0;   ///< of pieces
-  std::uint8_t bits_ = 0;
+  std::uint8_t bytes_ = 0;
   bool one_copy_ = false;  ///< whole bytes in a row
 };
 

@@ -308,20 +308,7 @@ void Pdo::start(Tpdo& tpdo, bool send, Time now) {
   transmission_due_ = earlier(transmission_due_, due_of(tpdo));
 }
 
-bool Pdo::on_data(const Frame& frame, Time now) {
-  bool found = false;
-  bool stored = false;
-  for (std::uint16_t k = first_of_[place_of(frame.id)]; k != kNoneLeft; k = rpdos_[k].next) {
-    if (rpdos_[k].id != frame.id) continue;
-    found = true;
-    stored |= receive(rpdos_[k], frame, now);
-  }
-  if (stored) tell([&] { application_.on_written(now); });
-  if (found) poll(now);
-  return found;
-}
-
-bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
+inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   if (is_synchronous(rpdo.type) && now > window_end_) return false;
   const bool as_before = frame.length == rpdo.mapping.bytes() && rpdo.error == kNoError;
   if (!as_before && !fits(rpdo, frame.length, now)) return false;
@@ -336,6 +323,16 @@ bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   rpdo.data = frame.data;
   rpdo.fresh = true;
   return false;
+}
+
+/// By this RPDO and those behind it with the same CAN-ID.
+void Pdo::receive_all(Rpdo& first, const Frame& frame, Time now) {
+  bool stored = false;
+  for (Rpdo* rpdo = &first; rpdo != nullptr; rpdo = with_id(frame.id, rpdo->next))
+    stored |= receive(*rpdo, frame, now);
+  if (!stored) return;
+  tell([&] { application_.on_written(now); });
+  poll(now);
 }
 
 /// What is longer counts as well. An error begins, or is over.
@@ -355,11 +352,11 @@ bool Pdo::on_remote(const Frame& frame, Time now) {
 
 void Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
   if (!operational_) return;
-  const bool late = now > window_end_;
+  if (now > window_end_) drop_windowed();
   window_end_ = window == 0 ? kNever : now + window;
   take_effect();
   tell([&] { application_.on_sync(now); });
-  sample_and_send(counter, late, now);
+  sample_and_send(counter, now);
   poll(now);
 }
 
@@ -369,13 +366,27 @@ void Pdo::take_effect() {
     if (std::exchange(received.fresh, false)) received.mapping.apply(dictionary_, received.data);
 }
 
-/// `late`: the window of the last SYNC was over, and so is what was to be sent in it.
-void Pdo::sample_and_send(std::uint8_t counter, bool late, Time now) {
+/// The window of the last SYNC was over, and so is what was to be sent in it.
+void Pdo::drop_windowed() {
+  for (Tpdo& tpdo : used_tpdos())
+    if (tpdo.windowed) tpdo.wanted = false;
+}
+
+inline void Pdo::send(Tpdo& tpdo, Time now) {
+  if (!port_.try_send(tpdo.frame)) {
+    retry_at_ = now + kRetryInterval;
+    return;
+  }
+  tpdo.wanted = false;
+  tpdo.inhibited_until = now + tpdo.inhibit_time;
+  if (tpdo.timer == 0) return;
+  tpdo.timer_at = now >= tpdo.timer_at ? next_after(tpdo.timer_at, tpdo.timer, now) : now + tpdo.timer;
+}
+
+void Pdo::sample_and_send(std::uint8_t counter, Time now) {
   bool updated = false;
   for (Tpdo& sampled : used_tpdos()) {
-    if (!sampled.active) continue;
-    if (late && sampled.windowed) sampled.wanted = false;
-    if (!takes_sync(sampled, counter)) continue;
+    if (!sampled.active || !takes_sync(sampled, counter)) continue;
     if (!std::exchange(updated, true)) update(now);
     sample(sampled);
     if (sampled.type == kRemoteSynchronous) continue;
@@ -470,17 +481,6 @@ void Pdo::transmit(Time now) {
     }
     transmission_due_ = earlier(transmission_due_, due_of(due));
   }
-}
-
-void Pdo::send(Tpdo& tpdo, Time now) {
-  if (!port_.try_send(tpdo.frame)) {
-    retry_at_ = now + kRetryInterval;
-    return;
-  }
-  tpdo.wanted = false;
-  tpdo.inhibited_until = now + tpdo.inhibit_time;
-  if (tpdo.timer == 0) return;
-  tpdo.timer_at = now >= tpdo.timer_at ? next_after(tpdo.timer_at, tpdo.timer, now) : now + tpdo.timer;
 }
 
 }  // namespace cbcan

@@ -131,7 +131,10 @@ class Pdo : public Part {
   /// of 32.
   bool on_frame(const Frame& frame, Time now) {
     if (!operational_) return false;
-    return frame.flags == 0 ? on_data(frame, now) : on_remote(frame, now);
+    if (frame.flags != 0) return on_remote(frame, now);
+    Rpdo* const addressed = with_id(frame.id, first_of_[place_of(frame.id)]);
+    if (addressed != nullptr) receive_all(*addressed, frame, now);
+    return addressed != nullptr;
   }
 
   /// A SYNC with this counter, 0 = none: RPDOs take effect, the application is told, TPDOs are sampled and
@@ -188,10 +191,17 @@ class Pdo : public Part {
 
   bool receive(Rpdo& rpdo, const Frame& frame, Time now);
   bool fits(Rpdo& rpdo, std::size_t length, Time now);
-  bool on_data(const Frame& frame, Time now);
+  /// RPDO k, or the next behind it in the index, with this CAN-ID; null = none.
+  Rpdo* with_id(std::uint32_t id, std::uint16_t k) {
+    for (; k != kNoneLeft; k = rpdos_[k].next)
+      if (rpdos_[k].id == id) return &rpdos_[k];
+    return nullptr;
+  }
+  void receive_all(Rpdo& first, const Frame& frame, Time now);
+  void drop_windowed();
   bool on_remote(const Frame& frame, Time now);
   void take_effect();
-  void sample_and_send(std::uint8_t counter, bool late, Time now);
+  void sample_and_send(std::uint8_t counter, Time now);
   void on_event(Tpdo& tpdo);
   void want(Tpdo& tpdo);
   bool is_ready(const Tpdo& tpdo, Time now) const;
