@@ -265,8 +265,13 @@ void Pdo::load(Tpdo& tpdo) {
 void Pdo::index_rpdos() {
   first_of_.fill(kNoneLeft);
   used_rpdos_ = used(rpdos_);
-  for (std::uint16_t k = used_rpdos_; k-- > 0;)
-    if (rpdos_[k].active) rpdos_[k].next = std::exchange(first_of_[place_of(rpdos_[k].id)], k);
+  for (std::uint16_t k = used_rpdos_; k-- > 0;) {
+    Rpdo& rpdo = rpdos_[k];
+    if (!rpdo.active) continue;
+    std::uint16_t& first = first_of_[place_of(rpdo.id)];
+    rpdo.just_waits = is_synchronous(rpdo.type) && rpdo.timer == 0 && with_id(rpdo.id, first) == nullptr;
+    rpdo.next = std::exchange(first, k);
+  }
 }
 
 // ---- Operation
@@ -310,19 +315,14 @@ void Pdo::start(Tpdo& tpdo, bool send, Time now) {
 
 inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   if (is_synchronous(rpdo.type) && now > window_end_) return false;
-  const bool as_before = frame.length == rpdo.mapping.bytes() && rpdo.error == kNoError;
-  if (!as_before && !fits(rpdo, frame.length, now)) return false;
+  if (!fits_as_before(rpdo, frame) && !fits(rpdo, frame.length, now)) return false;
   if (rpdo.timer != 0) {
     rpdo.timer_at = now + rpdo.timer;
     reception_due_ = earlier(reception_due_, rpdo.timer_at);
   }
-  if (!is_synchronous(rpdo.type)) {
-    rpdo.mapping.apply(dictionary_, frame.data);
-    return true;
-  }
-  rpdo.data = frame.data;
-  rpdo.fresh = true;
-  return false;
+  if (is_synchronous(rpdo.type)) return keep(rpdo, frame, now);
+  rpdo.mapping.apply(dictionary_, frame.data);
+  return true;
 }
 
 /// By this RPDO and those behind it with the same CAN-ID.

@@ -85,6 +85,7 @@ class Pdo : public Part {
     std::uint16_t next = 0;   ///< see first_of_
     std::uint16_t error = 0;  ///< emergency error code of what is wrong with it
     bool fresh = false;       ///< data waits for the SYNC
+    bool just_waits = false;  ///< synchronous, without a timer, and no other one has its CAN-ID
   };
 
   /// Room for one TPDO; the content is Pdo's.
@@ -128,13 +129,15 @@ class Pdo : public Part {
   /// PDOs are exchanged in Operational only. What waited when it was left is forgotten.
   void on_state(nmt::State state, Time now);
   /// Data or RTR. A data frame costs a look at those valid RPDOs whose CAN-ID has the same place in an index
-  /// of 32.
+  /// of 32. True: deadline() may have changed.
   bool on_frame(const Frame& frame, Time now) {
     if (!operational_) return false;
     if (frame.flags != 0) return on_remote(frame, now);
     Rpdo* const addressed = with_id(frame.id, first_of_[place_of(frame.id)]);
-    if (addressed != nullptr) receive_all(*addressed, frame, now);
-    return addressed != nullptr;
+    if (addressed == nullptr) return false;
+    if (addressed->just_waits && fits_as_before(*addressed, frame)) return keep(*addressed, frame, now);
+    receive_all(*addressed, frame, now);
+    return true;
   }
 
   /// A SYNC with this counter, 0 = none: RPDOs take effect, the application is told, TPDOs are sampled and
@@ -196,6 +199,16 @@ class Pdo : public Part {
     for (; k != kNoneLeft; k = rpdos_[k].next)
       if (rpdos_[k].id == id) return &rpdos_[k];
     return nullptr;
+  }
+  static bool fits_as_before(const Rpdo& rpdo, const Frame& frame) {
+    return frame.length == rpdo.mapping.bytes() && rpdo.error == 0;
+  }
+  /// For the SYNC.
+  bool keep(Rpdo& rpdo, const Frame& frame, Time now) {
+    if (now > window_end_) return false;
+    rpdo.data = frame.data;
+    rpdo.fresh = true;
+    return false;
   }
   void receive_all(Rpdo& first, const Frame& frame, Time now);
   void drop_windowed();
