@@ -92,8 +92,9 @@ class Coprocessor final {
   void look_at_flag(bool execute, Time now);
   void begin_waiting(Time now);
   void begin(Time now);
-  std::uint16_t word(std::size_t address) const;
-  void set_data(std::size_t k, std::uint16_t word) const;
+  Request request() const;
+  const std::uint16_t* words() const;
+  std::uint16_t* data_words() const;
   void load_data(std::span<std::uint8_t> bytes) const;
   void store_data(std::span<const std::uint8_t> bytes) const;
   void watch_plc(Time now);

@@ -50,8 +50,8 @@ class LocalNode final : private DeviceApplication {
   NodeMonitor::News on_error_control(const Frame& frame, Time now) { return monitor_.on_frame(frame, now); }
   void on_bus_state(BusState state, Time now);
 
-  /// Registers of process data may have been written.
-  void on_registers_written(Time now) { device_.look_for_changes(now); }
+  /// Registers first..first+count-1 of process data may have been written. False: none is another one now.
+  bool on_registers_written(std::size_t first, std::size_t count, Time now);
 
   void poll(Time now) { device_.poll(now); }
   Time deadline() const { return device_.deadline(); }
@@ -95,6 +95,8 @@ class LocalNode final : private DeviceApplication {
   };
   static constexpr std::size_t index_of(Window window) { return static_cast<std::size_t>(window); }
 
+  ProcessRegisters registers_;
+  std::array<std::uint16_t, regmap::kOutputWords> known_outputs_{};  ///< as last looked at
   SdoClient& client_;
   std::uint16_t sdo_timeout_ms_;
   Window accessed_ = Window::kRegisters;  ///< whose 3003h and 3004h are read and written

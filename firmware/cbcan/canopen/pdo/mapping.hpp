@@ -13,6 +13,7 @@
 #include <span>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 
@@ -63,14 +64,11 @@ class PdoMapping {
   std::uint8_t* place(const ObjectDictionary& dictionary) const {
     return dictionary.block(pieces_->process) + pieces_->first_bit / 8;
   }
-  /// Of a number that the compiler knows it is a load and a store.
   static void copy(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
-    if (count == kMostBytes) {
-      __builtin_memcpy(to, from, kMostBytes);
-    } else {
-      for (; count != 0; --count)
-        *to++ = *from++;
-    }
+    if (count == kMostBytes)
+      __builtin_memcpy(to, from, kMostBytes);  // a load and a store
+    else
+      copy_bytes(from, to, count);
   }
 
   Piece* pieces_ = nullptr;  ///< null: it has only been checked

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace cbcan {
+
+/// A machine word at a time: C libraries for microcontrollers have a memcpy that goes byte by byte. The two
+/// do not overlap.
+inline void copy_bytes(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
+  constexpr std::size_t kWord = sizeof(std::size_t);
+  for (; count >= kWord; count -= kWord, from += kWord, to += kWord)
+    __builtin_memcpy(to, from, kWord);
+  for (; count != 0; --count)
+    *to++ = *from++;
+}
+
+}  // namespace cbcan
