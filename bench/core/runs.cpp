@@ -268,7 +268,7 @@ constexpr std::array<std::uint8_t, 8> sdo_write(std::uint8_t size, std::uint16_t
 }
 
 /// Once for ten: what happens seldom, with all PDOs in use: errors and their end, other nodes' news,
-/// configuration by SDO from outside, an emergency of another node, a reset, a master that starts and stops
+/// configuration by SDO from outside, an emergency of another node, a master that starts and stops
 /// the own node.
 bool rare_events(unsigned count) {
   Machine machine;
@@ -276,7 +276,7 @@ bool rare_events(unsigned count) {
   bool good = true;
   for (unsigned i = 0; i < count / 10; ++i) {
     ++machine.now;
-    good = set_up(machine, 255, scattered_bits) && good;
+    good = set_up(machine, 255, words) && good;
     machine.hear(kRpdoId, 0);  // too short: an emergency
     machine.hear(kRpdoId, 8);  // and its end
     machine.hear(kRpdoId, 1);
@@ -289,10 +289,22 @@ bool rare_events(unsigned count) {
     machine.hear(0x085, 8, {0x10, 0x81, 1});  // emergency of another node
     machine.hear(0x000, 2, {0x80, 0});        // all pre-operational
     machine.hear(0x000, 2, {0x01, 0});        // all operational: all TPDOs go
-    machine.hear(0x000, 2, {0x82, kOwn});
-    machine.hear(0x000, 2, {0x81, kOwn});
+    machine.hear(0x000, 2, {0x80, kOwn});
+    for (std::uint16_t pdo = 0; pdo < kPdos; ++pdo)
+      good = machine.configure(static_cast<std::uint16_t>(0x1400 + pdo), 1, 4, 0x80000000) &&
+             machine.configure(static_cast<std::uint16_t>(0x1600 + pdo), 0, 1, 0) &&
+             machine.configure(static_cast<std::uint16_t>(0x1800 + pdo), 1, 4, 0x80000000) &&
+             machine.configure(static_cast<std::uint16_t>(0x1A00 + pdo), 0, 1, 0) && good;
   }
   return good && machine.coprocessor.own_node().state() == nmt::State::kPreOperational;
+}
+
+/// By an NMT master: all values and all that is known go back to those of power-on.
+bool resets(unsigned count) {
+  Machine machine;
+  for (unsigned i = 0; i < count; ++i)
+    machine.hear(0x000, 2, {0x81, 127});
+  return machine.coprocessor.own_node().state() == nmt::State::kPreOperational;
 }
 
 constexpr std::array kRuns{
@@ -315,6 +327,7 @@ constexpr std::array kRuns{
     Run{"heartbeat frame", 50, 0, heartbeats},
     Run{"idle poll", 25, 0, idle_polls},
     Run{"rare events", 0, 0, rare_events},
+    Run{"reset of the own node", 0, 0, resets},
 };
 
 }  // namespace

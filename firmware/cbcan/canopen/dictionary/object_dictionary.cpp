@@ -38,22 +38,30 @@ ObjectDictionary::ObjectDictionary(std::span<const ObjectEntry> entries, std::sp
     : entries_(entries), values_(values), process_(process), limits_(limits), handler_(handler) {}
 
 AbortCode ObjectDictionary::find(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const {
-  const auto has_index = [index](const ObjectEntry& candidate) {
-    return candidate.index <= index && index <= candidate.last_index();
-  };
+  if (found_ >= entries_.size() || !entries_[found_].holds(index, sub)) {
+    found_ = search(index, sub);
+    if (found_ == entries_.size() || !entries_[found_].holds(index, sub)) return why_missing(index, found_);
+  }
+  entry = entries_[found_];
+  entry.offset += entry.stride() * entry.subs() * (index - entry.index);
+  entry.index = index;
+  entry.more_indices = 0;
+  return AbortCode::kNone;
+}
+
+/// The first entry that is not before this one.
+std::size_t ObjectDictionary::search(std::uint16_t index, std::uint8_t sub) const {
   const auto found =
       std::partition_point(entries_.begin(), entries_.end(), [&](const ObjectEntry& candidate) {
         return candidate.last_index() < index || (candidate.index <= index && candidate.last_sub < sub);
       });
-  if (found != entries_.end() && has_index(*found) && found->first_sub <= sub) {
-    entry = *found;
-    entry.offset += entry.stride() * entry.subs() * (index - entry.index);
-    entry.index = index;
-    entry.more_indices = 0;
-    return AbortCode::kNone;
-  }
-  const bool object_here = (found != entries_.end() && has_index(*found)) ||
-                           (found != entries_.begin() && has_index(*(found - 1)));
+  return static_cast<std::size_t>(found - entries_.begin());
+}
+
+/// `place` is where it would stand: an entry of the same index is right there, or right before.
+AbortCode ObjectDictionary::why_missing(std::uint16_t index, std::size_t place) const {
+  const bool object_here = (place != entries_.size() && entries_[place].has_index(index)) ||
+                           (place != 0 && entries_[place - 1].has_index(index));
   return object_here ? AbortCode::kNoSubIndex : AbortCode::kNoObject;
 }
 
@@ -135,7 +143,10 @@ AbortCode ObjectDictionary::check_limits(const ObjectEntry& entry, std::uint8_t 
 
 std::uint64_t ObjectDictionary::get(std::uint16_t index, std::uint8_t sub) const {
   ObjectEntry entry{};
-  if (find(index, sub, entry) != AbortCode::kNone) return 0;
+  return find(index, sub, entry) == AbortCode::kNone ? number(entry, sub) : 0;
+}
+
+std::uint64_t ObjectDictionary::number(const ObjectEntry& entry, std::uint8_t sub) const {
   const std::span<const std::uint8_t> bytes = value(entry, sub);
   return bytes.size() <= 8 ? load_little_endian(bytes) : 0;
 }

@@ -95,11 +95,13 @@ AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t 
   *this = {};
   pieces_ = pieces.data();
   std::uint32_t bits = 0;
-  for (std::uint32_t k = 1; k <= count; ++k) {
-    const auto mapped = static_cast<std::uint32_t>(dictionary.get(index, static_cast<std::uint8_t>(k)));
+  ObjectEntry entries{};  // of the mapping: found once, and then the objects, in turn, would each be a search
+  for (std::uint8_t k = 1; k <= count; ++k) {
+    if (!entries.holds(index, k)) dictionary.find(index, k, entries);
+    const std::uint64_t mapped = entries.holds(index, k) ? dictionary.number(entries, k) : 0;
     Piece object;
-    if (const AbortCode wrong = find_mapped(dictionary, index, mapped, object); wrong != AbortCode::kNone)
-      return wrong;
+    const AbortCode wrong = find_mapped(dictionary, index, static_cast<std::uint32_t>(mapped), object);
+    if (wrong != AbortCode::kNone) return wrong;
     bits += object.more_bits + 1u;
     if (bits > kMostBits) return AbortCode::kMappingLength;
     if (pieces_ != nullptr) add(object);
@@ -123,7 +125,14 @@ void PdoMapping::sample_pieces(const ObjectDictionary& dictionary,
   data = {};
   std::uint32_t bit = 0;
   for (const Piece& piece : std::span(pieces_, count_)) {
-    copy_bits(dictionary.block(piece.process), piece.first_bit, data.data(), bit, piece.more_bits + 1u);
+    const std::uint8_t* const block = dictionary.block(piece.process);
+    const std::uint32_t from = piece.first_bit;
+    if (piece.more_bits == 0) {
+      data[bit / 8] = static_cast<std::uint8_t>(data[bit / 8] | (block[from / 8] >> from % 8 & 1) << bit % 8);
+      ++bit;
+      continue;
+    }
+    copy_bits(block, from, data.data(), bit, piece.more_bits + 1u);
     bit += piece.more_bits + 1u;
   }
 }

@@ -238,6 +238,7 @@ std::span<PdoMapping::Piece> Pdo::pieces_of(std::size_t place) const {
 std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, std::size_t place) {
   const std::uint32_t cob_id = parameter(index, kCobId);
   pdo.active = is_valid(cob_id) && take_mapping(pdo.mapping, index, pieces_of(place));
+  if (!pdo.active) return cob_id;
   pdo.type = static_cast<std::uint8_t>(parameter(index, kType));
   pdo.timer = parameter(index, kEventTimer) * kTimerUnit;
   return cob_id;
@@ -254,6 +255,7 @@ void Pdo::load(Tpdo& tpdo) {
   const auto index = static_cast<std::uint16_t>(object::kTpdoParameter + tpdo.number);
   const auto place = room_.rpdos.size() + static_cast<std::size_t>(&tpdo - room_.tpdos.data());
   const std::uint32_t cob_id = load_common(tpdo, index, place);
+  if (!tpdo.active) return;
   tpdo.remote = (cob_id & cob::kNoRemote) == 0;
   tpdo.inhibit_time = parameter(index, kInhibitTime) * kInhibitUnit;
   if (tpdo.type < kFirstEvent) tpdo.inhibit_time = tpdo.timer = 0;
@@ -308,8 +310,10 @@ void Pdo::start(Tpdo& tpdo, bool send, Time now) {
   tpdo.syncs_left = 0;
   tpdo.inhibited_until = 0;
   tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
-  sample(tpdo);
-  if (send && tpdo.type >= kFirstEvent) want(tpdo);
+  if (send && tpdo.type >= kFirstEvent)
+    want(tpdo);  // sampled when it is sent
+  else
+    sample(tpdo);
   transmission_due_ = earlier(transmission_due_, due_of(tpdo));
 }
 
