@@ -79,7 +79,7 @@ std::span<std::uint8_t> ObjectDictionary::value(const ObjectEntry& entry, std::u
 
 AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
                                  std::size_t& size, Time now) const {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
   if (!entry.has(ObjectFlags::kRead)) return AbortCode::kWriteOnly;
   if (entry.has(ObjectFlags::kComputed)) {
@@ -97,7 +97,7 @@ AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::spa
 
 AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,
                                   Time now) {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
   if (!entry.has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
   if (bytes.size() > entry.capacity) return AbortCode::kParameterLength;
@@ -142,7 +142,7 @@ AbortCode ObjectDictionary::check_limits(const ObjectEntry& entry, std::uint8_t 
 }
 
 std::uint64_t ObjectDictionary::get(std::uint16_t index, std::uint8_t sub) const {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   return find(index, sub, entry) == AbortCode::kNone ? number(entry, sub) : 0;
 }
 
@@ -152,7 +152,7 @@ std::uint64_t ObjectDictionary::number(const ObjectEntry& entry, std::uint8_t su
 }
 
 bool ObjectDictionary::set(std::uint16_t index, std::uint8_t sub, std::uint64_t number) {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   if (find(index, sub, entry) != AbortCode::kNone) return false;
   const std::span<std::uint8_t> bytes = value(entry, sub);
   if (bytes.empty() || bytes.size() > 8) return false;

@@ -45,7 +45,7 @@ AbortCode find_data_type(bool receive, std::uint16_t index, std::uint8_t sub, Pi
 
 AbortCode find_object(const ObjectDictionary& dictionary, bool receive, std::uint16_t index, std::uint8_t sub,
                       Piece& object) {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   if (const AbortCode missing = dictionary.find(index, sub, entry); missing != AbortCode::kNone)
     return missing;
   const bool mappable = entry.has(receive ? ObjectFlags::kMapRpdo : ObjectFlags::kMapTpdo);

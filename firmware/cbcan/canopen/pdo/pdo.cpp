@@ -160,9 +160,9 @@ void Pdo::reset(const Reset& /*reset*/, Time now) {
   rpdos_ = room_.rpdos.first(rpdos);
   tpdos_ = room_.tpdos.first(tpdos);
   for (Rpdo& rpdo : rpdos_)
-    load(rpdo, now);
+    load(rpdo, true, now);
   for (Tpdo& tpdo : tpdos_)
-    load(tpdo);
+    load(tpdo, true);
   index_rpdos();
   used_tpdos_ = used(tpdos_);
 }
@@ -195,37 +195,26 @@ AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint3
   if (!cob::is_usable(value)) return AbortCode::kValue;
   if (is_valid(current))
     return cob::id_of(value) == cob::id_of(current) ? AbortCode::kNone : AbortCode::kValue;
-  PdoMapping mapping;
-  return take_mapping(mapping, index, {}) ? AbortCode::kNone : AbortCode::kDeviceState;
+  return take_mapping(index) ? AbortCode::kNone : AbortCode::kDeviceState;
 }
 
-/// True if the PDO with parameters `index` has a mapping that holds, of one object at least.
-bool Pdo::take_mapping(PdoMapping& mapping, std::uint16_t index, std::span<PdoMapping::Piece> pieces) const {
+/// Resolves what the PDO with parameters `index`, which is not valid, maps: for when it becomes valid. True
+/// if that holds, and is one object at least.
+bool Pdo::take_mapping(std::uint16_t index) const {
   const auto mapping_index = static_cast<std::uint16_t>(index | kMappingBit);
   const std::uint32_t count = parameter(mapping_index, 0);
-  return mapping.resolve(dictionary_, mapping_index, count, pieces) == AbortCode::kNone &&
-         mapping.bytes() != 0;
-}
-
-void Pdo::configure(std::uint16_t index, Time now) {
-  if ((index & kMappingBit) != 0) return;  // comes with the COB-ID that makes it valid
-  const std::uint16_t number = number_of(index);
-  if (is_receive(index)) {
-    Rpdo* const rpdo = find_number(rpdos_, number);
-    if (rpdo == nullptr) return;
-    load(*rpdo, now);
-    index_rpdos();
-  } else {
-    Tpdo* const tpdo = find_number(tpdos_, number);
-    if (tpdo == nullptr) return;
-    const bool was_active = tpdo->active;
-    load(*tpdo);
-    used_tpdos_ = used(tpdos_);
-    if (!operational_ || !tpdo->active) return;
-    update(now);
-    start(*tpdo, !was_active, now);
-    poll(now);
+  PdoMapping without_room;
+  PdoMapping* mapping = &without_room;
+  std::span<PdoMapping::Piece> pieces;
+  if (Rpdo* const rpdo = is_receive(index) ? find_number(rpdos_, number_of(index)) : nullptr) {
+    mapping = &rpdo->mapping;
+    pieces = pieces_of(static_cast<std::size_t>(rpdo - rpdos_.data()));
+  } else if (Tpdo* const tpdo = is_receive(index) ? nullptr : find_number(tpdos_, number_of(index))) {
+    mapping = &tpdo->mapping;
+    pieces = pieces_of(room_.rpdos.size() + static_cast<std::size_t>(tpdo - tpdos_.data()));
   }
+  return mapping->resolve(dictionary_, mapping_index, count, pieces) == AbortCode::kNone &&
+         mapping->bytes() != 0;
 }
 
 /// Of the PDO in this place, RPDOs first.
@@ -234,27 +223,46 @@ std::span<PdoMapping::Piece> Pdo::pieces_of(std::size_t place) const {
   return room_.pieces.subspan(place * each, each);
 }
 
-/// What both kinds have; the COB-ID.
-std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, std::size_t place) {
+void Pdo::configure(std::uint16_t index, Time now) {
+  if ((index & kMappingBit) != 0) return;  // comes with the COB-ID that makes it valid
+  const std::uint16_t number = number_of(index);
+  if (is_receive(index)) {
+    Rpdo* const rpdo = find_number(rpdos_, number);
+    if (rpdo == nullptr) return;
+    load(*rpdo, false, now);
+    index_rpdos();
+  } else {
+    Tpdo* const tpdo = find_number(tpdos_, number);
+    if (tpdo == nullptr) return;
+    const bool was_active = tpdo->active;
+    load(*tpdo, false);
+    used_tpdos_ = used(tpdos_);
+    if (!operational_ || !tpdo->active) return;
+    update(now);
+    start(*tpdo, !was_active, now);
+    poll(now);
+  }
+}
+
+/// What both kinds have; the COB-ID. `anew`: nobody has taken the mapping yet.
+std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, bool anew) {
   const std::uint32_t cob_id = parameter(index, kCobId);
-  pdo.active = is_valid(cob_id) && take_mapping(pdo.mapping, index, pieces_of(place));
+  pdo.active = is_valid(cob_id) && (!anew || take_mapping(index));
   if (!pdo.active) return cob_id;
   pdo.type = static_cast<std::uint8_t>(parameter(index, kType));
   pdo.timer = parameter(index, kEventTimer) * kTimerUnit;
   return cob_id;
 }
 
-void Pdo::load(Rpdo& rpdo, Time now) {
+void Pdo::load(Rpdo& rpdo, bool anew, Time now) {
   const auto index = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo.number);
-  const auto place = static_cast<std::size_t>(&rpdo - room_.rpdos.data());
-  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index, place)));
+  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index, anew)));
   start(rpdo, now);
 }
 
-void Pdo::load(Tpdo& tpdo) {
+void Pdo::load(Tpdo& tpdo, bool anew) {
   const auto index = static_cast<std::uint16_t>(object::kTpdoParameter + tpdo.number);
-  const auto place = room_.rpdos.size() + static_cast<std::size_t>(&tpdo - room_.tpdos.data());
-  const std::uint32_t cob_id = load_common(tpdo, index, place);
+  const std::uint32_t cob_id = load_common(tpdo, index, anew);
   if (!tpdo.active) return;
   tpdo.remote = (cob_id & cob::kNoRemote) == 0;
   tpdo.inhibit_time = parameter(index, kInhibitTime) * kInhibitUnit;
@@ -402,7 +410,7 @@ void Pdo::sample_and_send(std::uint8_t counter, Time now) {
 }
 
 void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   if (!operational_ || dictionary_.find(index, sub, entry) != AbortCode::kNone) return;
   if (entry.has(ObjectFlags::kComputed)) return;
   const bool process = entry.has(ObjectFlags::kProcess);

@@ -182,12 +182,12 @@ class Pdo : public Part {
   }
   AbortCode check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const;
   AbortCode check_cob_id(std::uint16_t index, std::uint32_t value, std::uint32_t current) const;
-  bool take_mapping(PdoMapping& mapping, std::uint16_t index, std::span<PdoMapping::Piece> pieces) const;
+  bool take_mapping(std::uint16_t index) const;
 
   std::span<PdoMapping::Piece> pieces_of(std::size_t place) const;
-  std::uint32_t load_common(Common& pdo, std::uint16_t index, std::size_t place);
-  void load(Rpdo& rpdo, Time now);
-  void load(Tpdo& tpdo);
+  std::uint32_t load_common(Common& pdo, std::uint16_t index, bool anew);
+  void load(Rpdo& rpdo, bool anew, Time now);
+  void load(Tpdo& tpdo, bool anew);
   void index_rpdos();
   void start(Rpdo& rpdo, Time now);
   void start(Tpdo& tpdo, bool send, Time now);
