@@ -123,24 +123,38 @@ std::uint16_t* Coprocessor::data_words() const {
 }
 
 /// Each word is looked at once: the PLC's program may write to it meanwhile.
-Coprocessor::Request Coprocessor::request() const {
+inline Coprocessor::Request Coprocessor::request() const {
   const volatile std::uint16_t* const word = words() - regmap::kWindowFirst;
   return {word[regmap::kCommand], word[regmap::kNodeId], word[regmap::kObjectIndex],
           word[regmap::kObjectSubIndex], word[regmap::kDataSize]};
 }
 
-void Coprocessor::load_data(std::span<std::uint8_t> bytes) const {
+inline void Coprocessor::load_data(std::span<std::uint8_t> bytes) const {
   copy_bytes(reinterpret_cast<const std::uint8_t*>(words() + kDataPlace), bytes.data(), bytes.size());
 }
 
 /// Words past the last byte are not touched; the unused half of the last word is 0.
-void Coprocessor::store_data(std::span<const std::uint8_t> bytes) const {
+inline void Coprocessor::store_data(std::span<const std::uint8_t> bytes) const {
   auto* const to = reinterpret_cast<std::uint8_t*>(data_words());
   copy_bytes(bytes.data(), to, bytes.size());
   if (bytes.size() % 2 != 0) to[bytes.size()] = 0;
 }
 
 // ---- One transaction
+
+inline void Coprocessor::begin_sdo(const Request& request, Time now) {
+  const bool read = request.command == regmap::kSdoRead;
+  if (!read) load_data(client_.data().first(request.size));
+  activity_ = Activity::kSdo;
+  reading_ = read;
+  client_.set_timeout(node_.sdo_timeout_ms(served_));
+  client_.start(
+      {static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub), request.index,
+       request.size, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite,
+       node_.transfer_mode(served_)},
+      now);
+  follow_sdo();
+}
 
 /// The checks are in the order of the contract.
 void Coprocessor::begin(Time now) {
@@ -198,20 +212,6 @@ void Coprocessor::end_read(std::span<const std::uint8_t> bytes) {
 }
 
 // ---- SDO
-
-void Coprocessor::begin_sdo(const Request& request, Time now) {
-  const bool read = request.command == regmap::kSdoRead;
-  if (!read) load_data(client_.data().first(request.size));
-  activity_ = Activity::kSdo;
-  reading_ = read;
-  client_.set_timeout(node_.sdo_timeout_ms(served_));
-  client_.start(
-      {static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub), request.index,
-       request.size, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite,
-       node_.transfer_mode(served_)},
-      now);
-  follow_sdo();
-}
 
 /// The client may have ended its transfer, and may want to be called at another time.
 void Coprocessor::follow_sdo() {

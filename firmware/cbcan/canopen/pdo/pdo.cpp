@@ -318,10 +318,8 @@ void Pdo::start(Tpdo& tpdo, bool send, Time now) {
   tpdo.syncs_left = 0;
   tpdo.inhibited_until = 0;
   tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
-  if (send && tpdo.type >= kFirstEvent)
-    want(tpdo);  // sampled when it is sent
-  else
-    sample(tpdo);
+  if (send && tpdo.type >= kFirstEvent) return want(tpdo);  // sampled when it is sent
+  sample(tpdo);
   transmission_due_ = earlier(transmission_due_, due_of(tpdo));
 }
 
