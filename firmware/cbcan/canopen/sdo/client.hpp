@@ -174,6 +174,7 @@ class SdoClient {
   void block_done(std::size_t size);
   void begin_read(Time now);
   void begin_write(Time now);
+  void ask_for_segment(Time now);
   void send_download_segment(Time now);
   void acknowledge_block(Time now);
   void send_block_acknowledge(Time now);
