@@ -172,7 +172,7 @@ void Node::on_frame(const Frame& frame, Time now) {
   at(now, [&] {
     faulty_.heard(frame);
     if (lss_ && frame.id == LssSlave::kRequestId) return lss_->slave().on_frame(frame, now);
-    more_servers_.serves(frame.id) ? ask_more_servers(frame, now) : device_.on_frame(frame, now);
+    more_servers_.serves(frame.id) ? ask_more_servers(frame, now) : void(device_.on_frame(frame, now));
   });
 }
 

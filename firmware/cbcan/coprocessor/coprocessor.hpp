@@ -119,7 +119,9 @@ class Coprocessor final {
   void end(AbortCode code);
   void finish(regmap::Result result, std::size_t size = 0);
   void follow_node() { wake_at(node_.deadline()); }
-  void wake_at(Time time) { due_ = earlier(due_, time); }
+  void wake_at(Time time) {
+    if (time < due_) due_ = time;
+  }
 
   RegisterWindow window_;
   CanPort& port_;
