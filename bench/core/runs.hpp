@@ -10,8 +10,8 @@ namespace cbcan::bench {
 
 struct Run {
   const char* name;
-  unsigned limit;            ///< instructions, x86-64 -O2: the figure to reach
-  unsigned limit_cortex_m3;  ///< likewise, Cortex-M3 -Os; 0 = none was asked for
+  unsigned limit;            ///< instructions, x86-64 -O2: at most; 0 = not held
+  unsigned limit_cortex_m3;  ///< likewise, Cortex-M3 -Os
   /// Does it `count` times; false: an outcome was wrong.
   bool (*run)(unsigned count);
 };

@@ -100,12 +100,13 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       buffer_(largest_object(image_.entries)),
       rpdos_(Pdo::rpdo_count(image_.entries)),
       tpdos_(Pdo::tpdo_count(image_.entries)),
+      pieces_((rpdos_.size() + tpdos_.size()) * PdoMapping::kMostObjects),
       watched_(highest_sub(image_.entries, object::kConsumerHeartbeatTime)),
       parameters_(parts.parameters),
       port_(bus.attach(*this)),
       faulty_(port_, parts.node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
-      device_(parts.node_id, {image_.entries, values_, image_.limits}, {buffer_, rpdos_, tpdos_, watched_},
-              *this, faulty_),
+      device_(parts.node_id, {image_.entries, values_, image_.limits},
+              {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, faulty_),
       more_servers_(device_.dictionary(), faulty_, buffer_.size()),
       start_node_id_(parts.node_id),
       values_node_id_(image_id(parts.node_id)),
@@ -190,7 +191,7 @@ void Node::on_frame(const Frame& frame, Time now) {
   at(now, [&] {
     faulty_.heard(frame);
     if (lss_ && frame.id == LssSlave::kRequestId) return lss_->slave().on_frame(frame, now);
-    more_servers_.serves(frame.id) ? ask_more_servers(frame, now) : device_.on_frame(frame, now);
+    more_servers_.serves(frame.id) ? ask_more_servers(frame, now) : void(device_.on_frame(frame, now));
   });
 }
 

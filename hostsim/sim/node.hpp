@@ -142,6 +142,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   std::vector<std::uint8_t> buffer_;
   std::vector<Pdo::Rpdo> rpdos_;
   std::vector<Pdo::Tpdo> tpdos_;
+  std::vector<PdoMapping::Piece> pieces_;
   std::vector<HeartbeatConsumer::Watched> watched_;
   ParameterStore* parameters_;
   Port& port_;

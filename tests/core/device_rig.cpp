@@ -63,7 +63,7 @@ DeviceRig::DeviceRig(const std::vector<Row>& rows)
     : entries(entries_of(rows)),
       power_on(values_of(rows)),
       values(power_on),
-      device(0x42, {entries, values, {}}, {buffer_, rpdos_, tpdos_, watched_}, *this, port) {}
+      device(0x42, {entries, values, {}}, {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, port) {}
 
 void DeviceRig::arrive(const std::string& frame) {
   device.on_frame(frame_from(frame), now);

@@ -70,6 +70,7 @@ class DeviceRig final : public Wire, private DeviceApplication {
   std::vector<std::uint8_t> buffer_ = std::vector<std::uint8_t>(64);
   std::vector<Pdo::Rpdo> rpdos_ = std::vector<Pdo::Rpdo>(4);
   std::vector<Pdo::Tpdo> tpdos_ = std::vector<Pdo::Tpdo>(4);
+  std::vector<PdoMapping::Piece> pieces_ = std::vector<PdoMapping::Piece>(8 * 64);
   std::vector<HeartbeatConsumer::Watched> watched_ = std::vector<HeartbeatConsumer::Watched>(4);
 
  public:

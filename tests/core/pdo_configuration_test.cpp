@@ -248,7 +248,8 @@ TEST_CASE("PDOs of a dictionary whose last object is FFFFh") {
   cbcan::ObjectDictionary dictionary(entries, values, nullptr);
   cbcan::test::RecordingPort port;
   std::vector<Pdo::Tpdo> tpdos(Pdo::tpdo_count(entries));
-  Pdo pdo(dictionary, port, {}, tpdos, application);
+  std::vector<cbcan::PdoMapping::Piece> pieces(tpdos.size() * cbcan::PdoMapping::kMostObjects);
+  Pdo pdo(dictionary, port, {{}, tpdos, pieces}, application);
   pdo.reset({5, true}, 0);  // ends
   CHECK(tpdos.size() == 2);
   CHECK(tpdos[1].number == 1);

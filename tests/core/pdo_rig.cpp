@@ -78,7 +78,8 @@ PdoRig::PdoRig(std::size_t rpdo_room, std::size_t tpdo_room)
       dictionary(entries, values, this),
       rpdos(rpdo_room),
       tpdos(tpdo_room),
-      pdo(dictionary, port, rpdos, tpdos, *this) {
+      pieces((rpdo_room + tpdo_room) * PdoMapping::kMostObjects),
+      pdo(dictionary, port, {rpdos, tpdos, pieces}, *this) {
   for (const std::uint16_t number : kNumbers) {
     set(static_cast<std::uint16_t>(0x1400 + number), 1, 0x80000000);
     set(static_cast<std::uint16_t>(0x1800 + number), 1, 0x80000000);

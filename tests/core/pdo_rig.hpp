@@ -68,6 +68,7 @@ class PdoRig final : public Wire, public PdoApplication, private ObjectHandler {
   ObjectDictionary dictionary;
   std::vector<Pdo::Rpdo> rpdos;
   std::vector<Pdo::Tpdo> tpdos;
+  std::vector<PdoMapping::Piece> pieces;
   Pdo pdo;
 
  private:

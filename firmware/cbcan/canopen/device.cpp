@@ -43,7 +43,7 @@ Device::Device(std::uint8_t node_id, const Slave::Tables& tables, const Storage&
     : application_(application),
       slave_(node_id, tables, storage.buffer, *this, port),
       sync_(slave_.dictionary(), port),
-      pdo_(slave_.dictionary(), port, storage.rpdos, storage.tpdos, *this),
+      pdo_(slave_.dictionary(), port, storage.pdos, *this),
       emergency_(slave_.dictionary(), port, application),
       consumer_(slave_.dictionary(), storage.watched),
       life_guard_(slave_.dictionary()),
@@ -55,20 +55,28 @@ void Device::start(Time now) {
 
 // ---- Frames
 
-void Device::on_frame(const Frame& frame, Time now) {
-  if (slave_.state() == nmt::State::kInitialising) return;
-  if (frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
-  slave_.on_frame(frame, now);
-  if (with_parts(*this, [&](auto&... part) { return (part.on_frame(frame, now) || ...); })) react(now);
+Time Device::on_frame(const Frame& frame, Time now) {
+  if (slave_.state() == nmt::State::kInitialising) return kNever;
+  const auto hears = [&](const auto&... part) { return (part.hears(frame.id) || ...); };
+  if (slave_.hears(frame.id) || with_parts(*this, hears)) return on_service(frame, now);
+  if (!pdo_.on_frame(frame, now)) return kNever;
+  return earlier(pdo_.deadline(), emergency_.deadline());
 }
 
-void Device::on_sdo_request(const Frame& frame, Time now) {
-  if (!nmt::is_running(slave_.state())) return;
+Time Device::on_service(const Frame& frame, Time now) {
+  if (frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
+  slave_.on_frame(frame, now);
+  with_parts(*this, [&](auto&... part) { (part.on_frame(frame, now) || ...); });
+  react(now);
+  return deadline();
+}
+
+Time Device::on_sdo_request(const Frame& frame, Time now) {
+  if (!nmt::is_running(slave_.state())) return kNever;
   application_.refresh(now);
   slave_.on_frame(frame, now);
-  if (!written_) return;
-  written_ = false;
-  application_.on_written(now);
+  if (std::exchange(written_, false)) application_.on_written(now);
+  return deadline();
 }
 
 /// What has happened in one part and concerns others.
@@ -78,7 +86,7 @@ void Device::react(Time now) {
     show(EmergencyCode::kSyncLength, known_misfit_, now);
   }
   if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
-  watch_network(now);
+  if (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_) watch_network(now);
 }
 
 /// An error of the communication begins, or is over; one that is there already, or is not, is not told.
@@ -174,7 +182,7 @@ void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time n
   application_.restore(first_index, last_index, now);
   const Part::Reset reset{node_id(), last_index >= object::kFirstManufacturer};
   with_parts(*this, [&](auto&... part) { (part.reset(reset, now), ...); });
-  known_lost_ = 0;
+  known_lost_ = emergency_.has(number(EmergencyCode::kHeartbeat)) ? 1 : 0;  // over now
   known_unguarded_ = false;
   known_misfit_ = emergency_.has(number(EmergencyCode::kSyncLength));
   application_.on_received_ids();

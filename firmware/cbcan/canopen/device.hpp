@@ -67,8 +67,7 @@ class Device final : private Application, private PdoApplication {
   /// Memory for as many of each as the dictionary has, or as many as are to work; the caller's.
   struct Storage {
     std::span<std::uint8_t> buffer;  ///< see SdoServer
-    std::span<Pdo::Rpdo> rpdos;
-    std::span<Pdo::Tpdo> tpdos;
+    Pdo::Storage pdos;
     std::span<HeartbeatConsumer::Watched> watched;
   };
 
@@ -84,7 +83,8 @@ class Device final : private Application, private PdoApplication {
   /// where it is off the bus until start().
   void set_node_id(std::uint8_t node_id) { slave_.set_node_id(node_id); }
 
-  void on_frame(const Frame& frame, Time now);
+  /// Returns when it wants poll() because of this frame; kNever: what deadline() has said before still holds.
+  Time on_frame(const Frame& frame, Time now);
   void on_bus_state(BusState state, Time now);
 
   /// Sends what is due. Returns when it wants to be called next; kNever = only after something has happened.
@@ -132,7 +132,8 @@ class Device final : private Application, private PdoApplication {
   }
 
   AbortCode store_or_restore(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value);
-  void on_sdo_request(const Frame& frame, Time now);
+  Time on_service(const Frame& frame, Time now);
+  Time on_sdo_request(const Frame& frame, Time now);
   void react(Time now);
   void watch_network(Time now);
   void fail(NetworkFailure failure, Time now);

@@ -40,6 +40,8 @@ class Part {
   /// This NMT state has been entered, perhaps anew.
   void on_state(nmt::State /*state*/, Time /*now*/) {}
 
+  /// Frames with this CAN-ID are for on_frame() before they may be process data.
+  bool hears(std::uint32_t /*id*/) const { return false; }
   /// A frame from the bus. True: it is this part's, and of no interest to the others.
   bool on_frame(const Frame& /*frame*/, Time /*now*/) { return false; }
   /// Does what is due. To be called at deadline() at the latest; more often is harmless.

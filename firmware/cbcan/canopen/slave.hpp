@@ -49,6 +49,11 @@ class Slave final : private ObjectHandler {
   /// Power on: boot-up message, then Pre-operational.
   void start(Time now);
 
+  /// False: frames with this CAN-ID need not be given to on_frame(). Those for it are NMT commands, and this
+  /// node's SDO requests and error control.
+  bool hears(std::uint32_t id) const {
+    return id == nmt::kCommandId || (id % (nmt::kMaxNode + 1u) == node_id_ && id >= sdo::kRequestId);
+  }
   /// A frame from the bus; frames that are not for this node are ignored.
   void on_frame(const Frame& frame, Time now);
 

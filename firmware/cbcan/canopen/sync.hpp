@@ -34,6 +34,7 @@ class Sync : public Part {
   void reset(const Reset& reset, Time now);
   /// A SYNC is sent and heard in Pre-operational and Operational only. The first one carries counter 1.
   void on_state(nmt::State state, Time now);
+  bool hears(std::uint32_t id) const { return id == id_; }
   bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return earlier(due_, outbox_.deadline()); }

@@ -35,6 +35,7 @@ class TimeStamp : public Part {
   void reset(const Reset& reset, Time now);
   /// TIME is sent and heard in Pre-operational and Operational only.
   void on_state(nmt::State state, Time now);
+  bool hears(std::uint32_t id) const { return id == id_; }
   bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return earlier(due_, outbox_.deadline()); }

@@ -2,6 +2,9 @@
 #include "cbcan/coprocessor/coprocessor.hpp"
 
 #include <algorithm>
+#include <bit>
+
+#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 
@@ -15,6 +18,13 @@ const regmap::NmtRow* find_nmt_command(std::uint16_t code) {
     if (code == row.state_code || code == row.command_code) return &row;
   return nullptr;
 }
+
+/// Words of a request, from its first one.
+constexpr std::size_t kSizePlace = regmap::kDataSize - regmap::kWindowFirst;
+constexpr std::size_t kDataPlace = regmap::kData - regmap::kWindowFirst;
+
+/// Data words carry the low byte first, and so does every machine that this runs on.
+static_assert(std::endian::native == std::endian::little);
 
 /// Do the registers first..first+count-1 and the `words` from `own` on overlap?
 constexpr bool overlap(std::size_t first, std::size_t count, std::size_t own, std::size_t words) {
@@ -76,8 +86,9 @@ void Coprocessor::look_at_flag(bool execute, Time now) {
 
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
   if (overlap(first, count, settings_.process_first, regmap::kProcessWords)) {
-    node_.on_registers_written(now);
-    follow_node();
+    const std::size_t before = settings_.process_first > first ? settings_.process_first - first : 0u;
+    if (node_.on_registers_written(first + before - settings_.process_first, count - before, now))
+      follow_node();
   }
   const std::size_t out = settings_.scanner_out_first;
   if (!overlap(first, count, out, regmap::kScannerOutWords)) return;
@@ -101,38 +112,54 @@ void Coprocessor::begin_waiting(Time now) {
   begin(now);
 }
 
-/// The word of the request that stands at `address` of R3701..R3769, or in its place in the scanner window.
-std::uint16_t Coprocessor::word(std::size_t address) const {
-  return served_ == Window::kRegisters ? window_.get(address) : scanner_.word(address - regmap::kWindowFirst);
+/// Of the request, in the order of R3700..R3769.
+const std::uint16_t* Coprocessor::words() const {
+  return served_ == Window::kRegisters ? window_.words() : scanner_.words();
 }
 
-void Coprocessor::set_data(std::size_t k, std::uint16_t word) const {
-  served_ == Window::kRegisters ? window_.set(regmap::kData + k, word) : void(scanner_.data()[k] = word);
+/// Where its data, or its abort code, are to go.
+std::uint16_t* Coprocessor::data_words() const {
+  return served_ == Window::kRegisters ? window_.words() + kDataPlace : scanner_.data();
 }
 
-void Coprocessor::load_data(std::span<std::uint8_t> bytes) const {
-  for (std::size_t i = 0; i < bytes.size(); i += 2) {
-    const std::uint16_t pair = word(regmap::kData + i / 2);
-    bytes[i] = static_cast<std::uint8_t>(pair);
-    if (i + 1 < bytes.size()) bytes[i + 1] = static_cast<std::uint8_t>(pair >> 8);
-  }
+/// Each word is looked at once: the PLC's program may write to it meanwhile.
+inline Coprocessor::Request Coprocessor::request() const {
+  const volatile std::uint16_t* const word = words() - regmap::kWindowFirst;
+  return {word[regmap::kCommand], word[regmap::kNodeId], word[regmap::kObjectIndex],
+          word[regmap::kObjectSubIndex], word[regmap::kDataSize]};
+}
+
+inline void Coprocessor::load_data(std::span<std::uint8_t> bytes) const {
+  copy_bytes(reinterpret_cast<const std::uint8_t*>(words() + kDataPlace), bytes.data(), bytes.size());
 }
 
 /// Words past the last byte are not touched; the unused half of the last word is 0.
-void Coprocessor::store_data(std::span<const std::uint8_t> bytes) const {
-  for (std::size_t i = 0; i < bytes.size(); i += 2) {
-    const unsigned high = i + 1 < bytes.size() ? bytes[i + 1] : 0u;
-    set_data(i / 2, static_cast<std::uint16_t>(bytes[i] | high << 8));
-  }
+inline void Coprocessor::store_data(std::span<const std::uint8_t> bytes) const {
+  auto* const to = reinterpret_cast<std::uint8_t*>(data_words());
+  copy_bytes(bytes.data(), to, bytes.size());
+  if (bytes.size() % 2 != 0) to[bytes.size()] = 0;
 }
 
 // ---- One transaction
 
+inline void Coprocessor::begin_sdo(const Request& request, Time now) {
+  const bool read = request.command == regmap::kSdoRead;
+  if (!read) load_data(client_.data().first(request.size));
+  activity_ = Activity::kSdo;
+  reading_ = read;
+  client_.set_timeout(node_.sdo_timeout_ms(served_));
+  client_.start(
+      {static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub), request.index,
+       request.size, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite,
+       node_.transfer_mode(served_)},
+      now);
+  follow_sdo();
+}
+
 /// The checks are in the order of the contract.
 void Coprocessor::begin(Time now) {
   ++counters_.executed;
-  const Request request{word(regmap::kCommand), word(regmap::kNodeId), word(regmap::kObjectIndex),
-                        word(regmap::kObjectSubIndex), word(regmap::kDataSize)};
+  const Request request = this->request();
   const bool read = request.command == regmap::kSdoRead;
   if (!read && request.command != regmap::kSdoWrite) return finish(regmap::Result::kCommandCodeError);
   if (!read && request.index == regmap::kNmtService) return begin_nmt(request, now);
@@ -172,32 +199,19 @@ void Coprocessor::finish(regmap::Result result, std::size_t size) {
 
 void Coprocessor::end(AbortCode code) {
   const auto number = static_cast<std::uint32_t>(code);
-  set_data(0, static_cast<std::uint16_t>(number));
-  set_data(1, static_cast<std::uint16_t>(number >> 16));
+  std::uint16_t* const words = data_words();
+  words[0] = static_cast<std::uint16_t>(number);
+  words[1] = static_cast<std::uint16_t>(number >> 16);
   finish(regmap::Result::kSdoExecutionError);
 }
 
 void Coprocessor::end_read(std::span<const std::uint8_t> bytes) {
-  if (served_ == Window::kRegisters) window_.set(regmap::kDataSize, static_cast<std::uint16_t>(bytes.size()));
+  if (served_ == Window::kRegisters) window_.words()[kSizePlace] = static_cast<std::uint16_t>(bytes.size());
   store_data(bytes);
   finish(regmap::Result::kOk, bytes.size());
 }
 
 // ---- SDO
-
-void Coprocessor::begin_sdo(const Request& request, Time now) {
-  const bool read = request.command == regmap::kSdoRead;
-  if (!read) load_data(client_.data().first(request.size));
-  activity_ = Activity::kSdo;
-  reading_ = read;
-  client_.set_timeout(node_.sdo_timeout_ms(served_));
-  client_.start(
-      {static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub), request.index,
-       request.size, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite,
-       node_.transfer_mode(served_)},
-      now);
-  follow_sdo();
-}
 
 /// The client may have ended its transfer, and may want to be called at another time.
 void Coprocessor::follow_sdo() {
@@ -229,7 +243,7 @@ void Coprocessor::begin_local(const Request& request, Time now) {
 
 void Coprocessor::begin_nmt(const Request& request, Time now) {
   if (request.sub == 0 || request.sub > regmap::kNmtAllNodes) return end(AbortCode::kNoSubIndex);
-  const regmap::NmtRow* row = find_nmt_command(word(regmap::kData));
+  const regmap::NmtRow* row = find_nmt_command(words()[kDataPlace]);
   if (row == nullptr) return end(AbortCode::kValue);
   const auto command = static_cast<nmt::Command>(row->specifier);
   if (request.sub == node_.node_id()) {
@@ -301,8 +315,7 @@ void Coprocessor::on_sdo_response(const Frame& frame, Time now) {
 }
 
 void Coprocessor::on_own_node(const Frame& frame, Time now) {
-  node_.on_frame(frame, now);
-  follow_node();
+  wake_at(node_.on_frame(frame, now));
 }
 
 void Coprocessor::on_bus_state(BusState state, Time now) {

@@ -92,8 +92,9 @@ class Coprocessor final {
   void look_at_flag(bool execute, Time now);
   void begin_waiting(Time now);
   void begin(Time now);
-  std::uint16_t word(std::size_t address) const;
-  void set_data(std::size_t k, std::uint16_t word) const;
+  Request request() const;
+  const std::uint16_t* words() const;
+  std::uint16_t* data_words() const;
   void load_data(std::span<std::uint8_t> bytes) const;
   void store_data(std::span<const std::uint8_t> bytes) const;
   void watch_plc(Time now);
@@ -106,7 +107,8 @@ class Coprocessor final {
   void work(Time now);
   void send_command(Time now);
   void on_sdo_response(const Frame& frame, Time now);
-  void on_own_node(const Frame& frame, Time now);
+  // Inline, it would cost the others a register.
+  [[gnu::noinline]] void on_own_node(const Frame& frame, Time now);
   void on_error_control(const Frame& frame, Time now);
   void on_boot_up(std::uint8_t node, Time now);
   void follow_sdo();
@@ -118,7 +120,9 @@ class Coprocessor final {
   void end(AbortCode code);
   void finish(regmap::Result result, std::size_t size = 0);
   void follow_node() { wake_at(node_.deadline()); }
-  void wake_at(Time time) { due_ = earlier(due_, time); }
+  void wake_at(Time time) {
+    if (time < due_) due_ = time;
+  }
 
   RegisterWindow window_;
   CanPort& port_;

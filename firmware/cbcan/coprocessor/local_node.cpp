@@ -29,17 +29,32 @@ constexpr local::DeviceState to_device_state(nmt::State state) {
 }  // namespace
 
 LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, const Settings& settings)
-    : client_(client),
+    : registers_(registers),
+      client_(client),
       sdo_timeout_ms_(settings.sdo_timeout_ms),
       monitor_(settings.state_fresh_for),
       device_(settings.node_id, {local::entries(), values_, {}, bytes_of(registers)},
-              {buffer_, rpdos_, tpdos_, {}}, *this, port) {}
+              {buffer_, {rpdos_, tpdos_, pieces_}, {}}, *this, port) {}
 
-void LocalNode::on_frame(const Frame& frame, Time now) {
+/// Among them are the other nodes' emergencies, and what an NMT master tells them.
+Time LocalNode::on_low_id(const Frame& frame, Time now) {
   const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
   if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) emergencies_.on_frame(frame);
   if (nmt::is_command(frame)) monitor_.doubt(static_cast<nmt::Command>(frame.data[0]), frame.data[1]);
-  device_.on_frame(frame, now);
+  return device_.on_frame(frame, now);
+}
+
+/// Most requests change nothing, or nothing that TPDOs carry; and those see nothing but outputs.
+bool LocalNode::on_registers_written(std::size_t first, std::size_t count, Time now) {
+  constexpr std::size_t kFirst = regmap::kInputWords;
+  if (first + count <= kFirst || first >= registers_.size()) return false;
+  const std::size_t from = std::max(first, kFirst);
+  const auto written = registers_.subspan(from, std::min(first + count, registers_.size()) - from);
+  const auto known = known_outputs_.begin() + (from - kFirst);
+  if (std::equal(written.begin(), written.end(), known)) return false;
+  std::copy(written.begin(), written.end(), known);
+  device_.look_for_changes(now);
+  return true;
 }
 
 void LocalNode::on_bus_state(BusState state, Time now) {
@@ -155,7 +170,7 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
 }
 
 void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time now) {
-  if (entry.index >= local::kInputs) device_.look_for_changes(now);
+  if (entry.index >= local::kInputs) on_registers_written(0, registers_.size(), now);
 }
 
 AbortCode LocalNode::write_mode(std::uint32_t value) {

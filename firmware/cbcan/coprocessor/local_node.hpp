@@ -42,13 +42,16 @@ class LocalNode final : private DeviceApplication {
 
   void start(Time now) { device_.start(now); }
 
-  /// Any frame but those of other nodes' error control, which on_error_control() takes.
-  void on_frame(const Frame& frame, Time now);
+  /// Any frame but those of other nodes' error control, which on_error_control() takes. Returns when it wants
+  /// poll() because of it.
+  Time on_frame(const Frame& frame, Time now) {
+    return frame.id <= EmergencyConsumer::kLastId ? on_low_id(frame, now) : device_.on_frame(frame, now);
+  }
   NodeMonitor::News on_error_control(const Frame& frame, Time now) { return monitor_.on_frame(frame, now); }
   void on_bus_state(BusState state, Time now);
 
-  /// Registers of process data may have been written.
-  void on_registers_written(Time now) { device_.look_for_changes(now); }
+  /// Registers first..first+count-1 of process data may have been written. False: none is another one now.
+  bool on_registers_written(std::size_t first, std::size_t count, Time now);
 
   void poll(Time now) { device_.poll(now); }
   Time deadline() const { return device_.deadline(); }
@@ -78,6 +81,7 @@ class LocalNode final : private DeviceApplication {
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   void on_emergency_sent(const EmergencyConsumer::Message& message) override;
 
+  Time on_low_id(const Frame& frame, Time now);
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
   AbortCode write_consumer(std::uint8_t sub, std::uint32_t value);
   AbortCode write_mode(std::uint32_t value);
@@ -91,6 +95,8 @@ class LocalNode final : private DeviceApplication {
   };
   static constexpr std::size_t index_of(Window window) { return static_cast<std::size_t>(window); }
 
+  ProcessRegisters registers_;
+  std::array<std::uint16_t, regmap::kOutputWords> known_outputs_{};  ///< as last looked at
   SdoClient& client_;
   std::uint16_t sdo_timeout_ms_;
   Window accessed_ = Window::kRegisters;  ///< whose 3003h and 3004h are read and written
@@ -102,6 +108,7 @@ class LocalNode final : private DeviceApplication {
   std::array<std::uint8_t, kOwnObjectBytes> buffer_{};
   std::array<Pdo::Rpdo, local::kRpdos> rpdos_{};
   std::array<Pdo::Tpdo, local::kTpdos> tpdos_{};
+  std::array<PdoMapping::Piece, (local::kRpdos + local::kTpdos) * local::kObjectsOfPdo> pieces_{};
   std::array<std::uint8_t, nmt::kMaxNode>
       consumer_node_{};  ///< node that sub-index n + 1 of 1016h names; 0 = none
   Device device_;

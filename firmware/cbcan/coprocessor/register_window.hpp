@@ -15,36 +15,31 @@ namespace cbcan {
 /// R3700..R3769 as the core sees them: ordinary memory that an interrupt, a thread or another processor also
 /// writes.
 ///
-/// Ordering: every word written through set() is visible to a reader that has seen the result which finish()
-/// wrote; every word that the PLC wrote before CA0Eh is seen once flag() has returned CA0Eh. Words are in
-/// host byte order. The memory is the caller's and must outlive this view.
+/// Ordering: every word written through words() is visible to a reader that has seen the result which
+/// finish() wrote; every word that the PLC wrote before CA0Eh is seen once flag() has returned CA0Eh. In
+/// between they are the core's. Words are in host byte order. The memory is the caller's and must outlive
+/// this view.
 class RegisterWindow {
  public:
   using Words = std::span<std::uint16_t, regmap::kWindowWords>;
 
   explicit RegisterWindow(Words words) : words_(words) {}
 
-  std::uint16_t flag() const { return atomic(regmap::kExecuteFlag).load(std::memory_order_acquire); }
+  std::uint16_t flag() const { return atomic_flag().load(std::memory_order_acquire); }
 
-  /// `address` is a register address, R3700..R3769.
-  std::uint16_t get(std::size_t address) const { return atomic(address).load(std::memory_order_relaxed); }
-  void set(std::size_t address, std::uint16_t value) const {
-    atomic(address).store(value, std::memory_order_relaxed);
-  }
+  /// R3700 on.
+  std::uint16_t* words() const { return words_.data(); }
 
   /// Replaces CA0Eh by the result, after everything set before. Where the PLC has written something else
   /// meanwhile, that stays and the response is false: the transaction was cancelled at the last moment.
   bool finish(regmap::Result result) const {
     std::uint16_t expected = regmap::kExecute;
-    return atomic(regmap::kExecuteFlag)
-        .compare_exchange_strong(expected, static_cast<std::uint16_t>(result), std::memory_order_release,
-                                 std::memory_order_relaxed);
+    return atomic_flag().compare_exchange_strong(expected, static_cast<std::uint16_t>(result),
+                                                 std::memory_order_release, std::memory_order_relaxed);
   }
 
  private:
-  std::atomic_ref<std::uint16_t> atomic(std::size_t address) const {
-    return std::atomic_ref<std::uint16_t>(words_[address - regmap::kWindowFirst]);
-  }
+  std::atomic_ref<std::uint16_t> atomic_flag() const { return std::atomic_ref<std::uint16_t>(words_[0]); }
 
   Words words_;
 };

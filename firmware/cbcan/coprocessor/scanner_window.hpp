@@ -50,8 +50,8 @@ class ScannerWindow {
   /// Its turn: its words are to be copied now.
   void begin() { state_ = State::kUnderWay; }
 
-  /// Word k of the request, 1..69: what is R3700 + k in the other window.
-  std::uint16_t word(std::size_t k) const { return out_[k]; }
+  /// The words of the request: word k is what is R3700 + k in the other window.
+  const std::uint16_t* words() const { return out_; }
 
   /// Where the data of the request under way, or its abort code, go before finish(): kDataWords words.
   std::uint16_t* data() const { return in_ + regmap::kScannerData; }
@@ -61,6 +61,7 @@ class ScannerWindow {
  private:
   enum class State : std::uint8_t { kIdle, kWaiting, kUnderWay };
 
+  std::uint16_t word(std::size_t k) const { return out_[k]; }
   Event take(std::uint16_t number, std::size_t count);
   Event cancel();
   std::size_t words_needed() const;

@@ -38,22 +38,30 @@ ObjectDictionary::ObjectDictionary(std::span<const ObjectEntry> entries, std::sp
     : entries_(entries), values_(values), process_(process), limits_(limits), handler_(handler) {}
 
 AbortCode ObjectDictionary::find(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const {
-  const auto has_index = [index](const ObjectEntry& candidate) {
-    return candidate.index <= index && index <= candidate.last_index();
-  };
+  if (found_ >= entries_.size() || !entries_[found_].holds(index, sub)) {
+    found_ = search(index, sub);
+    if (found_ == entries_.size() || !entries_[found_].holds(index, sub)) return why_missing(index, found_);
+  }
+  entry = entries_[found_];
+  entry.offset += entry.stride() * entry.subs() * (index - entry.index);
+  entry.index = index;
+  entry.more_indices = 0;
+  return AbortCode::kNone;
+}
+
+/// The first entry that is not before this one.
+std::size_t ObjectDictionary::search(std::uint16_t index, std::uint8_t sub) const {
   const auto found =
       std::partition_point(entries_.begin(), entries_.end(), [&](const ObjectEntry& candidate) {
         return candidate.last_index() < index || (candidate.index <= index && candidate.last_sub < sub);
       });
-  if (found != entries_.end() && has_index(*found) && found->first_sub <= sub) {
-    entry = *found;
-    entry.offset += entry.stride() * entry.subs() * (index - entry.index);
-    entry.index = index;
-    entry.more_indices = 0;
-    return AbortCode::kNone;
-  }
-  const bool object_here = (found != entries_.end() && has_index(*found)) ||
-                           (found != entries_.begin() && has_index(*(found - 1)));
+  return static_cast<std::size_t>(found - entries_.begin());
+}
+
+/// `place` is where it would stand: an entry of the same index is right there, or right before.
+AbortCode ObjectDictionary::why_missing(std::uint16_t index, std::size_t place) const {
+  const bool object_here = (place != entries_.size() && entries_[place].has_index(index)) ||
+                           (place != 0 && entries_[place - 1].has_index(index));
   return object_here ? AbortCode::kNoSubIndex : AbortCode::kNoObject;
 }
 
@@ -71,7 +79,7 @@ std::span<std::uint8_t> ObjectDictionary::value(const ObjectEntry& entry, std::u
 
 AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
                                  std::size_t& size, Time now) const {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
   if (!entry.has(ObjectFlags::kRead)) return AbortCode::kWriteOnly;
   if (entry.has(ObjectFlags::kComputed)) {
@@ -81,14 +89,15 @@ AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::spa
   const std::span<const std::uint8_t> bytes = value(entry, sub);
   if (bytes.size() > out.size()) return AbortCode::kReadLength;
   std::copy(bytes.begin(), bytes.end(), out.begin());
-  if (entry.has(ObjectFlags::kPacked)) out[0] = static_cast<std::uint8_t>(out[0] >> bit_of(entry, sub) & 1);
+  if (entry.has(ObjectFlags::kPacked))
+    out[0] = static_cast<std::uint8_t>(out[0] >> first_bit(entry, sub) % 8 & 1);
   size = bytes.size();
   return AbortCode::kNone;
 }
 
 AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,
                                   Time now) {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
   if (!entry.has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
   if (bytes.size() > entry.capacity) return AbortCode::kParameterLength;
@@ -133,14 +142,17 @@ AbortCode ObjectDictionary::check_limits(const ObjectEntry& entry, std::uint8_t 
 }
 
 std::uint64_t ObjectDictionary::get(std::uint16_t index, std::uint8_t sub) const {
-  ObjectEntry entry{};
-  if (find(index, sub, entry) != AbortCode::kNone) return 0;
+  ObjectEntry entry;
+  return find(index, sub, entry) == AbortCode::kNone ? number(entry, sub) : 0;
+}
+
+std::uint64_t ObjectDictionary::number(const ObjectEntry& entry, std::uint8_t sub) const {
   const std::span<const std::uint8_t> bytes = value(entry, sub);
   return bytes.size() <= 8 ? load_little_endian(bytes) : 0;
 }
 
 bool ObjectDictionary::set(std::uint16_t index, std::uint8_t sub, std::uint64_t number) {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   if (find(index, sub, entry) != AbortCode::kNone) return false;
   const std::span<std::uint8_t> bytes = value(entry, sub);
   if (bytes.empty() || bytes.size() > 8) return false;

@@ -2,7 +2,8 @@
 #pragma once
 
 /// An object dictionary (CiA 301, 7.4): a sorted table of entries, which may be constant and in flash, over a
-/// block of values in RAM. It owns neither; nothing here allocates. One access is a binary search, O(log n).
+/// block of values in RAM. It owns neither; nothing here allocates. One access is a binary search, O(log n);
+/// none where it is in the same entry as the one before.
 ///
 /// Not re-entrant: call it from the place that also calls the rest of the core.
 
@@ -59,6 +60,10 @@ struct ObjectEntry {
   static constexpr std::uint32_t kLengthBytes = 4;
   constexpr bool has(std::uint16_t flag) const { return (flags & flag) != 0; }
   constexpr std::uint16_t last_index() const { return static_cast<std::uint16_t>(index + more_indices); }
+  constexpr bool has_index(std::uint16_t i) const { return index <= i && i <= last_index(); }
+  constexpr bool holds(std::uint16_t i, std::uint8_t sub) const {
+    return has_index(i) && first_sub <= sub && sub <= last_sub;
+  }
   /// Elements in each index, and in all.
   constexpr std::uint32_t subs() const { return last_sub - first_sub + 1u; }
   constexpr std::uint32_t count() const { return subs() * (more_indices + 1u); }
@@ -127,6 +132,8 @@ class ObjectDictionary {
   /// The device's own side: a stored number of up to 8 bytes, whatever its access rights. 0 where there is
   /// none.
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) const;
+  /// The same of an entry that find() has found.
+  std::uint64_t number(const ObjectEntry& entry, std::uint8_t sub) const;
 
   /// Likewise; false where there is no such stored number. The handler is not asked. Not for packed ones.
   bool set(std::uint16_t index, std::uint8_t sub, std::uint64_t value);
@@ -135,12 +142,14 @@ class ObjectDictionary {
   void store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes);
 
   /// The bytes of a stored element, current length; empty for a computed one. Of a packed one the byte that
-  /// it is in, at bit_of().
+  /// it is in.
   std::span<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub) const;
-  /// Where in its byte a packed element is, 0..7; 0 for all others.
-  static std::uint8_t bit_of(const ObjectEntry& entry, std::uint8_t sub) {
-    return entry.has(ObjectFlags::kPacked) ? offset_of(entry, sub) % 8 : 0;
+  /// Where an element begins in its block(): bits from the first one.
+  static std::size_t first_bit(const ObjectEntry& entry, std::uint8_t sub) {
+    return entry.has(ObjectFlags::kPacked) ? offset_of(entry, sub) : 8 * offset_of(entry, sub);
   }
+  /// The process image, or the values.
+  std::uint8_t* block(bool process) const { return process ? process_.data() : values_.data(); }
 
   std::span<const ObjectEntry> entries() const { return entries_; }
 
@@ -148,6 +157,8 @@ class ObjectDictionary {
   static std::size_t offset_of(const ObjectEntry& entry, std::uint8_t sub) {
     return entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
   }
+  std::size_t search(std::uint16_t index, std::uint8_t sub) const;
+  AbortCode why_missing(std::uint16_t index, std::size_t place) const;
   AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub,
                          std::span<const std::uint8_t> value) const;
 
@@ -156,6 +167,8 @@ class ObjectDictionary {
   std::span<std::uint8_t> process_;
   std::span<const ObjectLimits> limits_;
   ObjectHandler* handler_;
+  mutable std::size_t found_ =
+      0;  ///< the entry found last: objects that belong together are asked for together
 };
 
 }  // namespace cbcan

@@ -20,6 +20,7 @@ class EmergencyConsumer {
   using Message = std::array<std::uint8_t, 8>;
 
   static constexpr std::uint32_t kFirstId = 0x080;  ///< + node ID
+  static constexpr std::uint32_t kLastId = kFirstId + nmt::kMaxNode;
 
   /// A data frame on 081h..0FFh; one with less than eight bytes is none.
   void on_frame(const Frame& frame) {

@@ -38,6 +38,7 @@ class HeartbeatConsumer : public Part {
   /// Whoever was watched before has to be heard anew.
   void configure(std::uint16_t index, Time now);
   void reset(const Reset& /*reset*/, Time now) { configure(object::kConsumerHeartbeatTime, now); }
+  bool hears(std::uint32_t id) const { return id >= nmt::kErrorControlId; }
   bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return due_; }

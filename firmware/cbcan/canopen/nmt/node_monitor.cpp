@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/nmt/node_monitor.hpp"
 
+#include <span>
+
 namespace cbcan {
 
 void NodeMonitor::doubt(nmt::Command command, std::uint8_t node) {
-  for (std::size_t i = 1; i < nodes_.size(); ++i) {
-    Node& told = nodes_[i];
-    if ((node != nmt::kAllNodes && node != i) || told.report == Report::kNone) continue;
+  if (node > nmt::kMaxNode) return;
+  const auto addressed = node == nmt::kAllNodes ? std::span(nodes_) : std::span(nodes_).subspan(node, 1);
+  for (Node& told : addressed) {
+    if (told.report == Report::kNone) continue;
     told.state |= kDoubted;
     if (command >= nmt::Command::kResetNode)
       told.report = command == nmt::Command::kResetNode ? Report::kResetNode : Report::kResetCommunication;

@@ -3,150 +3,158 @@
 
 #include <algorithm>
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 
 namespace cbcan {
 
 namespace {
 
-constexpr std::uint32_t kMostObjects = 64;
-constexpr std::uint32_t kMostBits = 64;
-constexpr std::uint16_t kLastDataType = 0x1F;
+using Piece = PdoMapping::Piece;
 
-struct MappedObject {
-  std::uint8_t* place = nullptr;  ///< of its value; null = a data type
-  std::uint32_t bits = 0;
-  std::uint8_t bit = 0;  ///< where in its byte it begins
-  bool packed = false;   ///< the other bits of its byte belong to others
-};
+constexpr std::uint32_t kMostBits = 8 * PdoMapping::kMostBytes;
+constexpr std::uint32_t kMoreBits = kMostBits - 1;
+constexpr std::uint16_t kLastDataType = 0x1F;
 
 std::uint32_t bits_of(DataType type, std::size_t bytes) {
   return type == DataType::kBoolean ? 1 : static_cast<std::uint32_t>(8 * bytes);
 }
 
-AbortCode find_data_type(bool receive, std::uint16_t index, std::uint8_t sub, MappedObject& object) {
+/// As many at a time as stand in one byte on both sides.
+void copy_bits(const std::uint8_t* from, std::uint32_t from_bit, std::uint8_t* to, std::uint32_t to_bit,
+               std::uint32_t count) {
+  while (count != 0) {
+    const std::uint32_t many = std::min(count, 8 - std::max(from_bit % 8, to_bit % 8));
+    const std::uint32_t ones = (1u << many) - 1;
+    const std::uint32_t bits = from[from_bit / 8] >> from_bit % 8 & ones;
+    std::uint8_t& byte = to[to_bit / 8];
+    byte = static_cast<std::uint8_t>((byte & ~(ones << to_bit % 8)) | bits << to_bit % 8);
+    from_bit += many;
+    to_bit += many;
+    count -= many;
+  }
+}
+
+AbortCode find_data_type(bool receive, std::uint16_t index, std::uint8_t sub, Piece& object) {
   const auto type = static_cast<DataType>(index);
-  object.bits = bits_of(type, size_of(type));
-  if (object.bits == 0) return AbortCode::kNoObject;
+  const std::uint32_t bits = bits_of(type, size_of(type));
+  if (bits == 0) return AbortCode::kNoObject;
   if (sub != 0) return AbortCode::kNoSubIndex;
+  object = {PdoMapping::kPassedOver, 0, (bits - 1) & kMoreBits};
   return receive ? AbortCode::kNone : AbortCode::kNotMappable;
 }
 
 AbortCode find_object(const ObjectDictionary& dictionary, bool receive, std::uint16_t index, std::uint8_t sub,
-                      MappedObject& object) {
-  ObjectEntry entry{};
+                      Piece& object) {
+  ObjectEntry entry;
   if (const AbortCode missing = dictionary.find(index, sub, entry); missing != AbortCode::kNone)
     return missing;
   const bool mappable = entry.has(receive ? ObjectFlags::kMapRpdo : ObjectFlags::kMapTpdo);
-  if (!mappable || entry.has(ObjectFlags::kVariable) || entry.has(ObjectFlags::kComputed))
+  const std::size_t first_bit = ObjectDictionary::first_bit(entry, sub);
+  const std::uint32_t bits = bits_of(entry.type, entry.capacity);
+  if (!mappable || entry.has(ObjectFlags::kVariable) || entry.has(ObjectFlags::kComputed) ||
+      first_bit >= PdoMapping::kPassedOver || bits - 1 > kMoreBits)
     return AbortCode::kNotMappable;
-  object.place = dictionary.value(entry, sub).data();
-  object.bits = bits_of(entry.type, entry.capacity);
-  object.bit = ObjectDictionary::bit_of(entry, sub);
-  object.packed = entry.has(ObjectFlags::kPacked);
+  object = {static_cast<std::uint32_t>(first_bit) & PdoMapping::kPassedOver, entry.has(ObjectFlags::kProcess),
+            (bits - 1) & kMoreBits};
   return AbortCode::kNone;
 }
 
 AbortCode find_mapped(const ObjectDictionary& dictionary, std::uint16_t mapping_index, std::uint32_t mapped,
-                      MappedObject& object) {
+                      Piece& object) {
   const bool receive = mapping_index < object::kTpdoParameter;
   const auto index = static_cast<std::uint16_t>(mapped >> 16);
   const auto sub = static_cast<std::uint8_t>(mapped >> 8);
   const AbortCode wrong = index <= kLastDataType ? find_data_type(receive, index, sub, object)
                                                  : find_object(dictionary, receive, index, sub, object);
   if (wrong != AbortCode::kNone) return wrong;
-  const std::uint32_t bits = mapped & 0xFF;
-  return bits != 0 && bits == object.bits ? AbortCode::kNone : AbortCode::kNotMappable;
+  return (mapped & 0xFF) == object.more_bits + 1u ? AbortCode::kNone : AbortCode::kNotMappable;
 }
 
-/// The k-th object of a mapping, from 1.
-AbortCode find_mapped(const ObjectDictionary& dictionary, std::uint16_t mapping_index, std::uint8_t k,
-                      MappedObject& object) {
-  const auto mapped = static_cast<std::uint32_t>(dictionary.get(mapping_index, k));
-  return find_mapped(dictionary, mapping_index, mapped, object);
+/// Not one of several bits in a byte, but all of it: 0 or 1.
+constexpr bool is_whole_byte(const Piece& piece) {
+  return piece.more_bits == 0 && piece.process == 0;
 }
 
-void copy_bits(const std::uint8_t* from, std::uint32_t from_bit, std::uint8_t* to, std::uint32_t to_bit,
-               std::uint32_t count) {
-  for (const std::uint32_t end = from_bit + count; from_bit < end; ++from_bit, ++to_bit)
-    assign_bit(to[to_bit / 8], to_bit % 8, (from[from_bit / 8] >> from_bit % 8 & 1) != 0);
+constexpr bool follows(const Piece& before, const Piece& piece) {
+  if (before.process != piece.process || is_whole_byte(piece)) return false;
+  if (before.first_bit == PdoMapping::kPassedOver || piece.first_bit == PdoMapping::kPassedOver)
+    return before.first_bit == piece.first_bit;
+  return before.first_bit + before.more_bits + 1u == piece.first_bit;
 }
 
 }  // namespace
 
 AbortCode PdoMapping::check(const ObjectDictionary& dictionary, std::uint16_t index, std::uint32_t mapped) {
-  MappedObject object;
+  Piece object;
   return find_mapped(dictionary, index, mapped, object);
 }
 
-AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t index, std::uint32_t count) {
-  if (count > kMostObjects) return AbortCode::kMappingLength;
-  index_ = index;
-  count_ = static_cast<std::uint8_t>(count);
-  by_bytes_ = true;
+AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t index, std::uint32_t count,
+                              std::span<Piece> pieces) {
+  if (count > (pieces.empty() ? kMostObjects : pieces.size())) return AbortCode::kMappingLength;
+  *this = {};
+  pieces_ = pieces.data();
   std::uint32_t bits = 0;
-  for (std::uint8_t k = 1; k <= count_; ++k) {
-    MappedObject object;
-    if (const AbortCode wrong = find_mapped(dictionary, index, k, object); wrong != AbortCode::kNone)
-      return wrong;
-    if (bits + object.bits > kMostBits) return AbortCode::kMappingLength;
-    if (object.bits % 8 != 0) by_bytes_ = false;
-    for (std::uint32_t i = 0; by_bytes_ && i < object.bits / 8; ++i)
-      places_[bits / 8 + i] = object.place == nullptr ? nullptr : object.place + i;
-    bits += object.bits;
+  ObjectEntry entries{};  // of the mapping: found once, and then the objects, in turn, would each be a search
+  for (std::uint8_t k = 1; k <= count; ++k) {
+    if (!entries.holds(index, k)) dictionary.find(index, k, entries);
+    const std::uint64_t mapped = entries.holds(index, k) ? dictionary.number(entries, k) : 0;
+    Piece object;
+    const AbortCode wrong = find_mapped(dictionary, index, static_cast<std::uint32_t>(mapped), object);
+    if (wrong != AbortCode::kNone) return wrong;
+    bits += object.more_bits + 1u;
+    if (bits > kMostBits) return AbortCode::kMappingLength;
+    if (pieces_ != nullptr) add(object);
   }
-  bits_ = static_cast<std::uint8_t>(bits);
+  bytes_ = static_cast<std::uint8_t>((bits + 7) / 8);
+  one_copy_ = count_ == 1 && pieces_->first_bit % 8 == 0 && bits % 8 == 0;
   return AbortCode::kNone;
 }
 
-void PdoMapping::sample(const ObjectDictionary& dictionary, std::span<std::uint8_t, kMostBytes> data) const {
-  if (by_bytes_) {
-    for (std::size_t i = 0; i < bytes(); ++i)
-      data[i] = *places_[i];
-    return;
-  }
-  std::fill(data.begin(), data.end(), std::uint8_t{0});
-  std::uint32_t bit = 0;
-  for (std::uint8_t k = 1; k <= count_; ++k) {
-    MappedObject object;
-    find_mapped(dictionary, index_, k, object);
-    copy_bits(object.place, object.bit, data.data(), bit, object.bits);
-    bit += object.bits;
-  }
+/// To the last piece, where it goes on.
+void PdoMapping::add(const Piece& object) {
+  Piece& last = pieces_[count_ == 0 ? 0 : count_ - 1];
+  if (count_ != 0 && follows(last, object))
+    last.more_bits = (last.more_bits + object.more_bits + 1u) & kMoreBits;
+  else
+    pieces_[count_++] = object;
 }
 
-void PdoMapping::apply(const ObjectDictionary& dictionary,
-                       std::span<const std::uint8_t, kMostBytes> data) const {
-  if (by_bytes_) {
-    for (std::size_t i = 0; i < bytes(); ++i)
-      if (places_[i] != nullptr) *places_[i] = data[i];
-    return;
-  }
+void PdoMapping::sample_pieces(const ObjectDictionary& dictionary,
+                               std::array<std::uint8_t, kMostBytes>& data) const {
+  data = {};
   std::uint32_t bit = 0;
-  for (std::uint8_t k = 1; k <= count_; ++k) {
-    MappedObject object;
-    find_mapped(dictionary, index_, k, object);
-    if (object.place != nullptr) {
-      if (!object.packed) *object.place = 0;  // a BOOLEAN is 0 or 1
-      copy_bits(data.data(), bit, object.place, object.bit, object.bits);
+  for (const Piece& piece : std::span(pieces_, count_)) {
+    const std::uint8_t* const block = dictionary.block(piece.process);
+    const std::uint32_t from = piece.first_bit;
+    if (piece.more_bits == 0) {
+      data[bit / 8] = static_cast<std::uint8_t>(data[bit / 8] | (block[from / 8] >> from % 8 & 1) << bit % 8);
+      ++bit;
+      continue;
     }
-    bit += object.bits;
+    copy_bits(block, from, data.data(), bit, piece.more_bits + 1u);
+    bit += piece.more_bits + 1u;
   }
 }
 
-bool PdoMapping::holds(const ObjectDictionary& dictionary, const std::uint8_t* place) const {
-  if (by_bytes_) {
-    for (std::size_t i = 0; i < bytes(); ++i)
-      if (places_[i] == place) return true;
-    return false;
+void PdoMapping::apply_pieces(const ObjectDictionary& dictionary,
+                              const std::array<std::uint8_t, kMostBytes>& data) const {
+  std::uint32_t bit = 0;
+  for (const Piece& piece : std::span(pieces_, count_)) {
+    if (piece.first_bit != kPassedOver) {
+      std::uint8_t* const block = dictionary.block(piece.process);
+      if (is_whole_byte(piece)) block[piece.first_bit / 8] = 0;
+      copy_bits(data.data(), bit, block, piece.first_bit, piece.more_bits + 1u);
+    }
+    bit += piece.more_bits + 1u;
   }
-  for (std::uint8_t k = 1; k <= count_; ++k) {
-    MappedObject object;
-    find_mapped(dictionary, index_, k, object);
-    if (object.place == place) return true;
-  }
-  return false;
+}
+
+bool PdoMapping::holds(bool process, std::uint32_t first_bit) const {
+  const auto holds = [&](const Piece& piece) {
+    return piece.process == process && first_bit - piece.first_bit <= piece.more_bits;
+  };
+  return std::any_of(pieces_, pieces_ + count_, holds);
 }
 
 }  // namespace cbcan

@@ -81,6 +81,15 @@ Room* find_number(std::span<Room> pdos, std::uint32_t number) {
   return nullptr;
 }
 
+/// How many there are up to the last valid one.
+template <class Room>
+std::uint16_t used(std::span<Room> pdos) {
+  std::size_t count = pdos.size();
+  while (count != 0 && !pdos[count - 1].active)
+    --count;
+  return static_cast<std::uint16_t>(count);
+}
+
 /// True for a SYNC at which this TPDO is sampled.
 bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
   if (tpdo.type == kAcyclic) return std::exchange(tpdo.event, false);
@@ -142,20 +151,20 @@ void Pdo::reset(const Reset& /*reset*/, Time now) {
     if (entry.index == std::exchange(previous, entry.index)) continue;
     for (std::uint32_t more = 0; more <= entry.more_indices; ++more) {
       const auto index = static_cast<std::uint16_t>(entry.index + more);
-      if (first_of(index) == object::kRpdoParameter && rpdos < rpdo_room_.size())
-        rpdo_room_[rpdos++].number = number_of(index);
-      else if (first_of(index) == object::kTpdoParameter && tpdos < tpdo_room_.size())
-        tpdo_room_[tpdos++].number = number_of(index);
+      if (first_of(index) == object::kRpdoParameter && rpdos < room_.rpdos.size())
+        room_.rpdos[rpdos++].number = number_of(index);
+      else if (first_of(index) == object::kTpdoParameter && tpdos < room_.tpdos.size())
+        room_.tpdos[tpdos++].number = number_of(index);
     }
   }
-  rpdos_ = rpdo_room_.first(rpdos);
-  tpdos_ = tpdo_room_.first(tpdos);
+  rpdos_ = room_.rpdos.first(rpdos);
+  tpdos_ = room_.tpdos.first(tpdos);
   for (Rpdo& rpdo : rpdos_)
-    load(rpdo, now);
+    load(rpdo, true, now);
   for (Tpdo& tpdo : tpdos_)
-    load(tpdo);
-  order_rpdos();
-  order_tpdos();
+    load(tpdo, true);
+  index_rpdos();
+  used_tpdos_ = used(tpdos_);
 }
 
 AbortCode Pdo::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes) const {
@@ -175,7 +184,7 @@ AbortCode Pdo::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const
 }
 
 AbortCode Pdo::check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const {
-  if (sub == 0) return PdoMapping().resolve(dictionary_, index, value);
+  if (sub == 0) return PdoMapping().resolve(dictionary_, index, value, {});
   if (parameter(index, 0) != 0) return AbortCode::kDeviceState;
   return value == 0 ? AbortCode::kNone : PdoMapping::check(dictionary_, index, value);
 }
@@ -186,15 +195,32 @@ AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint3
   if (!cob::is_usable(value)) return AbortCode::kValue;
   if (is_valid(current))
     return cob::id_of(value) == cob::id_of(current) ? AbortCode::kNone : AbortCode::kValue;
-  PdoMapping mapping;
-  return take_mapping(mapping, index) ? AbortCode::kNone : AbortCode::kDeviceState;
+  return take_mapping(index) ? AbortCode::kNone : AbortCode::kDeviceState;
 }
 
-/// True if the PDO with parameters `index` has a mapping that holds, of one object at least.
-bool Pdo::take_mapping(PdoMapping& mapping, std::uint16_t index) const {
+/// Resolves what the PDO with parameters `index`, which is not valid, maps: for when it becomes valid. True
+/// if that holds, and is one object at least.
+bool Pdo::take_mapping(std::uint16_t index) const {
   const auto mapping_index = static_cast<std::uint16_t>(index | kMappingBit);
-  return mapping.resolve(dictionary_, mapping_index, parameter(mapping_index, 0)) == AbortCode::kNone &&
-         mapping.bytes() != 0;
+  const std::uint32_t count = parameter(mapping_index, 0);
+  PdoMapping without_room;
+  PdoMapping* mapping = &without_room;
+  std::span<PdoMapping::Piece> pieces;
+  if (Rpdo* const rpdo = is_receive(index) ? find_number(rpdos_, number_of(index)) : nullptr) {
+    mapping = &rpdo->mapping;
+    pieces = pieces_of(static_cast<std::size_t>(rpdo - rpdos_.data()));
+  } else if (Tpdo* const tpdo = is_receive(index) ? nullptr : find_number(tpdos_, number_of(index))) {
+    mapping = &tpdo->mapping;
+    pieces = pieces_of(room_.rpdos.size() + static_cast<std::size_t>(tpdo - tpdos_.data()));
+  }
+  return mapping->resolve(dictionary_, mapping_index, count, pieces) == AbortCode::kNone &&
+         mapping->bytes() != 0;
+}
+
+/// Of the PDO in this place, RPDOs first.
+std::span<PdoMapping::Piece> Pdo::pieces_of(std::size_t place) const {
+  const std::size_t each = room_.pieces.size() / (room_.rpdos.size() + room_.tpdos.size());
+  return room_.pieces.subspan(place * each, each);
 }
 
 void Pdo::configure(std::uint16_t index, Time now) {
@@ -203,14 +229,14 @@ void Pdo::configure(std::uint16_t index, Time now) {
   if (is_receive(index)) {
     Rpdo* const rpdo = find_number(rpdos_, number);
     if (rpdo == nullptr) return;
-    load(*rpdo, now);
-    order_rpdos();
+    load(*rpdo, false, now);
+    index_rpdos();
   } else {
     Tpdo* const tpdo = find_number(tpdos_, number);
     if (tpdo == nullptr) return;
     const bool was_active = tpdo->active;
-    load(*tpdo);
-    order_tpdos();
+    load(*tpdo, false);
+    used_tpdos_ = used(tpdos_);
     if (!operational_ || !tpdo->active) return;
     update(now);
     start(*tpdo, !was_active, now);
@@ -218,24 +244,26 @@ void Pdo::configure(std::uint16_t index, Time now) {
   }
 }
 
-/// What both kinds have; the COB-ID.
-std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index) {
+/// What both kinds have; the COB-ID. `anew`: nobody has taken the mapping yet.
+std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, bool anew) {
   const std::uint32_t cob_id = parameter(index, kCobId);
-  pdo.active = is_valid(cob_id) && take_mapping(pdo.mapping, index);
+  pdo.active = is_valid(cob_id) && (!anew || take_mapping(index));
+  if (!pdo.active) return cob_id;
   pdo.type = static_cast<std::uint8_t>(parameter(index, kType));
   pdo.timer = parameter(index, kEventTimer) * kTimerUnit;
   return cob_id;
 }
 
-void Pdo::load(Rpdo& rpdo, Time now) {
+void Pdo::load(Rpdo& rpdo, bool anew, Time now) {
   const auto index = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo.number);
-  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index)));
+  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index, anew)));
   start(rpdo, now);
 }
 
-void Pdo::load(Tpdo& tpdo) {
+void Pdo::load(Tpdo& tpdo, bool anew) {
   const auto index = static_cast<std::uint16_t>(object::kTpdoParameter + tpdo.number);
-  const std::uint32_t cob_id = load_common(tpdo, index);
+  const std::uint32_t cob_id = load_common(tpdo, index, anew);
+  if (!tpdo.active) return;
   tpdo.remote = (cob_id & cob::kNoRemote) == 0;
   tpdo.inhibit_time = parameter(index, kInhibitTime) * kInhibitUnit;
   if (tpdo.type < kFirstEvent) tpdo.inhibit_time = tpdo.timer = 0;
@@ -244,21 +272,16 @@ void Pdo::load(Tpdo& tpdo) {
   tpdo.frame.length = tpdo.mapping.bytes();
 }
 
-void Pdo::order_rpdos() {
-  active_rpdos_ = 0;
-  for (std::size_t place = 0; place < rpdos_.size(); ++place) {
-    if (!rpdos_[place].active) continue;
-    std::size_t k = active_rpdos_++;
-    for (; k > 0 && rpdo(k - 1).id > rpdos_[place].id; --k)
-      rpdos_[k].order = rpdos_[k - 1].order;
-    rpdos_[k].order = static_cast<std::uint16_t>(place);
+void Pdo::index_rpdos() {
+  first_of_.fill(kNoneLeft);
+  used_rpdos_ = used(rpdos_);
+  for (std::uint16_t k = used_rpdos_; k-- > 0;) {
+    Rpdo& rpdo = rpdos_[k];
+    if (!rpdo.active) continue;
+    std::uint16_t& first = first_of_[place_of(rpdo.id)];
+    rpdo.just_waits = is_synchronous(rpdo.type) && rpdo.timer == 0 && with_id(rpdo.id, first) == nullptr;
+    rpdo.next = std::exchange(first, k);
   }
-}
-
-void Pdo::order_tpdos() {
-  active_tpdos_ = 0;
-  for (std::size_t place = 0; place < tpdos_.size(); ++place)
-    if (tpdos_[place].active) tpdos_[active_tpdos_++].order = static_cast<std::uint16_t>(place);
 }
 
 // ---- Operation
@@ -274,10 +297,10 @@ void Pdo::on_state(nmt::State state, Time now) {
   if (!operational) return;
   for (Rpdo& rpdo : rpdos_)
     start(rpdo, now);
-  if (active_tpdos_ == 0) return;
+  if (used_tpdos_ == 0) return;
   update(now);
-  for (std::size_t k = 0; k < active_tpdos_; ++k)
-    start(tpdo(k), true, now);
+  for (Tpdo& tpdo : used_tpdos())
+    if (tpdo.active) start(tpdo, true, now);
   poll(now);
 }
 
@@ -295,87 +318,85 @@ void Pdo::start(Tpdo& tpdo, bool send, Time now) {
   tpdo.syncs_left = 0;
   tpdo.inhibited_until = 0;
   tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
+  if (send && tpdo.type >= kFirstEvent) return want(tpdo);  // sampled when it is sent
   sample(tpdo);
-  if (send && tpdo.type >= kFirstEvent) want(tpdo);
   transmission_due_ = earlier(transmission_due_, due_of(tpdo));
 }
 
-bool Pdo::on_frame(const Frame& frame, Time now) {
-  if (!operational_) return false;
-  if (frame.flags == Frame::kRemote) return on_remote(frame.id, now);
-  if (frame.flags != 0) return false;
-  std::size_t first = 0;
-  for (std::size_t end = active_rpdos_; first < end;) {
-    const std::size_t middle = (first + end) / 2;
-    if (rpdo(middle).id < frame.id)
-      first = middle + 1;
-    else
-      end = middle;
-  }
-  bool received = false;
-  for (; first < active_rpdos_ && rpdo(first).id == frame.id; ++first)
-    received |= receive(rpdo(first), frame, now);
-  if (received) tell([&] { application_.on_written(now); });
-  poll(now);
-  return true;
-}
-
-bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
+inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   if (is_synchronous(rpdo.type) && now > window_end_) return false;
-  if (frame.length < rpdo.mapping.bytes()) {
-    note(kTooShort, rpdo, now);
-    return false;
-  }
-  const bool too_long = frame.length > rpdo.mapping.bytes();
-  if (too_long || rpdo.error != kNoError) note(too_long ? kTooLong : kNoError, rpdo, now);
+  if (!fits_as_before(rpdo, frame) && !fits(rpdo, frame.length, now)) return false;
   if (rpdo.timer != 0) {
     rpdo.timer_at = now + rpdo.timer;
     reception_due_ = earlier(reception_due_, rpdo.timer_at);
   }
-  if (!is_synchronous(rpdo.type)) {
-    rpdo.mapping.apply(dictionary_, frame.data);
-    return true;
-  }
-  rpdo.data = frame.data;
-  rpdo.fresh = true;
-  return false;
+  if (is_synchronous(rpdo.type)) return keep(rpdo, frame, now);
+  rpdo.mapping.apply(dictionary_, frame.data);
+  return true;
 }
 
-bool Pdo::on_remote(std::uint32_t id, Time now) {
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& asked = tpdo(k);
-    if (asked.frame.id == id && asked.remote) want(asked);
-  }
+/// By this RPDO and those behind it with the same CAN-ID.
+void Pdo::receive_all(Rpdo& first, const Frame& frame, Time now) {
+  bool stored = false;
+  for (Rpdo* rpdo = &first; rpdo != nullptr; rpdo = with_id(frame.id, rpdo->next))
+    stored |= receive(*rpdo, frame, now);
+  if (!stored) return;
+  tell([&] { application_.on_written(now); });
+  poll(now);
+}
+
+/// What is longer counts as well. An error begins, or is over.
+bool Pdo::fits(Rpdo& rpdo, std::size_t length, Time now) {
+  const std::size_t mapped = rpdo.mapping.bytes();
+  note(length < mapped ? kTooShort : length > mapped ? kTooLong : kNoError, rpdo, now);
+  return length >= mapped;
+}
+
+bool Pdo::on_remote(const Frame& frame, Time now) {
+  if (frame.flags != Frame::kRemote) return false;
+  for (Tpdo& asked : used_tpdos())
+    if (asked.active && asked.remote && asked.frame.id == frame.id) want(asked);
   poll(now);
   return true;
 }
 
 void Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
   if (!operational_) return;
-  const bool late = now > window_end_;
+  if (now > window_end_) drop_windowed();
   window_end_ = window == 0 ? kNever : now + window;
   take_effect();
   tell([&] { application_.on_sync(now); });
-  sample_and_send(counter, late, now);
+  sample_and_send(counter, now);
   poll(now);
 }
 
 /// RPDOs that have waited for the SYNC.
 void Pdo::take_effect() {
-  for (std::size_t k = 0; k < active_rpdos_; ++k) {
-    Rpdo& received = rpdo(k);
-    if (!std::exchange(received.fresh, false)) continue;
-    received.mapping.apply(dictionary_, received.data);
-  }
+  for (Rpdo& received : used_rpdos())
+    if (std::exchange(received.fresh, false)) received.mapping.apply(dictionary_, received.data);
 }
 
-/// `late`: the window of the last SYNC was over, and so is what was to be sent in it.
-void Pdo::sample_and_send(std::uint8_t counter, bool late, Time now) {
+/// The window of the last SYNC was over, and so is what was to be sent in it.
+void Pdo::drop_windowed() {
+  for (Tpdo& tpdo : used_tpdos())
+    if (tpdo.windowed) tpdo.wanted = false;
+}
+
+inline void Pdo::send(Tpdo& tpdo, Time now) {
+  if (!port_.try_send(tpdo.frame)) {
+    retry_at_ = now + kRetryInterval;
+    return;
+  }
+  tpdo.wanted = false;
+  tpdo.inhibited_until = now + tpdo.inhibit_time;
+  if (tpdo.timer == 0) return;
+  tpdo.timer_at = now >= tpdo.timer_at ? next_after(tpdo.timer_at, tpdo.timer, now) : now + tpdo.timer;
+}
+
+void Pdo::sample_and_send(std::uint8_t counter, Time now) {
   bool updated = false;
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& sampled = tpdo(k);
-    if (late && sampled.windowed) sampled.wanted = false;
-    if (!takes_sync(sampled, counter)) continue;
+  for (Tpdo& sampled : used_tpdos()) {
+    if (!sampled.active || !takes_sync(sampled, counter)) continue;
     if (!std::exchange(updated, true)) update(now);
     sample(sampled);
     if (sampled.type == kRemoteSynchronous) continue;
@@ -387,19 +408,21 @@ void Pdo::sample_and_send(std::uint8_t counter, bool late, Time now) {
 }
 
 void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
-  ObjectEntry entry{};
+  ObjectEntry entry;
   if (!operational_ || dictionary_.find(index, sub, entry) != AbortCode::kNone) return;
-  const std::uint8_t* const place = dictionary_.value(entry, sub).data();
-  for (std::size_t k = 0; k < active_tpdos_; ++k)
-    if (tpdo(k).mapping.holds(dictionary_, place)) on_event(tpdo(k));
+  if (entry.has(ObjectFlags::kComputed)) return;
+  const bool process = entry.has(ObjectFlags::kProcess);
+  const auto first_bit = static_cast<std::uint32_t>(ObjectDictionary::first_bit(entry, sub));
+  for (Tpdo& tpdo : used_tpdos())
+    if (tpdo.active && tpdo.mapping.holds(process, first_bit)) on_event(tpdo);
   poll(now);
 }
 
 void Pdo::look_for_changes(Time now) {
   if (!operational_) return;
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& looked_at = tpdo(k);
-    if (looked_at.type != kAcyclic && looked_at.type < kFirstEvent) continue;
+  for (Tpdo& looked_at : used_tpdos()) {
+    const bool waits = looked_at.type == kAcyclic || looked_at.type >= kFirstEvent;
+    if (!looked_at.active || !waits) continue;
     std::array<std::uint8_t, PdoMapping::kMostBytes> data = looked_at.frame.data;
     looked_at.mapping.sample(dictionary_, data);
     if (data != looked_at.frame.data) on_event(looked_at);
@@ -433,16 +456,14 @@ Time Pdo::due_of(const Tpdo& tpdo) const {
   return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
 }
 
-void Pdo::poll(Time now) {
-  if (telling_) return;
+void Pdo::do_what_is_due(Time now) {
   if (now >= reception_due_) watch_receptions(now);
   if (now >= transmission_due_) transmit(now);
 }
 
 void Pdo::watch_receptions(Time now) {
   reception_due_ = kNever;
-  for (std::size_t k = 0; k < active_rpdos_; ++k) {
-    Rpdo& watched = rpdo(k);
+  for (Rpdo& watched : used_rpdos()) {
     if (now >= watched.timer_at) {
       watched.timer_at = kNever;
       note(kTimedOut, watched, now);
@@ -454,33 +475,22 @@ void Pdo::watch_receptions(Time now) {
 /// The application is brought up to date once, before the first frame: what it wants sent then goes out too.
 void Pdo::transmit(Time now) {
   bool samples = false;
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& due = tpdo(k);
+  for (Tpdo& due : used_tpdos()) {
+    if (!due.active) continue;
     if (now >= due.timer_at) due.wanted = true;
     if (due.windowed && now > window_end_) due.wanted = false;
     samples |= is_sampled_late(due.type) && is_ready(due, now);
   }
   if (samples) update(now);
   transmission_due_ = kNever;
-  for (std::size_t k = 0; k < active_tpdos_; ++k) {
-    Tpdo& due = tpdo(k);
+  for (Tpdo& due : used_tpdos()) {
+    if (!due.active) continue;
     if (is_ready(due, now)) {
       if (is_sampled_late(due.type)) sample(due);
       send(due, now);
     }
     transmission_due_ = earlier(transmission_due_, due_of(due));
   }
-}
-
-void Pdo::send(Tpdo& tpdo, Time now) {
-  if (!port_.try_send(tpdo.frame)) {
-    retry_at_ = now + kRetryInterval;
-    return;
-  }
-  tpdo.wanted = false;
-  tpdo.inhibited_until = now + tpdo.inhibit_time;
-  if (tpdo.timer == 0) return;
-  tpdo.timer_at = now >= tpdo.timer_at ? next_after(tpdo.timer_at, tpdo.timer, now) : now + tpdo.timer;
 }
 
 }  // namespace cbcan

@@ -74,7 +74,6 @@ class Pdo : public Part {
     Time timer_at = kNever;
     std::uint32_t timer = 0;   ///< us
     std::uint16_t number = 0;  ///< from 0
-    std::uint16_t order = 0;   ///< not of this one: see rpdo(), tpdo()
     std::uint8_t type = 0;
     bool active = false;
   };
@@ -83,8 +82,10 @@ class Pdo : public Part {
   struct Rpdo : Common {
     std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< of a synchronous one, until the SYNC
     std::uint16_t id = 0;
+    std::uint16_t next = 0;   ///< see first_of_
     std::uint16_t error = 0;  ///< emergency error code of what is wrong with it
     bool fresh = false;       ///< data waits for the SYNC
+    bool just_waits = false;  ///< synchronous, without a timer, and no other one has its CAN-ID
   };
 
   /// Room for one TPDO; the content is Pdo's.
@@ -104,15 +105,18 @@ class Pdo : public Part {
   static std::size_t rpdo_count(std::span<const ObjectEntry> entries);
   static std::size_t tpdo_count(std::span<const ObjectEntry> entries);
 
-  /// All outlive it. With less room than the dictionary describes, PDOs with the highest numbers do not work.
-  /// It does nothing before reset().
-  Pdo(ObjectDictionary& dictionary, CanPort& port, std::span<Rpdo> rpdos, std::span<Tpdo> tpdos,
-      PdoApplication& application)
-      : dictionary_(dictionary),
-        port_(port),
-        application_(application),
-        rpdo_room_(rpdos),
-        tpdo_room_(tpdos) {}
+  /// Memory, the caller's. With less of it than the dictionary describes, PDOs with the highest numbers do
+  /// not work.
+  struct Storage {
+    std::span<Rpdo> rpdos;
+    std::span<Tpdo> tpdos;
+    /// For what they map: as many for each PDO, RPDOs first, as it may map objects.
+    std::span<PdoMapping::Piece> pieces;
+  };
+
+  /// All outlive it. It does nothing before reset().
+  Pdo(ObjectDictionary& dictionary, CanPort& port, const Storage& storage, PdoApplication& application)
+      : dictionary_(dictionary), port_(port), application_(application), room_(storage) {}
 
   static constexpr bool owns(std::uint16_t index) {
     return index >= object::kRpdoParameter && index <= object::kLastPdo;
@@ -124,8 +128,17 @@ class Pdo : public Part {
   void reset(const Reset& reset, Time now);
   /// PDOs are exchanged in Operational only. What waited when it was left is forgotten.
   void on_state(nmt::State state, Time now);
-  /// Data or RTR; O(log n) in valid RPDOs.
-  bool on_frame(const Frame& frame, Time now);
+  /// Data or RTR. A data frame costs a look at those valid RPDOs whose CAN-ID has the same place in an index
+  /// of 32. True: deadline() may have changed.
+  bool on_frame(const Frame& frame, Time now) {
+    if (!operational_) return false;
+    if (frame.flags != 0) return on_remote(frame, now);
+    Rpdo* const addressed = with_id(frame.id, first_of_[place_of(frame.id)]);
+    if (addressed == nullptr) return false;
+    if (addressed->just_waits && fits_as_before(*addressed, frame)) return keep(*addressed, frame, now);
+    receive_all(*addressed, frame, now);
+    return true;
+  }
 
   /// A SYNC with this counter, 0 = none: RPDOs take effect, the application is told, TPDOs are sampled and
   /// sent. Synchronous PDOs count for `window` (1007h) behind it, 0 = always.
@@ -138,7 +151,9 @@ class Pdo : public Part {
   /// The event that TPDO `number`, 1..512, waits for.
   void request(std::uint16_t number, Time now);
 
-  void poll(Time now);
+  void poll(Time now) {
+    if (now >= deadline() && !telling_) do_what_is_due(now);
+  }
   /// May turn out to be too early.
   Time deadline() const { return earlier(reception_due_, transmission_due_); }
 
@@ -153,35 +168,60 @@ class Pdo : public Part {
   }
 
  private:
-  // Valid ones: RPDOs by CAN-ID, TPDOs by number; k < the count of active ones.
-  Rpdo& rpdo(std::size_t k) { return rpdos_[rpdos_[k].order]; }
-  Tpdo& tpdo(std::size_t k) { return tpdos_[tpdos_[k].order]; }
+  static constexpr std::size_t kPlaces = 32;
+  static constexpr std::uint16_t kNoneLeft = 0xFFFF;
+
+  /// IDs of one kind of PDO go up with the node ID, those of one node by 100h and 80h.
+  static constexpr std::size_t place_of(std::uint32_t id) { return (id ^ id >> 5) % kPlaces; }
+  // No valid ones are behind these.
+  std::span<Rpdo> used_rpdos() const { return rpdos_.first(used_rpdos_); }
+  std::span<Tpdo> used_tpdos() const { return tpdos_.first(used_tpdos_); }
 
   std::uint32_t parameter(std::uint16_t index, std::uint8_t sub) const {
     return static_cast<std::uint32_t>(dictionary_.get(index, sub));
   }
   AbortCode check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const;
   AbortCode check_cob_id(std::uint16_t index, std::uint32_t value, std::uint32_t current) const;
-  bool take_mapping(PdoMapping& mapping, std::uint16_t index) const;
+  bool take_mapping(std::uint16_t index) const;
 
-  std::uint32_t load_common(Common& pdo, std::uint16_t index);
-  void load(Rpdo& rpdo, Time now);
-  void load(Tpdo& tpdo);
-  void order_rpdos();
-  void order_tpdos();
+  std::span<PdoMapping::Piece> pieces_of(std::size_t place) const;
+  std::uint32_t load_common(Common& pdo, std::uint16_t index, bool anew);
+  void load(Rpdo& rpdo, bool anew, Time now);
+  void load(Tpdo& tpdo, bool anew);
+  void index_rpdos();
   void start(Rpdo& rpdo, Time now);
   void start(Tpdo& tpdo, bool send, Time now);
 
   bool receive(Rpdo& rpdo, const Frame& frame, Time now);
-  bool on_remote(std::uint32_t id, Time now);
+  bool fits(Rpdo& rpdo, std::size_t length, Time now);
+  /// RPDO k, or the next behind it in the index, with this CAN-ID; null = none.
+  Rpdo* with_id(std::uint32_t id, std::uint16_t k) {
+    for (; k != kNoneLeft; k = rpdos_[k].next)
+      if (rpdos_[k].id == id) return &rpdos_[k];
+    return nullptr;
+  }
+  static bool fits_as_before(const Rpdo& rpdo, const Frame& frame) {
+    return frame.length == rpdo.mapping.bytes() && rpdo.error == 0;
+  }
+  /// For the SYNC.
+  bool keep(Rpdo& rpdo, const Frame& frame, Time now) {
+    if (now > window_end_) return false;
+    rpdo.data = frame.data;
+    rpdo.fresh = true;
+    return false;
+  }
+  void receive_all(Rpdo& first, const Frame& frame, Time now);
+  void drop_windowed();
+  bool on_remote(const Frame& frame, Time now);
   void take_effect();
-  void sample_and_send(std::uint8_t counter, bool late, Time now);
+  void sample_and_send(std::uint8_t counter, Time now);
   void on_event(Tpdo& tpdo);
   void want(Tpdo& tpdo);
   bool is_ready(const Tpdo& tpdo, Time now) const;
   Time due_of(const Tpdo& tpdo) const;
   void sample(Tpdo& tpdo) { tpdo.mapping.sample(dictionary_, tpdo.frame.data); }
   void send(Tpdo& tpdo, Time now);
+  void do_what_is_due(Time now);
   void watch_receptions(Time now);
   void transmit(Time now);
 
@@ -193,12 +233,12 @@ class Pdo : public Part {
   ObjectDictionary& dictionary_;
   CanPort& port_;
   PdoApplication& application_;
-  std::span<Rpdo> rpdo_room_;
-  std::span<Tpdo> tpdo_room_;
+  Storage room_;
   std::span<Rpdo> rpdos_;  ///< by number
   std::span<Tpdo> tpdos_;
-  std::size_t active_rpdos_ = 0;
-  std::size_t active_tpdos_ = 0;
+  std::array<std::uint16_t, kPlaces> first_of_{};  ///< by place_of(id): which RPDO to look at, then its next
+  std::uint16_t used_rpdos_ = 0;
+  std::uint16_t used_tpdos_ = 0;
   Time reception_due_ = kNever;
   Time transmission_due_ = kNever;
   Time retry_at_ = 0;  ///< the port has no room before

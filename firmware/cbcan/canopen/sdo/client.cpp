@@ -267,6 +267,10 @@ void SdoClient::upload_initiated(const Frame& frame, Time now) {
 
 void SdoClient::upload_segment(const Frame& frame, Time now) {
   const std::uint8_t command = frame.data[0];
+  if (command == toggle_ && moved_ + sdo::kSegmentBytes <= limit_) {  // full, and not the last one
+    copy_in(frame, sdo::kSegmentBytes);
+    return ask_for_segment(now);
+  }
   if ((command & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
   const std::size_t size = sdo::segment_size(command);
   const bool last = (command & sdo::kLastSegment) != 0;
@@ -274,6 +278,10 @@ void SdoClient::upload_segment(const Frame& frame, Time now) {
   copy_in(frame, size);
   if (last) return is_whole() ? done(moved_) : abort_and_tell(AbortCode::kObjectLength, now);
   if (size == 0 && ++fruitless_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength, now);
+  ask_for_segment(now);
+}
+
+void SdoClient::ask_for_segment(Time now) {
   toggle_ ^= sdo::kToggle;
   ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment, toggle_));
 }

@@ -118,7 +118,7 @@ class SdoClient {
 
   /// Deadlines and refused frames. To be called at deadline() at the latest; more often is harmless.
   void poll(Time now);
-  Time deadline() const { return earlier(deadline_, outbox_.deadline()); }
+  Time deadline() const { return outbox_.waiting() ? earlier(deadline_, outbox_.deadline()) : deadline_; }
 
   Outcome outcome() const { return outcome_; }
   bool busy() const { return outcome_ == Outcome::kBusy; }
@@ -174,6 +174,7 @@ class SdoClient {
   void block_done(std::size_t size);
   void begin_read(Time now);
   void begin_write(Time now);
+  void ask_for_segment(Time now);
   void send_download_segment(Time now);
   void acknowledge_block(Time now);
   void send_block_acknowledge(Time now);

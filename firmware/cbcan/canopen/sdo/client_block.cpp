@@ -25,8 +25,9 @@ void SdoClient::stream_segments(Time now) {
   Frame frame = request_frame(0);
   const std::uint8_t* const data = data_.data();
   while (!outbox_.waiting() && sequence_ < block_size_ && moved_ < request_.size) {
-    const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - moved_);
-    const bool last = moved_ + size == request_.size;
+    const std::size_t left = request_.size - moved_;
+    const bool last = left <= sdo::kSegmentBytes;
+    const std::size_t size = last ? left : sdo::kSegmentBytes;
     frame.data[0] = static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0));
     sdo::put_segment(frame, data + moved_, size);
     moved_ = static_cast<std::uint16_t>(moved_ + size);

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace cbcan {
+
+/// A machine word at a time: C libraries for microcontrollers have a memcpy that goes byte by byte. The two
+/// do not overlap.
+inline void copy_bytes(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
+  constexpr std::size_t kWord = sizeof(std::size_t);
+  for (; count >= kWord; count -= kWord, from += kWord, to += kWord)
+    __builtin_memcpy(to, from, kWord);
+  if (kWord > 4 && count >= 4) {
+    __builtin_memcpy(to, from, 4);
+    count -= 4, from += 4, to += 4;
+  }
+  for (; count != 0; --count)
+    *to++ = *from++;
+}
+
+}  // namespace cbcan
