@@ -5,6 +5,7 @@
 // The input: three bytes of the request (function, words to write, words to read), then a list of pieces,
 // each with two bytes in front: flags and length.
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -160,14 +161,23 @@ class Run {
   void ask() {
     require(client_.ready(0), "a request can be sent");
     client_.send(kUnit, model_.request, 0);
-    Bytes bytes(600);
-    const ssize_t size = ::recv(server_.get(), bytes.data(), bytes.size(), 0);
-    bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
-    require(bytes == model_.asked(), "the request is that of the specification");
+    const Bytes expected = model_.asked();
+    Bytes bytes(expected.size());
+    ::recv(server_.get(), bytes.data(), bytes.size(), MSG_WAITALL);
+    require(bytes == expected, "the request is that of the specification");
     come_.clear();
   }
 
+  /// Loopback may take a moment.
+  void wait_until_all_has_come() const {
+    int count = 0;
+    while (ioctl(client_.descriptor(), FIONREAD, &count) == 0 &&
+           static_cast<std::size_t>(count) < come_.size()) {
+    }
+  }
+
   void look() {
+    wait_until_all_has_come();
     client::Response expected;
     const Model::Verdict verdict = model_.verdict(come_, expected);
     const std::optional<client::Response> response = client_.receive(0);

@@ -35,10 +35,11 @@ class Program : private Input {
   using Step = void (Program::*)();
   static const Step kSteps[14];
 
-  /// The two last steps came later; the corpus keeps its meaning.
+  /// The last steps came later; the corpus keeps its meaning.
   void step() {
-    constexpr std::uint8_t kFirstLater = 0xE0;
+    constexpr std::uint8_t kFirstLater = 0xE0, kScanner = 0xFC;
     const std::uint8_t choice = byte();
+    if (choice >= kScanner) return step_of_scanner(choice % 4);
     if (choice < kFirstLater) return (this->*kSteps[choice % std::size(kSteps)])();
     (choice & 1) != 0 ? write_outputs() : make_pdo();
   }
@@ -63,6 +64,33 @@ class Program : private Input {
     if ((kind & 4) != 0) plc.reg(3707) = word();
     plc.reg(3700) = 0xCA0E;
     rig_.poll();
+  }
+
+  void step_of_scanner(unsigned which) {
+    std::array<std::uint16_t, regmap::kScannerOutWords>& out = rig_.scanner.out;
+    if (which == 0) return request_by_scanner(byte());
+    if (which == 1) return write_part_of_scanner(byte() % 70u, 1 + byte() % 70u);
+    if (which == 2) out[0] = 0;
+    rig_.write_scanner(0, out.size());
+  }
+
+  void request_by_scanner(std::uint8_t kind) {
+    std::array<std::uint16_t, regmap::kScannerOutWords>& out = rig_.scanner.out;
+    out[0] = (kind & 8) != 0 ? byte() : rig_.scanner.next();
+    out[1] = (kind & 1) != 0 ? 5066 : 5055;
+    out[2] = byte();
+    out[3] = kObjects[kind >> 4];
+    out[4] = byte();
+    out[5] = byte();
+    if ((kind & 2) != 0) out[6] = word();
+    rig_.write_scanner(0, (kind & 4) != 0 ? 1 + byte() % 70u : out.size());
+  }
+
+  void write_part_of_scanner(std::size_t first, std::size_t count) {
+    count = std::min(count, rig_.scanner.out.size() - first);
+    for (std::size_t i = 0; i < count; ++i)
+      rig_.scanner.out[first + i] = i < 8 ? word() : std::uint16_t{0};
+    rig_.write_scanner(first, count);
   }
 
   void write_data() {

@@ -59,13 +59,15 @@ void Plc::after() {
   const bool ended = busy_ && word(3700) != kExecute;
   if (!ended) {
     require(registers == seen_, "the registers change only when a transaction ends");
-    require(!busy_ || (request_.kind != Kind::kRefused && request_.kind != Kind::kLocal),
+    require(!busy_ || shared || (request_.kind != Kind::kRefused && request_.kind != Kind::kLocal),
             "what needs no bus is done at once");
     return;
   }
   busy_ = false;
   result_ = word(3700);
-  check_end();
+  if (!shared) return check_end();
+  require(result_ <= 2 || result_ == 4, "a result code is 0, 1, 2 or 4");
+  require(unchanged(3701, 3704), "what the PLC alone writes stays");
 }
 
 void Plc::check_end() {

@@ -31,6 +31,10 @@ class Plc {
 
   std::uint16_t& reg(unsigned address) { return registers.at(address - 3700); }
 
+  /// Somebody else uses the coprocessor too, through another window: a transaction may begin late, with what
+  /// stands in the registers then.
+  bool shared = false;
+
   /// Around each call into the core; only a poll looks at R3700.
   void before_poll();
   void before_frame() { seen_ = registers; }

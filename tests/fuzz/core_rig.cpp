@@ -18,12 +18,13 @@ constexpr std::uint16_t kIndex = 0x2345;
 }  // namespace
 
 Rig::Rig()
-    : coprocessor(RegisterWindow(RegisterWindow::Words(plc.registers)), process, wire,
-                  {.node_id = kOwnNode}) {
+    : coprocessor(RegisterWindow(RegisterWindow::Words(plc.registers)), process, wire, {.node_id = kOwnNode},
+                  ScannerWindow(scanner.out, scanner.in)) {
   wire.own = &coprocessor.own_node();
   plc.before_frame();
   coprocessor.start(now_);
   plc.after();
+  require(scanner.in[1] == 5, "IN+1 tells of the start");
   poll();
 }
 
@@ -41,16 +42,17 @@ void Rig::note_settings() {
 void Rig::poll() {
   note_settings();
   plc.before_poll();
+  scanner.before();
   deadline_ = coprocessor.poll(now_);
-  plc.after();
+  after();
   note_settings();
 }
 
 void Rig::arrive(const Frame& frame) {
   const bool was_busy = plc.busy();
-  plc.before_frame();
+  before();
   coprocessor.on_frame(frame, now_);
-  plc.after();
+  after();
   const bool is_abort = frame.id >> 7 == 0xB && frame.length == 8 && frame.data[0] == 0x80;
   const bool is_boot_up = frame.id >> 7 == 0xE && frame.length == 1 && (frame.data[0] & 0x7F) == 0;
   const bool from_server =
@@ -60,10 +62,29 @@ void Rig::arrive(const Frame& frame) {
 }
 
 void Rig::write_registers() {
-  plc.before_frame();
+  before();
   coprocessor.on_registers_written(regmap::kProcessFirst, regmap::kProcessWords, now_);
-  plc.after();
+  after();
   poll();
+}
+
+void Rig::write_scanner(std::size_t first, std::size_t count) {
+  before();
+  plc.shared = true;
+  scanner.written(first, count);
+  coprocessor.on_registers_written(regmap::kScannerOutFirst + first, count, now_);
+  after();
+  poll();
+}
+
+void Rig::before() {
+  plc.before_frame();
+  scanner.before();
+}
+
+void Rig::after() {
+  plc.after();
+  scanner.after();
 }
 
 void Rig::respond(std::uint8_t node, std::span<const std::uint8_t> bytes) {
@@ -92,6 +113,8 @@ void Rig::pass(Time duration) {
 
 void Rig::finish() {
   settle();
+  if (scanner.used()) check_scanner();
+  plc.shared = false;
   write_own(0x3004, 1, 0);
   write_own(0x3003, 2, 1000);
   wire.requests.clear();
@@ -104,11 +127,16 @@ void Rig::finish() {
 void Rig::settle() {
   wire.refuse = 0;
   coprocessor.on_bus_state(BusState::kActive, now_);
-  const Time longest = milliseconds(longest_timeout_ms_);
+  // A request that waits may have another timeout.
+  const Time longest = milliseconds(scanner.used() ? std::uint16_t{0xFFFF} : longest_timeout_ms_);
   poll();
   pass(3 * longest + 200 * kMillisecond);
-  require(!plc.busy() || waited_for_ever_, "every transaction ends when nothing comes any more");
+  if (scanner.used()) pass(3 * longest);
+  require((!plc.busy() && !scanner.open()) || waited_for_ever_,
+          "every transaction ends when nothing comes any more");
   plc.reg(3700) = 0;
+  scanner.out[0] = 0;
+  if (scanner.used()) write_scanner(0, 1);
   poll();
   pass(longest + kMillisecond);
 }
@@ -138,6 +166,26 @@ void Rig::expect_request(std::uint8_t node, std::initializer_list<std::uint8_t> 
   std::copy(bytes.begin(), bytes.end(), expected.data.begin());
   require(wire.requests.front() == expected, "a clean transfer's request");
   wire.requests.clear();
+}
+
+void Rig::ask_scanner(std::initializer_list<std::uint16_t> request) {
+  scanner.out[0] = scanner.next();
+  std::copy(request.begin(), request.end(), scanner.out.begin() + 1);
+  write_scanner(0, scanner.out.size());
+}
+
+void Rig::check_scanner() {
+  ask_scanner({5055, 0, 0x3001, 0, 1});  // 5, if it is the first since the start
+  ask_scanner({5066, 0, 0x3004, 0, 1, 0});
+  require(scanner.in[0] == scanner.out[0] && scanner.in[1] == 0, "the own settings can always be written");
+  wire.requests.clear();
+  ask_scanner({5055, kNode, kIndex, 1, 4});
+  expect_request(kNode, {0x40, 0x45, 0x23, 1});
+  require(scanner.open(), "done is what the server has sent");
+  respond(kNode, std::array<std::uint8_t, 8>{0x43, 0x45, 0x23, 1, 0x11, 0x22, 0x33, 0x44});
+  require(scanner.in[0] == scanner.out[0] && scanner.in[1] == 0 && scanner.in[3] == 4,
+          "a clean read is good");
+  require(scanner.in[4] == 0x2211 && scanner.in[5] == 0x4433, "a clean read gives the server's bytes");
 }
 
 void Rig::check_expedited_read() {

@@ -5,6 +5,7 @@
 
 #include "cbcan/coprocessor/coprocessor.hpp"
 #include "fuzz/core_plc.hpp"
+#include "fuzz/core_scanner.hpp"
 #include "fuzz/core_wire.hpp"
 
 namespace cbcan::fuzz {
@@ -25,6 +26,8 @@ class Rig {
   void pass_to_deadline();
   /// Tells that process data have been written.
   void write_registers();
+  /// Tells that OUT+first..OUT+first+count-1 have been written.
+  void write_scanner(std::size_t first, std::size_t count);
 
   /// Lets the bus be well and silent until nothing can be under way, then demands what a new transaction
   /// gets.
@@ -33,6 +36,7 @@ class Rig {
   Time now() const { return now_; }
 
   Plc plc{kOwnNode};
+  Scanner scanner;
   Wire wire{plc, kOwnNode};
   std::array<std::uint16_t, regmap::kProcessWords> process{};
   Coprocessor coprocessor;
@@ -43,6 +47,10 @@ class Rig {
   void write_own(std::uint16_t index, std::uint16_t size, std::uint16_t value);
   void execute(std::uint16_t command, std::uint16_t node, std::uint16_t sub, std::uint16_t size);
   void expect_request(std::uint8_t node, std::initializer_list<std::uint8_t> bytes);
+  void before();
+  void after();
+  void ask_scanner(std::initializer_list<std::uint16_t> request);
+  void check_scanner();
   void check_expedited_read();
   void check_segmented_write();
   void check_late_response();

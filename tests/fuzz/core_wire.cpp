@@ -58,6 +58,7 @@ void Wire::check(const Frame& frame) {
 }
 
 void Wire::check_nmt(const Frame& frame) {
+  if (plc_.shared) return require(frame.length == 2, "an NMT command has two bytes");
   const Plc::Request& request = plc_.request();
   require(plc_.busy() && request.kind == Plc::Kind::kNmt, "an NMT command was asked for");
   require(command_ != plc_.number(), "one NMT command for one transaction");
@@ -70,6 +71,7 @@ void Wire::check_nmt(const Frame& frame) {
 void Wire::check_error_control(const Frame& frame) {
   require(frame.length == 1, "an error control frame has one byte");
   if ((frame.id & 0x7F) == own_node_) return;
+  if (plc_.shared) return require(frame.flags == Frame::kRemote, "nobody speaks for another node");
   const Plc::Request& request = plc_.request();
   require(frame.flags == Frame::kRemote, "nobody speaks for another node");
   require(plc_.busy() && request.kind == Plc::Kind::kNodeState, "a guarding request was asked for");
@@ -102,6 +104,7 @@ bool Wire::is_at(std::uint16_t index, std::uint8_t sub, const Frame& frame) cons
 void Wire::check_request(const Frame& frame) {
   require(frame.length == 8, "an SDO request has eight bytes");
   requests.push_back(frame);
+  if (plc_.shared) return;
   if (frame.data[0] == kAbort) return check_abort(frame);
   if (is_last_word(frame)) return;
   require(plc_.busy() && plc_.request().kind == Plc::Kind::kSdo, "no request without a transaction");
