@@ -317,7 +317,7 @@ constexpr std::array kRuns{
     Run{"write without change", 120, 375, writes_without_change},
     Run{"write with a change", 1300, 3200, writes_with_change},
     Run{"NMT command", 205, 275, nmt_commands},
-    Run{"foreign frame", 60, 93, foreign_frames},
+    Run{"foreign frame", 62, 93, foreign_frames},
     Run{"expedited read, 4 bytes", 200, 200, transfers<4, Direction::kRead, Mode::kAuto>},
     Run{"expedited write, 4 bytes", 200, 215, transfers<4, Direction::kWrite, Mode::kAuto>},
     Run{"segmented read, 128 bytes", 3400, 3600, transfers<128, Direction::kRead, Mode::kSegmented>},

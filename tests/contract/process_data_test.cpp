@@ -278,6 +278,21 @@ TEST_CASE("[PDO-30] a changed value is an event") {
     window.arrive("67F#2FC0A40444000000");  // another node's, A4C0h:04
     window.exchange({{"1FF#1144", ""}, {"5FF#60C0A40400000000", ""}});
   }
+  SECTION("back to what the PLC wrote last, after an SDO or while it was not sent") {
+    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800210});
+    start_own_node(window);
+    window.expect("1FF#0000");
+    window.configure(0xA580, 2, 2, {0x2211});
+    window.expect("1FF#1122");
+    window.set(kOutputs + 1, {0});
+    window.expect("1FF#0000");
+    window.arrive("000#807F");
+    window.set(kOutputs + 1, {0x4433});
+    window.arrive("000#017F");
+    window.expect("1FF#3344");
+    window.set(kOutputs + 1, {0});
+    window.expect("1FF#0000");
+  }
   SECTION("0: at the next SYNC") {
     set_up_pdo(window, 0x1800, 0x1FF, 0, {0xA5800210});
     start_own_node(window);

@@ -261,7 +261,8 @@ TEST_CASE("A Pdo hears and sends nothing before its first reset") {
   rig.set_up(0x1800, 1, 0x181, 255, {0x20010108});
   std::vector<Pdo::Rpdo> rpdos(5);
   std::vector<Pdo::Tpdo> tpdos(5);
-  Pdo pdo(rig.dictionary, rig.port, rpdos, tpdos, rig);
+  std::vector<cbcan::PdoMapping::Piece> pieces(10 * cbcan::PdoMapping::kMostObjects);
+  Pdo pdo(rig.dictionary, rig.port, {rpdos, tpdos, pieces}, rig);
   pdo.visit_ids([](std::uint32_t id) { FAIL_CHECK("listens to " << id); });
   pdo.on_state(cbcan::nmt::State::kOperational, rig.now);
   pdo.on_frame(cbcan::test::frame_from("201#55"), rig.now);

@@ -79,7 +79,8 @@ class Device {
   }
   bool receives() const { return mapping_ == kRpdoMapping; }
   std::uint32_t resolve(std::size_t count) {
-    return static_cast<std::uint32_t>(pdo.resolve(dictionary, mapping_, static_cast<std::uint32_t>(count)));
+    return static_cast<std::uint32_t>(
+        pdo.resolve(dictionary, mapping_, static_cast<std::uint32_t>(count), pieces_));
   }
   /// Not two bytes of the objects are alike.
   void fill() {
@@ -96,6 +97,7 @@ class Device {
 
  private:
   std::uint16_t mapping_;
+  std::array<PdoMapping::Piece, PdoMapping::kMostObjects> pieces_{};
 };
 
 bool bit_at(const std::uint8_t* bytes, unsigned bit) {

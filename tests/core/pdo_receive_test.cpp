@@ -38,6 +38,25 @@ TEST_CASE("Several RPDOs may have one COB-ID, and many are found") {
   CHECK(rig.get(0x2001, 2) == 0x66);
 }
 
+TEST_CASE("RPDOs that stand in the same place of the index, one of them twice, are told apart") {
+  PdoRig rig;
+  rig.set_up(0x1400, 1, 0x201, 1, {0x20010108});
+  rig.set_up(0x1400, 2, 0x220, 1, {0x20010208});
+  rig.set_up(0x1400, 3, 0x243, 1, {0x20010308});
+  rig.set_up(0x1400, 5, 0x220, 1, {0x20010508});
+  rig.operational();
+  rig.arrive("201#11");
+  rig.arrive("220#22");
+  rig.arrive("243#33");
+  rig.arrive("262#44");  // nobody's, in that place too
+  CHECK(rig.get(0x2001, 1) == 0);
+  rig.sync();
+  CHECK(rig.get(0x2001, 1) == 0x11);
+  CHECK(rig.get(0x2001, 2) == 0x22);
+  CHECK(rig.get(0x2001, 3) == 0x33);
+  CHECK(rig.get(0x2001, 5) == 0x22);
+}
+
 TEST_CASE("Too short: 8210h and nothing stored; too long: 8220h and the rest ignored") {
   PdoRig rig;
   rig.set_up(0x1400, 1, 0x201, 255, {0x20020110});
