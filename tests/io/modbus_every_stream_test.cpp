@@ -33,7 +33,7 @@ class Line final : private ModbusUnit {
     const Descriptor client(pair[0]);
     modbus_.adopt(Descriptor(pair[1]));
     for (std::size_t begin = 0, i = 0; i < stream.size(); ++i)
-      if (i + 1 == stream.size() || (cuts >> i & 1) != 0) {
+      if (i + 1 == stream.size() || (i < 64 && (cuts >> i & 1) != 0)) {
         ::send(client.get(), stream.data() + begin, i + 1 - begin, MSG_NOSIGNAL);
         reactor_.run_once(0);
         begin = i + 1;
