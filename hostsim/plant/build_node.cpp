@@ -14,6 +14,7 @@
 #include "eds/values.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::plant {
 
@@ -208,6 +209,26 @@ NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, const FileReade
   return Builder(node, seed, read).build();
 }
 
+/// The frames of a log, the first one at 0; returns what is wrong, or nothing.
+std::string read_replay(const std::string& path, const FileReader& read,
+                        std::vector<sim::TimedFrame>& frames) {
+  const auto text = read(path);
+  if (!text) return path + ": cannot be read";
+  std::string_view rest = *text;
+  for (std::size_t line = 1; !rest.empty(); ++line) {
+    const std::string_view written = text::take_line(rest);
+    if (text::trim(written).empty()) continue;
+    const auto frame = sim::parse_candump_line(written);
+    if (!frame || (!frames.empty() && frame->at < frames.back().at))
+      return fmt::format("{}:{}: not a line of candump -L, or earlier than the one before", path, line);
+    frames.push_back(*frame);
+  }
+  const Time first = frames.empty() ? 0 : frames.front().at;
+  for (sim::TimedFrame& frame : frames)
+    frame.at -= first;
+  return {};
+}
+
 PlantBuild build_nodes(const Config& config, const FileReader& read) {
   PlantBuild plant;
   for (const NetworkConfig& network : config.networks) {
@@ -219,6 +240,12 @@ PlantBuild build_nodes(const Config& config, const FileReader& read) {
         plant.lines.insert(plant.lines.end(), lines->begin(), lines->end());
       plant.good = plant.good && build.node;
       if (build.node) nodes.push_back(std::move(*build.node));
+    }
+    auto& replay = plant.replays.emplace_back();
+    if (network.can.replay.empty()) continue;
+    if (const std::string problem = read_replay(network.can.replay, read, replay); !problem.empty()) {
+      plant.lines.push_back("can.replay: " + problem);
+      plant.good = false;
     }
   }
   return plant;
