@@ -32,7 +32,8 @@ int run(const plant::Start& start, const plant::FileReader& read, Console& conso
   for (const std::string& line : build.lines)
     console.tell(line + "\n");
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
-  Simulator simulator(config, std::move(build.networks), console, start.command.empty());
+  Simulator simulator(config, std::move(build), console, start.command.empty());
+  if (!config.record.empty()) simulator.record(config.record, start.plant_file);
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
     const std::string ready = "ready " + simulator.where() + "\n";

@@ -107,12 +107,14 @@ std::string Network::where() const {
 
 void Network::start() {
   tell_time_of_day();
-  world().start(surroundings_.clock.now());
+  core_.start(surroundings_.clock.now());
 }
 
 void Network::on_request(bool valid, const io::ModbusRange& written) {
+  if (valid && written.count != 0) surroundings_.on_written(number_, written);
   advance();
   if (valid) core_.on_request(written.first, written.count, surroundings_.clock.now());
+  surroundings_.on_applied();
 }
 
 void Network::on_fault(std::string_view text, Time now) {
@@ -127,11 +129,11 @@ void Network::flush() {
 void Network::advance() {
   const Time time = surroundings_.clock.now();
   if (socketcan_) socketcan_->poll(time);
-  world().advance(time);
+  core_.advance(time);
 }
 
 Time Network::next_deadline() const {
-  Time next = surroundings_.clock.runs() ? core_.world().next_deadline() : kNever;
+  Time next = surroundings_.clock.runs() ? core_.next_deadline() : kNever;
   if (log_) next = earlier(next, log_->next_deadline());
   if (plc_) next = earlier(next, plc_->next_deadline());
   return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -35,6 +36,9 @@ struct Surroundings {
   io::Warn warn;
   const Clock& clock;
   Time started;
+  /// The PLC has written this, which has had no effects yet; and now it has.
+  std::function<void(std::size_t network, const io::ModbusRange& written)> on_written;
+  std::function<void()> on_applied;
 };
 
 class Network final : public io::ModbusUnit, private sim::FaultListener {
@@ -72,7 +76,7 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   void flush();
 
   /// When the world has something to do next.
-  Time next_event() const { return core_.world().next_deadline(); }
+  Time next_event() const { return core_.next_deadline(); }
 
   /// When advance() and flush() have something to do next. Where time does not pass by itself, the world
   /// has not, but the PLC may.

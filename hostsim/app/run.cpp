@@ -85,7 +85,7 @@ class Runner {
         outcome.text += line + "\n";
       return outcome;
     }
-    scenario::Plant plant(scenario.config, std::move(build.networks), pace());
+    scenario::Plant plant(scenario.config, std::move(build), pace());
     if (const auto problems = check_steps(scenario, plant); !problems.empty()) return wrong(problems);
     if (config_.check) return {};
     const auto logs = open_logs(scenario.file, plant);

@@ -47,25 +47,38 @@ std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor, C
 
 }  // namespace
 
-Simulator::Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes,
-                     Console& console, bool reads_input)
+Simulator::Simulator(const plant::Config& config, plant::PlantBuild build, Console& console, bool reads_input)
     : console_(console),
       warn_([&console](const std::string& line) { console.warn(line); }),
       signals_(reactor_),
       clock_(make_clock(config.clock, reactor_, console, reads_input)),
       started_(clock_->now()),
       waits_(clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock) {
-  open_networks(config, std::move(nodes));
+  open_networks(config, std::move(build));
   open_modbus(config);
   if (!config.control.empty()) open_control(config);
 }
 
-void Simulator::open_networks(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes) {
-  const Surroundings surroundings{reactor_, warn_, *clock_, started_};
+void Simulator::on_written(std::size_t network, const io::ModbusRange& written) {
+  if (!recorder_) return;
+  control_->set_now(clock_->now());
+  const auto registers = networks_[network - 1]->registers();
+  recorder_->on_written(network, written.first, registers.subspan(written.first, written.count));
+}
+
+void Simulator::open_networks(const plant::Config& config, plant::PlantBuild build) {
+  const Surroundings surroundings{
+      reactor_,
+      warn_,
+      *clock_,
+      started_,
+      [this](std::size_t network, const io::ModbusRange& written) { on_written(network, written); },
+      [this] { look_at_waits(); }};
   std::vector<scenario::Network*> cores;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     networks_.push_back(
-        std::make_unique<Network>(config, config.networks[i], std::move(nodes[i]), surroundings));
+        std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), surroundings));
+    networks_.back()->core().replay(std::move(build.replays[i]));
     cores.push_back(&networks_.back()->core());
   }
   control_.emplace(std::move(cores), started_);
@@ -145,6 +158,8 @@ std::size_t Simulator::turn(Time until) {
 
 std::string Simulator::execute(std::string_view line, const std::shared_ptr<io::Dialogue>& dialogue) {
   advance();
+  look_at_waits();
+  if (recorder_) recorder_->on_command(line);
   scenario::Reply reply = control_->execute(line, clock_->now());
   advance();
   look_at_waits();
@@ -156,6 +171,7 @@ std::string Simulator::execute(std::string_view line, const std::shared_ptr<io::
 
 bool Simulator::look_at_waits() {
   control_->set_now(clock_->now());
+  if (recorder_) recorder_->look();
   return waits_.look();
 }
 

@@ -12,6 +12,7 @@
 #include "app/clock.hpp"
 #include "app/console.hpp"
 #include "app/network.hpp"
+#include "app/recorder.hpp"
 #include "app/waits.hpp"
 #include "io/loop/child_process.hpp"
 #include "io/loop/reactor.hpp"
@@ -27,15 +28,19 @@ namespace cbcan::app {
 
 class Simulator final : private Program {
  public:
-  /// `nodes` has a list for each network of `config`, with one for each of its nodes, in their order. Opens
-  /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
-  /// understood. `reads_input`: see ManualClock.
-  Simulator(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes, Console& console,
-            bool reads_input);
+  /// `build` is all that plant::build_nodes() has made of `config`. Opens everything; throws
+  /// io::EnvironmentError, or io::UsageError for a parameter file that cannot be understood. `reads_input`:
+  /// see ManualClock.
+  Simulator(const plant::Config& config, plant::PlantBuild build, Console& console, bool reads_input);
 
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
   /// not served is left out.
   std::string where() const;
+
+  /// Writes a scenario of what happens from now on. `plant`: see Recorder. Throws io::EnvironmentError.
+  void record(const std::string& path, const std::string& plant) {
+    recorder_.emplace(path, plant, *control_);
+  }
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
@@ -47,7 +52,7 @@ class Simulator final : private Program {
   std::string summary() const;
 
  private:
-  void open_networks(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes);
+  void open_networks(const plant::Config& config, plant::PlantBuild build);
   void open_modbus(const plant::Config& config);
   void open_rtu(const plant::RtuConfig& config, const std::vector<io::ModbusUnit*>& units);
   void open_control(const plant::Config& config);
@@ -61,6 +66,7 @@ class Simulator final : private Program {
   Waits& waits() override { return waits_; }
   bool look_at_waits() override;
   void stop();
+  void on_written(std::size_t network, const io::ModbusRange& written);
   Time next_deadline() const;
 
   Console& console_;
@@ -71,6 +77,7 @@ class Simulator final : private Program {
   Time started_;
   std::vector<std::unique_ptr<Network>> networks_;
   std::optional<scenario::Control> control_;
+  std::optional<Recorder> recorder_;
   Waits waits_;
   bool stopping_ = false;
   std::optional<io::StreamServer> commands_;

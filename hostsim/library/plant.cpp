@@ -57,10 +57,10 @@ plant::Config config_of(std::string_view text, const std::string& file) {
   return config;
 }
 
-std::vector<std::vector<sim::NodeParts>> nodes_of(const plant::Config& config) {
+plant::PlantBuild build_of(const plant::Config& config) {
   plant::PlantBuild build = plant::build_nodes(config, reader());
   if (!build.good) throw PlantError(fmt::format("{}", fmt::join(build.lines, "\n")));
-  return std::move(build.networks);
+  return build;
 }
 
 /// What is there to say, or thrown.
@@ -73,7 +73,7 @@ std::string checked(std::string response) {
 }  // namespace
 
 struct Plant::Inside {
-  explicit Inside(const plant::Config& config) : plant(config, nodes_of(config)) {
+  explicit Inside(const plant::Config& config) : plant(config, build_of(config)) {
     plant.add(frames);
     plant.start();
   }

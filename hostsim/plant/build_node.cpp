@@ -13,6 +13,7 @@
 #include "eds/values.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::plant {
 
@@ -210,6 +211,26 @@ NodeBuild NodeBuilder::build(const NodeConfig& node, std::uint64_t seed) {
   return Builder(node, seed, read_).build(file == files_.end() ? nullptr : &file->second);
 }
 
+/// The frames of a log, the first one at 0; returns what is wrong, or nothing.
+std::string read_replay(const std::string& path, const FileReader& read,
+                        std::vector<sim::TimedFrame>& frames) {
+  const auto text = read(path);
+  if (!text) return path + ": cannot be read";
+  std::string_view rest = *text;
+  for (std::size_t line = 1; !rest.empty(); ++line) {
+    const std::string_view written = text::take_line(rest);
+    if (text::trim(written).empty()) continue;
+    const auto frame = sim::parse_candump_line(written);
+    if (!frame || (!frames.empty() && frame->at < frames.back().at))
+      return fmt::format("{}:{}: not a line of candump -L, or earlier than the one before", path, line);
+    frames.push_back(*frame);
+  }
+  const Time first = frames.empty() ? 0 : frames.front().at;
+  for (sim::TimedFrame& frame : frames)
+    frame.at -= first;
+  return {};
+}
+
 PlantBuild build_nodes(const Config& config, const FileReader& read) {
   PlantBuild plant;
   NodeBuilder builder(read);
@@ -222,6 +243,12 @@ PlantBuild build_nodes(const Config& config, const FileReader& read) {
         plant.lines.insert(plant.lines.end(), lines->begin(), lines->end());
       plant.good = plant.good && build.node;
       if (build.node) nodes.push_back(std::move(*build.node));
+    }
+    auto& replay = plant.replays.emplace_back();
+    if (network.can.replay.empty()) continue;
+    if (const std::string problem = read_replay(network.can.replay, read, replay); !problem.empty()) {
+      plant.lines.push_back("can.replay: " + problem);
+      plant.good = false;
     }
   }
   return plant;

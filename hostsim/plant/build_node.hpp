@@ -14,6 +14,7 @@
 #include "plant/config.hpp"
 #include "plant/eds_file.hpp"
 #include "plant/files.hpp"
+#include "sim/frame_text.hpp"
 #include "sim/node.hpp"
 
 namespace cbcan::plant {
@@ -42,11 +43,12 @@ class NodeBuilder {
 
 struct PlantBuild {
   std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each, in their order
+  std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each, from the start on
   std::vector<std::string> lines;                     ///< what is to be said, also where nothing is wrong
   bool good = true;                                   ///< false: nodes are missing
 };
 
-/// All nodes of all networks. With `config.verbose` notes are said too.
+/// All nodes of all networks, and what is replayed there. With `config.verbose` notes are said too.
 PlantBuild build_nodes(const Config& config, const FileReader& read);
 
 /// The bytes of a value as an object of this type has them, little-endian; nullopt if it does not fit.

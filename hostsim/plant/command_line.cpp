@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::string_view kTrue = "true";
 constexpr std::string_view kCommand = "--";
+constexpr std::string_view kDemo = "demo";
 constexpr std::string_view kEdsAsPlant =
     "this is an EDS or DCF file, not a plant file; --node 5=FILE is a node made from it";
 
@@ -207,6 +208,9 @@ Start parse_command_line(int argc, const char* const* argv, const FileReader& re
   start.run = true;
   start.check = typed.count(kCheckOption) != 0;
   start.command = typed.command;
+  for (const Argument& argument : typed.arguments)
+    if (argument.option == kDemoOption || argument.option == kConfigOption)
+      start.plant_file = argument.option == kDemoOption ? kDemo : argument.text;
   if (!start.command.empty()) use_free_addresses(typed, start.config);
   for (const NetworkConfig& network : start.config.networks)
     start.err += remarks_on(network);

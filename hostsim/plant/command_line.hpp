@@ -23,6 +23,7 @@ struct Start {
   std::string out;                       ///< for standard output: help, version
   std::string err;                       ///< for standard error: all that is wrong, or remarks on a run
   Config config;
+  std::string plant_file;  ///< that it has been read from, "demo", or empty
   /// What stands behind "--": a program and its arguments, to be run with the plant at free addresses of this
   /// machine, but for those that options name.
   std::vector<std::string> command;

@@ -94,6 +94,7 @@ struct CanConfig {
       0;              ///< of a bus inside the program, in bit/s: 10000..1000000, 0 = as fast as possible
   std::string slcan;  ///< where SLCAN adapters are served: HOST:PORT or unix:PATH; empty = nowhere
   std::vector<FaultConfig> faults;
+  std::string replay{};  ///< file: what somebody else on the bus sends, as of `candump -L`; empty = none
   bool operator==(const CanConfig&) const = default;
 };
 
@@ -155,6 +156,7 @@ struct Config {
   std::uint32_t seed = 1;  ///< all that is random, noise and the probability of faults, follows from it
   std::string control;     ///< where commands at run time are served: HOST:PORT or unix:PATH; empty = nowhere
   bool verbose = false;
+  std::string record;  ///< file: the session as a scenario; empty = none
   std::vector<NetworkConfig> networks = std::vector<NetworkConfig>(1);  ///< never empty
   bool operator==(const Config&) const = default;
 };

@@ -164,6 +164,10 @@ constexpr std::array kPlant{
                 "the `ready` line tells the one that was found, as `control=HOST:PORT`. Anybody who reaches the address can "
                 "give commands.",
         .form = Form::kAddress, .domain = "HOST:PORT or unix:PATH"}),
+    plant<&Config::record>({
+        .key = "log.record", .option = "--record FILE",
+        .help = "The session as a scenario: what is written to registers, commands, and what comes of transactions",
+        .form = Form::kPath, .domain = "a path"}),
     plant<&Config::verbose>({
         .key = "log.verbose", .option = "-v, --verbose",
         .help = "Says on standard error what happens; --verbose=false takes back a true in the plant file"}),
@@ -252,6 +256,10 @@ constexpr std::array kNetwork{
         .help = "Where CAN adapters (LAWICEL, SLCAN) on the bus are served, one for each connection",
         .more = "With port 0 the `ready` line tells the one that was found, as `slcan=HOST:PORT`.",
         .form = Form::kAddress, .domain = "HOST:PORT or unix:PATH"}),
+    can<&CanConfig::replay>({
+        .key = "can.replay", .option = "--replay FILE",
+        .help = "What somebody else on the bus sends, a log in the format of candump -L; its first frame comes at the start",
+        .form = Form::kPath, .domain = "a path"}),
     setting<NetworkConfig, &NetworkConfig::log>({
         .key = "log.file", .option = "--log FILE", .help = "Every frame on the bus, in the format of candump -L",
         .more = "`-` is standard output; the `ready` line is on standard error then.",

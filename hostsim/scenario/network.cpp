@@ -65,6 +65,19 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
     add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults, started);
 }
 
+void Network::start(Time now) {
+  started_ = now;
+  world_.start(now);
+}
+
+void Network::advance(Time now) {
+  for (; replay_due() <= now; ++replayed_) {
+    world_.advance(replay_due());
+    send(replay_[replayed_].frame);
+  }
+  world_.advance(now);
+}
+
 void Network::on_request(std::size_t first, std::size_t count, Time now) {
   if (module_ == nullptr) return;
   module_->on_plc(now);

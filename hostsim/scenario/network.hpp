@@ -6,11 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "cbcan/frame.hpp"
 #include "cbcan/regmap.hpp"
 #include "plant/config.hpp"
+#include "sim/frame_text.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::scenario {
@@ -32,6 +34,14 @@ class Network final : private sim::Receiver {
   /// Null where there is none.
   const sim::CoprocessorModule* module() const { return module_; }
 
+  /// What somebody else on the bus sends, from start() on; in order.
+  void replay(std::vector<sim::TimedFrame> frames) { replay_ = std::move(frames); }
+
+  /// As those of World.
+  void start(Time now);
+  void advance(Time now);
+  Time next_deadline() const { return earlier(world_.next_deadline(), replay_due()); }
+
   /// The PLC has made a valid request, which has written `count` registers from `first` on: does what it
   /// brings about. advance() to this time comes before.
   void on_request(std::size_t first, std::size_t count, Time now);
@@ -40,6 +50,7 @@ class Network final : private sim::Receiver {
   bool send(const Frame& frame) { return tester_.try_send(frame); }
 
  private:
+  Time replay_due() const { return replayed_ < replay_.size() ? started_ + replay_[replayed_].at : kNever; }
   void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
@@ -47,6 +58,9 @@ class Network final : private sim::Receiver {
   sim::World world_;
   sim::CoprocessorModule* module_ = nullptr;
   sim::Port& tester_;
+  std::vector<sim::TimedFrame> replay_;
+  std::size_t replayed_ = 0;
+  Time started_ = 0;
 };
 
 }  // namespace cbcan::scenario

@@ -6,22 +6,24 @@
 
 namespace cbcan::scenario {
 
-Plant::Plant(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes, Pace pace)
-    : networks_(make_networks(config, std::move(nodes))),
+Plant::Plant(const plant::Config& config, plant::PlantBuild build, Pace pace)
+    : networks_(make_networks(config, std::move(build))),
       control_(pointers(networks_), 0),
       pace_(std::move(pace)) {}
 
 void Plant::start() {
   for (const auto& network : networks_)
-    network->world().start(0);
+    network->start(0);
 }
 
 std::vector<std::unique_ptr<Network>> Plant::make_networks(const plant::Config& config,
-                                                           std::vector<std::vector<sim::NodeParts>> nodes) {
+                                                           plant::PlantBuild build) {
   std::vector<std::unique_ptr<Network>> networks;
-  for (std::size_t i = 0; i < nodes.size(); ++i)
+  for (std::size_t i = 0; i < build.networks.size(); ++i) {
     networks.push_back(
-        std::make_unique<Network>(config, config.networks[i], std::move(nodes[i]), 0, nullptr));
+        std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), 0, nullptr));
+    networks.back()->replay(std::move(build.replays[i]));
+  }
   return networks;
 }
 
@@ -35,13 +37,13 @@ std::vector<Network*> Plant::pointers(const std::vector<std::unique_ptr<Network>
 void Plant::advance(Time time) {
   control_.set_now(time);
   for (const auto& network : networks_)
-    network->world().advance(time);
+    network->advance(time);
 }
 
 void Plant::step(Time until) {
   Time next = until;
   for (const auto& network : networks_)
-    next = earlier(next, network->world().next_deadline());
+    next = earlier(next, network->next_deadline());
   next = std::max(next, now());
   if (pace_) pace_(next);
   advance(next);

@@ -38,8 +38,8 @@ class Plant final : public Bench {
   /// Is told before it is this time; nobody has to be.
   using Pace = std::function<void(Time)>;
 
-  /// `nodes` are those of each network, see plant::build_nodes(). All are off until start().
-  Plant(const plant::Config& config, std::vector<std::vector<sim::NodeParts>> nodes, Pace pace = {});
+  /// `build` is all that plant::build_nodes() has made of `config`. All nodes are off until start().
+  Plant(const plant::Config& config, plant::PlantBuild build, Pace pace = {});
 
   void start();
 
@@ -57,7 +57,7 @@ class Plant final : public Bench {
 
  private:
   static std::vector<std::unique_ptr<Network>> make_networks(const plant::Config& config,
-                                                             std::vector<std::vector<sim::NodeParts>> nodes);
+                                                             plant::PlantBuild build);
   static std::vector<Network*> pointers(const std::vector<std::unique_ptr<Network>>& networks);
   void advance(Time time);
 

@@ -72,6 +72,18 @@ std::optional<Frame> parse_frame(std::string_view text) {
   return frame;
 }
 
+std::optional<TimedFrame> parse_candump_line(std::string_view line) {
+  const auto words = text::words_of(line);
+  if (words.size() < 3 || !words[0].starts_with('(') || !words[0].ends_with(')')) return std::nullopt;
+  const auto time = text::split(words[0].substr(1, words[0].size() - 2), '.');
+  if (!time || time->second.size() != 6) return std::nullopt;
+  const Time seconds = text::parse<Time>(time->first).value_or(kNever);
+  const Time rest = text::parse<Time>(time->second).value_or(kNever);
+  const auto frame = parse_frame(words[2]);
+  if (!frame || seconds > kNever / kSecond / 2 || rest == kNever) return std::nullopt;
+  return TimedFrame{seconds * kSecond + rest, *frame};
+}
+
 void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface) {
   fmt::format_to(std::back_inserter(text), "({:010}.{:06}) {} ", time / kSecond, time % kSecond, interface);
   append_frame(text, frame);

@@ -22,6 +22,15 @@ std::string frame_text(const Frame& frame);
 /// What append_frame() writes, but error frames; nullopt for anything else.
 std::optional<Frame> parse_frame(std::string_view text);
 
+/// A frame of a log.
+struct TimedFrame {
+  Time at = 0;
+  Frame frame;
+};
+
+/// A line of `candump -L`, whatever the interface; nullopt for any other.
+std::optional<TimedFrame> parse_candump_line(std::string_view line);
+
 /// Appends a line of `candump -L`, `(0000000012.345678) vcan0 605#4017100000000000`, with its end. `time` is
 /// what the brackets show.
 void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface);

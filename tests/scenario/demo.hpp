@@ -27,7 +27,7 @@ inline std::unique_ptr<Plant> demo(std::string_view more = "") {
   REQUIRE(plant::read_plant(more, "more.toml", config).empty());
   plant::PlantBuild build = plant::build_nodes(config, read);
   REQUIRE(build.good);
-  auto plant = std::make_unique<Plant>(config, std::move(build.networks));
+  auto plant = std::make_unique<Plant>(config, std::move(build));
   plant->start();
   return plant;
 }

@@ -5,6 +5,7 @@
 import os
 import pathlib
 import pty
+import socket
 import subprocess
 import sys
 import tempfile
@@ -76,6 +77,43 @@ class Shipped(unittest.TestCase):
         done = run("--target", f"127.0.0.1:{simulator.port}", ROOT / "scenarios/silent_node.toml")
         self.assertEqual(done.returncode, 2)
         self.assertIn(f"127.0.0.1:{simulator.port}", done.stdout)
+
+
+class FromOutside(unittest.TestCase):
+    def test_a_session_becomes_a_scenario(self):
+        with tempfile.TemporaryDirectory() as folder:
+            recorded = pathlib.Path(folder) / "session.toml"
+            with Simulator(PROGRAM, "--demo", "--record", str(recorded), "--control", "127.0.0.1:0", "--sdo-timeout", "1000") as simulator:
+                with simulator.window() as window, socket.create_connection(simulator.where["control"].split(":"), timeout=LIMIT) as control:
+                    self.assertEqual(window.execute(5066, 0x42, 0x6411, 1, 2, 300), 0)
+                    self.assertEqual(window.execute(5055, 0x42, 0x6411, 1, 2), 0)
+                    control.sendall(b"fault 0x42 abort code=0x08000021\nget 0x42 0x1000\n")
+                    self.assertEqual(control.makefile().readline(), "ok 1\n")
+                    self.assertEqual(window.execute(5055, 0x42, 0x6411, 1, 2), 4)
+                    self.assertEqual(window.execute(5055, 99, 0x6411, 1, 2), 4)
+            text = recorded.read_text()
+            self.assertTrue(text.startswith('plant = "demo"\n\n[[step]]\nat = "'), text)
+            self.assertIn('do = "write 3700 51726 5066 66 25617 1 2 300"\n', text)
+            self.assertIn('expect = ["register 3700 = 0", "register 3705 = 2 300"]\n', text)
+            self.assertIn('do = "fault 0x42 abort code=0x08000021"\n', text)
+            self.assertIn('expect = ["register 3700 = 4", "register 3706 = 33 2048"]\n', text)
+            self.assertNotIn("get", text)
+            self.assertEqual(run(recorded).returncode, 0, run(recorded).stdout)
+            recorded.write_text(text.replace("= 2 300", "= 2 301"))
+            self.assertIn("expected register 3705 = 2 301: it is 2 300\n", run(recorded).stdout)
+
+    def test_a_log_is_played_onto_the_bus(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "bus.log").write_text("(1436509052.500000) can0 000#0142\n\n(1436509053.750000) can0 642#4000100000000000\n")
+            scenario = pathlib.Path(folder) / "replay.toml"
+            scenario.write_text('plant = "demo"\n[can]\nreplay = "bus.log"\n[[step]]\nat = "0us"\n[[step]]\nwait = "frame 5C2#43*"\n'
+                                'expect = ["took = 1250ms", "state 0x42 operational"]\n')
+            self.assertEqual(run(scenario).stdout, f"passed {scenario}: 1.250000 s\n1 passed\n")
+            (pathlib.Path(folder) / "bus.log").write_text("(1436509052.500000) can0 000#0142\n(1436509051.750000) can0 642#\n")
+            self.assertIn(f"can.replay: {folder}/bus.log:2: not a line of candump -L, or earlier than the one before\n", run(scenario).stdout)
+            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--replay", "none.log"], input="",
+                                  capture_output=True, text=True, timeout=LIMIT)
+            self.assertEqual((done.returncode, done.stderr), (2, "can.replay: none.log: cannot be read\n"))
 
 
 class Outcomes(unittest.TestCase):

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Turns a live session into a scenario: what the PLC writes, what commands do, and what has come of
+/// transactions.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "io/loop/output.hpp"
+#include "scenario/subscription.hpp"
+
+namespace cbcan::app {
+
+class Recorder {
+ public:
+  /// `plant`: path of the plant file, or "demo"; empty = none, as options alone have made it. Throws
+  /// io::EnvironmentError where the file cannot be written. The control outlives it.
+  Recorder(const std::string& path, const std::string& plant, scenario::Control& control);
+
+  /// The PLC has written these, which has had no effects yet.
+  void on_written(std::size_t network, std::size_t first, std::span<const std::uint16_t> words);
+  /// A command has been given.
+  void on_command(std::string_view line);
+  /// Transactions may have ended.
+  void look();
+
+ private:
+  void add_step(std::string_view keys);
+  void on_event(std::string_view line);
+
+  scenario::Control& control_;
+  io::Output file_;
+  scenario::Subscription transactions_;
+};
+
+}  // namespace cbcan::app
