@@ -49,3 +49,26 @@ TEST_CASE("An idle coprocessor wants to be called never") {
   bench.pass(2 * cbcan::kSecond);
   CHECK(bench.deadline == cbcan::kNever);
 }
+
+TEST_CASE(
+    "A request that still waits when another one has ended at once is begun by a poll that is due now") {
+  Bench bench;
+  const auto ask = [&bench](std::initializer_list<std::uint16_t> request) {
+    std::copy(request.begin(), request.end(), bench.out.begin());
+    bench.coprocessor.on_registers_written(500, 70, bench.now);
+  };
+  ask({1, 5055, 5, 0x2000, 0, 4});  // the first number since the start
+  ask({2, 5055, 5, 0x2000, 0, 4});
+  bench.poll();
+  bench.expect("605#4000200000000000");
+  bench.read(0, 0x3001, 0, 1);
+  CHECK(bench.busy());
+  ask({3, 5055, 6, 0x2000, 0, 4});
+  bench.expect("605#8000200000000008");
+  bench.poll();
+  bench.check_done();
+  bench.expect_silence();
+  CHECK(bench.deadline <= bench.now);
+  bench.poll();
+  bench.expect("606#4000200000000000");
+}

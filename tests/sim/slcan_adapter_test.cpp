@@ -256,7 +256,7 @@ TEST_CASE("SLCAN: an adapter that is plugged in again begins anew") {
 }
 
 TEST_CASE("SLCAN: characters may come in any pieces") {
-  const std::string_view text = "O\rt1230\rq\rF\r";
+  const std::string_view text = "O\rt1230\rF\r";
   for (unsigned cuts = 0; cuts < 1u << (text.size() - 1); ++cuts) {
     Desk desk;
     std::size_t begin = 0;
@@ -265,6 +265,6 @@ TEST_CASE("SLCAN: characters may come in any pieces") {
         desk.adapter.receive(text.substr(begin, end - begin));
         begin = end;
       }
-    if (desk.said() != "\rz\r\aF00\r" || desk.ear.heard != Texts{"123#"}) FAIL("cuts " << cuts);
+    if (desk.said() != "\rz\rF00\r" || desk.ear.heard != Texts{"123#"}) FAIL("cuts " << cuts);
   }
 }
