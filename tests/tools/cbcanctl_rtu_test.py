@@ -22,7 +22,7 @@ from mcu import crc
 from simulator import LIMIT, program_from_arguments
 
 CBCANCTL, RTU_STATION = program_from_arguments(sys.argv, 2)
-DONE, USAGE, NO_CONNECTION, REFUSED = 0, 1, 2, 3
+DONE, USAGE, NO_CONNECTION, REFUSED = 0, 2, 3, 4
 
 
 def run(device, *arguments):
