@@ -48,7 +48,7 @@ TEST_CASE("a key in the wrong table is shown the right one") {
 
 TEST_CASE("an unknown key that is like nothing gets the list") {
   CHECK(errors_in("[can]\nfoo = 1\n") ==
-        Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, faults"});
+        Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, replay, faults"});
   CHECK(errors_in("[pump]\n") ==
         Lines{"plant.toml:1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, "
               "random, control, node, network"});

@@ -22,7 +22,7 @@ from mcu import crc
 from simulator import LIMIT, program_from_arguments
 
 CBCANCTL, RTU_STATION = program_from_arguments(sys.argv, 2)
-DONE, USAGE, NO_CONNECTION, REFUSED = 0, 1, 2, 3
+DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT = 0, 2, 3, 4, 5
 
 
 def run(device, *arguments):
@@ -61,7 +61,7 @@ class OurServer(unittest.TestCase):
     def test_nmt_and_state(self):
         self.check("nmt start all")
         self.check("state 0", "0 Pre-operational\n")
-        self.check("state 5", "5 Not detected\n")
+        self.check("state 5", "5 Not detected\n", ABSENT)
 
     def test_every_baud_rate_and_parity_can_be_set(self):
         for baud in (1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600):
