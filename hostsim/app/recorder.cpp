@@ -2,8 +2,7 @@
 #include "app/recorder.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +11,7 @@
 
 #include "cbcan/regmap.hpp"
 #include "io/errors.hpp"
+#include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::app {
@@ -58,8 +58,7 @@ void Recorder::add_step(std::string_view keys) {
 }
 
 void Recorder::on_written(std::size_t network, std::size_t first, std::span<const std::uint16_t> words) {
-  add_step(
-      fmt::format("do = \"write {}{} {}\"\n", scenario::prefix_of(network), first, fmt::join(words, " ")));
+  add_step(fmt::format("do = \"write {}{} {}\"\n", scenario::prefix_of(network), first, text::joined(words)));
 }
 
 void Recorder::on_command(std::string_view line) {
@@ -84,7 +83,7 @@ void Recorder::on_event(std::string_view line) {
   std::string expected = fmt::format("\"register {}{} = {}\"", prefix, regmap::kWindowFirst, result);
   const auto expect = [&](std::uint16_t first, std::size_t count) {
     const auto words = std::span(registers).subspan(first - regmap::kWindowFirst, count);
-    expected += fmt::format(", \"register {}{} = {}\"", prefix, first, fmt::join(words, " "));
+    expected += fmt::format(", \"register {}{} = {}\"", prefix, first, text::joined(words));
   };
   const std::size_t bytes =
       std::min<std::size_t>(registers[regmap::kDataSize - regmap::kWindowFirst], regmap::kMaxDataBytes);

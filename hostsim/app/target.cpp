@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/target.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <fmt/core.h>
 #include <poll.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include "cbcan/regmap.hpp"
 #include "io/errors.hpp"
 #include "plant/config.hpp"
+#include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::app {
@@ -83,7 +83,7 @@ std::string Target::execute(std::string_view line) {
     const scenario::Words words = text::words_of(line);
     if (words[0] == "read") {
       const auto [network, first, count] = scenario::read_of(words, networks());
-      return fmt::format("ok {}\n", fmt::join(read(network, first, count), " "));
+      return fmt::format("ok {}\n", text::joined(read(network, first, count)));
     }
     const scenario::Writing writing = scenario::writing_of(words, networks());
     client::Request request;

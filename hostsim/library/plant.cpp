@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <fmt/core.h>
 
 #include <deque>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include "plant/plant_file.hpp"
 #include "scenario/plant.hpp"
 #include "sim/frame_text.hpp"
+#include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan {
@@ -46,20 +46,27 @@ class Frames final : public scenario::Listener {
   std::deque<std::pair<std::size_t, Frame>> seen_;
 };
 
+[[noreturn]] void throw_plant_error(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines)
+    (text += text.empty() ? "" : "\n") += line;
+  throw PlantError(text);
+}
+
 plant::Config config_of(std::string_view text, const std::string& file) {
   plant::Config config;
   plant::Diagnostics problems = plant::read_plant(text, file, config);
   if (problems.empty()) problems = plant::check(config);
-  std::string lines;
+  std::vector<std::string> lines;
   for (const plant::Diagnostic& problem : problems)
-    lines += (lines.empty() ? "" : "\n") + to_string(problem);
-  if (!problems.empty()) throw PlantError(lines);
+    lines.push_back(to_string(problem));
+  if (!problems.empty()) throw_plant_error(lines);
   return config;
 }
 
 plant::PlantBuild build_of(const plant::Config& config) {
   plant::PlantBuild build = plant::build_nodes(config, reader());
-  if (!build.good) throw PlantError(fmt::format("{}", fmt::join(build.lines, "\n")));
+  if (!build.good) throw_plant_error(build.lines);
   return build;
 }
 
@@ -102,7 +109,7 @@ Plant Plant::demo() {
 }
 
 void Plant::write(std::uint16_t first, const Words& words, unsigned unit) {
-  command(fmt::format("write {}/{} {}", unit, first, fmt::join(words, " ")));
+  command(fmt::format("write {}/{} {}", unit, first, text::joined(words)));
 }
 
 Plant::Words Plant::registers(std::uint16_t first, std::size_t count, unsigned unit) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What can be set of a node: its objects, signals and faults too.
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <array>
 #include <variant>

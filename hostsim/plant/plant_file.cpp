@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "plant/plant_file.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <toml++/toml.h>
 
 #include <algorithm>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "scenario/condition.hpp"
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -76,7 +74,7 @@ class RegisterCondition final : public Condition {
     read(view);
   }
   bool holds(View& view) override { return compare(with_, read(view), wanted_); }
-  std::string seen(View& view) override { return fmt::format("it is {}", fmt::join(read(view), " ")); }
+  std::string seen(View& view) override { return "it is " + text::joined(read(view)); }
 
  private:
   std::vector<std::uint16_t> read(View& view) const { return view.read(network_, first_, wanted_.size()); }

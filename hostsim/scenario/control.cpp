@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "scenario/control.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>
@@ -256,7 +255,7 @@ Reply Execution::incident() {
   if (of.set_incident(words_[2], present, now_)) return {"ok\n"};
   const auto known = of.behaviour().incidents();
   refuse("\"{}\": node {} has no such incident{}{}", words_[2], words_[1], known.empty() ? "" : "; it has ",
-         fmt::join(known, ", "));
+         text::listed(known, ", "));
 }
 
 Reply Execution::fault() {
@@ -302,7 +301,7 @@ Reply Execution::power() {
 
 Reply Execution::read() {
   const auto [network, first, count] = read_of(words_, control_.networks());
-  return {fmt::format("ok {}\n", fmt::join(control_.read(network, first, count), " "))};
+  return {fmt::format("ok {}\n", text::joined(control_.read(network, first, count)))};
 }
 
 /// write and trigger

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // From the steps of a Scenario to what comes of them.
-#include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <deque>
@@ -159,7 +158,7 @@ class Player {
   std::string registers() {
     try {
       return fmt::format("  R{}..: {}\n", regmap::kWindowFirst,
-                         fmt::join(bench_.view().read(1, regmap::kWindowFirst, kRegistersShown), " "));
+                         text::joined(bench_.view().read(1, regmap::kWindowFirst, kRegistersShown)));
     } catch (const Refused&) {
       return {};
     }

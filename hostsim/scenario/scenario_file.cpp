@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // From the TOML text to a Scenario.
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <toml++/toml.h>
 
 #include <algorithm>

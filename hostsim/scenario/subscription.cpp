@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "scenario/subscription.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 
 /// What commands and conditions have in common: how they name things, and how they complain.
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <cstddef>
 #include <cstdint>

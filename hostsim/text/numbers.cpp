@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "text/numbers.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 
@@ -37,6 +37,20 @@ std::optional<std::uint64_t> parse_duration(std::string_view text) {
 
 std::string hex(std::uint64_t number, unsigned digits) {
   return fmt::format("{:0{}X}", number, digits);
+}
+
+std::string hex(std::span<const std::uint8_t> bytes, std::string_view between) {
+  std::string text;
+  for (const std::uint8_t byte : bytes)
+    (text += text.empty() ? "" : between) += hex(byte, 2);
+  return text;
+}
+
+std::string joined(std::span<const std::uint16_t> numbers) {
+  std::string text;
+  for (const std::uint16_t number : numbers)
+    (text += text.empty() ? "" : " ") += std::to_string(number);
+  return text;
 }
 
 }  // namespace cbcan::text

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -36,5 +37,11 @@ std::optional<std::uint64_t> parse_duration(std::string_view text);
 
 /// As many upper-case hexadecimal digits as are asked for, or more if it takes more.
 std::string hex(std::uint64_t number, unsigned digits);
+
+/// "0A 1B": each byte by two upper-case digits.
+std::string hex(std::span<const std::uint8_t> bytes, std::string_view between);
+
+/// "3700 1 65535"
+std::string joined(std::span<const std::uint16_t> numbers);
 
 }  // namespace cbcan::text

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "text/value.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <fmt/core.h>
 
 #include "text/numbers.hpp"
 
@@ -49,7 +48,7 @@ Value parse_value(std::string_view text) {
 
 std::string value_text(const Value& value) {
   if (const auto* bytes = std::get_if<Bytes>(&value))
-    return fmt::format("\"{}{:02X}\"", kHexPrefix, fmt::join(*bytes, " "));
+    return fmt::format("\"{}{}\"", kHexPrefix, hex(*bytes, " "));
   if (const auto* text = std::get_if<std::string>(&value)) return '"' + *text + '"';
   if (const auto* boolean = std::get_if<bool>(&value)) return *boolean ? "true" : "false";
   if (const auto* integer = std::get_if<std::int64_t>(&value)) return std::to_string(*integer);

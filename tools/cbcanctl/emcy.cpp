@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <array>
 #include <iostream>
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/emergency.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::ctl {
 
@@ -29,7 +30,7 @@ void print(int node, const EmergencyMessage& message, std::string_view nothing, 
   const bool is_nothing = message == EmergencyMessage{};
   const std::string_view meaning = is_nothing ? nothing : tools::emergency_meaning(message.code);
   const std::string bits = bits_text(message.error_register, options.json);
-  const std::string info = tools::hex_dump(message.info);
+  const std::string info = text::hex(message.info, " ");
   if (options.json)
     fmt::print(
         R"({{"node": {}, "error_code": {}, "meaning": {}, "error_register": {}, "bits": [{}], "data": {}}})"

@@ -2,7 +2,7 @@
 // cbcanctl: what a PLC program does with the register window, from the command line. Results on standard
 // output, everything else on standard error.
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>

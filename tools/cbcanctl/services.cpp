@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // read, write, nmt, state, kernel, local-id.
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <unistd.h>
 
@@ -12,6 +12,7 @@
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::ctl {
 
@@ -83,7 +84,7 @@ void read(const Options& options) {
     std::cout << value << "\n";
   else
     std::cout << "{\"result\": 0, \"size\": " << data.size()
-              << ", \"data\": " << json_string(tools::hex_dump(data))
+              << ", \"data\": " << json_string(text::hex(data, " "))
               << ", \"value\": " << tools::json_value(data, type) << "}\n";
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cbcanctl/session.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <signal.h>
 
 #include <iostream>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cbcanctl/value.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <fmt/core.h>
 
 #include <array>
 #include <bit>
@@ -150,14 +149,14 @@ Bytes parse_value(std::string_view text, const ValueType& type) {
 std::string print_value(std::span<const std::uint8_t> bytes, const ValueType& type) {
   if (type.size != 0 && bytes.size() != type.size)
     throw UsageError(fmt::format("the object has {} bytes, {} has {}: {}", bytes.size(), type.name, type.size,
-                                 hex_dump(bytes)));
+                                 text::hex(bytes, " ")));
   switch (type.kind) {
     case Kind::kUnsigned: return std::to_string(from_little_endian(bytes));
     case Kind::kSigned: return print_signed(bytes);
     case Kind::kReal: return print_real(bytes);
     case Kind::kBoolean: return bytes[0] != 0 ? "true" : "false";
     case Kind::kString: return std::string(bytes.begin(), bytes.end());
-    case Kind::kHex: return hex_dump(bytes);
+    case Kind::kHex: return text::hex(bytes, " ");
   }
   return {};
 }
@@ -165,7 +164,7 @@ std::string print_value(std::span<const std::uint8_t> bytes, const ValueType& ty
 std::string print_value(std::span<const std::uint8_t> bytes) {
   const std::size_t size = bytes.size();
   if (size == 0) return "(empty)";
-  if (size > 4 && size != 8) return hex_dump(bytes);
+  if (size > 4 && size != 8) return text::hex(bytes, " ");
   const std::uint64_t number = from_little_endian(bytes);
   return fmt::format("0x{} {}", text::hex(number, static_cast<unsigned>(2 * size)), number);
 }
@@ -180,10 +179,6 @@ std::string json_value(std::span<const std::uint8_t> bytes, const ValueType* typ
   const bool is_finite =
       type->kind != Kind::kReal || value.find_first_not_of("-+.e0123456789") == std::string::npos;
   return is_text || !is_finite ? json_string(value) : value;
-}
-
-std::string hex_dump(std::span<const std::uint8_t> bytes) {
-  return fmt::format("{:02X}", fmt::join(bytes, " "));
 }
 
 std::string json_string(std::string_view text) {

@@ -49,9 +49,6 @@ std::string print_value(std::span<const std::uint8_t> bytes);
 /// Likewise as JSON: numbers as numbers, but those that JSON has not. A null type is none.
 std::string json_value(std::span<const std::uint8_t> bytes, const ValueType* type);
 
-/// "01 02 FF"
-std::string hex_dump(std::span<const std::uint8_t> bytes);
-
 /// A JSON string literal; bytes that are not printable ASCII become \u00XX.
 std::string json_string(std::string_view text);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/files/parameter_file.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -79,7 +79,7 @@ std::string parameter_text(const sim::StoredParameters& parameters) {
     text +=
         fmt::format("{} = {}\n{} = {}\n", kNodeId, parameters.lss.node_id, kBitRate, parameters.lss.bit_rate);
   for (const sim::StoredValue& value : parameters.values)
-    text += fmt::format("{:04X}:{:02X} = {:02X}\n", value.index, value.sub, fmt::join(value.bytes, ""));
+    text += fmt::format("{:04X}:{:02X} = {}\n", value.index, value.sub, text::hex(value.bytes, ""));
   return text;
 }
 

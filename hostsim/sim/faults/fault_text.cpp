@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Faults from text and from keys and values, and back.
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <vector>
