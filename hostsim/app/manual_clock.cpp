@@ -69,17 +69,14 @@ void ManualClock::let_time_pass(Program& program) {
 
 /// What a line brings about has happened and been sent when it is answered.
 void ManualClock::say(std::string response) {
-  constexpr std::string_view kError = scenario::kError;
-  const std::size_t end = response.rfind('\n', response.size() - 2);
-  const std::size_t last = end == std::string::npos ? 0 : end + 1;
-  if (response.compare(last, kError.size(), kError) != 0) {
+  const auto [lines, last] = scenario::parts_of(response);
+  if (!last.starts_with(scenario::kError)) {
     if (!response.empty()) console_.say(response);
     return;
   }
-  console_.say(response.substr(0, last));
-  const std::string why =
-      "standard input: " + response.substr(last + kError.size(), response.size() - last - kError.size() - 1);
-  if (response.compare(last, scenario::kNotWithin.size(), scenario::kNotWithin) == 0) throw CheckFailed(why);
+  console_.say(std::string(lines));
+  const std::string why = "standard input: " + std::string(last.substr(scenario::kError.size()));
+  if (last.starts_with(scenario::kNotWithin)) throw CheckFailed(why);
   throw io::UsageError(why);
 }
 

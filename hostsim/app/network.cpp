@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/modbus/rtu_connection.hpp"
+#include "scenario/words.hpp"
 #include "text/numbers.hpp"
 
 namespace cbcan::app {
@@ -99,7 +100,7 @@ void Network::open_log(const plant::NetworkConfig& config) {
 }
 
 std::string Network::where() const {
-  const std::string prefix = number_ == 1 ? "" : std::to_string(number_) + "/";
+  const std::string prefix = scenario::prefix_of(number_);
   return fmt::format("{0}can={1}{2}{3}", prefix, can_,
                      slcan_ ? fmt::format(" {}slcan={}", prefix, to_string(slcan_->address())) : "",
                      plc_ ? fmt::format(" {}plc={}", prefix, plc_->place()) : "");

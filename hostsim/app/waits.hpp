@@ -39,7 +39,8 @@ class Waits {
   bool want_time() const;
   /// Nothing that happens can end any of them.
   bool are_passes() const;
-  /// Of this machine's clock: when one has waited for the PLC as long as it was to; look_at_plc() ends that.
+  /// Of this machine's clock: when one has waited for the PLC as long as it was to; give_up_on_plc() ends
+  /// that.
   Time plc_deadline() const;
   void give_up_on_plc(Time now);
 

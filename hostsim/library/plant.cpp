@@ -133,9 +133,8 @@ void Plant::advance(Duration duration) {
 
 std::string Plant::command(std::string_view line) {
   const std::string response = checked(inside_->plant.execute(line));
-  const std::size_t last = response.rfind('\n', response.size() - 2) + 1;
-  const std::string_view value = std::string_view(response).substr(last + std::string_view("ok").size());
-  return response.substr(0, last) + std::string(text::trim(value));
+  const auto [lines, last] = scenario::parts_of(response);
+  return std::string(lines) += text::trim(last.substr(std::string_view("ok").size()));
 }
 
 bool Plant::wait(std::string_view condition, Duration within) {

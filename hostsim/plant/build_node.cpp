@@ -90,10 +90,10 @@ class Builder {
   }
 
   void read_eds(EdsFile& file) {
-    for (const eds::Diagnostic& diagnostic : file.take_diagnostics(node_.id))
+    auto [image, diagnostics] = file.for_node(node_.id);
+    for (const eds::Diagnostic& diagnostic : diagnostics)
       (diagnostic.severity == eds::Severity::kNote ? build_.notes : build_.warnings)
           .push_back(eds::to_string(diagnostic));
-    eds::DictionaryImage image = file.image(node_.id);
     if (image.entries.empty())
       build_.problems.push_back(node_.eds + ": not one object in it that a node could have");
     ObjectDictionary dictionary(image.entries, image.values, nullptr);

@@ -29,21 +29,20 @@ void move_to_last_node(std::vector<eds::Object>& objects) {
 EdsFile::EdsFile(std::string name, std::string text) : name_(std::move(name)), text_(std::move(text)) {
   eds::Result none = read(text_, name_, 0);
   const eds::Result last = read(text_, name_, nmt::kMaxNode);
-  image_ = eds::dictionary_image(none.device);
+  none_.image = eds::dictionary_image(none.device);
   move_to_last_node(none.device.objects);
   alike_ = none.device.objects == last.device.objects && none.diagnostics == last.diagnostics;
-  if (alike_) diagnostics_ = std::move(none.diagnostics);
+  none_.diagnostics = std::move(none.diagnostics);
 }
 
-eds::DictionaryImage EdsFile::image(std::uint8_t node_id) const {
-  if (!alike_) return eds::dictionary_image(read(text_, name_, node_id).device);
-  eds::DictionaryImage image = image_;
-  change_node_id(image.values, image.node_id_values, 0, node_id);
-  return image;
-}
-
-std::vector<eds::Diagnostic> EdsFile::take_diagnostics(std::uint8_t node_id) {
-  return alike_ ? std::exchange(diagnostics_, {}) : read(text_, name_, node_id).diagnostics;
+EdsFile::ForNode EdsFile::for_node(std::uint8_t node_id) {
+  if (!alike_) {
+    eds::Result result = read(text_, name_, node_id);
+    return {eds::dictionary_image(result.device), std::move(result.diagnostics)};
+  }
+  ForNode node{none_.image, std::exchange(none_.diagnostics, {})};
+  change_node_id(node.image.values, node.image.node_id_values, 0, node_id);
+  return node;
 }
 
 }  // namespace cbcan::plant

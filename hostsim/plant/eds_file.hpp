@@ -20,18 +20,18 @@ class EdsFile {
   /// `name` is for the diagnostics.
   EdsFile(std::string name, std::string text);
 
+  struct ForNode {
+    eds::DictionaryImage image;
+    std::vector<eds::Diagnostic> diagnostics;  ///< what all nodes have in common is told the first time only
+  };
   /// For a node with this ID; 0 = for none.
-  eds::DictionaryImage image(std::uint8_t node_id) const;
-
-  /// What is wrong in the file; of what all nodes have in common nothing after the first call.
-  std::vector<eds::Diagnostic> take_diagnostics(std::uint8_t node_id);
+  ForNode for_node(std::uint8_t node_id);
 
  private:
   std::string name_;
   std::string text_;
-  bool alike_;                  ///< for all node IDs
-  eds::DictionaryImage image_;  ///< for none
-  std::vector<eds::Diagnostic> diagnostics_;
+  bool alike_;  ///< for all node IDs
+  ForNode none_;
 };
 
 }  // namespace cbcan::plant

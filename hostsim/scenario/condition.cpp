@@ -114,8 +114,9 @@ class ObjectCondition final : public Condition {
 class StateCondition final : public Condition {
  public:
   StateCondition(const Written& written, View& view) : node_(written.words[0]), state_(written.words[1]) {
-    static constexpr std::array<std::string_view, 5> kStates{"initialising", "pre-operational", "operational",
-                                                             "stopped", "off"};
+    static const std::array kStates{name_of(nmt::State::kInitialising), name_of(nmt::State::kPreOperational),
+                                    name_of(nmt::State::kOperational), name_of(nmt::State::kStopped),
+                                    kStateOff};
     node_of(view, node_);
     if (std::ranges::find(kStates, state_) == kStates.end())
       refuse("\"{}\": must be {}", state_, text::listed(kStates));

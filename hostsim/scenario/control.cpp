@@ -75,8 +75,6 @@ constexpr auto kNmtCommands = std::to_array<std::pair<std::string_view, nmt::Com
     {"reset-comm", nmt::Command::kResetCommunication},
 });
 
-constexpr Time kWaitWithin = 60 * kSecond;
-
 /// One line's execution.
 class Execution {
  public:
@@ -378,6 +376,12 @@ std::vector<Usage> command_usages() {
   for (const auto& command : Execution::commands())
     usages.push_back(command.text);
   return usages;
+}
+
+ResponseParts parts_of(std::string_view response) {
+  if (response.ends_with('\n')) response.remove_suffix(1);
+  const std::size_t last = response.rfind('\n') + 1;  // 0 where there is one line
+  return {response.substr(0, last), response.substr(last)};
 }
 
 Reading read_of(const Words& words, std::size_t networks) {

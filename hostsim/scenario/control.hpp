@@ -31,6 +31,13 @@ struct Reply {
   bool shutdown = false;                ///< the program is to end
 };
 
+/// Of a response: its last line, which says how it went, without its end; and what stands before that.
+struct ResponseParts {
+  std::string_view lines;
+  std::string_view last;
+};
+ResponseParts parts_of(std::string_view response);
+
 /// What `read` reads, and what `write` and `trigger` write. These throw Refused.
 struct Reading {
   std::size_t network;

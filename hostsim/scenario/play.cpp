@@ -123,9 +123,10 @@ class Player {
     pass_to(step.at ? *step.at : now() + step.after.value_or(0), nullptr);
     execute(step);
     if (step.every) repeated_.push_back({&step, now() + *step.every});
+    const Time within = step.within.value_or(kWaitWithin);
     for (Heard& condition : waited)
-      if (!pass_to(now() + step.within, &condition))
-        condition.fail(fmt::format("not within {} s: ", text::seconds_text(step.within)));
+      if (!pass_to(now() + within, &condition))
+        condition.fail(fmt::format("not within {} s: ", text::seconds_text(within)));
     for (Heard& condition : expected)
       if (!condition.holds()) condition.fail("expected ");
   }

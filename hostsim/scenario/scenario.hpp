@@ -13,6 +13,7 @@
 #include "plant/config.hpp"
 #include "plant/files.hpp"
 #include "scenario/plant.hpp"
+#include "scenario/wait.hpp"
 #include "text/setting.hpp"
 
 namespace cbcan::scenario {
@@ -29,7 +30,7 @@ struct Step {
   std::optional<Time> every;  ///< from then on to the end
   std::vector<Line> commands;
   std::vector<Line> waits;
-  Time within = 60 * kSecond;  ///< for each wait
+  std::optional<Time> within;  ///< for each wait; kWaitWithin unless set
   std::vector<Line> expectations;
   std::size_t line = 0;
 };

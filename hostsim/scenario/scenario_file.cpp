@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <variant>
 
 #include "plant/demo_plant.hpp"
 #include "plant/plant_file.hpp"
@@ -23,23 +24,24 @@ constexpr std::string_view kDemo = "demo";
 
 constexpr std::string_view kDuration = "a text: a whole number and us, ms or s";
 constexpr std::string_view kLines = "a text, or a list of them";
-constexpr auto kRows = std::to_array<text::Row>({
-    {.key = "at", .help = "Time passes until the plant runs for so long", .domain = kDuration},
-    {.key = "after", .help = "Time passes until the step before is done for so long", .domain = kDuration},
-    {.key = "every",
-     .help = "What `do` has is done now, or at `at` or `after`, and from then on again and again to the end, "
-             "while "
-             "the steps below go on",
-     .domain = kDuration},
-    {.key = "do", .help = "Commands, see [control.md](control.md), in this order", .domain = kLines},
-    {.key = "wait",
-     .help = "Conditions; time passes until each has held once, in this order",
-     .domain = kLines},
-    {.key = "within", .help = "The most that each of them may take; 60 s unless set", .domain = kDuration},
-    {.key = "expect",
-     .help = "Conditions that hold now, at the end of the step; events count since the step before was done",
-     .domain = kLines},
+/// A key of a step, and where it is stored.
+struct Key {
+  text::Row row;
+  std::variant<std::optional<Time> Step::*, std::vector<Line> Step::*> where;
+};
+// clang-format off
+constexpr auto kKeys = std::to_array<Key>({
+    {{.key = "at", .help = "Time passes until the plant runs for so long", .domain = kDuration}, &Step::at},
+    {{.key = "after", .help = "Time passes until the step before is done for so long", .domain = kDuration}, &Step::after},
+    {{.key = "every", .help = "What `do` has is done now, or at `at` or `after`, and from then on again and again to the end, while "
+                              "the steps below go on", .domain = kDuration}, &Step::every},
+    {{.key = "do", .help = "Commands, see [control.md](control.md), in this order", .domain = kLines}, &Step::commands},
+    {{.key = "wait", .help = "Conditions; time passes until each has held once, in this order", .domain = kLines}, &Step::waits},
+    {{.key = "within", .help = "The most that each of them may take; 60 s unless set", .domain = kDuration}, &Step::within},
+    {{.key = "expect", .help = "Conditions that hold now, at the end of the step; events count since the step before was done",
+      .domain = kLines}, &Step::expectations},
 });
+// clang-format on
 
 class Reader {
  public:
@@ -84,21 +86,18 @@ class Reader {
     if (step.at && step.after) complain(table, "at, after: a step has one of them");
   }
 
-  void read_key(std::string_view key, const toml::node& node, Step& step) {
-    if (key == "at") return read_duration(key, node, step.at);
-    if (key == "after") return read_duration(key, node, step.after);
-    if (key == "every") return read_duration(key, node, step.every);
-    if (key == "do") return read_lines(key, node, step.commands);
-    if (key == "wait") return read_lines(key, node, step.waits);
-    if (key == "expect") return read_lines(key, node, step.expectations);
-    if (key == "within") {
-      std::optional<Time> within;
-      read_duration(key, node, within);
-      step.within = within.value_or(step.within);
-      return;
-    }
+  void read_key(std::string_view name, const toml::node& node, Step& step) {
+    const auto key = std::ranges::find(kKeys, name, [](const Key& known) { return known.row.key; });
+    if (key == kKeys.end()) return complain_of_key(name, node);
+    if (const auto* duration = std::get_if<std::optional<Time> Step::*>(&key->where))
+      read_duration(name, node, step.*(*duration));
+    else
+      read_lines(name, node, step.*std::get<std::vector<Line> Step::*>(key->where));
+  }
+
+  void complain_of_key(std::string_view key, const toml::node& node) {
     std::vector<std::string_view> known;
-    for (const text::Row& row : kRows)
+    for (const text::Row& row : step_rows())
       known.push_back(row.key);
     const std::string suggestion = text::did_you_mean(key, known);
     complain(node,
@@ -109,7 +108,7 @@ class Reader {
   void read_duration(std::string_view key, const toml::node& node, std::optional<Time>& duration) {
     const auto* text = node.as_string();
     if (text != nullptr) duration = text::parse_duration(text->get());
-    if (!duration || (key == "every" && *duration == 0))
+    if (text == nullptr || !duration || (key == "every" && *duration == 0))
       complain(node, fmt::format("step.{0}: write {0} = \"100ms\": a whole number of us, ms or s", key));
   }
 
@@ -135,6 +134,11 @@ class Reader {
 }  // namespace
 
 std::span<const text::Row> step_rows() {
+  static constexpr auto kRows = [] {
+    std::array<text::Row, kKeys.size()> rows;
+    std::ranges::transform(kKeys, rows.begin(), &Key::row);
+    return rows;
+  }();
   return kRows;
 }
 

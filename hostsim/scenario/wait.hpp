@@ -13,6 +13,9 @@ namespace cbcan::scenario {
 /// What the response to a wait that was not over in time begins with.
 inline constexpr std::string_view kNotWithin = "error: not within ";
 
+/// The most that a wait may take unless it says another time.
+inline constexpr Time kWaitWithin = 60 * kSecond;
+
 class Control;
 
 /// A command that is answered later: when its condition holds, or its time is over.

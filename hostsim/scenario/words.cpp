@@ -101,7 +101,7 @@ std::string_view name_of(nmt::State state) {
 }
 
 std::string_view state_of(const sim::Node& node) {
-  return node.has_power() ? name_of(node.device().state()) : "off";
+  return node.has_power() ? name_of(node.device().state()) : kStateOff;
 }
 
 ObjectEntry entry_of(View& view, std::string_view node, const Address& address) {

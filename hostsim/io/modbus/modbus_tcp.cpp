@@ -245,7 +245,7 @@ bool ModbusTcp::send_rest(Connection& client) {
 }
 
 /// Counts responses rather than asking the kernel before each: a client that waits for its responses costs
-/// one question in `direct_answers_` requests.
+/// one question in `direct_responses_` requests.
 bool ModbusTcp::has_room(Connection& client) const {
   if (client.unconfirmed < direct_responses_) return true;
   int bytes = 0;
