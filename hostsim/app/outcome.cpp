@@ -62,7 +62,8 @@ std::string test_case(std::string_view file, const Outcome& outcome) {
 std::string report(std::string_view file, const Outcome& outcome) {
   switch (outcome.verdict) {
     case Verdict::kPassed:
-      return fmt::format("passed {}: {} s\n", file, text::seconds_text(outcome.duration));
+      return fmt::format("passed {}: {} s{}{}\n", file, text::seconds_text(outcome.duration),
+                         outcome.text.empty() ? "" : "; ", outcome.text);
     case Verdict::kSkipped: return fmt::format("skipped {}: {}\n", file, outcome.text);
     case Verdict::kFailed: return fmt::format("FAILED {}\n{}", file, outcome.text);
     case Verdict::kWrong: return fmt::format("WRONG {}\n{}", file, outcome.text);

@@ -8,7 +8,9 @@
 #include <array>
 
 #include "cbcan/regmap.hpp"
+#include "client/tcp_connection.hpp"
 #include "io/errors.hpp"
+#include "io/modbus/rtu_connection.hpp"
 #include "plant/config.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
@@ -23,13 +25,18 @@ constexpr Time kPeriod = kMillisecond;
 
 }  // namespace
 
-Target::Target(const text::ListenAddress& address) : connection_(address.host, address.port, kTiming) {
+Target::Target(const plant::TargetPlace& place) {
+  if (place.line.device.empty())
+    connection_ = std::make_unique<client::TcpConnection>(place.server.host, place.server.port, kTiming);
+  else
+    connection_ = std::make_unique<io::RtuConnection>(
+        io::SerialSettings{place.line.device, place.line.baud, place.line.parity.front()}, kTiming);
   read(1, regmap::kWindowFirst, 1);
   started_ = io::Reactor::now();
 }
 
 void Target::wait_for(Time until) {
-  pollfd waiting{connection_.descriptor(), connection_.events(), 0};
+  pollfd waiting{connection_->descriptor(), connection_->events(), 0};
   const Time now = io::Reactor::now();
   const auto ms = until > now ? static_cast<int>(std::min<Time>((until - now) / kMillisecond + 1, 1000)) : 0;
   ::poll(&waiting, 1, ms);
@@ -39,15 +46,15 @@ client::Response Target::exchange(std::size_t network, const client::Request& re
   const auto now_there = [] { return static_cast<client::Time>(io::Reactor::now()); };
   bool sent = false;
   while (true) {
-    connection_.poll(now_there());
-    if (!sent && connection_.ready(now_there())) {
-      connection_.send(static_cast<std::uint8_t>(network), request, now_there());
+    connection_->poll(now_there());
+    if (!sent && connection_->ready(now_there())) {
+      connection_->send(static_cast<std::uint8_t>(network), request, now_there());
       sent = true;
     }
     if (sent)
-      if (auto response = connection_.receive(now_there())) return *response;
-    if (!connection_.problem().empty()) throw io::EnvironmentError(connection_.problem());
-    wait_for(static_cast<Time>(connection_.deadline()));
+      if (auto response = connection_->receive(now_there())) return *response;
+    if (!connection_->problem().empty()) throw io::EnvironmentError(connection_->problem());
+    wait_for(static_cast<Time>(connection_->deadline()));
   }
 }
 
@@ -66,7 +73,7 @@ std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first
 }
 
 sim::World& Target::world(std::size_t /*network*/) {
-  scenario::refuse("nodes and frames cannot be seen there: --target has registers alone");
+  throw scenario::Unseen("nodes and frames cannot be seen there: --target has registers alone");
 }
 
 void Target::check(std::string_view line) {

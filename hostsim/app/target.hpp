@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "client/tcp_connection.hpp"
+#include "client/connection.hpp"
 #include "io/loop/reactor.hpp"
+#include "plant/run_options.hpp"
 #include "scenario/plant.hpp"
-#include "text/address.hpp"
 
 namespace cbcan::app {
 
-/// Any implementation of the register window, behind a Modbus TCP server, in real time. Of commands there are
+/// Any implementation of the register window, behind a Modbus server, in real time. Of commands there are
 /// those for registers, of conditions those about registers, transactions and time. Blocks.
 class Target final : public scenario::Bench, private scenario::View {
  public:
   /// Throws io::EnvironmentError when there is no connection; so do all others when it is lost.
-  explicit Target(const text::ListenAddress& address);
+  explicit Target(const plant::TargetPlace& place);
 
   scenario::View& view() override { return *this; }
   void check(std::string_view line) override;
@@ -33,11 +34,12 @@ class Target final : public scenario::Bench, private scenario::View {
   std::vector<std::uint16_t> read(std::size_t network, std::uint32_t first, std::size_t count) override;
   std::uint32_t transactions(std::size_t /*network*/) override { return transactions_; }
   sim::World& world(std::size_t network) override;
+  bool has_exact_time() const override { return false; }
   client::Response exchange(std::size_t network, const client::Request& request);
   void wait_for(Time until);
 
   io::Reactor reactor_;
-  client::TcpConnection connection_;
+  std::unique_ptr<client::Connection> connection_;
   Time started_ = io::Reactor::now();
   std::uint32_t transactions_ = 0;
 };

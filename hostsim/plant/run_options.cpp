@@ -24,7 +24,7 @@ text::Problem check_shard(const text::Value& value) {
 
 text::Problem check_target(const text::Value& value) {
   try {
-    text::parse_listen_address(std::get<std::string>(value), 502);
+    target_of(std::get<std::string>(value));
     return {};
   } catch (const text::UsageError& error) {
     return error.what();
@@ -48,10 +48,10 @@ constexpr std::array kRows{
                             .help = "Only the I-th of N parts: always the same scenarios, and all N together are all of them",
                             .domain = "I/N", .check = check_shard}),
     row<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Time passes as fast as on the clock on the wall"}),
-    row<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT",
-                             .help = "Plays on the registers behind this Modbus TCP server, in real time; scenarios that need more than "
-                                     "registers are skipped",
-                             .domain = "HOST:PORT", .check = check_target}),
+    row<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
+                             .help = "Plays on the registers behind this Modbus server, in real time; what is expected of nodes and frames "
+                                     "is left out, and scenarios that do something to them are skipped",
+                             .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .check = check_target}),
     row<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Plays nothing, but says what is wrong in the files"}),
 };
 // clang-format on
@@ -108,6 +108,26 @@ std::string take(std::span<const char* const>& words, RunConfig& config) {
 }
 
 }  // namespace
+
+TargetPlace target_of(const std::string& text) {
+  constexpr std::uint16_t kModbusPort = 502;
+  constexpr std::string_view kLine = "rtu:";
+  if (!text.starts_with(kLine)) return {text::parse_listen_address(text, kModbusPort), {}};
+  std::string_view rest = std::string_view(text).substr(kLine.size());
+  const auto next = [&rest] {
+    const auto parts = text::split(rest, ',').value_or(std::pair(rest, std::string_view()));
+    rest = parts.second;
+    return parts.first;
+  };
+  TargetPlace place;
+  place.line.device = next();
+  const std::uint32_t baud = text::parse<std::uint32_t>(next()).value_or(0);
+  place.line.parity = next();
+  if (place.line.device.empty() || baud == 0 || place.line.parity.empty() || !rest.empty())
+    throw text::UsageError("write rtu:DEV,BAUD,PARITY, such as rtu:/dev/ttyUSB0,19200,E");
+  place.line.baud = baud;
+  return place;
+}
 
 Shard shard_of(const std::string& text) {
   const auto sides = text::split(text, '/');

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "plant/command_line.hpp"
+#include "plant/config.hpp"
+#include "text/address.hpp"
 #include "text/setting.hpp"
 
 namespace cbcan::plant {
@@ -19,10 +21,18 @@ struct RunConfig {
   std::string logs;                ///< folder; empty = none
   std::uint16_t jobs = 1;          ///< processes
   std::string shard = "1/1";
-  std::string target;  ///< HOST:PORT of a Modbus TCP server; empty = the plant of each scenario
+  std::string target;  ///< see target_of(); empty = the plant of each scenario
   bool real_time = false;
   bool check = false;
 };
+
+/// Somebody else's registers.
+struct TargetPlace {
+  text::ListenAddress server;  ///< of Modbus TCP
+  LineConfig line;             ///< of Modbus RTU, station 1; without a device it is the server
+};
+/// "HOST:PORT" or "rtu:DEV,BAUD,PARITY"; throws text::UsageError.
+TargetPlace target_of(const std::string& text);
 
 /// Part and number of parts of a RunConfig::shard.
 struct Shard {

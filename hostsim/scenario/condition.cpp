@@ -143,7 +143,10 @@ class TimeCondition final : public Condition {
 class TookCondition final : public Condition {
  public:
   TookCondition(const Written& written, View& view)
-      : since_(view.now()), with_(operator_of(written.words[0])), wanted_(duration_of(written.words[1])) {}
+      : since_(view.now()), with_(operator_of(written.words[0])), wanted_(duration_of(written.words[1])) {
+    if (with_ == "=" && !view.has_exact_time())
+      throw Unseen("took = wants time to the microsecond; write took >= and took <=");
+  }
   bool holds(View& view) override { return compare(with_, view.now() - since_, wanted_); }
   std::string seen(View& view) override {
     return "it took " + text::seconds_text(view.now() - since_) + " s";

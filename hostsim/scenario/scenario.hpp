@@ -48,6 +48,10 @@ std::span<const text::Row> step_rows();
 /// `read` gives the plant file that the scenario names, the demo's too.
 Scenario read_scenario(std::string_view text, const std::string& file, const plant::FileReader& read);
 
+/// Takes out the expectations of what this bench does not show; returns how many. Throws Unseen where nothing
+/// is left of a step.
+std::size_t leave_out_unseen(Scenario& scenario, Bench& bench);
+
 /// What is wrong with the steps, as far as that can be told without playing them on it.
 plant::Diagnostics check_steps(const Scenario& scenario, Bench& bench);
 

@@ -26,6 +26,12 @@ class Refused : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Because it cannot be seen from here, not because it is wrong.
+class Unseen : public Refused {
+ public:
+  using Refused::Refused;
+};
+
 template <class... Args>
 [[noreturn]] void refuse(fmt::format_string<Args...> text, Args&&... args) {
   throw Refused(fmt::format(text, std::forward<Args>(args)...));
@@ -72,10 +78,12 @@ class View {
   virtual std::vector<std::uint16_t> read(std::size_t network, std::uint32_t first, std::size_t count) = 0;
   /// So many transactions have begun on this network.
   virtual std::uint32_t transactions(std::size_t network) = 0;
-  /// Nodes and bus; throws Refused where registers alone can be seen.
+  /// Nodes and bus; throws Unseen where registers alone can be seen.
   virtual sim::World& world(std::size_t network) = 0;
   /// Of that world's clock; add to now().
   virtual Time started() const = 0;
+  /// Time is the plant's own, to the microsecond.
+  virtual bool has_exact_time() const { return true; }
 
  protected:
   ~View() = default;

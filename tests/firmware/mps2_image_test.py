@@ -4,6 +4,7 @@
 usage: mps2_image_test.py IMAGE CBCAN_SIM
 """
 
+import contextlib
 import itertools
 import multiprocessing
 import os
@@ -11,6 +12,7 @@ import pathlib
 import random
 import select
 import struct
+import subprocess
 import sys
 import time
 import unittest
@@ -18,6 +20,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases  # noqa: E402
 from mcu import Mcu, crc, die_with_parent  # noqa: E402
+from serial_line import SerialLine  # noqa: E402
 from simulator import Simulator, program_from_arguments, wait_until  # noqa: E402
 
 OPENING = b"\r\r\rC\rS6\rO\r"
@@ -149,6 +152,15 @@ class Image(unittest.TestCase):
             mcu.can.receive(len(OPENING + BOOT_UP))
             wait_until(neither_executed_nor_answered, "a request that a byte takes back")
             self.finish(mcu)
+
+    def test_scenarios_of_the_registers_pass_on_it(self):
+        folder = pathlib.Path(__file__).resolve().parents[2] / "scenarios"
+        names = "checks", "nmt_and_state", "sdo_sizes_and_modes", "transaction_read_and_write"
+        with Simulator(SIMULATOR, "--demo", "--no-module", "--slcan", "127.0.0.1:0", log=False) as sim:
+            with Mcu(IMAGE, can=f"tcp:{sim.where['slcan']},nodelay=on") as mcu, contextlib.closing(SerialLine(mcu.modbus.socket)) as line:
+                files = [str(folder / f"{name}.toml") for name in names]
+                done = subprocess.run([SIMULATOR, "run", "--target", f"rtu:{line.ends[0]},115200,E", *files], capture_output=True, text=True)
+        self.assertIn(f"\n{len(names)} passed\n", done.stdout)
 
     def test_thousands_of_transactions_on_a_loaded_host_none_lost_none_wrong(self):
         """Writes of random bytes of every size to the node, and their reading back; no request is sent twice."""

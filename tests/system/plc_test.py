@@ -241,7 +241,7 @@ class OnALine(unittest.TestCase):
 
     def test_requests_one_after_the_other(self):
         line = SerialLine()
-        self.addCleanup(line.stop)
+        self.addCleanup(line.close)
         requests = [(5055, 0x42, 0x1000, 0, 4), (5066, 0x42, 0x6411, 1, 2, 300), (5055, 0x42, 0x6411, 1, 128), (5055, 0x20, 0x3333, 0, 4)]
         results = []
 

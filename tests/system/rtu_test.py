@@ -35,7 +35,7 @@ def frame(hexadecimal):
 class OnALine(unittest.TestCase):
     def setUp(self):
         self.line = SerialLine()
-        self.addCleanup(self.line.stop)
+        self.addCleanup(self.line.close)
 
     def start(self, *options, rtu="{},19200,E,1"):
         simulator = Simulator(PROGRAM, "--demo", "--rtu", rtu.format(self.line.ends[0]), *options)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """cbcan-sim run: the scenarios that come with cbcan, outcomes, parts, and the same log every time."""
 
+import hashlib
 import os
 import pathlib
 import pty
@@ -20,6 +21,7 @@ from simulator import LIMIT, Simulator, program_from_arguments
 PROGRAM = program_from_arguments(sys.argv)
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SHIPPED = sorted((ROOT / "scenarios").glob("*.toml"))
+DIGESTS = pathlib.Path(__file__).with_name("scenario_logs.sha256")  # as sha256sum writes them
 FAILS = """plant = "demo"
 
 [[step]]
@@ -47,13 +49,15 @@ class Shipped(unittest.TestCase):
         for _ in range(int(os.environ.get("CBCAN_RUNS", "5"))):
             self.assertEqual(run("-j", 4, ROOT / "scenarios").returncode, 0)
 
-    def test_the_log_is_the_same_every_time(self):
+    def test_the_log_is_the_same_every_time_and_from_every_compiler(self):
         logs = []
         for options in ([], ["-j", "4"]):
             with tempfile.TemporaryDirectory() as folder:
                 self.assertEqual(run("--log", folder, *options, ROOT / "scenarios").returncode, 0)
                 logs.append({path.name: path.read_text() for path in pathlib.Path(folder).iterdir()})
         self.assertEqual(logs[0], logs[1])
+        digests = "".join(f"{hashlib.sha256(log.encode()).hexdigest()}  {name}\n" for name, log in sorted(logs[0].items()))
+        self.assertEqual(digests, DIGESTS.read_text(), "if the buses should differ, write these digests to " + DIGESTS.name)
         self.assertEqual(len(logs[0]), len(SHIPPED) + 1)
         self.assertIn("(0000000001.000000) virtual 663#8000100000000405\n", logs[0]["silent_node.log"])
         self.assertTrue(logs[0]["two_networks.2.log"])
@@ -69,11 +73,14 @@ class Shipped(unittest.TestCase):
             plain = pathlib.Path(folder) / "plain.toml"
             plain.write_text('plant = "demo"\n[[step]]\ndo = "trigger read 99 0x1000 0 4"\nwait = "transaction ended"\n'
                              'expect = ["took >= 200ms", "register 3700 = 4", "register 3706 = 0 0x0504"]\n')
-            done = run("--target", f"127.0.0.1:{simulator.port}", plain, ROOT / "scenarios/silent_node.toml", ROOT / "scenarios/node_lost.toml")
+            done = run("--target", f"127.0.0.1:{simulator.port}", plain, *(ROOT / f"scenarios/{name}.toml" for name in (
+                "an_hour_of_heartbeats", "checks", "nmt_and_state", "node_lost", "sdo_sizes_and_modes", "silent_node")))
         self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("an_hour_of_heartbeats.toml: line 9: nothing of what the step expects can be seen there\n", done.stdout)
+        self.assertRegex(done.stdout, r"(?m)^passed .*/checks.toml: 0\.\d+ s; 5 expectations of nodes, frames or exact times left out$")
         self.assertRegex(done.stdout, rf"(?m)^passed {plain}: 0\.[2-9]\d+ s$")
         self.assertIn("node_lost.toml: nodes and frames cannot be seen there: --target has registers alone\n", done.stdout)
-        self.assertIn("\n1 passed, 2 skipped\n", done.stdout)
+        self.assertIn("\n4 passed, 3 skipped\n", done.stdout)
         done = run("--target", f"127.0.0.1:{simulator.port}", ROOT / "scenarios/silent_node.toml")
         self.assertEqual(done.returncode, 2)
         self.assertIn(f"127.0.0.1:{simulator.port}", done.stdout)
