@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Connections that are not made, break, or bring what is no response.
 
-#include <stdexcept>
-#include <string>
-
 #include "cia405/fake_server.hpp"
 #include "support/catch.hpp"
 

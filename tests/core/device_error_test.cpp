@@ -73,8 +73,7 @@ TEST_CASE(
   CHECK(rig.read(0x1003, 3) == 0x1002);
   rig.write(0x1003, 0, 1, 0);
   CHECK(rig.read(0x1003, 3) == 0);
-  rig.arrive("000#8242");
-  rig.expect("742#00");
+  rig.arrive("000#8242").expect("742#00");
   CHECK(rig.read(0x1003, 0) == 0);
 }
 
@@ -115,10 +114,8 @@ TEST_CASE("EMCY that the port refuses is tried again") {
   rig.start();
   rig.port.refuse_next = 3;
   rig.device.emergency().error(0x1000, 0, {}, rig.now);
-  rig.pass(299);
-  rig.expect_silence();
-  rig.pass(1);
-  rig.expect("0C2#0010010000000000");
+  rig.pass(299).expect_silence();
+  rig.pass(1).expect("0C2#0010010000000000");
 }
 
 TEST_CASE("Errors outlive a reset of the communication in 1001h, and end with a reset of the node") {
@@ -126,11 +123,9 @@ TEST_CASE("Errors outlive a reset of the communication in 1001h, and end with a 
   rig.start();
   rig.device.emergency().error(0x2310, 0x02, {}, rig.now);
   rig.expect("0C2#1023030000000000");
-  rig.arrive("000#8242");
-  rig.expect("742#00");
+  rig.arrive("000#8242").expect("742#00");
   CHECK(rig.read(0x1001, 0) == 0x03);
-  rig.arrive("000#8142");
-  rig.expect("742#00");
+  rig.arrive("000#8142").expect("742#00");
   CHECK(rig.read(0x1001, 0) == 0);
   CHECK(rig.read(0x1003, 0) == 0);
 }
@@ -142,21 +137,16 @@ TEST_CASE("1016h: a node that was heard and falls silent is EMCY 8130h, once; he
   rig.start(true);
   rig.write(0x1016, 1, 4, 0x00050064);
   CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x642, 0x705, 0x742});
-  rig.pass(kSecond);
-  rig.expect_silence();  // never heard is not lost
+  rig.pass(kSecond).expect_silence();  // never heard is not lost
   rig.events.clear();
   rig.arrive("705#05");
   rig.pass(99 * kMillisecond);
   rig.arrive("705#05");
-  rig.pass(100 * kMillisecond - 1);
-  rig.expect_silence();
-  rig.pass(1);
-  rig.expect("0C2#3081110000000000");
+  rig.pass(100 * kMillisecond - 1).expect_silence();
+  rig.pass(1).expect("0C2#3081110000000000");
   CHECK(rig.events == std::vector<std::string>{"lost heartbeat", "state 127"});  // 1029h:01 = 0
-  rig.pass(kSecond);
-  rig.expect_silence();
-  rig.arrive("705#05");
-  rig.expect("0C2#0000000000000000");
+  rig.pass(kSecond).expect_silence();
+  rig.arrive("705#05").expect("0C2#0000000000000000");
 }
 
 TEST_CASE("1016h: a node once; entries without a node or without a time are unused, whatever else they say") {
@@ -180,10 +170,8 @@ TEST_CASE("1016h: what is no heartbeat of a watched node keeps nobody alive") {
   rig.pass(99 * kMillisecond);
   for (const char* frame : {"705#", "705#R1", "706#05", "00000705#05", "700#05", "685#05"})
     rig.arrive(frame);
-  rig.pass(kMillisecond);
-  rig.expect("0C2#3081110000000000");
-  rig.arrive("705#");
-  rig.expect_silence();
+  rig.pass(kMillisecond).expect("0C2#3081110000000000");
+  rig.arrive("705#").expect_silence();
 }
 
 TEST_CASE("1029h:01 = 2 stops the node in Pre-operational too, 0 and 1 leave it there") {
@@ -223,14 +211,10 @@ TEST_CASE("Two watched nodes lost are one error, over when both are back") {
   rig.write(0x1016, 2, 4, 0x00060032);
   rig.arrive("705#05");
   rig.arrive("706#05");
-  rig.pass(50 * kMillisecond);
-  rig.expect("0C2#3081110000000000");
-  rig.pass(50 * kMillisecond);
-  rig.expect_silence();
-  rig.arrive("706#05");
-  rig.expect_silence();
-  rig.arrive("705#00");
-  rig.expect("0C2#0000000000000000");
+  rig.pass(50 * kMillisecond).expect("0C2#3081110000000000");
+  rig.pass(50 * kMillisecond).expect_silence();
+  rig.arrive("706#05").expect_silence();
+  rig.arrive("705#00").expect("0C2#0000000000000000");
 }
 
 TEST_CASE("Node guarding: the toggle bit alternates; life guarding watches the master") {
@@ -238,20 +222,14 @@ TEST_CASE("Node guarding: the toggle bit alternates; life guarding watches the m
   rig.start(true);
   rig.write(0x100C, 0, 2, 100);
   rig.write(0x100D, 0, 1, 3);
-  rig.pass(kSecond);
-  rig.expect_silence();  // it begins with the first request
-  rig.arrive("742#R1");
-  rig.expect("742#05");
+  rig.pass(kSecond).expect_silence();  // it begins with the first request
+  rig.arrive("742#R1").expect("742#05");
   rig.pass(299 * kMillisecond);
-  rig.arrive("742#R1");
-  rig.expect("742#85");
+  rig.arrive("742#R1").expect("742#85");
   rig.events.clear();
-  rig.pass(300 * kMillisecond);
-  rig.expect("0C2#3081110000000000");
+  rig.pass(300 * kMillisecond).expect("0C2#3081110000000000");
   CHECK(rig.events == std::vector<std::string>{"lost guarding", "state 127"});
-  rig.arrive("742#R1");
-  rig.expect("742#7F");
-  rig.expect("0C2#0000000000000000");
+  rig.arrive("742#R1").expect("742#7F", "0C2#0000000000000000");
 }
 
 TEST_CASE("Bus-off is a network failure too; back on the bus it is told, by EMCY 8140h") {
@@ -262,6 +240,5 @@ TEST_CASE("Bus-off is a network failure too; back on the bus it is told, by EMCY
   CHECK(rig.events == std::vector<std::string>{"lost bus-off", "state 127"});
   rig.expect_silence();
   rig.device.on_bus_state(BusState::kActive, rig.now);
-  rig.expect("0C2#4081110000000000");
-  rig.expect("0C2#0000000000000000");
+  rig.expect("0C2#4081110000000000", "0C2#0000000000000000");
 }

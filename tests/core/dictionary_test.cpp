@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
 
-#include <algorithm>
-#include <array>
-
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "support/catch.hpp"
 

@@ -23,8 +23,7 @@ struct Transfer {
   std::uint16_t size;
 };
 
-class FaultRig final : private CanPort {
- public:
+struct FaultRig final : private CanPort {
   static constexpr Time kTimeout = 100 * kMillisecond;
   static constexpr Time kLatency = kMillisecond;  ///< of the peer, for each frame
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Every kind of transfer, every frame of it, every harm that can be done to that frame. What has to come of
 // it is in one table, by what the frame is; and whatever comes of it, the rules at the end of this file hold.
-#include <algorithm>
 
 #include "fault_rig.hpp"
 #include "support/catch.hpp"
@@ -252,8 +251,7 @@ std::vector<std::uint8_t> counting_from(std::uint8_t first, std::size_t count) {
 }
 
 /// The rules that hold whatever was done to the transfer.
-class Rules {
- public:
+struct Rules {
   Rules(FaultRig& rig, const Transfer& transfer) : rig_(rig), transfer_(transfer) {}
 
   /// Within three SDO timeouts: the longest way is silence, the question for the rest, and silence again.

@@ -17,23 +17,19 @@ TEST_CASE("Node state: heartbeat and boot-up, while they are fresh") {
     Bench bench;
     bench.arrive(row.frame);
     bench.pass(2 * kSecond);
-    bench.read(5, 0x300C, 0, 0);
-    bench.check_done();
+    bench.read(5, 0x300C, 0, 0).check_done();
     CHECK(bench.reg(3705) == 1);
     CHECK(bench.reg(3706) == row.state);
     bench.pass(1);
-    bench.read(5, 0x300C, 0, 0);
-    bench.expect("705#R1");
-    bench.pass(100 * kMillisecond);
-    bench.check_done();
+    bench.read(5, 0x300C, 0, 0).expect("705#R1");
+    bench.pass(100 * kMillisecond).check_done();
     CHECK(bench.reg(3706) == 6);
   }
 }
 
 TEST_CASE("Node state: guarding, a response within 100 ms or 6") {
   Bench bench;
-  bench.read(77, 0x300C, 0, 0);
-  bench.expect("74D#R1");
+  bench.read(77, 0x300C, 0, 0).expect("74D#R1");
   SECTION("toggle 0") {
     bench.arrive("74D#05");
   }

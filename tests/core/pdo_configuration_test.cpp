@@ -158,13 +158,9 @@ TEST_CASE("Values from the start: valid PDOs work, ones whose mapping does not h
   put(0x1801, 0x281, 0x20010208);
   rig.pdo.reset({}, rig.now);
   CHECK(rig.ids() == Ids{0x201, 0x501, 0x281});
-  rig.operational();
-  rig.expect("181#00");
-  rig.expect("281#00");
-  rig.arrive("201#11");
-  rig.expect("received");
-  rig.arrive("501#22");
-  rig.expect("received");
+  rig.operational().expect("181#00", "281#00");
+  rig.arrive("201#11").expect("received");
+  rig.arrive("501#22").expect("received");
   rig.arrive("301#");
   rig.arrive("401#33");
   rig.arrive("000#33");
@@ -199,8 +195,7 @@ TEST_CASE("How many there are; less room than that is for the first ones") {
   rig.set_up(0x1800, 1, 0x40000181, 255, {0x20010108});
   rig.set_up(0x1800, 512, 0x40000182, 255, {0x20010108});
   CHECK(rig.ids() == Ids{0x202});
-  rig.operational();
-  rig.expect("181#00");
+  rig.operational().expect("181#00");
   rig.arrive("203#01");
 }
 
@@ -211,10 +206,8 @@ TEST_CASE("A PDO that becomes valid, changes or ends in Operational") {
   rig.set_up(0x1800, 1, 0x40000181, 255, {0x20010108});
   rig.expect("181#5A");
   rig.configure(0x1800, 5, 10);  // the timer starts, nothing is sent
-  rig.pass(9'999);
-  rig.expect_silence();
-  rig.pass(1);
-  rig.expect("181#5A");
+  rig.pass(9'999).expect_silence();
+  rig.pass(1).expect("181#5A");
   rig.configure(0x1800, 1, 0xC0000181);
   rig.pass(50'000);
   rig.change(0x2001, 1, 1);
@@ -223,14 +216,12 @@ TEST_CASE("A PDO that becomes valid, changes or ends in Operational") {
   rig.set_up(0x1800, 1, 0x40000191, 255, {0x20010208});
   rig.expect("191#00");
   rig.set_up(0x1400, 1, 0x201, 255, {0x20010208});
-  rig.arrive("201#07");
-  rig.expect("received");
+  rig.arrive("201#07").expect("received");
   CHECK(rig.get(0x2001, 2) == 7);
   rig.configure(0x1400, 1, 0x80000201);
   rig.arrive("201#08");
   CHECK(rig.get(0x2001, 2) == 7);
-  rig.pass(9'000);
-  rig.expect_silence();
+  rig.pass(9'000).expect_silence();
 }
 
 TEST_CASE("PDOs of a dictionary whose last object is FFFFh") {

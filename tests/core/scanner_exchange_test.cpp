@@ -2,8 +2,6 @@
 // PLCs whose Modbus masters exchange whole blocks, in each of the four orders that there are: through the
 // scanner window each request is one transfer, and each result the node's own. Through R3700 they are not.
 // Issue 14's table; docs/scanner.md has it.
-#include <functional>
-#include <iostream>
 
 #include "core/scanner_rig.hpp"
 
@@ -36,8 +34,7 @@ struct Images {
 
 /// A Modbus master, with the PLC's scan behind each request, or behind each exchange.
 template <std::size_t Out, std::size_t In>
-class Master {
- public:
+struct Master {
   Master(ScannedModule& module, Images<Out, In> images, std::function<void()> scan)
       : module_(module), images_(images), scan_(std::move(scan)) {}
 
@@ -145,8 +142,7 @@ void check_in_pieces(unsigned requests) {
 
 /// A careful PLC program at R3700: CA0Eh until R3700 is read to be something else two exchanges later, then 0
 /// for two exchanges.
-class FlagPlc {
- public:
+struct FlagPlc {
   void scan() {
     if (++scans_ < 2) return;
     if (out[0] == regmap::kExecute && in[0] != regmap::kExecute) {

@@ -2,9 +2,6 @@
 // The SDO client beside a second one, by random responses: what goes on with the transfer, nearly that, and
 // anything. Each frame that it sends is the same, byte for byte, and so are the outcome and the bytes read.
 
-#include <map>
-#include <random>
-
 #include "cbcan/canopen/sdo/client.hpp"
 #include "core/sdo_reference.hpp"
 #include "support/bench.hpp"
@@ -19,8 +16,7 @@ using Mode = ReferenceClient::Mode;
 constexpr std::size_t kRoom = 600;
 
 /// What a server could say next. A value that is read has total_ bytes.
-class Server {
- public:
+struct Server {
   explicit Server(unsigned seed) : chance_(seed) {}
 
   struct Response {

@@ -37,8 +37,7 @@ struct ReferenceObject {
   SdoBytes value;
 };
 
-class ReferenceServer {
- public:
+struct ReferenceServer {
   enum class State {
     kIdle,
     kDownload,
@@ -98,8 +97,7 @@ class ReferenceServer {
 };
 
 /// One transfer of a client.
-class ReferenceClient {
- public:
+struct ReferenceClient {
   enum class Mode { kAuto, kExpedited, kSegmented, kBlock };
   enum class State {
     kOver,

@@ -2,9 +2,6 @@
 // The SDO server beside a second one, by random frames: what goes on with the transfer that is under way,
 // nearly that, and anything. Each response is the same, byte for byte.
 
-#include <map>
-#include <random>
-
 #include "cbcan/canopen/sdo/server.hpp"
 #include "core/sdo_reference.hpp"
 #include "support/bench.hpp"
@@ -51,8 +48,7 @@ std::vector<ReferenceObject> objects() {
 }
 
 /// What a client could say next.
-class Client {
- public:
+struct Client {
   Client(const ReferenceServer& server, unsigned seed) : server_(server), chance_(seed) {}
 
   Sdo next() {

@@ -3,9 +3,6 @@
 
 #include "cbcan/canopen/sdo/server.hpp"
 
-#include <numeric>
-#include <vector>
-
 #include "support/bench.hpp"
 
 namespace cbcan::test {
@@ -20,13 +17,15 @@ const std::vector<ObjectEntry> kEntries{
     {0x2002, 0, 0, DataType::kVisibleString, 0, Flags::kRead, 33, 24},
 };
 
-class Server final : public Wire {
- public:
+struct Server final : Wire {
   Server() {
     std::iota(values.begin() + 33, values.end(), std::uint8_t{0x41});  // "ABC...X"
     server.reset(0x5C2);
   }
-  void arrive(const std::string& frame) { server.on_frame(frame_from(frame), 0); }
+  Wire& arrive(const std::string& frame) {
+    server.on_frame(frame_from(frame), 0);
+    return *this;
+  }
   void exchange(const std::string& request, const std::string& response) {
     arrive("642#" + request);
     expect("5C2#" + response);
@@ -98,8 +97,7 @@ TEST_CASE("SDO server: a block upload's steps in each of its states") {
   SECTION("at its end, once") {
     stream();
     server.exchange(taken, "D1076B0000000000");
-    server.arrive("642#" + end);
-    server.expect_silence();
+    server.arrive("642#" + end).expect_silence();
     server.exchange(end, refused);
   }
 }
@@ -107,14 +105,9 @@ TEST_CASE("SDO server: a block upload's steps in each of its states") {
 TEST_CASE("SDO server: a sub-block confirmed in part goes on behind what was confirmed in all") {
   Server server;
   server.exchange("A002200002000000", "C602200018000000");  // without CRC
-  server.arrive("642#A300000000000000");
-  server.expect("5C2#0141424344454647");
-  server.expect("5C2#0248494A4B4C4D4E");
-  server.arrive("642#A202020000000000");
-  server.expect("5C2#014F505152535455");
-  server.expect("5C2#8256575800000000");
-  server.arrive("642#A201020000000000");
-  server.expect("5C2#8156575800000000");
+  server.arrive("642#A300000000000000").expect("5C2#0141424344454647", "5C2#0248494A4B4C4D4E");
+  server.arrive("642#A202020000000000").expect("5C2#014F505152535455", "5C2#8256575800000000");
+  server.arrive("642#A201020000000000").expect("5C2#8156575800000000");
   server.exchange("A201020000000000", "D100000000000000");
 }
 
@@ -122,8 +115,7 @@ TEST_CASE("SDO server: eight sub-blocks in a row without a segment taken, counte
   Server server;
   for (const bool again : {false, true}) {
     server.exchange("A402200001000000", "C602200018000000");
-    server.arrive("642#A300000000000000");
-    server.expect("5C2#0141424344454647");
+    server.arrive("642#A300000000000000").expect("5C2#0141424344454647");
     for (int i = 0; i < 7; ++i)
       server.exchange("A200010000000000", "0141424344454647");
     if (again) server.exchange("A200010000000000", "8002200003000405");

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Transfers of every size that the caller has memory for: 256 bytes, where a counter of 8 bits is at its end,
 // and 65,535, where one of 16 bits is. The server is played by hand; node 5, object 2000h.
-#include <vector>
 
 #include "cbcan/canopen/sdo/client.hpp"
 #include "support/bench.hpp"

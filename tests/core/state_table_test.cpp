@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Every state of the SDO client times every kind of event. A state without a row and a row without all its
 // cells fail.
-#include <algorithm>
 
 #include "cbcan/canopen/sdo/client.hpp"
 #include "support/bench.hpp"

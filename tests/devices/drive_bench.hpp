@@ -1,15 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
-#include <cstdio>
-#include <fstream>
-#include <functional>
-#include <iterator>
-#include <string>
-#include <vector>
-
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "devices/drive/drive.hpp"
 #include "eds/dictionary_image.hpp"
@@ -28,8 +19,7 @@ inline const eds::DictionaryImage& drive_image() {
 }
 
 /// A drive on the dictionary of plants/demo/drive.eds; the test is its node, in virtual time.
-class DriveBench : public sim::DeviceNode {
- public:
+struct DriveBench : sim::DeviceNode {
   explicit DriveBench(const devices::AxisLayout& layout = {}) : drive(*this, layout) {
     drive.reset(true, now);
     update();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Homing, method by method. The axis: negative limit at -100,000, positive limit at 100,000, home switch from
 // 20,500 to 24,500, an index pulse every 10,000. Homes worked out by hand from the drawings of CiA 402.
-#include <array>
 
 #include "drive_bench.hpp"
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The power state machine: every state and every command, and the option codes.
-#include <array>
-#include <string>
 
 #include "devices/drive/power_state_machine.hpp"
 #include "drive_bench.hpp"

@@ -3,13 +3,6 @@
 // CMakeLists.txt.
 #include <rapidcheck.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <set>
-#include <utility>
-#include <vector>
-
 #include "drive_bench.hpp"
 
 namespace cbcan::test {
@@ -134,8 +127,7 @@ bool is_cyclic(std::int64_t mode) {
 }
 
 /// Looks at a bench after every update, and compares with the look before.
-class Watch {
- public:
+struct Watch {
   Watch(DriveBench& bench, const Room& room) : bench_(bench), room_(room) {
     remember();
     bench.seen = [this] { look(); };

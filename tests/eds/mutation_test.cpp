@@ -3,10 +3,6 @@
 // together.
 #include <rapidcheck.h>
 
-#include <algorithm>
-#include <array>
-#include <string_view>
-
 #include "corpus.hpp"
 #include "eds/dictionary_image.hpp"
 #include "support/catch.hpp"

@@ -5,11 +5,8 @@
 //
 // The input is a list of steps: its first byte says how the plant is, then one byte says which step, the next
 // ones are its arguments.
-#include <algorithm>
 #include <bit>
 #include <cmath>
-#include <iterator>
-#include <string>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
@@ -64,8 +61,7 @@ constexpr auto kIdentifiers =
 constexpr auto kNumbers =
     std::to_array<double>({0, 1, -1, 0.5, 255, 256, -32769, 1e300, -1e300, 4294967296.0});
 
-class Program {
- public:
+struct Program {
   Program(std::span<const std::uint8_t> input, const PlantOptions& options, std::vector<Time>& ends)
       : input_(input), plant_(options), fine_(options.by_deadlines), ends_(ends) {}
 

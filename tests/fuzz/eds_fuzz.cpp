@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as an EDS or DCF: reading ends, says the same twice, and what comes out is within its limits.
-#include <algorithm>
-#include <optional>
 
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"

@@ -4,9 +4,6 @@
 // registers and counts afterwards.
 //
 // The input is a byte of settings and then steps; each is a byte and what belongs to it.
-#include <algorithm>
-#include <array>
-#include <optional>
 
 #include "cbcan/modbus/rtu_server.hpp"
 #include "fuzz/fuzz.hpp"
@@ -76,8 +73,7 @@ std::array<RegisterRange, 3> ranges_of(std::span<std::uint16_t> words, const Rtu
            {static_cast<std::uint16_t>(rest), words.subspan(rest)}}};
 }
 
-class Run {
- public:
+struct Run {
   explicit Run(std::uint8_t choice)
       : settings_(settings_of(choice)),
         model_(settings_, kAtStart),
@@ -155,8 +151,7 @@ class Run {
 };
 
 /// Takes its parts off the front of the input; where that has ended they are 0 or empty.
-class Input {
- public:
+struct Input {
   Input(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
 
   bool empty() const { return rest_.empty(); }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/modbus/modbus_request.hpp"
 
-#include <string>
-
 #include "bytes.hpp"
 #include "support/catch.hpp"
 

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <optional>
 
 #include "io/errors.hpp"
 #include "io/loop/stop_signals.hpp"
@@ -17,8 +16,7 @@ namespace cbcan::io {
 namespace {
 
 /// Something that can be made readable.
-class Event {
- public:
+struct Event {
   Event() : descriptor_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) { REQUIRE(descriptor_); }
   int fd() const { return descriptor_.get(); }
   void raise() { REQUIRE(eventfd_write(fd(), 1) == 0); }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One module with both windows in use at once, through both doors: Modbus TCP and the core's RTU server, on
 // the same registers. One PLC scans blocks, the other one uses R3700; neither notices the other.
-#include <random>
 
 #include "cbcan/coprocessor/coprocessor.hpp"
 #include "cbcan/modbus/rtu_server.hpp"
@@ -52,8 +51,7 @@ void read(const Door& door, std::size_t first, Image& image) {
     image[i] = static_cast<std::uint16_t>(response[2 + 2 * i] << 8 | response[3 + 2 * i]);
 }
 
-class Module final : public CanPort {
- public:
+struct Module final : CanPort {
   Module() {
     coprocessor_.start(now_);
     server_.on_request = [this] {
@@ -142,8 +140,7 @@ class Module final : public CanPort {
 };
 
 /// A PLC that writes when something changes: four bytes, another object each time.
-class FlagPlc {
- public:
+struct FlagPlc {
   void step(const Door& door) {
     constexpr std::uint16_t kIndex = 0x5000;
     if (!busy_) {

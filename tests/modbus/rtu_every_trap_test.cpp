@@ -93,8 +93,7 @@ const Before kBefore[] = {
     {"09 2B 0E 01 00 91 B6", true, false},        // of a length that nobody knows
 };
 
-class Conversation {
- public:
+struct Conversation {
   explicit Conversation(const Before& before) : line_(late_port()) {
     line_.gap();
     send(hex(before.frame));

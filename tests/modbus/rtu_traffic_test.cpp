@@ -2,8 +2,6 @@
 // Random traffic of other stations around ours: requests and responses of every function code, whose data
 // contain whole requests for this station, some of them where the CRC of what is before is right. Nothing of
 // it is executed, and each request of ours that has its silence is.
-#include <map>
-#include <random>
 
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
@@ -31,8 +29,7 @@ Bytes with_crc(Bytes frame) {
   return frame;
 }
 
-class Traffic {
- public:
+struct Traffic {
   Traffic(const RtuServer::Settings& settings, unsigned seed) : line_(settings), chance_(seed) {}
 
   void run() {

@@ -3,10 +3,6 @@
 
 #include "plant/build_node.hpp"
 
-#include <fstream>
-#include <iterator>
-#include <set>
-
 #include "devices/devices.hpp"
 #include "plant/demo_plant.hpp"
 #include "plant/plant_file.hpp"

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "plant/demo_plant.hpp"
 
-#include <algorithm>
 #include <filesystem>
-#include <set>
 
 #include "plant_support.hpp"
 #include "support/catch.hpp"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The bus suite with a real interface in the middle. CBCAN_VCAN names a vcan that is up; needs root to cut
 // it.
-#include <cstdlib>
-#include <stdexcept>
 
 #include "io/can/socketcan.hpp"
 #include "io/loop/reactor.hpp"
@@ -23,8 +21,7 @@ std::string vcan() {
 }
 
 /// Two buses that meet on the interface.
-class VcanWire {
- public:
+struct VcanWire {
   VcanWire() {
     left_.accept(0, 0x7FF);
     right_.accept(0, 0x7FF);

@@ -13,8 +13,7 @@ using cbcan::test::Texts;
 namespace {
 
 /// Two ports on one virtual bus.
-class VirtualWire {
- public:
+struct VirtualWire {
   VirtualWire() {
     left_.accept(0, 0x7FF);
     right_.accept(0, 0x7FF);
@@ -35,8 +34,7 @@ class VirtualWire {
 };
 
 /// A wire outside that takes what it is told to.
-class Gate final : public cbcan::sim::Outside {
- public:
+struct Gate final : cbcan::sim::Outside {
   bool transmit(const cbcan::Frame& frame) override {
     if (open) passed.push_back(cbcan::test::text_of(frame));
     return open;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Faults of the bus. Random places are those of SplitMix64 from seed 0 and number 1, worked out by
 // hand-written code of its own.
-#include <set>
 
 #include "sim/faulty_plant.hpp"
 
@@ -15,8 +14,7 @@ using cbcan::test::Texts;
 
 namespace {
 
-class Log final : public cbcan::sim::Observer {
- public:
+struct Log final : cbcan::sim::Observer {
   void on_bus_frame(const cbcan::Frame& frame, Time now) override {
     lines.push_back(std::to_string(now) + " " + cbcan::test::text_of(frame));
   }
@@ -24,8 +22,7 @@ class Log final : public cbcan::sim::Observer {
 };
 
 /// The plant with somebody more who listens.
-class Wire : public FaultyPlant {
- public:
+struct Wire : FaultyPlant {
   explicit Wire(std::uint32_t bit_rate = 0) : FaultyPlant(bit_rate) {
     ear_port.accept(0, 0x7FF);
     bus.observe(log);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // When a node's faults happen, what the node sends unasked, states, and the set of faults itself.
-#include <numeric>
 
 #include "sim/faulty_plant.hpp"
 

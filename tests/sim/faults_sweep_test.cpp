@@ -16,8 +16,7 @@ namespace {
 constexpr Time kTimeout = 1000 * kMillisecond;
 
 /// Module and node 5 on one bus.
-class Plant {
- public:
+struct Plant {
   Plant() {
     module.start(0);
     node.start(0);

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Faults as text and as keys and values; the lines of docs/faults.md are such texts.
-#include <fstream>
-#include <sstream>
 
 #include "sim/faulty_plant.hpp"
 

@@ -3,10 +3,6 @@
 
 /// Simulated nodes on dictionaries that tests write down.
 
-#include <cstdint>
-#include <utility>
-#include <vector>
-
 #include "sim/node.hpp"
 #include "support/world_bench.hpp"
 

@@ -2,7 +2,6 @@
 // The adapter's side of the LAWICEL protocol, character by character; written after its manual.
 #include "sim/slcan_adapter.hpp"
 
-#include <cstdlib>
 #include <new>
 
 #include "sim/bus_suite.hpp"

@@ -3,8 +3,6 @@
 // grammar of the LAWICEL manual: t iii l dd.., T iiiiiiii l dd.., r iii l, R iiiiiiii l, and four digits of a
 // time stamp behind it or not.
 
-#include <string>
-
 #include "cbcan/slcan/slcan.hpp"
 #include "support/catch.hpp"
 

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Lines written by hand after the LAWICEL manual.
 
-#include <string>
-#include <vector>
-
 #include "cbcan/slcan/slcan.hpp"
 #include "support/catch.hpp"
 

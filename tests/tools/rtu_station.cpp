@@ -27,13 +27,11 @@ Time now() {
   return static_cast<Time>(std::chrono::duration_cast<std::chrono::microseconds>(since_start).count());
 }
 
-class EmptyBus final : public CanPort {
- public:
+struct EmptyBus final : CanPort {
   bool try_send(const Frame& /*frame*/) override { return true; }
 };
 
-class Station {
- public:
+struct Station {
   Station(int line, std::uint8_t address) : line_(line), server_(networks_, settings(address)) {
     coprocessor_.start(now());
   }

@@ -22,8 +22,7 @@
 
 namespace cbcan::test {
 
-class BxCanModel {
- public:
+struct BxCanModel {
   BxCanModel() { reset(); }
 
   // ---- The processor's side.
