@@ -21,8 +21,9 @@ struct Row {
 /// All that a Device acts on, but PDOs.
 std::vector<Row> everything();
 
-struct DeviceRig final : Wire, private DeviceApplication {
+struct DeviceRig : Wire, private DeviceApplication {
   explicit DeviceRig(const std::vector<Row>& rows);
+  virtual ~DeviceRig() noexcept(false) = default;
 
   /// Lets a frame arrive; then everything that is due now happens.
   Wire& arrive(const std::string& frame);
@@ -70,6 +71,11 @@ struct DeviceRig final : Wire, private DeviceApplication {
 
  public:
   Device device;
+};
+
+/// With everything(), and its boot-up message taken off the wire.
+struct StartedRig final : DeviceRig {
+  explicit StartedRig(bool operational = false) : DeviceRig(everything()) { start(operational); }
 };
 
 }  // namespace cbcan::test

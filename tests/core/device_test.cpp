@@ -10,13 +10,13 @@ using cbcan::kMillisecond;
 using cbcan::kSecond;
 using cbcan::test::DeviceRig;
 using cbcan::test::everything;
+using cbcan::test::StartedRig;
 using enum cbcan::DataType;
 
 // ---- SYNC
 
 TEST_CASE("A SYNC that the node itself produces is also its own") {
-  DeviceRig rig(everything());
-  rig.start(true);
+  StartedRig rig(true);
   rig.write(0x1006, 0, 4, 10000);
   rig.write(0x1005, 0, 4, 0x40000080);
   rig.events.clear();
@@ -25,8 +25,7 @@ TEST_CASE("A SYNC that the node itself produces is also its own") {
 }
 
 TEST_CASE("SYNC acts in Operational, on the identifier in 1005h, data frames alone") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.write(0x1005, 0, 4, 0x85);
   rig.events.clear();
   rig.arrive("085#");
@@ -42,8 +41,7 @@ TEST_CASE("SYNC acts in Operational, on the identifier in 1005h, data frames alo
 }
 
 TEST_CASE("A SYNC of a length that 1019h does not say counts, and is EMCY 8240h until one is right") {
-  DeviceRig rig(everything());
-  rig.start(true);
+  StartedRig rig(true);
   rig.arrive("080#").expect_silence();
   rig.arrive("080#01").expect("0C2#4082110000000000");
   rig.arrive("080#0102").expect_silence();
@@ -65,8 +63,7 @@ TEST_CASE("Without 1005h there is no SYNC, and NMT commands are NMT commands") {
 // ---- NMT table
 
 TEST_CASE("Stopped: no SDO, no SYNC, no TIME, no EMCY; error control alone") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.write(0x1017, 0, 2, 1000);
   rig.write(0x1012, 0, 4, 0x80000100);
   rig.arrive("000#0200");
@@ -83,8 +80,7 @@ TEST_CASE("Stopped: no SDO, no SYNC, no TIME, no EMCY; error control alone") {
 // ---- TIME
 
 TEST_CASE("Error passive is EMCY 8120h, overflow 8110h, until the controller is well again") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
   rig.expect("0C2#2081110000000000");
   rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
@@ -102,8 +98,7 @@ TEST_CASE("Error passive is EMCY 8120h, overflow 8110h, until the controller is 
 }
 
 TEST_CASE("TIME consumer: milliseconds after midnight and days since 1984") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.arrive("100#0000000001000000");
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{0, 0});
   rig.write(0x1012, 0, 4, 0x80000100);
@@ -134,8 +129,7 @@ TEST_CASE("TIME consumer: what 1012h says at power-on, and again after a reset, 
 }
 
 TEST_CASE("The application hears of CAN-IDs that may have changed: after a reset, and after a write") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   CHECK(rig.id_changes == 1);
   rig.write(0x1005, 0, 4, 0x81);
   CHECK(rig.id_changes == 2);
@@ -149,8 +143,7 @@ TEST_CASE("A SYNC that has not come had no counter") {
 }
 
 TEST_CASE("TIME producer: the time of day in its period") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.device.time_stamp().set({1000, 2}, rig.now);
   rig.device.time_stamp().produce_every(kSecond, rig.now);
   rig.pass(2 * kSecond).expect_silence();
@@ -164,8 +157,7 @@ TEST_CASE("TIME producer: the time of day in its period") {
 // ---- Parameters
 
 TEST_CASE("1010h and 1011h: each sub-index its range, for the right signature") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.events.clear();
   rig.write(0x1010, 1, 4, 0x64616F6C, "08000020");
   rig.write(0x1011, 1, 4, 0x65766173, "08000020");
@@ -193,8 +185,7 @@ TEST_CASE("1010h and 1011h: a device without a memory refuses") {
 }
 
 TEST_CASE("What the application refuses is not stored, and it hears of what is") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.events.clear();
   rig.write(0x2001, 0, 1, 0xEE, "06090030");
   CHECK(rig.events == std::vector<std::string>{"refresh"});
@@ -204,8 +195,7 @@ TEST_CASE("What the application refuses is not stored, and it hears of what is")
 }
 
 TEST_CASE("A node ID that is set holds from the next reset of the communication on") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.device.set_node_id(0x43);
   CHECK(rig.read(0x1001, 0) == 0);
   rig.arrive("000#8242").expect("743#00");

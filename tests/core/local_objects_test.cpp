@@ -34,17 +34,6 @@ TEST_CASE("What follows from the node ID, counts, and the version") {
   CHECK(bench.reg(3705) == cbcan::kVersion.size());
 }
 
-TEST_CASE("Refusals: no object, no sub-index, read-only, too long, too short, larger than R3705") {
-  Bench bench;
-  bench.read(0, 0x2000, 0, 4).check_failed(0x06020000);
-  bench.read(0, 0x1018, 5, 4).check_failed(0x06090011);
-  bench.write(0, 0x1000, 0, 4, {1, 1}).check_failed(0x06010002);
-  bench.write(0, 0x1017, 0, 4, {1, 1}).check_failed(0x06070012);
-  bench.write(0, 0x1017, 0, 1, {1}).check_failed(0x06070010);
-  bench.read(0, 0x1000, 0, 2).check_failed(0x05040005);
-  bench.read(0, 0x1008, 0, 4).check_failed(0x05040005);
-}
-
 TEST_CASE("1017h heartbeat of the own node, 1005h/1006h SYNC, without drift and in step with their periods") {
   Bench bench(with_node_id(42));
   bench.write(0, 0x1017, 0, 2, {100});

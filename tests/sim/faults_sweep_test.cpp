@@ -18,6 +18,7 @@ constexpr Time kTimeout = 1000 * kMillisecond;
 /// Module and node 5 on one bus.
 struct Plant {
   Plant() {
+    bus.attach(requests).accept(0x605, 0x605);
     module.start(0);
     node.start(0);
     pass(kMillisecond);
@@ -53,6 +54,7 @@ struct Plant {
   cbcan::sim::CoprocessorModule module{
       bus, schedule, cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {}};
   FaultyNode node{bus, schedule, 5, nullptr};
+  cbcan::test::Master requests;  ///< of the module to node 5
   Time now = 0;
 
  private:
@@ -97,6 +99,12 @@ bool has_read_right(Plant& plant, const Transfer& transfer) {
   return plant.reg(3705) == 20;
 }
 
+/// At most one, and no frame after it.
+void check_one_abort(const cbcan::test::Texts& requests) {
+  const auto is_abort = [](const std::string& line) { return line.find("605#80") != std::string::npos; };
+  CHECK(requests.end() - std::find_if(requests.begin(), requests.end(), is_abort) <= 1);
+}
+
 void check_next(Plant& plant, const Transfer& transfer) {
   // Its quarantine may hold it back for one timeout, and a late response of 1.5 s may be still under way.
   CHECK(run(plant, transfer, 2 * kTimeout) <= kTimeout + kMillisecond);
@@ -120,6 +128,7 @@ bool sweep(const Transfer& transfer, const std::string& text, bool always) {
   INFO(transfer.name << ": " << text);
   const Time most = always ? 10 * kTimeout : 2 * kTimeout;
   CHECK(run(plant, transfer, 20 * kTimeout) <= most);
+  check_one_abort(plant.requests.heard);
   const bool fired = plant.node.faults.list()[0].fired != 0;
   const std::uint16_t result = plant.reg(3700);
   CHECK((result == 0 || result == 4));

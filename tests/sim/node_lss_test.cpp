@@ -106,9 +106,7 @@ TEST_CASE("Node: $NODEID values follow an ID that LSS gives, and again") {
 }
 
 TEST_CASE("Node: a COB-ID that was stored stays when LSS gives another node ID") {
-  WorldBench bench;
-  add_node(bench, 5, with_lss());
-  bench.start().expect("705#00");
+  NodeBench bench(with_lss());
   bench.ask("605#2300140105020080", "585#6000140100000000");
   bench.ask("605#2300140181010000", "585#6000140100000000");  // RPDO 1 hears TPDO 1 of node 1
   bench.ask("605#2310100173617665", "585#6010100100000000");
@@ -145,9 +143,7 @@ TEST_CASE("Node: what LSS stores is there at the next power-on") {
 TEST_CASE("Node: an ID that LSS has not stored is gone at the next power-on; parameters are not") {
   KeptParameters kept;
   {
-    WorldBench bench;
-    add_node(bench, 5, with_lss(&kept));
-    bench.start().expect("705#00");
+    NodeBench bench(with_lss(&kept));
     bench.ask("605#2B00200055000000", "585#6000200000000000");
     bench.ask("605#2310100173617665", "585#6010100100000000");
     CHECK(kept.kept.lss == sim::StoredLss{});
@@ -160,9 +156,7 @@ TEST_CASE("Node: an ID that LSS has not stored is gone at the next power-on; par
 
 TEST_CASE("Node: LSS is told that a store has failed, and nothing has changed") {
   KeptParameters kept;
-  WorldBench bench;
-  add_node(bench, 5, with_lss(&kept));
-  bench.start().expect("705#00");
+  NodeBench bench(with_lss(&kept));
   kept.works = false;
   bench.send(kConfiguration);
   give(bench, "06");
@@ -174,9 +168,7 @@ TEST_CASE("Node: LSS is told that a store has failed, and nothing has changed") 
 }
 
 TEST_CASE("Node: LSS takes the ID away; then LSS alone is left") {
-  WorldBench bench;
-  add_node(bench, 5, with_lss());
-  bench.start().expect("705#00");
+  NodeBench bench(with_lss());
   bench.ask("605#2B17100064000000", "585#6017100000000000");
   bench.send(kConfiguration);
   give(bench, "FF");
@@ -260,9 +252,7 @@ TEST_CASE("Node: on a bus with a bit rate that LSS does not have, a stored node 
 }
 
 TEST_CASE("Node: there is no bit rate 5, and none above 8") {
-  WorldBench bench;
-  add_node(bench, 5, with_lss());
-  bench.start().expect("705#00");
+  NodeBench bench(with_lss());
   bench.send(kConfiguration);
   for (const char* index : {"05", "09", "0A", "FF"})
     bench.ask("7E5#1300" + std::string(index) + "0000000000", "7E4#1301000000000000");
@@ -270,9 +260,7 @@ TEST_CASE("Node: there is no bit rate 5, and none above 8") {
 }
 
 TEST_CASE("Node: without LSS it does not hear of it") {
-  WorldBench bench;
-  add_node(bench, 5);
-  bench.start().expect("705#00");
+  NodeBench bench;
   bench.send(kConfiguration);
   bench.send("7E5#5E00000000000000").expect_silence();
 }

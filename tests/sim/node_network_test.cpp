@@ -116,9 +116,8 @@ TEST_CASE("Node: a TIME consumer hears the master, on its identifier, frames of 
 }
 
 TEST_CASE("Node: bus-off is a network failure; what was to be sent waits until it is over") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start().expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   bench.ask("000#0105", "185#0000");
   node.port().set_state(BusState::kBusOff, bench.now);
   CHECK(node.device().state() == nmt::State::kPreOperational);
@@ -173,9 +172,7 @@ TEST_CASE("Node: the step in which time passes does not change what happens") {
 }
 
 TEST_CASE("World: a frame that somebody sends between two calls of advance() is there at the later one") {
-  WorldBench bench;
-  add_node(bench, 5);
-  bench.start().expect("705#00");
+  NodeBench bench;
   bench.now += 10 * kSecond;
   bench.ask("605#2B17100064000000", "585#6017100000000000");
   bench.pass(100 * kMillisecond).expect("705#7F");

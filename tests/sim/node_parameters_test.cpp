@@ -242,9 +242,7 @@ TEST_CASE("Node: what its device calls a set point is not stored, mapped or not"
   parts.behaviour = [](sim::DeviceNode&, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
     return std::make_unique<Device>();
   };
-  WorldBench bench;
-  add_node(bench, 5, parts);
-  bench.start().expect("705#00");
+  NodeBench bench(parts);
   bench.ask("605#2B00200011000000", "585#6000200000000000");
   bench.ask("605#2B00620112000000", "585#6000620100000000");
   bench.ask("605#2310100173617665", "585#6010100100000000");

@@ -63,9 +63,8 @@ TEST_CASE("Node: one node is the SYNC producer of all, and of itself") {
 }
 
 TEST_CASE("Node: an RPDO's mapping changed at run time by the procedure of CiA 301") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start().expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   bench.ask("000#0105", "185#0000");
   bench.ask("605#2F00160000000000", "585#8000160022000008");  // not while it is valid
   bench.ask("605#2300140105020080", "585#6000140100000000");  // 1. invalid
@@ -87,9 +86,8 @@ TEST_CASE("Node: an RPDO's mapping changed at run time by the procedure of CiA 3
 }
 
 TEST_CASE("Node: reset communication brings the mapping back that the device was made with") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start().expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   bench.ask("605#2300140105020080", "585#6000140100000000");
   bench.ask("605#2F00160000000000", "585#6000160000000000");
   bench.ask("605#2300160108020062", "585#6000160100000000");
@@ -104,9 +102,8 @@ TEST_CASE("Node: reset communication brings the mapping back that the device was
 }
 
 TEST_CASE("Node: it hears the new COB-ID, and the old one no more") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start().expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   bench.ask("000#0105", "185#0000");
   bench.send("205#0100");
   CHECK(value_of(node, 0x6200, 1) == 1);
@@ -124,9 +121,7 @@ TEST_CASE("Node: it hears the new COB-ID, and the old one no more") {
 }
 
 TEST_CASE("Node: SYNC on another identifier") {
-  WorldBench bench;
-  add_node(bench, 5);
-  bench.start().expect("705#00");
+  NodeBench bench;
   bench.ask("605#2F00180201000000", "585#6000180200000000");
   bench.send("000#0105");
   bench.ask("080#", "185#0000");
@@ -136,9 +131,8 @@ TEST_CASE("Node: SYNC on another identifier") {
 }
 
 TEST_CASE("Node: remote and 29-bit frames are no requests, no commands and no process data") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start().expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   for (const char* frame : {"605#R8", "00000605#4000100000000000", "00000000#0105", "000#R2"})
     bench.send(frame);
   bench.expect_silence();

@@ -12,13 +12,13 @@
 
 namespace cbcan::test {
 
-struct WorldBench final : private sim::Receiver {
+struct WorldBench : private sim::Receiver {
   explicit WorldBench(std::uint32_t bit_rate = 0, sim::FaultListener* listener = nullptr)
       : world(bit_rate, 0, listener) {
     port_.accept(0, 0x7FF);
   }
   WorldBench(const WorldBench&) = delete;
-  ~WorldBench() noexcept(false) {
+  virtual ~WorldBench() noexcept(false) {
     if (std::uncaught_exceptions() == 0) expect_silence();
   }
 

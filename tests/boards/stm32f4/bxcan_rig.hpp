@@ -68,4 +68,8 @@ struct BxCanRig {
   }
 };
 
+struct StartedRig : BxCanRig {
+  StartedRig() { start(); }
+};
+
 }  // namespace cbcan::test
