@@ -133,9 +133,8 @@ TEST_CASE("[OBJ-11] 1007h, 1019h") {
     }
     window.write(0, 0x1019, 0, 1, {4}).check_failed(0x08000022);
     configure32(window, 0x1006, 0, 0);
-    for (const std::uint16_t overflow : Words{1, 241}) {
+    for (const std::uint16_t overflow : Words{1, 241})
       window.write(0, 0x1019, 0, 1, {overflow}).check_failed(0x06090030);
-    }
   }
 }
 

@@ -29,9 +29,8 @@ TEST_CASE("[PDO-28] transmission types of TPDOs") {
     start_own_node(window);
     window.set(kOutputs, {0x2211}).expect_silence();
     for (int i = 0; i < 2; ++i) {
-      for (int sync = 1; sync <= 3; ++sync) {
+      for (int sync = 1; sync <= 3; ++sync)
         window.arrive("080#").expect("1FF#1122");
-      }
       window.expect("2FF#1122");
     }
   }

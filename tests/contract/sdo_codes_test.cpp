@@ -331,9 +331,8 @@ TEST_CASE("[SDO-21] no abort after an abort") {
     INFO(phase.name);
     Window window;
     enter(window, phase);
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i)
       window.arrive("585#8000200100000405").check_failed(0x05040000);
-    }
     window.pass(3s).expect_silence();
   }
 }

@@ -105,9 +105,8 @@ TEST_CASE("Event timer shorter than the inhibit time; neither for other types") 
     rig.pass(24'999).expect_silence();
     rig.pass(1).expect("181#00");
   }
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     rig.sync().expect("182#00");
-  }
 }
 
 TEST_CASE("Type 0: at the SYNC after an event") {

@@ -195,9 +195,8 @@ TEST_CASE("frames that the kernel had to drop are counted and shown as an overfl
   constexpr std::size_t kFlood = 100'000;
   Rig rig(vcan());
   Witness witness(vcan());
-  for (std::size_t i = 0; i < kFlood; ++i) {
+  for (std::size_t i = 0; i < kFlood; ++i)
     witness.send(0x181, {1, 2, 3, 4, 5, 6, 7, 8});
-  }
   CHECK(rig.reactor.run_once(0) == 1);
   CHECK(rig.frames.size() == 512);  // the others get their turn
   while (rig.turn() != 0) {

@@ -3,20 +3,13 @@
 // faults_answers_test.cpp, faults_node_test.cpp.
 
 #include "node_rig.hpp"
+#include "sim/faulty_plant.hpp"
 
 namespace cbcan::test {
 
 namespace {
 
 using Frames = std::vector<std::string>;
-
-/// Is told of faults.
-struct Told final : sim::FaultListener {
-  void on_fault(std::string_view text, Time now) override {
-    lines.push_back(std::to_string(now) + " " + std::string(text));
-  }
-  std::vector<std::string> lines;
-};
 
 struct Faulty {
   Faulty() { bench.start().expect("705#00"); }
@@ -49,26 +42,6 @@ const char* const kRead = "605#4000200000000000";
 const char* const kResponse = "585#4B00200007000000";
 
 }  // namespace
-
-TEST_CASE("Node: an SDO response that is late") {
-  Faulty faulty;
-  faulty.set("response-late delay_ms=50 index=0x2000 count=1");
-  faulty.bench.send(kRead);
-  faulty.bench.pass(100 * kMillisecond);
-  faulty.bench.expect_at(50 * kMillisecond, kResponse);
-  faulty.bench.ask(kRead, kResponse);
-  CHECK(faulty.told.lines ==
-        Frames{"0 node 5: fault 1: response-late delay_ms=50 count=1 index=0x2000: 585#4B00200007000000"});
-}
-
-TEST_CASE("Node: an abort in place of a confirmation; the node's transfer is over too") {
-  Faulty faulty;
-  const unsigned number = faulty.set("abort code=0x06090030");
-  faulty.bench.ask(kRead, "585#8000200030000906");
-  faulty.remove(number);
-  faulty.bench.ask(kRead, kResponse);
-  CHECK(faulty.node.faults().empty());
-}
 
 TEST_CASE("Node: silent: it goes on as if it were heard, process data too") {
   Faulty faulty;

@@ -204,9 +204,8 @@ TEST_CASE("I/O module note, 4: a heartbeat every second") {
   IoModule module;
   module.bench.pass(10 * kSecond).expect_silence();                          // by default there is none
   module.bench.send("642#2B171000E8030000").expect("5C2#6017100000000000");  // which the note leaves out
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 5; ++i)
     module.bench.pass(kSecond).expect("742#7F");
-  }
   module.bench.ask("642#2B17100000000000", "5C2#6017100000000000");
   module.bench.pass(10 * kSecond);
 }
@@ -219,9 +218,8 @@ TEST_CASE("I/O module note, 5: SYNC every 10 ms") {
   bench.ask("642#2306100010270000", "5C2#6006100000000000");
   bench.pass(kSecond).expect_silence();
   bench.ask("642#2305100080000040", "5C2#6005100000000000");
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 5; ++i)
     bench.pass(10 * kMillisecond).expect("080#");
-  }
   bench.ask("642#2306100000000000", "5C2#6006100000000000");
   bench.pass(kSecond);
 }
