@@ -97,16 +97,22 @@ struct Rig final : sim::DeviceNode {
   }
 
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) const { return dictionary_.get(index, sub); }
+  Rig& shows(std::uint16_t index, std::uint8_t sub, std::uint64_t value, int line = __builtin_LINE()) {
+    INFO("in line " << line << ", object " << std::hex << index);
+    CHECK(get(index, sub) == value);
+    return *this;
+  }
 
   template <class... More>
-  void expect(const std::string& wanted, const More&... more) {
+  Rig& expect(const std::string& wanted, const More&... more) {
     if (asked_.empty()) {
       FAIL_CHECK("the device asks for nothing; expected " << wanted);
-      return;
+      return *this;
     }
     CHECK(asked_.front() == wanted);
     asked_.pop_front();
     if constexpr (sizeof...(more) != 0) expect(more...);
+    return *this;
   }
   void expect_nothing() {
     for (const std::string& left : asked_)
