@@ -199,8 +199,7 @@ TEST_CASE("a program alone keeps the window while it has work, and the module's 
   CHECK(cycles <= 1 + 1 + 2 + 12 + 1);
 }
 
-TEST_CASE(
-    "a program that dies as the owner: its transaction is cancelled and the next one goes on in a second") {
+TEST_CASE("a program that dies as the owner: its transaction is cancelled, the next goes on in a second") {
   Plant plant(four_nodes());
   Worker second(plant.port(), 1);
   {
@@ -229,8 +228,7 @@ TEST_CASE(
   CHECK(claims(plant.port())[0] == 0);
 }
 
-TEST_CASE(
-    "a program that dies while it waits does not hold up the others for more than a quarter of a second") {
+TEST_CASE("a program that dies while it waits does not hold up others for more than a quarter of a second") {
   Plant plant(four_nodes());
   Worker first(plant.port(), 0), third(plant.port(), 2);
   // Program 1 waits and dies.

@@ -4,12 +4,8 @@
 
 #include "core/device_rig.hpp"
 
-using cbcan::BusState;
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::test::DeviceRig;
-using cbcan::test::everything;
-using cbcan::test::StartedRig;
+using namespace cbcan;
+using namespace cbcan::test;
 using enum cbcan::DataType;
 
 // ---- EMCY
@@ -51,8 +47,7 @@ TEST_CASE("1003h: the newest first, the oldest out, and 0 written to sub-index 0
   CHECK(rig.read(0x1003, 3) == 0);
 }
 
-TEST_CASE(
-    "1003h with an entry for each sub-index, as EDS files have it, keeps as many errors; it begins empty") {
+TEST_CASE("1003h with an entry for each sub-index, as in EDS files, keeps as many errors; it begins empty") {
   DeviceRig rig({{0x1003, 0, 0, kUnsigned8, 2},  // as some files say
                  {0x1003, 1, 1, kUnsigned32, 0x1234},
                  {0x1003, 2, 2, kUnsigned32},

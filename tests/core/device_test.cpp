@@ -4,13 +4,8 @@
 
 #include "core/device_rig.hpp"
 
-using cbcan::AbortCode;
-using cbcan::BusState;
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::test::DeviceRig;
-using cbcan::test::everything;
-using cbcan::test::StartedRig;
+using namespace cbcan;
+using namespace cbcan::test;
 using enum cbcan::DataType;
 
 // ---- SYNC

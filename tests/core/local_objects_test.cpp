@@ -4,8 +4,7 @@
 #include "cbcan/version.hpp"
 #include "support/bench.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::kSecond;
+using namespace cbcan;
 using cbcan::test::Bench;
 
 namespace {

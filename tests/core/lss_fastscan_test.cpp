@@ -3,8 +3,7 @@
 
 #include "lss_device.hpp"
 
-using cbcan::test::Identity;
-using cbcan::test::kNone;
+using namespace cbcan::test;
 using Device = cbcan::test::LssDevice;
 
 namespace {

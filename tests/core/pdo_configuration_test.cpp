@@ -3,8 +3,7 @@
 
 #include "core/pdo_rig.hpp"
 
-using cbcan::AbortCode;
-using cbcan::Pdo;
+using namespace cbcan;
 using cbcan::test::PdoRig;
 
 using Ids = std::vector<std::uint32_t>;

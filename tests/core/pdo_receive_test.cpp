@@ -145,9 +145,7 @@ TEST_CASE("Event timer: 8250h once, from the first reception and anew from each"
   rig.pass(1000 * kMillisecond);
 }
 
-TEST_CASE(
-    "What is wrong with an RPDO is over when it comes as it should, or is off; with several, when it is with "
-    "all") {
+TEST_CASE("What is wrong with an RPDO is over when it comes as it should or is off; with several, with all") {
   PdoRig rig;
   rig.set_up(0x1400, 1, 0x201, 255, {0x20010108});
   rig.set_up(0x1400, 2, 0x202, 1, {0x20010208});

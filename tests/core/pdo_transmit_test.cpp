@@ -3,10 +3,8 @@
 
 #include "core/pdo_rig.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::kNever;
-using cbcan::test::PdoRig;
-using cbcan::test::RecordingPort;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 

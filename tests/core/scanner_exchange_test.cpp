@@ -88,8 +88,7 @@ unsigned flag_transfers(const Exchange& way, Time delay, unsigned& right) {
 
 }  // namespace
 
-TEST_CASE(
-    "R3700 promises nothing to whoever scans it: only writing on change does what the program believes") {
+TEST_CASE("R3700 promises nothing to whoever scans it: only writing on change does as the program believes") {
   for (const Exchange& exchange : kExchanges) {
     for (const Time delay : kDelays) {
       INFO(exchange.name << ", node of " << delay / kMillisecond << " ms");

@@ -85,8 +85,7 @@ struct Client final : CanPort {
 
 }  // namespace
 
-TEST_CASE(
-    "SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks, with a second implementation") {
+TEST_CASE("SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks") {
   const std::size_t size = GENERATE(std::size_t{256}, std::size_t{65535});
   const Mode mode = GENERATE(Mode::kSegmented, Mode::kBlock);
   const bool write = GENERATE(false, true);

@@ -5,10 +5,7 @@
 #include "cbcan/canopen/slave.hpp"
 #include "support/bench.hpp"
 
-using cbcan::AbortCode;
-using cbcan::DataType;
-using cbcan::kMillisecond;
-using cbcan::ObjectEntry;
+using namespace cbcan;
 using Flags = cbcan::ObjectFlags;
 
 namespace {
@@ -29,8 +26,8 @@ const std::vector<ObjectEntry> kEntries{
 };
 const std::vector<cbcan::ObjectLimits> kLimits{{0x2002, 1, 10, 20}};
 
-struct Device final : cbcan::test::Wire, private cbcan::Application {
-  Device() : slave(0x42, {kEntries, values, kLimits}, buffer, *this, port) {
+struct SlaveRig final : cbcan::test::Wire, private cbcan::Application {
+  SlaveRig() : slave(0x42, {kEntries, values, kLimits}, buffer, *this, port) {
     slave.start(now);
     slave.poll(now);
     expect("742#00");
@@ -74,7 +71,7 @@ struct Device final : cbcan::test::Wire, private cbcan::Application {
 }  // namespace
 
 TEST_CASE("Boot-up, then the NMT state machine; commands for others and unknown ones are ignored") {
-  Device device;
+  SlaveRig device;
   CHECK(device.states == std::vector<int>{127});
   device.arrive("000#0142");
   device.arrive("000#0243");
@@ -92,7 +89,7 @@ TEST_CASE("Boot-up, then the NMT state machine; commands for others and unknown 
 }
 
 TEST_CASE("Stopped: no SDO, but NMT and error control") {
-  Device device;
+  SlaveRig device;
   device.arrive("000#0200");
   device.arrive("642#4000100000000000").expect_silence();
   device.arrive("742#R1").expect("742#04");
@@ -101,7 +98,7 @@ TEST_CASE("Stopped: no SDO, but NMT and error control") {
 }
 
 TEST_CASE("Node guarding: the toggle bit alternates and starts anew after a reset; none beside a heartbeat") {
-  Device device;
+  SlaveRig device;
   for (const char* response : {"742#7F", "742#FF", "742#7F"}) {
     device.arrive("742#R1");
     device.expect(response);
@@ -113,7 +110,7 @@ TEST_CASE("Node guarding: the toggle bit alternates and starts anew after a rese
 }
 
 TEST_CASE("A heartbeat that the port refuses is sent when there is room, once") {
-  Device device;
+  SlaveRig device;
   device.arrive("642#2B17100064000000").expect("5C2#6017100000000000");
   device.port.refuse_next = cbcan::test::RecordingPort::kAlways;
   device.pass(250 * kMillisecond);
@@ -146,7 +143,7 @@ TEST_CASE("SDO server: every refusal of CBCAN table 3 that a server gives") {
       {"642#2B02200115000000", "5C2#8002200131000906"},
       {"642#2F012000EE000000", "5C2#8001200030000906"},  // the device itself does not want it
   };
-  Device device;
+  SlaveRig device;
   for (const Row& row : rows) {
     device.arrive(row.request);
     device.expect(row.response);
@@ -155,7 +152,7 @@ TEST_CASE("SDO server: every refusal of CBCAN table 3 that a server gives") {
 }
 
 TEST_CASE("SDO server: what the port refuses is sent later, in order") {
-  Device device;
+  SlaveRig device;
   device.arrive("642#2100210009000000");
   device.arrive("642#0031323334353637");
   device.arrive("642#1B38390000000000");
@@ -169,7 +166,7 @@ TEST_CASE("SDO server: what the port refuses is sent later, in order") {
 }
 
 TEST_CASE("SDO server: a response that the port refuses does not come in Stopped, nor after it") {
-  Device device;
+  SlaveRig device;
   device.port.refuse_next = cbcan::test::RecordingPort::kAlways;
   device.arrive("642#4000100000000000");
   device.arrive("000#0242");
@@ -180,7 +177,7 @@ TEST_CASE("SDO server: a response that the port refuses does not come in Stopped
 }
 
 TEST_CASE("SDO server: Stopped ends a transfer") {
-  Device device;
+  SlaveRig device;
   device.arrive("642#2100210008000000").expect("5C2#6000210000000000");
   device.arrive("000#0242");
   device.arrive("000#8042");
@@ -189,7 +186,7 @@ TEST_CASE("SDO server: Stopped ends a transfer") {
 }
 
 TEST_CASE("Reset node restores all values, reset communication only 1000h..1FFFh") {
-  Device device;
+  SlaveRig device;
   device.arrive("642#2F01200055000000");
   device.arrive("642#2306100010270000");
   device.port.sent.clear();

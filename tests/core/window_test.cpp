@@ -47,8 +47,7 @@ TEST_CASE("An idle coprocessor wants to be called never") {
   CHECK(bench.deadline == cbcan::kNever);
 }
 
-TEST_CASE(
-    "A request that still waits when another one has ended at once is begun by a poll that is due now") {
+TEST_CASE("A request that still waits when another has ended at once is begun by a poll that is due now") {
   Bench bench;
   const auto ask = [&bench](std::initializer_list<std::uint16_t> request) {
     std::copy(request.begin(), request.end(), bench.out.begin());

@@ -16,11 +16,6 @@ int exception_of(const Bytes& pdu) {
   return static_cast<int>(check_request(pdu, kRegisters));
 }
 
-Bytes with_values(Bytes pdu, std::size_t bytes) {
-  pdu.insert(pdu.end(), bytes, 0x5A);
-  return pdu;
-}
-
 Bytes bytes_of(const ModbusResponse& response) {
   return {response.bytes.begin(), response.bytes.begin() + static_cast<std::ptrdiff_t>(response.size)};
 }

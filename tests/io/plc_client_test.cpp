@@ -184,9 +184,7 @@ TEST_CASE("PLCs that own their registers: one transfer for each request, each re
   check_requests(1000);
 }
 
-TEST_CASE(
-    "a PLC that is not there is tried again, with a pause that grows to five seconds, and that is told "
-    "once") {
+TEST_CASE("a PLC that is not there is tried again, with a pause that grows to five seconds, and told once") {
   std::uint16_t port = LibmodbusServer(0, 1).port;
   Reactor reactor;
   ScannedModule module{1000};

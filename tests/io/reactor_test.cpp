@@ -141,8 +141,7 @@ TEST_CASE("a callback may add so many watches that the table grows") {
     reactor.forget(descriptor.get());
 }
 
-TEST_CASE(
-    "forgetting what is not watched does nothing; watching what does not exist is an error, a file is not") {
+TEST_CASE("forgetting what is not watched does nothing; watching what does not exist is an error") {
   Reactor reactor;
   reactor.forget(-1);
   reactor.forget(12345);

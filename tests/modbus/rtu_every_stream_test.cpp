@@ -192,8 +192,7 @@ void check_frames_from(std::size_t first, std::size_t last) {
       CHECK((check_frames(*line, length) > 0) == (length >= 4));
 }
 
-TEST_CASE(
-    "RTU: every function code in frames of 3 to 16 and of 255 to 258 bytes, with right and wrong counts") {
+TEST_CASE("RTU: every function code in frames of 3 to 16 and 255 to 258 bytes, with right and wrong counts") {
   check_frames_from(3, 16);
   check_frames_from(255, 258);
 }

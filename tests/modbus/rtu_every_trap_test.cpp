@@ -136,8 +136,7 @@ void check_cuts(const Before& before, const Bytes& request, const Bytes& respons
     if (cut != request.size()) check(before, request, response, cut);
 }
 
-TEST_CASE(
-    "RTU: no request within another station's exchange is executed, wherever it is and wherever it pauses") {
+TEST_CASE("RTU: no request within another station's exchange is executed, wherever it is or pauses") {
   for (const Exchange& exchange : kExchanges) {
     INFO(exchange.request);
     const std::vector<Bytes> requests = forms_of(hex(exchange.request)),

@@ -10,8 +10,7 @@ namespace {
 
 using cbcan::Time;
 using cbcan::io::Reactor;
-using cbcan::test::Listener;
-using cbcan::test::Texts;
+using namespace cbcan::test;
 
 std::string vcan() {
   const char* name = std::getenv("CBCAN_VCAN");

@@ -3,12 +3,9 @@
 
 #include "sim/bus_suite.hpp"
 
-using cbcan::BusState;
-using cbcan::Time;
+using namespace cbcan;
 using cbcan::sim::Bus;
-using cbcan::test::frame_from;
-using cbcan::test::Listener;
-using cbcan::test::Texts;
+using namespace cbcan::test;
 
 namespace {
 
@@ -75,8 +72,7 @@ TEST_CASE(
         Texts{"00140000#03", "00140001#04", "080#", "181#01", "705#05", "705#R1", "7FF#", "000#0100"});
 }
 
-TEST_CASE(
-    "Arbitration: frames that begin alike, up to the last identifier; equal ones in the order of the ports") {
+TEST_CASE("Arbitration: frames that begin alike, up to the last identifier; equal ones in the ports' order") {
   Bus bus;
   Listener ear, nobody;
   bus.attach(ear).accept_all();
@@ -169,9 +165,7 @@ TEST_CASE("Bus-off: the queue is lost, nothing goes in or out, the owner is told
   CHECK(ear.states == std::vector<BusState>{BusState::kBusOff, BusState::kActive});
 }
 
-TEST_CASE(
-    "Outside: its frames reach every port, ours leave in order; no room holds the bus up until it is "
-    "resumed") {
+TEST_CASE("Outside: its frames reach every port, ours leave in order; no room holds the bus up") {
   Bus bus;
   Gate gate;
   Listener ear, sender;

@@ -4,13 +4,8 @@
 
 #include "sim/faulty_plant.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::Time;
-using cbcan::test::FaultyPlant;
-using cbcan::test::frame_from;
-using cbcan::test::Master;
-using cbcan::test::Texts;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 
@@ -180,8 +175,7 @@ TEST_CASE("bus-off, error-passive and overflow of the whole bus, and back") {
   CHECK(wire.master_port.try_send(frame_from("181#")));
 }
 
-TEST_CASE(
-    "bus-load: so much of the bit rate, in frames of 111 bits; lowest priority lets all others go first") {
+TEST_CASE("bus-load: so much of the bit rate, in frames of 111 bits; lowest priority lets others go first") {
   const auto frames_in = [](std::uint32_t bit_rate, const std::string& fault, Time time) {
     Wire wire(bit_rate);
     wire.pass(kSecond);
@@ -198,8 +192,7 @@ TEST_CASE(
   CHECK(frames_in(0, "bus-load percent=100 until_ms=1", kSecond) == 10);
 }
 
-TEST_CASE(
-    "bus-load: a full load of the lowest priority costs a frame's wait, one of the highest all of the bus") {
+TEST_CASE("bus-load: a full load of the lowest priority costs a frame's wait, one of the highest all") {
   Wire low(1'000'000), high(1'000'000);
   for (Wire* wire : {&low, &high}) {
     wire->pass(kSecond);

@@ -4,10 +4,8 @@
 #include "sim/faulty_plant.hpp"
 
 using namespace cbcan::sim;
-using cbcan::kMillisecond;
-using cbcan::kNever;
-using cbcan::test::fault_from;
-using cbcan::test::Texts;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 

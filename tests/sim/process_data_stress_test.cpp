@@ -6,9 +6,7 @@
 #include "support/catch.hpp"
 #include "support/sdo_peer.hpp"
 
-using cbcan::BusState;
-using cbcan::Frame;
-using cbcan::Time;
+using namespace cbcan;
 
 namespace {
 

@@ -6,14 +6,9 @@
 
 #include "sim/bus_suite.hpp"
 
-using cbcan::BusState;
-using cbcan::Frame;
-using cbcan::kMillisecond;
-using cbcan::Time;
+using namespace cbcan;
 using cbcan::sim::SlcanAdapter;
-using cbcan::test::frame_from;
-using cbcan::test::Listener;
-using cbcan::test::Texts;
+using namespace cbcan::test;
 
 namespace {
 

@@ -6,11 +6,7 @@
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
 
-using cbcan::DataType;
-using cbcan::kMillisecond;
-using cbcan::kNever;
-using cbcan::kSecond;
-using cbcan::Time;
+using namespace cbcan;
 using cbcan::sim::NodeParts;
 using cbcan::sim::World;
 using Flags = cbcan::ObjectFlags;

@@ -5,8 +5,7 @@
 #include "support/catch.hpp"
 
 namespace slcan = cbcan::slcan;
-using cbcan::BusState;
-using cbcan::Frame;
+using namespace cbcan;
 using Event = slcan::LineReader::Event;
 
 namespace {

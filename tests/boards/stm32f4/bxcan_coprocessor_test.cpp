@@ -4,11 +4,8 @@
 #include "boards/stm32f4/bxcan_rig.hpp"
 #include "cbcan/coprocessor/coprocessor.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::Time;
-using cbcan::test::BxCanRig;
-using cbcan::test::frame_from;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 

@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "boards/stm32f4/bxcan_rig.hpp"
 
-using cbcan::BusState;
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::Time;
-using cbcan::test::BxCanRig;
-using cbcan::test::frame_from;
-using cbcan::test::StartedRig;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 
@@ -69,8 +64,7 @@ TEST_CASE("errors: each code of LEC is kept until the next") {
   CHECK(rig.can.counters().errors == 6);
 }
 
-TEST_CASE(
-    "bus-off: frames in the mailboxes are taken back, none is accepted, and none comes out afterwards") {
+TEST_CASE("bus-off: frames in mailboxes are taken back, none is accepted, and none comes out afterwards") {
   StartedRig rig;
   CHECK(rig.send("000#0100"));
   CHECK(rig.send("601#"));
@@ -169,8 +163,7 @@ TEST_CASE("bus-off: an abort that the controller does not do at once is waited f
   CHECK(rig.sent().empty());
 }
 
-TEST_CASE(
-    "bus-off: a controller that does not empty its mailboxes is given up after 200 ms, and begins anew") {
+TEST_CASE("bus-off: a controller that does not empty its mailboxes is given up after 200 ms") {
   StartedRig rig;
   rig.poll(10 * kSecond);
   CHECK(rig.send("000#0100"));

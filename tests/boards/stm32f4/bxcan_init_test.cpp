@@ -3,14 +3,12 @@
 
 #include "boards/stm32f4/bxcan_rig.hpp"
 
-using cbcan::BusState;
-using cbcan::kMillisecond;
+using namespace cbcan;
 using cbcan::boards::bit_timing;
 using cbcan::boards::BitTiming;
 using cbcan::boards::stm32f4::bxcan::btr;
 using cbcan::boards::stm32f4::bxcan::kMostPrescaler;
-using cbcan::test::BxCanRig;
-using cbcan::test::StartedRig;
+using namespace cbcan::test;
 
 TEST_CASE("bit timing: BTR from the clock of APB1 and the bit rate") {
   struct Row {

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "boards/stm32f4/bxcan_rig.hpp"
 
-using cbcan::BusState;
-using cbcan::Frame;
-using cbcan::kSecond;
-using cbcan::test::frame_from;
-using cbcan::test::StartedRig;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "boards/stm32f4/bxcan_rig.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::kNever;
-using cbcan::kSecond;
-using cbcan::test::BxCanRig;
-using cbcan::test::StartedRig;
+using namespace cbcan;
+using namespace cbcan::test;
 
 TEST_CASE("transmit: a frame as it stands in the mailbox, TIxR to TDHxR") {
   StartedRig rig;
