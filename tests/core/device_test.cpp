@@ -132,6 +132,12 @@ TEST_CASE("The application hears of CAN-IDs that may have changed: after a reset
   CHECK(rig.id_changes == 3);
 }
 
+TEST_CASE("A frame that is nobody's brings no deadline nearer, whatever else is due") {
+  StartedRig rig;
+  rig.write(0x1017, 0, 2, 100);
+  CHECK(rig.device.on_frame(frame_from("123#00"), rig.now) == kNever);
+}
+
 TEST_CASE("A SYNC that has not come had no counter") {
   DeviceRig rig(everything());
   CHECK(cbcan::Sync(rig.device.dictionary(), rig.port).counter() == 0);
