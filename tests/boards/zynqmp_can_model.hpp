@@ -5,17 +5,11 @@
 /// driver can see it; numbers are written out here again on purpose. What QEMU's model leaves out is here: a
 /// FIFO that stays full, error states, bus-off.
 
-#include <array>
-#include <cstdint>
-#include <deque>
-#include <vector>
-
 #include "support/catch.hpp"
 
 namespace cbcan::test {
 
-class ZynqmpCanModel {
- public:
+struct ZynqmpCanModel {
   using Words = std::array<std::uint32_t, 4>;  ///< ID, DLC, DATA1, DATA2
   static constexpr std::size_t kFifo = 64;
 
@@ -165,8 +159,7 @@ class ZynqmpCanModel {
 };
 
 /// What the driver is made with.
-class ZynqmpCanRegisters {
- public:
+struct ZynqmpCanRegisters {
   explicit ZynqmpCanRegisters(ZynqmpCanModel& model) : model_(&model) {}
   std::uint32_t read(std::uint32_t offset) const { return model_->read(offset); }
   void write(std::uint32_t offset, std::uint32_t value) const { model_->write(offset, value); }

@@ -116,8 +116,7 @@ TEST_CASE("NETWORK is the Modbus unit ID, and networks take turns") {
   CHECK(second.confirm);
 }
 
-TEST_CASE(
-    "each network has its own module and queue; one that there is not is ERROR 21h and disturbs nobody") {
+TEST_CASE("each network has its own module and queue; one that there is not is ERROR 21h") {
   Rig rig({"--network", "2", "--node-id", "42", "--node", "5=" CBCAN_PLANTS "/demo/generic.eds"});
   SdoRead4 hangs(rig.program.link);
   hangs.device = 9;

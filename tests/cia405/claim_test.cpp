@@ -3,8 +3,6 @@
 
 #include "claim.hpp"
 
-#include <vector>
-
 #include "support/catch.hpp"
 
 namespace cbcan::cia405::detail {
@@ -153,8 +151,7 @@ TEST_CASE("an owner that was not heard for half a second is none any more") {
 namespace {
 
 /// The same on every machine.
-class Dice {
- public:
+struct Dice {
   explicit Dice(std::uint32_t seed) : state_(seed) {}
   std::uint32_t operator()(std::uint32_t sides) {
     state_ = state_ * 1664525 + 1013904223;

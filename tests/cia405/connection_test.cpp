@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Connections that are not made, break, or bring what is no response.
 
-#include <stdexcept>
-#include <string>
-
 #include "cia405/fake_server.hpp"
 #include "support/catch.hpp"
 
@@ -16,22 +13,14 @@ std::string zeros(int words) {
   return std::string(static_cast<std::size_t>(4 * words), '0');
 }
 
-constexpr const char* kClear =
-    "01100E74000102"
-    "0000";  // FC 16: R3700 = 0
+constexpr const char* kClear = "01100E740001020000";  // FC 16: R3700 = 0
 constexpr const char* kCleared = "01100E740001";
-constexpr const char* kReadId =
-    "01100E7400060C"
-    "CA0E13BF0000300100000001";  // FC 16: 5055, 0, 3001h, 0, 1
+constexpr const char* kReadId = "01100E7400060CCA0E13BF0000300100000001";  // FC 16: 5055, 0, 3001h, 0, 1
 constexpr const char* kStarted = "01100E740006";
 constexpr const char* kPoll = "01030E740046";  // FC 3: R3700..R3769
 
 /// Node ID 42, as R3700..R3769.
-const std::string kId =
-    "01038C"
-    "000013BF0000300100000001"
-    "002A" +
-    zeros(63);
+const std::string kId = "01038C000013BF0000300100000001002A" + zeros(63);
 
 /// A program with one block that reads the node ID, and the server that it talks to.
 struct Talk {
@@ -72,10 +61,7 @@ struct Talk {
 TEST_CASE("a transaction to the byte: R3700 cleared, FC 16 with everything, FC 3 until R3700 has changed") {
   Talk talk;
   talk.start();
-  talk.server.respond(
-      "01038C"
-      "CA0E" +
-      zeros(69));
+  talk.server.respond("01038CCA0E" + zeros(69));
   talk.cycle();
   CHECK_FALSE(talk.id.confirm);
   talk.exchange(kPoll, kId);
@@ -108,28 +94,18 @@ TEST_CASE("one request is under way at a time, and a response in pieces is waite
 
 TEST_CASE("what is no response is ERROR 21h and ends the connection, and the next one is made") {
   Talk talk;
-  const std::string bytes = GENERATE(as<std::string>(),  //
-                                     "000000010006"
-                                     "01100E740001",  // another protocol
-                                     "000000000000",  // no unit ID
-                                     "000000000002"
-                                     "0110",  // too short
-                                     "00000000FFFF"
-                                     "0110",  // too long
-                                     "000000000006"
-                                     "02100E740001",  // another unit
-                                     "000000000006"
-                                     "01060E740000",  // another function
-                                     "000000000004"
-                                     "01900200",  // an exception and something
-                                     "000000000003"
-                                     "019000",  // an exception that is none
-                                     "000100000006"
-                                     "01100E740001",  // another transaction
-                                     "000000000007"
-                                     "01100E74000100",  // a byte more
-                                     "000000000006"
-                                     "01100E74000100",                 // a byte behind it
+  const std::string bytes = GENERATE(as<std::string>(),                //
+                                     "00000001000601100E740001",       // another protocol
+                                     "000000000000",                   // no unit ID
+                                     "0000000000020110",               // too short
+                                     "00000000FFFF0110",               // too long
+                                     "00000000000602100E740001",       // another unit
+                                     "00000000000601060E740000",       // another function
+                                     "00000000000401900200",           // an exception and something
+                                     "000000000003019000",             // an exception that is none
+                                     "00010000000601100E740001",       // another transaction
+                                     "00000000000701100E74000100",     // a byte more
+                                     "00000000000601100E74000100",     // a byte behind it
                                      "474554202F20485454502F312E31");  // "GET / HTTP/1.1"
   talk.connect();
   REQUIRE(talk.server.request() == kClear);
@@ -194,19 +170,9 @@ TEST_CASE("an exception is ERROR 21h, the connection stays") {
 
 TEST_CASE("a result that is none, and a response of another size, are ERROR 21h") {
   Talk talk;
-  const std::string head = GENERATE(
-      "0001"
-      "13BF0000300100000001",
-      "0002"
-      "13BF0000300100000001",
-      "0003"
-      "13BF0000300100000001",
-      "0000"
-      "13BF0000300100000000",
-      "0000"
-      "13BF0000300100000002",
-      "0000"
-      "13BF000030010000FFFF");
+  const std::string head =
+      GENERATE("000113BF0000300100000001", "000213BF0000300100000001", "000313BF0000300100000001",
+               "000013BF0000300100000000", "000013BF0000300100000002", "000013BF000030010000FFFF");
   talk.start();
   talk.server.respond("01038C" + head + zeros(64));
   talk.cycle();
@@ -217,11 +183,7 @@ TEST_CASE("a result that is none, and a response of another size, are ERROR 21h"
 TEST_CASE("an abort in a block without room for its code is ERROR 21h") {
   Talk talk;
   talk.start();
-  talk.server.respond(
-      "01038C"
-      "000413BF0000300100000001"
-      "00000602" +
-      zeros(62));
+  talk.server.respond("01038C000413BF000030010000000100000602" + zeros(62));
   talk.cycle();
   CHECK(talk.id.error == KernelError::kInternal);
 }
@@ -236,21 +198,12 @@ TEST_CASE("TIMEOUT: R3700 is cleared, 3002h is read, and ERROR is what it says, 
   talk.id.timeout = 100;
   talk.start();
   talk.now += 100 * kMs;
-  talk.server.respond(
-      "01038C"
-      "CA0E" +
-      zeros(69));
+  talk.server.respond("01038CCA0E" + zeros(69));
   talk.cycle();
   talk.exchange(kClear, kCleared);
-  talk.exchange(
-      "01100E7400060C"
-      "CA0E13BF0000300200000001",
-      kStarted);
+  talk.exchange("01100E7400060CCA0E13BF0000300200000001", kStarted);
   CHECK(talk.id.error == KernelError::kNone);
-  talk.exchange(kPoll,
-                "01038C"
-                "000013BF0000300200000001" +
-                    state + zeros(63));
+  talk.exchange(kPoll, "01038C000013BF0000300200000001" + state + zeros(63));
   CHECK(talk.id.error == error);
 }
 
@@ -270,24 +223,12 @@ TEST_CASE("a result that comes when the right to a shared window may be lost is 
     program.cycle(now);
   server.accept();
   // FC 23: R3770 written, R3700..R3777 read
-  exchange(
-      "01170E74004E0EBA00010200"
-      "43",
-      "01179C" + zeros(78));
-  exchange(
-      "01170E74004E0EBA00010200"
-      "82",
-      "01179C" + zeros(78));
+  exchange("01170E74004E0EBA0001020043", "01179C" + zeros(78));
+  exchange("01170E74004E0EBA0001020082", "01179C" + zeros(78));
   exchange(kReadId, kStarted);
-  REQUIRE(server.request() ==
-          "01170E74004E0EBA00010200"
-          "C2");
+  REQUIRE(server.request() == "01170E74004E0EBA00010200C2");
   now += 501 * kMs;
-  server.respond(
-      "01179C"
-      "000013BF0000300100000001"
-      "002A" +
-      zeros(71));
+  server.respond("01179C000013BF0000300100000001002A" + zeros(71));
   program.cycle(now);
   CHECK(id.error == KernelError::kInternal);
   CHECK(id.device == 0);

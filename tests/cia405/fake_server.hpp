@@ -12,8 +12,7 @@
 
 namespace cbcan::cia405::test {
 
-class FakeServer {
- public:
+struct FakeServer {
   FakeServer();
 
   int port() const { return port_; }

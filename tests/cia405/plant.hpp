@@ -19,8 +19,7 @@ namespace cbcan::cia405::test {
 inline constexpr Time kMs = 1000;
 inline constexpr Time kSecond = 1'000'000;
 
-class Plant {
- public:
+struct Plant {
   /// With node 5, the demo plant's generic node, and what else `options` say. `port` 0 = any free one.
   explicit Plant(const std::vector<std::string>& options = {}, int port = 0);
   ~Plant();
@@ -43,8 +42,7 @@ class Plant {
 };
 
 /// One program: a link, and its blocks.
-class Program {
- public:
+struct Program {
   explicit Program(int port, std::optional<Sharing> sharing = {});
 
   Link link;

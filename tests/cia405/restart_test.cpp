@@ -6,9 +6,7 @@
 
 namespace cbcan::cia405::test {
 
-TEST_CASE(
-    "a server that is killed and comes back: 21h, then everything works again, with its settings written "
-    "anew") {
+TEST_CASE("a server that is killed and comes back: 21h, then everything works, settings written anew") {
   auto plant = std::make_unique<Plant>();
   Program program(plant->port());
   SdoRead4 read(program.link);

@@ -3,8 +3,6 @@
 
 #include <modbus.h>
 
-#include <algorithm>
-
 #include "cia405/plant.hpp"
 #include "support/catch.hpp"
 
@@ -33,8 +31,7 @@ void run_both(Plant& plant, Program& first, Program& second, int count) {
 }
 
 /// Writes numbers to an object of node 5 + the program's number and reads them back, over and over.
-class Pair {
- public:
+struct Pair {
   Pair(Program& program, int number, std::uint8_t size) : write_(program.link), read_(program.link) {
     write_.device = read_.device = static_cast<std::uint8_t>(5 + number);
     write_.index = read_.index = static_cast<std::uint16_t>(0x2000 + size);
@@ -77,8 +74,7 @@ class Pair {
 };
 
 /// A program with two of them.
-class Worker {
- public:
+struct Worker {
   Worker(int port, int number)
       : program(port, Sharing{.program = number}), first_(program, number, 4), second_(program, number, 2) {}
 
@@ -110,8 +106,7 @@ std::vector<std::string> four_nodes() {
 
 /// Cycles of some programs in an order that a generator makes, a part of a millisecond each. The module's
 /// time stands still.
-class Interleaved {
- public:
+struct Interleaved {
   explicit Interleaved(std::vector<Worker*> workers, Time now = 0)
       : workers_(std::move(workers)), now_(now) {}
 
@@ -204,8 +199,7 @@ TEST_CASE("a program alone keeps the window while it has work, and the module's 
   CHECK(cycles <= 1 + 1 + 2 + 12 + 1);
 }
 
-TEST_CASE(
-    "a program that dies as the owner: its transaction is cancelled and the next one goes on in a second") {
+TEST_CASE("a program that dies as the owner: its transaction is cancelled, the next goes on in a second") {
   Plant plant(four_nodes());
   Worker second(plant.port(), 1);
   {
@@ -234,8 +228,7 @@ TEST_CASE(
   CHECK(claims(plant.port())[0] == 0);
 }
 
-TEST_CASE(
-    "a program that dies while it waits does not hold up the others for more than a quarter of a second") {
+TEST_CASE("a program that dies while it waits does not hold up others for more than a quarter of a second") {
   Plant plant(four_nodes());
   Worker first(plant.port(), 0), third(plant.port(), 2);
   // Program 1 waits and dies.

@@ -17,8 +17,7 @@ void set_mode(Window& window, std::uint16_t mode) {
 /// quarantine.
 std::string first_request(Window& window) {
   std::string request = window.target().next_frame();
-  window.set(3700, {0});
-  window.expect("605#8000200000000008");
+  window.set(3700, {0}).expect("605#8000200000000008");
   window.arrive("585#8000200000000008");
   return request;
 }
@@ -88,15 +87,13 @@ Words counting_words() {
 
 void write_29(Window& window, const std::vector<Step>& steps) {
   window.write(5, 0x2000, 0, 29, counting_words());
-  window.exchange(steps);
-  window.check_done();
+  window.exchange(steps).check_done();
 }
 
 void read_29(Window& window, const std::vector<Step>& steps) {
   window.set(3706, filled_data());
   window.read(5, 0x2000, 0, 29);
-  window.exchange(steps);
-  window.check_done();
+  window.exchange(steps).check_done();
   CHECK(window.reg(3705) == 29);
   CHECK(window.target().read(3706, 15) == counting_words());
   CHECK(window.reg(3721) == 0xD000 + 3721);
@@ -138,8 +135,7 @@ TEST_CASE("[SDO-8] block transfer in mode 0") {
     show_block(window);
     write_29(window, kBlockWrite);
     write_29(window, kBlockWrite);
-    window.write(5, 0x2000, 0, 2, {0x2211});
-    window.exchange({{"605#2B00200011220000", "585#6000200000000000"}});
+    window.write(5, 0x2000, 0, 2, {0x2211}).exchange({{"605#2B00200011220000", "585#6000200000000000"}});
     set_mode(window, 2);
     read_29(window, kSegmentedRead);
     set_mode(window, kAuto);
@@ -147,8 +143,7 @@ TEST_CASE("[SDO-8] block transfer in mode 0") {
   }
   SECTION("not with another node") {
     show_block(window);
-    window.write(6, 0x2000, 0, 29, {});
-    window.exchange({{"606#210020001D000000", "586#8000200000000206"}});
+    window.write(6, 0x2000, 0, 29, {}).exchange({{"606#210020001D000000", "586#8000200000000206"}});
     window.check_failed(0x06020000);
   }
   SECTION("not after one that did not end well") {
@@ -209,8 +204,7 @@ TEST_CASE("[SDO-9] block transfer refused") {
   }
   SECTION("by a code that is about the object it is final, and block goes on") {
     for (const char* response : {"585#8000200001000106", "585#8000200000000206", "585#80002000FFFFFF06"}) {
-      window.read(5, 0x2000, 0, 29);
-      window.expect("605#A400200005000000");
+      window.read(5, 0x2000, 0, 29).expect("605#A400200005000000");
       window.arrive(response);
       CHECK(window.reg(3700) == 4);
     }
@@ -239,7 +233,6 @@ TEST_CASE("[SDO-9] block transfer refused") {
   SECTION("mode 3 is not asked again") {
     set_mode(window, kBlock);
     window.write(5, 0x2000, 0, 29, counting_words());
-    window.exchange({{"605#C60020001D000000", "585#8000200001000405"}});
-    window.check_failed(0x05040001);
+    window.exchange({{"605#C60020001D000000", "585#8000200001000405"}}).check_failed(0x05040001);
   }
 }

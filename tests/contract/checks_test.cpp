@@ -32,8 +32,7 @@ TEST_CASE("[CHECK-2] a write to 1F82h") {
   for (const std::uint16_t node : Words{0, 5, 127, 128, 999, 65535}) {
     for (const std::uint16_t size : Words{0, 1, 129, 65535}) {
       Window window;
-      window.write(node, 0x1F82, 66, size, {1});
-      window.expect("000#0142");
+      window.write(node, 0x1F82, 66, size, {1}).expect("000#0142");
       window.check_done();
     }
   }
@@ -41,8 +40,7 @@ TEST_CASE("[CHECK-2] a write to 1F82h") {
 
 TEST_CASE("[CHECK-2] a read of 1F82h is not it") {
   Window window;
-  window.read(5, 0x1F82, 66, 4);
-  window.exchange({{"605#40821F4200000000", "585#80821F4200000206"}});
+  window.read(5, 0x1F82, 66, 4).exchange({{"605#40821F4200000000", "585#80821F4200000206"}});
   window.check_failed(0x06020000);
 }
 
@@ -60,11 +58,9 @@ TEST_CASE("[CHECK-3] R3702 is above 127") {
 TEST_CASE("[CHECK-4] a read of 300Ch sub-index 0") {
   for (const std::uint16_t size : Words{0, 1, 4, 129, 65535}) {
     Window window;
-    window.read(0, 0x300C, 0, size);
-    window.check_done();
+    window.read(0, 0x300C, 0, size).check_done();
     CHECK(window.reg(3706) == 127);
-    window.read(5, 0x300C, 0, size);
-    window.exchange({{"705#R1", "705#04"}});
+    window.read(5, 0x300C, 0, size).exchange({{"705#R1", "705#04"}});
     window.check_done();
     CHECK(window.reg(3706) == 4);
   }
@@ -72,14 +68,11 @@ TEST_CASE("[CHECK-4] a read of 300Ch sub-index 0") {
 
 TEST_CASE("[CHECK-4] another sub-index and a write are SDO services") {
   Window window;
-  window.read(5, 0x300C, 1, 4);
-  window.exchange({{"605#400C300100000000", "585#800C300111000906"}});
+  window.read(5, 0x300C, 1, 4).exchange({{"605#400C300100000000", "585#800C300111000906"}});
   window.check_failed(0x06090011);
-  window.write(5, 0x300C, 0, 1, {7});
-  window.exchange({{"605#2F0C300007000000", "585#800C300000000206"}});
+  window.write(5, 0x300C, 0, 1, {7}).exchange({{"605#2F0C300007000000", "585#800C300000000206"}});
   window.check_failed(0x06020000);
-  window.write(5, 0x300C, 0, 0, {7});
-  window.check_failed(0x06040047);
+  window.write(5, 0x300C, 0, 0, {7}).check_failed(0x06040047);
 }
 
 TEST_CASE("[CHECK-5] R3704 is above 255") {
@@ -111,8 +104,7 @@ TEST_CASE("[CHECK-6] R3705 is 0 or above 128") {
 TEST_CASE("[CHECK-6] 1 and 128 are sizes") {
   Window window;
   for (const std::uint16_t size : Words{1, 128}) {
-    window.read(5, 0x2000, 0, size);
-    window.exchange({{"605#4000200000000000", "585#4F00200022000000"}});
+    window.read(5, 0x2000, 0, size).exchange({{"605#4000200000000000", "585#4F00200022000000"}});
     window.check_done();
   }
 }
@@ -120,14 +112,11 @@ TEST_CASE("[CHECK-6] 1 and 128 are sizes") {
 TEST_CASE("[CHECK-7] this node") {
   for (const std::uint16_t node : Words{0, Window::kOwnNode}) {
     Window window;
-    window.read(node, 0x3001, 0, 128);
-    window.check_done();
+    window.read(node, 0x3001, 0, 128).check_done();
     CHECK(window.reg(3705) == 1);
     CHECK(window.reg(3706) == 127);
-    window.write(node, 0x3003, 0, 2, {250});
-    window.check_done();
-    window.read(node, 0x2000, 0, 4);
-    window.check_failed(0x06020000);
+    window.write(node, 0x3003, 0, 2, {250}).check_done();
+    window.read(node, 0x2000, 0, 4).check_failed(0x06020000);
     window.expect_silence();
   }
 }
@@ -146,8 +135,7 @@ TEST_CASE("[CHECK-8] another node") {
     window.expect(row.request);
     window.arrive(row.stranger);
     CHECK(window.busy());
-    window.arrive(row.response);
-    window.check_done();
+    window.arrive(row.response).check_done();
     CHECK(window.reg(3706) == 0x22);
   }
 }
@@ -165,7 +153,6 @@ TEST_CASE("[CHECK-9] no frame on the bus") {
         Row{{5066, 5, 0x2000, 1, 129}, 4}}) {
     window.start(row.words);
     CHECK(window.reg(3700) == row.result);
-    window.pass(3s);
-    window.expect_silence();
+    window.pass(3s).expect_silence();
   }
 }

@@ -28,8 +28,7 @@ void command(Window& window, std::uint16_t service, std::uint16_t addressed, con
 
 /// A guarding request to node 5, and the response.
 void guard(Window& window, const std::string& response) {
-  window.read(5, 0x300C, 0, 0);
-  window.exchange({{"705#R1", response.c_str()}});
+  window.read(5, 0x300C, 0, 0).exchange({{"705#R1", response.c_str()}});
   if (response.empty()) {
     window.pass(100ms);
     window.pass_rest();
@@ -104,15 +103,13 @@ TEST_CASE("[OBJ-27] 3007h: unknown") {
   SECTION("until the own communication is reset") {
     const auto reset = GENERATE(as<std::uint16_t>(), 129, 130);
     watch(window);
-    window.write(0, 0x1F82, Window::kOwnNode, 1, {reset});
-    window.expect("77F#00");
+    window.write(0, 0x1F82, Window::kOwnNode, 1, {reset}).expect("77F#00");
     window.arrive("705#05");
     check_state(window, 5, kUnknown);
     window.pass(3s);
     guard(window, "705#05");
     check_state(window, 5, kOperational);
-    window.write(0, 0x1F82, Window::kOwnNode, 1, {reset});
-    window.expect("77F#00");
+    window.write(0, 0x1F82, Window::kOwnNode, 1, {reset}).expect("77F#00");
     check_state(window, 5, kUnknown);
   }
 }
@@ -255,8 +252,7 @@ TEST_CASE("[OBJ-31] 3007h of the own node") {
     window.write(0, 0x1F82, Window::kOwnNode, 1, {row.service});
     check_state(window, Window::kOwnNode, row.state);
   }
-  window.write(0, 0x1F82, Window::kOwnNode, 1, {130});
-  window.expect("77F#00");
+  window.write(0, 0x1F82, Window::kOwnNode, 1, {130}).expect("77F#00");
   check_state(window, Window::kOwnNode, kPreOperational);
   window.configure(0x1016, 1, 4, {300, Window::kOwnNode});
   check_state(window, Window::kOwnNode, kPreOperational);

@@ -34,11 +34,9 @@ TEST_CASE("[OBJ-5] 3005h") {
   check_last(window, 6, kNothing);
   window.arrive("085#0000000000000007");
   check_last(window, 5, "0000000000000007");
-  window.write(0, 0x3005, 5, 8, {});
-  window.check_failed(0x06010002);
+  window.write(0, 0x3005, 5, 8, {}).check_failed(0x06010002);
   check_missing(window, 0x3005, 128, 0x06090011);
-  window.read(0, 0x3005, 5, 7);
-  window.check_failed(0x05040005);
+  window.read(0, 0x3005, 5, 7).check_failed(0x05040005);
   window.expect_silence();
 }
 
@@ -60,12 +58,10 @@ TEST_CASE("[OBJ-21] 3005h of the own node") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
   start_own_node(window);
-  window.arrive("27F#01");  // too short
-  window.expect("0FF#1082110100000000");
+  window.arrive("27F#01").expect("0FF#1082110100000000");  // too short
   check_last(window, Window::kOwnNode, "1082110100000000");
   check_stop(window, "7F1082110100000000");
-  window.arrive("27F#0102");
-  window.expect("0FF#0000000000000000");
+  window.arrive("27F#0102").expect("0FF#0000000000000000");
   check_last(window, Window::kOwnNode, kNothing);
   check_stop(window, "7F" + kNothing);
   check_stop(window, kNoStop);
@@ -86,10 +82,8 @@ TEST_CASE("[OBJ-6] 3006h") {
   window.read(0, 0x3006, 0, 9);
   CHECK(window.target().read(3700, 12) ==
         Words{0, 5055, 0, 0x3006, 0, 9, 0x3005, 0x1181, 0x0201, 0x0403, 0x0005, 0xD000 + 3711});
-  window.read(0, 0x3006, 0, 8);
-  window.check_failed(0x05040005);
-  window.write(0, 0x3006, 0, 9, {});
-  window.check_failed(0x06010002);
+  window.read(0, 0x3006, 0, 8).check_failed(0x05040005);
+  window.write(0, 0x3006, 0, 9, {}).check_failed(0x06010002);
   check_missing(window, 0x3006, 1, 0x06090011);
 }
 
@@ -184,11 +178,8 @@ TEST_CASE("[OBJ-26] 3006h: one scan for all") {
   window.arrive("089#0050010000000000");
   window.arrive("08A#0000000000000000");
   check_stop(window, "050010010000000000");
-  window.arrive("67F#4006300000000000");  // another node, by SDO
-  window.expect("5FF#4106300009000000");
-  window.arrive("67F#6000000000000000");
-  window.expect("5FF#0009005001000000");
-  window.arrive("67F#7000000000000000");
-  window.expect("5FF#1B00000000000000");
+  window.arrive("67F#4006300000000000").expect("5FF#4106300009000000");  // another node, by SDO
+  window.arrive("67F#6000000000000000").expect("5FF#0009005001000000");
+  window.arrive("67F#7000000000000000").expect("5FF#1B00000000000000");
   check_stop(window, "050010010000000000");
 }

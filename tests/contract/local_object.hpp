@@ -22,20 +22,17 @@ inline std::ostream& operator<<(std::ostream& out, const Value& value) {
 
 inline Value read_local(Window& window, std::uint16_t index, std::uint16_t sub) {
   window.set(3706, {0, 0});
-  window.read(0, index, sub, 128);
-  window.check_done();
+  window.read(0, index, sub, 128).check_done();
   return {window.abort_code(), window.reg(3705)};
 }
 
 inline void check_read_only(Window& window, std::uint16_t index, std::uint16_t sub) {
-  window.write(0, index, sub, 1, {1});
-  window.check_failed(0x06010002);
+  window.write(0, index, sub, 1, {1}).check_failed(0x06010002);
 }
 
 /// A local object of any length, as "0102AB".
 inline std::string local_bytes(Window& window, std::uint16_t index, std::uint16_t sub) {
-  window.read(0, index, sub, 128);
-  window.check_done();
+  window.read(0, index, sub, 128).check_done();
   const std::size_t size = window.reg(3705);
   const Words words = window.target().read(3706, (size + 1) / 2);
   std::string text;
@@ -49,8 +46,7 @@ inline std::string local_bytes(Window& window, std::uint16_t index, std::uint16_
 
 inline void check_missing(Window& window, std::uint16_t index, std::uint16_t sub, std::uint32_t code) {
   INFO("object " << std::hex << index << " sub " << sub);
-  window.read(0, index, sub, 128);
-  window.check_failed(code);
+  window.read(0, index, sub, 128).check_failed(code);
 }
 
 }  // namespace cbcan::contract

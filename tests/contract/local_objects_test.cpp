@@ -40,22 +40,18 @@ TEST_CASE("[OBJ-3] 3003h") {
   CHECK(read_local(window, 0x3003, 0) == Value{65535, 2});
   SECTION("250 ms") {
     window.configure(0x3003, 0, 2, {250});
-    window.read(5, 0x2000, 1, 4);
-    window.expect("605#4000200100000000");
+    window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
     window.pass_nearly(250ms);
     CHECK(window.busy());
-    window.pass_rest();
-    window.expect("605#8000200100000405");
+    window.pass_rest().expect("605#8000200100000405");
     window.check_failed(0x05040000);
   }
   SECTION("none") {
     window.configure(0x3003, 0, 2, {0});
-    window.read(5, 0x2000, 1, 4);
-    window.expect("605#4000200100000000");
+    window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
     window.pass(3600s);
     CHECK(window.busy());
-    window.arrive("585#4300200111223344");
-    window.check_done();
+    window.arrive("585#4300200111223344").check_done();
   }
 }
 
@@ -70,12 +66,10 @@ TEST_CASE("[OBJ-4] 3004h") {
                          Row{3, "605#C600200102000000"}, Row{0, "605#2B00200111220000"}}) {
     window.configure(0x3004, 0, 1, {row.mode});
     CHECK(read_local(window, 0x3004, 0) == Value{row.mode, 1});
-    window.write(5, 0x2000, 1, 2, {0x2211});
-    window.exchange({{row.request, "585#8000200102000106"}});
+    window.write(5, 0x2000, 1, 2, {0x2211}).exchange({{row.request, "585#8000200102000106"}});
     window.check_failed(0x06010002);
   }
-  window.write(0, 0x3004, 0, 1, {4});
-  window.check_failed(0x06090031);
+  window.write(0, 0x3004, 0, 1, {4}).check_failed(0x06090031);
   CHECK(read_local(window, 0x3004, 0) == Value{0, 1});
 }
 
@@ -85,15 +79,13 @@ TEST_CASE("[OBJ-14] 1016h") {
     CHECK(read_local(window, 0x1016, sub) == Value{0, 4});
     window.configure(0x1016, sub, 4, {1500, 33});
     CHECK(read_local(window, 0x1016, sub) == Value{0x002105DC, 4});
-    window.write(0, 0x1016, 8, 4, {1500, 33});
-    window.check_failed(0x06040043);
+    window.write(0, 0x1016, 8, 4, {1500, 33}).check_failed(0x06040043);
     window.configure(0x1016, sub, 4, {2500, 33});  // in its own entry it may change
     CHECK(read_local(window, 0x1016, sub) == Value{0x002109C4, 4});
     window.configure(0x1016, sub, 4, {0, 33});
     CHECK(read_local(window, 0x1016, sub) == Value{0, 4});
   }
-  window.write(0, 0x1016, 8, 4, {1500, 128});
-  window.check_failed(0x06090030);
+  window.write(0, 0x1016, 8, 4, {1500, 128}).check_failed(0x06090030);
 }
 
 TEST_CASE("[OBJ-10] 1005h, 1006h") {
@@ -102,19 +94,15 @@ TEST_CASE("[OBJ-10] 1005h, 1006h") {
   CHECK(read_local(window, 0x1006, 0) == Value{0, 4});
   window.configure(0x1006, 0, 4, {0xA120, 0x0007});  // 500,000 us
   CHECK(read_local(window, 0x1006, 0) == Value{500000, 4});
-  window.pass(2s);
-  window.expect_silence();
+  window.pass(2s).expect_silence();
   window.configure(0x1005, 0, 4, {0x0080, 0x4000});
   CHECK(read_local(window, 0x1005, 0) == Value{0x40000080, 4});
   for (int i = 0; i < 3; ++i) {
-    window.pass_nearly(500ms);
-    window.expect_silence();
-    window.pass_rest();
-    window.expect("080#");
+    window.pass_nearly(500ms).expect_silence();
+    window.pass_rest().expect("080#");
   }
   window.configure(0x1005, 0, 4, {0x0080, 0});
-  window.pass(2s);
-  window.expect_silence();
+  window.pass(2s).expect_silence();
 }
 
 TEST_CASE("[OBJ-11] 1007h, 1019h") {
@@ -143,13 +131,10 @@ TEST_CASE("[OBJ-11] 1007h, 1019h") {
       window.pass(100ms);
       window.expect(frame);
     }
-    window.write(0, 0x1019, 0, 1, {4});
-    window.check_failed(0x08000022);
+    window.write(0, 0x1019, 0, 1, {4}).check_failed(0x08000022);
     configure32(window, 0x1006, 0, 0);
-    for (const std::uint16_t overflow : Words{1, 241}) {
-      window.write(0, 0x1019, 0, 1, {overflow});
-      window.check_failed(0x06090030);
-    }
+    for (const std::uint16_t overflow : Words{1, 241})
+      window.write(0, 0x1019, 0, 1, {overflow}).check_failed(0x06090030);
   }
 }
 
@@ -171,11 +156,8 @@ TEST_CASE("[OBJ-8] 3008h") {
     CHECK(local_bytes(window, 0x3008, 0) == "000000000001");
   }
   SECTION("by SDO from another node") {
-    window.arrive("67F#2108300006000000");
-    window.expect("5FF#6008300000000000");
-    window.arrive("67F#0301000000020000");
-    window.expect("100#010000000200");
-    window.expect("5FF#2000000000000000");
+    window.arrive("67F#2108300006000000").expect("5FF#6008300000000000");
+    window.arrive("67F#0301000000020000").expect("100#010000000200", "5FF#2000000000000000");
     CHECK(local_bytes(window, 0x3008, 0) == "010000000200");
   }
 }
@@ -216,8 +198,7 @@ TEST_CASE("[OBJ-12] 1012h") {
     CHECK(local_bytes(window, 0x3008, 0) == "040302011B2A");
     window.configure(0x3008, 0, 6, {1, 0, 1});
     window.expect("190#010000000100");
-    window.write(0, 0x1012, 0, 4, {0x605, 0});
-    window.check_failed(0x06090030);
+    window.write(0, 0x1012, 0, 4, {0x605, 0}).check_failed(0x06090030);
   }
 }
 
@@ -247,22 +228,16 @@ TEST_CASE("[OBJ-16] 1029h") {
 TEST_CASE("[OBJ-15] 1017h") {
   Window window;
   CHECK(read_local(window, 0x1017, 0) == Value{0, 2});
-  window.pass(3s);
-  window.expect_silence();
+  window.pass(3s).expect_silence();
   window.configure(0x1017, 0, 2, {500});
   CHECK(read_local(window, 0x1017, 0) == Value{500, 2});
-  window.pass_nearly(500ms);
-  window.expect_silence();
-  window.pass_rest();
-  window.expect("77F#7F");
+  window.pass_nearly(500ms).expect_silence();
+  window.pass_rest().expect("77F#7F");
   window.write(0, 0x1F82, 127, 1, {1});
-  window.pass_nearly(500ms);
-  window.expect_silence();
-  window.pass_rest();
-  window.expect("77F#05");
+  window.pass_nearly(500ms).expect_silence();
+  window.pass_rest().expect("77F#05");
   window.configure(0x1017, 0, 2, {0});
-  window.pass(3s);
-  window.expect_silence();
+  window.pass(3s).expect_silence();
 }
 
 TEST_CASE("[OBJ-17] the other objects of CiA 301") {
@@ -283,29 +258,20 @@ TEST_CASE("[OBJ-17] the other objects of CiA 301") {
 
 TEST_CASE("[OBJ-18] by SDO from other nodes") {
   Window window;
-  window.arrive("67F#4001300000000000");
-  window.expect("5FF#4F0130007F000000");
-  window.arrive("67F#4000100000000000");
-  window.expect("5FF#4300100095010000");
-  window.arrive("67F#2B033000FA000000");
-  window.expect("5FF#6003300000000000");
+  window.arrive("67F#4001300000000000").expect("5FF#4F0130007F000000");
+  window.arrive("67F#4000100000000000").expect("5FF#4300100095010000");
+  window.arrive("67F#2B033000FA000000").expect("5FF#6003300000000000");
   CHECK(read_local(window, 0x3003, 0) == Value{250, 2});
-  window.arrive("67F#2F01300001000000");
-  window.expect("5FF#8001300002000106");
-  window.arrive("67F#4008100000000000");
-  window.expect("5FF#4108100011000000");
-  window.arrive("67F#6000000000000000");
-  window.expect("5FF#00636263616E2063");  // "cbcan c"
-  window.arrive("67F#7000000000000000");
-  window.expect("5FF#106F70726F636573");  // "oproces"
-  window.arrive("67F#6000000000000000");
-  window.expect("5FF#09736F7200000000");  // "sor"
+  window.arrive("67F#2F01300001000000").expect("5FF#8001300002000106");
+  window.arrive("67F#4008100000000000").expect("5FF#4108100011000000");
+  window.arrive("67F#6000000000000000").expect("5FF#00636263616E2063");  // "cbcan c"
+  window.arrive("67F#7000000000000000").expect("5FF#106F70726F636573");  // "oproces"
+  window.arrive("67F#6000000000000000").expect("5FF#09736F7200000000");  // "sor"
 }
 
 TEST_CASE("[OBJ-18] each object, and while the PLC reads somebody else") {
   Window window;
-  window.read(5, 0x2000, 1, 4);
-  window.expect("605#4000200100000000");
+  window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
   struct Row {
     const char *request, *response;
   };
@@ -335,8 +301,7 @@ TEST_CASE("[OBJ-18] each object, and while the PLC reads somebody else") {
     window.expect(row.response);
   }
   CHECK(window.busy());
-  window.arrive("585#4300200111223344");
-  window.check_done();
+  window.arrive("585#4300200111223344").check_done();
 }
 
 TEST_CASE("[OBJ-19] resets") {
@@ -357,8 +322,7 @@ TEST_CASE("[OBJ-19] resets") {
   set_up_pdo(window, 0x180F, 0x1FF, 1, {0xA5800110});
   window.arrive("085#3081110102030405");
   SECTION("reset node") {
-    window.write(0, 0x1F82, 127, 1, {129});
-    window.check_done();
+    window.write(0, 0x1F82, 127, 1, {129}).check_done();
     window.expect("77F#00");
     CHECK(read_local(window, 0x3003, 0) == Value{1000, 2});
     CHECK(read_local(window, 0x3004, 0) == Value{0, 1});
@@ -366,8 +330,7 @@ TEST_CASE("[OBJ-19] resets") {
     CHECK(local_bytes(window, 0x3006, 0) == "000000000000000000");
   }
   SECTION("reset communication") {
-    window.write(0, 0x1F82, 127, 1, {130});
-    window.check_done();
+    window.write(0, 0x1F82, 127, 1, {130}).check_done();
     window.expect("77F#00");
     CHECK(read_local(window, 0x3003, 0) == Value{250, 2});
     CHECK(read_local(window, 0x3004, 0) == Value{2, 1});
@@ -389,6 +352,5 @@ TEST_CASE("[OBJ-19] resets") {
     CHECK(read_local(window, pdo, 2) == Value{255, 1});
     CHECK(read_local(window, static_cast<std::uint16_t>(pdo + 0x200), 0) == Value{0, 1});
   }
-  window.pass(3s);
-  window.expect_silence();
+  window.pass(3s).expect_silence();
 }

@@ -278,10 +278,8 @@ TEST_CASE("[PDO-23] in PDOs, where each is one bit") {
   CHECK(inputs(window) == registers_with({{0, 0x820B}, {63, 0x8000}}));
   window.arrive("27F#0400");  // 0, 0, 01h
   CHECK(inputs(window) == registers_with({{0, 0x0109}}));
-  window.set(kOutputs, registers_with({{0, 0x82FF}}));  // 1, 82h, 0
-  window.expect("1FF#0501");
-  window.set(kOutputs + 63, {0x8000});
-  window.expect("1FF#0503");
+  window.set(kOutputs, registers_with({{0, 0x82FF}})).expect("1FF#0501");  // 1, 82h, 0
+  window.set(kOutputs + 63, {0x8000}).expect("1FF#0503");
 }
 
 TEST_CASE("[PDO-24] views of the same registers") {
@@ -317,9 +315,7 @@ TEST_CASE("[PDO-24] views of the same registers") {
     CHECK(local_bytes(window, row.index, row.sub) == row.seen);
     CHECK(local_bytes(window, static_cast<std::uint16_t>(row.index + 0x480), row.sub) == row.seen);
   }
-  window.arrive("67F#2300A20111223344");  // another node's SDO writes A200h:01
-  window.expect("5FF#6000A20100000000");
+  window.arrive("67F#2300A20111223344").expect("5FF#6000A20100000000");  // another node's SDO writes A200h:01
   CHECK(window.target().read(kInputs, 4) == Words{0x2211, 0x4433, 0x8605, 0xF807});
-  window.arrive("67F#40C0A40500000000");
-  window.expect("5FF#4FC0A40505000000");
+  window.arrive("67F#40C0A40500000000").expect("5FF#4FC0A40505000000");
 }

@@ -19,8 +19,7 @@ void check_service(std::uint16_t number, const char* to_node_66, const char* to_
 }
 
 std::uint16_t own_state(Window& window) {
-  window.read(0, 0x300C, 0, 0);
-  window.check_done();
+  window.read(0, 0x300C, 0, 0).check_done();
   return window.reg(3706);
 }
 
@@ -41,16 +40,14 @@ TEST_CASE("[NMT-1] one node") {
 
 TEST_CASE("[NMT-2] all nodes") {
   Window window;
-  window.write(0, 0x1F82, 128, 1, {1});
-  window.expect("000#0100");
+  window.write(0, 0x1F82, 128, 1, {1}).expect("000#0100");
   window.check_done();
 }
 
 TEST_CASE("[NMT-3] no such node") {
   for (const std::uint16_t sub : Words{0, 129, 255, 256, 65535}) {
     Window window;
-    window.write(0, 0x1F82, sub, 1, {1});
-    window.check_failed(0x06090011);
+    window.write(0, 0x1F82, sub, 1, {1}).check_failed(0x06090011);
     window.expect_silence();
   }
 }
@@ -58,14 +55,12 @@ TEST_CASE("[NMT-3] no such node") {
 TEST_CASE("[NMT-4] services by either number") {
   Window window;
   for (const std::uint16_t number : Words{1, 5}) {
-    window.write(0, 0x1F82, 66, 1, {number});
-    window.expect("000#0142");
+    window.write(0, 0x1F82, 66, 1, {number}).expect("000#0142");
     window.check_done();
   }
   for (const std::uint16_t number : Words{0, 3, 8, 9, 126, 131, 255, 0x0101, 65535}) {
     for (const std::uint16_t sub : Words{66, 127, 128}) {
-      window.write(0, 0x1F82, sub, 1, {number});
-      window.check_failed(0x06090030);
+      window.write(0, 0x1F82, sub, 1, {number}).check_failed(0x06090030);
       window.expect_silence();
     }
   }
@@ -105,18 +100,15 @@ TEST_CASE("[NMT-5] done when the controller has the frame") {
     window.pass(500ms);
     CHECK(window.busy());
     window.target().refuse_frames(false);
-    window.pass(10ms);
-    window.expect("000#0100");
+    window.pass(10ms).expect("000#0100");
     window.check_done();
   }
   SECTION("not within the SDO timeout") {
     window.pass_nearly(1s);
     CHECK(window.busy());
-    window.pass_rest();
-    window.check_failed(0x05040000);
+    window.pass_rest().check_failed(0x05040000);
     window.target().refuse_frames(false);
-    window.pass(3s);
-    window.expect_silence();
+    window.pass(3s).expect_silence();
   }
 }
 
@@ -127,8 +119,7 @@ TEST_CASE("[NMT-6] the own node") {
   };
   CHECK(own_state(window) == 127);
   for (const Row& row : {Row{1, 5}, Row{2, 4}, Row{128, 127}, Row{5, 5}, Row{4, 4}, Row{127, 127}}) {
-    window.write(0, 0x1F82, 127, 1, {row.number});
-    window.check_done();
+    window.write(0, 0x1F82, 127, 1, {row.number}).check_done();
     window.expect_silence();
     CHECK(own_state(window) == row.state);
     for (const char* all : {"000#0100", "000#0200"}) {
@@ -140,8 +131,7 @@ TEST_CASE("[NMT-6] the own node") {
   for (const std::uint16_t reset : Words{6, 129, 7, 130}) {
     window.write(0, 0x1F82, 127, 1, {1});
     CHECK(own_state(window) == 5);
-    window.write(0, 0x1F82, 127, 1, {reset});
-    window.check_done();
+    window.write(0, 0x1F82, 127, 1, {reset}).check_done();
     window.expect("77F#00");
     CHECK(own_state(window) == 127);
   }
@@ -150,23 +140,17 @@ TEST_CASE("[NMT-6] the own node") {
 TEST_CASE("[NMT-7] in every own state") {
   for (const std::uint16_t command : Words{1, 2, 128}) {
     Window window;
-    window.write(0, 0x1F82, 127, 1, {command});
-    window.check_done();
+    window.write(0, 0x1F82, 127, 1, {command}).check_done();
 
-    window.read(5, 0x2000, 1, 4);
-    window.exchange({{"605#4000200100000000", "585#4300200111223344"}});
+    window.read(5, 0x2000, 1, 4).exchange({{"605#4000200100000000", "585#4300200111223344"}});
     window.check_done();
-    window.write(5, 0x2000, 1, 2, {0x2211});
-    window.exchange({{"605#2B00200111220000", "585#6000200100000000"}});
+    window.write(5, 0x2000, 1, 2, {0x2211}).exchange({{"605#2B00200111220000", "585#6000200100000000"}});
     window.check_done();
-    window.write(0, 0x1F82, 66, 1, {1});
-    window.expect("000#0142");
+    window.write(0, 0x1F82, 66, 1, {1}).expect("000#0142");
     window.check_done();
-    window.read(5, 0x300C, 0, 0);
-    window.exchange({{"705#R1", "705#05"}});
+    window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#05"}});
     window.check_done();
-    window.read(0, 0x3001, 0, 1);
-    window.check_done();
+    window.read(0, 0x3001, 0, 1).check_done();
     window.configure(0x3003, 0, 2, {500});
   }
 }

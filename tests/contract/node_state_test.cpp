@@ -11,8 +11,7 @@ constexpr std::uint16_t kPreOperational = 127, kNotDetected = 6;
 
 /// Asks for the state of node 5, of which nothing has to be asked on the bus.
 void check_state(Window& window, std::uint16_t state) {
-  window.read(5, 0x300C, 0, 0);
-  window.expect_silence();
+  window.read(5, 0x300C, 0, 0).expect_silence();
   window.check_done();
   CHECK(window.reg(3705) == 1);
   CHECK(window.reg(3706) == state);
@@ -20,20 +19,17 @@ void check_state(Window& window, std::uint16_t state) {
 
 /// Asks for the state of node 5, which is guarded and does not answer.
 void check_state_without_response(Window& window, std::uint16_t state) {
-  window.read(5, 0x300C, 0, 0);
-  window.expect("705#R1");
+  window.read(5, 0x300C, 0, 0).expect("705#R1");
   CHECK(window.busy());
   window.pass(100ms);
-  window.pass_rest();
-  window.check_done();
+  window.pass_rest().check_done();
   CHECK(window.reg(3705) == 1);
   CHECK(window.reg(3706) == state);
 }
 
 /// Start Remote Node, to node 5.
 void start_node(Window& window) {
-  window.write(0, 0x1F82, 5, 1, {1});
-  window.expect("000#0105");
+  window.write(0, 0x1F82, 5, 1, {1}).expect("000#0105");
   window.check_done();
 }
 
@@ -43,12 +39,10 @@ TEST_CASE("[STATE-1] which node") {
   Window window;
   window.arrive("705#04");
   check_state(window, 4);
-  window.read(66, 0x300C, 0, 0);
-  window.exchange({{"742#R1", "742#05"}});
+  window.read(66, 0x300C, 0, 0).exchange({{"742#R1", "742#05"}});
   CHECK(window.reg(3706) == 5);
   for (const std::uint16_t own : Words{0, Window::kOwnNode}) {
-    window.read(own, 0x300C, 0, 0);
-    window.expect_silence();
+    window.read(own, 0x300C, 0, 0).expect_silence();
     window.check_done();
     CHECK(window.reg(3705) == 1);
     CHECK(window.reg(3706) == kPreOperational);
@@ -144,8 +138,7 @@ TEST_CASE("[STATE-4] a boot-up is pre-operational") {
 
 TEST_CASE("[STATE-5] node guarding when nothing is fresh") {
   Window window;
-  window.read(5, 0x300C, 0, 0);
-  window.expect("705#R1");
+  window.read(5, 0x300C, 0, 0).expect("705#R1");
   SECTION("toggle bit 0") {
     window.arrive("705#05");
     CHECK(window.reg(3706) == 5);
@@ -183,12 +176,10 @@ TEST_CASE("[STATE-6] both times are settings") {
   window.pass_nearly(700ms);
   check_state(window, 5);
   window.pass_rest();
-  window.read(5, 0x300C, 0, 0);
-  window.expect("705#R1");
+  window.read(5, 0x300C, 0, 0).expect("705#R1");
   window.pass_nearly(30ms);
   CHECK(window.busy());
-  window.pass_rest();
-  window.check_done();
+  window.pass_rest().check_done();
   CHECK(window.reg(3706) == kNotDetected);
 }
 
@@ -198,8 +189,7 @@ TEST_CASE("[STATE-7] in doubt after an NMT command") {
   window.arrive("706#7F");
   start_node(window);
   SECTION("a node that was not addressed is not asked") {
-    window.read(6, 0x300C, 0, 0);
-    window.expect_silence();
+    window.read(6, 0x300C, 0, 0).expect_silence();
     CHECK(window.reg(3706) == kPreOperational);
   }
   SECTION("its next message ends the doubt") {
@@ -207,8 +197,7 @@ TEST_CASE("[STATE-7] in doubt after an NMT command") {
     check_state(window, 5);
   }
   SECTION("it is asked, and answers") {
-    window.read(5, 0x300C, 0, 0);
-    window.exchange({{"705#R1", "705#85"}});
+    window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#85"}});
     CHECK(window.reg(3706) == 5);
     check_state(window, 5);
   }
@@ -218,10 +207,8 @@ TEST_CASE("[STATE-7] in doubt after an NMT command") {
     check_state_without_response(window, kNotDetected);
   }
   SECTION("a command to all puts every node in doubt") {
-    window.write(0, 0x1F82, 128, 1, {1});
-    window.expect("000#0100");
-    window.read(6, 0x300C, 0, 0);
-    window.exchange({{"706#R1", "706#05"}});
+    window.write(0, 0x1F82, 128, 1, {1}).expect("000#0100");
+    window.read(6, 0x300C, 0, 0).exchange({{"706#R1", "706#05"}});
     CHECK(window.reg(3706) == 5);
   }
 }
@@ -243,8 +230,7 @@ TEST_CASE("[STATE-9] a command of another master") {
       window.arrive(frame);
     return check_state(window, 4);
   }
-  window.read(5, 0x300C, 0, 0);
-  window.exchange({{"705#R1", "705#05"}});
+  window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#05"}});
   window.check_done();
   CHECK(window.reg(3706) == 5);
   check_state(window, 5);
@@ -254,8 +240,7 @@ TEST_CASE("[STATE-8] started right after its boot-up") {
   Window window;
   window.arrive("705#00");
   start_node(window);
-  window.read(5, 0x300C, 0, 0);
-  window.exchange({{"705#R1", "705#05"}});
+  window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#05"}});
   window.check_done();
   CHECK(window.reg(3706) == 5);
 }

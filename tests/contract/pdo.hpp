@@ -34,8 +34,7 @@ inline void set_up_pdo(Window& window, unsigned index, std::uint32_t cob_id, std
 
 /// NMT to the own node.
 inline void command_own_node(Window& window, std::uint16_t service) {
-  window.write(0, 0x1F82, Window::kOwnNode, 1, {service});
-  window.check_done();
+  window.write(0, 0x1F82, Window::kOwnNode, 1, {service}).check_done();
 }
 
 inline void start_own_node(Window& window) {

@@ -27,13 +27,10 @@ TEST_CASE("[PDO-28] transmission types of TPDOs") {
     set_up_pdo(window, 0x1800, 0x1FF, 1, kFirstOutput);
     set_up_pdo(window, 0x1801, 0x2FF, 3, kFirstOutput);
     start_own_node(window);
-    window.set(kOutputs, {0x2211});
-    window.expect_silence();
+    window.set(kOutputs, {0x2211}).expect_silence();
     for (int i = 0; i < 2; ++i) {
-      for (int sync = 1; sync <= 3; ++sync) {
-        window.arrive("080#");
-        window.expect("1FF#1122");
-      }
+      for (int sync = 1; sync <= 3; ++sync)
+        window.arrive("080#").expect("1FF#1122");
       window.expect("2FF#1122");
     }
   }
@@ -43,8 +40,7 @@ TEST_CASE("[PDO-28] transmission types of TPDOs") {
     for (int sync = 1; sync < 240; ++sync)
       window.arrive("080#");
     window.expect_silence();
-    window.arrive("080#");
-    window.expect("1FF#0000");
+    window.arrive("080#").expect("1FF#0000");
   }
   SECTION("by the own SYNC") {
     set_up_pdo(window, 0x1400, 0x27F, 1, kFirstInput);
@@ -54,37 +50,29 @@ TEST_CASE("[PDO-28] transmission types of TPDOs") {
     start_own_node(window);
     window.arrive("27F#3344");
     window.set(kOutputs, {0x2211});
-    window.pass_nearly(100ms);
-    window.expect_silence();
+    window.pass_nearly(100ms).expect_silence();
     CHECK(window.reg(kInputs) == 0);
-    window.pass_rest();
-    window.exchange({{"080#", ""}, {"1FF#1122", ""}});
+    window.pass_rest().exchange({{"080#", ""}, {"1FF#1122", ""}});
     CHECK(window.reg(kInputs) == 0x4433);
-    window.pass(100ms);
-    window.exchange({{"080#", ""}, {"1FF#1122", ""}});
+    window.pass(100ms).exchange({{"080#", ""}, {"1FF#1122", ""}});
   }
   SECTION("252: sampled at the SYNC, sent on request") {
     set_up_pdo(window, 0x1800, 0x1FF, 252, kFirstOutput);
     start_own_node(window);
     window.set(kOutputs, {0x2211});
     window.arrive("080#");
-    window.set(kOutputs, {0x4433});
-    window.expect_silence();
-    window.arrive("1FF#R2");
-    window.expect("1FF#1122");
+    window.set(kOutputs, {0x4433}).expect_silence();
+    window.arrive("1FF#R2").expect("1FF#1122");
     window.arrive("080#");
-    window.arrive("1FF#R2");
-    window.expect("1FF#3344");
+    window.arrive("1FF#R2").expect("1FF#3344");
   }
   SECTION("253: sampled and sent on request") {
     set_up_pdo(window, 0x1800, 0x1FF, 253, kFirstOutput);
     start_own_node(window);
     window.set(kOutputs, {0x2211});
-    window.arrive("080#");
-    window.expect_silence();
+    window.arrive("080#").expect_silence();
     window.set(kOutputs, {0x4433});
-    window.arrive("1FF#R2");
-    window.expect("1FF#3344");
+    window.arrive("1FF#R2").expect("1FF#3344");
   }
 }
 
@@ -123,14 +111,10 @@ TEST_CASE("[PDO-28] inhibit time and event timer") {
     window.expect("1FF#0000");
     window.set(kOutputs, {1});
     window.set(kOutputs, {2});
-    window.pass_nearly(100ms);
-    window.expect_silence();
-    window.pass_rest();
-    window.expect("1FF#0200");
-    window.pass(100ms);
-    window.expect_silence();
-    window.set(kOutputs, {3});
-    window.expect("1FF#0300");
+    window.pass_nearly(100ms).expect_silence();
+    window.pass_rest().expect("1FF#0200");
+    window.pass(100ms).expect_silence();
+    window.set(kOutputs, {3}).expect("1FF#0300");
   }
   SECTION("event timer of a TPDO, in milliseconds") {
     window.configure(0x1800, 5, 2, {100});
@@ -138,18 +122,13 @@ TEST_CASE("[PDO-28] inhibit time and event timer") {
     start_own_node(window);
     window.expect("1FF#0000");
     for (int i = 0; i < 3; ++i) {
-      window.pass_nearly(100ms);
-      window.expect_silence();
-      window.pass_rest();
-      window.expect("1FF#0000");
+      window.pass_nearly(100ms).expect_silence();
+      window.pass_rest().expect("1FF#0000");
     }
     window.pass(50ms);
-    window.set(kOutputs, {1});  // starts it anew
-    window.expect("1FF#0100");
-    window.pass_nearly(100ms);
-    window.expect_silence();
-    window.pass_rest();
-    window.expect("1FF#0100");
+    window.set(kOutputs, {1}).expect("1FF#0100");  // starts it anew
+    window.pass_nearly(100ms).expect_silence();
+    window.pass_rest().expect("1FF#0100");
   }
 }
 
@@ -162,12 +141,9 @@ TEST_CASE("[PDO-28] SYNC start value") {
   for (const char* sync : {"080#01", "080#02", "080#03"})
     window.arrive(sync);
   window.expect_silence();
-  window.arrive("080#04");  // the second from 3 on
-  window.expect("1FF#0000");
-  window.arrive("080#05");
-  window.expect_silence();
-  window.arrive("080#06");
-  window.expect("1FF#0000");
+  window.arrive("080#04").expect("1FF#0000");  // the second from 3 on
+  window.arrive("080#05").expect_silence();
+  window.arrive("080#06").expect("1FF#0000");
 }
 
 TEST_CASE("[PDO-28] remote requests") {
@@ -176,8 +152,7 @@ TEST_CASE("[PDO-28] remote requests") {
   set_up_pdo(window, 0x1801, 0x400002FF, 255, kFirstOutput);  // bit 30: no RTR
   start_own_node(window);
   window.exchange({{"1FF#0000", ""}, {"2FF#0000", ""}});
-  window.arrive("1FF#R2");
-  window.expect("1FF#0000");
+  window.arrive("1FF#R2").expect("1FF#0000");
   for (const char* frame : {"2FF#R2", "000001FF#R2", "3FF#R2", "1FF#0000"})
     window.arrive(frame);
   window.expect_silence();

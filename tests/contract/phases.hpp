@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <stdexcept>
-#include <string_view>
-
 #include "contract/window.hpp"
 
 namespace cbcan::contract {

@@ -47,10 +47,8 @@ TEST_CASE("[PDO-1] inputs and outputs") {
                                           {62, 0x1615},
                                           {63, 0x1817}}));
   check_same(window, kOutputs, Words(64));
-  window.set(3864, {0x2221, 0x2423, 0x2625, 0x2827});
-  window.expect("1FF#2122232425262728");
-  window.set(3924, {0x3231, 0x3433, 0x3635, 0x3837});
-  window.expect("2FF#3132333435363738");
+  window.set(3864, {0x2221, 0x2423, 0x2625, 0x2827}).expect("1FF#2122232425262728");
+  window.set(3924, {0x3231, 0x3433, 0x3635, 0x3837}).expect("2FF#3132333435363738");
 }
 
 TEST_CASE("[PDO-3] where the range begins") {
@@ -65,8 +63,7 @@ TEST_CASE("[PDO-3] where the range begins") {
   window.expect("1FF#11220000");
   window.arrive("27F#3344");
   CHECK(window.reg(1063) == 0x4433);
-  window.set(1127, {0x6655});
-  window.expect("1FF#11225566");
+  window.set(1127, {0x6655}).expect("1FF#11225566");
 }
 
 TEST_CASE("[PDO-25] sixteen each way, eight objects") {
@@ -103,10 +100,8 @@ TEST_CASE("[PDO-25] sixteen each way, eight objects") {
     }
   }
   SECTION("RPDOs to inputs, TPDOs from outputs") {
-    window.write(0, 0x1600, 1, 4, {0x0110, 0xA580});
-    window.check_failed(0x06040041);
-    window.write(0, 0x1A00, 1, 4, {0x0110, 0xA100});
-    window.check_failed(0x06040041);
+    window.write(0, 0x1600, 1, 4, {0x0110, 0xA580}).check_failed(0x06040041);
+    window.write(0, 0x1A00, 1, 4, {0x0110, 0xA100}).check_failed(0x06040041);
   }
 }
 
@@ -139,8 +134,7 @@ TEST_CASE("[PDO-26] none is valid at first") {
     CHECK(window.reg(kInputs) == 0);
   }
   SECTION("by somebody else's SDO") {
-    window.arrive("67F#230014017F020000");
-    window.expect("5FF#6000140100000000");
+    window.arrive("67F#230014017F020000").expect("5FF#6000140100000000");
     window.arrive("27F#1122");
     CHECK(window.reg(kInputs) == 0x2211);
   }
@@ -155,8 +149,7 @@ TEST_CASE("[PDO-27] while Operational") {
     window.arrive("27F#FFFF");
     window.set(kOutputs, {0xEEEE});
     window.arrive("080#");
-    window.arrive("1FF#R2");
-    window.expect_silence();
+    window.arrive("1FF#R2").expect_silence();
     CHECK(window.reg(kInputs) == 0);
     window.set(kOutputs, {0});
   };
@@ -167,21 +160,17 @@ TEST_CASE("[PDO-27] while Operational") {
     window.expect("1FF#0000");
     window.arrive("27F#1122");
     CHECK(window.reg(kInputs) == 0x2211);
-    window.set(kOutputs, {0x4433});
-    window.expect("1FF#3344");
-    window.arrive("080#");
-    window.expect("2FF#0000");
+    window.set(kOutputs, {0x4433}).expect("1FF#3344");
+    window.arrive("080#").expect("2FF#0000");
     window.arrive("27F#0000");
     command_own_node(window, leave);
     check_nothing();
   }
   SECTION("by an NMT master as well") {
-    window.arrive("000#017F");
-    window.expect("1FF#0000");
+    window.arrive("000#017F").expect("1FF#0000");
   }
   SECTION("by an NMT master, all") {
-    window.arrive("000#0100");
-    window.expect("1FF#0000");
+    window.arrive("000#0100").expect("1FF#0000");
   }
 }
 
@@ -193,8 +182,7 @@ TEST_CASE("[PDO-29] whole PDOs") {
     for (const char* frame : {"27F#0102030405060708", "27F#1112131415161718"})
       window.arrive(frame);
     CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
-    window.arrive("27F#01020304050607");  // too short: none of them
-    window.expect("0FF#1082110100000000");
+    window.arrive("27F#01020304050607").expect("0FF#1082110100000000");  // too short: none of them
     CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
   }
   SECTION("in, by SYNC") {
@@ -211,19 +199,14 @@ TEST_CASE("[PDO-29] whole PDOs") {
     set_up_pdo(window, 0x1800, 0x1FF, 255, kFourOutputs);
     start_own_node(window);
     window.expect("1FF#0000000000000000");
-    window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807});
-    window.expect("1FF#0102030405060708");
+    window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807}).expect("1FF#0102030405060708");
     window.expect_silence();
-    window.set(kOutputs, {0x1211, 0x1413, 0x1615, 0x1817});
-    window.expect("1FF#1112131415161718");
+    window.set(kOutputs, {0x1211, 0x1413, 0x1615, 0x1817}).expect("1FF#1112131415161718");
     window.expect_silence();
-    window.set(kOutputs + 1, {0x2423, 0x2625});
-    window.expect("1FF#1112232425261718");
+    window.set(kOutputs + 1, {0x2423, 0x2625}).expect("1FF#1112232425261718");
     window.expect_silence();
     window.set(kOutputs, {0x3231});
-    window.set(kOutputs + 1, {0x3433});
-    window.expect("1FF#3132232425261718");
-    window.expect("1FF#3132333425261718");
+    window.set(kOutputs + 1, {0x3433}).expect("1FF#3132232425261718", "1FF#3132333425261718");
   }
   SECTION("out: one request, several TPDOs") {
     set_up_pdo(window, 0x1800, 0x1FF, 255, kFourOutputs);
@@ -239,12 +222,9 @@ TEST_CASE("[PDO-29] whole PDOs") {
   SECTION("out, by SYNC") {
     set_up_pdo(window, 0x1800, 0x1FF, 1, kFourOutputs);
     start_own_node(window);
-    window.arrive("080#");
-    window.expect("1FF#0000000000000000");
-    window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807});
-    window.expect_silence();
-    window.arrive("080#");
-    window.expect("1FF#0102030405060708");
+    window.arrive("080#").expect("1FF#0000000000000000");
+    window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807}).expect_silence();
+    window.arrive("080#").expect("1FF#0102030405060708");
   }
 }
 
@@ -255,17 +235,12 @@ TEST_CASE("[PDO-30] a changed value is an event") {
     set_up_pdo(window, 0x1800, 0x1FF, type, {0xA5800210, 0xA5800310});
     start_own_node(window);
     window.expect("1FF#00000000");
-    window.set(kOutputs, {0x1111, 0x2222, 0, 0x4444});
-    window.expect("1FF#22220000");
-    window.set(kOutputs, {0x1111, 0x2222, 0, 0x4444});  // changes nothing
-    window.expect_silence();
-    window.set(kOutputs, {0x9999, 0x2222, 0, 0x9999});  // changes others
-    window.expect_silence();
-    window.set(kOutputs + 2, {0x3333});
-    window.expect("1FF#22223333");
+    window.set(kOutputs, {0x1111, 0x2222, 0, 0x4444}).expect("1FF#22220000");
+    window.set(kOutputs, {0x1111, 0x2222, 0, 0x4444}).expect_silence();  // changes nothing
+    window.set(kOutputs, {0x9999, 0x2222, 0, 0x9999}).expect_silence();  // changes others
+    window.set(kOutputs + 2, {0x3333}).expect("1FF#22223333");
     window.set(kOutputs + 2, {0x3334});
-    window.set(kOutputs + 2, {0x3333});
-    window.exchange({{"1FF#22223433", ""}, {"1FF#22223333", ""}});
+    window.set(kOutputs + 2, {0x3333}).exchange({{"1FF#22223433", ""}, {"1FF#22223333", ""}});
   }
   SECTION("by SDO") {
     set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800210});
@@ -284,64 +259,49 @@ TEST_CASE("[PDO-30] a changed value is an event") {
     window.expect("1FF#0000");
     window.configure(0xA580, 2, 2, {0x2211});
     window.expect("1FF#1122");
-    window.set(kOutputs + 1, {0});
-    window.expect("1FF#0000");
+    window.set(kOutputs + 1, {0}).expect("1FF#0000");
     window.arrive("000#807F");
     window.set(kOutputs + 1, {0x4433});
-    window.arrive("000#017F");
-    window.expect("1FF#3344");
-    window.set(kOutputs + 1, {0});
-    window.expect("1FF#0000");
+    window.arrive("000#017F").expect("1FF#3344");
+    window.set(kOutputs + 1, {0}).expect("1FF#0000");
   }
   SECTION("0: at the next SYNC") {
     set_up_pdo(window, 0x1800, 0x1FF, 0, {0xA5800210});
     start_own_node(window);
-    window.arrive("080#");
-    window.expect_silence();
-    window.set(kOutputs + 1, {0x2222});
-    window.expect_silence();
-    window.arrive("080#");
-    window.expect("1FF#2222");
+    window.arrive("080#").expect_silence();
+    window.set(kOutputs + 1, {0x2222}).expect_silence();
+    window.arrive("080#").expect("1FF#2222");
     window.arrive("080#");
     window.set(kOutputs, {0x1111, 0x2222, 0x3333});
-    window.arrive("080#");
-    window.expect_silence();
+    window.arrive("080#").expect_silence();
   }
   SECTION("a byte of a register") {
     set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA4C00208});
     start_own_node(window);
     window.expect("1FF#00");
-    window.set(kOutputs, {0x0011});
-    window.expect_silence();
-    window.set(kOutputs, {0x2211});
-    window.expect("1FF#22");
+    window.set(kOutputs, {0x0011}).expect_silence();
+    window.set(kOutputs, {0x2211}).expect("1FF#22");
   }
   SECTION("any byte of a value") {
     set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA8C00240});
     start_own_node(window);
     window.expect("1FF#0000000000000000");
-    window.set(kOutputs + 7, {0x1100});
-    window.expect("1FF#0000000000000011");
-    window.set(kOutputs + 4, {0x0022});
-    window.expect("1FF#2200000000000011");
+    window.set(kOutputs + 7, {0x1100}).expect("1FF#0000000000000011");
+    window.set(kOutputs + 4, {0x0022}).expect("1FF#2200000000000011");
   }
   SECTION("a bit of a register") {
     set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5001101, 0xA5001201});
     start_own_node(window);
     window.expect("1FF#00");
-    window.set(kOutputs, {0xFFFF, 0xFFFC});
-    window.expect_silence();
-    window.set(kOutputs, {0xFFFF, 0xFFFE});
-    window.expect("1FF#02");
-    window.set(kOutputs + 1, {0x0001});
-    window.expect("1FF#01");
+    window.set(kOutputs, {0xFFFF, 0xFFFC}).expect_silence();
+    window.set(kOutputs, {0xFFFF, 0xFFFE}).expect("1FF#02");
+    window.set(kOutputs + 1, {0x0001}).expect("1FF#01");
   }
   SECTION("the last register, by the last word of a request") {
     set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA4C08008});
     start_own_node(window);
     window.expect("1FF#00");
-    window.set(kOutputs, registers_with({{63, 0x1200}}));
-    window.expect("1FF#12");
+    window.set(kOutputs, registers_with({{63, 0x1200}})).expect("1FF#12");
   }
 }
 
@@ -358,9 +318,7 @@ TEST_CASE("[PDO-29] with a controller that was full") {
   window.set(kOutputs, {0x1211, 0x1413, 0x1615, 0x1817});
   window.pass(1s);
   window.target().refuse_frames(false);
-  window.pass(1ms);
-  window.expect("1FF#1112131415161718");
-  window.expect("2FF#0102030405060708");  // as it was at the SYNC
+  window.pass(1ms).expect("1FF#1112131415161718", "2FF#0102030405060708");  // as it was at the SYNC
 }
 
 TEST_CASE("[PDO-31] while transactions are under way") {
@@ -385,8 +343,7 @@ TEST_CASE("[PDO-31] while transactions are under way") {
     check_same(window, kInputs, {word, word});
   };
   SECTION("SDO") {
-    window.read(5, 0x2000, 1, 128);
-    window.expect("605#4000200100000000");
+    window.read(5, 0x2000, 1, 128).expect("605#4000200100000000");
     check_cycle();
     window.exchange({{"", "585#4100200109000000"}});
     window.expect("605#6000000000000000");
@@ -398,23 +355,19 @@ TEST_CASE("[PDO-31] while transactions are under way") {
     CHECK(window.target().read(3705, 6) == Words{9, 0x0201, 0x0403, 0x0605, 0x0807, 0x0009});
   }
   SECTION("node state") {
-    window.read(5, 0x300C, 0, 0);
-    window.expect("705#R1");
+    window.read(5, 0x300C, 0, 0).expect("705#R1");
     check_cycle();
     CHECK(window.busy());
     window.arrive("705#05");
     CHECK(window.reg(3706) == 5);
   }
   SECTION("held back by a quarantine") {
-    window.read(5, 0x2000, 1, 4);
-    window.expect("605#4000200100000000");
-    window.set(3700, {0});
-    window.expect("605#8000200100000008");
+    window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
+    window.set(3700, {0}).expect("605#8000200100000008");
     window.read(5, 0x2000, 1, 4);
     check_cycle();
     CHECK(window.busy());
-    window.arrive("585#8000200100000008");
-    window.exchange({{"605#4000200100000000", "585#4300200111223344"}});
+    window.arrive("585#8000200100000008").exchange({{"605#4000200100000000", "585#4300200111223344"}});
   }
   check_cycle();
   window.check_done();

@@ -10,31 +10,26 @@ namespace {
 
 /// A read of node 5 that ends with a timeout.
 void time_out(Window& window) {
-  window.read(5, 0x2000, 1, 4);
-  window.expect("605#4000200100000000");
-  window.pass(1s);
-  window.expect("605#8000200100000405");
+  window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
+  window.pass(1s).expect("605#8000200100000405");
   window.check_failed(0x05040000);
 }
 
 /// Asks node 5 for the same object again: nothing may leave now.
 void ask_again(Window& window) {
-  window.read(5, 0x2000, 1, 4);
-  window.expect_silence();
+  window.read(5, 0x2000, 1, 4).expect_silence();
   CHECK(window.busy());
 }
 
 /// What was held back has left: it gets its own response.
 void check_let_go(Window& window) {
-  window.exchange({{"605#4000200100000000", "585#4300200122222222"}});
-  window.check_done();
+  window.exchange({{"605#4000200100000000", "585#4300200122222222"}}).check_done();
   CHECK(window.reg(3706) == 0x2222);
 }
 
 /// Nothing leaves until one SDO timeout has passed since the end of the transfer before.
 void check_only_time_ends_it(Window& window) {
-  window.pass_nearly(1s);
-  window.expect_silence();
+  window.pass_nearly(1s).expect_silence();
   CHECK(window.busy());
   window.pass_rest();
   check_let_go(window);
@@ -58,14 +53,12 @@ TEST_CASE("[SDO-27] quarantine after a timeout") {
   }
   SECTION("the node has booted") {
     window.arrive("706#00");
-    window.arrive("705#05");
-    window.expect_silence();
+    window.arrive("705#05").expect_silence();
     window.arrive("705#00");
   }
   SECTION("one more SDO timeout") {
     window.arrive("586#4300200111111111");
-    window.pass_nearly(1s);
-    window.expect_silence();
+    window.pass_nearly(1s).expect_silence();
     CHECK(window.busy());
     window.pass_rest();
   }
@@ -78,8 +71,7 @@ TEST_CASE("[SDO-27] in every phase of a transfer") {
     INFO(phase.name);
     Window window;
     enter(window, phase);
-    window.pass(1s);
-    window.expect("605#8000200100000405");
+    window.pass(1s).expect("605#8000200100000405");
     window.configure(0x3004, 0, 1, {0});
     ask_again(window);
     window.arrive("585#4300200111111111");
@@ -112,8 +104,7 @@ TEST_CASE("[SDO-27] what is not that response does not end it") {
     Window window;
     time_out(window);
     ask_again(window);
-    window.arrive(frame);
-    window.expect_silence();
+    window.arrive(frame).expect_silence();
     window.arrive("585#4300200111111111");
     check_let_go(window);
   }
@@ -122,15 +113,12 @@ TEST_CASE("[SDO-27] what is not that response does not end it") {
 TEST_CASE("[SDO-28] quarantine of one node alone") {
   Window window;
   time_out(window);
-  window.read(6, 0x2000, 1, 4);
-  window.expect("606#4000200100000000");
+  window.read(6, 0x2000, 1, 4).expect("606#4000200100000000");
   window.arrive("585#4300200111111111");
   CHECK(window.busy());
-  window.arrive("586#4300200133333333");
-  window.check_done();
+  window.arrive("586#4300200133333333").check_done();
   CHECK(window.reg(3706) == 0x3333);
-  window.write(0, 0x1F82, 5, 1, {1});
-  window.expect("000#0105");
+  window.write(0, 0x1F82, 5, 1, {1}).expect("000#0105");
   window.check_done();
 }
 
@@ -149,8 +137,7 @@ TEST_CASE("[SDO-29] quarantine after a cancel, 0503 0000h, 0504 0001h") {
     for (const char* ending : {"585#4300200111111111", "585#8000200100000405", "705#00", ""}) {
       INFO(row.abort << " and then " << ending);
       Window window;
-      window.read(5, 0x2000, 1, 16);
-      window.expect("605#4000200100000000");
+      window.read(5, 0x2000, 1, 16).expect("605#4000200100000000");
       window.exchange(row.steps);
       if (row.steps.empty()) window.set(3700, {0});
       window.expect(row.abort);
@@ -169,8 +156,7 @@ TEST_CASE("[SDO-29] also when the request that is held back is cancelled") {
   Window window;
   time_out(window);
   ask_again(window);
-  window.set(3700, {0});
-  window.expect_silence();
+  window.set(3700, {0}).expect_silence();
   ask_again(window);
   window.arrive("585#4300200111111111");
   check_let_go(window);
@@ -194,8 +180,7 @@ TEST_CASE("[SDO-30] quarantine after a block read given up") {
       window.configure(0x3004, 0, 1, {0});
       ask_again(window);
       window.arrive("585#4300200111111111");  // segment 67, which looks like a response
-      window.arrive("585#4400200111111111");
-      window.expect_silence();
+      window.arrive("585#4400200111111111").expect_silence();
       if (boots) {
         window.arrive("705#00");
         check_let_go(window);
@@ -210,13 +195,11 @@ TEST_CASE("[SDO-31] quarantine after a block write aborted") {
   for (const bool boots : {false, true}) {
     Window window;
     enter(window, phase_called("block write: segments"));
-    window.arrive("585#8000200111000906");
-    window.check_failed(0x06090011);
+    window.arrive("585#8000200111000906").check_failed(0x06090011);
     window.configure(0x3004, 0, 1, {0});
     ask_again(window);
     window.arrive("585#8000200101000405");  // to the segments
-    window.arrive("585#8000200101000405");
-    window.expect_silence();
+    window.arrive("585#8000200101000405").expect_silence();
     if (boots) {
       window.arrive("705#00");
       check_let_go(window);
@@ -242,20 +225,14 @@ TEST_CASE("[SDO-32] eight nodes in quarantine") {
     window.pass(50ms);
   }
   window.read(9, 0x2000, 1, 4);  // the ninth waits until the first is free, 600 ms from now
-  window.pass_nearly(600ms);
-  window.expect_silence();
+  window.pass_nearly(600ms).expect_silence();
   CHECK(window.busy());
-  window.pass_rest();
-  window.exchange({{"609#4000200100000000", "589#4300200122222222"}});
+  window.pass_rest().exchange({{"609#4000200100000000", "589#4300200122222222"}});
   window.check_done();
-  window.read(2, 0x2000, 1, 4);  // and all eight were held back
-  window.expect_silence();
-  window.arrive("582#4300200111111111");
-  window.exchange({{"602#4000200100000000", "582#4300200133333333"}});
+  window.read(2, 0x2000, 1, 4).expect_silence();  // and all eight were held back
+  window.arrive("582#4300200111111111").exchange({{"602#4000200100000000", "582#4300200133333333"}});
   CHECK(window.reg(3706) == 0x3333);
-  window.read(8, 0x2000, 1, 4);
-  window.expect_silence();
-  window.arrive("588#4300200111111111");
-  window.exchange({{"608#4000200100000000", "588#4300200144444444"}});
+  window.read(8, 0x2000, 1, 4).expect_silence();
+  window.arrive("588#4300200111111111").exchange({{"608#4000200100000000", "588#4300200144444444"}});
   CHECK(window.reg(3706) == 0x4444);
 }

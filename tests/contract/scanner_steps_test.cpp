@@ -33,8 +33,7 @@ std::string frame_of(const Bytes& bytes) {
 }
 
 /// A PLC program, its Modbus master, a module, and a node that takes its time.
-class Plant {
- public:
+struct Plant {
   // One step each; the exchange is in the order that they are called in.
   void scan() { plc.scan(); }
   void write() {

@@ -11,8 +11,7 @@ constexpr unsigned kOut = 500;
 constexpr unsigned kIn = 600;
 
 /// A window whose scanner has got over the start: number 1 has been answered by 5.
-class Scanner : public Window {
- public:
+struct Scanner : Window {
   using Window::Window;
 
   /// OUT+0.. in one request.
@@ -143,13 +142,11 @@ TEST_CASE("[SCAN-6] 0 cancels") {
     window.expect(kCancelled);
   }
   SECTION("what waits") {
-    window.read(6, 0x3000, 2, 4);
-    window.expect("606#4000300200000000");
+    window.read(6, 0x3000, 2, 4).expect("606#4000300200000000");
     window.read4(2);
     window.out(Words(8));
     CHECK(window.busy());
-    window.arrive("586#4300300288776655");
-    window.check_done();
+    window.arrive("586#4300300288776655").check_done();
   }
   SECTION("behind a result with data") {
     window.read4(2);
@@ -264,23 +261,19 @@ TEST_CASE("[SCAN-11] a first number that is not whole is answered by 5 too") {
 TEST_CASE("[SCAN-13] both windows take turns") {
   Scanner window;
   window.get_started();
-  window.read(6, 0x3000, 2, 4);
-  window.expect("606#4000300200000000");
+  window.read(6, 0x3000, 2, 4).expect("606#4000300200000000");
   window.read4(2);
   window.expect_silence();
   CHECK(window.in(3) == Words{1, 5, 2});
-  window.arrive("586#4300300288776655");
-  window.check_done();
+  window.arrive("586#4300300288776655").check_done();
   CHECK(window.reg(3706) == 0x7788);
   window.expect(kReadRequest);
-  window.read(6, 0x3000, 3, 4);
-  window.expect_silence();
+  window.read(6, 0x3000, 3, 4).expect_silence();
   CHECK(window.busy());
   window.arrive("585#4300200144332211");
   CHECK(window.in() == Words{2, 0, 2, 4, 0x3344, 0x1122});
   window.expect("606#4000300300000000");
-  window.arrive("586#4300300388776655");
-  window.check_done();
+  window.arrive("586#4300300388776655").check_done();
 }
 
 TEST_CASE("[SCAN-13] R3700 that waits can be cancelled") {
@@ -299,12 +292,10 @@ TEST_CASE("[SCAN-13] R3700 that waits can be cancelled") {
 TEST_CASE("[SCAN-14] a request is copied when its turn comes") {
   Scanner window;
   window.get_started();
-  window.read(6, 0x3000, 2, 4);
-  window.expect("606#4000300200000000");
+  window.read(6, 0x3000, 2, 4).expect("606#4000300200000000");
   window.out({2, 5066, 5, 0x2000, 1, 8, 1, 2, 3, 4});
   window.out({2, 5066, 5, 0x2000, 1, 8, 0x2211, 0x4433, 0x6655, 0x8877});
-  window.arrive("586#4300300288776655");
-  window.expect("605#2100200108000000");
+  window.arrive("586#4300300288776655").expect("605#2100200108000000");
   window.out({2, 5066, 5, 0x2000, 1, 8, 9, 9, 9, 9});
   window.exchange({{"", "585#6000200100000000"},
                    {"605#0011223344556677", "585#2000000000000000"},
@@ -316,8 +307,7 @@ TEST_CASE("[SCAN-14] a request is copied when its turn comes") {
 TEST_CASE("[SCAN-15] one that waits and is written again in part is refused") {
   Scanner window;
   window.get_started();
-  window.read(6, 0x3000, 2, 4);
-  window.expect("606#4000300200000000");
+  window.read(6, 0x3000, 2, 4).expect("606#4000300200000000");
   window.out({2, 5066, 5, 0x2000, 1, 4, 1, 2});
   SECTION("its head") {
     window.out({2, 5066, 5});
@@ -326,20 +316,17 @@ TEST_CASE("[SCAN-15] one that waits and is written again in part is refused") {
     window.set(kOut + 7, {3});
   }
   CHECK(window.in(4) == Words{2, 6, 2, 0});
-  window.arrive("586#4300300288776655");
-  window.expect_silence();
+  window.arrive("586#4300300288776655").expect_silence();
   window.check_done();
 }
 
 TEST_CASE("[SCAN-15] words that it does not need may be written") {
   Scanner window;
   window.get_started();
-  window.read(6, 0x3000, 2, 4);
-  window.expect("606#4000300200000000");
+  window.read(6, 0x3000, 2, 4).expect("606#4000300200000000");
   window.out({2, 5055, 5, 0x2000, 1, 4});
   window.set(kOut + 6, {3, 4, 5});
-  window.arrive("586#4300300288776655");
-  window.check_done();
+  window.arrive("586#4300300288776655").check_done();
   window.check_read4(2);
 }
 
@@ -351,18 +338,15 @@ TEST_CASE("[SCAN-16] [SCAN-17] 3003h and 3004h of a window") {
   CHECK(window.in(2) == Words{3, 0});
   window.read(0, 0x3003, 0, 2);
   CHECK(window.reg(3706) == 1000);
-  window.arrive("67F#4003300000000000");
-  window.expect("5FF#4B033000E8030000");
-  window.arrive("67F#4004300000000000");
-  window.expect("5FF#4F04300000000000");
+  window.arrive("67F#4003300000000000").expect("5FF#4B033000E8030000");
+  window.arrive("67F#4004300000000000").expect("5FF#4F04300000000000");
   window.out({4, 5055, 0, 0x3003, 0, 2});
   CHECK(window.in(5) == Words{4, 0, 4, 2, 300});
   window.read4(5);
   window.expect(kReadRequest);
   window.pass_nearly(300ms);
   CHECK(window.in(1) == Words{4});
-  window.pass_rest();
-  window.expect("605#8000200100000405");
+  window.pass_rest().expect("605#8000200100000405");
   CHECK(window.in() == Words{5, 4, 5, 0, 0x0000, 0x0504});
 }
 

@@ -33,8 +33,7 @@ TEST_CASE("[SDO-13] SDO timeout") {
     if (phase.asked_again != nullptr) window.expect(phase.asked_again);
     window.expect_silence();
     CHECK(window.busy());
-    window.pass_rest();
-    window.expect("605#8000200100000405");
+    window.pass_rest().expect("605#8000200100000405");
     window.check_failed(0x05040000);
   }
 }
@@ -42,12 +41,10 @@ TEST_CASE("[SDO-13] SDO timeout") {
 TEST_CASE("[SDO-13] unless set, by 3003h") {
   Window window;
   window.configure(0x3003, 0, 2, {50});
-  window.read(5, 0x2000, 1, 4);
-  window.expect("605#4000200100000000");
+  window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
   window.pass_nearly(50ms);
   CHECK(window.busy());
-  window.pass_rest();
-  window.expect("605#8000200100000405");
+  window.pass_rest().expect("605#8000200100000405");
   window.check_failed(0x05040000);
 }
 
@@ -68,8 +65,7 @@ TEST_CASE("[SDO-13] each response restarts it") {
     window.expect(phase.waiting);
     window.pass_nearly(1s);
     CHECK(window.busy());
-    window.pass_rest();
-    window.expect("605#8000200100000405");
+    window.pass_rest().expect("605#8000200100000405");
     window.check_failed(0x05040000);
   }
 }
@@ -110,8 +106,7 @@ TEST_CASE("[SDO-15] command specifier that does not belong there") {
       INFO(phase.name << ", answered by " << command);
       Window window;
       enter(window, phase);
-      window.arrive(std::string("585#") + command + "00200100000000");
-      window.expect("605#8000200101000405");
+      window.arrive(std::string("585#") + command + "00200100000000").expect("605#8000200101000405");
       window.check_failed(0x05040001);
     }
   }
@@ -170,14 +165,12 @@ TEST_CASE("[SDO-16] in a block transfer") {
   SECTION("at the segment that overflows") {
     window.exchange(
         {{"605#A400200102000000", "585#C400200100000000"}, {"605#A300000000000000", "585#0131323334353637"}});
-    window.arrive("585#0238394142434445");
-    window.expect("605#8000200105000405");
+    window.arrive("585#0238394142434445").expect("605#8000200105000405");
   }
   SECTION("at the end, which tells how much of the last segment is data") {
     window.exchange(
         {{"605#A400200102000000", "585#C400200100000000"}, {"605#A300000000000000", "585#0131323334353637"}});
-    window.arrive("585#8238390000000000");
-    window.exchange({{"605#A202020000000000", "585#D5C3310000000000"}});
+    window.arrive("585#8238390000000000").exchange({{"605#A202020000000000", "585#D5C3310000000000"}});
     window.expect("605#8000200105000405");
   }
   window.check_failed(0x05040005);
@@ -185,10 +178,8 @@ TEST_CASE("[SDO-16] in a block transfer") {
 
 TEST_CASE("[SDO-16] of the own node") {
   Window window;
-  window.read(0, 0x1000, 0, 3);
-  window.check_failed(0x05040005);
-  window.read(0, 0x1008, 0, 4);
-  window.check_failed(0x05040005);
+  window.read(0, 0x1000, 0, 3).check_failed(0x05040005);
+  window.read(0, 0x1008, 0, 4).check_failed(0x05040005);
 }
 
 TEST_CASE("[SDO-17] [SDO-33] not the size declared") {
@@ -221,8 +212,7 @@ TEST_CASE("[SDO-17] in a block transfer") {
     window.read(5, 0x2000, 1, 10);
     window.exchange(
         {{"605#A400200102000000", "585#C600200109000000"}, {"605#A300000000000000", "585#0131323334353637"}});
-    window.arrive("585#8238390000000000");
-    window.exchange({{"605#A202020000000000", end}});
+    window.arrive("585#8238390000000000").exchange({{"605#A202020000000000", end}});
     window.expect("605#8000200110000706");
     window.check_failed(0x06070010);
   }
@@ -255,8 +245,7 @@ TEST_CASE("[SDO-19] boot-up during the transfer") {
     window.arrive("706#00");
     window.arrive("705#7F");
     CHECK(window.busy());
-    window.arrive("705#00");
-    window.expect_silence();
+    window.arrive("705#00").expect_silence();
     window.check_failed(0x08000022);
   }
 }
@@ -268,23 +257,20 @@ TEST_CASE("[SDO-20] one abort where the server may still wait") {
     enter(window, phase);
     window.pass(1s);
     if (phase.asked_again != nullptr) window.expect(phase.asked_again);
-    window.pass_rest();
-    window.expect("605#8000200100000405");
+    window.pass_rest().expect("605#8000200100000405");
     window.check_failed(0x05040000);
     for (const char* late :
          {"585#4100200114000000", "585#0001020304050607", "585#6000200100000000", "585#2000000000000000",
           "585#A40020017F000000", "585#A2027F0000000000", "585#C600200109000000", "585#D5C3310000000000"})
       window.arrive(late);
-    window.pass(5s);
-    window.expect_silence();
+    window.pass(5s).expect_silence();
     window.check_failed(0x05040000);
   }
 }
 
 TEST_CASE("[SDO-20] whatever these are") {
   Window window;
-  window.read(5, 0x1A2B, 0x3C, 4);
-  window.exchange({{"605#402B1A3C00000000", "585#412B1A3C05000000"}});
+  window.read(5, 0x1A2B, 0x3C, 4).exchange({{"605#402B1A3C00000000", "585#412B1A3C05000000"}});
   window.expect("605#802B1A3C05000405");
   window.check_failed(0x05040005);
 }
@@ -305,13 +291,10 @@ TEST_CASE("[SDO-20] with a controller that was full") {
     window.target().refuse_frames(true);
     window.exchange({{"", last.answered}});
     window.pass(1s);
-    window.pass_rest();
-    window.check_failed(0x05040000);
+    window.pass_rest().check_failed(0x05040000);
     window.target().refuse_frames(false);
-    window.pass(10ms);
-    window.expect("605#8000200100000405");
-    window.pass(5s);
-    window.expect_silence();
+    window.pass(10ms).expect("605#8000200100000405");
+    window.pass(5s).expect_silence();
   }
 }
 
@@ -326,26 +309,21 @@ TEST_CASE("[SDO-20] a first frame that could not leave") {
     window.start(phase.request);
     window.pass_nearly(1s);
     CHECK(window.busy());
-    window.pass_rest();
-    window.check_failed(0x05040000);
+    window.pass_rest().check_failed(0x05040000);
     window.target().refuse_frames(false);
-    window.pass(5s);
-    window.expect_silence();  // the server knows nothing of it
+    window.pass(5s).expect_silence();  // the server knows nothing of it
   }
 }
 
 TEST_CASE("[SDO-20] its own abort came first") {
   Window window;
   CONTRACT_NEEDS(window, Ability::kRefusal);
-  window.read(5, 0x2000, 1, 128);
-  window.expect("605#4000200100000000");
+  window.read(5, 0x2000, 1, 128).expect("605#4000200100000000");
   window.target().refuse_frames(true);
   window.arrive("585#4100200114000000");
-  window.arrive("585#8000200100000206");
-  window.check_failed(0x06020000);
+  window.arrive("585#8000200100000206").check_failed(0x06020000);
   window.target().refuse_frames(false);
-  window.pass(5s);
-  window.expect_silence();
+  window.pass(5s).expect_silence();
 }
 
 TEST_CASE("[SDO-21] no abort after an abort") {
@@ -353,11 +331,8 @@ TEST_CASE("[SDO-21] no abort after an abort") {
     INFO(phase.name);
     Window window;
     enter(window, phase);
-    for (int i = 0; i < 3; ++i) {
-      window.arrive("585#8000200100000405");
-      window.check_failed(0x05040000);
-    }
-    window.pass(3s);
-    window.expect_silence();
+    for (int i = 0; i < 3; ++i)
+      window.arrive("585#8000200100000405").check_failed(0x05040000);
+    window.pass(3s).expect_silence();
   }
 }

@@ -35,8 +35,7 @@ std::string segment(const char* id, int number) {
 TEST_CASE("[SDO-1] low byte first") {
   Window window;
   SECTION("four bytes read") {
-    window.read(5, 0x2000, 1, 4);
-    window.exchange({{"605#4000200100000000", "585#4300200111223344"}});
+    window.read(5, 0x2000, 1, 4).exchange({{"605#4000200100000000", "585#4300200111223344"}});
     CHECK(window.reg(3706) == 0x2211);
     CHECK(window.reg(3707) == 0x4433);
   }
@@ -45,8 +44,7 @@ TEST_CASE("[SDO-1] low byte first") {
     window.exchange({{"605#2300200111223344", "585#6000200100000000"}});
   }
   SECTION("128 bytes read") {
-    window.read(5, 0x2000, 1, 128);
-    window.exchange({{"605#4000200100000000", "585#4100200180000000"}});
+    window.read(5, 0x2000, 1, 128).exchange({{"605#4000200100000000", "585#4100200180000000"}});
     for (int number = 0; number < 18; ++number) {
       window.expect(number % 2 == 0 ? "605#6000000000000000" : "605#7000000000000000");
       window.arrive(segment("585#", number));
@@ -73,8 +71,7 @@ TEST_CASE("[SDO-2] odd sizes") {
   Window window;
   window.set(3706, filled_data());
   SECTION("three bytes read") {
-    window.read(5, 0x2000, 1, 128);
-    window.exchange({{"605#4000200100000000", "585#470020011122337F"}});
+    window.read(5, 0x2000, 1, 128).exchange({{"605#4000200100000000", "585#470020011122337F"}});
     CHECK(window.reg(3707) == 0x0033);
   }
   SECTION("one byte read, as one segment") {
@@ -139,8 +136,7 @@ TEST_CASE("[SDO-4] writes: expedited and segmented") {
     Window window;
     window.write(5, 0x2000, 1, row.size, {0x2211, 0x4433, 0x6655, 0x8877});
     window.expect(row.request);
-    window.arrive("585#8000200102000106");
-    window.check_failed(0x06010002);
+    window.arrive("585#8000200102000106").check_failed(0x06010002);
   }
 }
 
@@ -200,8 +196,7 @@ TEST_CASE("[SDO-6] the modes of 3004h") {
   }
   SECTION("1 expedited, reading") {
     set_mode(window, kExpedited);
-    window.read(5, 0x2000, 1, 4);
-    window.exchange({{"605#4000200100000000", "585#4300200111223344"}});
+    window.read(5, 0x2000, 1, 4).exchange({{"605#4000200100000000", "585#4300200111223344"}});
   }
   SECTION("2 segmented, also for up to four bytes") {
     set_mode(window, kSegmented);
@@ -229,8 +224,7 @@ TEST_CASE("[SDO-6] the modes of 3004h") {
     window.read(5, 0x2000, 1, 9);
     window.exchange(
         {{"605#A400200102000000", "585#C600200109000000"}, {"605#A300000000000000", "585#0131323334353637"}});
-    window.arrive("585#8238390000000000");
-    window.exchange({{"605#A202020000000000", "585#D5C3310000000000"}});
+    window.arrive("585#8238390000000000").exchange({{"605#A202020000000000", "585#D5C3310000000000"}});
     window.expect("605#A100000000000000");
     CHECK(window.reg(3705) == 9);
     CHECK(window.target().read(3706, 5) == Words{0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
@@ -242,12 +236,10 @@ TEST_CASE("[SDO-7] what mode 1 cannot carry") {
   Window window;
   set_mode(window, kExpedited);
   for (const std::uint16_t size : Words{5, 128}) {
-    window.write(5, 0x2000, 1, size, {1, 2, 3});
-    window.check_failed(0x06010000);
+    window.write(5, 0x2000, 1, size, {1, 2, 3}).check_failed(0x06010000);
     window.expect_silence();
   }
-  window.read(5, 0x2000, 1, 8);
-  window.exchange({{"605#4000200100000000", "585#4100200108000000"}});
+  window.read(5, 0x2000, 1, 8).exchange({{"605#4000200100000000", "585#4100200108000000"}});
   window.expect("605#8000200100000106");
   window.check_failed(0x06010000);
 }
@@ -290,8 +282,7 @@ TEST_CASE("[SDO-10] the registers that change") {
     window.check_changes(before, {{3700, 0}});
     window.set(3701, {5066, 0, 0x1F82, 66, 2, 1});
     const Words command = window.image();
-    window.set(3700, {0xCA0E});
-    window.expect("000#0142");
+    window.set(3700, {0xCA0E}).expect("000#0142");
     window.check_changes(command, {{3700, 0}});
   }
   SECTION("a good read") {
@@ -326,30 +317,24 @@ TEST_CASE("[SDO-11] the server's abort code") {
   for (const Row& row : rows) {
     Window window;
     const std::string abort = std::string("585#80002001") + row.on_the_bus;
-    window.read(5, 0x2000, 1, 4);
-    window.expect("605#4000200100000000");
-    window.arrive(abort);
-    window.check_failed(row.code);
-    window.write(5, 0x2000, 1, 9, {});
-    window.exchange({{"605#2100200109000000", "585#6000200100000000"}});
+    window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
+    window.arrive(abort).check_failed(row.code);
+    window.write(5, 0x2000, 1, 9, {}).exchange({{"605#2100200109000000", "585#6000200100000000"}});
     CHECK(window.target().next_frame().starts_with("605#00"));
-    window.arrive(abort);
-    window.check_failed(row.code);
+    window.arrive(abort).check_failed(row.code);
   }
 }
 
 TEST_CASE("[SDO-12] whose abort counts") {
   for (const char* abort : {"585#8000200100000206", "585#8000000000000206"}) {
     Window window;
-    window.read(5, 0x2000, 1, 16);
-    window.expect("605#4000200100000000");
+    window.read(5, 0x2000, 1, 16).expect("605#4000200100000000");
     for (const char* other : {"585#8000200200000106", "585#8001200100000106", "585#8000210100000106",
                               "585#8000000100000106", "585#8000200000000106", "586#8000200100000106"}) {
       window.arrive(other);
       CHECK(window.busy());
     }
-    window.arrive(abort);
-    window.check_failed(0x06020000);
+    window.arrive(abort).check_failed(0x06020000);
   }
 }
 
@@ -361,6 +346,5 @@ TEST_CASE("[SDO-12] between the segments of a block") {
       {{"605#A400200102000000", "585#C600200109000000"}, {"605#A300000000000000", "585#0131323334353637"}});
   window.arrive("585#8038390000000001");
   CHECK(window.busy());
-  window.arrive("585#8000200100000206");
-  window.check_failed(0x06020000);
+  window.arrive("585#8000200100000206").check_failed(0x06020000);
 }

@@ -21,13 +21,10 @@ TEST_CASE("[SDO-22] ignored and counted") {
         "585#470020011122", "585#4B00200111", "585#4F002001", "585#80002001000002"}) {
     INFO(frame);
     Window window;
-    window.read(5, 0x2000, 1, 16);
-    window.expect("605#4000200100000000");
-    window.arrive(frame);
-    window.expect_silence();
+    window.read(5, 0x2000, 1, 16).expect("605#4000200100000000");
+    window.arrive(frame).expect_silence();
     CHECK(window.busy());
-    window.arrive("585#4300200111223344");
-    window.check_done();
+    window.arrive("585#4300200111223344").check_done();
     CHECK(window.reg(3706) == 0x2211);
   }
 }
@@ -43,11 +40,9 @@ TEST_CASE("[SDO-22] in every phase") {
       INFO(phase.name << ", and then " << frame);
       Window window;
       enter(window, phase);
-      window.arrive(frame);
-      window.expect_silence();
+      window.arrive(frame).expect_silence();
       CHECK(window.busy());
-      window.arrive("585#8000200100000206");
-      window.check_failed(0x06020000);
+      window.arrive("585#8000200100000206").check_failed(0x06020000);
     }
   }
 }
@@ -57,14 +52,11 @@ TEST_CASE("[SDO-22] between segments") {
                             "585#8000200200000206", "585#4300200200000000"}) {
     INFO(frame);
     Window window;
-    window.read(5, 0x2000, 1, 16);
-    window.exchange({{"605#4000200100000000", "585#4000200100000000"}});
+    window.read(5, 0x2000, 1, 16).exchange({{"605#4000200100000000", "585#4000200100000000"}});
     window.expect("605#6000000000000000");
-    window.arrive(frame);
-    window.expect_silence();
+    window.arrive(frame).expect_silence();
     CHECK(window.busy());
-    window.arrive("585#0B11220000000000");
-    window.check_done();
+    window.arrive("585#0B11220000000000").check_done();
     CHECK(window.reg(3705) == 2);
     CHECK(window.reg(3706) == 0x2211);
   }
@@ -72,8 +64,7 @@ TEST_CASE("[SDO-22] between segments") {
 
 TEST_CASE("[SDO-22] but not a short one that has them all") {
   Window window;
-  window.read(5, 0x2000, 1, 16);
-  window.expect("605#4000200100000000");
+  window.read(5, 0x2000, 1, 16).expect("605#4000200100000000");
   SECTION("expedited, one byte, DLC 5") {
     window.arrive("585#4F00200177");
     CHECK(window.reg(3705) == 1);
@@ -91,13 +82,11 @@ TEST_CASE("[SDO-23] legal and understood") {
   Window window;
   window.set(3706, {0xEEEE, 0xEEEE, 0xEEEE});
   SECTION("expedited, size not indicated") {
-    window.read(5, 0x2000, 1, 128);
-    window.exchange({{"605#4000200100000000", "585#4200200111223344"}});
+    window.read(5, 0x2000, 1, 128).exchange({{"605#4000200100000000", "585#4200200111223344"}});
     CHECK(window.target().read(3705, 4) == Words{4, 0x2211, 0x4433, 0xEEEE});
   }
   SECTION("expedited, size not indicated, cut to R3705") {
-    window.read(5, 0x2000, 1, 3);
-    window.exchange({{"605#4000200100000000", "585#4200200111223344"}});
+    window.read(5, 0x2000, 1, 3).exchange({{"605#4000200100000000", "585#4200200111223344"}});
     CHECK(window.target().read(3705, 4) == Words{3, 0x2211, 0x0033, 0xEEEE});
   }
   SECTION("segmented, size not indicated; short segments in the middle; an empty last one") {
@@ -136,8 +125,7 @@ TEST_CASE("[SDO-23] in a block transfer") {
     window.read(5, 0x2000, 1, 128);
     window.exchange(
         {{"605#A400200113000000", "585#C000200100000000"}, {"605#A300000000000000", "585#0131323334353637"}});
-    window.arrive("585#8238390000000000");
-    window.exchange({{"605#A202130000000000", "585#D500000000000000"}});
+    window.arrive("585#8238390000000000").exchange({{"605#A202130000000000", "585#D500000000000000"}});
     window.expect("605#A100000000000000");
     CHECK(window.target().read(3705, 6) == Words{9, 0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
   }
@@ -154,8 +142,7 @@ TEST_CASE("[SDO-23] in a block transfer") {
 
 TEST_CASE("[SDO-24] a stream without end") {
   Window window;
-  window.read(5, 0x2000, 1, 10);
-  window.exchange({{"605#4000200100000000", "585#4000200100000000"}});
+  window.read(5, 0x2000, 1, 10).exchange({{"605#4000200100000000", "585#4000200100000000"}});
   SECTION("at the byte that overflows R3705") {
     window.exchange({{"605#6000000000000000", "585#0001020304050607"}});
     window.expect("605#7000000000000000");
@@ -190,12 +177,10 @@ TEST_CASE("[SDO-24] eight times") {
     }
   }
   SECTION("reading") {
-    window.read(5, 0x2000, 1, 9);
-    window.exchange({{"605#A400200102000000", "585#C600200109000000"}});
+    window.read(5, 0x2000, 1, 9).exchange({{"605#A400200102000000", "585#C600200109000000"}});
     window.expect("605#A300000000000000");
     for (int round = 1; round < 8; ++round) {
-      window.arrive("585#8238390000000000");
-      window.expect("605#A200020000000000");
+      window.arrive("585#8238390000000000").expect("605#A200020000000000");
       CHECK(window.busy());
     }
     window.arrive("585#8238390000000000");
@@ -212,8 +197,7 @@ TEST_CASE("[SDO-24] the same segment for ever") {
     window.pass(1ms);
   }
   CHECK(window.busy());
-  window.arrive("585#0131323334353637");
-  window.expect("605#8000200103000405");
+  window.arrive("585#0131323334353637").expect("605#8000200103000405");
   window.check_failed(0x05040003);
 }
 
@@ -236,23 +220,18 @@ TEST_CASE("[SDO-25] block size asked for") {
 TEST_CASE("[SDO-26] the last segment is lost") {
   Window window;
   enter(window, phase_called("block read: one segment"));
-  window.pass_nearly(500ms);
-  window.expect_silence();
-  window.pass_rest();
-  window.expect("605#A201020000000000");
+  window.pass_nearly(500ms).expect_silence();
+  window.pass_rest().expect("605#A201020000000000");
   SECTION("it sends it") {
-    window.arrive("585#8138390000000000");
-    window.exchange({{"605#A201020000000000", "585#D5C3310000000000"}});
+    window.arrive("585#8138390000000000").exchange({{"605#A201020000000000", "585#D5C3310000000000"}});
     window.expect("605#A100000000000000");
     window.check_done();
     CHECK(window.target().read(3705, 6) == Words{9, 0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
   }
   SECTION("it does not, and is not asked again") {
-    window.pass_nearly(500ms);
-    window.expect_silence();
+    window.pass_nearly(500ms).expect_silence();
     CHECK(window.busy());
-    window.pass_rest();
-    window.expect("605#8000200100000405");
+    window.pass_rest().expect("605#8000200100000405");
     window.check_failed(0x05040000);
   }
 }

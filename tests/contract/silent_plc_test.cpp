@@ -14,8 +14,7 @@ Settings one_second() {
 }
 
 /// What the own node tells who asks for its state by node guarding; that is no request of the PLC.
-class OwnNode {
- public:
+struct OwnNode {
   explicit OwnNode(Window& window) : window_(window) {}
   void check(unsigned state) {
     char frame[8];
@@ -77,10 +76,8 @@ TEST_CASE("[PLC-2] TPDOs stop, and the heartbeat tells") {
   window.configure(0x1017, 0, 2, {500});
   start_own_node(window);
   window.expect("1FF#0000");
-  window.pass(1100ms);
-  window.exchange({{"1FF#0000", ""}, {"77F#05", ""}, {"1FF#0000", ""}, {"77F#7F", ""}});
-  window.pass(500ms);
-  window.expect("77F#7F");
+  window.pass(1100ms).exchange({{"1FF#0000", ""}, {"77F#05", ""}, {"1FF#0000", ""}, {"77F#7F", ""}});
+  window.pass(500ms).expect("77F#7F");
 }
 
 TEST_CASE("[PLC-3] outputs stay as they are") {
@@ -89,8 +86,7 @@ TEST_CASE("[PLC-3] outputs stay as they are") {
   set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110});
   start_own_node(window);
   window.expect("1FF#0000");
-  window.set(kOutputs, {0x2211});
-  window.expect("1FF#1122");
+  window.set(kOutputs, {0x2211}).expect("1FF#1122");
   window.arrive("27F#3344");
   window.pass(2s);
   CHECK(window.reg(kOutputs) == 0x2211);

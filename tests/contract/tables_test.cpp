@@ -28,8 +28,7 @@ TEST_CASE("[R3700-0] OK") {
     window.write(0, 0x3003, 0, 2, {1000});
   }
   SECTION("an NMT service") {
-    window.write(0, 0x1F82, 128, 0, {1});
-    window.expect("000#0100");
+    window.write(0, 0x1F82, 128, 0, {1}).expect("000#0100");
   }
   SECTION("a node state") {
     window.read(0, 0x300C, 0, 0);
@@ -51,8 +50,7 @@ TEST_CASE("[R3700-2] NODE_ID_ERR") {
 
 TEST_CASE("[R3700-4] SDO_EXEC_ERR") {
   Window window;
-  window.read(5, 0x2000, 1, 4);
-  window.exchange({{"605#4000200100000000", "585#8000200178563412"}});
+  window.read(5, 0x2000, 1, 4).exchange({{"605#4000200100000000", "585#8000200178563412"}});
   CHECK(window.reg(3700) == 4);
   CHECK(window.reg(3706) == 0x5678);
   CHECK(window.reg(3707) == 0x1234);

@@ -42,8 +42,7 @@ struct Settings {
 /// A coprocessor with node ID 127 that has just been started: boot-up message sent, all registers 0. Every
 /// call returns when the coprocessor has dealt with what it was given. Frames are text as candump writes it:
 /// "605#4000200100000000", "705#R1".
-class Target {
- public:
+struct Target {
   virtual ~Target() = default;
 
   /// Why this target cannot do it; "" = it can.

@@ -7,7 +7,6 @@
 /// of docs/contract.md; rows.py holds the two together.
 
 #include <exception>
-#include <map>
 
 #include "contract/target.hpp"
 #include "support/catch.hpp"
@@ -32,8 +31,7 @@ struct Step {
 
 /// A coprocessor between a PLC and a bus that the case plays. Every frame that leaves has to be expected, in
 /// order, and nothing may be left over at the end.
-class Window {
- public:
+struct Window {
   static constexpr std::uint16_t kOwnNode = 127;
   static constexpr std::uint16_t kExecute = 0xCA0E;
 
@@ -48,21 +46,27 @@ class Window {
   // The PLC.
   std::uint16_t reg(unsigned address) { return target_->read(address, 1).at(0); }
   Words image() { return target_->read(3700, 70); }
-  void set(unsigned first, const Words& words) { target_->write(first, words); }
+  Window& set(unsigned first, const Words& words) {
+    target_->write(first, words);
+    return *this;
+  }
   /// R3701.. = words, with CA0Eh in the same request.
-  void start(const Words& words) {
+  Window& start(const Words& words) {
     Words request{kExecute};
     request.insert(request.end(), words.begin(), words.end());
     set(3700, request);
+    return *this;
   }
-  void read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
+  Window& read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
     start({5055, node, index, sub, room});
+    return *this;
   }
-  void write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
-             const Words& data) {
+  Window& write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
+                const Words& data) {
     Words words{5066, node, index, sub, size};
     words.insert(words.end(), data.begin(), data.end());
     start(words);
+    return *this;
   }
   /// Writes a local object.
   void configure(std::uint16_t index, std::uint16_t sub, std::uint16_t size, const Words& data) {
@@ -88,24 +92,41 @@ class Window {
   }
 
   // The bus.
-  void expect(const std::string& frame) { CHECK(target_->next_frame() == frame); }
+  template <class... More>
+  void expect(const std::string& frame, const More&... more) {
+    CHECK(target_->next_frame() == frame);
+    if constexpr (sizeof...(more) != 0) expect(more...);
+  }
   void expect_silence() {
     for (std::string left = target_->next_frame(); !left.empty(); left = target_->next_frame())
       FAIL_CHECK("left over: " << left);
   }
-  void arrive(const std::string& frame) { target_->arrive(frame); }
-  void exchange(const std::vector<Step>& steps) {
+  Window& arrive(const std::string& frame) {
+    target_->arrive(frame);
+    return *this;
+  }
+  Window& exchange(const std::vector<Step>& steps) {
     for (const Step& step : steps) {
       if (*step.sent != 0) expect(step.sent);
       if (*step.answered != 0) arrive(step.answered);
     }
+    return *this;
   }
 
   // Time.
-  void pass(Duration duration) { target_->pass(duration); }
+  Window& pass(Duration duration) {
+    target_->pass(duration);
+    return *this;
+  }
   /// Until just before `duration` is over; pass_rest() then is until just after.
-  void pass_nearly(Duration duration) { pass(duration - 4 * target_->precision()); }
-  void pass_rest() { pass(5 * target_->precision()); }
+  Window& pass_nearly(Duration duration) {
+    pass(duration - 4 * target_->precision());
+    return *this;
+  }
+  Window& pass_rest() {
+    pass(5 * target_->precision());
+    return *this;
+  }
 
  private:
   std::unique_ptr<Target> target_;

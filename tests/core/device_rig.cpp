@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "core/device_rig.hpp"
 
-#include <cstdio>
-
 namespace cbcan::test {
 
 namespace {
@@ -65,9 +63,10 @@ DeviceRig::DeviceRig(const std::vector<Row>& rows)
       values(power_on),
       device(0x42, {entries, values, {}}, {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, port) {}
 
-void DeviceRig::arrive(const std::string& frame) {
+Wire& DeviceRig::arrive(const std::string& frame) {
   device.on_frame(frame_from(frame), now);
   pass(0);
+  return *this;
 }
 
 void DeviceRig::write(std::uint16_t index, std::uint8_t sub, std::size_t size, std::uint32_t value,
@@ -92,21 +91,23 @@ std::uint32_t DeviceRig::read(std::uint16_t index, std::uint8_t sub) {
          std::uint32_t{frame.data[7]} << 24;
 }
 
-void DeviceRig::pass(Time duration) {
+Wire& DeviceRig::pass(Time duration) {
   const Time end = now + duration;
   while (device.deadline() <= end) {
     now = std::max(now, device.deadline());
     device.poll(now);
   }
   now = end;
+  return *this;
 }
 
-void DeviceRig::start(bool operational) {
+Wire& DeviceRig::start(bool operational) {
   device.start(now);
   pass(0);
   expect("742#00");
   if (operational) arrive("000#0142");
   events.clear();
+  return *this;
 }
 
 std::vector<std::uint32_t> DeviceRig::received_ids() const {

@@ -3,10 +3,6 @@
 
 /// A Device, node 42h, over a dictionary that the test writes down, in virtual time.
 
-#include <map>
-#include <string>
-#include <vector>
-
 #include "cbcan/canopen/device.hpp"
 #include "support/bench.hpp"
 
@@ -25,22 +21,22 @@ struct Row {
 /// All that a Device acts on, but PDOs.
 std::vector<Row> everything();
 
-class DeviceRig final : public Wire, private DeviceApplication {
- public:
+struct DeviceRig : Wire, private DeviceApplication {
   explicit DeviceRig(const std::vector<Row>& rows);
+  virtual ~DeviceRig() noexcept(false) = default;
 
   /// Lets a frame arrive; then everything that is due now happens.
-  void arrive(const std::string& frame);
+  Wire& arrive(const std::string& frame);
   /// An expedited SDO download of `size` bytes to the device's object, and the response that it has to give:
   /// "60" done, or an abort code such as "06090030".
   void write(std::uint16_t index, std::uint8_t sub, std::size_t size, std::uint32_t value,
              const std::string& outcome = "done");
-  void pass(Time duration);
+  Wire& pass(Time duration);
   /// By SDO, expedited.
   std::uint32_t read(std::uint16_t index, std::uint8_t sub);
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) { return device.dictionary().get(index, sub); }
   /// Power on, with the boot-up message taken off the wire, then Operational if asked for.
-  void start(bool operational = false);
+  Wire& start(bool operational = false);
   std::vector<std::uint32_t> received_ids() const;
 
   std::vector<ObjectEntry> entries;
@@ -75,6 +71,11 @@ class DeviceRig final : public Wire, private DeviceApplication {
 
  public:
   Device device;
+};
+
+/// With everything(), and its boot-up message taken off the wire.
+struct StartedRig final : DeviceRig {
+  explicit StartedRig(bool operational = false) : DeviceRig(everything()) { start(operational); }
 };
 
 }  // namespace cbcan::test

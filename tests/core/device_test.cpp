@@ -4,30 +4,23 @@
 
 #include "core/device_rig.hpp"
 
-using cbcan::AbortCode;
-using cbcan::BusState;
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::test::DeviceRig;
-using cbcan::test::everything;
+using namespace cbcan;
+using namespace cbcan::test;
 using enum cbcan::DataType;
 
 // ---- SYNC
 
 TEST_CASE("A SYNC that the node itself produces is also its own") {
-  DeviceRig rig(everything());
-  rig.start(true);
+  StartedRig rig(true);
   rig.write(0x1006, 0, 4, 10000);
   rig.write(0x1005, 0, 4, 0x40000080);
   rig.events.clear();
-  rig.pass(10 * kMillisecond);
-  rig.expect("080#");
+  rig.pass(10 * kMillisecond).expect("080#");
   CHECK(rig.events == std::vector<std::string>{"sync"});
 }
 
 TEST_CASE("SYNC acts in Operational, on the identifier in 1005h, data frames alone") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.write(0x1005, 0, 4, 0x85);
   rig.events.clear();
   rig.arrive("085#");
@@ -43,24 +36,16 @@ TEST_CASE("SYNC acts in Operational, on the identifier in 1005h, data frames alo
 }
 
 TEST_CASE("A SYNC of a length that 1019h does not say counts, and is EMCY 8240h until one is right") {
-  DeviceRig rig(everything());
-  rig.start(true);
-  rig.arrive("080#");
-  rig.expect_silence();
-  rig.arrive("080#01");
-  rig.expect("0C2#4082110000000000");
-  rig.arrive("080#0102");
-  rig.expect_silence();
+  StartedRig rig(true);
+  rig.arrive("080#").expect_silence();
+  rig.arrive("080#01").expect("0C2#4082110000000000");
+  rig.arrive("080#0102").expect_silence();
   CHECK(rig.events == std::vector<std::string>{"sync", "sync", "sync"});
-  rig.arrive("080#");
-  rig.expect("0C2#0000000000000000");
+  rig.arrive("080#").expect("0C2#0000000000000000");
   rig.write(0x1019, 0, 1, 10);
-  rig.arrive("080#");
-  rig.expect("0C2#4082110000000000");
-  rig.arrive("000#8142");
-  rig.expect("742#00");
-  rig.arrive("080#01");  // 1019h is 0 again; the error has been forgotten
-  rig.expect("0C2#4082110000000000");
+  rig.arrive("080#").expect("0C2#4082110000000000");
+  rig.arrive("000#8142").expect("742#00");
+  rig.arrive("080#01").expect("0C2#4082110000000000");  // 1019h is 0 again; the error has been forgotten
 }
 
 TEST_CASE("Without 1005h there is no SYNC, and NMT commands are NMT commands") {
@@ -73,8 +58,7 @@ TEST_CASE("Without 1005h there is no SYNC, and NMT commands are NMT commands") {
 // ---- NMT table
 
 TEST_CASE("Stopped: no SDO, no SYNC, no TIME, no EMCY; error control alone") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.write(0x1017, 0, 2, 1000);
   rig.write(0x1012, 0, 4, 0x80000100);
   rig.arrive("000#0200");
@@ -83,18 +67,15 @@ TEST_CASE("Stopped: no SDO, no SYNC, no TIME, no EMCY; error control alone") {
   rig.arrive("080#");
   rig.arrive("100#0000000001000000");
   rig.device.emergency().error(0x1000, 0, {}, rig.now);
-  rig.pass(kSecond);
-  rig.expect("742#04");
+  rig.pass(kSecond).expect("742#04");
   CHECK(rig.events.empty());
-  rig.arrive("000#8000");
-  rig.expect("0C2#0010010000000000");  // it had waited
+  rig.arrive("000#8000").expect("0C2#0010010000000000");  // it had waited
 }
 
 // ---- TIME
 
 TEST_CASE("Error passive is EMCY 8120h, overflow 8110h, until the controller is well again") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
   rig.expect("0C2#2081110000000000");
   rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
@@ -104,19 +85,15 @@ TEST_CASE("Error passive is EMCY 8120h, overflow 8110h, until the controller is 
   rig.device.on_bus_state(BusState::kOverflow, rig.now);
   rig.expect("0C2#1081110000000000");
   rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
-  rig.expect("0C2#2081110000000000");
-  rig.expect("0C2#0000110000000000");
+  rig.expect("0C2#2081110000000000", "0C2#0000110000000000");
   rig.device.on_bus_state(BusState::kBusOff, rig.now);
   rig.expect_silence();
   rig.device.on_bus_state(BusState::kActive, rig.now);
-  rig.expect("0C2#4081110000000000");
-  rig.expect("0C2#0000110000000000");
-  rig.expect("0C2#0000000000000000");
+  rig.expect("0C2#4081110000000000", "0C2#0000110000000000", "0C2#0000000000000000");
 }
 
 TEST_CASE("TIME consumer: milliseconds after midnight and days since 1984") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.arrive("100#0000000001000000");
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{0, 0});
   rig.write(0x1012, 0, 4, 0x80000100);
@@ -141,21 +118,24 @@ TEST_CASE("TIME consumer: what 1012h says at power-on, and again after a reset, 
   rig.write(0x1012, 0, 4, 0x200);
   rig.arrive("200#D00700000200");
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{1000, 2});
-  rig.arrive("000#8142");
-  rig.expect("742#00");
+  rig.arrive("000#8142").expect("742#00");
   rig.arrive("200#D00700000200");
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{2000, 2});
 }
 
 TEST_CASE("The application hears of CAN-IDs that may have changed: after a reset, and after a write") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   CHECK(rig.id_changes == 1);
   rig.write(0x1005, 0, 4, 0x81);
   CHECK(rig.id_changes == 2);
-  rig.arrive("000#8142");
-  rig.expect("742#00");
+  rig.arrive("000#8142").expect("742#00");
   CHECK(rig.id_changes == 3);
+}
+
+TEST_CASE("A frame that is nobody's brings no deadline nearer, whatever else is due") {
+  StartedRig rig;
+  rig.write(0x1017, 0, 2, 100);
+  CHECK(rig.device.on_frame(frame_from("123#00"), rig.now) == kNever);
 }
 
 TEST_CASE("A SYNC that has not come had no counter") {
@@ -164,15 +144,12 @@ TEST_CASE("A SYNC that has not come had no counter") {
 }
 
 TEST_CASE("TIME producer: the time of day in its period") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.device.time_stamp().set({1000, 2}, rig.now);
   rig.device.time_stamp().produce_every(kSecond, rig.now);
-  rig.pass(2 * kSecond);
-  rig.expect_silence();
+  rig.pass(2 * kSecond).expect_silence();
   rig.write(0x1012, 0, 4, 0x40000100);
-  rig.pass(kSecond);
-  rig.expect("100#A00F00000200");  // 4000 ms
+  rig.pass(kSecond).expect("100#A00F00000200");  // 4000 ms
   rig.write(0x1012, 0, 4, 0x40000101, "06090030");
   rig.write(0x1012, 0, 4, 0x100);
   rig.pass(2 * kSecond);
@@ -181,8 +158,7 @@ TEST_CASE("TIME producer: the time of day in its period") {
 // ---- Parameters
 
 TEST_CASE("1010h and 1011h: each sub-index its range, for the right signature") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.events.clear();
   rig.write(0x1010, 1, 4, 0x64616F6C, "08000020");
   rig.write(0x1011, 1, 4, 0x65766173, "08000020");
@@ -210,8 +186,7 @@ TEST_CASE("1010h and 1011h: a device without a memory refuses") {
 }
 
 TEST_CASE("What the application refuses is not stored, and it hears of what is") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.events.clear();
   rig.write(0x2001, 0, 1, 0xEE, "06090030");
   CHECK(rig.events == std::vector<std::string>{"refresh"});
@@ -221,12 +196,10 @@ TEST_CASE("What the application refuses is not stored, and it hears of what is")
 }
 
 TEST_CASE("A node ID that is set holds from the next reset of the communication on") {
-  DeviceRig rig(everything());
-  rig.start();
+  StartedRig rig;
   rig.device.set_node_id(0x43);
   CHECK(rig.read(0x1001, 0) == 0);
-  rig.arrive("000#8242");
-  rig.expect("743#00");
+  rig.arrive("000#8242").expect("743#00");
   CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x643, 0x743});
 }
 
@@ -240,7 +213,6 @@ TEST_CASE("FFFFh and sub-index FFh, the last there are, are like all others") {
   CHECK(rig.read(0x2001, 0xFF) == 9);
   CHECK(rig.read(0xFFFF, 0xFF) == 7);
   rig.write(0xFFFF, 0xFF, 2, 8);
-  rig.arrive("000#8142");
-  rig.expect("742#00");
+  rig.arrive("000#8142").expect("742#00");
   CHECK(rig.read(0xFFFF, 0) == 7);
 }

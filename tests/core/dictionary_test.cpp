@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: MIT
 
-#include <algorithm>
-#include <array>
-
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "support/catch.hpp"
 
-using cbcan::AbortCode;
-using cbcan::DataType;
-using cbcan::ObjectDictionary;
-using cbcan::ObjectEntry;
+using namespace cbcan;
 using Flags = cbcan::ObjectFlags;
 
 namespace {

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <deque>
-#include <string>
-#include <vector>
-
 #include "cbcan/canopen/lss_slave.hpp"
 #include "support/bench.hpp"
 
@@ -17,8 +12,7 @@ using Identity = std::array<std::uint32_t, 4>;
 inline constexpr Identity kIdentity{0x00000319, 0x04030201, 0x00010002, 0x12345678};
 
 /// A device behind an LSS slave; what it is told to do is in the log, with the time.
-class LssDevice final : private LssApplication {
- public:
+struct LssDevice final : private LssApplication {
   explicit LssDevice(std::uint8_t node_id, const Identity& address = kIdentity)
       : address_(address), slave(*this, port) {
     slave.start(node_id, 4, now);

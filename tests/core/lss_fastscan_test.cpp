@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Fastscan: how an LSS master finds devices without a node ID, one after the other.
 
-#include <cstdio>
-#include <memory>
-#include <optional>
-
 #include "lss_device.hpp"
 
-using cbcan::test::Identity;
-using cbcan::test::kNone;
+using namespace cbcan::test;
 using Device = cbcan::test::LssDevice;
 
 namespace {
 
 /// The master's side of fastscan, on all devices at once. Bits are tried as 0 first, so the lowest identity
 /// is found.
-class Master {
- public:
+struct Master {
   explicit Master(std::vector<std::unique_ptr<Device>>& devices) : devices_(devices) {}
 
   /// Any response to the request; all of them are alike.

@@ -4,9 +4,6 @@
 // (7.5.2.36, 7.5.2.38); only objects that may be mapped that way, in their length, and for RPDOs the data
 // types (table 44) as dummies, of which each has its length as its bits.
 
-#include <array>
-#include <vector>
-
 #include "cbcan/canopen/pdo/mapping.hpp"
 #include "support/catch.hpp"
 
@@ -70,8 +67,7 @@ constexpr Object kObjects[] = {
     {0x20010108, kNoSub, kNoSub},
 };
 
-class Device {
- public:
+struct Device {
   explicit Device(std::uint16_t mapping) : mapping_(mapping) { fill(); }
 
   void map(std::size_t entry, const Object& object) {

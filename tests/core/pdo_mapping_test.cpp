@@ -10,26 +10,7 @@ TEST_CASE("TPDO: the I/O module's inputs and first analog channel") {
   rig.set_up(0x1800, 1, 0x400001C2, 255, {0x64010110, 0x60000108});
   rig.set(0x6401, 1, 0x012C);
   rig.set(0x6000, 1, 0x0F);
-  rig.operational();
-  rig.expect("1C2#2C010F");
-}
-
-TEST_CASE("TPDO: eight bytes of one value, of eight values, and lengths that are no power of two") {
-  PdoRig rig;
-  rig.set_up(0x1800, 1, 0x40000181, 255, {0x20040040});
-  rig.set_up(
-      0x1800, 2, 0x40000182, 255,
-      {0x20010108, 0x20010208, 0x20010308, 0x20010408, 0x20010508, 0x20010608, 0x20010708, 0x20010808});
-  rig.set_up(0x1800, 3, 0x40000183, 255, {0x20050018, 0x20030020});
-  rig.set(0x2004, 0, 0x0807060504030201);
-  for (std::uint8_t sub = 1; sub <= 8; ++sub)
-    rig.set(0x2001, sub, 0xA0u + sub);
-  rig.set(0x2005, 0, 0xFFFFFE);
-  rig.set(0x2003, 0, 0x12345678);
-  rig.operational();
-  rig.expect("181#0102030405060708");
-  rig.expect("182#A1A2A3A4A5A6A7A8");
-  rig.expect("183#FEFFFF78563412");
+  rig.operational().expect("1C2#2C010F");
 }
 
 TEST_CASE("TPDO: BOOLEANs take one bit each, and what follows them crosses bytes") {
@@ -42,26 +23,8 @@ TEST_CASE("TPDO: BOOLEANs take one bit each, and what follows them crosses bytes
   rig.set(0x6401, 1, 0x8001);
   rig.set(0x6000, 1, 0xC1);
   rig.set(0x2001, 1, 0x77);
-  rig.operational();
-  rig.expect("181#05");
-  rig.expect("182#03000503");
-  rig.expect("183#7701");
-  rig.change(0x2000, 1, 0);
-  rig.expect("181#04");
-  rig.expect("182#02000503");
-  rig.expect("183#7700");
-}
-
-TEST_CASE("TPDO: 64 BOOLEANs") {
-  PdoRig rig;
-  rig.configure(0x1800, 2, 255);
-  for (std::uint8_t sub = 1; sub <= 64; ++sub)
-    rig.configure(0x1A00, sub, sub == 1 || sub == 64 ? 0x20000101 : 0x20000201);
-  rig.configure(0x1A00, 0, 64);
-  rig.configure(0x1800, 1, 0x40000181);
-  rig.set(0x2000, 1, 1);
-  rig.operational();
-  rig.expect("181#0100000000000080");
+  rig.operational().expect("181#05", "182#03000503", "183#7701");
+  rig.change(0x2000, 1, 0).expect("181#04", "182#02000503", "183#7700");
 }
 
 TEST_CASE("RPDO: bits") {
@@ -70,14 +33,12 @@ TEST_CASE("RPDO: bits") {
   rig.operational();
   rig.set(0x2000, 3, 1);
   // Bit 1; bit 10; 8421h << 11; bit 27.
-  rig.arrive("201#020C2104");
-  rig.expect("received");
+  rig.arrive("201#020C2104").expect("received");
   CHECK(rig.get(0x2000, 1) == 1);
   CHECK(rig.get(0x2000, 2) == 1);
   CHECK(rig.get(0x2002, 1) == 0x8421);
   CHECK(rig.get(0x2000, 3) == 0);
-  rig.arrive("201#FDF3DEFB");
-  rig.expect("received");
+  rig.arrive("201#FDF3DEFB").expect("received");
   CHECK(rig.get(0x2000, 1) == 0);
   CHECK(rig.get(0x2000, 2) == 0);
   CHECK(rig.get(0x2002, 1) == 0x7BDE);

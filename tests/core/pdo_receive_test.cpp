@@ -14,27 +14,21 @@ TEST_CASE("Several RPDOs may have one COB-ID, and many are found") {
   rig.set_up(0x1400, 3, 0x205, 255, {0x20010408});
   rig.set_up(0x1400, 2, 0x210, 1, {0x20010508});
   rig.operational();
-  rig.arrive("210#1122");
-  rig.expect("error 8220 of 2");
-  rig.expect("error 8220 of 5");
-  rig.expect("received");
+  rig.arrive("210#1122").expect("error 8220 of 2", "error 8220 of 5", "received");
   CHECK(rig.get(0x2001, 1) == 0x11);
   CHECK(rig.get(0x2001, 3) == 0x22);
   CHECK(rig.get(0x2001, 5) == 0);
   rig.sync();
   CHECK(rig.get(0x2001, 5) == 0x11);
-  rig.arrive("205#33");
-  rig.expect("received");
+  rig.arrive("205#33").expect("received");
   CHECK(rig.get(0x2001, 4) == 0x33);
-  rig.arrive("220#44");
-  rig.expect("received");
+  rig.arrive("220#44").expect("received");
   CHECK(rig.get(0x2001, 2) == 0x44);
   rig.configure(0x1404, 1, 0x80000210);
   rig.configure(0x15FF, 1, 0x80000210);
   rig.configure(0x1401, 1, 0x80000210);
   rig.arrive("210#5555");
-  rig.arrive("220#66");
-  rig.expect("received");
+  rig.arrive("220#66").expect("received");
   CHECK(rig.get(0x2001, 2) == 0x66);
 }
 
@@ -62,23 +56,17 @@ TEST_CASE("Too short: 8210h and nothing stored; too long: 8220h and the rest ign
   rig.set_up(0x1400, 1, 0x201, 255, {0x20020110});
   rig.set_up(0x1400, 3, 0x203, 1, {0x20000101, 0x20010208});  // 9 bits
   rig.operational();
-  rig.arrive("201#11");
-  rig.expect("error 8210 of 1");
-  rig.arrive("201#");
-  rig.expect("error 8210 of 1");
+  rig.arrive("201#11").expect("error 8210 of 1");
+  rig.arrive("201#").expect("error 8210 of 1");
   CHECK(rig.get(0x2002, 1) == 0);
-  rig.arrive("201#112233");
-  rig.expect("error 8220 of 1");
-  rig.expect("received");
+  rig.arrive("201#112233").expect("error 8220 of 1", "received");
   CHECK(rig.get(0x2002, 1) == 0x2211);
   CHECK(rig.get(0x2002, 2) == 0);
-  rig.arrive("203#FF");
-  rig.expect("error 8210 of 3");
+  rig.arrive("203#FF").expect("error 8210 of 3");
   rig.sync();
   CHECK(rig.get(0x2000, 1) == 0);
   rig.arrive("203#0300");
-  rig.arrive("203#01FFFF");
-  rig.expect("error 8220 of 3");
+  rig.arrive("203#01FFFF").expect("error 8220 of 3");
   rig.sync();
   CHECK(rig.get(0x2000, 1) == 1);
   CHECK(rig.get(0x2001, 2) == 0x80);  // bits 1..8 of FF01h
@@ -96,8 +84,7 @@ TEST_CASE("Synchronous RPDOs behind the window are ignored until the next SYNC")
   rig.pass(1);
   rig.arrive("201#03");  // also not counted as too short or received
   rig.arrive("201#");
-  rig.arrive("202#07");
-  rig.expect("received");
+  rig.arrive("202#07").expect("received");
   rig.pass(499);
   rig.sync(0, 500);
   CHECK(rig.get(0x2001, 1) == 2);
@@ -120,8 +107,7 @@ TEST_CASE("What waits for the SYNC is forgotten with Operational, and with a cha
   rig.sync();
   rig.arrive("201#02");
   rig.configure(0x1400, 2, 2);
-  rig.sync();
-  rig.expect_silence();
+  rig.sync().expect_silence();
   rig.sync(0, 100);
   rig.pass(101);
   rig.operational(false);
@@ -138,31 +124,20 @@ TEST_CASE("Event timer: 8250h once, from the first reception and anew from each"
   rig.configure(0x1400, 5, 10);
   rig.configure(0x1401, 5, 25);
   rig.operational();
-  rig.pass(1000 * kMillisecond);
-  rig.expect_silence();
-  rig.arrive("201#0100");
-  rig.expect("received");
+  rig.pass(1000 * kMillisecond).expect_silence();
+  rig.arrive("201#0100").expect("received");
   rig.arrive("202#02");
   rig.pass(9'999);
-  rig.arrive("201#0200");
-  rig.expect("received");
+  rig.arrive("201#0200").expect("received");
   rig.pass(9'999);
-  rig.arrive("201#03");  // not a reception
-  rig.expect("error 8210 of 1");
-  rig.pass(1);
-  rig.expect("error 8250 of 1");
-  rig.pass(5'000);
-  rig.expect_silence();
-  rig.pass(1);
-  rig.expect("error 8250 of 2");
-  rig.pass(1000 * kMillisecond);
-  rig.expect_silence();
-  rig.arrive("201#0400");
-  rig.expect("received");
-  rig.pass(10'000);
-  rig.expect("error 8250 of 1");
-  rig.arrive("201#0500");
-  rig.expect("received");
+  rig.arrive("201#03").expect("error 8210 of 1");  // not a reception
+  rig.pass(1).expect("error 8250 of 1");
+  rig.pass(5'000).expect_silence();
+  rig.pass(1).expect("error 8250 of 2");
+  rig.pass(1000 * kMillisecond).expect_silence();
+  rig.arrive("201#0400").expect("received");
+  rig.pass(10'000).expect("error 8250 of 1");
+  rig.arrive("201#0500").expect("received");
   rig.operational(false);
   rig.pass(1000 * kMillisecond);
   CHECK(rig.pdo.deadline() == cbcan::kNever);
@@ -170,27 +145,18 @@ TEST_CASE("Event timer: 8250h once, from the first reception and anew from each"
   rig.pass(1000 * kMillisecond);
 }
 
-TEST_CASE(
-    "What is wrong with an RPDO is over when it comes as it should, or is off; with several, when it is with "
-    "all") {
+TEST_CASE("What is wrong with an RPDO is over when it comes as it should or is off; with several, with all") {
   PdoRig rig;
   rig.set_up(0x1400, 1, 0x201, 255, {0x20010108});
   rig.set_up(0x1400, 2, 0x202, 1, {0x20010208});
   rig.operational();
   rig.log_recovery = true;
-  rig.arrive("201#");
-  rig.expect("error 8210 of 1");
-  rig.arrive("202#");
-  rig.expect("error 8210 of 2");
-  rig.arrive("201#11");
-  rig.expect("received");
-  rig.arrive("202#2233");
-  rig.expect("error 8220 of 2");
-  rig.expect("recovered 8210");
-  rig.arrive("202#22");
-  rig.expect("recovered 8220");
-  rig.arrive("202#");
-  rig.expect("error 8210 of 2");
+  rig.arrive("201#").expect("error 8210 of 1");
+  rig.arrive("202#").expect("error 8210 of 2");
+  rig.arrive("201#11").expect("received");
+  rig.arrive("202#2233").expect("error 8220 of 2", "recovered 8210");
+  rig.arrive("202#22").expect("recovered 8220");
+  rig.arrive("202#").expect("error 8210 of 2");
   rig.configure(0x1401, 1, 0x80000202);
   rig.expect("recovered 8210");
 }

@@ -11,8 +11,7 @@ constexpr std::uint8_t kParameter = Flags::kReadWrite | Flags::kChecked;
 constexpr std::uint16_t kMapped = Flags::kReadWrite | Flags::kMapRpdo | Flags::kMapTpdo;
 constexpr std::uint16_t kNumbers[] = {0, 1, 2, 4, 511};  // PDO 4 is missing
 
-class Table {
- public:
+struct Table {
   void add(std::uint16_t index, std::uint8_t first_sub, std::uint8_t last_sub, DataType type,
            std::uint16_t flags, std::uint32_t capacity = 0) {
     if (capacity == 0) capacity = static_cast<std::uint32_t>(size_of(type));
@@ -114,7 +113,7 @@ void PdoRig::set_up(std::uint16_t first, std::uint16_t number, std::uint32_t cob
   configure(index, 1, cob_id);
 }
 
-void PdoRig::pass(Time duration) {
+Wire& PdoRig::pass(Time duration) {
   const Time end = now + duration;
   while (pdo.deadline() <= end) {
     now = std::max(now, pdo.deadline());
@@ -122,6 +121,7 @@ void PdoRig::pass(Time duration) {
     REQUIRE(pdo.deadline() > now);
   }
   now = end;
+  return *this;
 }
 
 std::vector<std::uint32_t> PdoRig::ids() const {

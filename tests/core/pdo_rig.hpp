@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <functional>
-#include <string>
-#include <vector>
-
 #include "cbcan/canopen/pdo/pdo.hpp"
 #include "support/bench.hpp"
 
@@ -16,8 +12,7 @@ namespace cbcan::test {
 /// RPDOs 1, 2, 3, 5, 512 and TPDOs 1, 2, 3, 5, 512, all invalid with an empty mapping. 2000h:1..8 BOOLEAN,
 /// 2001h:1..8 U8, 2002h:1..4 U16, 2003h U32, 2004h U64, 2005h I24, mappable both ways; 2010h U8 not at all;
 /// 2011h a string; 2012h computed; 2013h RPDO only, 2014h TPDO only; 6000h:1 U8, 6401h:1 I16 TPDO only.
-class PdoRig final : public Wire, public PdoApplication, private ObjectHandler {
- public:
+struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
   explicit PdoRig(std::size_t rpdos = 5, std::size_t tpdos = 5);
 
   // As an SDO client.
@@ -38,21 +33,30 @@ class PdoRig final : public Wire, public PdoApplication, private ObjectHandler {
               std::initializer_list<std::uint32_t> objects);
 
   // The bus and the master.
-  void operational(bool on = true) {
+  Wire& operational(bool on = true) {
     pdo.on_state(on ? nmt::State::kOperational : nmt::State::kPreOperational, now);
+    return *this;
   }
-  void arrive(const std::string& frame) { pdo.on_frame(frame_from(frame), now); }
-  void sync(std::uint8_t counter = 0, Time window = 0) { pdo.on_sync(counter, window, now); }
-  void pass(Time duration);
+  Wire& arrive(const std::string& frame) {
+    pdo.on_frame(frame_from(frame), now);
+    return *this;
+  }
+  Wire& sync(std::uint8_t counter = 0, Time window = 0) {
+    pdo.on_sync(counter, window, now);
+    return *this;
+  }
+  Wire& pass(Time duration);
 
   // The device.
-  void set(unsigned index, std::uint8_t sub, std::uint64_t value) {
+  Wire& set(unsigned index, std::uint8_t sub, std::uint64_t value) {
     REQUIRE(dictionary.set(static_cast<std::uint16_t>(index), sub, value));
+    return *this;
   }
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) { return dictionary.get(index, sub); }
-  void change(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
+  Wire& change(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
     set(index, sub, value);
     pdo.changed(index, sub, now);
+    return *this;
   }
   std::vector<std::uint32_t> ids() const;
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A PLC that keeps to the handshake of the scanner window, between exchanges, restarts and losses that come
 // at random: no old result is believed, nothing is executed twice, nothing is torn.
-#include <random>
 
 #include "core/scanner_rig.hpp"
 
@@ -11,8 +10,7 @@ using namespace cbcan::test;
 namespace {
 
 /// What happens to a PLC and a module, one thing at a time.
-class Interleaving {
- public:
+struct Interleaving {
   explicit Interleaving(std::uint32_t seed) : random_(seed) {}
 
   void step() {

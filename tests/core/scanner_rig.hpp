@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <optional>
-#include <span>
-
 #include "cbcan/coprocessor/coprocessor.hpp"
 #include "support/scanner_plc.hpp"
 
 namespace cbcan::test {
 
 /// A module with its registers, which may be switched off and on, and node 5 on its bus.
-class ScannedModule final : public CanPort {
- public:
+struct ScannedModule final : CanPort {
   explicit ScannedModule(std::uint16_t sdo_timeout_ms) {
     settings_.sdo_timeout_ms = sdo_timeout_ms;
     power_on();

@@ -2,9 +2,6 @@
 // The SDO client beside a second one, by random responses: what goes on with the transfer, nearly that, and
 // anything. Each frame that it sends is the same, byte for byte, and so are the outcome and the bytes read.
 
-#include <map>
-#include <random>
-
 #include "cbcan/canopen/sdo/client.hpp"
 #include "core/sdo_reference.hpp"
 #include "support/bench.hpp"
@@ -19,9 +16,8 @@ using Mode = ReferenceClient::Mode;
 constexpr std::size_t kRoom = 600;
 
 /// What a server could say next. A value that is read has total_ bytes.
-class Server {
- public:
-  explicit Server(unsigned seed) : chance_(seed) {}
+struct Server : RandomSdo {
+  using RandomSdo::RandomSdo;
 
   struct Response {
     Sdo bytes;
@@ -46,21 +42,8 @@ class Server {
       request.value.push_back(byte());
     return request;
   }
-  std::size_t one_of(std::size_t count) { return chance_() % count; }
 
  private:
-  std::uint8_t byte() { return static_cast<std::uint8_t>(chance_()); }
-  Sdo anything() {
-    Sdo frame;
-    for (std::uint8_t& each : frame)
-      each = byte();
-    return frame;
-  }
-  Sdo with(unsigned command) {
-    Sdo frame = anything();
-    frame[0] = static_cast<std::uint8_t>(command);
-    return frame;
-  }
   Sdo about(const ReferenceClient& client, unsigned command) {
     Sdo frame = with(command);
     frame[1] = static_cast<std::uint8_t>(client.request().index);
@@ -153,7 +136,6 @@ class Server {
     return total_ - std::min(total_, client.value().size());
   }
 
-  std::mt19937 chance_;
   std::size_t total_ = 0;
   bool endless_ = false;   ///< segments without data
   bool repeats_ = false;   ///< the first two segments of a sub-block, for ever

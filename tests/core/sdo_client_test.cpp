@@ -3,8 +3,6 @@
 
 #include "cbcan/canopen/sdo/client.hpp"
 
-#include <vector>
-
 #include "support/bench.hpp"
 
 namespace cbcan::test {
@@ -15,19 +13,23 @@ using enum SdoClient::Direction;
 using enum SdoClient::Mode;
 
 /// Ten bytes of data in the middle of memory that is somebody else's.
-class Client final : public Wire {
- public:
+struct Client final : Wire {
   static constexpr std::size_t kRoom = 10, kFence = 8;
 
-  void start(SdoClient::Direction direction, SdoClient::Mode mode, std::uint16_t size = kRoom) {
+  Wire& start(SdoClient::Direction direction, SdoClient::Mode mode, std::uint16_t size = kRoom) {
     client.start({5, 1, 0x2000, size, direction, mode}, now);
+    return *this;
   }
-  void arrive(const std::string& frame) { client.on_frame(frame_from(frame), now); }
-  void pass(Time duration) {
+  Wire& arrive(const std::string& frame) {
+    client.on_frame(frame_from(frame), now);
+    return *this;
+  }
+  Wire& pass(Time duration) {
     for (const Time end = now + duration; client.deadline() <= end;) {
       now = client.deadline();
       client.poll(now);
     }
+    return *this;
   }
 
   Time now = 0;
@@ -39,15 +41,11 @@ class Client final : public Wire {
 
 TEST_CASE("SDO client: of a block's last segment no more is kept than there is room for") {
   Client client;
-  client.start(kRead, kBlock);
-  client.expect("605#A400200102000000");
-  client.arrive("585#C20020010A000000");
-  client.expect("605#A300000000000000");
+  client.start(kRead, kBlock).expect("605#A400200102000000");
+  client.arrive("585#C20020010A000000").expect("605#A300000000000000");
   client.arrive("585#0101020304050607");
-  client.arrive("585#8208090AAAAAAAAA");
-  client.expect("605#A202020000000000");
-  client.arrive("585#D100000000000000");
-  client.expect("605#A100000000000000");
+  client.arrive("585#8208090AAAAAAAAA").expect("605#A202020000000000");
+  client.arrive("585#D100000000000000").expect("605#A100000000000000");
   CHECK(client.client.outcome() == SdoClient::Outcome::kDone);
   CHECK(client.client.size() == 10);
   std::vector<std::uint8_t> expected(Client::kFence, 0xEE);
@@ -60,10 +58,8 @@ TEST_CASE("SDO client: of a block's last segment no more is kept than there is r
 TEST_CASE("SDO client: in the middle of a sub-block half the timeout is waited, without one for ever") {
   Client client;
   client.client.set_timeout(GENERATE(std::uint16_t{0}, std::uint16_t{1}, std::uint16_t{1000}));
-  client.start(kRead, kBlock);
-  client.expect("605#A400200102000000");
-  client.arrive("585#C20020010A000000");
-  client.expect("605#A300000000000000");
+  client.start(kRead, kBlock).expect("605#A400200102000000");
+  client.arrive("585#C20020010A000000").expect("605#A300000000000000");
   const std::uint16_t timeout_ms = client.client.timeout_ms();
   CHECK(client.client.deadline() == (timeout_ms == 0 ? kNever : Time{500} * timeout_ms));
 }
@@ -71,24 +67,18 @@ TEST_CASE("SDO client: in the middle of a sub-block half the timeout is waited, 
 TEST_CASE("SDO client: what it counts") {
   Client client;
   const SdoClient::Counters& counters = client.client.counters();
-  client.start(kRead, kAuto);
-  client.expect("605#4000200100000000");
+  client.start(kRead, kAuto).expect("605#4000200100000000");
   client.arrive("585#8000200100000206");
+  client.start(kRead, kAuto, 4).expect("605#4000200100000000");
+  client.pass(kSecond).expect("605#8000200100000405");
   client.start(kRead, kAuto, 4);
-  client.expect("605#4000200100000000");
-  client.pass(kSecond);
-  client.expect("605#8000200100000405");
-  client.start(kRead, kAuto, 4);
-  client.arrive("585#4300200111111111");  // late: in quarantine
-  client.expect("605#4000200100000000");
+  client.arrive("585#4300200111111111").expect("605#4000200100000000");  // late: in quarantine
   client.arrive("586#4300200111111111");
   client.port.refuse_next = 1;
   client.arrive("585#4100200104000000");
   client.arrive("585#0701020304000000");  // before the request for it has left
-  client.pass(kMillisecond);
-  client.expect("605#6000000000000000");
-  client.arrive("585#1701020304000000");
-  client.expect("605#8000200100000305");
+  client.pass(kMillisecond).expect("605#6000000000000000");
+  client.arrive("585#1701020304000000").expect("605#8000200100000305");
   client.arrive("585#R8");
   client.arrive("585#0001020304050607");  // after a wrong toggle bit a response may be outstanding
   CHECK(counters.transfers == 3);

@@ -7,8 +7,7 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
-#include <string>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -37,8 +36,7 @@ struct ReferenceObject {
   SdoBytes value;
 };
 
-class ReferenceServer {
- public:
+struct ReferenceServer {
   enum class State {
     kIdle,
     kDownload,
@@ -98,8 +96,7 @@ class ReferenceServer {
 };
 
 /// One transfer of a client.
-class ReferenceClient {
- public:
+struct ReferenceClient {
   enum class Mode { kAuto, kExpedited, kSegmented, kBlock };
   enum class State {
     kOver,
@@ -175,6 +172,30 @@ class ReferenceClient {
   bool declared_ = false;  ///< most_ are those that the server has declared
   bool crc_ = false;
   unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, fruitless_ = 0, segments_ = 0;
+};
+
+/// Random frames for either side.
+struct RandomSdo {
+  explicit RandomSdo(unsigned seed) : chance_(seed) {}
+
+  std::size_t one_of(std::size_t count) { return chance_() % count; }
+
+ protected:
+  std::uint8_t byte() { return static_cast<std::uint8_t>(chance_()); }
+  Sdo anything() {
+    Sdo frame;
+    for (std::uint8_t& each : frame)
+      each = byte();
+    return frame;
+  }
+  Sdo with(unsigned command) {
+    Sdo frame = anything();
+    frame[0] = static_cast<std::uint8_t>(command);
+    return frame;
+  }
+
+ private:
+  std::mt19937 chance_;
 };
 
 }  // namespace cbcan::test

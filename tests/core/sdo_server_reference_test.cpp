@@ -2,9 +2,6 @@
 // The SDO server beside a second one, by random frames: what goes on with the transfer that is under way,
 // nearly that, and anything. Each response is the same, byte for byte.
 
-#include <map>
-#include <random>
-
 #include "cbcan/canopen/sdo/server.hpp"
 #include "core/sdo_reference.hpp"
 #include "support/bench.hpp"
@@ -51,9 +48,8 @@ std::vector<ReferenceObject> objects() {
 }
 
 /// What a client could say next.
-class Client {
- public:
-  Client(const ReferenceServer& server, unsigned seed) : server_(server), chance_(seed) {}
+struct Client : RandomSdo {
+  Client(const ReferenceServer& server, unsigned seed) : RandomSdo(seed), server_(server) {}
 
   Sdo next() {
     Sdo frame = one_of(40) == 0 ? anything() : plausible();
@@ -61,22 +57,8 @@ class Client {
     if (one_of(60) == 0) frame[0] = static_cast<std::uint8_t>(frame[0] ^ 1 << one_of(8));
     return frame;
   }
-  std::size_t one_of(std::size_t count) { return chance_() % count; }
 
  private:
-  std::uint8_t byte() { return static_cast<std::uint8_t>(chance_()); }
-  Sdo anything() {
-    Sdo frame;
-    for (std::uint8_t& each : frame)
-      each = byte();
-    return frame;
-  }
-  Sdo with(unsigned command) {
-    Sdo frame = anything();
-    frame[0] = static_cast<std::uint8_t>(command);
-    return frame;
-  }
-
   Sdo plausible() {
     switch (server_.state()) {
       case State::kDownload: return download_segment();
@@ -155,7 +137,6 @@ class Client {
   }
 
   const ReferenceServer& server_;
-  std::mt19937 chance_;
 };
 
 std::string text(const Sdo& bytes) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Transfers of every size that the caller has memory for: 256 bytes, where a counter of 8 bits is at its end,
-// and 65,535, where one of 16 bits is. The server is played by hand; node 5, object 2000h.
-#include <vector>
+// and 65,535, where one of 16 bits is. Node 5, object 2000h.
 
 #include "cbcan/canopen/sdo/client.hpp"
+#include "core/sdo_reference.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {
@@ -25,16 +25,6 @@ Bytes pattern(std::size_t size) {
   for (std::size_t i = 0; i < size; ++i)
     bytes[i] = byte_at(i);
   return bytes;
-}
-
-unsigned crc_of(const Bytes& bytes) {
-  unsigned crc = 0;
-  for (const unsigned byte : bytes) {
-    crc ^= byte << 8;
-    for (int bit = 0; bit < 8; ++bit)
-      crc = ((crc & 0x8000) != 0 ? crc << 1 ^ 0x1021 : crc << 1) & 0xFFFF;
-  }
-  return crc;
 }
 
 /// Command, bytes 1..3, bytes 4..7.
@@ -93,105 +83,26 @@ struct Client final : CanPort {
   SdoClient client;
 };
 
-constexpr std::size_t kSizes[] = {256, 65535};
-
 }  // namespace
 
-TEST_CASE("SDO sizes: a segmented read fills what the caller gave") {
-  for (const std::size_t size : kSizes) {
-    const Bytes bytes = pattern(size);
-    Client side(size);
-    side.start(Direction::kRead, Mode::kSegmented, size);
-    side.expect(0x40, kObject);
-    side.respond(frame_of(0x41, kObject, static_cast<std::uint32_t>(size)));
-    unsigned toggle = 0;
-    for (std::size_t at = 0; at < size; at += 7, toggle ^= 0x10) {
-      side.expect(0x60 | toggle);
-      const std::size_t count = std::min<std::size_t>(7, size - at);
-      const unsigned last = at + count == size ? 1 : 0;
-      side.respond(segment_of(bytes, at, toggle | static_cast<unsigned>(7 - count) << 1 | last));
-    }
-    CHECK(side.client.outcome() == SdoClient::Outcome::kDone);
-    CHECK(side.client.size() == size);
-    CHECK(side.value() == bytes);
-    CHECK(side.is_guarded());
-  }
-}
-
-TEST_CASE("SDO sizes: a segmented write sends all of it") {
-  for (const std::size_t size : kSizes) {
-    const Bytes bytes = pattern(size);
-    Client side(size);
-    std::copy(bytes.begin(), bytes.end(), side.memory.begin());
-    side.start(Direction::kWrite, Mode::kSegmented, size);
-    side.expect(0x21, kObject, static_cast<std::uint32_t>(size));
-    side.respond(frame_of(0x60, kObject));
-    unsigned toggle = 0;
-    for (std::size_t at = 0; at < size; at += 7, toggle ^= 0x10) {
-      const std::size_t count = std::min<std::size_t>(7, size - at);
-      const unsigned last = at + count == size ? 1 : 0;
-      const Frame segment = side.only();
-      REQUIRE(segment.data ==
-              segment_of(bytes, at, toggle | static_cast<unsigned>(7 - count) << 1 | last).data);
-      side.respond(frame_of(0x20 | toggle));
-    }
-    CHECK(side.client.outcome() == SdoClient::Outcome::kDone);
-    CHECK(side.sent.empty());
-  }
-}
-
-TEST_CASE("SDO sizes: a block read asks for as many segments as fit, 64 at most") {
-  for (const std::size_t size : kSizes) {
-    const Bytes bytes = pattern(size);
-    const unsigned block = size == 256 ? 37 : 64;  // 37 * 7 = 259
-    Client side(size);
-    side.start(Direction::kRead, Mode::kBlock, size);
-    side.expect(0xA4, kObject, block);
-    side.respond(frame_of(0xC6, kObject, static_cast<std::uint32_t>(size)));
-    side.expect(0xA3);
-    for (std::size_t at = 0; at < size;) {
-      unsigned sequence = 0;
-      for (; sequence < block && at < size; at += 7) {
-        const unsigned last = at + 7 >= size ? 0x80 : 0;
-        side.respond(segment_of(bytes, at, ++sequence | last));
-      }
-      side.expect(0xA2, sequence | block << 8);
-    }
-    const auto unused = static_cast<unsigned>((7 - size % 7) % 7);
-    side.respond(frame_of(0xC1 | unused << 2, crc_of(bytes)));
-    side.expect(0xA1);
-    CHECK(side.client.outcome() == SdoClient::Outcome::kDone);
-    CHECK(side.client.size() == size);
-    CHECK(side.value() == bytes);
-    CHECK(side.is_guarded());
-  }
-}
-
-TEST_CASE("SDO sizes: a block write sends all of it, in blocks as the server wants them") {
-  for (const std::size_t size : kSizes) {
-    const Bytes bytes = pattern(size);
-    constexpr unsigned kBlock = 100;
-    Client side(size);
-    std::copy(bytes.begin(), bytes.end(), side.memory.begin());
-    side.start(Direction::kWrite, Mode::kBlock, size);
-    side.expect(0xC6, kObject, static_cast<std::uint32_t>(size));
-    side.respond(frame_of(0xA4, kObject, kBlock));
-    for (std::size_t at = 0; at < size;) {
-      const std::vector<Frame> segments = std::exchange(side.sent, {});
-      REQUIRE(segments.size() == std::min<std::size_t>(kBlock, (size - at + 6) / 7));
-      unsigned sequence = 0;
-      for (const Frame& segment : segments) {
-        const unsigned last = at + 7 >= size ? 0x80 : 0;
-        REQUIRE(segment.data == segment_of(bytes, at, ++sequence | last).data);
-        at += 7;
-      }
-      side.respond(frame_of(0xA2, sequence | kBlock << 8));
-    }
-    const auto unused = static_cast<unsigned>((7 - size % 7) % 7);
-    side.expect(0xC1 | unused << 2, crc_of(bytes));
-    side.respond(frame_of(0xA1));
-    CHECK(side.client.outcome() == SdoClient::Outcome::kDone);
-  }
+TEST_CASE("SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks") {
+  const std::size_t size = GENERATE(std::size_t{256}, std::size_t{65535});
+  const Mode mode = GENERATE(Mode::kSegmented, Mode::kBlock);
+  const bool write = GENERATE(false, true);
+  CAPTURE(size, mode, write);
+  const Bytes bytes = pattern(size);
+  ReferenceServer server({{0x2000, 0, true, true, size, size, 0, ~0u, write ? Bytes(size) : bytes}}, size);
+  Client side(size);
+  if (write) std::copy(bytes.begin(), bytes.end(), side.memory.begin());
+  side.start(write ? Direction::kWrite : Direction::kRead, mode, size);
+  for (std::size_t i = 0; i < side.sent.size(); ++i)
+    for (const Sdo& response : server.receive(side.sent[i].data))
+      side.respond({kResponseId, 8, 0, response});
+  CHECK(side.client.outcome() == SdoClient::Outcome::kDone);
+  if (!write) CHECK(side.client.size() == size);
+  CHECK(side.value() == bytes);
+  CHECK(server.object()->value == bytes);
+  CHECK(side.is_guarded());
 }
 
 TEST_CASE("SDO sizes: a block read that brings more than the server declared, at the end of 16 bits") {
@@ -209,7 +120,7 @@ TEST_CASE("SDO sizes: a block read that brings more than the server declared, at
     }
     side.expect(0xA2, sequence | 64u << 8);
   }
-  side.respond(frame_of(0xC1, crc_of(bytes)));  // all seven bytes of the last segment are data
+  side.respond(frame_of(0xC1, reference_crc(bytes)));  // all seven bytes of the last segment are data
   side.expect(0x80, kObject, 0x05040005);
   CHECK(side.client.outcome() == SdoClient::Outcome::kFailed);
   CHECK(side.is_guarded());

@@ -8,13 +8,11 @@ using cbcan::test::Bench;
 
 TEST_CASE("Cancelled between the last response and the result: R3700 keeps what the PLC wrote") {
   Bench bench;
-  bench.read(5, 0x2000, 1, 4);
-  bench.expect("605#4000200100000000");
+  bench.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
   bench.reg(3700) = 0;
   bench.coprocessor.on_frame(cbcan::test::frame_from("585#4300200101000000"), bench.now);
   CHECK(bench.reg(3700) == 0);
-  bench.poll();
-  bench.expect_silence();
+  bench.poll().expect_silence();
   CHECK(bench.coprocessor.counters().cancelled == 1);
 }
 
@@ -43,15 +41,13 @@ TEST_CASE("An idle coprocessor wants to be called never") {
   Bench bench;
   bench.poll();
   CHECK(bench.deadline == cbcan::kNever);
-  bench.read(5, 0x2000, 1, 4);
-  bench.expect("605#4000200100000000");
+  bench.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
   bench.arrive("585#4300200101000000");
   bench.pass(2 * cbcan::kSecond);
   CHECK(bench.deadline == cbcan::kNever);
 }
 
-TEST_CASE(
-    "A request that still waits when another one has ended at once is begun by a poll that is due now") {
+TEST_CASE("A request that still waits when another has ended at once is begun by a poll that is due now") {
   Bench bench;
   const auto ask = [&bench](std::initializer_list<std::uint16_t> request) {
     std::copy(request.begin(), request.end(), bench.out.begin());
@@ -59,8 +55,7 @@ TEST_CASE(
   };
   ask({1, 5055, 5, 0x2000, 0, 4});  // the first number since the start
   ask({2, 5055, 5, 0x2000, 0, 4});
-  bench.poll();
-  bench.expect("605#4000200000000000");
+  bench.poll().expect("605#4000200000000000");
   bench.read(0, 0x3001, 0, 1);
   CHECK(bench.busy());
   ask({3, 5055, 6, 0x2000, 0, 4});
@@ -69,6 +64,5 @@ TEST_CASE(
   bench.check_done();
   bench.expect_silence();
   CHECK(bench.deadline <= bench.now);
-  bench.poll();
-  bench.expect("606#4000200000000000");
+  bench.poll().expect("606#4000200000000000");
 }

@@ -2,8 +2,6 @@
 // The list of devices.
 #include "devices/devices.hpp"
 
-#include <set>
-
 #include "tests/devices/rig.hpp"
 
 namespace cbcan::test {

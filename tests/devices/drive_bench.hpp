@@ -1,15 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
-#include <cstdio>
-#include <fstream>
-#include <functional>
-#include <iterator>
-#include <string>
-#include <vector>
-
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "devices/drive/drive.hpp"
 #include "eds/dictionary_image.hpp"
@@ -28,8 +19,7 @@ inline const eds::DictionaryImage& drive_image() {
 }
 
 /// A drive on the dictionary of plants/demo/drive.eds; the test is its node, in virtual time.
-class DriveBench : public sim::DeviceNode {
- public:
+struct DriveBench : sim::DeviceNode {
   explicit DriveBench(const devices::AxisLayout& layout = {}) : drive(*this, layout) {
     drive.reset(true, now);
     update();
@@ -55,9 +45,18 @@ class DriveBench : public sim::DeviceNode {
     INFO(index);
     REQUIRE(objects.set(index, sub, static_cast<std::uint64_t>(value)));
   }
-  void set(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
+  struct Value {
+    std::uint16_t index;
+    std::uint8_t sub;
+    std::int64_t value;
+  };
+  void put(std::initializer_list<Value> values) {
+    for (const Value& each : values)
+      put(each.index, each.sub, each.value);
+  }
+  DriveBench& set(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
     put(index, sub, value);
-    update();
+    return update();
   }
   std::int64_t get(std::uint16_t index, std::uint8_t sub = 0) {
     ObjectEntry entry{};
@@ -76,34 +75,52 @@ class DriveBench : public sim::DeviceNode {
     return code;
   }
 
-  void control(std::uint16_t word) { set(0x6040, 0, word); }
+  DriveBench& control(std::uint16_t word) { return set(0x6040, 0, word); }
   unsigned status() { return static_cast<unsigned>(get(0x6041)); }
   std::int64_t position() { return get(0x6064); }
   std::int64_t velocity() { return get(0x606C); }
 
-  void incident(std::string_view name, bool present) {
-    drive.set_incident(name, present, now);
-    update();
+  /// What can be seen of the drive.
+  struct Seen {
+    std::optional<unsigned> status{};
+    std::optional<std::int64_t> position{}, velocity{};
+    std::vector<std::pair<std::uint16_t, std::int64_t>> objects{};
+  };
+  void shows(const Seen& expected, int line = __builtin_LINE()) {
+    INFO("in line " << line);
+    if (expected.status) CHECK(status() == *expected.status);
+    if (expected.position) CHECK(position() == *expected.position);
+    if (expected.velocity) CHECK(velocity() == *expected.velocity);
+    for (const auto& [index, value] : expected.objects) {
+      INFO("object " << std::hex << index);
+      CHECK(get(index) == value);
+    }
   }
-  void sync() {
+
+  DriveBench& incident(std::string_view name, bool present) {
+    drive.set_incident(name, present, now);
+    return update();
+  }
+  DriveBench& sync() {
     drive.on_sync(now);
-    update();
+    return update();
   }
   /// In this mode, operation enabled.
-  void enable(std::int8_t mode) {
+  DriveBench& enable(std::int8_t mode) {
     put(0x6060, 0, mode);
     control(0x0006);
     control(0x0007);
-    control(0x000F);
+    return control(0x000F);
   }
 
   // Time.
-  void update() {
+  DriveBench& update() {
     deadline = drive.update(now);
     REQUIRE(deadline > now);
     if (seen) seen();
+    return *this;
   }
-  void pass(Time duration) {
+  DriveBench& pass(Time duration) {
     const Time end = now + duration;
     for (int steps = 0; deadline <= end; ++steps) {
       REQUIRE(steps < 10'000);
@@ -111,7 +128,7 @@ class DriveBench : public sim::DeviceNode {
       update();
     }
     now = end;
-    update();
+    return update();
   }
 
   eds::DictionaryImage image = drive_image();

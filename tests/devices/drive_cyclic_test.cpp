@@ -16,54 +16,35 @@ constexpr unsigned kBit12 = 0x1000;
 
 TEST_CASE("Profile torque: the slope, the limit, halt") {
   DriveBench bench;
-  bench.put(0x6071, 0, 500);
-  bench.put(0x6087, 0, 1'000);
+  bench.put({{0x6071, 0, 500}, {0x6087, 0, 1'000}});
   bench.enable(4);
-  bench.pass(250'000);
-  CHECK(bench.get(0x6077) == 250);
-  CHECK(bench.status() == kEnabled);
-  bench.pass(250'000);
-  CHECK(bench.get(0x6074) == 500);
-  CHECK(bench.status() == (kEnabled | kReached));
+  bench.pass(250'000).shows({.status = kEnabled, .objects = {{0x6077, 250}}});
+  bench.pass(250'000).shows({.status = kEnabled | kReached, .objects = {{0x6074, 500}}});
   bench.put(0x6072, 0, 300);
   bench.update();
-  bench.pass(200'000);
-  CHECK(bench.get(0x6077) == 300);
-  CHECK(bench.status() == (kEnabled | kReached | kLimit));
+  bench.pass(200'000).shows({.status = kEnabled | kReached | kLimit, .objects = {{0x6077, 300}}});
   bench.control(0x010F);
-  bench.pass(300'000);
-  CHECK(bench.get(0x6077) == 0);
-  bench.control(0x0000);
-  CHECK(bench.get(0x6077) == 0);
-  CHECK(bench.position() == 0);
+  bench.pass(300'000).shows({.objects = {{0x6077, 0}}});
+  bench.control(0x0000).shows({.position = 0, .objects = {{0x6077, 0}}});
 }
 
 TEST_CASE("Cyclic position: straight lines between the set-points of SYNCs; the last one holds") {
   DriveBench bench;
   bench.put(0x6007, 0, 0);  // whatever becomes of the SYNC
   bench.put(0x60C2, 1, 10);
-  bench.enable(8);
-  CHECK(bench.status() == (kEnabled | kBit12));
+  bench.enable(8).shows({.status = kEnabled | kBit12});
   bench.set(0x607A, 0, 1'000);
-  bench.pass(kSecond);
-  CHECK(bench.position() == 0);
+  bench.pass(kSecond).shows({.position = 0});
   bench.sync();
-  bench.pass(2'500);
-  CHECK(bench.position() == 250);
-  CHECK(bench.velocity() == 100'000);
-  bench.pass(7'500);
-  CHECK(bench.position() == 1'000);
+  bench.pass(2'500).shows({.position = 250, .velocity = 100'000});
+  bench.pass(7'500).shows({.position = 1'000});
   bench.set(0x607A, 0, 3'000);
   bench.sync();
-  bench.pass(5'000);
-  CHECK(bench.position() == 2'000);
-  bench.pass(kSecond);
-  CHECK(bench.position() == 3'000);
-  CHECK(bench.velocity() == 0);
+  bench.pass(5'000).shows({.position = 2'000});
+  bench.pass(kSecond).shows({.position = 3'000, .velocity = 0});
   bench.put(0x60B0, 0, 50);
   bench.sync();
-  bench.pass(10'000);
-  CHECK(bench.position() == 3'050);
+  bench.pass(10'000).shows({.position = 3'050});
 }
 
 TEST_CASE("Cyclic modes: SYNCs that have come at the period of 60C2h are missed after three periods") {
@@ -77,14 +58,12 @@ TEST_CASE("Cyclic modes: SYNCs that have come at the period of 60C2h are missed 
          {Row{0, kEnabled | kBit12, 0}, {1, 0x0218, 0x8700}, {2, 0x0250, 0}, {3, 0x0250, 0}}) {
       INFO("mode " << mode << ", 6007h = " << row.option);
       DriveBench bench;
-      bench.put(0x60C2, 1, 10);
-      bench.put(0x6007, 0, row.option);
+      bench.put({{0x60C2, 1, 10}, {0x6007, 0, row.option}});
       bench.enable(static_cast<std::int8_t>(mode));
       bench.sync();
       bench.pass(20'000);  // late by one is in time
       bench.sync();
-      bench.pass(29'999);
-      CHECK(bench.status() == (kEnabled | kBit12));
+      bench.pass(29'999).shows({.status = kEnabled | kBit12});
       CHECK(bench.log.empty());
       bench.pass(1);
       CHECK(bench.log == std::vector<std::string>{"8700/10"});
@@ -131,89 +110,63 @@ TEST_CASE("Cyclic position: a period of 0 is at once, at the SYNC") {
   bench.put(0x60C2, 1, 0);
   bench.enable(8);
   bench.set(0x607A, 0, 1'000);
-  bench.sync();
-  CHECK(bench.position() == 1'000);
+  bench.sync().shows({.position = 1'000});
 }
 
 TEST_CASE("Cyclic position: no further than 607Dh, no faster than 607Fh") {
   DriveBench bench;
-  bench.put(0x607D, 1, -100);
-  bench.put(0x607D, 2, 100);
-  bench.put(0x607A, 0, 400);
+  bench.put({{0x607D, 1, -100}, {0x607D, 2, 100}, {0x607A, 0, 400}});
   bench.enable(8);
-  bench.sync();
-  CHECK(bench.status() == (kEnabled | kBit12 | kLimit));
-  bench.pass(1'000);
-  CHECK(bench.position() == 100);
-  bench.put(0x607D, 1, 0);
-  bench.put(0x607D, 2, 0);
+  bench.sync().shows({.status = kEnabled | kBit12 | kLimit});
+  bench.pass(1'000).shows({.position = 100});
+  bench.put({{0x607D, 1, 0}, {0x607D, 2, 0}});
   bench.set(0x607A, 0, 10'000);
   bench.sync();
-  bench.pass(1'000);
-  CHECK(bench.position() == 600);  // 500,000/s for 1 ms
+  bench.pass(1'000).shows({.position = 600});  // 500,000/s for 1 ms
 }
 
 TEST_CASE("Cyclic velocity: an even change, then the velocity goes on") {
   DriveBench bench;
-  bench.put(0x60C2, 1, 10);
-  bench.put(0x60FF, 0, 10'000);
+  bench.put({{0x60C2, 1, 10}, {0x60FF, 0, 10'000}});
   bench.enable(9);
   bench.sync();
-  bench.pass(5'000);
-  CHECK(bench.velocity() == 5'000);
-  bench.pass(5'000);
-  CHECK(bench.position() == 50);
-  bench.pass(kSecond);
-  CHECK(bench.velocity() == 10'000);
-  CHECK(bench.position() == 10'050);
-  CHECK(bench.status() == (kEnabled | kBit12));
+  bench.pass(5'000).shows({.velocity = 5'000});
+  bench.pass(5'000).shows({.position = 50});
+  bench.pass(kSecond).shows({.status = kEnabled | kBit12, .position = 10'050, .velocity = 10'000});
 }
 
 TEST_CASE("Cyclic velocity: it stops at a software limit without further SYNCs") {
   DriveBench bench;
-  bench.put(0x607D, 1, -5'000);
-  bench.put(0x607D, 2, 5'000);
-  bench.put(0x60FF, 0, 10'000);
+  bench.put({{0x607D, 1, -5'000}, {0x607D, 2, 5'000}, {0x60FF, 0, 10'000}});
   bench.enable(9);
   bench.sync();
-  bench.pass(10 * kSecond);
-  CHECK(bench.position() == 5'000);
-  bench.sync();
-  CHECK(bench.status() == (kEnabled | kBit12 | kLimit));
+  bench.pass(10 * kSecond).shows({.position = 5'000});
+  bench.sync().shows({.status = kEnabled | kBit12 | kLimit});
 }
 
 TEST_CASE("Cyclic velocity: a limit switch stops it between SYNCs, with software limits or without") {
   for (const int limit : {0, 900'000}) {
     INFO(limit);
     DriveBench bench;
-    bench.put(0x607D, 2, limit);
-    bench.put(0x60FF, 0, 100'000);
+    bench.put({{0x607D, 2, limit}, {0x60FF, 0, 100'000}});
     bench.enable(9);
     bench.sync();
     bench.pass(kSecond);
     bench.incident("limit-switch-positive", true);
-    bench.pass(25'000);
-    CHECK(bench.velocity() == 0);
-    CHECK(bench.status() == (kEnabled | kBit12 | kLimit));
+    bench.pass(25'000).shows({.status = kEnabled | kBit12 | kLimit, .velocity = 0});
     bench.put(0x60FF, 0, -100'000);
     bench.sync();
-    bench.pass(2 * kSecond);
-    CHECK(bench.velocity() == (limit == 0 ? -100'000 : 0));  // 607Dh then begins at 0
+    bench.pass(2 * kSecond).shows({.velocity = limit == 0 ? -100'000 : 0});  // 607Dh then begins at 0
   }
 }
 
 TEST_CASE("Cyclic torque") {
   DriveBench bench;
-  bench.put(0x60C2, 1, 10);
-  bench.put(0x6071, 0, 200);
-  bench.put(0x60B2, 0, 100);
+  bench.put({{0x60C2, 1, 10}, {0x6071, 0, 200}, {0x60B2, 0, 100}});
   bench.enable(10);
   bench.sync();
-  bench.pass(5'000);
-  CHECK(bench.get(0x6077) == 150);
-  bench.pass(kSecond);
-  CHECK(bench.get(0x6077) == 300);
-  CHECK(bench.status() == (kEnabled | kBit12));
+  bench.pass(5'000).shows({.objects = {{0x6077, 150}}});
+  bench.pass(kSecond).shows({.status = kEnabled | kBit12, .objects = {{0x6077, 300}}});
 }
 
 TEST_CASE("The interpolation period is 60C2h:1 times ten to the 60C2h:2 seconds") {
@@ -225,8 +178,7 @@ TEST_CASE("The interpolation period is 60C2h:1 times ten to the 60C2h:2 seconds"
   };
   for (const Row& row : {Row{1, -3, 1'000}, Row{250, -6, 250}, Row{20, -4, 2'000}, Row{2, 0, 2'000'000},
                          Row{255, 127, 3'600'000'000}, Row{255, -7, 25}, Row{0, 127, 0}, Row{255, -128, 0}}) {
-    bench.put(0x60C2, 1, row.value);
-    bench.put(0x60C2, 2, row.exponent);
+    bench.put({{0x60C2, 1, row.value}, {0x60C2, 2, row.exponent}});
     CHECK(devices::interpolation_period(objects) == row.period);
   }
 }

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // plants/demo/drive.eds: in order, complete, and what CiA 402 wants of it.
-#include <array>
-#include <initializer_list>
 
 #include "drive_bench.hpp"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Homing, method by method. The axis: negative limit at -100,000, positive limit at 100,000, home switch from
 // 20,500 to 24,500, an index pulse every 10,000. Homes worked out by hand from the drawings of CiA 402.
-#include <array>
 
 #include "drive_bench.hpp"
 
@@ -111,8 +110,7 @@ TEST_CASE("Homing on the next index pulse, also from on top of one") {
     INFO("method " << method << " from " << from);
     Home bench(from);
     bench.start(method);
-    bench.pass(60 * kSecond);
-    CHECK(bench.status() == (kEnabled | kAttained));
+    bench.pass(60 * kSecond).shows({.status = kEnabled | kAttained});
     CHECK(bench.place() == home);
   }
 }
@@ -135,8 +133,7 @@ TEST_CASE("Hard stops, 50,000 beyond the limit switches: at them, or at the next
     INFO(method);
     Home bench(22'000);
     bench.start(method);
-    bench.pass(60 * kSecond);
-    CHECK(bench.status() == (kEnabled | kAttained));
+    bench.pass(60 * kSecond).shows({.status = kEnabled | kAttained});
     CHECK(bench.place() == home);
     CHECK(bench.position() == 0);
   }
@@ -160,13 +157,9 @@ TEST_CASE("Homing goes on after halt, wherever it was") {
     bench.start(1);
     bench.pass(until);
     bench.control(0x011F);
-    bench.pass(kSecond);
-    CHECK(bench.status() == (kEnabled | kIdle));
-    CHECK(bench.velocity() == 0);
-    bench.control(0x001F);
-    CHECK(bench.status() == kEnabled);
-    bench.pass(60 * kSecond);
-    CHECK(bench.status() == (kEnabled | kAttained));
+    bench.pass(kSecond).shows({.status = kEnabled | kIdle, .velocity = 0});
+    bench.control(0x001F).shows({.status = kEnabled});
+    bench.pass(60 * kSecond).shows({.status = kEnabled | kAttained});
     CHECK(bench.place() == -90'000);
   }
 }
@@ -175,11 +168,9 @@ TEST_CASE("Homing that is commanded in halt begins when halt is over") {
   Home bench(0);
   bench.put(0x6098, 0, 17);
   bench.control(0x011F);
-  bench.pass(kSecond);
-  CHECK(bench.status() == (kEnabled | kIdle));
+  bench.pass(kSecond).shows({.status = kEnabled | kIdle});
   bench.control(0x001F);
-  bench.pass(60 * kSecond);
-  CHECK(bench.status() == (kEnabled | kAttained));
+  bench.pass(60 * kSecond).shows({.status = kEnabled | kAttained});
 }
 
 TEST_CASE("The zero of position is the home offset further than the home") {
@@ -189,27 +180,21 @@ TEST_CASE("The zero of position is the home offset further than the home") {
   CHECK(bench.status() == kEnabled);
   bench.pass(kSecond + 9'999);  // 10,000 at 10,000/s, and 10 ms for each ramp's half
   CHECK(bench.status() == kEnabled);
-  bench.pass(1);
-  CHECK(bench.status() == (kEnabled | kAttained));
-  CHECK(bench.position() == -1'500);
-  CHECK(bench.get(0x6063) == -1'500);
-  bench.control(0x000F);
-  CHECK(bench.status() == (kEnabled | kAttained));
+  bench.pass(1).shows({.status = kEnabled | kAttained, .position = -1'500, .objects = {{0x6063, -1'500}}});
+  bench.control(0x000F).shows({.status = kEnabled | kAttained});
 }
 
 TEST_CASE("A search: fast to the switch, slowly off it, at the speeds of 6099h") {
   Home bench(-70'000);
   bench.start(17);
-  bench.pass(100'000);
-  CHECK(bench.velocity() == -50'000);
+  bench.pass(100'000).shows({.velocity = -50'000});
   // 0.05 s and 1,250, then 28,750 at 50,000/s: the switch at 0.625 s; then 1,250 further to stop.
   bench.pass(525'000);
   CHECK(bench.place() == -100'000);
   CHECK(bench.get(0x60FD) == 0x1);
   bench.pass(50'000);
   CHECK(bench.place() == -101'250);
-  bench.pass(50'000);
-  CHECK(bench.velocity() == 10'000);
+  bench.pass(50'000).shows({.velocity = 10'000});
   bench.pass(kSecond);
   CHECK(bench.place() == -100'000);
   CHECK(bench.status() == (kEnabled | kAttained));
@@ -222,12 +207,10 @@ TEST_CASE("An edge that has to be found from outside: past it, back out, and slo
   bench.pass(485'000);
   CHECK(bench.place() == 21'750);
   CHECK(bench.get(0x60FD) == 0x4);
-  bench.pass(50'000);
-  CHECK(bench.velocity() == -50'000);
+  bench.pass(50'000).shows({.velocity = -50'000});
   bench.pass(50'000);
   CHECK(bench.place() == 19'250);
-  bench.pass(50'000);
-  CHECK(bench.velocity() == 10'000);
+  bench.pass(50'000).shows({.velocity = 10'000});
   bench.pass(kSecond);
   CHECK(bench.place() == 20'500);
   CHECK(bench.status() == (kEnabled | kAttained));
@@ -240,8 +223,7 @@ TEST_CASE("Homing does not start towards a limit switch that is active") {
   CHECK(bench.status() == (kEnabled | kError));
   bench.control(0x000F);
   bench.start(17);
-  bench.pass(10 * kSecond);
-  CHECK(bench.status() == (kEnabled | kAttained));
+  bench.pass(10 * kSecond).shows({.status = kEnabled | kAttained});
 }
 
 TEST_CASE("Homing is interrupted by bit 4, by halt and by another mode") {
@@ -249,34 +231,27 @@ TEST_CASE("Homing is interrupted by bit 4, by halt and by another mode") {
     Home bench(0);
     bench.start(17);
     bench.pass(200'000);
-    bench.control(word);
-    CHECK(bench.status() == kEnabled);
-    bench.pass(50'000);
-    CHECK(bench.status() == (kEnabled | kIdle));
+    bench.control(word).shows({.status = kEnabled});
+    bench.pass(50'000).shows({.status = kEnabled | kIdle});
     bench.control(0x000F);
-    bench.pass(kSecond);
-    CHECK(bench.velocity() == 0);
+    bench.pass(kSecond).shows({.velocity = 0});
     bench.control(0x001F);
-    bench.pass(10 * kSecond);
-    CHECK(bench.status() == (kEnabled | kAttained));
+    bench.pass(10 * kSecond).shows({.status = kEnabled | kAttained});
   }
   Home bench(0);
   bench.start(17);
   bench.pass(200'000);
   bench.set(0x6060, 0, 3);
   bench.set(0x6060, 0, 6);
-  bench.pass(kSecond);
-  CHECK(bench.status() == (kEnabled | kIdle));
+  bench.pass(kSecond).shows({.status = kEnabled | kIdle});
 }
 
 TEST_CASE("A limit switch in the way, or a motor that was blocked, is an error of homing") {
   Home bench(0);
   bench.start(18);
   bench.pass(200'000);
-  bench.incident("limit-switch-positive", true);
-  CHECK(bench.status() == (kEnabled | kMovingError));
-  bench.pass(kSecond);
-  CHECK(bench.status() == (kEnabled | kError));
+  bench.incident("limit-switch-positive", true).shows({.status = kEnabled | kMovingError});
+  bench.pass(kSecond).shows({.status = kEnabled | kError});
   Home blocked(0);
   blocked.put(0x6065, 0, 0xFFFFFFFF);
   blocked.start(18);

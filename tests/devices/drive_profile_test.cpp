@@ -2,10 +2,6 @@
 // The profile in closed form, against values worked out by hand, and against what no profile may do.
 #include <rapidcheck.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-
 #include "devices/drive/profile.hpp"
 #include "devices/drive/units.hpp"
 #include "support/catch.hpp"

@@ -3,13 +3,6 @@
 // CMakeLists.txt.
 #include <rapidcheck.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <set>
-#include <utility>
-#include <vector>
-
 #include "drive_bench.hpp"
 
 namespace cbcan::test {
@@ -53,12 +46,12 @@ void prepare(DriveBench& bench, const Room& room) {
 
 void set_option(DriveBench& bench, unsigned which) {
   switch (which % 6) {
-    case 0: return bench.set(0x605A, 0, which / 6 % 9);
-    case 1: return bench.set(0x605B, 0, which / 6 % 2);
-    case 2: return bench.set(0x605C, 0, which / 6 % 2);
-    case 3: return bench.set(0x605D, 0, 1 + which / 6 % 4);
-    case 4: return bench.set(0x605E, 0, which / 6 % 5);
-    default: return bench.set(0x6007, 0, which / 6 % 4);
+    case 0: return void(bench.set(0x605A, 0, which / 6 % 9));
+    case 1: return void(bench.set(0x605B, 0, which / 6 % 2));
+    case 2: return void(bench.set(0x605C, 0, which / 6 % 2));
+    case 3: return void(bench.set(0x605D, 0, 1 + which / 6 % 4));
+    case 4: return void(bench.set(0x605E, 0, which / 6 % 5));
+    default: return void(bench.set(0x6007, 0, which / 6 % 4));
   }
 }
 
@@ -75,16 +68,18 @@ void act(DriveBench& bench, std::set<std::string_view>& present, const Room& roo
   const unsigned which = action.second;
   switch (action.first) {
     case 0: return toggle(bench, present, room, which);
-    case 1: return bench.set(0x6060, 0, room.modes[which % room.modes.size()]);
-    case 2: return bench.set(0x607A, 0, pick(kPositions, which));
-    case 3: return bench.set(0x60FF, 0, pick(kVelocities, which));
-    case 4: return bench.set(0x6098, 0, pick(kMethods, which));
+    case 1: return void(bench.set(0x6060, 0, room.modes[which % room.modes.size()]));
+    case 2: return void(bench.set(0x607A, 0, pick(kPositions, which)));
+    case 3: return void(bench.set(0x60FF, 0, pick(kVelocities, which)));
+    case 4: return void(bench.set(0x6098, 0, pick(kMethods, which)));
     case 5: return set_option(bench, which);
-    case 6: return bench.sync();
-    case 7: bench.drive.on_state(pick(kNmtStates, which), bench.now); return bench.update();
-    case 8: bench.drive.on_network_failure(sim::NetworkFailure::kHeartbeat, bench.now); return bench.update();
+    case 6: return void(bench.sync());
+    case 7: bench.drive.on_state(pick(kNmtStates, which), bench.now); return void(bench.update());
+    case 8:
+      bench.drive.on_network_failure(sim::NetworkFailure::kHeartbeat, bench.now);
+      return void(bench.update());
     case 9: bench.enable(static_cast<std::int8_t>(bench.get(0x6060))); return;
-    default: return bench.control(pick(kWords, which));
+    default: return void(bench.control(pick(kWords, which)));
   }
 }
 
@@ -134,8 +129,7 @@ bool is_cyclic(std::int64_t mode) {
 }
 
 /// Looks at a bench after every update, and compares with the look before.
-class Watch {
- public:
+struct Watch {
   Watch(DriveBench& bench, const Room& room) : bench_(bench), room_(room) {
     remember();
     bench.seen = [this] { look(); };

@@ -25,15 +25,11 @@ TEST_CASE("the example's tank fills at the rate of its inlet, with an event for 
   CHECK(tank.next == kNever);
   tank.write(0x2001, 0, 100);
   CHECK(tank.next == tank.now + 100 * kMillisecond);
-  tank.pass(200 * kMillisecond);
-  CHECK(tank.get(0x2000, 0) == 10);
-  tank.expect("changed 2000:00");
-  tank.expect("changed 2000:00");
+  tank.pass(200 * kMillisecond).expect("changed 2000:00", "changed 2000:00").shows(0x2000, 0, 10);
   tank.write(0x2001, 0, 0);  // at the same moment: nothing has flowed in between
   CHECK(tank.get(0x2000, 0) == 10);
   CHECK(tank.next == kNever);
-  tank.reset(true);
-  CHECK(tank.get(0x2000, 0) == 10);
+  tank.reset(true).shows(0x2000, 0, 10);
 }
 
 TEST_CASE("the example's tank says that it is full, refuses more, and empties through a leak") {
@@ -49,10 +45,7 @@ TEST_CASE("the example's tank says that it is full, refuses more, and empties th
   CHECK(check_inlet(tank, 0) == AbortCode::kNone);
   tank.write(0x2001, 0, 0);
   tank.incident("leak", true);
-  tank.pass(100 * kMillisecond);
-  tank.expect("changed 2000:00");
-  tank.expect("over FF00");
-  CHECK(tank.get(0x2000, 0) == 999);
+  tank.pass(100 * kMillisecond).expect("changed 2000:00", "over FF00").shows(0x2000, 0, 999);
 }
 
 }  // namespace cbcan::test

@@ -13,8 +13,7 @@ using Module = Rig<devices::IoModule>;
 constexpr std::uint8_t kUpper = 1, kLower = 2, kDelta = 4, kNegativeDelta = 8, kPositiveDelta = 16;
 
 /// The demo plant's module, events on, channel 1 with this selection.
-class Watched {
- public:
+struct Watched {
   explicit Watched(std::uint8_t trigger) : module_(demo_dictionary("io_module.eds")) { set_up(trigger); }
   void set_up(std::uint8_t trigger) {
     write(0x6423, 0, 1);
@@ -44,8 +43,7 @@ TEST_CASE("an analogue input shows in 6401h, rounded and within 16 bits") {
   Module module(demo_dictionary("io_module.eds"));
   const auto shows = [&](double value, std::uint16_t shown) {
     INFO(value);
-    module.input(0x6401, 2, value);
-    CHECK(module.get(0x6401, 2) == shown);
+    module.input(0x6401, 2, value).shows(0x6401, 2, shown);
   };
   shows(1000.4, 1000);
   shows(1000.5, 1001);
@@ -61,8 +59,7 @@ TEST_CASE("6423h is off at first: no analogue event, by CiA 401") {
   module.input(0x6401, 1, 100);
   module.write(0x6423, 0, 1);
   module.expect_nothing();
-  module.input(0x6401, 1, 101);
-  module.expect("changed 6401:01");
+  module.input(0x6401, 1, 101).expect("changed 6401:01");
 }
 
 TEST_CASE("the default selection 07h with its zeros: every change is an event") {
@@ -85,12 +82,10 @@ TEST_CASE("a file without 6421h: limits and delta count, by CiA 401") {
   module.write(0x6426, 1, 10);
   module.input(0x6401, 1, 99);
   module.input(0x6401, 1, 9);
-  module.input(0x6401, 1, 100);
-  module.expect("changed 6401:01");
+  module.input(0x6401, 1, 100).expect("changed 6401:01");
   module.input(0x6401, 1, 109);
   module.expect_nothing();
-  module.input(0x6401, 1, -101);
-  module.expect("changed 6401:01");
+  module.input(0x6401, 1, -101).expect("changed 6401:01");
 }
 
 TEST_CASE("no bit of 6421h: no event") {
@@ -184,18 +179,13 @@ TEST_CASE("a limit and a delta: both have to be reached") {
 TEST_CASE("6422h shows the channels of the last moment with an event") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6423, 0, 1);
-  module.input(0x6401, 2, 5);
-  module.expect("changed 6401:02");
-  CHECK(module.get(0x6422, 1) == 2);
-  module.input(0x6401, 1, 5);  // in the same moment
-  module.expect("changed 6401:01");
+  module.input(0x6401, 2, 5).expect("changed 6401:02").shows(0x6422, 1, 2);
+  module.input(0x6401, 1, 5).expect("changed 6401:01");  // in the same moment
   CHECK(module.get(0x6422, 1) == 3);
   module.now += 1;
   module.run();
   CHECK(module.get(0x6422, 1) == 3);
-  module.input(0x6401, 1, 6);
-  module.expect("changed 6401:01");
-  CHECK(module.get(0x6422, 1) == 1);
+  module.input(0x6401, 1, 6).expect("changed 6401:01").shows(0x6422, 1, 1);
 }
 
 TEST_CASE("channel 33 is bit 0 of 6422h:02") {
@@ -204,11 +194,9 @@ TEST_CASE("channel 33 is bit 0 of 6422h:02") {
                                {0x6423, 0, DataType::kBoolean}}));
   module.write(0x6423, 0, 1);
   module.input(0x6401, 33, 1);
-  module.input(0x6401, 32, 1);
-  CHECK(module.get(0x6422, 1) == 0x80000000);
+  module.input(0x6401, 32, 1).shows(0x6422, 1, 0x80000000);
   CHECK(module.get(0x6422, 2) == 0x00000001);
-  module.expect("changed 6401:21");
-  module.expect("changed 6401:20");
+  module.expect("changed 6401:21", "changed 6401:20");
 }
 
 TEST_CASE("a source without a place in 6422h is an event all the same") {
@@ -216,15 +204,12 @@ TEST_CASE("a source without a place in 6422h is an event all the same") {
                                {0x6422, 1, DataType::kUnsigned32},
                                {0x6423, 0, DataType::kBoolean}}));
   module.write(0x6423, 0, 1);
-  module.input(0x6401, 33, 1);
-  module.expect("changed 6401:21");
-  CHECK(module.get(0x6422, 1) == 0);
+  module.input(0x6401, 33, 1).expect("changed 6401:21").shows(0x6422, 1, 0);
 }
 
 TEST_CASE("6411h goes out: 300 stays 300") {
   Module module(demo_dictionary("io_module.eds"));
-  module.write(0x6411, 1, 300);
-  CHECK(module.get(0x6411, 1) == 300);
+  module.write(0x6411, 1, 300).shows(0x6411, 1, 300);
   CHECK(module.device.analogue_output(1) == 300);
   CHECK(module.device.analogue_output(2) == 0);
   module.write(0x6411, 2, 0x8000);

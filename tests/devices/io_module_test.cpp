@@ -2,7 +2,6 @@
 // The digital half of the CiA 401 I/O module, and what both halves have in common.
 #include "devices/io_module.hpp"
 
-#include <cmath>
 #include "tests/devices/rig.hpp"
 
 namespace cbcan::test {
@@ -19,27 +18,20 @@ using Module = Rig<devices::IoModule>;
 TEST_CASE("an input's levels show in 6000h, and every change is an event") {
   Module module(demo_dictionary("io_module.eds"));
   CHECK(module.get(0x6000, 1) == 0x00);
-  module.input(0x6000, 1, 0x81);
-  CHECK(module.get(0x6000, 1) == 0x81);
-  module.expect("changed 6000:01");
+  module.input(0x6000, 1, 0x81).expect("changed 6000:01").shows(0x6000, 1, 0x81);
   module.input(0x6000, 1, 0x81);  // nothing new
-  module.input(0x6000, 1, 0x80);
-  module.expect("changed 6000:01");
+  module.input(0x6000, 1, 0x80).expect("changed 6000:01");
   CHECK(module.next == kNever);
 }
 
 TEST_CASE("what is given to digital inputs is rounded into a byte") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6005, 0, 0);
-  module.input(0x6000, 1, 3.5);
-  CHECK(module.get(0x6000, 1) == 4);
-  module.input(0x6000, 1, 300);
-  CHECK(module.get(0x6000, 1) == 255);
-  module.input(0x6000, 1, -1);
-  CHECK(module.get(0x6000, 1) == 0);
+  module.input(0x6000, 1, 3.5).shows(0x6000, 1, 4);
+  module.input(0x6000, 1, 300).shows(0x6000, 1, 255);
+  module.input(0x6000, 1, -1).shows(0x6000, 1, 0);
   module.input(0x6000, 1, 7);
-  module.input(0x6000, 1, std::nan(""));
-  CHECK(module.get(0x6000, 1) == 0);
+  module.input(0x6000, 1, std::nan("")).shows(0x6000, 1, 0);
 }
 
 TEST_CASE("only inputs that there are take a value") {
@@ -53,12 +45,8 @@ TEST_CASE("only inputs that there are take a value") {
 
 TEST_CASE("6002h turns inputs round") {
   Module module(demo_dictionary("io_module.eds"));
-  module.write(0x6002, 1, 0x0F);
-  CHECK(module.get(0x6000, 1) == 0x0F);
-  module.expect("changed 6000:01");
-  module.input(0x6000, 1, 0x11);
-  CHECK(module.get(0x6000, 1) == 0x1E);
-  module.expect("changed 6000:01");
+  module.write(0x6002, 1, 0x0F).expect("changed 6000:01").shows(0x6000, 1, 0x0F);
+  module.input(0x6000, 1, 0x11).expect("changed 6000:01").shows(0x6000, 1, 0x1E);
 }
 
 TEST_CASE("6003h: a filtered input has to stand for 3 ms") {
@@ -68,28 +56,21 @@ TEST_CASE("6003h: a filtered input has to stand for 3 ms") {
   CHECK(module.get(0x6000, 1) == 0x02);
   module.expect("changed 6000:01");
   CHECK(module.next == 4000);
-  module.pass(2999);
-  CHECK(module.get(0x6000, 1) == 0x02);
-  module.pass(1);
-  CHECK(module.get(0x6000, 1) == 0x03);
-  module.expect("changed 6000:01");
+  module.pass(2999).shows(0x6000, 1, 0x02);
+  module.pass(1).expect("changed 6000:01").shows(0x6000, 1, 0x03);
 
   module.input(0x6000, 1, 0x02);  // too short
   module.pass(2000);
   module.input(0x6000, 1, 0x03);
-  module.pass(10000);
-  CHECK(module.get(0x6000, 1) == 0x03);
+  module.pass(10000).shows(0x6000, 1, 0x03);
 
   module.input(0x6000, 1, 0x02);  // bounces: the time counts from the last edge
   module.pass(2000);
   module.input(0x6000, 1, 0x03);
   module.pass(1000);
   module.input(0x6000, 1, 0x02);
-  module.pass(2999);
-  CHECK(module.get(0x6000, 1) == 0x03);
-  module.pass(1);
-  CHECK(module.get(0x6000, 1) == 0x02);
-  module.expect("changed 6000:01");
+  module.pass(2999).shows(0x6000, 1, 0x03);
+  module.pass(1).expect("changed 6000:01").shows(0x6000, 1, 0x02);
 }
 
 TEST_CASE("6003h: each input has a time of its own") {
@@ -98,22 +79,16 @@ TEST_CASE("6003h: each input has a time of its own") {
   module.input(0x6000, 1, 0x01);
   module.pass(2000);
   module.input(0x6000, 1, 0x03);
-  module.pass(1000);
-  CHECK(module.get(0x6000, 1) == 0x01);
-  module.expect("changed 6000:01");
-  module.pass(2000);
-  CHECK(module.get(0x6000, 1) == 0x03);
-  module.expect("changed 6000:01");
+  module.pass(1000).expect("changed 6000:01").shows(0x6000, 1, 0x01);
+  module.pass(2000).expect("changed 6000:01").shows(0x6000, 1, 0x03);
 }
 
 TEST_CASE("6005h turns digital events off, not the inputs") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6005, 0, 0);
-  module.input(0x6000, 1, 0xFF);
-  CHECK(module.get(0x6000, 1) == 0xFF);
+  module.input(0x6000, 1, 0xFF).shows(0x6000, 1, 0xFF);
   module.write(0x6005, 0, 1);  // what has been missed is not made up for
-  module.input(0x6000, 1, 0xFE);
-  module.expect("changed 6000:01");
+  module.input(0x6000, 1, 0xFE).expect("changed 6000:01");
 }
 
 TEST_CASE("6006h, 6007h and 6008h choose the edges") {
@@ -121,17 +96,13 @@ TEST_CASE("6006h, 6007h and 6008h choose the edges") {
   module.write(0x6006, 1, 0x01);
   module.write(0x6007, 1, 0x02);
   module.write(0x6008, 1, 0x04);
-  module.input(0x6000, 1, 0x01);
-  module.expect("changed 6000:01");
-  module.input(0x6000, 1, 0x00);
-  module.expect("changed 6000:01");
-  module.input(0x6000, 1, 0x02);
-  module.expect("changed 6000:01");
+  module.input(0x6000, 1, 0x01).expect("changed 6000:01");
+  module.input(0x6000, 1, 0x00).expect("changed 6000:01");
+  module.input(0x6000, 1, 0x02).expect("changed 6000:01");
   module.input(0x6000, 1, 0x00);
   module.input(0x6000, 1, 0x04);
   module.expect_nothing();
-  module.input(0x6000, 1, 0x00);
-  module.expect("changed 6000:01");
+  module.input(0x6000, 1, 0x00).expect("changed 6000:01");
   module.input(0x6000, 1, 0x08);
   module.input(0x6000, 1, 0x00);
   module.expect_nothing();
@@ -197,13 +168,11 @@ TEST_CASE("an error value goes through polarity and filter mask like a written o
 
 TEST_CASE("reset node: outputs as at power-on, inputs as they are, without an event") {
   Module module(demo_dictionary("io_module.eds"));
-  module.input(0x6000, 1, 0x12);
-  module.expect("changed 6000:01");
+  module.input(0x6000, 1, 0x12).expect("changed 6000:01");
   module.write(0x6200, 1, 0xFF);
   module.write(0x6208, 1, 0x0F);
   module.state(State::kStopped);
-  module.reset(true);
-  CHECK(module.get(0x6000, 1) == 0x12);
+  module.reset(true).shows(0x6000, 1, 0x12);
   CHECK(module.device.digital_output(1) == 0x00);
   module.write(0x6207, 1, 0xFF);
   CHECK(module.device.digital_output(1) == 0x00);  // the failure is over
@@ -236,34 +205,25 @@ TEST_CASE("values that the plant file gives to inputs are what stands at the ter
   Module module(demo_dictionary("io_module.eds"), {{0x6000, 1, 0x0C}, {0x6002, 1, 0xFF}, {0x6401, 2, 55}});
   CHECK(module.get(0x6000, 1) == 0x0C);
   CHECK(module.get(0x6401, 2) == 55);
-  module.write(0x6002, 1, 0x00);
-  CHECK(module.get(0x6000, 1) == 0xF3);
-  module.expect("changed 6000:01");
+  module.write(0x6002, 1, 0x00).expect("changed 6000:01").shows(0x6000, 1, 0xF3);
 }
 
 TEST_CASE("an incident is an error with the code of CiA 401, told once") {
   Module module(demo_dictionary("io_module.eds"));
   CHECK(module.device.incidents().size() == 2);
+  module.incident("output-short-circuit", true).expect("error 2320 03");
   module.incident("output-short-circuit", true);
-  module.expect("error 2320 03");
-  module.incident("output-short-circuit", true);
-  module.incident("input-voltage-low", true);
-  module.expect("error 3120 05");
-  module.incident("output-short-circuit", false);
-  module.expect("over 2320");
+  module.incident("input-voltage-low", true).expect("error 3120 05");
+  module.incident("output-short-circuit", false).expect("over 2320");
   module.incident("earthquake", true);  // no such thing
-  module.reset(false);
-  module.expect("error 3120 05");
-  module.reset(true);
-  module.expect("error 3120 05");
-  module.incident("input-voltage-low", false);
-  module.expect("over 3120");
+  module.reset(false).expect("error 3120 05");
+  module.reset(true).expect("error 3120 05");
+  module.incident("input-voltage-low", false).expect("over 3120");
 }
 
 TEST_CASE("a module has as many blocks as its dictionary") {
   Module module(dictionary_of({{0x6000, 254, DataType::kUnsigned8}, {0x6200, 3, DataType::kUnsigned8}}));
-  module.input(0x6000, 254, 0x80);
-  CHECK(module.get(0x6000, 254) == 0x80);
+  module.input(0x6000, 254, 0x80).shows(0x6000, 254, 0x80);
   module.expect("changed 6000:FE");  // 6005h and 6006h are not there: as the profile's default
   module.write(0x6200, 3, 0x42);
   CHECK(module.device.digital_output(3) == 0x42);

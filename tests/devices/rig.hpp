@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdio>
-#include <deque>
-#include <fstream>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
 #include "sim/behaviour.hpp"
@@ -45,8 +38,7 @@ inline eds::DictionaryImage demo_dictionary(const std::string& file) {
 /// A node that plays its part by hand and writes down what the device asks of it. Everything that it is asked
 /// has to be expected, in order, and nothing may be left over at the end.
 template <class Device>
-class Rig final : public sim::DeviceNode {
- public:
+struct Rig final : sim::DeviceNode {
   /// `values`: what the plant file sets.
   struct Value {
     std::uint16_t index;
@@ -67,47 +59,60 @@ class Rig final : public sim::DeviceNode {
   }
 
   void run() { next = device.update(now); }
-  void write(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
+  Rig& write(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
     CAPTURE(index, sub);
     REQUIRE(dictionary_.set(index, sub, value));
     run();
+    return *this;
   }
-  void input(std::uint16_t index, std::uint8_t sub, double value) {
+  Rig& input(std::uint16_t index, std::uint8_t sub, double value) {
     CHECK(device.set_input(index, sub, value, now));
     run();
+    return *this;
   }
   void state(nmt::State state) {
     device.on_state(state, now);
     run();
   }
-  void incident(std::string_view name, bool present) {
+  Rig& incident(std::string_view name, bool present) {
     device.set_incident(name, present, now);
     run();
+    return *this;
   }
-  void reset(bool application) {
+  Rig& reset(bool application) {
     restore_values(image_.entries, image_.values, values_, 0x1000, application ? 0xFFFF : 0x1FFF);
     device.reset(application, now);
     run();
+    return *this;
   }
   /// Lets time pass, with every call that the device wants on the way.
-  void pass(Time duration) {
+  Rig& pass(Time duration) {
     const Time end = now + duration;
     while (next <= end) {
       now = std::max(now, next);
       run();
     }
     now = end;
+    return *this;
   }
 
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) const { return dictionary_.get(index, sub); }
+  Rig& shows(std::uint16_t index, std::uint8_t sub, std::uint64_t value, int line = __builtin_LINE()) {
+    INFO("in line " << line << ", object " << std::hex << index);
+    CHECK(get(index, sub) == value);
+    return *this;
+  }
 
-  void expect(const std::string& wanted) {
+  template <class... More>
+  Rig& expect(const std::string& wanted, const More&... more) {
     if (asked_.empty()) {
       FAIL_CHECK("the device asks for nothing; expected " << wanted);
-      return;
+      return *this;
     }
     CHECK(asked_.front() == wanted);
     asked_.pop_front();
+    if constexpr (sizeof...(more) != 0) expect(more...);
+    return *this;
   }
   void expect_nothing() {
     for (const std::string& left : asked_)

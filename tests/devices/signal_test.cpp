@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/signal.hpp"
 
-#include <cmath>
-
 #include "sim/rounded.hpp"
 #include "support/catch.hpp"
 

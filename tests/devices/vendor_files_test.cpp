@@ -61,8 +61,7 @@ struct Plant {
     parts.image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
                    std::move(image.node_id_values)};
     node = &bench.world.add_node(std::move(parts));
-    bench.start();
-    bench.expect("705#00");
+    bench.start().expect("705#00");
   }
   void write(const char* multiplexer, const char* bytes, const char* command = "2B") {
     const std::string place(multiplexer);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The files of the demo plant: in order by CiA 306, and with what the plant needs of them.
-#include <sstream>
 
 #include "corpus.hpp"
 #include "eds/dictionary_image.hpp"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "eds/dictionary_image.hpp"
 
-#include <array>
-
 #include "eds/eds_reader.hpp"
 #include "support/catch.hpp"
 

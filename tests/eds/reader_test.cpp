@@ -2,8 +2,6 @@
 // What the summaries of the corpus do not show, and inputs that are too large for a file.
 #include "eds/eds_reader.hpp"
 
-#include <algorithm>
-
 #include "support/catch.hpp"
 
 namespace cbcan::tests {

@@ -8,9 +8,6 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-#include <algorithm>
-#include <array>
-
 #include "client/tcp_connection.hpp"
 #include "fuzz/fuzz.hpp"
 #include "fuzz/input.hpp"
@@ -29,8 +26,7 @@ constexpr std::uint8_t kGather = 4;  ///< the client gets it together with the n
 constexpr client::Time kTimeout = 1'000;
 
 /// Lives as long as the program.
-class Listener {
- public:
+struct Listener {
   Listener() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -130,8 +126,7 @@ struct Model {
   }
 };
 
-class Run {
- public:
+struct Run {
   explicit Run(const std::array<std::uint8_t, 3>& request) : model_(request[0], request[1], request[2]) {
     while (client_.state() != client::Connection::State::kOn)
       client_.poll(0);

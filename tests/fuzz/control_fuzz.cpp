@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Any lines as commands at run time: each has its response, and one that is refused has changed nothing.
-#include <string>
-#include <vector>
 
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
@@ -13,8 +11,7 @@ namespace {
 
 constexpr Time kBetweenLines = 20 * kMillisecond;
 
-class Commands {
- public:
+struct Commands {
   void take(std::string_view line) {
     const std::string before = state();
     const scenario::Reply reply = control_.execute(line, plant_.now);

@@ -3,9 +3,6 @@
 // contract (core_plc.hpp, core_wire.hpp), and afterwards the next transaction works (core_rig.hpp).
 //
 // The input is a list of steps: one byte says which, the next ones are its arguments; what is missing is 0.
-#include <algorithm>
-#include <array>
-#include <iterator>
 
 #include "fuzz/core_rig.hpp"
 #include "fuzz/fuzz.hpp"
@@ -21,8 +18,7 @@ constexpr std::array<std::uint16_t, 16> kObjects{0x1000, 0x1005, 0x1006, 0x1008,
                                                  0x3007, 0x300C, 0x1F82, 0x2000};
 constexpr Time kLongestStep = 1U << 26;  // a little more than the longest SDO timeout
 
-class Program : private Input {
- public:
+struct Program : private Input {
   explicit Program(std::span<const std::uint8_t> input) : Input(input) {}
 
   void run() {

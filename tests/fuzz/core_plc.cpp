@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "fuzz/core_plc.hpp"
 
-#include <algorithm>
-
 #include "fuzz/fuzz.hpp"
 
 namespace cbcan::fuzz {

@@ -10,8 +10,7 @@ namespace cbcan::fuzz {
 
 /// What a PLC program may rely on (docs/contract.md), asked after every call into the core: which registers
 /// have changed, and to what.
-class Plc {
- public:
+struct Plc {
   enum class Kind : std::uint8_t { kRefused, kNmt, kNodeState, kLocal, kSdo };
 
   /// The transaction under way, or the last one, as it stood in the registers when it began.

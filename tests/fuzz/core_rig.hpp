@@ -11,8 +11,7 @@
 namespace cbcan::fuzz {
 
 /// A coprocessor in virtual time between a PLC and a bus that both hold it to its contract.
-class Rig {
- public:
+struct Rig {
   static constexpr std::uint8_t kOwnNode = 127;
 
   Rig();

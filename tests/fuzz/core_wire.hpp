@@ -12,8 +12,7 @@ namespace cbcan::fuzz {
 
 /// The CAN port of the core under test. Looks at every frame that leaves: whether the contract has it, and
 /// whether the transaction that it belongs to may still send.
-class Wire final : public CanPort {
- public:
+struct Wire final : CanPort {
   Wire(const Plc& plc, std::uint8_t own_node) : plc_(plc), own_node_(own_node) {}
 
   bool try_send(const Frame& frame) override;

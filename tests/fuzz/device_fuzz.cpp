@@ -5,11 +5,8 @@
 //
 // The input is a list of steps: its first byte says how the plant is, then one byte says which step, the next
 // ones are its arguments.
-#include <algorithm>
 #include <bit>
 #include <cmath>
-#include <iterator>
-#include <string>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
@@ -35,24 +32,9 @@ constexpr auto kObjects = std::to_array<std::uint16_t>({
     0x60C2, 0x6200, 0x6206, 0x6207, 0x6005, 0x6006, 0x6411, 0x6421, 0x6423, 0x6424, 0x6426, 0x6443,
     0x1000, 0x1001, 0x1008, 0x1018, 0x6041, 0x6064, 0x6401, 0x6000, 0x2005, 0x2100, 0x2200, 0x5FFF,
 });
-constexpr auto kMapped = std::to_array<std::uint32_t>({
-    0x60410010,
-    0x60640020,
-    0x606C0020,
-    0x60770010,
-    0x60610008,
-    0x60400010,
-    0x60600008,
-    0x607A0020,
-    0x60FF0020,
-    0x60710010,
-    0x60000108,
-    0x64010110,
-    0x64010210,
-    0x62000108,
-    0x64110110,
-    0x10010008,
-});
+constexpr auto kMapped = std::to_array<std::uint32_t>(
+    {0x60410010, 0x60640020, 0x606C0020, 0x60770010, 0x60610008, 0x60400010, 0x60600008, 0x607A0020,
+     0x60FF0020, 0x60710010, 0x60000108, 0x64010110, 0x64010210, 0x62000108, 0x64110110, 0x10010008});
 constexpr auto kInputs =
     std::to_array<std::uint16_t>({0x6000, 0x6401, 0x6041, 0x6040, 0x607A, 0x2003, 0x1014, 0x1800});
 constexpr auto kCommands = std::to_array<std::uint8_t>({1, 2, 0x80, 0x81, 0x82, 1, 1, 0});
@@ -64,8 +46,7 @@ constexpr auto kIdentifiers =
 constexpr auto kNumbers =
     std::to_array<double>({0, 1, -1, 0.5, 255, 256, -32769, 1e300, -1e300, 4294967296.0});
 
-class Program {
- public:
+struct Program {
   Program(std::span<const std::uint8_t> input, const PlantOptions& options, std::vector<Time>& ends)
       : input_(input), plant_(options), fine_(options.by_deadlines), ends_(ends) {}
 

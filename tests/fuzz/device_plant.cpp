@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "fuzz/device_plant.hpp"
 
-#include <algorithm>
-#include <string>
-
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "fuzz/fuzz.hpp"
 #include "plant/build_node.hpp"

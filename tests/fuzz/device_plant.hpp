@@ -21,8 +21,7 @@ struct PlantOptions {
   bool by_deadlines = true;    ///< false: time passes in one step, nothing is checked on the way
 };
 
-class DevicePlant final : private sim::Observer, private sim::Disturbance {
- public:
+struct DevicePlant final : private sim::Observer, private sim::Disturbance {
   static constexpr std::size_t kNodes = 3;
   enum Place : std::uint8_t { kIoModule, kDrive, kWithoutId };
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as an EDS or DCF: reading ends, says the same twice, and what comes out is within its limits.
-#include <algorithm>
-#include <optional>
 
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
@@ -70,6 +68,16 @@ void check_image(const eds::DeviceDescription& device) {
     }
   }
   require(end == image.values.size(), "the values are as long as the entries say");
+  std::size_t next = 0;
+  for (const NodeIdValue& relative : image.node_id_values) {
+    require(relative.offset >= next && relative.size >= 1 && relative.size <= 8,
+            "values follow the node ID once");
+    next = relative.offset + std::size_t{relative.size};
+  }
+  require(next <= image.values.size(), "values that follow the node ID are values");
+  require(std::ranges::is_sorted(image.limits, {},
+                                 [](const auto& limit) { return std::pair(limit.index, limit.sub); }),
+          "limits are sorted");
 }
 
 /// Any file is an input, so it is its size that says which node ID the caller gives; 0 = none.

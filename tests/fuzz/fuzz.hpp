@@ -3,11 +3,16 @@
 
 /// What all fuzz targets have in common.
 
-#include <cstddef>
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 /// libFuzzer's entry point: one input. It ends the program where a promise is broken.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);

@@ -9,8 +9,7 @@
 namespace cbcan::fuzz {
 
 /// The bytes of an input, one after the other; behind the last one there are zeros.
-class Input {
- public:
+struct Input {
   explicit Input(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
 
   bool empty() const { return rest_.empty(); }

@@ -6,8 +6,6 @@
 // length.
 #include <sys/socket.h>
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
 
 #include "fuzz/fuzz.hpp"
@@ -53,8 +51,7 @@ Server& server() {
   return the_server;
 }
 
-class Run {
- public:
+struct Run {
   Run() {
     std::ranges::copy(kAtStart, server().words.begin());
     server().requests = 0;

@@ -12,8 +12,7 @@ namespace cbcan::fuzz {
 /// What a Modbus TCP server has to do with a stream of bytes, written down once more from the specification
 /// (Modbus Application Protocol V1.1b3; Messaging on TCP/IP Implementation Guide V1.0b) and sharing nothing
 /// with the product.
-class ModbusModel {
- public:
+struct ModbusModel {
   static constexpr std::size_t kRegisters = 4168;
   using Bytes = std::vector<std::uint8_t>;
   using View = std::span<const std::uint8_t>;

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as a plant file: either a plant whose nodes can be built, or complaints that name file and line.
-#include <algorithm>
-#include <optional>
-#include <string>
 
 #include "fuzz/fuzz.hpp"
 #include "plant/build_node.hpp"

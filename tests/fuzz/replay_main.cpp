@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Gives the fuzz target that this is linked with its corpus: `fuzz_eds_replay tests/fuzz/corpus/eds` every
 // file of that folder, and every input of tests/fuzz/corpus/eds.packed.
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <iterator>
-#include <string>
 
 #include "fuzz/fuzz.hpp"
 #include "support/cases.hpp"

@@ -4,12 +4,10 @@
 // registers and counts afterwards.
 //
 // The input is a byte of settings and then steps; each is a byte and what belongs to it.
-#include <algorithm>
-#include <array>
-#include <optional>
 
 #include "cbcan/modbus/rtu_server.hpp"
 #include "fuzz/fuzz.hpp"
+#include "fuzz/input.hpp"
 #include "fuzz/rtu_model.hpp"
 
 namespace cbcan::fuzz {
@@ -76,8 +74,7 @@ std::array<RegisterRange, 3> ranges_of(std::span<std::uint16_t> words, const Rtu
            {static_cast<std::uint16_t>(rest), words.subspan(rest)}}};
 }
 
-class Run {
- public:
+struct Run {
   explicit Run(std::uint8_t choice)
       : settings_(settings_of(choice)),
         model_(settings_, kAtStart),
@@ -154,29 +151,6 @@ class Run {
   std::uint64_t now_ = kStart;
 };
 
-/// Takes its parts off the front of the input; where that has ended they are 0 or empty.
-class Input {
- public:
-  Input(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
-
-  bool empty() const { return rest_.empty(); }
-  std::uint8_t byte() {
-    if (rest_.empty()) return 0;
-    const std::uint8_t value = rest_[0];
-    rest_ = rest_.subspan(1);
-    return value;
-  }
-  View bytes() {
-    const std::size_t size = byte();
-    const View part = rest_.first(std::min(size, rest_.size()));
-    rest_ = rest_.subspan(part.size());
-    return part;
-  }
-
- private:
-  View rest_;
-};
-
 Bytes lengthened(View bytes, std::size_t more) {
   Bytes result(bytes.begin(), bytes.end());
   result.insert(result.end(), more, bytes.empty() ? 0 : bytes.back());
@@ -187,10 +161,10 @@ void step(Run& run, Input& input) {
   const std::uint8_t step = input.byte();
   if (step >= kBroken) return run.send_broken();
   switch (step % kSteps) {
-    case kBytes: return run.send(input.bytes());
-    case kFrame: return run.send(with_crc(input.bytes()));
+    case kBytes: return run.send(input.take(input.byte()));
+    case kFrame: return run.send(with_crc(input.take(input.byte())));
     case kLong: {
-      const View head = input.bytes();
+      const View head = input.take(input.byte());
       return run.send(with_crc(lengthened(head, input.byte())));
     }
     case kWait: {
@@ -211,7 +185,7 @@ void step(Run& run, Input& input) {
 }  // namespace cbcan::fuzz
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::Input input(data, size);
+  cbcan::fuzz::Input input({data, size});
   cbcan::fuzz::Run run(input.byte());
   while (!input.empty())
     cbcan::fuzz::step(run, input);

@@ -12,8 +12,7 @@ namespace cbcan::fuzz {
 /// What a Modbus RTU server has to do with bytes at times, written down once more (MODBUS over Serial Line
 /// V1.02; modbus/rtu_server.hpp where that leaves a choice): it looks at all bytes of a frame each time, and
 /// its times never wrap. What is answered is up to the model of the TCP server.
-class RtuModel {
- public:
+struct RtuModel {
   using Bytes = ModbusModel::Bytes;
   using View = ModbusModel::View;
 

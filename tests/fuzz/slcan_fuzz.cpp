@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Any characters from a serial line.
 
-#include <algorithm>
 #include <cctype>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "cbcan/slcan/slcan.hpp"
 #include "fuzz/fuzz.hpp"

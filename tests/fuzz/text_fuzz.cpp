@@ -2,9 +2,6 @@
 // Any bytes as one of the smaller texts: a fault, recorded values, stored parameters. What is understood
 // survives being written and read again; what is not is complained of with its place. The first byte says
 // which text it is.
-#include <algorithm>
-#include <cstdio>
-#include <string>
 
 #include "fuzz/fuzz.hpp"
 #include "io/files/parameter_file.hpp"

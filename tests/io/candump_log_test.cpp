@@ -3,19 +3,13 @@
 
 #include <unistd.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <sstream>
-#include <vector>
-
 #include "support/catch.hpp"
 
 namespace cbcan::io {
 namespace {
 
 /// A file of its own that goes with the test.
-class TemporaryFile {
- public:
+struct TemporaryFile {
   TemporaryFile() : descriptor_(mkstemp(path_.data())) { REQUIRE(descriptor_); }
   ~TemporaryFile() { unlink(path_.c_str()); }
   TemporaryFile(const TemporaryFile&) = delete;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/sockets/command_session.hpp"
 
-#include <algorithm>
-#include <vector>
-
 #include "stream_client.hpp"
 #include "support/catch.hpp"
 #include "turns.hpp"

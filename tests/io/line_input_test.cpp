@@ -4,9 +4,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <array>
-#include <string>
-
 #include "io/errors.hpp"
 #include "support/catch.hpp"
 

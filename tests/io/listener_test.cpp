@@ -20,8 +20,7 @@ std::string complaint(const ListenAddress& address) {
 }
 
 /// Without root's rights while it lives.
-class Unprivileged {
- public:
+struct Unprivileged {
   Unprivileged() { REQUIRE(seteuid(geteuid() == 0 ? kNobody : geteuid()) == 0); }
   ~Unprivileged() {
     if (seteuid(getuid()) != 0) std::abort();

@@ -3,8 +3,6 @@
 #include <fcntl.h>
 #include <sys/resource.h>
 
-#include <deque>
-
 #include "modbus_fixture.hpp"
 
 namespace cbcan::io::test {
@@ -27,8 +25,7 @@ TEST_CASE("clients beyond descriptor 1023 are served") {
 }
 
 /// No descriptor is left in this process while it lives.
-class NoDescriptors {
- public:
+struct NoDescriptors {
   NoDescriptors() {
     REQUIRE(getrlimit(RLIMIT_NOFILE, &before_) == 0);
     const rlimit low{kLimit, before_.rlim_max};

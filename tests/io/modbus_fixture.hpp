@@ -6,9 +6,6 @@
 #include <sys/socket.h>
 
 #include <cerrno>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "bytes.hpp"
 #include "io/modbus/modbus_tcp.hpp"
@@ -80,8 +77,7 @@ struct Server {
 };
 
 /// A Modbus client that does just what it is told.
-class Client {
- public:
+struct Client {
   static constexpr int kSystemBuffer = 0;
 
   explicit Client(const Server& server, int receive_buffer = kSystemBuffer) : Client(receive_buffer) {

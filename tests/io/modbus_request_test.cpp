@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/modbus/modbus_request.hpp"
 
-#include <string>
-
 #include "bytes.hpp"
 #include "support/catch.hpp"
 
@@ -18,11 +16,6 @@ int exception_of(const Bytes& pdu) {
   return static_cast<int>(check_request(pdu, kRegisters));
 }
 
-Bytes with_values(Bytes pdu, std::size_t bytes) {
-  pdu.insert(pdu.end(), bytes, 0x5A);
-  return pdu;
-}
-
 Bytes bytes_of(const ModbusResponse& response) {
   return {response.bytes.begin(), response.bytes.begin() + static_cast<std::ptrdiff_t>(response.size)};
 }
@@ -34,71 +27,6 @@ TEST_CASE("the examples of the Modbus specification pass") {
   CHECK(exception_of(hex("16 00 04 00 F2 00 25")) == 0);                             // V1.1b3, 6.16
   CHECK(exception_of(hex("17 00 03 00 06 00 0E 00 03 06 00 FF 00 FF 00 FF")) == 0);  // V1.1b3, 6.17
   CHECK(exception_of(hex("2B 0E 01 00")) == 0);                                      // V1.1b3, 6.21
-}
-
-TEST_CASE("a quantity outside its limits is an illegal value") {
-  CHECK(exception_of(hex("03 00 00 00 00")) == 3);
-  CHECK(exception_of(hex("03 00 00 00 7D")) == 0);
-  CHECK(exception_of(hex("03 00 00 00 7E")) == 3);
-  CHECK(exception_of(hex("03 00 00 FF FF")) == 3);
-  CHECK(exception_of(hex("10 00 00 00 00 00")) == 3);
-  CHECK(exception_of(with_values(hex("10 00 00 00 7B F6"), 246)) == 0);
-  CHECK(exception_of(with_values(hex("10 00 00 00 7C F8"), 248)) == 3);
-  CHECK(exception_of(with_values(hex("17 00 00 00 7D 00 00 00 79 F2"), 242)) == 0);
-  CHECK(exception_of(with_values(hex("17 00 00 00 7E 00 00 00 01 02"), 2)) == 3);
-  CHECK(exception_of(with_values(hex("17 00 00 00 00 00 00 00 01 02"), 2)) == 3);
-  CHECK(exception_of(with_values(hex("17 00 00 00 01 00 00 00 00 00"), 0)) == 3);
-  CHECK(exception_of(with_values(hex("17 00 00 00 01 00 00 00 7A F4"), 244)) == 3);
-}
-
-TEST_CASE("a byte count that does not fit the quantity is an illegal value") {
-  CHECK(exception_of(with_values(hex("10 00 00 00 02 03"), 3)) == 3);
-  CHECK(exception_of(with_values(hex("10 00 00 00 02 05"), 5)) == 3);
-  CHECK(exception_of(with_values(hex("10 00 00 00 01 FF"), 247)) == 3);
-  CHECK(exception_of(with_values(hex("17 00 00 00 01 00 00 00 02 02"), 2)) == 3);
-}
-
-TEST_CASE("a request with too few or too many bytes is an illegal value, never read beyond its end") {
-  const std::vector<Bytes> whole{hex("03 00 6B 00 03"),
-                                 hex("06 00 01 00 03"),
-                                 hex("10 00 01 00 02 04 00 0A 01 02"),
-                                 hex("16 00 04 00 F2 00 25"),
-                                 hex("17 00 03 00 06 00 0E 00 01 02 00 FF"),
-                                 hex("2B 0E 01 00")};
-  for (const Bytes& pdu : whole) {
-    for (std::size_t size = 1; size < pdu.size(); ++size)
-      CHECK(exception_of(Bytes(pdu.begin(), pdu.begin() + static_cast<std::ptrdiff_t>(size))) == 3);
-    CHECK(exception_of(with_values(pdu, 1)) == 3);
-    CHECK(exception_of(with_values(pdu, 2)) == 3);
-  }
-}
-
-TEST_CASE("an address outside R0..R4167 is an illegal address") {
-  CHECK(exception_of(hex("03 10 47 00 01")) == 0);  // R4167, the last
-  CHECK(exception_of(hex("03 10 48 00 01")) == 2);
-  CHECK(exception_of(hex("03 10 47 00 02")) == 2);
-  CHECK(exception_of(hex("03 FF FF 00 7D")) == 2);
-  CHECK(exception_of(hex("06 10 47 12 34")) == 0);
-  CHECK(exception_of(hex("06 10 48 12 34")) == 2);
-  CHECK(exception_of(hex("16 10 48 FF FF 00 00")) == 2);
-  CHECK(exception_of(hex("10 10 47 00 02 04 00 00 00 00")) == 2);
-  CHECK(exception_of(hex("17 10 47 00 02 00 00 00 01 02 00 00")) == 2);
-  CHECK(exception_of(hex("17 00 00 00 01 10 47 00 02 04 00 00 00 00")) == 2);
-}
-
-TEST_CASE("where both are wrong the quantity is told, as in the specification's order") {
-  CHECK(exception_of(hex("03 FF FF 00 00")) == 3);
-  CHECK(exception_of(hex("10 FF FF 00 00 00")) == 3);
-}
-
-TEST_CASE("every function that is not served is an illegal function, whatever follows it") {
-  for (int function = 0; function < 256; ++function) {
-    const bool served = function == 3 || function == 4 || function == 6 || function == 16 || function == 22 ||
-                        function == 23 || function == 43;
-    const Bytes alone{static_cast<std::uint8_t>(function)};
-    CHECK(exception_of(alone) == (served ? 3 : 1));
-    if (!served) CHECK(exception_of(with_values(alone, 252)) == 1);
-  }
 }
 
 TEST_CASE("what a request writes is known") {

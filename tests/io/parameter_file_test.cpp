@@ -4,10 +4,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <sstream>
-
 #include "support/catch.hpp"
 
 using cbcan::io::parameter_text;
@@ -20,8 +16,7 @@ namespace {
 const StoredParameters kParameters{
     .values = {{0x1017, 0, {0xE8, 0x03}}, {0x2010, 0x1F, {}}, {0x6207, 1, {0xAA}}}, .lss = {5, 250000}};
 
-class Folder {
- public:
+struct Folder {
   Folder() {
     char name[] = "/tmp/cbcan-parameters-XXXXXX";
     REQUIRE(::mkdtemp(name) != nullptr);

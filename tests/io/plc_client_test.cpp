@@ -8,8 +8,6 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include <random>
-
 #include "client/tcp_connection.hpp"
 #include "io/modbus/plc_client.hpp"
 #include "plc_rig.hpp"
@@ -26,8 +24,7 @@ bool readable(int descriptor) {
 }
 
 /// libmodbus's server, asked only when it has nothing to wait for.
-class LibmodbusServer {
- public:
+struct LibmodbusServer {
   LibmodbusServer(unsigned first, int count)
       : context_(modbus_new_tcp("127.0.0.1", 0), modbus_free),
         mapping_(modbus_mapping_new_start_address(0, 0, 0, 0, first, static_cast<unsigned>(count), 0, 0),
@@ -88,8 +85,7 @@ constexpr Kind kKinds[] = {
     {"slow, cut off, started anew", 3700, 30 * kMillisecond, false, true},
 };
 
-class Plant {
- public:
+struct Plant {
   Plant(const Kind& kind, bool scanner)
       : kind_(kind),
         server_(kind.first, kPlcWords),
@@ -188,9 +184,7 @@ TEST_CASE("PLCs that own their registers: one transfer for each request, each re
   check_requests(1000);
 }
 
-TEST_CASE(
-    "a PLC that is not there is tried again, with a pause that grows to five seconds, and that is told "
-    "once") {
+TEST_CASE("a PLC that is not there is tried again, with a pause that grows to five seconds, and told once") {
   std::uint16_t port = LibmodbusServer(0, 1).port;
   Reactor reactor;
   ScannedModule module{1000};

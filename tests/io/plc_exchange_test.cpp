@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A PLC that owns its registers, and the module's requests to it, with everything between them that can go
 // wrong, at random: no old result is believed, nothing is executed twice, nothing is torn.
-#include <random>
 
 #include "plc_rig.hpp"
 
@@ -68,8 +67,7 @@ using Words = std::vector<std::uint16_t>;
 constexpr std::uint16_t kReadValueLow = 0x6075;  // 300005h * 9E3779B1h, low word
 constexpr std::uint16_t kReadValueHigh = 0xE845;
 
-class Interleaving {
- public:
+struct Interleaving {
   Interleaving(std::uint32_t seed, bool scanner)
       : random_(seed),
         exchange_(make_exchange(scanner, unit_, 1024)),

@@ -3,9 +3,6 @@
 
 /// PLCs that own their registers, and the module that comes and gets them, in time that the test makes.
 
-#include <memory>
-#include <span>
-
 #include "core/scanner_rig.hpp"
 #include "io/modbus/plc_exchange.hpp"
 
@@ -17,8 +14,7 @@ using cbcan::test::ScannedModule;
 using cbcan::test::ScannerPlc;
 
 /// The module as a Modbus client sees it.
-class ModuleUnit final : public ModbusUnit {
- public:
+struct ModuleUnit final : ModbusUnit {
   explicit ModuleUnit(ScannedModule& module) : module_(module) {}
   std::span<std::uint16_t> registers() override { return module_.registers; }
   void on_request(bool valid, const ModbusRange& written) override {
@@ -32,8 +28,7 @@ class ModuleUnit final : public ModbusUnit {
 };
 
 /// A program in a PLC, on its registers.
-class PlcProgram {
- public:
+struct PlcProgram {
   virtual ~PlcProgram() = default;
   virtual void scan() = 0;
   /// The program begins anew; `cleared`: the registers are 0 again.
@@ -45,8 +40,7 @@ class PlcProgram {
 
 /// R3700 as it is meant: CA0Eh until the module has put a result there. After a cancel or a start the program
 /// leaves it at 0 for three polls.
-class FlagProgram final : public PlcProgram {
- public:
+struct FlagProgram final : PlcProgram {
   FlagProgram(std::span<std::uint16_t> registers, const cbcan::test::CountingNode& node,
               const unsigned& polls, int patience)
       : registers_(registers), node_(node), polls_(polls), patience_(patience) {}
@@ -124,8 +118,7 @@ class FlagProgram final : public PlcProgram {
 };
 
 /// The scanner window's program on blocks in the PLC's own memory.
-class ScannerProgram final : public PlcProgram {
- public:
+struct ScannerProgram final : PlcProgram {
   ScannerProgram(std::span<std::uint16_t> registers, const cbcan::test::CountingNode& node, int patience)
       : registers_(registers), node_(node), plc(patience) {}
 

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <optional>
 
 #include "io/errors.hpp"
 #include "io/loop/stop_signals.hpp"
@@ -17,8 +16,7 @@ namespace cbcan::io {
 namespace {
 
 /// Something that can be made readable.
-class Event {
- public:
+struct Event {
   Event() : descriptor_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) { REQUIRE(descriptor_); }
   int fd() const { return descriptor_.get(); }
   void raise() { REQUIRE(eventfd_write(fd(), 1) == 0); }
@@ -143,8 +141,7 @@ TEST_CASE("a callback may add so many watches that the table grows") {
     reactor.forget(descriptor.get());
 }
 
-TEST_CASE(
-    "forgetting what is not watched does nothing; watching what does not exist is an error, a file is not") {
+TEST_CASE("forgetting what is not watched does nothing; watching what does not exist is an error") {
   Reactor reactor;
   reactor.forget(-1);
   reactor.forget(12345);

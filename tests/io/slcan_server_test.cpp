@@ -8,11 +8,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <fstream>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "stream_client.hpp"
 #include "support/catch.hpp"

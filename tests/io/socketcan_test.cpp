@@ -9,10 +9,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cstdlib>
-#include <vector>
-
 #include "support/catch.hpp"
 
 namespace cbcan::io {
@@ -31,8 +27,7 @@ void run(const std::string& command) {
 }
 
 /// An interface that goes with the test.
-class OwnInterface {
- public:
+struct OwnInterface {
   OwnInterface() { add(); }
   ~OwnInterface() { static_cast<void>(std::system(("ip link del dev " + name() + " 2>/dev/null").c_str())); }
   OwnInterface(const OwnInterface&) = delete;
@@ -61,8 +56,7 @@ class OwnInterface {
 };
 
 /// Somebody else on the same interface.
-class Witness {
- public:
+struct Witness {
   explicit Witness(const std::string& interface)
       : socket_(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW)) {
     sockaddr_can address{};
@@ -201,9 +195,8 @@ TEST_CASE("frames that the kernel had to drop are counted and shown as an overfl
   constexpr std::size_t kFlood = 100'000;
   Rig rig(vcan());
   Witness witness(vcan());
-  for (std::size_t i = 0; i < kFlood; ++i) {
+  for (std::size_t i = 0; i < kFlood; ++i)
     witness.send(0x181, {1, 2, 3, 4, 5, 6, 7, 8});
-  }
   CHECK(rig.reactor.run_once(0) == 1);
   CHECK(rig.frames.size() == 512);  // the others get their turn
   while (rig.turn() != 0) {

@@ -8,10 +8,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <string>
-#include <string_view>
 
 #include "io/sockets/stream_listener.hpp"
 #include "support/catch.hpp"
@@ -19,8 +16,7 @@
 namespace cbcan::io {
 
 /// A folder of this test's own, and a socket's path in it.
-class Folder {
- public:
+struct Folder {
   Folder() { REQUIRE(mkdtemp(name_.data()) != nullptr); }
   ~Folder() {
     unlink(socket().c_str());
@@ -34,8 +30,7 @@ class Folder {
   std::string name_ = "/tmp/cbcan_slcan_XXXXXX";
 };
 
-class StreamClient {
- public:
+struct StreamClient {
   explicit StreamClient(const StreamAddress& address) {
     address.path.empty() ? connect_tcp(address.tcp.port) : connect_unix(address.path);
   }

@@ -4,8 +4,7 @@
 
 #include "support/catch.hpp"
 
-using cbcan::Plant;
-using cbcan::PlantError;
+using namespace cbcan;
 using namespace std::chrono_literals;
 using Words = Plant::Words;
 using Lines = std::vector<std::string>;

@@ -3,8 +3,6 @@
 // and within two frames, on a line whose silence is seen. There the rule is short (Serial Line V1.02, 2.5.1):
 // what stands between two gaps is a frame or nothing. `is_request` is that rule once more, without states.
 
-#include <array>
-
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
 
@@ -67,8 +65,7 @@ bool is_request(const Frame& frame) {
 }
 
 /// A server, station 1, that is polled whenever there has been silence, and the frames that it should see.
-class Line {
- public:
+struct Line {
   explicit Line(const RtuServer::Settings& settings = {}) : server_({&map_, 1}, settings) { gap(); }
 
   void gap() {
@@ -195,8 +192,7 @@ void check_frames_from(std::size_t first, std::size_t last) {
       CHECK((check_frames(*line, length) > 0) == (length >= 4));
 }
 
-TEST_CASE(
-    "RTU: every function code in frames of 3 to 16 and of 255 to 258 bytes, with right and wrong counts") {
+TEST_CASE("RTU: every function code in frames of 3 to 16 and 255 to 258 bytes, with right and wrong counts") {
   check_frames_from(3, 16);
   check_frames_from(255, 258);
 }

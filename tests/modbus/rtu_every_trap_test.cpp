@@ -93,8 +93,7 @@ const Before kBefore[] = {
     {"09 2B 0E 01 00 91 B6", true, false},        // of a length that nobody knows
 };
 
-class Conversation {
- public:
+struct Conversation {
   explicit Conversation(const Before& before) : line_(late_port()) {
     line_.gap();
     send(hex(before.frame));
@@ -137,8 +136,7 @@ void check_cuts(const Before& before, const Bytes& request, const Bytes& respons
     if (cut != request.size()) check(before, request, response, cut);
 }
 
-TEST_CASE(
-    "RTU: no request within another station's exchange is executed, wherever it is and wherever it pauses") {
+TEST_CASE("RTU: no request within another station's exchange is executed, wherever it is or pauses") {
   for (const Exchange& exchange : kExchanges) {
     INFO(exchange.request);
     const std::vector<Bytes> requests = forms_of(hex(exchange.request)),

@@ -21,32 +21,11 @@ const Bytes kAnswered = hex("09 03 06 02 2B 00 00 00 64 62 BA");
 /// Writes 0BADh to R0 of station 1.
 const char* const kHarm = "01 06 00 00 0B AD 4F 47";
 
-/// A foreign frame with kHarm in it.
-struct Trap {
-  Bytes head;
-  Bytes tail;
-};
-
-/// A request to FC 16 of 60h registers: the CRC of its first six bytes is the count and the first byte of
-/// data.
-const Trap kRequest{hex("02 10 00 00 00 60 C0 12"), filled("", 183, "36 6F")};
-/// A response to FC 3 of ten registers: the CRC of its first six bytes is the next two.
-const Trap kResponse{hex("09 03 14 00 00 00 41 72"), filled("", 7, "66 1D")};
-
 /// R0 is 1234h.
 struct ReadyLine : Line {
   explicit ReadyLine(const RtuServer::Settings& settings = {}) : Line(settings) {
     words[0] = 0x1234;
     gap();
-  }
-  using Line::send;
-  /// With a pause behind kHarm that is no gap here: enough silence for a request.
-  void send(const Trap& trap) {
-    send(trap.head);
-    send(hex(kHarm));
-    now += 2'000;
-    CHECK(server.poll(now) == RtuServer::kNoRequest);
-    send(trap.tail);
   }
   /// Nothing has been executed; our request is heard, after a gap if it needs one.
   void check_unharmed(bool without_gap = false) {
@@ -58,44 +37,6 @@ struct ReadyLine : Line {
     CHECK(server.counters().slave_messages == 1);
   }
 };
-
-TEST_CASE("RTU: a foreign request is not over where the CRC of its first bytes is right") {
-  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
-    RtuServer::Settings station_7 = settings;
-    station_7.station = 7;
-    Line line(station_7);
-    line.gap();
-    line.send(hex("09 10 00 00 00 06 0C 83 35 07 06 00 0A BA D0 DB 52 00 00 70 07"));
-    CHECK_FALSE(line.request_waits());
-    CHECK(line.words[10] == 0);
-    line.gap();
-    line.send(hex("07 06 00 0A BA D0 DB 52"));
-    CHECK(line.response() == hex("07 06 00 0A BA D0 DB 52"));
-    CHECK(line.server.counters().foreign_frames == 1);
-  }
-}
-
-TEST_CASE("RTU: where times are exact only silence ends a foreign frame") {
-  ReadyLine line;
-  line.send(kAsked);
-  SECTION("and what follows without it belongs to it") {
-    line.send(hex(kHarm));
-    line.check_unharmed();
-    CHECK(line.server.counters().foreign_frames == 0);
-    CHECK(line.server.counters().broken_frames == 1);
-  }
-  SECTION("of a gap") {
-    line.wait(1'750);
-    line.send(hex(kHarm));
-    line.check_unharmed();
-  }
-  SECTION("of more than a gap") {
-    line.gap();
-    line.send(kRead);
-    CHECK(line.response() == kValue);
-    CHECK(line.server.counters().foreign_frames == 1);
-  }
-}
 
 TEST_CASE("RTU: where times are exact a frame under way at the start is not heard") {
   Line line;
@@ -145,74 +86,6 @@ TEST_CASE("RTU: where silence goes unseen foreign requests and responses end by 
   }
 }
 
-TEST_CASE("RTU: a foreign request does not end at the length of a response") {
-  ReadyLine line(late_port());
-  SECTION("when a request is due") {
-    line.send(kAsked);
-    line.send(kAnswered);
-  }
-  SECTION("when it is repeated") {
-    line.send(kAsked);
-    line.send(kAnswered);
-    line.send(kRequest);
-    line.gap();
-  }
-  SECTION("at the start") {}
-  SECTION("after a broken frame") {
-    line.send(hex("09 03 00"));
-    line.gap();
-  }
-  line.send(kRequest);
-  line.check_unharmed(true);
-}
-
-TEST_CASE("RTU: a foreign response does not end at the length of a request") {
-  ReadyLine line(late_port());
-  SECTION("when it is due") {
-    line.send(hex("09 03 00 00 00 0A C4 85"));
-  }
-  SECTION("when it is late") {
-    line.send(hex("09 03 00 00 00 0A C4 85"));
-    line.gap();
-  }
-  SECTION("at the start") {}
-  SECTION("after a broken frame") {
-    line.send(kAsked);
-    line.send(kAnswered);
-    line.send(hex("09 03 00"));
-    line.gap();
-  }
-  SECTION("after a frame that is neither a request nor a response") {
-    line.send(kAsked);
-    line.send(kAnswered);
-    line.send(hex("09 03 04 02 70 B9"));
-    line.gap();
-  }
-  line.send(kResponse);
-  line.check_unharmed(true);
-}
-
-TEST_CASE("RTU: a foreign response that could be a request still is one where its quantity says so") {
-  ReadyLine line(late_port());
-  SECTION("FC 16") {
-    line.send(hex("09 10 00 01 00 02 04 00 0A 01 02 B8 50"));
-    line.gap();
-    line.send(hex("09 10 00 01 00 02 11 40"));
-  }
-  SECTION("FC 3 of one register") {
-    line.send(hex("09 03 00 01 00 01 D4 82"));
-    line.gap();
-    line.send(hex("09 03 02 12 34 54 F2"));
-  }
-  line.check_unharmed(true);
-}
-
-TEST_CASE("RTU: a foreign request without a response is followed by a request to another station") {
-  ReadyLine line(late_port());
-  line.send(kAsked);
-  line.check_unharmed(true);
-}
-
 TEST_CASE("RTU: a foreign frame of unknown function ends with a gap") {
   const Bytes frame = hex("09 64 12 34 4F 10");
   for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
@@ -228,29 +101,6 @@ TEST_CASE("RTU: a foreign frame of unknown function ends with a gap") {
       CHECK(line.server.counters().foreign_frames == 1);
       CHECK(line.server.counters().broken_frames == 0);
     }
-  }
-}
-
-TEST_CASE("RTU: a broadcast of unknown function is left to the others") {
-  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
-    ReadyLine line(settings);
-    line.send(hex("00 64 12 34 4C 8C"));
-    CHECK_FALSE(line.request_waits());
-    line.send(hex(kHarm));
-    line.check_unharmed();
-  }
-}
-
-TEST_CASE("RTU: a damaged foreign frame ends with the gap") {
-  for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
-    ReadyLine line(settings);
-    Bytes damaged = kAsked;
-    damaged.back() ^= 1;
-    line.send(damaged);
-    line.send(hex(kHarm));
-    line.check_unharmed();
-    CHECK(line.server.counters().broken_frames == 1);
-    CHECK(line.server.counters().foreign_frames == 0);
   }
 }
 
@@ -284,15 +134,6 @@ TEST_CASE("RTU: where times are exact not even as many bytes as the response has
   line.server.on_sent();
   line.send(hex(kHarm));
   CHECK_FALSE(line.request_waits());
-}
-
-TEST_CASE("RTU: a foreign response whose request was not heard does not end at the length of a request") {
-  ReadyLine line(late_port());
-  begin_to_send(line);
-  line.send(hex("09 03 00 00 00 0A C4 85"));
-  line.server.on_sent();
-  line.gap();
-  line.send(kResponse);
 }
 
 TEST_CASE("RTU: the echo of a response is not taken for a foreign frame") {

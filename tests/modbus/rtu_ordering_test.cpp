@@ -4,7 +4,6 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include <functional>
 #include <new>
 
 #include "modbus/line.hpp"
@@ -18,8 +17,7 @@ using test::hex;
 
 /// The register file, laid out so that R3700 ends a page. While the pages up to there are protected, the
 /// first access to R3700 traps and `other` runs, as another context would, just before it. One at a time.
-class TrappedRegisters {
- public:
+struct TrappedRegisters {
   using Words = std::array<std::uint16_t, regmap::kRegisterFileWords>;
 
   TrappedRegisters() {

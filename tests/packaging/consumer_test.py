@@ -16,6 +16,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from done import output_and_errors as run
 from simulator import LIMIT, Simulator, program_from_arguments
 
 BUILD, SIMULATOR = program_from_arguments(sys.argv, 2)
@@ -31,13 +32,6 @@ PRINTED = {
     "with_cia405": "cbcan pressure transducer\n",
     "with_sim": "result 4, abort code 05040000h after 1000 ms\n",
 }
-
-
-def run(*command, code=0):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-    if done.returncode != code:
-        raise AssertionError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
-    return done.stdout + done.stderr
 
 
 class Consumer(unittest.TestCase):

@@ -25,6 +25,7 @@ HERE = pathlib.Path(__file__).resolve()
 ROOT = HERE.parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from done import output as run
 import ci_files
 
 ALONE = ["unshare", "--net", "sh", "-c", 'ip link set dev lo up && exec "$@"', "sh"]  # the ports of its own
@@ -34,13 +35,6 @@ def test_a_node(plant, window):
     assert window.execute(READ, 0x42, 0x1000, 0, 4) == 0
     assert window.data == plant.get(0x42, 0x1000).to_bytes(4, "little")
 """
-
-
-def run(*command, **options):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, **options)
-    if done.returncode != 0:
-        raise AssertionError(f"{' '.join(map(str, command))}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
-    return done.stdout
 
 
 class FreshRoot(unittest.TestCase):

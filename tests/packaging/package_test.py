@@ -11,7 +11,6 @@ import pathlib
 import re
 import shlex
 import socket
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -19,17 +18,11 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from done import output_and_errors as run
 from simulator import LIMIT, Simulator, program_from_arguments
 
 BUILD = program_from_arguments(sys.argv)
 EXPOSURE = 25  # tenths, as systemd-analyze counts
-
-
-def run(*command, code=0, **options):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, **options)
-    if done.returncode != code:
-        raise AssertionError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
-    return done.stdout + done.stderr
 
 
 class Package(unittest.TestCase):

@@ -3,10 +3,6 @@
 
 #include "plant/build_node.hpp"
 
-#include <fstream>
-#include <iterator>
-#include <set>
-
 #include "devices/devices.hpp"
 #include "plant/demo_plant.hpp"
 #include "plant/plant_file.hpp"
@@ -326,8 +322,7 @@ TEST_CASE("A node that waits for its ID is made for none, whatever its DCF says,
                                "a number nor the device none such an input"});
 }
 
-TEST_CASE(
-    "A file that leaves its device to the reader: by its objects, or a warning that says what to write") {
+TEST_CASE("A file that leaves its device to the reader: by its objects, or a warning what to write") {
   const auto built = [](const std::string& text, const std::string& device = "") {
     cbcan::plant::NodeConfig node = node_with({});
     node.device = device;

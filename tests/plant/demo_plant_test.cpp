@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "plant/demo_plant.hpp"
 
-#include <algorithm>
 #include <filesystem>
-#include <set>
 
 #include "plant_support.hpp"
 #include "support/catch.hpp"
@@ -13,9 +11,8 @@ using namespace cbcan::plant::test;
 
 TEST_CASE("the program carries the files of plants/demo, byte by byte") {
   std::set<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(CBCAN_SOURCE_DIR "/plants/demo")) {
+  for (const auto& entry : std::filesystem::directory_iterator(CBCAN_SOURCE_DIR "/plants/demo"))
     names.insert(entry.path().filename().string());
-  }
   std::set<std::string> embedded;
   for (const EmbeddedFile& file : demo_files()) {
     INFO(file.name);

@@ -168,38 +168,11 @@ TEST_CASE("as many networks as there are unit IDs") {
 }
 
 TEST_CASE("behind --network N options are about network N, before it about network 1") {
-  const Start typed = start({"--node-id",
-                             "100",
-                             "--node",
-                             "5=a.eds",
-                             "--network",
-                             "2",
-                             "--node-id=101",
-                             "--node",
-                             "5=b.eds",
-                             "--name",
-                             "5=Two",
-                             "--can",
-                             "socketcan:can1",
-                             "--log",
-                             "two.log",
-                             "--fault",
-                             "bus:frame-loss probability=0.5",
-                             "--network=3",
-                             "--no-module",
-                             "--slcan",
-                             ":0",
-                             "--network",
-                             "1",
-                             "--name",
-                             "5=One",
-                             "--network",
-                             "2",
-                             "--sdo-timeout",
-                             "7",
-                             "--verbose",
-                             "--seed",
-                             "9"});
+  const Start typed =
+      start({"--node-id=100", "--node=5=a.eds", "--network=2", "--node-id=101", "--node=5=b.eds",
+             "--name=5=Two", "--can=socketcan:can1", "--log=two.log",
+             "--fault=bus:frame-loss probability=0.5", "--network=3", "--no-module", "--slcan=:0",
+             "--network=1", "--name=5=One", "--network=2", "--sdo-timeout=7", "--verbose", "--seed=9"});
   REQUIRE(typed.err == "");
   REQUIRE(typed.config.networks.size() == 3);
   const NetworkConfig& first = typed.config.networks[0];

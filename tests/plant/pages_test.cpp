@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
 // --help and docs/plant-file.md say what the code does, no less and no more.
-#include <algorithm>
-#include <set>
-#include <sstream>
 
 #include "devices/devices.hpp"
 #include "plant/options.hpp"
@@ -109,7 +106,8 @@ TEST_CASE("--help fits a terminal of 80 columns and explains the exit codes") {
     INFO(line);
     CHECK(line.size() <= 80);
   }
-  for (const char* code : {"\n  0    done", "\n  1    a check failed", "\n  2    usage", "\n  3    environment"}) {
+  for (const char* code :
+       {"\n  0    done", "\n  1    a check failed", "\n  2    usage", "\n  3    environment"}) {
     CHECK(contains(help_text(), code));
   }
 }

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "plant/settings.hpp"
 
-#include <algorithm>
-#include <map>
-#include <set>
-
 #include "support/catch.hpp"
 #include "text/suggestion.hpp"
 

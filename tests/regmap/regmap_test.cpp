@@ -3,8 +3,6 @@
 
 #include "cbcan/regmap.hpp"
 
-#include <string>
-
 #include "support/catch.hpp"
 
 using namespace cbcan::regmap;

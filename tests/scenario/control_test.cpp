@@ -3,10 +3,6 @@
 
 #include "scenario/control.hpp"
 
-#include <array>
-#include <fstream>
-#include <sstream>
-
 #include "plant/build_node.hpp"
 #include "support/catch.hpp"
 
@@ -31,8 +27,7 @@ sim::NodeParts built(std::uint8_t id, const std::string& eds, const std::string&
   return std::move(*build.node);
 }
 
-class Log final : public sim::Observer {
- public:
+struct Log final : sim::Observer {
   void on_bus_frame(const Frame& frame, Time /*now*/) override { ids.push_back(frame.id); }
   std::vector<std::uint32_t> ids;
 };

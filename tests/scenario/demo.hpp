@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string>
-#include <string_view>
-#include <vector>
-
 #include "plant/demo_plant.hpp"
 #include "plant/plant_file.hpp"
 #include "scenario/plant.hpp"
@@ -33,8 +29,7 @@ inline std::unique_ptr<Plant> demo(std::string_view more = "") {
 }
 
 /// The frames from now on, as candump writes them.
-class Frames final : public Listener {
- public:
+struct Frames final : Listener {
   explicit Frames(Plant& plant) : plant_(plant) { plant_.add(*this); }
   ~Frames() { plant_.remove(*this); }
   void on_frame(std::size_t /*network*/, const Frame& frame, Time /*now*/) override {

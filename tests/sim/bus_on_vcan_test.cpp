@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The bus suite with a real interface in the middle. CBCAN_VCAN names a vcan that is up; needs root to cut
 // it.
-#include <cstdlib>
-#include <stdexcept>
 
 #include "io/can/socketcan.hpp"
 #include "io/loop/reactor.hpp"
@@ -12,8 +10,7 @@ namespace {
 
 using cbcan::Time;
 using cbcan::io::Reactor;
-using cbcan::test::Listener;
-using cbcan::test::Texts;
+using namespace cbcan::test;
 
 std::string vcan() {
   const char* name = std::getenv("CBCAN_VCAN");
@@ -23,8 +20,7 @@ std::string vcan() {
 }
 
 /// Two buses that meet on the interface.
-class VcanWire {
- public:
+struct VcanWire {
   VcanWire() {
     left_.accept(0, 0x7FF);
     right_.accept(0, 0x7FF);

@@ -8,9 +8,6 @@
 /// `heard_right()`, what their owners received; `settle()`, which returns when everything sent has arrived;
 /// `cut()` and `mend()`, the cable.
 
-#include <string>
-#include <vector>
-
 #include "sim/bus.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
@@ -18,8 +15,7 @@
 namespace cbcan::test {
 
 /// A port's owner who writes down what it hears.
-class Listener final : public sim::Receiver {
- public:
+struct Listener final : sim::Receiver {
   void on_frame(const Frame& frame, Time /*now*/) override { heard.push_back(text_of(frame)); }
   void on_bus_state(BusState state, Time /*now*/) override { states.push_back(state); }
 

@@ -3,18 +3,14 @@
 
 #include "sim/bus_suite.hpp"
 
-using cbcan::BusState;
-using cbcan::Time;
+using namespace cbcan;
 using cbcan::sim::Bus;
-using cbcan::test::frame_from;
-using cbcan::test::Listener;
-using cbcan::test::Texts;
+using namespace cbcan::test;
 
 namespace {
 
 /// Two ports on one virtual bus.
-class VirtualWire {
- public:
+struct VirtualWire {
   VirtualWire() {
     left_.accept(0, 0x7FF);
     right_.accept(0, 0x7FF);
@@ -35,8 +31,7 @@ class VirtualWire {
 };
 
 /// A wire outside that takes what it is told to.
-class Gate final : public cbcan::sim::Outside {
- public:
+struct Gate final : cbcan::sim::Outside {
   bool transmit(const cbcan::Frame& frame) override {
     if (open) passed.push_back(cbcan::test::text_of(frame));
     return open;
@@ -77,8 +72,7 @@ TEST_CASE(
         Texts{"00140000#03", "00140001#04", "080#", "181#01", "705#05", "705#R1", "7FF#", "000#0100"});
 }
 
-TEST_CASE(
-    "Arbitration: frames that begin alike, up to the last identifier; equal ones in the order of the ports") {
+TEST_CASE("Arbitration: frames that begin alike, up to the last identifier; equal ones in the ports' order") {
   Bus bus;
   Listener ear, nobody;
   bus.attach(ear).accept_all();
@@ -171,9 +165,7 @@ TEST_CASE("Bus-off: the queue is lost, nothing goes in or out, the owner is told
   CHECK(ear.states == std::vector<BusState>{BusState::kBusOff, BusState::kActive});
 }
 
-TEST_CASE(
-    "Outside: its frames reach every port, ours leave in order; no room holds the bus up until it is "
-    "resumed") {
+TEST_CASE("Outside: its frames reach every port, ours leave in order; no room holds the bus up") {
   Bus bus;
   Gate gate;
   Listener ear, sender;

@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Faults of the bus. Random places are those of SplitMix64 from seed 0 and number 1, worked out by
 // hand-written code of its own.
-#include <set>
 
 #include "sim/faulty_plant.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::Time;
-using cbcan::test::FaultyPlant;
-using cbcan::test::frame_from;
-using cbcan::test::Master;
-using cbcan::test::Texts;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 
-class Log final : public cbcan::sim::Observer {
- public:
+struct Log final : cbcan::sim::Observer {
   void on_bus_frame(const cbcan::Frame& frame, Time now) override {
     lines.push_back(std::to_string(now) + " " + cbcan::test::text_of(frame));
   }
@@ -24,8 +17,7 @@ class Log final : public cbcan::sim::Observer {
 };
 
 /// The plant with somebody more who listens.
-class Wire : public FaultyPlant {
- public:
+struct Wire : FaultyPlant {
   explicit Wire(std::uint32_t bit_rate = 0) : FaultyPlant(bit_rate) {
     ear_port.accept(0, 0x7FF);
     bus.observe(log);
@@ -183,8 +175,7 @@ TEST_CASE("bus-off, error-passive and overflow of the whole bus, and back") {
   CHECK(wire.master_port.try_send(frame_from("181#")));
 }
 
-TEST_CASE(
-    "bus-load: so much of the bit rate, in frames of 111 bits; lowest priority lets all others go first") {
+TEST_CASE("bus-load: so much of the bit rate, in frames of 111 bits; lowest priority lets others go first") {
   const auto frames_in = [](std::uint32_t bit_rate, const std::string& fault, Time time) {
     Wire wire(bit_rate);
     wire.pass(kSecond);
@@ -201,8 +192,7 @@ TEST_CASE(
   CHECK(frames_in(0, "bus-load percent=100 until_ms=1", kSecond) == 10);
 }
 
-TEST_CASE(
-    "bus-load: a full load of the lowest priority costs a frame's wait, one of the highest all of the bus") {
+TEST_CASE("bus-load: a full load of the lowest priority costs a frame's wait, one of the highest all") {
   Wire low(1'000'000), high(1'000'000);
   for (Wire* wire : {&low, &high}) {
     wire->pass(kSecond);

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: MIT
 // When a node's faults happen, what the node sends unasked, states, and the set of faults itself.
-#include <numeric>
 
 #include "sim/faulty_plant.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::test::FaultyPlant;
-using cbcan::test::frame_from;
-using cbcan::test::Texts;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 
@@ -67,8 +63,7 @@ TEST_CASE("Setting and removing another fault does not change what one does") {
   CHECK(beside + responses(plant, 40) == alone);
 }
 
-TEST_CASE(
-    "Faults are applied in the order of their numbers; a swallowed frame is no occasion for those behind") {
+TEST_CASE("Faults are applied in the order of their numbers; a swallowed frame is an occasion for no other") {
   FaultyPlant plant;
   plant.set("response-late delay_ms=5");
   plant.set("response-twice delay_ms=2");
@@ -224,9 +219,7 @@ TEST_CASE("bus-off without an end lasts until it is removed; what was held back 
   CHECK(plant.heard() == Texts{"2050000 585#4300100091010000"});
 }
 
-TEST_CASE(
-    "A frame for which the controller has no room waits in front of all others; none is lost or counted "
-    "twice") {
+TEST_CASE("A frame for which there is no room waits in front of all others; none is lost or counted twice") {
   FaultyPlant plant;
   plant.set("response-twice count=1");
   cbcan::sim::FaultyPort& port = plant.node.faulty;

@@ -2,8 +2,7 @@
 // Faults of SDO responses: a real SDO server behind the port, every frame written out.
 #include "sim/faulty_plant.hpp"
 
-using cbcan::test::FaultyPlant;
-using cbcan::test::Texts;
+using namespace cbcan::test;
 
 namespace {
 

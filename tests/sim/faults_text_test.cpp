@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Faults as text and as keys and values; the lines of docs/faults.md are such texts.
-#include <fstream>
-#include <sstream>
 
 #include "sim/faulty_plant.hpp"
 
 using namespace cbcan::sim;
-using cbcan::kMillisecond;
-using cbcan::kNever;
-using cbcan::test::fault_from;
-using cbcan::test::Texts;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 

@@ -3,12 +3,6 @@
 
 /// A node whose frames go through a FaultyPort, a bus with BusFaults, and a master that the test plays.
 
-#include <algorithm>
-#include <numeric>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
 #include "cbcan/canopen/slave.hpp"
 #include "sim/faults/bus_faults.hpp"
 #include "sim/faults/faulty_port.hpp"
@@ -26,8 +20,7 @@ inline sim::Fault fault_from(const std::string& text, sim::FaultPlace here) {
 }
 
 /// Writes down what it is told.
-class Told final : public sim::FaultListener {
- public:
+struct Told final : sim::FaultListener {
   void on_fault(std::string_view text, Time now) override {
     lines.push_back(std::to_string(now) + " " + std::string(text));
   }
@@ -35,8 +28,7 @@ class Told final : public sim::FaultListener {
 };
 
 /// 1000h = 191h, 2001h a number, 2010h twenty bytes 0, 1, 2 ...
-class FaultyNode final : public sim::Participant, private Application {
- public:
+struct FaultyNode final : sim::Participant, private Application {
   FaultyNode(sim::Bus& bus, sim::Schedule& schedule, std::uint8_t id, sim::FaultListener* listener)
       : Participant(schedule),
         port_(bus.attach(*this)),
@@ -105,8 +97,7 @@ class FaultyNode final : public sim::Participant, private Application {
 };
 
 /// Hears every frame but its own, with the time.
-class Master final : public sim::Receiver {
- public:
+struct Master final : sim::Receiver {
   void on_frame(const Frame& frame, Time now) override {
     heard.push_back(std::to_string(now) + " " + text_of(frame));
   }
@@ -117,8 +108,7 @@ class Master final : public sim::Receiver {
 };
 
 /// Bus, node 5, master. Time begins at 0, after the node's boot-up.
-class FaultyPlant {
- public:
+struct FaultyPlant {
   explicit FaultyPlant(std::uint32_t bit_rate = 0) : bus(bit_rate), faulty_bus(bus, schedule, 0, &told) {
     master_port.accept(0, 0x7FF);
     node.start(0);

@@ -6,8 +6,7 @@
 namespace cbcan::test {
 
 /// Parameters that outlive a node, as long as the test lets them be saved.
-class KeptParameters final : public sim::ParameterStore {
- public:
+struct KeptParameters final : sim::ParameterStore {
   sim::StoredParameters load() override { return kept; }
   bool save(const sim::StoredParameters& parameters) override {
     if (works) kept = parameters;

@@ -3,6 +3,7 @@
 // faults_answers_test.cpp, faults_node_test.cpp.
 
 #include "node_rig.hpp"
+#include "sim/faulty_plant.hpp"
 
 namespace cbcan::test {
 
@@ -10,21 +11,8 @@ namespace {
 
 using Frames = std::vector<std::string>;
 
-/// Is told of faults.
-class Told final : public sim::FaultListener {
- public:
-  void on_fault(std::string_view text, Time now) override {
-    lines.push_back(std::to_string(now) + " " + std::string(text));
-  }
-  std::vector<std::string> lines;
-};
-
-class Faulty {
- public:
-  Faulty() {
-    bench.start();
-    bench.expect("705#00");
-  }
+struct Faulty {
+  Faulty() { bench.start().expect("705#00"); }
   unsigned set(const std::string& fault) {
     const sim::FaultOrProblem parsed = sim::parse_fault(fault, sim::FaultPlace::kNode);
     REQUIRE(parsed.problem.empty());
@@ -55,26 +43,6 @@ const char* const kResponse = "585#4B00200007000000";
 
 }  // namespace
 
-TEST_CASE("Node: an SDO response that is late") {
-  Faulty faulty;
-  faulty.set("response-late delay_ms=50 index=0x2000 count=1");
-  faulty.bench.send(kRead);
-  faulty.bench.pass(100 * kMillisecond);
-  faulty.bench.expect_at(50 * kMillisecond, kResponse);
-  faulty.bench.ask(kRead, kResponse);
-  CHECK(faulty.told.lines ==
-        Frames{"0 node 5: fault 1: response-late delay_ms=50 count=1 index=0x2000: 585#4B00200007000000"});
-}
-
-TEST_CASE("Node: an abort in place of a confirmation; the node's transfer is over too") {
-  Faulty faulty;
-  const unsigned number = faulty.set("abort code=0x06090030");
-  faulty.bench.ask(kRead, "585#8000200030000906");
-  faulty.remove(number);
-  faulty.bench.ask(kRead, kResponse);
-  CHECK(faulty.node.faults().empty());
-}
-
 TEST_CASE("Node: silent: it goes on as if it were heard, process data too") {
   Faulty faulty;
   faulty.bench.ask("605#2B17100064000000", "585#6017100000000000");
@@ -83,13 +51,11 @@ TEST_CASE("Node: silent: it goes on as if it were heard, process data too") {
   faulty.bench.send("605#2B00200055000000");
   faulty.bench.send("205#3412");
   faulty.bench.input(faulty.node, 0x6000, 1, 1);
-  faulty.bench.pass(150 * kMillisecond);
-  faulty.bench.expect_silence();
+  faulty.bench.pass(150 * kMillisecond).expect_silence();
   CHECK(value_of(faulty.node, 0x2000, 0) == 0x55);
   CHECK(value_of(faulty.node, 0x6200, 1) == 0x1234);
   faulty.remove(number);
-  faulty.bench.pass(50 * kMillisecond);
-  faulty.bench.expect("705#05");
+  faulty.bench.pass(50 * kMillisecond).expect("705#05");
   CHECK(faulty.told.lines ==
         Frames{"0 node 5: fault 1: silent: 185#0000", "0 node 5: fault 1: silent: 585#6000200000000000",
                "0 node 5: fault 1: silent: 185#0100", "100000 node 5: fault 1: silent: 705#05"});
@@ -104,14 +70,11 @@ TEST_CASE("Node: heartbeats that stop are what another node's consumer sees") {
   bench.expect("706#00");
   bench.ask("606#2316100119000500", "586#6016100100000000");
   bench.ask("605#2B1710000A000000", "585#6017100000000000");
-  bench.pass(10 * kMillisecond);
-  bench.expect("705#7F");
+  bench.pass(10 * kMillisecond).expect("705#7F");
   faulty.set("heartbeat-stops until_ms=40");
-  bench.pass(25 * kMillisecond);
-  bench.expect("086#3081110000000000");
+  bench.pass(25 * kMillisecond).expect("086#3081110000000000");
   bench.ask(kRead, kResponse);
-  bench.pass(15 * kMillisecond);
-  bench.expect("705#7F");  // at 50 ms
+  bench.pass(15 * kMillisecond).expect("705#7F");  // at 50 ms
   bench.expect("086#0000000000000000");
 }
 
@@ -149,8 +112,7 @@ TEST_CASE("Node: a fault of the bus, at a frame of a node") {
       sim::parse_fault("frame-loss first_id=0x585 last_id=0x585 count=1", sim::FaultPlace::kBus);
   REQUIRE(parsed.problem.empty());
   faulty.bench.world.faults().add(parsed.fault, faulty.bench.now);
-  faulty.bench.send(kRead);
-  faulty.bench.expect_silence();
+  faulty.bench.send(kRead).expect_silence();
   faulty.bench.ask(kRead, kResponse);
   CHECK(faulty.told.lines.size() == 1);
 }

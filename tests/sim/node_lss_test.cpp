@@ -2,9 +2,6 @@
 // LSS on a bus: nodes without an ID get one, values follow it, and bit rates. The services alone:
 // tests/core/lss_test.cpp.
 
-#include <cstdio>
-#include <optional>
-
 #include "kept_parameters.hpp"
 #include "node_rig.hpp"
 
@@ -24,29 +21,13 @@ sim::NodeParts with_lss(sim::ParameterStore* store = nullptr) {
   return parts;
 }
 
-/// True if anybody answers.
-bool asked(WorldBench& bench, std::uint32_t number, unsigned bit, unsigned part, unsigned next) {
-  char text[24];
-  std::snprintf(text, sizeof text, "7E5#51%02X%02X%02X%02X%02X%02X%02X", number & 0xFF, number >> 8 & 0xFF,
-                number >> 16 & 0xFF, number >> 24, bit, part, next);
-  bench.send(text);
-  const std::vector<std::string> responses = bench.heard();
-  for (const std::string& response : responses)
-    CHECK(response == "7E4#4F00000000000000");
-  return !responses.empty();
-}
-
-/// The serial number of the node that is found, which is in the configuration state then.
-std::optional<std::uint32_t> fastscan(WorldBench& bench) {
-  if (!asked(bench, 0, 128, 0, 0)) return std::nullopt;
-  std::uint32_t found = 0;
-  for (unsigned part = 0; part < 4; ++part) {
-    found = 0;
-    for (unsigned bit = 32; bit-- > 0;)
-      if (!asked(bench, found, bit, part, part)) found |= 1U << bit;
-    if (!asked(bench, found, 0, part, (part + 1) % 4)) return std::nullopt;
-  }
-  return found;
+/// The node with this serial number, less than 256, is in the configuration state then.
+void select(WorldBench& bench, unsigned serial) {
+  for (const char* number : {"7E5#4019030000000000", "7E5#4102000000000000", "7E5#4203000000000000"})
+    bench.send(number);
+  char last[24];
+  std::snprintf(last, sizeof last, "7E5#43%02X000000000000", serial);
+  bench.ask(last, "7E4#4400000000000000");
 }
 
 /// `node_id`, two digits.
@@ -60,24 +41,22 @@ void store(WorldBench& bench) {
 
 }  // namespace
 
-TEST_CASE("Node: three without an ID are found by fastscan, get one, and boot up as they are given") {
+TEST_CASE("Node: three without an ID are selected, get one, and boot up as they are given") {
   WorldBench bench;
   add_node(bench, kNone, with_lss(), 30);
   add_node(bench, kNone, with_lss(), 10);
   add_node(bench, 9, with_lss(), 5);  // has an ID: it does not take part
   add_node(bench, kNone, with_lss(), 20);
-  bench.start();
-  bench.expect("709#00");
+  bench.start().expect("709#00");
   bench.expect_silence();
-  bench.send("000#8100");  // nobody else hears NMT commands
-  bench.expect("709#00");
+  bench.send("000#8100").expect("709#00");  // nobody else hears NMT commands
   const std::pair<std::uint32_t, const char*> order[] = {{10, "33"}, {20, "32"}, {30, "31"}};
   for (const auto& [serial, node_id] : order) {
-    CHECK(fastscan(bench) == serial);
+    select(bench, serial);
     give(bench, node_id);
     bench.ask(kWaiting, "7" + std::string(node_id) + "#00");
   }
-  CHECK_FALSE(fastscan(bench));
+  bench.send("7E5#4C00000000000000").expect_silence();  // nobody without an ID is left
   bench.send("000#8100");
   CHECK(bench.heard() == std::vector<std::string>{"709#00", "731#00", "732#00", "733#00"});
 }
@@ -85,8 +64,7 @@ TEST_CASE("Node: three without an ID are found by fastscan, get one, and boot up
 TEST_CASE("Node: $NODEID values follow an ID that LSS gives, and again") {
   WorldBench bench;
   sim::Node& node = add_node(bench, kNone, with_lss());
-  bench.start();
-  bench.expect_silence();
+  bench.start().expect_silence();
   bench.send(kConfiguration);
   give(bench, "12");
   bench.ask(kWaiting, "712#00");
@@ -103,8 +81,7 @@ TEST_CASE("Node: $NODEID values follow an ID that LSS gives, and again") {
   bench.ask("000#8212", "713#00");
   bench.ask("613#4000180100000000", "593#4300180193010000");
   bench.send("612#4000180100000000");
-  bench.send("000#0112");
-  bench.expect_silence();
+  bench.send("000#0112").expect_silence();
   bench.ask("000#0113", "193#0000");
   bench.send("212#0200");
   CHECK(value_of(node, 0x6200, 1) == 1);
@@ -113,10 +90,7 @@ TEST_CASE("Node: $NODEID values follow an ID that LSS gives, and again") {
 }
 
 TEST_CASE("Node: a COB-ID that was stored stays when LSS gives another node ID") {
-  WorldBench bench;
-  add_node(bench, 5, with_lss());
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench(with_lss());
   bench.ask("605#2300140105020080", "585#6000140100000000");
   bench.ask("605#2300140181010000", "585#6000140100000000");  // RPDO 1 hears TPDO 1 of node 1
   bench.ask("605#2310100173617665", "585#6010100100000000");
@@ -145,8 +119,7 @@ TEST_CASE("Node: what LSS stores is there at the next power-on") {
   }
   WorldBench bench;
   add_node(bench, kNone, with_lss(&kept));
-  bench.start();
-  bench.expect("712#00");
+  bench.start().expect("712#00");
   bench.ask("612#4000200000000000", "592#4B00200055000000");
   bench.ask("612#4000180100000000", "592#4300180192010000");
 }
@@ -154,27 +127,20 @@ TEST_CASE("Node: what LSS stores is there at the next power-on") {
 TEST_CASE("Node: an ID that LSS has not stored is gone at the next power-on; parameters are not") {
   KeptParameters kept;
   {
-    WorldBench bench;
-    add_node(bench, 5, with_lss(&kept));
-    bench.start();
-    bench.expect("705#00");
+    NodeBench bench(with_lss(&kept));
     bench.ask("605#2B00200055000000", "585#6000200000000000");
     bench.ask("605#2310100173617665", "585#6010100100000000");
     CHECK(kept.kept.lss == sim::StoredLss{});
   }
   WorldBench bench;
   add_node(bench, 6, with_lss(&kept));  // the plant file says another one now
-  bench.start();
-  bench.expect("706#00");
+  bench.start().expect("706#00");
   bench.ask("606#4000200000000000", "586#4B00200055000000");
 }
 
 TEST_CASE("Node: LSS is told that a store has failed, and nothing has changed") {
   KeptParameters kept;
-  WorldBench bench;
-  add_node(bench, 5, with_lss(&kept));
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench(with_lss(&kept));
   kept.works = false;
   bench.send(kConfiguration);
   give(bench, "06");
@@ -186,22 +152,17 @@ TEST_CASE("Node: LSS is told that a store has failed, and nothing has changed") 
 }
 
 TEST_CASE("Node: LSS takes the ID away; then LSS alone is left") {
-  WorldBench bench;
-  add_node(bench, 5, with_lss());
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench(with_lss());
   bench.ask("605#2B17100064000000", "585#6017100000000000");
   bench.send(kConfiguration);
   give(bench, "FF");
   bench.send(kWaiting);
-  bench.pass(100 * kMillisecond);
-  bench.expect("705#7F");  // it has it until the reset
+  bench.pass(100 * kMillisecond).expect("705#7F");  // it has it until the reset
   bench.send("000#8205");
   bench.send("605#4000100000000000");
   bench.send("000#8100");
-  bench.pass(kSecond);
-  bench.expect_silence();
-  CHECK(fastscan(bench) == 1U);
+  bench.pass(kSecond).expect_silence();
+  select(bench, 1);
   give(bench, "06");
   bench.ask(kWaiting, "706#00");
   bench.ask("606#4000180100000000", "586#4300180186010000");
@@ -221,8 +182,7 @@ TEST_CASE("Node: a bit rate that is the bus's: off the bus for twice the delay, 
   bench.send("7E5#1564000000000000");
   bench.pass(150 * kMillisecond);
   bench.send("605#4000100000000000");
-  bench.pass(49 * kMillisecond);
-  bench.expect_silence();
+  bench.pass(49 * kMillisecond).expect_silence();
   bench.pass(10 * kMillisecond);
   bench.send("605#4000100000000000");
   bench.pass(10 * kMillisecond);
@@ -251,8 +211,7 @@ TEST_CASE("Node: another bit rate than the bus's: not heard any more, and after 
     WorldBench bench(125'000);
     add_node(bench, 5, with_lss(&kept));
     bench.start();
-    bench.pass(kSecond);
-    bench.expect_silence();
+    bench.pass(kSecond).expect_silence();
   }
   WorldBench bench(250'000);
   add_node(bench, 5, with_lss(&kept));
@@ -277,10 +236,7 @@ TEST_CASE("Node: on a bus with a bit rate that LSS does not have, a stored node 
 }
 
 TEST_CASE("Node: there is no bit rate 5, and none above 8") {
-  WorldBench bench;
-  add_node(bench, 5, with_lss());
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench(with_lss());
   bench.send(kConfiguration);
   for (const char* index : {"05", "09", "0A", "FF"})
     bench.ask("7E5#1300" + std::string(index) + "0000000000", "7E4#1301000000000000");
@@ -288,13 +244,9 @@ TEST_CASE("Node: there is no bit rate 5, and none above 8") {
 }
 
 TEST_CASE("Node: without LSS it does not hear of it") {
-  WorldBench bench;
-  add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
   bench.send(kConfiguration);
-  bench.send("7E5#5E00000000000000");
-  bench.expect_silence();
+  bench.send("7E5#5E00000000000000").expect_silence();
 }
 
 }  // namespace cbcan::test

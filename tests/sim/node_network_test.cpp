@@ -11,8 +11,7 @@ namespace {
 using Frames = std::vector<std::string>;
 
 /// Node 2 watches node 1, which has a heartbeat of 10 ms, for 25 ms. Both are Operational.
-class Watch {
- public:
+struct Watch {
   /// `reaction`: 1029h:1 of node 2, two digits.
   explicit Watch(const std::string& reaction) {
     bench.start();
@@ -70,18 +69,15 @@ TEST_CASE("Node: a watched node that is heard again ends the error; the state st
 TEST_CASE("Node: a watched node that is reset is alive as long as it says so in time") {
   Watch watch("00");
   watch.bench.ask("000#8201", "701#00");
-  watch.bench.pass(24 * kMillisecond);
-  watch.bench.expect_silence();
-  watch.bench.pass(kMillisecond);
-  watch.bench.expect("082#3081110000000000");
+  watch.bench.pass(24 * kMillisecond).expect_silence();
+  watch.bench.pass(kMillisecond).expect("082#3081110000000000");
 }
 
 TEST_CASE("Node: 1016h set to 0 ends the watch, and the filter closes") {
   Watch watch("00");
   watch.bench.ask("602#2316100100000000", "582#6016100100000000");
   watch.bench.ask("601#2B17100000000000", "581#6017100000000000");
-  watch.bench.pass(kSecond);
-  watch.bench.expect_silence();
+  watch.bench.pass(kSecond).expect_silence();
   CHECK(watch.state() == nmt::State::kOperational);
 }
 
@@ -90,33 +86,26 @@ TEST_CASE("Node: TIME from a producer to a consumer") {
   WorldBench bench;
   sim::Node& producer = add_node(bench, 1, with_time(250 * kMillisecond));
   sim::Node& consumer = add_node(bench, 2);
-  bench.start();
-  bench.expect("701#00");
-  bench.expect("702#00");
-  bench.pass(kSecond);
-  bench.expect_silence();  // 1012h says neither
+  bench.start().expect("701#00", "702#00");
+  bench.pass(kSecond).expect_silence();  // 1012h says neither
   // 2163-06-07 is day 65,536: the day before, 500 ms before midnight, the 16 bits are at their end.
   producer.device().time_stamp().set({86'399'500, 65'535}, bench.now);
   bench.ask("602#2312100000010080", "582#6012100000000000");
   bench.ask("601#2312100000010040", "581#6012100000000000");
-  bench.pass(250 * kMillisecond);
-  bench.expect("100#065B2605FFFF");  // 86,399,750 ms
+  bench.pass(250 * kMillisecond).expect("100#065B2605FFFF");  // 86,399,750 ms
   CHECK(consumer.device().time_stamp().at(bench.now) == TimeOfDay{86'399'750, 65'535});
-  bench.pass(250 * kMillisecond);
-  bench.expect("100#000000000000");
+  bench.pass(250 * kMillisecond).expect("100#000000000000");
   CHECK(consumer.device().time_stamp().at(bench.now) == TimeOfDay{0, 0});
   bench.pass(125 * kMillisecond);
   CHECK(consumer.device().time_stamp().at(bench.now) == TimeOfDay{125, 0});
   bench.send("000#0201");  // Stopped: no TIME
-  bench.pass(kSecond);
-  bench.expect_silence();
+  bench.pass(kSecond).expect_silence();
 }
 
 TEST_CASE("Node: a TIME consumer hears the master, on its identifier, frames of six bytes") {
   WorldBench bench;
   sim::Node& node = add_node(bench, 2);
-  bench.start();
-  bench.expect("702#00");
+  bench.start().expect("702#00");
   bench.ask("602#2312100001020080", "582#6012100000000000");  // 80000201h
   bench.send("100#010000000100");
   CHECK(node.device().time_stamp().at(bench.now) == TimeOfDay{0, 0});
@@ -127,22 +116,16 @@ TEST_CASE("Node: a TIME consumer hears the master, on its identifier, frames of 
 }
 
 TEST_CASE("Node: bus-off is a network failure; what was to be sent waits until it is over") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   bench.ask("000#0105", "185#0000");
   node.port().set_state(BusState::kBusOff, bench.now);
   CHECK(node.device().state() == nmt::State::kPreOperational);
   bench.send("605#4000100000000000");
-  bench.pass(10 * kMillisecond);
-  bench.expect_silence();
+  bench.pass(10 * kMillisecond).expect_silence();
   node.port().set_state(BusState::kActive, bench.now);
-  bench.pass(0);
-  bench.expect("085#4081110000000000");
-  bench.expect("085#0000000000000000");
-  bench.pass(10 * kMillisecond);
-  bench.expect_silence();  // the request was not heard
+  bench.pass(0).expect("085#4081110000000000", "085#0000000000000000");
+  bench.pass(10 * kMillisecond).expect_silence();  // the request was not heard
   bench.ask("605#4000100000000000", "585#4300100000000000");
 }
 
@@ -189,14 +172,10 @@ TEST_CASE("Node: the step in which time passes does not change what happens") {
 }
 
 TEST_CASE("World: a frame that somebody sends between two calls of advance() is there at the later one") {
-  WorldBench bench;
-  add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
   bench.now += 10 * kSecond;
   bench.ask("605#2B17100064000000", "585#6017100000000000");
-  bench.pass(100 * kMillisecond);
-  bench.expect("705#7F");
+  bench.pass(100 * kMillisecond).expect("705#7F");
 }
 
 TEST_CASE("World: likewise on a paced bus, where it takes its time from then on") {

@@ -11,12 +11,8 @@ namespace {
 using Values = std::vector<sim::StoredValue>;
 
 /// Node 5 on parameters that outlive it.
-class Keeper {
- public:
-  explicit Keeper(sim::ParameterStore* store) : store_(store) {
-    bench.start();
-    bench.expect("705#00");
-  }
+struct Keeper {
+  explicit Keeper(sim::ParameterStore* store) : store_(store) { bench.start().expect("705#00"); }
   /// One parameter of communication, of the manufacturer and of the profile each, and an output.
   void change(const std::string& value) {
     bench.ask("605#2B171000" + value + "000000", "585#6017100000000000");
@@ -123,8 +119,7 @@ TEST_CASE("Node: the next power-on finds what was stored") {
   }
   Keeper keeper(&store);
   CHECK(keeper.values() == "17 17 17 0 ");
-  keeper.bench.pass(17 * kMillisecond);
-  keeper.bench.expect("705#7F");
+  keeper.bench.pass(17 * kMillisecond).expect("705#7F");
   keeper.load("01");
   keeper.reset_node();
   CHECK(keeper.values() == "0 7 8 0 ");
@@ -210,8 +205,7 @@ TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") 
   std::vector<Row> all = rows();
   all.push_back({0xFFFF, 0, 0xFF, DataType::kUnsigned8});
   add_node_of(bench, 5, all, parts);
-  bench.start();
-  bench.expect("705#00");
+  bench.start().expect("705#00");
   bench.ask("605#2FFFFFFF11000000", "585#60FFFFFF00000000");
   bench.ask("605#2310100173617665", "585#6010100100000000");
   CHECK(store.kept.values == Values{{0xFFFF, 0xFF, {0x11}}});
@@ -229,8 +223,7 @@ TEST_CASE("Node: objects for PDOs are stored too, but what the file maps by defa
   all.push_back({0x6301, 0, 0, kUnsigned8, 0, kOutput});
   WorldBench bench;
   add_node_of(bench, 5, all, parts);
-  bench.start();
-  bench.expect("705#00");
+  bench.start().expect("705#00");
   bench.ask("605#2F00630011000000", "585#6000630000000000");
   bench.ask("605#2F01630012000000", "585#6001630000000000");
   bench.ask("605#2F00620213000000", "585#6000620200000000");
@@ -249,10 +242,7 @@ TEST_CASE("Node: what its device calls a set point is not stored, mapped or not"
   parts.behaviour = [](sim::DeviceNode&, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
     return std::make_unique<Device>();
   };
-  WorldBench bench;
-  add_node(bench, 5, parts);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench(parts);
   bench.ask("605#2B00200011000000", "585#6000200000000000");
   bench.ask("605#2B00620112000000", "585#6000620100000000");
   bench.ask("605#2310100173617665", "585#6010100100000000");

@@ -8,20 +8,13 @@ namespace cbcan::test {
 namespace {
 
 /// Nodes 1 and 2; node 2 receives what node 1 transmits.
-class Pair {
- public:
+struct Pair {
   Pair() {
-    bench.start();
-    bench.expect("701#00");
-    bench.expect("702#00");
+    bench.start().expect("701#00", "702#00");
     bench.ask("602#2300140102020080", "582#6000140100000000");
     bench.ask("602#2300140181010000", "582#6000140100000000");
   }
-  void start() {
-    bench.send("000#0100");
-    bench.expect("181#0000");
-    bench.expect("182#0000");
-  }
+  void start() { bench.send("000#0100").expect("181#0000", "182#0000"); }
   std::uint64_t received() { return value_of(second, 0x6200, 1); }
 
   WorldBench bench;
@@ -34,12 +27,10 @@ class Pair {
 TEST_CASE("Node: the TPDO of one is the RPDO of another, with each event") {
   Pair pair;
   pair.start();
-  pair.bench.input(pair.first, 0x6000, 1, 0x1234);
-  pair.bench.expect("181#3412");
+  pair.bench.input(pair.first, 0x6000, 1, 0x1234).expect("181#3412");
   CHECK(pair.received() == 0x1234);
   pair.bench.send("000#8002");  // Pre-operational: it hears no PDO
-  pair.bench.input(pair.first, 0x6000, 1, 0x5678);
-  pair.bench.expect("181#7856");
+  pair.bench.input(pair.first, 0x6000, 1, 0x5678).expect("181#7856");
   CHECK(pair.received() == 0x1234);
 }
 
@@ -48,10 +39,8 @@ TEST_CASE("Node: synchronous TPDO to synchronous RPDO: sampled with one SYNC, in
   WorldBench& bench = pair.bench;
   bench.ask("601#2F00180201000000", "581#6000180200000000");
   bench.ask("602#2F00140201000000", "582#6000140200000000");
-  bench.send("000#0100");
-  bench.expect("182#0000");
-  bench.input(pair.first, 0x6000, 1, 0x11);
-  bench.expect_silence();
+  bench.send("000#0100").expect("182#0000");
+  bench.input(pair.first, 0x6000, 1, 0x11).expect_silence();
   bench.ask("080#", "181#1100");
   CHECK(pair.received() == 0);
   bench.input(pair.first, 0x6000, 1, 0x22);
@@ -64,26 +53,18 @@ TEST_CASE("Node: one node is the SYNC producer of all, and of itself") {
   WorldBench& bench = pair.bench;
   bench.ask("601#2F00180201000000", "581#6000180200000000");
   bench.ask("602#2F00180202000000", "582#6000180200000000");
-  bench.send("000#0100");
-  bench.expect_silence();
+  bench.send("000#0100").expect_silence();
   bench.ask("602#23061000E8030000", "582#6006100000000000");
   bench.ask("602#2305100080000040", "582#6005100000000000");
-  bench.pass(kMillisecond);
-  bench.expect("080#");
-  bench.expect("181#0000");
-  bench.pass(kMillisecond);
-  bench.expect("080#");
-  bench.expect("181#0000");
-  bench.expect("182#0000");
+  bench.pass(kMillisecond).expect("080#", "181#0000");
+  bench.pass(kMillisecond).expect("080#", "181#0000", "182#0000");
   bench.ask("602#2306100000000000", "582#6006100000000000");
   bench.pass(kSecond);
 }
 
 TEST_CASE("Node: an RPDO's mapping changed at run time by the procedure of CiA 301") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   bench.ask("000#0105", "185#0000");
   bench.ask("605#2F00160000000000", "585#8000160022000008");  // not while it is valid
   bench.ask("605#2300140105020080", "585#6000140100000000");  // 1. invalid
@@ -105,10 +86,8 @@ TEST_CASE("Node: an RPDO's mapping changed at run time by the procedure of CiA 3
 }
 
 TEST_CASE("Node: reset communication brings the mapping back that the device was made with") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   bench.ask("605#2300140105020080", "585#6000140100000000");
   bench.ask("605#2F00160000000000", "585#6000160000000000");
   bench.ask("605#2300160108020062", "585#6000160100000000");
@@ -123,10 +102,8 @@ TEST_CASE("Node: reset communication brings the mapping back that the device was
 }
 
 TEST_CASE("Node: it hears the new COB-ID, and the old one no more") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   bench.ask("000#0105", "185#0000");
   bench.send("205#0100");
   CHECK(value_of(node, 0x6200, 1) == 1);
@@ -138,33 +115,24 @@ TEST_CASE("Node: it hears the new COB-ID, and the old one no more") {
   CHECK(value_of(node, 0x6200, 1) == 3);
   // A TPDO's, which RTR asks for. Made valid, it is sent.
   bench.ask("605#2300180185010080", "585#6000180100000000");
-  bench.send("605#23001801F7010000");
-  bench.expect("1F7#0000");
-  bench.expect("585#6000180100000000");
-  bench.send("185#R2");
-  bench.expect_silence();
+  bench.send("605#23001801F7010000").expect("1F7#0000", "585#6000180100000000");
+  bench.send("185#R2").expect_silence();
   bench.ask("1F7#R2", "1F7#0000");
 }
 
 TEST_CASE("Node: SYNC on another identifier") {
-  WorldBench bench;
-  add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
   bench.ask("605#2F00180201000000", "585#6000180200000000");
   bench.send("000#0105");
   bench.ask("080#", "185#0000");
   bench.ask("605#2305100090000000", "585#6005100000000000");
-  bench.send("080#");
-  bench.expect_silence();
+  bench.send("080#").expect_silence();
   bench.ask("090#", "185#0000");
 }
 
 TEST_CASE("Node: remote and 29-bit frames are no requests, no commands and no process data") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   for (const char* frame : {"605#R8", "00000605#4000100000000000", "00000000#0105", "000#R2"})
     bench.send(frame);
   bench.expect_silence();

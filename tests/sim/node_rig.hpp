@@ -3,10 +3,6 @@
 
 /// Simulated nodes on dictionaries that tests write down.
 
-#include <cstdint>
-#include <utility>
-#include <vector>
-
 #include "sim/node.hpp"
 #include "support/world_bench.hpp"
 
@@ -101,6 +97,14 @@ inline sim::Node& add_node(WorldBench& bench, std::uint8_t node_id, sim::NodePar
                            std::uint32_t serial = 1) {
   return add_node_of(bench, node_id, rows(serial), std::move(parts));
 }
+
+/// With node 5, which has booted.
+struct NodeBench final : WorldBench {
+  explicit NodeBench(sim::NodeParts parts = {}) : node(add_node(*this, 5, std::move(parts))) {
+    start().expect("705#00");
+  }
+  sim::Node& node;
+};
 
 inline std::uint64_t value_of(sim::Node& node, std::uint16_t index, std::uint8_t sub) {
   return node.device().dictionary().get(index, sub);

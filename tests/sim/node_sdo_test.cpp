@@ -21,10 +21,7 @@ std::vector<Row> with_servers() {
 }
 
 struct Plant {
-  Plant() {
-    bench.start();
-    bench.expect("705#00");
-  }
+  Plant() { bench.start().expect("705#00"); }
   WorldBench bench;
   sim::Node& node = add_node_of(bench, 5, with_servers());
 };
@@ -47,8 +44,7 @@ TEST_CASE("Node: a second SDO server where the file has it, next to the first on
   SECTION("not in Stopped, and nothing goes on behind it") {
     plant.bench.ask("645#2100200002000000", "5C5#6000200000000000");
     plant.bench.send("000#0205");
-    plant.bench.send("645#0B33000000000000");
-    plant.bench.expect_silence();
+    plant.bench.send("645#0B33000000000000").expect_silence();
     plant.bench.send("000#8005");
     plant.bench.ask("645#0B33000000000000", "5C5#8000200001000405");
   }
@@ -57,17 +53,14 @@ TEST_CASE("Node: a second SDO server where the file has it, next to the first on
 TEST_CASE("Node: more SDO servers follow their objects, and are there when both CAN-IDs are") {
   Plant plant;
   plant.bench.ask("605#23031201B2060000", "585#6003120100000000");
-  plant.bench.send("6B2#4000200000000000");
-  plant.bench.expect_silence();
+  plant.bench.send("6B2#4000200000000000").expect_silence();
   plant.bench.ask("605#23031202B3060000", "585#6003120200000000");
   plant.bench.ask("6B2#4000200000000000", "6B3#4B00200007000000");
   plant.bench.ask("605#2301120100000080", "585#6001120100000000");
-  plant.bench.send("645#4000200000000000");
-  plant.bench.expect_silence();
+  plant.bench.send("645#4000200000000000").expect_silence();
   plant.bench.ask("000#8105", "705#00");
   plant.bench.ask("645#4000200000000000", "5C5#4B00200007000000");
-  plant.bench.send("6B2#4000200000000000");
-  plant.bench.expect_silence();
+  plant.bench.send("6B2#4000200000000000").expect_silence();
 }
 
 }  // namespace cbcan::test

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What gives a node's values life: signals, inputs, incidents, a behaviour.
 
-#include <limits>
-#include <string>
-
 #include "node_rig.hpp"
 
 namespace cbcan::test {
@@ -15,8 +12,7 @@ using sim::Replay;
 using sim::Signal;
 
 /// 6000h:1 shows what comes in at it, doubled; 6200h:1 beyond 100 is an error, or the incident "jam".
-class Doubler final : public sim::Behaviour {
- public:
+struct Doubler final : sim::Behaviour {
   explicit Doubler(sim::DeviceNode& node) : node_(node) {}
 
   void reset(bool application, Time) override { resets += application ? "node " : "communication "; }
@@ -68,21 +64,14 @@ sim::NodeParts with_signal(const sim::Shape& shape, Time sample_period = 10 * kM
 }  // namespace
 
 TEST_CASE("Node: a constant signal is there at power-on, and stays through resets") {
-  WorldBench bench;
-  add_node(bench, 5, with_signal(sim::Constant{0x1234}));
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench(with_signal(sim::Constant{0x1234}));
   bench.ask("605#4000600100000000", "585#4B00600134120000");
   bench.ask("000#0105", "185#3412");
-  bench.pass(kSecond);
-  bench.expect_silence();
+  bench.pass(kSecond).expect_silence();
 }
 
 TEST_CASE("Node: a ramp at its sample times, each change an event") {
-  WorldBench bench;
-  add_node(bench, 5, with_signal(Ramp{0, 40, 40 * kMillisecond}));
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench(with_signal(Ramp{0, 40, 40 * kMillisecond}));
   bench.ask("000#0105", "185#0000");
   bench.pass(100 * kMillisecond);
   bench.expect_at(10 * kMillisecond, "185#0A00");
@@ -99,8 +88,7 @@ TEST_CASE("Node: a CSV's values at their times, in steps of the sample period, a
   replay.points = csv.points;
   replay.repeat = true;
   add_node(bench, 5, with_signal(replay, kMillisecond));
-  bench.start();
-  bench.expect("705#00");
+  bench.start().expect("705#00");
   bench.ask("000#0105", "185#0100");
   bench.pass(20 * kMillisecond);
   bench.expect_at(5 * kMillisecond, "185#0200");
@@ -113,23 +101,18 @@ TEST_CASE("Node: signals begin with power-on, whenever that is") {
   WorldBench bench;
   bench.now = 7 * kSecond;
   add_node(bench, 5, with_signal(Ramp{1, 3, 20 * kMillisecond}));
-  bench.start();
-  bench.expect("705#00");
+  bench.start().expect("705#00");
   bench.ask("000#0105", "185#0100");
-  bench.pass(10 * kMillisecond);
-  bench.expect("185#0200");
-  bench.pass(10 * kMillisecond);
-  bench.expect("185#0300");
+  bench.pass(10 * kMillisecond).expect("185#0200");
+  bench.pass(10 * kMillisecond).expect("185#0300");
 }
 
 TEST_CASE("Node: two signals with sample periods of their own") {
   sim::NodeParts parts;
   parts.signals.push_back({0x6000, 1, 3 * kMillisecond, Ramp{0, 12, 12 * kMillisecond}});
   parts.signals.push_back({0x6002, 0, 4 * kMillisecond, Ramp{0, -12, 12 * kMillisecond}});
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5, parts);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench(parts);
+  sim::Node& node = bench.node;
   std::string seen;
   for (int i = 0; i <= 12; ++i) {
     seen += std::to_string(value_of(node, 0x6000, 1)) + "/" +
@@ -140,10 +123,8 @@ TEST_CASE("Node: two signals with sample periods of their own") {
 }
 
 TEST_CASE("Node: an input without a behaviour is the object's value, rounded and limited") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   struct Given {
     std::uint16_t index;
     std::uint8_t sub;
@@ -177,71 +158,49 @@ TEST_CASE("Node: an input without a behaviour is the object's value, rounded and
 }
 
 TEST_CASE("Node: an input that does not change is no event") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   bench.ask("000#0105", "185#0000");
-  bench.input(node, 0x6000, 1, 3);
-  bench.expect("185#0300");
-  bench.input(node, 0x6000, 1, 3.3);
-  bench.expect_silence();
+  bench.input(node, 0x6000, 1, 3).expect("185#0300");
+  bench.input(node, 0x6000, 1, 3.3).expect_silence();
 }
 
 TEST_CASE("Node: a behaviour has its inputs, the others are the dictionary's") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5, with_doubler());
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench(with_doubler());
+  sim::Node& node = bench.node;
   bench.ask("000#0105", "185#0000");
-  bench.input(node, 0x6000, 1, 0x11);
-  bench.expect("185#2200");
+  bench.input(node, 0x6000, 1, 0x11).expect("185#2200");
   bench.input(node, 0x6002, 0, 0x11);
   CHECK(value_of(node, 0x6002, 0) == 0x11);
 }
 
 TEST_CASE("Node: a behaviour's errors: by SDO, by RPDO, by an incident") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5, with_doubler());
-  bench.start();
-  bench.expect("705#00");
-  bench.send("605#2B00620165000000");
-  bench.expect("585#6000620100000000");
-  bench.expect("085#01FF810102030405");
+  NodeBench bench(with_doubler());
+  sim::Node& node = bench.node;
+  bench.send("605#2B00620165000000").expect("585#6000620100000000", "085#01FF810102030405");
   bench.ask("605#4001100000000000", "585#4F01100081000000");
-  bench.send("605#2B00620164000000");
-  bench.expect("585#6000620100000000");
-  bench.expect("085#0000000000000000");
+  bench.send("605#2B00620164000000").expect("585#6000620100000000", "085#0000000000000000");
   bench.ask("000#0105", "185#0000");
   bench.ask("205#6500", "085#01FF810102030405");
   bench.ask("205#0000", "085#0000000000000000");
-  bench.incident(node, "jam", true);
-  bench.expect("085#01FF810102030405");
+  bench.incident(node, "jam", true).expect("085#01FF810102030405");
   CHECK_FALSE(node.set_incident("jelly", true, bench.now));
-  bench.incident(node, "jam", false);
-  bench.expect("085#0000000000000000");
+  bench.incident(node, "jam", false).expect("085#0000000000000000");
 }
 
 TEST_CASE("Node: an error whose cause is still there is told again after reset node, not after reset comm.") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5, with_doubler());
-  bench.start();
-  bench.expect("705#00");
-  bench.incident(node, "jam", true);
-  bench.expect("085#01FF810102030405");
+  NodeBench bench(with_doubler());
+  sim::Node& node = bench.node;
+  bench.incident(node, "jam", true).expect("085#01FF810102030405");
   bench.ask("000#8205", "705#00");
   bench.ask("605#4001100000000000", "585#4F01100081000000");
-  bench.send("000#8105");
-  bench.expect("705#00");
-  bench.expect("085#01FF810102030405");
+  bench.send("000#8105").expect("705#00", "085#01FF810102030405");
   CHECK(Doubler::resets == "node communication node ");
 }
 
 TEST_CASE("Node: without a behaviour there are no incidents") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5);
-  bench.start();
-  bench.expect("705#00");
+  NodeBench bench;
+  sim::Node& node = bench.node;
   CHECK_FALSE(node.set_incident("jam", true, bench.now));
 }
 

@@ -2,18 +2,11 @@
 // A module that exchanges 256 bytes of process data a thousand times a second, while the PLC reads and writes
 // 128 bytes by SDO without a pause: each PDO of each cycle comes once, with the data of its cycle.
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <vector>
-
 #include "sim/world.hpp"
 #include "support/catch.hpp"
 #include "support/sdo_peer.hpp"
 
-using cbcan::BusState;
-using cbcan::Frame;
-using cbcan::Time;
+using namespace cbcan;
 
 namespace {
 
@@ -29,8 +22,7 @@ std::array<std::uint16_t, 4> data_of(unsigned number, std::uint32_t cycle) {
 }
 
 /// The module, its PLC, and the far side of the bus: the partner of its PDOs and an SDO server, node 5.
-class Plant final : private cbcan::sim::Receiver {
- public:
+struct Plant final : private cbcan::sim::Receiver {
   Plant() {
     port_.accept(0, 0x7FF);
     world_.add_module(cbcan::RegisterWindow(window_), process_, {});

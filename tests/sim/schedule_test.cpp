@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "sim/schedule.hpp"
 
-#include <algorithm>
-#include <deque>
-#include <random>
-#include <vector>
-
 #include "sim/participant.hpp"
 #include "support/catch.hpp"
 
 namespace {
 
 /// Writes down who is polled, and wants nothing more.
-class Guest final : public cbcan::sim::Participant {
- public:
+struct Guest final : cbcan::sim::Participant {
   Guest(cbcan::sim::Schedule& schedule, std::size_t number, std::vector<std::size_t>& polled)
       : Participant(schedule), number_(number), polled_(polled) {}
   void start(cbcan::Time) override {}

@@ -2,19 +2,13 @@
 // The adapter's side of the LAWICEL protocol, character by character; written after its manual.
 #include "sim/slcan_adapter.hpp"
 
-#include <cstdlib>
 #include <new>
 
 #include "sim/bus_suite.hpp"
 
-using cbcan::BusState;
-using cbcan::Frame;
-using cbcan::kMillisecond;
-using cbcan::Time;
+using namespace cbcan;
 using cbcan::sim::SlcanAdapter;
-using cbcan::test::frame_from;
-using cbcan::test::Listener;
-using cbcan::test::Texts;
+using namespace cbcan::test;
 
 namespace {
 

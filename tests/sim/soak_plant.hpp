@@ -48,8 +48,7 @@ struct Executed {
 };
 
 /// Stands in a node and sees what is stored.
-class Witness final : public sim::Behaviour {
- public:
+struct Witness final : sim::Behaviour {
   struct Object {
     Bytes now;
     Bytes before;
@@ -107,8 +106,7 @@ class Witness final : public sim::Behaviour {
 };
 
 /// One CAN network with a module, three nodes, faults and restarts.
-class SoakNetwork final : private sim::FaultListener {
- public:
+struct SoakNetwork final : private sim::FaultListener {
   static constexpr std::array<std::uint8_t, 3> kNodes{5, 6, 7};
 
   SoakNetwork(std::uint64_t seed, std::uint32_t bit_rate, std::uint16_t timeout_ms)

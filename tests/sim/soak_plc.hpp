@@ -47,8 +47,7 @@ struct SoakResult {
 };
 
 /// Where a PLC's requests go in and results come out.
-class Door {
- public:
+struct Door {
   virtual ~Door() = default;
   virtual void begin(const SoakRequest& request) = 0;
   virtual std::optional<SoakResult> look() = 0;
@@ -62,8 +61,7 @@ class Door {
 };
 
 /// R3700.
-class FlagDoor final : public Door {
- public:
+struct FlagDoor final : Door {
   explicit FlagDoor(SoakNetwork& network) : network_(network) {}
 
   void begin(const SoakRequest& request) override;
@@ -84,8 +82,7 @@ class FlagDoor final : public Door {
 };
 
 /// The scanner window, by the program of docs/scanner.md: it exchanges whole blocks, and knows nothing else.
-class ScannerDoor final : public Door {
- public:
+struct ScannerDoor final : Door {
   explicit ScannerDoor(SoakNetwork& network) : network_(network) {}
 
   void begin(const SoakRequest& request) override;
@@ -115,8 +112,7 @@ class ScannerDoor final : public Door {
   std::array<std::uint16_t, regmap::kScannerInWords> in_{};
 };
 
-class SoakPlc {
- public:
+struct SoakPlc {
   /// `place` is 0 or 1. It gives a request up after `patience`.
   SoakPlc(SoakNetwork& network, Door& door, std::uint16_t place, std::uint64_t seed, Time patience)
       : network_(network), door_(door), place_(place), random_(seed), patience_(patience) {}

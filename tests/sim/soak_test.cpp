@@ -3,9 +3,6 @@
 // come and go, nodes, modules and PLCs restart. Each result is the right one, or an abort that what goes
 // wrong just then explains; what is not wrong is right; nothing is executed twice or in another order.
 
-#include <algorithm>
-#include <iostream>
-
 #include "sim/soak_plc.hpp"
 #include "support/catch.hpp"
 

@@ -3,17 +3,10 @@
 
 #include "sim/world.hpp"
 
-#include <algorithm>
-#include <array>
-
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
 
-using cbcan::DataType;
-using cbcan::kMillisecond;
-using cbcan::kNever;
-using cbcan::kSecond;
-using cbcan::Time;
+using namespace cbcan;
 using cbcan::sim::NodeParts;
 using cbcan::sim::World;
 using Flags = cbcan::ObjectFlags;
@@ -33,16 +26,14 @@ NodeParts generic_node(unsigned id) {
   return parts;
 }
 
-class Log final : public cbcan::sim::Observer {
- public:
+struct Log final : cbcan::sim::Observer {
   void on_bus_frame(const cbcan::Frame& frame, Time now) override {
     lines.push_back(std::to_string(now) + " " + cbcan::test::text_of(frame));
   }
   std::vector<std::string> lines;
 };
 
-class Plant {
- public:
+struct Plant {
   explicit Plant(std::uint32_t bit_rate = 0, unsigned nodes = 1) : world(bit_rate) {
     world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {});
     for (unsigned node = 1; node <= nodes; ++node)

@@ -3,14 +3,11 @@
 // grammar of the LAWICEL manual: t iii l dd.., T iiiiiiii l dd.., r iii l, R iiiiiiii l, and four digits of a
 // time stamp behind it or not.
 
-#include <string>
-
 #include "cbcan/slcan/slcan.hpp"
 #include "support/catch.hpp"
 
 namespace slcan = cbcan::slcan;
-using cbcan::BusState;
-using cbcan::Frame;
+using namespace cbcan;
 using Event = slcan::LineReader::Event;
 
 namespace {

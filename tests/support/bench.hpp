@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <deque>
-#include <initializer_list>
-#include <string>
-#include <vector>
-
 #include "cbcan/coprocessor/coprocessor.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
@@ -14,8 +8,7 @@
 namespace cbcan::test {
 
 /// A CAN port that writes down what it was given; it can be told to refuse.
-class RecordingPort final : public CanPort {
- public:
+struct RecordingPort final : CanPort {
   bool try_send(const Frame& frame) override {
     ++tries;
     if (refuse_next != 0) {
@@ -33,16 +26,17 @@ class RecordingPort final : public CanPort {
 };
 
 /// What leaves by a port is the test: every frame has to be expected, in order, and nothing may be left over
-/// at the end.
-class Wire {
- public:
-  void expect(const std::string& frame) {
+/// at the end. What makes frames leave returns the rig, so that they can be named behind it.
+struct Wire {
+  template <class... More>
+  void expect(const std::string& frame, const More&... more) {
     if (port.sent.empty()) {
       FAIL_CHECK("the wire is silent; expected " << frame);
       return;
     }
     CHECK(port.sent.front() == frame);
     port.sent.pop_front();
+    if constexpr (sizeof...(more) != 0) expect(more...);
   }
   void expect_silence() {
     for (const std::string& left : port.sent)
@@ -62,8 +56,7 @@ class Wire {
 using Registers = std::array<std::uint16_t, regmap::kWindowWords>;
 
 /// A coprocessor between a PLC that the test plays and a bus that the test plays too, in virtual time.
-class Bench : public Wire {
- public:
+struct Bench : Wire {
   explicit Bench(Coprocessor::Settings settings = {}) : Bench(own_registers, settings) {}
   /// With the registers in somebody else's memory.
   explicit Bench(Registers& memory, Coprocessor::Settings settings = {})
@@ -80,19 +73,22 @@ class Bench : public Wire {
     for (const std::uint16_t word : words)
       reg(address++) = word;
   }
-  void execute() {
+  Bench& execute() {
     reg(3700) = 0xCA0E;
     poll();
+    return *this;
   }
-  void read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
+  Bench& read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
     write(3701, {5055, node, index, sub, room});
     execute();
+    return *this;
   }
-  void write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
-             std::initializer_list<std::uint16_t> words) {
+  Bench& write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
+               std::initializer_list<std::uint16_t> words) {
     write(3701, {5066, node, index, sub, size});
     write(3706, words);
     execute();
+    return *this;
   }
   bool busy() { return reg(3700) == 0xCA0E; }
   /// R3700, and with 4 the abort code.
@@ -104,15 +100,19 @@ class Bench : public Wire {
   }
 
   // The bus.
-  void arrive(const std::string& frame) {
+  Bench& arrive(const std::string& frame) {
     coprocessor.on_frame(frame_from(frame), now);
     poll();
+    return *this;
   }
 
   // Time.
-  void poll() { deadline = coprocessor.poll(now); }
+  Bench& poll() {
+    deadline = coprocessor.poll(now);
+    return *this;
+  }
   /// Lets time pass, with every deadline met on the way.
-  void pass(Time duration) {
+  Bench& pass(Time duration) {
     const Time end = now + duration;
     while (deadline <= end) {
       now = std::max(now, deadline);
@@ -120,6 +120,7 @@ class Bench : public Wire {
     }
     now = end;
     poll();
+    return *this;
   }
 
   Registers own_registers{};

@@ -6,9 +6,6 @@
 #include "support/catch.hpp"
 #include "support/skips.hpp"
 
-#include <cstdlib>
-#include <optional>
-
 namespace {
 
 #if __has_include(<catch2/catch_all.hpp>)

@@ -5,13 +5,6 @@
 /// docs/scanner.md, and a node that counts what it is asked to do. Each request is another one, so what is
 /// done twice, or believed without having been done, shows.
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <deque>
-#include <map>
-#include <vector>
-
 #include "support/catch.hpp"
 
 namespace cbcan::test {
@@ -25,8 +18,7 @@ inline std::uint32_t scanned_value(std::uint16_t index, std::uint8_t sub) {
 
 /// Node 5: expedited transfers of four bytes. Counts requests by the 32-bit number that makes each another
 /// one: the value written, or index and sub-index read.
-class CountingNode {
- public:
+struct CountingNode {
   using Bytes = std::array<std::uint8_t, 8>;  ///< of a frame
 
   /// A frame on 600h + 5; the response, on 580h + 5, waits in `responses`.
@@ -57,8 +49,7 @@ class CountingNode {
 };
 
 /// The program of docs/scanner.md with its images of both blocks. It reads and writes node 5 in turns.
-class ScannerPlc {
- public:
+struct ScannerPlc {
   static constexpr std::size_t kOut = 8;
   static constexpr std::size_t kIn = 6;
 

@@ -14,8 +14,7 @@
 
 namespace cbcan::test {
 
-class SdoPeer {
- public:
+struct SdoPeer {
   static constexpr std::size_t kCapacity = 128;
   /// What it says to whatever it does not take ("local control"): a code that no client has of its own.
   static constexpr std::uint32_t kRefusal = 0x08000021;

@@ -4,12 +4,7 @@
 /// A simulated bus in virtual time, and a master on it that the test plays. Every frame that the master hears
 /// has to be expected, in order and at its time.
 
-#include <algorithm>
-#include <deque>
 #include <exception>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "sim/world.hpp"
 #include "support/catch.hpp"
@@ -17,29 +12,36 @@
 
 namespace cbcan::test {
 
-class WorldBench final : private sim::Receiver {
- public:
+struct WorldBench : private sim::Receiver {
   explicit WorldBench(std::uint32_t bit_rate = 0, sim::FaultListener* listener = nullptr)
       : world(bit_rate, 0, listener) {
     port_.accept(0, 0x7FF);
   }
   WorldBench(const WorldBench&) = delete;
-  ~WorldBench() noexcept(false) {
+  virtual ~WorldBench() noexcept(false) {
     if (std::uncaught_exceptions() == 0) expect_silence();
   }
 
   /// Power on for all nodes; their boot-up messages are there at the same time.
-  void start() { world.start(now); }
+  WorldBench& start() {
+    world.start(now);
+    return *this;
+  }
 
   /// A frame of the master's, and all that comes of it at the same time.
-  void send(const std::string& frame) {
+  WorldBench& send(const std::string& frame) {
     INFO("sends " << frame);
     CHECK(port_.try_send(frame_from(frame)));
     world.advance(now);
+    return *this;
   }
 
   /// The next frame that has been heard; at `now`, nothing having been heard since that is not expected.
-  void expect(const std::string& frame) { expect_at(now, frame); }
+  template <class... More>
+  void expect(const std::string& frame, const More&... more) {
+    expect_at(now, frame);
+    if constexpr (sizeof...(more) != 0) expect(more...);
+  }
   void expect_at(Time time, const std::string& frame) {
     if (heard_.empty()) {
       FAIL_CHECK("nothing is heard at " << now << "; expected " << frame);
@@ -79,7 +81,7 @@ class WorldBench final : private sim::Receiver {
     return lines;
   }
 
-  void pass(Time duration) {
+  WorldBench& pass(Time duration) {
     const Time end = now + duration;
     for (Time next = world.next_deadline(); next <= end; next = world.next_deadline()) {
       now = std::max(now, next);
@@ -87,16 +89,19 @@ class WorldBench final : private sim::Receiver {
     }
     now = end;
     world.advance(now);
+    return *this;
   }
 
   // The world outside the nodes.
-  void input(sim::Node& node, std::uint16_t index, std::uint8_t sub, double value) {
+  WorldBench& input(sim::Node& node, std::uint16_t index, std::uint8_t sub, double value) {
     CHECK(node.set_input(index, sub, value, now));
     world.advance(now);
+    return *this;
   }
-  void incident(sim::Node& node, const std::string& name, bool present) {
+  WorldBench& incident(sim::Node& node, const std::string& name, bool present) {
     CHECK(node.set_incident(name, present, now));
     world.advance(now);
+    return *this;
   }
 
   sim::World world;

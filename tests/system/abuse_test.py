@@ -128,27 +128,6 @@ class Abuse(unittest.TestCase):
 
     # ---- what comes slowly or not at all
 
-    def test_half_a_request(self):
-        with self.served("half requests wait"):
-            cuts = range(1, len(READ_ONE))
-            for cut in cuts:
-                self.client().send(READ_ONE[:cut])
-            self.healthy.wait_for(100)
-            for cut, client in zip(cuts, self.clients):
-                self.assertEqual(client.ask(READ_ONE[cut:], 11), READ_ONE_RESPONSE)
-
-    def test_request_of_259_bytes_byte_by_byte(self):
-        words = [0x0101 * i for i in range(123)]
-        request = struct.pack(">HHHBBHHB123H", 7, 0, 253, 1, 16, 0, 123, 246, *words)
-        self.assertEqual(len(request), 259)
-        with self.served("259 bytes drip in"):
-            client = self.client()
-            for byte in request:
-                client.send(bytes([byte]))
-                self.healthy.wait_for(1)
-            self.assertEqual(client.receive(12).hex(), "00070000000601100000007b")
-            self.assertEqual(client.ask(READ_125, 259)[9:255], struct.pack(">123H", *words))
-
     def test_client_that_never_reads(self):
         with self.served("a client reads no response"):
             client = self.client(receive_buffer=4096)

@@ -56,70 +56,15 @@ ERRORS = collections.defaultdict(lambda: [errno.ENOMEM], {
     "write": [errno.ENOSPC, errno.EAGAIN, errno.EINTR],
 })
 
-EDS = f"""[DeviceInfo]
-VendorName=cbcan
-ProductName=Node of each_call_fails_test.py
-[MandatoryObjects]
-SupportedObjects=3
-1=0x1000
-2=0x1001
-3=0x1018
-[OptionalObjects]
-SupportedObjects=1
-1=0x1010
-[ManufacturerObjects]
-SupportedObjects=2
-1=0x2001
-2=0x2002
-[1000]
-ParameterName=Device type
-DataType=0x0007
-AccessType=ro
-DefaultValue=0
-[1001]
-ParameterName=Error register
-DataType=0x0005
-AccessType=ro
-DefaultValue=0
-[1010]
-ParameterName=Store parameters
-ObjectType=0x8
-SubNumber=2
-[1010sub0]
-ParameterName=Highest sub-index
-DataType=0x0005
-AccessType=const
-DefaultValue=1
-[1010sub1]
-ParameterName=Save all parameters
-DataType=0x0007
-AccessType=rw
-DefaultValue=1
-[1018]
-ParameterName=Identity
-ObjectType=0x9
-SubNumber=2
-[1018sub0]
-ParameterName=Highest sub-index
-DataType=0x0005
-AccessType=const
-DefaultValue=1
-[1018sub1]
-ParameterName=Vendor-ID
-DataType=0x0007
-AccessType=ro
-DefaultValue=0
-[2001]
-ParameterName=A number
-DataType=0x0007
-AccessType=rw
-DefaultValue=0
-[2002]
-ParameterName=A text
-DataType=0x0009
-AccessType=const
-DefaultValue={TEXT.decode()}
-"""
+def variable(section, kind, access, value):
+    return f"[{section}]\nParameterName=x\nDataType={kind}\nAccessType={access}\nDefaultValue={value}\n"
+
+
+EDS = "".join((
+    variable("1000", "0x0007", "ro", 0), variable("1001", "0x0005", "ro", 0),
+    "[1010]\nParameterName=x\nObjectType=0x8\nSubNumber=2\n", variable("1010sub0", "0x0005", "const", 1), variable("1010sub1", "0x0007", "rw", 1),
+    "[1018]\nParameterName=x\nObjectType=0x9\nSubNumber=2\n", variable("1018sub0", "0x0005", "const", 1), variable("1018sub1", "0x0007", "ro", 0),
+    variable("2001", "0x0007", "rw", 0), variable("2002", "0x0009", "const", TEXT.decode())))
 
 PLANT = f"""[time]
 clock = "manual"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <string_view>
 
 #include "support/catch.hpp"
 #include "text/numbers.hpp"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <array>
 
 #include "support/catch.hpp"
 #include "text/numbers.hpp"

@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""cbcanctl and mbpoll over pseudo-terminals: with the RTU server of firmware/, and with devices that misbehave."""
+"""cbcanctl over pseudo-terminals: with cbcan-sim, and with devices that misbehave."""
 
 import fcntl
 import os
 import pathlib
-import re
 import select
 import shutil
 import struct
@@ -19,9 +18,10 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from mcu import crc
-from simulator import LIMIT, program_from_arguments
+from serial_line import SerialLine
+from simulator import LIMIT, Simulator, program_from_arguments
 
-CBCANCTL, RTU_STATION = program_from_arguments(sys.argv, 2)
+CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
 DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT = 0, 2, 3, 4, 5
 
 
@@ -30,17 +30,16 @@ def run(device, *arguments):
 
 
 class Station:
-    """Ends with this program, whatever happens: its standard input does."""
+    """cbcan-sim without nodes at the other end of the line."""
 
-    def __init__(self, *arguments):
-        self.process = subprocess.Popen([RTU_STATION, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        word, self.device = self.process.stdout.readline().split()
-        assert word == "ready"
+    def __init__(self, number=1):
+        self.line = SerialLine()
+        self.device = self.line.ends[1]
+        self.simulator = Simulator(CBCAN_SIM, "--rtu", f"{self.line.ends[0]},115200,N,{number}")
 
     def stop(self):
-        self.process.stdin.close()
-        self.process.stdout.close()
-        return self.process.wait(LIMIT)
+        self.simulator.stop()
+        self.line.stop()
 
 
 class OurServer(unittest.TestCase):
@@ -81,24 +80,10 @@ class OurServer(unittest.TestCase):
             fcntl.flock(other, fcntl.LOCK_EX)
             self.check("state 0", "", NO_CONNECTION, f"cbcanctl: {self.station.device}: another program uses it\n")
 
-    def test_mbpoll(self):
-        def mbpoll(*arguments):
-            done = subprocess.run(["mbpoll", "-q", "-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-0", "-1", "-o", "5",
-                                   *arguments], capture_output=True, text=True, timeout=LIMIT)
-            return [int(value) for value in re.findall(r"^\[\d+\]:\s+(\d+)", done.stdout, re.MULTILINE)], done.stderr
-        device = self.station.device
-        mbpoll("-r", "3700", device, str(0xCA0E), "5055", "0", str(0x3001), "0", "1")
-        self.assertEqual(mbpoll("-r", "3700", "-c", "7", device)[0], [0, 5055, 0, 0x3001, 0, 1, 127])
-        self.assertEqual(mbpoll("-t", "3", "-r", "3700", "-c", "7", device)[0], [0, 5055, 0, 0x3001, 0, 1, 127])
-        self.assertEqual(len(mbpoll("-r", "4043", "-c", "125", device)[0]), 125)
-        self.assertIn("Illegal data address", mbpoll("-r", "4044", "-c", "125", device)[1])
-        self.assertIn("Illegal function", mbpoll("-t", "0", "-r", "0", "-c", "1", device)[1])
-        self.check("read 0 0x3001 0 --type u8", "127\n")
-
 
 class AnotherAddress(unittest.TestCase):
     def test_station_247(self):
-        station = Station("247")
+        station = Station(247)
         self.addCleanup(station.stop)
         done = run(station.device, "--station", "247", "state", "0")
         self.assertEqual((done.stdout, done.stderr), ("0 Pre-operational\n", ""))

@@ -15,8 +15,6 @@
 //
 // Its second part, CiA 402 itself: cia402_drive_test.cpp.
 
-#include <set>
-
 #include "demo_nodes.hpp"
 
 namespace cbcan::test {
@@ -25,23 +23,17 @@ namespace {
 
 using Frames = std::vector<std::string>;
 
-class Generic {
- public:
-  Generic() {
-    bench.start();
-    bench.expect("705#00");
-  }
+struct Generic {
+  Generic() { bench.start().expect("705#00"); }
   WorldBench bench;
   sim::Node& node = add_demo_node(bench, "generic.eds", 5);
 };
 
 /// An I/O module that produces everything that a node can: SYNC every 10 ms, TIME every 50 ms, a heartbeat
 /// every 20 ms.
-class Producer {
- public:
+struct Producer {
   Producer() {
-    bench.start();
-    bench.expect("742#00");
+    bench.start().expect("742#00");
     bench.expect_silence();
   }
   /// Identifiers that are heard within 100 ms, while the input changes and an error occurs.
@@ -93,16 +85,12 @@ TEST_CASE("CiA 402 introduction, NMT examples") {
 TEST_CASE("CiA 402 introduction, node guarding with its time-out") {
   WorldBench bench;
   add_demo_node(bench, "pressure_transducer.eds", 1, {{0x100C, 0, 100}, {0x100D, 0, 2}});
-  bench.start();
-  bench.expect("701#00");
+  bench.start().expect("701#00");
   bench.ask("701#R1", "701#7F");
   bench.pass(199 * kMillisecond);
   bench.ask("701#R1", "701#FF");
-  bench.pass(200 * kMillisecond);
-  bench.expect("081#3081110000000000");  // life guarding: 8130h
-  bench.send("701#R1");
-  bench.expect("701#7F");
-  bench.expect("081#0000000000000000");
+  bench.pass(200 * kMillisecond).expect("081#3081110000000000");  // life guarding: 8130h
+  bench.send("701#R1").expect("701#7F", "081#0000000000000000");
 }
 
 // The introduction's table has lost the places of its marks: Pre-operational has five services and Stopped
@@ -138,12 +126,10 @@ TEST_CASE("CiA 402 introduction, state-object relationship: which service is the
 TEST_CASE("CiA 402 introduction, state-object relationship: SYNC that others produce") {
   WorldBench bench;
   add_demo_node(bench, "pressure_transducer.eds", 1, {{0x9130, 1, 99021}});
-  bench.start();
-  bench.expect("701#00");
+  bench.start().expect("701#00");
   bench.send("080#");
   bench.send("000#0201");
-  bench.send("080#");
-  bench.expect_silence();  // there is no synchronous TPDO to be sent in these states
+  bench.send("080#").expect_silence();  // there is no synchronous TPDO to be sent in these states
   bench.send("000#0101");
   bench.ask("080#", "181#CD820100");
 }

@@ -12,8 +12,6 @@
 //
 // Its first part, CiA 301: cia402_communication_test.cpp.
 
-#include <cstdio>
-
 #include "demo_nodes.hpp"
 
 namespace cbcan::test {
@@ -26,11 +24,9 @@ enum class Way : std::uint8_t {
   kPdo,  ///< RPDO 1 and TPDO 1, in Operational
 };
 
-class DriveNode {
- public:
+struct DriveNode {
   explicit DriveNode(Way way = Way::kSdo) : way_(way) {
-    bench.start();
-    bench.expect("705#00");
+    bench.start().expect("705#00");
     if (way_ == Way::kSdo) return;
     // TPDOs 2 to 4 have the statusword too; off.
     bench.ask("605#2301180185020080", "585#6001180100000000");
@@ -126,13 +122,11 @@ TEST_CASE("CiA 402 introduction: fault, its reaction and its reset, by SDO and b
     drive.control("0F00", "3702");
     bench.pass(kSecond);
     bench.heard();
-    bench.incident(drive.node, "overcurrent", true);  // 13: by itself
-    bench.expect("085#1023030000000000");
+    bench.incident(drive.node, "overcurrent", true).expect("085#1023030000000000");  // 13: by itself
     drive.expect_status("1F02");
     bench.pass(25 * kMillisecond);
     drive.expect_status("1802");  // 14: by itself, when the axis stands
-    bench.incident(drive.node, "overcurrent", false);
-    bench.expect_silence();
+    bench.incident(drive.node, "overcurrent", false).expect_silence();
     // 15: Fault reset, the rising edge of bit 7.
     bench.send(way == Way::kSdo ? "605#2B40600080000000" : "205#8000");
     if (way == Way::kSdo) bench.expect("585#6040600000000000");

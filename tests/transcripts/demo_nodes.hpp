@@ -3,13 +3,6 @@
 
 /// Nodes of the demo plant on a simulated bus, as cbcan-sim makes them.
 
-#include <cstdint>
-#include <fstream>
-#include <iterator>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"

@@ -23,12 +23,8 @@ namespace cbcan::test {
 namespace {
 
 /// The module, after its boot-up.
-class IoModule {
- public:
-  IoModule() {
-    bench.start();
-    bench.expect("742#00");
-  }
+struct IoModule {
+  IoModule() { bench.start().expect("742#00"); }
   /// The note sets this first: without it nothing tells the state.
   void set_heartbeat() { bench.ask("642#2B171000E8030000", "5C2#6017100000000000"); }
   void expect_heartbeat(const std::string& frame) {
@@ -38,9 +34,7 @@ class IoModule {
   }
   /// Both event-driven TPDOs are sent when the node becomes Operational.
   void start() {
-    bench.send("000#0100");
-    bench.expect("1C2#00");
-    bench.expect("2C2#00000000");
+    bench.send("000#0100").expect("1C2#00", "2C2#00000000");
     bench.expect_silence();
   }
 
@@ -53,8 +47,7 @@ class IoModule {
 TEST_CASE("I/O module note, 1: after start-up the module is Pre-operational and sends no PDO") {
   IoModule module;
   module.bench.input(module.node, 0x6000, 1, 0x05);
-  module.bench.send("080#");
-  module.bench.expect_silence();
+  module.bench.send("080#").expect_silence();
   module.set_heartbeat();
   module.expect_heartbeat("742#7F");
 }
@@ -77,11 +70,9 @@ TEST_CASE("I/O module note, 1: Stopped: heartbeats alone") {
   module.set_heartbeat();
   module.bench.send("000#0200");
   module.bench.incident(module.node, "output-short-circuit", true);
-  module.bench.send("642#4011640100000000");
-  module.bench.expect_silence();
+  module.bench.send("642#4011640100000000").expect_silence();
   module.expect_heartbeat("742#04");
-  module.bench.send("000#8000");
-  module.bench.expect("0C2#2023030000000000");  // what has waited
+  module.bench.send("000#8000").expect("0C2#2023030000000000");  // what has waited
 }
 
 TEST_CASE("I/O module note, 1: restart the device: what was changed is as it was") {
@@ -91,8 +82,7 @@ TEST_CASE("I/O module note, 1: restart the device: what was changed is as it was
   module.bench.ask("000#8100", "742#00");
   module.bench.ask("642#4017100000000000", "5C2#4B17100000000000");
   module.bench.ask("642#4006620100000000", "5C2#4F066201FF000000");
-  module.bench.pass(2 * kSecond);
-  module.bench.expect_silence();
+  module.bench.pass(2 * kSecond).expect_silence();
 }
 
 TEST_CASE("I/O module note, 1: restart the communication: the others stay changed") {
@@ -102,16 +92,14 @@ TEST_CASE("I/O module note, 1: restart the communication: the others stay change
   module.bench.ask("000#8200", "742#00");
   module.bench.ask("642#4017100000000000", "5C2#4B17100000000000");
   module.bench.ask("642#4006620100000000", "5C2#4F06620100000000");
-  module.bench.pass(2 * kSecond);
-  module.bench.expect_silence();
+  module.bench.pass(2 * kSecond).expect_silence();
 }
 
 // The module has no object of three bytes; the generic node has. (The note calls these codes "read".)
 TEST_CASE("I/O module note, 2: write one to four bytes") {
   WorldBench bench;
   add_demo_node(bench, "generic.eds", 0x42);
-  bench.start();
-  bench.expect("742#00");
+  bench.start().expect("742#00");
   bench.ask("642#2F01200011000000", "5C2#6001200000000000");
   bench.ask("642#2B02200011220000", "5C2#6002200000000000");
   bench.ask("642#2703200011223300", "5C2#6003200000000000");
@@ -122,8 +110,7 @@ TEST_CASE("I/O module note, 2: read one to four bytes") {
   WorldBench bench;
   add_demo_node(bench, "generic.eds", 0x42,
                 {{0x2001, 0, 0x11}, {0x2002, 0, 0x2211}, {0x2003, 0, 0x332211}, {0x2004, 0, 0x44332211}});
-  bench.start();
-  bench.expect("742#00");
+  bench.start().expect("742#00");
   bench.ask("642#4001200000000000", "5C2#4F01200011000000");
   bench.ask("642#4002200000000000", "5C2#4B02200011220000");
   bench.ask("642#4003200000000000", "5C2#4703200011223300");
@@ -180,15 +167,9 @@ TEST_CASE("I/O module note, 3.2: TPDO: COB-ID, transmission type, mapping") {
   bench.ask("642#23021A0208010060", "5C2#60021A0200000000");  // 60000108h
   bench.ask("642#2F021A0002000000", "5C2#60021A0000000000");
   bench.ask("642#23021801C2030000", "5C2#6002180100000000");
-  bench.send("000#0100");
-  bench.expect("1C2#00");
-  bench.expect("2C2#00000000");
-  bench.expect("3C2#000000");
-  bench.input(module.node, 0x6401, 1, 300);  // no event: 6423h is 0
-  bench.expect_silence();
-  bench.input(module.node, 0x6000, 1, 5);
-  bench.expect("1C2#05");
-  bench.expect("3C2#2C0105");
+  bench.send("000#0100").expect("1C2#00", "2C2#00000000", "3C2#000000");
+  bench.input(module.node, 0x6401, 1, 300).expect_silence();  // no event: 6423h is 0
+  bench.input(module.node, 0x6000, 1, 5).expect("1C2#05", "3C2#2C0105");
 }
 
 TEST_CASE("I/O module note, 3: transmission types") {
@@ -199,8 +180,7 @@ TEST_CASE("I/O module note, 3: transmission types") {
     char write[24];
     std::snprintf(write, sizeof write, "642#2F001802%02X000000", type);
     bench.ask(write, "5C2#6000180200000000");
-    bench.send("000#0100");
-    bench.expect("2C2#00000000");
+    bench.send("000#0100").expect("2C2#00000000");
     for (unsigned sync = 1; sync <= 2 * type; ++sync) {
       bench.send("080#");
       if (sync % type == 0) bench.expect("1C2#81");
@@ -211,30 +191,21 @@ TEST_CASE("I/O module note, 3: transmission types") {
   bench.ask("642#2F001802F1000000", "5C2#8000180230000906");  // there is no 241
   bench.ask("642#2F001402FD000000", "5C2#8000140230000906");  // 253 is for TPDOs
   bench.ask("642#2F001802FD000000", "5C2#6000180200000000");  // 253: when asked by a remote frame
-  bench.send("000#0100");
-  bench.expect("2C2#00000000");
-  bench.input(module.node, 0x6000, 1, 0x82);
-  bench.expect_silence();
+  bench.send("000#0100").expect("2C2#00000000");
+  bench.input(module.node, 0x6000, 1, 0x82).expect_silence();
   bench.ask("1C2#R1", "1C2#82");
   bench.send("000#8000");
   bench.ask("642#2F001802FF000000", "5C2#6000180200000000");  // 255: with each event
-  bench.send("000#0100");
-  bench.expect("1C2#82");
-  bench.expect("2C2#00000000");
-  bench.input(module.node, 0x6000, 1, 0x83);
-  bench.expect("1C2#83");
+  bench.send("000#0100").expect("1C2#82", "2C2#00000000");
+  bench.input(module.node, 0x6000, 1, 0x83).expect("1C2#83");
 }
 
 TEST_CASE("I/O module note, 4: a heartbeat every second") {
   IoModule module;
-  module.bench.pass(10 * kSecond);
-  module.bench.expect_silence();  // by default there is none
-  module.bench.send("642#2B171000E8030000");
-  module.bench.expect("5C2#6017100000000000");  // which the note leaves out
-  for (int i = 0; i < 5; ++i) {
-    module.bench.pass(kSecond);
-    module.bench.expect("742#7F");
-  }
+  module.bench.pass(10 * kSecond).expect_silence();                          // by default there is none
+  module.bench.send("642#2B171000E8030000").expect("5C2#6017100000000000");  // which the note leaves out
+  for (int i = 0; i < 5; ++i)
+    module.bench.pass(kSecond).expect("742#7F");
   module.bench.ask("642#2B17100000000000", "5C2#6017100000000000");
   module.bench.pass(10 * kSecond);
 }
@@ -245,13 +216,10 @@ TEST_CASE("I/O module note, 5: SYNC every 10 ms") {
   IoModule module;
   WorldBench& bench = module.bench;
   bench.ask("642#2306100010270000", "5C2#6006100000000000");
-  bench.pass(kSecond);
-  bench.expect_silence();
+  bench.pass(kSecond).expect_silence();
   bench.ask("642#2305100080000040", "5C2#6005100000000000");
-  for (int i = 0; i < 5; ++i) {
-    bench.pass(10 * kMillisecond);
-    bench.expect("080#");
-  }
+  for (int i = 0; i < 5; ++i)
+    bench.pass(10 * kMillisecond).expect("080#");
   bench.ask("642#2306100000000000", "5C2#6006100000000000");
   bench.pass(kSecond);
 }

@@ -24,25 +24,16 @@ namespace cbcan::test {
 namespace {
 
 /// The two transducers of the trace, after their boot-up.
-class Transducers {
- public:
-  Transducers() {
-    bench.start();
-    bench.expect("701#00");
-    bench.expect("702#00");
-  }
+struct Transducers {
+  Transducers() { bench.start().expect("701#00", "702#00"); }
   WorldBench bench;
   sim::Node& first = add_demo_node(bench, "pressure_transducer.eds", 1, {{0x9130, 1, 99021}});
   sim::Node& second = add_demo_node(bench, "pressure_transducer.eds", 2, {{0x9130, 1, 99301}});
 };
 
 /// The generic node, with ID 5.
-class Generic {
- public:
-  Generic() {
-    bench.start();
-    bench.expect("705#00");
-  }
+struct Generic {
+  Generic() { bench.start().expect("705#00"); }
   WorldBench bench;
   sim::Node& node = add_demo_node(bench, "generic.eds", 5);
 };
@@ -51,11 +42,8 @@ class Generic {
 
 TEST_CASE("Overview, trace: two pressure transducers") {
   Transducers plant;
-  plant.bench.send("000#0100");
-  plant.bench.expect_silence();
-  plant.bench.send("080#");
-  plant.bench.expect("181#CD820100");
-  plant.bench.expect("182#E5830100");
+  plant.bench.send("000#0100").expect_silence();
+  plant.bench.send("080#").expect("181#CD820100", "182#E5830100");
 }
 
 TEST_CASE("Overview, object dictionary: the first objects, their types and attributes") {
@@ -75,14 +63,10 @@ TEST_CASE("Overview, object dictionary: the first objects, their types and attri
 TEST_CASE("Overview, communication objects: function code and node ID make the identifiers") {
   WorldBench bench;
   sim::Node& node = add_demo_node(bench, "io_module.eds", 0x7F);
-  bench.start();
-  bench.expect("77F#00");
+  bench.start().expect("77F#00");
   bench.ask("67F#4014100000000000", "5FF#43141000FF000000");  // EMCY, 080h + node ID
-  bench.send("000#017F");
-  bench.expect("1FF#00");
-  bench.expect("2FF#00000000");
-  bench.incident(node, "output-short-circuit", true);
-  bench.expect("0FF#2023030000000000");
+  bench.send("000#017F").expect("1FF#00", "2FF#00000000");
+  bench.incident(node, "output-short-circuit", true).expect("0FF#2023030000000000");
   bench.send("27F#55");
   bench.ask("67F#4000620100000000", "5FF#4F00620155000000");
 }
@@ -106,42 +90,30 @@ TEST_CASE("Overview, NMT: the five commands, to one node and to all") {
                                                    {"000#0100", "701#05", "702#05"},
                                                    {"000#0200", "701#04", "702#04"},
                                                    {"000#8000", "701#7F", "702#7F"}}) {
-    bench.send(row.command);
-    bench.expect_silence();
+    bench.send(row.command).expect_silence();
     bench.pass(10 * kMillisecond);
     bench.expect(row.first);
     bench.expect(row.second);
   }
   bench.send("000#0103");  // nobody
-  bench.pass(10 * kMillisecond);
-  bench.expect("701#7F");
-  bench.expect("702#7F");
+  bench.pass(10 * kMillisecond).expect("701#7F", "702#7F");
   bench.ask("000#8101", "701#00");
   bench.ask("000#8202", "702#00");
-  bench.send("000#8100");
-  bench.expect("701#00");
-  bench.expect("702#00");
-  bench.send("000#8200");
-  bench.expect("701#00");
-  bench.expect("702#00");
+  bench.send("000#8100").expect("701#00", "702#00");
+  bench.send("000#8200").expect("701#00", "702#00");
 }
 
 TEST_CASE("Overview, heartbeat: the four states") {
   WorldBench bench;
   add_demo_node(bench, "pressure_transducer.eds", 1, {{0x1017, 0, 100}});
-  bench.start();
-  bench.expect("701#00");  // boot-up: once, before the heartbeats
-  bench.pass(100 * kMillisecond);
-  bench.expect("701#7F");
+  bench.start().expect("701#00");  // boot-up: once, before the heartbeats
+  bench.pass(100 * kMillisecond).expect("701#7F");
   bench.send("000#0101");
-  bench.pass(100 * kMillisecond);
-  bench.expect("701#05");
+  bench.pass(100 * kMillisecond).expect("701#05");
   bench.send("000#0201");
-  bench.pass(100 * kMillisecond);
-  bench.expect("701#04");
+  bench.pass(100 * kMillisecond).expect("701#04");
   bench.ask("000#8201", "701#00");
-  bench.pass(100 * kMillisecond);
-  bench.expect("701#7F");
+  bench.pass(100 * kMillisecond).expect("701#7F");
 }
 
 TEST_CASE("Overview, heartbeat: node guarding, the same by request") {
@@ -191,8 +163,7 @@ TEST_CASE("Overview, SDO: abort, ccs 4") {
   WorldBench& bench = generic.bench;
   bench.ask("605#2108200008000000", "585#6008200000000000");
   bench.ask("605#0001020304050607", "585#2000000000000000");
-  bench.send("605#8008200000000008");
-  bench.expect_silence();                                     // an abort is not answered
+  bench.send("605#8008200000000008").expect_silence();        // an abort is not answered
   bench.ask("605#1D08000000000000", "585#8008200001000405");  // the transfer is over
   bench.ask("605#4008200000000000", "585#4108200008000000");
   bench.ask("605#6000000000000000", "585#0000000000000000");  // nothing was written
@@ -204,22 +175,18 @@ TEST_CASE("Overview, SDO: block, ccs 5 and 6") {
   Generic generic;
   WorldBench& bench = generic.bench;
   bench.ask("605#C608200008000000", "585#A40820007F000000");  // ccs 6: CRC and size; 127 segments a block
-  bench.send("605#0101020304050607");
-  bench.expect_silence();
+  bench.send("605#0101020304050607").expect_silence();
   bench.ask("605#8208000000000000", "585#A2027F0000000000");
   bench.ask("605#D9AC760000000000", "585#A100000000000000");  // 6 bytes of the last segment unused
   bench.ask("605#A40820007F000000", "585#C608200008000000");  // ccs 5
-  bench.send("605#A300000000000000");
-  bench.expect("585#0101020304050607");
-  bench.expect("585#8208000000000000");
+  bench.send("605#A300000000000000").expect("585#0101020304050607", "585#8208000000000000");
   bench.ask("605#A2027F0000000000", "585#D9AC760000000000");
   bench.send("605#A100000000000000");
 }
 
 TEST_CASE("Overview, PDO: by an empty frame with RTR") {
   Transducers plant;
-  plant.bench.send("181#R4");
-  plant.bench.expect_silence();  // not in Pre-operational
+  plant.bench.send("181#R4").expect_silence();  // not in Pre-operational
   plant.bench.send("000#0100");
   plant.bench.ask("181#R4", "181#CD820100");
 }
@@ -228,9 +195,7 @@ TEST_CASE("Overview, PDO: two devices with the same RPDO") {
   WorldBench bench;
   add_demo_node(bench, "io_module.eds", 0x42);
   add_demo_node(bench, "io_module.eds", 0x43);
-  bench.start();
-  bench.expect("742#00");
-  bench.expect("743#00");
+  bench.start().expect("742#00", "743#00");
   bench.ask("643#2300140143020080", "5C3#6000140100000000");
   bench.ask("643#2300140142020000", "5C3#6000140100000000");
   bench.send("000#0100");
@@ -259,15 +224,11 @@ TEST_CASE("Overview, TIME: there is no high resolution time stamp") {
 TEST_CASE("Overview, EMCY: once for each error") {
   Transducers plant;
   WorldBench& bench = plant.bench;
+  bench.incident(plant.first, "sensor-break", true).expect("081#0050010000000000");
   bench.incident(plant.first, "sensor-break", true);
-  bench.expect("081#0050010000000000");
-  bench.incident(plant.first, "sensor-break", true);
-  bench.pass(10 * kSecond);
-  bench.expect_silence();
-  bench.incident(plant.first, "sensor-break", false);
-  bench.expect("081#0000000000000000");
-  bench.incident(plant.first, "sensor-break", true);
-  bench.expect("081#0050010000000000");
+  bench.pass(10 * kSecond).expect_silence();
+  bench.incident(plant.first, "sensor-break", false).expect("081#0000000000000000");
+  bench.incident(plant.first, "sensor-break", true).expect("081#0050010000000000");
 }
 
 }  // namespace cbcan::test

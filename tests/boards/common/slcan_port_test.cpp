@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "boards/common/slcan_port.hpp"
 
-#include <string>
-#include <string_view>
-
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
 

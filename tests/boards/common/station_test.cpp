@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "boards/common/station.hpp"
 
-#include <array>
-#include <deque>
-#include <initializer_list>
-#include <memory>
-#include <vector>
-
 #include "support/bench.hpp"
 
 using namespace cbcan;
@@ -17,8 +11,7 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 /// A board that the test plays.
-class FakeBoard final : public Hardware {
- public:
+struct FakeBoard final : Hardware {
   Time now() override { return time; }
   bool receive(std::size_t network, Frame& frame) override {
     if (arrived[network].empty()) return false;

@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The coprocessor on the driver on the model: from registers to frames, and what a PLC sees of a bad bus.
 
-#include <algorithm>
-#include <array>
-
 #include "boards/stm32f4/bxcan_rig.hpp"
 #include "cbcan/coprocessor/coprocessor.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::Time;
-using cbcan::test::BxCanRig;
-using cbcan::test::frame_from;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "boards/stm32f4/bxcan_rig.hpp"
 
-using cbcan::BusState;
-using cbcan::kMillisecond;
-using cbcan::kSecond;
-using cbcan::Time;
-using cbcan::test::BxCanRig;
-using cbcan::test::frame_from;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 
@@ -22,8 +18,7 @@ void let_it_ask(BxCanRig& rig) {
 }  // namespace
 
 TEST_CASE("errors: passive and active again") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   rig.fail(15);
   rig.poll();
@@ -43,8 +38,7 @@ TEST_CASE("errors: passive and active again") {
 }
 
 TEST_CASE("errors: passive because of what is received") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   rig.model.receive_error(BxCanRig::Model::kCrc, 200);
   rig.poll();
   CHECK(rig.can.state() == BusState::kErrorPassive);
@@ -58,8 +52,7 @@ TEST_CASE("errors: passive because of what is received") {
 }
 
 TEST_CASE("errors: each code of LEC is kept until the next") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.can.counters().last_error == 0);
   for (const auto error : {BxCanRig::Model::kStuff, BxCanRig::Model::kForm, BxCanRig::Model::kAcknowledgement,
                            BxCanRig::Model::kBit1, BxCanRig::Model::kBit0, BxCanRig::Model::kCrc}) {
@@ -71,10 +64,8 @@ TEST_CASE("errors: each code of LEC is kept until the next") {
   CHECK(rig.can.counters().errors == 6);
 }
 
-TEST_CASE(
-    "bus-off: frames in the mailboxes are taken back, none is accepted, and none comes out afterwards") {
-  BxCanRig rig;
-  rig.start();
+TEST_CASE("bus-off: frames in mailboxes are taken back, none is accepted, and none comes out afterwards") {
+  StartedRig rig;
   CHECK(rig.send("000#0100"));
   CHECK(rig.send("601#"));
   CHECK(rig.send("602#"));
@@ -109,8 +100,7 @@ TEST_CASE(
 }
 
 TEST_CASE("bus-off: the controller is not asked to recover before every mailbox is empty") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   rig.fail(32);
   // A frame that is handed over in the moment of bus-off, before the loop has seen it.
@@ -129,8 +119,7 @@ TEST_CASE("bus-off: the controller is not asked to recover before every mailbox 
 }
 
 TEST_CASE("bus-off: filters, bit timing and interrupts are as before when it is over") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   rig.fail(32);
   let_it_ask(rig);
@@ -144,8 +133,7 @@ TEST_CASE("bus-off: filters, bit timing and interrupts are as before when it is 
 }
 
 TEST_CASE("bus-off: again and again, each counted") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   for (std::uint32_t i = 1; i <= 5; ++i) {
     CHECK(rig.send("601#"));
     rig.fail(32);
@@ -158,8 +146,7 @@ TEST_CASE("bus-off: again and again, each counted") {
 }
 
 TEST_CASE("bus-off: an abort that the controller does not do at once is waited for") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   CHECK(rig.send("602#"));
   rig.fail(32);
@@ -176,10 +163,8 @@ TEST_CASE("bus-off: an abort that the controller does not do at once is waited f
   CHECK(rig.sent().empty());
 }
 
-TEST_CASE(
-    "bus-off: a controller that does not empty its mailboxes is given up after 200 ms, and begins anew") {
-  BxCanRig rig;
-  rig.start();
+TEST_CASE("bus-off: a controller that does not empty its mailboxes is given up after 200 ms") {
+  StartedRig rig;
   rig.poll(10 * kSecond);
   CHECK(rig.send("000#0100"));
   rig.fail(32);
@@ -201,8 +186,7 @@ TEST_CASE(
 }
 
 TEST_CASE("bus-off: a controller that does not enter initialization mode is given up too") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   rig.fail(32);
   rig.model.init_refused = true;
@@ -213,8 +197,7 @@ TEST_CASE("bus-off: a controller that does not enter initialization mode is give
 }
 
 TEST_CASE("bus-off: a bus that stays dominant is waited for without end") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   rig.fail(32);
   for (int ms = 0; ms < 5000; ++ms)

@@ -3,13 +3,12 @@
 
 #include "boards/stm32f4/bxcan_rig.hpp"
 
-using cbcan::BusState;
-using cbcan::kMillisecond;
+using namespace cbcan;
 using cbcan::boards::bit_timing;
 using cbcan::boards::BitTiming;
 using cbcan::boards::stm32f4::bxcan::btr;
 using cbcan::boards::stm32f4::bxcan::kMostPrescaler;
-using cbcan::test::BxCanRig;
+using namespace cbcan::test;
 
 TEST_CASE("bit timing: BTR from the clock of APB1 and the bit rate") {
   struct Row {
@@ -125,8 +124,7 @@ TEST_CASE("init: a controller that does not respond is given up after 200 ms, ea
 }
 
 TEST_CASE("stop: in the registers' reset state it is off the bus, and takes nothing") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   rig.model.hold_in_reset(true);
   CHECK_FALSE(rig.send("602#"));  // before the loop knows

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "boards/stm32f4/bxcan_model.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -45,13 +46,6 @@ Frame frame_of(const std::array<std::uint32_t, 4>& words) {
   return frame;
 }
 
-/// The bits of the arbitration field in their order: base identifier, RTR or SRR, IDE, extension, RTR.
-std::uint64_t arbitration(std::uint32_t tir) {
-  const std::uint64_t base = tir >> 21, extension = tir >> 3 & 0x3FFFF, extended = tir >> 2 & 1,
-                      remote = tir >> 1 & 1;
-  return base << 21 | (extended | remote) << 20 | extended << 19 | extension << 1 | (extended & remote);
-}
-
 }  // namespace
 
 void BxCanModel::reset() {
@@ -67,7 +61,7 @@ void BxCanModel::reset() {
   joining_ = recovery_asked_ = false;
   recessive_ = acknowledge_reads_ = 0;
   fmr_ = 0x2A1C0E01;
-  fm1r_ = fs1r_ = ffa1r_ = fa1r_ = 0;
+  fm1r_ = ffa1r_ = fa1r_ = 0;
   banks_ = {};
 }
 
@@ -84,7 +78,7 @@ std::uint32_t BxCanModel::read(std::uint32_t offset) {
     case 0x01C: return btr_;
     case 0x200: return fmr_;
     case 0x204: return fm1r_;
-    case 0x20C: return fs1r_;
+    case 0x20C: return 0;
     case 0x214: return ffa1r_;
     case 0x21C: return fa1r_;
   }
@@ -120,6 +114,7 @@ void BxCanModel::write(std::uint32_t offset, std::uint32_t value) {
 void BxCanModel::write_mcr(std::uint32_t value) {
   if ((value & kReset) != 0) return reset();
   if (((value ^ mcr_) & (kInrq | kSleep)) != 0) acknowledge_reads_ = 0;
+  if ((value & (kTxfp | kRflm | kAbom)) != (kTxfp | kRflm)) throw std::logic_error("MCR: not modelled");
   mcr_ = value & 0x000100FF;
   joining_ = (mcr_ & (kInrq | kSleep)) == 0 && (msr_ & (kInak | kSlak)) != 0;
   if (joining_) recessive_ = 0;
@@ -152,7 +147,7 @@ void BxCanModel::recessive(unsigned bits) {
       joining_ = false;
       recessive_ = 0;
     } else if (!joining_ && (msr_ & (kInak | kSlak)) == 0 && bus_off()) {
-      if ((mcr_ & kAbom) == 0 && !recovery_asked_) return;
+      if (!recovery_asked_) return;
       if (++recessive_ < kRecovery) continue;
       tec_ = rec_ = recessive_ = 0;
       recovery_asked_ = false;
@@ -164,20 +159,16 @@ void BxCanModel::recessive(unsigned bits) {
 
 std::uint32_t BxCanModel::read_tsr() const {
   std::uint32_t value = tsr_results_;
-  std::uint32_t free = 3;
-  unsigned pending = 0;
+  std::uint32_t free = 0;  // CODE without one is not modelled
   for (unsigned i = 3; i-- > 0;) {
     if (mailboxes_[i].state == Mailbox::kEmpty) {
       value |= 1u << (26 + i);
       free = i;
-    } else {
-      ++pending;
-      if (mailboxes_[i].abort) value |= 0x80u << i * 8;
+    } else if (mailboxes_[i].abort) {
+      value |= 0x80u << i * 8;
     }
   }
-  const std::optional<unsigned> lowest = choose(false);
-  if (pending > 1) value |= 1u << (29 + *lowest);
-  return value | (free < 3 ? free : *lowest) << 24;
+  return value | free << 24;
 }
 
 void BxCanModel::write_tsr(std::uint32_t value) {
@@ -212,26 +203,12 @@ void BxCanModel::finish(unsigned mailbox, std::uint32_t result) {
   tsr_results_ = (tsr_results_ & ~(0xFu << mailbox * 8)) | result << mailbox * 8;
 }
 
-bool BxCanModel::goes_before(unsigned a, unsigned b) const {
-  const Mailbox &first = mailboxes_[a], &second = mailboxes_[b];
-  if ((mcr_ & kTxfp) != 0) return first.order < second.order;
-  const std::uint64_t x = arbitration(first.words[0]), y = arbitration(second.words[0]);
-  return x != y ? x < y : a < b;
-}
-
-std::optional<unsigned> BxCanModel::choose(bool highest) const {
-  std::optional<unsigned> chosen;
-  for (unsigned i = 0; i < 3; ++i) {
-    if (mailboxes_[i].state == Mailbox::kEmpty) continue;
-    if (!chosen || goes_before(i, *chosen) == highest) chosen = i;
-  }
-  return chosen;
-}
-
 bool BxCanModel::start_frame() {
-  const std::optional<unsigned> next = choose(true);
-  if (!next || !on_bus()) return false;
-  mailboxes_[*next].state = Mailbox::kOnBus;
+  Mailbox* next = nullptr;
+  for (Mailbox& mailbox : mailboxes_)
+    if (mailbox.state != Mailbox::kEmpty && (next == nullptr || mailbox.order < next->order)) next = &mailbox;
+  if (next == nullptr || !on_bus()) return false;
+  next->state = Mailbox::kOnBus;
   return true;
 }
 
@@ -267,10 +244,6 @@ std::optional<Frame> BxCanModel::sent() {
   return {};
 }
 
-bool BxCanModel::tx_line() const {
-  return (ier_ & 0x1) != 0 && (tsr_results_ & 0x00010101) != 0;
-}
-
 // ---- Reception, 30.7.3
 
 std::uint32_t BxCanModel::read_rfr(unsigned number) {
@@ -300,7 +273,6 @@ void BxCanModel::release(Fifo& fifo) {
 void BxCanModel::store(Fifo& fifo, const Received& received) {
   if (fifo.frames.size() == 3) {
     fifo.overrun = true;
-    if ((mcr_ & kRflm) == 0) fifo.frames.back() = received;
   } else {
     fifo.frames.push_back(received);
     if (fifo.frames.size() == 3) fifo.full = true;
@@ -320,10 +292,9 @@ bool BxCanModel::arrive(const Frame& frame) {
   rec_ = rec_ > 127 ? 119 : rec_ > 0 ? rec_ - 1 : 0;
   lec_ = kNoError;
   Received received{words_of(frame)};
-  const std::optional<Match> found = match(received.words[0]);
-  if (!found) return false;
-  received.words[1] |= found->index << 8;
-  store(fifos_[found->fifo], received);
+  const std::optional<unsigned> fifo = match(received.words[0]);
+  if (!fifo) return false;
+  store(fifos_[*fifo], received);
   return true;
 }
 
@@ -334,7 +305,9 @@ void BxCanModel::write_filter(std::uint32_t offset, std::uint32_t value) {
   switch (offset) {
     case 0x200: fmr_ = (fmr_ & 0xFFFFC0FE) | (value & 0x3F01); return;
     case 0x204: fm1r_ = init ? value & 0x0FFFFFFF : fm1r_; return;
-    case 0x20C: fs1r_ = init ? value & 0x0FFFFFFF : fs1r_; return;
+    case 0x20C:
+      if (value != 0) throw std::logic_error("filters of 32 bits are not modelled");
+      return;
     case 0x214: ffa1r_ = init ? value & 0x0FFFFFFF : ffa1r_; return;
     case 0x21C: fa1r_ = value & 0x0FFFFFFF; return;
   }
@@ -343,38 +316,26 @@ void BxCanModel::write_filter(std::uint32_t offset, std::uint32_t value) {
   if (init || (fa1r_ >> bank & 1) == 0) banks_[bank][offset / 4 % 2] = value;
 }
 
-void BxCanModel::match_bank(unsigned bank, std::uint32_t identifier, std::array<unsigned, 2>& next,
-                            std::optional<Match>& best) const {
-  const bool wide = (fs1r_ >> bank & 1) != 0, list = (fm1r_ >> bank & 1) != 0,
-             active = (fa1r_ >> bank & 1) != 0;
-  const unsigned fifo = ffa1r_ >> bank & 1;
-  // 16 bits: STID[10:0], RTR, IDE, EXID[17:15].
-  const std::uint32_t narrow = (identifier >> 21) << 5 | (identifier >> 1 & 1) << 4 |
-                               (identifier >> 2 & 1) << 3 | (identifier >> 18 & 7);
-  const std::uint32_t seen = wide ? identifier : narrow;
-  std::array<std::uint32_t, 4> parts{};  // the registers, in pieces of the scale's width
-  unsigned count = 0;
+/// `seen` as the 16 bits of a filter: STID[10:0], RTR, IDE, EXID[17:15].
+bool BxCanModel::hits(unsigned bank, std::uint32_t seen) const {
+  const bool list = (fm1r_ >> bank & 1) != 0;
   for (const std::uint32_t half : banks_[bank]) {
-    parts[count++] = wide ? half & ~1u : half & 0xFFFF;
-    if (!wide) parts[count++] = half >> 16;
+    const std::uint32_t low = half & 0xFFFF, high = half >> 16;
+    if (list ? seen == low || seen == high : ((seen ^ low) & high) == 0) return true;
   }
-  for (unsigned i = 0; i < count; i += list ? 1 : 2) {
-    const unsigned index = next[fifo]++;  // inactive banks are counted too
-    const bool hit = list ? seen == parts[i] : ((seen ^ parts[i]) & parts[i + 1]) == 0;
-    const Match match{(wide ? 0u : 2000u) + (list ? 0u : 1000u) + bank * 4 + i, fifo, index};
-    if (active && hit && (!best || match.rank < best->rank)) best = match;
-  }
+  return false;
 }
 
-/// `identifier` as in RIxR.
-std::optional<BxCanModel::Match> BxCanModel::match(std::uint32_t identifier) const {
+/// The FIFO of the filter that counts: a list before a mask, then the lower bank. `identifier` as in RIxR.
+std::optional<unsigned> BxCanModel::match(std::uint32_t identifier) const {
   if ((fmr_ & 1) != 0) return {};  // FINIT: reception is off
-  std::optional<Match> best;
-  std::array<unsigned, 2> next{};
-  const unsigned banks = fmr_ >> 8 & 0x3F;  // CAN2SB: the first that CAN2 has
-  for (unsigned bank = 0; bank < banks && bank < banks_.size(); ++bank)
-    match_bank(bank, identifier, next, best);
-  return best;
+  const std::uint32_t seen = (identifier >> 21) << 5 | (identifier >> 1 & 1) << 4 |
+                             (identifier >> 2 & 1) << 3 | (identifier >> 18 & 7);
+  const unsigned banks = std::min(fmr_ >> 8 & 0x3F, 28u);  // CAN2SB: the first that CAN2 has
+  for (const std::uint32_t of_kind : {fa1r_ & fm1r_, fa1r_ & ~fm1r_})
+    for (unsigned bank = 0; bank < banks; ++bank)
+      if ((of_kind >> bank & 1) != 0 && hits(bank, seen)) return ffa1r_ >> bank & 1;
+  return {};
 }
 
 // ---- Errors, 30.7.6

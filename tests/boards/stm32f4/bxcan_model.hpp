@@ -6,9 +6,9 @@
 /// time.
 ///
 /// Modelled: reset values; the handshakes of sleep and initialization mode; write protection of bit timing,
-/// filters and pending mailboxes; mailbox states, abort, both priorities; both FIFOs, overrun, locked mode;
-/// filter banks of either scale and mode with their match index; fault confinement with bus-off and recovery;
-/// the four interrupt lines. Not modelled: time stamps, TTCM, NART, AWUM, loopback, silent mode, CAN2.
+/// filters and pending mailboxes; mailbox states, abort, the order of requests (TXFP); both FIFOs, overrun,
+/// locked mode (RFLM); 16-bit filter banks; fault confinement with bus-off and recovery; the interrupt lines
+/// of reception and errors. What the driver does not use is not modelled, and throws where it is asked for.
 ///
 /// Nothing happens by itself: the test is the bus. What is written to a read-only bit is ignored; an offset
 /// that the manual does not have throws.
@@ -22,8 +22,7 @@
 
 namespace cbcan::test {
 
-class BxCanModel {
- public:
+struct BxCanModel {
   BxCanModel() { reset(); }
 
   // ---- The processor's side.
@@ -31,7 +30,6 @@ class BxCanModel {
   void write(std::uint32_t offset, std::uint32_t value);
 
   /// Interrupt lines, as they stand: levels.
-  bool tx_line() const;
   bool rx0_line() const { return rx_line(0); }
   bool rx1_line() const { return rx_line(1); }
   bool sce_line() const;
@@ -53,7 +51,7 @@ class BxCanModel {
   void recessive(unsigned bits);
   /// Another node's frame. False: not heard, or turned away by the filters.
   bool arrive(const Frame& frame);
-  /// The mailbox with the highest priority begins its frame. False: none is pending, or not on the bus.
+  /// The oldest request begins its frame. False: none is pending, or not on the bus.
   bool start_frame();
   /// How that frame ends.
   void end_frame(End end, Error error = kNoError);
@@ -90,11 +88,6 @@ class BxCanModel {
     unsigned release_reads;
     Received last;  ///< what the output registers show
   };
-  struct Match {
-    unsigned rank;  ///< lower wins
-    unsigned fifo;
-    unsigned index;
-  };
 
   void reset();
   bool in_init() const { return (msr_ & 1) != 0; }
@@ -107,8 +100,6 @@ class BxCanModel {
   void write_tsr(std::uint32_t value);
   void write_mailbox(std::uint32_t offset, std::uint32_t value);
   void finish(unsigned mailbox, std::uint32_t result);
-  bool goes_before(unsigned a, unsigned b) const;
-  std::optional<unsigned> choose(bool highest) const;
 
   std::uint32_t read_rfr(unsigned fifo);
   void write_rfr(unsigned fifo, std::uint32_t value);
@@ -117,9 +108,8 @@ class BxCanModel {
   bool rx_line(unsigned fifo) const;
 
   void write_filter(std::uint32_t offset, std::uint32_t value);
-  std::optional<Match> match(std::uint32_t identifier) const;
-  void match_bank(unsigned bank, std::uint32_t identifier, std::array<unsigned, 2>& next,
-                  std::optional<Match>& best) const;
+  std::optional<unsigned> match(std::uint32_t identifier) const;
+  bool hits(unsigned bank, std::uint32_t seen) const;
 
   std::uint32_t read_esr() const;
   void count_error(unsigned& counter, unsigned weight, Error error);
@@ -135,7 +125,7 @@ class BxCanModel {
   bool recovery_asked_;  ///< through initialization mode, since bus-off
   unsigned recessive_;   ///< bits seen for what is waited for
   unsigned acknowledge_reads_;
-  std::uint32_t fmr_, fm1r_, fs1r_, ffa1r_, fa1r_;
+  std::uint32_t fmr_, fm1r_, ffa1r_, fa1r_;
   std::array<std::array<std::uint32_t, 2>, 28> banks_;
 };
 

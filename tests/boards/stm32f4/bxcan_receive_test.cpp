@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "boards/stm32f4/bxcan_rig.hpp"
 
-using cbcan::BusState;
-using cbcan::Frame;
-using cbcan::kSecond;
-using cbcan::test::BxCanRig;
-using cbcan::test::frame_from;
+using namespace cbcan;
+using namespace cbcan::test;
 
 namespace {
 
@@ -20,8 +17,7 @@ int fifo_for(std::uint32_t id, bool remote) {
 }  // namespace
 
 TEST_CASE("receive: a frame as it stands in the FIFO's mailbox") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   REQUIRE(rig.hear(frame_from("5C2#4B11640123456789")));
   CHECK(rig.received() == "5C2#4B11640123456789");
   REQUIRE(rig.hear(frame_from("742#05")));
@@ -33,8 +29,7 @@ TEST_CASE("receive: a frame as it stands in the FIFO's mailbox") {
 }
 
 TEST_CASE("receive: a length of 9 to 15 means eight bytes; bytes past the length are 0") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   Frame frame = frame_from("581#1122334455667788");
   frame.length = 15;
   rig.hear(frame);
@@ -48,8 +43,7 @@ TEST_CASE("receive: a length of 9 to 15 means eight bytes; bytes past the length
 }
 
 TEST_CASE("receive: every identifier hits or misses the filters as promised") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   for (const bool remote : {false, true}) {
     for (std::uint32_t id = 0; id <= 0x7FF; ++id) {
       Frame frame;
@@ -71,8 +65,7 @@ TEST_CASE("receive: every identifier hits or misses the filters as promised") {
 }
 
 TEST_CASE("receive: a burst that fills a FIFO is drained by one interrupt, in order") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   for (const char* frame : {"581#01", "582#02", "583#03"})
     REQUIRE(rig.model.arrive(frame_from(frame)));
   rig.can.on_rx_interrupt();
@@ -82,8 +75,7 @@ TEST_CASE("receive: a burst that fills a FIFO is drained by one interrupt, in or
 }
 
 TEST_CASE("receive: a release that takes its time loses and doubles nothing") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   rig.model.release_after = 2;
   for (const char* frame : {"581#01", "582#02", "583#03"})
     REQUIRE(rig.model.arrive(frame_from(frame)));
@@ -97,8 +89,7 @@ TEST_CASE("receive: a release that takes its time loses and doubles nothing") {
 }
 
 TEST_CASE("receive: an overrun keeps what was there, is counted, and shows for a second") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   for (const char* frame : {"581#01", "582#02", "583#03", "584#04", "585#05"})
     rig.model.arrive(frame_from(frame));
   rig.can.on_rx_interrupt();
@@ -117,8 +108,7 @@ TEST_CASE("receive: an overrun keeps what was there, is counted, and shows for a
 }
 
 TEST_CASE("receive: a storm of EMCY messages that the loop does not follow loses no SDO response") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   for (int i = 0; i < 1000; ++i)
     rig.hear(frame_from("081#0010010000000000"));
   rig.hear(frame_from("5C2#6011640100000000"));
@@ -134,8 +124,7 @@ TEST_CASE("receive: a storm of EMCY messages that the loop does not follow loses
 }
 
 TEST_CASE("receive: a storm in FIFO 1 that the interrupt does not follow leaves FIFO 0 alone") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   for (int i = 0; i < 10; ++i)
     rig.model.arrive(frame_from("081#0010010000000000"));
   rig.model.arrive(frame_from("5C2#6011640100000000"));

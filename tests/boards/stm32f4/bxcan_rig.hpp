@@ -3,8 +3,6 @@
 
 /// The bxCAN driver on a model of the controller, with the test as the bus and as the loop.
 
-#include <vector>
-
 #include "boards/stm32f4/bxcan.hpp"
 #include "boards/stm32f4/bxcan_model.hpp"
 #include "boards/stm32f4/model_registers.hpp"
@@ -68,6 +66,10 @@ struct BxCanRig {
       model.end_frame(BxCanModel::End::kError, error);
     }
   }
+};
+
+struct StartedRig : BxCanRig {
+  StartedRig() { start(); }
 };
 
 }  // namespace cbcan::test

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "boards/stm32f4/bxcan_rig.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::kNever;
-using cbcan::kSecond;
-using cbcan::test::BxCanRig;
+using namespace cbcan;
+using namespace cbcan::test;
 
 TEST_CASE("transmit: a frame as it stands in the mailbox, TIxR to TDHxR") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("642#4011640100000000"));
   CHECK(rig.model.read(0x180) == 0xC8400001);  // 642h << 21, TXRQ
   CHECK(rig.model.read(0x184) == 8);
@@ -27,8 +24,7 @@ TEST_CASE("transmit: a frame as it stands in the mailbox, TIxR to TDHxR") {
 }
 
 TEST_CASE("transmit: three mailboxes, then full; in the order of the requests, not of the identifiers") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("603#"));
   CHECK(rig.send("602#"));
   CHECK(rig.send("601#"));
@@ -47,8 +43,7 @@ TEST_CASE("transmit: three mailboxes, then full; in the order of the requests, n
 }
 
 TEST_CASE("transmit: a frame that another one wins over is sent after it, and counted once") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   REQUIRE(rig.model.start_frame());
   rig.model.end_frame(BxCanRig::Model::End::kArbitrationLost);
@@ -61,8 +56,7 @@ TEST_CASE("transmit: a frame that another one wins over is sent after it, and co
 }
 
 TEST_CASE("transmit: a frame that nobody acknowledges is taken back after a second") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   rig.now = 5 * kSecond;
   CHECK(rig.send("000#0100"));
   CHECK(rig.poll() == 6 * kSecond);
@@ -81,8 +75,7 @@ TEST_CASE("transmit: a frame that nobody acknowledges is taken back after a seco
 }
 
 TEST_CASE("transmit: the second begins with the request, however long the loop had slept") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   rig.poll();
   CHECK(rig.sent() == "601#");
@@ -94,8 +87,7 @@ TEST_CASE("transmit: the second begins with the request, however long the loop h
 }
 
 TEST_CASE("transmit: a frame that is on the bus when it gets old may still be sent, and is counted as sent") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   rig.poll();
   REQUIRE(rig.model.start_frame());
@@ -107,8 +99,7 @@ TEST_CASE("transmit: a frame that is on the bus when it gets old may still be se
 }
 
 TEST_CASE("transmit: each mailbox gets old for itself") {
-  BxCanRig rig;
-  rig.start();
+  StartedRig rig;
   CHECK(rig.send("601#"));
   rig.poll();
   CHECK(rig.send("602#"));

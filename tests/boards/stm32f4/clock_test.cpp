@@ -22,8 +22,7 @@ using test::RccModel;
 using test::UsartModel;
 
 /// Registers of any model; something may happen before each access.
-class SharedRegisters {
- public:
+struct SharedRegisters {
   using Happening = std::function<void()>;
 
   template <class Model>

@@ -14,8 +14,7 @@
 
 namespace cbcan::test {
 
-class RccModel {
- public:
+struct RccModel {
   using Write = std::pair<std::uint32_t, std::uint32_t>;  // offset, value
 
   // ---- The processor's side.

@@ -2,8 +2,6 @@
 // Pins, timer, watchdog, the cause of a reset: expected register values from the bit definitions of RM0390,
 // by hand.
 
-#include <vector>
-
 #include "boards/stm32f4/gpio.hpp"
 #include "boards/stm32f4/model_registers.hpp"
 #include "boards/stm32f4/peripheral.hpp"

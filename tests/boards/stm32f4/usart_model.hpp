@@ -11,8 +11,7 @@
 
 namespace cbcan::test {
 
-class UsartModel {
- public:
+struct UsartModel {
   /// Flags of SR that come with a received byte.
   enum Fault : std::uint32_t { kGood = 0, kParity = 0x1, kFraming = 0x2, kNoise = 0x4 };
 

@@ -3,8 +3,6 @@
 
 #include "boards/stm32f4/usart.hpp"
 
-#include <vector>
-
 #include "boards/stm32f4/model_registers.hpp"
 #include "boards/stm32f4/usart_model.hpp"
 #include "support/catch.hpp"

@@ -30,8 +30,7 @@ cbcan::BusState core_state(BusState state) {
   }
 }
 
-class CoreTarget final : public Target {
- public:
+struct CoreTarget final : Target {
   explicit CoreTarget(const Settings& settings)
       : bench_(new test::Bench(registers_.words(), core_settings(settings))), settings_(settings) {}
 

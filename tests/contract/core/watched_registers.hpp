@@ -14,8 +14,7 @@ namespace cbcan::contract {
 /// The 70 words, laid out across a page boundary: R3700 ends a page, R3701 begins the next. With the first
 /// page write-protected a write to R3700 traps, and what the others hold at that moment is kept: a second
 /// reader who sees the new R3700 sees at least that. One at a time.
-class WatchedRegisters {
- public:
+struct WatchedRegisters {
   WatchedRegisters() : page_(static_cast<std::size_t>(sysconf(_SC_PAGESIZE))) {
     void* const pages = mmap(nullptr, 2 * page_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (pages == MAP_FAILED) throw std::bad_alloc();

@@ -14,8 +14,7 @@
 namespace cbcan::contract {
 
 /// A serial line, or another stream, of an emulator that runs in a process of its own.
-class Stream {
- public:
+struct Stream {
   explicit Stream(std::filesystem::path path);
 
   /// Where the emulator is to connect to, as QEMU writes it.
@@ -37,8 +36,7 @@ class Stream {
 };
 
 /// A folder that goes with this object.
-class TemporaryFolder {
- public:
+struct TemporaryFolder {
   TemporaryFolder();
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;
@@ -52,8 +50,7 @@ class TemporaryFolder {
 /// The image for the MPS2 board in QEMU, with its clock in the suite's hands: the board's microsecond counter
 /// is told to stand still and is set from outside, as a debugger would do it. The program is the unchanged
 /// one.
-class Emulator {
- public:
+struct Emulator {
   explicit Emulator(const std::string& image);
 
   Stream& modbus() { return modbus_; }

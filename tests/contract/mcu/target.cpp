@@ -2,14 +2,9 @@
 // The suite's target "mcu": the image for the MPS2 board in QEMU, for each case a new one, with Modbus RTU in
 // front and an SLCAN adapter behind that the suite plays.
 
-#include <algorithm>
-#include <deque>
-#include <iostream>
-#include <stdexcept>
-
+#include "contract/target.hpp"
 #include "contract/mcu/emulator.hpp"
 #include "contract/remote/slcan_text.hpp"
-#include "contract/target.hpp"
 #include "support/catch.hpp"
 #include "support/modbus_crc.hpp"
 
@@ -37,8 +32,7 @@ struct DeepestStack {
   std::uint16_t bytes = 0;
 } deepest_stack;
 
-class McuTarget final : public Target {
- public:
+struct McuTarget final : Target {
   explicit McuTarget(const Settings& settings)
       : emulator_(settings.plc_timeout == 0s ? CBCAN_IMAGE : CBCAN_IMAGE_WATCHES_PLC) {
     const std::string start = "\r\r\rC\rS6\rO\rt77F100\r";

@@ -12,8 +12,7 @@ namespace cbcan::contract {
 
 /// A program that a test has started, with its standard input and output. It ends with this object, and also
 /// when the test is killed.
-class Child {
- public:
+struct Child {
   /// Throws std::runtime_error when it cannot be started.
   explicit Child(const std::vector<std::string>& command);
   ~Child();

@@ -11,8 +11,7 @@ namespace cbcan::contract {
 
 /// The far side of a CAN bus: a connection to one of cbcan-sim's SLCAN adapters. Frames are text as candump
 /// writes it. Throws std::runtime_error when the adapter refuses something or says nothing for a minute.
-class SlcanBus {
- public:
+struct SlcanBus {
   /// Connects to 127.0.0.1 and opens the channel.
   explicit SlcanBus(std::uint16_t port);
 

@@ -32,8 +32,7 @@ std::uint16_t port_in(const std::string& ready, const std::string& service) {
 }
 
 /// A PLC's connection.
-class Plc {
- public:
+struct Plc {
   explicit Plc(std::uint16_t port) : modbus_(modbus_new_tcp("127.0.0.1", port)) {
     constexpr std::uint32_t kPatienceSeconds = 60;
     if (modbus_ != nullptr) modbus_set_response_timeout(modbus_, kPatienceSeconds, 0);
@@ -73,8 +72,7 @@ class Plc {
   modbus_t* modbus_;
 };
 
-class SimTarget final : public Target {
- public:
+struct SimTarget final : Target {
   explicit SimTarget(const Settings& settings)
       : simulator_({CBCAN_SIM,
                     "--clock",

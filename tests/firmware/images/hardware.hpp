@@ -16,8 +16,7 @@ struct Hardware {
 };
 inline Hardware& hardware = *reinterpret_cast<Hardware*>(0x40000000);
 
-class Port final : public cbcan::CanPort {
- public:
+struct Port final : cbcan::CanPort {
   bool try_send(const cbcan::Frame& frame) override {
     hardware.out = frame;
     return hardware.sent;

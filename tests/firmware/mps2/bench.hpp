@@ -25,8 +25,7 @@ void print(const char* text);
 void print(std::uint32_t number);
 
 /// Messages that have to come at a steady beat for ever.
-class Beat {
- public:
+struct Beat {
   explicit constexpr Beat(Time period) : period_(period) {}
 
   void on_message(Time now);
@@ -42,8 +41,7 @@ class Beat {
 };
 
 /// One direction of the bus.
-class Line final : public CanPort {
- public:
+struct Line final : CanPort {
   bool try_send(const Frame& frame) override;
   bool receive(Frame& frame) { return frames_.pop(frame); }
   bool empty() const { return frames_.empty(); }
@@ -56,8 +54,7 @@ class Line final : public CanPort {
 };
 
 /// The board's microseconds against ticks of the system clock, counted by a timer that nothing else uses.
-class Reference {
- public:
+struct Reference {
   void start(Time now);
   /// At least every 171 s: the timer has 32 bits.
   void check(Time now);
@@ -72,8 +69,7 @@ class Reference {
   std::uint32_t farthest_ = 0;
 };
 
-class Bench final : public boards::Hardware {
- public:
+struct Bench final : boards::Hardware {
   static constexpr std::uint8_t kFirstNode = 2;  ///< a heartbeat every 1 s; 3: 1.3 s; 4: 1.7 s
   static constexpr std::uint8_t kGuarded = 5;    ///< none
   static constexpr std::uint8_t kAbsent = 6;

@@ -13,8 +13,7 @@
 
 namespace cbcan::test {
 
-class Client {
- public:
+struct Client {
   /// Transactions from the request to the result; R3700.
   std::uint16_t read(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::size_t size);
   std::uint16_t write(std::uint8_t node, std::uint16_t index, std::uint8_t sub,

@@ -14,8 +14,7 @@ namespace cbcan::test {
 
 /// 2000h:00 U32, 2001h:00 string of up to 32 bytes, 2002h:00 DOMAIN of 128 bytes, 2003h:00 U16 read-only,
 /// 1017h.
-class Device final : public Application {
- public:
+struct Device final : Application {
   /// `heartbeat_ms`: 1017h at power-on; 0 = none, and node guarding is answered.
   Device(std::uint8_t node_id, CanPort& port, std::uint16_t heartbeat_ms = 0);
 
