@@ -4,11 +4,13 @@
 /// One EDS or DCF file for all nodes that have it.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "eds/diagnostics.hpp"
 #include "eds/dictionary_image.hpp"
+#include "eds/object_names.hpp"
 
 namespace cbcan::plant {
 
@@ -23,6 +25,9 @@ class EdsFile {
   /// For a node with this ID; 0 = for none.
   eds::DictionaryImage image(std::uint8_t node_id) const;
 
+  /// For people; shared by all nodes that have the file.
+  std::shared_ptr<const eds::ObjectNames> names() const { return names_; }
+
   /// What is wrong in the file; of what all nodes have in common nothing after the first call.
   std::vector<eds::Diagnostic> take_diagnostics(std::uint8_t node_id);
 
@@ -31,6 +36,7 @@ class EdsFile {
   std::string text_;
   bool alike_;                  ///< for all node IDs
   eds::DictionaryImage image_;  ///< for none
+  std::shared_ptr<const eds::ObjectNames> names_;
   std::vector<eds::Diagnostic> diagnostics_;
 };
 

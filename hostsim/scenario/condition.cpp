@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "cbcan/regmap.hpp"
+#include "journal/watch.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
@@ -235,27 +236,26 @@ class FrameCondition final : public EventCondition {
   std::size_t count_ = 0;
 };
 
-/// An EMCY message of 8 bytes, by the identifier that CiA 301 gives it.
 class EmergencyCondition final : public EventCondition {
  public:
   EmergencyCondition(const Written& written, View& view) : EventCondition(written) {
     const auto [network, name] = where(written.words[0], view.networks());
     network_ = network;
-    id_ = 0x80 + number_of(name, 1, nmt::kMaxNode, "node");
+    node_ = number_of(name, 1, nmt::kMaxNode, "node");
     view.world(network_);
     if (written.words.size() == 2) code_ = number_of(written.words[1], 0, 0xFFFF, "code");
   }
   void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
-    const bool is_one = network == network_ && frame.id == id_ && frame.flags == 0 && frame.length == 8;
-    const unsigned code = frame.data[0] + 256u * frame.data[1];
-    if (is_one && (!code_ || code == *code_)) ++count_;
+    const auto message = journal::emergency_of(frame);
+    if (network == network_ && message && message->node == node_ && (!code_ || message->code == *code_))
+      ++count_;
   }
 
  private:
   std::size_t happened(View& /*view*/) const override { return count_; }
 
   std::size_t network_ = 1;
-  std::uint32_t id_ = 0;
+  std::uint32_t node_ = 0;
   std::optional<std::uint32_t> code_;
   std::size_t count_ = 0;
 };

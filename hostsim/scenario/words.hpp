@@ -86,7 +86,6 @@ sim::Node& node_of(View& view, std::string_view word);
 /// One that has power.
 sim::Node& running_node_of(View& view, std::string_view word);
 
-std::string_view name_of(nmt::State state);
 /// "off" without power
 std::string_view state_of(const sim::Node& node);
 
