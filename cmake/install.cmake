@@ -36,7 +36,7 @@ endif()
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcbcan-dev COMPONENT dev
   FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN CMakeLists.txt)
 if(TARGET cbcan::sim)
-  cbcan_install_libraries(cbcan-sim sim scenario plant devices eds sim_room text)
+  cbcan_install_libraries(cbcan-sim sim scenario plant journal devices eds sim_room text)
   cbcan_install_headers(hostsim/include/cbcan)
 endif()
 

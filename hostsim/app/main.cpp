@@ -43,7 +43,7 @@ int run(const plant::Start& start, const plant::FileReader& read, Console& conso
   } else {
     exit_code = simulator.run(start.command);
   }
-  if (config.verbose) console.tell(simulator.summary());
+  if (config.summary || config.verbose || config.verbose_frames) console.tell(simulator.summary());
   return exit_code;
 }
 

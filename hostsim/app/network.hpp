@@ -63,6 +63,10 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
   void start();
 
   void on_request(bool valid, const io::ModbusRange& written) override;
+  bool listens() const override { return core_.watch() != nullptr; }
+  void on_exchange(const journal::ModbusExchange& exchange) override {
+    core_.watch()->on_modbus(exchange, surroundings_.clock.now());
+  }
 
   /// Does what is due.
   void advance();

@@ -1,29 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "app/recorder.hpp"
 
-#include <fcntl.h>
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <filesystem>
 
 #include "cbcan/regmap.hpp"
-#include "io/errors.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::app {
 
 namespace {
-
-io::Descriptor open_file(const std::string& path) {
-  constexpr mode_t kMode = 0644;
-  io::Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kMode));
-  if (!file) throw io::EnvironmentError("record " + path + ": " + io::reason(errno) + "; write another file");
-  return file;
-}
 
 /// As TOML writes a text.
 std::string toml_text(std::string_view text) {
@@ -33,53 +22,41 @@ std::string toml_text(std::string_view text) {
   return result + '"';
 }
 
-/// Commands that change something.
-bool is_recorded(std::string_view name) {
-  static constexpr std::array<std::string_view, 9> kKnown{"set",   "incident", "power", "fault", "clear",
-                                                          "write", "trigger",  "send",  "nmt"};
-  return std::ranges::find(kKnown, name) != kKnown.end();
-}
-
 }  // namespace
 
 Recorder::Recorder(const std::string& path, const std::string& plant, scenario::Control& control)
-    : control_(control),
-      file_(open_file(path)),
-      transactions_(control, {"transactions"}, [this](std::string_view line) { on_event(line); }) {
+    : control_(control), file_(io::Output::open("record", path)), cursor_(control.journal()) {
   const std::string place =
       plant.empty() || plant == "demo" ? plant : std::filesystem::absolute(plant).string();
   file_.add(place.empty() ? "" : fmt::format("plant = {}\n", toml_text(place)));
   file_.flush();
 }
 
-void Recorder::add_step(std::string_view keys) {
-  file_.add(fmt::format("\n[[step]]\nat = \"{}us\"\n{}", control_.now(), keys));
+void Recorder::add_step(Time at, std::string_view keys) {
+  file_.add(fmt::format("\n[[step]]\nat = \"{}us\"\n{}", at, keys));
   file_.flush();
 }
 
 void Recorder::on_written(std::size_t network, std::size_t first, std::span<const std::uint16_t> words) {
-  add_step(fmt::format("do = \"write {}{} {}\"\n", scenario::prefix_of(network), first, text::joined(words)));
-}
-
-void Recorder::on_command(std::string_view line) {
-  const auto words = text::words_of(line);
-  if (!words.empty() && is_recorded(words.front()))
-    add_step(fmt::format("do = {}\n", toml_text(text::trim(line))));
+  look();
+  add_step(control_.now(),
+           fmt::format("do = \"write {}{} {}\"\n", scenario::prefix_of(network), first, text::joined(words)));
 }
 
 void Recorder::look() {
-  transactions_.look();
+  cursor_.look([this](std::uint64_t /*number*/, const journal::Event& event) {
+    if (event.kind == journal::Kind::kEnded) on_ended(event);
+    if (event.kind == journal::Kind::kCommand)
+      add_step(event.at, fmt::format("do = {}\n", toml_text(control_.journal().text(event))));
+    return true;
+  });
 }
 
-/// "at 1.000000 transaction 2/ended"
-void Recorder::on_event(std::string_view line) {
-  const std::string_view what = text::words_of(line).back();
-  if (!what.ends_with("ended")) return;
-  const std::size_t network = scenario::where(what, control_.networks()).network;
-  const auto registers = control_.read(network, regmap::kWindowFirst, regmap::kWindowWords);
+void Recorder::on_ended(const journal::Event& event) {
+  const std::string prefix = scenario::prefix_of(event.network);
+  const auto registers = control_.read(event.network, regmap::kWindowFirst, regmap::kWindowWords);
   const bool is_read = registers[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoRead;
   const std::uint16_t result = registers[0];
-  const std::string prefix = scenario::prefix_of(network);
   std::string expected = fmt::format("\"register {}{} = {}\"", prefix, regmap::kWindowFirst, result);
   const auto expect = [&](std::uint16_t first, std::size_t count) {
     const auto words = std::span(registers).subspan(first - regmap::kWindowFirst, count);

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "io/loop/output.hpp"
-#include "scenario/subscription.hpp"
+#include "scenario/control.hpp"
 
 namespace cbcan::app {
 
@@ -22,18 +22,16 @@ class Recorder {
 
   /// The PLC has written these, which has had no effects yet.
   void on_written(std::size_t network, std::size_t first, std::span<const std::uint16_t> words);
-  /// A command has been given.
-  void on_command(std::string_view line);
-  /// Transactions may have ended.
+  /// Commands may have been given, transactions may have ended.
   void look();
 
  private:
-  void add_step(std::string_view keys);
-  void on_event(std::string_view line);
+  void add_step(Time at, std::string_view keys);
+  void on_ended(const journal::Event& event);
 
   scenario::Control& control_;
   io::Output file_;
-  scenario::Subscription transactions_;
+  journal::Cursor cursor_;
 };
 
 }  // namespace cbcan::app

@@ -49,7 +49,10 @@ std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor, C
 
 Simulator::Simulator(const plant::Config& config, plant::PlantBuild build, Console& console, bool reads_input)
     : console_(console),
-      warn_([&console](const std::string& line) { console.warn(line); }),
+      warn_([this](const std::string& line) {
+        if (trace_) trace_->look();
+        console_.warn(line);
+      }),
       signals_(reactor_),
       clock_(make_clock(config.clock, reactor_, console, reads_input)),
       started_(clock_->now()),
@@ -57,6 +60,8 @@ Simulator::Simulator(const plant::Config& config, plant::PlantBuild build, Conso
   open_networks(config, std::move(build));
   open_modbus(config);
   if (!config.control.empty()) open_control(config);
+  if (!config.http.listen.empty()) open_http(config.http);
+  open_views(config);
 }
 
 void Simulator::on_written(std::size_t network, const io::ModbusRange& written) {
@@ -82,6 +87,8 @@ void Simulator::open_networks(const plant::Config& config, plant::PlantBuild bui
     cores.push_back(&networks_.back()->core());
   }
   control_.emplace(std::move(cores), started_);
+  control_->on_journal_filled = [this] { look_at_journal(); };
+  find_name_ = names_of(*control_, names_ = std::move(build.names));
 }
 
 /// Where no network has a module there is nothing to serve.
@@ -93,6 +100,63 @@ void Simulator::open_modbus(const plant::Config& config) {
     units.push_back(network.get());
   open_rtu(config.rtu, units);
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
+}
+
+void Simulator::open_views(const plant::Config& config) {
+  constexpr std::uint64_t kMegabyte = 1'000'000;
+  if (config.verbose || config.verbose_frames)
+    trace_.emplace(*control_, find_name_, config.verbose_frames,
+                   [this](std::string_view lines) { console_.tell(lines); });
+  if (!config.pcap.empty())
+    pcap_.emplace(
+        control_->journal(),
+        io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, networks_.size(),
+                               clock_->wall_offset() + started_,
+                               clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock},
+        [this](const auto& event) { return packet_comment(event, control_->journal(), find_name_); }, warn_);
+  if (!trace_ && !pcap_ && !http_) return;
+  control_->journal();
+  if (modbus_)
+    modbus_->on_client = [this](std::uint32_t client, std::string_view address, bool joined) {
+      control_->journal().add({.kind = journal::Kind::kClient,
+                               .network = 0,
+                               .state = joined,
+                               .code = client,
+                               .at = clock_->now() - started_},
+                              address);
+    };
+}
+
+void Simulator::open_http(const plant::HttpConfig& config) {
+  api_.emplace(
+      Api::Parts{*control_, names_, find_name_,
+                 [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
+                 [this] {
+                   advance();
+                   look_at_waits();
+                 },
+                 [this] { return about(); }});
+  http_.emplace(reactor_, text::parse_listen_address(config.listen, 0), config.write,
+                [this](const io::HttpRequest& request) { return api_->respond(request); });
+}
+
+Json Simulator::about() const {
+  Json json{{"program", "cbcan-sim"}, {"where", where()}, {"clock", clock_->runs() ? "real" : "manual"}};
+  json["writable"] = http_->may_write();
+  json["streams"] = http_->streams();
+  if (modbus_) {
+    json["modbus"] = to_string(modbus_->address());
+    json["clients"] = modbus_->clients();
+    json["requests"] = modbus_->counters().requests;
+  }
+  return json;
+}
+
+void Simulator::look_at_journal() {
+  if (recorder_) recorder_->look();
+  if (trace_) trace_->look();
+  if (pcap_) pcap_->look();
+  waits_.tell();
 }
 
 void Simulator::open_rtu(const plant::RtuConfig& config, const std::vector<io::ModbusUnit*>& units) {
@@ -118,6 +182,7 @@ std::string Simulator::where() const {
   for (const auto& network : networks_)
     text += (network == networks_.front() ? "" : " ") + network->where();
   if (commands_) text += " control=" + to_string(commands_->address());
+  if (http_) text += " http=" + to_string(http_->address());
   return text;
 }
 
@@ -153,13 +218,14 @@ std::size_t Simulator::turn(Time until) {
     network->poll_plc(io::Reactor::now());
   flush();
   if (commands_) commands_->flush();
+  if (http_) http_->poll(io::Reactor::now());
+  if (!clock_->runs() && waits_.want_time()) until = 0;
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
 std::string Simulator::execute(std::string_view line, const std::shared_ptr<io::Dialogue>& dialogue) {
   advance();
   look_at_waits();
-  if (recorder_) recorder_->on_command(line);
   scenario::Reply reply = control_->execute(line, clock_->now());
   advance();
   look_at_waits();
@@ -172,10 +238,12 @@ std::string Simulator::execute(std::string_view line, const std::shared_ptr<io::
 bool Simulator::look_at_waits() {
   control_->set_now(clock_->now());
   if (recorder_) recorder_->look();
+  waits_.tell();
   return waits_.look();
 }
 
 void Simulator::flush() {
+  look_at_journal();
   for (const auto& network : networks_)
     network->flush();
   console_.flush();
@@ -188,9 +256,11 @@ void Simulator::advance() {
 
 Time Simulator::next_deadline() const {
   Time next = console_.next_deadline();
+  if (pcap_) next = earlier(next, pcap_->next_deadline());
   if (const Time look = waits_.next_look(); clock_->runs() && look != kNever)
     next = earlier(next, started_ + look);
   if (modbus_) next = earlier(next, modbus_->next_deadline());
+  if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
   for (const auto& network : networks_)
     next = earlier(next, network->next_deadline());

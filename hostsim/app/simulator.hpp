@@ -9,11 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "app/api.hpp"
 #include "app/clock.hpp"
 #include "app/console.hpp"
 #include "app/network.hpp"
 #include "app/recorder.hpp"
+#include "app/views.hpp"
 #include "app/waits.hpp"
+#include "io/http/http_server.hpp"
 #include "io/loop/child_process.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/stop_signals.hpp"
@@ -56,6 +59,10 @@ class Simulator final : private Program {
   void open_modbus(const plant::Config& config);
   void open_rtu(const plant::RtuConfig& config, const std::vector<io::ModbusUnit*>& units);
   void open_control(const plant::Config& config);
+  void open_views(const plant::Config& config);
+  void open_http(const plant::HttpConfig& config);
+  Json about() const;
+  void look_at_journal();
   bool stop_requested() const override;
   bool stopped_meanwhile() override { return signals_.look(); }
   std::size_t turn(Time until) override;
@@ -77,13 +84,19 @@ class Simulator final : private Program {
   Time started_;
   std::vector<std::unique_ptr<Network>> networks_;
   std::optional<scenario::Control> control_;
+  decltype(plant::PlantBuild::names) names_;
+  journal::FindName find_name_;
   std::optional<Recorder> recorder_;
+  std::optional<Trace> trace_;
+  std::optional<io::PcapFile> pcap_;
   Waits waits_;
   bool stopping_ = false;
   std::optional<io::StreamServer> commands_;
   std::optional<io::ModbusTcp> modbus_;
   std::optional<io::ModbusSerial> rtu_;
   std::optional<io::StreamServer> rtu_tcp_;
+  std::optional<Api> api_;
+  std::optional<io::HttpServer> http_;
   std::optional<io::ChildProcess> child_;
 };
 

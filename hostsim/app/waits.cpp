@@ -35,10 +35,13 @@ void Waits::answer(const Waiting& waiting, const std::string& response) {
   dialogue->unsent += response;
 }
 
-bool Waits::look() {
+void Waits::tell() {
   std::erase_if(told_, [](const Told& told) { return told.dialogue.expired(); });
   for (Told& told : told_)
     told.subscription->look();
+}
+
+bool Waits::look() {
   const std::size_t ended = std::erase_if(waiting_, [](const Waiting& waiting) {
     if (waiting.dialogue.expired()) return true;
     const auto response = waiting.wait->look();

@@ -28,6 +28,8 @@ class Waits {
   /// The response to a command whose reply this is; none, if it comes later.
   std::string take(scenario::Reply reply, scenario::Control& control, const Dialogue& dialogue);
 
+  /// Connections are told what has happened.
+  void tell();
   /// Answers those that are over; true if there was one. The time is that of the Control.
   bool look();
   /// When one may be over though nothing happens, of the plant's time since its start; kNever = there is

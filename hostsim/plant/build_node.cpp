@@ -70,6 +70,7 @@ class Builder {
     if (file == nullptr) {
       complain(node_.place, cannot_read(node_.eds, node_.place));
     } else {
+      build_.names = file->names();
       read_eds(*file);
       if (build_.problems.empty()) add_parts();
       if (build_.problems.empty()) add_signals();
@@ -236,13 +237,16 @@ PlantBuild build_nodes(const Config& config, const FileReader& read) {
   NodeBuilder builder(read);
   for (const NetworkConfig& network : config.networks) {
     auto& nodes = plant.networks.emplace_back();
+    plant.names.emplace_back();
     for (const NodeConfig& node : network.nodes) {
       NodeBuild build = builder.build(node, node_seed(config, node));
       if (!config.verbose) build.notes.clear();
       for (const auto* lines : {&build.warnings, &build.problems, &build.notes})
         plant.lines.insert(plant.lines.end(), lines->begin(), lines->end());
       plant.good = plant.good && build.node;
-      if (build.node) nodes.push_back(std::move(*build.node));
+      if (!build.node) continue;
+      nodes.push_back(std::move(*build.node));
+      plant.names.back().push_back(std::move(build.names));
     }
     auto& replay = plant.replays.emplace_back();
     if (network.can.replay.empty()) continue;

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -25,6 +26,7 @@ struct NodeBuild {
   std::vector<std::string> problems;  ///< why there is no node
   std::vector<std::string> warnings;  ///< what is wrong in the EDS file and what is used in its place
   std::vector<std::string> notes;     ///< of interest to somebody who asks
+  std::shared_ptr<const eds::ObjectNames> names;
 };
 
 /// Builds the nodes of a plant; reads each EDS file once.
@@ -43,9 +45,10 @@ class NodeBuilder {
 
 struct PlantBuild {
   std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each, in their order
-  std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each, from the start on
-  std::vector<std::string> lines;                     ///< what is to be said, also where nothing is wrong
-  bool good = true;                                   ///< false: nodes are missing
+  std::vector<std::vector<std::shared_ptr<const eds::ObjectNames>>> names;  ///< of its nodes
+  std::vector<std::vector<sim::TimedFrame>> replays;                        ///< of each, from the start on
+  std::vector<std::string> lines;  ///< what is to be said, also where nothing is wrong
+  bool good = true;                ///< false: nodes are missing
 };
 
 /// All nodes of all networks, and what is replayed there. With `config.verbose` notes are said too.

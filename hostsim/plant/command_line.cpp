@@ -162,6 +162,7 @@ void use_free_addresses(const Typed& typed, Config& config) {
   constexpr std::string_view kFree = "127.0.0.1:0";
   if (typed.count("--modbus") == 0) config.modbus.port = 0;
   if (typed.count("--control") == 0) config.control = kFree;
+  if (typed.count("--http") == 0 && !config.http.listen.empty()) config.http.listen = kFree;
   if (typed.count("--rtu-tcp") == 0 && !config.rtu.listen.empty()) config.rtu.listen = kFree;
   for (NetworkConfig& network : config.networks) {
     const auto names_it = [&](const Argument& argument) {

@@ -175,7 +175,8 @@ void check_network(const Config& config, const NetworkConfig& network, Diagnosti
 }  // namespace
 
 bool logs_to_standard_output(const Config& config) {
-  return std::ranges::any_of(config.networks,
+  return config.pcap == kStandardOutput ||
+         std::ranges::any_of(config.networks,
                              [](const auto& network) { return network.log == kStandardOutput; });
 }
 
@@ -225,7 +226,8 @@ Diagnostics check(const Config& config) {
   check_number_of_networks(config, found);
   if (config.clock == ClockKind::kManual && logs_to_standard_output(config))
     found.push_back(
-        about_option("--log -", "standard output has the responses of --clock manual; name a file"));
+        about_option(config.pcap == kStandardOutput ? "--pcap -" : "--log -",
+                     "standard output has the responses of --clock manual; name a file"));
   check_parameter_files(config, found);
   check_belongings(config, found);
   return found;

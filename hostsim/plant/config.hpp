@@ -149,13 +149,25 @@ struct NetworkConfig {
   bool operator==(const NetworkConfig&) const = default;
 };
 
+/// The HTTP server.
+struct HttpConfig {
+  std::string listen;  ///< HOST:PORT; empty = nowhere
+  bool write = false;  ///< who comes from elsewhere than this machine may write
+  bool operator==(const HttpConfig&) const = default;
+};
+
 struct Config {
   ListenAddress modbus{"127.0.0.1", 1502};  ///< of the Modbus TCP server; port 0 = any free one
   RtuConfig rtu;
   ClockKind clock = ClockKind::kReal;
   std::uint32_t seed = 1;  ///< all that is random, noise and the probability of faults, follows from it
   std::string control;     ///< where commands at run time are served: HOST:PORT or unix:PATH; empty = nowhere
-  bool verbose = false;
+  bool summary = false;         ///< at the end, on standard error
+  bool verbose = false;         ///< transactions and states on standard error, and the summary
+  bool verbose_frames = false;  ///< likewise, and frames
+  std::string pcap;             ///< file: Modbus and CAN as pcapng; empty = none
+  std::uint32_t pcap_mb = 0;    ///< size at which it becomes FILE.1 and a new one begins; 0 = never
+  HttpConfig http;
   std::string record;  ///< file: the session as a scenario; empty = none
   std::vector<NetworkConfig> networks = std::vector<NetworkConfig>(1);  ///< never empty
   bool operator==(const Config&) const = default;

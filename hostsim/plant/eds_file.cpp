@@ -30,6 +30,7 @@ EdsFile::EdsFile(std::string name, std::string text) : name_(std::move(name)), t
   eds::Result none = read(text_, name_, 0);
   const eds::Result last = read(text_, name_, nmt::kMaxNode);
   none_.image = eds::dictionary_image(none.device);
+  names_ = std::make_shared<const eds::ObjectNames>(eds::object_names(none.device));
   move_to_last_node(none.device.objects);
   alike_ = none.device.objects == last.device.objects && none.diagnostics == last.diagnostics;
   none_.diagnostics = std::move(none.diagnostics);

@@ -4,11 +4,13 @@
 /// One EDS or DCF file for all nodes that have it.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "eds/diagnostics.hpp"
 #include "eds/dictionary_image.hpp"
+#include "eds/object_names.hpp"
 
 namespace cbcan::plant {
 
@@ -27,11 +29,15 @@ class EdsFile {
   /// For a node with this ID; 0 = for none.
   ForNode for_node(std::uint8_t node_id);
 
+  /// For people; shared by all nodes that have the file.
+  std::shared_ptr<const eds::ObjectNames> names() const { return names_; }
+
  private:
   std::string name_;
   std::string text_;
   bool alike_;  ///< for all node IDs
   ForNode none_;
+  std::shared_ptr<const eds::ObjectNames> names_;
 };
 
 }  // namespace cbcan::plant

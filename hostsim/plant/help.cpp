@@ -66,6 +66,7 @@ constexpr std::array kSections = std::to_array<Section>({
     {"time", "Time"},
     {"random", "Chance"},
     {"control", "Commands at run time"},
+    {"http", "HTTP"},
     {"log", "Log"},
     {"node", "Simulated nodes (these may be given several times)"},
     {"help", "Help"},

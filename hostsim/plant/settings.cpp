@@ -72,6 +72,15 @@ Problem check_can_spec(const Value& value) {
   return kind == kSocketCan ? bad_interface(sides ? sides->second : "") : unknown_kind(spec, kind);
 }
 
+Problem check_http_address(const Value& value) {
+  try {
+    text::parse_listen_address(std::get<std::string>(value), 0);
+    return {};
+  } catch (const text::UsageError& error) {
+    return error.what();
+  }
+}
+
 Problem check_plc_address(const Value& value) {
   try {
     const ListenAddress address = text::parse_listen_address(std::get<std::string>(value), 502);
@@ -170,7 +179,27 @@ constexpr std::array kPlant{
         .form = Form::kPath, .domain = "a path"}),
     plant<&Config::verbose>({
         .key = "log.verbose", .option = "-v, --verbose",
-        .help = "Says on standard error what happens; --verbose=false takes back a true in the plant file"}),
+        .help = "Tells on standard error each transaction, each change of a node's state and each EMCY message; --verbose=false takes back a true in the plant file"}),
+    plant<&Config::verbose_frames>({
+        .key = "log.verbose_frames", .option = "-vv, --verbose-frames", .help = "The same, and each frame"}),
+    plant<&Config::summary>({
+        .key = "log.summary", .option = "--summary", .help = "Tells at the end on standard error what there has been; so does --verbose"}),
+    plant<&Config::pcap>({
+        .key = "log.pcap", .option = "--pcap FILE",
+        .help = "Modbus TCP and CAN on one clock as pcapng, for Wireshark; packets have the number of their transaction as a comment",
+        .more = "`-` is standard output; the `ready` line is on standard error then. A FIFO will do.",
+        .form = Form::kPath, .domain = "a path"}),
+    plant<&Config::pcap_mb>({
+        .key = "log.pcap_mb", .option = "--pcap-size MB",
+        .help = "At this size FILE is renamed to FILE.1, in the place of the one before, and begun anew",
+        .high = 1'000'000, .unit = " MB, 0 = never"}),
+    plant<&Config::http, &HttpConfig::listen>({
+        .key = "http.listen", .option = "--http HOST:PORT", .help = "Where the HTTP interface is served",
+        .more = "See [http.md](http.md). With port 0 the `ready` line tells the one that was found, as `http=HOST:PORT`.",
+        .domain = "HOST:PORT", .check = check_http_address}),
+    plant<&Config::http, &HttpConfig::write>({
+        .key = "http.write", .option = "--http-write",
+        .help = "Where it listens on an address that other machines reach, it takes writes and commands too"}),
 };
 
 constexpr std::array kNetwork{

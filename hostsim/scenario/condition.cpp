@@ -6,6 +6,8 @@
 #include <optional>
 
 #include "cbcan/regmap.hpp"
+#include "journal/watch.hpp"
+#include "journal/words.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
@@ -114,12 +116,12 @@ class ObjectCondition final : public Condition {
 class StateCondition final : public Condition {
  public:
   StateCondition(const Written& written, View& view) : node_(written.words[0]), state_(written.words[1]) {
-    static const std::array kStates{name_of(nmt::State::kInitialising), name_of(nmt::State::kPreOperational),
-                                    name_of(nmt::State::kOperational), name_of(nmt::State::kStopped),
-                                    kStateOff};
+    static constexpr std::array<std::uint8_t, 5> kNumbers{0, 127, 5, 4, journal::kOff};  // as in heartbeats
+    std::array<std::string_view, kNumbers.size()> names;
+    std::ranges::transform(kNumbers, names.begin(), journal::state_text);
     node_of(view, node_);
-    if (std::ranges::find(kStates, state_) == kStates.end())
-      refuse("\"{}\": must be {}", state_, text::listed(kStates));
+    if (std::ranges::find(names, state_) == names.end())
+      refuse("\"{}\": must be {}", state_, text::listed(names));
   }
   bool holds(View& view) override { return state_of(node_of(view, node_)) == state_; }
   std::string seen(View& view) override { return fmt::format("it is {}", state_of(node_of(view, node_))); }
@@ -237,27 +239,26 @@ class FrameCondition final : public EventCondition {
   std::size_t count_ = 0;
 };
 
-/// An EMCY message of 8 bytes, by the identifier that CiA 301 gives it.
 class EmergencyCondition final : public EventCondition {
  public:
   EmergencyCondition(const Written& written, View& view) : EventCondition(written) {
     const auto [network, name] = where(written.words[0], view.networks());
     network_ = network;
-    id_ = 0x80 + number_of(name, 1, nmt::kMaxNode, "node");
+    node_ = number_of(name, 1, nmt::kMaxNode, "node");
     view.world(network_);
     if (written.words.size() == 2) code_ = number_of(written.words[1], 0, 0xFFFF, "code");
   }
   void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
-    const bool is_one = network == network_ && frame.id == id_ && frame.flags == 0 && frame.length == 8;
-    const unsigned code = frame.data[0] + 256u * frame.data[1];
-    if (is_one && (!code_ || code == *code_)) ++count_;
+    const auto message = journal::emergency_of(frame);
+    if (network == network_ && message && message->node == node_ && (!code_ || message->code == *code_))
+      ++count_;
   }
 
  private:
   std::size_t happened(View& /*view*/) const override { return count_; }
 
   std::size_t network_ = 1;
-  std::uint32_t id_ = 0;
+  std::uint32_t node_ = 0;
   std::optional<std::uint32_t> code_;
   std::size_t count_ = 0;
 };

@@ -384,6 +384,12 @@ ResponseParts parts_of(std::string_view response) {
   return {response.substr(0, last), response.substr(last)};
 }
 
+bool changes_plant(std::string_view name) {
+  static constexpr std::array<std::string_view, 9> kThese{"set",   "incident", "power", "fault", "clear",
+                                                          "write", "trigger",  "send",  "nmt"};
+  return std::ranges::find(kThese, name) != kThese.end();
+}
+
 Reading read_of(const Words& words, std::size_t networks) {
   constexpr std::uint32_t kMost = 125;  // of one FC 3 request
   const auto [network, name] = where(words[1], networks);
@@ -444,6 +450,15 @@ Control::Control(std::vector<Network*> networks, Time started)
 
 Control::~Control() = default;
 
+journal::Journal& Control::journal() {
+  if (journal_) return *journal_;
+  journal_ = std::make_unique<journal::Journal>();
+  journal_->on_filled = [this] { on_journal_filled(); };
+  for (Network* network : networks_)
+    network->listen(*journal_, started_);
+  return *journal_;
+}
+
 std::vector<std::uint16_t> Control::read(std::size_t network, std::uint32_t first, std::size_t count) {
   const auto registers = networks_[network - 1]->registers();
   if (registers.empty()) refuse("{}there is no module, which has the registers", plant::in_network(network));
@@ -461,6 +476,8 @@ Reply Control::execute(std::string_view line, Time now) {
   now_ = now;
   Words words = text::words_of(line);
   if (words.empty()) return {};
+  if (journal_ && changes_plant(words.front()))
+    journal_->add({.kind = journal::Kind::kCommand, .network = 0, .at = this->now()}, text::trim(line));
   try {
     const auto run = command_of(words).run;
     return (Execution(*this, std::move(words)).*run)();

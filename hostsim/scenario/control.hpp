@@ -6,6 +6,7 @@
 /// the page about them. The last line of every response is "ok", with a value where there is one, "at" and
 /// the time, or "error: " and what is wrong.
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,6 +53,9 @@ struct Writing {
 };
 Writing writing_of(const Words& words, std::size_t networks);
 
+/// The command with this name does more than to tell something.
+bool changes_plant(std::string_view name);
+
 /// Throws Refused where the line is no command with so many words, or one of wait and pass, which scenarios
 /// write otherwise.
 void check_command(std::string_view line);
@@ -80,6 +84,11 @@ class Control final : public View {
   sim::World& world(std::size_t network) override { return networks_[network - 1]->world(); }
   Network& network(std::size_t number) { return *networks_[number - 1]; }
 
+  /// What happens on all networks, from the first call on.
+  journal::Journal& journal();
+  /// Called when views of the journal should look, lest they miss something.
+  std::function<void()> on_journal_filled = [] {};
+
   void add(Listener& listener) { listeners_.push_back(&listener); }
   void remove(Listener& listener) { std::erase(listeners_, &listener); }
 
@@ -87,6 +96,7 @@ class Control final : public View {
   class Ear;
 
   std::vector<Network*> networks_;
+  std::unique_ptr<journal::Journal> journal_;
   std::vector<std::unique_ptr<Ear>> ears_;
   std::vector<Listener*> listeners_;
   Time started_;

@@ -46,23 +46,48 @@ void add_faults(sim::FaultSet& to, const std::vector<plant::FaultConfig>& faults
 }  // namespace
 
 Network::Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener* listener)
-    : world_(bit_rate, seed, listener), tester_(world_.bus().attach(*this)) {}
+    : listener_(listener), world_(bit_rate, seed, this), tester_(world_.bus().attach(*this)) {}
 
 Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
                  std::vector<sim::NodeParts> nodes, Time started, sim::FaultListener* listener)
     : Network(config.can.bit_rate, plant::network_seed(plant, config), listener) {
+  number_ = config.number;
+  module_config_ = config.module;
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
                                  settings_of(config.module), scanner_of(registers_, config.module));
   }
   for (sim::NodeParts& node : nodes) {
-    node.listener = listener;
+    node.listener = this;
     world_.add_node(std::move(node));
   }
   add_faults(world_.faults(), config.can.faults, started);
   for (std::size_t i = 0; i < config.nodes.size(); ++i)
     add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults, started);
+}
+
+void Network::listen(journal::Journal& journal, Time started) {
+  std::vector<journal::NetworkWatch::Door> doors;
+  const std::span<const std::uint16_t> all(registers_);
+  if (module_ != nullptr) {
+    doors = {{regmap::kWindowFirst, all.subspan(regmap::kWindowFirst, regmap::kWindowWords), {}},
+             {module_config_.scanner_out_first,
+              all.subspan(module_config_.scanner_out_first, regmap::kScannerOutWords),
+              all.subspan(module_config_.scanner_in_first, regmap::kScannerInWords)}};
+  }
+  watch_.emplace(journal, static_cast<std::uint8_t>(number_), doors, started);
+  world_.bus().observe(*watch_);
+  if (module_ != nullptr) module_->watch(&*watch_);
+}
+
+void Network::on_fault(std::string_view text, Time now) {
+  if (listener_ != nullptr) listener_->on_fault(text, now);
+  if (watch_) watch_->on_fault(text, now);
+}
+
+void Network::on_node_state(std::uint8_t node, std::uint8_t state, Time now) {
+  if (watch_) watch_->on_node_state(node, state, now);
 }
 
 void Network::start(Time now) {

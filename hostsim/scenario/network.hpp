@@ -5,19 +5,22 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "cbcan/frame.hpp"
 #include "cbcan/regmap.hpp"
+#include "journal/watch.hpp"
 #include "plant/config.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::scenario {
 
-class Network final : private sim::Receiver {
+class Network final : private sim::Receiver, private sim::FaultListener {
  public:
   /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Its injected
   /// faults begin at `started`; `listener` may be null and is told of them.
@@ -25,7 +28,6 @@ class Network final : private sim::Receiver {
           Time started, sim::FaultListener* listener);
   /// Without a module; nodes come by world().add_node().
   Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener* listener);
-
   /// The same words always; none where there is no module.
   std::span<std::uint16_t> registers() { return registers_; }
 
@@ -33,6 +35,13 @@ class Network final : private sim::Receiver {
   const sim::World& world() const { return world_; }
   /// Null where there is none.
   const sim::CoprocessorModule* module() const { return module_; }
+  const plant::ModuleConfig& module_config() const { return module_config_; }
+
+  /// From now on this journal has what happens here; it outlives this. `started`: its time 0.
+  void listen(journal::Journal& journal, Time started);
+  /// Null where there is no journal.
+  journal::NetworkWatch* watch() { return watch_ ? &*watch_ : nullptr; }
+  const journal::NetworkWatch* watch() const { return watch_ ? &*watch_ : nullptr; }
 
   /// What somebody else on the bus sends, from start() on; in order.
   void replay(std::vector<sim::TimedFrame> frames) { replay_ = std::move(frames); }
@@ -50,10 +59,15 @@ class Network final : private sim::Receiver {
   bool send(const Frame& frame) { return tester_.try_send(frame); }
 
  private:
+  void on_fault(std::string_view text, Time now) override;
+  void on_node_state(std::uint8_t node, std::uint8_t state, Time now) override;
   Time replay_due() const { return replayed_ < replay_.size() ? started_ + replay_[replayed_].at : kNever; }
   void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
+  std::size_t number_ = 1;
+  plant::ModuleConfig module_config_;
+  sim::FaultListener* listener_;
   std::vector<std::uint16_t> registers_;
   sim::World world_;
   sim::CoprocessorModule* module_ = nullptr;
@@ -61,6 +75,7 @@ class Network final : private sim::Receiver {
   std::vector<sim::TimedFrame> replay_;
   std::size_t replayed_ = 0;
   Time started_ = 0;
+  std::optional<journal::NetworkWatch> watch_;
 };
 
 }  // namespace cbcan::scenario

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
+#include "journal/journal.hpp"
 #include "scenario/control.hpp"
 
 namespace cbcan::scenario {
@@ -14,34 +14,23 @@ namespace cbcan::scenario {
 /// What can be told of: "frames", "emcy", "transactions".
 std::span<const std::string_view> event_kinds();
 
-/// Tells of what happens, a line each, until it goes.
-class Subscription final : public Listener {
+/// Tells of what happens from now on, a line each: a view of the journal.
+class Subscription {
  public:
   using Sink = std::function<void(std::string_view lines)>;
 
   /// `kinds`: names of event_kinds(); none are all.
   Subscription(Control& control, const Words& kinds, Sink sink);
-  ~Subscription();
-  Subscription(const Subscription&) = delete;
-  Subscription& operator=(const Subscription&) = delete;
 
-  void on_frame(std::size_t network, const Frame& frame, Time now) override;
-  /// Transactions may have begun or ended.
+  /// Tells what has happened since.
   void look();
 
  private:
-  struct Known {
-    std::uint32_t begun;
-    bool under_way;
-  };
-  void tell(std::string_view what) const;
-  Known known(std::size_t network) const;
-  bool wants(std::string_view kind) const;
+  void tell(const journal::Event& event) const;
 
-  Control& control_;
-  std::vector<std::string> kinds_;
+  std::array<bool, 3> wanted_;  ///< by event_kinds()
   Sink sink_;
-  std::vector<Known> known_;  ///< by network
+  journal::Cursor cursor_;
 };
 
 }  // namespace cbcan::scenario

@@ -2,37 +2,13 @@
 #include "scenario/words.hpp"
 
 #include <algorithm>
-#include <bit>
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "journal/words.hpp"
 #include "plant/config.hpp"
 #include "text/numbers.hpp"
-#include "text/value.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::scenario {
-
-namespace {
-
-bool is_one_line(std::span<const std::uint8_t> text) {
-  return std::ranges::none_of(text, [](std::uint8_t byte) { return byte < ' ' || byte == 0x7F; });
-}
-
-/// As a plant file would write it.
-std::string text_of_value(std::span<const std::uint8_t> bytes, DataType type) {
-  const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
-  if (type == DataType::kReal32)
-    return text::value_text(static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
-  if (type == DataType::kReal64) return text::value_text(std::bit_cast<double>(raw));
-  if (type == DataType::kBoolean) return text::value_text(raw != 0);
-  if (is_signed(type)) return text::value_text(sign_extend(raw, bytes.size()));
-  if (type == DataType::kVisibleString && is_one_line(bytes))
-    return text::value_text(std::string(bytes.begin(), bytes.end()));
-  if (size_of(type) != 0) return std::to_string(raw);
-  return text::value_text(text::Bytes(bytes.begin(), bytes.end()));
-}
-
-}  // namespace
 
 std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what) {
   const auto number = text::parse_integer(text);
@@ -90,18 +66,9 @@ sim::Node& running_node_of(View& view, std::string_view word) {
   return node;
 }
 
-std::string_view name_of(nmt::State state) {
-  switch (state) {
-    case nmt::State::kInitialising: return "initialising";
-    case nmt::State::kStopped: return "stopped";
-    case nmt::State::kOperational: return "operational";
-    case nmt::State::kPreOperational: return "pre-operational";
-  }
-  return "";
-}
-
 std::string_view state_of(const sim::Node& node) {
-  return node.has_power() ? name_of(node.device().state()) : kStateOff;
+  return journal::state_text(node.has_power() ? static_cast<std::uint8_t>(node.device().state())
+                                              : journal::kOff);
 }
 
 ObjectEntry entry_of(View& view, std::string_view node, const Address& address) {
@@ -114,8 +81,8 @@ ObjectEntry entry_of(View& view, std::string_view node, const Address& address) 
 std::string value_of(View& view, std::string_view node, std::string_view word) {
   const Address address = address_of(word);
   const ObjectEntry entry = entry_of(view, node, address);
-  return text_of_value(running_node_of(view, node).value(entry, address.sub, view.started() + view.now()),
-                       entry.type);
+  return journal::value_text(
+      running_node_of(view, node).value(entry, address.sub, view.started() + view.now()), entry.type);
 }
 
 }  // namespace cbcan::scenario

@@ -94,9 +94,7 @@ sim::Node& node_of(View& view, std::string_view word);
 /// One that has power.
 sim::Node& running_node_of(View& view, std::string_view word);
 
-std::string_view name_of(nmt::State state);
 /// "off" without power
-inline constexpr std::string_view kStateOff = "off";
 std::string_view state_of(const sim::Node& node);
 
 /// An object of this node, whether it has power or not.

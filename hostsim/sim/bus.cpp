@@ -21,18 +21,17 @@ std::uint64_t arbitration_field(const Frame& frame) {
   return base << 21 | std::uint64_t{3} << 19 | rest << 1 | remote;
 }
 
-/// Bits of a frame and the pause behind it, without stuff bits.
-std::uint32_t bits_of(const Frame& frame) {
-  const std::uint32_t data = (frame.flags & Frame::kRemote) != 0 ? 0 : 8u * frame.length;
-  return ((frame.flags & Frame::kExtended) != 0 ? 67u : 47u) + data;
-}
-
 /// The first eleven of them.
 std::size_t first_bits(const Frame& frame) {
   return ((frame.flags & Frame::kExtended) == 0 ? frame.id : frame.id >> 18) & kFilterMask;
 }
 
 }  // namespace
+
+std::uint32_t bits_of(const Frame& frame) {
+  const std::uint32_t data = (frame.flags & Frame::kRemote) != 0 ? 0 : 8u * frame.length;
+  return ((frame.flags & Frame::kExtended) != 0 ? 67u : 47u) + data;
+}
 
 Time frame_time(const Frame& frame, std::uint32_t bit_rate) {
   return (bits_of(frame) * std::uint64_t{1'000'000} + bit_rate - 1) / bit_rate;

@@ -66,6 +66,9 @@ class Disturbance {
   ~Disturbance() = default;
 };
 
+/// Bits of a frame and the pause behind it, without stuff bits.
+std::uint32_t bits_of(const Frame& frame);
+
 /// How long a frame and the pause behind it occupy a bus, without stuff bits; `bit_rate` in bit/s, not 0.
 Time frame_time(const Frame& frame, std::uint32_t bit_rate);
 

@@ -22,6 +22,7 @@ void CoprocessorModule::start(Time now) {
 
 void CoprocessorModule::on_frame(const Frame& frame, Time now) {
   coprocessor_.on_frame(frame, now);
+  if (watch_ != nullptr) watch_->after(now);
   poll(now);
 }
 
@@ -32,6 +33,7 @@ void CoprocessorModule::on_bus_state(BusState state, Time now) {
 
 void CoprocessorModule::on_registers_written(std::size_t first, std::size_t count, Time now) {
   coprocessor_.on_registers_written(first, count, now);
+  if (watch_ != nullptr) watch_->after(now);
   poll(now);
 }
 

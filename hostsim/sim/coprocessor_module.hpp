@@ -6,6 +6,16 @@
 
 namespace cbcan::sim {
 
+/// Looks at the registers before and after each call into a coprocessor, which may change them.
+class ModuleWatch {
+ public:
+  virtual void before(Time now) = 0;
+  virtual void after(Time now) = 0;
+
+ protected:
+  ~ModuleWatch() = default;
+};
+
 /// The CBCAN module: a coprocessor plugged into a bus.
 class CoprocessorModule final : public Participant {
  public:
@@ -14,12 +24,19 @@ class CoprocessorModule final : public Participant {
 
   void start(Time now) override;
   /// Also to be called when R3700 may have been written.
-  void poll(Time now) override { wants(coprocessor_.poll(now)); }
+  void poll(Time now) override {
+    if (watch_ != nullptr) watch_->before(now);
+    wants(coprocessor_.poll(now));
+    if (watch_ != nullptr) watch_->after(now);
+  }
   /// See Coprocessor.
   void on_registers_written(std::size_t first, std::size_t count, Time now);
   void on_plc(Time now) { coprocessor_.on_plc(now); }
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
+
+  /// Null: nobody looks.
+  void watch(ModuleWatch* watch) { watch_ = watch; }
 
   const Coprocessor& coprocessor() const { return coprocessor_; }
   Port& port() { return port_; }
@@ -27,6 +44,7 @@ class CoprocessorModule final : public Participant {
  private:
   Port& port_;
   Coprocessor coprocessor_;
+  ModuleWatch* watch_ = nullptr;
 };
 
 }  // namespace cbcan::sim

@@ -103,6 +103,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       pieces_((rpdos_.size() + tpdos_.size()) * PdoMapping::kMostObjects),
       watched_(highest_sub(image_.entries, object::kConsumerHeartbeatTime)),
       parameters_(parts.parameters),
+      listener_(parts.listener),
       port_(bus.attach(*this)),
       faulty_(port_, parts.node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
       device_(parts.node_id, {image_.entries, values_, image_.limits},
@@ -168,6 +169,7 @@ void Node::set_power(bool on, Time now) {
     return start(now);
   }
   has_power_ = false;
+  tell_state(0xFF, now);
   state_with_power_ = port_.state();
   faulty_.drop();
   port_.set_state(BusState::kBusOff, now);
@@ -295,8 +297,13 @@ void Node::on_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
   more_servers_.configure();
   if (!nmt::is_running(state)) more_servers_.reset();
+  tell_state(static_cast<std::uint8_t>(state), now);
   behaviour_->on_state(state, now);
   update(now);
+}
+
+void Node::tell_state(std::uint8_t state, Time now) {
+  if (listener_ != nullptr) listener_->on_node_state(device_.node_id(), state, now);
 }
 
 void Node::on_network_failure(NetworkFailure failure, Time now) {

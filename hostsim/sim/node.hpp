@@ -133,6 +133,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
   void settle(Time now);
   void follow_ids();
+  void tell_state(std::uint8_t state, Time now);
 
   std::string name_;
   std::string_view device_name_;
@@ -145,6 +146,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   std::vector<PdoMapping::Piece> pieces_;
   std::vector<HeartbeatConsumer::Watched> watched_;
   ParameterStore* parameters_;
+  FaultListener* listener_;
   Port& port_;
   FaultyPort faulty_;
   Device device_;

@@ -24,18 +24,19 @@ MAY_KNOW = {
     "hostsim/sim": {"hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/devices": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
+    "hostsim/journal": {"hostsim/sim", "hostsim/eds", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/io": {"hostsim/client", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/scenario": {"hostsim/plant", "hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/io": {"hostsim/client", "hostsim/journal", "hostsim/eds", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/scenario": {"hostsim/journal", "hostsim/plant", "hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/include": set(),
-    "hostsim/library": {"hostsim/include", "hostsim/scenario", "hostsim/plant", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/app": {"hostsim/scenario", "hostsim/plant", "hostsim/client", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/library": {"hostsim/include", "hostsim/scenario", "hostsim/journal", "hostsim/plant", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/app": {"hostsim/scenario", "hostsim/journal", "hostsim/eds", "hostsim/plant", "hostsim/client", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "tools": {"hostsim/client", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"boards": "firmware/boards",
-            "sim": "hostsim/sim", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
+            "sim": "hostsim/sim", "journal": "hostsim/journal", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
             "plant": "hostsim/plant", "scenario": "hostsim/scenario", "text": "hostsim/text", "client": "hostsim/client", "app": "hostsim/app"}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
@@ -77,7 +78,7 @@ def complaint(room, kind, name):
         return None
     if room in ("regmap", "firmware/boards", *FIRMWARE) and name not in FREESTANDING:
         return f"{room} is freestanding"
-    if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/eds", "hostsim/scenario") and IMPURE.fullmatch(name):
+    if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/eds", "hostsim/journal", "hostsim/scenario") and IMPURE.fullmatch(name):
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None
 

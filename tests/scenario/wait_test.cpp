@@ -204,8 +204,8 @@ TEST_CASE("who subscribes is told of frames, EMCY messages and transactions") {
   some.look();
   CHECK(told ==
         "at 1.000000 frame 090#1042090000000000\nat 1.000000 emcy 16 0x4210\n"
-        "at 1.000000 frame 663#4000100000000000\nat 1.000000 transaction started\n"
-        "at 2.000000 frame 663#8000100000000405\nat 2.000000 transaction ended\n");
+        "at 1.000000 transaction started\nat 1.000000 frame 663#4000100000000000\n"
+        "at 2.000000 transaction ended\nat 2.000000 frame 663#8000100000000405\n");
   CHECK(transactions == "at 1.000000 transaction started\nat 2.000000 transaction ended\n");
   plant->execute("trigger read 2 0x1000 0 4");
   plant->execute("trigger read 2 0x1000 0 4");

@@ -74,7 +74,7 @@ class TwoNetworks(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
         plant = self.folder / "plant.toml"
         plant.write_text(PLANT)
-        self.simulator = Simulator(PROGRAM, "--config", str(plant), "--clock", "manual", "--verbose", stdin=subprocess.PIPE)
+        self.simulator = Simulator(PROGRAM, "--config", str(plant), "--clock", "manual", "--summary", stdin=subprocess.PIPE)
         self.addCleanup(self.simulator.stop)
 
     def unit(self, number):

@@ -27,6 +27,11 @@ struct Options {
   int size = static_cast<int>(regmap::kMaxDataBytes);
   bool all = false;
   int count = 0;
+  // Of monitor.
+  std::string http;  ///< HOST:PORT; empty = not given
+  std::string kinds = "ended,emcy,state,fault,command,client";
+  bool failed = false;
+  int slow_ms = -1;  ///< -1 = not given
 };
 
 /// A transaction came back with a result other than 0.

@@ -2,7 +2,8 @@
 # Sourced by tools/demo, tools/demo-mcu and tools/test: the Debian packages that they need, and their installation.
 
 # What it takes to build and run the simulator.
-build_packages=(g++ cmake ninja-build pkg-config libmodbus-dev libcli11-dev libfmt-dev libtomlplusplus-dev)
+build_packages=(g++ cmake ninja-build pkg-config libmodbus-dev libcli11-dev libfmt-dev libtomlplusplus-dev
+  libmicrohttpd-dev nlohmann-json3-dev)
 
 # Besides: what it takes to build and run the image for a microcontroller.
 mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev qemu-system-arm socat)
@@ -11,7 +12,7 @@ mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-
 test_packages=(catch2 librapidcheck-dev libbenchmark-dev valgrind git python3
   clang-14 libclang-rt-14-dev gcovr
   "${mcu_packages[@]}" g++-aarch64-linux-gnu
-  python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2 tshark
+  python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2 tshark curl
   qemu-system-x86 busybox-static
   dpkg-dev file lintian man-db mmdebstrap python3-pytest python3-yaml shellcheck systemd yamllint)
 

@@ -126,6 +126,9 @@ class RtuServer final {
   /// Loop, likewise: the request is for all of them.
   bool is_broadcast() const;
 
+  /// Loop, likewise: the request's frame without its CRC.
+  std::span<const std::uint8_t> request() const { return std::span(buffer_).first(size_ - 2); }
+
   /// Loop, likewise: the request reads one of these registers: the moment to make them fresh.
   bool request_reads(std::uint16_t first, std::size_t count) const;
 

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "io/can/candump_log.hpp"
 
-#include <fcntl.h>
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <utility>
 
 #include "sim/frame_text.hpp"
@@ -16,16 +14,6 @@ namespace {
 
 constexpr std::size_t kCharactersPerWrite = 65536;
 
-/// A FIFO that nobody reads yet is opened for both, which needs no reader.
-Descriptor open_log(const std::string& path) {
-  constexpr int kFlags = O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
-  constexpr mode_t kMode = 0644;
-  Descriptor file(open(path.c_str(), O_WRONLY | kFlags, kMode));
-  if (!file && errno == ENXIO) file = Descriptor(open(path.c_str(), O_RDWR | kFlags, kMode));
-  if (!file) throw EnvironmentError("log " + path + ": " + reason(errno) + "; write another file");
-  return file;
-}
-
 }  // namespace
 
 CandumpLog::CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
@@ -34,7 +22,7 @@ CandumpLog::CandumpLog(std::string path, std::string interface, Time wall_offset
       interface_(std::move(interface)),
       wall_offset_(wall_offset),
       warn_(std::move(warn)),
-      output_(path_ == "-" ? Output::standard(1, most_waiting) : Output(open_log(path_), most_waiting)),
+      output_(Output::open("log", path_, most_waiting)),
       most_waiting_(most_waiting),
       flush_at_(kCharactersPerWrite) {}
 

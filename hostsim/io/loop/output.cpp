@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <utility>
 
+#include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
@@ -34,6 +35,17 @@ Output::Output(Descriptor file, std::size_t most_waiting)
       most_waiting_(most_waiting),
       may_block_((fcntl(file_.get(), F_GETFL) & O_NONBLOCK) == 0 && type_of(file_.get()) != S_IFREG) {}
 
+Output Output::open(std::string_view what, const std::string& path, std::size_t most_waiting) {
+  constexpr int kFlags = O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+  constexpr mode_t kMode = 0644;
+  if (path == "-") return standard(1, most_waiting);
+  Descriptor file(::open(path.c_str(), O_WRONLY | kFlags, kMode));
+  if (!file && errno == ENXIO) file = Descriptor(::open(path.c_str(), O_RDWR | kFlags, kMode));
+  if (!file)
+    throw EnvironmentError(std::string(what) + " " + path + ": " + reason(errno) + "; write another file");
+  return Output(std::move(file), most_waiting);
+}
+
 Output::~Output() {
   finish();
 }
@@ -44,7 +56,7 @@ Descriptor Output::own(int number) {
   const std::string path = "/proc/self/fd/" + std::to_string(number);
   Descriptor file;
   if (type == S_IFIFO || type == S_IFCHR)
-    file = Descriptor(open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+    file = Descriptor(::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   return file ? std::move(file) : Descriptor(fcntl(number, F_DUPFD_CLOEXEC, 0));
 }
 

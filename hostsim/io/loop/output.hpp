@@ -24,7 +24,11 @@ class Output {
   static Output standard(int number, std::size_t most_waiting = kMostWaiting) {
     return Output(own(number), most_waiting);
   }
+  /// A file made anew, a FIFO, which needs no reader yet, or standard output for "-". Throws
+  /// EnvironmentError, its text beginning with `what`.
+  static Output open(std::string_view what, const std::string& path, std::size_t most_waiting = kMostWaiting);
   Output(Output&&) = default;
+  Output& operator=(Output&&) = default;
   ~Output();
 
   /// Appends whole lines; false = there is no room, they are to be dropped.

@@ -113,6 +113,21 @@ ModbusResponse exception_response(std::uint8_t function, ModbusException excepti
   return response;
 }
 
+ModbusResponse register_response(Pdu pdu, std::span<const std::uint16_t> registers) {
+  ModbusResponse response;
+  const auto function = static_cast<ModbusFunction>(pdu[0]);
+  const bool reads = function == kReadHoldingRegisters || function == kReadInputRegisters ||
+                     function == kReadWriteMultipleRegisters;
+  if (!reads) {
+    append(response, function == kWriteMultipleRegisters ? pdu.first(5) : pdu);
+    return response;
+  }
+  append(response, std::array{pdu[0], static_cast<std::uint8_t>(2 * word(pdu, 3))});
+  for (const std::uint16_t value : registers.subspan(word(pdu, 1), word(pdu, 3)))
+    append(response, std::array{static_cast<std::uint8_t>(value >> 8), static_cast<std::uint8_t>(value)});
+  return response;
+}
+
 ModbusResponse identification_response(Pdu pdu, const DeviceIdentity& identity) {
   const std::array<std::string_view, kBasicObjects> objects{identity.vendor, identity.product_code,
                                                             identity.revision};

@@ -67,6 +67,10 @@ struct ModbusResponse {
 
 ModbusResponse exception_response(std::uint8_t function, ModbusException exception);
 
+/// What a request of the register functions that check_request() has passed, and that has been executed, is
+/// answered.
+ModbusResponse register_response(std::span<const std::uint8_t> pdu, std::span<const std::uint16_t> registers);
+
 /// Answers a function 43 request that check_request() has passed.
 ModbusResponse identification_response(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity);
 

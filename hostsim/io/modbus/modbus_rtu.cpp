@@ -60,13 +60,28 @@ void RtuSession::poll(Time now) {
 void RtuSession::execute() {
   const bool to_all = server_.is_broadcast();
   const std::size_t asked = server_.request_network();
+  const auto frame = networks_[asked]->listens() ? server_.request() : std::span<const std::uint8_t>();
+  const std::vector<std::uint8_t> request(frame.begin(), frame.end());
   const auto response = server_.execute();
+  const std::size_t before = unsent_.size();
   unsent_.append(response.begin(), response.end());
+  const std::string_view sent = std::string_view(unsent_).substr(before);
   server_.on_sent();
   const RtuServer::Executed& executed = server_.executed();
-  for (std::size_t network = 0; network < networks_.size(); ++network)
-    if (to_all || network == asked)
-      networks_[network]->on_request(executed.valid, {executed.first, executed.count});
+  for (std::size_t network = 0; network < networks_.size(); ++network) {
+    if (!to_all && network != asked) continue;
+    if (!request.empty()) tell(*networks_[network], request, sent);
+    networks_[network]->on_request(executed.valid, {executed.first, executed.count});
+  }
+}
+
+/// Of a frame the station stands in front of the PDU, and the CRC of the response behind it.
+void RtuSession::tell(ModbusUnit& unit, std::span<const std::uint8_t> request, std::string_view response) {
+  const std::span all(reinterpret_cast<const std::uint8_t*>(response.data()), response.size());
+  const bool has_pdu = all.size() > 3;
+  const auto pdu = has_pdu ? all.subspan(1, all.size() - 3) : all.first(0);
+  const bool refused = has_pdu && (pdu[0] & kExceptionBit) != 0;
+  unit.on_exchange({0, 0, request[0], refused ? pdu[1] : std::uint8_t{0}, request.subspan(1), pdu});
 }
 
 StreamServer::MakeSession rtu_over_tcp(std::vector<ModbusUnit*> networks, std::uint8_t station) {

@@ -40,6 +40,7 @@ class RtuSession final : public StreamSession {
 
  private:
   void execute();
+  static void tell(ModbusUnit& unit, std::span<const std::uint8_t> request, std::string_view response);
 
   std::vector<ModbusUnit*> networks_;
   std::vector<RegisterRange> ranges_;

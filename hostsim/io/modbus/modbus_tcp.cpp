@@ -84,6 +84,8 @@ struct ModbusTcp::Connection {
   explicit Connection(Descriptor accepted) : socket(std::move(accepted)) {}
 
   Descriptor socket;
+  std::uint32_t number = 0;
+  std::string peer;
   std::size_t received = 0;
   std::uint64_t unconfirmed = 0;     ///< responses sent since the client was last known to have got them all
   Time deadline = kNever;            ///< of the half request in the buffer
@@ -122,12 +124,14 @@ void ModbusTcp::adopt(Descriptor socket) {
   reactor_.watch(fd, Reactor::kReadable, [this, &client = *made](std::uint32_t) {
     if (!on_ready(client)) close_client(client);
   });
+  made->number = static_cast<std::uint32_t>(++counters_.connections);
+  if (on_client) on_client(made->number, made->peer = peer_of(fd), true);
   connections_[fd] = std::move(made);
-  ++counters_.connections;
 }
 
 void ModbusTcp::close_client(Connection& client) {
   set_deadline(client, kNever);
+  if (on_client) on_client(client.number, client.peer, false);
   reactor_.forget(client.socket.get());
   connections_.erase(client.socket.get());
 }
@@ -184,8 +188,21 @@ bool ModbusTcp::serve(Connection& client, Bytes request) {
   ++counters_.requests;
   const bool alive = respond(client, request, registers, exception);
   const bool valid = exception == ModbusException::kNone;
+  if (reached && networks_[network]->listens()) tell(client, request, *networks_[network], exception);
   if (reached) networks_[network]->on_request(valid, valid ? written_by(pdu) : ModbusRange());
   return alive;
+}
+
+void ModbusTcp::tell(const Connection& client, Bytes request, ModbusUnit& unit,
+                     ModbusException exception) const {
+  const Bytes pdu = request.subspan(kPduOffset);
+  const ModbusResponse response =
+      exception != ModbusException::kNone ? exception_response(pdu[0], exception)
+      : pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface)
+          ? identification_response(pdu, settings_.identity)
+          : register_response(pdu, unit.registers());
+  unit.on_exchange({client.number, static_cast<std::uint16_t>(word(request, 0)), request[kUnitOffset],
+                    static_cast<std::uint8_t>(exception), pdu, Bytes(response.bytes).first(response.size)});
 }
 
 bool ModbusTcp::respond(Connection& client, Bytes request, Registers registers, ModbusException exception) {

@@ -17,9 +17,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <set>
 #include <span>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -66,6 +68,8 @@ class ModbusTcp {
   void adopt(Descriptor socket);
 
   std::size_t clients() const { return connections_.size(); }
+  /// Is told who comes and goes: a client's number, address and whether it has joined.
+  std::function<void(std::uint32_t client, std::string_view address, bool joined)> on_client;
 
   struct Counters {
     std::uint64_t connections = 0;     ///< accepted
@@ -92,6 +96,7 @@ class ModbusTcp {
   bool receive(Connection& client);
   bool serve_buffered(Connection& client);
   bool serve(Connection& client, Bytes request);
+  void tell(const Connection& client, Bytes request, ModbusUnit& unit, ModbusException exception) const;
   bool respond(Connection& client, Bytes request, Registers registers, ModbusException exception);
   bool respond_by_libmodbus(Connection& client, Bytes request, Registers registers);
   bool send_own(Connection& client, Bytes request, const ModbusResponse& response);

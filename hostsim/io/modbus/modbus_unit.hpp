@@ -5,6 +5,7 @@
 #include <span>
 
 #include "io/modbus/modbus_request.hpp"
+#include "journal/watch.hpp"
 
 namespace cbcan::io {
 
@@ -17,6 +18,10 @@ class ModbusUnit {
   /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
   /// exception; `written`: what it has written. Must not destroy the server.
   virtual void on_request(bool valid, const ModbusRange& written) = 0;
+
+  /// Somebody wants to see the requests and responses themselves: each is told ahead of on_request().
+  virtual bool listens() const { return false; }
+  virtual void on_exchange(const journal::ModbusExchange& /*exchange*/) {}
 
  protected:
   ~ModbusUnit() = default;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "io/errors.hpp"
@@ -60,23 +61,27 @@ std::string way_out(const ListenAddress& address, int error) {
   }
 }
 
-/// What the kernel says that the socket is bound to.
-ListenAddress bound_address(int socket) {
+/// What `ask`, getsockname() or getpeername(), says of the socket.
+std::optional<ListenAddress> address_by(int (*ask)(int, sockaddr*, socklen_t*), int socket) {
   sockaddr_storage storage{};
   socklen_t size = sizeof storage;
   auto* address = reinterpret_cast<sockaddr*>(&storage);
   std::string host(kMaxHostText, '\0');
   std::string port(NI_MAXSERV, '\0');
-  if (getsockname(socket, address, &size) != 0 ||
-      getnameinfo(address, size, host.data(), kMaxHostText, port.data(), NI_MAXSERV,
-                  NI_NUMERICHOST | NI_NUMERICSERV) != 0)
-    throw EnvironmentError("listening socket: " + reason(errno));
+  if (ask(socket, address, &size) != 0 || getnameinfo(address, size, host.data(), kMaxHostText, port.data(),
+                                                      NI_MAXSERV, NI_NUMERICHOST | NI_NUMERICSERV) != 0)
+    return std::nullopt;
   host.resize(host.find('\0'));
   port.resize(port.find('\0'));
-  return {host, text::parse<std::uint16_t>(port).value_or(0)};
+  return ListenAddress{host, text::parse<std::uint16_t>(port).value_or(0)};
 }
 
 }  // namespace
+
+std::string peer_of(int socket) {
+  const auto peer = address_by(getpeername, socket);
+  return peer ? to_string(*peer) : std::string();
+}
 
 Listener listen_tcp(std::string_view service, const ListenAddress& address) {
   const std::string where = std::string(service) + " " + to_string(address) + ": ";
@@ -90,8 +95,9 @@ Listener listen_tcp(std::string_view service, const ListenAddress& address) {
   for (const addrinfo* entry : candidates) {
     Descriptor socket = try_listen(*entry);
     if (socket) {
-      ListenAddress bound = bound_address(socket.get());
-      return {std::move(socket), std::move(bound)};
+      auto bound = address_by(getsockname, socket.get());
+      if (!bound) throw EnvironmentError("listening socket: " + reason(errno));
+      return {std::move(socket), std::move(*bound)};
     }
     if (error == 0) error = errno;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "io/loop/descriptor.hpp"
@@ -14,6 +15,9 @@ struct Listener {
   Descriptor socket;
   ListenAddress address;  ///< with the port that port 0 became
 };
+
+/// Whoever is at the other end of a connected TCP socket, as "HOST:PORT"; empty where that cannot be told.
+std::string peer_of(int socket);
 
 /// A non-blocking TCP listener on the first of the host's addresses that can be had, IPv4 before IPv6. A host
 /// name is looked up, which may block. Throws EnvironmentError, its text beginning with `service` ("modbus")

@@ -21,13 +21,15 @@
 
 namespace cbcan::sim {
 
-/// Is told what injected faults do.
+/// Is told what injected faults do, and what states nodes are in.
 class FaultListener {
  public:
   /// One line: whose fault, its number, the fault, and the frame as it was before:
   /// "node 5: fault 1: response-late delay_ms=50: 585#4B17100000000000". States are told when they begin and
   /// end. Must not change the faults.
   virtual void on_fault(std::string_view text, Time now) = 0;
+  /// A node's NMT state, as in a heartbeat, may be another one; FFh: it has no power.
+  virtual void on_node_state(std::uint8_t /*node*/, std::uint8_t /*state*/, Time /*now*/) {}
 
  protected:
   ~FaultListener() = default;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "cbcanctl/emergency.hpp"
+#include "text/emergency.hpp"
 
 #include <algorithm>
 
-namespace cbcan::tools {
+namespace cbcan::text {
 
 namespace {
 
@@ -85,4 +85,4 @@ std::vector<std::string_view> error_register_bits(std::uint8_t error_register) {
   return names;
 }
 
-}  // namespace cbcan::tools
+}  // namespace cbcan::text

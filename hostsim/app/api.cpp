@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: MIT
+#include "app/api.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "app/api_streams.hpp"
+#include "cbcan/regmap.hpp"
+#include "cbcan/version.hpp"
+#include "eds/values.hpp"
+#include "text/emergency.hpp"
+#include "text/numbers.hpp"
+#include "text/utf8.hpp"
+
+namespace cbcan::app {
+
+using journal::Event;
+using journal::Kind;
+
+namespace {
+
+constexpr std::uint64_t kMostListed = 1000;
+constexpr std::uint16_t kStatusword = 0x6041;
+
+/// The row of a register, where the ranges that may lie elsewhere have been put.
+const regmap::RegisterRow* row_of(std::size_t address, const plant::ModuleConfig& module) {
+  const auto found = [](const auto& rows, std::size_t at) -> const regmap::RegisterRow* {
+    const auto row =
+        std::ranges::find_if(rows, [at](const auto& r) { return r.first <= at && at <= r.last; });
+    return row == rows.end() ? nullptr : &*row;
+  };
+  const auto moved = [address](std::size_t first, std::size_t words, std::size_t standard) {
+    return address >= first && address < first + words ? address - first + standard : 0;
+  };
+  if (const auto* row = found(regmap::kWindow, address)) return row;
+  const std::size_t process = moved(module.process_first, regmap::kProcessWords, regmap::kProcessFirst);
+  const std::size_t out = moved(module.scanner_out_first, regmap::kScannerOutWords, regmap::kScannerOutFirst);
+  const std::size_t in = moved(module.scanner_in_first, regmap::kScannerInWords, regmap::kScannerInFirst);
+  if (process != 0) return found(regmap::kProcessData, process);
+  return out + in == 0 ? nullptr : found(regmap::kScanner, out + in);
+}
+
+/// What a number in one of the window's registers means.
+std::string_view meaning_of(const regmap::RegisterRow* row, std::uint16_t word) {
+  const auto named = [word](const auto& rows) -> std::string_view {
+    const auto found = std::ranges::find(rows, word, &regmap::NamedNumber::value);
+    return found == rows.end() ? "" : found->meaning;
+  };
+  if (row == nullptr) return {};
+  if (row->name == "EXECUTE_FLAG") return word == regmap::kExecute ? "execute" : named(regmap::kResults);
+  if (row->name == "IN_RESULT") return word < 5 ? named(regmap::kResults) : named(regmap::kScannerResults);
+  return row->name.ends_with("COMMAND") ? named(regmap::kCommands) : "";
+}
+
+io::HttpResponse ok(const Json& json) {
+  return {.body = line_of(json) + "\n"};
+}
+
+io::HttpResponse failed(unsigned status, std::string_view why) {
+  return {status, "application/json", line_of({{"error", text::to_utf8(why)}}) + "\n"};
+}
+
+Json faults_of(const sim::FaultSet& set) {
+  Json list = Json::array();
+  for (const sim::SetFault& fault : set.list())
+    list.push_back({{"number", fault.number},
+                    {"fault", fault.text},
+                    {"occasions", fault.occasions},
+                    {"fired", fault.fired}});
+  return list;
+}
+
+}  // namespace
+
+io::HttpResponse Api::respond(const io::HttpRequest& request) {
+  constexpr std::string_view kNodes = "/api/nodes/";
+  constexpr std::string_view kObjects = "/objects";
+  parts_.catch_up();
+  const std::string_view path = request.path;
+  const Query& query = request.query;
+  const bool post = request.method == "POST";
+  try {
+    if (post) {
+      if (path == "/api/registers") return ok(write(request.body));
+      if (path == "/api/control") return command(request.body);
+      return failed(404, "POST is for /api/registers and /api/control");
+    }
+    if (path == "/api/time") return ok(time());
+    if (path == "/api/registers") return ok(registers(query));
+    if (path == "/api/nodes") return ok(nodes(query));
+    if (path == "/api/faults") return ok(faults());
+    if (path == "/api/transactions") return ok(events(query, {Kind::kEnded}));
+    if (path == "/api/frames") return ok(events(query, {Kind::kFrame}));
+    if (path == "/api/journal") return ok(events(query, {}));
+    if (path == "/api/events") return follow(request);
+    if (path.starts_with(kNodes) && path.ends_with(kObjects) && path.size() > kNodes.size() + kObjects.size())
+      return ok(objects(query, path.substr(kNodes.size(), path.size() - kNodes.size() - kObjects.size())));
+  } catch (const scenario::Refused& refused) {
+    return failed(400, refused.what());
+  } catch (const Json::exception&) {
+    return failed(400,
+                  R"(write {"first": 3701, "values": [5055, 66]}, with "network" where there are several)");
+  }
+  return failed(404, "no such resource; docs/http.md lists them");
+}
+
+std::size_t Api::network_in(const Query& query) const {
+  const std::uint64_t number = number_in(query, "network", 1, parts_.control.networks());
+  return number == 0 ? 1 : number;
+}
+
+Json Api::time() const {
+  Json json = parts_.about();
+  const journal::Journal& journal = parts_.control.journal();
+  json["time"] = seconds_of(parts_.control.now());
+  json["version"] = kVersion;
+  json["first_event"] = journal.first();
+  json["next_event"] = journal.end();
+  Json& networks = json["networks"] = Json::array();
+  for (std::size_t number = 1; number <= parts_.control.networks(); ++number) {
+    scenario::Network& network = parts_.control.network(number);
+    networks.push_back({{"network", number},
+                        {"bit_rate", network.world().bus().bit_rate()},
+                        {"frames", network.watch()->frames()},
+                        {"bits", network.watch()->bits()}});
+  }
+  return json;
+}
+
+// ---- Registers
+
+/// Those that have names, or `count` from `first` on.
+Json Api::registers(const Query& query) const {
+  const std::size_t network = network_in(query);
+  const auto words = parts_.control.read(network, 0, regmap::kRegisterFileWords);
+  const plant::ModuleConfig& module = parts_.control.network(network).module_config();
+  const bool all = !query.contains("first");
+  const std::size_t first = number_in(query, "first", 0, words.size() - 1);
+  const std::size_t count = number_in(query, "count", all ? words.size() : 1, words.size() - first);
+  Json list = Json::array();
+  for (std::size_t address = first; address < first + count; ++address) {
+    const regmap::RegisterRow* const row = row_of(address, module);
+    if (all && row == nullptr) continue;
+    Json json{{"register", address}, {"name", row == nullptr ? "" : row->name}, {"value", words[address]}};
+    if (const auto meaning = meaning_of(row, words[address]); !meaning.empty()) json["words"] = meaning;
+    list.push_back(std::move(json));
+  }
+  return {{"network", network}, {"time", seconds_of(parts_.control.now())}, {"registers", std::move(list)}};
+}
+
+/// As the command does it, which the response tells.
+Json Api::write(const std::string& body) {
+  const Json json = Json::parse(body);
+  const auto network = json.value("network", std::size_t{1});
+  const auto values = json.at("values").get<std::vector<std::uint32_t>>();
+  std::string line =
+      fmt::format("write {}{}", scenario::prefix_of(network), json.at("first").get<std::uint32_t>());
+  for (const std::uint32_t value : values)
+    line += fmt::format(" {}", value);
+  const std::string response = parts_.execute(line, std::make_shared<io::Dialogue>());
+  if (response.starts_with(scenario::kError))
+    scenario::refuse("{}",
+                     response.substr(scenario::kError.size(), response.find('\n') - scenario::kError.size()));
+  return {{"command", line}};
+}
+
+// ---- Nodes
+
+Json Api::nodes(const Query& query) const {
+  const std::size_t network = network_in(query);
+  Json list = Json::array();
+  for (std::size_t place = 0; place < parts_.control.world(network).nodes().size(); ++place)
+    list.push_back(node(network, place));
+  return {{"network", network}, {"time", seconds_of(parts_.control.now())}, {"nodes", std::move(list)}};
+}
+
+Json Api::node(std::size_t network, std::size_t place) const {
+  sim::Node& node = *parts_.control.world(network).nodes()[place];
+  const journal::NetworkWatch& watch = *parts_.control.network(network).watch();
+  const std::uint8_t id = node.device().node_id();
+  Json json{{"place", place + 1}, {"node", id == sim::Node::kNoNodeId ? 0 : id}};
+  json["name"] = text::to_utf8(node.name());
+  json["device"] = node.device_name();
+  json["state"] = scenario::state_of(node);
+  json["incidents"] = Json::array();
+  for (const std::string_view incident : node.behaviour().incidents())
+    json["incidents"].push_back(incident);
+  json["faults"] = faults_of(node.faults());
+  if (id == sim::Node::kNoNodeId) return json;
+  if (const Time heard = watch.heard_at(id); heard != kNever) json["heard"] = seconds_of(heard);
+  if (const auto message = journal::emergency_of(watch.last_emergency(id)))
+    json["emergency"] = {{"code", message->code},
+                         {"words", text::emergency_meaning(message->code)},
+                         {"error_register", watch.last_emergency(id).data[2]}};
+  ObjectEntry entry{};
+  if (node.device().dictionary().find(kStatusword, 0, entry) == AbortCode::kNone) {
+    node.bring_up_to_date(parts_.control.started() + parts_.control.now());
+    json["statusword"] = node.device().dictionary().get(kStatusword, 0);
+  }
+  return json;
+}
+
+Json Api::objects(const Query& query, std::string_view word) const {
+  const std::size_t network = network_in(query);
+  const std::string name = scenario::prefix_of(network) + std::string(word);
+  sim::Node& node = scenario::node_of(parts_.control, name);
+  const auto nodes = parts_.control.world(network).nodes();
+  const auto place = std::ranges::find(nodes, &node, &std::unique_ptr<sim::Node>::get) - nodes.begin();
+  const std::uint64_t first = number_in(query, "first", 0, 0xFFFF);
+  const std::uint64_t last = number_in(query, "last", 0xFFFF, 0xFFFF);
+  const Time now = parts_.control.started() + parts_.control.now();
+  Json list = Json::array();
+  for (const eds::ObjectName& object : *parts_.names[network - 1][static_cast<std::size_t>(place)])
+    for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
+      ObjectEntry entry{};
+      const auto sub_index = static_cast<std::uint8_t>(sub);
+      if (object.index < first || object.index > last ||
+          node.device().dictionary().find(object.index, sub_index, entry) != AbortCode::kNone)
+        continue;
+      const auto bytes = node.value(entry, sub_index, now);
+      list.push_back({{"index", object.index},
+                      {"sub", sub},
+                      {"name", object.name},
+                      {"type", eds::name_of(object.type)},
+                      {"readable", entry.has(ObjectFlags::kRead)},
+                      {"writable", entry.has(ObjectFlags::kWrite)},
+                      {"value", journal::value_text(bytes, object.type)},
+                      {"bytes", text::hex(bytes, "")}});
+    }
+  return {{"node", name}, {"time", seconds_of(parts_.control.now())}, {"objects", std::move(list)}};
+}
+
+Json Api::faults() const {
+  Json list = Json::array();
+  for (std::size_t network = 1; network <= parts_.control.networks(); ++network) {
+    sim::World& world = parts_.control.world(network);
+    const auto add = [&](const std::string& place, const sim::FaultSet& set) {
+      for (Json fault : faults_of(set)) {
+        fault["place"] = scenario::prefix_of(network) + place;
+        list.push_back(std::move(fault));
+      }
+    };
+    add("bus", world.faults());
+    for (std::size_t place = 0; place < world.nodes().size(); ++place)
+      add(fmt::format("#{}", place + 1), world.nodes()[place]->faults());
+  }
+  return {{"faults", std::move(list)}};
+}
+
+// ---- Events
+
+/// The last `limit` ones below `before`, in their order.
+Json Api::events(const Query& query, std::initializer_list<Kind> kinds) const {
+  EventFilter filter(query);
+  filter.choose(kinds);
+  const journal::Journal& journal = parts_.control.journal();
+  const std::uint64_t limit = number_in(query, "limit", kMostListed, kMostListed);
+  std::vector<Json> found;
+  std::uint64_t number = std::min(number_in(query, "before", journal.end(), ~0ULL >> 1), journal.end());
+  while (number-- > journal.first() && found.size() < limit)
+    if (filter.passes(journal[number]))
+      found.push_back(event_json(number, journal[number], journal, parts_.find));
+  std::ranges::reverse(found);
+  return {{"first_event", journal.first()}, {"next_event", journal.end()}, {"events", std::move(found)}};
+}
+
+/// From `since` on, or from the last one that an EventSource has seen; numbers that are not there yet are
+/// those of a program before this one.
+io::HttpResponse Api::follow(const io::HttpRequest& request) const {
+  const journal::Journal& journal = parts_.control.journal();
+  Query query = request.query;
+  if (!request.last_event_id.empty()) query["since"] = request.last_event_id;
+  const bool again = query.contains("since");
+  const std::uint64_t since = number_in(query, "since", 0, ~0ULL >> 1);
+  const std::uint64_t next =
+      !again || since >= journal.end() ? (again ? journal.first() : journal.end()) : since + 1;
+  return {.type = "text/event-stream", .stream = event_stream(parts_.control, parts_.find, query, next)};
+}
+
+io::HttpResponse Api::command(const std::string& body) const {
+  return {.type = "text/plain; charset=utf-8", .stream = command_stream(parts_.execute, body)};
+}
+
+}  // namespace cbcan::app

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What is served over HTTP: docs/http.md is the page about it.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "app/event_json.hpp"
+#include "io/http/http_server.hpp"
+#include "io/sockets/command_session.hpp"
+#include "journal/journal.hpp"
+#include "plant/build_node.hpp"
+#include "scenario/control.hpp"
+
+namespace cbcan::app {
+
+class Api {
+ public:
+  /// What the API takes from the program; all of it outlives the API.
+  struct Parts {
+    scenario::Control& control;
+    const decltype(plant::PlantBuild::names)& names;
+    const journal::FindName& find;
+    io::Execute execute;             ///< a line of docs/control.md
+    std::function<void()> catch_up;  ///< what is due has been done
+    std::function<Json()> about;     ///< the program, for /api/time
+  };
+
+  explicit Api(Parts parts) : parts_(std::move(parts)) {}
+
+  io::HttpResponse respond(const io::HttpRequest& request);
+
+ private:
+  Json time() const;
+  Json registers(const Query& query) const;
+  Json nodes(const Query& query) const;
+  Json node(std::size_t network, std::size_t place) const;
+  Json objects(const Query& query, std::string_view node) const;
+  Json faults() const;
+  Json events(const Query& query, std::initializer_list<journal::Kind> kinds) const;
+  Json write(const std::string& body);
+  io::HttpResponse follow(const io::HttpRequest& request) const;
+  io::HttpResponse command(const std::string& body) const;
+  std::size_t network_in(const Query& query) const;
+
+  Parts parts_;
+};
+
+}  // namespace cbcan::app

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Events of the journal as JSON, and which of them somebody wants (docs/http.md).
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "journal/journal.hpp"
+#include "journal/words.hpp"
+
+namespace cbcan::app {
+
+using Json = nlohmann::ordered_json;
+using Query = std::map<std::string, std::string, std::less<>>;
+
+/// A number of the query; throws scenario::Refused.
+std::uint64_t number_in(const Query& query, std::string_view key, std::uint64_t standard,
+                        std::uint64_t highest);
+
+class EventFilter {
+ public:
+  /// By `kinds`, `network`, `node`, `service`, `transaction`, `failed` and `slow`; what else is in it counts
+  /// for nothing. Throws scenario::Refused.
+  explicit EventFilter(const Query& query);
+  bool passes(const journal::Event& event) const;
+  /// These kinds instead, where the query names none.
+  void choose(std::initializer_list<journal::Kind> kinds);
+
+ private:
+  std::uint32_t kinds_ = 0;  ///< bits by Kind; 0 = all
+  std::uint64_t network_;    ///< here and below 0 = any
+  std::uint64_t node_;
+  std::uint64_t transaction_;
+  std::string service_;
+  bool failed_;
+  std::optional<Time> slow_;
+};
+
+Json event_json(std::uint64_t number, const journal::Event& event, const journal::Journal& journal,
+                const journal::FindName& find);
+
+/// Whole microseconds as seconds.
+double seconds_of(Time time);
+
+/// UTF-8 whatever the text has.
+std::string line_of(const Json& json);
+
+}  // namespace cbcan::app

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#include "app/views.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "text/numbers.hpp"
+
+namespace cbcan::app {
+
+using journal::Event;
+using journal::Kind;
+
+journal::FindName names_of(scenario::Control& control, const decltype(plant::PlantBuild::names)& names) {
+  return [&control, &names](std::uint8_t network, std::uint8_t node, std::uint16_t index,
+                            std::uint8_t sub) -> const eds::ObjectName* {
+    const auto nodes = control.network(network).world().nodes();
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      if (nodes[i]->device().node_id() == node) return eds::find_name(*names[network - 1U][i], index, sub);
+    return nullptr;
+  };
+}
+
+Trace::Trace(scenario::Control& control, journal::FindName find, bool frames,
+             std::function<void(std::string_view)> tell)
+    : control_(control),
+      find_(std::move(find)),
+      frames_(frames),
+      tell_(std::move(tell)),
+      cursor_(control.journal()) {}
+
+void Trace::look() {
+  std::string lines;
+  const std::uint64_t missed = cursor_.look([&](std::uint64_t /*number*/, const Event& event) {
+    const bool told = event.kind == Kind::kEnded || event.kind == Kind::kState ||
+                      event.kind == Kind::kEmergency || (frames_ && event.kind == Kind::kFrame);
+    if (told)
+      lines += fmt::format("cbcan-sim: {} {}{}\n", text::seconds_text(event.at),
+                           control_.networks() == 1 ? "" : fmt::format("network {}: ", event.network),
+                           text_of(event, control_.journal(), find_));
+    return true;
+  });
+  if (missed != 0) lines += fmt::format("cbcan-sim: {} events are missing here\n", missed);
+  if (!lines.empty()) tell_(lines);
+}
+
+std::string packet_comment(const Event& event, const journal::Journal& journal,
+                           const journal::FindName& find) {
+  const bool told = event.kind == Kind::kBegun || event.kind == Kind::kEnded || event.kind == Kind::kFault;
+  if (told) return text_of(event, journal, find);
+  const bool is_packet = event.kind == Kind::kModbus || event.kind == Kind::kFrame;
+  return is_packet && event.transaction != 0 ? fmt::format("transaction {}", event.transaction) : "";
+}
+
+}  // namespace cbcan::app

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Views of the journal that are there from the start: lines on standard error (-v, -vv) and a pcapng file.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/files/pcap_file.hpp"
+#include "journal/journal.hpp"
+#include "journal/words.hpp"
+#include "plant/build_node.hpp"
+#include "plant/config.hpp"
+#include "scenario/control.hpp"
+
+namespace cbcan::app {
+
+/// Names of objects as the EDS files of the nodes have them that have these node IDs now. `names`: see
+/// plant::PlantBuild. Both outlive it.
+journal::FindName names_of(scenario::Control& control, const decltype(plant::PlantBuild::names)& names);
+
+/// Transactions that have ended, states and EMCY messages, a line each, and with `frames` all frames.
+class Trace {
+ public:
+  /// `tell` takes whole lines.
+  Trace(scenario::Control& control, journal::FindName find, bool frames,
+        std::function<void(std::string_view lines)> tell);
+
+  /// Tells what has happened.
+  void look();
+
+ private:
+  scenario::Control& control_;
+  journal::FindName find_;
+  bool frames_;
+  std::function<void(std::string_view)> tell_;
+  journal::Cursor cursor_;
+};
+
+/// What a packet's comment says: the transaction, with what it is at its beginning; faults in words.
+std::string packet_comment(const journal::Event& event, const journal::Journal& journal,
+                           const journal::FindName& find);
+
+}  // namespace cbcan::app

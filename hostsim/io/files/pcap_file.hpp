@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A journal as pcapng (IETF draft-ietf-opsawg-pcapng), for Wireshark: an interface for each CAN network
+/// (LINKTYPE_CAN_SOCKETCAN) and one for Modbus TCP, whose requests and responses are wrapped in made-up IP
+/// and TCP headers (LINKTYPE_RAW; client n is 10.x.y.z, the server 10.255.255.254:502). Comments tell
+/// transactions and faults.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "cbcan/time.hpp"
+#include "io/errors.hpp"
+#include "io/loop/output.hpp"
+#include "journal/journal.hpp"
+
+namespace cbcan::io {
+
+class PcapFile {
+ public:
+  struct Settings {
+    std::string path;        ///< "-" is standard output
+    std::uint64_t most = 0;  ///< bytes at which a file is renamed to path.1 and begun anew; 0 = never
+    std::size_t networks = 1;
+    Time wall_offset = 0;  ///< what makes microseconds since 1970 of the journal's times
+    std::size_t most_waiting = Output::kMostWaiting;
+  };
+  using Comment = std::function<std::string(const journal::Event&)>;
+
+  /// Throws EnvironmentError. `comment` gives what is to be said of an event, or nothing; that of one that is
+  /// no packet goes with the next packet. The journal outlives this.
+  PcapFile(const journal::Journal& journal, Settings settings, Comment comment, Warn warn);
+  /// Waits for a reader as Output does.
+  ~PcapFile();
+  PcapFile(const PcapFile&) = delete;
+  PcapFile& operator=(const PcapFile&) = delete;
+
+  /// Takes in what has happened and hands it to the file: to be called once per turn.
+  void look();
+  Time next_deadline() const { return ended_ ? kNever : output_.next_deadline(); }
+
+ private:
+  using Bytes = std::span<const std::uint8_t>;
+  /// Of one client's made-up connection: bytes that each side has sent.
+  struct Sent {
+    std::uint32_t requests = 1;
+    std::uint32_t responses = 1;
+  };
+
+  void begin();
+  void turn_over();
+  void add(const journal::Event& event);
+  void add_can(const journal::Event& event, const std::string& comment);
+  void add_modbus(const journal::Event& event, const std::string& comment);
+  void add_segment(const journal::Event& event, bool is_request, Bytes pdu, const std::string& comment);
+  void add_packet(std::uint32_t interface, Time at, std::string_view data, const std::string& comment);
+  void tell_dropped();
+
+  const journal::Journal& journal_;
+  Settings settings_;
+  Comment comment_;
+  Warn warn_;
+  Output output_;
+  journal::Cursor cursor_;
+  std::map<std::uint32_t, Sent> sent_;  ///< by client
+  std::string pending_;                 ///< comments for the next packet
+  std::uint64_t written_ = 0;           ///< bytes, of this file
+  std::uint64_t dropped_ = 0;           ///< packets, not told yet
+  bool ended_ = false;
+};
+
+}  // namespace cbcan::io

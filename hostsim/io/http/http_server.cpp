@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+#include "io/http/http_server.hpp"
+
+#include <arpa/inet.h>
+#include <microhttpd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+#include <utility>
+
+#include "io/errors.hpp"
+#include "io/sockets/listen_address.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr Time kLookEvery = 20 * kMillisecond;
+constexpr Time kKeepAlive = 5 * kSecond;
+constexpr unsigned kSilentForSeconds = 30;  ///< half a request
+constexpr std::size_t kMemoryPerConnection = 32 * 1024;
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host == "::1" || host.starts_with("127.");
+}
+
+bool is_number(const std::string& host) {
+  in6_addr address{};
+  return inet_pton(AF_INET, host.c_str(), &address) == 1 || inet_pton(AF_INET6, host.c_str(), &address) == 1;
+}
+
+std::string header(MHD_Connection* connection, const char* name) {
+  const char* const value = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
+  return value == nullptr ? "" : value;
+}
+
+}  // namespace
+
+/// One request, as long as it takes.
+struct HttpServer::Exchange {
+  HttpRequest request;
+  bool is_too_long = false;
+};
+
+/// A stream and its client.
+struct HttpServer::Live {
+  HttpServer& server;
+  std::unique_ptr<HttpStream> stream;
+  MHD_Connection* connection;
+  std::string unsent{};
+  Time sent_at = Reactor::now();
+  bool ended = false;
+  bool suspended = false;
+
+  void fill() {
+    if (!unsent.empty() || ended) return;
+    try {
+      ended = !stream->fill(unsent);
+    } catch (const std::exception&) {
+      ended = true;
+    }
+  }
+};
+
+struct HttpServer::Callbacks {
+  static MHD_Result on_query(void* into, MHD_ValueKind /*kind*/, const char* key, const char* value) {
+    static_cast<HttpRequest*>(into)->query[key] = value == nullptr ? "" : value;
+    return MHD_YES;
+  }
+
+  static MHD_Result on_access(void* self, MHD_Connection* connection, const char* url, const char* method,
+                              const char* /*version*/, const char* data, size_t* size, void** kept) {
+    auto& server = *static_cast<HttpServer*>(self);
+    auto* exchange = static_cast<Exchange*>(*kept);
+    if (exchange == nullptr) {
+      *kept = new Exchange{{method, url, {}, {}, {}}};
+      return MHD_YES;
+    }
+    if (*size != 0) {
+      exchange->is_too_long = exchange->is_too_long || exchange->request.body.size() + *size > kMostBody;
+      if (!exchange->is_too_long) exchange->request.body.append(data, *size);
+      *size = 0;
+      return MHD_YES;
+    }
+    return respond(server, connection, *exchange);
+  }
+
+  static void on_completed(void* /*self*/, MHD_Connection* /*connection*/, void** kept,
+                           MHD_RequestTerminationCode /*why*/) {
+    delete static_cast<Exchange*>(*kept);
+    *kept = nullptr;
+  }
+
+  static MHD_Result respond(HttpServer& server, MHD_Connection* connection, Exchange& exchange) {
+    HttpRequest& request = exchange.request;
+    MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, on_query, &request);
+    request.last_event_id = header(connection, "Last-Event-ID");
+    const std::string refused =
+        server.refusal(request, header(connection, "Host"), header(connection, "Origin"));
+    HttpResponse response;
+    if (!refused.empty())
+      response = {403, "text/plain", refused + "\n"};
+    else if (exchange.is_too_long)
+      response = {413, "text/plain", "a body of more than 64 KiB\n"};
+    else if (request.method != "GET" && request.method != "POST")
+      response = {405, "text/plain", "GET or POST\n"};
+    else
+      response = handled(server, request);
+    return queue(server, connection, std::move(response));
+  }
+
+  /// No exception goes through the library.
+  static HttpResponse handled(HttpServer& server, const HttpRequest& request) {
+    try {
+      return server.handle_(request);
+    } catch (const std::exception& error) {
+      return {500, "text/plain", std::string(error.what()) + "\n"};
+    }
+  }
+
+  static MHD_Result queue(HttpServer& server, MHD_Connection* connection, HttpResponse response) {
+    MHD_Response* made = nullptr;
+    if (response.stream) {
+      auto* live = new Live{server, std::move(response.stream), connection};
+      server.streams_.push_back(live);
+      made = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, HttpStream::kMostUnsent, on_read, live,
+                                               on_free);
+    } else {
+      made =
+          MHD_create_response_from_buffer(response.body.size(), response.body.data(), MHD_RESPMEM_MUST_COPY);
+    }
+    MHD_add_response_header(made, "Content-Type", response.type.c_str());
+    MHD_add_response_header(made, "Cache-Control", "no-store");
+    MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
+    MHD_add_response_header(made, "Content-Security-Policy", "default-src 'self'; frame-ancestors 'none'");
+    const MHD_Result queued = MHD_queue_response(connection, response.status, made);
+    MHD_destroy_response(made);
+    return queued;
+  }
+
+  static ssize_t on_read(void* self, std::uint64_t /*position*/, char* to, size_t most) {
+    auto& live = *static_cast<Live*>(self);
+    live.fill();
+    if (live.unsent.empty()) {
+      if (live.ended) return MHD_CONTENT_READER_END_OF_STREAM;
+      MHD_suspend_connection(live.connection);
+      live.suspended = true;
+      return 0;
+    }
+    const std::size_t count = std::min(most, live.unsent.size());
+    std::memcpy(to, live.unsent.data(), count);
+    live.unsent.erase(0, count);
+    live.sent_at = Reactor::now();
+    return static_cast<ssize_t>(count);
+  }
+
+  static void on_free(void* self) {
+    auto* live = static_cast<Live*>(self);
+    live->server.streams_.remove(live);
+    delete live;
+  }
+};
+
+HttpServer::HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write, Handler handle)
+    : reactor_(reactor), name_(listen.host), may_write_(write), handle_(std::move(handle)) {
+  Listener listener = listen_tcp("http", listen);
+  address_ = listener.address;
+  may_write_ = write || is_loopback(address_.host);
+  daemon_ = MHD_start_daemon(
+      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, 0, nullptr, nullptr, Callbacks::on_access, this,
+      MHD_OPTION_LISTEN_SOCKET, listener.socket.get(), MHD_OPTION_NOTIFY_COMPLETED, Callbacks::on_completed,
+      this, MHD_OPTION_CONNECTION_LIMIT, kMostClients, MHD_OPTION_CONNECTION_TIMEOUT, kSilentForSeconds,
+      MHD_OPTION_CONNECTION_MEMORY_LIMIT, kMemoryPerConnection, MHD_OPTION_END);
+  if (daemon_ == nullptr) throw EnvironmentError("http " + to_string(listen) + ": it cannot be served");
+  listener.socket.release();
+  const int epoll = MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
+  reactor_.watch(epoll, Reactor::kReadable, [this](std::uint32_t) { MHD_run(daemon_); });
+}
+
+/// Suspended connections must not be there when the daemon goes.
+HttpServer::~HttpServer() {
+  for (Live* live : streams_) {
+    live->ended = true;
+    if (std::exchange(live->suspended, false)) MHD_resume_connection(live->connection);
+  }
+  MHD_run(daemon_);
+  reactor_.forget(MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd);
+  MHD_stop_daemon(daemon_);
+}
+
+/// A name that somebody else's DNS has for this machine is not ours; a number cannot be one.
+std::string HttpServer::refusal(const HttpRequest& request, const std::string& host,
+                                const std::string& origin) const {
+  std::string name;
+  try {
+    name = text::parse_listen_address(host, 80).host;
+  } catch (const UsageError&) {
+    return "a request without a Host header that can be read";
+  }
+  if (!is_number(name) && name != "localhost" && name != name_)
+    return "Host is " + name + ": use the address of this machine";
+  if (!origin.empty() && origin != "http://" + host) return "pages of " + origin + " may not ask here";
+  if (request.method == "POST" && !may_write_)
+    return "read-only, as other machines reach " + to_string(address_) + "; --http-write allows it";
+  return {};
+}
+
+/// The library does not say by itself that it has something to do for what has been resumed.
+void HttpServer::poll(Time now) {
+  bool resumed = false;
+  if (now >= look_at_) {
+    look_at_ = now + kLookEvery;
+    for (Live* live : streams_) {
+      if (!live->suspended) continue;
+      if (live->stream->has_news()) live->fill();
+      if (live->unsent.empty() && now >= live->sent_at + kKeepAlive)
+        live->unsent = live->stream->keep_alive();
+      if (live->unsent.empty() && !live->ended) continue;
+      live->suspended = false;
+      MHD_resume_connection(live->connection);
+      resumed = true;
+    }
+  }
+  MHD_UNSIGNED_LONG_LONG left = 0;
+  if (resumed || (MHD_get_timeout(daemon_, &left) == MHD_YES && left == 0)) MHD_run(daemon_);
+}
+
+Time HttpServer::next_deadline() const {
+  Time next = kNever;
+  for (const Live* live : streams_)
+    if (live->suspended)
+      next = earlier(next, live->stream->has_news()             ? look_at_
+                           : live->stream->keep_alive().empty() ? kNever
+                                                                : live->sent_at + kKeepAlive);
+  MHD_UNSIGNED_LONG_LONG left = 0;
+  if (MHD_get_timeout(daemon_, &left) == MHD_YES) next = earlier(next, Reactor::now() + left * kMillisecond);
+  return next;
+}
+
+}  // namespace cbcan::io

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// An HTTP server by libmicrohttpd in the caller's loop: no thread, nothing blocks, and what clients may cost
+/// is bounded. It knows no resources; it refuses what comes from other sites: requests for a host name that
+/// is not this machine's (DNS rebinding), and requests of pages from elsewhere (Origin).
+
+#include <cstddef>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "cbcan/time.hpp"
+#include "io/loop/reactor.hpp"
+#include "text/address.hpp"
+
+struct MHD_Daemon;
+
+namespace cbcan::io {
+
+struct HttpRequest {
+  std::string method;  ///< GET or POST
+  std::string path;
+  std::map<std::string, std::string, std::less<>> query;
+  std::string body;
+  std::string last_event_id;  ///< of an EventSource that connects again
+};
+
+/// A body that comes bit by bit.
+class HttpStream {
+ public:
+  virtual ~HttpStream() = default;
+  /// Appends what there is by now, some kMostUnsent at most; false = that was the end.
+  virtual bool fill(std::string& text) = 0;
+  /// fill() may have something.
+  virtual bool has_news() const = 0;
+  /// What shows whether the client is still there; may be empty.
+  virtual std::string_view keep_alive() const { return {}; }
+
+  static constexpr std::size_t kMostUnsent = 64 * 1024;
+};
+
+struct HttpResponse {
+  unsigned status = 200;
+  std::string type = "application/json";
+  std::string body = {};
+  std::unique_ptr<HttpStream> stream = {};  ///< in the place of the body
+};
+
+class HttpServer {
+ public:
+  static constexpr std::size_t kMostBody = 64 * 1024;
+  static constexpr unsigned kMostClients = 128;  ///< more wait until one has gone
+  using Handler = std::function<HttpResponse(const HttpRequest&)>;
+
+  /// Listens at once; throws EnvironmentError when it cannot. `handle` must not destroy the server. `write`:
+  /// POST is served though other machines reach the address.
+  HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write, Handler handle);
+  ~HttpServer();
+  HttpServer(const HttpServer&) = delete;
+  HttpServer& operator=(const HttpServer&) = delete;
+
+  /// With the real port.
+  const text::ListenAddress& address() const { return address_; }
+  bool may_write() const { return may_write_; }
+  /// Responses that go on.
+  std::size_t streams() const { return streams_.size(); }
+
+  /// Streams get what is new, but not more often than every 20 ms. To be called once per turn, and at
+  /// next_deadline(). `now` is Reactor::now()'s.
+  void poll(Time now);
+  Time next_deadline() const;
+
+ private:
+  struct Exchange;
+  struct Live;
+  struct Callbacks;
+
+  std::string refusal(const HttpRequest& request, const std::string& host, const std::string& origin) const;
+
+  Reactor& reactor_;
+  std::string name_;  ///< of the address, as it was given
+  text::ListenAddress address_;
+  bool may_write_;
+  Handler handle_;
+  std::list<Live*> streams_;
+  Time look_at_ = 0;  ///< at streams, next
+  MHD_Daemon* daemon_ = nullptr;
+};
+
+}  // namespace cbcan::io

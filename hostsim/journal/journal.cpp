@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "journal/journal.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace cbcan::journal {
+
+std::span<const std::string_view> kind_names() {
+  static constexpr std::array<std::string_view, 9> kNames{"modbus", "begun", "ended",   "frame", "emcy",
+                                                          "state",  "fault", "command", "client"};
+  return kNames;
+}
+
+std::string_view name_of(Service service) {
+  static constexpr std::array<std::string_view, 5> kNames{"none", "read", "write", "nmt", "state"};
+  return kNames[static_cast<std::size_t>(service)];
+}
+
+/// What does not fit behind the others begins at the front again: it is never in two pieces.
+Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
+  if (end_ % (kEvents / 2) == 0) on_filled();
+  std::size_t size = 0;
+  for (const auto& part : parts)
+    size += part.size();
+  if (used_ % kBytes + size > kBytes) used_ += kBytes - used_ % kBytes;
+  event.bytes = used_;
+  event.size = static_cast<std::uint16_t>(size);
+  for (const auto& part : parts) {
+    std::ranges::copy(part, bytes_.begin() + static_cast<std::ptrdiff_t>(used_ % kBytes));
+    used_ += part.size();
+  }
+  return ring_[end_++ % kEvents] = event;
+}
+
+Event& Journal::add(const Event& event, std::string_view text) {
+  return add(event, {{reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}});
+}
+
+std::span<const std::uint8_t> Journal::bytes(const Event& event) const {
+  if (event.bytes + kBytes < used_) return {};
+  return std::span(bytes_).subspan(event.bytes % kBytes, event.size);
+}
+
+std::string_view Journal::text(const Event& event) const {
+  const auto all = bytes(event);
+  return {reinterpret_cast<const char*>(all.data()), all.size()};
+}
+
+}  // namespace cbcan::journal

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Everything that happens in a plant, once, in the order in which it happens on the bus: a ring of records
+/// of one size. Views go through it by number; words are theirs (words.hpp). Nothing is allocated for an
+/// event.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "cbcan/frame.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan::journal {
+
+enum class Kind : std::uint8_t {
+  kModbus,     ///< a request has been answered
+  kBegun,      ///< a transaction: the PLC wants it
+  kEnded,      ///< likewise, with its result
+  kFrame,      ///< on the bus
+  kEmergency,  ///< the frame before is an EMCY message
+  kState,      ///< a node's NMT state is another one
+  kFault,      ///< an injected fault has happened
+  kCommand,    ///< of docs/control.md: inputs, incidents, power, faults, NMT
+  kClient,     ///< of Modbus TCP: joined or left
+};
+/// By Kind: "modbus", "begun", ...
+std::span<const std::string_view> kind_names();
+
+/// What a transaction does.
+enum class Service : std::uint8_t { kNone, kRead, kWrite, kNmt, kState };
+std::string_view name_of(Service service);
+
+/// In place of an NMT state: the node has no power.
+inline constexpr std::uint8_t kOff = 0xFF;
+/// In place of a result: the PLC has taken its request back.
+inline constexpr std::uint16_t kCancelled = 0xFFFF;
+
+struct Event {
+  Kind kind = Kind::kFrame;
+  std::uint8_t network = 1;  ///< 0 = of none
+  std::uint8_t node = 0;     ///< 0 = of none; of kModbus the unit ID
+  std::uint8_t sub = 0;
+  std::uint16_t index = 0;   ///< object; of kModbus bytes of the request's PDU, the response's is behind it
+  Service service{};         ///< of a transaction
+  std::uint8_t state = 0;    ///< kState: as in a heartbeat, or kOff; kClient: 1 = joined; kModbus: exception
+  std::uint16_t result = 0;  ///< kEnded: as in R3700, or kCancelled; kModbus: MBAP transaction ID
+  std::uint16_t size = 0;    ///< of what bytes() gives
+  std::uint32_t transaction = 0;  ///< 0 = belongs to none
+  std::uint32_t code = 0;         ///< kEnded: SDO abort code; kModbus, kClient: number of the client
+  Time at = 0;                    ///< since the plant's start
+  Time took = 0;                  ///< kEnded
+  std::uint64_t bytes = 0;        ///< where they begin; for Journal
+  Frame frame{};                  ///< kFrame, kEmergency
+};
+
+class Journal {
+ public:
+  static constexpr std::size_t kEvents = 100'000;
+  static constexpr std::size_t kBytes = 8 * 1024 * 1024;
+
+  /// Takes all its memory at once.
+  Journal() : ring_(kEvents), bytes_(kBytes) {}
+
+  /// Appends an event and `parts`, one behind the other, as its bytes; at most 64 KiB. It stays the latest
+  /// one until the next call.
+  Event& add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts = {});
+  Event& add(const Event& event, std::string_view text);
+
+  /// Events first()..end()-1 are there; the first one ever has number 1.
+  std::uint64_t first() const { return end_ > kEvents ? end_ - kEvents : 1; }
+  std::uint64_t end() const { return end_; }
+  const Event& operator[](std::uint64_t number) const { return ring_[number % kEvents]; }
+  Event& latest() { return ring_[(end_ - 1) % kEvents]; }
+  /// Empty when others have taken their place.
+  std::span<const std::uint8_t> bytes(const Event& event) const;
+  std::string_view text(const Event& event) const;
+
+  std::uint32_t new_transaction() { return ++transactions_; }
+
+  /// Called when half the ring has filled since the last time: views that must not miss anything look.
+  std::function<void()> on_filled = [] {};
+
+ private:
+  std::vector<Event> ring_;
+  std::vector<std::uint8_t> bytes_;
+  std::uint64_t end_ = 1;
+  std::uint64_t used_ = 0;  ///< of bytes_, as if it had no end
+  std::uint32_t transactions_ = 0;
+};
+
+/// One view's place in a journal.
+class Cursor {
+ public:
+  /// Sees what comes from now on.
+  explicit Cursor(const Journal& journal) : journal_(journal), next_(journal.end()) {}
+  /// Sees what is there from `number` on.
+  Cursor(const Journal& journal, std::uint64_t number) : journal_(journal), next_(number) {}
+
+  std::uint64_t next() const { return next_; }
+  /// Calls `visit(number, event)` for each that is new, until it returns false; returns how many have gone
+  /// unseen.
+  template <class Visit>
+  std::uint64_t look(Visit visit) {
+    const std::uint64_t missed = next_ < journal_.first() ? journal_.first() - next_ : 0;
+    for (next_ += missed; next_ < journal_.end();)
+      if (const std::uint64_t number = next_++; !visit(number, journal_[number])) break;
+    return missed;
+  }
+
+ private:
+  const Journal& journal_;
+  std::uint64_t next_;
+};
+
+}  // namespace cbcan::journal

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+#include "journal/watch.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "cbcan/canopen/emcy/emergency_consumer.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/sdo/protocol.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::journal {
+
+namespace {
+
+constexpr std::uint32_t kFunctionMask = 0x780;
+// Modbus Application Protocol V1.1b3: those whose second word is no quantity.
+constexpr std::uint8_t kWriteSingleRegister = 6;
+constexpr std::uint8_t kMaskWriteRegister = 22;
+
+constexpr auto kPreOperational = static_cast<std::uint8_t>(nmt::State::kPreOperational);
+
+constexpr std::size_t place(std::uint16_t address) {
+  return address - regmap::kWindowFirst;
+}
+
+std::span<const std::uint8_t> bytes_of(std::span<const std::uint16_t> words, std::size_t size) {
+  return {reinterpret_cast<const std::uint8_t*>(words.data()), std::min(size, 2 * words.size())};
+}
+
+Service service_of(std::span<const std::uint16_t> request) {
+  const std::uint16_t command = request[place(regmap::kCommand)];
+  const std::uint16_t index = request[place(regmap::kObjectIndex)];
+  if (command == regmap::kSdoWrite) return index == regmap::kNmtService ? Service::kNmt : Service::kWrite;
+  if (command != regmap::kSdoRead) return Service::kNone;
+  return index == regmap::kNodeStateService && request[place(regmap::kObjectSubIndex)] == 0 ? Service::kState
+                                                                                            : Service::kRead;
+}
+
+/// "node 5: fault 1: ..."; of the bus 0.
+std::uint8_t node_in(std::string_view text) {
+  const auto words = text::words_of(text.substr(0, text.find(':')));
+  return words.size() == 2 ? text::parse<std::uint8_t>(words[1]).value_or(0) & nmt::kMaxNode
+                           : std::uint8_t{0};
+}
+
+}  // namespace
+
+std::optional<Emergency> emergency_of(const Frame& frame) {
+  const bool is_one = frame.id >= EmergencyConsumer::kFirstId + 1 && frame.id <= EmergencyConsumer::kLastId &&
+                      frame.flags == 0 && frame.length == frame.data.size();
+  if (!is_one) return std::nullopt;
+  return Emergency{static_cast<std::uint8_t>(frame.id & nmt::kMaxNode),
+                   static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8)};
+}
+
+NetworkWatch::NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Door> doors, Time started)
+    : journal_(journal), network_(network), started_(started) {
+  for (const Door& door : doors)
+    doors_.push_back({door});
+  for (Watched& door : doors_)
+    if (!door.door.in.empty()) door.taken = door.door.in[regmap::kScannerTaken];
+}
+
+Event NetworkWatch::event(Kind kind, Time now) const {
+  return {.kind = kind, .network = network_, .at = now - started_};
+}
+
+// ---- Transactions
+
+/// The PLC may have written CA0Eh, or something else over it.
+void NetworkWatch::before(Time now) {
+  for (Watched& door : doors_) {
+    if (!door.door.in.empty()) continue;
+    const bool wanted = door.door.out[0] == regmap::kExecute;
+    if (wanted && !door.transaction.open) begin(door, now);
+    if (!wanted && door.transaction.open) end(door, kCancelled, now);
+  }
+}
+
+/// The module may have written results.
+void NetworkWatch::after(Time now) {
+  for (Watched& door : doors_) {
+    if (!door.door.in.empty())
+      look_at_taken(door, now);
+    else if (door.transaction.open && door.door.out[0] != regmap::kExecute)
+      end(door, door.door.out[0], now);
+  }
+}
+
+/// A number that was taken is a request; one that is answered has its result.
+void NetworkWatch::look_at_taken(Watched& door, Time now) {
+  const std::span<const std::uint16_t> in = door.door.in;
+  if (const std::uint16_t taken = in[regmap::kScannerTaken]; taken != door.taken) {
+    if (door.transaction.open) end(door, kCancelled, now);
+    door.taken = taken;
+    begin(door, now);
+  }
+  if (door.transaction.open && in[regmap::kScannerAnswered] == door.taken)
+    end(door, in[regmap::kScannerResult], now);
+}
+
+void NetworkWatch::begin(Watched& door, Time now) {
+  const auto request = door.door.out;
+  Transaction& transaction = door.transaction;
+  Event begun = event(Kind::kBegun, now);
+  begun.transaction = journal_.new_transaction();
+  begun.service = service_of(request);
+  begun.index = request[place(regmap::kObjectIndex)];
+  begun.sub = static_cast<std::uint8_t>(request[place(regmap::kObjectSubIndex)]);
+  begun.node = static_cast<std::uint8_t>(request[place(regmap::kNodeId)]);
+  if (begun.service == Service::kNmt) begun.node = begun.sub == regmap::kNmtAllNodes ? 0 : begun.sub;
+  const bool writes = begun.service == Service::kWrite || begun.service == Service::kNmt;
+  const std::size_t size = begun.service == Service::kNmt ? 2 : request[place(regmap::kDataSize)];
+  const auto value = bytes_of(request.subspan(place(regmap::kData)), writes ? size : 0);
+  transaction.size = std::min(value.size(), transaction.value.size());
+  std::copy_n(value.begin(), transaction.size, transaction.value.begin());
+  transaction.begun = now;
+  transaction.open = true;
+  Event& latest = journal_.latest();
+  if (latest.kind == Kind::kModbus && latest.network == network_ && latest.at == begun.at)
+    latest.transaction = begun.transaction;
+  transaction.request = journal_.add(begun, {std::span(transaction.value).first(transaction.size)});
+  if (begun.service == Service::kNmt) command_ = begun;
+  if (begun.service == Service::kNmt || begun.node == 0 || begun.node > nmt::kMaxNode) return;
+  Node& node = nodes_[begun.node];
+  node.request = begun;
+  node.open = true;
+  node.failed = false;
+}
+
+void NetworkWatch::end(Watched& door, std::uint16_t result, Time now) {
+  Transaction& transaction = door.transaction;
+  transaction.open = false;
+  Event ended = transaction.request;
+  ended.kind = Kind::kEnded;
+  ended.at = now - started_;
+  ended.took = now - transaction.begun;
+  ended.result = result;
+  const bool scanned = !door.door.in.empty();
+  const auto data =
+      scanned ? door.door.in.subspan(regmap::kScannerData) : door.door.out.subspan(place(regmap::kData));
+  std::span<const std::uint8_t> value = std::span(transaction.value).first(transaction.size);
+  if (result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
+    ended.code = data[0] | std::uint32_t{data[1]} << 16;
+  const bool reads = ended.service == Service::kRead || ended.service == Service::kState;
+  if (result == 0 && reads)
+    value = bytes_of(data,
+                     scanned ? door.door.in[regmap::kScannerSize] : door.door.out[place(regmap::kDataSize)]);
+  journal_.add(ended, {value});
+  Node& node = nodes_[ended.node & nmt::kMaxNode];
+  if (node.request.transaction != ended.transaction) return;
+  node.open = false;
+  node.failed = result != 0;
+}
+
+/// After a failure the abort is on its way, and a response may be.
+std::uint32_t NetworkWatch::transaction_of(const Frame& frame) {
+  const Node& node = nodes_[frame.id & nmt::kMaxNode];
+  const bool is_state = node.request.service == Service::kState;
+  if (nmt::is_command(frame)) {
+    const std::uint32_t transaction = command_.node == frame.data[1] ? command_.transaction : 0;
+    if (transaction != 0) command_ = {};
+    return transaction;
+  }
+  switch (frame.id & ~std::uint32_t{nmt::kMaxNode}) {
+    case nmt::kErrorControlId: return node.open && is_state ? node.request.transaction : 0;
+    case sdo::kRequestId:
+      if (node.failed && frame.data[0] == sdo::command(sdo::Request::kAbort)) return node.request.transaction;
+      return node.open && !is_state ? node.request.transaction : 0;
+    case sdo::kResponseId: return (node.open || node.failed) && !is_state ? node.request.transaction : 0;
+    default: return 0;
+  }
+}
+
+// ---- The bus
+
+void NetworkWatch::on_bus_frame(const Frame& frame, Time now) {
+  ++frames_;
+  bits_ += sim::bits_of(frame);
+  Event seen = event(Kind::kFrame, now);
+  seen.frame = frame;
+  const std::uint32_t function = frame.id & kFunctionMask;
+  const bool of_node =
+      frame.flags == 0 && function != 0 && frame.id <= 0x77F && frame.id != 0x80 && frame.id != 0x100;
+  if (of_node || (frame.flags == Frame::kRemote && function == nmt::kErrorControlId))
+    seen.node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  if ((frame.flags & (Frame::kExtended | Frame::kError)) == 0) seen.transaction = transaction_of(frame);
+  journal_.add(seen);
+  if (!of_node) return;
+  Node& node = nodes_[seen.node];
+  if (function != sdo::kRequestId) node.heard = seen.at;
+  if (emergency_of(frame)) {
+    node.emergency = frame;
+    seen.kind = Kind::kEmergency;
+    journal_.add(seen);
+  }
+  if (function != nmt::kErrorControlId || frame.length == 0 || node.is_simulated) return;
+  const bool is_boot_up = frame.data[0] == 0;
+  note_state(seen.node, is_boot_up ? kPreOperational : frame.data[0] & nmt::kStateMask, now);
+}
+
+void NetworkWatch::on_node_state(std::uint8_t node, std::uint8_t state, Time now) {
+  if (node == 0 || node > nmt::kMaxNode) return;
+  nodes_[node].is_simulated = true;
+  note_state(node, state, now);
+}
+
+void NetworkWatch::note_state(std::uint8_t node, std::uint8_t state, Time now) {
+  if (nodes_[node].state == state) return;
+  nodes_[node].state = state;
+  Event changed = event(Kind::kState, now);
+  changed.node = node;
+  changed.state = state;
+  journal_.add(changed);
+}
+
+void NetworkWatch::on_fault(std::string_view text, Time now) {
+  Event fault = event(Kind::kFault, now);
+  fault.node = node_in(text);
+  if (fault.node != 0 && nodes_[fault.node].open) fault.transaction = nodes_[fault.node].request.transaction;
+  journal_.add(fault, text);
+}
+
+// ---- The PLC
+
+/// It belongs to the transaction that it begins, or else to the last one of the registers that it is about.
+void NetworkWatch::on_modbus(const ModbusExchange& exchange, Time now) {
+  Event request = event(Kind::kModbus, now);
+  request.node = exchange.unit;
+  request.index = static_cast<std::uint16_t>(exchange.request.size());
+  request.state = exchange.exception;
+  request.result = exchange.id;
+  request.code = exchange.client;
+  const auto word = [&](std::size_t at) -> std::size_t {
+    return at + 1 < exchange.request.size() ? exchange.request[at] << 8U | exchange.request[at + 1] : 0U;
+  };
+  const bool one = exchange.request[0] == kWriteSingleRegister || exchange.request[0] == kMaskWriteRegister;
+  const auto overlaps = [&](std::size_t first, std::size_t words) {
+    return word(1) < first + words && first < word(1) + (one ? 1 : word(3));
+  };
+  for (const Watched& door : doors_)
+    if (overlaps(door.door.first, door.door.out.size()))
+      request.transaction = door.transaction.request.transaction;
+  journal_.add(request, {exchange.request, exchange.response});
+  before(now);
+}
+
+}  // namespace cbcan::journal

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Makes the events of one CAN network: hears bus, module, nodes and the PLC, and knows which transaction
+/// what belongs to. Times that it is told are those of the world.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "cbcan/regmap.hpp"
+#include "journal/journal.hpp"
+#include "sim/bus.hpp"
+#include "sim/coprocessor_module.hpp"
+#include "sim/faults/fault_set.hpp"
+
+namespace cbcan::journal {
+
+/// An EMCY message: a data frame of 8 bytes on the identifier that CiA 301 gives it.
+struct Emergency {
+  std::uint8_t node;
+  std::uint16_t code;
+};
+std::optional<Emergency> emergency_of(const Frame& frame);
+
+/// A Modbus request that has been answered.
+struct ModbusExchange {
+  std::uint32_t client;  ///< by which events name it; 0 = none that comes and goes
+  std::uint16_t id;      ///< transaction ID of the MBAP header; 0 over RTU
+  std::uint8_t unit;
+  std::uint8_t exception;                  ///< 0 = none
+  std::span<const std::uint8_t> request;   ///< PDU
+  std::span<const std::uint8_t> response;  ///< likewise
+};
+
+class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public sim::FaultListener {
+ public:
+  /// Where the PLC asks and where it is answered; `in` empty: the window of R3700. Both outlive this.
+  struct Door {
+    std::uint16_t first;  ///< register of out[0]
+    std::span<const std::uint16_t> out;
+    std::span<const std::uint16_t> in;
+  };
+
+  /// `started`: what is time 0 to the journal.
+  NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Door> doors, Time started);
+  NetworkWatch(const NetworkWatch&) = delete;
+  NetworkWatch& operator=(const NetworkWatch&) = delete;
+
+  void on_bus_frame(const Frame& frame, Time now) override;
+  void before(Time now) override;
+  void after(Time now) override;
+  void on_fault(std::string_view text, Time now) override;
+  void on_node_state(std::uint8_t node, std::uint8_t state, Time now) override;
+  /// Before the module hears of it.
+  void on_modbus(const ModbusExchange& exchange, Time now);
+
+  /// Of all frames so far.
+  std::uint64_t frames() const { return frames_; }
+  std::uint64_t bits() const { return bits_; }
+  /// Of this node: since the plant's start; kNever = nothing has come yet.
+  Time heard_at(std::uint8_t node) const { return nodes_[node].heard; }
+  /// Its last EMCY message, all zeros without one.
+  const Frame& last_emergency(std::uint8_t node) const { return nodes_[node].emergency; }
+
+ private:
+  struct Transaction {
+    Event request;  ///< as it was begun
+    Time begun = 0;
+    bool open = false;
+    std::array<std::uint8_t, regmap::kMaxDataBytes> value{};  ///< that it writes
+    std::size_t size = 0;
+  };
+  struct Watched {
+    Door door;
+    Transaction transaction{};
+    std::uint16_t taken = 0;  ///< number of the scanner window
+  };
+  struct Node {
+    Event request{};  ///< of the last transaction with it
+    bool open = false;
+    bool failed = false;  ///< that one: a late response, or the abort, may come
+    bool is_simulated = false;
+    std::uint8_t state = kOff;
+    Time heard = kNever;
+    Frame emergency{};
+  };
+
+  Event event(Kind kind, Time now) const;
+  void look_at_taken(Watched& door, Time now);
+  void begin(Watched& door, Time now);
+  void end(Watched& door, std::uint16_t result, Time now);
+  std::uint32_t transaction_of(const Frame& frame);
+  void note_state(std::uint8_t node, std::uint8_t state, Time now);
+
+  Journal& journal_;
+  std::uint8_t network_;
+  Time started_;
+  std::vector<Watched> doors_;
+  std::array<Node, 128> nodes_{};
+  Event command_{};  ///< the NMT transaction whose frame has not been on the bus yet
+  std::uint64_t frames_ = 0;
+  std::uint64_t bits_ = 0;
+};
+
+}  // namespace cbcan::journal

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// The ring, and what the demo plant's events are: in the order of the bus, each with its transaction.
+
+#include "journal/journal.hpp"
+
+#include <fmt/format.h>
+
+#include "journal/words.hpp"
+#include "scenario/demo.hpp"
+#include "text/numbers.hpp"
+
+namespace cbcan::journal {
+namespace {
+
+using Lines = std::vector<std::string>;
+
+const eds::ObjectName* no_name(std::uint8_t /*network*/, std::uint8_t /*node*/, std::uint16_t /*index*/,
+                               std::uint8_t /*sub*/) {
+  return nullptr;
+}
+
+/// All that has happened since the journal was opened, with times and transactions.
+class Seen {
+ public:
+  explicit Seen(scenario::Plant& plant) : journal_(plant.control().journal()), cursor_(journal_) {}
+
+  Lines lines() {
+    Lines lines;
+    cursor_.look([&](std::uint64_t, const Event& event) {
+      lines.push_back(text::seconds_text(event.at) + " " + text_of(event, journal_, no_name));
+      return true;
+    });
+    return lines;
+  }
+
+ private:
+  const Journal& journal_;
+  Cursor cursor_;
+};
+
+/// A minute with noise, faults and all kinds of transactions.
+Lines session(const std::string& more) {
+  const auto plant = scenario::test::demo(more);
+  Seen seen(*plant);
+  Lines all;
+  for (const char* command :
+       {"fault 0x42 response-never probability=0.3", "fault bus frame-loss probability=0.05", "nmt start all",
+        "incident 16 overtemperature on", "power 1 off"})
+    plant->execute(command);
+  for (int i = 0; i < 60; ++i) {
+    plant->execute("trigger read 0x42 0x6401 1 2");
+    plant->execute("pass 1s");
+    for (std::string& line : seen.lines())
+      all.push_back(std::move(line));
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("the ring keeps the last 100,000 events, and each its bytes as long as there is room") {
+  Journal journal;
+  int filled = 0;
+  journal.on_filled = [&] { ++filled; };
+  Cursor behind(journal);
+  const std::string long_text(60'000, 'x');
+  CHECK(journal.first() == 1);
+  journal.add({.kind = Kind::kCommand}, long_text);
+  for (int i = 0; i < 120'000; ++i)
+    journal.add({.kind = Kind::kState, .node = 7});
+  CHECK((journal.first() == 20'002 && journal.end() == 120'002 && filled == 2));
+  std::size_t seen = 0;
+  CHECK(behind.look([&](std::uint64_t number, const Event&) { return seen += number != 0, true; }) == 20'001);
+  CHECK(seen == 100'000);
+  const std::uint64_t number = journal.end();
+  for (int i = 0; i < 200; ++i)  // 12 MB
+    journal.add({.kind = Kind::kCommand}, long_text);
+  CHECK(journal.text(journal[number]).empty());
+  CHECK(journal.text(journal[journal.end() - 100]) == long_text);
+}
+
+TEST_CASE("a transaction's events are in the order of the bus") {
+  const auto plant = scenario::test::demo();
+  plant->execute("pass 1s");
+  Seen seen(*plant);
+  plant->execute("trigger read 0x42 0x1000 0 4");
+  CHECK(seen.lines() == Lines{"1.000000 command trigger read 0x42 0x1000 0 4",
+                              "1.000000 #1 read node 66 1000h:00 begun",
+                              "1.000000 #1 642#4000100000000000 SDO node 66: read 1000h:00",
+                              "1.000000 #1 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441",
+                              "1.000000 #1 read node 66 1000h:00 = 983441: done, 0 ms"});
+  plant->execute("trigger write 0 0x3003 0 2 70");  // begins and ends at once
+  CHECK(seen.lines() == Lines{"1.000000 command trigger write 0 0x3003 0 2 70",
+                              "1.000000 #2 write node 0 3003h:00 = 70 begun",
+                              "1.000000 #2 write node 0 3003h:00 = 70: done, 0 ms"});
+}
+
+TEST_CASE("frames behind the end belong to the transaction that has failed") {
+  const auto plant = scenario::test::demo();
+  plant->execute("fault 0x42 response-late delay_ms=1500 count=1");
+  Seen seen(*plant);
+  plant->execute("trigger read 0x42 0x1000 0 4");
+  plant->execute("pass 2s");
+  CHECK(
+      seen.lines() ==
+      Lines{"0.000000 command trigger read 0x42 0x1000 0 4", "0.000000 #1 read node 66 1000h:00 begun",
+            "0.000000 #1 642#4000100000000000 SDO node 66: read 1000h:00",
+            "0.000000 #1 node 66: fault 1: response-late delay_ms=1500 count=1: 5C2#4300100091010F00",
+            "1.000000 #1 read node 66 1000h:00: 0504 0000h SDO service timed out, 1000 ms",
+            "1.000000 #1 642#8000100000000405 SDO node 66: abort 1000h:00: 0504 0000h SDO service timed out",
+            "1.500000 #1 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441"});
+  plant->execute("send 642#4000100000000000");  // somebody else
+  CHECK(seen.lines()[1] == "2.000000 642#4000100000000000 SDO node 66: read 1000h:00");
+}
+
+TEST_CASE("NMT, node states, EMCY messages and a transaction taken back") {
+  const auto plant = scenario::test::demo();
+  Seen seen(*plant);
+  plant->execute("trigger write 0 0x1F82 1 2 5");
+  CHECK(seen.lines() == Lines{"0.000000 command trigger write 0 0x1F82 1 2 5",
+                              "0.000000 #1 NMT Start Remote Node: node 1 begun",
+                              "0.000000 #1 NMT Start Remote Node: node 1: done, 0 ms",
+                              "0.000000 #1 000#0101 NMT Start Remote Node: node 1",
+                              "0.000000 node 1 operational"});
+  plant->execute("trigger read 2 0x300C 0 1");
+  CHECK(seen.lines().back() == "0.000000 #2 state of node 2 = pre-operational: done, 0 ms");
+  plant->execute("power 1 off");
+  CHECK(seen.lines() == Lines{"0.000000 command power 1 off", "0.000000 node 1 off"});
+  plant->execute("incident 16 overtemperature on");
+  CHECK(seen.lines().back() == "0.000000 EMCY node 16: 4210h device temperature; generic, temperature");
+  plant->execute("trigger read 99 0x1000 0 4");
+  plant->execute("write 3700 0");
+  const Lines lines = seen.lines();
+  CHECK(lines[4] == "0.000000 #3 read node 99 1000h:00: cancelled, 0 ms");
+}
+
+TEST_CASE("requests of the scanner window go by their numbers") {
+  const auto plant = scenario::test::demo();
+  Seen seen(*plant);
+  plant->execute("write 500 1 5055 0x42 0x1000 0 4");  // the first number after a start is not executed
+  plant->execute("write 500 2 5055 0x42 0x1000 0 4");
+  plant->execute("write 500 2 5055 0x42 0x1000 0 4");
+  Lines lines = seen.lines();
+  std::erase_if(lines, [](const std::string& line) { return line.find("command") != std::string::npos; });
+  CHECK(lines == Lines{"0.000000 #1 read node 66 1000h:00 begun",
+                       "0.000000 #1 read node 66 1000h:00: the coprocessor has started: the number is not "
+                       "executed, as it may "
+                       "have been before, 0 ms",
+                       "0.000000 #2 read node 66 1000h:00 begun",
+                       "0.000000 #2 642#4000100000000000 SDO node 66: read 1000h:00",
+                       "0.000000 #2 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441",
+                       "0.000000 #2 read node 66 1000h:00 = 983441: done, 0 ms"});
+}
+
+TEST_CASE("the same seed gives the same journal") {
+  const Lines once = session("");
+  CHECK(once.size() > 300);
+  CHECK(session("") == once);
+  CHECK(session("[random]\nseed = 2\n") != once);
+}
+
+}  // namespace cbcan::journal

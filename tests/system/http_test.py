@@ -1,0 +1,260 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The HTTP interface: each endpoint as docs/http.md shows it, by curl and http.client; other sites, garbage, and clients that hang."""
+
+import contextlib
+import http.client
+import json
+import pathlib
+import re
+import socket
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+PROGRAM, PAGE = program_from_arguments(sys.argv, 2)
+READ = 5055
+
+
+class Http(unittest.TestCase):
+    def start(self, *options, **keywords):
+        simulator = Simulator(PROGRAM, "--demo", "--http", "127.0.0.1:0", *options, **keywords)
+        self.addCleanup(simulator.stop)
+        self.http_port = int(simulator.where["http"].rsplit(":", 1)[1])
+        return simulator
+
+    def ask(self, path, body=None, **headers):
+        """(status, JSON or text)"""
+        connection = http.client.HTTPConnection("127.0.0.1", self.http_port, timeout=LIMIT)
+        with contextlib.closing(connection):
+            connection.request("GET" if body is None else "POST", path, body, {name.capitalize(): value for name, value in headers.items()})
+            response = connection.getresponse()
+            text = response.read().decode()
+            return response.status, json.loads(text) if response.headers["Content-Type"] == "application/json" else text
+
+    def get(self, path):
+        status, json_or_text = self.ask(path)
+        self.assertEqual(status, 200, json_or_text)
+        return json_or_text
+
+    def control(self, *lines):
+        return self.ask("/api/control", "\n".join(lines))[1]
+
+    def stream(self, path, **headers):
+        """Lines of a stream, from curl."""
+        arguments = [argument for name, value in headers.items() for argument in ("-H", f"{name.replace('_', '-')}: {value}")]
+        process = subprocess.Popen(["curl", "-sN", *arguments, f"http://127.0.0.1:{self.http_port}{path}"], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        assert process.stdout.readline() == ": cbcan\n"
+        return process.stdout
+
+    def events(self, stream, count):
+        found = []
+        while len(found) < count:
+            line = stream.readline()
+            if line.startswith("data: "):
+                found.append(json.loads(line[6:]))
+        return found
+
+
+def shape(value):
+    if isinstance(value, dict):
+        return {key: shape(member) for key, member in value.items()}
+    if isinstance(value, list):
+        return [shape(value[0])] if value else []
+    return "number" if type(value) in (int, float) else type(value).__name__
+
+
+class Page(Http):
+    def examples(self):
+        text = pathlib.Path(PAGE).read_text()
+        found = re.findall(r"^`(GET|POST) (/api/\S+?)`(?:(?!\n`(?:GET|POST)).)*?\n```json\n(.*?)```", text, re.S | re.M)
+        return {f"{method} {path}": json.loads(example) for method, path, example in found}, [json.loads(line) for line in
+                                                                         re.search(r"```events\n(.*?)```", text, re.S)[1].splitlines()]
+
+    def test_endpoints_are_as_the_page_shows_them(self):
+        simulator = self.start()
+        examples, _ = self.examples()
+        objects = self.get("/api/nodes/16/objects?first=0x6041&last=0x6041")
+        self.control("fault #4 response-late delay_ms=50", "incident 16 overtemperature on")
+        with simulator.window() as window:
+            window.execute(READ, 0x20, 0x3333, 0, 4)
+            self.assertEqual(shape(self.get("/api/time")), shape(examples["GET /api/time"]))
+        registers = self.get("/api/registers?first=3700&count=1")
+        self.assertEqual(shape(registers), shape(examples["GET /api/registers"]))
+        self.assertEqual([len(self.get(f"/api/registers{query}")["registers"]) for query in ("", "?first=0&count=3")], [70 + 70 + 68 + 128, 3])
+        nodes = self.get("/api/nodes")
+        nodes["nodes"] = nodes["nodes"][3:4]
+        self.assertEqual(shape(nodes), shape(examples["GET /api/nodes"]))
+        self.assertEqual((objects["objects"], shape(objects)), (examples["GET /api/nodes/N/objects"]["objects"], shape(examples["GET /api/nodes/N/objects"])))
+        self.assertEqual(self.get("/api/nodes/%231/objects?first=0x1000&last=0x1000")["objects"][0]["value"], "983441")
+        self.assertEqual(shape(self.get("/api/faults")), shape(examples["GET /api/faults"]))
+        self.assertEqual(self.ask("/api/registers", '{"first": 3701, "values": [5055, 66]}'), (200, examples["POST /api/registers"]))
+
+    def test_events_are_as_the_page_shows_them(self):
+        simulator = self.start("--fault", "32:response-never count=1")
+        _, examples = self.examples()
+        with simulator.window() as window:
+            window.execute(READ, 0x20, 0x3333, 0, 4)
+            self.control("incident 16 overtemperature on", "nmt start 16")
+        stream = self.stream("/api/events?since=0&watch=16:0x6064")
+        missing = {example["kind"]: shape(example) for example in examples if example["kind"] != "missed"}
+        while missing:
+            event, = self.events(stream, 1)
+            wanted = missing.get(event["kind"])
+            if wanted and set(event) == set(wanted):  # frames and faults also come without a transaction
+                self.assertEqual(shape(event), wanted)
+                del missing[event["kind"]]
+
+
+class Events(Http):
+    def test_a_transaction_is_all_there(self):
+        simulator = self.start()
+        with simulator.window() as window:
+            window.execute(READ, 0x42, 0x1000, 0, 4)
+            window.execute(READ, 0x20, 0x3333, 0, 4)
+        ended = self.get("/api/transactions")["events"]
+        self.assertEqual([(event["transaction"], event["ok"]) for event in ended], [(1, True), (2, False)])
+        self.assertEqual(self.get("/api/transactions?failed=1")["events"], ended[1:])
+        self.assertEqual(self.get("/api/transactions?slow=1000")["events"], [])
+        kinds = [event["kind"] for event in self.get("/api/journal?transaction=2")["events"]]
+        self.assertEqual(kinds[:5], ["modbus", "begun", "frame", "frame", "ended"])
+        self.assertEqual(set(kinds[5:]), {"modbus"})
+        self.assertEqual([event["frame"] for event in self.get("/api/frames?limit=2")["events"]], ["620#4033330000000000", "5A0#8033330000000206"])
+        self.assertEqual(self.get("/api/frames?limit=1&before=7")["events"][0]["kind"], "frame")
+
+    def test_a_stream_goes_on_where_it_was(self):
+        simulator = self.start()
+        stream = self.stream("/api/events?kinds=ended")
+        with simulator.window() as window:
+            for _ in range(3):
+                window.execute(READ, 0x42, 0x1000, 0, 4)
+        events = self.events(stream, 3)
+        self.assertEqual([event["transaction"] for event in events], [1, 2, 3])
+        again = self.stream("/api/events?kinds=ended", Last_Event_ID=events[0]["number"])
+        self.assertEqual(self.events(again, 2), events[1:])
+        restarted = self.stream("/api/events?kinds=ended", Last_Event_ID=10**9)
+        self.assertEqual(self.events(restarted, 3), events)
+
+    def test_watched_values(self):
+        self.start()
+        stream = self.stream("/api/events?kinds=client&watch=16:0x6064,16:0x6041")
+        first = self.events(stream, 2)
+        self.assertEqual([event["object"] for event in first], ["0x6064", "0x6041"])
+        self.control("power 16 off")
+        while True:
+            event, = self.events(stream, 1)
+            if event["object"] == "0x6041":
+                break
+        self.assertEqual(event["value"], "off")
+
+    def test_several_networks(self):
+        simulator = self.start("--network", "2", "--node", f"5={pathlib.Path(PAGE).parents[1]}/plants/demo/generic.eds")
+        with simulator.window(2) as window:
+            window.execute(READ, 5, 0x1000, 0, 4)
+        self.assertEqual([event["network"] for event in self.get("/api/transactions")["events"]], [2])
+        self.assertEqual(self.get("/api/nodes?network=2")["nodes"][0]["node"], 5)
+        self.assertEqual(self.get("/api/nodes/5/objects?network=2&first=0x1000&last=0x1000")["node"], "2/5")
+        self.assertEqual(self.ask("/api/registers", '{"network": 2, "first": 100, "values": [7]}')[1], {"command": "write 2/100 7"})
+        self.assertEqual(self.get("/api/registers?network=2&first=100")["registers"][0]["value"], 7)
+
+    def test_a_manual_clock(self):
+        simulator = self.start("--clock", "manual", stdin=subprocess.PIPE)
+        self.assertEqual(self.get("/api/time")["time"], 0)
+        self.assertEqual(self.control("pass 100ms", "trigger read 99 0x1000 0 4", "wait transaction ended", "time"),
+                         "at 0.100000\nok\nok 1.100000\nok 1.100000\n")
+        self.assertEqual(self.get("/api/transactions")["events"][0]["took_ms"], 1000)
+        self.assertEqual(simulator.process.poll(), None)
+
+
+class Strangers(Http):
+    def test_what_is_wrong_is_told(self):
+        self.start()
+        for path, status, why in (("/api/nothing", 404, "no such resource"), ("/api/nodes/99/objects", 400, "node 99: not in this plant"),
+                                  ("/api/registers?first=5000", 400, "first=5000: must be 0..4167"), ("/api/nodes?network=2", 400, "network=2"),
+                                  ("/api/events?watch=16", 400, "write NODE:INDEX"), ("/api/events?watch=16:0x9999", 400, "no such object")):
+            got, answer = self.ask(path)
+            self.assertEqual(got, status, path)
+            self.assertIn(why, answer["error"])
+        for body in ("", "{", "[]", "{}", '{"first": "x", "values": [1]}', '{"first": 1, "values": 5}', '{"first": -1, "values": [1]}',
+                     '{"first": 1, "values": [70000]}', '{"first": 4167, "values": [1, 2]}', '{"network": 9, "first": 1, "values": [1]}'):
+            self.assertEqual(self.ask("/api/registers", body)[0], 400, body)
+        self.assertEqual(self.ask("/api/control", "subscribe")[1], "error: subscribe is for --control; /api/events tells what happens\n")
+        self.assertEqual(self.ask("/api/time", "x")[0], 404)
+
+    def test_other_sites(self):
+        self.start()
+        for host, status in (("localhost", 200), (f"127.0.0.1:{self.http_port}", 200), ("192.0.2.1", 200), ("[::1]:80", 200), ("evil.example", 403),
+                             (f"evil.example:{self.http_port}", 403), ("", 403)):
+            self.assertEqual(self.ask("/api/time", host=host)[0], status, host)
+        for origin, status in ((f"http://127.0.0.1:{self.http_port}", 200), ("http://evil.example", 403), ("null", 403)):
+            self.assertEqual(self.ask("/api/control", "time", origin=origin)[0], status, origin)
+
+    def test_read_only_where_others_reach_it(self):
+        for options, status in (((), 403), (("--http-write",), 200)):
+            simulator = Simulator(PROGRAM, "--demo", "--http", "0.0.0.0:0", *options)
+            self.addCleanup(simulator.stop)
+            self.http_port = int(simulator.where["http"].rsplit(":", 1)[1])
+            self.assertEqual((self.ask("/api/time")[0], self.ask("/api/control", "time")[0]), (200, status))
+
+
+class Crowd(Http):
+    def raw(self, data):
+        client = socket.create_connection(("127.0.0.1", self.http_port), timeout=LIMIT)
+        self.addCleanup(client.close)
+        client.sendall(data)
+        return client
+
+    def test_garbage_and_halves(self):
+        simulator = self.start()
+        for data in (b"\0" * 5000, b"GET", b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 10000, b"\xff\xfe\r\n\r\n", b"POST /api/control HTTP/1.1\r\nHost: localhost\r\n"
+                     b"Content-Length: 1000000000\r\n\r\n" + b"x" * 200_000, b"POST /api/control HTTP/1.1\r\nHost: localhost\r\nContent-Length: -5\r\n\r\n"):
+            with contextlib.suppress(ConnectionError):
+                self.raw(data)
+        for method in ("PUT", "DELETE", "HEAD"):
+            connection = http.client.HTTPConnection("127.0.0.1", self.http_port, timeout=LIMIT)
+            connection.request(method, "/api/time")
+            self.assertEqual(connection.getresponse().status, 405)
+            connection.close()
+        self.assertEqual(self.ask("/api/control", 70_000 * "x")[0], 413)
+        with simulator.window() as window:
+            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.assertEqual(self.get("/api/transactions")["events"][0]["ok"], True)
+        self.assertEqual(simulator.stop(), (0, ""))
+
+    def test_64_clients_that_read_nothing_hold_nobody_up(self):
+        simulator = self.start()
+        request = b"GET /api/events?since=0 HTTP/1.1\r\nHost: localhost\r\n\r\n"
+        dead = [self.raw(request) for _ in range(64)]
+        for client in dead[:32]:
+            client.close()
+        wait_until(lambda: self.get("/api/time")["streams"] >= 32, "the streams")
+        with simulator.window() as window:
+            for _ in range(1000):
+                self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.assertEqual(len(self.get("/api/transactions")["events"]), 1000)
+        time = self.get("/api/time")
+        self.assertGreaterEqual(time["requests"], 2000)
+        status = pathlib.Path(f"/proc/{simulator.process.pid}/status").read_text()
+        self.assertLess(int(re.search(r"VmRSS:\s+(\d+)", status)[1]), 200_000)  # KiB
+        self.assertEqual(simulator.stop(), (0, ""))
+
+    def test_more_than_are_served_wait(self):
+        self.start()
+        crowd = [self.raw(b"GET /api/events HTTP/1.1\r\nHost: localhost\r\n\r\n") for _ in range(128)]
+        for client in crowd:
+            self.assertTrue(client.recv(100).startswith(b"HTTP/1.1 200"))
+        for client in crowd:
+            client.close()
+        # Those that have gone are noticed when they are to be told something.
+        late = self.raw(b"GET /api/time HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        self.assertTrue(late.recv(100).startswith(b"HTTP/1.1 200"))
+
+
+cases.main()

@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""What happens is told: on standard error, to Wireshark's dissectors, and by cbcanctl monitor."""
+
+import json
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+PROGRAM, CTL = program_from_arguments(sys.argv, 2)
+READ, WRITE = 5055, 5066
+
+
+def transactions(simulator):
+    """Three: good, refused by the node, and swallowed by a fault."""
+    with simulator.window() as window:
+        assert window.execute(READ, 0x42, 0x1000, 0, 4) == 0
+        assert window.execute(WRITE, 0x42, 0x1000, 0, 4, 1, 0) == 4
+        assert window.execute(WRITE, 0, 0x3003, 0, 2, 20) == 0  # SDO time-out
+        assert window.execute(READ, 0x20, 0x1000, 0, 4) == 4
+    return simulator
+
+
+class Verbose(unittest.TestCase):
+    def lines(self, *options):
+        simulator = transactions(Simulator(PROGRAM, "--demo", "--fault", "0x20:response-never", *options))
+        self.assertEqual(simulator.stop()[0], 0)
+        return [re.sub(r"^cbcan-sim: \d+\.\d{6} |, [0-9.]+ ms$", "", line) for line in simulator.error.splitlines()]
+
+    def test_v(self):
+        lines = self.lines("-v")
+        self.assertEqual(lines[:5], [f"node {node} pre-operational" for node in (66, 1, 2, 16, 32)])
+        self.assertEqual(lines[6:], [
+            "#1 read node 66 1000h:00 Device type = 983441: done",
+            "#2 write node 66 1000h:00 Device type: 0601 0002h attempt to write a read-only object",
+            "#3 write node 0 3003h:00 = 20: done",
+            "node 32: fault 1: response-never: 5A0#4300100000000000",
+            "#4 read node 32 1000h:00 Device type: 0504 0000h SDO service timed out",
+            "transactions 4, failed 2, cancelled 0", lines[-2], lines[-1]])
+
+    def test_vv(self):
+        lines = self.lines("-vv")
+        self.assertIn("#1 642#4000100000000000 SDO node 66: read 1000h:00 Device type", lines)
+        self.assertIn("#4 620#8000100000000405 SDO node 32: abort 1000h:00 Device type: 0504 0000h SDO service timed out", lines)
+        self.assertLess(lines.index("#1 5C2#4300100091010F00 SDO node 66: value of 1000h:00 Device type = 983441"),
+                        lines.index("#1 read node 66 1000h:00 Device type = 983441: done"))
+
+
+class Pcap(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.file = pathlib.Path(folder.name) / "both.pcapng"
+
+    def dissect(self, *fields, file=None):
+        arguments = [argument for field in fields for argument in ("-e", field)]
+        done = subprocess.run(["tshark", "-r", str(file or self.file), "-d", "can.subdissector=canopen", "-T", "fields", *arguments],
+                              capture_output=True, text=True, timeout=LIMIT, check=True, env={"PATH": "/usr/bin"})
+        return [line.split("\t") for line in done.stdout.split("\n")[:-1]]
+
+    def test_both_protocols_on_one_clock_with_comments(self):
+        transactions(Simulator(PROGRAM, "--demo", "--fault", "0x20:response-never", "--pcap", str(self.file))).stop()
+        packets = self.dissect("_ws.malformed", "_ws.expert.severity", "_ws.col.Protocol", "frame.interface_name", "frame.comment",
+                               "_ws.col.Info", "frame.time_epoch")
+        self.assertEqual([packet for packet in packets if packet[0]], [])
+        self.assertEqual({(protocol, interface) for _, _, protocol, interface, *_ in packets}, {("CANopen", "can1"), ("Modbus/TCP", "modbus")})
+        times = [float(packet[6]) for packet in packets]  # what is due has the time at which it was due, so they are not sorted
+        self.assertLess(max(times) - min(times), LIMIT)
+        comments = [comment for *_, comment, _, _ in packets]
+        for number in range(1, 5):
+            self.assertTrue(any(re.search(fr"^transaction {number}$|\\ntransaction {number}$", comment) for comment in comments), number)
+            self.assertTrue(any(f"#{number} " in comment and "begun" in comment for comment in comments) or number == 3, number)
+        self.assertIn("fault 1: response-never: 5A0#", "".join(comments))
+        frames = [(comment, info) for _, _, protocol, _, comment, info, _ in packets if protocol == "CANopen" and comment]
+        self.assertTrue(any("transaction 1" in comment and "Initiate upload request" in info for comment, info in frames), frames)
+
+    def test_modbus_as_it_was(self):
+        with Simulator(PROGRAM, "--demo", "--pcap", str(self.file)) as simulator:
+            heard = []
+            with simulator.window() as window:
+                for pdu in ("0300640003", "06006401F4", "10006500020400070008", "160064FFF00005", "1700640002006600010200FF", "2B0E0100",
+                            "07", "03FFFF0001", "0400640004"):
+                    heard.append(pdu)
+                    heard.append(window.request(bytes.fromhex(pdu)).hex().upper())
+        told = [payload.replace(":", "").upper() for payload, in self.dissect("tcp.payload")]
+        self.assertEqual([payload[14:] for payload in told if payload], heard)
+
+    def test_it_is_begun_anew_at_a_size(self):
+        with Simulator(PROGRAM, "--demo", "--pcap", str(self.file), "--pcap-size", "1") as simulator, simulator.window() as window:
+            wait_until(lambda: window.read(0, 125) and pathlib.Path(f"{self.file}.1").exists(), "a second file")
+        for file in (self.file, f"{self.file}.1"):
+            self.assertLessEqual(pathlib.Path(file).stat().st_size, 1_000_000)
+            self.assertEqual([line for line in self.dissect("_ws.malformed", file=file) if line != [""]], [])
+
+    def test_standard_output(self):
+        process = subprocess.Popen([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--pcap", "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertTrue(process.stderr.readline().startswith(b"ready modbus="))
+        process.terminate()
+        self.file.write_bytes(process.communicate(timeout=LIMIT)[0])
+        self.assertEqual(len(self.dissect("can.id")), 6)  # boot-up messages
+        self.assertEqual(subprocess.run([PROGRAM, "--demo", "--pcap", "-", "--clock", "manual"], capture_output=True, timeout=LIMIT, check=False).returncode, 2)
+
+
+class Monitor(unittest.TestCase):
+    def monitor(self, simulator, *options):
+        process = subprocess.Popen([CTL, "monitor", "--http", simulator.where["http"], *options], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def test_lines_and_statistics(self):
+        with Simulator(PROGRAM, "--demo", "--http", ":0", "--bit-rate", "250000") as simulator:
+            wait_until(lambda: http_json(simulator, "/api/time")["networks"][0]["frames"] == 6, "boot-up messages")
+            failed = self.monitor(simulator, "--kinds", "ended", "--failed", "--count", "1")
+            everything = self.monitor(simulator, "--kinds", "all", "--json", "--node", "66")
+            wait_until(lambda: http_json(simulator, "/api/time")["streams"] == 2, "both to listen")
+            transactions_of_two(simulator)
+            out = failed.communicate(timeout=LIMIT)[0].splitlines()
+            lines = [everything.stdout.readline() for _ in range(8)]
+            everything.send_signal(signal.SIGINT)
+            lines += everything.communicate(timeout=LIMIT)[0].splitlines()
+            events = [json.loads(line) for line in lines]
+        self.assertRegex(out[0], r"^\d+\.\d{6} #2 read node 66 3333h:00: 0602 0000h no such object, [0-9.]+ ms$")
+        self.assertRegex(out[1], r"^[0-9.]+ s; transactions 1, failed 1, mean ")
+        self.assertRegex(out[2], r"^network 1: [0-9.]+ frames/s, \d+ bit/s, bus load [0-9.]+ %$")
+        self.assertEqual([event["kind"] for event in events], ["begun", "frame", "frame", "ended", "begun", "frame", "frame", "ended", "statistics"])
+        self.assertEqual(events[3]["value"], "983441")
+
+    def test_nobody_there(self):
+        done = subprocess.run([CTL, "monitor", "--http", "127.0.0.1:1"], capture_output=True, text=True, timeout=LIMIT, check=False)
+        self.assertEqual((done.returncode, done.stdout), (3, ""))
+        self.assertIn("start cbcan-sim with --http 127.0.0.1:1", done.stderr)
+        done = subprocess.run([CTL, "monitor"], capture_output=True, text=True, timeout=LIMIT, check=False, env={})
+        self.assertEqual(done.returncode, 2)
+
+    def test_a_filter_that_means_nothing(self):
+        with Simulator(PROGRAM, "--demo", "--http", ":0") as simulator:
+            done = subprocess.run([CTL, "monitor", "--kinds", "frames"], capture_output=True, text=True, timeout=LIMIT, check=False,
+                                  env={"CBCAN_HTTP": simulator.where["http"]})
+        self.assertIn("kinds=frames: must be modbus, begun,", done.stderr)
+
+
+def http_json(simulator, path):
+    return json.loads(subprocess.run(["curl", "-sS", "--fail-with-body", f"http://{simulator.where['http']}{path}"], capture_output=True, text=True,
+                                     timeout=LIMIT, check=True).stdout)
+
+
+def transactions_of_two(simulator):
+    with simulator.window() as window:
+        assert window.execute(READ, 0x42, 0x1000, 0, 4) == 0
+        assert window.execute(READ, 0x42, 0x3333, 0, 4) == 4
+
+
+cases.main()
