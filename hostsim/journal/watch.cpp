@@ -234,7 +234,7 @@ void NetworkWatch::on_modbus(const ModbusExchange& exchange, Time now) {
   request.result = exchange.id;
   request.code = exchange.client;
   const auto word = [&](std::size_t at) -> std::size_t {
-    return at + 1 < exchange.request.size() ? exchange.request[at] << 8U | exchange.request[at + 1] : 0U;
+    return at + 1 < exchange.request.size() ? exchange.request[at] * 256U + exchange.request[at + 1] : 0U;
   };
   const bool one = exchange.request[0] == kWriteSingleRegister || exchange.request[0] == kMaskWriteRegister;
   const auto overlaps = [&](std::size_t first, std::size_t words) {

@@ -34,7 +34,7 @@ std::string object_text(std::uint16_t index, std::uint8_t sub, const eds::Object
 }
 
 std::uint32_t big_endian(Bytes bytes, std::size_t at) {
-  return at + 1 < bytes.size() ? bytes[at] << 8u | bytes[at + 1] : 0u;
+  return at + 1 < bytes.size() ? bytes[at] * 256U + bytes[at + 1] : 0u;
 }
 
 std::string_view nmt_text(std::uint32_t specifier) {

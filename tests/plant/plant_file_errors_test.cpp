@@ -51,7 +51,7 @@ TEST_CASE("an unknown key that is like nothing gets the list") {
         Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, replay, faults"});
   CHECK(errors_in("[pump]\n") ==
         Lines{"plant.toml:1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, "
-              "random, control, node, network"});
+              "random, control, http, node, network"});
   CHECK(errors_in("[faults]\n") == Lines{"plant.toml:1: faults: no such key; did you mean node.faults?"});
 }
 

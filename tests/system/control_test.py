@@ -151,7 +151,7 @@ class OverASocket(unittest.TestCase):
         self.assertEqual(other("subscribe frames transactions"), "ok\n")
         commands("trigger read 0x42 0x1000 0 4")
         self.assertEqual([other.lines.readline().split(" ", 2)[2] for _ in range(4)],
-                         ["frame 642#4000100000000000\n", "frame 5C2#4300100091010F00\n", "transaction started\n", "transaction ended\n"])
+                         ["transaction started\n", "frame 642#4000100000000000\n", "frame 5C2#4300100091010F00\n", "transaction ended\n"])
 
     def test_shutdown(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")
