@@ -81,6 +81,7 @@ void Simulator::open_networks(const plant::Config& config, plant::PlantBuild bui
     networks_.back()->core().replay(std::move(build.replays[i]));
     cores.push_back(&networks_.back()->core());
   }
+  wires_.emplace(config, cores);
   control_.emplace(std::move(cores), started_);
 }
 

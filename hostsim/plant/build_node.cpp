@@ -11,6 +11,7 @@
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/values.hpp"
+#include "plant/wires.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
 #include "text/words.hpp"
@@ -251,6 +252,10 @@ PlantBuild build_nodes(const Config& config, const FileReader& read) {
       plant.good = false;
     }
   }
+  if (!plant.good) return plant;
+  const std::vector<std::string> wrong = check_wire_ends(config, plant.networks);
+  plant.lines.insert(plant.lines.end(), wrong.begin(), wrong.end());
+  plant.good = wrong.empty();
   return plant;
 }
 

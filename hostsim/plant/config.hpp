@@ -17,6 +17,7 @@
 #include "plant/diagnostic.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/signal.hpp"
+#include "sim/wire.hpp"
 #include "text/address.hpp"
 #include "text/value.hpp"
 
@@ -149,6 +150,25 @@ struct NetworkConfig {
   bool operator==(const NetworkConfig&) const = default;
 };
 
+/// Where a wire begins or ends: a node, by its ID or its place, and what of it.
+struct WireEnd {
+  std::size_t network = 1;
+  std::size_t id = 0;     ///< 1..127, or 0
+  std::size_t place = 0;  ///< from 1, where there is no ID
+  sim::Terminal terminal;
+  std::string text;  ///< as it was written
+  bool operator==(const WireEnd&) const = default;
+};
+
+/// What stands at one node is given to an input of another one, or of the same.
+struct WireConfig {
+  WireEnd from;
+  WireEnd to;
+  sim::Transfer transfer;
+  Place place;
+  bool operator==(const WireConfig&) const = default;
+};
+
 struct Config {
   ListenAddress modbus{"127.0.0.1", 1502};  ///< of the Modbus TCP server; port 0 = any free one
   RtuConfig rtu;
@@ -158,6 +178,7 @@ struct Config {
   bool verbose = false;
   std::string record;  ///< file: the session as a scenario; empty = none
   std::vector<NetworkConfig> networks = std::vector<NetworkConfig>(1);  ///< never empty
+  std::vector<WireConfig> wires;
   bool operator==(const Config&) const = default;
 };
 

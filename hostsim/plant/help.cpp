@@ -68,6 +68,7 @@ constexpr std::array kSections = std::to_array<Section>({
     {"control", "Commands at run time"},
     {"log", "Log"},
     {"node", "Simulated nodes (these may be given several times)"},
+    {"wire", "Wires"},
     {"help", "Help"},
 });
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What can be set of a node: its objects, signals and faults too.
+// What can be set of a node: its objects, signals and faults too; and of the wires between nodes.
 #include <fmt/format.h>
 
 #include <array>
@@ -8,6 +8,7 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/devices.hpp"
 #include "plant/settings.hpp"
+#include "plant/wires.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -52,6 +53,21 @@ void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
 }
 Value load_shape(const Row& /*row*/, const SignalConfig& signal) {
   return std::string(kShapes[signal.signal.shape.index()]);
+}
+
+Problem check_wire_end(const Value& value) {
+  if (parse_wire_end(std::get<std::string>(value))) return {};
+  return "must be NODE:INDEX:SUB, with .BIT behind it where one bit is meant, or NODE:output:N, "
+         "NODE:analogue-output:N, "
+         "NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2";
+}
+template <auto kEnd>
+void store_wire_end(const Row& /*row*/, WireConfig& wire, const Value& value) {
+  wire.*kEnd = *parse_wire_end(std::get<std::string>(value));
+}
+template <auto kEnd>
+Value load_wire_end(const Row& /*row*/, const WireConfig& wire) {
+  return (wire.*kEnd).text;
 }
 
 // ---- The rows
@@ -102,6 +118,19 @@ constexpr auto kMean = [](auto& owner) -> auto& {
   auto* sine = std::get_if<sim::Sine>(&owner.signal.shape);
   return sine != nullptr ? sine->mean : std::get<sim::Noise>(owner.signal.shape).mean;
 };
+
+template <auto kEnd>
+constexpr Setting<WireConfig> wire_end(Row row) {
+  row.option = "--wire FROM=TO KEY=VALUE...";
+  row.form = Form::kText;
+  row.check = check_wire_end;
+  return {row, store_wire_end<kEnd>, load_wire_end<kEnd>};
+}
+template <auto kMember>
+constexpr auto wire(Row row) {
+  row.option = "--wire FROM=TO KEY=VALUE...";
+  return setting<WireConfig, &WireConfig::transfer, kMember>(row);
+}
 
 constexpr Row duration(Row row) {
   row.low = 1;
@@ -213,6 +242,31 @@ constexpr std::array kFaultKinds{
         .key = "can.faults.kind", .option = "--fault bus:KIND KEY=VALUE...", .help = "Which fault, of those of the bus",
         .domain = "a kind of fault", .example = "\"frame-loss\""}),
 };
+
+constexpr std::int64_t kHourInMs = 3'600'000;
+
+constexpr std::array kWires{
+    wire_end<&WireConfig::from>({
+        .key = "wire.from", .help = "Where it begins", .more = "What stands at the terminals, or any object of a node.",
+        .domain = "an output or an object", .example = "\"66:output:1\""}),
+    wire_end<&WireConfig::to>({
+        .key = "wire.to", .help = "The input that it ends at", .more = "Any that `set` can set.",
+        .domain = "an input or an object", .example = "\"5:0x2001\""}),
+    wire<&sim::Transfer::inverted>({.key = "wire.inverted", .help = "0 becomes 1, and anything else 0"}),
+    wire<&sim::Transfer::scale>({.key = "wire.scale", .help = "What it is multiplied by"}),
+    wire<&sim::Transfer::offset>({.key = "wire.offset", .help = "What is added then"}),
+    wire<&sim::Transfer::low>({.key = "wire.low", .help = "The least that comes out"}),
+    wire<&sim::Transfer::high>({.key = "wire.high", .help = "The most that comes out"}),
+    wire<&sim::Transfer::delay>({
+        .key = "wire.delay_ms", .help = "How much later it comes out", .high = kHourInMs, .unit = " ms",
+        .scale = kMillisecond}),
+    wire<&sim::Transfer::lag>({
+        .key = "wire.lag_ms", .help = "The time constant of a first order lag", .high = kHourInMs, .unit = " ms, 0 = none",
+        .scale = kMillisecond}),
+    wire<&sim::Transfer::sample_period>(duration({
+        .key = "wire.sample_ms", .help = "How often an object that flows is looked at, and what lags is passed on",
+        .more = "What stands at terminals is passed on when it changes."})),
+};
 // clang-format on
 
 }  // namespace
@@ -228,6 +282,9 @@ std::span<const Setting<SignalConfig>> signal_settings() {
 }
 std::span<const Setting<std::string>> fault_kind_settings() {
   return kFaultKinds;
+}
+std::span<const Setting<WireConfig>> wire_settings() {
+  return kWires;
 }
 std::span<const std::string_view> shape_names() {
   return kShapes;

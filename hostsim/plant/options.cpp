@@ -44,6 +44,8 @@ constexpr auto kRows = std::to_array<Row>({
     {.option = "--fault ID:KIND KEY=VALUE...",
      .help = "A fault of the node, one argument: --fault \"5:response-late delay_ms=50 count=1\"; docs/faults.md lists "
              "kinds and keys"},
+    {.option = "--wire FROM=TO KEY=VALUE...",
+     .help = "What stands at one place is given to an input, one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
     {.option = "--fault bus:KIND KEY=VALUE...", .help = "A fault of the bus"},
 });
 // clang-format on
@@ -76,6 +78,7 @@ class Options {
     each("--object", [this](const auto& text) { apply_object(text); });
     each("--signal", [this](const auto& text) { apply_signal(text); });
     each("--fault", [this](const auto& text) { apply_fault(text); });
+    each("--wire", [this](const auto& text) { apply_wire(text); });
     return std::move(found_);
   }
 
@@ -309,6 +312,24 @@ class Options {
         sim::parse_fault(parts->second, of_bus ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
     if (!made.problem.empty()) return complain(made.problem);
     (of_bus ? network_->can.faults : node->faults).push_back({made.fault, where_});
+  }
+
+  /// FROM=TO as if they were keys too.
+  void apply_wire(const std::string& text) {
+    const auto words = text::words_of(text);
+    const auto ends = words.empty() ? std::nullopt : text::split(words.front(), '=');
+    if (!ends) return complain("must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
+    WireConfig wire;
+    wire.place = where_;
+    const auto rows = wire_settings();
+    bool good = assign_part(rows[0], wire, ends->first) & assign_part(rows[1], wire, ends->second);
+    for (const std::string_view word : std::span(words).subspan(1)) {
+      const auto [key, value] = text::split(word, '=').value_or(std::pair(word, std::string_view()));
+      const auto row = std::ranges::find(rows, key, [](const Row& r) { return leaf_of(r.key); });
+      if (row == rows.end()) return complain(no_such_key(rows, rows[0], key));
+      good = assign_part(*row, wire, value) && good;
+    }
+    if (good) config_.wires.push_back(std::move(wire));
   }
 
   /// The node that an argument begins with; null after a complaint.

@@ -87,7 +87,10 @@ class Reader {
         read_section(key, node);
       } else if (in_first_network() && name == kNetworkTable) {
         read_networks(key, node);
-      } else if (is_section(name, settings())) {
+      } else if (in_first_network() && name == kWireTable) {
+        read_list(&node, kWireTable, wire_settings(), config_.wires,
+                  "from = \"66:output:1\", to = \"5:0x2001\"");
+      } else if (name == kWireTable || is_section(name, settings())) {
         complain_global(key, name);
       } else {
         complain_unknown(key, "");

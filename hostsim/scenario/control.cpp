@@ -134,8 +134,9 @@ std::span<const Execution::Command> Execution::commands() {
   static constexpr auto kCommands = std::to_array<Command>({
       {0, 0, &Execution::list_nodes, {"nodes", "Lists the nodes of all networks",
        "A line each: place in the network, node ID (`-` without one), NMT state, device, name."}},
-      {2, 2, &Execution::get, {"get NODE INDEX[:SUB]", "A value as an SDO read would give it now",
-       "Whatever its access rights are."}},
+      {2, 2, &Execution::get, {"get NODE INDEX[:SUB]|output:N", "A value as an SDO read would give it now, or what stands at a terminal",
+       "Whatever its access rights are. `output:N` is a digital output after polarity, filter mask and error value, "
+       "`analogue-output:N` likewise; `INDEX:SUB.BIT` is one bit."}},
       {3, 3, &Execution::set, {"set NODE INDEX[:SUB] NUMBER", "An input gets this value from outside",
        "It is rounded, and limited to what the object can hold, as one from a signal of the plant file. Objects that "
        "are no input of the device are set as they are, from 2000h on."}},

@@ -8,6 +8,7 @@ namespace cbcan::scenario {
 
 Plant::Plant(const plant::Config& config, plant::PlantBuild build, Pace pace)
     : networks_(make_networks(config, std::move(build))),
+      wires_(config, pointers(networks_)),
       control_(pointers(networks_), 0),
       pace_(std::move(pace)) {}
 

@@ -14,6 +14,7 @@
 #include "plant/build_node.hpp"
 #include "plant/config.hpp"
 #include "scenario/control.hpp"
+#include "scenario/wires.hpp"
 
 namespace cbcan::scenario {
 
@@ -62,6 +63,7 @@ class Plant final : public Bench {
   void advance(Time time);
 
   std::vector<std::unique_ptr<Network>> networks_;
+  Wires wires_;
   Control control_;
   Pace pace_;
 };

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -86,6 +87,12 @@ class Behaviour {
   /// update() follows.
   virtual bool set_input(std::uint16_t /*index*/, std::uint8_t /*sub*/, double /*value*/, Time /*now*/) {
     return false;
+  }
+
+  /// What stands at the terminals of an output, after all that the device does with what is written to this
+  /// object; none = the device has no such terminals. As it was at the last update().
+  virtual std::optional<double> output(std::uint16_t /*index*/, std::uint8_t /*sub*/) const {
+    return std::nullopt;
   }
 
   /// What can be done to this device from outside, by name: "overtemperature", "limit-switch-positive".

@@ -21,6 +21,7 @@
 #include "sim/parameters.hpp"
 #include "sim/participant.hpp"
 #include "sim/signal.hpp"
+#include "sim/wire.hpp"
 
 namespace cbcan::sim {
 
@@ -68,6 +69,12 @@ class Node final : public Participant, private DeviceApplication, private Device
 
   /// All values are those of `now`.
   void bring_up_to_date(Time now);
+
+  /// What stands there, as it was when the node was last brought up to date; none = there is no such number.
+  std::optional<double> number(const Terminal& terminal);
+
+  /// `happened` becomes true whenever something has happened to the node; it outlives the node.
+  void watch(bool& happened) { happened_ = &happened; }
 
   /// What an SDO upload of this entry of the dictionary would bring now, whatever the access rights.
   std::vector<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub, Time now);
@@ -161,6 +168,7 @@ class Node final : public Participant, private DeviceApplication, private Device
   Time behaviour_due_ = kNever;
   Time updated_at_ = kNever;  ///< the behaviour has seen everything up to then; kNever = it has not
   bool ids_changed_ = false;
+  bool* happened_ = nullptr;  ///< see watch()
   bool has_power_ = true;
   BusState state_with_power_ = BusState::kActive;  ///< of the controller; without power it is off the bus
   std::vector<std::uint32_t> received_ids_;        ///< what the port accepts for this node

@@ -51,8 +51,41 @@ TEST_CASE("an unknown key that is like nothing gets the list") {
         Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, replay, faults"});
   CHECK(errors_in("[pump]\n") ==
         Lines{"plant.toml:1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, "
-              "random, control, node, network"});
+              "random, control, node, wire, network"});
   CHECK(errors_in("[faults]\n") == Lines{"plant.toml:1: faults: no such key; did you mean node.faults?"});
+}
+
+TEST_CASE("wires") {
+  const auto with = [](const std::string& wire) {
+    const Plant plant = read(std::string(kNode) + "[[wire]]\n" + wire + "\n");
+    Lines found = plant.errors;
+    if (found.empty()) found = to_lines(check(plant.config));
+    return found.empty() ? std::string() : found.front();
+  };
+  const std::string ends = "from = \"5:0x2001\"\nto = \"5:0x2002\"\n";
+  CHECK(with(ends) == "");
+  CHECK(with("to = \"5:0x2002\"") == "plant.toml:4: wire.from: is missing; add from = \"66:output:1\"");
+  CHECK(
+      with("from = \"5:output:0\"\nto = \"5:0x2002\"") ==
+      "plant.toml:5: wire.from \"5:output:0\": must be NODE:INDEX:SUB, with .BIT behind it where one bit is "
+      "meant, or "
+      "NODE:output:N, NODE:analogue-output:N, NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2");
+  CHECK(with(ends + "delay_ms = -1") == "plant.toml:7: wire.delay_ms -1: must be 0..3600000 ms");
+  CHECK(with(ends + "lagg_ms = 1") == "plant.toml:7: wire.lagg_ms: no such key; did you mean wire.lag_ms?");
+  CHECK(with("from = \"2/5:0x2001\"\nto = \"5:0x2002\"") ==
+        "plant.toml:4: wire 2/5:0x2001 to 5:0x2002: 2/5:0x2001: there is no such node in the plant");
+  CHECK(with(ends + "low = 2\nhigh = 1") ==
+        "plant.toml:4: wire 5:0x2001 to 5:0x2002: low is above high; exchange them");
+  CHECK(with(ends + "[[wire]]\nfrom = \"5:output:1\"\nto = \"#1:0x2002.3\"") ==
+        "plant.toml:7: wire 5:output:1 to #1:0x2002.3: #1:0x2002.3 already has a wire at plant.toml:4; "
+        "remove one of the two");
+  const std::string loop = ends + "[[wire]]\nfrom = \"5:0x2002\"\nto = \"5:0x2001\"\n";
+  CHECK(with(loop) ==
+        "plant.toml:4: wire 5:0x2001 to 5:0x2002: goes round in a loop without delay; give one of its wires "
+        "delay_ms or lag_ms");
+  CHECK(with(loop + "lag_ms = 1") == "");
+  CHECK(errors_in("wire = 5\n") == Lines{"plant.toml:1: wire: must be a list; write wire = [{ from = "
+                                         "\"66:output:1\", to = \"5:0x2001\" }]"});
 }
 
 TEST_CASE("numbers out of range") {
