@@ -9,6 +9,7 @@
 
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/devices.hpp"
+#include "devices/lua/lua_device.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/values.hpp"
 #include "plant/wires.hpp"
@@ -73,7 +74,7 @@ class Builder {
     } else {
       read_eds(*file);
       if (build_.problems.empty()) add_parts();
-      if (build_.problems.empty()) add_signals();
+      if (build_.problems.empty()) try_out();
     }
     if (!build_.problems.empty()) build_.node.reset();
     return std::move(build_);
@@ -101,7 +102,7 @@ class Builder {
     for (const InitialValue& initial : node_.objects)
       if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
         complain(initial.place, wrong);
-    choose_device(dictionary);
+    if (!devices::is_script(node_.device)) choose_device(dictionary);
     build_.node.emplace().image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
                                    std::move(image.node_id_values)};
   }
@@ -142,16 +143,29 @@ class Builder {
     sim::NodeParts& parts = *build_.node;
     parts.node_id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
     parts.name = node_.name;
-    parts.device = kind_->name;
-    parts.behaviour = kind_->make;
+    parts.device = kind_ != nullptr ? kind_->name : devices::kScript;
+    if (kind_ == nullptr)
+      parts.behaviour = script();
+    else if (kind_->make != nullptr)
+      parts.behaviour = kind_->make;
     parts.seed = seed_;
     parts.lss = node_.lss;
     parts.time_period = node_.time_period;
   }
 
-  /// Which inputs there are, only a node that runs can tell.
-  void add_signals() {
-    if (node_.signals.empty()) return;
+  /// Reads the file each time, so that a script can be loaded again.
+  sim::BehaviourMaker script() const {
+    return
+        [read = read_, path = node_.device, place = node_.place](sim::DeviceNode& node, std::uint64_t seed) {
+          const std::optional<std::string> text = read(path);
+          if (!text) throw sim::BehaviourProblem(cannot_read(path, place));
+          return devices::make_lua_device(node, seed, path, *text);
+        };
+  }
+
+  /// Which inputs there are, and whether a script runs, only a node that runs can tell.
+  void try_out() try {
+    if (node_.signals.empty() && kind_ != nullptr) return;
     sim::World world;
     sim::Node& trial = world.add_node(*build_.node);
     world.start(0);
@@ -165,6 +179,8 @@ class Builder {
                         object_name(signal.signal.index, signal.signal.sub), node_.eds, build_.node->device));
       }
     }
+  } catch (const sim::BehaviourProblem& problem) {
+    complain(node_.place, problem.what());
   }
 
   void add_signal(const SignalConfig& config) {

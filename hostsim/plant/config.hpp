@@ -125,7 +125,7 @@ struct NodeConfig {
   std::uint8_t id = 0;     ///< 1..127, each once on the bus; 0 = none, it waits for one from LSS
   std::string name;        ///< for people, in the log; may be empty
   std::string eds;         ///< path of the EDS or DCF file, ready to be opened
-  std::string device;      ///< name of a device of devices.hpp; empty = as 1000h says
+  std::string device;      ///< name of a device of devices.hpp, or path of a script; empty = as 1000h says
   std::string parameters;  ///< path of the file that 1010h and LSS store to; empty = none
   bool lss = false;        ///< has an LSS slave
   Time time_period = 0;    ///< as a TIME producer, microseconds; 0 = it sends none

@@ -33,6 +33,13 @@ Problem check_bytes(const Value& value) {
   return wrong ? "must be pairs of hex digits after hex:, such as \"hex:01 02 FF\"" : "";
 }
 
+Problem check_device(const Value& value) {
+  const std::string& name = std::get<std::string>(value);
+  if (devices::is_script(name) || devices::find_device(name) != nullptr) return {};
+  return fmt::format("must be {}, or the path of a Lua script, FILE.lua",
+                     text::listed(devices::device_names(), ", "));
+}
+
 void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value) {
   node.objects.push_back({cbcan::object::kProducerHeartbeatTime, 0, value, node.place});
 }
@@ -160,7 +167,8 @@ const std::array kNode{
     node<&NodeConfig::device>({
         .key = "node.device", .option = "--device ID=NAME",
         .help = "What the node is and does; without it the profile number in its object 1000h decides",
-        .more = "See [devices.md](devices.md).", .domain = "the name of a device", .choices = devices::device_names()}),
+        .more = "See [devices.md](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
+        .check = check_device}),
     node<&NodeConfig::parameters>({
         .key = "node.parameters", .option = "--parameters ID=FILE",
         .help = "Where object 1010h and LSS store what the node keeps",

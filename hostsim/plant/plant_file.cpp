@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "devices/devices.hpp"
 #include "plant/settings.hpp"
 #include "text/address.hpp"
 #include "text/suggestion.hpp"
@@ -252,7 +253,9 @@ class Reader {
   std::optional<Value> based_here(const Row& row, const std::optional<Value>& value) const {
     const auto* path = value ? std::get_if<std::string>(&*value) : nullptr;
     if (path == nullptr || path->empty()) return value;
-    if (row.form == text::Form::kPath) return based_here(*path);
+    const bool is_path =
+        row.form == text::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
+    if (is_path) return based_here(*path);
     const bool is_socket = row.form == text::Form::kAddress && path->starts_with(text::kUnix) &&
                            path->size() > text::kUnix.size();
     if (!is_socket) return value;

@@ -125,7 +125,8 @@ std::optional<sim::Terminal> parse_terminal(std::string_view text) {
   const auto sub_number = number(sub, 0xFF);
   const auto bit_number = number(bit, kMostBit);
   if (!index_number || !sub_number || (object != text && !bit_number)) return std::nullopt;
-  sim::Terminal terminal{static_cast<std::uint16_t>(*index_number), static_cast<std::uint8_t>(*sub_number), std::nullopt, false};
+  sim::Terminal terminal{static_cast<std::uint16_t>(*index_number), static_cast<std::uint8_t>(*sub_number),
+                         std::nullopt, false};
   if (bit_number) terminal.bit = static_cast<std::uint8_t>(*bit_number);
   return terminal;
 }

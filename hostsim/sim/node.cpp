@@ -94,13 +94,14 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       start_node_id_(parts.node_id),
       values_node_id_(image_id(parts.node_id)),
       signals_(std::move(parts.signals)),
-      samples_due_(signals_.size(), kNever) {
+      samples_due_(signals_.size(), kNever),
+      make_behaviour_(std::move(parts.behaviour)),
+      seed_(parts.seed) {
   LssNode& lss_node = *this;
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
-  behaviour_ =
-      parts.behaviour != nullptr ? parts.behaviour(*this, parts.seed) : std::make_unique<Behaviour>();
+  behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();
   image_.values = saved_ = values_;  // with what the behaviour gives objects that the file gives nothing
-  if (parts.behaviour == nullptr) mark_mapped(image_.entries, dictionary());
+  if (!make_behaviour_) mark_mapped(image_.entries, dictionary());
   for (ObjectEntry& entry : image_.entries)
     if (behaviour_->is_set_point(entry.index)) entry.flags |= ObjectFlags::kSetPoint;
   device_.time_stamp().produce_every(parts.time_period, 0);
@@ -355,6 +356,21 @@ bool Node::set_incident(std::string_view incident, bool present, Time now) {
     update(now);
   });
   return true;
+}
+
+void Node::reload(Time now) {
+  std::unique_ptr<Behaviour> fresh = make_behaviour_(*this, seed_);
+  at(now, [&] {
+    behaviour_ = std::move(fresh);
+    behaviour_->reset(true, now);
+    update(now);
+  });
+}
+
+std::string Node::inject(std::string_view fault, Time now) {
+  const FaultOrProblem made = parse_fault(fault, FaultPlace::kNode);
+  if (made.problem.empty()) faults().add(made.fault, now);
+  return made.problem;
 }
 
 void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {

@@ -84,6 +84,10 @@ class Node final : public Participant, private DeviceApplication, private Device
   void set_power(bool on, Time now);
   bool has_power() const { return has_power_; }
 
+  /// Makes the behaviour anew, as its maker makes it now, and resets it. Objects keep their values. Throws
+  /// what the maker throws; then nothing has changed.
+  void reload(Time now);
+
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
 
@@ -131,6 +135,8 @@ class Node final : public Participant, private DeviceApplication, private Device
   void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) override;
   void error_over(std::uint16_t code, Time now) override;
   void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
+  void tell(std::string_view text, Time now) override { faults().say(text, now); }
+  std::string inject(std::string_view fault, Time now) override;
 
   template <class Act>
   void at(Time now, Act act);
@@ -164,6 +170,8 @@ class Node final : public Participant, private DeviceApplication, private Device
   std::vector<Time> samples_due_;  ///< by signal
   Time sample_due_ = kNever;       ///< the earliest of them
   Time started_at_ = 0;
+  BehaviourMaker make_behaviour_;
+  std::uint64_t seed_;
   std::unique_ptr<Behaviour> behaviour_;
   Time behaviour_due_ = kNever;
   Time updated_at_ = kNever;  ///< the behaviour has seen everything up to then; kNever = it has not

@@ -134,7 +134,9 @@ TEST_CASE("what a node is, on the command line") {
   CHECK(node.name == "Valve");
   CHECK(node.place == Place{"plant.toml", 1});
   CHECK(first_line(with_plant({"--device", "5=valve"})) ==
-        "cbcan-sim: --device 5=valve: device \"valve\": must be none, cia401, cia402 or cia404");
+        "cbcan-sim: --device 5=valve: device \"valve\": must be none, cia401, cia402, cia404, or the path of "
+        "a Lua script, "
+        "FILE.lua");
   CHECK(first_line(with_plant({"--lss", "5"})) == "cbcan-sim: --lss 5: must be ID=BOOL");
   CHECK(first_line(with_plant({"--lss", "5=yes"})) ==
         "cbcan-sim: --lss 5=yes: lss \"yes\": must be true or false");

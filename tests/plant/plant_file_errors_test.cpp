@@ -280,8 +280,9 @@ TEST_CASE("an object twice") {
 }
 
 TEST_CASE("devices, LSS, times and seeds that are wrong") {
-  CHECK(errors_in_node("device = \"cia405\"") ==
-        Lines{"plant.toml:4: node.device \"cia405\": must be none, cia401, cia402 or cia404"});
+  CHECK(errors_in_node("device = \"cia405\"") == Lines{"plant.toml:4: node.device \"cia405\": must be none, "
+                                                       "cia401, cia402, cia404, or the path of a Lua script, "
+                                                       "FILE.lua"});
   CHECK(errors_in_node("device = 401") ==
         Lines{"plant.toml:4: node.device 401: must be a text in double quotes: the name of a device"});
   CHECK(errors_in_node("lss = 1") == Lines{"plant.toml:4: node.lss 1: must be true or false"});

@@ -2,7 +2,8 @@
 # Sourced by tools/demo, tools/demo-mcu and tools/test: the Debian packages that they need, and their installation.
 
 # What it takes to build and run the simulator.
-build_packages=(g++ cmake ninja-build pkg-config libmodbus-dev libcli11-dev libfmt-dev libtomlplusplus-dev)
+build_packages=(g++ cmake ninja-build pkg-config libmodbus-dev libcli11-dev libfmt-dev libtomlplusplus-dev
+  liblua5.4-dev)
 
 # Besides: what it takes to build and run the image for a microcontroller.
 mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev qemu-system-arm socat)
