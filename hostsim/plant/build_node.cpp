@@ -9,6 +9,7 @@
 
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/devices.hpp"
+#include "devices/drive/drive.hpp"
 #include "devices/lua/lua_device.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/values.hpp"
@@ -144,13 +145,25 @@ class Builder {
     parts.node_id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
     parts.name = node_.name;
     parts.device = kind_ != nullptr ? kind_->name : devices::kScript;
-    if (kind_ == nullptr)
+    if (node_.axis)
+      add_axis();
+    else if (kind_ == nullptr)
       parts.behaviour = script();
     else if (kind_->make != nullptr)
       parts.behaviour = kind_->make;
     parts.seed = seed_;
     parts.lss = node_.lss;
     parts.time_period = node_.time_period;
+  }
+
+  void add_axis() {
+    constexpr std::string_view kDrive = "cia402";
+    if (build_.node->device != kDrive)
+      return complain(node_.place, fmt::format("axis: the device {} has none; a {} has one",
+                                               build_.node->device, kDrive));
+    build_.node->behaviour = [axis = *node_.axis](sim::DeviceNode& node, std::uint64_t /*seed*/) {
+      return std::make_unique<devices::Drive>(node, axis);
+    };
   }
 
   /// Reads the file each time, so that a script can be loaded again.

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
+#include "devices/drive/axis_layout.hpp"
 #include "plant/diagnostic.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/signal.hpp"
@@ -120,6 +121,9 @@ struct SignalConfig {
   bool operator==(const SignalConfig&) const = default;
 };
 
+/// What a drive moves.
+using AxisConfig = devices::AxisLayout;
+
 /// A simulated node.
 struct NodeConfig {
   std::uint8_t id = 0;     ///< 1..127, each once on the bus; 0 = none, it waits for one from LSS
@@ -129,6 +133,7 @@ struct NodeConfig {
   std::string parameters;  ///< path of the file that 1010h and LSS store to; empty = none
   bool lss = false;        ///< has an LSS slave
   Time time_period = 0;    ///< as a TIME producer, microseconds; 0 = it sends none
+  std::optional<AxisConfig> axis;  ///< of a drive; none = as it is without a word
   std::vector<InitialValue> objects;
   std::vector<SignalConfig> signals;
   std::vector<FaultConfig> faults;

@@ -139,6 +139,12 @@ constexpr auto wire(Row row) {
   return setting<WireConfig, &WireConfig::transfer, kMember>(row);
 }
 
+template <auto... kPath>
+constexpr auto axis(Row row) {
+  row.option = "--axis ID:KEY=VALUE...";
+  return setting<AxisConfig, kPath...>(row);
+}
+
 constexpr Row duration(Row row) {
   row.low = 1;
   row.high = kDayInMs;
@@ -251,6 +257,25 @@ constexpr std::array kFaultKinds{
         .domain = "a kind of fault", .example = "\"frame-loss\""}),
 };
 
+constexpr std::array kAxis{
+    axis<&AxisConfig::negative_limit>({
+        .key = "node.axis.negative_limit", .help = "Where the negative limit switch begins, in increments from the place at power-on"}),
+    axis<&AxisConfig::positive_limit>({.key = "node.axis.positive_limit", .help = "Where the positive one begins"}),
+    axis<&AxisConfig::home_low>({.key = "node.axis.home_low", .help = "From where on the home switch is active"}),
+    axis<&AxisConfig::home_high>({.key = "node.axis.home_high", .help = "Up to where"}),
+    axis<&AxisConfig::stops_beyond>({
+        .key = "node.axis.stops_beyond", .help = "How far the hard stops are beyond the limit switches"}),
+    axis<&AxisConfig::load, &devices::AxisLoad::inertia>({
+        .key = "node.axis.inertia_kgcm2", .help = "What the motor moves, with its own, at its shaft; 0 = no load",
+        .more = "Without load the axis follows its demand exactly, and torque moves nothing.", .high = 1'000'000,
+        .unit = " kg cm2"}),
+    axis<&AxisConfig::load, &devices::AxisLoad::friction>({
+        .key = "node.axis.friction_mnm", .help = "The torque that friction takes, either way", .high = 1'000'000, .unit = " mNm"}),
+    axis<&AxisConfig::load, &devices::AxisLoad::gravity>({
+        .key = "node.axis.gravity_mnm", .help = "The torque that pulls towards negative positions; below 0 the other way",
+        .low = -1'000'000, .high = 1'000'000, .unit = " mNm"}),
+};
+
 constexpr std::int64_t kHourInMs = 3'600'000;
 
 constexpr std::array kWires{
@@ -290,6 +315,9 @@ std::span<const Setting<SignalConfig>> signal_settings() {
 }
 std::span<const Setting<std::string>> fault_kind_settings() {
   return kFaultKinds;
+}
+std::span<const Setting<AxisConfig>> axis_settings() {
+  return kAxis;
 }
 std::span<const Setting<WireConfig>> wire_settings() {
   return kWires;

@@ -153,7 +153,14 @@ class Reader {
     read_list(table.get("signals"), "node.signals", signal_settings(), node.signals,
               "index = 0x6401, sub = 1, shape = \"constant\", value = 1");
     read_faults(table.get("faults"), "node.faults", sim::FaultPlace::kNode, node.faults);
+    if (const toml::node* const axis = table.get("axis")) read_axis(*axis, node);
     network_->nodes.push_back(std::move(node));
+  }
+
+  void read_axis(const toml::node& axis, NodeConfig& node) {
+    if (!axis.is_table())
+      return complain(axis, "node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
+    read_table("node.axis", *axis.as_table(), axis_settings(), node.axis.emplace());
   }
 
   template <class Item>

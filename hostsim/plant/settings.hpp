@@ -39,6 +39,7 @@ std::span<const Setting<InitialValue>> object_settings();
 /// kSignalShape stands before the keys that only some shapes have.
 std::span<const Setting<SignalConfig>> signal_settings();
 std::span<const Setting<WireConfig>> wire_settings();
+std::span<const Setting<AxisConfig>> axis_settings();
 /// The name of a fault's kind, of nodes and of the bus; its other keys are those of sim/faults/fault.hpp.
 std::span<const Setting<std::string>> fault_kind_settings();
 
@@ -55,6 +56,7 @@ void for_each_setting(Visit visit) {
   each(object_settings());
   each(signal_settings());
   each(fault_kind_settings());
+  each(axis_settings());
   each(wire_settings());
 }
 

@@ -88,6 +88,22 @@ TEST_CASE("wires") {
                                          "\"66:output:1\", to = \"5:0x2001\" }]"});
 }
 
+TEST_CASE("a drive's axis") {
+  const Plant good =
+      read(std::string(kNode) + "axis = { positive_limit = 4e5, inertia_kgcm2 = 12.5, gravity_mnm = -3 }\n");
+  CHECK(good.errors.empty());
+  const auto& axis = good.config.networks.at(0).nodes.at(0).axis;
+  REQUIRE(axis);
+  CHECK(axis->positive_limit == 400'000);
+  CHECK(axis->load == cbcan::devices::AxisLoad{12.5, 0, -3});
+  CHECK(errors_in_node("axis = 5") ==
+        Lines{"plant.toml:4: node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }"});
+  CHECK(errors_in_node("axis = { inertia = 5 }") ==
+        Lines{"plant.toml:4: node.axis.inertia: no such key; did you mean node.axis.inertia_kgcm2?"});
+  CHECK(errors_in_node("axis = { friction_mnm = -1 }") ==
+        Lines{"plant.toml:4: node.axis.friction_mnm -1: must be 0..1000000 mNm"});
+}
+
 TEST_CASE("numbers out of range") {
   CHECK(errors_in("[module]\nnode_id = 0\n") == Lines{"plant.toml:2: module.node_id 0: must be 1..127"});
   CHECK(errors_in("[module]\nnode_id = 128\n") == Lines{"plant.toml:2: module.node_id 128: must be 1..127"});
@@ -284,7 +300,8 @@ TEST_CASE("devices, LSS, times and seeds that are wrong") {
                                                        "cia401, cia402, cia404, or the path of a Lua script, "
                                                        "FILE.lua"});
   CHECK(errors_in_node("device = 401") ==
-        Lines{"plant.toml:4: node.device 401: must be a text in double quotes: the name of a device"});
+        Lines{"plant.toml:4: node.device 401: must be a text in double quotes: the name of a device, or the "
+              "path of a Lua script, FILE.lua"});
   CHECK(errors_in_node("lss = 1") == Lines{"plant.toml:4: node.lss 1: must be true or false"});
   CHECK(errors_in_node("parameters = \"\"") == Lines{"plant.toml:4: node.parameters \"\": must be a path"});
   CHECK(errors_in_node("time_period_ms = 86400001") ==

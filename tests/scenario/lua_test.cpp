@@ -150,7 +150,7 @@ TEST_CASE("what a script cannot do: it ends with its line, and costs its own nod
       {"debug.sethook()", "t.lua:2: attempt to index a nil value (global 'debug')"},
       {"load('\\27Lua')", "t.lua:2: attempt to call a nil value (global 'load')"},
       {"require('x')", "t.lua:2: attempt to call a nil value (global 'require')"},
-      {"string.find(string.rep('a', 1 << 20), '.-.-.-.-b')",
+      {"string.find(string.rep('a', 1 << 16), '.-.-.-.-b')",
        "t.lua:2: attempt to call a nil value (field 'find')"},
       {"string.format('%p', {})", "t.lua:2: string.format: %p, or more than 1000 characters"},
       {"get(0x9999)", "t.lua:2: the node has no number at 9999h:00"},

@@ -160,5 +160,26 @@ lag_ms = 200
   }
 }
 
+TEST_CASE("a drive moves a conveyor: the axis of the plant file, and a wire") {
+  const auto plant = model("conveyor", R"([[node]]
+id = 16
+eds = "demo:/drive.eds"
+axis = { inertia_kgcm2 = 10, friction_mnm = 50 }
+[[wire]]
+from = "16:0x606C"
+to = "20:0x2001"
+scale = 0.01
+)");
+  for (const char* line : {"set 16 0x6087 0", "set 16 0x6071 300", "set 16 0x6060 4", "set 16 0x6040 6",
+                           "set 16 0x6040 7", "set 16 0x6040 15"})
+    CHECK(run(*plant, line) == "");
+  pass(*plant, 0.5, 0);
+  CHECK(std::stod(run(*plant, "get 16 0x606C")) == Approx(198'944).epsilon(0.001));  // 250 rad/s2 for 0.5 s
+  CHECK(number(*plant, "0x2001") == 1989);
+  const Built wrong = build("[[node]]\nid = 5\neds = \"demo:/io_module.eds\"\naxis = {}\n", kNone);
+  CHECK(wrong.build.lines ==
+        std::vector<std::string>{"plant.toml:1: node 5: axis: the device cia401 has none; a cia402 has one"});
+}
+
 }  // namespace
 }  // namespace cbcan::scenario::test

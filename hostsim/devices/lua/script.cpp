@@ -164,8 +164,9 @@ int line_in(std::string_view message) {
 // ---- Limits
 
 bool Script::may_take(std::size_t before, std::size_t wanted) {
-  return wanted <= before ||
-         (used_ - before + wanted <= kMostMemory && allocated_ + wanted - before <= kMostAllocated);
+  if (wanted <= before) return true;
+  return wanted <= kMostBlock && used_ - before + wanted <= kMostMemory &&
+         allocated_ + wanted - before <= kMostAllocated;
 }
 
 void* Script::allocate(void* self, void* block, std::size_t before, std::size_t wanted) {

@@ -31,6 +31,8 @@ class Script {
   static constexpr std::size_t kMostAllocated = std::size_t{32} << 20;
   // Of the script.
   static constexpr std::size_t kMostMemory = std::size_t{4} << 20;
+  // Of one text or table, so that no instruction takes long.
+  static constexpr std::size_t kMostBlock = std::size_t{256} << 10;
 
   using Argument = std::variant<lua_Integer, double, bool, std::string_view>;
   /// What a function has returned: nothing, or this.
