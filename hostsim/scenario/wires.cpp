@@ -31,14 +31,13 @@ Wires::Wires(const plant::Config& config, std::vector<Network*> networks) : netw
 
 Wires::End Wires::end(const plant::Config& config, const plant::WireEnd& end) {
   sim::Node& node = *networks_[end.network - 1]->world().nodes()[*plant::place_of(config, end)];
-  bool& happened = happened_[&node];
-  happened = true;
-  node.watch(happened);
-  return {&node, end.terminal};
+  Watched& watched = watched_[&node];
+  node.watch(watched.happened);
+  return {&node, &watched, end.terminal};
 }
 
 bool Wires::has_happened() const {
-  return std::ranges::any_of(happened_, [](const auto& node) { return node.second; });
+  return std::ranges::any_of(watched_, [](const auto& node) { return node.second.happened; });
 }
 
 Time Wires::next_deadline() const {
@@ -74,14 +73,12 @@ void Wires::go(Time time) {
   at_ = time;
   for (Network* network : networks_)
     network->advance_alone(time);
-  const bool looks = held_until_ <= time && has_happened();
-  const std::map<sim::Node*, bool> happened = happened_;
-  if (looks)
-    for (auto& node : happened_)
-      node.second = false;
+  const bool looks = held_until_ <= time;
+  for (auto& [node, watched] : watched_)
+    watched.fresh = looks && std::exchange(watched.happened, false);
   bool gave = false;
   for (Laid& laid : wires_) {
-    const bool fresh = looks && (happened.at(laid.from.node) || happened.at(laid.to.node));
+    const bool fresh = laid.from.watched->fresh || laid.to.watched->fresh;
     if (fresh || laid.sample_due <= time) look(laid);
     if (fresh || laid.due <= time) gave |= give(laid);
   }

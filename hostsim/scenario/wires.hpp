@@ -27,8 +27,14 @@ class Wires final : private Together {
   Wires& operator=(const Wires&) = delete;
 
  private:
+  /// What a node of a wire says, see sim::Node::watch().
+  struct Watched {
+    bool happened = true;
+    bool fresh = false;  ///< it is being looked at
+  };
   struct End {
     sim::Node* node;
+    Watched* watched;
     sim::Terminal terminal;
   };
   struct Laid {
@@ -53,7 +59,7 @@ class Wires final : private Together {
   bool has_happened() const;
 
   std::vector<Network*> networks_;
-  std::map<sim::Node*, bool> happened_;  ///< what the wires' nodes say, see sim::Node::watch()
+  std::map<sim::Node*, Watched> watched_;
   std::map<std::tuple<sim::Node*, std::uint16_t, std::uint8_t>, std::uint64_t> bits_;
   std::vector<Laid> wires_;
   bool begun_ = false;
