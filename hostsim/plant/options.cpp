@@ -348,7 +348,8 @@ class Options {
     WireConfig wire;
     wire.place = where_;
     const auto rows = wire_settings();
-    bool good = assign_part(rows[0], wire, ends->first) & assign_part(rows[1], wire, ends->second);
+    bool good = assign_part(rows[0], wire, ends->first);
+    good = assign_part(rows[1], wire, ends->second) && good;
     good = assign_words(rows, std::span(words).subspan(1), wire) && good;
     if (good) config_.wires.push_back(std::move(wire));
   }

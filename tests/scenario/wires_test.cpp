@@ -2,6 +2,7 @@
 // Wires between nodes: what comes out, when, and that nothing depends on how time is cut into steps.
 #include "plant/wires.hpp"
 #include "demo.hpp"
+#include "scenario/wires.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::scenario::test {
@@ -68,6 +69,18 @@ TEST_CASE("what a wire makes of a step of 100 at 1 s, and of one back to 0 at 2 
   }
 }
 
+TEST_CASE("a lag is passed on at times that do not depend on who looks, until it is over") {
+  sim::Transfer transfer;
+  transfer.lag = 500 * kMillisecond;
+  sim::Wire wire(transfer);
+  wire.put(0, 0);
+  wire.put(100, 1'000'000);
+  wire.take(1'003'000);
+  CHECK(wire.next_change(1'003'000) == 1'010'000);
+  CHECK(wire.next_change(20'999'000) == 21'000'000);  // 40 time constants
+  CHECK(wire.next_change(21'000'000) == kNever);
+}
+
 TEST_CASE("an output is wired as it stands at the terminal, bit by bit, at once") {
   const auto plant = demo(wire("66:output:2", "32:0x2001") + wire("66:0x6200:1.1", "66:input:8") +
                           wire("66:output:8", "66:input:1", "inverted = true"));
@@ -119,6 +132,59 @@ eds = "demo:/generic.eds"
     if (known.empty()) known = frames.seen;
     CHECK(frames.seen == known);
   }
+}
+
+/// Every frame with its time.
+class BusLog final : public sim::Observer {
+ public:
+  void on_bus_frame(const Frame& frame, Time now) override {
+    lines.push_back(fmt::format("{} {}", now, sim::frame_text(frame)));
+  }
+  std::vector<std::string> lines;
+};
+
+TEST_CASE("networks with wires go through time together, however far they are to go at once") {
+  const std::string text = R"([[node]]
+id = 66
+eds = "demo:/io_module.eds"
+[[node]]
+id = 32
+eds = "demo:/generic.eds"
+signals = [ { index = 0x2002, shape = "ramp", to = 50, duration_ms = 1000, sample_ms = 13 } ]
+[[network]]
+[[network.node]]
+id = 66
+eds = "demo:/io_module.eds"
+)" + wire("32:0x2002.1", "2/66:input:1", "delay_ms = 7") +
+                           wire("2/66:0x6000:1.0", "66:input:2");
+  const auto logs = [&text](Time step) {
+    plant::Config config;
+    REQUIRE(plant::read_plant(text, "plant.toml", config).empty());
+    plant::PlantBuild build = plant::build_nodes(config, plant::with_demo_plant(no_file));
+    REQUIRE(build.good);
+    std::array<BusLog, 2> seen;
+    Network one(config, config.networks[0], std::move(build.networks[0]), 0, nullptr);
+    Network two(config, config.networks[1], std::move(build.networks[1]), 0, nullptr);
+    Wires wires(config, {&one, &two});
+    one.world().bus().observe(seen[0]);
+    two.world().bus().observe(seen[1]);
+    for (Network* network : {&one, &two})
+      network->start(0);
+    for (Network* network : {&one, &two})
+      CHECK(network->send(nmt::command_frame(nmt::Command::kStart, 0)));
+    for (Time now = 0; now < 2 * kSecond; now = std::min(now + step, 2 * kSecond))
+      (now / step % 2 == 0 ? one : two).advance(now);
+    one.advance(2 * kSecond);
+    return std::pair(seen[0].lines, seen[1].lines);
+  };
+  const auto known = logs(1'000);
+  // Bit 1 of 0..50 changes 25 times: each is a TPDO there, 7 ms later, and one here at that same moment.
+  CHECK(std::ranges::count_if(known.first,
+                              [](const auto& line) { return line.find(" 1C2#02") != line.npos; }) == 13);
+  CHECK(std::ranges::count_if(known.second,
+                              [](const auto& line) { return line.find(" 1C2#01") != line.npos; }) == 13);
+  for (const Time step : {Time{13'000}, Time{99'999}, Time{700'000}, Time{2'000'000}})
+    CHECK(logs(step) == known);
 }
 
 TEST_CASE("ends that a node does not have are told") {
