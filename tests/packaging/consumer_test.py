@@ -92,7 +92,7 @@ class Consumer(unittest.TestCase):
         without = self.find("", "PkgConfig")
         self.assertIn("has slcan.", without)
         self.assertNotIn("has cia405.", without)
-        self.assertIn("has sim.", without)
+        self.assertNotIn("has sim.", without)
         without = self.find("", "fmt")
         self.assertIn("has cia405.", without)
         self.assertNotIn("has sim.", without)
