@@ -36,7 +36,7 @@ endif()
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcbcan-dev COMPONENT dev
   FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN CMakeLists.txt)
 if(TARGET cbcan::sim)
-  cbcan_install_libraries(cbcan-sim sim scenario plant journal devices eds sim_room text)
+  cbcan_install_libraries(cbcan-sim sim scenario plant journal devices lua_room eds sim_room text)
   cbcan_install_headers(hostsim/include/cbcan)
 endif()
 
@@ -90,9 +90,9 @@ over Modbus, in front of simulated CANopen devices or a CAN interface.
 cbcanctl is the PLC's side, from the command line.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcbcan-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libmodbus-dev, pkg-config, libfmt-dev, libtomlplusplus-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libmodbus-dev, pkg-config, libfmt-dev, libtomlplusplus-dev, liblua5.4-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "C++20 libraries, freestanding: CANopen (SDO, PDO, NMT, LSS and more), the
 coprocessor behind registers, a Modbus RTU server, SLCAN. For programs: the
 function blocks of CiA 405 over Modbus TCP, which need libmodbus. For tests:
-a simulated plant, which needs libfmt and libtomlplusplus.")
+a simulated plant, which needs libfmt, libtomlplusplus and liblua5.4.")
 include(CPack)

@@ -86,6 +86,7 @@ void Simulator::open_networks(const plant::Config& config, plant::PlantBuild bui
     networks_.back()->core().replay(std::move(build.replays[i]));
     cores.push_back(&networks_.back()->core());
   }
+  wires_.emplace(config, cores);
   control_.emplace(std::move(cores), started_);
   control_->on_journal_filled = [this] { look_at_journal(); };
   find_name_ = names_of(*control_, names_ = std::move(build.names));

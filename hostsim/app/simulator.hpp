@@ -26,6 +26,7 @@
 #include "plant/build_node.hpp"
 #include "plant/config.hpp"
 #include "scenario/control.hpp"
+#include "scenario/wires.hpp"
 
 namespace cbcan::app {
 
@@ -83,6 +84,7 @@ class Simulator final : private Program {
   std::unique_ptr<Clock> clock_;
   Time started_;
   std::vector<std::unique_ptr<Network>> networks_;
+  std::optional<scenario::Wires> wires_;
   std::optional<scenario::Control> control_;
   decltype(plant::PlantBuild::names) names_;
   journal::FindName find_name_;

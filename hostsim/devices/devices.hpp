@@ -4,6 +4,7 @@
 /// The devices that a simulated node can be. docs/devices.md says what each of them does, and how to add one.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -26,10 +27,11 @@ struct NeededObject {
 };
 
 struct DeviceKind {
-  std::string_view name;     ///< in a plant file
-  std::uint16_t profile;     ///< low 16 bits of 1000h for which it is the default; 0 = for none
-  sim::BehaviourMaker make;  ///< null = the node has no behaviour
-  std::string_view summary;  ///< one line, for --help
+  std::string_view name;  ///< in a plant file
+  std::uint16_t profile;  ///< low 16 bits of 1000h for which it is the default; 0 = for none
+  std::unique_ptr<sim::Behaviour> (*make)(sim::DeviceNode&,
+                                          std::uint64_t);  ///< null = the node has no behaviour
+  std::string_view summary;                                ///< one line, for --help
   std::span<const NeededObject> needs{};
 };
 
@@ -38,6 +40,13 @@ std::span<const DeviceKind> device_kinds();
 
 /// Their names, in order.
 std::span<const std::string_view> device_names();
+
+/// What a device that is a Lua script is called, see lua/lua_device.hpp.
+inline constexpr std::string_view kScript = "lua";
+/// Is it the name of such a script's file?
+constexpr bool is_script(std::string_view device) {
+  return device.ends_with(".lua");
+}
 
 /// Null if no device has this name.
 const DeviceKind* find_device(std::string_view name);

@@ -47,14 +47,12 @@ IoModule::IoModule(sim::DeviceNode& node)
       interrupt_sources_(numbers(node.dictionary(), kInterruptSource)),
       incidents_(kIncidents, kIncidentErrors) {}
 
-std::uint8_t IoModule::digital_output(std::uint8_t block) const {
-  return block >= 1 && block <= digital_outputs_.size() ? digital_outputs_[block - 1u].terminals()
-                                                        : std::uint8_t{0};
-}
-
-std::int16_t IoModule::analogue_output(std::uint8_t channel) const {
-  return channel >= 1 && channel <= analogue_outputs_.size() ? analogue_outputs_[channel - 1u].terminal()
-                                                             : std::int16_t{0};
+std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) const {
+  const std::size_t place = sub - std::size_t{1};  // of sub-index 0 there is none
+  if (index == kWriteOutput && place < digital_outputs_.size()) return digital_outputs_[place].terminals();
+  if (index == kWriteAnalogueOutput && place < analogue_outputs_.size())
+    return analogue_outputs_[place].terminal();
+  return std::nullopt;
 }
 
 void IoModule::reset(bool application, Time now) {

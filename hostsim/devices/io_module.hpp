@@ -26,17 +26,14 @@ class IoModule final : public sim::Behaviour {
  public:
   explicit IoModule(sim::DeviceNode& node);
 
-  /// Levels at the output terminals, after polarity and error values; bit 0 is the first. 0 for a block that
-  /// there is not. Blocks and channels count from 1.
-  std::uint8_t digital_output(std::uint8_t block) const;
-  /// Likewise, in the unit of 6411h.
-  std::int16_t analogue_output(std::uint8_t channel) const;
-
   void reset(bool application, Time now) override;
   Time update(Time now) override;
   void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
   bool is_set_point(std::uint16_t index) const override;
+  /// 6200h: the levels at eight terminals, bit 0 is the first. 6411h: in its unit. After polarity, filter
+  /// mask and error values.
+  std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
   /// 6000h: levels at eight terminals, 0..255. 6401h: the number that it will show. Both are rounded.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
   /// "output-short-circuit" (EMCY 2320h) and "input-voltage-low" (3120h).

@@ -9,8 +9,11 @@
 
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/devices.hpp"
+#include "devices/drive/drive.hpp"
+#include "devices/lua/lua_device.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/values.hpp"
+#include "plant/wires.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
 #include "text/words.hpp"
@@ -73,7 +76,7 @@ class Builder {
       build_.names = file->names();
       read_eds(*file);
       if (build_.problems.empty()) add_parts();
-      if (build_.problems.empty()) add_signals();
+      if (build_.problems.empty()) try_out();
     }
     if (!build_.problems.empty()) build_.node.reset();
     return std::move(build_);
@@ -101,7 +104,7 @@ class Builder {
     for (const InitialValue& initial : node_.objects)
       if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
         complain(initial.place, wrong);
-    choose_device(dictionary);
+    if (!devices::is_script(node_.device)) choose_device(dictionary);
     build_.node.emplace().image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
                                    std::move(image.node_id_values)};
   }
@@ -142,16 +145,41 @@ class Builder {
     sim::NodeParts& parts = *build_.node;
     parts.node_id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
     parts.name = node_.name;
-    parts.device = kind_->name;
-    parts.behaviour = kind_->make;
+    parts.device = kind_ != nullptr ? kind_->name : devices::kScript;
+    if (node_.axis)
+      add_axis();
+    else if (kind_ == nullptr)
+      parts.behaviour = script();
+    else if (kind_->make != nullptr)
+      parts.behaviour = kind_->make;
     parts.seed = seed_;
     parts.lss = node_.lss;
     parts.time_period = node_.time_period;
   }
 
-  /// Which inputs there are, only a node that runs can tell.
-  void add_signals() {
-    if (node_.signals.empty()) return;
+  void add_axis() {
+    constexpr std::string_view kDrive = "cia402";
+    if (build_.node->device != kDrive)
+      return complain(node_.place, fmt::format("axis: the device {} has none; a {} has one",
+                                               build_.node->device, kDrive));
+    build_.node->behaviour = [axis = *node_.axis](sim::DeviceNode& node, std::uint64_t /*seed*/) {
+      return std::make_unique<devices::Drive>(node, axis);
+    };
+  }
+
+  /// Reads the file each time, so that a script can be loaded again.
+  sim::BehaviourMaker script() const {
+    return
+        [read = read_, path = node_.device, place = node_.place](sim::DeviceNode& node, std::uint64_t seed) {
+          const std::optional<std::string> text = read(path);
+          if (!text) throw sim::BehaviourProblem(cannot_read(path, place));
+          return devices::make_lua_device(node, seed, path, *text);
+        };
+  }
+
+  /// Which inputs there are, and whether a script runs, only a node that runs can tell.
+  void try_out() try {
+    if (node_.signals.empty() && kind_ != nullptr) return;
     sim::World world;
     sim::Node& trial = world.add_node(*build_.node);
     world.start(0);
@@ -165,6 +193,8 @@ class Builder {
                         object_name(signal.signal.index, signal.signal.sub), node_.eds, build_.node->device));
       }
     }
+  } catch (const sim::BehaviourProblem& problem) {
+    complain(node_.place, problem.what());
   }
 
   void add_signal(const SignalConfig& config) {
@@ -255,6 +285,10 @@ PlantBuild build_nodes(const Config& config, const FileReader& read) {
       plant.good = false;
     }
   }
+  if (!plant.good) return plant;
+  const std::vector<std::string> wrong = check_wire_ends(config, plant.networks);
+  plant.lines.insert(plant.lines.end(), wrong.begin(), wrong.end());
+  plant.good = wrong.empty();
   return plant;
 }
 

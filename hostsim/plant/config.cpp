@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cbcan/regmap.hpp"
+#include "plant/wires.hpp"
 #include "sim/random.hpp"
 #include "text/address.hpp"
 
@@ -230,6 +231,7 @@ Diagnostics check(const Config& config) {
                      "standard output has the responses of --clock manual; name a file"));
   check_parameter_files(config, found);
   check_belongings(config, found);
+  check_wires(config, found);
   return found;
 }
 

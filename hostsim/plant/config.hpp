@@ -14,9 +14,11 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
+#include "devices/drive/axis_layout.hpp"
 #include "plant/diagnostic.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/signal.hpp"
+#include "sim/wire.hpp"
 #include "text/address.hpp"
 #include "text/value.hpp"
 
@@ -119,15 +121,19 @@ struct SignalConfig {
   bool operator==(const SignalConfig&) const = default;
 };
 
+/// What a drive moves.
+using AxisConfig = devices::AxisLayout;
+
 /// A simulated node.
 struct NodeConfig {
   std::uint8_t id = 0;     ///< 1..127, each once on the bus; 0 = none, it waits for one from LSS
   std::string name;        ///< for people, in the log; may be empty
   std::string eds;         ///< path of the EDS or DCF file, ready to be opened
-  std::string device;      ///< name of a device of devices.hpp; empty = as 1000h says
+  std::string device;      ///< name of a device of devices.hpp, or path of a script; empty = as 1000h says
   std::string parameters;  ///< path of the file that 1010h and LSS store to; empty = none
   bool lss = false;        ///< has an LSS slave
   Time time_period = 0;    ///< as a TIME producer, microseconds; 0 = it sends none
+  std::optional<AxisConfig> axis;  ///< of a drive; none = as it is without a word
   std::vector<InitialValue> objects;
   std::vector<SignalConfig> signals;
   std::vector<FaultConfig> faults;
@@ -156,6 +162,25 @@ struct HttpConfig {
   bool operator==(const HttpConfig&) const = default;
 };
 
+/// Where a wire begins or ends: a node, by its ID or its place, and what of it.
+struct WireEnd {
+  std::size_t network = 1;
+  std::size_t id = 0;     ///< 1..127, or 0
+  std::size_t place = 0;  ///< from 1, where there is no ID
+  sim::Terminal terminal;
+  std::string text;  ///< as it was written
+  bool operator==(const WireEnd&) const = default;
+};
+
+/// What stands at one node is given to an input of another one, or of the same.
+struct WireConfig {
+  WireEnd from;
+  WireEnd to;
+  sim::Transfer transfer;
+  Place place;
+  bool operator==(const WireConfig&) const = default;
+};
+
 struct Config {
   ListenAddress modbus{"127.0.0.1", 1502};  ///< of the Modbus TCP server; port 0 = any free one
   RtuConfig rtu;
@@ -170,6 +195,7 @@ struct Config {
   HttpConfig http;
   std::string record;  ///< file: the session as a scenario; empty = none
   std::vector<NetworkConfig> networks = std::vector<NetworkConfig>(1);  ///< never empty
+  std::vector<WireConfig> wires;
   bool operator==(const Config&) const = default;
 };
 

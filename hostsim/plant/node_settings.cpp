@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What can be set of a node: its objects, signals and faults too.
+// What can be set of a node: its objects, signals and faults too; and of the wires between nodes.
 #include <fmt/core.h>
 
 #include <array>
@@ -8,6 +8,7 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/devices.hpp"
 #include "plant/settings.hpp"
+#include "plant/wires.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -32,6 +33,13 @@ Problem check_bytes(const Value& value) {
   return wrong ? "must be pairs of hex digits after hex:, such as \"hex:01 02 FF\"" : "";
 }
 
+Problem check_device(const Value& value) {
+  const std::string& name = std::get<std::string>(value);
+  if (devices::is_script(name) || devices::find_device(name) != nullptr) return {};
+  return fmt::format("must be {}, or the path of a Lua script, FILE.lua",
+                     text::listed(devices::device_names(), ", "));
+}
+
 void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value) {
   node.objects.push_back({cbcan::object::kProducerHeartbeatTime, 0, value, node.place});
 }
@@ -52,6 +60,21 @@ void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
 }
 Value load_shape(const Row& /*row*/, const SignalConfig& signal) {
   return std::string(kShapes[signal.signal.shape.index()]);
+}
+
+Problem check_wire_end(const Value& value) {
+  if (parse_wire_end(std::get<std::string>(value))) return {};
+  return "must be NODE:INDEX:SUB, with .BIT behind it where one bit is meant, or NODE:output:N, "
+         "NODE:analogue-output:N, "
+         "NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2";
+}
+template <auto kEnd>
+void store_wire_end(const Row& /*row*/, WireConfig& wire, const Value& value) {
+  wire.*kEnd = *parse_wire_end(std::get<std::string>(value));
+}
+template <auto kEnd>
+Value load_wire_end(const Row& /*row*/, const WireConfig& wire) {
+  return (wire.*kEnd).text;
 }
 
 // ---- The rows
@@ -103,6 +126,25 @@ constexpr auto kMean = [](auto& owner) -> auto& {
   return sine != nullptr ? sine->mean : std::get<sim::Noise>(owner.signal.shape).mean;
 };
 
+template <auto kEnd>
+constexpr Setting<WireConfig> wire_end(Row row) {
+  row.option = "--wire FROM=TO KEY=VALUE...";
+  row.form = Form::kText;
+  row.check = check_wire_end;
+  return {row, store_wire_end<kEnd>, load_wire_end<kEnd>};
+}
+template <auto kMember>
+constexpr auto wire(Row row) {
+  row.option = "--wire FROM=TO KEY=VALUE...";
+  return setting<WireConfig, &WireConfig::transfer, kMember>(row);
+}
+
+template <auto... kPath>
+constexpr auto axis(Row row) {
+  row.option = "--axis ID:KEY=VALUE...";
+  return setting<AxisConfig, kPath...>(row);
+}
+
 constexpr Row duration(Row row) {
   row.low = 1;
   row.high = kDayInMs;
@@ -131,7 +173,8 @@ const std::array kNode{
     node<&NodeConfig::device>({
         .key = "node.device", .option = "--device ID=NAME",
         .help = "What the node is and does; without it the profile number in its object 1000h decides",
-        .more = "See [devices.md](devices.md).", .domain = "the name of a device", .choices = devices::device_names()}),
+        .more = "See [devices.md](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
+        .check = check_device}),
     node<&NodeConfig::parameters>({
         .key = "node.parameters", .option = "--parameters ID=FILE",
         .help = "Where object 1010h and LSS store what the node keeps",
@@ -213,6 +256,50 @@ constexpr std::array kFaultKinds{
         .key = "can.faults.kind", .option = "--fault bus:KIND KEY=VALUE...", .help = "Which fault, of those of the bus",
         .domain = "a kind of fault", .example = "\"frame-loss\""}),
 };
+
+constexpr std::array kAxis{
+    axis<&AxisConfig::negative_limit>({
+        .key = "node.axis.negative_limit", .help = "Where the negative limit switch begins, in increments from the place at power-on"}),
+    axis<&AxisConfig::positive_limit>({.key = "node.axis.positive_limit", .help = "Where the positive one begins"}),
+    axis<&AxisConfig::home_low>({.key = "node.axis.home_low", .help = "From where on the home switch is active"}),
+    axis<&AxisConfig::home_high>({.key = "node.axis.home_high", .help = "Up to where"}),
+    axis<&AxisConfig::stops_beyond>({
+        .key = "node.axis.stops_beyond", .help = "How far the hard stops are beyond the limit switches"}),
+    axis<&AxisConfig::load, &devices::AxisLoad::inertia>({
+        .key = "node.axis.inertia_kgcm2", .help = "What the motor moves, with its own, at its shaft; 0 = no load",
+        .more = "Without load the axis follows its demand exactly, and torque moves nothing.", .high = 1'000'000,
+        .unit = " kg cm2"}),
+    axis<&AxisConfig::load, &devices::AxisLoad::friction>({
+        .key = "node.axis.friction_mnm", .help = "The torque that friction takes, either way", .high = 1'000'000, .unit = " mNm"}),
+    axis<&AxisConfig::load, &devices::AxisLoad::gravity>({
+        .key = "node.axis.gravity_mnm", .help = "The torque that pulls towards negative positions; below 0 the other way",
+        .low = -1'000'000, .high = 1'000'000, .unit = " mNm"}),
+};
+
+constexpr std::int64_t kHourInMs = 3'600'000;
+
+constexpr std::array kWires{
+    wire_end<&WireConfig::from>({
+        .key = "wire.from", .help = "Where it begins", .more = "What stands at the terminals, or any object of a node.",
+        .domain = "an output or an object", .example = "\"66:output:1\""}),
+    wire_end<&WireConfig::to>({
+        .key = "wire.to", .help = "The input that it ends at", .more = "Any that `set` can set.",
+        .domain = "an input or an object", .example = "\"5:0x2001\""}),
+    wire<&sim::Transfer::inverted>({.key = "wire.inverted", .help = "0 becomes 1, and anything else 0"}),
+    wire<&sim::Transfer::scale>({.key = "wire.scale", .help = "What it is multiplied by"}),
+    wire<&sim::Transfer::offset>({.key = "wire.offset", .help = "What is added then"}),
+    wire<&sim::Transfer::low>({.key = "wire.low", .help = "The least that comes out"}),
+    wire<&sim::Transfer::high>({.key = "wire.high", .help = "The most that comes out"}),
+    wire<&sim::Transfer::delay>({
+        .key = "wire.delay_ms", .help = "How much later it comes out", .high = kHourInMs, .unit = " ms",
+        .scale = kMillisecond}),
+    wire<&sim::Transfer::lag>({
+        .key = "wire.lag_ms", .help = "The time constant of a first order lag", .high = kHourInMs, .unit = " ms, 0 = none",
+        .scale = kMillisecond}),
+    wire<&sim::Transfer::sample_period>(duration({
+        .key = "wire.sample_ms", .help = "How often an object that flows is looked at, and what lags is passed on",
+        .more = "What stands at terminals is passed on when it changes."})),
+};
 // clang-format on
 
 }  // namespace
@@ -228,6 +315,12 @@ std::span<const Setting<SignalConfig>> signal_settings() {
 }
 std::span<const Setting<std::string>> fault_kind_settings() {
   return kFaultKinds;
+}
+std::span<const Setting<AxisConfig>> axis_settings() {
+  return kAxis;
+}
+std::span<const Setting<WireConfig>> wire_settings() {
+  return kWires;
 }
 std::span<const std::string_view> shape_names() {
   return kShapes;

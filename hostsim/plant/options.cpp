@@ -44,6 +44,10 @@ constexpr auto kRows = std::to_array<Row>({
     {.option = "--fault ID:KIND KEY=VALUE...",
      .help = "A fault of the node, one argument: --fault \"5:response-late delay_ms=50 count=1\"; docs/faults.md lists "
              "kinds and keys"},
+    {.option = "--axis ID:KEY=VALUE...",
+     .help = "What a drive moves, one argument: --axis \"16:inertia_kgcm2=10 friction_mnm=50\""},
+    {.option = "--wire FROM=TO KEY=VALUE...",
+     .help = "What stands at one place is given to an input, one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
     {.option = "--fault bus:KIND KEY=VALUE...", .help = "A fault of the bus"},
 });
 // clang-format on
@@ -76,6 +80,8 @@ class Options {
     each("--object", [this](const auto& text) { apply_object(text); });
     each("--signal", [this](const auto& text) { apply_signal(text); });
     each("--fault", [this](const auto& text) { apply_fault(text); });
+    each("--axis", [this](const auto& text) { apply_axis(text); });
+    each("--wire", [this](const auto& text) { apply_wire(text); });
     return std::move(found_);
   }
 
@@ -309,6 +315,43 @@ class Options {
         sim::parse_fault(parts->second, of_bus ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
     if (!made.problem.empty()) return complain(made.problem);
     (of_bus ? network_->can.faults : node->faults).push_back({made.fault, where_});
+  }
+
+  /// key=value each.
+  template <class Target>
+  bool assign_words(std::span<const Setting<Target>> rows, std::span<const std::string_view> words,
+                    Target& target) {
+    bool good = true;
+    for (const std::string_view word : words) {
+      const auto [key, value] = text::split(word, '=').value_or(std::pair(word, std::string_view()));
+      const auto row = std::ranges::find(rows, key, [](const Row& r) { return leaf_of(r.key); });
+      if (row == rows.end()) return complain(no_such_key(rows, rows[0], key)), false;
+      good = assign_part(*row, target, value) && good;
+    }
+    return good;
+  }
+
+  void apply_axis(const std::string& text) {
+    const auto parts = text::split(text, ':');
+    if (!parts) return complain("must be ID:KEY=VALUE..., such as 16:inertia_kgcm2=10 friction_mnm=50");
+    NodeConfig* const node = addressed(parts->first);
+    AxisConfig axis = node != nullptr ? node->axis.value_or(AxisConfig()) : AxisConfig();
+    if (node != nullptr && assign_words(axis_settings(), text::words_of(parts->second), axis))
+      node->axis = axis;
+  }
+
+  /// FROM=TO as if they were keys too.
+  void apply_wire(const std::string& text) {
+    const auto words = text::words_of(text);
+    const auto ends = words.empty() ? std::nullopt : text::split(words.front(), '=');
+    if (!ends) return complain("must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
+    WireConfig wire;
+    wire.place = where_;
+    const auto rows = wire_settings();
+    bool good = assign_part(rows[0], wire, ends->first);
+    good = assign_part(rows[1], wire, ends->second) && good;
+    good = assign_words(rows, std::span(words).subspan(1), wire) && good;
+    if (good) config_.wires.push_back(std::move(wire));
   }
 
   /// The node that an argument begins with; null after a complaint.

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "devices/devices.hpp"
 #include "plant/settings.hpp"
 #include "text/address.hpp"
 #include "text/suggestion.hpp"
@@ -87,7 +88,10 @@ class Reader {
         read_section(key, node);
       } else if (in_first_network() && name == kNetworkTable) {
         read_networks(key, node);
-      } else if (is_section(name, settings())) {
+      } else if (in_first_network() && name == kWireTable) {
+        read_list(&node, kWireTable, wire_settings(), config_.wires,
+                  "from = \"66:output:1\", to = \"5:0x2001\"");
+      } else if (name == kWireTable || is_section(name, settings())) {
         complain_global(key, name);
       } else {
         complain_unknown(key, "");
@@ -149,7 +153,14 @@ class Reader {
     read_list(table.get("signals"), "node.signals", signal_settings(), node.signals,
               "index = 0x6401, sub = 1, shape = \"constant\", value = 1");
     read_faults(table.get("faults"), "node.faults", sim::FaultPlace::kNode, node.faults);
+    if (const toml::node* const axis = table.get("axis")) read_axis(*axis, node);
     network_->nodes.push_back(std::move(node));
+  }
+
+  void read_axis(const toml::node& axis, NodeConfig& node) {
+    if (!axis.is_table())
+      return complain(axis, "node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
+    read_table("node.axis", *axis.as_table(), axis_settings(), node.axis.emplace());
   }
 
   template <class Item>
@@ -249,7 +260,9 @@ class Reader {
   std::optional<Value> based_here(const Row& row, const std::optional<Value>& value) const {
     const auto* path = value ? std::get_if<std::string>(&*value) : nullptr;
     if (path == nullptr || path->empty()) return value;
-    if (row.form == text::Form::kPath) return based_here(*path);
+    const bool is_path =
+        row.form == text::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
+    if (is_path) return based_here(*path);
     const bool is_socket = row.form == text::Form::kAddress && path->starts_with(text::kUnix) &&
                            path->size() > text::kUnix.size();
     if (!is_socket) return value;

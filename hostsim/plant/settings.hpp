@@ -27,6 +27,8 @@ inline constexpr std::string_view kSignalShape = "node.signals.shape";
 /// The list of further networks; each has the tables of network_settings(), and nodes, as network 1 has at
 /// the top of the file.
 inline constexpr std::string_view kNetworkTable = "network";
+/// The list of wires, of the whole plant.
+inline constexpr std::string_view kWireTable = "wire";
 
 /// Of the whole plant.
 std::span<const Setting<Config>> settings();
@@ -36,6 +38,8 @@ std::span<const Setting<NodeConfig>> node_settings();
 std::span<const Setting<InitialValue>> object_settings();
 /// kSignalShape stands before the keys that only some shapes have.
 std::span<const Setting<SignalConfig>> signal_settings();
+std::span<const Setting<WireConfig>> wire_settings();
+std::span<const Setting<AxisConfig>> axis_settings();
 /// The name of a fault's kind, of nodes and of the bus; its other keys are those of sim/faults/fault.hpp.
 std::span<const Setting<std::string>> fault_kind_settings();
 
@@ -52,6 +56,8 @@ void for_each_setting(Visit visit) {
   each(object_settings());
   each(signal_settings());
   each(fault_kind_settings());
+  each(axis_settings());
+  each(wire_settings());
 }
 
 /// Every name that a plant file may have: all keys of the rows above and the tables that they are in.

@@ -95,7 +95,7 @@ class ObjectCondition final : public Condition {
         address_(written.words[1]),
         with_(operator_of(written.words[2])),
         wanted_(rest_of(written.words, 3)) {
-    entry_of(view, node_, address_of(address_));
+    check_value(view, node_, address_);
   }
   bool holds(View& view) override {
     return node_of(view, node_).has_power() &&

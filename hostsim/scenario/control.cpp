@@ -9,6 +9,7 @@
 
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/regmap.hpp"
+#include "devices/devices.hpp"
 #include "plant/config.hpp"
 #include "scenario/subscription.hpp"
 #include "sim/frame_text.hpp"
@@ -94,6 +95,7 @@ class Execution {
   Reply get();
   Reply set();
   Reply incident();
+  Reply reload();
   Reply power();
   Reply fault();
   Reply list_faults();
@@ -131,13 +133,16 @@ std::span<const Execution::Command> Execution::commands() {
   static constexpr auto kCommands = std::to_array<Command>({
       {0, 0, &Execution::list_nodes, {"nodes", "Lists the nodes of all networks",
        "A line each: place in the network, node ID (`-` without one), NMT state, device, name."}},
-      {2, 2, &Execution::get, {"get NODE INDEX[:SUB]", "A value as an SDO read would give it now",
-       "Whatever its access rights are."}},
+      {2, 2, &Execution::get, {"get NODE INDEX[:SUB]|output:N", "A value as an SDO read would give it now, or what stands at a terminal",
+       "Whatever its access rights are. `output:N` is a digital output after polarity, filter mask and error value, "
+       "`analogue-output:N` likewise; `INDEX:SUB.BIT` is one bit."}},
       {3, 3, &Execution::set, {"set NODE INDEX[:SUB] NUMBER", "An input gets this value from outside",
        "It is rounded, and limited to what the object can hold, as one from a signal of the plant file. Objects that "
        "are no input of the device are set as they are, from 2000h on."}},
       {3, 3, &Execution::incident, {"incident NODE NAME on|off", "Something happens to the device, or is over",
        "[devices.md](devices.md) lists the names of each device."}},
+      {1, 1, &Execution::reload, {"reload NODE", "Reads the Lua script that is the node's device again, and begins it anew",
+       "Objects keep their values. Where the script is wrong, the old one stays."}},
       {2, 2, &Execution::power, {"power NODE|all on|off", "Cuts the power of a node, or gives it some: a cold start",
        "Stored parameters and a stored node ID are kept, signals begin again, faults and incidents stay. `2/all` are those of "
        "network 2."}},
@@ -254,6 +259,18 @@ Reply Execution::incident() {
   const auto known = of.behaviour().incidents();
   refuse("\"{}\": node {} has no such incident{}{}", words_[2], words_[1], known.empty() ? "" : "; it has ",
          text::listed(known, ", "));
+}
+
+Reply Execution::reload() {
+  sim::Node& of = running_node_of(control_, words_[1]);
+  if (of.device_name() != devices::kScript)
+    refuse("node {}: its device is {}, which is no script", words_[1], of.device_name());
+  try {
+    of.reload(now_);
+  } catch (const std::runtime_error& problem) {
+    throw Refused(problem.what());
+  }
+  return {"ok\n"};
 }
 
 Reply Execution::fault() {

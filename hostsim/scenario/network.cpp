@@ -95,7 +95,7 @@ void Network::start(Time now) {
   world_.start(now);
 }
 
-void Network::advance(Time now) {
+void Network::advance_alone(Time now) {
   for (; replay_due() <= now; ++replayed_) {
     world_.advance(replay_due());
     send(replay_[replayed_].frame);
@@ -108,7 +108,7 @@ void Network::on_request(std::size_t first, std::size_t count, Time now) {
   module_->on_plc(now);
   if (count == 0) return;
   module_->on_registers_written(first, count, now);
-  if (world_.next_deadline() <= now) world_.advance(now);
+  if (next_deadline() <= now) advance(now);
 }
 
 }  // namespace cbcan::scenario

@@ -20,6 +20,16 @@
 
 namespace cbcan::scenario {
 
+/// Networks that go through time together, see Wires.
+class Together {
+ public:
+  virtual void advance(Time now) = 0;
+  virtual Time next_deadline() const = 0;
+
+ protected:
+  ~Together() = default;
+};
+
 class Network final : private sim::Receiver, private sim::FaultListener {
  public:
   /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Its injected
@@ -46,10 +56,18 @@ class Network final : private sim::Receiver, private sim::FaultListener {
   /// What somebody else on the bus sends, from start() on; in order.
   void replay(std::vector<sim::TimedFrame> frames) { replay_ = std::move(frames); }
 
-  /// As those of World.
+  /// As those of World; with all those that it goes through time with.
   void start(Time now);
-  void advance(Time now);
-  Time next_deadline() const { return earlier(world_.next_deadline(), replay_due()); }
+  void advance(Time now) { together_ != nullptr ? together_->advance(now) : advance_alone(now); }
+  Time next_deadline() const {
+    return together_ != nullptr ? earlier(own_deadline(), together_->next_deadline()) : own_deadline();
+  }
+
+  /// For the one that it goes with, which outlives it.
+  void go_with(Together& together) { together_ = &together; }
+  void advance_alone(Time now);
+  Time own_deadline() const { return earlier(world_.next_deadline(), replay_due()); }
+  Time started() const { return started_; }
 
   /// The PLC has made a valid request, which has written `count` registers from `first` on: does what it
   /// brings about. advance() to this time comes before.
@@ -76,6 +94,7 @@ class Network final : private sim::Receiver, private sim::FaultListener {
   std::size_t replayed_ = 0;
   Time started_ = 0;
   std::optional<journal::NetworkWatch> watch_;
+  Together* together_ = nullptr;
 };
 
 }  // namespace cbcan::scenario

@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "text/numbers.hpp"
+
 namespace cbcan::scenario {
 
 Plant::Plant(const plant::Config& config, plant::PlantBuild build, Pace pace)
     : networks_(make_networks(config, std::move(build))),
+      wires_(config, pointers(networks_)),
       control_(pointers(networks_), 0),
       pace_(std::move(pace)) {}
 
@@ -19,12 +22,19 @@ void Plant::start() {
 std::vector<std::unique_ptr<Network>> Plant::make_networks(const plant::Config& config,
                                                            plant::PlantBuild build) {
   std::vector<std::unique_ptr<Network>> networks;
+  sim::FaultListener* const listener = this;
   for (std::size_t i = 0; i < build.networks.size(); ++i) {
     networks.push_back(
-        std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), 0, nullptr));
+        std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), 0, listener));
     networks.back()->replay(std::move(build.replays[i]));
   }
   return networks;
+}
+
+void Plant::on_fault(std::string_view text, Time now) {
+  constexpr std::size_t kMost = 10;
+  if (said_.size() == kMost) said_.erase(said_.begin());
+  said_.push_back(fmt::format("{} {}", text::seconds_text(now), text));
 }
 
 std::vector<Network*> Plant::pointers(const std::vector<std::unique_ptr<Network>>& networks) {

@@ -14,6 +14,7 @@
 #include "plant/build_node.hpp"
 #include "plant/config.hpp"
 #include "scenario/control.hpp"
+#include "scenario/wires.hpp"
 
 namespace cbcan::scenario {
 
@@ -31,9 +32,11 @@ class Bench {
   virtual void step(Time until) = 0;
   virtual void add(Listener& listener) = 0;
   virtual void remove(Listener& listener) = 0;
+  /// What nodes and faults have said last, lines with the time.
+  virtual std::vector<std::string> said() const { return {}; }
 };
 
-class Plant final : public Bench {
+class Plant final : public Bench, private sim::FaultListener {
  public:
   /// Is told before it is this time; nobody has to be.
   using Pace = std::function<void(Time)>;
@@ -50,18 +53,21 @@ class Plant final : public Bench {
   void step(Time until) override;
   void add(Listener& listener) override { control_.add(listener); }
   void remove(Listener& listener) override { control_.remove(listener); }
+  std::vector<std::string> said() const override { return said_; }
 
   Time now() const { return control_.now(); }
   /// Until it is this time.
   void pass_to(Time time);
 
  private:
-  static std::vector<std::unique_ptr<Network>> make_networks(const plant::Config& config,
-                                                             plant::PlantBuild build);
+  std::vector<std::unique_ptr<Network>> make_networks(const plant::Config& config, plant::PlantBuild build);
   static std::vector<Network*> pointers(const std::vector<std::unique_ptr<Network>>& networks);
   void advance(Time time);
+  void on_fault(std::string_view text, Time now) override;
 
+  std::vector<std::string> said_;
   std::vector<std::unique_ptr<Network>> networks_;
+  Wires wires_;
   Control control_;
   Pace pace_;
 };

@@ -99,8 +99,8 @@ class Player {
       for (const Step& step : scenario_.steps)
         play(step);
     } catch (const Failed& failed) {
-      outcome.failure = fmt::format("{}:{}: {}\n  at {}\n{}{}", scenario_.file, failed.line, failed.what(),
-                                    text::seconds_text(now()), registers(), last_frames_.text());
+      outcome.failure = fmt::format("{}:{}: {}\n  at {}\n{}{}{}", scenario_.file, failed.line, failed.what(),
+                                    text::seconds_text(now()), registers(), said(), last_frames_.text());
     }
     outcome.duration = now();
     return outcome;
@@ -163,6 +163,14 @@ class Player {
     } catch (const Refused&) {
       return {};
     }
+  }
+
+  /// By nodes and faults.
+  std::string said() const {
+    std::string lines;
+    for (const std::string& line : bench_.said())
+      lines += fmt::format("  said {}\n", line);
+    return lines;
   }
 
   const Scenario& scenario_;

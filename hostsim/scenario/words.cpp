@@ -2,13 +2,25 @@
 #include "scenario/words.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "journal/words.hpp"
 #include "plant/config.hpp"
+#include "plant/wires.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::scenario {
+
+namespace {
+
+/// A whole number as one.
+std::string text_of_number(double number) {
+  const bool is_whole = number == std::trunc(number) && std::abs(number) < 1e15;
+  return is_whole ? std::to_string(static_cast<std::int64_t>(number)) : text::value_text(number);
+}
+
+}  // namespace
 
 std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what) {
   const auto number = text::parse_integer(text);
@@ -71,18 +83,46 @@ std::string_view state_of(const sim::Node& node) {
                                               : journal::kOff);
 }
 
-ObjectEntry entry_of(View& view, std::string_view node, const Address& address) {
+namespace {
+
+/// Of an object as it is there is more to say than its number.
+std::optional<sim::Terminal> terminal_of(std::string_view word) {
+  const bool is_object =
+      !word.empty() && word[0] >= '0' && word[0] <= '9' && word.find('.') == std::string_view::npos;
+  return is_object ? std::nullopt : plant::parse_terminal(word);
+}
+
+ObjectEntry entry_of(const sim::Node& of, std::string_view node, const Address& address) {
   ObjectEntry entry{};
-  if (node_of(view, node).device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
+  if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
     refuse("{}: node {} has no such object", plant::object_name(address.index, address.sub), node);
   return entry;
 }
 
+double number_at(sim::Node& of, std::string_view node, std::string_view word, const sim::Terminal& terminal) {
+  if (const auto number = of.number(terminal)) return *number;
+  refuse("{}: node {} has no such terminal", word, node);
+}
+
+}  // namespace
+
+void check_value(View& view, std::string_view node, std::string_view word) {
+  sim::Node& of = node_of(view, node);
+  if (const auto terminal = terminal_of(word)) return void(number_at(of, node, word, *terminal));
+  entry_of(of, node, address_of(word));
+}
+
 std::string value_of(View& view, std::string_view node, std::string_view word) {
+  check_value(view, node, word);
+  sim::Node& of = running_node_of(view, node);
+  const Time now = view.started() + view.now();
+  if (const auto terminal = terminal_of(word)) {
+    of.bring_up_to_date(now);
+    return text_of_number(number_at(of, node, word, *terminal));
+  }
   const Address address = address_of(word);
-  const ObjectEntry entry = entry_of(view, node, address);
-  return journal::value_text(
-      running_node_of(view, node).value(entry, address.sub, view.started() + view.now()), entry.type);
+  const ObjectEntry entry = entry_of(of, node, address);
+  return journal::value_text(of.value(entry, address.sub, now), entry.type);
 }
 
 }  // namespace cbcan::scenario

@@ -97,10 +97,10 @@ sim::Node& running_node_of(View& view, std::string_view word);
 /// "off" without power
 std::string_view state_of(const sim::Node& node);
 
-/// An object of this node, whether it has power or not.
-ObjectEntry entry_of(View& view, std::string_view node, const Address& address);
+/// Throws Refused unless this node, whether it has power or not, has such an object or terminal.
+void check_value(View& view, std::string_view node, std::string_view word);
 
-/// What `get` shows: as a plant file would write it.
-std::string value_of(View& view, std::string_view node, std::string_view address);
+/// What `get` shows: as a plant file would write it. `word`: "0x6401:2", "0x6200:1.7", "output:8".
+std::string value_of(View& view, std::string_view node, std::string_view word);
 
 }  // namespace cbcan::scenario

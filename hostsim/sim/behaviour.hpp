@@ -12,8 +12,12 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <string_view>
 
 #include "cbcan/canopen/device.hpp"
@@ -42,6 +46,11 @@ class DeviceNode {
   /// The event that event-driven TPDOs with this object in them wait for: they are sent, when the inhibit
   /// time allows.
   virtual void changed(std::uint16_t index, std::uint8_t sub, Time now) = 0;
+
+  /// For people, where injected faults are told too.
+  virtual void tell(std::string_view /*text*/, Time /*now*/) {}
+  /// Injects a fault of the node, written as in commands; returns what is wrong with it, or nothing.
+  virtual std::string inject(std::string_view /*fault*/, Time /*now*/) { return {}; }
 
  protected:
   ~DeviceNode() = default;
@@ -88,13 +97,26 @@ class Behaviour {
     return false;
   }
 
+  /// What stands at the terminals of an output, after all that the device does with what is written to this
+  /// object; none = the device has no such terminals. As it was at the last update().
+  virtual std::optional<double> output(std::uint16_t /*index*/, std::uint8_t /*sub*/) const {
+    return std::nullopt;
+  }
+
   /// What can be done to this device from outside, by name: "overtemperature", "limit-switch-positive".
   virtual std::span<const std::string_view> incidents() const { return {}; }
   /// One of them begins, or ends. update() follows.
   virtual void set_incident(std::string_view /*incident*/, bool /*present*/, Time /*now*/) {}
 };
 
-/// Makes the behaviour of a node; both live as long as the node. `seed` is the node's own, for noise.
-using BehaviourMaker = std::unique_ptr<Behaviour> (*)(DeviceNode& node, std::uint64_t seed);
+/// Why there can be no such behaviour: "tank.lua:12: ...".
+class BehaviourProblem : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Makes the behaviour of a node; both live as long as the node. `seed` is the node's own, for noise. May
+/// throw BehaviourProblem.
+using BehaviourMaker = std::function<std::unique_ptr<Behaviour>(DeviceNode& node, std::uint64_t seed)>;
 
 }  // namespace cbcan::sim

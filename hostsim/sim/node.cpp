@@ -2,12 +2,11 @@
 #include "sim/node.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <iterator>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::sim {
 
@@ -72,22 +71,6 @@ std::vector<NodeIdValue> unchanged(const std::vector<NodeIdValue>& list, std::sp
   return same;
 }
 
-/// The nearest number that the type can hold, as the dictionary stores it.
-std::uint64_t to_raw(double value, DataType type, std::size_t bytes) {
-  if (type == DataType::kReal32) return std::bit_cast<std::uint32_t>(static_cast<float>(value));
-  if (type == DataType::kReal64) return std::bit_cast<std::uint64_t>(value);
-  const auto bits = static_cast<int>(8 * bytes);
-  const double whole = std::isnan(value) ? 0 : std::round(value);
-  if (is_signed(type)) {
-    const double limit = std::ldexp(1.0, bits - 1);
-    if (whole >= limit) return (std::uint64_t{1} << (bits - 1)) - 1;
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::max(whole, -limit)));
-  }
-  if (type == DataType::kBoolean) return whole > 0 ? 1 : 0;
-  if (whole >= std::ldexp(1.0, bits)) return ~std::uint64_t{0};
-  return whole <= 0 ? 0 : static_cast<std::uint64_t>(whole);
-}
-
 }  // namespace
 
 Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
@@ -112,13 +95,14 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       start_node_id_(parts.node_id),
       values_node_id_(image_id(parts.node_id)),
       signals_(std::move(parts.signals)),
-      samples_due_(signals_.size(), kNever) {
+      samples_due_(signals_.size(), kNever),
+      make_behaviour_(std::move(parts.behaviour)),
+      seed_(parts.seed) {
   LssNode& lss_node = *this;
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
-  behaviour_ =
-      parts.behaviour != nullptr ? parts.behaviour(*this, parts.seed) : std::make_unique<Behaviour>();
+  behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();
   image_.values = saved_ = values_;  // with what the behaviour gives objects that the file gives nothing
-  if (parts.behaviour == nullptr) mark_mapped(image_.entries, dictionary());
+  if (!make_behaviour_) mark_mapped(image_.entries, dictionary());
   for (ObjectEntry& entry : image_.entries)
     if (behaviour_->is_set_point(entry.index)) entry.flags |= ObjectFlags::kSetPoint;
   device_.time_stamp().produce_every(parts.time_period, 0);
@@ -247,6 +231,7 @@ void Node::settle(Time now) {
   while (faulty_.has_aborted())
     device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
+  if (happened_ != nullptr) *happened_ = true;
   if (!has_power_) return wants(kNever);
   const Time servers = earlier(device_.deadline(), more_servers_.deadline());
   const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
@@ -348,8 +333,26 @@ void Node::follow_signals(Time now) {
   update(now);
 }
 
+/// Who looks is nothing that happens.
 void Node::bring_up_to_date(Time now) {
+  bool* const happened = std::exchange(happened_, nullptr);
   at(now, [&] { refresh(now); });
+  happened_ = happened;
+}
+
+std::optional<double> Node::number(const Terminal& terminal) {
+  std::optional<double> value;
+  ObjectEntry entry{};
+  if (terminal.is_output) {
+    value = behaviour_->output(terminal.index, terminal.sub);
+  } else if (dictionary().find(terminal.index, terminal.sub, entry) == AbortCode::kNone) {
+    const std::size_t bytes = size_of(entry.type);
+    if (bytes != 0 && bytes == entry.capacity)
+      value = from_raw(dictionary().number(entry, terminal.sub), entry.type, bytes);
+  }
+  if (!value || !terminal.bit) return value;
+  return static_cast<double>(static_cast<std::uint64_t>(static_cast<std::int64_t>(*value)) >> *terminal.bit &
+                             1);
 }
 
 bool Node::set_incident(std::string_view incident, bool present, Time now) {
@@ -360,6 +363,21 @@ bool Node::set_incident(std::string_view incident, bool present, Time now) {
     update(now);
   });
   return true;
+}
+
+void Node::reload(Time now) {
+  std::unique_ptr<Behaviour> fresh = make_behaviour_(*this, seed_);
+  at(now, [&] {
+    behaviour_ = std::move(fresh);
+    behaviour_->reset(true, now);
+    update(now);
+  });
+}
+
+std::string Node::inject(std::string_view fault, Time now) {
+  const FaultOrProblem made = parse_fault(fault, FaultPlace::kNode);
+  if (made.problem.empty()) faults().add(made.fault, now);
+  return made.problem;
 }
 
 void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {

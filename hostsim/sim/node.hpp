@@ -21,6 +21,7 @@
 #include "sim/parameters.hpp"
 #include "sim/participant.hpp"
 #include "sim/signal.hpp"
+#include "sim/wire.hpp"
 
 namespace cbcan::sim {
 
@@ -69,6 +70,12 @@ class Node final : public Participant, private DeviceApplication, private Device
   /// All values are those of `now`.
   void bring_up_to_date(Time now);
 
+  /// What stands there, as it was when the node was last brought up to date; none = there is no such number.
+  std::optional<double> number(const Terminal& terminal);
+
+  /// `happened` becomes true whenever something has happened to the node; it outlives the node.
+  void watch(bool& happened) { happened_ = &happened; }
+
   /// What an SDO upload of this entry of the dictionary would bring now, whatever the access rights.
   std::vector<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub, Time now);
 
@@ -76,6 +83,10 @@ class Node final : public Participant, private DeviceApplication, private Device
   /// ID, that are stored. Signals begin again, incidents and injected faults stay.
   void set_power(bool on, Time now);
   bool has_power() const { return has_power_; }
+
+  /// Makes the behaviour anew, as its maker makes it now, and resets it. Objects keep their values. Throws
+  /// what the maker throws; then nothing has changed.
+  void reload(Time now);
 
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
@@ -124,6 +135,8 @@ class Node final : public Participant, private DeviceApplication, private Device
   void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) override;
   void error_over(std::uint16_t code, Time now) override;
   void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
+  void tell(std::string_view text, Time now) override { faults().say(text, now); }
+  std::string inject(std::string_view fault, Time now) override;
 
   template <class Act>
   void at(Time now, Act act);
@@ -159,10 +172,13 @@ class Node final : public Participant, private DeviceApplication, private Device
   std::vector<Time> samples_due_;  ///< by signal
   Time sample_due_ = kNever;       ///< the earliest of them
   Time started_at_ = 0;
+  BehaviourMaker make_behaviour_;
+  std::uint64_t seed_;
   std::unique_ptr<Behaviour> behaviour_;
   Time behaviour_due_ = kNever;
   Time updated_at_ = kNever;  ///< the behaviour has seen everything up to then; kNever = it has not
   bool ids_changed_ = false;
+  bool* happened_ = nullptr;  ///< see watch()
   bool has_power_ = true;
   BusState state_with_power_ = BusState::kActive;  ///< of the controller; without power it is off the bus
   std::vector<std::uint32_t> received_ids_;        ///< what the port accepts for this node

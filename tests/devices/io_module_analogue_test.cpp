@@ -210,12 +210,12 @@ TEST_CASE("a source without a place in 6422h is an event all the same") {
 TEST_CASE("6411h goes out: 300 stays 300") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6411, 1, 300).shows(0x6411, 1, 300);
-  CHECK(module.device.analogue_output(1) == 300);
-  CHECK(module.device.analogue_output(2) == 0);
+  CHECK(module.device.output(0x6411, 1) == 300);
+  CHECK(module.device.output(0x6411, 2) == 0);
   module.write(0x6411, 2, 0x8000);
-  CHECK(module.device.analogue_output(2) == -32768);
-  CHECK(module.device.analogue_output(0) == 0);
-  CHECK(module.device.analogue_output(3) == 0);
+  CHECK(module.device.output(0x6411, 2) == -32768);
+  CHECK(module.device.output(0x6411, 0) == std::nullopt);
+  CHECK(module.device.output(0x6411, 3) == std::nullopt);
 }
 
 TEST_CASE("6443h and 6444h: analogue error values") {
@@ -228,18 +228,18 @@ TEST_CASE("6443h and 6444h: analogue error values") {
   module.state(State::kOperational);
   module.device.on_network_failure(sim::NetworkFailure::kHeartbeat, module.now);
   module.run();
-  CHECK(module.device.analogue_output(1) == -7);
-  CHECK(module.device.analogue_output(2) == 400);
+  CHECK(module.device.output(0x6411, 1) == -7);
+  CHECK(module.device.output(0x6411, 2) == 400);
   CHECK(module.get(0x6411, 1) == 300);
   module.write(0x6444, 1, 100000);  // the nearest that 16 bits have
-  CHECK(module.device.analogue_output(1) == 32767);
+  CHECK(module.device.output(0x6411, 1) == 32767);
   module.state(State::kPreOperational);
   module.state(State::kOperational);
-  CHECK(module.device.analogue_output(1) == 300);
+  CHECK(module.device.output(0x6411, 1) == 300);
   module.state(State::kStopped);
-  CHECK(module.device.analogue_output(1) == 32767);
+  CHECK(module.device.output(0x6411, 1) == 32767);
   module.reset(true);
-  CHECK(module.device.analogue_output(1) == 0);
+  CHECK(module.device.output(0x6411, 1) == 0);
 }
 
 TEST_CASE("reset node: deltas count from what the inputs are then") {

@@ -110,19 +110,19 @@ TEST_CASE("6006h, 6007h and 6008h choose the edges") {
 
 TEST_CASE("outputs follow 6200h through polarity and filter mask") {
   Module module(demo_dictionary("io_module.eds"));
-  CHECK(module.device.digital_output(1) == 0x00);
+  CHECK(module.device.output(0x6200, 1) == 0x00);
   module.write(0x6200, 1, 0xA5);
-  CHECK(module.device.digital_output(1) == 0xA5);
+  CHECK(module.device.output(0x6200, 1) == 0xA5);
   module.write(0x6202, 1, 0x0F);
-  CHECK(module.device.digital_output(1) == 0xAA);
+  CHECK(module.device.output(0x6200, 1) == 0xAA);
   module.write(0x6208, 1, 0xF0);  // the lower four stay
   module.write(0x6200, 1, 0x5A);
-  CHECK(module.device.digital_output(1) == 0x5A);
+  CHECK(module.device.output(0x6200, 1) == 0x5A);
   CHECK(module.get(0x6200, 1) == 0x5A);
   module.write(0x6208, 1, 0xFF);
-  CHECK(module.device.digital_output(1) == 0x55);
-  CHECK(module.device.digital_output(0) == 0);
-  CHECK(module.device.digital_output(2) == 0);
+  CHECK(module.device.output(0x6200, 1) == 0x55);
+  CHECK(module.device.output(0x6200, 0) == std::nullopt);
+  CHECK(module.device.output(0x6200, 2) == std::nullopt);
 }
 
 TEST_CASE("a network failure gives outputs their error values until the node is started again") {
@@ -131,17 +131,17 @@ TEST_CASE("a network failure gives outputs their error values until the node is 
   module.write(0x6207, 1, 0x3C);
   module.write(0x6200, 1, 0xC9);
   module.state(State::kOperational);
-  CHECK(module.device.digital_output(1) == 0xC9);
+  CHECK(module.device.output(0x6200, 1) == 0xC9);
   for (const auto failure :
        {NetworkFailure::kHeartbeat, NetworkFailure::kGuarding, NetworkFailure::kBusOff}) {
     module.device.on_network_failure(failure, module.now);
     module.run();
-    CHECK(module.device.digital_output(1) == 0x39);
+    CHECK(module.device.output(0x6200, 1) == 0x39);
     module.state(State::kPreOperational);
-    CHECK(module.device.digital_output(1) == 0x39);
+    CHECK(module.device.output(0x6200, 1) == 0x39);
     CHECK(module.get(0x6200, 1) == 0xC9);
     module.state(State::kOperational);
-    CHECK(module.device.digital_output(1) == 0xC9);
+    CHECK(module.device.output(0x6200, 1) == 0xC9);
   }
 }
 
@@ -150,11 +150,11 @@ TEST_CASE("NMT Stopped gives outputs their error values, Pre-operational does no
   module.write(0x6200, 1, 0xFF);
   module.state(State::kOperational);
   module.state(State::kPreOperational);
-  CHECK(module.device.digital_output(1) == 0xFF);
+  CHECK(module.device.output(0x6200, 1) == 0xFF);
   module.state(State::kStopped);
-  CHECK(module.device.digital_output(1) == 0x00);
+  CHECK(module.device.output(0x6200, 1) == 0x00);
   module.state(State::kOperational);
-  CHECK(module.device.digital_output(1) == 0xFF);
+  CHECK(module.device.output(0x6200, 1) == 0xFF);
 }
 
 TEST_CASE("an error value goes through polarity and filter mask like a written one") {
@@ -163,7 +163,7 @@ TEST_CASE("an error value goes through polarity and filter mask like a written o
   module.write(0x6202, 1, 0x0F);
   module.write(0x6208, 1, 0x3F);  // the upper two stay
   module.state(State::kStopped);
-  CHECK(module.device.digital_output(1) == 0xCF);
+  CHECK(module.device.output(0x6200, 1) == 0xCF);
 }
 
 TEST_CASE("reset node: outputs as at power-on, inputs as they are, without an event") {
@@ -173,18 +173,18 @@ TEST_CASE("reset node: outputs as at power-on, inputs as they are, without an ev
   module.write(0x6208, 1, 0x0F);
   module.state(State::kStopped);
   module.reset(true).shows(0x6000, 1, 0x12);
-  CHECK(module.device.digital_output(1) == 0x00);
+  CHECK(module.device.output(0x6200, 1) == 0x00);
   module.write(0x6207, 1, 0xFF);
-  CHECK(module.device.digital_output(1) == 0x00);  // the failure is over
+  CHECK(module.device.output(0x6200, 1) == 0x00);  // the failure is over
 }
 
 TEST_CASE("reset node switches outputs off that are masked from power-on") {
   Module module(demo_dictionary("io_module.eds"), {{0x6208, 1, 0x0F}});
   module.write(0x6208, 1, 0xFF);
   module.write(0x6200, 1, 0xFF);
-  CHECK(module.device.digital_output(1) == 0xFF);
+  CHECK(module.device.output(0x6200, 1) == 0xFF);
   module.reset(true);
-  CHECK(module.device.digital_output(1) == 0x00);
+  CHECK(module.device.output(0x6200, 1) == 0x00);
 }
 
 TEST_CASE("reset communication leaves the outputs be") {
@@ -192,13 +192,13 @@ TEST_CASE("reset communication leaves the outputs be") {
   module.write(0x6200, 1, 0x77);
   module.write(0x6208, 1, 0x00);
   module.reset(false);
-  CHECK(module.device.digital_output(1) == 0x77);
+  CHECK(module.device.output(0x6200, 1) == 0x77);
   module.write(0x6207, 1, 0x11);
   module.write(0x6208, 1, 0xFF);
   module.state(State::kStopped);
-  CHECK(module.device.digital_output(1) == 0x11);
+  CHECK(module.device.output(0x6200, 1) == 0x11);
   module.reset(false);
-  CHECK(module.device.digital_output(1) == 0x11);
+  CHECK(module.device.output(0x6200, 1) == 0x11);
 }
 
 TEST_CASE("values that the plant file gives to inputs are what stands at the terminals") {
@@ -226,18 +226,18 @@ TEST_CASE("a module has as many blocks as its dictionary") {
   module.input(0x6000, 254, 0x80).shows(0x6000, 254, 0x80);
   module.expect("changed 6000:FE");  // 6005h and 6006h are not there: as the profile's default
   module.write(0x6200, 3, 0x42);
-  CHECK(module.device.digital_output(3) == 0x42);
-  CHECK(module.device.digital_output(2) == 0x00);
+  CHECK(module.device.output(0x6200, 3) == 0x42);
+  CHECK(module.device.output(0x6200, 2) == 0x00);
   module.state(State::kStopped);  // 6206h and 6207h likewise
-  CHECK(module.device.digital_output(3) == 0x00);
+  CHECK(module.device.output(0x6200, 3) == 0x00);
 }
 
 TEST_CASE("a module without channels does nothing") {
   Module module(dictionary_of({{0x2000, 0, DataType::kUnsigned8}}));
   module.state(State::kStopped);
   CHECK_FALSE(module.device.set_input(0x6000, 1, 1, module.now));
-  CHECK(module.device.digital_output(1) == 0);
-  CHECK(module.device.analogue_output(1) == 0);
+  CHECK(module.device.output(0x6200, 1) == std::nullopt);
+  CHECK(module.device.output(0x6411, 1) == std::nullopt);
   CHECK(module.next == kNever);
 }
 

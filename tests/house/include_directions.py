@@ -22,6 +22,7 @@ MAY_KNOW = {
     "hostsim/text": set(),
     "hostsim/client": set(),
     "hostsim/sim": {"hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/devices/lua": {"hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/devices": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
     "hostsim/journal": {"hostsim/sim", "hostsim/eds", "hostsim/text", *FIRMWARE, "regmap"},
@@ -46,6 +47,8 @@ FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "c
 # What would let the simulation see a clock, a thread, the outside or an unseeded random number.
 IMPURE = re.compile(r"(chrono|thread|mutex|condition_variable|future|random|fstream|iostream|filesystem|unistd\.h|time\.h"
                     r"|ctime|poll\.h|sys/.*|netinet/.*|linux/.*)")
+
+LUA = re.compile(r"lua\.hpp|lua\.h|lualib\.h|lauxlib\.h")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
@@ -78,7 +81,9 @@ def complaint(room, kind, name):
         return None
     if room in ("regmap", "firmware/boards", *FIRMWARE) and name not in FREESTANDING:
         return f"{room} is freestanding"
-    if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/eds", "hostsim/journal", "hostsim/scenario") and IMPURE.fullmatch(name):
+    if LUA.fullmatch(name) and room != "hostsim/devices/lua":
+        return "only hostsim/devices/lua sees Lua's headers"
+    if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/devices/lua", "hostsim/eds", "hostsim/journal", "hostsim/scenario") and IMPURE.fullmatch(name):
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None
 

@@ -134,10 +134,37 @@ TEST_CASE("what a node is, on the command line") {
   CHECK(node.name == "Valve");
   CHECK(node.place == Place{"plant.toml", 1});
   CHECK(first_line(with_plant({"--device", "5=valve"})) ==
-        "cbcan-sim: --device 5=valve: device \"valve\": must be none, cia401, cia402 or cia404");
+        "cbcan-sim: --device 5=valve: device \"valve\": must be none, cia401, cia402, cia404, or the path of "
+        "a Lua script, "
+        "FILE.lua");
   CHECK(first_line(with_plant({"--lss", "5"})) == "cbcan-sim: --lss 5: must be ID=BOOL");
   CHECK(first_line(with_plant({"--lss", "5=yes"})) ==
         "cbcan-sim: --lss 5=yes: lss \"yes\": must be true or false");
+}
+
+TEST_CASE("wires and what a drive moves, on the command line") {
+  const Start both =
+      with_plant({"--wire", "5:output:3=5:0x2001 scale=2.5 delay_ms=20", "--wire", "5:0x2001.1=#1:input:9",
+                  "--axis", "5:inertia_kgcm2=10", "--axis", "5:friction_mnm=50"});
+  REQUIRE(both.err == "");
+  REQUIRE(both.config.wires.size() == 2);
+  CHECK(both.config.wires[0].from.terminal == cbcan::sim::Terminal{0x6200, 1, 2, true});
+  CHECK(both.config.wires[0].to.terminal == cbcan::sim::Terminal{0x2001, 0, std::nullopt, false});
+  CHECK(both.config.wires[0].transfer.scale == 2.5);
+  CHECK(both.config.wires[0].transfer.delay == 20'000);
+  CHECK(both.config.wires[1].from.terminal == cbcan::sim::Terminal{0x2001, 0, 1, false});
+  CHECK(both.config.wires[1].to.terminal == cbcan::sim::Terminal{0x6000, 2, 0, false});
+  CHECK(both.config.networks.at(0).nodes.at(0).axis->load == cbcan::devices::AxisLoad{10, 50, 0});
+  CHECK(first_line(with_plant({"--wire", "5:1"})) ==
+        "cbcan-sim: --wire 5:1: must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
+  CHECK(first_line(with_plant({"--wire", "5:1=5:2 lag=3"})) ==
+        "cbcan-sim: --wire 5:1=5:2 lag=3: lag: no such key; did you mean lag_ms?");
+  CHECK(first_line(with_plant({"--wire", "5:1=6:2"})) ==
+        "cbcan-sim: --wire 5:1=6:2: wire 5:1 to 6:2: 6:2: there is no such node in the plant");
+  CHECK(first_line(with_plant({"--axis", "5"})) ==
+        "cbcan-sim: --axis 5: must be ID:KEY=VALUE..., such as 16:inertia_kgcm2=10 friction_mnm=50");
+  CHECK(first_line(with_plant({"--axis", "6:friction_mnm=50"})) ==
+        "cbcan-sim: --axis 6:friction_mnm=50: there is no node 6; add --node 6=FILE.eds");
 }
 
 TEST_CASE("seed and control on the command line") {

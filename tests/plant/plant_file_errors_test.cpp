@@ -51,8 +51,57 @@ TEST_CASE("an unknown key that is like nothing gets the list") {
         Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, replay, faults"});
   CHECK(errors_in("[pump]\n") ==
         Lines{"plant.toml:1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, "
-              "random, control, http, node, network"});
+              "random, control, http, node, wire, network"});
   CHECK(errors_in("[faults]\n") == Lines{"plant.toml:1: faults: no such key; did you mean node.faults?"});
+}
+
+TEST_CASE("wires") {
+  const auto with = [](const std::string& wire) {
+    const Plant plant = read(std::string(kNode) + "[[wire]]\n" + wire + "\n");
+    Lines found = plant.errors;
+    if (found.empty()) found = to_lines(check(plant.config));
+    return found.empty() ? std::string() : found.front();
+  };
+  const std::string ends = "from = \"5:0x2001\"\nto = \"5:0x2002\"\n";
+  CHECK(with(ends) == "");
+  CHECK(with("to = \"5:0x2002\"") == "plant.toml:4: wire.from: is missing; add from = \"66:output:1\"");
+  CHECK(
+      with("from = \"5:output:0\"\nto = \"5:0x2002\"") ==
+      "plant.toml:5: wire.from \"5:output:0\": must be NODE:INDEX:SUB, with .BIT behind it where one bit is "
+      "meant, or "
+      "NODE:output:N, NODE:analogue-output:N, NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2");
+  CHECK(with(ends + "delay_ms = -1") == "plant.toml:7: wire.delay_ms -1: must be 0..3600000 ms");
+  CHECK(with(ends + "lagg_ms = 1") == "plant.toml:7: wire.lagg_ms: no such key; did you mean wire.lag_ms?");
+  CHECK(with("from = \"2/5:0x2001\"\nto = \"5:0x2002\"") ==
+        "plant.toml:4: wire 2/5:0x2001 to 5:0x2002: 2/5:0x2001: there is no such node in the plant");
+  CHECK(with(ends + "low = 2\nhigh = 1") ==
+        "plant.toml:4: wire 5:0x2001 to 5:0x2002: low is above high; exchange them");
+  CHECK(with(ends + "[[wire]]\nfrom = \"5:output:1\"\nto = \"#1:0x2002.3\"") ==
+        "plant.toml:7: wire 5:output:1 to #1:0x2002.3: #1:0x2002.3 already has a wire at plant.toml:4; "
+        "remove one of the two");
+  const std::string loop = ends + "[[wire]]\nfrom = \"5:0x2002\"\nto = \"5:0x2001\"\n";
+  CHECK(with(loop) ==
+        "plant.toml:4: wire 5:0x2001 to 5:0x2002: goes round in a loop without delay; give one of its wires "
+        "delay_ms or lag_ms");
+  CHECK(with(loop + "lag_ms = 1") == "");
+  CHECK(errors_in("wire = 5\n") == Lines{"plant.toml:1: wire: must be a list; write wire = [{ from = "
+                                         "\"66:output:1\", to = \"5:0x2001\" }]"});
+}
+
+TEST_CASE("a drive's axis") {
+  const Plant good =
+      read(std::string(kNode) + "axis = { positive_limit = 4e5, inertia_kgcm2 = 12.5, gravity_mnm = -3 }\n");
+  CHECK(good.errors.empty());
+  const auto& axis = good.config.networks.at(0).nodes.at(0).axis;
+  REQUIRE(axis);
+  CHECK(axis->positive_limit == 400'000);
+  CHECK(axis->load == cbcan::devices::AxisLoad{12.5, 0, -3});
+  CHECK(errors_in_node("axis = 5") ==
+        Lines{"plant.toml:4: node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }"});
+  CHECK(errors_in_node("axis = { inertia = 5 }") ==
+        Lines{"plant.toml:4: node.axis.inertia: no such key; did you mean node.axis.inertia_kgcm2?"});
+  CHECK(errors_in_node("axis = { friction_mnm = -1 }") ==
+        Lines{"plant.toml:4: node.axis.friction_mnm -1: must be 0..1000000 mNm"});
 }
 
 TEST_CASE("numbers out of range") {
@@ -247,10 +296,12 @@ TEST_CASE("an object twice") {
 }
 
 TEST_CASE("devices, LSS, times and seeds that are wrong") {
-  CHECK(errors_in_node("device = \"cia405\"") ==
-        Lines{"plant.toml:4: node.device \"cia405\": must be none, cia401, cia402 or cia404"});
+  CHECK(errors_in_node("device = \"cia405\"") == Lines{"plant.toml:4: node.device \"cia405\": must be none, "
+                                                       "cia401, cia402, cia404, or the path of a Lua script, "
+                                                       "FILE.lua"});
   CHECK(errors_in_node("device = 401") ==
-        Lines{"plant.toml:4: node.device 401: must be a text in double quotes: the name of a device"});
+        Lines{"plant.toml:4: node.device 401: must be a text in double quotes: the name of a device, or the "
+              "path of a Lua script, FILE.lua"});
   CHECK(errors_in_node("lss = 1") == Lines{"plant.toml:4: node.lss 1: must be true or false"});
   CHECK(errors_in_node("parameters = \"\"") == Lines{"plant.toml:4: node.parameters \"\": must be a path"});
   CHECK(errors_in_node("time_period_ms = 86400001") ==

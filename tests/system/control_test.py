@@ -176,7 +176,7 @@ class OverASocket(unittest.TestCase):
         self.assertTrue(other.lines.readline().startswith("error: "))
         other.close()
         self.assertEqual(commands("time")[:3], "ok ")
-        self.assertEqual(commands("get 0x42"), "error: write get NODE INDEX[:SUB]\n")
+        self.assertEqual(commands("get 0x42"), "error: write get NODE INDEX[:SUB]|output:N\n")
 
 
 class OnAStandingClock(unittest.TestCase):

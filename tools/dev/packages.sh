@@ -3,7 +3,7 @@
 
 # What it takes to build and run the simulator.
 build_packages=(g++ cmake ninja-build pkg-config libmodbus-dev libcli11-dev libfmt-dev libtomlplusplus-dev
-  libmicrohttpd-dev nlohmann-json3-dev)
+  libmicrohttpd-dev nlohmann-json3-dev liblua5.4-dev)
 
 # Besides: what it takes to build and run the image for a microcontroller.
 mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev qemu-system-arm socat)

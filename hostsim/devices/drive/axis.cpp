@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <utility>
 
 namespace cbcan::devices {
 
@@ -27,6 +29,45 @@ void Axis::reset(Time now) {
   blocked_at_ = 0;
   target_ = 0;
   profile_ = Profile(0);
+  torque_ = nullptr;
+  led_ = !load_.exists();
+  load_.reset(0, now);
+}
+
+Load::Lead Axis::lead() const {
+  constexpr double kFar = 1e18;
+  const double stops = goes_round() ? kFar : layout_.stops_beyond;
+  return {led_ ? &profile_ : nullptr,
+          torque_,
+          blocked_,
+          led_ || torque_ != nullptr ? most_torque() : 0,
+          from_machine(layout_.negative_limit - stops),
+          from_machine(layout_.positive_limit + stops)};
+}
+
+void Axis::drive(bool powered, const Profile* torque, Time now) {
+  if (!has_load()) return;
+  const bool led = powered && torque == nullptr;
+  const Profile* const torque_now = powered ? torque : nullptr;
+  if (torque_now != nullptr && std::exchange(torque_end_, torque_now->end()) != torque_end_) load_.wake();
+  if (led == led_ && torque_now == torque_) return;
+  if (led && profile_since_ != now) profile_ = Profile(actual(now).position);
+  led_ = led;
+  torque_ = torque_now;
+  load_.wake();
+}
+
+void Axis::follow_profile(const Profile& profile, Time now) {
+  carry(now);
+  profile_ = profile;
+  profile_since_ = now;
+  load_.wake();
+}
+
+double Axis::most_torque() const {
+  const std::uint16_t torque = objects_.max_torque.get();
+  const std::uint16_t current = objects_.max_current.get();
+  return current == 0 ? torque : std::min(torque, current);
 }
 
 void Axis::take_over_units() {
@@ -38,13 +79,21 @@ void Axis::take_over_units() {
       objects_.feed.get(),
       objects_.feed_shaft_revolutions.get(),
   };
-  if (factors == factors_) return;
-  factors_ = factors;
-  units_ = Units(factors);
+  if (factors != factors_) {
+    factors_ = factors;
+    units_ = Units(factors);
+  }
+  if (!has_load()) return;
+  constexpr double kNothingRated = 1000;  // mNm
+  const double rated = objects_.rated_torque.get();
+  load_.set_units(units_.increments_per_revolution() / (2 * std::numbers::pi),
+                  rated == 0 ? kNothingRated : rated);
 }
 
 void Axis::refresh(Time now) {
+  carry(now);
   take_over_units();
+  if (has_load() && std::exchange(most_before_, most_torque()) != most_before_) load_.wake();
   double low = kLowest;
   double high = kHighest;
   if (objects_.range_min.get() < objects_.range_max.get()) {
@@ -62,24 +111,25 @@ void Axis::shift(double distance) {
   target_ += distance;
   zero_ += distance;
   blocked_at_ += distance;
+  load_.shift(distance);
 }
 
 void Axis::move_to(double target, const Dynamics& dynamics, Time now) {
   target_ = target;
-  profile_ = Profile::to_position(demand(now), target, dynamics, now);
+  follow_profile(Profile::to_position(demand(now), target, dynamics, now), now);
 }
 
 void Axis::run_at(double velocity, double acceleration, double deceleration, Time now) {
-  profile_ = Profile::to_velocity(demand(now), velocity, acceleration, deceleration, now);
+  follow_profile(Profile::to_velocity(demand(now), velocity, acceleration, deceleration, now), now);
 }
 
 void Axis::line_to(double target, Time duration, Time now) {
   target_ = target;
-  profile_ = Profile::line(demand(now).position, target, duration, now);
+  follow_profile(Profile::line(demand(now).position, target, duration, now), now);
 }
 
 void Axis::change_evenly_to(double velocity, Time duration, Time now) {
-  profile_ = Profile::even_change(demand(now), velocity, duration, now);
+  follow_profile(Profile::even_change(demand(now), velocity, duration, now), now);
 }
 
 void Axis::stop(Ramp ramp, Time now) {
@@ -89,17 +139,19 @@ void Axis::stop(Ramp ramp, Time now) {
 }
 
 void Axis::give_up_demand(Time now) {
-  if (blocked_) profile_ = Profile(actual(now).position);
+  if (blocked_ || has_load()) follow_profile(Profile(actual(now).position), now);
 }
 
 void Axis::set_blocked(bool blocked, Time now) {
   if (blocked == blocked_) return;
+  carry(now);
   if (blocked) {
-    blocked_at_ = demand(now).position;
+    blocked_at_ = actual(now).position;
   } else {
     give_up_demand(now);
   }
   blocked_ = blocked;
+  load_.reset(blocked_at_, now);
 }
 
 Dynamics Axis::profile_dynamics() const {
@@ -120,14 +172,14 @@ bool Axis::goes_round() const {
 }
 
 AxisSwitches Axis::switches(Time now) const {
-  const double place = to_machine(actual(now).position);
+  const double place = to_machine(has_load() && !blocked_ ? load_.position() : actual(now).position);
   const bool has_ends = !goes_round();
   return {has_ends && place <= layout_.negative_limit, has_ends && place >= layout_.positive_limit,
           place >= layout_.home_low && place <= layout_.home_high};
 }
 
 Time Axis::next_switch(Time now) const {
-  if (blocked_ || at_rest(now)) return kNever;
+  if (blocked_ || has_load() || at_rest(now)) return kNever;
   Time next = kNever;
   for (const double edge :
        {layout_.negative_limit, layout_.positive_limit, layout_.home_low, layout_.home_high})

@@ -2,30 +2,20 @@
 #pragma once
 
 /// One axis: motor, encoder and what it drives. It does what the profile demands, exactly, unless its motor
-/// is blocked. Positions here are increments from the zero of position (what homing sets); the switches stand
-/// at places of the machine, which homing does not move.
+/// is blocked or has a load, see load.hpp. Positions here are increments from the zero of position (what
+/// homing sets); the switches stand at places of the machine, which homing does not move.
 ///
-/// An axis without power runs down with the quick stop deceleration (6085h).
+/// An axis without power runs down with the quick stop deceleration (6085h), or with a load by friction.
 
 #include <cstdint>
 
+#include "devices/drive/axis_layout.hpp"
+#include "devices/drive/load.hpp"
 #include "devices/drive/objects.hpp"
 #include "devices/drive/profile.hpp"
 #include "devices/drive/units.hpp"
 
 namespace cbcan::devices {
-
-/// Where the switches are, in increments from where the axis stands at power-on. Switches at an end are
-/// active from there on outwards, the home switch from home_low to home_high; hard stops are `stops_beyond`
-/// further out than the limit switches. The encoder gives an index pulse at 0 and every motor revolution
-/// (608Fh).
-struct AxisLayout {
-  double negative_limit = -1'000'000;
-  double positive_limit = 1'000'000;
-  double home_low = 200'000;
-  double home_high = 250'000;
-  double stops_beyond = 50'000;
-};
 
 /// Which switches are active.
 struct AxisSwitches {
@@ -42,7 +32,8 @@ enum class Ramp : std::uint8_t {
 
 class Axis {
  public:
-  Axis(DriveObjects& objects, const AxisLayout& layout) : objects_(objects), layout_(layout) {}
+  Axis(DriveObjects& objects, const AxisLayout& layout)
+      : objects_(objects), layout_(layout), load_(layout.load) {}
 
   /// Power-on: at rest, and position 0 is here.
   void reset(Time now);
@@ -61,8 +52,11 @@ class Axis {
   /// The demand becomes what the axis really does: before a profile is left for good.
   void give_up_demand(Time now);
 
-  Motion demand(Time now) const { return profile_.at(now); }
-  Motion actual(Time now) const { return blocked_ ? Motion{blocked_at_, 0} : profile_.at(now); }
+  Motion demand(Time now) const { return led_ ? profile_.at(now) : load_.at(now); }
+  Motion actual(Time now) const {
+    if (blocked_) return {blocked_at_, 0};
+    return load_.exists() ? load_.at(now) : profile_.at(now);
+  }
   const Profile& profile() const { return profile_; }
   bool over(Time now) const { return now >= profile_.end(); }
   /// The profile is over and the axis stands.
@@ -74,6 +68,21 @@ class Axis {
   void set_blocked(bool blocked, Time now);
   bool blocked() const { return blocked_; }
   double blocked_at() const { return blocked_at_; }
+
+  // The load, if there is one.
+  bool has_load() const { return load_.exists(); }
+  /// Before anything that it follows changes.
+  void carry(Time now) {
+    if (load_.exists()) load_.follow(lead(), now);
+  }
+  /// Whether there is power, and the torque that is asked for in the place of a position: from now on.
+  void drive(bool powered, const Profile* torque, Time now);
+  /// In thousandths of the rated one.
+  double load_torque() const { return load_.torque(); }
+  /// When it has moved further; kNever = it rests.
+  Time next_load_step(Time now) const { return load_.next_change(now); }
+  /// Either way: the motor's current makes its torque.
+  double most_torque() const;
 
   // What the objects say, in increments.
   Dynamics profile_dynamics() const;
@@ -102,6 +111,8 @@ class Axis {
  private:
   void shift(double distance);
   void take_over_units();
+  Load::Lead lead() const;
+  void follow_profile(const Profile& profile, Time now);
 
   DriveObjects& objects_;
   AxisLayout layout_;
@@ -112,6 +123,12 @@ class Axis {
   double zero_ = 0;  ///< position of the machine's place 0
   double blocked_at_ = 0;
   bool blocked_ = false;
+  Load load_;
+  bool led_ = true;  ///< by the profile: always, without a load
+  const Profile* torque_ = nullptr;
+  Time profile_since_ = kNever;
+  double most_before_ = 0;
+  Time torque_end_ = 0;
 };
 
 }  // namespace cbcan::devices

@@ -81,6 +81,7 @@ Time Drive::update(Time now) {
   stage_.step((present_ & kAllFaults) != 0, now);
   end_faults(now);
   run_mode(now);
+  if (axis_.has_load()) let_drive(now);
   publish(now);
   return deadline(now);
 }
@@ -136,7 +137,12 @@ void Drive::run_mode(Time now) {
   mode_->run(input(now), now);
 }
 
+void Drive::let_drive(Time now) {
+  axis_.drive(stage_.is_powered(), operating_ && mode_ != nullptr ? mode_->torque_profile() : nullptr, now);
+}
+
 void Drive::on_sync(Time now) {
+  axis_.carry(now);
   if (operating_ && mode_ != nullptr) mode_->on_sync(input(now), now);
   const Time period = interpolation_period(objects_);
   const bool in_time = period != 0 && last_sync_ != kNever && now <= last_sync_ + kInTime * period;
@@ -208,6 +214,7 @@ void Drive::end_faults(Time now) {
 }
 
 void Drive::watch_following(Time now) {
+  if (axis_.has_load() && now % kMillisecond != 0) return;  // it is looked at again then
   const std::uint32_t window = objects_.following_error_window.get();
   const double lag = axis_.demand(now).position - axis_.actual(now).position;
   if (window == DriveObjects::kNoLimit || std::abs(lag) < axis_.increments(window) + kPast / 2) {
@@ -275,7 +282,9 @@ void Drive::publish_motion(Time now) {
   objects_.velocity_demand.set(to_integer32(axis_.user(demand.velocity)));
   objects_.velocity_actual.set(to_integer32(axis_.user(actual.velocity)));
   objects_.following_error.set(to_integer32(axis_.user(demand.position - actual.position)));
-  const double torque = operating_ && mode_ != nullptr ? mode_->torque(now) : 0;
+  const double torque = axis_.has_load()                 ? axis_.load_torque()
+                        : operating_ && mode_ != nullptr ? mode_->torque(now)
+                                                         : 0;
   const auto thousandths = static_cast<std::int16_t>(to_integer32(torque));
   objects_.torque_demand.set(thousandths);
   objects_.torque_actual.set(thousandths);
@@ -300,6 +309,7 @@ std::uint32_t Drive::link_voltage() const {
 
 Time Drive::deadline(Time now) const {
   Time first = earlier(axis_.profile().next_change(now), following_deadline(now));
+  first = earlier(first, axis_.next_load_step(now));
   first = earlier(first, earlier(axis_.next_switch(now), sync_due_));
   if (operating_ && mode_ != nullptr) {
     const Time mode = mode_->deadline(now);
@@ -308,10 +318,10 @@ Time Drive::deadline(Time now) const {
   return first;
 }
 
-/// Only a blocked motor lags.
+/// Only a blocked motor lags, or one with a load, which is looked at each millisecond.
 Time Drive::following_deadline(Time now) const {
   const std::uint32_t window = objects_.following_error_window.get();
-  if (!axis_.blocked() || window == DriveObjects::kNoLimit || lost_) return kNever;
+  if (axis_.has_load() || !axis_.blocked() || window == DriveObjects::kNoLimit || lost_) return kNever;
   if (lagging_since_ != kNever) return lagging_since_ + milliseconds(objects_.following_error_time_out.get());
   const double reach = axis_.increments(window) + kPast;
   return earlier(axis_.passes(axis_.blocked_at() + reach, now),

@@ -5,9 +5,10 @@
 /// position, profile velocity, profile torque, homing, cyclic synchronous position, velocity and torque, as
 /// far as 6502h has them.
 ///
-/// The axis follows its demand exactly: no load, no friction, no noise. There are no ticks: positions are
-/// calculated when somebody looks, and update() names the time at which something changes by itself. What it
-/// decides where CiA 402 leaves room is written at each part: power_stage.hpp, profile_position.hpp, ...
+/// The axis follows its demand exactly, unless the plant file gives it a load. There are no ticks: positions
+/// are calculated when somebody looks, and update() names the time at which something changes by itself; with
+/// a load (load.hpp) that is each millisecond in which it moves. What it decides where CiA 402 leaves room is
+/// written at each part: power_stage.hpp, profile_position.hpp, ...
 ///
 /// Positions are in user units (6064h, 607Ah, ...), converted by 608Fh, 6091h and 6092h and rounded to the
 /// nearest increment inside (6063h, 60FCh), to the nearest user unit outside.
@@ -76,6 +77,7 @@ class Drive final : public sim::Behaviour {
   void end_faults(Time now);
   void watch_following(Time now);
   void run_mode(Time now);
+  void let_drive(Time now);
   void publish(Time now);
   void publish_motion(Time now);
   void hold_motor(Time now);

@@ -45,6 +45,8 @@ class Mode {
   virtual Time deadline(Time /*now*/) const { return kNever; }
   /// Demand, in thousandths of the rated torque.
   virtual double torque(Time /*now*/) const { return 0; }
+  /// Of a mode that gives the motor a torque, not a position: the velocity of this is the torque.
+  virtual const Profile* torque_profile() const { return nullptr; }
 
  protected:
   /// The ramp that the halt option code (605Dh) names.

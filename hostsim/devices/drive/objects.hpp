@@ -53,6 +53,7 @@ struct DriveObjects {
   Bound<std::uint16_t> max_torque{d, 0x6072, 0, 1000};
   Bound<std::uint16_t> max_current{d, 0x6073, 0};
   Bound<std::int16_t> torque_demand{d, 0x6074, 0};
+  Bound<std::uint32_t> rated_torque{d, 0x6076, 0};  ///< mNm
   Bound<std::int16_t> torque_actual{d, 0x6077, 0};
   Bound<std::int16_t> current_actual{d, 0x6078, 0};
   Bound<std::uint32_t> link_voltage{d, 0x6079, 0, 48'000};  ///< mV

@@ -10,12 +10,16 @@ constexpr std::int16_t kPowerOff = 0;
 constexpr std::int16_t kSlowDownRamp = 1;
 constexpr std::int16_t kSlowDownAndStay = 5;  ///< 605Ah; 6..8 stay as well
 
-bool is_powered(PowerState state) {
+bool has_power(PowerState state) {
   return state == PowerState::kOperationEnabled || state == PowerState::kQuickStopActive ||
          state == PowerState::kFaultReactionActive;
 }
 
 }  // namespace
+
+bool PowerStage::is_powered() const {
+  return has_power(state_);
+}
 
 void PowerStage::reset() {
   state_ = PowerState::kNotReadyToSwitchOn;
@@ -71,11 +75,11 @@ bool PowerStage::starts_ramp(const Transition& transition, Time now) {
 }
 
 void PowerStage::take(const Transition& transition, Time now) {
-  const bool powered = is_powered(state_);
+  const bool powered = is_powered();
   state_ = transition.to;
   if (state_ == PowerState::kQuickStopActive) return stop_quickly(now);
   if (state_ == PowerState::kFaultReactionActive) return react_to_fault(powered, now);
-  if (powered && !is_powered(state_)) cut_power(now);
+  if (powered && !is_powered()) cut_power(now);
 }
 
 void PowerStage::finish(Time now) {

@@ -33,6 +33,8 @@ class PowerStage {
   void controlword_written() { spent_word_.reset(); }
 
   PowerState state() const { return state_; }
+  /// The motor has power.
+  bool is_powered() const;
   /// Operation is enabled and stays so: the mode moves the axis.
   bool is_operating() const { return state_ == PowerState::kOperationEnabled && waiting_ == nullptr; }
 

@@ -7,17 +7,6 @@
 
 namespace cbcan::devices {
 
-namespace {
-
-/// Either way: the motor's current makes its torque.
-double most_torque(const DriveObjects& objects) {
-  const std::uint16_t torque = objects.max_torque.get();
-  const std::uint16_t current = objects.max_current.get();
-  return current == 0 ? torque : std::min(torque, current);
-}
-
-}  // namespace
-
 void ProfileTorque::enter(const ModeInput& /*input*/, Time now) {
   torque_ = Profile(0);
   target_ = 0;
@@ -25,7 +14,7 @@ void ProfileTorque::enter(const ModeInput& /*input*/, Time now) {
 }
 
 void ProfileTorque::run(const ModeInput& input, Time now) {
-  const double most = most_torque(objects_);
+  const double most = axis_.most_torque();
   const double wanted = input.has(controlword::kHalt) ? 0 : objects_.target_torque.get();
   const double target = std::clamp(wanted, -most, most);
   limited_ = target != wanted;
@@ -50,7 +39,7 @@ void CyclicTorque::enter(const ModeInput& /*input*/, Time now) {
 }
 
 void CyclicTorque::on_sync(const ModeInput& /*input*/, Time now) {
-  const double most = most_torque(objects_);
+  const double most = axis_.most_torque();
   const double wanted = objects_.target_torque.get() + objects_.torque_offset.get();
   const double target = std::clamp(wanted, -most, most);
   limited_ = target != wanted;

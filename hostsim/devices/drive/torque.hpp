@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Profile torque and cyclic synchronous torque (6060h = 4, 10). The load holds the axis: torque is made and
-/// nothing moves. Torques are thousandths of the rated torque, at most 6072h either way; current (6078h,
-/// 6073h) is proportional to torque.
+/// Profile torque and cyclic synchronous torque (6060h = 4, 10). Torque moves an axis with a load; without
+/// one it is made and nothing moves. Torques are thousandths of the rated torque, at most 6072h either way;
+/// current (6078h, 6073h) is proportional to torque.
 
 #include "devices/drive/mode.hpp"
 
@@ -19,6 +19,7 @@ class ProfileTorque final : public Mode {
   std::uint16_t status(Time now) const override;
   Time deadline(Time now) const override { return torque_.next_change(now); }
   double torque(Time now) const override { return torque_.at(now).velocity; }
+  const Profile* torque_profile() const override { return &torque_; }
 
  private:
   Profile torque_;  ///< its velocity is the torque
@@ -38,6 +39,7 @@ class CyclicTorque final : public Mode {
   std::uint16_t status(Time now) const override;
   Time deadline(Time now) const override { return torque_.next_change(now); }
   double torque(Time now) const override { return torque_.at(now).velocity; }
+  const Profile* torque_profile() const override { return &torque_; }
 
  private:
   Profile torque_;  ///< its velocity is the torque

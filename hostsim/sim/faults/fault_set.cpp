@@ -116,10 +116,13 @@ void FaultSet::close(SetFault& set, Time now) {
   if (std::exchange(set.open, false)) tell(set, "ends", now);
 }
 
+void FaultSet::say(std::string_view text, Time now) {
+  if (listener_ != nullptr) listener_->on_fault(subject_ + ": " + std::string(text), now);
+}
+
 void FaultSet::tell(const SetFault& set, std::string_view what, Time now) {
   if (listener_ == nullptr) return;
-  const std::string which = subject_ + ": fault " + std::to_string(set.number) + ": " + set.text;
-  listener_->on_fault(which + ": " + std::string(what), now);
+  say("fault " + std::to_string(set.number) + ": " + set.text + ": " + std::string(what), now);
 }
 
 }  // namespace cbcan::sim

@@ -76,6 +76,9 @@ class FaultSet {
   /// In the order of their numbers; also those that will not happen any more.
   std::span<const SetFault> list() const { return set_; }
 
+  /// To whoever is told of faults, with whose they are in front.
+  void say(std::string_view text, Time now);
+
   // For those who make the faults happen.
   std::span<SetFault> all() { return set_; }
 

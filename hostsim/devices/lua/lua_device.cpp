@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: MIT
+#include "devices/lua/lua_device.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "devices/lua/script.hpp"
+#include "sim/number.hpp"
+
+namespace cbcan::devices {
+
+namespace {
+
+constexpr std::size_t kMostIncidents = 32;
+/// Of what a script says in one call.
+constexpr int kMostLines = 10;
+/// In one millisecond, by its own wish.
+constexpr int kMostUpdates = 500;
+
+class LuaDevice final : public sim::Behaviour {
+ public:
+  LuaDevice(sim::DeviceNode& node, std::uint64_t seed, std::string name, std::string text)
+      : node_(node), seed_(seed), name_(std::move(name)), text_(std::move(text)) {
+    begin();
+  }
+
+  void reset(bool application, Time now) override {
+    if (!application) return;
+    if (began_at_ == kNever) began_at_ = now;
+    now_ = now;
+    due_ = kNever;
+    node_.error_over(kScriptFailed, now);
+    try {
+      if (std::exchange(failed_, false)) begin();
+      quiet_ = true;
+      call("reset", now);
+      quiet_ = false;
+    } catch (const ScriptError& error) {
+      fail(error, now);
+    }
+  }
+
+  Time update(Time now) override {
+    count_updates(now);
+    const Script::Result result = call("update", now);
+    if (const auto* next = std::get_if<double>(&result))
+      due_ = std::max(now + 1, time_of(*next));
+    else
+      due_ = kNever;
+    return failed_ ? kNever : due_;
+  }
+
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> /*value*/,
+                  Time now) override;
+
+  void on_sync(Time now) override { call("on_sync", now); }
+  void on_state(nmt::State state, Time now) override;
+  void on_network_failure(sim::NetworkFailure /*failure*/, Time now) override {
+    call("on_network_failure", now);
+  }
+
+  bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override {
+    const Script::Result result = call("set_input", now, lua_Integer{index}, lua_Integer{sub}, value);
+    return result == Script::Result(true);
+  }
+
+  std::span<const std::string_view> incidents() const override { return incident_names_; }
+  void set_incident(std::string_view incident, bool present, Time now) override {
+    call("on_incident", now, incident, present);
+  }
+
+ private:
+  static LuaDevice& of(lua_State* state) { return *static_cast<LuaDevice*>(Script::owner_of(state)); }
+  static int get(lua_State* state);
+  static int set(lua_State* state);
+  static int error(lua_State* state);
+  static int error_over(lua_State* state);
+  static int fault(lua_State* state);
+  static int say(lua_State* state);
+  static constexpr std::array<luaL_Reg, 6> kFunctions{{{"get", get},
+                                                       {"set", set},
+                                                       {"emcy", error},
+                                                       {"emcy_over", error_over},
+                                                       {"fault", fault},
+                                                       {"print", say}}};
+
+  void begin();
+  void fail(const ScriptError& error, Time now);
+  void count_updates(Time now);
+  ObjectEntry entry_at(lua_State* state, std::uint16_t& index, std::uint8_t& sub);
+
+  double seconds(Time now) const { return static_cast<double>(now - began_at_) / kSecond; }
+  /// The first microsecond that is not before it; what is later than a hundred years is never.
+  Time time_of(double seconds) const {
+    if (!(seconds < 3.2e9)) return kNever;
+    return began_at_ + static_cast<Time>(std::max(0.0, std::ceil(seconds * kSecond - 1e-3)));
+  }
+
+  /// What the script's function returns, if it has one; `now` is its last argument.
+  template <class... Arguments>
+  Script::Result call(const char* function, Time now, Arguments... arguments) {
+    now_ = now;
+    lines_ = 0;
+    if (failed_) return {};
+    try {
+      const std::array<Script::Argument, sizeof...(arguments) + 1> all{arguments..., seconds(now)};
+      return script_->call(function, all);
+    } catch (const ScriptError& error) {
+      fail(error, now);
+      return {};
+    }
+  }
+
+  sim::DeviceNode& node_;
+  std::uint64_t seed_;
+  std::string name_;
+  std::string text_;
+  std::unique_ptr<Script> script_;
+  std::vector<std::string> incidents_;
+  std::vector<std::string_view> incident_names_;
+  Time began_at_ = kNever;  ///< the script's time 0
+  Time now_ = 0;
+  Time due_ = kNever;
+  Time millisecond_ = 0;  ///< in which updates_ are counted
+  int updates_ = 0;
+  int lines_ = 0;
+  bool quiet_ = true;  ///< values are those of power-on: no events
+  bool failed_ = false;
+};
+
+/// Throws ScriptError.
+void LuaDevice::begin() {
+  quiet_ = true;
+  script_ = std::make_unique<Script>(name_, text_, seed_, kFunctions, this);
+  incidents_ = script_->list("incidents", kMostIncidents);
+  incident_names_.assign(incidents_.begin(), incidents_.end());
+  quiet_ = false;
+}
+
+void LuaDevice::fail(const ScriptError& error, Time now) {
+  failed_ = true;
+  quiet_ = false;
+  due_ = kNever;
+  node_.tell(error.what(), now);
+  node_.error(kScriptFailed, ErrorRegister::kGeneric,
+              {static_cast<std::uint8_t>(error.line), static_cast<std::uint8_t>(error.line >> 8)}, now);
+}
+
+void LuaDevice::count_updates(Time now) {
+  if (failed_ || now != due_) return;
+  if (std::exchange(millisecond_, now / kMillisecond) != now / kMillisecond) updates_ = 0;
+  if (++updates_ > kMostUpdates)
+    fail(ScriptError(name_ + ": update wants to be called more than 500 times in a millisecond", 0), now);
+}
+
+AbortCode LuaDevice::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
+                           Time now) {
+  const std::size_t bytes = size_of(entry.type);
+  if (entry.index < object::kFirstManufacturer || bytes == 0 || bytes != value.size())
+    return AbortCode::kNone;
+  const double number = sim::from_raw(load_little_endian(value), entry.type, bytes);
+  const Script::Result result = call("on_write", now, lua_Integer{entry.index}, lua_Integer{sub}, number);
+  const auto* code = std::get_if<double>(&result);
+  return code != nullptr ? static_cast<AbortCode>(static_cast<std::uint32_t>(*code)) : AbortCode::kNone;
+}
+
+void LuaDevice::on_state(nmt::State state, Time now) {
+  switch (state) {
+    case nmt::State::kInitialising: break;
+    case nmt::State::kStopped: call("on_state", now, std::string_view("stopped")); break;
+    case nmt::State::kOperational: call("on_state", now, std::string_view("operational")); break;
+    case nmt::State::kPreOperational: call("on_state", now, std::string_view("pre-operational")); break;
+  }
+}
+
+// ---- What a script can call: no destructor may be due where Lua reports an error
+
+/// Of the first two arguments.
+ObjectEntry LuaDevice::entry_at(lua_State* state, std::uint16_t& index, std::uint8_t& sub) {
+  index = static_cast<std::uint16_t>(luaL_checkinteger(state, 1));
+  sub = static_cast<std::uint8_t>(luaL_optinteger(state, 2, 0));
+  ObjectEntry entry{};
+  const bool found = node_.dictionary().find(index, sub, entry) == AbortCode::kNone;
+  if (found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity) return entry;
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "the node has no number at %04Xh:%02X", unsigned{index},
+                unsigned{sub});
+  luaL_error(state, "%s", text.data());
+  return entry;
+}
+
+/// get(index [, sub]): an integer, or a float of a REAL.
+int LuaDevice::get(lua_State* state) {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  const ObjectEntry entry = of(state).entry_at(state, index, sub);
+  const double number =
+      sim::from_raw(of(state).node_.dictionary().number(entry, sub), entry.type, entry.capacity);
+  const bool is_real = entry.type == DataType::kReal32 || entry.type == DataType::kReal64;
+  is_real ? lua_pushnumber(state, number) : lua_pushinteger(state, static_cast<lua_Integer>(number));
+  return 1;
+}
+
+/// set(index, sub, value): rounded and limited. Another value than before is an event.
+int LuaDevice::set(lua_State* state) {
+  LuaDevice& self = of(state);
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  const ObjectEntry entry = self.entry_at(state, index, sub);
+  const double value = lua_isboolean(state, 3) ? lua_toboolean(state, 3) : luaL_checknumber(state, 3);
+  ObjectDictionary& dictionary = self.node_.dictionary();
+  const std::uint64_t before = dictionary.number(entry, sub);
+  dictionary.set(index, sub, sim::to_raw(value, entry.type, entry.capacity));
+  if (dictionary.number(entry, sub) != before && !self.quiet_) self.node_.changed(index, sub, self.now_);
+  return 0;
+}
+
+/// emcy(code [, register bits]), and it is over.
+int LuaDevice::error(lua_State* state) {
+  const auto code = static_cast<std::uint16_t>(luaL_checkinteger(state, 1));
+  const auto bits = static_cast<std::uint8_t>(luaL_optinteger(state, 2, ErrorRegister::kGeneric));
+  of(state).node_.error(code, bits, {}, of(state).now_);
+  return 0;
+}
+
+int LuaDevice::error_over(lua_State* state) {
+  of(state).node_.error_over(static_cast<std::uint16_t>(luaL_checkinteger(state, 1)), of(state).now_);
+  return 0;
+}
+
+/// fault("response-late delay_ms=50"): of this node.
+int LuaDevice::fault(lua_State* state) {
+  std::size_t length = 0;
+  const char* text = luaL_checklstring(state, 1, &length);
+  std::array<char, 200> problem{};
+  {
+    const std::string found = of(state).node_.inject({text, length}, of(state).now_);
+    std::snprintf(problem.data(), problem.size(), "%s", found.c_str());
+  }
+  return problem[0] == '\0' ? 0 : luaL_error(state, "fault: %s", problem.data());
+}
+
+/// print(...): for people, in messages of the node.
+int LuaDevice::say(lua_State* state) {
+  const int count = lua_gettop(state);
+  lua_pushliteral(state, "");
+  for (int i = 1; i <= count; ++i) {
+    lua_pushstring(state, i == 1 ? "" : " ");
+    lua_getglobal(state, "tostring");
+    lua_pushvalue(state, i);
+    lua_call(state, 1, 1);
+    lua_concat(state, 3);
+  }
+  std::size_t length = 0;
+  const char* text = luaL_checklstring(state, -1, &length);
+  constexpr std::size_t kMostLetters = 200;
+  if (++of(state).lines_ <= kMostLines)
+    of(state).node_.tell({text, std::min(length, kMostLetters)}, of(state).now_);
+  return 0;
+}
+
+}  // namespace
+
+std::unique_ptr<sim::Behaviour> make_lua_device(sim::DeviceNode& node, std::uint64_t seed,
+                                                const std::string& name, const std::string& script) {
+  try {
+    return std::make_unique<LuaDevice>(node, seed, name, script);
+  } catch (const ScriptError& error) {
+    throw sim::BehaviourProblem(error.what());
+  }
+}
+
+}  // namespace cbcan::devices

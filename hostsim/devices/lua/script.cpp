@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: MIT
+#include "devices/lua/script.hpp"
+
+#include <array>
+#include <cstdlib>
+
+namespace cbcan::devices {
+
+namespace {
+
+/// What differs from run to run (addresses, the order of a table), what could take for ever without an
+/// instruction being counted, and what reaches outside is taken away or done in another way.
+constexpr std::string_view kPrelude = R"(
+local type, next, error, select, floor = type, next, error, select, math.floor
+local find, format, rep, unpack = string.find, string.format, string.rep, table.unpack
+local rank = { boolean = 1, number = 2, string = 3 }
+
+local function before(a, b)
+  local of_a, of_b = rank[type(a)], rank[type(b)]
+  if of_a ~= of_b then return of_a < of_b end
+  if of_a == 1 then return not a and b end
+  return a < b
+end
+
+local function merge(from, to, first, middle, last, less)
+  local left, right = first, middle
+  for i = first, last - 1 do
+    if left < middle and (right >= last or not less(from[right], from[left])) then
+      to[i], left = from[left], left + 1
+    else
+      to[i], right = from[right], right + 1
+    end
+  end
+end
+
+function table.sort(list, less)
+  less = less or function(a, b) return a < b end
+  local count, width, from, to = rawlen(list), 1, list, {}
+  while width < count do
+    for first = 1, count, 2 * width do
+      local middle, last = first + width, first + 2 * width
+      if middle > count + 1 then middle = count + 1 end
+      if last > count + 1 then last = count + 1 end
+      merge(from, to, first, middle, last, less)
+    end
+    from, to, width = to, from, 2 * width
+  end
+  if from ~= list then for i = 1, count do list[i] = from[i] end end
+end
+
+local sort = table.sort
+function pairs(t)
+  local keys, place = {}, 0
+  for key in next, t do
+    if not rank[type(key)] then error("pairs: a " .. type(key) .. " as a key has no place in an order", 2) end
+    keys[#keys + 1] = key
+  end
+  sort(keys, before)
+  return function()
+    local key, value
+    repeat
+      place = place + 1
+      key = keys[place]
+      value = key ~= nil and rawget(t, key)
+    until key == nil or value ~= nil
+    return key, value
+  end, t
+end
+
+function table.insert(list, ...)
+  local count, place, value = rawlen(list), ...
+  if select("#", ...) == 1 then place, value = count + 1, place end
+  for i = count, place, -1 do list[i + 1] = list[i] end
+  list[place] = value
+end
+
+function table.remove(list, place)
+  local count = rawlen(list)
+  place = place or count
+  local value = list[place]
+  for i = place, count do list[i] = list[i + 1] end
+  return value
+end
+
+function string.rep(text, count, between)
+  between = between or ""
+  return #text + #between == 0 and "" or rep(text, count, between)
+end
+
+function string.format(form, ...)
+  if #form > 1000 or find(form, "%%[^%a%%]*p") then error("string.format: %p, or more than 1000 characters", 2) end
+  local values = { ... }
+  for i = 1, select("#", ...) do
+    if type(values[i]) == "table" or type(values[i]) == "function" then values[i] = tostring(values[i]) end
+  end
+  return format(form, unpack(values, 1, select("#", ...)))
+end
+
+table.move, string.dump, string.find, string.match, string.gmatch, string.gsub = nil
+math.randomseed, _G.next, load, loadfile, dofile, collectgarbage, xpcall, warn = nil
+)";
+
+constexpr int kEveryInstruction = 1;
+
+/// Without the address of a table.
+int to_string(lua_State* state) {
+  luaL_checkany(state, 1);
+  const int type = lua_type(state, 1);
+  if ((type == LUA_TTABLE || type == LUA_TFUNCTION) && luaL_getmetafield(state, 1, "__tostring") == LUA_TNIL)
+    lua_pushstring(state, lua_typename(state, type));
+  else
+    luaL_tolstring(state, 1, nullptr);
+  return 1;
+}
+
+/// Collecting garbage must not be seen.
+int set_metatable(lua_State* state) {
+  luaL_checktype(state, 1, LUA_TTABLE);
+  luaL_argexpected(state, lua_isnoneornil(state, 2) || lua_istable(state, 2), 2, "nil or table");
+  lua_settop(state, 2);
+  for (const char* name : {"__gc", "__mode"}) {
+    if (lua_isnil(state, 2)) break;
+    lua_pushstring(state, name);
+    if (lua_rawget(state, 2) != LUA_TNIL) return luaL_error(state, "setmetatable: there is no %s", name);
+    lua_pop(state, 1);
+  }
+  if (luaL_getmetafield(state, 1, "__metatable") != LUA_TNIL)
+    return luaL_error(state, "cannot change a protected metatable");
+  lua_settop(state, 2);
+  lua_setmetatable(state, 1);
+  return 1;
+}
+
+/// Where the script is, as far as that can be told without taking memory.
+int line_of(lua_State* state, lua_Debug& activation) {
+  for (int level = 0; lua_getstack(state, level, &activation) != 0; ++level) {
+    lua_getinfo(state, "Sl", &activation);
+    if (activation.currentline > 0 && activation.source[0] == '@') return activation.currentline;
+  }
+  return 0;
+}
+
+/// What the prelude complains about, the script has done.
+int blame_script(lua_State* state) {
+  constexpr std::string_view kOfPrelude = "cbcan:";
+  const char* message = lua_tostring(state, 1);
+  if (message == nullptr || !std::string_view(message).starts_with(kOfPrelude)) return 1;
+  lua_Debug activation;
+  const int line = line_of(state, activation);
+  lua_pushfstring(state, "%s:%d%s", line == 0 ? "" : activation.short_src, line,
+                  message + std::string_view(message).find(": "));
+  return 1;
+}
+
+/// Of "tank.lua:12: ...", as Lua writes it.
+int line_in(std::string_view message) {
+  const std::size_t end = message.find(": ");
+  const std::size_t begin = end == std::string_view::npos ? end : message.rfind(':', end - 1);
+  return begin == std::string_view::npos ? 0 : std::atoi(message.data() + begin + 1);
+}
+
+}  // namespace
+
+// ---- Limits
+
+bool Script::may_take(std::size_t before, std::size_t wanted) {
+  if (wanted <= before) return true;
+  return wanted <= kMostBlock && used_ - before + wanted <= kMostMemory &&
+         allocated_ + wanted - before <= kMostAllocated;
+}
+
+void* Script::allocate(void* self, void* block, std::size_t before, std::size_t wanted) {
+  Script& script = *static_cast<Script*>(self);
+  if (block == nullptr) before = 0;  // it is a kind of object then
+  void* made = nullptr;
+  if (wanted == 0) {
+    std::free(block);
+  } else if (script.may_take(before, wanted)) {
+    made = std::realloc(block, wanted);
+  } else {
+    script.end_call("takes more memory than a script may have");
+  }
+  if (wanted != 0 && made == nullptr) return nullptr;
+  script.used_ += wanted - before;
+  if (wanted > before) script.allocated_ += wanted - before;
+  return made;
+}
+
+/// From here on each instruction fails, so that no pcall holds it.
+void Script::end_call(const char* why) {
+  if (state_ == nullptr || !why_.empty()) return;
+  lua_Debug activation;
+  line_ = line_of(state_, activation);
+  why_ = line_ == 0 ? why : std::string(activation.short_src) + ":" + std::to_string(line_) + ": " + why;
+  lua_sethook(state_, count, LUA_MASKCOUNT, kEveryInstruction);
+}
+
+void Script::count(lua_State* state, lua_Debug* /*activation*/) {
+  from(state).end_call("more than 200000 instructions in one call");
+  luaL_error(state, "the call has been ended");
+}
+
+void Script::run_protected(lua_CFunction function, void* what) {
+  allocated_ = 0;
+  why_.clear();
+  lua_sethook(state_, count, LUA_MASKCOUNT, kMostInstructions);
+  lua_pushcfunction(state_, blame_script);
+  lua_pushcfunction(state_, function);
+  lua_pushlightuserdata(state_, what);
+  const bool good = lua_pcall(state_, 1, 0, 1) == LUA_OK;
+  std::string message = why_;
+  if (!good && message.empty()) {
+    const bool is_text = lua_type(state_, -1) == LUA_TSTRING;
+    message = is_text ? lua_tostring(state_, -1) : "an error that is no text";
+    line_ = line_in(message);
+  }
+  lua_settop(state_, 0);
+  if (good && message.empty()) return;
+  throw ScriptError(line_ == 0 ? name_ + ": " + message : message, line_);
+}
+
+// ---- Calls
+
+struct Script::Start {
+  const std::string& name;
+  std::string_view text;
+  std::uint64_t seed;
+  std::span<const luaL_Reg> functions;
+};
+
+int Script::start(lua_State* state) {
+  const Start& from = *static_cast<const Start*>(lua_touserdata(state, 1));
+  for (const luaL_Reg& library :
+       {luaL_Reg{LUA_GNAME, luaopen_base}, luaL_Reg{LUA_TABLIBNAME, luaopen_table},
+        luaL_Reg{LUA_STRLIBNAME, luaopen_string}, luaL_Reg{LUA_MATHLIBNAME, luaopen_math}})
+    luaL_requiref(state, library.name, library.func, 1);
+  lua_getfield(state, -1, "randomseed");
+  lua_pushinteger(state, static_cast<lua_Integer>(from.seed));
+  lua_pushinteger(state, 0);
+  lua_call(state, 2, 0);
+  lua_register(state, "tostring", to_string);
+  lua_register(state, "setmetatable", set_metatable);
+  if (luaL_loadbufferx(state, kPrelude.data(), kPrelude.size(), "=cbcan", "t") != LUA_OK)
+    return lua_error(state);
+  lua_call(state, 0, 0);
+  for (const auto& [name, function] : from.functions)
+    lua_register(state, name, function);
+  lua_pushfstring(state, "@%s", from.name.c_str());
+  if (luaL_loadbufferx(state, from.text.data(), from.text.size(), lua_tostring(state, -1), "t") != LUA_OK)
+    return lua_error(state);
+  lua_call(state, 0, 0);
+  return 0;
+}
+
+Script::Script(const std::string& name, std::string_view text, std::uint64_t seed,
+               std::span<const luaL_Reg> functions, void* owner)
+    : name_(name), owner_(owner) {
+  state_ = lua_newstate(allocate, this);
+  if (state_ == nullptr) throw std::bad_alloc();
+  *static_cast<Script**>(lua_getextraspace(state_)) = this;
+  Start start_with{name, text, seed, functions};
+  try {
+    run_protected(start, &start_with);
+  } catch (...) {
+    lua_close(state_);
+    throw;
+  }
+}
+
+struct Script::Call {
+  const char* function;
+  std::span<const Argument> arguments;
+  Result result;
+};
+
+int Script::run(lua_State* state) {
+  Call& call = *static_cast<Call*>(lua_touserdata(state, 1));
+  if (lua_getglobal(state, call.function) == LUA_TNIL) return 0;
+  for (const Argument& argument : call.arguments) {
+    if (const auto* whole = std::get_if<lua_Integer>(&argument)) lua_pushinteger(state, *whole);
+    if (const auto* number = std::get_if<double>(&argument)) lua_pushnumber(state, *number);
+    if (const auto* flag = std::get_if<bool>(&argument)) lua_pushboolean(state, *flag ? 1 : 0);
+    if (const auto* text = std::get_if<std::string_view>(&argument))
+      lua_pushlstring(state, text->data(), text->size());
+  }
+  lua_call(state, static_cast<int>(call.arguments.size()), 1);
+  if (lua_isboolean(state, -1)) call.result = lua_toboolean(state, -1) != 0;
+  if (lua_type(state, -1) == LUA_TNUMBER) call.result = lua_tonumber(state, -1);
+  return 0;
+}
+
+Script::Result Script::call(const char* function, std::span<const Argument> arguments) {
+  Call call{function, arguments, {}};
+  run_protected(run, &call);
+  return call.result;
+}
+
+struct Script::List {
+  const char* name;
+  std::size_t most;
+  std::vector<std::string> texts;
+};
+
+int Script::read_list(lua_State* state) {
+  List& list = *static_cast<List*>(lua_touserdata(state, 1));
+  if (lua_getglobal(state, list.name) != LUA_TTABLE) return 0;
+  for (lua_Integer i = 1; list.texts.size() < list.most && lua_rawgeti(state, -1, i) == LUA_TSTRING; ++i) {
+    list.texts.emplace_back(lua_tostring(state, -1));
+    lua_pop(state, 1);
+  }
+  return 0;
+}
+
+std::vector<std::string> Script::list(const char* name, std::size_t most) {
+  List list{name, most, {}};
+  run_protected(read_list, &list);
+  return list.texts;
+}
+
+}  // namespace cbcan::devices

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A Lua script in a room of its own: what it can call is here, what it can take is limited, and nothing in
+/// it differs from run to run.
+
+#include <lua.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace cbcan::devices {
+
+/// What a script has done wrong: "tank.lua:12: attempt to ...".
+class ScriptError : public std::runtime_error {
+ public:
+  ScriptError(const std::string& what, int in_line) : std::runtime_error(what), line(in_line) {}
+  int line;  ///< 0 = not known
+};
+
+class Script {
+ public:
+  // Of one call.
+  static constexpr int kMostInstructions = 200'000;
+  static constexpr std::size_t kMostAllocated = std::size_t{32} << 20;
+  // Of the script.
+  static constexpr std::size_t kMostMemory = std::size_t{4} << 20;
+  // Of one text or table, so that no instruction takes long.
+  static constexpr std::size_t kMostBlock = std::size_t{256} << 10;
+
+  using Argument = std::variant<lua_Integer, double, bool, std::string_view>;
+  /// What a function has returned: nothing, or this.
+  using Result = std::variant<std::monostate, bool, double>;
+
+  /// Loads the script and runs it once. Its functions find `owner` by owner_of(). Throws ScriptError.
+  Script(const std::string& name, std::string_view text, std::uint64_t seed,
+         std::span<const luaL_Reg> functions, void* owner);
+  ~Script() { lua_close(state_); }
+  Script(const Script&) = delete;
+  Script& operator=(const Script&) = delete;
+
+  /// Calls one of its functions; nothing where it has none of this name. Throws ScriptError.
+  Result call(const char* function, std::span<const Argument> arguments);
+
+  /// The texts in a list of this name, so many at most. Throws ScriptError.
+  std::vector<std::string> list(const char* name, std::size_t most);
+
+  static void* owner_of(lua_State* state) { return from(state).owner_; }
+
+ private:
+  struct Call;
+  struct Start;
+  struct List;
+
+  static Script& from(lua_State* state) { return **static_cast<Script**>(lua_getextraspace(state)); }
+  static void* allocate(void* self, void* block, std::size_t before, std::size_t wanted);
+  static void count(lua_State* state, lua_Debug* activation);
+  static int run(lua_State* state);
+  static int start(lua_State* state);
+  static int read_list(lua_State* state);
+  bool may_take(std::size_t before, std::size_t wanted);
+  void end_call(const char* why);
+  void run_protected(lua_CFunction function, void* what);
+
+  lua_State* state_ = nullptr;
+  std::string name_;
+  void* owner_;
+  std::size_t used_ = 0;
+  std::size_t allocated_ = 0;
+  std::string why_ = {};  ///< the call has been ended; empty = it has not
+  int line_ = 0;
+};
+
+}  // namespace cbcan::devices

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#include "plant/wires.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+
+#include "sim/world.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::plant {
+namespace {
+
+/// Terminals by their numbers, from 1.
+struct Numbered {
+  std::string_view name;
+  std::uint16_t index;
+  unsigned bits;  ///< in each sub-index; 0 = one number
+  bool is_output;
+};
+constexpr auto kNumbered = std::to_array<Numbered>({{"output", 0x6200, 8, true},
+                                                    {"analogue-output", 0x6411, 0, true},
+                                                    {"input", 0x6000, 8, false},
+                                                    {"analogue-input", 0x6401, 0, false}});
+
+/// nullopt unless it is one of 0..most.
+std::optional<unsigned> number(std::string_view text, std::int64_t most) {
+  const auto parsed = text::parse_integer(text);
+  if (!parsed || *parsed < 0 || *parsed > most) return std::nullopt;
+  return static_cast<unsigned>(*parsed);
+}
+
+std::optional<sim::Terminal> numbered_terminal(const Numbered& row, std::string_view text) {
+  constexpr unsigned kMostSubs = 0xFE;
+  const auto n = number(text, std::int64_t{kMostSubs} * std::max(row.bits, 1u));
+  if (!n || *n == 0) return std::nullopt;
+  if (row.bits == 0)
+    return sim::Terminal{row.index, static_cast<std::uint8_t>(*n), std::nullopt, row.is_output};
+  return sim::Terminal{row.index, static_cast<std::uint8_t>((*n - 1) / row.bits + 1),
+                       static_cast<std::uint8_t>((*n - 1) % row.bits), row.is_output};
+}
+
+std::string complaint(const WireConfig& wire, std::string_view what) {
+  return fmt::format("wire {} to {}: {}", wire.from.text, wire.to.text, what);
+}
+
+bool overlap(const sim::Terminal& one, const sim::Terminal& other) {
+  return one.index == other.index && one.sub == other.sub &&
+         (!one.bit || !other.bit || *one.bit == *other.bit);
+}
+
+class Check {
+ public:
+  Check(const Config& config, Diagnostics& found) : config_(config), found_(found) {}
+
+  void check() {
+    for (const WireConfig& wire : config_.wires) {
+      check_nodes(wire);
+      if (wire.transfer.low > wire.transfer.high && wire.transfer.low && wire.transfer.high)
+        complain(wire, "low is above high; exchange them");
+      if (const WireConfig* first = wire_to(wire.to); first != &wire)
+        complain(wire, fmt::format("{} already has a wire at {}; remove one of the two", wire.to.text,
+                                   to_string(first->place)));
+      if (goes_round(wire))
+        complain(wire, "goes round in a loop without delay; give one of its wires delay_ms or lag_ms");
+    }
+  }
+
+ private:
+  void complain(const WireConfig& wire, std::string_view what) {
+    found_.push_back({wire.place, complaint(wire, what)});
+  }
+
+  void check_nodes(const WireConfig& wire) {
+    for (const WireEnd* end : {&wire.from, &wire.to})
+      if (!place_of(config_, *end))
+        complain(wire, fmt::format("{}: there is no such node in the plant", end->text));
+    const auto place = place_of(config_, wire.to);
+    if (!place) return;
+    for (const SignalConfig& signal : config_.networks[wire.to.network - 1].nodes[*place].signals)
+      if (overlap({signal.signal.index, signal.signal.sub, std::nullopt, false}, wire.to.terminal))
+        complain(wire, fmt::format("{} already has a signal at {}; remove one of the two", wire.to.text,
+                                   to_string(signal.place)));
+  }
+
+  bool same(const WireEnd& one, const WireEnd& other) const {
+    return one.network == other.network && !one.terminal.is_output &&
+           place_of(config_, one) == place_of(config_, other) && overlap(one.terminal, other.terminal);
+  }
+
+  /// The first one; null where there is none.
+  const WireConfig* wire_to(const WireEnd& end) const {
+    const auto found =
+        std::ranges::find_if(config_.wires, [&](const WireConfig& wire) { return same(end, wire.to); });
+    return found == config_.wires.end() ? nullptr : &*found;
+  }
+
+  /// Back from its beginning by wires without delay.
+  bool goes_round(const WireConfig& wire) const {
+    const WireConfig* at = &wire;
+    for (std::size_t i = 0; i < config_.wires.size(); ++i) {
+      if (at->transfer.delay != 0 || at->transfer.lag != 0) return false;
+      at = wire_to(at->from);
+      if (at == nullptr || at == &wire) return at != nullptr;
+    }
+    return false;
+  }
+
+  const Config& config_;
+  Diagnostics& found_;
+};
+
+}  // namespace
+
+std::optional<sim::Terminal> parse_terminal(std::string_view text) {
+  const auto [name, rest] = text::split(text, ':').value_or(std::pair(text, std::string_view("0")));
+  const auto row = std::ranges::find(kNumbered, name, &Numbered::name);
+  if (row != kNumbered.end()) return numbered_terminal(*row, rest);
+  constexpr std::int64_t kMostBit = 63;
+  const auto [object, bit] = text::split(text, '.').value_or(std::pair(text, std::string_view()));
+  const auto [index, sub] = text::split(object, ':').value_or(std::pair(object, std::string_view("0")));
+  const auto index_number = number(index, 0xFFFF);
+  const auto sub_number = number(sub, 0xFF);
+  const auto bit_number = number(bit, kMostBit);
+  if (!index_number || !sub_number || (object != text && !bit_number)) return std::nullopt;
+  sim::Terminal terminal{static_cast<std::uint16_t>(*index_number), static_cast<std::uint8_t>(*sub_number),
+                         std::nullopt, false};
+  if (bit_number) terminal.bit = static_cast<std::uint8_t>(*bit_number);
+  return terminal;
+}
+
+std::optional<WireEnd> parse_wire_end(std::string_view text) {
+  WireEnd end;
+  end.text = text;
+  const auto parts = text::split(text, ':');
+  if (!parts) return std::nullopt;
+  auto [node, rest] = *parts;
+  if (const auto sides = text::split(node, '/')) {
+    const auto network = number(sides->first, kMostNetworks);
+    if (!network || *network == 0) return std::nullopt;
+    end.network = *network;
+    node = sides->second;
+  }
+  const bool by_place = node.starts_with('#');
+  const auto node_number = number(node.substr(by_place ? 1 : 0), by_place ? 0xFFFF : 127);
+  const auto terminal = parse_terminal(rest);
+  if (!node_number || *node_number == 0 || !terminal) return std::nullopt;
+  (by_place ? end.place : end.id) = *node_number;
+  end.terminal = *terminal;
+  return end;
+}
+
+std::optional<std::size_t> place_of(const Config& config, const WireEnd& end) {
+  if (end.network > config.networks.size()) return std::nullopt;
+  const auto& nodes = config.networks[end.network - 1].nodes;
+  if (end.place != 0) return end.place <= nodes.size() ? std::optional(end.place - 1) : std::nullopt;
+  const auto found = std::ranges::find(nodes, end.id, &NodeConfig::id);
+  if (found == nodes.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - nodes.begin());
+}
+
+void check_wires(const Config& config, Diagnostics& found) {
+  Check(config, found).check();
+}
+
+std::vector<std::string> check_wire_ends(const Config& config,
+                                         const std::vector<std::vector<sim::NodeParts>>& nodes) {
+  std::vector<std::string> problems;
+  for (const WireConfig& wire : config.wires) {
+    for (const WireEnd* end : {&wire.from, &wire.to}) {
+      sim::World world;
+      sim::Node& trial = world.add_node(nodes[end->network - 1][*place_of(config, *end)]);
+      world.start(0);
+      const sim::Terminal& terminal = end->terminal;
+      const bool is_there = end == &wire.from ? trial.number(terminal).has_value()
+                                              : trial.set_input(terminal.index, terminal.sub, 0, 0);
+      if (!is_there)
+        problems.push_back(fmt::format(
+            "{}: {}", to_string(wire.place),
+            complaint(wire, fmt::format("the node, a {}, has no such {} as {}", trial.device_name(),
+                                        end == &wire.from ? "output or number" : "input", end->text))));
+    }
+  }
+  return problems;
+}
+
+}  // namespace cbcan::plant

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#include "sim/number.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+
+namespace cbcan::sim {
+
+std::uint64_t to_raw(double value, DataType type, std::size_t bytes) {
+  if (type == DataType::kReal32) return std::bit_cast<std::uint32_t>(static_cast<float>(value));
+  if (type == DataType::kReal64) return std::bit_cast<std::uint64_t>(value);
+  const auto bits = static_cast<int>(8 * bytes);
+  const double whole = std::isnan(value) ? 0 : std::round(value);
+  if (is_signed(type)) {
+    const double limit = std::ldexp(1.0, bits - 1);
+    if (whole >= limit) return (std::uint64_t{1} << (bits - 1)) - 1;
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::max(whole, -limit)));
+  }
+  if (type == DataType::kBoolean) return whole > 0 ? 1 : 0;
+  if (whole >= std::ldexp(1.0, bits)) return ~std::uint64_t{0};
+  return whole <= 0 ? 0 : static_cast<std::uint64_t>(whole);
+}
+
+double from_raw(std::uint64_t raw, DataType type, std::size_t bytes) {
+  if (type == DataType::kReal32)
+    return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw)));
+  if (type == DataType::kReal64) return std::bit_cast<double>(raw);
+  return is_signed(type) ? static_cast<double>(sign_extend(raw, bytes)) : static_cast<double>(raw);
+}
+
+}  // namespace cbcan::sim

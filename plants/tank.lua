@@ -1,0 +1,62 @@
+-- SPDX-License-Identifier: MIT
+-- A tank with two valves in and one out, and a hole: what flows out goes with the square root of the level
+-- (Torricelli). Between two events the level is calculated exactly, however often somebody looks.
+--
+--   2001h  inlet, 0..100 % of full_inlet      2000h  level in mm
+--   2002h  outlet, 0..100 % of its opening    2003h  bit 0: full, bit 1: empty
+--   leak   as much as an outlet of 10 %
+local area = 0.2          -- m2
+local height = 1.0        -- m
+local full_inlet = 0.010  -- m3/s
+local opening = 0.0008    -- m2, effective
+local gravity = 9.81      -- m/s2
+
+incidents = { "leak" }
+
+local level, inflow, outlet, leak, since = 0, 0, 0, 0, 0
+
+-- The level after t seconds. With q = sqrt(level): dq/dt = (inflow / q - k) / (2 area), k = outlet * sqrt(2 g).
+-- Without inflow or outlet that has a simple solution; with both q follows from time, which only goes one way.
+local function after(t)
+  local k = outlet * math.sqrt(2 * gravity)
+  if k == 0 then return level + inflow * t / area end
+  local q = math.sqrt(level)
+  if inflow == 0 then return math.max(0, q - k * t / (2 * area)) ^ 2 end
+  local final = inflow / k
+  if math.abs(q - final) < 1e-12 then return final * final end
+  -- t = -(2 area / k) (x - q + final ln((final - x) / (final - q))): found by halving x.
+  local near, far = q, final
+  for _ = 1, 50 do
+    local x = (near + far) / 2
+    if -(2 * area / k) * (x - q + final * math.log((final - x) / (final - q))) < t then near = x else far = x end
+  end
+  return near * near
+end
+
+local function show()
+  set(0x2000, 0, level * 1000)
+  set(0x2003, 0, (level >= height and 1 or 0) + (level <= 0 and 2 or 0))
+end
+
+function reset(now)
+  inflow, outlet, since = 0, 0, now
+  show()
+end
+
+function update(now)
+  level = math.min(height, math.max(0, after(now - since)))
+  since = now
+  inflow = full_inlet * get(0x2001) / 100
+  outlet = opening * (get(0x2002) + leak) / 100
+  show()
+  local still = inflow == 0 and (outlet == 0 or level == 0) or inflow > 0 and outlet == 0 and level == height
+  return not still and (math.floor(now * 20 + 1e-6) + 1) / 20 or nil  -- every 50 ms while it flows
+end
+
+function set_input(index, sub, value)
+  if index ~= 0x2001 and index ~= 0x2002 then return false end
+  set(index, sub, math.min(100, math.max(0, value)))
+  return true
+end
+
+function on_incident(_, present) leak = present and 10 or 0 end

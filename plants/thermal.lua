@@ -1,0 +1,59 @@
+-- SPDX-License-Identifier: MIT
+-- A heated body: a heater with a lag of its own (first order), a body that stores heat, losses to the surroundings.
+-- Both are linear, so the temperature between two events is exact, however often somebody looks.
+--
+--   2001h  heater, 0..100 % of full_power     2000h  temperature in degrees C
+--   2002h  surroundings in degrees C     2003h  power that the body gets, in W
+--   heater-broken   gives no power; door-open   loses three times as much
+local full_power = 2000   -- W
+local heater_lag = 5      -- s
+local capacity = 10000    -- J/K
+local loss = 20           -- W/K
+
+incidents = { "heater-broken", "door-open" }
+
+local here = {}           -- what has happened
+local temperature = 20.0  -- degrees C
+local power, wanted, around, since = 0, 0, 20.0, 0
+
+-- C dT/dt = power(t) - loss (T - around), power(t) = wanted + (power - wanted) exp(-t / lag).
+local function pass(t)
+  local lost = here["door-open"] and 3 * loss or loss
+  local slow, fast = capacity / lost, heater_lag
+  local final = around + wanted / lost
+  local extra = (power - wanted) / lost * fast / (fast - slow)  -- what the heater's lag adds; slow ~= fast
+  temperature = final + (temperature - final - extra) * math.exp(-t / slow) + extra * math.exp(-t / fast)
+  power = wanted + (power - wanted) * math.exp(-t / fast)
+end
+
+local function show()
+  set(0x2000, 0, temperature)
+  set(0x2003, 0, power)
+end
+
+function reset(now)
+  since, wanted = now, 0
+  show()
+end
+
+function update(now)
+  pass(now - since)
+  since = now
+  wanted = here["heater-broken"] and 0 or full_power * get(0x2001) / 100
+  around = get(0x2002)
+  show()
+  local still = math.abs(power - wanted) < 0.01 and math.abs(power - loss * (temperature - around)) < 0.01
+  return not still and (math.floor(now * 10 + 1e-6) + 1) / 10 or nil  -- every 100 ms until nothing moves
+end
+
+function set_input(index, sub, value)
+  if index ~= 0x2001 and index ~= 0x2002 then return false end
+  set(index, sub, index == 0x2001 and math.min(100, math.max(0, value)) or value)
+  return true
+end
+
+-- Until now it was as it was.
+function on_incident(name, present, now)
+  pass(now - since)
+  since, here[name] = now, present
+end
