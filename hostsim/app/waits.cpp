@@ -35,7 +35,7 @@ void Waits::answer(const Waiting& waiting, const std::string& response) {
   dialogue->unsent += response;
 }
 
-bool Waits::look() {
+bool Waits::look_at_each() {
   std::erase_if(told_, [](const Told& told) { return told.dialogue.expired(); });
   for (Told& told : told_)
     told.subscription->look();

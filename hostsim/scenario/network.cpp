@@ -83,7 +83,7 @@ void Network::on_request(std::size_t first, std::size_t count, Time now) {
   module_->on_plc(now);
   if (count == 0) return;
   module_->on_registers_written(first, count, now);
-  if (world_.next_deadline() <= now) world_.advance(now);
+  if (world_.next_deadline() <= now) world_.advance_bus(now);
 }
 
 }  // namespace cbcan::scenario

@@ -19,9 +19,11 @@ std::uint32_t bits_of(DataType type, std::size_t bytes) {
   return type == DataType::kBoolean ? 1 : static_cast<std::uint32_t>(8 * bytes);
 }
 
-/// As many at a time as stand in one byte on both sides.
+/// Whole bytes, or as many at a time as stand in one byte on both sides.
 void copy_bits(const std::uint8_t* from, std::uint32_t from_bit, std::uint8_t* to, std::uint32_t to_bit,
                std::uint32_t count) {
+  if ((from_bit | to_bit | count) % 8 == 0)
+    return copy_bytes(from + from_bit / 8, to + to_bit / 8, count / 8);
   while (count != 0) {
     const std::uint32_t many = std::min(count, 8 - std::max(from_bit % 8, to_bit % 8));
     const std::uint32_t ones = (1u << many) - 1;
