@@ -33,10 +33,11 @@ using Clock = std::chrono::steady_clock;
 namespace regmap = cbcan::regmap;
 
 constexpr const char* kUsage =
-    "usage: load_client PORT CLIENTS TRANSACTIONS FLAG NODE INDEX SIZE\n"
+    "usage: load_client PORT CLIENTS TRANSACTIONS FLAG NODE INDEX SIZE [NETWORKS]\n"
     "  TRANSACTIONS   of all clients together\n"
     "  FLAG           what is written to R3700: 0xCA0E, or 0 for a server that executes nothing\n"
-    "  NODE INDEX SIZE   what is read: sub-index 0 of that object\n";
+    "  NODE INDEX SIZE   what is read: sub-index 0 of that object\n"
+    "  NETWORKS       unit IDs from 1 on that the clients divide among themselves (default: 1)\n";
 
 constexpr std::size_t kHeaderBytes = 7;  // MBAP
 constexpr std::uint8_t kWrite = 16;
@@ -47,6 +48,7 @@ struct Load {
   std::uint16_t port, clients;
   std::uint64_t transactions;
   std::uint16_t flag, node, index, size;
+  std::uint16_t networks;
 };
 
 [[noreturn]] void fail(const char* what) {
@@ -72,10 +74,11 @@ class Request {
     return *this;
   }
 
-  void send(int socket, std::uint16_t number) {
+  void send(int socket, std::uint16_t number, std::uint8_t unit) {
     bytes_[0] = static_cast<std::uint8_t>(number >> 8);
     bytes_[1] = static_cast<std::uint8_t>(number);
     bytes_[5] = static_cast<std::uint8_t>(bytes_.size() - kHeaderBytes + 1);
+    bytes_[6] = unit;
     if (::send(socket, bytes_.data(), bytes_.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(bytes_.size()))
       fail("send");
   }
@@ -97,7 +100,8 @@ Request write_request(const Load& load) {
 
 class Client {
  public:
-  explicit Client(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  Client(std::uint16_t port, std::uint8_t unit)
+      : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), unit_(unit) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
@@ -140,7 +144,7 @@ class Client {
  private:
   void send(Request& request, std::uint8_t function) {
     function_ = function;
-    request.send(socket_, ++number_);
+    request.send(socket_, ++number_, unit_);
   }
   std::uint16_t word(std::size_t offset) const {
     return static_cast<std::uint16_t>(response_[offset] << 8 | response_[offset + 1]);
@@ -153,6 +157,7 @@ class Client {
   }
 
   int socket_;
+  std::uint8_t unit_;
   std::uint16_t number_ = 0;
   std::uint8_t function_ = 0;
   Clock::time_point started_{};
@@ -167,7 +172,7 @@ class Run {
     if (epoll_ < 0) fail("epoll");
     latencies_.reserve(load.transactions);
     for (std::uint16_t i = 0; i < load.clients; ++i)
-      add_client();
+      add_client(static_cast<std::uint8_t>(1 + i % load.networks));
   }
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
@@ -197,8 +202,8 @@ class Run {
   bool all_ok() const { return not_ok_ == 0; }
 
  private:
-  void add_client() {
-    clients_.push_back(std::make_unique<Client>(load_.port));
+  void add_client(std::uint8_t unit) {
+    clients_.push_back(std::make_unique<Client>(load_.port, unit));
     epoll_event event{.events = EPOLLIN, .data = {.ptr = clients_.back().get()}};
     if (epoll_ctl(epoll_, EPOLL_CTL_ADD, clients_.back()->socket(), &event) != 0) fail("epoll");
   }
@@ -245,13 +250,20 @@ unsigned long number(const char* text, unsigned long least, unsigned long most) 
   return value;
 }
 
-Load parse(char** argv) {
+Load parse(int argc, char** argv) {
   constexpr unsigned long kWord = 0xFFFF;
+  constexpr unsigned long kUnits = 247;
   const auto word = [&](int i, unsigned long least) {
     return static_cast<std::uint16_t>(number(argv[i], least, kWord));
   };
-  return {word(1, 1), word(2, 1), number(argv[3], 1, 100'000'000), word(4, 0), word(5, 0),
-          word(6, 0), word(7, 0)};
+  return {word(1, 1),
+          word(2, 1),
+          number(argv[3], 1, 100'000'000),
+          word(4, 0),
+          word(5, 0),
+          word(6, 0),
+          word(7, 0),
+          static_cast<std::uint16_t>(argc == 9 ? number(argv[8], 1, kUnits) : 1)};
 }
 
 }  // namespace
@@ -259,8 +271,8 @@ Load parse(char** argv) {
 int main(int argc, char** argv) {
   Load load{};
   try {
-    if (argc != 8) throw std::invalid_argument("arguments");
-    load = parse(argv);
+    if (argc != 8 && argc != 9) throw std::invalid_argument("arguments");
+    load = parse(argc, argv);
   } catch (const std::logic_error&) {
     std::fputs(kUsage, stderr);
     return 2;

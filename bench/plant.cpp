@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What a plant costs: I/O modules and drives on one bus, SYNC at 1 kHz, every PDO that their EDS files define
 // synchronous, both ways, heartbeats at 100 ms. Prints the processor time of one simulated second for the
-// whole bus and for parts of it: per node it should not depend on how many there are.
+// whole bus and for parts of it, or for one: a SHARE of 2 is the half. Per node it should not depend on how
+// many there are.
 //
-//   plant FOLDER-OF-EDS-FILES [SECONDS]
+//   plant FOLDER-OF-EDS-FILES [SECONDS [SHARE]]
 
 #include <cstdio>
 #include <cstdlib>
@@ -140,14 +141,16 @@ bool run(const std::string& module_eds, const std::string& drive_eds, std::uint8
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: plant FOLDER-OF-EDS-FILES [SECONDS]\n");
+    std::fprintf(stderr, "usage: plant FOLDER-OF-EDS-FILES [SECONDS [SHARE]]\n");
     return 2;
   }
   const std::string folder = argv[1];
   const unsigned seconds = argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 3;
   const std::string module = text_of(folder + "/io_module.eds");
   const std::string drive = text_of(folder + "/drive.eds");
+  const unsigned chosen = argc > 3 ? static_cast<unsigned>(std::atoi(argv[3])) : 0;
   for (const unsigned share : {8u, 4u, 2u, 1u}) {
+    if (chosen != 0 && share != chosen) continue;
     if (run(module, drive, static_cast<std::uint8_t>(kModules / share),
             static_cast<std::uint8_t>((kNodes - kModules) / share), seconds))
       continue;

@@ -299,6 +299,27 @@ bool rare_events(unsigned count) {
   return good && machine.coprocessor.own_node().state() == nmt::State::kPreOperational;
 }
 
+// ---- What others see of the own node
+
+/// Expedited uploads from it.
+bool sdo_responses(unsigned count) {
+  Machine machine;
+  const std::size_t before = machine.wire.sent();
+  for (unsigned i = 0; i < count; ++i)
+    machine.hear(0x600 + 127, 8, {0x40, 0x00, 0x10, 0});
+  return machine.wire.sent() - before == count;
+}
+
+/// One TPDO at each SYNC.
+bool tpdos_at_sync(unsigned count) {
+  Machine machine;
+  const bool good = set_up(machine, 0x1800, 0x40000000 + kTpdoId, 1, 0, words) && machine.command(127, 5);
+  const std::size_t before = machine.wire.sent();
+  for (unsigned i = 0; i < count; ++i)
+    machine.hear(0x080, 0);
+  return good && machine.wire.sent() - before == count;
+}
+
 /// By an NMT master: all values and all that is known go back to those of power-on.
 bool resets(unsigned count) {
   Machine machine;
@@ -326,6 +347,8 @@ constexpr std::array kRuns{
     Run{"block write with CRC, 128 bytes", 2500, 2700, transfers<128, Direction::kWrite, Mode::kBlock>},
     Run{"heartbeat frame", 50, 50, heartbeats},
     Run{"idle poll", 25, 25, idle_polls},
+    Run{"SDO response", 0, 0, sdo_responses},
+    Run{"SYNC to TPDO", 0, 0, tpdos_at_sync},
     Run{"rare events", 0, 0, rare_events},
     Run{"reset of the own node", 0, 26500, resets},
 };

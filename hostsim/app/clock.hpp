@@ -49,8 +49,10 @@ class Program {
 /// What time it is in the simulation, and what makes it go on: this machine's clock, or a ManualClock.
 class Clock {
  public:
+  explicit Clock(io::Reactor& reactor) : reactor_(reactor) {}
   virtual ~Clock() = default;
-  virtual Time now() const { return io::Reactor::now(); }
+  /// The same during a turn.
+  virtual Time now() const { return reactor_.time(); }
   /// What makes wall-clock time (microseconds since 1970) of now()'s; 0 where there is none.
   virtual Time wall_offset() const { return io::Reactor::wall_offset(); }
   /// Time passes by itself; else in steps of any length, when it is told to.
@@ -60,6 +62,9 @@ class Clock {
     while (!program.stop_requested())
       program.turn(kNever);
   }
+
+ protected:
+  io::Reactor& reactor_;
 };
 
 }  // namespace cbcan::app

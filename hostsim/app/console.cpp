@@ -25,7 +25,7 @@ void Console::tell(std::string_view lines) {
   flush();
 }
 
-void Console::flush() {
+void Console::flush_waiting() {
   if (const int error = out_.flush(); error != 0) {
     out_.take_rest();
     if (error != EPIPE)

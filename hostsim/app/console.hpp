@@ -26,10 +26,17 @@ class Console {
   void tell(std::string_view lines);
 
   /// To be called once per turn, and at next_deadline().
-  void flush();
-  Time next_deadline() const { return earlier(out_.next_deadline(), err_.next_deadline()); }
+  void flush() {
+    if (waits()) flush_waiting();
+  }
+  Time next_deadline() const {
+    return waits() ? earlier(out_.next_deadline(), err_.next_deadline()) : kNever;
+  }
 
  private:
+  bool waits() const { return out_.waiting() != 0 || err_.waiting() != 0 || dropped_ != 0; }
+  void flush_waiting();
+
   io::Output out_ = io::Output::standard(1);
   io::Output err_ = io::Output::standard(2);
   std::uint64_t dropped_ = 0;  ///< lines

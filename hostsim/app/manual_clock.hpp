@@ -18,7 +18,7 @@ class ManualClock final : public Clock {
  public:
   /// `reads_input`: else standard input belongs to somebody else, who says when the program ends.
   ManualClock(io::Reactor& reactor, Console& console, bool reads_input)
-      : reactor_(reactor), console_(console), reads_input_(reads_input) {}
+      : Clock(reactor), console_(console), reads_input_(reads_input) {}
 
   Time now() const override { return now_; }
   Time wall_offset() const override { return 0; }
@@ -30,7 +30,6 @@ class ManualClock final : public Clock {
   void take_lines(io::LineInput& input, Program& program);
   void say(std::string response);
 
-  io::Reactor& reactor_;
   Console& console_;
   bool reads_input_;
   std::shared_ptr<io::Dialogue> dialogue_ = std::make_shared<io::Dialogue>();

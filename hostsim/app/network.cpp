@@ -26,7 +26,8 @@ io::SerialSettings line_of(const plant::LineConfig& config) {
 
 Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
                  std::vector<sim::NodeParts> nodes, const Surroundings& surroundings)
-    : surroundings_(surroundings),
+    : Timed(surroundings.schedule),
+      surroundings_(surroundings),
       number_(config.number),
       name_(plant.networks.size() == 1 ? "" : fmt::format("network {}: ", number_)),
       can_(plant::can_spec(config.can)),
@@ -109,17 +110,26 @@ std::string Network::where() const {
 void Network::start() {
   tell_time_of_day();
   core_.start(surroundings_.clock.now());
+  wants(next_event());
 }
 
 void Network::on_request(bool valid, const io::ModbusRange& written) {
-  if (valid && written.count != 0) surroundings_.on_written(number_, written);
-  advance();
-  if (valid) core_.on_request(written.first, written.count, surroundings_.clock.now());
+  const Time now = surroundings_.clock.now();
+  if (written.count != 0) surroundings_.on_written(number_, written);
+  if (wanted() <= now || core_.is_together()) advance();
+  if (valid) core_.on_request(written.first, written.count, now);
+  if (written.count == 0) return;
+  wants(next_event());
   surroundings_.on_applied();
 }
 
 void Network::on_fault(std::string_view text, Time now) {
   surroundings_.warn(fmt::format("{} {}{}", text::seconds_text(now - surroundings_.started), name_, text));
+}
+
+void Network::turn(Time now) {
+  if (plc_) plc_->poll(now);
+  flush();
 }
 
 void Network::flush() {
@@ -131,10 +141,11 @@ void Network::advance() {
   const Time time = surroundings_.clock.now();
   if (socketcan_) socketcan_->poll(time);
   core_.advance(time);
+  wants(next_event());
 }
 
-Time Network::next_deadline() const {
-  Time next = surroundings_.clock.runs() ? core_.next_deadline() : kNever;
+Time Network::door_deadline() const {
+  Time next = kNever;
   if (log_) next = earlier(next, log_->next_deadline());
   if (plc_) next = earlier(next, plc_->next_deadline());
   return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;

@@ -25,6 +25,7 @@
 #include "plant/build_node.hpp"
 #include "plant/config.hpp"
 #include "scenario/network.hpp"
+#include "sim/schedule.hpp"
 
 namespace cbcan::app {
 
@@ -33,6 +34,7 @@ io::SerialSettings line_of(const plant::LineConfig& config);
 /// What the networks of one program have in common.
 struct Surroundings {
   io::Reactor& reactor;
+  sim::Schedule& schedule;
   io::Warn warn;
   const Clock& clock;
   Time started;
@@ -41,7 +43,7 @@ struct Surroundings {
   std::function<void()> on_applied;
 };
 
-class Network final : public io::ModbusUnit, private sim::FaultListener {
+class Network final : public io::ModbusUnit, public sim::Timed, private sim::FaultListener {
  public:
   /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
@@ -70,21 +72,24 @@ class Network final : public io::ModbusUnit, private sim::FaultListener {
 
   /// Does what is due.
   void advance();
+  void poll(Time /*now*/) override { advance(); }
 
-  /// Does what is due with the PLC that owns the registers. `now` is Reactor::now()'s.
-  void poll_plc(Time now) {
-    if (plc_) plc_->poll(now);
-  }
+  /// There is more to it than the world: a CAN interface, adapters, a log, a PLC that owns the registers.
+  /// Such a one is to be advanced and turned in every turn; for others the Schedule will do, where time
+  /// passes.
+  bool has_doors() const { return socketcan_ || slcan_ || log_ || plc_; }
 
-  /// The log and the adapters have what the bus has brought.
+  /// Does what is due with the PLC, and the log and the adapters have what the bus has brought. `now` is
+  /// Reactor::time()'s.
+  void turn(Time now);
+  /// The latter alone.
   void flush();
 
   /// When the world has something to do next.
   Time next_event() const { return core_.next_deadline(); }
 
-  /// When advance() and flush() have something to do next. Where time does not pass by itself, the world
-  /// has not, but the PLC may.
-  Time next_deadline() const;
+  /// When the doors have something to do next, if nothing comes.
+  Time door_deadline() const;
 
   /// What the module has done, the PLC and the adapters, in lines for people.
   std::string module_summary() const;

@@ -42,7 +42,7 @@ constexpr std::size_t kMostWaitingOnManualClock = 256 * 1024 * 1024;
 std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor, Console& console,
                                   bool reads_input) {
   if (kind == plant::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console, reads_input);
-  return std::make_unique<Clock>();
+  return std::make_unique<Clock>(reactor);
 }
 
 }  // namespace
@@ -74,6 +74,7 @@ void Simulator::on_written(std::size_t network, const io::ModbusRange& written) 
 void Simulator::open_networks(const plant::Config& config, plant::PlantBuild build) {
   const Surroundings surroundings{
       reactor_,
+      schedule_,
       warn_,
       *clock_,
       started_,
@@ -85,6 +86,7 @@ void Simulator::open_networks(const plant::Config& config, plant::PlantBuild bui
         std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), surroundings));
     networks_.back()->core().replay(std::move(build.replays[i]));
     cores.push_back(&networks_.back()->core());
+    if (networks_.back()->has_doors()) with_doors_.push_back(networks_.back().get());
   }
   wires_.emplace(config, cores);
   control_.emplace(std::move(cores), started_);
@@ -188,6 +190,7 @@ std::string Simulator::where() const {
 }
 
 void Simulator::run() {
+  reactor_.read_clock();
   for (const auto& network : networks_)
     network->start();
   clock_->drive(*this);
@@ -211,15 +214,19 @@ void Simulator::stop() {
 }
 
 std::size_t Simulator::turn(Time until) {
-  advance();
+  const Time now = reactor_.time();
+  for (Network* network : with_doors_)
+    network->advance();
+  if (clock_->runs()) schedule_.poll(now);
   look_at_waits();
-  if (modbus_) modbus_->poll(io::Reactor::now());
-  if (rtu_) rtu_->poll(io::Reactor::now());
-  for (const auto& network : networks_)
-    network->poll_plc(io::Reactor::now());
-  flush();
+  if (modbus_) modbus_->poll(now);
+  if (rtu_) rtu_->poll(now);
+  for (Network* network : with_doors_)
+    network->turn(now);
+  look_at_journal();
+  console_.flush();
   if (commands_) commands_->flush();
-  if (http_) http_->poll(io::Reactor::now());
+  if (http_) http_->poll(now);
   if (!clock_->runs() && waits_.want_time()) until = 0;
   return reactor_.run_once(earlier(until, next_deadline()));
 }
@@ -263,8 +270,9 @@ Time Simulator::next_deadline() const {
   if (modbus_) next = earlier(next, modbus_->next_deadline());
   if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
-  for (const auto& network : networks_)
-    next = earlier(next, network->next_deadline());
+  if (clock_->runs()) next = earlier(next, schedule_.first_time());
+  for (const Network* network : with_doors_)
+    next = earlier(next, network->door_deadline());
   return next;
 }
 

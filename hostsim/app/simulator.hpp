@@ -83,7 +83,9 @@ class Simulator final : private Program {
   io::StopSignals signals_;
   std::unique_ptr<Clock> clock_;
   Time started_;
+  sim::Schedule schedule_;
   std::vector<std::unique_ptr<Network>> networks_;
+  std::vector<Network*> with_doors_;
   std::optional<scenario::Wires> wires_;
   std::optional<scenario::Control> control_;
   decltype(plant::PlantBuild::names) names_;

@@ -36,12 +36,13 @@ void Waits::answer(const Waiting& waiting, const std::string& response) {
 }
 
 void Waits::tell() {
+  if (told_.empty()) return;
   std::erase_if(told_, [](const Told& told) { return told.dialogue.expired(); });
   for (Told& told : told_)
     told.subscription->look();
 }
 
-bool Waits::look() {
+bool Waits::look_at_each() {
   const std::size_t ended = std::erase_if(waiting_, [](const Waiting& waiting) {
     if (waiting.dialogue.expired()) return true;
     const auto response = waiting.wait->look();

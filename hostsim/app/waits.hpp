@@ -31,7 +31,7 @@ class Waits {
   /// Connections are told what has happened.
   void tell();
   /// Answers those that are over; true if there was one. The time is that of the Control.
-  bool look();
+  bool look() { return !waiting_.empty() && look_at_each(); }
   /// When one may be over though nothing happens, of the plant's time since its start; kNever = there is
   /// none.
   Time next_look() const;
@@ -58,6 +58,7 @@ class Waits {
     std::size_t missed = 0;  ///< lines
   };
 
+  bool look_at_each();
   void subscribe(const scenario::Words& kinds, scenario::Control& control, const Dialogue& dialogue);
   static void answer(const Waiting& waiting, const std::string& response);
 

@@ -60,6 +60,7 @@ void DigitalInput::set_terminals(std::uint8_t levels, Time now) {
 }
 
 Time DigitalInput::filter(Time now) {
+  if (terminals_ == filtered_) return kNever;
   Time next = kNever;
   for (unsigned bit = 0; bit < 8; ++bit) {
     const auto mask = static_cast<std::uint8_t>(1u << bit);

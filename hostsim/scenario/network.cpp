@@ -108,7 +108,8 @@ void Network::on_request(std::size_t first, std::size_t count, Time now) {
   module_->on_plc(now);
   if (count == 0) return;
   module_->on_registers_written(first, count, now);
-  if (next_deadline() <= now) advance(now);
+  if (next_deadline() > now) return;
+  together_ != nullptr ? together_->advance(now) : world_.advance_bus(now);
 }
 
 }  // namespace cbcan::scenario

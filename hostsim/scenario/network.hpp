@@ -65,6 +65,7 @@ class Network final : private sim::Receiver, private sim::FaultListener {
 
   /// For the one that it goes with, which outlives it.
   void go_with(Together& together) { together_ = &together; }
+  bool is_together() const { return together_ != nullptr; }
   void advance_alone(Time now);
   Time own_deadline() const { return earlier(world_.next_deadline(), replay_due()); }
   Time started() const { return started_; }

@@ -75,21 +75,28 @@ void Port::set_state(BusState state, Time now) {
   receiver_.on_bus_state(state, now);
 }
 
-/// The frame at the front is on the bus: the one behind it is in its place.
-void Port::pop() {
-  bus_.arbitration_.remove(*this);
-  first_ = (first_ + 1) % kQueueFrames;
-  if (--count_ != 0) bus_.arbitration_.add(*this);
+inline std::size_t Arbitration::first_bits() const {
+  const auto word = static_cast<std::size_t>(std::countr_zero(words_));
+  return word * 64 + static_cast<std::size_t>(std::countr_zero(bits_[word]));
+}
+
+/// Nobody waits any more with these.
+inline void Arbitration::clear(std::size_t bits) {
+  bits_[bits / 64] &= ~(std::uint64_t{1} << bits % 64);
+  if (bits_[bits / 64] == 0) words_ &= ~(1U << bits / 64);
+}
+
+/// Of two frames whose first bits are the same.
+bool Arbitration::wins(const Port& port, const Port& other) {
+  const std::uint64_t own = arbitration_field(port.front());
+  const std::uint64_t theirs = arbitration_field(other.front());
+  return own != theirs ? own < theirs : port.number_ < other.number_;
 }
 
 void Arbitration::add(Port& port) {
   const std::size_t bits = sim::first_bits(port.front());
-  const auto before = [key = arbitration_field(port.front()), &port](const Port& other) {
-    const std::uint64_t theirs = arbitration_field(other.front());
-    return theirs != key ? theirs < key : other.number_ < port.number_;
-  };
   Port** place = &waiting_[bits];
-  while (*place != nullptr && before(**place))
+  while (*place != nullptr && !wins(port, **place))
     place = &(*place)->behind_;
   port.behind_ = std::exchange(*place, &port);
   bits_[bits / 64] |= std::uint64_t{1} << bits % 64;
@@ -102,14 +109,14 @@ void Arbitration::remove(Port& port) {
   while (*place != &port)
     place = &(*place)->behind_;
   *place = port.behind_;
-  if (waiting_[bits] != nullptr) return;
-  bits_[bits / 64] &= ~(std::uint64_t{1} << bits % 64);
-  if (bits_[bits / 64] == 0) words_ &= ~(1U << bits / 64);
+  if (waiting_[bits] == nullptr) clear(bits);
 }
 
-std::size_t Arbitration::first_bits() const {
-  const auto word = static_cast<std::size_t>(std::countr_zero(words_));
-  return word * 64 + static_cast<std::size_t>(std::countr_zero(bits_[word]));
+Port& Arbitration::take_winner() {
+  const std::size_t bits = first_bits();
+  Port& port = *std::exchange(waiting_[bits], waiting_[bits]->behind_);
+  if (port.behind_ == nullptr) clear(bits);
+  return port;
 }
 
 Port& Bus::attach(Receiver& receiver) {
@@ -139,21 +146,12 @@ void Bus::set_state(BusState state, Time now) {
 }
 
 void Bus::advance(Time now) {
-  while (!stopped_) {
-    if (current_ends_ != kNever) {
-      if (current_ends_ > now) return;
-      const Time ended = current_ends_;
-      finish_current();
-      if (!start_next(ended)) return;
-    } else if (!start_next(now)) {
-      return;
-    }
+  for (Time free = now; !stopped_;) {
+    if (current_ends_ == kNever && !start_next(free)) return;
+    if (current_ends_ > now) return;
+    free = std::exchange(current_ends_, kNever);
+    arrive(current_, sender_, free);
   }
-}
-
-Time Bus::next_deadline() const {
-  if (current_ends_ != kNever) return current_ends_;
-  return arbitration_.empty() || stopped_ ? kNever : 0;
 }
 
 void Bus::drop_queue(Port& port) {
@@ -166,24 +164,20 @@ void Bus::drop_queue(Port& port) {
 /// Puts the winner on the bus; false when there is none, or the outside has no room.
 bool Bus::start_next(Time now) {
   if (arbitration_.empty()) return false;
-  Port& port = arbitration_.winner();
-  if (outside_ != nullptr && !outside_->transmit(port.front())) {
+  if (outside_ != nullptr && !outside_->transmit(arbitration_.winner().front())) {
     ++counters_.outside_waits;
     stopped_ = true;
     return false;
   }
+  Port& port = arbitration_.take_winner();
   current_ = port.front();
-  port.pop();
   sender_ = &port;
+  port.first_ = (port.first_ + 1) % Port::kQueueFrames;
+  if (--port.count_ != 0) arbitration_.add(port);
   ++counters_.frames;
   const bool paced = bit_rate_ != 0 && outside_ == nullptr;
   current_ends_ = paced ? now + frame_time(current_, bit_rate_) : now;
   return true;
-}
-
-void Bus::finish_current() {
-  const Time ended = std::exchange(current_ends_, kNever);
-  arrive(current_, sender_, ended);
 }
 
 void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
@@ -193,16 +187,20 @@ void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
     deliver(frame, sender, now);
 }
 
+/// By index: a receiver may change its own filter meanwhile.
+inline void Bus::deliver_to(const std::vector<Port*>& ports, const Frame& frame, const Port* sender,
+                            Time now) {
+  for (std::size_t i = 0; i < ports.size(); ++i) {
+    Port& port = *ports[i];
+    if (&port != sender && port.state_ != BusState::kBusOff) port.receiver_.on_frame(frame, now);
+  }
+}
+
 void Bus::deliver(const Frame& frame, const Port* sender, Time now) {
   for (Observer* observer : observers_)
     observer->on_bus_frame(frame, now);
-  for (const std::vector<Port*>* ports : {&accepting_[frame.id & kFilterMask], &accepting_all_}) {
-    // By index: a receiver may change its own filter meanwhile.
-    for (std::size_t i = 0; i < ports->size(); ++i) {
-      Port& port = *(*ports)[i];
-      if (&port != sender && port.state_ != BusState::kBusOff) port.receiver_.on_frame(frame, now);
-    }
-  }
+  deliver_to(accepting_[frame.id & kFilterMask], frame, sender, now);
+  if (!accepting_all_.empty()) deliver_to(accepting_all_, frame, sender, now);
 }
 
 }  // namespace cbcan::sim

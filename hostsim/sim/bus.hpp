@@ -104,7 +104,6 @@ class Port final : public CanPort {
   Port(Bus& bus, Receiver& receiver, std::uint16_t number)
       : bus_(bus), receiver_(receiver), number_(number) {}
   const Frame& front() const { return queue_[first_]; }
-  void pop();
 
   Bus& bus_;
   Receiver& receiver_;
@@ -124,10 +123,14 @@ class Arbitration {
   void remove(Port& port);
   bool empty() const { return words_ == 0; }
   /// Its front frame wins; it stays in. Not to be asked when empty().
-  Port& winner() const { return *waiting_[first_bits()]; }
+  const Port& winner() const { return *waiting_[first_bits()]; }
+  /// Likewise, but it is out then.
+  Port& take_winner();
 
  private:
   std::size_t first_bits() const;
+  void clear(std::size_t bits);
+  static bool wins(const Port& port, const Port& other);
 
   std::array<Port*, 2048> waiting_{};     ///< by the first eleven bits: a list, the winner first
   std::array<std::uint64_t, 32> bits_{};  ///< which lists are not empty
@@ -178,7 +181,10 @@ class Bus {
 
   /// When advance() has something to do next; kNever = only after somebody sends. A bus stopped by its
   /// outside has nothing due: whoever owns the outside knows when to resume it.
-  Time next_deadline() const;
+  Time next_deadline() const {
+    if (current_ends_ != kNever) return current_ends_;
+    return arbitration_.empty() || stopped_ ? kNever : 0;
+  }
 
   struct Counters {
     std::uint64_t frames = 0;         ///< transmitted by local ports
@@ -195,8 +201,8 @@ class Bus {
 
   void drop_queue(Port& port);
   bool start_next(Time now);
-  void finish_current();
   void arrive(const Frame& frame, const Port* sender, Time now);
+  static void deliver_to(const std::vector<Port*>& ports, const Frame& frame, const Port* sender, Time now);
 
   std::uint32_t bit_rate_;
   std::vector<std::unique_ptr<Port>> ports_;

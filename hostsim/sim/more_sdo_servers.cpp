@@ -44,10 +44,6 @@ void MoreSdoServers::reset() {
     served.server.reset(served.response_id);
 }
 
-bool MoreSdoServers::serves(std::uint32_t id) const {
-  return id != 0 && std::ranges::find(servers_, id, &Served::request_id) != servers_.end();
-}
-
 void MoreSdoServers::on_frame(const Frame& frame, Time now) {
   std::ranges::find(servers_, frame.id, &Served::request_id)->server.on_frame(frame, now);
 }
@@ -55,13 +51,6 @@ void MoreSdoServers::on_frame(const Frame& frame, Time now) {
 void MoreSdoServers::poll(Time now) {
   for (Served& served : servers_)
     served.server.poll(now);
-}
-
-Time MoreSdoServers::deadline() const {
-  Time first = kNever;
-  for (const Served& served : servers_)
-    first = earlier(first, served.server.deadline());
-  return first;
 }
 
 }  // namespace cbcan::sim

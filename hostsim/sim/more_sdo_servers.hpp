@@ -6,6 +6,7 @@
 /// are valid, and follows them when they are written. CAN-IDs that CiA 301 restricts are taken: files have
 /// them.
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,11 +25,18 @@ class MoreSdoServers {
   void configure();
   /// What was under way is forgotten.
   void reset();
-  bool serves(std::uint32_t id) const;
+  bool serves(std::uint32_t id) const {
+    return id != 0 && std::ranges::find(servers_, id, &Served::request_id) != servers_.end();
+  }
   /// A frame that one of them serves.
   void on_frame(const Frame& frame, Time now);
   void poll(Time now);
-  Time deadline() const;
+  Time deadline() const {
+    Time first = kNever;
+    for (const Served& served : servers_)
+      first = earlier(first, served.server.deadline());
+    return first;
+  }
   template <class Visitor>
   void visit_ids(Visitor visit) const {
     for (const Served& served : servers_)

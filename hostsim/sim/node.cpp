@@ -174,11 +174,15 @@ void Node::poll(Time now) {
 }
 
 void Node::on_frame(const Frame& frame, Time now) {
-  at(now, [&] {
-    faulty_.heard(frame);
-    if (lss_ && frame.id == LssSlave::kRequestId) return lss_->slave().on_frame(frame, now);
-    more_servers_.serves(frame.id) ? ask_more_servers(frame, now) : void(device_.on_frame(frame, now));
-  });
+  faulty_.set_now(now);
+  faulty_.heard(frame);
+  if (lss_ && frame.id == LssSlave::kRequestId)
+    lss_->slave().on_frame(frame, now);
+  else if (more_servers_.serves(frame.id))
+    ask_more_servers(frame, now);
+  else if (!device_.on_frame(frame, now))
+    return;  // most RPDOs: they wait for the SYNC
+  settle(now);
 }
 
 void Node::ask_more_servers(const Frame& frame, Time now) {

@@ -1,31 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-
 #include "sim/bus.hpp"
 #include "sim/schedule.hpp"
 
 namespace cbcan::sim {
 
-/// Somebody at the bus with a sense of time: is polled when it wanted to be, and says after everything that
-/// happens to it when that is next.
-class Participant : public Receiver {
+/// Somebody at the bus with a sense of time.
+class Participant : public Receiver, public Timed {
  public:
-  explicit Participant(Schedule& schedule) : schedule_(schedule), number_(schedule.add(*this)) {}
+  using Timed::Timed;
   virtual ~Participant() = default;
-  Participant(const Participant&) = delete;
-  Participant& operator=(const Participant&) = delete;
 
   virtual void start(Time now) = 0;
-  virtual void poll(Time now) = 0;
-
- protected:
-  void wants(Time next) { schedule_.set(number_, next); }
-
- private:
-  Schedule& schedule_;
-  std::size_t number_;
 };
 
 }  // namespace cbcan::sim

@@ -1,29 +1,27 @@
 // SPDX-License-Identifier: MIT
 #include "sim/schedule.hpp"
 
-#include "sim/participant.hpp"
+#include <utility>
 
 namespace cbcan::sim {
 
-std::size_t Schedule::add(Participant& participant) {
+std::size_t Schedule::add(Timed& timed) {
   const std::size_t number = times_.size();
-  participants_.push_back(&participant);
+  timed_.push_back(&timed);
   times_.push_back(kNever);
   slots_.push_back(number);
   heap_.push_back(number);
   return number;
 }
 
-void Schedule::set(std::size_t number, Time time) {
-  const Time before_change = times_[number];
-  if (time == before_change) return;
-  times_[number] = time;
+void Schedule::move(std::size_t number, Time time) {
+  const Time before_change = std::exchange(times_[number], time);
   time < before_change ? sift_up(slots_[number]) : sift_down(slots_[number]);
 }
 
 void Schedule::poll(Time now) {
   while (first_time() <= now)
-    participants_[heap_.front()]->poll(now);
+    timed_[heap_.front()]->poll(now);
 }
 
 void Schedule::sift_up(std::size_t slot) {

@@ -8,17 +8,19 @@
 
 namespace cbcan::sim {
 
-class Participant;
+class Timed;
 
-/// When each participant wants to be polled: an indexed heap. set() is O(log n) and nothing at all when the
-/// time has not changed; first_time() is O(1). Participants with the same time come in the order of their
-/// numbers.
+/// When each of several wants to be polled: an indexed heap. set() is O(log n) and nothing at all when the
+/// time has not changed; first_time() is O(1). Those with the same time come in the order of their numbers.
 class Schedule {
  public:
-  /// Adds a participant, due never, which lives as long as there are polls; its number is the count so far.
-  std::size_t add(Participant& participant);
-  void set(std::size_t number, Time time);
+  /// Adds one, due never, who lives as long as there are polls; the number is the count so far.
+  std::size_t add(Timed& timed);
+  void set(std::size_t number, Time time) {
+    if (time != times_[number]) move(number, time);
+  }
 
+  Time time(std::size_t number) const { return times_[number]; }
   Time first_time() const { return heap_.empty() ? kNever : times_[heap_.front()]; }
 
   /// Polls those that are due up to and including `now`, also what they want anew.
@@ -32,13 +34,34 @@ class Schedule {
     heap_[slot] = number;
     slots_[number] = slot;
   }
+  void move(std::size_t number, Time time);
   void sift_up(std::size_t slot);
   void sift_down(std::size_t slot);
 
-  std::vector<Participant*> participants_;  ///< by their numbers
-  std::vector<Time> times_;                 ///< likewise
-  std::vector<std::size_t> slots_;          ///< likewise: where in the heap it is
-  std::vector<std::size_t> heap_;           ///< numbers
+  std::vector<Timed*> timed_;       ///< by their numbers
+  std::vector<Time> times_;         ///< likewise
+  std::vector<std::size_t> slots_;  ///< likewise: where in the heap it is
+  std::vector<std::size_t> heap_;   ///< numbers
+};
+
+/// Somebody with a sense of time: is polled when it wanted to be, and says after everything that happens to
+/// it when that is next.
+class Timed {
+ public:
+  explicit Timed(Schedule& schedule) : schedule_(schedule), number_(schedule.add(*this)) {}
+  Timed(const Timed&) = delete;
+  Timed& operator=(const Timed&) = delete;
+
+  virtual void poll(Time now) = 0;
+
+ protected:
+  ~Timed() = default;
+  void wants(Time next) { schedule_.set(number_, next); }
+  Time wanted() const { return schedule_.time(number_); }
+
+ private:
+  Schedule& schedule_;
+  std::size_t number_;
 };
 
 }  // namespace cbcan::sim

@@ -29,17 +29,21 @@ void World::start(Time now) {
 }
 
 void World::advance(Time now) {
-  // What waits on an idle bus has been sent since the last call: not before what is due next, nor after now.
-  if (bus_.next_deadline() <= now_) now_ = std::max(now_, std::min(now, schedule_.first_time()));
-  run_until(now);
+  advance_bus(now);
   for (auto& module : modules_)
     module->poll(now);
   run_until(now);
 }
 
+void World::advance_bus(Time now) {
+  // What waits on an idle bus has been sent since the last call: not before what is due next, nor after now.
+  if (bus_.next_deadline() <= now_) now_ = std::max(now_, std::min(now, schedule_.first_time()));
+  run_until(now);
+}
+
 void World::run_until(Time now) {
-  while (next_deadline() <= now) {
-    now_ = std::max(now_, next_deadline());
+  for (Time due = next_deadline(); due <= now; due = next_deadline()) {
+    now_ = std::max(now_, due);
     bus_.advance(now_);
     schedule_.poll(now_);
   }

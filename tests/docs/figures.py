@@ -20,7 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "firmware").rglob("*.md"))]
 
 # Each group, and the compiler that its figures follow from; the pages are about its version 12.
-GROUPS = {"x86": "g++", "m3": "arm-none-eabi-g++", "size": "arm-none-eabi-g++", "plant": None}
+GROUPS = {"x86": "g++", "m3": "arm-none-eabi-g++", "size": "arm-none-eabi-g++", "host": "g++", "plant": None, "tr308": None}
 VERSION = "12"
 
 PRINTED = re.compile(r"^figure: ([\w.-]+) +(\d+)(?:, at most (\d+))?")

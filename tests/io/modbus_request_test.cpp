@@ -16,8 +16,54 @@ int exception_of(const Bytes& pdu) {
   return static_cast<int>(check_request(pdu, kRegisters));
 }
 
-Bytes bytes_of(const ModbusResponse& response) {
-  return {response.bytes.begin(), response.bytes.begin() + static_cast<std::ptrdiff_t>(response.size)};
+/// What a function that makes a response has made.
+Bytes made(auto make) {
+  std::array<std::uint8_t, kMaxPduBytes> response{};
+  const std::size_t size = make(response);
+  return {response.begin(), response.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+Bytes refused(std::uint8_t function, ModbusException exception) {
+  return made([&](ModbusResponse response) { return exception_response(function, exception, response); });
+}
+
+Bytes identification(const Bytes& pdu, const DeviceIdentity& identity) {
+  return made([&](ModbusResponse response) { return identification_response(pdu, identity, response); });
+}
+
+/// On registers 0..5 of 1000h, 1001h, ...; then the six of them.
+std::pair<Bytes, std::vector<std::uint16_t>> executed(const Bytes& pdu) {
+  std::vector<std::uint16_t> registers{0x1000, 0x1001, 0x1002, 0x1003, 0x1004, 0x1005};
+  Bytes response = made([&](ModbusResponse to) { return execute(pdu, registers, to); });
+  return {std::move(response), std::move(registers)};
+}
+
+TEST_CASE("each function does what the specification says, and its response") {
+  using Words = std::vector<std::uint16_t>;
+  const Words as_before{0x1000, 0x1001, 0x1002, 0x1003, 0x1004, 0x1005};
+  struct Case {
+    std::string_view pdu, response;
+    Words registers;
+  };
+  const std::vector<Case> cases{
+      {"03 00 01 00 02", "03 04 10 01 10 02", as_before},
+      {"04 00 05 00 01", "04 02 10 05", as_before},
+      {"06 00 03 AB CD", "06 00 03 AB CD", {0x1000, 0x1001, 0x1002, 0xABCD, 0x1004, 0x1005}},
+      {"10 00 04 00 02 04 12 34 56 78", "10 00 04 00 02", {0x1000, 0x1001, 0x1002, 0x1003, 0x1234, 0x5678}},
+      // (1002h AND F2F2h) OR (2525h AND NOT F2F2h)
+      {"16 00 02 F2 F2 25 25", "16 00 02 F2 F2 25 25", {0x1000, 0x1001, 0x1507, 0x1003, 0x1004, 0x1005}},
+      // it is written before it is read
+      {"17 00 00 00 02 00 01 00 02 04 AA BB CC DD",
+       "17 04 10 00 AA BB",
+       {0x1000, 0xAABB, 0xCCDD, 0x1003, 0x1004, 0x1005}},
+  };
+  for (const Case& one : cases) {
+    CAPTURE(one.pdu);
+    CHECK(exception_of(hex(one.pdu)) == 0);
+    const auto [response, registers] = executed(hex(one.pdu));
+    CHECK(response == hex(one.response));
+    CHECK(registers == one.registers);
+  }
 }
 
 TEST_CASE("the examples of the Modbus specification pass") {
@@ -40,9 +86,9 @@ TEST_CASE("what a request writes is known") {
 }
 
 TEST_CASE("an exception is the function code with its top bit set, and the exception code") {
-  CHECK(bytes_of(exception_response(0x03, ModbusException::kIllegalDataAddress)) == hex("83 02"));
-  CHECK(bytes_of(exception_response(0x00, ModbusException::kIllegalFunction)) == hex("80 01"));
-  CHECK(bytes_of(exception_response(0xFF, ModbusException::kIllegalFunction)) == hex("FF 01"));
+  CHECK(refused(0x03, ModbusException::kIllegalDataAddress) == hex("83 02"));
+  CHECK(refused(0x00, ModbusException::kIllegalFunction) == hex("80 01"));
+  CHECK(refused(0xFF, ModbusException::kIllegalFunction) == hex("FF 01"));
 }
 
 TEST_CASE("basic device identification (V1.1b3, 6.21)") {
@@ -50,7 +96,7 @@ TEST_CASE("basic device identification (V1.1b3, 6.21)") {
   const auto respond = [&](std::string_view request) {
     const Bytes pdu = hex(request);
     REQUIRE(exception_of(pdu) == 0);
-    return bytes_of(identification_response(pdu, identity));
+    return identification(pdu, identity);
   };
   const std::string all = " 00 02 61 62 01 03 63 64 65 02 03 31 2E 30";
   CHECK(respond("2B 0E 01 00") == hex("2B 0E 01 81 00 00 03" + all));
@@ -67,9 +113,9 @@ TEST_CASE("basic device identification (V1.1b3, 6.21)") {
 
 TEST_CASE("long identification texts are cut so that the response fits into one PDU") {
   const std::string text(300, 'x');
-  const ModbusResponse response = identification_response(hex("2B 0E 01 00"), {text, text, text});
-  CHECK(response.size == 7 + 3 * (2 + 64));
-  CHECK(response.bytes[8] == 64);
+  const Bytes response = identification(hex("2B 0E 01 00"), {text, text, text});
+  CHECK(response.size() == 7 + 3 * (2 + 64));
+  CHECK(response[8] == 64);
 }
 
 }  // namespace

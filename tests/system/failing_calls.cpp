@@ -13,6 +13,7 @@
 #include <sys/signalfd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/timerfd.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -141,9 +142,6 @@ FAILING(int, access, (const char* path, int mode), (path, mode), -1)
 FAILING(int, bind, (int fd, const sockaddr* address, socklen_t size), (fd, address, size), -1)
 FAILING(int, connect, (int fd, const sockaddr* address, socklen_t size), (fd, address, size), -1)
 FAILING(int, epoll_create1, (int flags), (flags), -1)
-FAILING(int, epoll_pwait2,
-        (int epoll, epoll_event* events, int most, const timespec* limit, const sigset_t* mask),
-        (epoll, events, most, limit, mask), -1)
 FAILING(int, epoll_wait, (int epoll, epoll_event* events, int most, int limit), (epoll, events, most, limit),
         -1)
 FAILING(int, fclose, (FILE * file), (file), (real<int(FILE*)>("fclose")(file), EOF))
@@ -166,8 +164,6 @@ FAILING(int, getsockopt, (int fd, int level, int option, void* value, socklen_t*
 FAILING(int, listen, (int fd, int backlog), (fd, backlog), -1)
 FAILING(int, lstat, (const char* path, struct stat* status), (path, status), -1)
 FAILING(int, poll, (pollfd * ready, nfds_t count, int limit), (ready, count, limit), -1)
-FAILING(int, ppoll, (pollfd * ready, nfds_t count, const timespec* limit, const sigset_t* mask),
-        (ready, count, limit, mask), -1)
 FAILING(ssize_t, read, (int fd, void* data, std::size_t size), (fd, data, size), -1)
 FAILING(ssize_t, recv, (int fd, void* data, std::size_t size, int flags), (fd, data, size, flags), -1)
 FAILING(int, rename, (const char* from, const char* to), (from, to), -1)
@@ -181,6 +177,7 @@ FAILING(int, signalfd, (int fd, const sigset_t* mask, int flags), (fd, mask, fla
 FAILING(int, sigprocmask, (int how, const sigset_t* mask, sigset_t* before), (how, mask, before), -1)
 FAILING(int, socket, (int domain, int type, int protocol), (domain, type, protocol), -1)
 FAILING(int, socketpair, (int domain, int type, int protocol, int* pair), (domain, type, protocol, pair), -1)
+FAILING(int, timerfd_create, (int clock, int flags), (clock, flags), -1)
 FAILING(int, unlink, (const char* path), (path), -1)
 FAILING(ssize_t, write, (int fd, const void* data, std::size_t size), (fd, data, size), -1)
 

@@ -55,28 +55,27 @@ void Device::start(Time now) {
 
 // ---- Frames
 
-Time Device::on_frame(const Frame& frame, Time now) {
-  if (slave_.state() == nmt::State::kInitialising) return kNever;
+bool Device::on_frame(const Frame& frame, Time now) {
+  if (slave_.state() == nmt::State::kInitialising) return false;
   const auto hears = [&](const auto&... part) { return (part.hears(frame.id) || ...); };
   if (slave_.hears(frame.id) || with_parts(*this, hears)) return on_service(frame, now);
-  if (!pdo_.on_frame(frame, now)) return kNever;
-  return earlier(pdo_.deadline(), emergency_.deadline());
+  return pdo_.on_frame(frame, now);
 }
 
-Time Device::on_service(const Frame& frame, Time now) {
+bool Device::on_service(const Frame& frame, Time now) {
   if (frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
   slave_.on_frame(frame, now);
   with_parts(*this, [&](auto&... part) { (part.on_frame(frame, now) || ...); });
   react(now);
-  return deadline();
+  return true;
 }
 
-Time Device::on_sdo_request(const Frame& frame, Time now) {
-  if (!nmt::is_running(slave_.state())) return kNever;
+bool Device::on_sdo_request(const Frame& frame, Time now) {
+  if (!nmt::is_running(slave_.state())) return false;
   application_.refresh(now);
   slave_.on_frame(frame, now);
   if (std::exchange(written_, false)) application_.on_written(now);
-  return deadline();
+  return true;
 }
 
 /// What has happened in one part and concerns others.

@@ -83,8 +83,8 @@ class Device final : private Application, private PdoApplication {
   /// where it is off the bus until start().
   void set_node_id(std::uint8_t node_id) { slave_.set_node_id(node_id); }
 
-  /// Returns when it wants poll() because of this frame; kNever: what deadline() has said before still holds.
-  Time on_frame(const Frame& frame, Time now);
+  /// True: deadline() may have changed.
+  bool on_frame(const Frame& frame, Time now);
   void on_bus_state(BusState state, Time now);
 
   /// Sends what is due. Returns when it wants to be called next; kNever = only after something has happened.
@@ -132,8 +132,8 @@ class Device final : private Application, private PdoApplication {
   }
 
   AbortCode store_or_restore(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value);
-  Time on_service(const Frame& frame, Time now);
-  Time on_sdo_request(const Frame& frame, Time now);
+  bool on_service(const Frame& frame, Time now);
+  bool on_sdo_request(const Frame& frame, Time now);
   void react(Time now);
   void watch_network(Time now);
   void fail(NetworkFailure failure, Time now);

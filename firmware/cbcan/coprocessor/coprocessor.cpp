@@ -315,7 +315,7 @@ void Coprocessor::on_sdo_response(const Frame& frame, Time now) {
 }
 
 void Coprocessor::on_own_node(const Frame& frame, Time now) {
-  wake_at(node_.on_frame(frame, now));
+  if (node_.on_frame(frame, now)) wake_at(node_.deadline());
 }
 
 void Coprocessor::on_bus_state(BusState state, Time now) {

@@ -37,7 +37,7 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
               {buffer_, {rpdos_, tpdos_, pieces_}, {}}, *this, port) {}
 
 /// Among them are the other nodes' emergencies, and what an NMT master tells them.
-Time LocalNode::on_low_id(const Frame& frame, Time now) {
+bool LocalNode::on_low_id(const Frame& frame, Time now) {
   const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
   if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) emergencies_.on_frame(frame);
   if (nmt::is_command(frame)) monitor_.doubt(static_cast<nmt::Command>(frame.data[0]), frame.data[1]);

@@ -42,9 +42,9 @@ class LocalNode final : private DeviceApplication {
 
   void start(Time now) { device_.start(now); }
 
-  /// Any frame but those of other nodes' error control, which on_error_control() takes. Returns when it wants
-  /// poll() because of it.
-  Time on_frame(const Frame& frame, Time now) {
+  /// Any frame but those of other nodes' error control, which on_error_control() takes. True: deadline() may
+  /// have changed.
+  bool on_frame(const Frame& frame, Time now) {
     return frame.id <= EmergencyConsumer::kLastId ? on_low_id(frame, now) : device_.on_frame(frame, now);
   }
   NodeMonitor::News on_error_control(const Frame& frame, Time now) { return monitor_.on_frame(frame, now); }
@@ -81,7 +81,7 @@ class LocalNode final : private DeviceApplication {
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   void on_emergency_sent(const EmergencyConsumer::Message& message) override;
 
-  Time on_low_id(const Frame& frame, Time now);
+  bool on_low_id(const Frame& frame, Time now);
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
   AbortCode write_consumer(std::uint8_t sub, std::uint32_t value);
   AbortCode write_mode(std::uint32_t value);

@@ -14,6 +14,7 @@ constexpr double kSecondsPerMinute = 60;
 
 /// Increments: on one side of an edge, and not on it.
 constexpr double kBeside = 1e-3;
+constexpr double kFarFrom = 1;
 constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
 constexpr std::int32_t kHighest = std::numeric_limits<std::int32_t>::max();
 
@@ -181,10 +182,14 @@ AxisSwitches Axis::switches(Time now) const {
 Time Axis::next_switch(Time now) const {
   if (blocked_ || has_load() || at_rest(now)) return kNever;
   Time next = kNever;
+  const Profile::Range range = profile_.range();
   for (const double edge :
-       {layout_.negative_limit, layout_.positive_limit, layout_.home_low, layout_.home_high})
+       {layout_.negative_limit, layout_.positive_limit, layout_.home_low, layout_.home_high}) {
+    const double position = from_machine(edge);
+    if (position < range.low - kFarFrom || position > range.high + kFarFrom) continue;
     for (const double beside : {-kBeside, kBeside})
       next = earlier(next, passes(from_machine(edge + beside), now));
+  }
   return next;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace cbcan::devices {
 
@@ -126,11 +127,12 @@ std::size_t Profile::phase_at(Time now) const {
   return i;
 }
 
-Motion Profile::at(Time now) const {
+void Profile::know(Time now) const {
   const Phase& phase = phases_[phase_at(now)];
   const double t = std::max(seconds_at(now) - phase.begin, 0.0);
-  return {phase.position + t * (phase.velocity + t * phase.acceleration / 2),
-          phase.velocity + t * phase.acceleration};
+  known_ = {phase.position + t * (phase.velocity + t * phase.acceleration / 2),
+            phase.velocity + t * phase.acceleration};
+  known_at_ = now;
 }
 
 Time Profile::next_change(Time now) const {
@@ -141,6 +143,16 @@ Time Profile::next_change(Time now) const {
 Time Profile::steady_since(Time now) const {
   const Phase& phase = phases_[phase_at(now)];
   return phase.acceleration == 0 ? phase.begins : kNever;
+}
+
+Profile::Range Profile::range() const {
+  Range all{phases_[0].position, phases_[0].position};
+  bool known = final_velocity() == 0;
+  for (const Phase& phase : std::span(phases_).first(count_)) {
+    known &= phase.acceleration == 0;
+    all = {std::min(all.low, phase.position), std::max(all.high, phase.position)};
+  }
+  return known ? all : Range{-kNotReached, kNotReached};
 }
 
 /// Seconds after the start at which the phase is at `position`, not before `from` and not after `until`.
@@ -179,6 +191,7 @@ Time Profile::time_at(double position, Time from) const {
 void Profile::shift(double distance) {
   for (std::size_t i = 0; i < count_; ++i)
     phases_[i].position += distance;
+  known_at_ = kNever;
 }
 
 }  // namespace cbcan::devices

@@ -48,8 +48,11 @@ class Profile {
   /// The velocity changes evenly to `velocity` within `duration` and is then kept.
   static Profile even_change(const Motion& from, double velocity, Time duration, Time start);
 
-  /// `now` not before the start.
-  Motion at(Time now) const;
+  /// `now` not before the start. Asked many times for each.
+  Motion at(Time now) const {
+    if (now != known_at_) know(now);
+    return known_;
+  }
 
   /// When the last stretch begins, that of constant velocity.
   Time end() const { return end_; }
@@ -60,6 +63,13 @@ class Profile {
   /// The velocity after the end.
   double final_velocity() const { return phases_[count_ - 1].velocity; }
 
+  /// Positions that it never leaves; those of a motion with accelerations, or without an end, are not looked
+  /// for.
+  struct Range {
+    double low;
+    double high;
+  };
+  Range range() const;
   /// The first time, at `from` or later, at which `position` is reached or has been passed; kNever = not.
   Time time_at(double position, Time from) const;
 
@@ -81,14 +91,17 @@ class Profile {
   void finish(double position, double velocity);
   double seconds_at(Time now) const;
   std::size_t phase_at(Time now) const;
+  void know(Time now) const;
   double first_reach(const Phase& phase, double position, double from, double until) const;
 
   std::array<Phase, 5> phases_{};
   std::size_t count_ = 0;
   Time start_ = 0;
   Time end_ = 0;
-  double length_ = 0;  ///< seconds
-  Motion last_{};      ///< while it is being put together
+  double length_ = 0;               ///< seconds
+  Motion last_{};                   ///< while it is being put together
+  mutable Time known_at_ = kNever;  ///< at() then is known_
+  mutable Motion known_{};
 };
 
 }  // namespace cbcan::devices

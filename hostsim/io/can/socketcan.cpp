@@ -158,7 +158,7 @@ bool SocketCan::transmit(const Frame& frame) {
   }
   if (no_room(errno)) {
     ++counters_.waits;
-    retry_at_ = Reactor::now() + kRetry;
+    retry_at_ = reactor_.time() + kRetry;
     return false;
   }
   if (errno != ENETDOWN && !interface_deleted(errno)) {
@@ -220,7 +220,7 @@ void SocketCan::on_link_change() {
   std::array<char, 8192> ignored;
   while (::recv(links_.get(), ignored.data(), ignored.size(), 0) > 0 || errno == ENOBUFS) {
   }
-  check_interface(Reactor::now());
+  check_interface(reactor_.time());
 }
 
 void SocketCan::check_interface(Time now) {
@@ -258,7 +258,7 @@ void SocketCan::note(Interface seen, Time now) {
 
 /// Bounded, so that a storm of frames leaves the others their turn.
 void SocketCan::receive() {
-  const Time now = Reactor::now();
+  const Time now = reactor_.time();
   for (int i = 0; i < kReadsPerTurn; ++i)
     if (receive_batch(now) < kFramesPerRead) return;
 }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "io/loop/reactor.hpp"
 
-#include <poll.h>
 #include <sys/epoll.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/timerfd.h>
 #include <time.h>
 
 #include <array>
@@ -21,16 +20,15 @@ static_assert(Reactor::kReadable == EPOLLIN && Reactor::kWritable == EPOLLOUT);
 static_assert(Reactor::kEdge == std::uint32_t{EPOLLET});
 static_assert(Reactor::kBroken == (EPOLLERR | EPOLLHUP));
 
-constexpr std::size_t kEventsPerTurn = 64;
+/// Everybody who is ready has a turn before anybody has a second one.
+constexpr std::size_t kEventsPerTurn = 512;
 constexpr long kNanosecondsPerMicrosecond = 1000;
-
-using Events = std::array<epoll_event, kEventsPerTurn>;
 
 [[noreturn]] void fail(const char* what) {
   throw EnvironmentError(std::string("reactor: ") + what + ": " + reason(errno));
 }
 
-Time read_clock(clockid_t clock) {
+Time time_of(clockid_t clock) {
   timespec time{};
   clock_gettime(clock, &time);
   return static_cast<Time>(time.tv_sec) * kSecond +
@@ -42,25 +40,14 @@ timespec to_timespec(Time time) {
           static_cast<long>(time % kSecond) * kNanosecondsPerMicrosecond};
 }
 
-int wait(int epoll, Events& events, Time until) {
-  const int room = static_cast<int>(events.size());
-  if (until == kNever) return epoll_wait(epoll, events.data(), room, -1);
-  const Time now = Reactor::now();
-  if (until <= now) return epoll_wait(epoll, events.data(), room, 0);
-  const timespec left = to_timespec(until - now);
-  const int count = epoll_pwait2(epoll, events.data(), room, &left, nullptr);
-  if (count >= 0 || errno != ENOSYS) return count;
-  // Linux before 5.11: two calls do the same.
-  pollfd any{epoll, POLLIN, 0};
-  ppoll(&any, 1, &left, nullptr);
-  return epoll_wait(epoll, events.data(), room, 0);
-}
-
 }  // namespace
 
-Reactor::Reactor() : epoll_(epoll_create1(EPOLL_CLOEXEC)) {
-  if (!epoll_) fail("epoll");
-  prctl(PR_SET_TIMERSLACK, kNanosecondsPerMicrosecond, 0, 0, 0);
+Reactor::Reactor()
+    : epoll_(epoll_create1(EPOLL_CLOEXEC)),
+      timer_(timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)) {
+  if (!epoll_ || !timer_) fail("epoll");
+  epoll_event event{.events = EPOLLIN | EPOLLET, .data = {.ptr = nullptr}};
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, timer_.get(), &event) != 0) fail("timer");
 }
 
 Reactor::~Reactor() {
@@ -103,27 +90,39 @@ void Reactor::clear_ended() {
     ended_ = std::move(ended_->next);
 }
 
+/// A timer that runs is never put off, as deadlines are time and again: it comes too early then, and is set
+/// anew.
+void Reactor::set_timer(Time until) {
+  if (until >= timer_at_) return;
+  const itimerspec at{{}, to_timespec(until)};
+  timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &at, nullptr);
+  timer_at_ = until;
+}
+
 std::size_t Reactor::run_once(Time until) {
-  Events events;
-  const int count = wait(epoll_.get(), events, until);
+  if (until > time_) set_timer(until);
+  std::array<epoll_event, kEventsPerTurn> events;
+  const int count = epoll_wait(epoll_.get(), events.data(), kEventsPerTurn, until > time_ ? -1 : 0);
+  read_clock();
   std::size_t called = 0;
   for (int i = 0; i < count; ++i) {
     const epoll_event& event = events[static_cast<std::size_t>(i)];
-    Watch& watch = *static_cast<Watch*>(event.data.ptr);
-    if (!watch.live) continue;
-    watch.callback(event.events);
+    auto* const watch = static_cast<Watch*>(event.data.ptr);
+    if (watch == nullptr) timer_at_ = kNever;
+    if (watch == nullptr || !watch->live) continue;
+    watch->callback(event.events);
     ++called;
   }
-  clear_ended();
+  if (ended_) clear_ended();
   return called;
 }
 
 Time Reactor::now() {
-  return read_clock(CLOCK_MONOTONIC);
+  return time_of(CLOCK_MONOTONIC);
 }
 
 Time Reactor::wall_offset() {
-  return read_clock(CLOCK_REALTIME) - now();
+  return time_of(CLOCK_REALTIME) - now();
 }
 
 void raise_descriptor_limit() {

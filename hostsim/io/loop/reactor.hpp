@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One epoll instance, one thread, one time-out. The owner's loop is
+/// One epoll instance, one thread, one timer. The owner's loop is
 ///
 ///     while (!signals.stop_requested()) {
-///       const Time now = Reactor::now();
-///       everything.advance(now);
+///       everything.advance(reactor.time());
 ///       reactor.run_once(everything.next_deadline());
 ///     }
+///
+/// The clock is read once a turn: all that is done in it is done at one time.
 ///
 /// Level-triggered: a callback may leave work undone and is called again. Callbacks must not block and must
 /// not call run_once().
@@ -35,8 +36,7 @@ class Reactor {
   /// What the descriptor is ready for: any of the above.
   using Callback = std::function<void(std::uint32_t ready)>;
 
-  /// Throws EnvironmentError when the kernel has no descriptor left. Sets the thread's timer slack to 1 us,
-  /// so that run_once() ends when it was asked to.
+  /// Throws EnvironmentError when the kernel has no descriptor left.
   Reactor();
   ~Reactor();
   Reactor(const Reactor&) = delete;
@@ -55,8 +55,14 @@ class Reactor {
   void forget(int fd);
 
   /// Waits until something is ready or it is `until` (kNever = without limit; a time gone by = just looks),
-  /// calls the callbacks of what is ready, and returns how many it called. A signal may end the wait early.
+  /// calls the callbacks of what is ready, and returns how many it called. A signal may end the wait early,
+  /// and so may the time of an earlier call.
   std::size_t run_once(Time until);
+
+  /// now() at the end of the last wait: the time of this turn.
+  Time time() const { return time_; }
+  /// After something long that was no turn.
+  void read_clock() { time_ = now(); }
 
   /// CLOCK_MONOTONIC in microseconds: the project's only reading of it.
   static Time now();
@@ -73,8 +79,12 @@ class Reactor {
 
   Watch* find(int fd) const;
   void clear_ended();
+  void set_timer(Time until);
 
   Descriptor epoll_;
+  Descriptor timer_;
+  Time timer_at_ = kNever;  ///< kNever = it is not running
+  Time time_ = now();
   std::vector<std::unique_ptr<Watch>> watches_;  ///< by descriptor
   std::unique_ptr<Watch> ended_;  ///< forgotten during this turn, a list: events may still point at them
 };

@@ -2,6 +2,7 @@
 #include "io/modbus/modbus_request.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string_view>
 
 namespace cbcan::io {
@@ -75,9 +76,25 @@ ModbusException check_identification(Pdu pdu) {
   return kNone;
 }
 
-void append(ModbusResponse& response, const auto& bytes) {
-  for (const auto byte : bytes)
-    response.bytes[response.size++] = static_cast<std::uint8_t>(byte);
+/// The values of first and quantity at pdu[1..4], behind function code and count of bytes.
+std::size_t read(Pdu pdu, std::span<std::uint16_t> registers, ModbusResponse response) {
+  const auto values = registers.subspan(word(pdu, 1), word(pdu, 3));
+  response[1] = static_cast<std::uint8_t>(2 * values.size());
+  std::size_t size = 2;
+  for (const std::uint16_t value : values) {
+    response[size++] = static_cast<std::uint8_t>(value >> 8);
+    response[size++] = static_cast<std::uint8_t>(value);
+  }
+  return size;
+}
+
+/// The values behind first, quantity and count of bytes, which begin at `offset`.
+void write(Pdu pdu, std::size_t offset, std::span<std::uint16_t> registers) {
+  const std::uint8_t* from = &pdu[offset + 5];
+  for (std::uint16_t& value : registers.subspan(word(pdu, offset), word(pdu, offset + 2))) {
+    value = static_cast<std::uint16_t>(from[0] << 8 | from[1]);
+    from += 2;
+  }
 }
 
 }  // namespace
@@ -105,45 +122,48 @@ ModbusRange written_by(Pdu pdu) {
   }
 }
 
-ModbusResponse exception_response(std::uint8_t function, ModbusException exception) {
-  ModbusResponse response;
-  response.bytes[0] = function | kExceptionBit;
-  response.bytes[1] = static_cast<std::uint8_t>(exception);
-  response.size = 2;
-  return response;
+std::size_t exception_response(std::uint8_t function, ModbusException exception, ModbusResponse response) {
+  response[0] = function | kExceptionBit;
+  response[1] = static_cast<std::uint8_t>(exception);
+  return 2;
 }
 
-ModbusResponse register_response(Pdu pdu, std::span<const std::uint16_t> registers) {
-  ModbusResponse response;
-  const auto function = static_cast<ModbusFunction>(pdu[0]);
-  const bool reads = function == kReadHoldingRegisters || function == kReadInputRegisters ||
-                     function == kReadWriteMultipleRegisters;
-  if (!reads) {
-    append(response, function == kWriteMultipleRegisters ? pdu.first(5) : pdu);
-    return response;
+std::size_t execute(Pdu pdu, std::span<std::uint16_t> registers, ModbusResponse response) {
+  constexpr std::size_t kAddressAndWord = 5;  // with the function code
+  std::copy_n(pdu.begin(), kAddressAndWord, response.begin());
+  switch (static_cast<ModbusFunction>(pdu[0])) {
+    case kWriteSingleRegister:
+      registers[word(pdu, 1)] = static_cast<std::uint16_t>(word(pdu, 3));
+      return kAddressAndWord;
+    case kWriteMultipleRegisters: write(pdu, 1, registers); return kAddressAndWord;
+    case kMaskWriteRegister: {
+      std::uint16_t& value = registers[word(pdu, 1)];
+      value = static_cast<std::uint16_t>((value & word(pdu, 3)) | (word(pdu, 5) & ~word(pdu, 3)));
+      std::ranges::copy(pdu, response.begin());
+      return pdu.size();
+    }
+    case kReadWriteMultipleRegisters: write(pdu, 5, registers); [[fallthrough]];
+    default: return read(pdu, registers, response);
   }
-  append(response, std::array{pdu[0], static_cast<std::uint8_t>(2 * word(pdu, 3))});
-  for (const std::uint16_t value : registers.subspan(word(pdu, 1), word(pdu, 3)))
-    append(response, std::array{static_cast<std::uint8_t>(value >> 8), static_cast<std::uint8_t>(value)});
-  return response;
 }
 
-ModbusResponse identification_response(Pdu pdu, const DeviceIdentity& identity) {
+std::size_t identification_response(Pdu pdu, const DeviceIdentity& identity, ModbusResponse response) {
   const std::array<std::string_view, kBasicObjects> objects{identity.vendor, identity.product_code,
                                                             identity.revision};
   // A stream from an object that does not exist starts at the first one.
   const std::size_t first = pdu[3] < kBasicObjects ? pdu[3] : 0;
   const std::size_t last = pdu[2] == kOneObject ? first : kBasicObjects - 1;
   const auto count = static_cast<std::uint8_t>(last - first + 1);
-  ModbusResponse response;
-  append(response,
-         std::array{pdu[0], pdu[1], pdu[2], kBasicStreamAndOneObject, kNoMoreFollows, kNoNextObject, count});
+  const auto head =
+      std::to_array({pdu[0], pdu[1], pdu[2], kBasicStreamAndOneObject, kNoMoreFollows, kNoNextObject, count});
+  auto end = std::ranges::copy(head, response.begin()).out;
   for (std::size_t id = first; id <= last; ++id) {
     const std::string_view text = objects[id].substr(0, kMaxObjectText);
-    append(response, std::array{static_cast<std::uint8_t>(id), static_cast<std::uint8_t>(text.size())});
-    append(response, text);
+    *end++ = static_cast<std::uint8_t>(id);
+    *end++ = static_cast<std::uint8_t>(text.size());
+    end = std::ranges::copy(text, end).out;
   }
-  return response;
+  return static_cast<std::size_t>(end - response.begin());
 }
 
 }  // namespace cbcan::io

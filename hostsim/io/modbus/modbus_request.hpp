@@ -5,7 +5,6 @@
 /// (function code and data). Source: Modbus Application Protocol V1.1b3, section 6; "V1.1b3, 6.3" in the
 /// comments.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -22,6 +21,8 @@ enum class ModbusException : std::uint8_t {
 };
 
 inline constexpr std::size_t kMaxPduBytes = 253;
+/// Behind an MBAP header of seven bytes.
+inline constexpr std::size_t kMaxModbusAdu = 7 + kMaxPduBytes;
 
 enum class ModbusFunction : std::uint8_t {
   kReadHoldingRegisters = 3,
@@ -59,19 +60,17 @@ struct DeviceIdentity {
   std::string revision;
 };
 
-/// A response's PDU.
-struct ModbusResponse {
-  std::array<std::uint8_t, kMaxPduBytes> bytes;
-  std::size_t size = 0;
-};
+/// Where a response's PDU is made. The functions return its size.
+using ModbusResponse = std::span<std::uint8_t, kMaxPduBytes>;
 
-ModbusResponse exception_response(std::uint8_t function, ModbusException exception);
+std::size_t exception_response(std::uint8_t function, ModbusException exception, ModbusResponse response);
 
-/// What a request of the register functions that check_request() has passed, and that has been executed, is
-/// answered.
-ModbusResponse register_response(std::span<const std::uint8_t> pdu, std::span<const std::uint16_t> registers);
+/// Executes a register function that check_request() has passed on registers 0.., in host byte order.
+std::size_t execute(std::span<const std::uint8_t> pdu, std::span<std::uint16_t> registers,
+                    ModbusResponse response);
 
 /// Answers a function 43 request that check_request() has passed.
-ModbusResponse identification_response(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity);
+std::size_t identification_response(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity,
+                                    ModbusResponse response);
 
 }  // namespace cbcan::io

@@ -31,7 +31,7 @@ class RtuSession final : public StreamSession {
   std::string_view unsent() const override { return unsent_; }
   void sent(std::size_t count) override { unsent_.erase(0, count); }
 
-  /// Executes the request whose silence is over. `now` is Reactor::now()'s.
+  /// Executes the request whose silence is over. `now` is Reactor::time()'s.
   void poll(Time now);
   /// When the silence is over behind the request that waits for it; kNever = none does.
   Time deadline() const { return deadline_; }
@@ -65,7 +65,7 @@ class ModbusSerial {
   ModbusSerial& operator=(const ModbusSerial&) = delete;
 
   const std::string& device() const { return line_.device; }
-  /// Does what is due. `now` is Reactor::now()'s.
+  /// Does what is due. `now` is Reactor::time()'s.
   void poll(Time now);
   Time next_deadline() const { return port_ ? session_.deadline() : retry_at_; }
   const RtuServer::Counters& counters() const { return session_.counters(); }

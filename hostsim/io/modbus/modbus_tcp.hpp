@@ -12,8 +12,8 @@
 ///
 /// No client can hold up another one: nothing blocks, a client gets a bounded number of requests per turn,
 /// one that does not read its responses is not read from, and half a request waits in its own connection.
-/// Requests are framed and checked here; libmodbus sees only those that it answers at once (Modbus Messaging
-/// on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application Protocol V1.1b3 for the rest).
+/// Sources: Modbus Messaging on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application
+/// Protocol V1.1b3 for the rest (modbus_request.hpp).
 
 #include <cstddef>
 #include <cstdint>
@@ -60,11 +60,12 @@ class ModbusTcp {
   /// When poll() has something to do next; kNever while nobody has sent half a request.
   Time next_deadline() const { return deadlines_.empty() ? kNever : deadlines_.begin()->first; }
 
-  /// Closes the connections whose half request has waited too long. `now` is Reactor::now()'s.
-  void poll(Time now);
+  /// Closes the connections whose half request has waited too long. `now` is Reactor::time()'s.
+  void poll(Time now) {
+    if (next_deadline() <= now) close_half_requests(now);
+  }
 
-  /// Serves a connected, non-blocking stream socket that somebody else has accepted, with no less room for
-  /// responses than the system gives a new one.
+  /// Serves a connected, non-blocking stream socket that somebody else has accepted.
   void adopt(Descriptor socket);
 
   std::size_t clients() const { return connections_.size(); }
@@ -86,30 +87,26 @@ class ModbusTcp {
 
  private:
   struct Connection;
-  struct Libmodbus;
   using Bytes = std::span<const std::uint8_t>;
   using Registers = std::span<std::uint16_t>;
 
+  void close_half_requests(Time now);
   void close_client(Connection& client);
 
   bool on_ready(Connection& client);
   bool receive(Connection& client);
   bool serve_buffered(Connection& client);
   bool serve(Connection& client, Bytes request);
-  void tell(const Connection& client, Bytes request, ModbusUnit& unit, ModbusException exception) const;
-  bool respond(Connection& client, Bytes request, Registers registers, ModbusException exception);
-  bool respond_by_libmodbus(Connection& client, Bytes request, Registers registers);
-  bool send_own(Connection& client, Bytes request, const ModbusResponse& response);
+  Bytes respond(Bytes request, Registers registers, ModbusException exception,
+                std::span<std::uint8_t, kMaxModbusAdu> bytes);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
-  bool has_room(Connection& client) const;
+  bool send_some(Connection& client, Bytes& rest);
   void set_deadline(Connection& client, Time deadline);
 
   Reactor& reactor_;
   ModbusTcpSettings settings_;
   std::vector<ModbusUnit*> networks_;
-  std::unique_ptr<Libmodbus> libmodbus_;
-  std::uint64_t direct_responses_ = 0;  ///< so many responses fit into a socket's send buffer for certain
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::set<std::pair<Time, int>> deadlines_;  ///< of half requests, with the connection's descriptor
   Counters counters_;

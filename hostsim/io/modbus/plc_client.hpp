@@ -46,7 +46,7 @@ class PlcClient {
   const std::string& place() const { return connection_->place(); }
 
   /// Does what is due; to be called in every turn of the loop, behind what moves the module. `now` is
-  /// Reactor::now()'s.
+  /// Reactor::time()'s.
   void poll(Time now);
   /// When poll() has something to do at the latest, if nothing comes.
   Time next_deadline() const;

@@ -64,7 +64,7 @@ void FaultyPort::poll(Time now) {
   flush();
 }
 
-Time FaultyPort::deadline() const {
+Time FaultyPort::next_due() const {
   const Time next = faults_.deadline();
   return held_.empty() ? next : earlier(next, std::max(held_.front().due, retry_at_));
 }

@@ -55,7 +55,7 @@ class FaultyPort final : public CanPort {
 
   /// Sends what is due.
   void poll(Time now);
-  Time deadline() const;
+  Time deadline() const { return faults_.empty() && held_.empty() ? kNever : next_due(); }
 
   /// The controller has gone bus-off: what was held back is lost.
   void drop() { held_.clear(); }
@@ -88,6 +88,7 @@ class FaultyPort final : public CanPort {
   void let_waiting_go();
   bool flush();
   void follow_states();
+  Time next_due() const;
 
   Port& out_;
   std::uint8_t node_id_;

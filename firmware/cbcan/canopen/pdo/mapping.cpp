@@ -19,9 +19,17 @@ std::uint32_t bits_of(DataType type, std::size_t bytes) {
   return type == DataType::kBoolean ? 1 : static_cast<std::uint32_t>(8 * bytes);
 }
 
-/// As many at a time as stand in one byte on both sides.
+/// A bit, whole bytes, or as many bits at a time as stand in one byte on both sides.
 void copy_bits(const std::uint8_t* from, std::uint32_t from_bit, std::uint8_t* to, std::uint32_t to_bit,
                std::uint32_t count) {
+  if (count == 1) {
+    std::uint8_t& byte = to[to_bit / 8];
+    const std::uint32_t on = from[from_bit / 8] >> from_bit % 8 & 1;
+    byte = static_cast<std::uint8_t>((byte & ~(1u << to_bit % 8)) | on << to_bit % 8);
+    return;
+  }
+  if (count % 8 == 0 && (from_bit | to_bit) % 8 == 0)
+    return copy_bytes(from + from_bit / 8, to + to_bit / 8, count / 8);
   while (count != 0) {
     const std::uint32_t many = std::min(count, 8 - std::max(from_bit % 8, to_bit % 8));
     const std::uint32_t ones = (1u << many) - 1;
@@ -125,14 +133,7 @@ void PdoMapping::sample_pieces(const ObjectDictionary& dictionary,
   data = {};
   std::uint32_t bit = 0;
   for (const Piece& piece : std::span(pieces_, count_)) {
-    const std::uint8_t* const block = dictionary.block(piece.process);
-    const std::uint32_t from = piece.first_bit;
-    if (piece.more_bits == 0) {
-      data[bit / 8] = static_cast<std::uint8_t>(data[bit / 8] | (block[from / 8] >> from % 8 & 1) << bit % 8);
-      ++bit;
-      continue;
-    }
-    copy_bits(block, from, data.data(), bit, piece.more_bits + 1u);
+    copy_bits(dictionary.block(piece.process), piece.first_bit, data.data(), bit, piece.more_bits + 1u);
     bit += piece.more_bits + 1u;
   }
 }
