@@ -93,6 +93,8 @@ class CommandStream final : public io::HttpStream {
       begun_ = body_.size() - rest.size();
       if (line.starts_with("subscribe"))
         text += "error: subscribe is for --control; /api/events tells what happens\n";
+      else if (line.size() > io::kLongestCommand)
+        text += fmt::format("error: a line of more than {} characters\n", io::kLongestCommand);
       else if (!line.empty())
         text += execute_(line, dialogue_);
     }

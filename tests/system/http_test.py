@@ -186,6 +186,7 @@ class Strangers(Http):
                      '{"first": 1, "values": [70000]}', '{"first": 4167, "values": [1, 2]}', '{"network": 9, "first": 1, "values": [1]}'):
             self.assertEqual(self.ask("/api/registers", body)[0], 400, body)
         self.assertEqual(self.ask("/api/control", "subscribe")[1], "error: subscribe is for --control; /api/events tells what happens\n")
+        self.assertEqual(self.ask("/api/control", 1001 * "x" + "\ntime")[1].splitlines()[0], "error: a line of more than 1000 characters")
         self.assertEqual(self.ask("/api/time", "x")[0], 404)
 
     def test_other_sites(self):

@@ -100,6 +100,14 @@ class Pcap(unittest.TestCase):
             self.assertLessEqual(pathlib.Path(file).stat().st_size, 1_000_000)
             self.assertEqual([line for line in self.dissect("_ws.malformed", file=file) if line != [""]], [])
 
+    def test_faults_without_a_frame(self):
+        done = subprocess.run([PROGRAM, "--demo", "--modbus", ":0", "--fault", "0x42:heartbeat-stops", "--object", "0x42:0x1017=1", "--clock",
+                               "manual", "--pcap", str(self.file)], input="pass 10s\nnmt start 1\npass 1ms\n", capture_output=True, text=True,
+                              timeout=LIMIT, check=False)
+        self.assertEqual(done.returncode, 0)
+        comments = [comment for bad, comment in self.dissect("_ws.malformed", "frame.comment") if comment and not bad]
+        self.assertLess(max(len(comment) for comment in comments), 10_000)
+
     def test_standard_output(self):
         process = subprocess.Popen([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--pcap", "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         self.assertTrue(process.stderr.readline().startswith(b"ready modbus="))

@@ -171,7 +171,8 @@ void PcapFile::add(const journal::Event& event) {
   if (event.kind == journal::Kind::kFrame) return add_can(event, comment);
   if (event.kind == journal::Kind::kModbus && event.code != 0) return add_modbus(event, comment);
   if (event.kind == journal::Kind::kClient && event.state == 0) sent_.erase(event.code);
-  if (!comment.empty()) pending_ += comment + "\n";
+  constexpr std::size_t kMostPending = 8192;  // an option has 65,535 bytes at most
+  if (!comment.empty() && pending_.size() < kMostPending) pending_ += comment + "\n";
 }
 
 void PcapFile::add_can(const journal::Event& event, const std::string& comment) {
