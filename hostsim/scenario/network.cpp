@@ -28,10 +28,17 @@ RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
 }
 
-ScannerWindow scanner_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
+/// Those of all channels.
+std::vector<ScannerWindow> scanners_of(std::vector<std::uint16_t>& registers,
+                                       const plant::ModuleConfig& module) {
   const std::span<std::uint16_t> all(registers);
-  return {all.subspan(module.scanner_out_first).first<regmap::kScannerOutWords>(),
-          all.subspan(module.scanner_in_first).first<regmap::kScannerInWords>()};
+  std::vector<ScannerWindow> scanners;
+  for (std::size_t channel = 0; channel < module.channels; ++channel) {
+    const auto of_channel = all.subspan(channel * regmap::kScannerStride);
+    scanners.emplace_back(of_channel.subspan(module.scanner_out_first).first<regmap::kScannerOutWords>(),
+                          of_channel.subspan(module.scanner_in_first).first<regmap::kScannerInWords>());
+  }
+  return scanners;
 }
 
 ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
@@ -54,7 +61,7 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                                 settings_of(config.module), scanner_of(registers_, config.module));
+                                 settings_of(config.module), scanners_of(registers_, config.module));
   }
   for (sim::NodeParts& node : nodes) {
     node.listener = listener;

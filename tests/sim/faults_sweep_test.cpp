@@ -51,8 +51,9 @@ class Plant {
   std::array<std::uint16_t, 128> process{};
   cbcan::sim::Bus bus;
   cbcan::sim::Schedule schedule;
+  std::array<cbcan::ScannerWindow, 1> scanners{};
   cbcan::sim::CoprocessorModule module{
-      bus, schedule, cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {}};
+      bus, schedule, cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {}, scanners};
   FaultyNode node{bus, schedule, 5, nullptr};
   Time now = 0;
 

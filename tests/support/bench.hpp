@@ -62,14 +62,17 @@ class Wire {
 using Registers = std::array<std::uint16_t, regmap::kWindowWords>;
 
 /// A coprocessor between a PLC that the test plays and a bus that the test plays too, in virtual time.
-class Bench : public Wire {
+template <typename Core>
+class BasicBench : public Wire {
  public:
-  explicit Bench(Coprocessor::Settings settings = {}) : Bench(own_registers, settings) {}
+  explicit BasicBench(Coprocessor::Settings settings = {}) : BasicBench(own_registers, settings) {}
   /// With the registers in somebody else's memory.
-  explicit Bench(Registers& memory, Coprocessor::Settings settings = {})
+  explicit BasicBench(Registers& memory, Coprocessor::Settings settings = {})
+      : BasicBench(memory, settings, ScannerWindow(out, in)) {}
+  template <typename... Scanners>
+  BasicBench(Registers& memory, Coprocessor::Settings settings, const Scanners&... scanners)
       : registers(memory),
-        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings,
-                    ScannerWindow(out, in)) {
+        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings, scanners...) {
     coprocessor.start(now);
     port.sent.clear();  // the boot-up message has its own test
   }
@@ -129,7 +132,9 @@ class Bench : public Wire {
   Registers& registers;
   Time now = 1000;
   Time deadline = 0;
-  Coprocessor coprocessor;
+  Core coprocessor;
 };
+
+using Bench = BasicBench<Coprocessor>;
 
 }  // namespace cbcan::test
