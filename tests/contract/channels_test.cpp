@@ -296,28 +296,49 @@ TEST_CASE("[CHAN-9] the quarantine holds for all channels") {
   window.check_read(3);
 }
 
-TEST_CASE("[CHAN-10] NMT services and node states are one service, one at a time") {
+TEST_CASE("[CHAN-10] NMT services and the states of one node, one at a time") {
   Channels window;
   CONTRACT_NEEDS(window, Ability::kChannels);
-  window.state(2, 5);
-  window.expect("705#R1");
-  window.state(3, 6);
-  window.nmt(4, 7);
-  window.read(8, 0x300C, 0, 1);
-  window.expect_silence();
-  window.pass_nearly(100ms);
-  CHECK(window.waits(2));
-  window.pass_rest();
-  CHECK(window.in(2, 5) == Words{2, 0, 2, 1, 6});
-  window.expect("706#R1");
-  CHECK(window.waits(4));
-  window.arrive("706#05");
-  CHECK(window.in(3, 5) == Words{2, 0, 2, 1, 5});
-  window.expect("000#0107");
-  CHECK(window.in(4, 4) == Words{2, 0, 2, 0});
-  window.exchange({{"708#R1", "708#7F"}});
-  window.check_done();
-  CHECK(window.reg(3706) == 127);
+  SECTION("different nodes are asked at the same time") {
+    window.state(2, 5);
+    window.state(3, 6);
+    window.read(8, 0x300C, 0, 1);
+    window.exchange({{"705#R1", ""}, {"706#R1", ""}, {"708#R1", "708#7F"}});
+    window.check_done();
+    CHECK(window.reg(3706) == 127);
+    window.pass_nearly(100ms);
+    CHECK(window.waits(2));
+    window.arrive("706#05");
+    CHECK(window.in(3, 5) == Words{2, 0, 2, 1, 5});
+    window.pass_rest();
+    CHECK(window.in(2, 5) == Words{2, 0, 2, 1, 6});
+  }
+  SECTION("one node, one after the other") {
+    window.state(2, 5);
+    window.state(3, 5);
+    window.expect("705#R1");
+    window.expect_silence();
+    window.pass_nearly(100ms);
+    window.pass_rest();
+    CHECK(window.in(2, 5) == Words{2, 0, 2, 1, 6});
+    CHECK(window.waits(3));
+    window.exchange({{"705#R1", "705#05"}});
+    CHECK(window.in(3, 5) == Words{2, 0, 2, 1, 5});
+  }
+  SECTION("NMT that cannot leave") {
+    CONTRACT_NEEDS(window, Ability::kRefusal);
+    window.target().refuse_frames(true);
+    window.nmt(4, 7);
+    window.nmt(2, 8);
+    window.nmt(3, 9);
+    window.pass(1ms);
+    CHECK(window.waits(2));
+    window.target().refuse_frames(false);
+    window.pass(1ms);
+    for (const char* frame : {"000#0107", "000#0108", "000#0109"})
+      window.expect(frame);
+    CHECK(window.in(3, 4) == Words{2, 0, 2, 0});
+  }
 }
 
 TEST_CASE("[CHAN-11] they do not wait for transfers of other channels") {

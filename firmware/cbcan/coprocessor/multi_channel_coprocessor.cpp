@@ -69,10 +69,10 @@ void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
   if ((frame.id & kFunction) != nmt::kErrorControlId || frame.flags != 0 || node == 0) return;
   const NodeMonitor::News news = NodeMonitor::news(frame);
   if (news == NodeMonitor::News::kNone) return;
-  Channel& serving = channel(owner_[kService]);
+  Channel& asking = channel(owner_[kState + node]);
   if (&last != this) last.on_news(node, news, now);
-  if (&serving != this && &serving != &last) serving.on_news(node, news, now);
-  wake_more_at(earlier(last.due(), serving.due()));
+  if (&asking != this && &asking != &last) asking.on_news(node, news, now);
+  wake_more_at(earlier(last.due(), asking.due()));
 }
 
 void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
@@ -92,12 +92,11 @@ void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_
 
 /// As Channel::begin() has it; a request that is refused there may wait before that.
 MultiChannelCoprocessor::Line MultiChannelCoprocessor::line_of(const Channel::Request& request) const {
-  const bool service = request.command == regmap::kSdoWrite
-                           ? request.index == regmap::kNmtService
-                           : request.index == regmap::kNodeStateService && request.sub == 0;
-  if (service) return kService;
-  const bool local = request.node == 0 || request.node == settings_.node_id;
-  return local || request.node > nmt::kMaxNode ? kNone : static_cast<Line>(request.node);
+  const bool write = request.command == regmap::kSdoWrite;
+  if (write && request.index == regmap::kNmtService) return kNmt;
+  if (request.node == 0 || request.node == settings_.node_id || request.node > nmt::kMaxNode) return kNone;
+  const bool state = !write && request.index == regmap::kNodeStateService && request.sub == 0;
+  return static_cast<Line>(state ? kState + request.node : request.node);
 }
 
 /// When this channel may have the line, as far as the one is concerned that had it last; kNever = after that
@@ -105,7 +104,8 @@ MultiChannelCoprocessor::Line MultiChannelCoprocessor::line_of(const Channel::Re
 Time MultiChannelCoprocessor::free_from(Line line, const Channel& channel, Time now) {
   Channel& last = this->channel(owner_[line]);
   if (&last == &channel) return now;
-  if (line == kService) return last.in_service() ? kNever : now;
+  if (line == kNmt || line > kState)
+    return last.in_service() && line_of(last.request()) == line ? kNever : now;
   return last.node_free_from(line, now);
 }
 

@@ -7,7 +7,8 @@
 /// each of the other calls: a request that has waited for another one's end begins there.
 ///
 /// Requests to one node are executed in the order in which they came, and none while another channel's client
-/// has the node in quarantine. NMT commands and node states are one service, likewise.
+/// has the node in quarantine. NMT commands are executed in that order too, and so are the requests for one
+/// node's state.
 
 #include <array>
 #include <cstddef>
@@ -42,10 +43,13 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
  private:
   void begin_or_hold_back(Channel& channel, Time now) override;
 
-  /// Where requests wait for each other: each node, the service; or nowhere.
+  /// Where requests wait for each other: NMT commands, transfers with each node, states of each node; or
+  /// nowhere.
   using Line = std::uint8_t;
-  static constexpr Line kService = 0;
+  static constexpr Line kNmt = 0;
   static constexpr Line kNone = nmt::kMaxNode + 1;
+  static constexpr Line kState = kNone;  ///< and the node ID
+  static constexpr std::size_t kLines = kState + nmt::kMaxNode + 1;
 
   Channel& channel(std::uint8_t number) {
     if (number == 0) return *this;
@@ -65,7 +69,7 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
   Time more_due_ = kNever;   ///< of the other channels, or of a request that waits
   std::uint8_t resets_ = 0;  ///< of the own node that the other channels know of
   /// By line, the number of the channel that had it last; of kNone nobody asks.
-  std::array<std::uint8_t, kNone + 1> owner_{};
+  std::array<std::uint8_t, kLines> owner_{};
   std::array<std::uint8_t, kMostChannels> waiting_{};  ///< channels that are held back, in order of arrival
   std::size_t waiting_count_ = 0;
   std::array<Line, kMostChannels> line_{};  ///< in which they wait, by channel
