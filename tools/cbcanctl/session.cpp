@@ -5,6 +5,7 @@
 #include <signal.h>
 
 #include <iostream>
+#include <thread>
 
 namespace cbcan::ctl {
 
@@ -72,6 +73,11 @@ void forget_interrupt() {
 
 tools::WindowClient connect(const Options& options) {
   return tools::WindowClient(options.target, interrupted, say);
+}
+
+void Registers::wait() {
+  if (interrupted()) throw tools::Interrupted("cancelled: 0 written to the channels");
+  std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,

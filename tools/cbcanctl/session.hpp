@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "cbcanctl/channels.hpp"
 #include "cbcanctl/client.hpp"
 #include "cbcanctl/value.hpp"
 #include "text/exit_code.hpp"
@@ -52,6 +53,22 @@ bool interrupted();
 void forget_interrupt();
 
 tools::WindowClient connect(const Options& options);
+
+/// The registers of a connection, for tools::run(); Ctrl-C throws Interrupted.
+class Registers final : public tools::RegisterAccess {
+ public:
+  explicit Registers(tools::WindowClient& client) : client_(client) {}
+  std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) override {
+    return client_.look(first, count);
+  }
+  void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
+    client_.write(first, words);
+  }
+  void wait() override;
+
+ private:
+  tools::WindowClient& client_;
+};
 
 /// The data of a good response; throws Refused, of `what`.
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
