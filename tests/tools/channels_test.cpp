@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Many nodes at once through the channels of a module, in virtual time.
-#include "cbcanctl/channels.hpp"
+#include "cbcanctl/plan.hpp"
 
 #include <cbcan/sim.hpp>
 
@@ -24,7 +24,9 @@ class PlantRegisters final : public RegisterAccess {
     return plant.registers(first, count);
   }
   void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
-    plant.write(first, {words.begin(), words.end()});
+    std::vector<std::uint16_t> sent(words.begin(), words.end());
+    if (sent.size() > 6 && sent[1] == 5066 && sent[2] == distorted) sent[6] ^= 8;
+    plant.write(first, sent);
   }
   void wait() override {
     if (plant.now() >= give_up_at) throw std::runtime_error("given up");
@@ -32,36 +34,33 @@ class PlantRegisters final : public RegisterAccess {
   }
 
   Plant plant;
+  unsigned distorted = 128;  ///< a node that keeps other values
   Plant::Duration give_up_at = 60s;
 };
 
-/// Writes 1, 2, 3... to 2004h of a node, reads it back, and starts the node.
-class Configuration final : public Job {
- public:
-  Configuration(std::uint16_t node, unsigned writes) : node_(node), writes_(writes) {}
-
-  std::optional<Transaction> next() override {
-    const auto value = static_cast<std::uint8_t>(++step_);
-    if (step_ <= writes_) return Transaction{5066, node_, 0x2004, 0, 4, {value, 0, 0, 0}};
-    if (step_ == writes_ + 1) return Transaction{5055, node_, 0x2004, 0, 8, {}};
-    if (step_ == writes_ + 2) return Transaction{5066, 0, 0x1F82, node_, 1, {5}};
-    return std::nullopt;
+/// The nodes' 2001h..2004h, as many writes as said.
+std::string plan_of(unsigned nodes, unsigned writes) {
+  std::string toml;
+  for (unsigned node = 1; node <= nodes; ++node) {
+    toml += "[[node]]\nid = " + std::to_string(node) + "\ndevice_type = 0\nidentity = [0]\nobjects = [\n";
+    for (unsigned i = 0; i < writes; ++i)
+      toml += "{ index = " + std::to_string(0x2001 + i % 4) + ", value = " + std::to_string(i / 4) +
+              ", type = \"u" + std::to_string(8 * (i % 4 + 1)) + "\" },\n";
+    toml += "]\n";
   }
-  void ended(const Response& response) override { responses.push_back(response); }
-  void check() const {
-    REQUIRE(responses.size() == writes_ + 2);
-    for (const Response& response : responses)
-      REQUIRE(response.result == 0);
-    REQUIRE(responses[writes_].data ==
-            std::vector<std::uint8_t>{static_cast<std::uint8_t>(writes_), 0, 0, 0});
+  return toml;
+}
+
+/// Jobs for a plan, and what became of them.
+struct Jobs {
+  explicit Jobs(const std::string& toml, bool verify = true) : plan(parse_plan(toml, "plan.toml")) {
+    for (const PlannedNode& node : plan)
+      list.push_back(&nodes.emplace_back(node, verify));
   }
 
-  std::vector<Response> responses;
-
- private:
-  std::uint16_t node_;
-  unsigned writes_;
-  unsigned step_ = 0;
+  std::vector<PlannedNode> plan;
+  std::deque<NodeConfiguration> nodes;
+  std::vector<Job*> list;
 };
 
 std::string nodes(unsigned count, const std::string& more = "") {
@@ -73,34 +72,40 @@ std::string nodes(unsigned count, const std::string& more = "") {
 
 }  // namespace
 
-TEST_CASE("126 nodes, 20 writes each, read back and started: within a second of 1 Mbit/s") {
+TEST_CASE("126 nodes, 20 writes each: checked, written and started within a second of 1 Mbit/s") {
+  const bool verify = GENERATE(false, true);
   PlantRegisters registers(nodes(126));
   registers.plant.advance(50ms);  // the boot-up messages
-  std::deque<Configuration> configurations;
-  std::vector<Job*> jobs;
-  for (std::uint16_t node = 1; node <= 126; ++node)
-    jobs.push_back(&configurations.emplace_back(node, 20u));
+  Jobs jobs(plan_of(126, verify ? 8 : 20), verify);
   const auto begin = registers.plant.now();
-  REQUIRE(run(registers, jobs));
+  REQUIRE(run(registers, jobs.list));
   registers.plant.advance(1ms);  // the last frame
   CHECK(registers.plant.now() - begin < 1s);
-  for (const Configuration& each : configurations)
-    each.check();
-  for (int node = 1; node <= 126; ++node)
+  for (int node = 1; node <= 126; ++node) {
+    CHECK(jobs.nodes[static_cast<std::size_t>(node - 1)].problem().empty());
     CHECK(registers.plant.holds("state " + std::to_string(node) + " operational"));
+  }
+  CHECK(registers.plant.command("get 126 0x2004") == (verify ? "1" : "4"));
 }
 
-TEST_CASE("aborts are the job's, and others go on") {
-  PlantRegisters registers(nodes(2));
+TEST_CASE("a node that is another one, that refuses or that keeps another value is not started; others are") {
+  PlantRegisters registers(nodes(4));
   registers.plant.advance(10ms);
-  registers.plant.command("fault 1 abort code=0x06040043 after=1 count=1");
-  Configuration one(1, 3), two(2, 3);
-  Job* const jobs[]{&one, &two};
-  REQUIRE(run(registers, jobs));
-  two.check();
-  REQUIRE(one.responses.size() == 5);
-  CHECK(one.responses[1].result == 4);
-  CHECK(one.responses[1].abort_code == 0x06040043);
+  registers.plant.command("fault 1 abort code=0x06040043 index=0x2002 count=1");
+  registers.distorted = 3;
+  Jobs jobs(plan_of(4, 4));
+  jobs.plan[1].identity[0].value[0] = 7;
+  REQUIRE(run(registers, jobs.list));
+  registers.plant.advance(1ms);
+  CHECK(jobs.nodes[0].problem() == "node 1: 2002h:00");
+  CHECK(jobs.nodes[0].refusal()->abort_code == 0x06040043);
+  CHECK(jobs.nodes[1].problem() == "node 2: 1000h:00 is 00 00 00 00, not 07 00 00 00");
+  CHECK(!jobs.nodes[1].refusal());
+  CHECK(jobs.nodes[2].problem() == "node 3: 2001h:00 is 08, not 00");
+  CHECK(jobs.nodes[3].problem().empty());
+  CHECK(registers.plant.holds("state 1 pre-operational"));
+  CHECK(registers.plant.holds("state 2 pre-operational"));
+  CHECK(registers.plant.holds("state 4 operational"));
 }
 
 TEST_CASE("who gives up leaves nothing under way") {
@@ -108,17 +113,33 @@ TEST_CASE("who gives up leaves nothing under way") {
   registers.plant.advance(10ms);
   registers.plant.command("fault 1 response-never");
   registers.give_up_at = 20ms;
-  Configuration one(1, 1);
-  Job* const jobs[]{&one};
-  CHECK_THROWS_WITH(run(registers, jobs), "given up");
+  Jobs jobs(plan_of(1, 1));
+  CHECK_THROWS_WITH(run(registers, jobs.list), "given up");
   registers.plant.advance(1ms);
-  CHECK(registers.plant.frames().back() == "601#8004200000000008");
+  CHECK(registers.plant.frames().back() == "601#8000100000000008");
 }
 
 TEST_CASE("a module with one channel") {
   PlantRegisters registers(nodes(1, "[module]\nchannels = 1\n"));
-  Configuration one(1, 1);
-  Job* const jobs[]{&one};
-  CHECK_FALSE(run(registers, jobs));
-  CHECK(one.responses.empty());
+  Jobs jobs(plan_of(1, 1));
+  CHECK_FALSE(run(registers, jobs.list));
+  CHECK(registers.plant.holds("state 1 pre-operational"));
+}
+
+TEST_CASE("what is wrong with a plan, and where") {
+  const auto [toml, wrong] = GENERATE(table<std::string, std::string>({
+      {"[[node]]\nid = 128\n", "plan.toml:2: node 128: node IDs are 1..127"},
+      {"[[node]]\nname = 1\nid = 5\n",
+       "plan.toml:2: name: no such key; there are id, device_type, identity, objects"},
+      {"[[node]]\n", "plan.toml:1: id is missing"},
+      {"node = 5\n", "plan.toml:1: node: must be a list of tables"},
+      {"[[node]]\nid = 5\nobjects = [\n{ index = 0x2001, value = 300, type = \"u8\" }]\n",
+       "plan.toml:4: node 5: '300' is no u8: its range is 0..255"},
+      {"[[node]]\nid = 5\nobjects = [{ index = 0x2001, value = 300 }]\n",
+       "plan.toml:3: node 5: type is missing: u8, u16, ..., string or hex"},
+      {"[[node]]\nid = 5\nobjects = [{ index = 0x2001, type = \"u8\" }]\n",
+       "plan.toml:3: node 5: value is missing, or no number, text or truth"},
+      {"[[node]]\nid = 5\nidentity = [-1]\n", "plan.toml:3: node 5: identity: must be 0..0xffffffff"},
+  }));
+  CHECK_THROWS_WITH(parse_plan(toml, "plan.toml"), wrong);
 }

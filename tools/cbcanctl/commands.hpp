@@ -15,5 +15,6 @@ void emcy(const Options& options);
 void kernel(const Options& options);
 void local_id(const Options& options);
 void watch(const Options& options);
+void configure(const Options& options);
 
 }  // namespace cbcan::ctl

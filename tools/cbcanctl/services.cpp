@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <deque>
@@ -141,22 +139,15 @@ void nmt(const Options& options) {
   print_done(options);
 }
 
-/// Of all nodes, on all channels; where there is but one, one after the other.
 static void states(tools::WindowClient& client, const Options& options) {
   std::deque<StateJob> asked;
   std::vector<tools::Job*> jobs;
   for (std::uint64_t node = 1; node <= kMaxNode; ++node)
     jobs.push_back(&asked.emplace_back(node));
-  Registers registers(client);
-  const bool at_once = tools::run(registers, jobs);
-  const bool progress = !at_once && isatty(STDERR_FILENO) != 0;
-  for (std::uint64_t node = 1; node <= kMaxNode; ++node) {
-    if (progress) std::cerr << "\rnode " << node << " of " << kMaxNode << " " << std::flush;
-    StateJob& job = asked[node - 1];
-    if (!at_once) job.ended(client.execute(*job.next()));
-    if (progress) std::cerr << "\r\033[K" << std::flush;
-    if (options.all || job.state() != kNotDetected) print_state(node, job.state(), options);
-  }
+  run(client, jobs, "node");
+  for (std::uint64_t node = 1; node <= kMaxNode; ++node)
+    if (const std::uint16_t found = asked[node - 1].state(); options.all || found != kNotDetected)
+      print_state(node, found, options);
 }
 
 void state(const Options& options) {

@@ -28,6 +28,8 @@ struct Options {
   int size = static_cast<int>(regmap::kMaxDataBytes);
   bool all = false;
   int count = 0;
+  std::string plan;
+  bool no_verify = false;
 };
 
 /// A transaction came back with a result other than 0.
@@ -42,6 +44,12 @@ class Refused : public std::runtime_error {
 
 /// The node that was asked about is not there; that has been printed.
 class Absent {};
+
+/// Some nodes have refused something; each has been told.
+class NotAll : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// One line on standard error.
 void say(const std::string& line);
@@ -69,6 +77,10 @@ class Registers final : public tools::RegisterAccess {
  private:
   tools::WindowClient& client_;
 };
+
+/// Carries out all jobs: on all channels at once, or one after the other where the module has but one; then
+/// a terminal shows how far it is, "node 5 of 127".
+void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, const char* what);
 
 /// The data of a good response; throws Refused, of `what`.
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
