@@ -123,32 +123,49 @@ struct Registers {
   std::string_view key;
   std::size_t first;
   std::size_t words;
+  std::size_t channel = 1;
   std::size_t end() const { return first + words; }
+  bool overlaps(const Registers& other) const { return first < other.end() && other.first < end(); }
 };
 
 std::string to_string(const Registers& range) {
   const std::string name = range.key.empty() ? "" : " of " + std::string(range.key);
-  return "R" + std::to_string(range.first) + "..R" + std::to_string(range.end() - 1) + name;
+  const std::string channel = range.channel == 1 ? "" : fmt::format(", channel {}", range.channel);
+  return fmt::format("R{}..R{}{}{}", range.first, range.end() - 1, name, channel);
 }
 
+std::vector<Registers> registers_of(const ModuleConfig& module) {
+  std::vector<Registers> ranges{{"", regmap::kWindowFirst, regmap::kWindowWords},
+                                {"module.process_first", module.process_first, regmap::kProcessWords}};
+  for (std::size_t n = 1; n <= module.channels; ++n) {
+    const std::size_t behind = regmap::kScannerStride * (n - 1);
+    ranges.push_back(
+        {"module.scanner_out_first", module.scanner_out_first + behind, regmap::kScannerOutWords, n});
+    ranges.push_back(
+        {"module.scanner_in_first", module.scanner_in_first + behind, regmap::kScannerInWords, n});
+  }
+  return ranges;
+}
+
+/// One complaint is enough: channels lie one behind the other.
 void check_registers(const NetworkConfig& network, Diagnostics& found) {
-  const ModuleConfig& module = network.module;
-  const std::array<Registers, 4> ranges{{
-      {"", regmap::kWindowFirst, regmap::kWindowWords},
-      {"module.process_first", module.process_first, regmap::kProcessWords},
-      {"module.scanner_out_first", module.scanner_out_first, regmap::kScannerOutWords},
-      {"module.scanner_in_first", module.scanner_in_first, regmap::kScannerInWords},
-  }};
+  const std::vector<Registers> ranges = registers_of(network.module);
+  const auto complain = [&](const Registers& range, const Registers& other, const std::string& what) {
+    const std::string_view key = network.places.contains(range.key) ? range.key : other.key;
+    const std::string_view way_out =
+        range.channel == 1 ? "" : ", or fewer channels do: module.channels, --channels";
+    found.push_back({network.places.at(key),
+                     fmt::format("{}{} {}{}", in_network(network.number), to_string(range), what, way_out)});
+  };
   for (std::size_t later = 1; later < ranges.size(); ++later) {
-    for (std::size_t first = 0; first < later; ++first) {
-      const Registers& one = ranges[first];
-      const Registers& other = ranges[later];
-      if (one.first >= other.end() || other.first >= one.end()) continue;
-      const std::string_view key = network.places.contains(other.key) ? other.key : one.key;
-      found.push_back({network.places.at(key), in_network(network.number) + to_string(other) +
-                                                   " would lie over " + to_string(one) +
-                                                   "; every range needs registers of its own"});
-    }
+    const Registers& range = ranges[later];
+    if (range.end() > regmap::kRegisterFileWords)
+      return complain(range, range, "would lie behind R4167, the last register");
+    for (std::size_t first = 0; first < later; ++first)
+      if (range.overlaps(ranges[first]))
+        return complain(
+            range, ranges[first],
+            "would lie over " + to_string(ranges[first]) + "; every range needs registers of its own");
   }
 }
 

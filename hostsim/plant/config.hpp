@@ -46,6 +46,7 @@ struct ModuleConfig {
   bool enabled = true;                    ///< false: nodes and bus alone; no Modbus server then
   std::uint16_t scanner_out_first = 500;  ///< register; 70 of them
   std::uint16_t scanner_in_first = 600;   ///< register; 68 of them
+  std::uint8_t channels = 16;             ///< 1..16, channel n's blocks are 200 * (n - 1) registers further on
   std::uint16_t plc_timeout_ms = 0;       ///< 0..65535, silence of the PLC that is too long; 0 = none is
   PlcLostState plc_lost_state = PlcLostState::kPreOperational;
   bool operator==(const ModuleConfig&) const = default;

@@ -232,6 +232,10 @@ constexpr std::array kNetwork{
         .key = "module.scanner_in_first", .option = "--scanner-in-first R",
         .help = "The first of the 68 registers of the scanner window that the PLC reads",
         .more = "Ranges of registers must not overlap, nor lie over R3700..R3769.", .high = 4100}),
+    module<&ModuleConfig::channels>({
+        .key = "module.channels", .option = "--channels N",
+        .help = "SDO clients that work at the same time; the scanner window of each is 200 registers behind the one before",
+        .more = "With 1 channel R700..R3699 are registers like any other.", .low = 1, .high = 16}),
     module<&ModuleConfig::plc_timeout_ms>({
         .key = "module.plc_timeout_ms", .option = "--plc-timeout MS",
         .help = "Without a valid Modbus request for so long the own node leaves Operational: its TPDOs stop",

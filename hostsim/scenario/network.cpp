@@ -28,10 +28,17 @@ RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
 }
 
-ScannerWindow scanner_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
+/// Those of all channels.
+std::vector<ScannerWindow> scanners_of(std::vector<std::uint16_t>& registers,
+                                       const plant::ModuleConfig& module) {
   const std::span<std::uint16_t> all(registers);
-  return {all.subspan(module.scanner_out_first).first<regmap::kScannerOutWords>(),
-          all.subspan(module.scanner_in_first).first<regmap::kScannerInWords>()};
+  std::vector<ScannerWindow> scanners;
+  for (std::size_t channel = 0; channel < module.channels; ++channel) {
+    const auto of_channel = all.subspan(channel * regmap::kScannerStride);
+    scanners.emplace_back(of_channel.subspan(module.scanner_out_first).first<regmap::kScannerOutWords>(),
+                          of_channel.subspan(module.scanner_in_first).first<regmap::kScannerInWords>());
+  }
+  return scanners;
 }
 
 ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const plant::ModuleConfig& module) {
@@ -56,7 +63,7 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
     module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                                 settings_of(config.module), scanner_of(registers_, config.module));
+                                 settings_of(config.module), scanners_of(registers_, config.module));
   }
   for (sim::NodeParts& node : nodes) {
     node.listener = this;
@@ -70,11 +77,13 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
 void Network::listen(journal::Journal& journal, Time started) {
   std::vector<journal::NetworkWatch::Door> doors;
   const std::span<const std::uint16_t> all(registers_);
-  if (module_ != nullptr) {
-    doors = {{regmap::kWindowFirst, all.subspan(regmap::kWindowFirst, regmap::kWindowWords), {}},
-             {module_config_.scanner_out_first,
-              all.subspan(module_config_.scanner_out_first, regmap::kScannerOutWords),
-              all.subspan(module_config_.scanner_in_first, regmap::kScannerInWords)}};
+  if (module_ != nullptr)
+    doors = {{regmap::kWindowFirst, all.subspan(regmap::kWindowFirst, regmap::kWindowWords), {}}};
+  for (std::size_t channel = 0; module_ != nullptr && channel < module_config_.channels; ++channel) {
+    const std::size_t moved = channel * regmap::kScannerStride;
+    const std::size_t out = module_config_.scanner_out_first + moved;
+    doors.push_back({static_cast<std::uint16_t>(out), all.subspan(out, regmap::kScannerOutWords),
+                     all.subspan(module_config_.scanner_in_first + moved, regmap::kScannerInWords)});
   }
   watch_.emplace(journal, static_cast<std::uint8_t>(number_), doors, started);
   world_.bus().observe(*watch_);

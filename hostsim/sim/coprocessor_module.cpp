@@ -6,10 +6,11 @@ namespace cbcan::sim {
 /// All but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may be anywhere.
 CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window,
                                      ProcessRegisters process, const Coprocessor::Settings& settings,
-                                     ScannerWindow scanner)
+                                     std::span<const ScannerWindow> scanners)
     : Participant(schedule),
       port_(bus.attach(*this)),
-      coprocessor_(window, process, port_, settings, scanner) {
+      channels_(scanners.size() - 1),
+      coprocessor_(window, process, port_, settings, scanners, channels_) {
   port_.accept(nmt::kCommandId, sdo::kResponseId + nmt::kMaxNode);
   port_.accept(sdo::kRequestId + settings.node_id, sdo::kRequestId + settings.node_id);
   port_.accept(sdo::kRequestId + nmt::kMaxNode + 1, nmt::kErrorControlId + nmt::kMaxNode);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "cbcan/coprocessor/coprocessor.hpp"
+#include <span>
+#include <vector>
+
+#include "cbcan/coprocessor/multi_channel_coprocessor.hpp"
 #include "sim/participant.hpp"
 
 namespace cbcan::sim {
@@ -16,11 +19,12 @@ class ModuleWatch {
   ~ModuleWatch() = default;
 };
 
-/// The CBCAN module: a coprocessor plugged into a bus.
+/// The CBCAN module: a coprocessor plugged into a bus, with as many channels as scanner windows, one at
+/// least.
 class CoprocessorModule final : public Participant {
  public:
   CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters process,
-                    const Coprocessor::Settings& settings, ScannerWindow scanner = {});
+                    const Coprocessor::Settings& settings, std::span<const ScannerWindow> scanners);
 
   void start(Time now) override;
   /// Also to be called when R3700 may have been written.
@@ -38,12 +42,13 @@ class CoprocessorModule final : public Participant {
   /// Null: nobody looks.
   void watch(ModuleWatch* watch) { watch_ = watch; }
 
-  const Coprocessor& coprocessor() const { return coprocessor_; }
+  const MultiChannelCoprocessor& coprocessor() const { return coprocessor_; }
   Port& port() { return port_; }
 
  private:
   Port& port_;
-  Coprocessor coprocessor_;
+  std::vector<MultiChannelCoprocessor::Memory> channels_;
+  MultiChannelCoprocessor coprocessor_;
   ModuleWatch* watch_ = nullptr;
 };
 

@@ -12,9 +12,10 @@ Node& World::add_node(NodeParts parts) {
 }
 
 CoprocessorModule& World::add_module(RegisterWindow window, ProcessRegisters process,
-                                     const Coprocessor::Settings& settings, ScannerWindow scanner) {
+                                     const Coprocessor::Settings& settings,
+                                     std::span<const ScannerWindow> scanners) {
   modules_.push_back(
-      std::make_unique<CoprocessorModule>(bus_, schedule_, window, process, settings, scanner));
+      std::make_unique<CoprocessorModule>(bus_, schedule_, window, process, settings, scanners));
   return *modules_.back();
 }
 

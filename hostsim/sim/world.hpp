@@ -10,6 +10,7 @@
 /// Everything happens at its own time and in one order, however coarse the steps are in which advance() is
 /// called.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -33,10 +34,12 @@ class World {
   Bus& bus() { return bus_; }
   FaultSet& faults() { return faults_.set(); }
 
-  /// Both live with the world and are off until start(). `window` is memory of the caller's.
+  /// Both live with the world and are off until start(). `window` is memory of the caller's; `scanners` are
+  /// those of the module's channels.
   Node& add_node(NodeParts parts);
   CoprocessorModule& add_module(RegisterWindow window, ProcessRegisters process,
-                                const Coprocessor::Settings& settings, ScannerWindow scanner = {});
+                                const Coprocessor::Settings& settings,
+                                std::span<const ScannerWindow> scanners = kNoScanner);
 
   std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
 
@@ -52,6 +55,8 @@ class World {
   Time next_deadline() const { return earlier(schedule_.first_time(), bus_.next_deadline()); }
 
  private:
+  static constexpr std::array<ScannerWindow, 1> kNoScanner{};
+
   void run_until(Time now);
 
   Bus bus_;

@@ -4,6 +4,9 @@
 #include "cia405/fake_server.hpp"
 #include "support/catch.hpp"
 
+#include <algorithm>
+#include <memory>
+
 namespace cbcan::cia405::test {
 
 namespace {
@@ -85,6 +88,70 @@ TEST_CASE("a mode that there is not is ERROR 21h") {
   write.mode = SdoMode{4};
   write.call(0);
   CHECK(write.error == KernelError::kInternal);
+}
+
+TEST_CASE("ten blocks, ten devices of 50 ms: CHANNEL makes the difference") {
+  std::vector<std::string> options;
+  for (int device = 11; device <= 20; ++device)
+    options.insert(options.end(), {"--node", std::to_string(device) + "=" CBCAN_PLANTS "/demo/generic.eds"});
+  const auto cycles_of = [&](std::uint8_t channel) {
+    Rig rig(options);
+    std::vector<std::unique_ptr<SdoRead4>> blocks;
+    for (std::uint8_t device = 11; device <= 20; ++device) {
+      rig.plant.command("fault " + std::to_string(device) + " response-late delay_ms=50");
+      SdoRead4& block = *blocks.emplace_back(std::make_unique<SdoRead4>(rig.program.link));
+      rig.program.blocks.push_back(&block);
+      four_bytes(block);
+      block.device = device;
+      block.channel = channel;
+    }
+    const auto done = [](const auto& block) { return block->confirm; };
+    for (int cycles = 0; cycles < 2000; ++cycles) {
+      if (std::all_of(blocks.begin(), blocks.end(), done)) return cycles;
+      rig.cycles(1);
+    }
+    return 0;
+  };
+  CHECK(cycles_of(1) >= 500);
+  const int any = cycles_of(0);
+  CHECK(any > 50);
+  CHECK(any < 250);
+}
+
+TEST_CASE("a module with one channel: CHANNEL 0 is that one, others are ERROR 21h") {
+  Rig rig({"--channels", "1"});
+  SdoRead4 first(rig.program.link), any(rig.program.link), second(rig.program.link);
+  rig.program.blocks = {&first, &any, &second};
+  for (SdoRead4* block : {&first, &any, &second})
+    four_bytes(*block);
+  any.channel = 0;
+  second.channel = 2;
+  rig.cycles(40);
+  CHECK(first.confirm);
+  CHECK(any.confirm);
+  CHECK(second.error == KernelError::kInternal);
+}
+
+TEST_CASE("a reset of the module's node is known on all channels") {
+  Rig rig;
+  SdoRead4 read(rig.program.link);
+  Nmt reset(rig.program.link);
+  rig.program.blocks = {&read, &reset};
+  read.channel = 2;
+  read.timeout = 200;
+  reset.device = 127;
+  reset.state = TransitionState::kResetNode;
+  rig.plant.command("fault 5 response-never after=1");
+  four_bytes(read);
+  rig.cycles(20);
+  CHECK(read.confirm);
+  read.enable = false;
+  reset.enable = true;
+  rig.cycles(10);
+  CHECK(reset.confirm);
+  four_bytes(read);
+  rig.cycles(250);
+  CHECK(read.error == KernelError::kTimeout);
 }
 
 TEST_CASE("NETWORK is the Modbus unit ID, and networks take turns") {

@@ -24,6 +24,7 @@ enum class Ability {
   kBusState,      ///< set_bus_state()
   kRefusal,       ///< refuse_frames()
   kSecondReader,  ///< first_done()
+  kChannels,      ///< 16 channels
   kSettings,      ///< Settings other than the defaults, plc_timeout of one second left out
 };
 

@@ -430,6 +430,12 @@ TEST_CASE("ranges of registers do not overlap") {
   CHECK(checked("[module]\nprocess_first = 432\n") ==
         Lines{"plant.toml:2: R500..R569 of module.scanner_out_first would lie over R432..R559 of "
               "module.process_first; every range needs registers of its own"});
-  CHECK(checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 3928\n").empty());
+  CHECK(checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 3928\nchannels = 1\n").empty());
+  CHECK(
+      checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 3928\n") ==
+      Lines{
+          "plant.toml:2: R3830..R3899 of module.scanner_out_first, channel 2 would lie over R3800..R3927 of "
+          "module.process_first; every range needs registers of its own, or fewer channels do: "
+          "module.channels, --channels"});
   CHECK(checked("[module]\nscanner_out_first = 532\nscanner_in_first = 602\nprocess_first = 404\n").empty());
 }

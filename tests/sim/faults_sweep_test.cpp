@@ -48,8 +48,9 @@ struct Plant {
   std::array<std::uint16_t, 128> process{};
   cbcan::sim::Bus bus;
   cbcan::sim::Schedule schedule;
+  std::array<cbcan::ScannerWindow, 1> scanners{};
   cbcan::sim::CoprocessorModule module{
-      bus, schedule, cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {}};
+      bus, schedule, cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {}, scanners};
   FaultyNode node{bus, schedule, 5, nullptr};
   cbcan::test::Master requests;  ///< of the module to node 5
   Time now = 0;

@@ -157,11 +157,11 @@ struct SoakNetwork final : private sim::FaultListener {
     Coprocessor::Settings settings;
     settings.sdo_timeout_ms = timeout_ms_;
     const std::span<std::uint16_t, regmap::kRegisterFileWords> all(registers);
-    module_ =
-        &world_->add_module(RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
-                            all.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), settings,
-                            ScannerWindow(all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
-                                          all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()));
+    module_ = &world_->add_module(
+        RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
+        all.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), settings,
+        std::array{ScannerWindow(all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
+                                 all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>())});
     for (const std::uint8_t id : kNodes)
       add_node(id);
     world_->start(now);

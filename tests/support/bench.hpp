@@ -56,13 +56,16 @@ struct Wire {
 using Registers = std::array<std::uint16_t, regmap::kWindowWords>;
 
 /// A coprocessor between a PLC that the test plays and a bus that the test plays too, in virtual time.
-struct Bench : Wire {
-  explicit Bench(Coprocessor::Settings settings = {}) : Bench(own_registers, settings) {}
+template <typename Core>
+struct BasicBench : Wire {
+  explicit BasicBench(Coprocessor::Settings settings = {}) : BasicBench(own_registers, settings) {}
   /// With the registers in somebody else's memory.
-  explicit Bench(Registers& memory, Coprocessor::Settings settings = {})
+  explicit BasicBench(Registers& memory, Coprocessor::Settings settings = {})
+      : BasicBench(memory, settings, ScannerWindow(out, in)) {}
+  template <typename... Scanners>
+  BasicBench(Registers& memory, Coprocessor::Settings settings, const Scanners&... scanners)
       : registers(memory),
-        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings,
-                    ScannerWindow(out, in)) {
+        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings, scanners...) {
     coprocessor.start(now);
     port.sent.clear();  // the boot-up message has its own test
   }
@@ -73,17 +76,17 @@ struct Bench : Wire {
     for (const std::uint16_t word : words)
       reg(address++) = word;
   }
-  Bench& execute() {
+  BasicBench& execute() {
     reg(3700) = 0xCA0E;
     poll();
     return *this;
   }
-  Bench& read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
+  BasicBench& read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
     write(3701, {5055, node, index, sub, room});
     execute();
     return *this;
   }
-  Bench& write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
+  BasicBench& write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
                std::initializer_list<std::uint16_t> words) {
     write(3701, {5066, node, index, sub, size});
     write(3706, words);
@@ -100,19 +103,19 @@ struct Bench : Wire {
   }
 
   // The bus.
-  Bench& arrive(const std::string& frame) {
+  BasicBench& arrive(const std::string& frame) {
     coprocessor.on_frame(frame_from(frame), now);
     poll();
     return *this;
   }
 
   // Time.
-  Bench& poll() {
+  BasicBench& poll() {
     deadline = coprocessor.poll(now);
     return *this;
   }
   /// Lets time pass, with every deadline met on the way.
-  Bench& pass(Time duration) {
+  BasicBench& pass(Time duration) {
     const Time end = now + duration;
     while (deadline <= end) {
       now = std::max(now, deadline);
@@ -130,7 +133,9 @@ struct Bench : Wire {
   Registers& registers;
   Time now = 1000;
   Time deadline = 0;
-  Coprocessor coprocessor;
+  Core coprocessor;
 };
+
+using Bench = BasicBench<Coprocessor>;
 
 }  // namespace cbcan::test

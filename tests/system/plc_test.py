@@ -146,7 +146,7 @@ class OnTheNet(unittest.TestCase):
 
     def test_the_scanner_layout_with_process_data(self):
         plc = Plc(1024)
-        simulator = self.start(plc, "--scanner-out-first", "700", more=",layout=scanner,process_first=1174")
+        simulator = self.start(plc, "--scanner-out-first", "700", "--channels", "1", more=",layout=scanner,process_first=1174")
         plc.until(71, [5])
         plc.write(0, [1])
         plc.until(70, [1, 5, 1])

@@ -9,6 +9,7 @@ import socket
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 import unittest
 
@@ -80,6 +81,18 @@ class WithSimulator(unittest.TestCase):
         self.check("state 99", "99 Not detected\n", ABSENT)
         self.assertEqual([f for f in self.simulator.frames() if f.startswith("000#")],
                          ["000#0142", "000#0242", "000#8042", "000#0100", "000#8100", "000#8201"])
+
+    def test_configure(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as plan:
+            plan.write("[[node]]\nid = 0x20\ndevice_type = 0\nobjects = [{ index = 0x2002, value = 77, type = 'u16' }]\n"
+                       "[[node]]\nid = 1\ndevice_type = 5\n")
+            plan.flush()
+            self.check(f"configure {plan.name}", "32 started\n", REFUSED,
+                       "cbcanctl: node 1: 1000h:00 is 94 01 02 00, not 05 00 00 00\n"
+                       "cbcanctl: 1 of 2 nodes has not been started\n")
+        self.check("read 0x20 0x2002 0 --type u16", "77\n")
+        self.check("state 0x20", "32 Operational\n")
+        self.check("configure /nowhere", "", USAGE, "cbcanctl: /nowhere: cannot be read; is the name right?\n")
 
     def test_state_all_shows_silent_nodes_when_asked(self):
         done = run(self.simulator.port, "state", "all", "--all")

@@ -163,11 +163,17 @@ void WindowClient::cancel() {
 }
 
 std::vector<std::uint16_t> WindowClient::read(std::uint16_t address, std::size_t count) {
+  if (auto words = look(address, count)) return *std::move(words);
+  lost("reading R" + std::to_string(address));
+}
+
+std::optional<std::vector<std::uint16_t>> WindowClient::look(std::uint16_t address, std::size_t count) {
   std::vector<std::uint16_t> words(count);
   for (int attempt = 1;; ++attempt) {
     if (!target_.rtu.empty()) modbus_flush(modbus_.get());
     const int got = modbus_read_registers(modbus_.get(), address, static_cast<int>(count), words.data());
     if (got == static_cast<int>(count)) return words;
+    if (errno == EMBXILADD) return std::nullopt;
     if (!repeat_after_failure(attempt)) lost("reading R" + std::to_string(address));
   }
 }

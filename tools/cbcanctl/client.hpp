@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -79,6 +80,10 @@ class WindowClient {
   /// R3700..R3769 as they are.
   std::vector<std::uint16_t> window();
 
+  /// Any registers, in one request; none where the server has none there.
+  std::optional<std::vector<std::uint16_t>> look(std::uint16_t address, std::size_t count);
+  void write(std::uint16_t address, std::span<const std::uint16_t> words);
+
  private:
   using Deadline = std::chrono::steady_clock::time_point;
 
@@ -87,7 +92,6 @@ class WindowClient {
   std::vector<std::uint16_t> read(std::uint16_t address, std::size_t count);
   bool repeat_after_failure(int attempt);
   void drain();
-  void write(std::uint16_t address, std::span<const std::uint16_t> words);
   std::uint16_t wait_for_result(Deadline deadline);
   void wait_for_others(Deadline deadline);
   void cancel();

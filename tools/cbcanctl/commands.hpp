@@ -16,5 +16,6 @@ void kernel(const Options& options);
 void local_id(const Options& options);
 void watch(const Options& options);
 void monitor(const Options& options);
+void configure(const Options& options);
 
 }  // namespace cbcan::ctl

@@ -33,6 +33,9 @@ and Ctrl-C; other programs' transfers see them meanwhile. They do not matter for
 NODE 0. R3700 is waited for 5 s, and two SDO timeouts more where --timeout is
 given.
 
+state all and configure use channels 2 to 16 of the module where it has them:
+other programs must leave these alone meanwhile.
+
 emcy scan tells each node whose last EMCY message is an error, and each whose
 errors are over since the scan was there last. There is one scan: a PLC program
 that scans too does not see those that are over and were told here.
@@ -47,6 +50,7 @@ Examples:
   cbcanctl read 0x42 0x1008 0 --type string --mode block --timeout 200
   cbcanctl nmt start all
   cbcanctl state all
+  cbcanctl configure plan.toml
   cbcanctl emcy scan
   cbcanctl --rtu /dev/ttyUSB0 --baud 19200 --station 1 state all)";
 
@@ -179,6 +183,11 @@ void add_services(CommandLine& line) {
   line.add("emcy", "last EMCY message of a node, or of all that have an error", emcy)
       .add_option("NODE", options.node, "0..127, or scan; 0 = the coprocessor itself")
       ->required();
+  CLI::App& configuring =
+      line.add("configure", "check, write, read back and start the nodes of a plan, all at once", configure);
+  configuring.add_option("PLAN", options.plan, "a file in TOML: [[node]] with id, identity, objects")
+      ->required();
+  configuring.add_flag("--no-verify", options.no_verify, "do not read back what has been written");
   line.add("kernel", "what is wrong with the CAN bus, as the coprocessor sees it", kernel);
   line.add("local-id", "node ID of the coprocessor itself", local_id);
   line.add("watch", "print registers of the window as they change, until Ctrl-C", watch)
@@ -282,6 +291,9 @@ ExitCode run(int argc, char** argv) {
     line.chosen(options);
   } catch (const Refused& refused) {
     return refused_by(refused, options);
+  } catch (const NotAll& some) {
+    say(some.what());
+    return ExitCode::kRefused;
   } catch (const Absent&) {
     return ExitCode::kAbsent;
   }

@@ -3,12 +3,12 @@
 
 #include <fmt/core.h>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <iostream>
 #include <map>
+#include <utility>
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
@@ -52,15 +52,33 @@ std::string_view meaning_of(std::span<const regmap::NamedNumber> rows, std::uint
   return row == rows.end() ? "no known state" : row->meaning;
 }
 
-std::uint16_t ask_state(tools::WindowClient& client, std::uint64_t node) {
+Transaction state_of(std::uint64_t node) {
   Transaction transaction;
   transaction.command = regmap::kSdoRead;
   transaction.node = static_cast<std::uint16_t>(node);
   transaction.index = regmap::kNodeStateService;
   transaction.size = 1;
-  const Bytes response = execute(client, transaction);
-  return response.empty() ? kNotDetected : response[0];
+  return transaction;
 }
+
+/// Asks for the state of one node, among others.
+class StateJob final : public tools::Job {
+ public:
+  explicit StateJob(std::uint64_t node) : node_(node) {}
+  std::optional<Transaction> next() override {
+    return std::exchange(asked_, true) ? std::nullopt : std::optional(state_of(node_));
+  }
+  void ended(const tools::Response& response) override { response_ = response; }
+  std::uint16_t state() const {
+    if (response_.result != 0) throw Refused(response_);
+    return response_.data.empty() ? kNotDetected : response_.data[0];
+  }
+
+ private:
+  std::uint64_t node_;
+  bool asked_ = false;
+  tools::Response response_;
+};
 
 void print_state(std::uint64_t node, std::uint16_t state, const Options& options) {
   const std::string_view name = meaning_of(regmap::kNodeStates, state);
@@ -122,18 +140,26 @@ void nmt(const Options& options) {
   print_done(options);
 }
 
+static void states(tools::WindowClient& client, const Options& options) {
+  std::deque<StateJob> asked;
+  std::vector<tools::Job*> jobs;
+  for (std::uint64_t node = 1; node <= kMaxNode; ++node)
+    jobs.push_back(&asked.emplace_back(node));
+  run(client, jobs, "node");
+  for (std::uint64_t node = 1; node <= kMaxNode; ++node)
+    if (const std::uint16_t found = asked[node - 1].state(); options.all || found != kNotDetected)
+      print_state(node, found, options);
+}
+
 void state(const Options& options) {
   const bool all = options.node == "all";
-  const std::uint64_t only = all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE");
+  const std::uint64_t node = all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE");
   tools::WindowClient client = connect(options);
-  const bool progress = all && isatty(STDERR_FILENO) != 0;
-  for (std::uint64_t node = all ? 1 : only; node <= (all ? kMaxNode : only); ++node) {
-    if (progress) std::cerr << "\rnode " << node << " of " << kMaxNode << " " << std::flush;
-    const std::uint16_t found = ask_state(client, node);
-    if (progress) std::cerr << "\r\033[K" << std::flush;
-    if (!all || options.all || found != kNotDetected) print_state(node, found, options);
-    if (!all && found == kNotDetected) throw Absent();
-  }
+  if (all) return states(client, options);
+  StateJob job(node);
+  job.ended(client.execute(*job.next()));
+  print_state(node, job.state(), options);
+  if (job.state() == kNotDetected) throw Absent();
 }
 
 void kernel(const Options& options) {

@@ -3,8 +3,10 @@
 
 #include <fmt/core.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <iostream>
+#include <thread>
 
 namespace cbcan::ctl {
 
@@ -72,6 +74,23 @@ void forget_interrupt() {
 
 tools::WindowClient connect(const Options& options) {
   return tools::WindowClient(options.target, interrupted, say);
+}
+
+void Registers::wait() {
+  if (interrupted()) throw tools::Interrupted("cancelled: 0 written to the channels");
+  std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, const char* what) {
+  Registers registers(client);
+  if (tools::run(registers, jobs)) return;
+  const bool progress = isatty(STDERR_FILENO) != 0;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    if (progress) std::cerr << fmt::format("\r{} {} of {} ", what, i + 1, jobs.size()) << std::flush;
+    while (const auto transaction = jobs[i]->next())
+      jobs[i]->ended(client.execute(*transaction));
+    if (progress) std::cerr << "\r\033[K" << std::flush;
+  }
 }
 
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "cbcanctl/channels.hpp"
 #include "cbcanctl/client.hpp"
 #include "cbcanctl/value.hpp"
 #include "text/exit_code.hpp"
@@ -27,6 +28,9 @@ struct Options {
   int size = static_cast<int>(regmap::kMaxDataBytes);
   bool all = false;
   int count = 0;
+  // Of configure.
+  std::string plan;
+  bool no_verify = false;
   // Of monitor.
   std::string http;  ///< HOST:PORT; empty = not given
   std::string kinds = "ended,emcy,state,fault,command,client";
@@ -47,6 +51,12 @@ class Refused : public std::runtime_error {
 /// The node that was asked about is not there; that has been printed.
 class Absent {};
 
+/// Some nodes have refused something; each has been told.
+class NotAll : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// One line on standard error.
 void say(const std::string& line);
 
@@ -57,6 +67,26 @@ bool interrupted();
 void forget_interrupt();
 
 tools::WindowClient connect(const Options& options);
+
+/// The registers of a connection, for tools::run(); Ctrl-C throws Interrupted.
+class Registers final : public tools::RegisterAccess {
+ public:
+  explicit Registers(tools::WindowClient& client) : client_(client) {}
+  std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) override {
+    return client_.look(first, count);
+  }
+  void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
+    client_.write(first, words);
+  }
+  void wait() override;
+
+ private:
+  tools::WindowClient& client_;
+};
+
+/// Carries out all jobs: on all channels at once, or one after the other where the module has but one; then
+/// a terminal shows how far it is, "node 5 of 127".
+void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, const char* what);
 
 /// The data of a good response; throws Refused, of `what`.
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,

@@ -69,7 +69,7 @@ KernelError FunctionBlock::show(const detail::Job& /*done*/) {
 
 void FunctionBlock::start(Time now) {
   std::optional<Service> wanted = service();
-  detail::Window* const chosen = link_.window(network);
+  detail::Window* const chosen = link_.window(network, wanted ? wanted->channel : std::uint8_t{1});
   if (!wanted || chosen == nullptr || timeout > kLongestTimeout) {
     error = KernelError::kInternal;
     return;
@@ -184,12 +184,13 @@ void GetState::reset() {
 }
 
 std::optional<Service> SdoAccess::read(std::size_t size) const {
-  if (device > kHighestNode || channel != 1 || size == 0 || size > regmap::kMaxDataBytes) return std::nullopt;
+  if (device > kHighestNode || size == 0 || size > regmap::kMaxDataBytes) return std::nullopt;
   return Service{.on_bus = device != 0,
                  .node = device,
                  .index = index,
                  .sub = subindex,
                  .size = static_cast<std::uint16_t>(size),
+                 .channel = channel,
                  .has_errorinfo = true};
 }
 

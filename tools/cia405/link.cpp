@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "link.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -8,6 +9,7 @@ namespace cbcan::cia405 {
 
 namespace {
 
+constexpr std::uint8_t kMostChannels = 16;
 constexpr std::uint8_t kHighestUnit = 247;  ///< Modbus over Serial Line V1.02, 2.2
 
 const LinkSettings& checked(const LinkSettings& settings) {
@@ -49,18 +51,45 @@ short Link::events() const {
   return connected_->connection.events();
 }
 
-detail::Window* Link::window(std::uint8_t number) {
-  if (number == 0 || number > kHighestUnit) return nullptr;
-  return &connected_->windows.try_emplace(number, connected_->settings.sharing).first->second;
+detail::Window* Link::window(std::uint8_t number, std::uint8_t channel) {
+  if (number == 0 || number > kHighestUnit || channel > kMostChannels) return nullptr;
+  return channel == 0 ? &connected_->free_window(number) : &connected_->window(number, channel);
+}
+
+detail::Window& Link::Connected::window(std::uint8_t unit, std::uint8_t channel) {
+  return windows.try_emplace({unit, channel}, channel, settings.sharing).first->second;
+}
+
+/// The first channel with nothing to do, else the one with the shortest queue. Of programs that share a
+/// window none knows what the others do with the channels.
+detail::Window& Link::Connected::free_window(std::uint8_t unit) {
+  const auto known = channels.find(unit);
+  const std::uint8_t most = settings.sharing ? 1 : known == channels.end() ? kMostChannels : known->second;
+  detail::Window* best = &window(unit, 1);
+  for (std::uint8_t channel = 2; channel <= most && best->jobs() != 0; ++channel)
+    if (window(unit, channel).jobs() < best->jobs()) best = &window(unit, channel);
+  return *best;
+}
+
+/// What a channel has found out is of interest to others.
+void Link::Connected::heed(detail::Window& window) {
+  if (window.take_lost_settings())
+    for (auto& [place, other] : windows)
+      if (place.first == asked.first) other.forget_settings();
+  if (!window.absent()) return;
+  const std::uint8_t known = channels.try_emplace(asked.first, kMostChannels).first->second;
+  channels[asked.first] = std::min(known, static_cast<std::uint8_t>(asked.second - 1));
+  window.leave_to(this->window(asked.first, 1));
 }
 
 void Link::Connected::poll(Time now) {
-  for (auto& [unit, window] : windows)
+  for (auto& [place, window] : windows)
     window.expire(now);
   move(now);
   if (ends == connection.ends()) return;
   ends = connection.ends();
-  for (auto& [unit, window] : windows)
+  channels.clear();
+  for (auto& [place, window] : windows)
     window.lost();
 }
 
@@ -76,10 +105,11 @@ bool Link::Connected::receive(Time now) {
   if (!response) return false;
   detail::Window& window = windows.at(asked);
   response->exception != 0 ? window.refused() : window.answered(response->words, now);
+  heed(window);
   return true;
 }
 
-/// Networks take turns: the first that has something to do behind the one that was asked last.
+/// Networks and channels take turns: the first that has something to do behind the one that was asked last.
 void Link::Connected::send(Time now) {
   auto next = windows.upper_bound(asked);
   for (std::size_t i = 0; i < windows.size(); ++i, ++next) {
@@ -87,7 +117,7 @@ void Link::Connected::send(Time now) {
     const std::optional<client::Request> request = next->second.next(now);
     if (!request) continue;
     asked = next->first;
-    return connection.send(asked, *request, now);
+    return connection.send(asked.first, *request, now);
   }
 }
 

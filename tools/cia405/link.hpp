@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <utility>
 
 #include "cbcan/cia405.hpp"
 #include "client/tcp_connection.hpp"
@@ -19,12 +20,18 @@ struct Link::Connected {
   void move(Time now);
   bool receive(Time now);
   void send(Time now);
+  detail::Window& window(std::uint8_t unit, std::uint8_t channel);
+  detail::Window& free_window(std::uint8_t unit);
+  void heed(detail::Window& window);
 
   LinkSettings settings;
   client::TcpConnection connection;
-  std::map<std::uint8_t, detail::Window> windows{};
-  std::uint8_t asked = 0;  ///< whose request was the last
-  unsigned ends = 0;       ///< of connections, that the windows know of
+  /// A unit ID, which is a network, and a channel.
+  using Place = std::pair<std::uint8_t, std::uint8_t>;
+  std::map<Place, detail::Window> windows{};
+  std::map<std::uint8_t, std::uint8_t> channels{};  ///< how many a network has, where that is known
+  Place asked{};                                    ///< whose request was the last
+  unsigned ends = 0;                                ///< of connections, that the windows know of
 };
 
 }  // namespace cbcan::cia405

@@ -51,14 +51,19 @@ std::vector<std::uint8_t> data_bytes(std::span<const std::uint16_t> words, std::
   return tools::bytes_of(words.subspan(at(regmap::kData)), size);
 }
 
+/// Where the blocks of a channel's scanner window begin.
+constexpr std::uint16_t of_channel(std::uint16_t first, std::uint8_t channel) {
+  return static_cast<std::uint16_t>(first + regmap::kScannerStride * (channel - 1));
+}
+
 bool fits(const Service& service, std::uint16_t size) {
   return service.exact ? size == service.size : size <= service.size;
 }
 
 }  // namespace
 
-Window::Window(const std::optional<Sharing>& sharing) {
-  if (sharing) claim_.emplace(*sharing);
+Window::Window(std::uint8_t channel, const std::optional<Sharing>& sharing) : channel_(channel) {
+  if (sharing && channel == 1) claim_.emplace(*sharing);
 }
 
 void Window::add(Job& job) {
@@ -131,12 +136,37 @@ Request Window::release() {
 Request Window::clear() {
   asked_ = Asked::kClear;
   flag_ = Flag::kClear;
-  return {.write_address = regmap::kExecuteFlag, .words = {0}};
+  if (channel_ == 1) return {.write_address = regmap::kExecuteFlag, .words = {0}};
+  return {.write_address = of_channel(regmap::kScannerOutFirst, channel_),
+          .words = {0},
+          .read_address = of_channel(regmap::kScannerInFirst, channel_),
+          .count = regmap::kScannerTaken + 1};
+}
+
+/// The numbers go on behind the last one. A channel that there is has taken one, or says that it has started.
+void Window::cleared(std::span<const std::uint16_t> words) {
+  if (channel_ == 1) return;
+  number_ = words[regmap::kScannerTaken];
+  absent_ = number_ == 0 && words[regmap::kScannerResult] == 0;
+}
+
+void Window::leave_to(Window& other) {
+  absent_ = false;
+  asked_ = Asked::kNothing;
+  flag_ = Flag::kUnknown;
+  while (!queue_.empty()) {
+    Job& job = *queue_.front();
+    const bool anywhere = job.service.channel == 0;
+    finish(job, KernelError::kInternal);
+    if (anywhere) other.add(job);
+  }
 }
 
 Request Window::poll(Time now) {
   asked_ = Asked::kPoll;
   if (claim_) return claim_->refresh(now);
+  if (channel_ != 1)
+    return {.read_address = of_channel(regmap::kScannerInFirst, channel_), .count = regmap::kScannerInWords};
   return {.read_address = regmap::kWindowFirst, .count = regmap::kWindowWords};
 }
 
@@ -147,7 +177,11 @@ Request Window::begin() {
   running_ = true;
   asked_ = Asked::kStart;
   transaction_ = next_service(job);
-  return {.write_address = regmap::kWindowFirst, .words = start_words(transaction_)};
+  std::vector<std::uint16_t> words = start_words(transaction_);
+  if (channel_ == 1) return {.write_address = regmap::kWindowFirst, .words = std::move(words)};
+  number_ = number_ == 0xFFFF ? 1 : static_cast<std::uint16_t>(number_ + 1);
+  words[regmap::kScannerNumber] = number_;
+  return {.write_address = of_channel(regmap::kScannerOutFirst, channel_), .words = std::move(words)};
 }
 
 Service Window::next_service(const Job& job) {
@@ -171,10 +205,10 @@ Service Window::next_service(const Job& job) {
 void Window::answered(std::span<const std::uint16_t> words, Time now) {
   switch (std::exchange(asked_, Asked::kNothing)) {
     case Asked::kClaim: return claimed(words, now);
-    case Asked::kPoll: return polled(words, now);
+    case Asked::kPoll: return channel_ == 1 ? polled(words, now) : polled(in_order(words), now);
+    case Asked::kClear: return cleared(words);
     case Asked::kNothing:
     case Asked::kRelease:
-    case Asked::kClear:
     case Asked::kStart: return;
   }
 }
@@ -182,6 +216,16 @@ void Window::answered(std::span<const std::uint16_t> words, Time now) {
 void Window::claimed(std::span<const std::uint16_t> words, Time now) {
   claim_->answered(words.subspan(regmap::kWindowWords), now);
   if (claim_->owner()) flag_ = words[0] == regmap::kExecute ? Flag::kUnknown : Flag::kClear;
+}
+
+/// The words of IN as those of R3700..R3769.
+std::vector<std::uint16_t> Window::in_order(std::span<const std::uint16_t> in) const {
+  std::vector<std::uint16_t> words(regmap::kWindowWords);
+  const bool answered = in[regmap::kScannerAnswered] == number_;
+  words[0] = answered ? in[regmap::kScannerResult] : regmap::kExecute;
+  words[at(regmap::kDataSize)] = in[regmap::kScannerSize];
+  std::ranges::copy(in.subspan(regmap::kScannerData), words.begin() + at(regmap::kData));
+  return words;
 }
 
 void Window::polled(std::span<const std::uint16_t> words, Time now) {
@@ -201,9 +245,11 @@ void Window::ended(std::span<const std::uint16_t> words) {
     case regmap::Result::kOk:
       if (transaction_.write || fits(transaction_, size)) return succeeded(job, words);
       break;
+    case regmap::Result::kRestarted:
+      if (channel_ != 1) return;  // it was not executed: once more, with the next number
+      break;
     case regmap::Result::kCommandCodeError:
     case regmap::Result::kNodeIdError:
-    case regmap::Result::kRestarted:
     case regmap::Result::kIncomplete: break;
   }
   finish(job, KernelError::kInternal);
@@ -217,6 +263,7 @@ void Window::succeeded(Job& job, std::span<const std::uint16_t> words) {
     case Purpose::kKernelState: return;
     case Purpose::kService: break;
   }
+  lost_settings_ = transaction_.write && transaction_.index == regmap::kNmtService;
   if (changes_settings(transaction_)) forget_settings();
   if (!transaction_.write) job.data = data_bytes(words, words[at(regmap::kDataSize)]);
   finish(job, KernelError::kNone);
@@ -254,10 +301,15 @@ void Window::abandon() {
   if (!running_) return;
   running_ = false;
   flag_ = Flag::kToCancel;
-  if (changes_settings(transaction_)) forget_settings();  // who knows
+  if (changes_settings(transaction_)) {  // who knows
+    forget_settings();
+    lost_settings_ = true;
+  }
 }
 
 void Window::refused() {
+  absent_ = channel_ != 1 && asked_ == Asked::kClear;
+  if (absent_) return;
   asked_ = Asked::kNothing;
   running_ = false;
   flag_ = Flag::kUnknown;

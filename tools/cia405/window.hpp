@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One network's window: the queue of executions, and the transactions that each of them takes. Knows no
-/// socket: it is asked for the next request and given the response.
+/// One channel of a network: the queue of executions, and the transactions that each of them takes. That of
+/// channel 1 is R3700..R3769, others have a scanner window (docs/contract.md). Knows no socket: it is asked
+/// for the next request and given the response.
 
 #include <cstdint>
 #include <deque>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "cbcan/cia405.hpp"
@@ -36,6 +38,7 @@ struct Service {
   std::vector<std::uint8_t> data{};  ///< to write
   SdoMode mode = SdoMode::kAuto;
   OwnId own_id = OwnId::kNotAsked;
+  std::uint8_t channel = 1;    ///< 0 = any
   bool has_errorinfo = false;  ///< the block can show an abort code
 };
 
@@ -63,7 +66,8 @@ struct Job {
 
 class Window {
  public:
-  explicit Window(const std::optional<Sharing>& sharing);
+  /// `sharing` is of channel 1.
+  Window(std::uint8_t channel, const std::optional<Sharing>& sharing);
 
   /// The job is the caller's and stays where it is until it is kDone or has been removed.
   void add(Job& job);
@@ -81,6 +85,15 @@ class Window {
   void refused();
   /// The connection is gone: every job ends.
   void lost();
+
+  std::size_t jobs() const { return queue_.size(); }
+  /// The module has no such channel.
+  bool absent() const { return absent_; }
+  /// Every job goes to that window, or ends where it wants this channel and no other.
+  void leave_to(Window& other);
+  /// 3003h and 3004h of all channels may have become others since the last call.
+  bool take_lost_settings() { return std::exchange(lost_settings_, false); }
+  void forget_settings();
 
  private:
   /// What R3700 may hold besides what the transaction under way has put there.
@@ -106,8 +119,13 @@ class Window {
   void take_kernel_state(Job& job, std::span<const std::uint16_t> words);
   void finish(Job& job, KernelError error);
   void abandon();
-  void forget_settings();
+  void cleared(std::span<const std::uint16_t> words);
+  std::vector<std::uint16_t> in_order(std::span<const std::uint16_t> in) const;
 
+  std::uint8_t channel_;
+  std::uint16_t number_ = 0;  ///< of the last request through a scanner window
+  bool absent_ = false;
+  bool lost_settings_ = false;
   std::deque<Job*> queue_;
   Flag flag_ = Flag::kUnknown;
   Asked asked_ = Asked::kNothing;

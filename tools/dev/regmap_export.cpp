@@ -86,7 +86,8 @@ std::string markdown() {
         << (row.in_table_3 ? "yes" : "") << " |\n";
   out << "\n## Scanner window\n\nWhere its two blocks begin are settings; this is where they begin unless "
          "set.\n"
-         "How to use it: [scanner.md](scanner.md).\n\n";
+         "Those of channel n are 200 x (n - 1) registers further on. How to use it: "
+         "[scanner.md](scanner.md).\n\n";
   markdown_registers(out, kScanner);
   markdown_numbers(out, "Result codes of the scanner window besides (R601)", kScannerResults);
   out << "\n## Process data\n\nWhere the range begins is a setting; this is where it begins unless set.\n\n";

@@ -30,6 +30,8 @@ class Outbox {
   bool retry(Time now) { return waiting_ && send(Frame(frame_), now); }
 
   bool waiting() const { return waiting_; }
+  /// It is a frame with this CAN-ID.
+  bool holds(std::uint32_t id) const { return waiting_ && frame_.id == id; }
   void drop() { waiting_ = false; }
   Time deadline() const { return waiting_ ? retry_at_ : kNever; }
 

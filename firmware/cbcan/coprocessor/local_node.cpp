@@ -28,10 +28,13 @@ constexpr local::DeviceState to_device_state(nmt::State state) {
 
 }  // namespace
 
-LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, const Settings& settings)
+LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client,
+                     std::span<Transfers, 2> transfers, const Settings& settings)
     : registers_(registers),
       client_(client),
       sdo_timeout_ms_(settings.sdo_timeout_ms),
+      transfers_(transfers),
+      accessed_(transfers.data()),
       monitor_(settings.state_fresh_for),
       device_(settings.node_id, {local::entries(), values_, {}, bytes_of(registers)},
               {buffer_, {rpdos_, tpdos_, pieces_}, {}}, *this, port) {}
@@ -72,25 +75,10 @@ void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Tim
   consumer_node_.fill(0);
   monitor_.watch_nobody();
   if (last_index < local::kSdoTimeout) return;
-  transfers_.fill({sdo_timeout_ms_, SdoClient::Mode::kAuto});
+  std::ranges::fill(transfers_, Transfers{sdo_timeout_ms_, SdoClient::Mode::kAuto});
+  ++resets_;
   client_.forget_nodes();
   emergencies_.reset();
-}
-
-AbortCode LocalNode::read(Window window, std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
-                          std::size_t& size, Time now) {
-  accessed_ = window;
-  const AbortCode refused = slave().read(index, sub, out, size, now);
-  accessed_ = Window::kRegisters;
-  return refused;
-}
-
-AbortCode LocalNode::write(Window window, std::uint16_t index, std::uint8_t sub,
-                           std::span<const std::uint8_t> value, Time now) {
-  accessed_ = window;
-  const AbortCode refused = device_.slave().write(index, sub, value, now);
-  accessed_ = Window::kRegisters;
-  return refused;
 }
 
 // ---- Reading
@@ -131,8 +119,8 @@ std::uint32_t LocalNode::number_of(std::uint16_t index, std::uint8_t sub, Time n
     case object::kSdoServerParameter: return (sub == 1 ? sdo::kRequestId : sdo::kResponseId) + node_id();
     case local::kOwnNodeId: return node_id();
     case local::kKernelState: return static_cast<std::uint32_t>(local::kernel_state(bus_state_));
-    case local::kSdoTimeout: return sdo_timeout_ms(accessed_);
-    case local::kTransferMode: return static_cast<std::uint32_t>(transfer_mode(accessed_));
+    case local::kSdoTimeout: return accessed_->timeout_ms;
+    case local::kTransferMode: return static_cast<std::uint32_t>(accessed_->mode);
     default: return static_cast<std::uint32_t>(device_state(sub, now));  // 3007h
   }
 }
@@ -159,9 +147,7 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
   const auto number = static_cast<std::uint32_t>(load_little_endian(value));
   switch (entry.index) {
     case object::kConsumerHeartbeatTime: return write_consumer(sub, number);
-    case local::kSdoTimeout:
-      transfers_[index_of(accessed_)].timeout_ms = static_cast<std::uint16_t>(number);
-      break;
+    case local::kSdoTimeout: accessed_->timeout_ms = static_cast<std::uint16_t>(number); break;
     case local::kTransferMode: return write_mode(number);
     case local::kClock: set_clock(value, now); break;
     default: break;
@@ -175,7 +161,7 @@ void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time n
 
 AbortCode LocalNode::write_mode(std::uint32_t value) {
   if (value > static_cast<std::uint32_t>(SdoClient::Mode::kBlock)) return AbortCode::kValueHigh;
-  transfers_[index_of(accessed_)].mode = static_cast<SdoClient::Mode>(value);
+  accessed_->mode = static_cast<SdoClient::Mode>(value);
   return AbortCode::kNone;
 }
 

@@ -20,9 +20,11 @@
 
 namespace cbcan {
 
-/// The two ways in for a PLC program's requests. What 3003h and 3004h say holds for the one they are written
-/// through; over SDO they are those of R3700..R3769.
-enum class Window : std::uint8_t { kRegisters, kScanner };
+/// What 3003h and 3004h say of one window. Over SDO they are those of R3700..R3769.
+struct Transfers {
+  std::uint16_t timeout_ms;
+  SdoClient::Mode mode;
+};
 
 class LocalNode final : private DeviceApplication {
  public:
@@ -35,8 +37,10 @@ class LocalNode final : private DeviceApplication {
   /// The largest own object that can be transferred by SDO, in bytes.
   static constexpr std::size_t kOwnObjectBytes = 32;
 
-  /// Off the bus until start().
-  LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, const Settings& settings);
+  /// Off the bus until start(). `transfers` and `client` go back to the settings with the node; the first of
+  /// `transfers` is that of R3700..R3769.
+  LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, std::span<Transfers, 2> transfers,
+            const Settings& settings);
   LocalNode(const LocalNode&) = delete;
   LocalNode& operator=(const LocalNode&) = delete;
 
@@ -56,18 +60,23 @@ class LocalNode final : private DeviceApplication {
   void poll(Time now) { device_.poll(now); }
   Time deadline() const { return device_.deadline(); }
 
-  /// Local access with the rights of an SDO client, through a window.
-  AbortCode read(Window window, std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
-                 std::size_t& size, Time now);
-  AbortCode write(Window window, std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value,
-                  Time now);
+  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those
+  /// of another window.
+  void access(Transfers& transfers) { accessed_ = &transfers; }
+  void access_own() { accessed_ = transfers_.data(); }
+  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
+                 Time now) {
+    return slave().read(index, sub, out, size, now);
+  }
+  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
+    return device_.slave().write(index, sub, value, now);
+  }
 
   void command(nmt::Command command, Time now) { device_.slave().command(command, now); }
   std::uint8_t node_id() const { return device_.node_id(); }
   nmt::State state() const { return device_.state(); }
-  /// 3003h and 3004h of a window.
-  std::uint16_t sdo_timeout_ms(Window window) const { return transfers_[index_of(window)].timeout_ms; }
-  SdoClient::Mode transfer_mode(Window window) const { return transfers_[index_of(window)].mode; }
+  /// How often 3003h and 3004h have gone back to the settings, modulo 256.
+  std::uint8_t resets() const { return resets_; }
   const Slave& slave() const { return device_.slave(); }
   NodeMonitor& monitor() { return monitor_; }
   const NodeMonitor& monitor() const { return monitor_; }
@@ -89,18 +98,13 @@ class LocalNode final : private DeviceApplication {
   void set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms);
   local::DeviceState device_state(std::uint8_t node, Time now) const;
 
-  struct Transfers {
-    std::uint16_t timeout_ms;
-    SdoClient::Mode mode;
-  };
-  static constexpr std::size_t index_of(Window window) { return static_cast<std::size_t>(window); }
-
   ProcessRegisters registers_;
   std::array<std::uint16_t, regmap::kOutputWords> known_outputs_{};  ///< as last looked at
   SdoClient& client_;
   std::uint16_t sdo_timeout_ms_;
-  Window accessed_ = Window::kRegisters;  ///< whose 3003h and 3004h are read and written
-  std::array<Transfers, 2> transfers_{};  ///< by Window
+  std::uint8_t resets_ = 0;
+  std::span<Transfers, 2> transfers_;
+  Transfers* accessed_;  ///< whose 3003h and 3004h are read and written
   BusState bus_state_ = BusState::kActive;
   NodeMonitor monitor_;
   EmergencyConsumer emergencies_;

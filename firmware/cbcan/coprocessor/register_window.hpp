@@ -23,12 +23,14 @@ class RegisterWindow {
  public:
   using Words = std::span<std::uint16_t, regmap::kWindowWords>;
 
-  explicit RegisterWindow(Words words) : words_(words) {}
+  /// None: to be asked nothing.
+  RegisterWindow() = default;
+  explicit RegisterWindow(Words words) : words_(words.data()) {}
 
   std::uint16_t flag() const { return atomic_flag().load(std::memory_order_acquire); }
 
   /// R3700 on.
-  std::uint16_t* words() const { return words_.data(); }
+  std::uint16_t* words() const { return words_; }
 
   /// Replaces CA0Eh by the result, after everything set before. Where the PLC has written something else
   /// meanwhile, that stays and the response is false: the transaction was cancelled at the last moment.
@@ -41,7 +43,7 @@ class RegisterWindow {
  private:
   std::atomic_ref<std::uint16_t> atomic_flag() const { return std::atomic_ref<std::uint16_t>(words_[0]); }
 
-  Words words_;
+  std::uint16_t* words_ = nullptr;
 };
 
 /// R3800..R3927, or wherever the range has been put: inputs, then outputs. The core writes and reads them

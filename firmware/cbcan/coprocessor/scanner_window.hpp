@@ -49,6 +49,8 @@ class ScannerWindow {
   bool waiting() const { return state_ == State::kWaiting; }
   /// Its turn: its words are to be copied now.
   void begin() { state_ = State::kUnderWay; }
+  /// It was not: it waits again.
+  void hold_back() { state_ = State::kWaiting; }
 
   /// The words of the request: word k is what is R3700 + k in the other window.
   const std::uint16_t* words() const { return out_; }

@@ -2,6 +2,7 @@
 // The suite's target "core": the coprocessor in this process, in virtual time.
 
 #include "contract/target.hpp"
+#include "cbcan/coprocessor/multi_channel_coprocessor.hpp"
 #include "contract/core/watched_registers.hpp"
 #include "support/bench.hpp"
 
@@ -30,9 +31,28 @@ cbcan::BusState core_state(BusState state) {
   }
 }
 
+using Bench = test::BasicBench<MultiChannelCoprocessor>;
+
+/// The scanner windows of all channels, and memory for all but the first.
+struct Channels {
+  static constexpr std::size_t kCount = MultiChannelCoprocessor::kMostChannels;
+
+  Channels() {
+    for (std::size_t i = 0; i < kCount; ++i)
+      scanners.emplace_back(out.at(i), in.at(i));
+  }
+
+  std::array<std::array<std::uint16_t, regmap::kScannerOutWords>, kCount> out{};
+  std::array<std::array<std::uint16_t, regmap::kScannerInWords>, kCount> in{};
+  std::vector<ScannerWindow> scanners;
+  std::array<MultiChannelCoprocessor::Memory, kCount - 1> more{};
+};
+
 struct CoreTarget final : Target {
   explicit CoreTarget(const Settings& settings)
-      : bench_(new test::Bench(registers_.words(), core_settings(settings))), settings_(settings) {}
+      : bench_(new Bench(registers_.words(), core_settings(settings), channels_.scanners,
+                         std::span<MultiChannelCoprocessor::Memory>(channels_.more))),
+        settings_(settings) {}
 
   std::string lacks(Ability /*ability*/) const override { return {}; }
 
@@ -81,15 +101,19 @@ struct CoreTarget final : Target {
     const auto in = [address](const auto& range, unsigned begin) { return address - begin < range.size(); };
     if (in(bench_->process, settings_.process_first))
       return bench_->process.at(address - settings_.process_first);
-    if (in(bench_->out, settings_.scanner_out_first))
-      return bench_->out.at(address - settings_.scanner_out_first);
-    if (in(bench_->in, settings_.scanner_in_first))
-      return bench_->in.at(address - settings_.scanner_in_first);
+    for (std::size_t i = 0; i < Channels::kCount; ++i) {
+      const auto behind = static_cast<unsigned>(200 * i);
+      if (in(channels_.out.at(i), settings_.scanner_out_first + behind))
+        return channels_.out.at(i).at(address - settings_.scanner_out_first - behind);
+      if (in(channels_.in.at(i), settings_.scanner_in_first + behind))
+        return channels_.in.at(i).at(address - settings_.scanner_in_first - behind);
+    }
     return bench_->reg(address);
   }
 
   WatchedRegisters registers_;
-  std::unique_ptr<test::Bench> bench_;
+  Channels channels_;
+  std::unique_ptr<Bench> bench_;
   Settings settings_;
 };
 

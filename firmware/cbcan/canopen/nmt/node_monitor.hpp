@@ -28,16 +28,24 @@ class NodeMonitor {
 
   enum class News : std::uint8_t { kNone, kBootUp, kState };
 
-  /// A data frame with CAN-ID 700h + 1..127.
-  News on_frame(const Frame& frame, Time now) {
+  /// What a data frame with CAN-ID 700h + 1..127 tells.
+  static News news(const Frame& frame) {
     const std::uint8_t state = frame.data[0] & nmt::kStateMask;
-    if (frame.length == 0 || !nmt::is_state(state)) {
+    if (frame.length == 0 || !nmt::is_state(state)) return News::kNone;
+    return static_cast<nmt::State>(state) == nmt::State::kInitialising ? News::kBootUp : News::kState;
+  }
+
+  /// Such a frame has come.
+  News on_frame(const Frame& frame, Time now) {
+    const News told = news(frame);
+    if (told == News::kNone) {
       ++counters_.ignored;
-      return News::kNone;
+      return told;
     }
     const std::size_t node = frame.id & nmt::kMaxNode;
+    const std::uint8_t state = frame.data[0] & nmt::kStateMask;
     reported_at_[node] = now;
-    if (static_cast<nmt::State>(state) == nmt::State::kInitialising) {
+    if (told == News::kBootUp) {
       nodes_[node].state = static_cast<std::uint8_t>(nmt::State::kPreOperational);
       nodes_[node].report = Report::kBootUp;
       ++counters_.boot_ups;

@@ -128,6 +128,11 @@ void SdoClient::cancel(Time now) {
   outcome_ = Outcome::kIdle;
 }
 
+Time SdoClient::node_free_from(std::uint8_t node, Time now) {
+  const bool asking = busy() && request_.node == node;
+  return asking || outbox_.holds(sdo::kRequestId + node) ? kNever : quarantine_.held_until(node, now);
+}
+
 // ---- The beginning
 
 void SdoClient::start(const Request& request, Time now) {

@@ -116,6 +116,10 @@ class SdoClient {
   /// Ends a transfer that is under way, without an outcome: idle at once.
   void cancel(Time now);
 
+  /// When another client may ask this node: at `now`, at the end of the quarantine that it is in here, or
+  /// kNever, where a transfer or its abort is under way.
+  Time node_free_from(std::uint8_t node, Time now);
+
   /// Deadlines and refused frames. To be called at deadline() at the latest; more often is harmless.
   void poll(Time now);
   Time deadline() const { return outbox_.waiting() ? earlier(deadline_, outbox_.deadline()) : deadline_; }

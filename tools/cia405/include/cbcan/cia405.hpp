@@ -112,8 +112,8 @@ class Window;
 }  // namespace detail
 
 /// One Modbus TCP connection to a module, or to several: Modbus unit ID n is `network` n of a block, and each
-/// network has a window and a queue of its own. One request is under way at a time, so each poll() is at most
-/// one step of one transaction; networks take turns.
+/// channel of each network has a window and a queue of its own. One request is under way at a time, so each
+/// poll() is at most one step of one transaction; networks and channels take turns.
 ///
 /// In a queue executions are served one after the other in the order of the rising edges of `enable`. The
 /// connection makes itself at the first poll() and again after it was lost. When it is lost, or an attempt
@@ -146,7 +146,7 @@ class Link {
 
  private:
   friend class FunctionBlock;
-  detail::Window* window(std::uint8_t number);
+  detail::Window* window(std::uint8_t number, std::uint8_t channel);
   struct Connected;
   std::unique_ptr<Connected> connected_;
 };
@@ -296,8 +296,10 @@ class GetState final : public FunctionBlock {
 /// What blocks of SDO access have: the object, and the abort code of a transfer that failed.
 class SdoAccess : public FunctionBlock {
  public:
-  std::uint8_t device = 0;   ///< 1..127; 0 = the module's own object dictionary
-  std::uint8_t channel = 1;  ///< there is no other
+  std::uint8_t device = 0;  ///< 1..127; 0 = the module's own object dictionary
+  /// 1..16; 0 = any that is free. Executions of different channels with different devices are under way at
+  /// the same time. A channel that the module does not have is kInternal.
+  std::uint8_t channel = 1;
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
 

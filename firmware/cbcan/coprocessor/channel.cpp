@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/coprocessor/channel.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "cbcan/copy_bytes.hpp"
+
+namespace cbcan {
+
+namespace {
+
+/// R3706 for a node whose state nobody knows (CBCAN, section 3).
+constexpr std::uint16_t kNotDetected = 6;
+
+const regmap::NmtRow* find_nmt_command(std::uint16_t code) {
+  for (const regmap::NmtRow& row : regmap::kNmtCommands)
+    if (code == row.state_code || code == row.command_code) return &row;
+  return nullptr;
+}
+
+/// Words of a request, from its first one.
+constexpr std::size_t kSizePlace = regmap::kDataSize - regmap::kWindowFirst;
+constexpr std::size_t kDataPlace = regmap::kData - regmap::kWindowFirst;
+
+/// Data words carry the low byte first, and so does every machine that this runs on.
+static_assert(std::endian::native == std::endian::little);
+
+}  // namespace
+
+void Channel::start(Time now) {
+  scanner_.restart();
+  due_ = now;
+}
+
+void Channel::reset() {
+  transfers_.fill({settings_.sdo_timeout_ms, SdoClient::Mode::kAuto});
+  client_.forget_nodes();
+}
+
+void Channel::work(Time now) {
+  client_.poll(now);
+  if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
+  if (command_refused_) send_command(now);
+  if (now >= deadline_)
+    activity_ == Activity::kNodeState ? end_node_state_unanswered(now) : end(AbortCode::kTimeOut);
+  if (activity_ == Activity::kIdle) begin_waiting(now);
+  due_ = earlier(client_.deadline(), deadline_);
+  if (activity_ == Activity::kIdle && (flagged_ || scanner_.waiting())) due_ = now;
+  if (command_refused_) wake_at(now + kRetryInterval);
+}
+
+// ---- The two windows
+
+/// In turns, where both have a request.
+void Channel::begin_waiting(Time now) {
+  if (!flagged_ && !scanner_.waiting()) return;
+  const bool registers = flagged_ && (!scanner_.waiting() || served_ == Window::kScanner);
+  served_ = registers ? Window::kRegisters : Window::kScanner;
+  if (!registers) scanner_.begin();
+  turns_ == nullptr ? begin(now) : turns_->begin_or_hold_back(*this, now);
+}
+
+void Channel::hold_back() {
+  activity_ = Activity::kHeldBack;
+  if (served_ == Window::kScanner) scanner_.hold_back();
+}
+
+/// The window that was held back asks first, as if the other one had been served last.
+void Channel::resume(Time now) {
+  activity_ = Activity::kIdle;
+  served_ = served_ == Window::kRegisters ? Window::kScanner : Window::kRegisters;
+  begin_waiting(now);
+}
+
+/// Where its data, or its abort code, are to go.
+std::uint16_t* Channel::data_words() const {
+  return served_ == Window::kRegisters ? window_.words() + kDataPlace : scanner_.data();
+}
+
+inline void Channel::load_data(std::span<std::uint8_t> bytes) const {
+  copy_bytes(reinterpret_cast<const std::uint8_t*>(words() + kDataPlace), bytes.data(), bytes.size());
+}
+
+/// Words past the last byte are not touched; the unused half of the last word is 0.
+inline void Channel::store_data(std::span<const std::uint8_t> bytes) const {
+  auto* const to = reinterpret_cast<std::uint8_t*>(data_words());
+  copy_bytes(bytes.data(), to, bytes.size());
+  if (bytes.size() % 2 != 0) to[bytes.size()] = 0;
+}
+
+// ---- One transaction
+
+inline void Channel::begin_sdo(const Request& request, Time now) {
+  const bool read = request.command == regmap::kSdoRead;
+  if (!read) load_data(client_.data().first(request.size));
+  activity_ = Activity::kSdo;
+  reading_ = read;
+  client_.set_timeout(transfers().timeout_ms);
+  client_.start(
+      {static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub), request.index,
+       request.size, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite, transfers().mode},
+      now);
+  follow_sdo();
+}
+
+/// The checks are in the order of the contract.
+void Channel::begin(Time now) {
+  ++counters_.executed;
+  const Request request = this->request();
+  const bool read = request.command == regmap::kSdoRead;
+  if (!read && request.command != regmap::kSdoWrite) return finish(regmap::Result::kCommandCodeError);
+  if (!read && request.index == regmap::kNmtService) return begin_nmt(request.sub, now);
+  if (request.node > nmt::kMaxNode) return finish(regmap::Result::kNodeIdError);
+  if (read && request.index == regmap::kNodeStateService && request.sub == 0)
+    return begin_node_state(static_cast<std::uint8_t>(request.node), now);
+  if (request.sub > 255) return end(AbortCode::kNoSubIndex);
+  if (request.size == 0 || request.size > regmap::kMaxDataBytes) return end(AbortCode::kSysLength);
+  if (request.node == 0 || request.node == settings_.node_id)
+    return begin_local(read, request.index, static_cast<std::uint8_t>(request.sub), request.size, now);
+  begin_sdo(request, now);
+}
+
+void Channel::cancel(Time now) {
+  client_.cancel(now);
+  leave();
+  wake_at(flagged_ || scanner_.waiting() ? now : client_.deadline());
+}
+
+void Channel::leave() {
+  activity_ = Activity::kIdle;
+  command_refused_ = false;
+  deadline_ = kNever;
+}
+
+/// The next request, which may have waited, begins at the next poll: nothing here calls itself.
+void Channel::finish(regmap::Result result, std::size_t size) {
+  leave();
+  if (result != regmap::Result::kOk) ++counters_.failed;
+  if (served_ == Window::kScanner) {
+    scanner_.finish(result, size);
+  } else {
+    flagged_ = false;
+    if (!window_.finish(result)) ++counters_.cancelled;
+  }
+  if (flagged_ || scanner_.waiting()) due_ = 0;
+}
+
+void Channel::end(AbortCode code) {
+  const auto number = static_cast<std::uint32_t>(code);
+  std::uint16_t* const words = data_words();
+  words[0] = static_cast<std::uint16_t>(number);
+  words[1] = static_cast<std::uint16_t>(number >> 16);
+  finish(regmap::Result::kSdoExecutionError);
+}
+
+void Channel::end_read(std::span<const std::uint8_t> bytes) {
+  if (served_ == Window::kRegisters) window_.words()[kSizePlace] = static_cast<std::uint16_t>(bytes.size());
+  store_data(bytes);
+  finish(regmap::Result::kOk, bytes.size());
+}
+
+// ---- SDO
+
+/// The client may have ended its transfer, and may want to be called at another time.
+void Channel::follow_sdo() {
+  if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
+  wake_at(client_.deadline());
+}
+
+void Channel::on_sdo_response(const Frame& frame, Time now) {
+  client_.on_frame(frame, now);
+  follow_sdo();
+}
+
+void Channel::end_sdo() {
+  if (client_.outcome() == SdoClient::Outcome::kFailed) return end(client_.error());
+  reading_ ? end_read(client_.data().first(client_.size())) : finish(regmap::Result::kOk);
+}
+
+void Channel::begin_local(bool read, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now) {
+  std::array<std::uint8_t, regmap::kMaxDataBytes> bytes;
+  const std::span<std::uint8_t> value(bytes.data(), size);
+  if (!read) load_data(value);
+  node_.access(transfers());
+  const AbortCode refused =
+      read ? node_.read(index, sub, value, size, now) : node_.write(index, sub, value, now);
+  node_.access_own();
+  follow_node();
+  if (refused != AbortCode::kNone) return end(refused);
+  read ? end_read(value.first(size)) : finish(regmap::Result::kOk);
+}
+
+// ---- NMT and node state
+
+void Channel::begin_nmt(std::uint16_t addressed, Time now) {
+  if (addressed == 0 || addressed > regmap::kNmtAllNodes) return end(AbortCode::kNoSubIndex);
+  const regmap::NmtRow* row = find_nmt_command(words()[kDataPlace]);
+  if (row == nullptr) return end(AbortCode::kValue);
+  const auto command = static_cast<nmt::Command>(row->specifier);
+  if (addressed == node_.node_id()) {
+    node_.command(command, now);
+    follow_node();
+    return finish(regmap::Result::kOk);
+  }
+  const auto node = addressed == regmap::kNmtAllNodes ? nmt::kAllNodes : static_cast<std::uint8_t>(addressed);
+  activity_ = Activity::kNmtCommand;
+  const std::uint16_t timeout_ms = transfers().timeout_ms;
+  deadline_ = timeout_ms == 0 ? kNever : now + milliseconds(timeout_ms);
+  command_ = nmt::command_frame(command, node);
+  send_command(now);
+}
+
+void Channel::begin_node_state(std::uint8_t node, Time now) {
+  if (node == 0 || node == node_.node_id()) return end_node_state(node_.state());
+  if (node_.monitor().is_fresh(node, now) && !node_.monitor().in_doubt(node))
+    return end_node_state(node_.monitor().last_state(node));
+  activity_ = Activity::kNodeState;
+  state_node_ = node;
+  deadline_ = now + settings_.guard_timeout;
+  command_ = nmt::guard_request(node);
+  send_command(now);
+}
+
+/// An NMT command is done when the port has taken it; a guarding request then waits for its response.
+void Channel::send_command(Time now) {
+  command_refused_ = !port_.try_send(command_);
+  if (command_refused_) return wake_at(now);
+  if (activity_ == Activity::kNmtCommand) {
+    node_.monitor().doubt(static_cast<nmt::Command>(command_.data[0]), command_.data[1]);
+    return finish(regmap::Result::kOk);
+  }
+  node_.monitor().guard(state_node_);
+  deadline_ = now + settings_.guard_timeout;
+  wake_at(deadline_);
+}
+
+/// Nodes with a heartbeat need not answer: what they reported stands while it is fresh.
+void Channel::end_node_state_unanswered(Time now) {
+  if (node_.monitor().is_fresh(state_node_, now))
+    return end_node_state(node_.monitor().last_state(state_node_));
+  end_with_state(kNotDetected);
+}
+
+void Channel::end_with_state(std::uint16_t state) {
+  const std::array<std::uint8_t, 1> byte{static_cast<std::uint8_t>(state)};
+  end_read(byte);
+}
+
+}  // namespace cbcan

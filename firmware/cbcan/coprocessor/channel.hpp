@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// One SDO client and the requests that a PLC makes through it: one at a time, with its services, its checks
+/// and its result (docs/contract.md). A channel has the window R3700..R3769, a scanner window or both; where
+/// both have a request they take turns. Requests to other nodes are made by the channel's own client, those
+/// to the own node by the LocalNode that all channels share.
+///
+/// Who owns it calls the functions below, as Coprocessor says of its own; and poll() at the time that it
+/// returned. Not re-entrant.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cbcan/can_port.hpp"
+#include "cbcan/canopen/sdo/client.hpp"
+#include "cbcan/coprocessor/local_node.hpp"
+#include "cbcan/coprocessor/register_window.hpp"
+#include "cbcan/coprocessor/scanner_window.hpp"
+#include "cbcan/regmap.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+class Channel;
+
+/// Of several channels on one bus: who may begin.
+class ChannelTurns {
+ public:
+  /// A request waits in this channel: calls its begin(), or its hold_back().
+  virtual void begin_or_hold_back(Channel& channel, Time now) = 0;
+
+ protected:
+  ~ChannelTurns() = default;
+};
+
+class Channel {
+ public:
+  /// Of the whole coprocessor.
+  struct Settings {
+    std::uint8_t node_id = 127;           ///< own node ID, 1..127
+    std::uint16_t sdo_timeout_ms = 1000;  ///< 0 = wait for ever; 3003h at run time
+    Time state_fresh_for = 2 * kSecond;  ///< age up to which a heartbeat is believed where 1016h sets no time
+    Time guard_timeout = 100 * kMillisecond;  ///< wait for the response to a node guarding request
+    /// Silence of the PLC after which the own node leaves Operational; 0 = it may be silent for ever.
+    std::uint16_t plc_timeout_ms = 0;
+    nmt::Command plc_lost = nmt::Command::kEnterPreOperational;  ///< what the own node does then
+    // Where the ranges begin, as the PLC and on_registers_written() know them.
+    std::uint16_t scanner_out_first = regmap::kScannerOutFirst;
+    std::uint16_t scanner_in_first = regmap::kScannerInFirst;
+    std::uint16_t process_first = regmap::kProcessFirst;
+  };
+
+  /// `number`: from 0, for ChannelTurns. Without `turns` every request may begin.
+  Channel(RegisterWindow window, ScannerWindow scanner, LocalNode& node, CanPort& port,
+          const Settings& settings, ChannelTurns* turns = nullptr, std::uint8_t number = 0)
+      : window_(window),
+        settings_(settings),
+        client_(port, data_),
+        scanner_(scanner),
+        node_(node),
+        port_(port),
+        turns_(turns),
+        number_(number) {}
+  Channel(const Channel&) = delete;
+  Channel& operator=(const Channel&) = delete;
+
+  void start(Time now);
+
+  void on_sdo_response(const Frame& frame, Time now);
+  /// A node, 1..127, has told its state.
+  void on_news(std::uint8_t node, NodeMonitor::News news, Time now) {
+    if (news == NodeMonitor::News::kBootUp) {
+      client_.on_boot_up(node, now);
+      follow_sdo();
+    }
+    if (activity_ == Activity::kNodeState && node == state_node_)
+      end_node_state(node_.monitor().last_state(node));
+  }
+  /// One request of the PLC has written OUT+first..OUT+first+count-1.
+  void on_out_written(std::size_t first, std::size_t count, Time now) {
+    if (scanner_.on_written(first, count) == ScannerWindow::Event::kNone) return;
+    if (activity_ != Activity::kIdle && served_ == Window::kScanner) {
+      ++counters_.cancelled;
+      cancel(now);
+    }
+    wake_at(now);
+  }
+
+  Time poll(Time now) {
+    if (now >= due_) work(now);
+    return due_;
+  }
+  Time due() const { return due_; }
+
+  struct Counters {
+    std::uint32_t executed = 0;   ///< requests begun, of either window
+    std::uint32_t failed = 0;     ///< ended with a result other than 0
+    std::uint32_t cancelled = 0;  ///< no longer wanted by the PLC while under way
+  };
+  const Counters& counters() const { return counters_; }
+  const SdoClient& sdo_client() const { return client_; }
+
+  // For ChannelTurns.
+
+  struct Request {
+    std::uint16_t command;
+    std::uint16_t node;
+    std::uint16_t index;
+    std::uint16_t sub;
+    std::uint16_t size;
+  };
+  /// The one that waits, or is under way. Each word is looked at once: the PLC may write to it meanwhile.
+  Request request() const {
+    const volatile std::uint16_t* const word = words() - regmap::kWindowFirst;
+    return {word[regmap::kCommand], word[regmap::kNodeId], word[regmap::kObjectIndex],
+            word[regmap::kObjectSubIndex], word[regmap::kDataSize]};
+  }
+  std::uint8_t number() const { return number_; }
+  /// When this channel lets another one ask this node; kNever = not before its own transfer's end.
+  Time node_free_from(std::uint8_t node, Time now) { return client_.node_free_from(node, now); }
+  /// An NMT command or a node state is under way.
+  bool in_service() const { return activity_ == Activity::kNmtCommand || activity_ == Activity::kNodeState; }
+  void begin(Time now);
+  /// Until resume() the request waits, as it is or as the PLC writes it anew.
+  void hold_back();
+  bool held_back() const { return activity_ == Activity::kHeldBack; }
+  /// Lets it ask again.
+  void resume(Time now);
+  /// The own node has been reset.
+  void reset();
+
+ protected:
+  enum class Activity : std::uint8_t { kIdle, kHeldBack, kSdo, kNmtCommand, kNodeState };
+  /// The two ways in. What 3003h and 3004h say holds for the one they are written through.
+  enum class Window : std::uint8_t { kRegisters, kScanner };
+
+  /// The PLC has written CA0Eh, or something else over it.
+  void look_at_flag(bool execute, Time now) {
+    flagged_ = execute;
+    if (execute) {
+      if (activity_ == Activity::kIdle) begin_waiting(now);
+      return;
+    }
+    ++counters_.cancelled;
+    if (activity_ != Activity::kIdle && served_ == Window::kRegisters) cancel(now);
+  }
+  void work(Time now);
+  void follow_node() { wake_at(node_.deadline()); }
+  void wake_at(Time time) {
+    if (time < due_) due_ = time;
+  }
+
+  RegisterWindow window_;
+  Settings settings_;
+  Time due_ = 0;          ///< poll has work to do from then on; may be early, is never late
+  bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: it waits, or is under way
+  SdoClient client_;
+  ScannerWindow scanner_;
+  std::array<Transfers, 2> transfers_{};  ///< 3003h and 3004h, by Window
+
+ private:
+  void begin_waiting(Time now);
+  void follow_sdo();
+  /// Of the request, in the order of R3700..R3769.
+  const std::uint16_t* words() const {
+    return served_ == Window::kRegisters ? window_.words() : scanner_.words();
+  }
+  std::uint16_t* data_words() const;
+  void load_data(std::span<std::uint8_t> bytes) const;
+  void store_data(std::span<const std::uint8_t> bytes) const;
+  void begin_nmt(std::uint16_t addressed, Time now);
+  void begin_node_state(std::uint8_t node, Time now);
+  void begin_local(bool read, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now);
+  void begin_sdo(const Request& request, Time now);
+  void cancel(Time now);
+  void leave();
+  void send_command(Time now);
+  void end_sdo();
+  void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint16_t>(state)); }
+  void end_node_state_unanswered(Time now);
+  void end_with_state(std::uint16_t state);
+  void end_read(std::span<const std::uint8_t> bytes);
+  void end(AbortCode code);
+  void finish(regmap::Result result, std::size_t size = 0);
+  Transfers& transfers() { return transfers_[static_cast<std::size_t>(served_)]; }
+
+  LocalNode& node_;
+  CanPort& port_;
+  ChannelTurns* turns_;
+  Time deadline_ = kNever;  ///< of an NMT command or a node state request
+  Frame command_{};         ///< NMT command or node guarding request of this transaction
+  std::uint8_t number_;
+  std::uint8_t state_node_ = 0;  ///< whose state is asked for
+  Activity activity_ = Activity::kIdle;
+  bool reading_ = false;
+  bool command_refused_ = false;
+  Window served_ = Window::kScanner;  ///< whose request is under way, or was last
+  Counters counters_;
+  std::array<std::uint8_t, regmap::kMaxDataBytes> data_{};  ///< of the client's transfer
+};
+
+}  // namespace cbcan

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/coprocessor/multi_channel_coprocessor.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cbcan {
+
+MultiChannelCoprocessor::MultiChannelCoprocessor(RegisterWindow window, ProcessRegisters process,
+                                                 CanPort& port, const Settings& settings,
+                                                 std::span<const ScannerWindow> scanners,
+                                                 std::span<Memory> more)
+    : Coprocessor(window, process, port, settings, scanners[0], this), more_(more) {
+  for (std::size_t i = 0; i < more_.size(); ++i)
+    more_[i].emplace(RegisterWindow(), scanners[i + 1], node_, port, settings,
+                     static_cast<ChannelTurns*>(this), static_cast<std::uint8_t>(i + 1));
+}
+
+void MultiChannelCoprocessor::start(Time now) {
+  for (Memory& channel : more_)
+    channel->start(now);
+  Coprocessor::start(now);
+  more_due_ = now;
+}
+
+Time MultiChannelCoprocessor::poll(Time now) {
+  Coprocessor::poll(now);
+  if (now >= more_due_) poll_more(now);
+  if (waiting_count_ != 0) ask_again(now);
+  return earlier(due_, more_due_);
+}
+
+void MultiChannelCoprocessor::poll_more(Time now) {
+  more_due_ = kNever;
+  for (Memory& channel : more_)
+    wake_more_at(channel->poll(now));
+  follow_node();
+}
+
+/// The own node has been reset since a request began.
+void MultiChannelCoprocessor::reset_more() {
+  resets_ = node_.resets();
+  for (Memory& channel : more_)
+    channel->reset();
+}
+
+Coprocessor::Counters MultiChannelCoprocessor::counters() const {
+  Counters all = Coprocessor::counters();
+  for (const Memory& channel : more_) {
+    all.executed += channel->counters().executed;
+    all.failed += channel->counters().failed;
+    all.cancelled += channel->counters().cancelled;
+  }
+  return all;
+}
+
+// ---- What arrives
+
+/// A response is that of the channel that has asked the node last: nobody else can be meant.
+void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
+  constexpr std::uint32_t kFunction = ~std::uint32_t{nmt::kMaxNode};
+  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  Channel& last = channel(owner_[node]);
+  if ((frame.id & kFunction) == sdo::kResponseId && &last != this) {
+    last.on_sdo_response(frame, now);
+    return wake_more_at(last.due());
+  }
+  Coprocessor::on_frame(frame, now);
+  if ((frame.id & kFunction) != nmt::kErrorControlId || frame.flags != 0 || node == 0) return;
+  const NodeMonitor::News news = NodeMonitor::news(frame);
+  if (news == NodeMonitor::News::kNone) return;
+  Channel& asking = channel(owner_[kState + node]);
+  if (&last != this) last.on_news(node, news, now);
+  if (&asking != this && &asking != &last) asking.on_news(node, news, now);
+  wake_more_at(earlier(last.due(), asking.due()));
+}
+
+void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
+  Coprocessor::on_registers_written(first, count, now);
+  written_anew_ = true;
+  std::size_t out = settings_.scanner_out_first;
+  for (Memory& channel : more_) {
+    out += regmap::kScannerStride;
+    if (first >= out + regmap::kScannerOutWords || out >= first + count) continue;
+    const std::size_t from = std::max(first, out);
+    channel->on_out_written(from - out, std::min(first + count, out + regmap::kScannerOutWords) - from, now);
+    wake_more_at(channel->due());
+  }
+}
+
+// ---- Turns
+
+/// As Channel::begin() has it; a request that is refused there may wait before that.
+MultiChannelCoprocessor::Line MultiChannelCoprocessor::line_of(const Channel::Request& request) const {
+  const bool write = request.command == regmap::kSdoWrite;
+  if (write && request.index == regmap::kNmtService) return kNmt;
+  if (request.node == 0 || request.node == settings_.node_id || request.node > nmt::kMaxNode) return kNone;
+  const bool state = !write && request.index == regmap::kNodeStateService && request.sub == 0;
+  return static_cast<Line>(state ? kState + request.node : request.node);
+}
+
+/// When this channel may have the line, as far as the one is concerned that had it last; kNever = after that
+/// one's end.
+Time MultiChannelCoprocessor::free_from(Line line, const Channel& channel, Time now) {
+  Channel& last = this->channel(owner_[line]);
+  if (&last == &channel) return now;
+  if (line == kNmt || line > kState)
+    return last.in_service() && line_of(last.request()) == line ? kNever : now;
+  return last.node_free_from(line, now);
+}
+
+/// Nobody who waits in this line has come before this channel.
+bool MultiChannelCoprocessor::is_next(Line line, const Channel& channel) const {
+  for (std::size_t i = 0; i < waiting_count_ && waiting_[i] != channel.number(); ++i)
+    if (line_[waiting_[i]] == line) return false;
+  return true;
+}
+
+/// When this channel's turn in this line comes; kNever = after somebody else's.
+Time MultiChannelCoprocessor::turn(Line line, const Channel& channel, Time now) {
+  if (line == kNone) return now;
+  return is_next(line, channel) ? free_from(line, channel, now) : kNever;
+}
+
+void MultiChannelCoprocessor::begin_or_hold_back(Channel& channel, Time now) {
+  if (resets_ != node_.resets()) reset_more();
+  const Line line = line_of(channel.request());
+  const Time from = turn(line, channel, now);
+  if (from <= now) {
+    owner_[line] = channel.number();
+    leave_line(channel);
+    return channel.begin(now);
+  }
+  wake_more_at(from);
+  channel.hold_back();
+  line_[channel.number()] = line;
+  const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_);
+  if (std::find(waiting_.begin(), end, channel.number()) == end)
+    waiting_[waiting_count_++] = channel.number();
+}
+
+void MultiChannelCoprocessor::leave_line(const Channel& channel) {
+  const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_);
+  waiting_count_ =
+      static_cast<std::size_t>(std::remove(waiting_.begin(), end, channel.number()) - waiting_.begin());
+}
+
+/// In the order of arrival. What a request says is looked at only when its turn has come, or when it has been
+/// written anew and whole: in between its words may be half written.
+void MultiChannelCoprocessor::ask_again(Time now) {
+  const auto asking = waiting_;
+  const std::size_t count = waiting_count_;
+  const bool anew = std::exchange(written_anew_, false);
+  for (std::size_t i = 0; i < count; ++i) {
+    Channel& channel = this->channel(asking[i]);
+    if (channel.held_back()) {
+      const Time from = turn(line_[asking[i]], channel, now);
+      if (anew || from <= now) channel.resume(now);
+      wake_more_at(from > now ? from : channel.due());
+    }
+    if (!channel.held_back()) leave_line(channel);
+  }
+}
+
+}  // namespace cbcan

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A Coprocessor with up to 16 channels: as many SDO clients, each with a scanner window of its own, so that
+/// requests to different nodes are under way at the same time (docs/contract.md, "Channels"). Channel 1 is
+/// the Coprocessor's own, with R3700..R3769. Called as a Coprocessor is, but for poll(), which has to follow
+/// each of the other calls: a request that has waited for another one's end begins there.
+///
+/// Requests to one node are executed in the order in which they came, and none while another channel's client
+/// has the node in quarantine. NMT commands are executed in that order too, and so are the requests for one
+/// node's state.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "cbcan/coprocessor/coprocessor.hpp"
+
+namespace cbcan {
+
+class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
+ public:
+  static constexpr std::size_t kMostChannels = 16;
+  /// Memory for one more channel.
+  using Memory = std::optional<Channel>;
+
+  /// `scanners`: the scanner window of each channel, channel n's kScannerStride * (n - 1) registers behind
+  /// the first one's. `more`: memory for one channel less, 15 at most; it outlives this.
+  MultiChannelCoprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port,
+                          const Settings& settings, std::span<const ScannerWindow> scanners,
+                          std::span<Memory> more);
+
+  void start(Time now);
+  void on_frame(const Frame& frame, Time now);
+  void on_registers_written(std::size_t first, std::size_t count, Time now);
+  Time poll(Time now);
+
+  /// Of all channels.
+  Counters counters() const;
+
+ private:
+  void begin_or_hold_back(Channel& channel, Time now) override;
+
+  /// Where requests wait for each other: NMT commands, transfers with each node, states of each node; or
+  /// nowhere.
+  using Line = std::uint8_t;
+  static constexpr Line kNmt = 0;
+  static constexpr Line kNone = nmt::kMaxNode + 1;
+  static constexpr Line kState = kNone;  ///< and the node ID
+  static constexpr std::size_t kLines = kState + nmt::kMaxNode + 1;
+
+  Channel& channel(std::uint8_t number) {
+    if (number == 0) return *this;
+    return *more_[number - 1u];
+  }
+  Line line_of(const Channel::Request& request) const;
+  Time free_from(Line line, const Channel& channel, Time now);
+  bool is_next(Line line, const Channel& channel) const;
+  Time turn(Line line, const Channel& channel, Time now);
+  void leave_line(const Channel& channel);
+  void ask_again(Time now);
+  void poll_more(Time now);
+  void reset_more();
+  void wake_more_at(Time time) { more_due_ = earlier(more_due_, time); }
+
+  std::span<Memory> more_;
+  Time more_due_ = kNever;   ///< of the other channels, or of a request that waits
+  std::uint8_t resets_ = 0;  ///< of the own node that the other channels know of
+  /// By line, the number of the channel that had it last; of kNone nobody asks.
+  std::array<std::uint8_t, kLines> owner_{};
+  std::array<std::uint8_t, kMostChannels> waiting_{};  ///< channels that are held back, in order of arrival
+  std::size_t waiting_count_ = 0;
+  std::array<Line, kMostChannels> line_{};  ///< in which they wait, by channel
+  bool written_anew_ = false;               ///< a request that waits may be another one
+};
+
+}  // namespace cbcan

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+// Many nodes at once through the channels of a module, in virtual time.
+#include "cbcanctl/plan.hpp"
+
+#include <cbcan/sim.hpp>
+
+#include <deque>
+#include <stdexcept>
+
+#include "support/catch.hpp"
+
+using namespace cbcan::tools;
+using namespace std::chrono_literals;
+using cbcan::Plant;
+
+namespace {
+
+class PlantRegisters final : public RegisterAccess {
+ public:
+  explicit PlantRegisters(const std::string& toml)
+      : plant(Plant::from_text(toml, CBCAN_SOURCE_DIR "/plants/demo")) {}
+
+  std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) override {
+    return plant.registers(first, count);
+  }
+  void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
+    std::vector<std::uint16_t> sent(words.begin(), words.end());
+    if (sent.size() > 6 && sent[1] == 5066 && sent[2] == distorted) sent[6] ^= 8;
+    plant.write(first, sent);
+  }
+  void wait() override {
+    if (plant.now() >= give_up_at) throw std::runtime_error("given up");
+    plant.advance(50us);
+  }
+
+  Plant plant;
+  unsigned distorted = 128;  ///< a node that keeps other values
+  Plant::Duration give_up_at = 60s;
+};
+
+/// The nodes' 2001h..2004h, as many writes as said.
+std::string plan_of(unsigned nodes, unsigned writes) {
+  std::string toml;
+  for (unsigned node = 1; node <= nodes; ++node) {
+    toml += "[[node]]\nid = " + std::to_string(node) + "\ndevice_type = 0\nidentity = [0]\nobjects = [\n";
+    for (unsigned i = 0; i < writes; ++i)
+      toml += "{ index = " + std::to_string(0x2001 + i % 4) + ", value = " + std::to_string(i / 4) +
+              ", type = \"u" + std::to_string(8 * (i % 4 + 1)) + "\" },\n";
+    toml += "]\n";
+  }
+  return toml;
+}
+
+/// Jobs for a plan, and what became of them.
+struct Jobs {
+  explicit Jobs(const std::string& toml, bool verify = true) : plan(parse_plan(toml, "plan.toml")) {
+    for (const PlannedNode& node : plan)
+      list.push_back(&nodes.emplace_back(node, verify));
+  }
+
+  std::vector<PlannedNode> plan;
+  std::deque<NodeConfiguration> nodes;
+  std::vector<Job*> list;
+};
+
+std::string nodes(unsigned count, const std::string& more = "") {
+  std::string toml = more + "[can]\nspec = \"virtual\"\nbit_rate = 1000000\n";
+  for (unsigned node = 1; node <= count; ++node)
+    toml += "[[node]]\nid = " + std::to_string(node) + "\neds = \"generic.eds\"\n";
+  return toml;
+}
+
+}  // namespace
+
+TEST_CASE("126 nodes, 20 writes each: checked, written and started within a second of 1 Mbit/s") {
+  const bool verify = GENERATE(false, true);
+  PlantRegisters registers(nodes(126));
+  registers.plant.advance(50ms);  // the boot-up messages
+  Jobs jobs(plan_of(126, verify ? 8 : 20), verify);
+  const auto begin = registers.plant.now();
+  REQUIRE(run(registers, jobs.list));
+  registers.plant.advance(1ms);  // the last frame
+  CHECK(registers.plant.now() - begin < 1s);
+  for (int node = 1; node <= 126; ++node) {
+    CHECK(jobs.nodes[static_cast<std::size_t>(node - 1)].problem().empty());
+    CHECK(registers.plant.holds("state " + std::to_string(node) + " operational"));
+  }
+  CHECK(registers.plant.command("get 126 0x2004") == (verify ? "1" : "4"));
+}
+
+TEST_CASE("a node that is another one, that refuses or that keeps another value is not started; others are") {
+  PlantRegisters registers(nodes(4));
+  registers.plant.advance(10ms);
+  registers.plant.command("fault 1 abort code=0x06040043 index=0x2002 count=1");
+  registers.distorted = 3;
+  Jobs jobs(plan_of(4, 4));
+  jobs.plan[1].identity[0].value[0] = 7;
+  REQUIRE(run(registers, jobs.list));
+  registers.plant.advance(1ms);
+  CHECK(jobs.nodes[0].problem() == "node 1: 2002h:00");
+  CHECK(jobs.nodes[0].refusal()->abort_code == 0x06040043);
+  CHECK(jobs.nodes[1].problem() == "node 2: 1000h:00 is 00 00 00 00, not 07 00 00 00");
+  CHECK(!jobs.nodes[1].refusal());
+  CHECK(jobs.nodes[2].problem() == "node 3: 2001h:00 is 08, not 00");
+  CHECK(jobs.nodes[3].problem().empty());
+  CHECK(registers.plant.holds("state 1 pre-operational"));
+  CHECK(registers.plant.holds("state 2 pre-operational"));
+  CHECK(registers.plant.holds("state 4 operational"));
+}
+
+TEST_CASE("who gives up leaves nothing under way") {
+  PlantRegisters registers(nodes(1));
+  registers.plant.advance(10ms);
+  registers.plant.command("fault 1 response-never");
+  registers.give_up_at = 20ms;
+  Jobs jobs(plan_of(1, 1));
+  CHECK_THROWS_WITH(run(registers, jobs.list), "given up");
+  registers.plant.advance(1ms);
+  CHECK(registers.plant.frames().back() == "601#8000100000000008");
+}
+
+TEST_CASE("a module with one channel") {
+  PlantRegisters registers(nodes(1, "[module]\nchannels = 1\n"));
+  Jobs jobs(plan_of(1, 1));
+  CHECK_FALSE(run(registers, jobs.list));
+  CHECK(registers.plant.holds("state 1 pre-operational"));
+}
+
+TEST_CASE("what is wrong with a plan, and where") {
+  const auto [toml, wrong] = GENERATE(table<std::string, std::string>({
+      {"[[node]]\nid = 128\n", "plan.toml:2: node 128: node IDs are 1..127"},
+      {"[[node]]\nname = 1\nid = 5\n",
+       "plan.toml:2: name: no such key; there are id, device_type, identity, objects"},
+      {"[[node]]\n", "plan.toml:1: id is missing"},
+      {"node = 5\n", "plan.toml:1: node: must be a list of tables"},
+      {"[[node]]\nid = 5\nobjects = [\n{ index = 0x2001, value = 300, type = \"u8\" }]\n",
+       "plan.toml:4: node 5: '300' is no u8: its range is 0..255"},
+      {"[[node]]\nid = 5\nobjects = [{ index = 0x2001, value = 300 }]\n",
+       "plan.toml:3: node 5: type is missing: u8, u16, ..., string or hex"},
+      {"[[node]]\nid = 5\nobjects = [{ index = 0x2001, type = \"u8\" }]\n",
+       "plan.toml:3: node 5: value is missing, or no number, text or truth"},
+      {"[[node]]\nid = 5\nidentity = [-1]\n", "plan.toml:3: node 5: identity: must be 0..0xffffffff"},
+  }));
+  CHECK_THROWS_WITH(parse_plan(toml, "plan.toml"), wrong);
+}

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Many nodes at once: each channel of the module (docs/contract.md, "Channels") carries out one job after
+/// the other. Knows no Modbus: registers are whatever reads and writes them.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "cbcanctl/client.hpp"
+
+namespace cbcan::tools {
+
+/// The module's registers, each call one Modbus request.
+class RegisterAccess {
+ public:
+  virtual ~RegisterAccess() = default;
+  /// None: there are no such registers.
+  virtual std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) = 0;
+  virtual void write(std::uint16_t first, std::span<const std::uint16_t> words) = 0;
+  /// No channel has a result: time passes. May throw, to give up.
+  virtual void wait() = 0;
+};
+
+/// Transactions that go one after the other.
+class Job {
+ public:
+  virtual ~Job() = default;
+  /// None: there are no more.
+  virtual std::optional<Transaction> next() = 0;
+  virtual void ended(const Response& response) = 0;
+};
+
+/// Carries out all jobs over the channels 16 to 2, as many as there are; returns when the last has ended.
+/// False: the module has no channels but the first, and nothing has been done. Other programs must not use
+/// these channels meanwhile.
+bool run(RegisterAccess& registers, std::span<Job* const> jobs);
+
+}  // namespace cbcan::tools

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What nodes are to be, and one job for each that makes them so, in the order of CiA 302's boot-up: check
+/// the identity, write, read back, start.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cbcanctl/channels.hpp"
+#include "cbcanctl/value.hpp"
+
+namespace cbcan::tools {
+
+struct PlannedObject {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  Bytes value;
+};
+
+struct PlannedNode {
+  std::uint8_t id = 0;
+  std::vector<PlannedObject> identity;  ///< 1000h, 1018h: what is there already
+  std::vector<PlannedObject> objects;   ///< to write
+};
+
+/// A plan in TOML; `name` is the file's. Throws UsageError: "plan.toml:12: node 300: node IDs are 1..127".
+std::vector<PlannedNode> parse_plan(std::string_view text, const std::string& name);
+
+class NodeConfiguration final : public Job {
+ public:
+  /// `verify`: each value is read back; one that can only be written is taken as it was confirmed.
+  NodeConfiguration(const PlannedNode& node, bool verify);
+
+  std::optional<Transaction> next() override;
+  void ended(const Response& response) override;
+
+  const PlannedNode& node() const { return node_; }
+  /// What kept the node from being started; empty = nothing.
+  const std::string& problem() const { return problem_; }
+  /// The response that did, unless it was another value that did.
+  const std::optional<Response>& refusal() const { return refusal_; }
+
+ private:
+  enum class Kind : std::uint8_t { kCheck, kWrite, kReadBack, kStart };
+  struct Step {
+    Kind kind;
+    const PlannedObject* object;
+  };
+
+  const PlannedNode& node_;
+  std::vector<Step> steps_;
+  std::size_t at_ = 0;
+  std::string problem_;
+  std::optional<Response> refusal_;
+};
+
+}  // namespace cbcan::tools
