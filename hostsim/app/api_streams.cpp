@@ -57,7 +57,7 @@ class EventStream final : public io::HttpStream {
     if (!sides || watched_.size() == kMostWatched)
       scenario::refuse("watch={}: write NODE:INDEX[:SUB], {} of them at most", word, kMostWatched);
     watched_.push_back({std::string(sides->first), std::string(sides->second)});
-    scenario::entry_of(control_, watched_.back().node, scenario::address_of(watched_.back().object));
+    scenario::check_value(control_, watched_.back().node, watched_.back().object);
   }
 
   void tell(Watched& watched, std::string& text) const {

@@ -44,7 +44,8 @@ class PlanReader {
   void check_keys(const toml::table& table, std::initializer_list<std::string_view> known) const {
     for (const auto& [key, value] : table)
       if (std::find(known.begin(), known.end(), key.str()) == known.end())
-        fail(value, fmt::format("{}: no such key; there are {}", key.str(), text::listed(std::span(known.begin(), known.size()), " and ")));
+        fail(value, fmt::format("{}: no such key; there are {}", key.str(),
+                                text::listed(std::span(known.begin(), known.size()), " and ")));
   }
 
   std::vector<const toml::table*> tables_of(const toml::table& in, std::string_view key) const {
@@ -175,7 +176,8 @@ void NodeConfiguration::ended(const Response& response) {
     problem_ = place;
     refusal_ = response;
   } else if ((kind == Kind::kCheck || kind == Kind::kReadBack) && response.data != object->value) {
-    problem_ = fmt::format("{} is {}, not {}", place, text::hex(response.data, " "), text::hex(object->value, " "));
+    problem_ =
+        fmt::format("{} is {}, not {}", place, text::hex(response.data, " "), text::hex(object->value, " "));
   }
 }
 
