@@ -402,33 +402,9 @@ ResponseParts parts_of(std::string_view response) {
 }
 
 bool changes_plant(std::string_view name) {
-  static constexpr std::array<std::string_view, 9> kThese{"set",   "incident", "power", "fault", "clear",
-                                                          "write", "trigger",  "send",  "nmt"};
+  static constexpr std::array<std::string_view, 10> kThese{"set",   "incident", "power", "fault", "clear",
+                                                           "write", "trigger",  "send",  "nmt",   "reload"};
   return std::ranges::find(kThese, name) != kThese.end();
-}
-
-Reading read_of(const Words& words, std::size_t networks) {
-  constexpr std::uint32_t kMost = 125;  // of one FC 3 request
-  const auto [network, name] = where(words[1], networks);
-  return {network, number_of(name, 0, 0xFFFF, "register"),
-          words.size() == 3 ? number_of(words[2], 1, kMost, "count") : 1};
-}
-
-Writing writing_of(const Words& words, std::size_t networks) {
-  const auto [network, name] = where(words[1], networks);
-  const auto number = [](std::string_view word, std::string_view what) {
-    return static_cast<std::uint16_t>(number_of(word, 0, 0xFFFF, what));
-  };
-  Writing writing{network, regmap::kWindowFirst, {}};
-  if (words[0] == "write")
-    writing.first = number(name, "register");
-  else
-    writing.words = {regmap::kExecute, name == "read"    ? regmap::kSdoRead
-                                       : name == "write" ? regmap::kSdoWrite
-                                                         : number(name, "command")};
-  for (std::size_t i = 2; i < words.size(); ++i)
-    writing.words.push_back(number(words[i], "word"));
-  return writing;
 }
 
 void check_command(std::string_view line) {

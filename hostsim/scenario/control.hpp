@@ -24,6 +24,7 @@ namespace cbcan::scenario {
 std::vector<Usage> command_usages();
 
 inline constexpr std::string_view kError = "error: ";
+
 /// What has become of a line.
 struct Reply {
   std::string text = {};                ///< the response, whole lines; none for an empty line
@@ -38,20 +39,6 @@ struct ResponseParts {
   std::string_view last;
 };
 ResponseParts parts_of(std::string_view response);
-
-/// What `read` reads, and what `write` and `trigger` write. These throw Refused.
-struct Reading {
-  std::size_t network;
-  std::uint32_t first;
-  std::size_t count;
-};
-Reading read_of(const Words& words, std::size_t networks);
-struct Writing {
-  std::size_t network;
-  std::uint32_t first;
-  std::vector<std::uint16_t> words;
-};
-Writing writing_of(const Words& words, std::size_t networks);
 
 /// The command with this name does more than to tell something.
 bool changes_plant(std::string_view name);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cbcan/regmap.hpp"
 #include "journal/words.hpp"
 #include "plant/config.hpp"
 #include "plant/wires.hpp"
@@ -123,6 +124,30 @@ std::string value_of(View& view, std::string_view node, std::string_view word) {
   const Address address = address_of(word);
   const ObjectEntry entry = entry_of(of, node, address);
   return journal::value_text(of.value(entry, address.sub, now), entry.type);
+}
+
+Reading read_of(const Words& words, std::size_t networks) {
+  constexpr std::uint32_t kMost = 125;  // of one FC 3 request
+  const auto [network, name] = where(words[1], networks);
+  return {network, number_of(name, 0, 0xFFFF, "register"),
+          words.size() == 3 ? number_of(words[2], 1, kMost, "count") : 1};
+}
+
+Writing writing_of(const Words& words, std::size_t networks) {
+  const auto [network, name] = where(words[1], networks);
+  const auto number = [](std::string_view word, std::string_view what) {
+    return static_cast<std::uint16_t>(number_of(word, 0, 0xFFFF, what));
+  };
+  Writing writing{network, regmap::kWindowFirst, {}};
+  if (words[0] == "write")
+    writing.first = number(name, "register");
+  else
+    writing.words = {regmap::kExecute, name == "read"    ? regmap::kSdoRead
+                                       : name == "write" ? regmap::kSdoWrite
+                                                         : number(name, "command")};
+  for (std::size_t i = 2; i < words.size(); ++i)
+    writing.words.push_back(number(words[i], "word"));
+  return writing;
 }
 
 }  // namespace cbcan::scenario

@@ -103,4 +103,18 @@ void check_value(View& view, std::string_view node, std::string_view word);
 /// What `get` shows: as a plant file would write it. `word`: "0x6401:2", "0x6200:1.7", "output:8".
 std::string value_of(View& view, std::string_view node, std::string_view word);
 
+/// What `read` reads, and what `write` and `trigger` write. These throw Refused.
+struct Reading {
+  std::size_t network;
+  std::uint32_t first;
+  std::size_t count;
+};
+Reading read_of(const Words& words, std::size_t networks);
+struct Writing {
+  std::size_t network;
+  std::uint32_t first;
+  std::vector<std::uint16_t> words;
+};
+Writing writing_of(const Words& words, std::size_t networks);
+
 }  // namespace cbcan::scenario

@@ -39,7 +39,7 @@ class Station:
 
     def stop(self):
         self.simulator.stop()
-        self.line.stop()
+        self.line.close()
 
 
 class OurServer(unittest.TestCase):

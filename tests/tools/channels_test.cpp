@@ -130,7 +130,7 @@ TEST_CASE("what is wrong with a plan, and where") {
   const auto [toml, wrong] = GENERATE(table<std::string, std::string>({
       {"[[node]]\nid = 128\n", "plan.toml:2: node 128: node IDs are 1..127"},
       {"[[node]]\nname = 1\nid = 5\n",
-       "plan.toml:2: name: no such key; there are id, device_type, identity, objects"},
+       "plan.toml:2: name: no such key; there are id, device_type, identity and objects"},
       {"[[node]]\n", "plan.toml:1: id is missing"},
       {"node = 5\n", "plan.toml:1: node: must be a list of tables"},
       {"[[node]]\nid = 5\nobjects = [\n{ index = 0x2001, value = 300, type = \"u8\" }]\n",
