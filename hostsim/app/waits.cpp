@@ -35,8 +35,7 @@ void Waits::answer(const Waiting& waiting, const std::string& response) {
   dialogue->unsent += response;
 }
 
-void Waits::tell() {
-  if (told_.empty()) return;
+void Waits::tell_each() {
   std::erase_if(told_, [](const Told& told) { return told.dialogue.expired(); });
   for (Told& told : told_)
     told.subscription->look();

@@ -29,7 +29,9 @@ class Waits {
   std::string take(scenario::Reply reply, scenario::Control& control, const Dialogue& dialogue);
 
   /// Connections are told what has happened.
-  void tell();
+  void tell() {
+    if (!told_.empty()) tell_each();
+  }
   /// Answers those that are over; true if there was one. The time is that of the Control.
   bool look() { return !waiting_.empty() && look_at_each(); }
   /// When one may be over though nothing happens, of the plant's time since its start; kNever = there is
@@ -58,6 +60,7 @@ class Waits {
     std::size_t missed = 0;  ///< lines
   };
 
+  void tell_each();
   bool look_at_each();
   void subscribe(const scenario::Words& kinds, scenario::Control& control, const Dialogue& dialogue);
   static void answer(const Waiting& waiting, const std::string& response);

@@ -79,6 +79,8 @@ void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_
   Coprocessor::on_registers_written(first, count, now);
   written_anew_ = true;
   std::size_t out = settings_.scanner_out_first;
+  const std::size_t end = out + more_.size() * regmap::kScannerStride + regmap::kScannerOutWords;
+  if (first >= end || first + count <= out + regmap::kScannerStride) return;
   for (Memory& channel : more_) {
     out += regmap::kScannerStride;
     if (first >= out + regmap::kScannerOutWords || out >= first + count) continue;
