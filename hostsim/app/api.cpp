@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/api_streams.hpp"
+#include "app/page.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
 #include "eds/values.hpp"
@@ -89,6 +90,7 @@ io::HttpResponse Api::respond(const io::HttpRequest& request) {
       if (path == "/api/control") return command(request.body);
       return failed(404, "POST is for /api/registers and /api/control");
     }
+    if (auto page = page_at(path)) return std::move(*page);
     if (path == "/api/time") return ok(time());
     if (path == "/api/registers") return ok(registers(query));
     if (path == "/api/nodes") return ok(nodes(query));

@@ -2,9 +2,9 @@
 // The ladder diagram of one transaction: who said what to whom, and who waited.
 
 import {state, on, tell, element, ask} from './state.js';
-import {hex, nodeText, objectText, milliseconds, registersOf, kServices} from './words.js';
+import {number, nodeText, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
 
-const kRow = 36, kTop = 44, kGutter = 62, kPause = 0.002, kMostRows = 400;
+const kRow = 34, kTop = 44, kGutter = 58, kPause = 0.002, kMostRows = 400;
 let shown = null, asked = 0, busy = false;
 
 const svg = (name, attributes, ...children) => {
@@ -15,7 +15,11 @@ const svg = (name, attributes, ...children) => {
 };
 
 const nodeName = id => state.nodes.find(node => node.node === id)?.name ?? '';
-const spaced = text => text.replace(/(..)(?=.)/g, '$1 ');
+const sinceText = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100);
+/// "5C2 · 4B 11 64" of "5C2#4B1164".
+const framed = text => text.replace(/#(.*)/, (_, data) => ` · ${data.replace(/(..)(?=.)/g, '$1 ')}`);
+/// The longer a pause, the higher, but ten times longer is not ten times higher.
+const heightOf = row => row.pause ? kRow * (0.7 + 0.3 * Math.log10(Math.max(1, row.pause))) : kRow;
 
 // ---- Rows: {from, to, what, more, kind, time}; 0 the PLC, 1 the coprocessor, 2 the node
 
@@ -24,8 +28,8 @@ function modbusRow(event) {
   const at = register => words[register - first];
   const starts = writes && at(3700) === 0xCA0E;
   if (!writes) {
-    if (first <= 3700 && at(3700) === 0xCA0E) return {from: 1, to: 0, kind: 'poll', what: 'busy', fold: true, more: event.words};
-    return {from: 1, to: 0, kind: 'poll', what: 'reads the result', more: event.words};
+    if (first <= 3700 && at(3700) === 0xCA0E) return {from: 1, to: 0, kind: 'poll', what: 'busy', fold: 'busy', more: event.words};
+    return {from: 1, to: 0, kind: 'poll', what: 'reads', fold: 'reads', more: event.words};
   }
   const parts = [starts ? 'execute' : '', kServices[at(3701)] ?? '', at(3702) === undefined ? '' : `node ${nodeText(at(3702))}`,
     at(3703) === undefined ? '' : objectText(at(3703), at(3704) ?? 0), at(3705) ? `${at(3705)} bytes` : ''];
@@ -39,27 +43,28 @@ function frameRow(event) {
     (number >= 0x80 && number < 0x580);
   const aborts = /^(SDO node \d+: )abort/.test(event.words);
   return {from: fromNode ? 2 : 1, to: fromNode ? 1 : 2, kind: aborts ? 'bad' : 'frame',
-    what: event.words.replace(/^SDO node \d+: /, ''), more: `${id}  ${spaced(data)}`};
+    what: event.words.replace(/^SDO node \d+: /, ''), more: framed(event.frame)};
 }
 
 function faultRow(event) {
   const [, fault, kind, frame = ''] = /(fault \d+): ([^:]*)(?:: (.*))?$/.exec(event.words) ?? [, event.words, ''];
   const swallowed = /never|silent|loss|stops|bus-off/.test(kind);
   return {from: 2, to: 1, kind: 'bad fault', swallowed, what: `${fault}: ${kind}${swallowed ? ' swallowed this' : ''}`,
-    more: frame.replace('#', '  ')};
+    more: frame && framed(frame)};
 }
 
 function resultRow(event) {
   return {from: 1, to: 0, kind: event.ok ? 'good' : 'bad', time: event.time,
-    what: event.result < 0 ? 'taken back by the PLC' : `R3700 = ${event.result}  ${event.outcome}`,
+    what: event.result < 0 ? 'taken back by the PLC' : `R3700 = ${event.result} · ${event.outcome}`,
     more: event.service === 'read' && event.ok ? `value ${event.value}` : ''};
 }
 
 /// What a stretch of silence was.
 function pauseText(before, after) {
-  if (after.kind === 'bad' && after.from === 1) return 'SDO time-out: nobody has answered';
-  if (!before || (before.to === 1 && before.from === 0)) return after.to === 2 ? 'held back: quarantine' : 'wait';
-  return before.to === 2 ? 'waits for the node' : 'wait';
+  if (after.kind === 'bad' && after.from === 1) return 'SDO time-out';
+  if (after.kind === 'poll') return 'the PLC comes back';
+  if (before?.from === 0) return 'held back: quarantine, or a full bus';
+  return before?.to === 2 || before?.swallowed ? 'waits for the node' : 'waits';
 }
 
 function rowsOf(events) {
@@ -69,10 +74,10 @@ function rowsOf(events) {
     if (!row) continue;
     row.time = event.time;
     row.end = event.time;
-    const polls = row.fold && rows.findLast(other => other.from !== undefined);
-    if (polls?.fold) {
+    const polls = row.fold && rows.at(-1);
+    if (polls && polls.fold === row.fold && (row.fold === 'busy' || polls.more === row.more)) {
       polls.count = (polls.count ?? 1) + 1;
-      polls.what = `busy × ${polls.count}`;
+      polls.what = `${row.fold} × ${polls.count}`;
       polls.end = event.time;
       continue;
     }
@@ -81,8 +86,8 @@ function rowsOf(events) {
   const all = [];
   let quiet = rows[0]?.time;
   for (const row of rows) {
-    const before = all.findLast(other => !other.fold && other.from !== undefined);
-    if (!row.fold) {
+    const before = all.findLast(other => other.fold !== 'busy');
+    if (row.fold !== 'busy') {
       if (row.time - quiet >= kPause)
         all.push({pause: (row.time - quiet) * 1000, kind: 'pause', what: pauseText(before, row), time: quiet, end: row.time});
       quiet = row.time;
@@ -111,11 +116,11 @@ function arrow(x1, x2, y, row) {
 function drawRow(row, y, lives, width, start) {
   const group = svg('g', {class: row.kind, 'data-time': row.time});
   const time = svg('text', {class: 'small', x: kGutter - 8, y: y + 4, 'text-anchor': 'end'},
-    row.time === start ? '0' : `+${milliseconds((row.time - start) * 1000)}`);
+    row.time === start ? '0' : `+${sinceText((row.time - start) * 1000)}`);
   group.append(svg('title', {}, `${row.what}\n${row.more ?? ''}`), time);
   if (row.pause) {
-    group.append(svg('rect', {x: lives[1] - 5, y: y - 12, width: 10, height: 26, rx: 3}),
-      svg('text', {class: 'what', x: lives[1] + 12, y: y + 5}, `${milliseconds(row.pause)}  ${row.what}`));
+    group.append(svg('rect', {x: lives[1] - 5, y: y - 12, width: 10, height: heightOf(row) - 8, rx: 3}),
+      svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 12}, `${milliseconds(row.pause)} · ${row.what}`));
     return group;
   }
   const right = row.from === 2 || row.to === 2;
@@ -130,16 +135,20 @@ function draw() {
   if (!shown || width === 0) return;
   const {ended, rows} = shown;
   const lives = [kGutter + 8, kGutter + (width - kGutter) * 0.5, width - 30];
-  const height = kTop + rows.length * kRow + 14;
+  const height = rows.reduce((sum, row) => sum + heightOf(row), kTop + 14);
   const picture = svg('svg', {viewBox: `0 0 ${width} ${height}`, height});
-  const node = ended.service === 'nmt' && !ended.node ? 'all nodes' : `node ${nodeText(ended.node)}`;
+  const node = ended.service === 'nmt' && !ended.node ? 'all nodes' : `node ${nodeText(ended.node)} (${nodeHex(ended.node)})`;
   ['PLC', 'coprocessor', node].forEach((name, at) => {
     const anchor = ['start', 'middle', 'end'][at], x = at === 1 ? lives[1] : at ? width - 4 : kGutter;
     picture.append(svg('path', {class: 'life', d: `M${lives[at]} ${kTop - 12}V${height - 4}`}),
       svg('text', {class: 'name', x, y: 12, 'text-anchor': anchor}, name),
       svg('text', {class: 'small', x, y: 26, 'text-anchor': anchor}, at === 2 ? nodeName(ended.node) : ''));
   });
-  rows.forEach((row, at) => picture.append(drawRow(row, kTop + at * kRow + 16, lives, width, rows[0].time)));
+  let y = kTop + 16;
+  for (const row of rows) {
+    picture.append(drawRow(row, y, lives, width, rows[0].time));
+    y += heightOf(row);
+  }
   const top = host.scrollTop;
   host.replaceChildren(picture);
   host.scrollTop = top;
@@ -149,13 +158,10 @@ function draw() {
 }
 
 function verdict(ended) {
-  const parts = [[`#${ended.transaction}`, 'quiet'], [ended.words, ''],
-    [ended.result < 0 ? 'taken back' : ended.outcome, ended.ok ? 'good' : 'bad'], [milliseconds(ended.took_ms), 'quiet']];
-  element('verdict').replaceChildren(...parts.map(([text, name], at) => {
-    const part = document.createElement(at === 1 ? 'b' : 'span');
-    Object.assign(part, {textContent: text, className: name, title: text});
-    return part;
-  }));
+  const lines = [[`#${ended.transaction}  ${ended.words}`, 'strong'],
+    [`${ended.result < 0 ? 'taken back' : ended.outcome} · ${milliseconds(ended.took_ms)}`, ended.ok ? 'good' : 'bad']];
+  lines.forEach(([text, name], at) =>
+    Object.assign(element('verdict').children[at], {textContent: text, className: name, title: text}));
 }
 
 async function show(number) {
@@ -165,14 +171,12 @@ async function show(number) {
   while (asked) {
     const wanted = asked;
     asked = 0;
-    try {
-      const {events} = await ask(`api/journal?transaction=${wanted}`);
-      const ended = events.find(event => event.kind === 'ended') ?? state.ended.find(event => event.transaction === wanted);
-      if (!ended) continue;
-      shown = {ended, rows: rowsOf(events)};
-      verdict(ended);
-      draw();
-    } catch { /* the stream tells */ }
+    const {events} = await ask(`api/journal?transaction=${wanted}`).catch(() => ({events: []}));
+    const ended = events.find(event => event.kind === 'ended');
+    if (!ended) continue;
+    shown = {ended, rows: rowsOf(events)};
+    verdict(ended);
+    draw();
   }
   busy = false;
 }
@@ -222,7 +226,7 @@ export function startLadder() {
   on('restart', () => {
     shown = null;
     element('follow').checked = true;
-    element('verdict').replaceChildren();
+    for (const line of element('verdict').children) line.textContent = '';
     element('diagram').replaceChildren();
   });
 }

@@ -2,14 +2,14 @@
 // The nodes, and of the chosen one: what can be done to it, and its dictionary.
 
 import {state, on, tell, element, send, askNetwork, prefix} from './state.js';
-import {hex, nodeText, objectText, objectWord, milliseconds, driveState, stateClass} from './words.js';
+import {hex, nodeText, nodeHex, objectText, objectWord, driveState, stateClass} from './words.js';
 import {List, choice} from './list.js';
 import {watchObject} from './plots.js';
 
 const kInputs = {0x6000: [0, 255], 0x6401: [-32768, 32767], 0x9130: [0, 200000], 0x7130: [-32768, 32767], 0x6130: [0, 200000]};
 const kFaults = ['response-never', 'response-late delay_ms=50', 'response-twice', 'abort code=0x06090030', 'silent',
   'heartbeat-stops', 'short-frame', 'response-other-toggle', 'emcy-storm', 'bus-off until_ms=500'];
-const kNmt = {start: 'Start', preop: 'Pre-op', stop: 'Stop', 'reset-node': 'Reset', 'reset-comm': 'Reset comm.'};
+const kNmt = {start: 'Start', preop: 'Pre-op', stop: 'Stop', 'reset-node': 'Reset', 'reset-comm': 'Reset com'};
 let view = 'control', nodes, dictionary = [], objects, search = '', panel, shownFaults = '';
 
 const wordOf = node => prefix() + (node.node || `#${node.place}`);
@@ -31,10 +31,10 @@ function summary(node) {
   if (node.heard !== undefined) parts.push(`heard ${age(state.about.time - node.heard)} ago`);
   return parts.join(' · ') || node.device;
 }
-const age = seconds => seconds < 1 ? 'under 1 s' : milliseconds(Math.floor(seconds) * 1000).replace(',000 ms', ' s');
+const age = seconds => seconds < 1 ? 'under 1 s' : seconds < 120 ? `${Math.floor(seconds)} s` : `${Math.floor(seconds / 60)} min`;
 
-const nodeCells = node => [[nodeText(node.node), 'quiet'], [node.name, 'words'], [node.state, `pill words ${stateClass(node.state)}`],
-  [summary(node), `second words ${node.emergency?.code || node.faults.length ? 'bad' : 'quiet'}`]];
+const nodeCells = node => [[nodeText(node.node), 'right'], [node.name, 'words'], [node.state, `pill words ${stateClass(node.state)}`],
+  [nodeHex(node.node), 'quiet right'], [summary(node), `second words ${node.emergency?.code || node.faults.length ? 'bad' : 'quiet'}`]];
 
 function chooseNode(node) {
   if (state.node === node.place && panel) return;
@@ -175,7 +175,7 @@ function update() {
 }
 
 export function startPlant() {
-  nodes = new List(element('node-list'), {kind: 'node', height: 44, key: node => node.place, cells: nodeCells, choose: chooseNode});
+  nodes = new List(element('node-list'), {kind: 'node', height: 38, key: node => node.place, cells: nodeCells, choose: chooseNode});
   choice(element('node-view'), {control: 'Control', dictionary: 'Dictionary'}, view, key => { view = key; build(); });
   on('so', update);
   on('restart', () => { state.node = null; });

@@ -4,8 +4,8 @@
 import {state, on, tell, element, watch} from './state.js';
 import {objectText, nodeText, kStatusBits} from './words.js';
 
-const kMostPoints = 6000, kMostWatched = 6, kStatus = 0x6041;
-let watched = [], status = null, times = [], plot, lanes, stale = true, latest = 0, offset = 0;
+const kLeft = 66, kRight = 44, kMostPoints = 6000, kMostWatched = 6, kStatus = 0x6041;
+let watched = [], status = null, times = [], plot, lanes, stale = true, latest = 0, asked = 0, drawn = 0;
 
 const key = object => `${object.node}:0x${object.index.toString(16).toUpperCase().padStart(4, '0')}${object.sub ? `:${object.sub}` : ''}`;
 const all = () => status ? [...watched, status] : watched;
@@ -58,9 +58,15 @@ function take(values) {
   stale = true;
 }
 
+/// The plant's time: on a running clock between two looks too.
+function present() {
+  const passed = state.about?.clock === 'real' ? Math.min(1.5, (performance.now() - asked) / 1000) : 0;
+  return Math.max(times.at(-1) ?? 0, latest + passed);
+}
+
 /// A value stays as it is until it changes: the line goes on to now.
 function data(objects, convert) {
-  const now = Math.max(times.at(-1) ?? 0, latest);
+  const now = present();
   return [[...times, now], ...objects.map(object => [...object.values, object.values.at(-1) ?? null].map(convert))];
 }
 
@@ -91,24 +97,24 @@ function build() {
   const host = element('plot'), scales = [...new Set(watched.map(scaleOf))];
   if (!window.uPlot || host.clientWidth === 0 || !watched.length) return;
   const short = value => Math.abs(value) >= 10000 ? `${value / 1000}k` : String(value);
-  const yAxis = (scale, side) => axis({scale, side, size: 44, values: (_, marks) => marks.map(short), space: 26, grid: {show: side === 3, stroke: axis({}).grid.stroke, width: 1}});
+  const yAxis = (scale, side) => axis({scale, side, size: side === 3 ? kLeft : kRight, values: (_, marks) => marks.map(short), space: 26, grid: {show: side === 3, stroke: axis({}).grid.stroke, width: 1}});
   const axes = [axis({size: 22, space: 60, values: (_, marks) => marks.map(mark => `${mark} s`)}),
     ...scales.slice(0, 2).map((scale, at) => yAxis(scale, at ? 1 : 3))];
   plot = new uPlot({...common(host, host.clientHeight), axes,
     scales: {x: {time: false, auto: false}, ...Object.fromEntries(scales.map(scale => [scale, {}]))},
     series: [{}, ...watched.map((object, at) => ({scale: scaleOf(object), stroke: color(element('legend'), at), width: 1.5,
       dash: /demand|target/i.test(object.name) ? [6, 4] : undefined, points: {show: false}}))]}, data(watched, Number), host);
-  if (status) buildLanes(scales.length > 1 ? 44 : 0);
+  if (status) buildLanes(scales.length > 1 ? kRight : 0);
   stale = true;
 }
 
 function buildLanes(right) {
   const host = element('lanes'), count = kStatusBits.length, style = getComputedStyle(document.documentElement);
-  const names = axis({size: 74, splits: () => kStatusBits.map((_, at) => count - at - 0.65), values: () => kStatusBits.map(([, name]) => name), grid: {show: false}});
+  const names = axis({size: kLeft, splits: () => kStatusBits.map((_, at) => count - at - 0.65), values: () => kStatusBits.map(([, name]) => name), grid: {show: false}});
   lanes = new uPlot({...common(host, host.clientHeight), padding: [2, right + 8, 2, 0],
     axes: [{show: false}, {...names, gap: 2, font: `10px ${getComputedStyle(document.body).fontFamily}`}], scales: {x: {time: false, auto: false}, y: {range: () => [0, count]}},
     series: [{}, ...kStatusBits.map(([bit]) => ({stroke: style.getPropertyValue(bit === 3 || bit === 7 ? '--bad' : '--accent'), width: 1.5,
-      paths: stepped(), points: {show: false}}))]}, laneData(), host);
+      paths: stepped(), fill: style.getPropertyValue(bit === 3 || bit === 7 ? '--bad-soft' : '--accent-soft'), fillTo: (_, at) => count - at + 0.05, points: {show: false}}))]}, laneData(), host);
 }
 
 function laneData() {
@@ -119,7 +125,7 @@ function laneData() {
 function legend() {
   element('legend').replaceChildren(...watched.map((object, at) => {
     const entry = document.createElement('span'), line = document.createElement('i'), value = document.createElement('b');
-    const name = `${nodeText(object.node)} ${objectText(object.index, object.sub)} ${object.name}`;
+    const name = `node ${nodeText(object.node)} ${objectText(object.index, object.sub)} ${object.name}`;
     const off = Object.assign(document.createElement('button'), {textContent: '×', type: 'button'});
     off.setAttribute('aria-label', `No longer plot ${name}`);
     off.onclick = () => { watched.splice(at, 1); rewatch(); };
@@ -138,11 +144,13 @@ function showValues() {
 }
 
 function draw() {
-  if (!stale || document.hidden) return;
+  const now = performance.now();
+  if (document.hidden || now - drawn < (stale ? 40 : 200)) return;
   stale = false;
+  drawn = now;
   if (!plot && watched.length) build();
   if (!plot || element('hold').checked) return;
-  const span = Number(element('span').value), max = Math.max(latest, times.at(-1) ?? 0);
+  const span = Number(element('span').value), max = present();
   for (const [chart, values] of [[plot, data(watched, value => value)], [lanes, status && laneData()]]) {
     if (!chart) continue;
     chart.batch(() => { chart.setData(values, false); chart.setScale('x', {min: Math.max(0, max - span), max: Math.max(span, max)}); });
@@ -152,7 +160,7 @@ function draw() {
 
 export function startPlots() {
   on('values', take);
-  on('so', () => { latest = state.about.time; offset = performance.now(); stale = true; });
+  on('so', () => { latest = state.about.time; asked = performance.now(); stale = true; });
   on('node', watchDrive);
   on('restart', () => { status = null; watched = []; reset(); });
   on('cursor', time => {

@@ -5,7 +5,7 @@ import {state, on, element, send, prefix} from './state.js';
 import {hex, nodeText, kServices} from './words.js';
 import {List, choice} from './list.js';
 
-const kLit = 2000;
+const kLit = 2000, kResults = {0: 'done', 4: 'failed, see DATA #0', 0xCA0E: 'busy'};
 const views = {
   window: {text: 'R3700', has: at => at >= 3700 && at < 3770},
   scanner: {text: 'Scanner', has: (_, name) => /^(OUT|IN)_/.test(name)},
@@ -21,13 +21,21 @@ const numbered = item => notations[notation](item.register);
 function meaning(item, all) {
   const at = name => all.find(other => other.name === item.name.replace(/(OUT_|IN_|)[A-Z_]+$/, `$1${name}`))?.value;
   const value = item.value;
-  if (item.words) return item.words;
+  if (item.register === 3700 && kResults[value]) return kResults[value];
+  if (item.register === 3706) return resultOf(state.ended.at(-1));
   if (item.mapped) return item.mapped;
   if (/COMMAND$/.test(item.name)) return kServices[value] ?? '';
+  if (item.words) return item.words;
   if (/NODE_ID$/.test(item.name)) return state.nodes.find(node => node.node === value)?.name ?? (value ? '' : 'own node');
   if (/OBJECT_INDEX$/.test(item.name)) return at('NODE_ID') === undefined ? hex(value) : objectName(at('NODE_ID'), value);
   if (/DATA_SIZE$/.test(item.name)) return 'bytes';
   return '';
+}
+
+/// What the last transaction has put into the data words.
+function resultOf(ended) {
+  if (!ended || ended.result === 4) return ended?.outcome ?? '';
+  return ended.ok && ended.value !== '' ? `= ${ended.value}` : '';
 }
 
 function objectName(node, index) {
@@ -35,10 +43,16 @@ function objectName(node, index) {
   return event?.name ?? '';
 }
 
+/// DATA, INPUTS and the like are many: with their number.
+function nameOf(item) {
+  const first = state.registers.find(other => other.name === item.name).register;
+  return /DATA$|PUTS$/.test(item.name) ? `${item.name} #${item.register - first}` : item.name;
+}
+
 function cells(item) {
   const digits = item.value.toString(16).toUpperCase().padStart(4, '0');
-  return [[numbered(item), 'quiet'], [item.name, 'words'], [String(item.value), 'right'], [digits, 'quiet'],
-    [meaning(item, state.registers), 'words']];
+  return [[numbered(item), 'quiet'], [String(item.value), 'right'], [`${digits}h`, 'quiet'], [nameOf(item), 'words quiet'],
+    [meaning(item, state.registers), 'words', item.words ?? '']];
 }
 
 function update() {

@@ -4,7 +4,8 @@
 export const hex = (number, digits = 4) => number.toString(16).toUpperCase().padStart(digits, '0') + 'h';
 export const number = new Intl.NumberFormat('en-US').format;
 export const objectText = (index, sub) => `${hex(index)}:${sub.toString(16).toUpperCase().padStart(2, '0')}`;
-export const nodeText = id => id ? hex(id, 2) : 'none';
+export const nodeText = id => id ? String(id) : 'none';
+export const nodeHex = id => id ? hex(id, 2) : '';
 
 /// As a command takes it.
 export const objectWord = object => `0x${object.index.toString(16).toUpperCase().padStart(4, '0')}:${object.sub}`;
