@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The ladder diagram of one transaction: who said what to whom, and who waited.
 
-import {state, on, tell, element, ask} from './state.js';
+import {state, on, tell, element, ask, send, prefix} from './state.js';
 import {number, nodeText, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
 
 const kRow = 34, kTop = 44, kGutter = 58, kPause = 0.002, kMostRows = 400;
@@ -36,6 +36,9 @@ function modbusRow(event) {
   return {from: 0, to: 1, kind: 'modbus', what: parts.filter(Boolean).join(' · ') || 'write', more: event.words};
 }
 
+/// Where no request of a PLC was: a command.
+const begunRow = event => ({from: 0, to: 1, kind: 'modbus', what: event.words, more: 'by a command'});
+
 function frameRow(event) {
   const [id, data] = event.frame.split('#');
   const number = parseInt(id, 16);
@@ -68,10 +71,10 @@ function pauseText(before, after) {
 }
 
 function rowsOf(events) {
-  const rows = [], make = {modbus: modbusRow, frame: frameRow, fault: faultRow, ended: resultRow};
+  const rows = [], make = {modbus: modbusRow, begun: begunRow, frame: frameRow, fault: faultRow, ended: resultRow};
   for (const event of events) {
     const row = make[event.kind]?.(event);
-    if (!row) continue;
+    if (!row || (event.kind === 'begun' && rows.length)) continue;
     row.time = event.time;
     row.end = event.time;
     const polls = row.fold && rows.at(-1);
@@ -197,6 +200,13 @@ function step(by) {
   if (next) chooseTransaction(next.transaction);
 }
 
+/// What stands there before there is anything to draw.
+function empty() {
+  const hint = Object.assign(document.createElement('p'), {className: 'quiet', textContent: 'No transaction yet: a PLC writes CA0Eh to R3700, or a command says  '});
+  const example = Object.assign(document.createElement('button'), {textContent: 'trigger read 32 0x1000 0 4', onclick: () => send(`trigger ${prefix()}read 32 0x1000 0 4`)});
+  element('diagram').replaceChildren(hint, example);
+}
+
 function mark() {
   const groups = [...element('diagram').querySelectorAll('g')];
   const distance = group => Math.abs(group.dataset.time - state.cursor);
@@ -205,6 +215,7 @@ function mark() {
 }
 
 export function startLadder() {
+  empty();
   new ResizeObserver(draw).observe(element('diagram'));
   element('older').onclick = () => step(-1);
   element('newer').onclick = () => step(1);
@@ -227,6 +238,6 @@ export function startLadder() {
     shown = null;
     element('follow').checked = true;
     for (const line of element('verdict').children) line.textContent = '';
-    element('diagram').replaceChildren();
+    empty();
   });
 }

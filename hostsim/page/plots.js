@@ -153,7 +153,7 @@ function draw() {
   const span = Number(element('span').value), max = present();
   for (const [chart, values] of [[plot, data(watched, value => value)], [lanes, status && laneData()]]) {
     if (!chart) continue;
-    chart.batch(() => { chart.setData(values, false); chart.setScale('x', {min: Math.max(0, max - span), max: Math.max(span, max)}); });
+    chart.batch(() => { chart.setData(values, false); chart.setScale('x', {min: Math.max(0, max - span), max: Math.max(2, max)}); });
   }
   showValues();
 }
