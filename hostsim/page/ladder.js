@@ -19,7 +19,7 @@ const sinceText = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100)
 /// "5C2 · 4B 11 64" of "5C2#4B1164".
 const framed = text => text.replace(/#(.*)/, (_, data) => ` · ${data.replace(/(..)(?=.)/g, '$1 ')}`);
 /// The longer a pause, the higher, but ten times longer is not ten times higher.
-const heightOf = row => row.pause ? kRow * (0.7 + 0.3 * Math.log10(Math.max(1, row.pause))) : kRow;
+const heightOf = row => row.pause ? kRow * (0.9 + 0.25 * Math.log10(Math.max(1, row.pause))) : kRow;
 
 // ---- Rows: {from, to, what, more, kind, time}; 0 the PLC, 1 the coprocessor, 2 the node
 
@@ -66,7 +66,7 @@ function resultRow(event) {
 function pauseText(before, after) {
   if (after.kind === 'bad' && after.from === 1) return 'SDO time-out';
   if (after.kind === 'poll') return 'the PLC comes back';
-  if (before?.from === 0) return 'held back: quarantine, or a full bus';
+  if (before?.from === 0) return 'held back: quarantine';
   return before?.to === 2 || before?.swallowed ? 'waits for the node' : 'waits';
 }
 
@@ -123,7 +123,8 @@ function drawRow(row, y, lives, width, start) {
   group.append(svg('title', {}, `${row.what}\n${row.more ?? ''}`), time);
   if (row.pause) {
     group.append(svg('rect', {x: lives[1] - 5, y: y - 12, width: 10, height: heightOf(row) - 8, rx: 3}),
-      svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 12}, `${milliseconds(row.pause)} · ${row.what}`));
+      svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 17}, milliseconds(row.pause)),
+      svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 3}, row.what));
     return group;
   }
   const right = row.from === 2 || row.to === 2;

@@ -9,7 +9,7 @@ import {watchObject} from './plots.js';
 const kInputs = {0x6000: [0, 255], 0x6401: [-32768, 32767], 0x9130: [0, 200000], 0x7130: [-32768, 32767], 0x6130: [0, 200000]};
 const kFaults = ['response-never', 'response-late delay_ms=50', 'response-twice', 'abort code=0x06090030', 'silent',
   'heartbeat-stops', 'short-frame', 'response-other-toggle', 'emcy-storm', 'bus-off until_ms=500'];
-const kNmt = {start: 'Start', preop: 'Pre-op', stop: 'Stop', 'reset-node': 'Reset', 'reset-comm': 'Reset com'};
+const kNmt = {start: 'Start', preop: 'Pre-op', stop: 'Stop', 'reset-node': 'Reset', 'reset-comm': 'Reset comm.'};
 let view = 'control', nodes, dictionary = [], objects, search = '', panel, shownFaults = '';
 
 const wordOf = node => prefix() + (node.node || `#${node.place}`);

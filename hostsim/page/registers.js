@@ -5,7 +5,7 @@ import {state, on, element, send, prefix} from './state.js';
 import {hex, nodeText, kServices} from './words.js';
 import {List, choice} from './list.js';
 
-const kLit = 2000, kResults = {0: 'done', 4: 'failed, see DATA #0', 0xCA0E: 'busy'};
+const kLit = 2000, kResults = {0: 'done', 4: 'failed', 0xCA0E: 'busy'};
 const views = {
   window: {text: 'R3700', has: at => at >= 3700 && at < 3770},
   scanner: {text: 'Scanner', has: (_, name) => /^(OUT|IN)_/.test(name)},

@@ -84,7 +84,7 @@ look("the ladder tells why a transaction failed", async (page, plant) => {
   await failing(plant);
   await shows(page, "#verdict", /#1 +read node 32 1000h:00.*0504 0000h.*1,0\d\d ms/);
   for (const words of [/execute · read · node 32 · 1000h:00 · 4 bytes/, /busy × 5/, /read 1000h:00/, /fault 1: response-never count=1 swallowed this/,
-    /1,000 ms · SDO time-out/, /R3700 = 4 · 0504 0000h/, /reads/]) await shows(page, "#diagram", words);
+    /1,000 msSDO time-out/, /R3700 = 4 · 0504 0000h/, /reads/]) await shows(page, "#diagram", words);
   assert.equal(await page.$eval("#diagram .fault path", (path) => getComputedStyle(path).strokeDasharray), "5px, 4px");
 }, manual);
 
@@ -123,6 +123,18 @@ look("registers are named, lit and written", async (page, plant) => {
   await click(page, "#register-view button", "Process");
   await shows(page, "#register-list", /R3800.*INPUTS #0/);
 });
+
+look("process data says what it is exchanged with", async (page, plant) => {
+  const write = (object, size, value) => [`trigger write 0 ${object} ${size} ${value & 0xffff}${size === 4 ? ` ${value >>> 16}` : ""}`, "pass 1ms"];
+  await plant.control(...write("0x1600 1", 4, 0xa0c00110), ...write("0x1600 2", 4, 0xa0c00210), ...write("0x1600 0", 1, 2),
+    ...write("0x1400 1", 4, 0x2c2), ...write("0x1A00 1", 4, 0xa5400110), ...write("0x1A00 0", 1, 1), ...write("0x1800 1", 4, 0x342));
+  await click(page, "#register-view button", "Process");
+  await shows(page, "#register-list", /R3800.*INPUTS #0node 66 6401h:01 Channel 1.*R3801.*node 66 6401h:02/);
+  await page.focus("#register-list");
+  await page.keyboard.press("End");
+  await page.$eval("#register-list", (list) => { list.scrollTop = 22 * 60; });
+  await shows(page, "#register-list", /R3864.*OUTPUTS #0node 66 6411h:01/);
+}, manual);
 
 look("what a click does is a command", async (page, plant) => {
   const does = async (line, answer = /^ok/) => {

@@ -77,6 +77,7 @@ class Coprocessor final {
   const SdoClient& sdo_client() const { return client_; }
   const NodeMonitor& node_monitor() const { return node_.monitor(); }
   const Slave& own_node() const { return node_.slave(); }
+  const ObjectDictionary& own_objects() const { return node_.dictionary(); }
 
  private:
   enum class Activity : std::uint8_t { kIdle, kSdo, kNmtCommand, kNodeState };
