@@ -2,7 +2,7 @@
 // The ladder diagram of one transaction: who said what to whom, and who waited.
 
 import {state, on, tell, element, ask, send, prefix} from './state.js';
-import {number, nodeText, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
+import {number, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
 
 const kRow = 34, kTop = 44, kGutter = 58, kPause = 0.002, kMostRows = 400;
 let shown = null, asked = 0, busy = false;
@@ -31,7 +31,7 @@ function modbusRow(event) {
     if (first <= 3700 && at(3700) === 0xCA0E) return {from: 1, to: 0, kind: 'poll', what: 'busy', fold: 'busy', more: event.words};
     return {from: 1, to: 0, kind: 'poll', what: 'reads', fold: 'reads', more: event.words};
   }
-  const parts = [starts ? 'execute' : '', kServices[at(3701)] ?? '', at(3702) === undefined ? '' : `node ${nodeText(at(3702))}`,
+  const parts = [starts ? 'execute' : '', kServices[at(3701)] ?? '', at(3702) === undefined ? '' : at(3702) ? `node ${at(3702)}` : 'own node',
     at(3703) === undefined ? '' : objectText(at(3703), at(3704) ?? 0), at(3705) ? `${at(3705)} bytes` : ''];
   return {from: 0, to: 1, kind: 'modbus', what: parts.filter(Boolean).join(' · ') || 'write', more: event.words};
 }
@@ -65,7 +65,6 @@ function resultRow(event) {
 /// What a stretch of silence was.
 function pauseText(before, after) {
   if (after.kind === 'bad' && after.from === 1) return 'SDO time-out';
-  if (after.kind === 'poll') return 'the PLC comes back';
   if (before?.from === 0) return 'held back: quarantine';
   return before?.to === 2 || before?.swallowed ? 'waits for the node' : 'waits';
 }
@@ -91,7 +90,7 @@ function rowsOf(events) {
   for (const row of rows) {
     const before = all.findLast(other => other.fold !== 'busy');
     if (row.fold !== 'busy') {
-      if (row.time - quiet >= kPause)
+      if (row.time - quiet >= kPause && row.kind !== 'poll')
         all.push({pause: (row.time - quiet) * 1000, kind: 'pause', what: pauseText(before, row), time: quiet, end: row.time});
       quiet = row.time;
     }
@@ -141,7 +140,7 @@ function draw() {
   const lives = [kGutter + 8, kGutter + (width - kGutter) * 0.5, width - 30];
   const height = rows.reduce((sum, row) => sum + heightOf(row), kTop + 14);
   const picture = svg('svg', {viewBox: `0 0 ${width} ${height}`, height});
-  const node = ended.service === 'nmt' && !ended.node ? 'all nodes' : `node ${nodeText(ended.node)} (${nodeHex(ended.node)})`;
+  const node = ended.service === 'nmt' && !ended.node ? 'all nodes' : ended.node ? `node ${ended.node} (${nodeHex(ended.node)})` : 'own node';
   ['PLC', 'coprocessor', node].forEach((name, at) => {
     const anchor = ['start', 'middle', 'end'][at], x = at === 1 ? lives[1] : at ? width - 4 : kGutter;
     picture.append(svg('path', {class: 'life', d: `M${lives[at]} ${kTop - 12}V${height - 4}`}),

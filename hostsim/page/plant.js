@@ -28,10 +28,10 @@ function summary(node) {
   if (node.statusword !== undefined) parts.push(driveState(node.statusword));
   if (node.emergency) parts.push(node.emergency.code ? `EMCY ${hex(node.emergency.code)} ${node.emergency.words}` : 'error is over');
   if (node.faults.length) parts.push(`${node.faults.length === 1 ? '1 fault' : `${node.faults.length} faults`} injected`);
-  if (node.heard !== undefined) parts.push(`heard ${age(state.about.time - node.heard)} ago`);
+  if (node.heard !== undefined) parts.push(`heard ${age(state.about.time - node.heard)}`);
   return parts.join(' · ') || node.device;
 }
-const age = seconds => seconds < 1 ? 'under 1 s' : seconds < 120 ? `${Math.floor(seconds)} s` : `${Math.floor(seconds / 60)} min`;
+const age = seconds => seconds < 1 ? 'now' : seconds < 120 ? `${Math.floor(seconds)} s ago` : `${Math.floor(seconds / 60)} min ago`;
 
 const nodeCells = node => [[nodeText(node.node), 'right'], [node.name, 'words'], [node.state, `pill words ${stateClass(node.state)}`],
   [nodeHex(node.node), 'quiet right'], [summary(node), `second words ${node.emergency?.code || node.faults.length ? 'bad' : 'quiet'}`]];

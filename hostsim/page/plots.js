@@ -84,8 +84,7 @@ function common(host, height) {
   return {width: host.clientWidth, height, legend: {show: false}, padding: [6, 8, 0, 0],
     cursor: {sync: {key: 'cbcan', scales: ['x', null]}, y: false, drag: {x: false, y: false}, points: {size: 6}},
     hooks: {setCursor: [chart => {
-      if (chart.cursor.left < 0 || !chart.cursor.event) return;
-      tell('cursor', state.cursor = chart.posToVal(chart.cursor.left, 'x'));
+      if (chart.cursor.left >= 0 && chart.over.matches(':hover')) tell('cursor', state.cursor = chart.posToVal(chart.cursor.left, 'x'));
     }]}};
 }
 
@@ -156,6 +155,14 @@ function draw() {
     chart.batch(() => { chart.setData(values, false); chart.setScale('x', {min: Math.max(0, max - span), max: Math.max(2, max)}); });
   }
   showValues();
+  moveCursor();
+}
+
+/// To where the others point; it stays there in time.
+function moveCursor() {
+  const charts = [plot, lanes].filter(Boolean);
+  if (state.cursor === null || charts.some(chart => chart.over.matches(':hover'))) return;
+  for (const chart of charts) chart.setCursor({left: chart.valToPos(state.cursor, 'x'), top: 10}, false, false);
 }
 
 export function startPlots() {
@@ -163,10 +170,9 @@ export function startPlots() {
   on('so', () => { latest = state.about.time; asked = performance.now(); stale = true; });
   on('node', watchDrive);
   on('restart', () => { status = null; watched = []; reset(); });
-  on('cursor', time => {
+  on('cursor', () => {
     showValues();
-    for (const chart of [plot, lanes])
-      if (chart && !chart.cursor.event) chart.setCursor({left: chart.valToPos(time, 'x'), top: 10}, false);
+    moveCursor();
   });
   element('span').onchange = element('hold').onchange = () => { stale = true; };
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', build);

@@ -23,7 +23,7 @@ function meaning(item, all) {
   const value = item.value;
   if (item.register === 3700 && kResults[value]) return kResults[value];
   if (item.register === 3706) return resultOf(state.ended.at(-1));
-  if (item.mapped) return item.mapped;
+  if (item.mapped) return item.mapped.replaceAll('node ', '');
   if (/COMMAND$/.test(item.name)) return kServices[value] ?? '';
   if (item.words) return item.words;
   if (/NODE_ID$/.test(item.name)) return state.nodes.find(node => node.node === value)?.name ?? (value ? '' : 'own node');
@@ -46,7 +46,7 @@ function objectName(node, index) {
 /// DATA, INPUTS and the like are many: with their number.
 function nameOf(item) {
   const first = state.registers.find(other => other.name === item.name).register;
-  return /DATA$|PUTS$/.test(item.name) ? `${item.name} #${item.register - first}` : item.name;
+  return /DATA$|PUTS$/.test(item.name) ? `${item.name.replace('PUTS', '')} ${item.register - first}` : item.name;
 }
 
 function cells(item) {
