@@ -46,8 +46,9 @@ function chooseNode(node) {
 
 // ---- What can be done
 
-function toggle(text, checked, lineOf) {
-  const box = make('input', {type: 'checkbox', checked});
+/// isOn tells it again whenever something has happened.
+function toggle(text, isOn, lineOf) {
+  const box = make('input', {type: 'checkbox', checked: isOn(), isOn});
   box.onchange = () => send(lineOf(box.checked));
   return make('label', {className: 'switch'}, box, text);
 }
@@ -85,11 +86,11 @@ function faultForm(node) {
 async function buildControl(node) {
   const word = wordOf(node);
   panel.replaceChildren(
-    group(toggle('power', node.state !== 'off', onOff => `power ${word} ${onOff ? 'on' : 'off'}`),
+    group(toggle('power', () => chosen()?.state !== 'off', onOff => `power ${word} ${onOff ? 'on' : 'off'}`),
       ...Object.entries(kNmt).map(([verb, text]) => button(text, () => send(`nmt ${verb} ${word}`)))),
     make('div', {className: 'inputs'}),
     group(...node.incidents.map(name =>
-      toggle(name, state.incidents.has(`${node.place} ${name}`), onOff => `incident ${word} ${name} ${onOff ? 'on' : 'off'}`))),
+      toggle(name, () => state.incidents.has(`${node.place} ${name}`), onOff => `incident ${word} ${name} ${onOff ? 'on' : 'off'}`))),
     make('div', {className: 'group', id: 'faults'}), faultForm(node));
   shownFaults = '';
   fillFaults(node);
@@ -102,7 +103,7 @@ function fillFaults(node) {
   const text = JSON.stringify(node.faults), host = element('faults');
   if (!host || text === shownFaults) return;
   shownFaults = text;
-  host.replaceChildren(...node.faults.map(fault => toggle(`fault ${fault.number}: ${fault.fault}, ${fault.fired} ×`, true,
+  host.replaceChildren(...node.faults.map(fault => toggle(`fault ${fault.number}: ${fault.fault}, ${fault.fired} ×`, () => true,
     onOff => onOff ? `fault ${wordOf(node)} ${fault.fault}` : `clear ${wordOf(node)} ${fault.number}`)));
 }
 
@@ -170,8 +171,7 @@ function update() {
   if (node && node.place !== state.node) nodes.pick(node.place);
   if (!node || view !== 'control') return;
   fillFaults(node);
-  const power = panel?.querySelector('input[type=checkbox]');
-  if (power && power !== document.activeElement) power.checked = node.state !== 'off';
+  for (const box of panel.querySelectorAll('input[type=checkbox]')) box.checked = box.isOn();
 }
 
 export function startPlant() {

@@ -114,16 +114,14 @@ async function refresh() {
   if (asking) { again = true; return; }
   asking = true;
   again = false;
-  try {
-    const [about, nodes, registers] =
-      await Promise.all([ask('api/time'), askNetwork('api/nodes'), askNetwork('api/registers')]);
-    if (state.about && about.time < state.about.time && about.next_event <= last) { last = 0; forget(); open(); }
-    state.before = state.about;
-    Object.assign(state, {about, nodes: nodes.nodes, registers: registers.registers});
-    tell('so');
-  } catch { /* the stream tells */ }
+  const found = await Promise.all([ask('api/time'), askNetwork('api/nodes'), askNetwork('api/registers')]).catch(() => null);
   asking = false;
   timer = setTimeout(refresh, again ? 120 : 1000);
+  if (!found) return;  // the stream tells
+  const [about, {nodes}, {registers}] = found;
+  if (state.about && about.time < state.about.time && about.next_event <= last) { last = 0; forget(); open(); }
+  Object.assign(state, {about, nodes, registers});
+  tell('so');
 }
 
 function refreshSoon() {
@@ -140,15 +138,16 @@ export function chooseNetwork(number) {
 }
 
 export async function start() {
-  try {
-    await refresh();
-    const kinds = ['ended', 'command'].map(kind => askNetwork(`api/journal?kinds=${kind}`));
-    const [ended, commands, recent] = await Promise.all([...kinds, askNetwork('api/journal')]);
-    for (const event of commands.events) noteIncident(event.words);
-    Object.assign(state, {ended: ended.events, recent: recent.events});
-    last = recent.events.at(-1)?.number ?? 0;
+  await refresh();
+  const paths = ['api/transactions', 'api/journal?kinds=command', 'api/journal'];
+  const found = await Promise.all(paths.map(askNetwork)).catch(() => null);
+  if (found) {
+    const [ended, commands, recent] = found.map(answer => answer.events);
+    for (const event of commands) noteIncident(event.words);
+    Object.assign(state, {ended, recent});
+    last = recent.at(-1)?.number ?? 0;
     tell('events', []);
-  } catch { /* there is no simulator yet */ }
+  }
   open();
 }
 

@@ -148,6 +148,8 @@ look("what a click does is a command", async (page, plant) => {
   await click(page, "#node-panel .switch", "overtemperature");
   await does("incident 16 overtemperature on");
   await shows(page, "#node-list", /fault · EMCY 4210h/);
+  await plant.control("incident 16 warning on");
+  await page.waitForFunction(() => [...document.querySelectorAll("#node-panel .switch")].find((label) => label.textContent === "warning").firstChild.checked);
   await page.type("#node-panel .fault-form input", "response-late delay_ms=20");
   await click(page, "#node-panel button", "Inject");
   await does("fault 16 response-late delay_ms=20", /^ok 1$/);
