@@ -202,15 +202,19 @@ function step(by) {
 
 /// What stands there before there is anything to draw.
 function empty() {
-  const hint = Object.assign(document.createElement('p'), {className: 'quiet', textContent: 'No transaction yet: a PLC writes CA0Eh to R3700, or a command says  '});
-  const example = Object.assign(document.createElement('button'), {textContent: 'trigger read 32 0x1000 0 4', onclick: () => send(`trigger ${prefix()}read 32 0x1000 0 4`)});
+  const hint = document.createElement('p'), example = document.createElement('button');
+  hint.className = 'quiet';
+  hint.textContent = 'No transaction yet: a PLC writes CA0Eh to R3700, or a command says';
+  example.textContent = 'trigger read 32 0x1000 0 4';
+  example.onclick = () => send(`trigger ${prefix()}read 32 0x1000 0 4`);
   element('diagram').replaceChildren(hint, example);
 }
 
 function mark() {
   const groups = [...element('diagram').querySelectorAll('g')];
   const distance = group => Math.abs(group.dataset.time - state.cursor);
-  const near = state.cursor === null ? null : groups.reduce((best, group) => !best || distance(group) < distance(best) ? group : best, null);
+  const nearer = (best, group) => !best || distance(group) < distance(best) ? group : best;
+  const near = state.cursor === null ? null : groups.reduce(nearer, null);
   for (const group of groups) group.classList.toggle('near', group === near && distance(group) < 1);
 }
 

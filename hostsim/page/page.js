@@ -95,7 +95,8 @@ element('command-form').onsubmit = event => {
 element('command').onkeydown = browse;
 element('copy').onclick = copy;
 element('network').onchange = event => chooseNetwork(Number(event.target.value));
-element('save').onclick = () => saveScenario().then(text => answered(`ok, ${text.split('\n').length} lines`), error => answered(`error: ${error.message}`));
+element('save').onclick = () => saveScenario().then(
+  text => answered(`ok, ${text.split('\n').length} lines`), error => answered(`error: ${error.message}`));
 for (const button of document.querySelectorAll('[data-line]')) button.onclick = () => send(button.dataset.line);
 startLadder();
 startHappened();

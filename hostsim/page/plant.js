@@ -116,7 +116,7 @@ async function objectsOf(node, part = '') {
 
 const objectKey = object => object.index * 256 + object.sub;
 const objectCells = object => [[objectText(object.index, object.sub), 'quiet'], [object.name, 'words'],
-  [object.value, 'right', `${object.value} (${object.type}, ${object.writable ? 'can be written' : 'read only'})`], [object.writable ? 'rw' : 'ro', 'quiet right']];
+  [object.value, 'right', `${object.value} (${object.type})`], [object.writable ? 'rw' : 'ro', 'quiet right']];
 
 function filterObjects() {
   const words = search.toLowerCase().split(/\s+/);
@@ -134,8 +134,8 @@ async function buildDictionary(node) {
   host.setAttribute('aria-label', 'Objects');
   const value = make('input', {className: 'number', disabled: true}), label = make('label', {textContent: 'choose an object'});
   value.setAttribute('aria-label', 'Value');
-  const plot = button('Plot', () => watchObject(node, objects.item)), form = make('form', {className: 'edit', autocomplete: 'off'},
-    label, value, make('button', {textContent: 'Set'}), plot);
+  const form = make('form', {className: 'edit', autocomplete: 'off'}, label, value, make('button', {textContent: 'Set'}),
+    button('Plot', () => watchObject(node, objects.item)));
   panel.replaceChildren(field, host, form);
   objects = new List(host, {kind: 'object', key: objectKey, cells: objectCells,
     choose: object => {

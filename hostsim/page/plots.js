@@ -54,7 +54,7 @@ function take(values) {
     object.values[times.length - 1] = Number(event.value);
   }
   if (times.length > kMostPoints * 1.1)
-    for (const array of [times, ...all().map(object => object.values)]) array.splice(0, times.length === array.length ? array.length - kMostPoints : 0);
+    for (const array of [...all().map(object => object.values), times]) array.splice(0, times.length - kMostPoints);
   stale = true;
 }
 
@@ -65,26 +65,24 @@ function present() {
 }
 
 /// A value stays as it is until it changes: the line goes on to now.
-function data(objects, convert) {
+function data(objects) {
   const now = present();
-  return [[...times, now], ...objects.map(object => [...object.values, object.values.at(-1) ?? null].map(convert))];
+  return [[...times, now], ...objects.map(object => [...object.values, object.values.at(-1) ?? null])];
 }
 
 // ---- Pictures
 
-const font = () => `11px ${getComputedStyle(document.body).fontFamily}`;
-function axis(properties) {
-  const style = getComputedStyle(document.documentElement);
-  return {stroke: style.getPropertyValue('--quiet'), font: font(), grid: {stroke: style.getPropertyValue('--line'), width: 1},
-    ticks: {show: false}, ...properties};
-}
-const stepped = () => uPlot.paths.stepped({align: 1});
+const css = name => getComputedStyle(document.documentElement).getPropertyValue(name);
+const font = size => `${size}px ${getComputedStyle(document.body).fontFamily}`;
+const axis = properties =>
+  ({stroke: css('--quiet'), font: font(11), grid: {stroke: css('--line'), width: 1}, ticks: {show: false}, ...properties});
 
-function common(host, height) {
-  return {width: host.clientWidth, height, legend: {show: false}, padding: [6, 8, 0, 0],
+function common(host) {
+  return {width: host.clientWidth, height: host.clientHeight, legend: {show: false}, padding: [6, 8, 0, 0],
     cursor: {sync: {key: 'cbcan', scales: ['x', null]}, y: false, drag: {x: false, y: false}, points: {size: 6}},
     hooks: {setCursor: [chart => {
-      if (chart.cursor.left >= 0 && chart.over.matches(':hover')) tell('cursor', state.cursor = chart.posToVal(chart.cursor.left, 'x'));
+      if (chart.cursor.left >= 0 && chart.over.matches(':hover'))
+        tell('cursor', state.cursor = chart.posToVal(chart.cursor.left, 'x'));
     }]}};
 }
 
@@ -95,30 +93,41 @@ function build() {
   legend();
   const host = element('plot'), scales = [...new Set(watched.map(scaleOf))];
   if (!window.uPlot || host.clientWidth === 0 || !watched.length) return;
-  const short = value => Math.abs(value) >= 10000 ? `${value / 1000}k` : String(value);
-  const yAxis = (scale, side) => axis({scale, side, size: side === 3 ? kLeft : kRight, values: (_, marks) => marks.map(short), space: 26, grid: {show: side === 3, stroke: axis({}).grid.stroke, width: 1}});
-  const axes = [axis({size: 22, space: 60, values: (_, marks) => marks.map(mark => `${mark} s`)}),
-    ...scales.slice(0, 2).map((scale, at) => yAxis(scale, at ? 1 : 3))];
-  plot = new uPlot({...common(host, host.clientHeight), axes,
-    scales: {x: {time: false, auto: false}, ...Object.fromEntries(scales.map(scale => [scale, {}]))},
-    series: [{}, ...watched.map((object, at) => ({scale: scaleOf(object), stroke: color(element('legend'), at), width: 1.5,
-      dash: /demand|target/i.test(object.name) ? [6, 4] : undefined, points: {show: false}}))]}, data(watched, Number), host);
+  const axes = [axis({size: 22, space: 60, values: (_, marks) => marks.map(mark => `${mark} s`)}), ...scales.slice(0, 2).map(valueAxis)];
+  const series = watched.map((object, at) => ({scale: scaleOf(object), stroke: color(element('legend'), at), width: 1.5,
+    dash: /demand|target/i.test(object.name) ? [6, 4] : undefined, points: {show: false}}));
+  plot = new uPlot({...common(host), axes, series: [{}, ...series],
+    scales: {x: {time: false, auto: false}, ...Object.fromEntries(scales.map(scale => [scale, {}]))}}, data(watched), host);
   if (status) buildLanes(scales.length > 1 ? kRight : 0);
   stale = true;
 }
 
+/// The first is at the left, the second at the right.
+function valueAxis(scale, at) {
+  const short = value => Math.abs(value) >= 10000 ? `${value / 1000}k` : String(value);
+  return axis({scale, side: at ? 1 : 3, size: at ? kRight : kLeft, space: 26, values: (_, marks) => marks.map(short),
+    ...at ? {grid: {show: false}} : {}});
+}
+
+/// Each bit has a height of 1, the first one is on top.
+const base = at => kStatusBits.length - at - 0.95;
+
 function buildLanes(right) {
-  const host = element('lanes'), count = kStatusBits.length, style = getComputedStyle(document.documentElement);
-  const names = axis({size: kLeft, splits: () => kStatusBits.map((_, at) => count - at - 0.65), values: () => kStatusBits.map(([, name]) => name), grid: {show: false}});
-  lanes = new uPlot({...common(host, host.clientHeight), padding: [2, right + 8, 2, 0],
-    axes: [{show: false}, {...names, gap: 2, font: `10px ${getComputedStyle(document.body).fontFamily}`}], scales: {x: {time: false, auto: false}, y: {range: () => [0, count]}},
-    series: [{}, ...kStatusBits.map(([bit]) => ({stroke: style.getPropertyValue(bit === 3 || bit === 7 ? '--bad' : '--accent'), width: 1.5,
-      paths: stepped(), fill: style.getPropertyValue(bit === 3 || bit === 7 ? '--bad-soft' : '--accent-soft'), fillTo: (_, at) => count - at + 0.05, points: {show: false}}))]}, laneData(), host);
+  const host = element('lanes'), count = kStatusBits.length;
+  const names = axis({size: kLeft, gap: 2, font: font(10), grid: {show: false},
+    splits: () => kStatusBits.map((_, at) => base(at) + 0.3), values: () => kStatusBits.map(([, name]) => name)});
+  const series = kStatusBits.map(([bit]) => {
+    const kind = bit === 3 || bit === 7 ? '--bad' : '--accent';
+    return {stroke: css(kind), fill: css(`${kind}-soft`), fillTo: (_, at) => base(at - 1), width: 1.5,
+      paths: uPlot.paths.stepped({align: 1}), points: {show: false}};
+  });
+  lanes = new uPlot({...common(host), padding: [2, right + 8, 2, 0], axes: [{show: false}, names], series: [{}, ...series],
+    scales: {x: {time: false, auto: false}, y: {range: () => [0, count]}}}, laneData(), host);
 }
 
 function laneData() {
-  const [x, words] = data([status], word => word);
-  return [x, ...kStatusBits.map(([bit], at) => words.map(word => word === null ? null : kStatusBits.length - at - 0.95 + 0.65 * (word >> bit & 1)))];
+  const [x, words] = data([status]);
+  return [x, ...kStatusBits.map(([bit], at) => words.map(word => word === null ? null : base(at) + 0.65 * (word >> bit & 1)))];
 }
 
 function legend() {
@@ -150,7 +159,7 @@ function draw() {
   if (!plot && watched.length) build();
   if (!plot || element('hold').checked) return;
   const span = Number(element('span').value), max = present();
-  for (const [chart, values] of [[plot, data(watched, value => value)], [lanes, status && laneData()]]) {
+  for (const [chart, values] of [[plot, data(watched)], [lanes, status && laneData()]]) {
     if (!chart) continue;
     chart.batch(() => { chart.setData(values, false); chart.setScale('x', {min: Math.max(0, max - span), max: Math.max(2, max)}); });
   }
