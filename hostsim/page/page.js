@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The page put together: header, commands, cards.
 
-import {state, on, element, send, start, chooseNetwork, missedEvents} from './state.js';
+import {state, on, element, send, start, prefix, chooseNetwork, missedEvents} from './state.js';
 import {clock, number} from './words.js';
 import {startLadder} from './ladder.js';
 import {startHappened} from './happened.js';
@@ -97,7 +97,7 @@ element('copy').onclick = copy;
 element('network').onchange = event => chooseNetwork(Number(event.target.value));
 element('save').onclick = () => saveScenario().then(
   text => answered(`ok, ${text.split('\n').length} lines`), error => answered(`error: ${error.message}`));
-for (const button of document.querySelectorAll('[data-line]')) button.onclick = () => send(button.dataset.line);
+for (const button of document.querySelectorAll('[data-line]')) button.onclick = () => send(button.dataset.line.replace('all', `${prefix()}all`));
 startLadder();
 startHappened();
 startRegisters();

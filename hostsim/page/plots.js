@@ -178,7 +178,7 @@ export function startPlots() {
   on('values', take);
   on('so', () => { latest = state.about.time; asked = performance.now(); stale = true; });
   on('node', watchDrive);
-  on('restart', () => { status = null; watched = []; reset(); });
+  on('restart', () => { status = null; watched = []; reset(); build(); });
   on('cursor', () => {
     showValues();
     moveCursor();

@@ -86,6 +86,9 @@ look("the ladder tells why a transaction failed", async (page, plant) => {
   for (const words of [/execute · read · node 32 · 1000h:00 · 4 bytes/, /busy × 5/, /read 1000h:00/, /fault 1: response-never count=1 swallowed this/,
     /1,000 msSDO time-out/, /R3700 = 4 · 0504 0000h/, /reads/]) await shows(page, "#diagram", words);
   assert.equal(await page.$eval("#diagram .fault path", (path) => getComputedStyle(path).strokeDasharray), "5px, 4px");
+  await plant.control("trigger read 32 0x1000 0 4", "pass 2s");
+  await shows(page, "#diagram", /msheld back: quarantine/);
+  await shows(page, "#diagram", /R3700 = 0 · done/);
 }, manual);
 
 look("transactions are filtered", async (page, plant) => {
@@ -310,6 +313,18 @@ look("it comes back after a restart", async (page, plant) => {
   await shows(page, "#event-list", /^#1 *write node 66.{1,60}$/);
   await again.stop();
 });
+
+look("another network is chosen", async (page, plant) => {
+  await plant.control("trigger 2/read 5 0x1000 0 4", "trigger read 32 0x1000 0 4");
+  await shows(page, "#event-list", /^#\d *read node 32.{1,60}$/);
+  await page.select("#network", "2");
+  await shows(page, "#verdict", /read node 5 .*0504 0000h/);
+  await click(page, "#plant button", "Start all");
+  await page.waitForFunction(() => document.querySelector("#command").value === "nmt start 2/all");
+  await page.select("#network", "1");
+  await shows(page, "#verdict", /read node 32/);
+  await shows(page, "#legend", /Position actual/);
+}, { options: ["--network", "2"] });
 
 look("a day leaves no more than an hour did", async (page, plant) => {
   await plant.control("nmt start all", "trigger write 66 0x1017 0 2 500", "pass 1ms", "trigger write 16 0x1017 0 2 500", "pass 1ms");
