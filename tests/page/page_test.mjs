@@ -333,7 +333,7 @@ look("a day leaves no more than an hour did", async (page, plant) => {
       await plant.control("trigger read 66 0x1000 0 4", "set 66 0x6401:1 " + hour, "pass 3600s");
     const { time } = await (await fetch(`${plant.url}/api/time`)).json();
     await page.waitForFunction(async (wanted) => (await import("./state.js")).state.about.time >= wanted, {}, time);
-    assert.ok(await page.evaluate(async () => (await import("./state.js")).state.recent.length >= 2000));
+    await page.waitForFunction(async () => (await import("./state.js")).state.recent.length >= 2000);
     const session = await page.createCDPSession();
     await session.send("HeapProfiler.collectGarbage");
     return (await session.send("Runtime.getHeapUsage")).usedSize / 1e6;
