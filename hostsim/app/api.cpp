@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "app/api_streams.hpp"
+#include "app/mapped.hpp"
+#include "app/page.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
 #include "eds/values.hpp"
@@ -89,6 +91,7 @@ io::HttpResponse Api::respond(const io::HttpRequest& request) {
       if (path == "/api/control") return command(request.body);
       return failed(404, "POST is for /api/registers and /api/control");
     }
+    if (auto page = page_at(path)) return std::move(*page);
     if (path == "/api/time") return ok(time());
     if (path == "/api/registers") return ok(registers(query));
     if (path == "/api/nodes") return ok(nodes(query));
@@ -141,12 +144,15 @@ Json Api::registers(const Query& query) const {
   const bool all = !query.contains("first");
   const std::size_t first = number_in(query, "first", 0, words.size() - 1);
   const std::size_t count = number_in(query, "count", all ? words.size() : 1, words.size() - first);
+  const auto mapped =
+      mapped_registers(static_cast<std::uint8_t>(network), parts_.control.network(network), parts_.find);
   Json list = Json::array();
   for (std::size_t address = first; address < first + count; ++address) {
     const regmap::RegisterRow* const row = row_of(address, module);
     if (all && row == nullptr) continue;
     Json json{{"register", address}, {"name", row == nullptr ? "" : row->name}, {"value", words[address]}};
     if (const auto meaning = meaning_of(row, words[address]); !meaning.empty()) json["words"] = meaning;
+    if (const auto found = mapped.find(address); found != mapped.end()) json["mapped"] = found->second;
     list.push_back(std::move(json));
   }
   return {{"network", network}, {"time", seconds_of(parts_.control.now())}, {"registers", std::move(list)}};

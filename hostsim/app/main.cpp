@@ -33,7 +33,8 @@ int run(const plant::Start& start, const plant::FileReader& read, Console& conso
     console.tell(line + "\n");
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
   Simulator simulator(config, std::move(build), console, start.command.empty());
-  if (!config.record.empty()) simulator.record(config.record, start.plant_file);
+  simulator.set_plant(start.plant_file);
+  if (!config.record.empty()) simulator.record(config.record);
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
     const std::string ready = "ready " + simulator.where() + "\n";

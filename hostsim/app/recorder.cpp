@@ -24,11 +24,14 @@ std::string toml_text(std::string_view text) {
 
 }  // namespace
 
+std::string plant_in_scenario(const std::string& plant_file) {
+  if (plant_file.empty() || plant_file == "demo") return plant_file;
+  return std::filesystem::absolute(plant_file).string();
+}
+
 Recorder::Recorder(const std::string& path, const std::string& plant, scenario::Control& control)
     : control_(control), file_(io::Output::open("record", path)), cursor_(control.journal()) {
-  const std::string place =
-      plant.empty() || plant == "demo" ? plant : std::filesystem::absolute(plant).string();
-  file_.add(place.empty() ? "" : fmt::format("plant = {}\n", toml_text(place)));
+  file_.add(plant.empty() ? "" : fmt::format("plant = {}\n", toml_text(plant)));
   file_.flush();
 }
 

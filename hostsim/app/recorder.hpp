@@ -14,9 +14,12 @@
 
 namespace cbcan::app {
 
+/// `plant_file` as a scenario that may stand anywhere names it: an absolute path, "demo" or nothing.
+std::string plant_in_scenario(const std::string& plant_file);
+
 class Recorder {
  public:
-  /// `plant`: path of the plant file, or "demo"; empty = none, as options alone have made it. Throws
+  /// `plant`: as plant_in_scenario() has it; empty = none, as options alone have made it. Throws
   /// io::EnvironmentError where the file cannot be written. The control outlives it.
   Recorder(const std::string& path, const std::string& plant, scenario::Control& control);
 

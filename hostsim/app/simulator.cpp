@@ -145,6 +145,7 @@ void Simulator::open_http(const plant::HttpConfig& config) {
 
 Json Simulator::about() const {
   Json json{{"program", "cbcan-sim"}, {"where", where()}, {"clock", clock_->runs() ? "real" : "manual"}};
+  json["plant"] = plant_;
   json["writable"] = http_->may_write();
   json["streams"] = http_->streams();
   if (modbus_) {

@@ -41,10 +41,10 @@ class Simulator final : private Program {
   /// not served is left out.
   std::string where() const;
 
-  /// Writes a scenario of what happens from now on. `plant`: see Recorder. Throws io::EnvironmentError.
-  void record(const std::string& path, const std::string& plant) {
-    recorder_.emplace(path, plant, *control_);
-  }
+  /// The plant file, "demo" or nothing: what scenarios of this session name.
+  void set_plant(const std::string& plant_file) { plant_ = plant_in_scenario(plant_file); }
+  /// Writes a scenario of what happens from now on. Throws io::EnvironmentError.
+  void record(const std::string& path) { recorder_.emplace(path, plant_, *control_); }
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
@@ -90,6 +90,7 @@ class Simulator final : private Program {
   std::optional<scenario::Control> control_;
   decltype(plant::PlantBuild::names) names_;
   journal::FindName find_name_;
+  std::string plant_;
   std::optional<Recorder> recorder_;
   std::optional<Trace> trace_;
   std::optional<io::PcapFile> pcap_;

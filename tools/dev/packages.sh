@@ -12,9 +12,10 @@ mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-
 test_packages=(catch2 librapidcheck-dev libbenchmark-dev valgrind git python3
   clang-14 libclang-rt-14-dev gcovr
   "${mcu_packages[@]}" g++-aarch64-linux-gnu
+  chromium fonts-dejavu-core
   python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2 tshark curl
   qemu-system-x86 busybox-static
-  dpkg-dev file lintian man-db mmdebstrap python3-pytest python3-yaml shellcheck systemd yamllint)
+  dpkg-dev file lintian man-db mmdebstrap pngquant python3-pytest python3-yaml shellcheck systemd yamllint)
 
 is_installed() { [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
 

@@ -55,6 +55,7 @@ class Coprocessor : protected Channel {
   using Channel::sdo_client;
   const NodeMonitor& node_monitor() const { return node_.monitor(); }
   const Slave& own_node() const { return node_.slave(); }
+  const ObjectDictionary& own_objects() const { return node_.dictionary(); }
 
  protected:
   void work(Time now);

@@ -45,6 +45,7 @@ class LocalNode final : private DeviceApplication {
   LocalNode& operator=(const LocalNode&) = delete;
 
   void start(Time now) { device_.start(now); }
+  const ObjectDictionary& dictionary() const { return device_.dictionary(); }
 
   /// Any frame but those of other nodes' error control, which on_error_control() takes. True: deadline() may
   /// have changed.

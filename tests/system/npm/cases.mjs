@@ -22,7 +22,7 @@ process.on("exit", () => {
 
 /// A running cbcan-sim: `where` it serves, as its ready line says ({ modbus: "127.0.0.1:1502", ... }), and stop().
 export async function startSimulator(program, ...options) {
-  const simulator = spawn(program, options, { stdio: ["ignore", "pipe", "inherit"] });
+  const simulator = spawn(program, options, { stdio: ["pipe", "pipe", "inherit"] });
   running.add(simulator);
   const ended = once(simulator, "exit");
   const [ready] = await once(createInterface({ input: simulator.stdout }), "line", { signal: AbortSignal.timeout(LIMIT) });

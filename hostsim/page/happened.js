@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// The last transactions, or everything, with filters.
+
+import {state, on, tell, element} from './state.js';
+import {milliseconds, nodeText} from './words.js';
+import {List, choice} from './list.js';
+import {chooseTransaction} from './ladder.js';
+
+const kMostListed = 1000;
+let view = 'transactions', list;
+
+const kinds = {
+  transactions: {
+    kind: 'transaction', key: event => event.number,
+    cells: event => [[`#${event.transaction}`, 'quiet'], [event.words, 'words'],
+      [event.outcome, event.ok ? 'good words' : 'bad words'], [milliseconds(event.took_ms), 'right quiet']],
+  },
+  everything: {
+    kind: 'event', key: event => event.number,
+    cells: event => [[event.time.toFixed(3), 'quiet right'], [event.transaction ? `#${event.transaction}` : '', 'quiet'],
+      [event.words ? (event.kind === 'command' ? event.words : event.text.replace(/^#\d+ /, '')) : event.text, wordsClass(event)],
+      [event.kind, 'quiet']],
+  },
+};
+
+function wordsClass(event) {
+  const bad = event.kind === 'fault' || event.ok === false || (event.kind === 'emcy' && event.code !== 0);
+  return bad ? 'bad words' : 'words';
+}
+
+function passes() {
+  const node = Number(element('filter-node').value), service = element('filter-service').value;
+  const failed = element('filter-failed').checked, slow = element('filter-slow').checked;
+  const text = element('filter-text').value.toLowerCase();
+  return event => (!node || event.node === node) && (!service || event.service === service) &&
+    (!failed || event.ok === false || event.kind === 'fault') && (!slow || event.took_ms > 10) &&
+    (!text || event.text.toLowerCase().includes(text));
+}
+
+function update() {
+  const found = [], all = view === 'transactions' ? state.ended : state.recent, pass = passes();
+  for (let at = all.length; at-- > 0 && found.length < kMostListed;) if (pass(all[at])) found.push(all[at]);
+  list.items = found;
+}
+
+function nearest() {
+  let best = null;
+  const distance = event => Math.abs(event.time - state.cursor);
+  if (state.cursor !== null)
+    for (const event of list.items) if (!best || distance(event) < distance(best)) best = event;
+  list.mark = event => event === best && distance(event) < 1 ? 'near' : '';
+  list.draw();
+}
+
+function fillNodes() {
+  const select = element('filter-node');
+  if (select.options.length === state.nodes.length + 1) return;
+  select.replaceChildren(new Option('all nodes', ''),
+    ...state.nodes.map(node => new Option(`${nodeText(node.node)} ${node.name}`, node.node)));
+}
+
+export function startHappened() {
+  list = new List(element('event-list'), {...kinds.transactions,
+    choose: event => {
+      if (event.transaction) chooseTransaction(event.transaction);
+      tell('cursor', state.cursor = event.time);
+    }});
+  choice(element('event-view'), {transactions: 'Transactions', everything: 'Everything'}, view, key => {
+    view = key;
+    Object.assign(list, kinds[key]);
+    update();
+  });
+  element('filters').oninput = update;
+  element('filters').onsubmit = event => event.preventDefault();
+  on('events', update);
+  on('restart', update);
+  on('so', fillNodes);
+  on('cursor', nearest);
+  on('transaction', number => {
+    const event = state.ended.find(ended => ended.transaction === number);
+    if (event && view === 'transactions') list.pick(event.number, true);
+  });
+}

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+// The ladder diagram of one transaction: who said what to whom, and who waited.
+
+import {state, on, tell, element, ask, send, prefix} from './state.js';
+import {number, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
+
+const kRow = 34, kTop = 44, kGutter = 58, kPause = 0.002, kMostRows = 400;
+let shown = null, asked = 0, busy = false;
+
+const svg = (name, attributes, ...children) => {
+  const node = document.createElementNS('http://www.w3.org/2000/svg', name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  node.append(...children);
+  return node;
+};
+
+const nodeName = id => state.nodes.find(node => node.node === id)?.name ?? '';
+const sinceText = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100);
+/// "5C2 · 4B 11 64" of "5C2#4B1164".
+const framed = text => text.replace(/#(.*)/, (_, data) => ` · ${data.replace(/(..)(?=.)/g, '$1 ')}`);
+/// The longer a pause, the higher, but ten times longer is not ten times higher.
+const heightOf = row => row.pause ? kRow * (0.9 + 0.25 * Math.log10(Math.max(1, row.pause))) : kRow;
+
+// ---- Rows: {from, to, what, more, kind, time}; 0 the PLC, 1 the coprocessor, 2 the node
+
+function modbusRow(event) {
+  const {first, words, writes} = registersOf(event);
+  const at = register => words[register - first];
+  const starts = writes && at(3700) === 0xCA0E;
+  if (!writes) {
+    if (first <= 3700 && at(3700) === 0xCA0E) return {from: 1, to: 0, kind: 'poll', what: 'busy', fold: 'busy', more: event.words};
+    return {from: 1, to: 0, kind: 'poll', what: 'reads', fold: 'reads', more: event.words};
+  }
+  const parts = [starts ? 'execute' : '', kServices[at(3701)] ?? '', at(3702) === undefined ? '' : at(3702) ? `node ${at(3702)}` : 'own node',
+    at(3703) === undefined ? '' : objectText(at(3703), at(3704) ?? 0), at(3705) ? `${at(3705)} bytes` : ''];
+  return {from: 0, to: 1, kind: 'modbus', what: parts.filter(Boolean).join(' · ') || 'write', more: event.words};
+}
+
+/// Where no request of a PLC was: a command.
+const begunRow = event => ({from: 0, to: 1, kind: 'modbus', what: event.words, more: 'by a command'});
+
+function frameRow(event) {
+  const [id, data] = event.frame.split('#');
+  const number = parseInt(id, 16);
+  const fromNode = (number >= 0x580 && number < 0x600) || (number >= 0x700 && !data.startsWith('R')) ||
+    (number >= 0x80 && number < 0x580);
+  const aborts = /^(SDO node \d+: )abort/.test(event.words);
+  return {from: fromNode ? 2 : 1, to: fromNode ? 1 : 2, kind: aborts ? 'bad' : 'frame',
+    what: event.words.replace(/^SDO node \d+: /, ''), more: framed(event.frame)};
+}
+
+function faultRow(event) {
+  const [, fault, kind, frame = ''] = /(fault \d+): ([^:]*)(?:: (.*))?$/.exec(event.words) ?? [, event.words, ''];
+  const swallowed = /never|silent|loss|stops|bus-off/.test(kind);
+  return {from: 2, to: 1, kind: 'bad fault', swallowed, what: `${fault}: ${kind}${swallowed ? ' swallowed this' : ''}`,
+    more: frame && framed(frame)};
+}
+
+function resultRow(event) {
+  return {from: 1, to: 0, kind: event.ok ? 'good' : 'bad', time: event.time,
+    what: event.result < 0 ? 'taken back by the PLC' : `R3700 = ${event.result} · ${event.outcome}`,
+    more: event.service === 'read' && event.ok ? `value ${event.value}` : ''};
+}
+
+/// What a stretch of silence was.
+function pauseText(before, after) {
+  if (after.kind === 'bad' && after.from === 1) return 'SDO time-out';
+  if (before?.from === 0) return 'held back: quarantine';
+  return before?.to === 2 || before?.swallowed ? 'waits for the node' : 'waits';
+}
+
+function rowsOf(events) {
+  const rows = [], make = {modbus: modbusRow, begun: begunRow, frame: frameRow, fault: faultRow, ended: resultRow};
+  for (const event of events) {
+    const row = make[event.kind]?.(event);
+    if (!row || (event.kind === 'begun' && rows.length)) continue;
+    row.time = event.time;
+    row.end = event.time;
+    const polls = row.fold && rows.at(-1);
+    if (polls && polls.fold === row.fold && (row.fold === 'busy' || polls.more === row.more)) {
+      polls.count = (polls.count ?? 1) + 1;
+      polls.what = `${row.fold} × ${polls.count}`;
+      polls.end = event.time;
+      continue;
+    }
+    rows.push(row);
+  }
+  const all = [];
+  let quiet = rows[0]?.time;
+  for (const row of rows) {
+    const before = all.findLast(other => other.fold !== 'busy');
+    if (row.fold !== 'busy') {
+      if (row.time - quiet >= kPause && row.kind !== 'poll')
+        all.push({pause: (row.time - quiet) * 1000, kind: 'pause', what: pauseText(before, row), time: quiet, end: row.time});
+      quiet = row.time;
+    }
+    all.push(row);
+  }
+  return all.slice(0, kMostRows);
+}
+
+// ---- Drawing
+
+/// The most of a text that fits, by its own measure.
+function fit(text, room) {
+  const whole = text.textContent;
+  if (text.getComputedTextLength() <= room) return;
+  let keep = Math.floor(whole.length * room / text.getComputedTextLength()) - 1;
+  do text.textContent = whole.slice(0, keep--) + '…'; while (keep > 3 && text.getComputedTextLength() > room);
+}
+
+function arrow(x1, x2, y, row) {
+  const way = Math.sign(x2 - x1), end = row.swallowed ? x1 + (x2 - x1) * 0.45 : x2 - way * 3;
+  const head = row.swallowed ? `M${end - 5} ${y - 5}l10 10m0-10l-10 10` : `M${end} ${y}l${-8 * way} -4m${8 * way} 4l${-8 * way} 4`;
+  return [svg('path', {d: `M${x1 + way * 3} ${y}H${end}`}), svg('path', {d: head})];
+}
+
+function drawRow(row, y, lives, width, start) {
+  const group = svg('g', {class: row.kind, 'data-time': row.time});
+  const time = svg('text', {class: 'small', x: kGutter - 8, y: y + 4, 'text-anchor': 'end'},
+    row.time === start ? '0' : `+${sinceText((row.time - start) * 1000)}`);
+  group.append(svg('title', {}, `${row.what}\n${row.more ?? ''}`), time);
+  if (row.pause) {
+    group.append(svg('rect', {x: lives[1] - 5, y: y - 12, width: 10, height: heightOf(row) - 8, rx: 3}),
+      svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 17}, milliseconds(row.pause)),
+      svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 3}, row.what));
+    return group;
+  }
+  const right = row.from === 2 || row.to === 2;
+  const place = right ? {x: width - 4, 'text-anchor': 'end'} : {x: lives[0] + 6};
+  group.append(...arrow(lives[row.from], lives[row.to], y, row),
+    svg('text', {class: 'what', y: y - 6, ...place}, row.what), svg('text', {class: 'small', y: y + 14, ...place}, row.more ?? ''));
+  return group;
+}
+
+function draw() {
+  const host = element('diagram'), width = host.clientWidth;
+  if (!shown || width === 0) return;
+  const {ended, rows} = shown;
+  const lives = [kGutter + 8, kGutter + (width - kGutter) * 0.5, width - 30];
+  const height = rows.reduce((sum, row) => sum + heightOf(row), kTop + 14);
+  const picture = svg('svg', {viewBox: `0 0 ${width} ${height}`, height});
+  const node = ended.service === 'nmt' && !ended.node ? 'all nodes' : ended.node ? `node ${ended.node} (${nodeHex(ended.node)})` : 'own node';
+  ['PLC', 'coprocessor', node].forEach((name, at) => {
+    const anchor = ['start', 'middle', 'end'][at], x = at === 1 ? lives[1] : at ? width - 4 : kGutter;
+    picture.append(svg('path', {class: 'life', d: `M${lives[at]} ${kTop - 12}V${height - 4}`}),
+      svg('text', {class: 'name', x, y: 12, 'text-anchor': anchor}, name),
+      svg('text', {class: 'small', x, y: 26, 'text-anchor': anchor}, at === 2 ? nodeName(ended.node) : ''));
+  });
+  let y = kTop + 16;
+  for (const row of rows) {
+    picture.append(drawRow(row, y, lives, width, rows[0].time));
+    y += heightOf(row);
+  }
+  const top = host.scrollTop;
+  host.replaceChildren(picture);
+  host.scrollTop = top;
+  for (const text of picture.querySelectorAll('g text:not([text-anchor=end].small:first-of-type)'))
+    fit(text, text.parentNode.classList.contains('pause') ? width - lives[1] - 16 : width - kGutter - 18);
+  mark();
+}
+
+function verdict(ended) {
+  const lines = [[`#${ended.transaction}  ${ended.words}`, 'strong'],
+    [`${ended.result < 0 ? 'taken back' : ended.outcome} · ${milliseconds(ended.took_ms)}`, ended.ok ? 'good' : 'bad']];
+  lines.forEach(([text, name], at) =>
+    Object.assign(element('verdict').children[at], {textContent: text, className: name, title: text}));
+}
+
+async function show(number) {
+  asked = number;
+  if (busy) return;
+  busy = true;
+  while (asked) {
+    const wanted = asked;
+    asked = 0;
+    const {events} = await ask(`api/journal?transaction=${wanted}`).catch(() => ({events: []}));
+    const ended = events.find(event => event.kind === 'ended');
+    if (!ended) continue;
+    shown = {ended, rows: rowsOf(events)};
+    verdict(ended);
+    draw();
+  }
+  busy = false;
+}
+
+export function chooseTransaction(number, follow = false) {
+  element('follow').checked = follow;
+  if (state.transaction === number) return;
+  state.transaction = number;
+  const event = state.ended.find(ended => ended.transaction === number);
+  if (event && !follow) tell('cursor', state.cursor = event.time);
+  tell('transaction', number);
+  show(number);
+}
+
+function step(by) {
+  const at = state.ended.findIndex(event => event.transaction === state.transaction);
+  const next = state.ended[at + by];
+  if (next) chooseTransaction(next.transaction);
+}
+
+/// What stands there before there is anything to draw.
+function empty() {
+  const hint = document.createElement('p'), example = document.createElement('button');
+  hint.className = 'quiet';
+  hint.textContent = 'No transaction yet: a PLC writes CA0Eh to R3700, or a command says';
+  example.textContent = 'trigger read 32 0x1000 0 4';
+  example.onclick = () => send(`trigger ${prefix()}read 32 0x1000 0 4`);
+  element('diagram').replaceChildren(hint, example);
+}
+
+function mark() {
+  const groups = [...element('diagram').querySelectorAll('g')];
+  const distance = group => Math.abs(group.dataset.time - state.cursor);
+  const nearer = (best, group) => !best || distance(group) < distance(best) ? group : best;
+  const near = state.cursor === null ? null : groups.reduce(nearer, null);
+  for (const group of groups) group.classList.toggle('near', group === near && distance(group) < 1);
+}
+
+export function startLadder() {
+  empty();
+  new ResizeObserver(draw).observe(element('diagram'));
+  element('older').onclick = () => step(-1);
+  element('newer').onclick = () => step(1);
+  element('follow').onchange = latest;
+  element('diagram').addEventListener('click', event => {
+    const group = event.target.closest('g');
+    if (group) tell('cursor', state.cursor = Number(group.dataset.time));
+  });
+  function latest() {
+    const last = state.ended.at(-1);
+    if (last && element('follow').checked) chooseTransaction(last.transaction, true);
+  }
+  on('events', events => {
+    latest();
+    if (events.some(event => event.transaction === state.transaction && event.kind !== 'ended') && !element('follow').checked)
+      show(state.transaction);
+  });
+  on('cursor', mark);
+  on('restart', () => {
+    shown = null;
+    element('follow').checked = true;
+    for (const line of element('verdict').children) line.textContent = '';
+    empty();
+  });
+}

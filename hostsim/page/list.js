@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// A list of rows of one height, of which only those in sight are in the document; arrows, Home, End, Page Up
+// and Page Down choose, Enter does.
+
+let lists = 0;
+
+export class List {
+  #items = []; #rows = new Map(); #name = `list${++lists}`; #body = document.createElement('div');
+
+  /// kind: class of the rows. key(item): what tells one from the others. cells(item): [text, class, title] each,
+  /// or an element. mark(item): more classes. choose(item), act(item): what they are for.
+  constructor(host, {kind, height = 22, key, cells, mark = () => '', choose = () => {}, act = () => {}}) {
+    Object.assign(this, {host, kind, height, key, cells, mark, choose, act, chosen: null});
+    host.tabIndex = 0;
+    host.setAttribute('role', 'listbox');
+    this.#body.className = 'rows';
+    this.#body.setAttribute('role', 'presentation');
+    host.replaceChildren(this.#body);
+    host.addEventListener('scroll', () => this.draw());
+    host.addEventListener('keydown', event => this.#key(event));
+    host.addEventListener('click', event => this.#click(event));
+    new ResizeObserver(() => this.draw()).observe(host);
+  }
+
+  get items() { return this.#items; }
+
+  /// What was in sight stays there when rows come in front of it.
+  set items(items) {
+    const {host, height, key} = this;
+    if (host.scrollTop > 0 && this.#items.length) {
+      const at = Math.floor(host.scrollTop / height);
+      const top = this.#items[at] && key(this.#items[at]);
+      const now = items.slice(0, at + 2000).findIndex(item => key(item) === top);
+      this.#items = items;
+      this.#resize();
+      if (now >= 0 && now !== at) host.scrollTop += (now - at) * height;
+    }
+    this.#items = items;
+    this.#resize();
+    this.draw();
+  }
+
+  #resize() { this.#body.style.height = `${this.#items.length * this.height}px`; }
+
+  draw() {
+    const {host, height} = this;
+    const first = Math.max(0, Math.floor(host.scrollTop / height) - 1);
+    const end = Math.min(this.#items.length, first + Math.ceil(host.clientHeight / height) + 3);
+    const gone = this.#rows;
+    this.#rows = new Map();
+    for (let at = first; at < end; ++at) {
+      const key = this.key(this.#items[at]);
+      const row = gone.get(key) ?? this.#row(key);
+      gone.delete(key);
+      this.#rows.set(key, row);
+      this.#fill(row, this.#items[at], at);
+    }
+    for (const row of gone.values()) row.remove();
+    const chosen = this.#rows.get(this.chosen);
+    if (chosen) host.setAttribute('aria-activedescendant', chosen.id);
+    else host.removeAttribute('aria-activedescendant');
+  }
+
+  #row(key) {
+    const row = document.createElement('div');
+    row.setAttribute('role', 'option');
+    row.id = `${this.#name}-${key}`;
+    this.#body.append(row);
+    return row;
+  }
+
+  #fill(row, item, at) {
+    const chosen = this.key(item) === this.chosen;
+    const name = `row ${this.kind} ${this.mark(item)}${chosen ? ' chosen' : ''}`;
+    if (row.className !== name) row.className = name;
+    row.item = item;
+    row.setAttribute('aria-selected', chosen);
+    row.style.top = `${at * this.height}px`;
+    row.style.height = `${this.height}px`;
+    const cells = this.cells(item);
+    const seen = JSON.stringify(cells);
+    if (row.seen === seen) return;
+    row.seen = seen;
+    row.replaceChildren(...cells.map(([text, type = '', title = text]) => {
+      const cell = document.createElement('span');
+      cell.className = type;
+      cell.title = title;
+      cell.textContent = text;
+      return cell;
+    }));
+  }
+
+  pick(key, quietly) {
+    this.chosen = key;
+    const at = this.#items.findIndex(item => this.key(item) === key);
+    if (at >= 0) {
+      const {host, height} = this;
+      if (at * height < host.scrollTop) host.scrollTop = at * height;
+      if ((at + 1) * height > host.scrollTop + host.clientHeight) host.scrollTop = (at + 1) * height - host.clientHeight;
+      if (!quietly) this.choose(this.#items[at]);
+    }
+    this.draw();
+  }
+
+  #key(event) {
+    const page = Math.max(1, Math.floor(this.host.clientHeight / this.height) - 1);
+    const by = {ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -Infinity, End: Infinity}[event.key];
+    const at = this.#items.findIndex(item => this.key(item) === this.chosen);
+    if (event.key === 'Enter' && at >= 0) this.act(this.#items[at]);
+    else if (by && this.#items.length) {
+      const to = Math.min(this.#items.length - 1, Math.max(0, at < 0 ? 0 : at + by));
+      this.pick(this.key(this.#items[to]));
+    } else return;
+    event.preventDefault();
+  }
+
+  #click(event) {
+    const row = event.target.closest('.row');
+    if (!row) return;
+    this.pick(this.key(row.item));
+    this.act(row.item);
+  }
+}
+
+/// Buttons of which one is chosen; arrows move.
+export function choice(host, words, chosen, call) {
+  const buttons = Object.entries(words).map(([key, text]) => {
+    const button = document.createElement('button');
+    Object.assign(button, {type: 'button', textContent: text, onclick: () => set(key)});
+    button.setAttribute('role', 'radio');
+    button.dataset.key = key;
+    return button;
+  });
+  function set(key, quietly) {
+    for (const button of buttons) {
+      button.setAttribute('aria-checked', button.dataset.key === key);
+      button.tabIndex = button.dataset.key === key ? 0 : -1;
+    }
+    if (!quietly) call(key);
+  }
+  host.replaceChildren(...buttons);
+  host.onkeydown = event => {
+    const by = {ArrowRight: 1, ArrowLeft: -1}[event.key];
+    if (!by) return;
+    const next = buttons[(buttons.indexOf(event.target) + by + buttons.length) % buttons.length];
+    next.focus();
+    set(next.dataset.key);
+  };
+  set(chosen, true);
+  return set;
+}

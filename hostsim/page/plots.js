@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+// Plots of watched objects, and a statusword's bits as lanes, with one cursor.
+
+import {state, on, tell, element, watch} from './state.js';
+import {objectText, nodeText, kStatusBits} from './words.js';
+
+const kLeft = 66, kRight = 44, kMostPoints = 6000, kMostWatched = 6, kStatus = 0x6041;
+let watched = [], status = null, times = [], plot, lanes, stale = true, latest = 0, asked = 0, drawn = 0;
+
+const key = object => `${object.node}:0x${object.index.toString(16).toUpperCase().padStart(4, '0')}${object.sub ? `:${object.sub}` : ''}`;
+const all = () => status ? [...watched, status] : watched;
+const color = (element, at) => getComputedStyle(element.children[at]).getPropertyValue('--c');
+
+/// Objects of one kind share an axis.
+const scaleOf = object => /position/i.test(object.name) ? 'position' : /velocity|speed/i.test(object.name) ? 'velocity' : key(object);
+
+function reset() {
+  times = [];
+  for (const object of all()) object.values = [];
+}
+
+function rewatch() {
+  reset();
+  watch(all().map(key));
+  build();
+}
+
+export function watchObject(node, object) {
+  if (!object || watched.some(other => other.node === node.node && other.index === object.index && other.sub === object.sub)) return;
+  watched.push({node: node.node, index: object.index, sub: object.sub, name: object.name, values: []});
+  if (watched.length > kMostWatched) watched.shift();
+  rewatch();
+}
+
+function watchDrive(node) {
+  if (node.statusword === undefined || status?.node === node.node) return;
+  const object = (index, name) => ({node: node.node, index, sub: 0, name, values: []});
+  watched = [object(0x6062, 'Position demand'), object(0x6064, 'Position actual'), object(0x606C, 'Velocity actual')];
+  status = object(kStatus, 'Statusword');
+  rewatch();
+}
+
+// ---- Values
+
+function take(values) {
+  for (const event of values) {
+    const object = all().find(other => `${state.network === 1 ? '' : `${state.network}/`}${key(other)}` === `${event.node}:${event.object}`);
+    if (!object) continue;
+    if (times.at(-1) !== event.time) {
+      if (event.time < times.at(-1)) reset();
+      times.push(event.time);
+      for (const other of all()) other.values.push(other.values.at(-1) ?? null);
+    }
+    object.values[times.length - 1] = Number(event.value);
+  }
+  if (times.length > kMostPoints * 1.1)
+    for (const array of [...all().map(object => object.values), times]) array.splice(0, times.length - kMostPoints);
+  stale = true;
+}
+
+/// The plant's time: on a running clock between two looks too.
+function present() {
+  const passed = state.about?.clock === 'real' ? Math.min(1.5, (performance.now() - asked) / 1000) : 0;
+  return Math.max(times.at(-1) ?? 0, latest + passed);
+}
+
+/// A value stays as it is until it changes: the line goes on to now.
+function data(objects) {
+  const now = present();
+  return [[...times, now], ...objects.map(object => [...object.values, object.values.at(-1) ?? null])];
+}
+
+// ---- Pictures
+
+const css = name => getComputedStyle(document.documentElement).getPropertyValue(name);
+const font = size => `${size}px ${getComputedStyle(document.body).fontFamily}`;
+const axis = properties =>
+  ({stroke: css('--quiet'), font: font(11), grid: {stroke: css('--line'), width: 1}, ticks: {show: false}, ...properties});
+
+function common(host) {
+  return {width: host.clientWidth, height: host.clientHeight, legend: {show: false}, padding: [6, 8, 0, 0],
+    cursor: {sync: {key: 'cbcan', scales: ['x', null]}, y: false, drag: {x: false, y: false}, points: {size: 6}},
+    hooks: {setCursor: [chart => {
+      if (chart.cursor.left >= 0 && chart.over.matches(':hover'))
+        tell('cursor', state.cursor = chart.posToVal(chart.cursor.left, 'x'));
+    }]}};
+}
+
+function build() {
+  plot?.destroy();
+  lanes?.destroy();
+  plot = lanes = null;
+  legend();
+  const host = element('plot'), scales = [...new Set(watched.map(scaleOf))];
+  if (!window.uPlot || host.clientWidth === 0 || !watched.length) return;
+  const axes = [axis({size: 22, space: 60, values: (_, marks) => marks.map(mark => `${mark} s`)}), ...scales.slice(0, 2).map(valueAxis)];
+  const series = watched.map((object, at) => ({scale: scaleOf(object), stroke: color(element('legend'), at), width: 1.5,
+    dash: /demand|target/i.test(object.name) ? [6, 4] : undefined, points: {show: false}}));
+  plot = new uPlot({...common(host), axes, series: [{}, ...series],
+    scales: {x: {time: false, auto: false}, ...Object.fromEntries(scales.map(scale => [scale, {}]))}}, data(watched), host);
+  if (status) buildLanes(scales.length > 1 ? kRight : 0);
+  stale = true;
+}
+
+/// The first is at the left, the second at the right.
+function valueAxis(scale, at) {
+  const short = value => Math.abs(value) >= 10000 ? `${value / 1000}k` : String(value);
+  return axis({scale, side: at ? 1 : 3, size: at ? kRight : kLeft, space: 26, values: (_, marks) => marks.map(short),
+    ...at ? {grid: {show: false}} : {}});
+}
+
+/// Each bit has a height of 1, the first one is on top.
+const base = at => kStatusBits.length - at - 0.95;
+
+function buildLanes(right) {
+  const host = element('lanes'), count = kStatusBits.length;
+  const names = axis({size: kLeft, gap: 2, font: font(10), grid: {show: false},
+    splits: () => kStatusBits.map((_, at) => base(at) + 0.3), values: () => kStatusBits.map(([, name]) => name)});
+  const series = kStatusBits.map(([bit]) => {
+    const kind = bit === 3 || bit === 7 ? '--bad' : '--accent';
+    return {stroke: css(kind), fill: css(`${kind}-soft`), fillTo: (_, at) => base(at - 1), width: 1.5,
+      paths: uPlot.paths.stepped({align: 1}), points: {show: false}};
+  });
+  lanes = new uPlot({...common(host), padding: [2, right + 8, 2, 0], axes: [{show: false}, names], series: [{}, ...series],
+    scales: {x: {time: false, auto: false}, y: {range: () => [0, count]}}}, laneData(), host);
+}
+
+function laneData() {
+  const [x, words] = data([status]);
+  return [x, ...kStatusBits.map(([bit], at) => words.map(word => word === null ? null : base(at) + 0.65 * (word >> bit & 1)))];
+}
+
+function legend() {
+  element('legend').replaceChildren(...watched.map((object, at) => {
+    const entry = document.createElement('span'), line = document.createElement('i'), value = document.createElement('b');
+    const name = `node ${nodeText(object.node)} ${objectText(object.index, object.sub)} ${object.name}`;
+    const off = Object.assign(document.createElement('button'), {textContent: '×', type: 'button'});
+    off.setAttribute('aria-label', `No longer plot ${name}`);
+    off.onclick = () => { watched.splice(at, 1); rewatch(); };
+    entry.className = `line${at}`;
+    entry.title = name;
+    entry.append(line, object.name, value, off);
+    return entry;
+  }));
+  element('watched').textContent = status ? `drive ${nodeText(status.node)}` : '';
+}
+
+function showValues() {
+  let at = times.length - 1;
+  if (state.cursor !== null) while (at > 0 && times[at] > state.cursor) --at;
+  element('legend').querySelectorAll('b').forEach((field, number) => { field.textContent = watched[number]?.values[at] ?? '–'; });
+}
+
+function draw() {
+  const now = performance.now();
+  if (document.hidden || now - drawn < (stale ? 40 : 200)) return;
+  stale = false;
+  drawn = now;
+  if (!plot && watched.length) build();
+  if (!plot || element('hold').checked) return;
+  const span = Number(element('span').value), max = present();
+  for (const [chart, values] of [[plot, data(watched)], [lanes, status && laneData()]]) {
+    if (!chart) continue;
+    chart.batch(() => { chart.setData(values, false); chart.setScale('x', {min: Math.max(0, max - span), max: Math.max(2, max)}); });
+  }
+  showValues();
+  moveCursor();
+}
+
+/// To where the others point; it stays there in time.
+function moveCursor() {
+  const charts = [plot, lanes].filter(Boolean);
+  if (state.cursor === null || charts.some(chart => chart.over.matches(':hover'))) return;
+  for (const chart of charts) chart.setCursor({left: chart.valToPos(state.cursor, 'x'), top: 10}, false, false);
+}
+
+export function startPlots() {
+  on('values', take);
+  on('so', () => { latest = state.about.time; asked = performance.now(); stale = true; });
+  on('node', watchDrive);
+  on('restart', () => { status = null; watched = []; reset(); build(); });
+  on('cursor', () => {
+    showValues();
+    moveCursor();
+  });
+  element('span').onchange = element('hold').onchange = () => { stale = true; };
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', build);
+  new ResizeObserver(build).observe(element('plot'));
+  (function frame() { draw(); requestAnimationFrame(frame); })();
+}

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+// The registers with their names and meanings; changed ones are lit for a while; a click writes.
+
+import {state, on, element, send, prefix} from './state.js';
+import {hex, nodeText, kServices} from './words.js';
+import {List, choice} from './list.js';
+
+const kLit = 2000, kResults = {0: 'done', 4: 'failed', 0xCA0E: 'busy'};
+const views = {
+  window: {text: 'R3700', has: at => at >= 3700 && at < 3770},
+  scanner: {text: 'Scanner', has: (_, name) => /^(OUT|IN)_/.test(name)},
+  process: {text: 'Process data', has: (_, name) => /^(INPUTS|OUTPUTS)$/.test(name)},
+};
+const notations = {3700: number => `R${number}`, 43701: number => `4${String(number + 1).padStart(4, '0')}`,
+  403701: number => `4${String(number + 1).padStart(5, '0')}`};
+let view = 'window', notation = '3700', list, seen = new Map(), changed = new Map();
+
+const numbered = item => notations[notation](item.register);
+
+/// What stands in one of a request's words, as the others say.
+function meaning(item, all) {
+  const at = name => all.find(other => other.name === item.name.replace(/(OUT_|IN_|)[A-Z_]+$/, `$1${name}`))?.value;
+  const value = item.value;
+  if (item.register === 3700 && kResults[value]) return kResults[value];
+  if (item.register === 3706) return resultOf(state.ended.at(-1));
+  if (item.mapped) return item.mapped.replaceAll('node ', '');
+  if (/COMMAND$/.test(item.name)) return kServices[value] ?? '';
+  if (item.words) return item.words;
+  if (/NODE_ID$/.test(item.name)) return state.nodes.find(node => node.node === value)?.name ?? (value ? '' : 'own node');
+  if (/OBJECT_INDEX$/.test(item.name)) return at('NODE_ID') === undefined ? hex(value) : objectName(at('NODE_ID'), value);
+  if (/DATA_SIZE$/.test(item.name)) return 'bytes';
+  return '';
+}
+
+/// What the last transaction has put into the data words.
+function resultOf(ended) {
+  if (!ended || ended.result === 4) return ended?.outcome ?? '';
+  return ended.ok && ended.value !== '' ? `= ${ended.value}` : '';
+}
+
+function objectName(node, index) {
+  const event = state.ended.findLast(ended => ended.node === node && ended.index === index);
+  return event?.name ?? '';
+}
+
+/// DATA, INPUTS and the like are many: with their number.
+function nameOf(item) {
+  const first = state.registers.find(other => other.name === item.name).register;
+  return /DATA$|PUTS$/.test(item.name) ? `${item.name.replace('PUTS', '')} ${item.register - first}` : item.name;
+}
+
+function cells(item) {
+  const digits = item.value.toString(16).toUpperCase().padStart(4, '0');
+  return [[numbered(item), 'quiet'], [String(item.value), 'right'], [`${digits}h`, 'quiet'], [nameOf(item), 'words quiet'],
+    [meaning(item, state.registers), 'words', item.words ?? '']];
+}
+
+function update() {
+  const now = performance.now();
+  for (const {register, value} of state.registers) {
+    if (seen.has(register) && seen.get(register) !== value) changed.set(register, now);
+    seen.set(register, value);
+  }
+  for (const [register, when] of changed) if (now - when > kLit) changed.delete(register);
+  list.items = state.registers.filter(item => views[view].has(item.register, item.name));
+}
+
+function choose(item) {
+  const form = element('register-form');
+  form.register = item.register;
+  form.querySelector('label').textContent = `${numbered(item)} ${item.name}`;
+  element('register-value').value = item.value;
+}
+
+function write(event) {
+  event.preventDefault();
+  const words = element('register-value').value.trim().split(/[\s,]+/).filter(Boolean);
+  if (words.length) send(`write ${prefix()}${event.target.register ?? 3700} ${words.join(' ')}`);
+}
+
+function renumber() {
+  const names = Object.keys(notations);
+  notation = names[(names.indexOf(notation) + 1) % names.length];
+  element('notation').textContent = notation;
+  element('registers').classList.toggle('wide-register', notation === '403701');
+  list.draw();
+}
+
+export function startRegisters() {
+  list = new List(element('register-list'), {kind: 'register', key: item => item.register, cells, choose,
+    mark: item => changed.has(item.register) ? 'lit' : '',
+    act: () => { element('register-value').focus(); element('register-value').select(); }});
+  choice(element('register-view'), Object.fromEntries(Object.entries(views).map(([key, {text}]) => [key, text])), view,
+    key => { view = key; element('register-list').scrollTop = 0; update(); });
+  element('notation').textContent = notation;
+  element('notation').onclick = renumber;
+  element('register-form').onsubmit = write;
+  element('register-value').onkeydown = event => { if (event.key === 'Escape') element('register-list').focus(); };
+  on('so', update);
+  on('restart', () => { seen.clear(); changed.clear(); });
+}

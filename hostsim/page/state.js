@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+// What the page knows of the simulator: the stream of events, and what it asks for besides. All of it is bounded.
+
+const kMostEnded = 1000, kMostRecent = 2000, kMostPending = 4000;
+
+export const state = {
+  about: null, nodes: [], registers: [], faults: [],
+  ended: [], recent: [],      // transactions that have ended, and everything; the oldest first
+  incidents: new Set(),       // "16 overcurrent", as commands have switched them
+  network: 1, node: null,     // the chosen ones
+  transaction: null,          // the chosen one's number
+  cursor: null,               // a time, in seconds: that of plots, transactions and frames
+};
+
+const listeners = {};
+export function on(topic, call) { (listeners[topic] ??= []).push(call); }
+export function tell(topic, what) { for (const call of listeners[topic] ?? []) call(what); }
+export const element = id => document.getElementById(id);
+export const prefix = () => state.network === 1 ? '' : `${state.network}/`;
+
+function keep(list, item, most) {
+  list.push(item);
+  if (list.length > most * 1.1) list.splice(0, list.length - most);
+}
+
+export async function ask(path) {
+  const response = await fetch(path);
+  const json = await response.json();
+  if (!response.ok) throw new Error(json.error);
+  return json;
+}
+export const askNetwork = path => ask(path + (path.includes('?') ? '&' : '?') + `network=${state.network}`);
+
+// ---- Events
+
+let source, pending = [], missed = 0, last = 0, watched = '', scheduled = false;
+
+function take(event) {
+  if (event.number <= last) forget();  // those of a program that was started anew
+  last = event.number;
+  if (event.network && event.network !== state.network) return;
+  keep(state.recent, event, kMostRecent);
+  if (event.kind === 'ended') keep(state.ended, event, kMostEnded);
+  if (event.kind === 'command') noteIncident(event.words);
+}
+
+function noteIncident(line) {
+  const [verb, node, name, onOff] = line.split(/\s+/);
+  if (verb !== 'incident') return;
+  state.incidents[onOff === 'on' ? 'add' : 'delete'](`${placeOf(node)} ${name}`);
+}
+
+/// The place of a node by what commands call it: its ID or #place.
+export function placeOf(word) {
+  const text = word.split('/').pop();
+  if (text[0] === '#') return Number(text.slice(1));
+  const id = /h$/i.test(text) ? parseInt(text, 16) : Number(text);
+  return state.nodes.find(node => node.node === id)?.place;
+}
+
+function forget() {
+  Object.assign(state, {ended: [], recent: [], transaction: null, cursor: null});
+  state.incidents.clear();
+  tell('restart');
+}
+
+/// At most once for each picture of the screen: what has come since the one before.
+function flush() {
+  scheduled = false;
+  const events = pending;
+  pending = [];
+  const values = events.filter(event => event.kind === 'value');
+  for (const event of events)
+    if (event.number) take(event); else if (event.kind === 'missed') missed += event.events;
+  if (values.length) tell('values', values);
+  tell('events', events);
+  if (values.length < events.length) refreshSoon();
+}
+
+function arrive(message) {
+  pending.push(JSON.parse(message.data));
+  if (pending.length > kMostPending) missed += pending.splice(0, kMostPending / 2).length;
+  if (!scheduled) requestAnimationFrame(flush);
+  scheduled = true;
+}
+
+export const missedEvents = () => missed;
+
+function open() {
+  source?.close();
+  const mine = source = new EventSource(`api/events?since=${last}${watched && `&watch=${watched}`}`);
+  source.onopen = () => { tell('live', true); refresh(); };
+  source.onmessage = arrive;
+  source.onerror = () => {
+    mine.close();
+    if (mine !== source) return;
+    tell('live', false);
+    setTimeout(() => mine === source && open(), 300);
+  };
+}
+
+/// These objects' values come as topic 'values' from now on: "16:0x6064", 16 of them at most.
+export function watch(objects) {
+  watched = objects.map(object => prefix() + object).join(',');
+  if (source) open();
+}
+
+// ---- What is so
+
+let asking = false, again = false, timer;
+
+async function refresh() {
+  clearTimeout(timer);
+  if (asking) { again = true; return; }
+  asking = true;
+  again = false;
+  const found = await Promise.all([ask('api/time'), askNetwork('api/nodes'), askNetwork('api/registers')]).catch(() => null);
+  asking = false;
+  timer = setTimeout(refresh, again ? 120 : 1000);
+  if (!found) return;  // the stream tells
+  const [about, {nodes}, {registers}] = found;
+  if (state.about && about.time < state.about.time && about.next_event <= last) { last = 0; forget(); open(); }
+  Object.assign(state, {about, nodes, registers});
+  tell('so');
+}
+
+function refreshSoon() {
+  if (asking) { again = true; return; }
+  clearTimeout(timer);
+  timer = setTimeout(refresh, 60);
+}
+
+export function chooseNetwork(number) {
+  last = 0;
+  state.network = number;
+  forget();
+  start();
+}
+
+export async function start() {
+  await refresh();
+  const paths = ['api/transactions', 'api/journal?kinds=command', 'api/journal'];
+  const found = await Promise.all(paths.map(askNetwork)).catch(() => null);
+  if (found) {
+    const [ended, commands, recent] = found.map(answer => answer.events);
+    for (const event of commands) noteIncident(event.words);
+    Object.assign(state, {ended, recent});
+    last = recent.at(-1)?.number ?? 0;
+    tell('events', []);
+  }
+  open();
+}
+
+// ---- Commands
+
+let number = 0;
+
+/// Sends a line of docs/control.md, and shows it and its response.
+export async function send(line) {
+  const mine = ++number;
+  tell('command', line);
+  let text;
+  try {
+    const response = await fetch('api/control', {method: 'POST', body: line});
+    text = (await response.text()).trim();
+    if (text[0] === '{') text = `error: ${JSON.parse(text).error}`;
+  } catch { text = 'error: the simulator cannot be reached'; }
+  if (mine === number) tell('response', text);
+  refreshSoon();
+  return text;
+}

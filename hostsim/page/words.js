@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Numbers in words.
+
+export const hex = (number, digits = 4) => number.toString(16).toUpperCase().padStart(digits, '0') + 'h';
+export const number = new Intl.NumberFormat('en-US').format;
+export const objectText = (index, sub) => `${hex(index)}:${sub.toString(16).toUpperCase().padStart(2, '0')}`;
+export const nodeText = id => id ? String(id) : 'none';
+export const nodeHex = id => id ? hex(id, 2) : '';
+
+/// As a command takes it.
+export const objectWord = object => `0x${object.index.toString(16).toUpperCase().padStart(4, '0')}:${object.sub}`;
+
+export function milliseconds(ms) {
+  if (ms >= 10000) return `${number(Math.round(ms / 100) / 10)} s`;
+  return `${number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100)} ms`;
+}
+
+export function clock(seconds) {
+  const two = value => String(Math.floor(value)).padStart(2, '0');
+  return `${two(seconds / 3600)}:${two(seconds / 60 % 60)}:${(seconds % 60).toFixed(3).padStart(6, '0')}`;
+}
+
+/// A drive's state, CiA 402: mask and value of 6041h.
+const kDriveStates = [
+  [0x4F, 0x00, 'not ready to switch on'], [0x4F, 0x40, 'switch on disabled'], [0x6F, 0x21, 'ready to switch on'],
+  [0x6F, 0x23, 'switched on'], [0x6F, 0x27, 'operation enabled'], [0x6F, 0x07, 'quick stop active'],
+  [0x4F, 0x0F, 'fault reaction active'], [0x4F, 0x08, 'fault'],
+];
+export const driveState = word =>
+  kDriveStates.find(([mask, value]) => (word & mask) === value)?.[2] ?? hex(word);
+
+/// Bits of 6041h that are shown as lanes.
+export const kStatusBits = [
+  [0, 'ready'], [1, 'switched on'], [2, 'enabled'], [3, 'fault'], [5, 'quick stop'], [7, 'warning'],
+  [10, 'target'], [12, 'set-point'],
+];
+
+export const kServices = {5055: 'read', 5066: 'write'};
+
+export const stateClass = name =>
+  ({operational: 'good', stopped: 'bad', off: 'bad', 'pre-operational': 'wait', initialising: 'wait'})[name] ?? '';
+
+/// The words of a register request: {first, words, writes} of a PDU in hexadecimal and its response.
+export function registersOf({function: code, request, response}) {
+  const word = (text, byte) => parseInt(text.substr(byte * 2, 4), 16);
+  const words = (text, byte) => Array.from({length: (text.length / 2 - byte) >> 1}, (_, at) => word(text, byte + 2 * at));
+  if (code === 3 || code === 4) return {first: word(request, 1), words: words(response, 2)};
+  if (code === 6) return {first: word(request, 1), words: [word(request, 3)], writes: true};
+  if (code === 16) return {first: word(request, 1), words: words(request, 6), writes: true};
+  if (code === 23) return {first: word(request, 5), words: words(request, 10), writes: true};
+  return {first: 0, words: []};
+}

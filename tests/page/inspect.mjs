@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// What is looked at in the browser: where things are, and how they stand out from what is behind them.
+
+/// Elements that reach out of their card, or the page out of the window. What scrolls may go on downwards.
+export function outside() {
+  const found = [], room = document.documentElement.clientWidth;
+  if (document.documentElement.scrollWidth > room) found.push(`the page is ${document.documentElement.scrollWidth} of ${room} wide`);
+  for (const card of document.querySelectorAll(".card, header, footer")) {
+    const frame = card.getBoundingClientRect();
+    for (const element of card.querySelectorAll("*")) {
+      const { left, right, top, bottom, width } = element.getBoundingClientRect();
+      if (width === 0 || element.closest("title, .u-hz, .u-vt, .u-cursor-pt, option")) continue;
+      const scrolls = element.closest(".list, #diagram, #node-panel");
+      const out = left < frame.left - 0.5 || right > frame.right + 0.5 ||
+        ((!scrolls || scrolls === element) && (top < frame.top - 0.5 || bottom > frame.bottom + 0.5));
+      if (out) found.push(`${card.id || card.tagName}: ${element.tagName}.${element.className.baseVal ?? element.className} "${element.textContent.slice(0, 30)}" ${[left, right, top, bottom].map(Math.round)} of ${[frame.left, frame.right, frame.top, frame.bottom].map(Math.round)}`);
+    }
+  }
+  return found;
+}
+
+/// Texts whose contrast to their background is below 4.5 (WCAG AA).
+export function pale() {
+  const canvas = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+  const rgba = (color) => {
+    canvas.clearRect(0, 0, 1, 1);
+    canvas.fillStyle = color;
+    canvas.fillRect(0, 0, 1, 1);
+    return [...canvas.getImageData(0, 0, 1, 1).data];
+  };
+  const light = ([r, g, b]) => [r, g, b].map((value) => value / 255)
+    .map((value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, value, at) => sum + value * [0.2126, 0.7152, 0.0722][at], 0);
+  const behind = (element) => {
+    for (let at = element; at; at = at.parentElement) {
+      const color = rgba(getComputedStyle(at).backgroundColor);
+      if (color[3] > 250) return color;
+    }
+    return [255, 255, 255];
+  };
+  const found = new Set();
+  for (const element of document.querySelectorAll("body *")) {
+    const own = [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim());
+    if (!own || !element.getClientRects().length || element.closest("title, script, option, datalist")) continue;
+    const style = getComputedStyle(element);
+    const one = light(rgba(element instanceof SVGElement ? style.fill : style.color)), two = light(behind(element));
+    const contrast = (Math.max(one, two) + 0.05) / (Math.min(one, two) + 0.05);
+    if (contrast < 4.5) found.add(`${contrast.toFixed(2)}: ${element.tagName}.${element.className.baseVal ?? element.className} "${element.textContent.slice(0, 30)}"`);
+  }
+  return [...found];
+}
