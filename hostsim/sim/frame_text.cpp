@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "text/numbers.hpp"
 #include "text/value.hpp"
@@ -85,7 +84,7 @@ std::optional<TimedFrame> parse_candump_line(std::string_view line) {
 }
 
 void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface) {
-  fmt::format_to(std::back_inserter(text), "({:010}.{:06}) {} ", time / kSecond, time % kSecond, interface);
+  text += fmt::format("({:010}.{:06}) {} ", time / kSecond, time % kSecond, interface);
   append_frame(text, frame);
   text += '\n';
 }
