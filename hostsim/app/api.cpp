@@ -168,9 +168,8 @@ Json Api::write(const std::string& body) {
   for (const std::uint32_t value : values)
     line += fmt::format(" {}", value);
   const std::string response = parts_.execute(line, std::make_shared<io::Dialogue>());
-  if (response.starts_with(scenario::kError))
-    scenario::refuse("{}",
-                     response.substr(scenario::kError.size(), response.find('\n') - scenario::kError.size()));
+  if (const auto last = scenario::parts_of(response).last; last.starts_with(scenario::kError))
+    scenario::refuse("{}", last.substr(scenario::kError.size()));
   return {{"command", line}};
 }
 

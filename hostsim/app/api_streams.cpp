@@ -19,11 +19,8 @@ class EventStream final : public io::HttpStream {
       : control_(control), find_(find), filter_(query), cursor_(control.journal(), next) {
     const auto found = query.find("watch");
     std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
-    while (!rest.empty()) {
-      const auto [word, more] = text::split(rest, ',').value_or(std::pair(rest, std::string_view()));
-      watch(word);
-      rest = more;
-    }
+    while (!rest.empty())
+      watch(text::take_part(rest, ','));
   }
 
   bool fill(std::string& text) override {

@@ -85,13 +85,12 @@ EventFilter::EventFilter(const Query& query)
   const auto found = query.find("kinds");
   std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
   while (!rest.empty()) {
-    const auto sides = text::split(rest, ',').value_or(std::pair(rest, std::string_view()));
+    const std::string_view name = text::take_part(rest, ',');
     const auto names = journal::kind_names();
-    const auto kind = std::ranges::find(names, sides.first);
+    const auto kind = std::ranges::find(names, name);
     if (kind == names.end())
-      scenario::refuse("kinds={}: must be {}", sides.first, text::listed(names, " and "));
+      scenario::refuse("kinds={}: must be {}", name, text::listed(names, " and "));
     kinds_ |= 1U << (kind - names.begin());
-    rest = sides.second;
   }
 }
 

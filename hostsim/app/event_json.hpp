@@ -3,7 +3,6 @@
 
 /// Events of the journal as JSON, and which of them somebody wants (docs/http.md).
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>

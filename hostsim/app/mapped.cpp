@@ -4,9 +4,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
+#include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/regmap.hpp"
 
@@ -14,13 +17,8 @@ namespace cbcan::app {
 
 namespace {
 
-// CiA 301: communication parameters; the mapping is 200h behind them.
-constexpr std::uint16_t kReceive = 0x1400;
-constexpr std::uint16_t kTransmit = 0x1800;
-constexpr std::uint16_t kToMapping = 0x200;
 constexpr std::uint16_t kPdos = 512;
-constexpr std::uint32_t kNotValid = 0x80000000;
-constexpr std::uint32_t kCanId = 0x1FFFFFFF;
+constexpr std::uint16_t kToMapping = object::kRpdoMapping - object::kRpdoParameter;
 constexpr unsigned kBooleans = 254;  ///< of an index
 
 /// One object of a PDO, as its mapping parameter says, and the bit where it begins in the frame.
@@ -52,24 +50,45 @@ unsigned place_of(const Mapped& variable, std::uint16_t first_index) {
   return (variable.sub - 1u) * variable.bits;
 }
 
-/// What stands at this bit of the frame, by the PDO of a simulated node with the same COB-ID.
-std::string far_side(std::uint8_t number, scenario::Network& network, std::uint16_t first,
-                     std::uint32_t cob_id, unsigned at, const journal::FindName& find) {
+struct FarPdo {
+  const Device* device;
+  std::uint16_t parameter;
+};
+using FarPdos = std::multimap<std::uint32_t, FarPdo>;
+
+/// The simulated nodes' valid PDOs of one direction by their identifiers.
+FarPdos far_pdos(scenario::Network& network, std::uint16_t first) {
+  FarPdos found;
   for (const auto& node : network.world().nodes()) {
-    const ObjectDictionary& dictionary = node->device().dictionary();
-    ObjectEntry entry{};
-    for (std::uint16_t pdo = first; pdo < first + kPdos; ++pdo) {
-      if (dictionary.find(pdo, 1, entry) != AbortCode::kNone || dictionary.get(pdo, 1) != cob_id) continue;
-      for (const Mapped& object : mapping_of(dictionary, pdo)) {
-        if (at < object.at || at >= object.at + object.bits) continue;
-        const std::uint8_t id = node->device().node_id();
-        const eds::ObjectName* const name = find(number, id, object.index, object.sub);
-        return fmt::format("node {} {:04X}h:{:02X} {}", id, object.index, object.sub,
-                           name == nullptr ? "" : name->name);
+    const Device& device = node->device();
+    for (const ObjectEntry& entry : device.dictionary().entries()) {
+      if (!entry.holds(entry.index, 1) || entry.last_index() < first || entry.index >= first + kPdos)
+        continue;
+      for (unsigned pdo = entry.index; pdo <= entry.last_index(); ++pdo) {
+        const auto parameter = static_cast<std::uint16_t>(pdo);
+        const std::uint64_t cob_id = device.dictionary().get(parameter, 1);
+        if ((cob_id & cob::kInvalid) == 0)
+          found.emplace(cob::id_of(static_cast<std::uint32_t>(cob_id)), FarPdo{&device, parameter});
       }
     }
   }
-  return fmt::format("PDO {:03X}h", cob_id);
+  return found;
+}
+
+/// What stands at this bit of the frame, by the PDO of a simulated node with the same identifier.
+std::string far_side(std::uint8_t number, const FarPdos& pdos, std::uint32_t can_id, unsigned at,
+                     const journal::FindName& find) {
+  const auto [begin, end] = pdos.equal_range(can_id);
+  for (auto pdo = begin; pdo != end; ++pdo) {
+    for (const Mapped& object : mapping_of(pdo->second.device->dictionary(), pdo->second.parameter)) {
+      if (at < object.at || at >= object.at + object.bits) continue;
+      const std::uint8_t id = pdo->second.device->node_id();
+      const eds::ObjectName* const name = find(number, id, object.index, object.sub);
+      return fmt::format("node {} {:04X}h:{:02X} {}", id, object.index, object.sub,
+                         name == nullptr ? "" : name->name);
+    }
+  }
+  return fmt::format("PDO {:03X}h", can_id);
 }
 
 }  // namespace
@@ -82,20 +101,21 @@ std::map<std::size_t, std::string> mapped_registers(std::uint8_t number, scenari
   const std::size_t first_register = network.module_config().process_first;
   const auto add = [&](std::uint16_t own_first, std::uint16_t far_first, std::uint16_t variables,
                        std::size_t first) {
+    std::optional<FarPdos> pdos;
     ObjectEntry entry{};
     for (std::uint16_t pdo = own_first; own.find(pdo, 1, entry) == AbortCode::kNone; ++pdo) {
       const auto cob_id = static_cast<std::uint32_t>(own.get(pdo, 1));
-      if ((cob_id & kNotValid) != 0) continue;
+      if ((cob_id & cob::kInvalid) != 0) continue;
+      if (!pdos) pdos = far_pdos(network, far_first);
       for (const Mapped& variable : mapping_of(own, pdo)) {
         if (variable.index < variables || variable.sub == 0) continue;
         std::string& text = found[first + place_of(variable, variables) / 16];
-        text += (text.empty() ? "" : ", ") +
-                far_side(number, network, far_first, cob_id & kCanId, variable.at, find);
+        text += (text.empty() ? "" : ", ") + far_side(number, *pdos, cob::id_of(cob_id), variable.at, find);
       }
     }
   };
-  add(kReceive, kTransmit, local::kInputs, first_register);
-  add(kTransmit, kReceive, local::kOutputs, first_register + regmap::kInputWords);
+  add(object::kRpdoParameter, object::kTpdoParameter, local::kInputs, first_register);
+  add(object::kTpdoParameter, object::kRpdoParameter, local::kOutputs, first_register + regmap::kInputWords);
   return found;
 }
 

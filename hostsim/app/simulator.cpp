@@ -134,10 +134,7 @@ void Simulator::open_http(const plant::HttpConfig& config) {
   api_.emplace(
       Api::Parts{*control_, names_, find_name_,
                  [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
-                 [this] {
-                   advance();
-                   look_at_waits();
-                 },
+                 [this] { catch_up(); },
                  [this] { return about(); }});
   http_.emplace(reactor_, text::parse_listen_address(config.listen, 0), config.write,
                 [this](const io::HttpRequest& request) { return api_->respond(request); });
@@ -232,12 +229,16 @@ std::size_t Simulator::turn(Time until) {
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
+/// What is due is done, and who has waited for it is answered.
+void Simulator::catch_up() {
+  advance();
+  look_at_waits();
+}
+
 std::string Simulator::execute(std::string_view line, const std::shared_ptr<io::Dialogue>& dialogue) {
-  advance();
-  look_at_waits();
+  catch_up();
   scenario::Reply reply = control_->execute(line, clock_->now());
-  advance();
-  look_at_waits();
+  catch_up();
   if (reply.shutdown) stop();
   std::string response = waits_.take(std::move(reply), *control_, dialogue);
   flush();

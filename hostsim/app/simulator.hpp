@@ -64,6 +64,7 @@ class Simulator final : private Program {
   void open_http(const plant::HttpConfig& config);
   Json about() const;
   void look_at_journal();
+  void catch_up();
   bool stop_requested() const override;
   bool stopped_meanwhile() override { return signals_.look(); }
   std::size_t turn(Time until) override;

@@ -120,15 +120,19 @@ std::string value_text(Bytes bytes, const eds::ObjectName* name) {
   return value_text(bytes, DataType::kOctetString);
 }
 
+std::span<const StateName> state_names() {
+  constexpr auto number = [](nmt::State state) { return static_cast<std::uint8_t>(state); };
+  static constexpr std::array<StateName, 5> kNames{{{number(nmt::State::kInitialising), "initialising"},
+                                                    {number(nmt::State::kPreOperational), "pre-operational"},
+                                                    {number(nmt::State::kOperational), "operational"},
+                                                    {number(nmt::State::kStopped), "stopped"},
+                                                    {kOff, "off"}}};
+  return kNames;
+}
+
 std::string_view state_text(std::uint8_t state) {
-  switch (state) {
-    case kOff: return "off";
-    case static_cast<std::uint8_t>(nmt::State::kInitialising): return "initialising";
-    case static_cast<std::uint8_t>(nmt::State::kStopped): return "stopped";
-    case static_cast<std::uint8_t>(nmt::State::kOperational): return "operational";
-    case static_cast<std::uint8_t>(nmt::State::kPreOperational): return "pre-operational";
-    default: return "unknown";
-  }
+  const auto found = std::ranges::find(state_names(), state, &StateName::state);
+  return found == state_names().end() ? "unknown" : found->name;
 }
 
 std::string abort_text(std::uint32_t code) {

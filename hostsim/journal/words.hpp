@@ -24,6 +24,11 @@ std::string value_text(std::span<const std::uint8_t> bytes, DataType type);
 /// The bytes as a number where they may be one, else in hexadecimal; as its type says where there is a name.
 std::string value_text(std::span<const std::uint8_t> bytes, const eds::ObjectName* name);
 
+struct StateName {
+  std::uint8_t state;  ///< as in a heartbeat, or kOff
+  std::string_view name;
+};
+std::span<const StateName> state_names();
 /// "pre-operational", "off" for kOff
 std::string_view state_text(std::uint8_t state);
 

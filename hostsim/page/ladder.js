@@ -2,7 +2,7 @@
 // The ladder diagram of one transaction: who said what to whom, and who waited.
 
 import {state, on, tell, element, ask, send, prefix} from './state.js';
-import {number, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
+import {rounded, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
 
 const kRow = 34, kTop = 44, kGutter = 58, kPause = 0.002, kMostRows = 400;
 let shown = null, asked = 0, busy = false;
@@ -15,7 +15,6 @@ const svg = (name, attributes, ...children) => {
 };
 
 const nodeName = id => state.nodes.find(node => node.node === id)?.name ?? '';
-const sinceText = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100);
 /// "5C2 · 4B 11 64" of "5C2#4B1164".
 const framed = text => text.replace(/#(.*)/, (_, data) => ` · ${data.replace(/(..)(?=.)/g, '$1 ')}`);
 /// The longer a pause, the higher, but ten times longer is not ten times higher.
@@ -118,7 +117,7 @@ function arrow(x1, x2, y, row) {
 function drawRow(row, y, lives, width, start) {
   const group = svg('g', {class: row.kind, 'data-time': row.time});
   const time = svg('text', {class: 'small', x: kGutter - 8, y: y + 4, 'text-anchor': 'end'},
-    row.time === start ? '0' : `+${sinceText((row.time - start) * 1000)}`);
+    row.time === start ? '0' : `+${rounded((row.time - start) * 1000)}`);
   group.append(svg('title', {}, `${row.what}\n${row.more ?? ''}`), time);
   if (row.pause) {
     group.append(svg('rect', {x: lives[1] - 5, y: y - 12, width: 10, height: heightOf(row) - 8, rx: 3}),

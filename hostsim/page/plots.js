@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Plots of watched objects, and a statusword's bits as lanes, with one cursor.
 
-import {state, on, tell, element, watch} from './state.js';
-import {objectText, nodeText, kStatusBits} from './words.js';
+import {state, on, tell, element, watch, prefix} from './state.js';
+import {objectText, objectWord, nodeText, kStatusBits} from './words.js';
 
 const kLeft = 66, kRight = 44, kMostPoints = 6000, kMostWatched = 6, kStatus = 0x6041;
 let watched = [], status = null, times = [], plot, lanes, stale = true, latest = 0, asked = 0, drawn = 0;
 
-const key = object => `${object.node}:0x${object.index.toString(16).toUpperCase().padStart(4, '0')}${object.sub ? `:${object.sub}` : ''}`;
+const key = object => `${object.node}:${objectWord(object).replace(/:0$/, '')}`;
 const all = () => status ? [...watched, status] : watched;
 const color = (element, at) => getComputedStyle(element.children[at]).getPropertyValue('--c');
 
@@ -44,7 +44,7 @@ function watchDrive(node) {
 
 function take(values) {
   for (const event of values) {
-    const object = all().find(other => `${state.network === 1 ? '' : `${state.network}/`}${key(other)}` === `${event.node}:${event.object}`);
+    const object = all().find(other => prefix() + key(other) === `${event.node}:${event.object}`);
     if (!object) continue;
     if (times.at(-1) !== event.time) {
       if (event.time < times.at(-1)) reset();

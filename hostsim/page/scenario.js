@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The last minute as a scenario: what had been changed before comes at its start.
 
-import {state, ask} from './state.js';
+import {ask} from './state.js';
 import {registersOf} from './words.js';
 
-const kMinute = 60, kChanges = /^(set|incident|power|fault|clear|write|trigger|send|nmt)\s/;
+const kMinute = 60;
 const quoted = text => `"${text.replace(/[\\"]/g, '\\$&')}"`;
 const step = (at, keys) => `\n[[step]]\nat = "${Math.max(0, Math.round(at * 1e6))}us"\n${keys}\n`;
 
 function lineOf(event) {
-  if (event.kind === 'command') return kChanges.test(event.words) ? event.words : null;
+  if (event.kind === 'command') return event.words;
   const {first, words, writes} = registersOf(event);
   const network = event.network > 1 ? `${event.network}/` : '';
   return writes && !event.exception ? `write ${network}${first} ${words.join(' ')}` : null;
@@ -32,15 +32,13 @@ export function scenarioOf(events, about) {
 
 export async function saveScenario() {
   const about = await ask('api/time'), events = [];
-  for (const kinds of ['command,modbus,ended']) {
-    let before = about.next_event, page;
-    do {
-      page = (await ask(`api/journal?kinds=${kinds}&before=${before}`)).events;
-      events.unshift(...page);
-      before = page[0]?.number;
-    } while (page.length === 1000 && events.length < 20000);
-  }
-  const text = scenarioOf(events, {...about, network: state.network});
+  let before = about.next_event, page;
+  do {
+    page = (await ask(`api/journal?kinds=command,modbus,ended&before=${before}`)).events;
+    events.unshift(...page);
+    before = page[0]?.number;
+  } while (page.length === 1000 && events.length < 20000);
+  const text = scenarioOf(events, about);
   const link = Object.assign(document.createElement('a'), {download: 'last-minute.toml',
     href: URL.createObjectURL(new Blob([text], {type: 'application/toml'}))});
   link.click();

@@ -10,10 +10,8 @@ export const nodeHex = id => id ? hex(id, 2) : '';
 /// As a command takes it.
 export const objectWord = object => `0x${object.index.toString(16).toUpperCase().padStart(4, '0')}:${object.sub}`;
 
-export function milliseconds(ms) {
-  if (ms >= 10000) return `${number(Math.round(ms / 100) / 10)} s`;
-  return `${number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100)} ms`;
-}
+export const rounded = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100);
+export const milliseconds = ms => ms >= 10000 ? `${number(Math.round(ms / 100) / 10)} s` : `${rounded(ms)} ms`;
 
 export function clock(seconds) {
   const two = value => String(Math.floor(value)).padStart(2, '0');

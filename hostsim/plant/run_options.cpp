@@ -114,15 +114,10 @@ TargetPlace target_of(const std::string& text) {
   constexpr std::string_view kLine = "rtu:";
   if (!text.starts_with(kLine)) return {text::parse_listen_address(text, kModbusPort), {}};
   std::string_view rest = std::string_view(text).substr(kLine.size());
-  const auto next = [&rest] {
-    const auto parts = text::split(rest, ',').value_or(std::pair(rest, std::string_view()));
-    rest = parts.second;
-    return parts.first;
-  };
   TargetPlace place;
-  place.line.device = next();
-  const std::uint32_t baud = text::parse<std::uint32_t>(next()).value_or(0);
-  place.line.parity = next();
+  place.line.device = text::take_part(rest, ',');
+  const std::uint32_t baud = text::parse<std::uint32_t>(text::take_part(rest, ',')).value_or(0);
+  place.line.parity = text::take_part(rest, ',');
   if (place.line.device.empty() || baud == 0 || place.line.parity.empty() || !rest.empty())
     throw text::UsageError("write rtu:DEV,BAUD,PARITY, such as rtu:/dev/ttyUSB0,19200,E");
   place.line.baud = baud;

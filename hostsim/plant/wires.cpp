@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <utility>
 
 #include "sim/world.hpp"
 #include "text/numbers.hpp"
@@ -167,12 +169,22 @@ void check_wires(const Config& config, Diagnostics& found) {
 
 std::vector<std::string> check_wire_ends(const Config& config,
                                          const std::vector<std::vector<sim::NodeParts>>& nodes) {
+  sim::World world;
+  std::map<std::pair<std::size_t, std::size_t>, sim::Node*> trials;
+  const auto trial_of = [&](const WireEnd& end) -> sim::Node& {
+    const std::size_t place = *place_of(config, end);
+    sim::Node*& trial = trials[{end.network, place}];
+    if (trial == nullptr) trial = &world.add_node(nodes[end.network - 1][place]);
+    return *trial;
+  };
+  for (const WireConfig& wire : config.wires)
+    for (const WireEnd* end : {&wire.from, &wire.to})
+      trial_of(*end);
+  world.start(0);
   std::vector<std::string> problems;
   for (const WireConfig& wire : config.wires) {
     for (const WireEnd* end : {&wire.from, &wire.to}) {
-      sim::World world;
-      sim::Node& trial = world.add_node(nodes[end->network - 1][*place_of(config, *end)]);
-      world.start(0);
+      sim::Node& trial = trial_of(*end);
       const sim::Terminal& terminal = end->terminal;
       const bool is_there = end == &wire.from ? trial.number(terminal).has_value()
                                               : trial.set_input(terminal.index, terminal.sub, 0, 0);

@@ -116,9 +116,9 @@ class ObjectCondition final : public Condition {
 class StateCondition final : public Condition {
  public:
   StateCondition(const Written& written, View& view) : node_(written.words[0]), state_(written.words[1]) {
-    static constexpr std::array<std::uint8_t, 5> kNumbers{0, 127, 5, 4, journal::kOff};  // as in heartbeats
-    std::array<std::string_view, kNumbers.size()> names;
-    std::ranges::transform(kNumbers, names.begin(), journal::state_text);
+    std::vector<std::string_view> names;
+    for (const journal::StateName& known : journal::state_names())
+      names.push_back(known.name);
     node_of(view, node_);
     if (std::ranges::find(names, state_) == names.end())
       refuse("\"{}\": must be {}", state_, text::listed(names));

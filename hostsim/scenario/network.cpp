@@ -33,11 +33,11 @@ std::vector<ScannerWindow> scanners_of(std::vector<std::uint16_t>& registers,
                                        const plant::ModuleConfig& module) {
   const std::span<std::uint16_t> all(registers);
   std::vector<ScannerWindow> scanners;
-  for (std::size_t channel = 0; channel < module.channels; ++channel) {
-    const auto of_channel = all.subspan(channel * regmap::kScannerStride);
-    scanners.emplace_back(of_channel.subspan(module.scanner_out_first).first<regmap::kScannerOutWords>(),
-                          of_channel.subspan(module.scanner_in_first).first<regmap::kScannerInWords>());
-  }
+  for (unsigned channel = 1; channel <= module.channels; ++channel)
+    scanners.emplace_back(all.subspan(regmap::of_channel(module.scanner_out_first, channel))
+                              .first<regmap::kScannerOutWords>(),
+                          all.subspan(regmap::of_channel(module.scanner_in_first, channel))
+                              .first<regmap::kScannerInWords>());
   return scanners;
 }
 
@@ -79,11 +79,11 @@ void Network::listen(journal::Journal& journal, Time started) {
   const std::span<const std::uint16_t> all(registers_);
   if (module_ != nullptr)
     doors = {{regmap::kWindowFirst, all.subspan(regmap::kWindowFirst, regmap::kWindowWords), {}}};
-  for (std::size_t channel = 0; module_ != nullptr && channel < module_config_.channels; ++channel) {
-    const std::size_t moved = channel * regmap::kScannerStride;
-    const std::size_t out = module_config_.scanner_out_first + moved;
-    doors.push_back({static_cast<std::uint16_t>(out), all.subspan(out, regmap::kScannerOutWords),
-                     all.subspan(module_config_.scanner_in_first + moved, regmap::kScannerInWords)});
+  for (unsigned channel = 1; module_ != nullptr && channel <= module_config_.channels; ++channel) {
+    const std::uint16_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
+    const std::uint16_t in = regmap::of_channel(module_config_.scanner_in_first, channel);
+    doors.push_back(
+        {out, all.subspan(out, regmap::kScannerOutWords), all.subspan(in, regmap::kScannerInWords)});
   }
   watch_.emplace(journal, static_cast<std::uint8_t>(number_), doors, started);
   world_.bus().observe(*watch_);

@@ -22,6 +22,8 @@ std::vector<std::string_view> words_of(std::string_view text);
 /// The parts left and right of the first `mark`; nullopt where there is none.
 std::optional<std::pair<std::string_view, std::string_view>> split(std::string_view text, char mark);
 
+/// Takes what stands before the first `mark` off the front of `rest`, and the mark; all where there is none.
+std::string_view take_part(std::string_view& rest, char mark);
 /// Takes the first line off the front of `rest`, without its end.
 std::string_view take_line(std::string_view& rest);
 

@@ -17,7 +17,7 @@ import cases
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM, PAGE = program_from_arguments(sys.argv, 2)
-READ = 5055
+READ, WRITE = 5055, 5066
 
 
 class Http(unittest.TestCase):
@@ -96,6 +96,20 @@ class Page(Http):
         self.assertEqual(self.get("/api/nodes/%231/objects?first=0x1000&last=0x1000")["objects"][0]["value"], "983441")
         self.assertEqual(shape(self.get("/api/faults")), shape(examples["GET /api/faults"]))
         self.assertEqual(self.ask("/api/registers", '{"first": 3701, "values": [5055, 66]}'), (200, examples["POST /api/registers"]))
+
+    def test_process_data_say_what_they_are_exchanged_with(self):
+        simulator = self.start()
+        with simulator.window() as window:
+            for index, sub, size, value in [(0x1600, 1, 4, 0xA1000210), (0x1600, 2, 4, 0xA1000410), (0x1600, 0, 1, 2), (0x1400, 1, 4, 0x2C2),
+                                            (0x1A00, 1, 4, 0xA5800110), (0x1A00, 0, 1, 1), (0x1800, 1, 4, 0x345)]:
+                self.assertEqual(window.execute(WRITE, 0, index, sub, size, value & 0xFFFF, value >> 16), 0)
+        for cob_id in ("0x2C2", "0x400002C2"):  # RTR allowed or not
+            self.control(f"set 0x42 0x1801:1 {cob_id}")
+            mapped = [register.get("mapped") for register in self.get("/api/registers?first=3800&count=65")["registers"]]
+            self.assertEqual({3800 + at: text for at, text in enumerate(mapped) if text}, {
+                3801: "node 66 6401h:01 Channel 1", 3803: "node 66 6401h:02 Channel 2", 3864: "PDO 345h"})
+        self.control("set 0x42 0x1801:1 0x800002C2")
+        self.assertEqual(self.get("/api/registers?first=3801&count=1")["registers"][0]["mapped"], "PDO 2C2h")
 
     def test_events_are_as_the_page_shows_them(self):
         simulator = self.start("--fault", "32:response-never count=1")

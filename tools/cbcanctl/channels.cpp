@@ -9,7 +9,6 @@ namespace cbcan::tools {
 
 namespace {
 
-constexpr unsigned kMostChannels = 16;
 constexpr auto kRestarted = static_cast<std::uint16_t>(regmap::Result::kRestarted);
 constexpr auto kFailed = static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError);
 
@@ -17,9 +16,8 @@ constexpr auto kFailed = static_cast<std::uint16_t>(regmap::Result::kSdoExecutio
 class ScannerClient {
  public:
   ScannerClient(RegisterAccess& registers, unsigned channel) : registers_(registers) {
-    const auto behind = static_cast<std::uint16_t>(regmap::kScannerStride * (channel - 1));
-    out_ = static_cast<std::uint16_t>(regmap::kScannerOutFirst + behind);
-    in_ = static_cast<std::uint16_t>(regmap::kScannerInFirst + behind);
+    out_ = regmap::of_channel(regmap::kScannerOutFirst, channel);
+    in_ = regmap::of_channel(regmap::kScannerInFirst, channel);
   }
 
   /// A channel that there is has taken a number, or says that it has started.
@@ -74,7 +72,7 @@ class ScannerClient {
 
  private:
   void send() {
-    number_ = number_ == 0xFFFF ? 1 : static_cast<std::uint16_t>(number_ + 1);
+    number_ = regmap::next_number(number_);
     request_[regmap::kScannerNumber] = number_;
     registers_.write(out_, request_);
   }
@@ -92,7 +90,7 @@ class ScannerClient {
 
 bool run(RegisterAccess& registers, std::span<Job* const> jobs) {
   std::vector<ScannerClient> channels;
-  for (unsigned channel = kMostChannels; channel > 1; --channel)
+  for (unsigned channel = regmap::kMostChannels; channel > 1; --channel)
     if (ScannerClient client(registers, channel); client.exists()) channels.push_back(client);
   if (channels.empty()) return false;
   auto next = jobs.begin();

@@ -9,7 +9,6 @@ namespace cbcan::cia405 {
 
 namespace {
 
-constexpr std::uint8_t kMostChannels = 16;
 constexpr std::uint8_t kHighestUnit = 247;  ///< Modbus over Serial Line V1.02, 2.2
 
 const LinkSettings& checked(const LinkSettings& settings) {
@@ -52,7 +51,7 @@ short Link::events() const {
 }
 
 detail::Window* Link::window(std::uint8_t number, std::uint8_t channel) {
-  if (number == 0 || number > kHighestUnit || channel > kMostChannels) return nullptr;
+  if (number == 0 || number > kHighestUnit || channel > regmap::kMostChannels) return nullptr;
   return channel == 0 ? &connected_->free_window(number) : &connected_->window(number, channel);
 }
 
@@ -64,7 +63,7 @@ detail::Window& Link::Connected::window(std::uint8_t unit, std::uint8_t channel)
 /// window none knows what the others do with the channels.
 detail::Window& Link::Connected::free_window(std::uint8_t unit) {
   const auto known = channels.find(unit);
-  const std::uint8_t most = settings.sharing ? 1 : known == channels.end() ? kMostChannels : known->second;
+  const std::uint8_t most = settings.sharing ? 1 : known == channels.end() ? regmap::kMostChannels : known->second;
   detail::Window* best = &window(unit, 1);
   for (std::uint8_t channel = 2; channel <= most && best->jobs() != 0; ++channel)
     if (window(unit, channel).jobs() < best->jobs()) best = &window(unit, channel);
@@ -77,7 +76,7 @@ void Link::Connected::heed(detail::Window& window) {
     for (auto& [place, other] : windows)
       if (place.first == asked.first) other.forget_settings();
   if (!window.absent()) return;
-  const std::uint8_t known = channels.try_emplace(asked.first, kMostChannels).first->second;
+  const std::uint8_t known = channels.try_emplace(asked.first, regmap::kMostChannels).first->second;
   channels[asked.first] = std::min(known, static_cast<std::uint8_t>(asked.second - 1));
   window.leave_to(this->window(asked.first, 1));
 }

@@ -51,11 +51,6 @@ std::vector<std::uint8_t> data_bytes(std::span<const std::uint16_t> words, std::
   return tools::bytes_of(words.subspan(at(regmap::kData)), size);
 }
 
-/// Where the blocks of a channel's scanner window begin.
-constexpr std::uint16_t of_channel(std::uint16_t first, std::uint8_t channel) {
-  return static_cast<std::uint16_t>(first + regmap::kScannerStride * (channel - 1));
-}
-
 bool fits(const Service& service, std::uint16_t size) {
   return service.exact ? size == service.size : size <= service.size;
 }
@@ -137,9 +132,9 @@ Request Window::clear() {
   asked_ = Asked::kClear;
   flag_ = Flag::kClear;
   if (channel_ == 1) return {.write_address = regmap::kExecuteFlag, .words = {0}};
-  return {.write_address = of_channel(regmap::kScannerOutFirst, channel_),
+  return {.write_address = regmap::of_channel(regmap::kScannerOutFirst, channel_),
           .words = {0},
-          .read_address = of_channel(regmap::kScannerInFirst, channel_),
+          .read_address = regmap::of_channel(regmap::kScannerInFirst, channel_),
           .count = regmap::kScannerTaken + 1};
 }
 
@@ -166,7 +161,7 @@ Request Window::poll(Time now) {
   asked_ = Asked::kPoll;
   if (claim_) return claim_->refresh(now);
   if (channel_ != 1)
-    return {.read_address = of_channel(regmap::kScannerInFirst, channel_), .count = regmap::kScannerInWords};
+    return {.read_address = regmap::of_channel(regmap::kScannerInFirst, channel_), .count = regmap::kScannerInWords};
   return {.read_address = regmap::kWindowFirst, .count = regmap::kWindowWords};
 }
 
@@ -179,9 +174,9 @@ Request Window::begin() {
   transaction_ = next_service(job);
   std::vector<std::uint16_t> words = start_words(transaction_);
   if (channel_ == 1) return {.write_address = regmap::kWindowFirst, .words = std::move(words)};
-  number_ = number_ == 0xFFFF ? 1 : static_cast<std::uint16_t>(number_ + 1);
+  number_ = regmap::next_number(number_);
   words[regmap::kScannerNumber] = number_;
-  return {.write_address = of_channel(regmap::kScannerOutFirst, channel_), .words = std::move(words)};
+  return {.write_address = regmap::of_channel(regmap::kScannerOutFirst, channel_), .words = std::move(words)};
 }
 
 Service Window::next_service(const Job& job) {

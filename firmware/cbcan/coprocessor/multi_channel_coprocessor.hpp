@@ -22,7 +22,7 @@ namespace cbcan {
 
 class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
  public:
-  static constexpr std::size_t kMostChannels = 16;
+  static constexpr std::size_t kMostChannels = regmap::kMostChannels;
   /// Memory for one more channel.
   using Memory = std::optional<Channel>;
 

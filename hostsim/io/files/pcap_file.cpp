@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "io/can/can_frames.hpp"
+
 namespace cbcan::io {
 
 namespace {
@@ -25,11 +27,6 @@ constexpr std::uint16_t kInterfaceName = 2;
 
 constexpr std::uint16_t kLinkTypeRaw = 101;
 constexpr std::uint16_t kLinkTypeCan = 227;
-
-// As SocketCAN has them in an identifier, which is big-endian here.
-constexpr std::uint32_t kExtendedFlag = 0x80000000;
-constexpr std::uint32_t kRemoteFlag = 0x40000000;
-constexpr std::uint32_t kErrorFlag = 0x20000000;
 
 constexpr std::uint32_t kServer = 0x0AFFFFFE;
 constexpr std::uint32_t kFirstClient = 0x0A000000;
@@ -175,13 +172,11 @@ void PcapFile::add(const journal::Event& event) {
   if (!comment.empty() && pending_.size() < kMostPending) pending_ += comment + "\n";
 }
 
+/// As SocketCAN has it, but the identifier is big-endian.
 void PcapFile::add_can(const journal::Event& event, const std::string& comment) {
   const Frame& frame = event.frame;
   std::string data;
-  put_big(data, frame.id | ((frame.flags & Frame::kExtended) != 0 ? kExtendedFlag : 0) |
-                    ((frame.flags & Frame::kRemote) != 0 ? kRemoteFlag : 0) |
-                    ((frame.flags & Frame::kError) != 0 ? kErrorFlag : 0));
-  put_big(data, frame.length, std::uint8_t{0}, std::uint8_t{0}, std::uint8_t{0});
+  put_big(data, to_kernel(frame).can_id, frame.length, std::uint8_t{0}, std::uint8_t{0}, std::uint8_t{0});
   const std::size_t size = (frame.flags & Frame::kRemote) != 0 ? 0 : frame.length;
   data.append(reinterpret_cast<const char*>(frame.data.data()), size);
   add_packet(event.network - 1U, event.at, data, comment);

@@ -21,8 +21,6 @@ enum class ModbusException : std::uint8_t {
 };
 
 inline constexpr std::size_t kMaxPduBytes = 253;
-/// Behind an MBAP header of seven bytes.
-inline constexpr std::size_t kMaxModbusAdu = 7 + kMaxPduBytes;
 
 enum class ModbusFunction : std::uint8_t {
   kReadHoldingRegisters = 3,

@@ -11,11 +11,10 @@ namespace cbcan::io {
 
 namespace {
 
-// MBAP header: transaction ID, protocol ID, length of what follows, unit ID.
+// MBAP header: transaction ID, protocol ID, length of what follows, unit ID; behind it the PDU.
 constexpr std::size_t kProtocolOffset = 2;
 constexpr std::size_t kLengthOffset = 4;
 constexpr std::size_t kUnitOffset = 6;
-constexpr std::size_t kPduOffset = 7;
 constexpr std::size_t kMinLength = 2;
 constexpr std::size_t kMaxLength = 1 + kMaxPduBytes;
 
@@ -43,7 +42,7 @@ struct ModbusTcp::Connection {
   std::size_t received = 0;
   Time deadline = kNever;            ///< of the half request in the buffer
   std::vector<std::uint8_t> unsent;  ///< while not empty, nothing is read from this client
-  std::array<std::uint8_t, kMaxModbusAdu> buffer;
+  std::array<std::uint8_t, kMaxAdu> buffer;
 };
 
 ModbusTcp::ModbusTcp(Reactor& reactor, std::vector<ModbusUnit*> networks, ModbusTcpSettings settings,
@@ -136,7 +135,7 @@ bool ModbusTcp::serve(Connection& client, Bytes request) {
   const ModbusException exception =
       reached ? check_request(pdu, registers.size()) : ModbusException::kGatewayPathUnavailable;
   ++counters_.requests;
-  std::array<std::uint8_t, kMaxModbusAdu> bytes;
+  std::array<std::uint8_t, kMaxAdu> bytes;
   const Bytes response = respond(request, registers, exception, bytes);
   const bool alive = send(client, response);
   const bool valid = exception == ModbusException::kNone;
@@ -150,7 +149,7 @@ bool ModbusTcp::serve(Connection& client, Bytes request) {
 }
 
 ModbusTcp::Bytes ModbusTcp::respond(Bytes request, Registers registers, ModbusException exception,
-                                    std::span<std::uint8_t, kMaxModbusAdu> bytes) {
+                                    std::span<std::uint8_t, kMaxAdu> bytes) {
   const Bytes pdu = request.subspan(kPduOffset);
   const ModbusResponse response = bytes.last<kMaxPduBytes>();
   std::size_t size = 0;

@@ -89,6 +89,8 @@ class ModbusTcp {
   struct Connection;
   using Bytes = std::span<const std::uint8_t>;
   using Registers = std::span<std::uint16_t>;
+  static constexpr std::size_t kPduOffset = 7;  ///< behind the MBAP header
+  static constexpr std::size_t kMaxAdu = kPduOffset + kMaxPduBytes;
 
   void close_half_requests(Time now);
   void close_client(Connection& client);
@@ -98,7 +100,7 @@ class ModbusTcp {
   bool serve_buffered(Connection& client);
   bool serve(Connection& client, Bytes request);
   Bytes respond(Bytes request, Registers registers, ModbusException exception,
-                std::span<std::uint8_t, kMaxModbusAdu> bytes);
+                std::span<std::uint8_t, kMaxAdu> bytes);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
   bool send_some(Connection& client, Bytes& rest);

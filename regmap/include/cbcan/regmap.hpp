@@ -43,11 +43,20 @@ inline constexpr std::size_t kOutputWords = 64;
 inline constexpr std::size_t kProcessWords = kInputWords + kOutputWords;
 
 /// The scanner window, for PLCs that exchange whole blocks of registers again and again: a block that the PLC
-/// writes and one that it reads. Both may begin elsewhere. Channel n of up to 16 has its blocks
-/// kScannerStride * (n - 1) registers further on, so all of them end below R3700.
+/// writes and one that it reads. Both may begin elsewhere. Channel n has its blocks kScannerStride * (n - 1)
+/// registers further on, so all of them end below R3700.
 inline constexpr std::uint16_t kScannerOutFirst = 500;
 inline constexpr std::uint16_t kScannerInFirst = 600;
 inline constexpr std::uint16_t kScannerStride = 200;
+inline constexpr std::uint8_t kMostChannels = 16;
+/// Of channel 1..16: where the block begins that is at `first` in channel 1.
+constexpr std::uint16_t of_channel(std::uint16_t first, unsigned channel) {
+  return static_cast<std::uint16_t>(first + kScannerStride * (channel - 1));
+}
+/// The number behind this one: 0 is none.
+constexpr std::uint16_t next_number(std::uint16_t number) {
+  return number == 0xFFFF ? 1 : static_cast<std::uint16_t>(number + 1);
+}
 
 /// Words of the OUT block: the number of the request, and behind it the same words as in R3701..R3769.
 inline constexpr std::size_t kScannerNumber = 0;
