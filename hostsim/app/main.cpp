@@ -39,6 +39,7 @@ int run(const plant::Start& start, const plant::FileReader& read, Console& conso
   if (start.command.empty()) {
     const std::string ready = "ready " + simulator.where() + "\n";
     plant::logs_to_standard_output(config) ? console.tell(ready) : console.say(ready);
+    console.tell(simulator.ways_in());
     io::tell_ready([&console](const std::string& line) { console.warn(line); });
     simulator.run();
   } else {

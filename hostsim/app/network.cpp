@@ -5,14 +5,21 @@
 
 #include <utility>
 
+#include "io/can/socketcan.hpp"
+#include "io/can/stream_bus.hpp"
+#include "io/can/udp_bus.hpp"
 #include "io/modbus/rtu_connection.hpp"
+#include "plant/can_spec.hpp"
 #include "scenario/words.hpp"
+#include "sim/slcan_adapter.hpp"
 #include "text/numbers.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
+/// In real time, for clients of socketcand.
+constexpr Time kPauseBehindOk = 20 * kMillisecond;
 constexpr std::uint16_t kModbusPort = 502;
 
 /// What hours that pass at once bring to a pipe.
@@ -32,9 +39,8 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
       name_(plant.networks.size() == 1 ? "" : fmt::format("network {}: ", number_)),
       can_(plant::can_spec(config.can)),
       core_(plant, config, with_parameters(config, std::move(nodes)), surroundings.started, this) {
-  if (!config.can.interface_name.empty())
-    socketcan_.emplace(surroundings_.reactor, world().bus(), config.can.interface_name, surroundings_.warn);
-  if (!config.can.slcan.empty()) open_slcan(config);
+  if (!config.can.outside.empty()) open_outside(config.can.outside);
+  open_servers(config.can);
   if (core_.module() != nullptr) open_plc(config);
   if (!config.log.empty()) open_log(config);
 }
@@ -61,13 +67,43 @@ void Network::tell_time_of_day() {
     node->device().time_stamp().set(time, surroundings_.started);
 }
 
+void Network::open_outside(const std::string& spec) {
+  using Kind = plant::CanSpec::Kind;
+  io::Reactor& reactor = surroundings_.reactor;
+  sim::Bus& bus = world().bus();
+  const plant::CanSpec can = plant::parse_can_spec(spec);
+  const bool is_adapter = can.kind == Kind::kSlcan;
+  if (can.kind == Kind::kSocketCan)
+    outside_ = std::make_unique<io::SocketCan>(reactor, bus, can.name, surroundings_.warn);
+  else if (can.kind == Kind::kUdp)
+    outside_ = std::make_unique<io::UdpBus>(reactor, bus, spec, can.remote, surroundings_.warn);
+  else
+    outside_ = std::make_unique<io::StreamBus>(
+        reactor, bus, spec, is_adapter ? can.name : "", can.remote,
+        is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), surroundings_.warn);
+}
+
 /// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
-void Network::open_slcan(const plant::NetworkConfig& config) {
+void Network::open_servers(const plant::CanConfig& config) {
   const std::size_t most_unsent =
-      surroundings_.clock.runs() ? sim::SlcanAdapter::kMostUnsent : sim::SlcanAdapter::kUnlimited;
-  slcan_.emplace(
-      surroundings_.reactor, world().bus(), text::parse_stream_address(config.can.slcan), most_unsent,
-      [this] { advance(); }, surroundings_.warn);
+      surroundings_.clock.runs() ? sim::Adapter::kMostUnsent : sim::Adapter::kUnlimited;
+  const auto serve = [&](auto& server, std::string_view service, const std::string& address, auto make) {
+    if (!address.empty())
+      server.emplace(surroundings_.reactor, service, text::parse_stream_address(address), make,
+                     surroundings_.warn);
+  };
+  serve(slcan_, "slcan", config.slcan, [this, most_unsent] {
+    return std::make_unique<sim::SlcanAdapter>(
+        world().bus(), [this] { advance(); }, most_unsent);
+  });
+  if (!config.socketcand.empty())
+    socketcand_bus_.emplace(
+        world().bus(), world().schedule(), [this] { return surroundings_.clock.now(); },
+        surroundings_.clock.wall_offset(), surroundings_.clock.runs() ? kPauseBehindOk : 0);
+  serve(socketcand_, "socketcand", config.socketcand, [this, most_unsent] {
+    return std::make_unique<sim::SocketcandAdapter>(
+        *socketcand_bus_, [this] { advance(); }, most_unsent);
+  });
 }
 
 void Network::open_plc(const plant::NetworkConfig& config) {
@@ -93,7 +129,9 @@ void Network::open_plc(const plant::NetworkConfig& config) {
 
 /// A manual clock's log begins at 0, and is the same every time: a reader may be slow while hours pass.
 void Network::open_log(const plant::NetworkConfig& config) {
-  const std::string interface = config.can.interface_name.empty() ? "virtual" : config.can.interface_name;
+  const plant::CanSpec can = config.can.outside.empty() ? plant::CanSpec() : plant::parse_can_spec(can_);
+  const std::string interface =
+      can.kind == plant::CanSpec::Kind::kSocketCan && !can.name.empty() ? can.name : "virtual";
   const std::size_t most_waiting =
       surroundings_.clock.runs() ? io::Output::kMostWaiting : kMostLogWaitingOnManualClock;
   log_.emplace(config.log, interface, surroundings_.clock.wall_offset(), surroundings_.warn, most_waiting);
@@ -102,9 +140,34 @@ void Network::open_log(const plant::NetworkConfig& config) {
 
 std::string Network::where() const {
   const std::string prefix = scenario::prefix_of(number_);
-  return fmt::format("{0}can={1}{2}{3}", prefix, can_,
-                     slcan_ ? fmt::format(" {}slcan={}", prefix, to_string(slcan_->address())) : "",
+  const auto server = [&](std::string_view name, const auto& served) {
+    return served ? fmt::format(" {}{}={}", prefix, name, to_string(served->address())) : "";
+  };
+  return fmt::format("{0}can={1}{2}{3}{4}", prefix, can_, server("slcan", slcan_),
+                     server("socketcand", socketcand_),
                      plc_ ? fmt::format(" {}plc={}", prefix, plc_->place()) : "");
+}
+
+std::string Network::ways_in() const {
+  std::string lines;
+  const auto logger = [&](std::string_view door, const std::string& arguments) {
+    lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, door, arguments);
+  };
+  const auto at = [](const text::ListenAddress& tcp) {
+    return fmt::format("--host={} --port={}", tcp.host, tcp.port);
+  };
+  if (slcan_ && slcan_->address().path.empty())
+    logger("slcan", "slcan -c socket://" + to_string(slcan_->address()));
+  else if (slcan_ && slcan_->address().is_terminal)
+    logger("slcan", "slcan -c " + slcan_->address().path);
+  if (socketcand_ && socketcand_->address().path.empty())
+    logger("socketcand", "socketcand -c can0 " + at(socketcand_->address().tcp));
+  const auto outside = outside_ ? plant::parse_can_spec(can_) : plant::CanSpec();
+  if (outside.kind == plant::CanSpec::Kind::kUdp)
+    logger("udp", fmt::format("udp_multicast -c {} --port={}", outside.remote.host, outside.remote.port));
+  if (!outside.name.empty() && outside.kind == plant::CanSpec::Kind::kSocketCan)
+    lines += fmt::format("{}socketcan: candump {}\n", name_, outside.name);
+  return lines;
 }
 
 void Network::start() {
@@ -135,11 +198,12 @@ void Network::turn(Time now) {
 void Network::flush() {
   if (log_) log_->flush();
   if (slcan_) slcan_->flush();
+  if (socketcand_) socketcand_->flush();
 }
 
 void Network::advance() {
   const Time time = surroundings_.clock.now();
-  if (socketcan_) socketcan_->poll(time);
+  if (outside_) outside_->poll(time);
   core_.advance(time);
   wants(next_event());
 }
@@ -148,7 +212,7 @@ Time Network::door_deadline() const {
   Time next = kNever;
   if (log_) next = earlier(next, log_->next_deadline());
   if (plc_) next = earlier(next, plc_->next_deadline());
-  return socketcan_ ? earlier(next, socketcan_->next_deadline()) : next;
+  return outside_ ? earlier(next, outside_->next_deadline()) : next;
 }
 
 std::string Network::module_summary() const {
@@ -170,10 +234,13 @@ std::string Network::plc_summary() const {
                      plc_->counters().requests, plc_->counters().exceptions, plc_->lost());
 }
 
-std::string Network::slcan_summary() const {
-  if (!slcan_) return {};
-  return fmt::format("{}SLCAN connections {}, frames not read in time {}\n", name_,
-                     slcan_->counters().connections, slcan_->counters().lost);
+std::string Network::doors_summary() const {
+  const auto summary = [&](std::string_view name, const auto& served) {
+    return served ? fmt::format("{}{} connections {}, frames not read in time {}\n", name_, name,
+                                served->counters().connections, served->counters().lost)
+                  : "";
+  };
+  return summary("SLCAN", slcan_) + summary("socketcand", socketcand_);
 }
 
 }  // namespace cbcan::app

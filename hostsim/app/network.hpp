@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "app/clock.hpp"
+#include "io/can/adapter_server.hpp"
 #include "io/can/candump_log.hpp"
-#include "io/can/slcan_server.hpp"
-#include "io/can/socketcan.hpp"
+#include "io/can/outside_bus.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/modbus/modbus_unit.hpp"
@@ -26,6 +26,7 @@
 #include "plant/config.hpp"
 #include "scenario/network.hpp"
 #include "sim/schedule.hpp"
+#include "sim/socketcand_adapter.hpp"
 
 namespace cbcan::app {
 
@@ -62,6 +63,9 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   /// "can=virtual slcan=127.0.0.1:29536"; of network 2 "2/can=virtual 2/slcan=127.0.0.1:29537".
   std::string where() const;
 
+  /// How programs join the bus: for each door a line that can be copied.
+  std::string ways_in() const;
+
   void start();
 
   void on_request(bool valid, const io::ModbusRange& written) override;
@@ -77,7 +81,7 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   /// There is more to it than the world: a CAN interface, adapters, a log, a PLC that owns the registers.
   /// Such a one is to be advanced and turned in every turn; for others the Schedule will do, where time
   /// passes.
-  bool has_doors() const { return socketcan_ || slcan_ || log_ || plc_; }
+  bool has_doors() const { return outside_ || slcan_ || socketcand_ || log_ || plc_; }
 
   /// Does what is due with the PLC, and the log and the adapters have what the bus has brought. `now` is
   /// Reactor::time()'s.
@@ -94,13 +98,14 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   /// What the module has done, the PLC and the adapters, in lines for people.
   std::string module_summary() const;
   std::string plc_summary() const;
-  std::string slcan_summary() const;
+  std::string doors_summary() const;
 
  private:
   std::vector<sim::NodeParts> with_parameters(const plant::NetworkConfig& config,
                                               std::vector<sim::NodeParts> nodes);
   void tell_time_of_day();
-  void open_slcan(const plant::NetworkConfig& config);
+  void open_outside(const std::string& spec);
+  void open_servers(const plant::CanConfig& config);
   void open_plc(const plant::NetworkConfig& config);
   void open_log(const plant::NetworkConfig& config);
   void on_fault(std::string_view text, Time now) override;
@@ -113,8 +118,10 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
   scenario::Network core_;
   std::optional<io::CandumpLog> log_;
-  std::optional<io::SocketCan> socketcan_;
-  std::optional<io::SlcanServer> slcan_;
+  std::unique_ptr<io::OutsideBus> outside_;
+  std::optional<io::AdapterServer> slcan_;
+  std::optional<sim::SocketcandBus> socketcand_bus_;
+  std::optional<io::AdapterServer> socketcand_;
   std::optional<io::PlcClient> plc_;
 };
 

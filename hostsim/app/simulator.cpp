@@ -134,8 +134,7 @@ void Simulator::open_http(const plant::HttpConfig& config) {
   api_.emplace(
       Api::Parts{*control_, names_, find_name_,
                  [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
-                 [this] { catch_up(); },
-                 [this] { return about(); }});
+                 [this] { catch_up(); }, [this] { return about(); }});
   http_.emplace(reactor_, text::parse_listen_address(config.listen, 0), config.write,
                 [this](const io::HttpRequest& request) { return api_->respond(request); });
 }
@@ -185,6 +184,13 @@ std::string Simulator::where() const {
   if (commands_) text += " control=" + to_string(commands_->address());
   if (http_) text += " http=" + to_string(http_->address());
   return text;
+}
+
+std::string Simulator::ways_in() const {
+  std::string lines;
+  for (const auto& network : networks_)
+    lines += network->ways_in();
+  return lines;
 }
 
 void Simulator::run() {
@@ -297,7 +303,7 @@ std::string Simulator::summary() const {
         fmt::format("Modbus RTU requests {}, exceptions {}, CRC errors {}\n", rtu_->counters().slave_messages,
                     rtu_->counters().slave_exceptions, rtu_->counters().bus_communication_errors);
   for (const auto& network : networks_)
-    text += network->plc_summary() + network->slcan_summary();
+    text += network->plc_summary() + network->doors_summary();
   return text;
 }
 

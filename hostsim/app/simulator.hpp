@@ -40,6 +40,8 @@ class Simulator final : private Program {
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
   /// not served is left out.
   std::string where() const;
+  /// How programs join the buses, in lines for people.
+  std::string ways_in() const;
 
   /// The plant file, "demo" or nothing: what scenarios of this session name.
   void set_plant(const std::string& plant_file) { plant_ = plant_in_scenario(plant_file); }

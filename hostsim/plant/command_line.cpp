@@ -144,13 +144,13 @@ std::string remarks_on(const NetworkConfig& network) {
   const std::string opening = "cbcan-sim: " + in_network(network.number);
   const CanConfig& can = network.can;
   std::string text;
-  if (can.interface_name.empty() && network.nodes.empty() && can.slcan.empty()) {
+  if (can.outside.empty() && network.nodes.empty() && can.slcan.empty() && can.socketcand.empty()) {
     const bool first = network.number == 1;
     text += fmt::format("{}nobody else is on the virtual bus; {}add a node: {}--node 5=FILE.eds\n", opening,
                         first ? "try --demo, or " : "",
                         first ? "" : fmt::format("--network {} ", network.number));
   }
-  if (!can.interface_name.empty() && can.bit_rate != 0)
+  if (!can.outside.empty() && can.bit_rate != 0)
     text += fmt::format(
         "{}can.bit_rate (--bit-rate) is for the virtual bus; {} has the one that it was set up with\n",
         opening, can_spec(can));
@@ -165,11 +165,13 @@ void use_free_addresses(const Typed& typed, Config& config) {
   if (typed.count("--http") == 0 && !config.http.listen.empty()) config.http.listen = kFree;
   if (typed.count("--rtu-tcp") == 0 && !config.rtu.listen.empty()) config.rtu.listen = kFree;
   for (NetworkConfig& network : config.networks) {
-    const auto names_it = [&](const Argument& argument) {
-      return argument.option == "--slcan" && argument.network == network.number;
+    const auto is_named = [&](std::string_view option) {
+      return std::ranges::any_of(typed.arguments, [&](const Argument& argument) {
+        return argument.option == option && argument.network == network.number;
+      });
     };
-    const bool on_virtual_bus = network.can.interface_name.empty();
-    if (std::ranges::none_of(typed.arguments, names_it)) network.can.slcan = on_virtual_bus ? kFree : "";
+    if (!is_named("--slcan")) network.can.slcan = network.can.outside.empty() ? kFree : "";
+    if (!is_named("--socketcand") && !network.can.socketcand.empty()) network.can.socketcand = kFree;
   }
 }
 

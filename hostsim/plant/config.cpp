@@ -62,14 +62,17 @@ void check_parameter_files(const Config& config, Diagnostics& found) {
 /// What no two networks can have: the key of its setting, and it.
 std::vector<std::pair<std::string_view, std::string>> belongings(const NetworkConfig& network) {
   std::vector<std::pair<std::string_view, std::string>> all;
-  if (!network.can.interface_name.empty()) all.emplace_back("can.spec", can_spec(network.can));
+  if (!network.can.outside.empty()) all.emplace_back("can.spec", network.can.outside);
   if (!network.plc.line.device.empty()) all.emplace_back("plc.device", normal(network.plc.line.device));
   if (!network.log.empty()) all.emplace_back("log.file", normal(network.log));
-  if (network.can.slcan.empty()) return all;
-  text::StreamAddress address = text::parse_stream_address(network.can.slcan);
-  const bool any_free_port = address.path.empty() && address.tcp.port == 0;
-  if (!address.path.empty()) address.path = normal(address.path);
-  if (!any_free_port) all.emplace_back("can.slcan", text::to_string(address));
+  for (const auto& [key, where] :
+       {std::pair("can.slcan", &network.can.slcan), std::pair("can.socketcand", &network.can.socketcand)}) {
+    if (where->empty()) continue;
+    text::StreamAddress address = text::parse_stream_address(*where);
+    const bool any_free_port = address.path.empty() && address.tcp.port == 0;
+    if (!address.path.empty()) address.path = normal(address.path);
+    if (!any_free_port) all.emplace_back(key, text::to_string(address));
+  }
   return all;
 }
 
@@ -180,7 +183,7 @@ void check_network(const Config& config, const NetworkConfig& network, Diagnosti
   check_node_ids(network, found);
   check_registers(network, found);
   check_plc(network, found);
-  if (config.clock == ClockKind::kManual && !network.can.interface_name.empty())
+  if (config.clock == ClockKind::kManual && !network.can.outside.empty())
     found.push_back(about_option("--clock manual",
                                  fmt::format("{}the time of {} cannot stand still; use it with --can virtual",
                                              in_network(network.number), can_spec(network.can))));
@@ -193,13 +196,13 @@ void check_network(const Config& config, const NetworkConfig& network, Diagnosti
 }  // namespace
 
 bool logs_to_standard_output(const Config& config) {
-  return config.pcap == kStandardOutput ||
-         std::ranges::any_of(config.networks,
-                             [](const auto& network) { return network.log == kStandardOutput; });
+  return config.pcap == kStandardOutput || std::ranges::any_of(config.networks, [](const auto& network) {
+           return network.log == kStandardOutput;
+         });
 }
 
 std::string can_spec(const CanConfig& can) {
-  return can.interface_name.empty() ? "virtual" : "socketcan:" + can.interface_name;
+  return can.outside.empty() ? "virtual" : can.outside;
 }
 
 bool same_object(const InitialValue& one, const InitialValue& other) {
@@ -243,9 +246,8 @@ Diagnostics check(const Config& config) {
     check_network(config, network, found);
   check_number_of_networks(config, found);
   if (config.clock == ClockKind::kManual && logs_to_standard_output(config))
-    found.push_back(
-        about_option(config.pcap == kStandardOutput ? "--pcap -" : "--log -",
-                     "standard output has the responses of --clock manual; name a file"));
+    found.push_back(about_option(config.pcap == kStandardOutput ? "--pcap -" : "--log -",
+                                 "standard output has the responses of --clock manual; name a file"));
   check_parameter_files(config, found);
   check_belongings(config, found);
   check_wires(config, found);

@@ -46,8 +46,8 @@ struct ModuleConfig {
   bool enabled = true;                    ///< false: nodes and bus alone; no Modbus server then
   std::uint16_t scanner_out_first = 500;  ///< register; 70 of them
   std::uint16_t scanner_in_first = 600;   ///< register; 68 of them
-  std::uint8_t channels = 16;             ///< 1..16, channel n's blocks are 200 * (n - 1) registers further on
-  std::uint16_t plc_timeout_ms = 0;       ///< 0..65535, silence of the PLC that is too long; 0 = none is
+  std::uint8_t channels = 16;        ///< 1..16, channel n's blocks are 200 * (n - 1) registers further on
+  std::uint16_t plc_timeout_ms = 0;  ///< 0..65535, silence of the PLC that is too long; 0 = none is
   PlcLostState plc_lost_state = PlcLostState::kPreOperational;
   bool operator==(const ModuleConfig&) const = default;
 };
@@ -92,12 +92,13 @@ struct FaultConfig {
 
 /// A CAN bus.
 struct CanConfig {
-  std::string interface_name;  ///< of SocketCAN: "vcan0"; empty = a bus inside the program
-  std::uint32_t bit_rate =
-      0;              ///< of a bus inside the program, in bit/s: 10000..1000000, 0 = as fast as possible
-  std::string slcan;  ///< where SLCAN adapters are served: HOST:PORT or unix:PATH; empty = nowhere
+  std::string
+      outside;  ///< "socketcan:vcan0" and the like, see can_spec.hpp; empty = a bus inside the program
+  std::uint32_t bit_rate = 0;  ///< of that, in bit/s: 10000..1000000, 0 = as fast as possible
+  std::string slcan;           ///< where SLCAN adapters are served: a text::StreamAddress; empty = nowhere
   std::vector<FaultConfig> faults;
-  std::string replay{};  ///< file: what somebody else on the bus sends, as of `candump -L`; empty = none
+  std::string replay{};      ///< file: what somebody else on the bus sends, as of `candump -L`; empty = none
+  std::string socketcand{};  ///< where clients of socketcand are served, likewise
   bool operator==(const CanConfig&) const = default;
 };
 
@@ -188,8 +189,8 @@ struct Config {
   ClockKind clock = ClockKind::kReal;
   std::uint32_t seed = 1;  ///< all that is random, noise and the probability of faults, follows from it
   std::string control;     ///< where commands at run time are served: HOST:PORT or unix:PATH; empty = nowhere
-  bool summary = false;         ///< at the end, on standard error
-  bool verbose = false;         ///< transactions and states on standard error, and the summary
+  bool summary = false;    ///< at the end, on standard error
+  bool verbose = false;    ///< transactions and states on standard error, and the summary
   bool verbose_frames = false;  ///< likewise, and frames
   std::string pcap;             ///< file: Modbus and CAN as pcapng; empty = none
   std::uint32_t pcap_mb = 0;    ///< size at which it becomes FILE.1 and a new one begins; 0 = never
@@ -204,7 +205,7 @@ struct Config {
 inline constexpr std::string_view kStandardOutput = "-";
 bool logs_to_standard_output(const Config& config);
 
-/// "virtual" or "socketcan:vcan0"
+/// "virtual", or what is outside
 std::string can_spec(const CanConfig& can);
 
 /// "network 2: ", to stand in front of a message; nothing for network 1, which needs no saying

@@ -27,9 +27,9 @@ Usage:  cbcan-sim --demo [OPTION...]
 
 A Modbus TCP client writes the PLC registers R3700..R3769; cbcan-sim does the
 SDO or NMT service that they ask for on a CAN bus and writes the response back.
-The bus is a virtual one inside the program or a SocketCAN interface, and the
-nodes of the plant are simulated on it. When it serves, cbcan-sim prints one
-line, "ready modbus=HOST:PORT can=SPEC", and runs until
+The bus is a virtual one inside the program, a SocketCAN interface, an adapter
+or a remote bus, and the nodes of the plant are simulated on it. When it serves,
+cbcan-sim prints one line, "ready modbus=HOST:PORT can=SPEC", and runs until
 SIGINT, SIGTERM or SIGHUP.
 
 With a COMMAND the plant serves at free ports, runs as long as the command, and

@@ -263,10 +263,11 @@ class Reader {
     const bool is_path =
         row.form == text::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
     if (is_path) return based_here(*path);
-    const bool is_socket = row.form == text::Form::kAddress && path->starts_with(text::kUnix) &&
-                           path->size() > text::kUnix.size();
-    if (!is_socket) return value;
-    return std::string(text::kUnix) + based_here(path->substr(text::kUnix.size()));
+    if (row.form != text::Form::kAddress) return value;
+    for (const std::string_view kind : {text::kUnix, text::kTerminal})
+      if (path->starts_with(kind) && path->size() > kind.size())
+        return std::string(kind) + based_here(path->substr(kind.size()));
+    return value;
   }
 
   std::string based_here(std::string_view path) const { return path_in(file_name_, path); }

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <array>
 
+#include "plant/can_spec.hpp"
 #include "text/address.hpp"
 #include "text/error.hpp"
-#include "text/suggestion.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -33,43 +33,16 @@ Problem check_bit_rate(const Value& value) {
 }
 
 constexpr std::string_view kVirtual = "virtual";
-constexpr std::string_view kSocketCan = "socketcan";
-constexpr std::array<std::string_view, 2> kKinds{kVirtual, kSocketCan};
-
-/// Linux: IFNAMSIZ is 16 with the terminating zero.
-constexpr std::size_t kLongestInterfaceName = 15;
-
-bool looks_like_interface(std::string_view text) {
-  return text.starts_with("can") || text.starts_with("vcan") || text.starts_with("slcan");
-}
-
-/// `spec` is `kind`, with ":" and an interface behind it or not.
-Problem unknown_kind(std::string_view spec, std::string_view kind) {
-  if (kind == "slcan" && spec != kind)
-    return "no such bus; slcand makes a CAN interface of a serial adapter: write socketcan:slcan0 then";
-  const std::string_view meant = text::nearest(kind, kKinds);
-  const std::string_view tail = spec == kind ? ":vcan0" : spec.substr(kind.size());
-  if (meant == kSocketCan) return fmt::format("no such bus; did you mean socketcan{}?", tail);
-  if (meant == kVirtual) return "no such bus; did you mean virtual?";
-  if (looks_like_interface(spec)) return fmt::format("no such bus; did you mean socketcan:{}?", spec);
-  return "no such bus; write virtual or socketcan:vcan0";
-}
-
-Problem bad_interface(std::string_view name) {
-  if (name.empty()) return "the interface is missing; write socketcan:vcan0";
-  if (name.size() > kLongestInterfaceName) return "interface names have at most 15 characters";
-  if (name.find_first_of(" \t/:") != std::string_view::npos) {
-    return "interface names have no blank, slash or colon; write socketcan:vcan0";
-  }
-  return {};
-}
 
 Problem check_can_spec(const Value& value) {
   const std::string_view spec = std::get<std::string>(value);
-  const auto sides = text::split(spec, ':');
-  const std::string_view kind = sides ? sides->first : spec;
-  if (kind == kVirtual) return sides ? "the virtual bus has no interface; write virtual" : "";
-  return kind == kSocketCan ? bad_interface(sides ? sides->second : "") : unknown_kind(spec, kind);
+  if (spec == kVirtual) return {};
+  try {
+    parse_can_spec(spec);
+    return {};
+  } catch (const text::UsageError& error) {
+    return error.what();
+  }
 }
 
 Problem check_http_address(const Value& value) {
@@ -93,8 +66,8 @@ Problem check_plc_address(const Value& value) {
 // ---- What is stored in another way
 
 void store_can_spec(const Row& /*row*/, NetworkConfig& network, const Value& value) {
-  const auto sides = text::split(std::get<std::string>(value), ':');
-  network.can.interface_name = sides ? sides->second : "";
+  const auto& spec = std::get<std::string>(value);
+  network.can.outside = spec == kVirtual ? "" : spec;
 }
 Value load_can_spec(const Row& /*row*/, const NetworkConfig& network) {
   return can_spec(network.can);
@@ -158,7 +131,7 @@ constexpr std::array kPlant{
     rtu<&RtuConfig::listen>({
         .key = "rtu.listen", .option = "--rtu-tcp ADDRESS", .help = "Where the same frames are served over TCP, as serial device servers hand them on",
         .more = "With port 0 the `ready` line tells the one that was found, as `rtu_tcp=HOST:PORT`.",
-        .form = Form::kAddress, .domain = "HOST:PORT or unix:PATH"}),
+        .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     plant<&Config::clock>({
         .key = "time.clock", .option = "--clock CLOCK",
         .help = "How time passes; manual: it stands still but for lines such as \"pass 100ms\" (us, ms, s) on standard "
@@ -172,7 +145,7 @@ constexpr std::array kPlant{
         .more = "They are lines of text that read and change the plant while it runs, see [control.md](control.md). With port 0 "
                 "the `ready` line tells the one that was found, as `control=HOST:PORT`. Anybody who reaches the address can "
                 "give commands.",
-        .form = Form::kAddress, .domain = "HOST:PORT or unix:PATH"}),
+        .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     plant<&Config::record>({
         .key = "log.record", .option = "--record FILE",
         .help = "The session as a scenario: what is written to registers, commands, and what comes of transactions",
@@ -275,20 +248,30 @@ constexpr std::array kNetwork{
     plc_line<&LineConfig::parity>({
         .key = "plc.parity", .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
     Setting<NetworkConfig>{{
-        .key = "can.spec", .option = "--can SPEC", .help = "A bus inside the program, or a SocketCAN interface",
-        .more = "`socketcan:vcan0` is the Linux interface `vcan0`; the nodes of the file are simulated on it, next to the real "
-                "ones.",
-        .form = Form::kText, .domain = "virtual or socketcan:IFNAME", .check = check_can_spec},
+        .key = "can.spec", .option = "--can SPEC",
+        .help = "A bus inside the program, or one outside: a SocketCAN interface, an adapter (SLCAN), a remote bus",
+        .more = "`socketcan:vcan0` is the Linux interface `vcan0`, `slcan:/dev/ttyACM0@500000` an adapter on a serial port, "
+                "`slcan:HOST:PORT` one behind TCP, `socketcand:HOST:PORT/can0` a bus of a socketcand, "
+                "`udp:239.74.163.2:43113` python-can's udp_multicast; the nodes of the file are simulated on it, next to the "
+                "real ones.",
+        .form = Form::kText,
+        .domain = "virtual, socketcan:IFNAME, slcan:DEV[@BITRATE], slcan:HOST:PORT, socketcand:HOST:PORT/BUS or udp:GROUP:PORT",
+        .check = check_can_spec},
         store_can_spec, load_can_spec},
     can<&CanConfig::bit_rate>({
         .key = "can.bit_rate", .option = "--bit-rate N", .help = "The pace of the virtual bus",
-        .more = "A SocketCAN interface has the rate that it was set up with.", .high = 1'000'000,
+        .more = "Another bus has the rate that it was set up with.", .high = 1'000'000,
         .domain = "10000..1000000 bit/s, or 0 = as fast as possible", .check = check_bit_rate}),
     can<&CanConfig::slcan>({
         .key = "can.slcan", .option = "--slcan ADDRESS",
         .help = "Where CAN adapters (LAWICEL, SLCAN) on the bus are served, one for each connection",
         .more = "With port 0 the `ready` line tells the one that was found, as `slcan=HOST:PORT`.",
-        .form = Form::kAddress, .domain = "HOST:PORT or unix:PATH"}),
+        .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
+    can<&CanConfig::socketcand>({
+        .key = "can.socketcand", .option = "--socketcand ADDRESS",
+        .help = "Where the bus is served by the protocol of socketcand",
+        .more = "The `ready` line tells it as `socketcand=HOST:PORT`.",
+        .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     can<&CanConfig::replay>({
         .key = "can.replay", .option = "--replay FILE",
         .help = "What somebody else on the bus sends, a log in the format of candump -L; its first frame comes at the start",

@@ -21,23 +21,11 @@ bool is_hex(std::string_view text) {
 
 }  // namespace
 
-SlcanAdapter::SlcanAdapter(Bus& bus, OnQueued on_queued, std::size_t most_unsent)
-    : port_(bus.attach(*this)), on_queued_(std::move(on_queued)), most_unsent_(most_unsent) {}
-
 void SlcanAdapter::reset() {
-  if (is_open()) close();
+  Adapter::reset();
+  channel_ = Channel::kClosed;
   reader_ = {};
-  unsent_.clear();
-  sent_ = 0;
   time_stamps_ = false;
-}
-
-/// What is sent is taken out when it is half of all: the rest is moved seldom.
-void SlcanAdapter::sent(std::size_t count) {
-  sent_ += count;
-  if (2 * sent_ < unsent_.size()) return;
-  unsent_.erase(0, sent_);
-  sent_ = 0;
 }
 
 void SlcanAdapter::receive(std::string_view characters) {
@@ -133,8 +121,7 @@ void SlcanAdapter::on_frame(const Frame& frame, Time now) {
   std::array<char, slcan::kMaxLine> line;
   std::size_t length = slcan::encode(frame, line);
   if (length == 0) return;
-  if (unsent().size() + line.size() > most_unsent_) {
-    ++counters_.lost;
+  if (!has_room(line.size())) {
     flags_ |= slcan::status::kReceiveFull | slcan::status::kDataOverrun;
     return;
   }

@@ -32,6 +32,8 @@ class World {
       : bus_(bit_rate), faults_(bus_, schedule_, seed, listener) {}
 
   Bus& bus() { return bus_; }
+  /// For those who are on the bus besides, and have a sense of time.
+  Schedule& schedule() { return schedule_; }
   FaultSet& faults() { return faults_.set(); }
 
   /// Both live with the world and are off until start(). `window` is memory of the caller's; `scanners` are

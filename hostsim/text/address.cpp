@@ -56,15 +56,20 @@ std::string to_string(const ListenAddress& address) {
 }
 
 StreamAddress parse_stream_address(std::string_view text) {
-  if (!text.starts_with(kUnix)) return {"", parse_listen_address(text, 0)};
+  if (text.starts_with(kTerminal)) {
+    if (text.size() == kTerminal.size()) refuse(text, "the path is missing; write pty:/tmp/can");
+    return {std::string(text.substr(kTerminal.size())), {}, true};
+  }
+  if (!text.starts_with(kUnix)) return {.path = "", .tcp = parse_listen_address(text, 0)};
   const std::string_view path = text.substr(kUnix.size());
   if (path.empty() || path.size() > kLongestPath)
     refuse(text, fmt::format("the path of a socket has 1..{} characters", kLongestPath));
-  return {std::string(path), {}};
+  return {.path = std::string(path), .tcp = {}};
 }
 
 std::string to_string(const StreamAddress& address) {
-  return address.path.empty() ? to_string(address.tcp) : std::string(kUnix) + address.path;
+  if (address.path.empty()) return to_string(address.tcp);
+  return std::string(address.is_terminal ? kTerminal : kUnix) + address.path;
 }
 
 }  // namespace cbcan::text

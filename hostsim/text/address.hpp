@@ -22,18 +22,21 @@ ListenAddress parse_listen_address(std::string_view text, std::uint16_t default_
 /// As parse_listen_address() reads it, with an IPv6 address in brackets.
 std::string to_string(const ListenAddress& address);
 
-/// Where a server of byte streams listens: TCP, or a socket in the file system.
+/// Where a server of byte streams listens: TCP, a socket in the file system, or a pseudo-terminal with a link
+/// to it there.
 struct StreamAddress {
-  std::string path;   ///< of a Unix socket; empty = TCP
+  std::string path;   ///< of a Unix socket or a link; empty = TCP
   ListenAddress tcp;  ///< of no meaning with a path
+  bool is_terminal = false;
 
   friend bool operator==(const StreamAddress&, const StreamAddress&) = default;
 };
 
-/// What stands in front of the path of a Unix socket.
+/// What stands in front of the path of a Unix socket, and of a pseudo-terminal's.
 inline constexpr std::string_view kUnix = "unix:";
+inline constexpr std::string_view kTerminal = "pty:";
 
-/// Reads `unix:PATH`, else as parse_listen_address() with port 0 for none. Throws UsageError.
+/// Reads `unix:PATH` and `pty:PATH`, else as parse_listen_address() with port 0 for none. Throws UsageError.
 StreamAddress parse_stream_address(std::string_view text);
 
 /// As parse_stream_address() reads it.

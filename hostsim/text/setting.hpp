@@ -21,7 +21,8 @@ namespace cbcan::text {
 /// What is wrong with a value, to be put behind its name: "must be 1..127". Empty = nothing.
 using Problem = std::string;
 
-/// kPath is a text that a file gives relative to itself, and so is what follows `unix:` in a kAddress.
+/// kPath is a text that a file gives relative to itself, and so is what follows `unix:` or `pty:` in a
+/// kAddress.
 /// kAny is whatever the thing needs. kOfMember: as the member's type says.
 enum class Form : std::uint8_t {
   kOfMember,

@@ -27,7 +27,7 @@ MAY_KNOW = {
     "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
     "hostsim/journal": {"hostsim/sim", "hostsim/eds", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/io": {"hostsim/client", "hostsim/journal", "hostsim/eds", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/io": {"firmware/boards", "hostsim/client", "hostsim/journal", "hostsim/eds", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/scenario": {"hostsim/journal", "hostsim/plant", "hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/include": set(),
     "hostsim/library": {"hostsim/include", "hostsim/scenario", "hostsim/journal", "hostsim/plant", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every mistake in a plant file and what the user is told about it.
+#include <fmt/core.h>
+
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
@@ -47,8 +49,9 @@ TEST_CASE("a key in the wrong table is shown the right one") {
 }
 
 TEST_CASE("an unknown key that is like nothing gets the list") {
-  CHECK(errors_in("[can]\nfoo = 1\n") ==
-        Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, replay, faults"});
+  CHECK(
+      errors_in("[can]\nfoo = 1\n") ==
+      Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, socketcand, replay, faults"});
   CHECK(errors_in("[pump]\n") ==
         Lines{"plant.toml:1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, "
               "random, control, http, node, wire, network"});
@@ -170,30 +173,46 @@ TEST_CASE("bus specifications") {
     return errors.empty() ? "" : errors.at(0);
   };
   const std::string missing = ": the interface is missing; write socketcan:vcan0";
-  CHECK(error_of("socketcan") == "plant.toml:2: can.spec \"socketcan\"" + missing);
-  CHECK(error_of("socketcan:") == "plant.toml:2: can.spec \"socketcan:\"" + missing);
-  CHECK(error_of("") == "plant.toml:2: can.spec \"\": must be virtual or socketcan:IFNAME");
-  CHECK(error_of("virtual:1") ==
-        "plant.toml:2: can.spec \"virtual:1\": the virtual bus has no interface; write virtual");
-  CHECK(error_of("vcan0") == "plant.toml:2: can.spec \"vcan0\": no such bus; did you mean socketcan:vcan0?");
-  CHECK(
-      error_of("slcan:/dev/ttyACM0") ==
-      "plant.toml:2: can.spec \"slcan:/dev/ttyACM0\": no such bus; slcand makes a CAN interface of a serial "
-      "adapter: write socketcan:slcan0 then");
-  CHECK(error_of("vritual") == "plant.toml:2: can.spec \"vritual\": no such bus; did you mean virtual?");
-  CHECK(error_of("sockectan:can1") ==
-        "plant.toml:2: can.spec \"sockectan:can1\": no such bus; did you mean socketcan:can1?");
-  CHECK(error_of("socket") ==
-        "plant.toml:2: can.spec \"socket\": no such bus; did you mean socketcan:vcan0?");
-  CHECK(error_of("kvaser") ==
-        "plant.toml:2: can.spec \"kvaser\": no such bus; write virtual or socketcan:vcan0");
-  CHECK(error_of("socketcan:abcdefghijklmnop") ==
-        "plant.toml:2: can.spec \"socketcan:abcdefghijklmnop\": interface names have at most 15 characters");
-  CHECK(error_of("socketcan:can 0") ==
-        "plant.toml:2: can.spec \"socketcan:can 0\": interface names have no "
-        "blank, slash or colon; write socketcan:vcan0");
-  CHECK(error_of("socketcan:abcdefghijklmno").empty());
-  CHECK(error_of("virtual").empty());
+  const std::string no_address = ": the address is missing, or its port; write ";
+  const std::string rates = "10000, 20000, 50000, 100000, 125000, 250000, 500000, 800000 and 1000000";
+  const std::string no_bus =
+      ": the remote bus is missing, has a blank or more than 16 characters; write "
+      "socketcand:127.0.0.1:29536/can0";
+  struct Row {
+    const char* spec;
+    std::string error;  ///< behind the key and the text
+  };
+  const std::vector<Row> rows{
+      {"socketcan", missing},
+      {"socketcan:", missing},
+      {"virtual:1", ": the virtual bus has no interface; write virtual"},
+      {"vcan0", ": no such bus; did you mean socketcan:vcan0?"},
+      {"vritual", ": no such bus; did you mean virtual?"},
+      {"sockectan:can1", ": no such bus; did you mean socketcan:can1?"},
+      {"slcna", ": no such bus; did you mean slcan:/dev/ttyACM0?"},
+      {"kvaser", ": no such bus; write virtual or socketcan:vcan0"},
+      {"socketcan:abcdefghijklmnop", ": interface names have at most 15 characters"},
+      {"socketcan:can 0", ": interface names have no blank, slash or colon; write socketcan:vcan0"},
+      {"slcan", no_address + "slcan:/dev/ttyACM0 or slcan:HOST:PORT"},
+      {"slcan:host", no_address + "slcan:/dev/ttyACM0 or slcan:HOST:PORT"},
+      {"slcan:/dev/ttyACM0@500", ": \"500\" is no bit rate of an adapter; those are " + rates},
+      {"slcan:/dev/ttyACM0@x", ": \"x\" is no bit rate of an adapter; those are " + rates},
+      {"socketcand:host:1", no_bus},
+      {"socketcand:host:1/a b", no_bus},
+      {"socketcand:host/can0", no_address + "socketcand:127.0.0.1:29536/can0"},
+      {"udp:239.74.163.2", no_address + "udp:239.74.163.2:43113"},
+      {"socketcan:abcdefghijklmno", ""},
+      {"virtual", ""},
+      {"slcan:/dev/ttyACM0", ""},
+      {"slcan:/dev/ttyACM0@125000", ""},
+      {"slcan:host:1@1000000", ""},
+      {"socketcand:host:1/can0", ""},
+      {"udp:239.74.163.2:43113", ""},
+  };
+  for (const Row& row : rows) {
+    const std::string text = fmt::format("plant.toml:2: can.spec \"{}\"{}", row.spec, row.error);
+    CHECK(error_of(row.spec) == (row.error.empty() ? "" : text));
+  }
 }
 
 TEST_CASE("a file with more than 100 mistakes is not looked at any further") {

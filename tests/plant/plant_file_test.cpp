@@ -18,7 +18,7 @@ TEST_CASE("an empty plant file is all defaults") {
   CHECK(plant.config.networks.at(0).module.guarding_timeout_ms == 100);
   CHECK(plant.config.modbus.host == "127.0.0.1");
   CHECK(plant.config.modbus.port == 1502);
-  CHECK(plant.config.networks.at(0).can.interface_name.empty());
+  CHECK(plant.config.networks.at(0).can.outside.empty());
   CHECK(plant.config.networks.at(0).can.bit_rate == 0);
   CHECK(plant.config.networks.at(0).log.empty());
   CHECK_FALSE(plant.config.verbose);
@@ -45,7 +45,7 @@ verbose = true
   REQUIRE(plant.errors == Lines{});
   CHECK(plant.config.networks.at(0).module == ModuleConfig{126, 0, 3000, 50, 3800, true});
   CHECK(plant.config.modbus == ListenAddress{"::1", 0});
-  CHECK(plant.config.networks.at(0).can == CanConfig{"can0", 125000, "", {}});
+  CHECK(plant.config.networks.at(0).can == CanConfig{"socketcan:can0", 125000, "", {}});
   CHECK(plant.config.networks.at(0).log == "bus.log");
   CHECK(plant.config.verbose == true);
 }

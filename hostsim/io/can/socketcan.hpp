@@ -12,14 +12,12 @@
 #include <string>
 
 #include "cbcan/time.hpp"
-#include "io/errors.hpp"
+#include "io/can/outside_bus.hpp"
 #include "io/loop/descriptor.hpp"
-#include "io/loop/reactor.hpp"
-#include "sim/bus.hpp"
 
 namespace cbcan::io {
 
-class SocketCan final : public sim::Outside {
+class SocketCan final : public OutsideBus {
  public:
   /// After this long a frame for which the interface had no room is tried again: ten short frames at 1
   /// Mbit/s.
@@ -31,19 +29,15 @@ class SocketCan final : public sim::Outside {
   /// is no such interface or no CAN in the kernel; one that is down gets a warning, and is used once it is
   /// up.
   SocketCan(Reactor& reactor, sim::Bus& bus, std::string interface, Warn warn);
-  ~SocketCan();
+  ~SocketCan() override;
   SocketCan(const SocketCan&) = delete;
   SocketCan& operator=(const SocketCan&) = delete;
 
   /// Called by the bus. False = no room now; next_deadline() says when to advance the bus again.
   bool transmit(const Frame& frame) override;
 
-  /// To be called before the bus is advanced: tells the bus what transmit() has found out about the
-  /// interface.
-  void poll(Time now);
-
-  /// When poll() and then the bus's advance() have something to do; kNever = only after the next frame.
-  Time next_deadline() const;
+  void poll(Time now) override;
+  Time next_deadline() const override;
 
   struct Counters {
     std::uint64_t sent = 0;

@@ -1,37 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "io/modbus/plc_client.hpp"
 
-#include <netdb.h>
-#include <sys/socket.h>
-
-#include <array>
 #include <utility>
 
 #include "client/tcp_connection.hpp"
+#include "io/sockets/listen_address.hpp"
 
 namespace cbcan::io {
 
 namespace {
-
-/// The first of its addresses, IPv4 before IPv6, as a number.
-std::string looked_up(const text::ListenAddress& address) {
-  addrinfo wanted{};
-  wanted.ai_socktype = SOCK_STREAM;
-  wanted.ai_family = AF_INET;
-  addrinfo* found = nullptr;
-  int error = getaddrinfo(address.host.c_str(), nullptr, &wanted, &found);
-  wanted.ai_family = AF_UNSPEC;
-  if (error != 0) error = getaddrinfo(address.host.c_str(), nullptr, &wanted, &found);
-  std::array<char, NI_MAXHOST> number{};
-  if (error == 0) {
-    error = getnameinfo(found->ai_addr, found->ai_addrlen, number.data(), number.size(), nullptr, 0,
-                        NI_NUMERICHOST);
-    freeaddrinfo(found);
-  }
-  if (error == 0) return number.data();
-  throw EnvironmentError("plc " + to_string(address) + ": " + gai_strerror(error) +
-                         "; write the PLC's IP address");
-}
 
 client::Time client_time(Time now) {
   return static_cast<client::Time>(now);
@@ -48,7 +25,8 @@ std::string range_text(const client::Request& request) {
 }  // namespace
 
 std::unique_ptr<client::Connection> plc_over_tcp(const text::ListenAddress& address) {
-  return std::make_unique<client::TcpConnection>(looked_up(address), address.port, kPlcTiming);
+  return std::make_unique<client::TcpConnection>(
+      address_of(looked_up("plc " + to_string(address) + ": ", address)).host, address.port, kPlcTiming);
 }
 
 PlcClient::PlcClient(Reactor& reactor, ModbusUnit& module, std::unique_ptr<client::Connection> connection,

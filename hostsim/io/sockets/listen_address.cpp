@@ -6,7 +6,9 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,31 +20,36 @@ namespace cbcan::io {
 
 namespace {
 
-constexpr int kMaxHostText = 256;
-
 struct AddressListDeleter {
   void operator()(addrinfo* list) const { freeaddrinfo(list); }
 };
 using AddressList = std::unique_ptr<addrinfo, AddressListDeleter>;
 
-AddressList look_up(const std::string& where, const ListenAddress& address) {
+/// All of them, IPv4 before IPv6.
+std::vector<SocketAddress> look_up(const std::string& where, const ListenAddress& address, int flags,
+                                   const char* way_out) {
   addrinfo hints{};
-  hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+  hints.ai_flags = flags | AI_NUMERICSERV;
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* list = nullptr;
   const int error = getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &list);
-  if (error == 0) return AddressList(list);
-  throw EnvironmentError(where + gai_strerror(error) +
-                         ": write an address of this machine, such as 127.0.0.1");
+  if (error != 0) throw EnvironmentError(where + gai_strerror(error) + way_out);
+  const AddressList owner(list);
+  std::vector<SocketAddress> found;
+  for (; list != nullptr; list = list->ai_next) {
+    SocketAddress& made = found.emplace_back();
+    made.size = list->ai_addrlen;
+    std::memcpy(&made.storage, list->ai_addr, list->ai_addrlen);
+  }
+  std::ranges::stable_partition(found, [](const auto& entry) { return entry.get()->sa_family == AF_INET; });
+  return found;
 }
 
-Descriptor try_listen(const addrinfo& address) {
-  Descriptor socket(
-      ::socket(address.ai_family, address.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, address.ai_protocol));
+Descriptor try_listen(const SocketAddress& address) {
+  Descriptor socket(::socket(address.get()->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const int on = 1;
   if (socket) setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  if (!socket || bind(socket.get(), address.ai_addr, address.ai_addrlen) != 0 ||
-      listen(socket.get(), SOMAXCONN) != 0)
+  if (!socket || bind(socket.get(), address.get(), address.size) != 0 || listen(socket.get(), SOMAXCONN) != 0)
     return {};
   return socket;
 }
@@ -63,20 +70,29 @@ std::string way_out(const ListenAddress& address, int error) {
 
 /// What `ask`, getsockname() or getpeername(), says of the socket.
 std::optional<ListenAddress> address_by(int (*ask)(int, sockaddr*, socklen_t*), int socket) {
-  sockaddr_storage storage{};
-  socklen_t size = sizeof storage;
-  auto* address = reinterpret_cast<sockaddr*>(&storage);
-  std::string host(kMaxHostText, '\0');
-  std::string port(NI_MAXSERV, '\0');
-  if (ask(socket, address, &size) != 0 || getnameinfo(address, size, host.data(), kMaxHostText, port.data(),
-                                                      NI_MAXSERV, NI_NUMERICHOST | NI_NUMERICSERV) != 0)
-    return std::nullopt;
-  host.resize(host.find('\0'));
-  port.resize(port.find('\0'));
-  return ListenAddress{host, text::parse<std::uint16_t>(port).value_or(0)};
+  SocketAddress address;
+  address.size = sizeof address.storage;
+  auto* const storage = reinterpret_cast<sockaddr*>(&address.storage);
+  return ask(socket, storage, &address.size) == 0 ? std::optional(address_of(address)) : std::nullopt;
 }
 
 }  // namespace
+
+SocketAddress looked_up(const std::string& where, const ListenAddress& address) {
+  return look_up(where, address, 0, "; write an IP address").front();
+}
+
+ListenAddress address_of(const SocketAddress& address) {
+  std::array<char, NI_MAXHOST> host{};
+  std::array<char, NI_MAXSERV> port{};
+  getnameinfo(address.get(), address.size, host.data(), host.size(), port.data(), port.size(),
+              NI_NUMERICHOST | NI_NUMERICSERV);
+  return {host.data(), text::parse<std::uint16_t>(port.data()).value_or(0)};
+}
+
+ListenAddress own_address(int socket) {
+  return address_by(getsockname, socket).value_or(ListenAddress());
+}
 
 std::string peer_of(int socket) {
   const auto peer = address_by(getpeername, socket);
@@ -85,19 +101,13 @@ std::string peer_of(int socket) {
 
 Listener listen_tcp(std::string_view service, const ListenAddress& address) {
   const std::string where = std::string(service) + " " + to_string(address) + ": ";
-  const AddressList list = look_up(where, address);
-  std::vector<const addrinfo*> candidates;
-  for (const addrinfo* entry = list.get(); entry != nullptr; entry = entry->ai_next)
-    candidates.push_back(entry);
-  std::stable_partition(candidates.begin(), candidates.end(),
-                        [](const addrinfo* entry) { return entry->ai_family == AF_INET; });
   int error = 0;
-  for (const addrinfo* entry : candidates) {
-    Descriptor socket = try_listen(*entry);
+  for (const SocketAddress& entry :
+       look_up(where, address, AI_PASSIVE, ": write an address of this machine, such as 127.0.0.1")) {
+    Descriptor socket = try_listen(entry);
     if (socket) {
-      auto bound = address_by(getsockname, socket.get());
-      if (!bound) throw EnvironmentError("listening socket: " + reason(errno));
-      return {std::move(socket), std::move(*bound)};
+      ListenAddress bound = own_address(socket.get());
+      return {std::move(socket), std::move(bound)};
     }
     if (error == 0) error = errno;
   }

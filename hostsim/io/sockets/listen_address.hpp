@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <sys/socket.h>
+
 #include <string>
 #include <string_view>
 
@@ -15,6 +17,23 @@ struct Listener {
   Descriptor socket;
   ListenAddress address;  ///< with the port that port 0 became
 };
+
+/// As the kernel has them.
+struct SocketAddress {
+  sockaddr_storage storage{};
+  socklen_t size = 0;
+  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage); }
+};
+
+/// The first of a host's addresses, IPv4 before IPv6, with the port. A name is looked up, which may block.
+/// Throws EnvironmentError, its text beginning with `where`.
+SocketAddress looked_up(const std::string& where, const ListenAddress& address);
+
+/// With the number of the host.
+ListenAddress address_of(const SocketAddress& address);
+
+/// Of a socket that has one; and of an unbound one nothing.
+ListenAddress own_address(int socket);
 
 /// Whoever is at the other end of a connected TCP socket, as "HOST:PORT"; empty where that cannot be told.
 std::string peer_of(int socket);

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <filesystem>
 #include <utility>
 
 #include "io/errors.hpp"
@@ -58,27 +59,31 @@ Descriptor listen_unix(const std::string& where, const std::string& path) {
   return socket;
 }
 
-/// {0, 0} where there is none.
-std::pair<dev_t, ino_t> identity_of(const std::string& path) {
+/// A link's number may be that of the next one made there: what it leads to tells them apart.
+OwnFile::Identity identity_of(const std::string& path) {
   struct stat file {};
-  return lstat(path.c_str(), &file) == 0 ? std::pair(file.st_dev, file.st_ino) : std::pair<dev_t, ino_t>();
+  std::error_code not_a_link;
+  if (lstat(path.c_str(), &file) != 0) return {};
+  return {file.st_dev, file.st_ino, std::filesystem::read_symlink(path, not_a_link)};
 }
 
 }  // namespace
 
+OwnFile::OwnFile(std::string path) : path_(std::move(path)), file_(identity_of(path_)) {}
+
+OwnFile::~OwnFile() {
+  if (!path_.empty() && identity_of(path_) == file_) unlink(path_.c_str());
+}
+
 StreamListener::StreamListener(std::string_view service, const StreamAddress& address) : address_(address) {
   if (!address.path.empty()) {
     socket_ = listen_unix(std::string(service) + " " + to_string(address) + ": ", address.path);
-    file_ = identity_of(address.path);
+    file_ = OwnFile(address.path);
   } else {
     Listener listener = listen_tcp(service, address.tcp);
     socket_ = std::move(listener.socket);
     address_.tcp = std::move(listener.address);
   }
-}
-
-StreamListener::~StreamListener() {
-  if (!address_.path.empty() && identity_of(address_.path) == file_) unlink(address_.path.c_str());
 }
 
 }  // namespace cbcan::io

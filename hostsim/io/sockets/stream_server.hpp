@@ -2,12 +2,14 @@
 #pragma once
 
 /// A server of byte streams: each connection has a session that makes bytes out of bytes. Nothing blocks; a
-/// client that asks and does not read the responses is not read from either.
+/// client that asks and does not read the responses is not read from either. A pseudo-terminal is one
+/// connection, which has a new session each time that its last client has closed it.
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <unordered_map>
 
@@ -29,6 +31,10 @@ class StreamSession {
   virtual bool wants_more() const { return true; }
   /// What is to go to the client; unchanged until sent() or receive() is called, or time passes.
   virtual std::string_view unsent() const = 0;
+  /// How many of those are to leave in one piece, by themselves.
+  virtual std::size_t segment() const { return unsent().size(); }
+  /// The connection is to be closed once all has gone.
+  virtual bool has_ended() const { return false; }
   /// The first `count` bytes of unsent() have gone.
   virtual void sent(std::size_t count) = 0;
 };
@@ -49,7 +55,7 @@ class StreamServer {
   StreamServer& operator=(const StreamServer&) = delete;
 
   /// Where it listens, with the real port.
-  const StreamAddress& address() const { return acceptor_.listener().address(); }
+  const StreamAddress& address() const { return acceptor_ ? acceptor_->listener().address() : address_; }
 
   /// Sends what sessions have to say; to be called once per turn, before waiting.
   void flush();
@@ -62,6 +68,7 @@ class StreamServer {
   struct Connection;
 
   void adopt(Descriptor socket);
+  void serve_terminal(std::string_view service);
   void close(Connection& client);
   std::size_t read_bytes() const;
   bool receive(Connection& client);
@@ -72,7 +79,9 @@ class StreamServer {
   MakeSession make_;
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::uint64_t accepted_ = 0;
-  Acceptor acceptor_;
+  StreamAddress address_;  ///< of a terminal
+  OwnFile link_;
+  std::optional<Acceptor> acceptor_;
 };
 
 }  // namespace cbcan::io

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/can/slcan_server.hpp"
+#include "io/can/adapter_server.hpp"
 
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -9,6 +9,7 @@
 
 #include <cerrno>
 
+#include "sim/slcan_adapter.hpp"
 #include "stream_client.hpp"
 #include "support/catch.hpp"
 #include "turns.hpp"
@@ -19,13 +20,14 @@ namespace {
 struct Server {
   explicit Server(std::string_view address = "127.0.0.1:0")
       : slcan(
-            reactor, bus, text::parse_stream_address(address), sim::SlcanAdapter::kMostUnsent,
-            [this] { bus.advance(0); }, [this](const std::string& line) { warnings.push_back(line); }) {}
+            reactor, "slcan", text::parse_stream_address(address),
+            [this] { return std::make_unique<sim::SlcanAdapter>(bus, [this] { bus.advance(0); }); },
+            [this](const std::string& line) { warnings.push_back(line); }) {}
 
   Reactor reactor;
   sim::Bus bus;
   std::vector<std::string> warnings;
-  SlcanServer slcan;
+  AdapterServer slcan;
 
   const StreamAddress& address() const { return slcan.address(); }
   std::size_t turn() {

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "io/can/stream_bus.hpp"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <cerrno>
+#include <utility>
+
+#include "io/serial/serial_port.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+/// Without an acknowledgement for so long a connection has ended.
+constexpr unsigned kPatienceMs = 5000;
+/// Of USB adapters it has no meaning; python-can has the same.
+constexpr std::uint32_t kBaud = 115'200;
+constexpr std::size_t kBytesPerTurn = 4096;
+
+Descriptor begin_connection(const SocketAddress& remote) {
+  Descriptor port(socket(remote.get()->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  const int on = 1;
+  setsockopt(port.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  setsockopt(port.get(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kPatienceMs, sizeof kPatienceMs);
+  if (port && connect(port.get(), remote.get(), remote.size) != 0 && errno != EINPROGRESS) port.reset();
+  return port;
+}
+
+int error_of(int socket) {
+  int error = 0;
+  socklen_t size = sizeof error;
+  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
+  return error;
+}
+
+}  // namespace
+
+StreamBus::StreamBus(Reactor& reactor, sim::Bus& bus, const std::string& spec, std::string device,
+                     const text::ListenAddress& remote, std::unique_ptr<Dialect> dialect, Warn warn)
+    : RemoteBus(reactor, bus, spec, std::move(warn)),
+      device_(std::move(device)),
+      dialect_(std::move(dialect)) {
+  if (device_.empty()) remote_ = looked_up(where_, remote);
+  attempt();
+}
+
+void StreamBus::open() try {
+  port_ = device_.empty() ? begin_connection(remote_) : open_serial("port", {device_, kBaud, 'N'});
+  if (!port_) return broken(reason(errno));
+  writing_ = true;
+  reactor_.watch(port_.get(), Reactor::kReadable | Reactor::kWritable,
+                 [this](std::uint32_t ready) { on_ready(ready); });
+} catch (const EnvironmentError& error) {
+  broken(error.what());
+}
+
+void StreamBus::close() {
+  reactor_.forget(port_.get());
+  port_.reset();
+  connected_ = was_open_ = false;
+  unsent_.clear();
+}
+
+void StreamBus::connected() {
+  connected_ = true;
+  dialect_->begin(reactor_.time());
+}
+
+void StreamBus::on_ready(std::uint32_t ready) {
+  const int error = connected_ || !device_.empty() ? 0 : error_of(port_.get());
+  if (error != 0) return broken(reason(error));
+  if (!connected_) connected();
+  if ((ready & ~Reactor::kWritable) != 0) receive();
+  if (dialect_->is_open() && !std::exchange(was_open_, true)) opened();
+  flush();
+}
+
+void StreamBus::receive() {
+  std::array<char, kBytesPerTurn> characters;
+  const ssize_t count = ::read(port_.get(), characters.data(), characters.size());
+  if (count == 0) return broken("the connection has ended");
+  if (count < 0) return errno == EAGAIN || errno == EINTR ? void() : broken(reason(errno));
+  Frame frame;
+  for (const char c : std::string_view(characters.data(), static_cast<std::size_t>(count)))
+    if (dialect_->hear(c, frame)) take(frame);
+  if (!dialect_->problem().empty()) broken(std::string(dialect_->problem()));
+}
+
+bool StreamBus::send(const Frame& frame) {
+  if (!unsent_.empty() || !dialect_->try_send(frame)) return false;
+  flush();
+  ++counters_.sent;
+  return true;
+}
+
+Time StreamBus::keep(Time now) {
+  if (!connected_) return kNever;
+  const Time next = dialect_->poll(now);
+  if (!dialect_->problem().empty()) broken(std::string(dialect_->problem()));
+  flush();
+  return next;
+}
+
+/// Whole frames wait in the dialect as long as there is something here.
+void StreamBus::flush() {
+  if (unsent_.empty()) dialect_->say(unsent_);
+  if (!unsent_.empty()) {
+    const ssize_t count = device_.empty() ? ::send(port_.get(), unsent_.data(), unsent_.size(), MSG_NOSIGNAL)
+                                          : ::write(port_.get(), unsent_.data(), unsent_.size());
+    if (count < 0 && errno != EAGAIN && errno != EINTR) return broken(reason(errno));
+    if (count > 0) unsent_.erase(0, static_cast<std::size_t>(count));
+  }
+  const bool writing = !unsent_.empty();
+  if (writing != std::exchange(writing_, writing))
+    reactor_.change(port_.get(), Reactor::kReadable | (writing ? Reactor::kWritable : 0));
+  if (!writing) has_room();
+}
+
+}  // namespace cbcan::io

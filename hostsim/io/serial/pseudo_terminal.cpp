@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "io/serial/pseudo_terminal.hpp"
+
+#include <fcntl.h>
+#include <limits.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <termios.h>
+
+#include <array>
+#include <cerrno>
+#include <string>
+
+#include "io/errors.hpp"
+
+namespace cbcan::io {
+
+namespace {
+
+constexpr std::string_view kTerminals = "/dev/pts/";
+
+/// The path of the other side; empty where there can be none.
+std::string prepare(int port) {
+  termios line{};
+  std::array<char, PATH_MAX> other;
+  if (grantpt(port) != 0 || unlockpt(port) != 0 || tcgetattr(port, &line) != 0) return {};
+  cfmakeraw(&line);
+  const bool good = tcsetattr(port, TCSANOW, &line) == 0 && fcntl(port, F_SETFL, O_NONBLOCK) == 0 &&
+                    ptsname_r(port, other.data(), other.size()) == 0;
+  return good ? other.data() : "";
+}
+
+/// A link to a pseudo-terminal that is no more, or has become this one.
+bool is_abandoned(const std::string& path, const std::string& own) {
+  std::array<char, PATH_MAX> target{};
+  if (readlink(path.c_str(), target.data(), target.size() - 1) <= 0) return false;
+  struct stat file {};
+  return target.data() == own ||
+         (std::string_view(target.data()).starts_with(kTerminals) && stat(target.data(), &file) != 0);
+}
+
+}  // namespace
+
+PseudoTerminal::PseudoTerminal(std::string_view service, const StreamAddress& address)
+    : port(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
+  const std::string where = std::string(service) + " " + to_string(address) + ": ";
+  const std::string& path = address.path;
+  const std::string other = port ? prepare(port.get()) : "";
+  if (other.empty()) throw EnvironmentError(where + "no pseudo-terminal: " + reason(errno));
+  bool made = symlink(other.c_str(), path.c_str()) == 0;
+  if (!made && errno == EEXIST) {
+    if (!is_abandoned(path, other))
+      throw EnvironmentError(where +
+                             "in use: another program serves there, or it is a file; write another path");
+    unlink(path.c_str());
+    made = symlink(other.c_str(), path.c_str()) == 0;
+  }
+  if (!made) throw EnvironmentError(where + reason(errno) + "; write a path in a folder that can be written");
+  link = OwnFile(path);
+}
+
+}  // namespace cbcan::io
