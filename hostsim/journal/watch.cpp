@@ -229,6 +229,17 @@ void NetworkWatch::note_state(std::uint8_t node, std::uint8_t state, Time now) {
   journal_.add(changed);
 }
 
+void NetworkWatch::on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
+                                std::int32_t after, Time now) {
+  Event moved = event(Kind::kTerminals, now);
+  moved.node = node;
+  moved.index = index;
+  moved.sub = sub;
+  moved.state = static_cast<std::uint8_t>(before ^ after);
+  moved.code = static_cast<std::uint32_t>(after);
+  journal_.add(moved);
+}
+
 void NetworkWatch::on_fault(std::string_view text, Time now) {
   Event fault = event(Kind::kFault, now);
   fault.node = node_in(text);

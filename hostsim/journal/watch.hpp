@@ -55,6 +55,8 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void after(Time now) override;
   void on_fault(std::string_view text, Time now) override;
   void on_node_state(std::uint8_t node, std::uint8_t state, Time now) override;
+  void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
+                    std::int32_t after, Time now) override;
   /// Before the module hears of it.
   void on_modbus(const ModbusExchange& exchange, Time now);
 

@@ -134,6 +134,25 @@ TEST_CASE("NMT, node states, EMCY messages and a transaction taken back") {
   CHECK(lines[4] == "0.000000 #3 read node 99 1000h:00: cancelled, 0 ms");
 }
 
+TEST_CASE("what stands at terminals") {
+  const auto plant = scenario::test::demo();
+  Seen seen(*plant);
+  for (const char* command : {
+           "trigger write 0x42 0x6202 1 1 0x80",  // polarity
+           "trigger write 0x42 0x6200 1 1 5", "trigger write 0x42 0x6411 1 2 0xFFFB", "set 0x42 0x6000:1 3",
+           "set 0x42 0x6000:1 6", "set 0x42 0x6000:1 6", "set 0x42 0x6401:1 6",
+           "nmt stop 0x42",  // error values: off, and polarity
+       })
+    plant->execute(command);
+  Lines lines = seen.lines();
+  std::erase_if(lines, [](const std::string& line) { return line.find("put:") == std::string::npos; });
+  CHECK(lines == Lines{"0.000000 node 66 output:8 on", "0.000000 node 66 output:1 on, output:3 on",
+                       "0.000000 node 66 analogue-output:1 = -5", "0.000000 node 66 input:1 on, input:2 on",
+                       "0.000000 node 66 input:1 off, input:3 on",
+                       "0.000000 node 66 output:1 off, output:3 off",
+                       "0.000000 node 66 analogue-output:1 = 0"});
+}
+
 TEST_CASE("requests of the scanner window go by their numbers") {
   const auto plant = scenario::test::demo();
   Seen seen(*plant);

@@ -114,7 +114,7 @@ class Page(Http):
         _, examples = self.examples()
         with simulator.window() as window:
             window.execute(READ, 0x20, 0x3333, 0, 4)
-            self.control("incident 16 overtemperature on", "nmt start 16")
+            self.control("incident 16 overtemperature on", "nmt start 16", "set 0x42 0x6000:1 5")
         stream = self.stream("/api/events?since=0&watch=16:0x6064")
         missing = {example["kind"]: shape(example) for example in examples if example["kind"] != "missed"}
         while missing:
