@@ -88,8 +88,7 @@ EventFilter::EventFilter(const Query& query)
     const std::string_view name = text::take_part(rest, ',');
     const auto names = journal::kind_names();
     const auto kind = std::ranges::find(names, name);
-    if (kind == names.end())
-      scenario::refuse("kinds={}: must be {}", name, text::listed(names, " and "));
+    if (kind == names.end()) scenario::refuse("kinds={}: must be {}", name, text::listed(names, " and "));
     kinds_ |= 1U << (kind - names.begin());
   }
 }
@@ -130,6 +129,13 @@ Json event_json(std::uint64_t number, const Event& event, const journal::Journal
     case Kind::kState:
       json["node"] = event.node;
       json["state"] = journal::state_text(event.state);
+      break;
+    case Kind::kTerminals:
+      json["node"] = event.node;
+      json["index"] = event.index;
+      json["sub"] = event.sub;
+      json["value"] = static_cast<std::int32_t>(event.code);
+      json["words"] = journal::terminals_text(event);
       break;
     case Kind::kFault: json["node"] = event.node; [[fallthrough]];
     case Kind::kCommand: json["words"] = journal.text(event); break;

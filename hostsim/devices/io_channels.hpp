@@ -28,6 +28,7 @@ class DigitalInput {
 
   bool exists() const { return value_.exists(); }
   void set_terminals(std::uint8_t levels, Time now);
+  std::uint8_t terminals() const { return terminals_; }
   /// Lets through the filter what has stood long enough; when it wants to be called again, or kNever.
   Time filter(Time now);
   /// Brings 6000h up to date. True = a change that 6006h, 6007h or 6008h asks for.

@@ -45,6 +45,7 @@ IoModule::IoModule(sim::DeviceNode& node)
       analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), kReadAnalogueInput)),
       analogue_outputs_(channels<AnalogueOutput>(node.dictionary(), kWriteAnalogueOutput)),
       interrupt_sources_(numbers(node.dictionary(), kInterruptSource)),
+      told_(digital_inputs_.size() + digital_outputs_.size() + analogue_outputs_.size()),
       incidents_(kIncidents, kIncidentErrors) {}
 
 std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) const {
@@ -87,6 +88,7 @@ Time IoModule::update(Time now) {
     note_source(i, now);
   }
   refresh_outputs();
+  tell_terminals(now);
   incidents_.update(node_, now);
   tell(now);
   return next;
@@ -116,6 +118,21 @@ void IoModule::tell(Time now) {
   for (std::size_t i = 0; i < analogue_inputs_.size(); ++i)
     if (std::exchange(analogue_inputs_[i].interrupt, false))
       node_.changed(kReadAnalogueInput, sub_of(i), now);
+}
+
+/// Not of analogue inputs, which move all the time.
+void IoModule::tell_terminals(Time now) {
+  auto told = told_.begin();
+  const auto tell = [&](std::uint16_t index, std::size_t place, std::int32_t value) {
+    if (const std::int32_t before = std::exchange(*told++, value); before != value)
+      node_.terminals(index, sub_of(place), before, value, now);
+  };
+  for (std::size_t i = 0; i < digital_inputs_.size(); ++i)
+    tell(kReadInput, i, digital_inputs_[i].terminals());
+  for (std::size_t i = 0; i < digital_outputs_.size(); ++i)
+    tell(kWriteOutput, i, digital_outputs_[i].terminals());
+  for (std::size_t i = 0; i < analogue_outputs_.size(); ++i)
+    tell(kWriteAnalogueOutput, i, analogue_outputs_[i].terminal());
 }
 
 void IoModule::on_state(nmt::State state, Time /*now*/) {

@@ -50,6 +50,7 @@ class IoModule final : public sim::Behaviour {
   void refresh_outputs();
   void note_source(std::size_t channel, Time now);
   void tell(Time now);
+  void tell_terminals(Time now);
 
   sim::DeviceNode& node_;
   sim::Bound<std::uint8_t> digital_interrupts_;
@@ -59,6 +60,7 @@ class IoModule final : public sim::Behaviour {
   std::vector<Input<AnalogueInput>> analogue_inputs_;
   std::vector<AnalogueOutput> analogue_outputs_;
   std::vector<sim::Bound<std::uint32_t>> interrupt_sources_;
+  std::vector<std::int32_t> told_;  ///< at the terminals of digital inputs and all outputs
   Time interrupt_at_ = kNever;
   bool failed_ = false;
   Incidents incidents_;

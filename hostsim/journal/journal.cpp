@@ -7,8 +7,8 @@
 namespace cbcan::journal {
 
 std::span<const std::string_view> kind_names() {
-  static constexpr std::array<std::string_view, 9> kNames{"modbus", "begun", "ended",   "frame", "emcy",
-                                                          "state",  "fault", "command", "client"};
+  static constexpr std::array<std::string_view, 10> kNames{
+      "modbus", "begun", "ended", "frame", "emcy", "state", "terminals", "fault", "command", "client"};
   return kNames;
 }
 

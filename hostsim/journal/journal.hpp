@@ -24,6 +24,7 @@ enum class Kind : std::uint8_t {
   kFrame,      ///< on the bus
   kEmergency,  ///< the frame before is an EMCY message
   kState,      ///< a node's NMT state is another one
+  kTerminals,  ///< what stands at a node's inputs or outputs is another value
   kFault,      ///< an injected fault has happened
   kCommand,    ///< of docs/control.md: inputs, incidents, power, faults, NMT
   kClient,     ///< of Modbus TCP: joined or left
@@ -47,11 +48,13 @@ struct Event {
   std::uint8_t sub = 0;
   std::uint16_t index = 0;   ///< object; of kModbus bytes of the request's PDU, the response's is behind it
   Service service{};         ///< of a transaction
-  std::uint8_t state = 0;    ///< kState: as in a heartbeat, or kOff; kClient: 1 = joined; kModbus: exception
+  std::uint8_t state = 0;    ///< kState: as in a heartbeat, or kOff; kClient: 1 = joined; kModbus: exception;
+                             ///< kTerminals: the bits that have changed
   std::uint16_t result = 0;  ///< kEnded: as in R3700, or kCancelled; kModbus: MBAP transaction ID
   std::uint16_t size = 0;    ///< of what bytes() gives
   std::uint32_t transaction = 0;  ///< 0 = belongs to none
-  std::uint32_t code = 0;         ///< kEnded: SDO abort code; kModbus, kClient: number of the client
+  std::uint32_t code = 0;         ///< kEnded: SDO abort code; kModbus, kClient: number of the client;
+                                  ///< kTerminals: the value, with its sign
   Time at = 0;                    ///< since the plant's start
   Time took = 0;                  ///< kEnded
   std::uint64_t bytes = 0;        ///< where they begin; for Journal

@@ -55,6 +55,8 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void after(Time now) override;
   void on_fault(std::string_view text, Time now) override;
   void on_node_state(std::uint8_t node, std::uint8_t state, Time now) override;
+  void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
+                    std::int32_t after, Time now) override;
   /// Before the module hears of it.
   void on_modbus(const ModbusExchange& exchange, Time now);
 
@@ -79,10 +81,15 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     Transaction transaction{};
     std::uint16_t taken = 0;  ///< number of the scanner window
   };
-  struct Node {
-    Event request{};  ///< of the last transaction with it
+  /// Requests to a node that wait for each other's ends: transfers, or asking for its state.
+  struct Line {
+    std::uint32_t transaction = 0;  ///< whose turn it is, or was last
     bool open = false;
     bool failed = false;  ///< that one: a late response, or the abort, may come
+  };
+  struct Node {
+    Line transfers;
+    Line states;
     bool is_simulated = false;
     std::uint8_t state = kOff;
     Time heard = kNever;
@@ -93,6 +100,8 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void look_at_taken(Watched& door, Time now);
   void begin(Watched& door, Time now);
   void end(Watched& door, std::uint16_t result, Time now);
+  Line& line_of(const Event& request);
+  std::uint32_t turn(std::uint8_t node, Service service);
   std::uint32_t transaction_of(const Frame& frame);
   void note_state(std::uint8_t node, std::uint8_t state, Time now);
 

@@ -13,6 +13,7 @@
 #include "cbcan/regmap.hpp"
 #include "journal/watch.hpp"
 #include "sim/frame_text.hpp"
+#include "sim/wire.hpp"
 #include "text/emergency.hpp"
 #include "text/numbers.hpp"
 #include "text/value.hpp"
@@ -218,6 +219,20 @@ std::string modbus_text(const Event& request, const Journal& journal) {
   return text + (words.size() > kMostShown ? " ..." : "");
 }
 
+std::string terminals_text(const Event& event) {
+  const auto value = static_cast<std::int32_t>(event.code);
+  const auto kind = std::ranges::find(sim::kTerminals, event.index, &sim::Terminals::index);
+  if (kind == sim::kTerminals.end())
+    return fmt::format("{} = {}", object_text(event.index, event.sub, nullptr), value);
+  if (kind->bits == 0) return fmt::format("{}:{} = {}", kind->name, event.sub, value);
+  std::string text;
+  for (unsigned bit = 0; bit < kind->bits; ++bit)
+    if ((event.state >> bit & 1) != 0)
+      text += fmt::format("{}{}:{} {}", text.empty() ? "" : ", ", kind->name,
+                          (event.sub - 1U) * kind->bits + bit + 1, (value >> bit & 1) != 0 ? "on" : "off");
+  return text;
+}
+
 std::string text_of(const Event& event, const Journal& journal, const FindName& find) {
   const std::string number = event.transaction == 0 ? "" : fmt::format("#{} ", event.transaction);
   switch (event.kind) {
@@ -236,6 +251,7 @@ std::string text_of(const Event& event, const Journal& journal, const FindName& 
                          frame_text(event.frame, event.network, find));
     case Kind::kEmergency: return emergency_text(event.frame);
     case Kind::kState: return fmt::format("node {} {}", event.node, state_text(event.state));
+    case Kind::kTerminals: return fmt::format("node {} {}", event.node, terminals_text(event));
     case Kind::kFault: return number + std::string(journal.text(event));
     case Kind::kCommand: return "command " + std::string(journal.text(event));
     case Kind::kClient:

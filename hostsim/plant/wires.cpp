@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <utility>
 
@@ -15,18 +14,6 @@
 namespace cbcan::plant {
 namespace {
 
-/// Terminals by their numbers, from 1.
-struct Numbered {
-  std::string_view name;
-  std::uint16_t index;
-  unsigned bits;  ///< in each sub-index; 0 = one number
-  bool is_output;
-};
-constexpr auto kNumbered = std::to_array<Numbered>({{"output", 0x6200, 8, true},
-                                                    {"analogue-output", 0x6411, 0, true},
-                                                    {"input", 0x6000, 8, false},
-                                                    {"analogue-input", 0x6401, 0, false}});
-
 /// nullopt unless it is one of 0..most.
 std::optional<unsigned> number(std::string_view text, std::int64_t most) {
   const auto parsed = text::parse_integer(text);
@@ -34,7 +21,7 @@ std::optional<unsigned> number(std::string_view text, std::int64_t most) {
   return static_cast<unsigned>(*parsed);
 }
 
-std::optional<sim::Terminal> numbered_terminal(const Numbered& row, std::string_view text) {
+std::optional<sim::Terminal> numbered_terminal(const sim::Terminals& row, std::string_view text) {
   constexpr unsigned kMostSubs = 0xFE;
   const auto n = number(text, std::int64_t{kMostSubs} * std::max(row.bits, 1u));
   if (!n || *n == 0) return std::nullopt;
@@ -118,8 +105,8 @@ class Check {
 
 std::optional<sim::Terminal> parse_terminal(std::string_view text) {
   const auto [name, rest] = text::split(text, ':').value_or(std::pair(text, std::string_view("0")));
-  const auto row = std::ranges::find(kNumbered, name, &Numbered::name);
-  if (row != kNumbered.end()) return numbered_terminal(*row, rest);
+  const auto row = std::ranges::find(sim::kTerminals, name, &sim::Terminals::name);
+  if (row != sim::kTerminals.end()) return numbered_terminal(*row, rest);
   constexpr std::int64_t kMostBit = 63;
   const auto [object, bit] = text::split(text, '.').value_or(std::pair(text, std::string_view()));
   const auto [index, sub] = text::split(object, ':').value_or(std::pair(object, std::string_view("0")));

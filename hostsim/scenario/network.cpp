@@ -34,10 +34,9 @@ std::vector<ScannerWindow> scanners_of(std::vector<std::uint16_t>& registers,
   const std::span<std::uint16_t> all(registers);
   std::vector<ScannerWindow> scanners;
   for (unsigned channel = 1; channel <= module.channels; ++channel)
-    scanners.emplace_back(all.subspan(regmap::of_channel(module.scanner_out_first, channel))
-                              .first<regmap::kScannerOutWords>(),
-                          all.subspan(regmap::of_channel(module.scanner_in_first, channel))
-                              .first<regmap::kScannerInWords>());
+    scanners.emplace_back(
+        all.subspan(regmap::of_channel(module.scanner_out_first, channel)).first<regmap::kScannerOutWords>(),
+        all.subspan(regmap::of_channel(module.scanner_in_first, channel)).first<regmap::kScannerInWords>());
   return scanners;
 }
 
@@ -97,6 +96,11 @@ void Network::on_fault(std::string_view text, Time now) {
 
 void Network::on_node_state(std::uint8_t node, std::uint8_t state, Time now) {
   if (watch_) watch_->on_node_state(node, state, now);
+}
+
+void Network::on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
+                           std::int32_t after, Time now) {
+  if (watch_) watch_->on_terminals(node, index, sub, before, after, now);
 }
 
 void Network::start(Time now) {

@@ -80,6 +80,8 @@ class Network final : private sim::Receiver, private sim::FaultListener {
  private:
   void on_fault(std::string_view text, Time now) override;
   void on_node_state(std::uint8_t node, std::uint8_t state, Time now) override;
+  void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
+                    std::int32_t after, Time now) override;
   Time replay_due() const { return replayed_ < replay_.size() ? started_ + replay_[replayed_].at : kNever; }
   void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}

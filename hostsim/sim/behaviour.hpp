@@ -47,6 +47,10 @@ class DeviceNode {
   /// time allows.
   virtual void changed(std::uint16_t index, std::uint8_t sub, Time now) = 0;
 
+  /// What stands at these terminals of the device has become another value.
+  virtual void terminals(std::uint16_t /*index*/, std::uint8_t /*sub*/, std::int32_t /*before*/,
+                         std::int32_t /*after*/, Time /*now*/) {}
+
   /// For people, where injected faults are told too.
   virtual void tell(std::string_view /*text*/, Time /*now*/) {}
   /// Injects a fault of the node, written as in commands; returns what is wrong with it, or nothing.

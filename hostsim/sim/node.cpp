@@ -396,6 +396,11 @@ void Node::changed(std::uint16_t index, std::uint8_t sub, Time now) {
   device_.changed(index, sub, now);
 }
 
+void Node::terminals(std::uint16_t index, std::uint8_t sub, std::int32_t before, std::int32_t after,
+                     Time now) {
+  if (listener_ != nullptr) listener_->on_terminals(device_.node_id(), index, sub, before, after, now);
+}
+
 // ---- The dictionary
 
 std::vector<std::uint8_t> Node::value(const ObjectEntry& entry, std::uint8_t sub, Time now) {

@@ -135,6 +135,8 @@ class Node final : public Participant, private DeviceApplication, private Device
   void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) override;
   void error_over(std::uint16_t code, Time now) override;
   void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
+  void terminals(std::uint16_t index, std::uint8_t sub, std::int32_t before, std::int32_t after,
+                 Time now) override;
   void tell(std::string_view text, Time now) override { faults().say(text, now); }
   std::string inject(std::string_view fault, Time now) override;
 

@@ -4,9 +4,11 @@
 /// What a wire makes of the value at its one end until it stands at the other: pure, and the same however
 /// often and whenever somebody looks.
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "cbcan/time.hpp"
@@ -21,6 +23,18 @@ struct Terminal {
   bool is_output = false;           ///< what stands at the output's terminals, not what was written
   bool operator==(const Terminal&) const = default;
 };
+
+/// The terminals of an I/O module, which are numbered from 1.
+struct Terminals {
+  std::string_view name;
+  std::uint16_t index;
+  unsigned bits;  ///< in each sub-index; 0 = one number
+  bool is_output;
+};
+inline constexpr auto kTerminals = std::to_array<Terminals>({{"output", 0x6200, 8, true},
+                                                             {"analogue-output", 0x6411, 0, true},
+                                                             {"input", 0x6000, 8, false},
+                                                             {"analogue-input", 0x6401, 0, false}});
 
 /// In this order: inverted, scaled, limited, delayed, lagging.
 struct Transfer {

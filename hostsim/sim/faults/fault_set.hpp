@@ -21,7 +21,7 @@
 
 namespace cbcan::sim {
 
-/// Is told what injected faults do, and what states nodes are in.
+/// Is told what injected faults do, what states nodes are in, and what stands at their terminals.
 class FaultListener {
  public:
   /// One line: whose fault, its number, the fault, and the frame as it was before:
@@ -30,6 +30,9 @@ class FaultListener {
   virtual void on_fault(std::string_view text, Time now) = 0;
   /// A node's NMT state, as in a heartbeat, may be another one; FFh: it has no power.
   virtual void on_node_state(std::uint8_t /*node*/, std::uint8_t /*state*/, Time /*now*/) {}
+  /// See DeviceNode::terminals().
+  virtual void on_terminals(std::uint8_t /*node*/, std::uint16_t /*index*/, std::uint8_t /*sub*/,
+                            std::int32_t /*before*/, std::int32_t /*after*/, Time /*now*/) {}
 
  protected:
   ~FaultListener() = default;
