@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/can/can_frames.hpp"
 
+#include "io/can/msgpack_frames.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {
@@ -73,6 +74,48 @@ TEST_CASE("a data frame with an error's identifier says nothing about the contro
   const ControllerReport report = read_error_frame({0x044, 8, 0, {0, 0x11}});
   CHECK_FALSE(report.state.has_value());
   CHECK_FALSE(report.overflow);
+}
+
+/// As MessagePack's specification writes them: fixmap, fixstr, float 64, uint 16, bin 8 and so on.
+std::string datagram(const std::string& id, const std::string& dlc_and_data, const std::string& fd = "\xC2",
+                     const std::string& error = "\xC2") {
+  return "\x89\xA9timestamp\xCB\x3F\xF8" + std::string(6, '\0') +
+         "\xAE"
+         "arbitration_id" +
+         id + "\xAEis_extended_id\xC2\xAFis_remote_frame\xC2\xAEis_error_frame" + error +
+         "\xA7"
+         "channel\xA4"
+         "can0" +
+         dlc_and_data + "\xA5is_fd" + fd;
+}
+
+std::optional<Frame> unpack(const std::string& text) {
+  return unpack_frame({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+TEST_CASE("datagrams of python-can's udp_multicast") {
+  const std::string two =
+      "\xA3"
+      "dlc\x02\xA4"
+      "data\xC4\x02\x01\xFF";
+  CHECK(unpack(datagram("\xCD\x01\x23", two)) == Frame{0x123, 2, 0, {1, 0xFF}});
+  CHECK(unpack(datagram(std::string("\xCE\0\0\x07\xFF", 5), two)) == Frame{0x7FF, 2, 0, {1, 0xFF}});
+  for (const std::string& wrong : {datagram("\xCD\x08\x01", two), datagram("\xCD\x01\x23", two, "\xC3"),
+                                   datagram("\xCD\x01\x23", two, "\xC2", "\xC3"),
+                                   datagram("\x05",
+                                            "\xA3"
+                                            "dlc\x09\xA4"
+                                            "data\xC4\x01\x01"),
+                                   datagram("\x05", two) + "\xC0", datagram("\x05", two).substr(0, 60),
+                                   datagram("\x93\x01\x02\x03", two),
+                                   std::string("\x81\xA4"
+                                               "data\xC6\xFF\xFF\xFF\xFF"),
+                                   std::string()})
+    CHECK(unpack(wrong) == std::nullopt);
+  const auto packed = pack_frame({0x123, 1, Frame::kExtended, {0x42}}, 1'500'000);
+  CHECK(std::string(packed.begin(), packed.begin() + 20) ==
+        std::string("\x8B\xA9timestamp\xCB\x3F\xF8\0\0\0\0\0\0", 20));
+  CHECK(unpack_frame(packed) == Frame{0x123, 1, Frame::kExtended, {0x42}});
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ class Simulator:
         self.stop()
 
     def stop(self, number=signal.SIGTERM):
-        """Ends it; returns (exit code, standard error)."""
+        """Ends it; returns (exit code, standard error but for how programs join)."""
         if self.process.poll() is None:
             self.process.send_signal(number)
         try:
@@ -73,7 +73,7 @@ class Simulator:
             if self.process.stdin:
                 self.process.stdin.close()
         if self.error_path.exists():
-            self.error = self.error_path.read_text()
+            self.error = "".join(line for line in self.error_path.open() if ": python3 -m can.logger -i " not in line)
         self.folder.cleanup()
         return self.process.returncode, self.error
 

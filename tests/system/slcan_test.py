@@ -120,7 +120,7 @@ class Serving(Case):
         self.start("--demo")
         self.assertRegex(self.simulator.ready, r"\Aready modbus=127\.0\.0\.1:\d+ can=virtual slcan=127\.0\.0\.1:\d+\Z")
         self.assertNotEqual(self.slcan, "127.0.0.1:0")
-        self.assertEqual(self.simulator.stop(), (0, f"slcan: python3 -m can.logger -i slcan -c socket://{self.slcan}\n"))
+        self.assertEqual(self.simulator.stop(), (0, ""))
 
     def test_unix_socket(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -169,7 +169,7 @@ class Abuse(Case):
         self.healthy.wait_for(5)
         self.healthy.finish()
         self.assertIsNone(self.simulator.process.poll(), "the simulator has ended")
-        self.assertEqual(self.simulator.stop(), (0, f"slcan: python3 -m can.logger -i slcan -c socket://{self.slcan}\n"))
+        self.assertEqual(self.simulator.stop(), (0, ""))
 
     def check_served(self):
         adapter = self.adapter()

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "io/can/outside_bus.hpp"
@@ -31,7 +32,7 @@ class UdpBus final : public RemoteBus {
   SocketAddress group_;
   Descriptor receiver_;
   Descriptor sender_;
-  text::ListenAddress own_;  ///< what comes from there has been sent here
+  std::optional<text::ListenAddress> own_;  ///< what comes from there has been sent here
   Time retry_at_ = kNever;
 };
 

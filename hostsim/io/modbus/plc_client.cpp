@@ -25,8 +25,10 @@ std::string range_text(const client::Request& request) {
 }  // namespace
 
 std::unique_ptr<client::Connection> plc_over_tcp(const text::ListenAddress& address) {
-  return std::make_unique<client::TcpConnection>(
-      address_of(looked_up("plc " + to_string(address) + ": ", address)).host, address.port, kPlcTiming);
+  const std::string where = "plc " + to_string(address) + ": ";
+  const auto number = address_of(looked_up(where, address));
+  if (!number) throw EnvironmentError(where + "its address cannot be told; write an IP address");
+  return std::make_unique<client::TcpConnection>(number->host, address.port, kPlcTiming);
 }
 
 PlcClient::PlcClient(Reactor& reactor, ModbusUnit& module, std::unique_ptr<client::Connection> connection,

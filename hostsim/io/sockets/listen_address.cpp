@@ -41,7 +41,8 @@ std::vector<SocketAddress> look_up(const std::string& where, const ListenAddress
     made.size = list->ai_addrlen;
     std::memcpy(&made.storage, list->ai_addr, list->ai_addrlen);
   }
-  std::ranges::stable_partition(found, [](const auto& entry) { return entry.get()->sa_family == AF_INET; });
+  std::stable_partition(found.begin(), found.end(),
+                        [](const SocketAddress& entry) { return entry.get()->sa_family == AF_INET; });
   return found;
 }
 
@@ -73,7 +74,7 @@ std::optional<ListenAddress> address_by(int (*ask)(int, sockaddr*, socklen_t*), 
   SocketAddress address;
   address.size = sizeof address.storage;
   auto* const storage = reinterpret_cast<sockaddr*>(&address.storage);
-  return ask(socket, storage, &address.size) == 0 ? std::optional(address_of(address)) : std::nullopt;
+  return ask(socket, storage, &address.size) == 0 ? address_of(address) : std::nullopt;
 }
 
 }  // namespace
@@ -82,16 +83,17 @@ SocketAddress looked_up(const std::string& where, const ListenAddress& address) 
   return look_up(where, address, 0, "; write an IP address").front();
 }
 
-ListenAddress address_of(const SocketAddress& address) {
+std::optional<ListenAddress> address_of(const SocketAddress& address) {
   std::array<char, NI_MAXHOST> host{};
   std::array<char, NI_MAXSERV> port{};
-  getnameinfo(address.get(), address.size, host.data(), host.size(), port.data(), port.size(),
-              NI_NUMERICHOST | NI_NUMERICSERV);
-  return {host.data(), text::parse<std::uint16_t>(port.data()).value_or(0)};
+  if (getnameinfo(address.get(), address.size, host.data(), host.size(), port.data(), port.size(),
+                  NI_NUMERICHOST | NI_NUMERICSERV) != 0)
+    return std::nullopt;
+  return ListenAddress{host.data(), text::parse<std::uint16_t>(port.data()).value_or(0)};
 }
 
-ListenAddress own_address(int socket) {
-  return address_by(getsockname, socket).value_or(ListenAddress());
+std::optional<ListenAddress> own_address(int socket) {
+  return address_by(getsockname, socket);
 }
 
 std::string peer_of(int socket) {
@@ -106,8 +108,9 @@ Listener listen_tcp(std::string_view service, const ListenAddress& address) {
        look_up(where, address, AI_PASSIVE, ": write an address of this machine, such as 127.0.0.1")) {
     Descriptor socket = try_listen(entry);
     if (socket) {
-      ListenAddress bound = own_address(socket.get());
-      return {std::move(socket), std::move(bound)};
+      auto bound = own_address(socket.get());
+      if (!bound) throw EnvironmentError("listening socket: " + reason(errno));
+      return {std::move(socket), std::move(*bound)};
     }
     if (error == 0) error = errno;
   }

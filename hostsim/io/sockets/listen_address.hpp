@@ -3,6 +3,7 @@
 
 #include <sys/socket.h>
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -29,11 +30,11 @@ struct SocketAddress {
 /// Throws EnvironmentError, its text beginning with `where`.
 SocketAddress looked_up(const std::string& where, const ListenAddress& address);
 
-/// With the number of the host.
-ListenAddress address_of(const SocketAddress& address);
+/// With the number of the host; none where that cannot be told.
+std::optional<ListenAddress> address_of(const SocketAddress& address);
 
-/// Of a socket that has one; and of an unbound one nothing.
-ListenAddress own_address(int socket);
+/// Of a socket, likewise.
+std::optional<ListenAddress> own_address(int socket);
 
 /// Whoever is at the other end of a connected TCP socket, as "HOST:PORT"; empty where that cannot be told.
 std::string peer_of(int socket);
