@@ -41,13 +41,6 @@ class RemoteBus : public OutsideBus {
   void poll(Time now) final;
   Time next_deadline() const final;
 
-  struct Counters {
-    std::uint64_t sent = 0;
-    std::uint64_t received = 0;
-    std::uint64_t ends = 0;  ///< of connections, and attempts
-  };
-  const Counters& counters() const { return counters_; }
-
  protected:
   /// `spec` is how messages name it. Reactor and bus are the caller's.
   RemoteBus(Reactor& reactor, sim::Bus& bus, const std::string& spec, Warn warn);
@@ -72,7 +65,6 @@ class RemoteBus : public OutsideBus {
 
   Reactor& reactor_;
   std::string where_;
-  Counters counters_;
 
  private:
   sim::Bus& bus_;

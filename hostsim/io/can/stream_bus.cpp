@@ -93,7 +93,6 @@ void StreamBus::receive() {
 bool StreamBus::send(const Frame& frame) {
   if (!unsent_.empty() || !dialect_->try_send(frame)) return false;
   flush();
-  ++counters_.sent;
   return true;
 }
 

@@ -72,10 +72,7 @@ void UdpBus::close() {
 
 bool UdpBus::send(const Frame& frame) {
   const auto bytes = pack_frame(frame, reactor_.time() + Reactor::wall_offset());
-  if (::send(sender_.get(), bytes.data(), bytes.size(), 0) >= 0) {
-    ++counters_.sent;
-    return true;
-  }
+  if (::send(sender_.get(), bytes.data(), bytes.size(), 0) >= 0) return true;
   is_temporary(errno) ? void(retry_at_ = reactor_.time() + kRetry) : broken(reason(errno));
   return false;
 }
