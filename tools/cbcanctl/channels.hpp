@@ -22,6 +22,8 @@ class RegisterAccess {
   virtual void write(std::uint16_t first, std::span<const std::uint16_t> words) = 0;
   /// No channel has a result: time passes. May throw, to give up.
   virtual void wait() = 0;
+  /// So many jobs have ended.
+  virtual void progress(std::size_t /*ended*/) {}
 };
 
 /// Transactions that go one after the other.
@@ -35,7 +37,7 @@ class Job {
 
 /// Carries out all jobs over the channels 16 to 2, as many as there are; returns when the last has ended.
 /// False: the module has no channels but the first, and nothing has been done. Other programs must not use
-/// these channels meanwhile.
-bool run(RegisterAccess& registers, std::span<Job* const> jobs);
+/// these channels meanwhile. `sdo_timeout_ms`: their 3003h meanwhile, whatever ends it; 0 = as it is.
+bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sdo_timeout_ms = 0);
 
 }  // namespace cbcan::tools
