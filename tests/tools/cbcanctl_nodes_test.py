@@ -73,8 +73,8 @@ class ManyNodes(Nodes):
         self.assertEqual((done.returncode, done.stderr), (DONE, ""))
         heading, *rows = done.stdout.splitlines()
         self.assertEqual([row.split()[0] for row in rows], ["1", "2", "16", "32", "66", "127"])
-        self.assertEqual(rows[4].split(), ["66", "000F0191h", "00000000h", "00000191h", "00010000h", "00000001h", "cbcan", "I/O", "module"])
-        self.assertEqual(rows[4].index("00000191h"), heading.index("product"))
+        self.assertEqual(rows[4].split(), ["66", "0x000F0191", "0x00000000", "0x00000191", "0x00010000", "0x00000001", *"cbcan I/O module".split()])
+        self.assertEqual(rows[4].index("0x00000191"), heading.index("product"))
         self.assertEqual(rows[4].index("cbcan"), heading.index("name"))
         rows = [json.loads(line) for line in self.run_ctl("--json", "scan").stdout.splitlines()]
         self.assertEqual(rows[3], {"node": 32, "device_type": 0, "vendor": 0, "product": 32, "revision": 65536, "serial": 1,
@@ -104,13 +104,15 @@ class ManyNodes(Nodes):
                                                           if line[1:5].isalnum() and line[:2] in ("[1", "[2")})
 
     def test_what_has_been_dumped_comes_back(self):
-        self.check("write 0x20 0x200E 0 fourteen_bytes --type string")
+        self.check("write 0x20 0x200E 0 hex:6865783A30313032303330343035")  # hex:0102030405
         self.check("write 0x20 0x2008 0 18446744073709551615 --type u64")
-        plan = self.file("plan.toml", self.dumped(32, "--eds", eds("generic")))
+        self.check("write 0x20 0x207F 0 " + 127 * "a" + " --type string")
+        plan = self.file("plan.toml", self.dumped(32))
         self.check("nmt reset-node 0x20")
         self.check("read 0x20 0x2008 0 --type u64", "0\n")
         self.check(f"configure {plan}", "32 started\n")
-        self.check("read 0x20 0x200E 0 --type string", "fourteen_bytes\n")
+        self.check("read 0x20 0x200E 0 --type string", "hex:0102030405\n")
+        self.check("read 0x20 0x207F 0 --type string", 127 * "a" + "\n")
         self.check("read 0x20 0x2008 0 --type u64", "18446744073709551615\n")
 
     def test_a_node_that_is_not_there_and_files_that_are_none(self):

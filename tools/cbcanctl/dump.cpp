@@ -10,6 +10,7 @@
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/device_file.hpp"
 #include "text/numbers.hpp"
+#include "text/value.hpp"
 
 namespace cbcan::ctl {
 
@@ -141,17 +142,21 @@ std::vector<Dumped> objects_found(tools::WindowClient& client, std::uint8_t node
   return found;
 }
 
+/// Printable, and not taken for bytes where it comes back.
+bool is_text(const Bytes& value) {
+  return !value.empty() && !text::is_hex(std::string(value.begin(), value.end())) &&
+         std::all_of(value.begin(), value.end(),
+                     [](std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; });
+}
+
 /// That of the file where the value is one, else what the size says.
 const tools::ValueType& fitting_type(const Bytes& value, const tools::ValueType* type) {
-  const bool is_text = !value.empty() && std::all_of(value.begin(), value.end(), [](std::uint8_t byte) {
-    return byte >= 0x20 && byte < 0x7F;
-  });
   if (type == nullptr)
     return tools::value_type(value.size() >= 1 && value.size() <= 8 ? fmt::format("u{}", 8 * value.size())
-                             : is_text                              ? "string"
+                             : is_text(value)                       ? "string"
                                                                     : "hex");
   const bool fits =
-      type->kind == tools::Kind::kString ? is_text : type->size == 0 || type->size == value.size();
+      type->kind == tools::Kind::kString ? is_text(value) : type->size == 0 || type->size == value.size();
   return fits ? *type : tools::value_type("hex");
 }
 
@@ -166,36 +171,42 @@ std::string plan_line(std::uint16_t index, std::uint8_t sub, const Bytes& value,
                      type.name);
 }
 
-void print_plan(std::uint8_t node, const std::vector<Dumped>& objects) {
-  std::map<std::pair<std::uint16_t, std::uint8_t>, const Dumped*> places;
-  std::vector<tools::PlannedObject> writable;
+void print_heading(std::uint8_t node, const std::vector<Dumped>& objects) {
+  const tools::ValueType& u32 = tools::value_type("u32");
   std::string identity;
   fmt::print("[[node]]\nid = {}\n", node);
+  for (const auto& [index, sub, response, type, writable, name] : objects) {
+    if (response.data.size() != u32.size) continue;
+    if (index == tools::kDeviceType) fmt::print("device_type = {}\n", tools::print_value(response.data, u32));
+    if (index == tools::kIdentity && sub > 0)
+      identity += (identity.empty() ? "" : ", ") + tools::print_value(response.data, u32);
+  }
+  if (!identity.empty()) fmt::print("identity = [{}]\n", identity);
+}
+
+std::string comment(const Dumped& object) {
+  return object.name.empty() ? "" : "  # " + object.name;
+}
+
+void print_plan(std::uint8_t node, const std::vector<Dumped>& objects) {
+  std::map<std::pair<std::uint16_t, std::uint8_t>, const Dumped*> places;
+  std::vector<tools::PlannedObject> to_write;
+  print_heading(node, objects);
+  fmt::print("objects = [\n");
   for (const Dumped& object : objects) {
     const Bytes& value = object.response.data;
     places[{object.index, object.sub}] = &object;
-    const bool is_value = object.response.result == 0 && !value.empty();
-    if (is_value && object.writable) writable.push_back({object.index, object.sub, value});
-    const bool is_number = is_value && value.size() == 4;
-    if (object.index == tools::kDeviceType && is_number)
-      fmt::print("device_type = {}\n", tools::print_value(value, tools::value_type("u32")));
-    if (object.index == tools::kIdentity && object.sub > 0 && is_number)
-      identity += (identity.empty() ? "" : ", ") + tools::print_value(value, tools::value_type("u32"));
-  }
-  if (!identity.empty()) fmt::print("identity = [{}]\n", identity);
-  fmt::print("objects = [\n");
-  const auto comment = [](const std::string& name) { return name.empty() ? "" : "  # " + name; };
-  for (const Dumped& object : objects) {
-    const Bytes& value = object.response.data;
     if (object.response.result != 0)
       fmt::print("  # {:04X}h:{:02X} {}{}\n", object.index, object.sub, Refused(object.response).what(),
-                 comment(object.name));
+                 comment(object));
     else if (value.empty() || !object.writable)
-      fmt::print("  # {}{}\n", plan_line(object.index, object.sub, value, object.type), comment(object.name));
+      fmt::print("  # {}{}\n", plan_line(object.index, object.sub, value, object.type), comment(object));
+    else
+      to_write.push_back({object.index, object.sub, value});
   }
-  for (const tools::PlannedObject& each : tools::in_writing_order(writable)) {
+  for (const tools::PlannedObject& each : tools::in_writing_order(to_write)) {
     const Dumped& object = *places.at({each.index, each.sub});
-    fmt::print("  {}{}\n", plan_line(each.index, each.sub, each.value, object.type), comment(object.name));
+    fmt::print("  {}{}\n", plan_line(each.index, each.sub, each.value, object.type), comment(object));
   }
   fmt::print("]\n");
 }

@@ -31,6 +31,7 @@ constexpr std::array<Column, 6> kColumns{{
     {0x1008, 0, "name", "name"},
 }};
 constexpr std::size_t kNumbers = kColumns.size() - 1;
+constexpr std::size_t kWidth = 13;  ///< of a column
 
 /// Asks one node; the first object that it does not respond to is the last.
 class NodeJob final : public tools::Job {
@@ -50,11 +51,8 @@ class NodeJob final : public tools::Job {
 
   bool there() const { return there_; }
   std::uint16_t node() const { return node_; }
-  std::string number(std::size_t column, std::string_view form) const {
-    if (read_[column].size() != 4) return "";
-    const std::uint64_t value = std::stoull(tools::print_value(read_[column], tools::value_type("u32")));
-    return fmt::format(fmt::runtime(form), value);
-  }
+  /// Empty where the node has no such object.
+  const tools::Bytes& value(std::size_t column) const { return read_[column]; }
   std::string name() const { return {read_[kNumbers].begin(), read_[kNumbers].end()}; }
 
  private:
@@ -63,17 +61,20 @@ class NodeJob final : public tools::Job {
   std::vector<tools::Bytes> read_;
 };
 
-std::string row(const NodeJob& job, bool json) {
-  if (json) {
-    std::string members = fmt::format("{{\"node\": {}", job.node());
-    for (std::size_t i = 0; i < kNumbers; ++i)
-      if (const std::string number = job.number(i, "{}"); !number.empty())
-        members += fmt::format(", \"{}\": {}", kColumns[i].member, number);
-    return members + fmt::format(", \"name\": {}}}", tools::json_string(job.name()));
-  }
-  std::string line = fmt::format("{:>4}", job.node());
+std::string json_row(const NodeJob& job) {
+  std::string members = fmt::format("{{\"node\": {}", job.node());
   for (std::size_t i = 0; i < kNumbers; ++i)
-    line += fmt::format("  {:<13}", job.number(i, "{:08X}h"));
+    if (!job.value(i).empty())
+      members += fmt::format(", \"{}\": {}", kColumns[i].member, tools::json_value(job.value(i), nullptr));
+  return members + fmt::format(", \"name\": {}}}", tools::json_string(job.name()));
+}
+
+std::string row(const NodeJob& job) {
+  std::string line = fmt::format("{:>4}", job.node());
+  for (std::size_t i = 0; i < kNumbers; ++i) {
+    const std::string value = job.value(i).empty() ? "" : tools::print_value(job.value(i));
+    line += fmt::format("  {:<{}}", value.substr(0, value.find(' ')), kWidth);
+  }
   const std::string quoted = tools::json_string(job.name());
   return line + "  " + quoted.substr(1, quoted.size() - 2);
 }
@@ -90,11 +91,11 @@ void scan(const Options& options) {
   if (!options.json) {
     fmt::print("node");
     for (const Column& column : kColumns)
-      fmt::print("  {:<{}}", column.heading, &column == &kColumns.back() ? 0 : 13);
+      fmt::print("  {:<{}}", column.heading, &column == &kColumns.back() ? 0 : kWidth);
     fmt::print("\n");
   }
   for (const NodeJob& job : asked)
-    if (job.there()) fmt::print("{}\n", row(job, options.json));
+    if (job.there()) fmt::print("{}\n", options.json ? json_row(job) : row(job));
 }
 
 }  // namespace cbcan::ctl
