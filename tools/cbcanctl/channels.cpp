@@ -11,6 +11,7 @@ namespace cbcan::tools {
 namespace {
 
 constexpr auto kRestarted = static_cast<std::uint16_t>(regmap::Result::kRestarted);
+constexpr std::uint32_t kTimeout = 0x0504'0000;
 constexpr auto kFailed = static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError);
 
 /// Gives its channel another SDO timeout.
@@ -121,6 +122,16 @@ class ScannerClient {
 };
 
 }  // namespace
+
+std::optional<Transaction> ReadJob::next() {
+  if (responses_.size() == places_.size() || silent()) return std::nullopt;
+  const auto [index, sub] = places_[responses_.size()];
+  return Transaction{regmap::kSdoRead, node_, index, sub, regmap::kMaxDataBytes, {}};
+}
+
+bool ReadJob::silent() const {
+  return !responses_.empty() && responses_.front().abort_code == kTimeout;
+}
 
 bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sdo_timeout_ms) {
   std::vector<ScannerClient> channels;

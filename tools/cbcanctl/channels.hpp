@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "cbcanctl/client.hpp"
@@ -33,6 +34,29 @@ class Job {
   /// None: there are no more.
   virtual std::optional<Transaction> next() = 0;
   virtual void ended(const Response& response) = 0;
+};
+
+struct ObjectPlace {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+};
+
+/// Reads objects of one node; when it does not respond to the first one, no more.
+class ReadJob final : public Job {
+ public:
+  ReadJob(std::uint16_t node, std::vector<ObjectPlace> places) : node_(node), places_(std::move(places)) {}
+
+  std::optional<Transaction> next() override;
+  void ended(const Response& response) override { responses_.push_back(response); }
+
+  std::uint16_t node() const { return node_; }
+  bool silent() const;
+  const std::vector<Response>& responses() const { return responses_; }
+
+ private:
+  std::uint16_t node_;
+  std::vector<ObjectPlace> places_;
+  std::vector<Response> responses_;
 };
 
 /// Carries out all jobs over the channels 16 to 2, as many as there are; returns when the last has ended.

@@ -4,8 +4,11 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <set>
 
+#include "eds/values.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::tools {
@@ -46,67 +49,21 @@ void append_pdo(std::vector<PlannedObject>& order, const std::vector<PlannedObje
   if (cob_id != nullptr && (cob_id->value.back() & kInvalid) == 0) order.push_back(*cob_id);
 }
 
-std::uint32_t number(const Bytes& value) {
-  std::uint32_t number = 0;
-  for (std::size_t i = std::min<std::size_t>(value.size(), 4); i-- > 0;)
-    number = number << 8 | value[i];
-  return number;
+/// In 1018h a 0 says nothing, as in CiA 302's 1F85h to 1F88h.
+bool is_checked(const eds::Object& object) {
+  const bool says_something =
+      std::any_of(object.value.begin(), object.value.end(), [](std::uint8_t byte) { return byte != 0; });
+  return (object.index == kIdentity && object.first_sub > 0 && says_something) ||
+         (object.index == kDeviceType && object.has_value);
 }
 
-class DcfReader {
- public:
-  DcfReader(const eds::DeviceDescription& device, const std::string& name) : device_(device), name_(name) {}
-
-  PlannedNode read() {
-    const auto& commissioning = device_.commissioning;
-    if (!commissioning || !commissioning->node_id)
-      throw UsageError(name_ + ":1: there is no NodeID in [DeviceComissioning]: is this a DCF?");
-    PlannedNode node;
-    node.id = *commissioning->node_id;
-    std::vector<PlannedObject> objects;
-    for (const eds::Object& object : device_.objects) {
-      check_identity(object, node);
-      if (object.configured && is_writable(object)) add(object, objects);
-    }
-    complete_pdos(objects);
-    node.objects = in_writing_order(objects);
-    return node;
-  }
-
- private:
-  /// In 1018h a 0 says nothing, as in CiA 302's 1F85h to 1F88h.
-  static void check_identity(const eds::Object& object, PlannedNode& node) {
-    const bool is_type = object.index == kDeviceType && object.has_value;
-    const bool is_identity = object.index == kIdentity && object.first_sub > 0 && number(object.value) != 0;
-    if (is_type || is_identity) node.identity.push_back({object.index, object.first_sub, object.value});
-  }
-
-  void add(const eds::Object& object, std::vector<PlannedObject>& objects) const {
-    if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
-      throw UsageError(fmt::format("{}:{}: {:04X}h:{:02X} has {} bytes: must be 1..{}", name_, object.line,
-                                   object.index, object.first_sub, object.value.size(),
-                                   regmap::kMaxDataBytes));
-    for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub)
-      objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
-  }
-
-  /// A PDO needs its COB-ID and the number of its mappings, also where the file leaves them as they are.
-  void complete_pdos(std::vector<PlannedObject>& objects) const {
-    for (const eds::Object& object : device_.objects) {
-      const std::uint16_t pdo = pdo_of(object.index);
-      const bool mapping = is_mapping(object.index);
-      if (pdo == 0 || object.first_sub != (mapping ? 0 : kCobId) || object.configured || !is_writable(object))
-        continue;
-      if (std::any_of(objects.begin(), objects.end(), [&](const PlannedObject& each) {
-            return mapping ? each.index == object.index : pdo_of(each.index) == pdo;
-          }))
-        add(object, objects);
-    }
-  }
-
-  const eds::DeviceDescription& device_;
-  const std::string& name_;
-};
+/// What the file sets, and of a PDO that it touches COB-ID and number of mappings, which have to be written
+/// again.
+bool is_set(const eds::Object& object, const std::set<std::uint16_t>& touched) {
+  const bool frames_others = object.first_sub == (is_mapping(object.index) ? 0 : kCobId);
+  return is_writable(object) && (object.configured || (pdo_of(object.index) != 0 && frames_others &&
+                                                       touched.contains(object.index)));
+}
 
 }  // namespace
 
@@ -134,16 +91,16 @@ bool is_writable(const eds::Object& object) {
 }
 
 const ValueType& type_of(const eds::Object& object) {
-  using enum DataType;
-  const std::string bits = std::to_string(8 * size_of(object.type));
-  const auto number = static_cast<unsigned>(object.type);
-  if (object.type == kBoolean) return value_type("bool");
-  if (object.type == kVisibleString) return value_type("string");
-  if (object.type == kReal32 || object.type == kReal64) return value_type("f" + bits);
-  if (is_signed(object.type)) return value_type("i" + bits);
-  const bool is_unsigned = (number >= static_cast<unsigned>(kUnsigned8) && object.type <= kUnsigned32) ||
-                           (object.type >= kUnsigned24 && object.type <= kUnsigned64);
-  return value_type(is_unsigned ? "u" + bits : "hex");
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{
+      {{"UNSIGNED", "u"},
+       {"INTEGER", "i"},
+       {"REAL", "f"},
+       {"BOOLEAN", "bool"},
+       {"VISIBLE_STRING", "string"}}};
+  const std::string_view name = eds::name_of(object.type);
+  for (const auto& [kind, ours] : kNames)
+    if (name.starts_with(kind)) return value_type(std::string(ours) + std::string(name.substr(kind.size())));
+  return value_type("hex");
 }
 
 eds::DeviceDescription parse_device(std::string_view text, const std::string& name,
@@ -158,7 +115,25 @@ eds::DeviceDescription parse_device(std::string_view text, const std::string& na
 }
 
 PlannedNode parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks) {
-  return DcfReader(parse_device(text, name, std::nullopt, remarks), name).read();
+  const eds::DeviceDescription device = parse_device(text, name, std::nullopt, remarks);
+  if (!device.commissioning || !device.commissioning->node_id)
+    throw UsageError(name + ":1: there is no NodeID in [DeviceComissioning]: is this a DCF?");
+  std::set<std::uint16_t> touched;
+  for (const eds::Object& object : device.objects)
+    if (object.configured) touched.insert({object.index, pdo_of(object.index)});
+  PlannedNode node{*device.commissioning->node_id, {}, {}};
+  for (const eds::Object& object : device.objects) {
+    if (is_checked(object)) node.identity.push_back({object.index, object.first_sub, object.value});
+    if (!is_set(object, touched)) continue;
+    if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
+      throw UsageError(fmt::format("{}:{}: {:04X}h:{:02X} has {} bytes: must be 1..{}", name, object.line,
+                                   object.index, object.first_sub, object.value.size(),
+                                   regmap::kMaxDataBytes));
+    for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub)
+      node.objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
+  }
+  node.objects = in_writing_order(node.objects);
+  return node;
 }
 
 }  // namespace cbcan::tools

@@ -47,26 +47,6 @@ void check(std::uint8_t node, const tools::Response& response) {
     throw Refused(response, fmt::format("node {}", node));
 }
 
-/// Reads one object of the file.
-class ObjectJob final : public tools::Job {
- public:
-  ObjectJob(std::uint8_t node, Dumped object) : node_(node), object_(std::move(object)) {}
-  std::optional<Transaction> next() override {
-    return done_ ? std::nullopt : std::optional(read_of(node_, object_.index, object_.sub));
-  }
-  void ended(const tools::Response& response) override {
-    check(node_, response);
-    object_.response = response;
-    done_ = true;
-  }
-  const Dumped& object() const { return object_; }
-
- private:
-  std::uint8_t node_;
-  Dumped object_;
-  bool done_ = false;
-};
-
 /// Tries some indices: sub-index 0, and where that may be how many there are, the ones behind it, if there is
 /// a first one.
 class ProbeJob final : public tools::Job {
@@ -111,20 +91,24 @@ class ProbeJob final : public tools::Job {
 
 std::vector<Dumped> objects_of(tools::WindowClient& client, std::uint8_t node, const Options& options,
                                const eds::DeviceDescription& device) {
-  std::deque<ObjectJob> jobs;
+  std::vector<Dumped> found;
+  std::deque<tools::ReadJob> jobs;
   std::vector<tools::Job*> list;
   for (const eds::Object& object : device.objects)
-    for (unsigned sub = object.first_sub; object.index >= tools::kDeviceType && sub <= object.last_sub; ++sub)
-      list.push_back(&jobs.emplace_back(node, Dumped{object.index,
-                                                     static_cast<std::uint8_t>(sub),
-                                                     {},
-                                                     &tools::type_of(object),
-                                                     tools::is_writable(object),
-                                                     eds::shortened(object.name)}));
+    for (unsigned sub = object.first_sub; object.index >= tools::kDeviceType && sub <= object.last_sub;
+         ++sub) {
+      const tools::ObjectPlace place{object.index, static_cast<std::uint8_t>(sub)};
+      found.push_back({place.index,
+                       place.sub,
+                       {},
+                       &tools::type_of(object),
+                       tools::is_writable(object),
+                       eds::shortened(object.name)});
+      list.push_back(&jobs.emplace_back(node, std::vector{place}));
+    }
   run(client, list, "object", options.timeout_ms);
-  std::vector<Dumped> found;
-  for (const ObjectJob& job : jobs)
-    found.push_back(job.object());
+  for (std::size_t i = 0; i < found.size(); ++i)
+    check(node, found[i].response = jobs[i].responses().front());
   return found;
 }
 

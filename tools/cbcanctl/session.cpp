@@ -42,17 +42,27 @@ std::string reason(const tools::Response& response) {
   return "R3700 is " + std::to_string(response.result) + ", which is no result";
 }
 
-/// On a terminal, as long as it lives.
-class ProgressBar {
+/// The registers of a connection, for tools::run(); Ctrl-C throws Interrupted. A terminal has a bar as long
+/// as it lives.
+class Registers final : public tools::RegisterAccess {
  public:
-  ProgressBar(std::string_view what, std::size_t all) : what_(what), all_(all) {}
-  ProgressBar(const ProgressBar&) = delete;
-  ProgressBar& operator=(const ProgressBar&) = delete;
-  ~ProgressBar() {
+  Registers(tools::WindowClient& client, std::string_view what, std::size_t all)
+      : client_(client), what_(what), all_(all) {}
+  ~Registers() override {
     if (shown_) std::cerr << "\r\033[K" << std::flush;
   }
+  Registers(const Registers&) = delete;
+  Registers& operator=(const Registers&) = delete;
 
-  void show(std::size_t ended) {
+  std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) override {
+    return client_.look(first, count);
+  }
+  void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
+    client_.write(first, words);
+  }
+  void wait() override { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
+  void progress(std::size_t ended) override {
+    if (interrupted()) throw tools::Interrupted("cancelled: nothing is under way any more");
     constexpr std::size_t kWidth = 40;
     const std::size_t full = kWidth * ended / std::max<std::size_t>(all_, 1);
     if (!terminal_ || full == shown_) return;
@@ -62,31 +72,11 @@ class ProgressBar {
   }
 
  private:
+  tools::WindowClient& client_;
   std::string_view what_;
   std::size_t all_;
   bool terminal_ = isatty(STDERR_FILENO) != 0;
   std::optional<std::size_t> shown_;  ///< how much of the bar is full
-};
-
-/// The registers of a connection, for tools::run(); Ctrl-C throws Interrupted.
-class Registers final : public tools::RegisterAccess {
- public:
-  Registers(tools::WindowClient& client, ProgressBar& bar) : client_(client), bar_(bar) {}
-  std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) override {
-    return client_.look(first, count);
-  }
-  void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
-    client_.write(first, words);
-  }
-  void wait() override { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
-  void progress(std::size_t ended) override {
-    if (interrupted()) throw tools::Interrupted("cancelled: 0 written to the channels");
-    bar_.show(ended);
-  }
-
- private:
-  tools::WindowClient& client_;
-  ProgressBar& bar_;
 };
 
 tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::size_t size) {
@@ -137,16 +127,25 @@ tools::WindowClient connect(const Options& options) {
 
 void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, std::string_view what,
          int sdo_timeout_ms) {
-  ProgressBar bar(what, jobs.size());
-  Registers registers(client, bar);
+  Registers registers(client, what, jobs.size());
   if (tools::run(registers, jobs, static_cast<std::uint16_t>(sdo_timeout_ms))) return;
   std::optional<Borrowed> timeout;
   if (sdo_timeout_ms != 0) timeout.emplace(client, own::kSdoTimeout, two_bytes(sdo_timeout_ms));
   for (std::size_t i = 0; i < jobs.size(); ++i) {
-    bar.show(i);
+    registers.progress(i);
     while (const auto transaction = jobs[i]->next())
       jobs[i]->ended(client.execute(*transaction));
   }
+}
+
+std::deque<tools::ReadJob> read_of_all(tools::WindowClient& client,
+                                       const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms) {
+  std::deque<tools::ReadJob> jobs;
+  std::vector<tools::Job*> list;
+  for (std::uint16_t node = 1; node <= kMaxNode; ++node)
+    list.push_back(&jobs.emplace_back(node, places));
+  run(client, list, "node", sdo_timeout_ms);
+  return jobs;
 }
 
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,

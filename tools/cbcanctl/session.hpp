@@ -4,6 +4,7 @@
 /// What the commands of cbcanctl have in common: options, messages, and the window with its refusals.
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -77,6 +78,10 @@ tools::WindowClient connect(const Options& options);
 /// cancels what is under way and throws Interrupted.
 void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, std::string_view what,
          int sdo_timeout_ms = 0);
+
+/// The same objects of all 127 nodes, likewise.
+std::deque<tools::ReadJob> read_of_all(tools::WindowClient& client,
+                                       const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms = 0);
 
 /// The data of a good response; throws Refused, of `what`.
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
