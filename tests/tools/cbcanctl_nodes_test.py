@@ -88,6 +88,8 @@ class ManyNodes(Nodes):
                     self.check(f"configure {self.file('plan.toml', text)}", f"{node} started\n")
                     self.check(f"nmt preop {node}")
                     self.assertEqual(self.dumped(*arguments), text)
+        self.assertIn('\n  # { index = 0x6200, sub = 0, value = 1, type = "u8" },\n', text)  # a number of entries
+        self.assertIn('\n  { index = 0x1600, sub = 0, value = 1, type = "u8" },\n', text)
 
     def test_what_a_dump_says(self):
         text = self.dumped(32, "--eds", eds("generic"))

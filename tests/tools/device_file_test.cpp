@@ -40,7 +40,11 @@ TEST_CASE("a DCF: identity, ParameterValues, and PDOs in the order of CiA 301") 
       section("1401sub2", 5, "rw", "ParameterValue=1") +  //
       record("1601") + section("1601sub0", 5, "rw", "ParameterValue=1") +
       section("1601sub1", 7, "rw", "ParameterValue=0x20010008") +
-      section("1601sub2", 7, "rw", "ParameterValue=0") +
+      section("1601sub2", 7, "rw", "ParameterValue=0") + record("1402") +
+      section("1402sub1", 7, "rw", "DefaultValue=$NODEID+0x400") +  // its mapping is set alone
+      section("1402sub2", 5, "rw", "DefaultValue=255") + record("1602") +
+      section("1602sub0", 5, "rw", "DefaultValue=1") +
+      section("1602sub1", 7, "rw", "ParameterValue=0x20020010") +
       section("2001", 6, "rw", "DefaultValue=1\nParameterValue=0x1234") +
       section("2002", 6, "const", "ParameterValue=2") +
       section("2003", 5, "rw", "DefaultValue=9\nObjectType=8\nCompactSubObj=2") +
@@ -48,7 +52,8 @@ TEST_CASE("a DCF: identity, ParameterValues, and PDOs in the order of CiA 301") 
   std::vector<std::string> remarks;
   const PlannedNode node = parse_dcf(dcf, "drive.dcf", remarks);
   CHECK(node.id == 5);
-  CHECK(remarks == std::vector<std::string>{});
+  CHECK(remarks == std::vector<std::string>{
+                       "drive.dcf:72: 1402h has no sub-index 0: a read-only one that says 2 is assumed"});
   CHECK(text_of(node.identity) == "1000:00 92 01 02 00\n1018:01 55 00 00 00\n");
   CHECK(text_of(node.objects) ==
         "2001:00 34 12\n"
@@ -58,7 +63,12 @@ TEST_CASE("a DCF: identity, ParameterValues, and PDOs in the order of CiA 301") 
         "1601:00 00\n"
         "1601:01 08 00 01 20\n"
         "1601:00 01\n"
-        "1401:01 05 03 00 00\n");
+        "1401:01 05 03 00 00\n"
+        "1402:01 05 04 00 80\n"
+        "1602:00 00\n"
+        "1602:01 10 00 02 20\n"
+        "1602:00 01\n"
+        "1402:01 05 04 00 00\n");
 }
 
 TEST_CASE("a PDO that stays invalid, and PDOs of which not all is written") {
