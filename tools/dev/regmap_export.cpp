@@ -97,9 +97,8 @@ std::string markdown() {
          "number is low word first.\n\n";
   markdown_registers(out, kDiagnostics);
   out << "\n## Settings of a board\n\n"
-         "Holding registers of the images that store settings ([boards.md](boards.md)). They count after a "
-         "reset, and only what\n"
-         "1010h has stored before it (sub-index 1 or 4).\n\n";
+         "Holding registers of the images that store settings ([boards.md](boards.md)). They count after a\n"
+         "reset, and only what 1010h has stored before it (sub-index 1 or 4).\n\n";
   markdown_registers(out, kBoard);
   return out.str();
 }
