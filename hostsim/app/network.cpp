@@ -113,10 +113,16 @@ void Network::start() {
   wants(next_event());
 }
 
+void Network::catch_up() {
+  if (wanted() <= surroundings_.clock.now() || core_.is_together()) advance();
+}
+
 void Network::on_request(bool valid, const io::ModbusRange& written) {
   const Time now = surroundings_.clock.now();
-  if (written.count != 0) surroundings_.on_written(number_, written);
-  if (wanted() <= now || core_.is_together()) advance();
+  if (written.count == 0)
+    catch_up();
+  else
+    surroundings_.on_written(number_, written);
   if (valid) core_.on_request(written.first, written.count, now);
   if (written.count == 0) return;
   wants(next_event());

@@ -64,6 +64,7 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
 
   void start();
 
+  void catch_up() override;
   void on_request(bool valid, const io::ModbusRange& written) override;
   bool listens() const override { return core_.watch() != nullptr; }
   void on_exchange(const journal::ModbusExchange& exchange) override {

@@ -123,11 +123,6 @@ void NetworkWatch::begin(Watched& door, Time now) {
     latest.transaction = begun.transaction;
   transaction.request = journal_.add(begun, {std::span(transaction.value).first(transaction.size)});
   if (begun.service == Service::kNmt) command_ = begun;
-  if (begun.service == Service::kNmt || begun.node == 0 || begun.node > nmt::kMaxNode) return;
-  Node& node = nodes_[begun.node];
-  node.request = begun;
-  node.open = true;
-  node.failed = false;
 }
 
 void NetworkWatch::end(Watched& door, std::uint16_t result, Time now) {
@@ -149,27 +144,45 @@ void NetworkWatch::end(Watched& door, std::uint16_t result, Time now) {
     value = bytes_of(data,
                      scanned ? door.door.in[regmap::kScannerSize] : door.door.out[place(regmap::kDataSize)]);
   journal_.add(ended, {value});
-  Node& node = nodes_[ended.node & nmt::kMaxNode];
-  if (node.request.transaction != ended.transaction) return;
-  node.open = false;
-  node.failed = result != 0;
+  Line& line = line_of(ended);
+  if (line.transaction == ended.transaction || !line.open) line = {ended.transaction, false, result != 0};
+}
+
+NetworkWatch::Line& NetworkWatch::line_of(const Event& request) {
+  Node& node = nodes_[request.node & nmt::kMaxNode];
+  return request.service == Service::kState ? node.states : node.transfers;
+}
+
+/// Of those under way with the node the first one that has begun: 0 = none.
+std::uint32_t NetworkWatch::turn(std::uint8_t node, Service service) {
+  Line& line = line_of({.node = node, .service = service});
+  if (line.open) return line.transaction;
+  for (const Watched& door : doors_) {
+    const Event& request = door.transaction.request;
+    const bool is_one = door.transaction.open && request.service != Service::kNmt && request.node == node &&
+                        &line_of(request) == &line;
+    if (is_one && (!line.open || request.transaction < line.transaction))
+      line = {request.transaction, true, false};
+  }
+  return line.open ? line.transaction : 0;
 }
 
 /// After a failure the abort is on its way, and a response may be.
 std::uint32_t NetworkWatch::transaction_of(const Frame& frame) {
-  const Node& node = nodes_[frame.id & nmt::kMaxNode];
-  const bool is_state = node.request.service == Service::kState;
+  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  const Line& transfers = nodes_[node].transfers;
   if (nmt::is_command(frame)) {
     const std::uint32_t transaction = command_.node == frame.data[1] ? command_.transaction : 0;
     if (transaction != 0) command_ = {};
     return transaction;
   }
   switch (frame.id & ~std::uint32_t{nmt::kMaxNode}) {
-    case nmt::kErrorControlId: return node.open && is_state ? node.request.transaction : 0;
+    case nmt::kErrorControlId: return turn(node, Service::kState);
     case sdo::kRequestId:
-      if (node.failed && frame.data[0] == sdo::command(sdo::Request::kAbort)) return node.request.transaction;
-      return node.open && !is_state ? node.request.transaction : 0;
-    case sdo::kResponseId: return (node.open || node.failed) && !is_state ? node.request.transaction : 0;
+      if (transfers.failed && frame.data[0] == sdo::command(sdo::Request::kAbort))
+        return transfers.transaction;
+      return turn(node, Service::kRead);
+    case sdo::kResponseId: return transfers.failed ? transfers.transaction : turn(node, Service::kRead);
     default: return 0;
   }
 }
@@ -219,7 +232,7 @@ void NetworkWatch::note_state(std::uint8_t node, std::uint8_t state, Time now) {
 void NetworkWatch::on_fault(std::string_view text, Time now) {
   Event fault = event(Kind::kFault, now);
   fault.node = node_in(text);
-  if (fault.node != 0 && nodes_[fault.node].open) fault.transaction = nodes_[fault.node].request.transaction;
+  if (fault.node != 0) fault.transaction = turn(fault.node, Service::kRead);
   journal_.add(fault, text);
 }
 

@@ -79,10 +79,15 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     Transaction transaction{};
     std::uint16_t taken = 0;  ///< number of the scanner window
   };
-  struct Node {
-    Event request{};  ///< of the last transaction with it
+  /// Requests to a node that wait for each other's ends: transfers, or asking for its state.
+  struct Line {
+    std::uint32_t transaction = 0;  ///< whose turn it is, or was last
     bool open = false;
     bool failed = false;  ///< that one: a late response, or the abort, may come
+  };
+  struct Node {
+    Line transfers;
+    Line states;
     bool is_simulated = false;
     std::uint8_t state = kOff;
     Time heard = kNever;
@@ -93,6 +98,8 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void look_at_taken(Watched& door, Time now);
   void begin(Watched& door, Time now);
   void end(Watched& door, std::uint16_t result, Time now);
+  Line& line_of(const Event& request);
+  std::uint32_t turn(std::uint8_t node, Service service);
   std::uint32_t transaction_of(const Frame& frame);
   void note_state(std::uint8_t node, std::uint8_t state, Time now);
 

@@ -326,7 +326,6 @@ Reply Execution::write() {
   Network& of = control_.network(network);
   of.world().advance(now_);
   std::ranges::copy(words, of.registers().begin() + first);
-  of.world().advance(now_);
   of.on_request(first, words.size(), now_);
   return {"ok\n"};
 }

@@ -33,6 +33,7 @@ void CoprocessorModule::on_bus_state(BusState state, Time now) {
 }
 
 void CoprocessorModule::on_registers_written(std::size_t first, std::size_t count, Time now) {
+  if (watch_ != nullptr) watch_->before(now);
   coprocessor_.on_registers_written(first, count, now);
   if (watch_ != nullptr) watch_->after(now);
   poll(now);

@@ -354,6 +354,10 @@ TEST_CASE("[CHAN-11] they do not wait for transfers of other channels") {
   CHECK(window.busy());
   window.arrive(kResponse5);
   window.check_done();
+  window.read4(4, 1);
+  window.expect("601#4000200100000000");
+  window.nmt(5, 2);
+  window.expect("000#0102");
 }
 
 TEST_CASE("[CHAN-12] local objects are read and written at once") {

@@ -275,6 +275,10 @@ TEST_CASE("[PDO-30] a changed value is an event") {
     window.set(kOutputs, {0x1111, 0x2222, 0x3333});
     window.arrive("080#").expect_silence();
   }
+}
+
+TEST_CASE("[PDO-30] what is mapped has changed: a byte, a bit, the last register") {
+  Window window;
   SECTION("a byte of a register") {
     set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA4C00208});
     start_own_node(window);

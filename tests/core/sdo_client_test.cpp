@@ -64,6 +64,19 @@ TEST_CASE("SDO client: in the middle of a sub-block half the timeout is waited, 
   CHECK(client.client.deadline() == (timeout_ms == 0 ? kNever : Time{500} * timeout_ms));
 }
 
+TEST_CASE("SDO client: a further sub-block goes on when the port takes frames again") {
+  Client client;
+  client.start(kWrite, kBlock).expect("605#C60020010A000000");
+  client.arrive("585#A400200101000000").expect("605#01EEEEEEEEEEEEEE");
+  client.port.refuse_next = 1;
+  client.arrive("585#A200020000000000");  // once more, and two segments at a time
+  client.pass(kMillisecond).expect("605#01EEEEEEEEEEEEEE");
+  client.expect("605#82EEEEEE00000000");
+  client.arrive("585#A202020000000000").expect("605#D1962B0000000000");
+  client.arrive("585#A100000000000000");
+  CHECK(client.client.outcome() == SdoClient::Outcome::kDone);
+}
+
 TEST_CASE("SDO client: what it counts") {
   Client client;
   const SdoClient::Counters& counters = client.client.counters();

@@ -19,8 +19,10 @@ struct Unit final : ModbusUnit {
   using Tell = std::function<void(bool valid, const ModbusRange& written)>;
   explicit Unit(Tell tell) : told(std::move(tell)) {}
   std::span<std::uint16_t> registers() override { return words; }
+  void catch_up() override { at_catch_up.push_back(words[9]); }
   void on_request(bool valid, const ModbusRange& written) override { told(valid, written); }
   std::vector<std::uint16_t> words = std::vector<std::uint16_t>(4168);
+  std::vector<std::uint16_t> at_catch_up;  ///< R9
   Tell told;
 };
 

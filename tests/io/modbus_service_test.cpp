@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a client that keeps to the rules gets. Bytes: Modbus Application Protocol V1.1b3, the examples of
 // section 6, behind the MBAP header of the Modbus Messaging on TCP/IP Implementation Guide.
+#include "io/modbus/modbus_rtu.hpp"
 #include "modbus_fixture.hpp"
 
 namespace cbcan::io::test {
@@ -105,6 +106,29 @@ TEST_CASE("the owner runs after the response has gone out and before the next pi
             23) == hex("00 01 00 00 00 06 01 06 0E 74 CA 0E"
                        "00 02 00 00 00 05 01 03 02 00 04"));
   CHECK(answered == std::vector<bool>{true, true});
+}
+
+TEST_CASE("what is due happens before a request writes, and meets the registers as they were") {
+  Server server;
+  Client client(server);
+  client.send(
+      hex("00 01 00 00 00 06 01 06 00 09 00 07"
+          "00 02 00 00 00 06 01 03 00 09 00 01"
+          "00 03 00 00 00 06 01 06 20 00 00 01"  // exception 02h
+          "00 04 00 00 00 06 01 06 00 09 00 08"));
+  server.run_until_quiet();
+  CHECK(server.first.at_catch_up == std::vector<std::uint16_t>{0, 7});
+  CHECK(server.second.at_catch_up.empty());
+}
+
+TEST_CASE("RTU: likewise, for all networks where all are written") {
+  Unit first([](bool, const ModbusRange&) {}), second([](bool, const ModbusRange&) {});
+  RtuSession session({&first, &second}, {.station = 1, .silence_us = 0, .gap_us = 1750});
+  for (const Bytes& request : {hex("01 06 00 09 00 07 18 0A"), hex("00 06 00 09 00 08 59 DF")})
+    session.receive({reinterpret_cast<const char*>(request.data()), request.size()});
+  CHECK(first.at_catch_up == std::vector<std::uint16_t>{0, 7});
+  CHECK(second.at_catch_up == std::vector<std::uint16_t>{0});
+  CHECK(second.words[9] == 8);
 }
 
 TEST_CASE("pipelined requests are answered all, in order") {

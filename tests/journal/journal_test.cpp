@@ -152,6 +152,32 @@ TEST_CASE("requests of the scanner window go by their numbers") {
                        "0.000000 #2 read node 66 1000h:00 = 983441: done, 0 ms"});
 }
 
+TEST_CASE("frames belong to the channel whose turn it is with the node") {
+  const auto plant = scenario::test::demo("[module]\nchannels = 3\n");
+  plant->execute("write 500 1 5055 0 0 0 0");
+  plant->execute("write 700 1 5055 0 0 0 0");
+  plant->execute("write 900 1 5055 0 0 0 0");
+  plant->execute("fault 0x42 response-late delay_ms=50 count=1");
+  Seen seen(*plant);
+  plant->execute("write 500 2 5055 0x42 0x1000 0 4");
+  plant->execute("write 700 2 5055 0x42 0x1001 0 1");
+  plant->execute("write 900 2 5055 0x42 0x300C 0 1");
+  plant->execute("pass 100ms");
+  Lines lines = seen.lines();
+  std::erase_if(lines, [](const std::string& line) { return line.find("command") != std::string::npos; });
+  CHECK(lines ==
+        Lines{"0.000000 #1 read node 66 1000h:00 begun",
+              "0.000000 #1 642#4000100000000000 SDO node 66: read 1000h:00",
+              "0.000000 #1 node 66: fault 1: response-late delay_ms=50 count=1: 5C2#4300100091010F00",
+              "0.000000 #2 read node 66 1001h:00 begun", "0.000000 #3 state of node 66 begun",
+              "0.000000 #3 state of node 66 = pre-operational: done, 0 ms",
+              "0.050000 #1 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441",
+              "0.050000 #1 read node 66 1000h:00 = 983441: done, 50 ms",
+              "0.050000 #2 642#4001100000000000 SDO node 66: read 1001h:00",
+              "0.050000 #2 5C2#4F01100000000000 SDO node 66: value of 1001h:00 = 0",
+              "0.050000 #2 read node 66 1001h:00 = 0: done, 50 ms"});
+}
+
 TEST_CASE("the same seed gives the same journal") {
   const Lines once = session("");
   CHECK(once.size() > 300);

@@ -108,59 +108,60 @@ function update(now) set(0x2004, 0, hash(text)) set(0x2008, 0, hash(order)) end
             "plant.toml:1: node 20: t.lua:1: pairs: a table as a key has no place in an order"});
 }
 
+struct Hostile {
+  const char* script;  ///< of update, in line 2
+  const char* why;
+};
+const std::vector<Hostile> kHostile{
+    {"while true do end", "t.lua:2: more than 200000 instructions in one call"},
+    {"while true do pcall(function() while true do end end) end",
+     "t.lua:2: more than 200000 instructions in one call"},
+    {"local function f() pcall(f) f() end f()", "t.lua:2: "},
+    {"local function f() return 1 + f() end f()", "t.lua:2: "},
+    {"local function f() return f() end f()", "t.lua:2: more than 200000 instructions in one call"},
+    {"local t = {} for i = 1, 1e9 do t[i] = ('x'):rep(1000) .. i end",
+     "t.lua:2: takes more memory than a script may have"},
+    {"local t = {} while true do t = { t } end", "t.lua:2: "},
+    {"local s = string.rep('x', 1 << 40)", "t.lua:2: "},
+    {"local s = string.rep('', 1 << 60)", ""},
+    {"local s = 'x' while true do s = s .. s end", "t.lua:2: takes more memory than a script may have"},
+    {"while true do pcall(string.rep, 'x', 1 << 21) end",
+     "t.lua:2: takes more memory than a script may have"},
+    {"while true do pcall(string.rep, 'x', 1 << 30) end",
+     "t.lua:2: takes more memory than a script may have"},
+    {"table.insert(setmetatable({}, { __len = function() return 1 << 53 end }), 1, 1)", ""},
+    {"table.concat(setmetatable({}, { __index = function() return '' end }), '', 1, 1 << 53)",
+     "t.lua:2: more than 200000 instructions in one call"},
+    {"setmetatable({}, { __gc = function() while true do end end })",
+     "t.lua:2: setmetatable: there is no __gc"},
+    {"setmetatable({}, { __mode = 'k' })", "t.lua:2: setmetatable: there is no __mode"},
+    {"local x <close> = setmetatable({}, { __close = function() while true do end end }) error('a')",
+     "t.lua:2: more than 200000 instructions in one call"},
+    {"coroutine.wrap(function() while true do end end)()",
+     "t.lua:2: attempt to index a nil value (global 'coroutine')"},
+    {"xpcall(error, function() while true do end end)",
+     "t.lua:2: attempt to call a nil value (global 'xpcall')"},
+    {"error(setmetatable({}, { __tostring = error }))", "t.lua: an error that is no text"},
+    {"print(setmetatable({}, { __tostring = function() while true do end end }))",
+     "t.lua:2: more than 200000 instructions in one call"},
+    {"os.exit()", "t.lua:2: attempt to index a nil value (global 'os')"},
+    {"io.open('/etc/passwd')", "t.lua:2: attempt to index a nil value (global 'io')"},
+    {"debug.sethook()", "t.lua:2: attempt to index a nil value (global 'debug')"},
+    {"load('\\27Lua')", "t.lua:2: attempt to call a nil value (global 'load')"},
+    {"require('x')", "t.lua:2: attempt to call a nil value (global 'require')"},
+    {"string.find(string.rep('a', 1 << 16), '.-.-.-.-b')",
+     "t.lua:2: attempt to call a nil value (field 'find')"},
+    {"string.format('%p', {})", "t.lua:2: string.format: %p, or more than 1000 characters"},
+    {"get(0x9999)", "t.lua:2: the node has no number at 9999h:00"},
+    {"set(0x2001, 0, 'x')", "t.lua:2: bad argument #3 to 'set' (number expected, got string)"},
+    {"return now + 1e-6", "t.lua: update wants to be called more than 500 times in a millisecond"},
+    {"return now", "t.lua: update wants to be called more than 500 times in a millisecond"},
+    {"for i = 1, 1e9 do print(i) end", "t.lua:2: more than 200000 instructions in one call"},
+    {"setmetatable(_G, { __index = function() while true do end end }) update = nil", ""},
+};
+
 TEST_CASE("what a script cannot do: it ends with its line, and costs its own node only") {
-  struct Row {
-    const char* script;  ///< of update, in line 2
-    const char* why;
-  };
-  const std::vector<Row> rows{
-      {"while true do end", "t.lua:2: more than 200000 instructions in one call"},
-      {"while true do pcall(function() while true do end end) end",
-       "t.lua:2: more than 200000 instructions in one call"},
-      {"local function f() pcall(f) f() end f()", "t.lua:2: "},
-      {"local function f() return 1 + f() end f()", "t.lua:2: "},
-      {"local function f() return f() end f()", "t.lua:2: more than 200000 instructions in one call"},
-      {"local t = {} for i = 1, 1e9 do t[i] = ('x'):rep(1000) .. i end",
-       "t.lua:2: takes more memory than a script may have"},
-      {"local t = {} while true do t = { t } end", "t.lua:2: "},
-      {"local s = string.rep('x', 1 << 40)", "t.lua:2: "},
-      {"local s = string.rep('', 1 << 60)", ""},
-      {"local s = 'x' while true do s = s .. s end", "t.lua:2: takes more memory than a script may have"},
-      {"while true do pcall(string.rep, 'x', 1 << 21) end",
-       "t.lua:2: takes more memory than a script may have"},
-      {"while true do pcall(string.rep, 'x', 1 << 30) end",
-       "t.lua:2: takes more memory than a script may have"},
-      {"table.insert(setmetatable({}, { __len = function() return 1 << 53 end }), 1, 1)", ""},
-      {"table.concat(setmetatable({}, { __index = function() return '' end }), '', 1, 1 << 53)",
-       "t.lua:2: more than 200000 instructions in one call"},
-      {"setmetatable({}, { __gc = function() while true do end end })",
-       "t.lua:2: setmetatable: there is no __gc"},
-      {"setmetatable({}, { __mode = 'k' })", "t.lua:2: setmetatable: there is no __mode"},
-      {"local x <close> = setmetatable({}, { __close = function() while true do end end }) error('a')",
-       "t.lua:2: more than 200000 instructions in one call"},
-      {"coroutine.wrap(function() while true do end end)()",
-       "t.lua:2: attempt to index a nil value (global 'coroutine')"},
-      {"xpcall(error, function() while true do end end)",
-       "t.lua:2: attempt to call a nil value (global 'xpcall')"},
-      {"error(setmetatable({}, { __tostring = error }))", "t.lua: an error that is no text"},
-      {"print(setmetatable({}, { __tostring = function() while true do end end }))",
-       "t.lua:2: more than 200000 instructions in one call"},
-      {"os.exit()", "t.lua:2: attempt to index a nil value (global 'os')"},
-      {"io.open('/etc/passwd')", "t.lua:2: attempt to index a nil value (global 'io')"},
-      {"debug.sethook()", "t.lua:2: attempt to index a nil value (global 'debug')"},
-      {"load('\\27Lua')", "t.lua:2: attempt to call a nil value (global 'load')"},
-      {"require('x')", "t.lua:2: attempt to call a nil value (global 'require')"},
-      {"string.find(string.rep('a', 1 << 16), '.-.-.-.-b')",
-       "t.lua:2: attempt to call a nil value (field 'find')"},
-      {"string.format('%p', {})", "t.lua:2: string.format: %p, or more than 1000 characters"},
-      {"get(0x9999)", "t.lua:2: the node has no number at 9999h:00"},
-      {"set(0x2001, 0, 'x')", "t.lua:2: bad argument #3 to 'set' (number expected, got string)"},
-      {"return now + 1e-6", "t.lua: update wants to be called more than 500 times in a millisecond"},
-      {"return now", "t.lua: update wants to be called more than 500 times in a millisecond"},
-      {"for i = 1, 1e9 do print(i) end", "t.lua:2: more than 200000 instructions in one call"},
-      {"setmetatable(_G, { __index = function() while true do end end }) update = nil", ""},
-  };
-  for (const Row& row : rows) {
+  for (const Hostile& row : kHostile) {
     CAPTURE(row.script);
     const Files files{{"t.lua", fmt::format("function update(now)\n{}\nend", row.script)}};
     const auto plant = plant_of(std::string(kScripted), files);

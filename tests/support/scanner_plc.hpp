@@ -115,7 +115,7 @@ struct ScannerPlc {
   enum class Phase { kStarting, kIdle, kWaiting, kCancelling };
 
   void request() {
-    number_ = regmap::next_number(number_);
+    number_ = number_ == 65535 ? std::uint16_t{1} : static_cast<std::uint16_t>(number_ + 1);
     ++id_;
     write_ = id_ % 2 == 0;
     const auto low = static_cast<std::uint16_t>(id_);

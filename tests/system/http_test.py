@@ -103,13 +103,11 @@ class Page(Http):
             for index, sub, size, value in [(0x1600, 1, 4, 0xA1000210), (0x1600, 2, 4, 0xA1000410), (0x1600, 0, 1, 2), (0x1400, 1, 4, 0x2C2),
                                             (0x1A00, 1, 4, 0xA5800110), (0x1A00, 0, 1, 1), (0x1800, 1, 4, 0x345)]:
                 self.assertEqual(window.execute(WRITE, 0, index, sub, size, value & 0xFFFF, value >> 16), 0)
-        for cob_id in ("0x2C2", "0x400002C2"):  # RTR allowed or not
-            self.control(f"set 0x42 0x1801:1 {cob_id}")
-            mapped = [register.get("mapped") for register in self.get("/api/registers?first=3800&count=65")["registers"]]
-            self.assertEqual({3800 + at: text for at, text in enumerate(mapped) if text}, {
-                3801: "node 66 6401h:01 Channel 1", 3803: "node 66 6401h:02 Channel 2", 3864: "PDO 345h"})
-        self.control("set 0x42 0x1801:1 0x800002C2")
-        self.assertEqual(self.get("/api/registers?first=3801&count=1")["registers"][0]["mapped"], "PDO 2C2h")
+            inputs = {3801: "node 66 6401h:01 Channel 1", 3803: "node 66 6401h:02 Channel 2"}
+            for flags, expected in ((0, inputs), (0x8000, {3801: "PDO 2C2h", 3803: "PDO 2C2h"}), (0x4000, inputs)):  # valid, not valid, without RTR
+                self.assertEqual(window.execute(WRITE, 0x42, 0x1801, 1, 4, 0x2C2, flags), 0)
+                registers = self.get("/api/registers?first=3800&count=65")["registers"]
+                self.assertEqual({register["register"]: register["mapped"] for register in registers if "mapped" in register}, {**expected, 3864: "PDO 345h"})
 
     def test_events_are_as_the_page_shows_them(self):
         simulator = self.start("--fault", "32:response-never count=1")

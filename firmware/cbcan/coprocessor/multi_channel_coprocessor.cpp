@@ -20,7 +20,6 @@ void MultiChannelCoprocessor::start(Time now) {
   for (Memory& channel : more_)
     channel->start(now);
   Coprocessor::start(now);
-  more_due_ = now;
 }
 
 Time MultiChannelCoprocessor::poll(Time now) {

@@ -62,6 +62,8 @@ void RtuSession::execute() {
   const std::size_t asked = server_.request_network();
   const auto frame = networks_[asked]->listens() ? server_.request() : std::span<const std::uint8_t>();
   const std::vector<std::uint8_t> request(frame.begin(), frame.end());
+  for (std::size_t network = 0; network < networks_.size(); ++network)
+    if (to_all || network == asked) networks_[network]->catch_up();
   const auto response = server_.execute();
   const std::size_t before = unsent_.size();
   unsent_.append(response.begin(), response.end());

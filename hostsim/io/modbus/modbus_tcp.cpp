@@ -135,16 +135,18 @@ bool ModbusTcp::serve(Connection& client, Bytes request) {
   const ModbusException exception =
       reached ? check_request(pdu, registers.size()) : ModbusException::kGatewayPathUnavailable;
   ++counters_.requests;
+  const bool valid = exception == ModbusException::kNone;
+  const ModbusRange written = valid ? written_by(pdu) : ModbusRange();
+  if (written.count != 0) networks_[network]->catch_up();
   std::array<std::uint8_t, kMaxAdu> bytes;
   const Bytes response = respond(request, registers, exception, bytes);
   const bool alive = send(client, response);
-  const bool valid = exception == ModbusException::kNone;
   if (!reached) return alive;
   ModbusUnit& unit = *networks_[network];
   if (unit.listens())
     unit.on_exchange({client.number, static_cast<std::uint16_t>(word(request, 0)), request[kUnitOffset],
                       static_cast<std::uint8_t>(exception), pdu, response.subspan(kPduOffset)});
-  unit.on_request(valid, valid ? written_by(pdu) : ModbusRange());
+  unit.on_request(valid, written);
   return alive;
 }
 

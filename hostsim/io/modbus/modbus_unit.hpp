@@ -15,6 +15,8 @@ class ModbusUnit {
   /// The same words always; none = there is nothing to select.
   virtual std::span<std::uint16_t> registers() = 0;
 
+  /// A request is about to write: what is due by now happens, with the registers as they are.
+  virtual void catch_up() {}
   /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
   /// exception; `written`: what it has written. Must not destroy the server.
   virtual void on_request(bool valid, const ModbusRange& written) = 0;
