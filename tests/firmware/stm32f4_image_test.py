@@ -135,6 +135,7 @@ class Image(unittest.TestCase):
             self.assertEqual(words[7], 0x10)  # off the CAN bus
             self.assertEqual(words[32], 2)  # the RC oscillator
             self.assertEqual(words[33:], [0] * 7)  # no faults
+            self.assertTrue(machine.ask(bytes.fromhex("2B0E0401"), 19).endswith(b"stm32f446"))  # FC 43/14, product code
             later = machine.read(4102, 2)
             self.assertGreater(later[0] | later[1] << 16, words[2] | words[3] << 16)
             print(f"stm32f4: {words[6]} bytes of stack used", flush=True)

@@ -21,6 +21,7 @@
 
 #include "boards/common/hardware.hpp"
 #include "cbcan/coprocessor/coprocessor.hpp"
+#include "cbcan/modbus/identification.hpp"
 #include "cbcan/modbus/rtu_server.hpp"
 
 namespace cbcan::boards {
@@ -53,7 +54,11 @@ struct Registers {
   const std::array<RegisterRange, 6> map;
 };
 
-template <std::size_t kNetworks = 1>
+/// The response to a request of FC 43.
+std::span<const std::uint8_t> identify(RtuServer& modbus, const modbus::DeviceIdentity& identity);
+
+/// `kIdentity`: what FC 43/14 tells; null: it is no function of this station.
+template <std::size_t kNetworks = 1, const modbus::DeviceIdentity* kIdentity = nullptr>
 class Station {
  public:
   using Ports = std::array<CanPort*, kNetworks>;
@@ -120,9 +125,15 @@ class Station {
     const bool to_all = modbus_.is_broadcast();
     const std::size_t asked = kNetworks == 1 ? 0 : modbus_.request_network();
     if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords)) publish_for(asked, now);
-    if (const auto response = modbus_.execute(); !response.empty()) hardware_.respond(response);
+    if (const auto response = executed(); !response.empty()) hardware_.respond(response);
     for (std::size_t network = 0; network < kNetworks; ++network)
       if (to_all || network == asked) tell(coprocessors_[network], now);
+  }
+
+  std::span<const std::uint8_t> executed() {
+    if constexpr (kIdentity != nullptr)
+      if (modbus_.request()[1] == modbus::kEncapsulatedInterface) return identify(modbus_, *kIdentity);
+    return modbus_.execute();
   }
 
   /// What the PLC has done.

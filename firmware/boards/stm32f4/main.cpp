@@ -44,7 +44,7 @@ stm32f4::Settings take_settings() {
 
 const stm32f4::Settings settings = take_settings();
 stm32f4::Board board(settings, faults);
-Station<stm32f4::kNetworks> station(board, {&board.can()}, stm32f4::station_settings(settings, words));
+stm32f4::TheStation station(board, {&board.can()}, stm32f4::station_settings(settings, words));
 
 template <void (stm32f4::Board::*kMember)()>
 void interrupt() {

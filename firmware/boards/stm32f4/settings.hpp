@@ -13,6 +13,7 @@
 #include "boards/stm32f4/bxcan.hpp"
 #include "boards/stm32f4/rcc.hpp"
 #include "boards/stm32f4/usart.hpp"
+#include "cbcan/version.hpp"
 
 namespace cbcan::boards::stm32f4 {
 
@@ -35,6 +36,8 @@ struct Settings {
 };
 
 inline constexpr std::size_t kNetworks = 1;  ///< the driver runs CAN1
+inline constexpr modbus::DeviceIdentity kIdentity{"cbcan", "stm32f446", kVersion};
+using TheStation = Station<kNetworks, &kIdentity>;
 inline constexpr Settings kBoardSettings{};
 
 // ---- As registers
@@ -80,9 +83,8 @@ constexpr std::uint32_t response_delay_us(std::uint32_t baud, SerialFormat forma
 
 /// The gap is t3.5, and so follows the baud rate; the ST-LINK passes bytes on in packets, so there it is 20
 /// ms at least. `board` is where the registers of its settings are.
-constexpr Station<kNetworks>::Settings station_settings(const Settings& settings,
-                                                        std::span<std::uint16_t> board) {
-  Station<kNetworks>::Settings station;
+constexpr TheStation::Settings station_settings(const Settings& settings, std::span<std::uint16_t> board) {
+  TheStation::Settings station;
   station.modbus = {
       .station = settings.station,
       .silence_us = rtu_silence_us(settings.baud, bits(settings.format)),

@@ -30,10 +30,10 @@ struct FakeBoard final : Hardware {
   std::array<Health, 2> report;
 };
 
-template <std::size_t kNetworks>
+template <std::size_t kNetworks, const modbus::DeviceIdentity* kIdentity = nullptr>
 struct BenchOf {
-  explicit BenchOf(const typename Station<kNetworks>::Ports& ports,
-                   const typename Station<kNetworks>::Settings& settings)
+  using Board = Station<kNetworks, kIdentity>;
+  explicit BenchOf(const typename Board::Ports& ports, const typename Board::Settings& settings)
       : station(board, ports, settings) {
     station.start();
   }
@@ -71,7 +71,7 @@ struct BenchOf {
   static constexpr Time kSilence = 1750;
   static constexpr Time kAsking = 2 * kSilence + 1;  ///< what ask() takes
   FakeBoard board;
-  Station<kNetworks> station;
+  Board station;
 };
 
 struct Ports {
@@ -225,6 +225,22 @@ TEST_CASE("A board's own settings are registers where it has some") {
   const auto missing = Bytes({0x01, 0x83, 0x02, 0xC0, 0xF1});
   CHECK(bench.ask({0x01, 0x03, 0x10, 0x36, 0x00, 0x07, 0xE0, 0xC6}) == missing);  // R4150..R4156
   CHECK(bench.ask({0x01, 0x03, 0x10, 0x36, 0x00, 0x06, 0x21, 0x06}).size() == 5 + 2 * 6);
+}
+
+constexpr modbus::DeviceIdentity kIdentity{"cb", "f4", "0.1.0"};
+
+TEST_CASE("FC 43/14: who the board is, where it says so") {
+  Bench nobody;
+  CHECK(nobody.ask({0x01, 0x2B, 0x0E, 0x01, 0x00, 0x70, 0x77}) == Bytes({0x01, 0xAB, 0x01, 0x9E, 0xF0}));
+  Ports ports;
+  BenchOf<1, &kIdentity> bench({&ports.port}, {});
+  ports.port.sent.clear();
+  CHECK(bench.ask({0x01, 0x2B, 0x0E, 0x01, 0x00, 0x70, 0x77}) ==
+        Bytes({0x01, 0x2B, 0x0E, 0x01, 0x81, 0x00, 0x00, 0x03, 0x00, 0x02, 'c',  'b', 0x01,
+               0x02, 'f',  '4',  0x02, 0x05, '0',  '.',  '1',  '.',  '0',  0x25, 0xB5}));
+  CHECK(bench.ask({0x01, 0x2B, 0x0E, 0x04, 0x03, 0x33, 0x26}) == Bytes({0x01, 0xAB, 0x02, 0xDE, 0xF1}));
+  CHECK(bench.ask({0x00, 0x2B, 0x0E, 0x01, 0x00, 0x4D, 0xB7}).empty());  // to all
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}).size() == 7);
 }
 
 TEST_CASE("The diagnostics registers cannot be written") {
