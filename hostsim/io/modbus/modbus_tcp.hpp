@@ -26,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "cbcan/modbus/identification.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
