@@ -91,6 +91,16 @@ TEST_CASE("Record log: of flash with anything in it nothing is believed") {
   CHECK(log.append(Record({7})) == Result::kKept);
 }
 
+TEST_CASE("Record log: a sector whose erasure has not been confirmed is erased again") {
+  FlashModel flash(kWords);
+  for (auto& sector : flash.sectors)
+    sector.assign(kWords, Flash::kErased);
+  RecordLog(flash).start();
+  CHECK(flash.erasures == 2);
+  RecordLog(flash).start();
+  CHECK(flash.erasures == 2);
+}
+
 TEST_CASE("Record log: the same record is not written twice") {
   FlashModel flash(kWords);
   RecordLog log(flash);
