@@ -197,6 +197,38 @@ TEST_CASE("1010h: a COB-ID of EMCY messages that follows the node ID goes on doi
   CHECK(board.get(0x1014, 0) == 0xAA);
 }
 
+TEST_CASE("1010h: what has its power-on value takes no room") {
+  Board board;
+  board.on();
+  board.put(0x1017, 0, 2, 500);
+  const std::size_t before = board.flash.operations;
+  board.save();
+  // 1017h, 3003h and two settings of six bytes each, 3004h of five: eight words, and three around them.
+  CHECK(board.flash.operations == before + 11);
+}
+
+TEST_CASE("1010h: stored values that another image knows otherwise, or not at all, do not count") {
+  struct Other final : RecordLog::Source {
+    void write_to(RecordLog::Writer& writer) const override {
+      for (const int byte : {0x17, 0x10, 0, 4, 1,    2, 3, 4,  // four bytes, where two are known
+                             0x00, 0x20, 1, 1, 9,              // 2000h:01
+                             0x02, 0x30, 0, 1, 9,              // read-only
+                             0x03, 0x30, 0, 2, 0xFA, 0,        //
+                             0x15, 0x10, 0, 2, 7})             // cut short
+        writer.put(static_cast<std::uint8_t>(byte));
+    }
+  } source;
+  Board board;
+  RecordLog log(board.flash);
+  log.start();
+  REQUIRE(log.append(source) == RecordLog::Result::kKept);
+  board.on();
+  CHECK(board.get(0x1017, 0) == 0);
+  CHECK(board.get(0x3002, 0) == 0);
+  CHECK(board.get(0x3003, 0) == 250);
+  CHECK(board.get(0x1015, 0) == 0);
+}
+
 TEST_CASE("1010h: full, and flash that does not work") {
   Board board;
   board.on();
