@@ -17,7 +17,7 @@ namespace {
 io::ModbusTcpSettings settings_of(const text::ListenAddress& modbus) {
   io::ModbusTcpSettings settings;
   settings.listen = {modbus.host, modbus.port};
-  settings.identity = {"cbcan", "cbcan-sim", std::string(kVersion)};
+  settings.identity = {"cbcan", "cbcan-sim", kVersion};
   return settings;
 }
 
@@ -134,8 +134,7 @@ void Simulator::open_http(const plant::HttpConfig& config) {
   api_.emplace(
       Api::Parts{*control_, names_, find_name_,
                  [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
-                 [this] { catch_up(); },
-                 [this] { return about(); }});
+                 [this] { catch_up(); }, [this] { return about(); }});
   http_.emplace(reactor_, text::parse_listen_address(config.listen, 0), config.write,
                 [this](const io::HttpRequest& request) { return api_->respond(request); });
 }
