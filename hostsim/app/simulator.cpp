@@ -17,7 +17,7 @@ namespace {
 io::ModbusTcpSettings settings_of(const text::ListenAddress& modbus) {
   io::ModbusTcpSettings settings;
   settings.listen = {modbus.host, modbus.port};
-  settings.identity = {"cbcan", "cbcan-sim", std::string(kVersion)};
+  settings.identity = {"cbcan", "cbcan-sim", kVersion};
   return settings;
 }
 

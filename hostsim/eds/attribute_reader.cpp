@@ -155,7 +155,9 @@ void AttributeReader::read_value(Object& object, const Section& section) {
   object.value.resize(std::max(object.value.size(), size_of(object.type)));
   for (const std::string_view key : {"ParameterValue", "DefaultValue"}) {
     const KeyValue* const entry = section.find(key);
-    if (entry != nullptr && set_value(object, section, *entry)) return;
+    if (entry == nullptr || !set_value(object, section, *entry)) continue;
+    object.configured = entry == section.find("ParameterValue");
+    return;
   }
 }
 

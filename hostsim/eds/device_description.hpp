@@ -56,6 +56,7 @@ struct Object {
   /// has as many bytes as its type; a string or DOMAIN as many as it is long.
   std::vector<std::uint8_t> value;
   bool has_value = false;      ///< the file says which: the value is not just zeros for want of one
+  bool configured = false;     ///< and it is a ParameterValue, or an entry of [2000Value]
   std::uint32_t node_ids = 0;  ///< how often $NODEID has been added to the value
   std::uint32_t capacity = 0;  ///< bytes that it can hold: see eds_reader.hpp
   /// Integers only, both allowed; unsigned ones as their bit pattern.

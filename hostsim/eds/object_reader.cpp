@@ -140,7 +140,8 @@ void ObjectReader::apply(const OwnEntries& own, unsigned sub, const Section& mai
   }
   if (const KeyValue* const denotation = own.denotations[sub])
     object.denotation = ValueReader::text(*denotation);
-  if (const KeyValue* const value = own.values[sub]) attributes_.set_value(object, main, *value);
+  if (const KeyValue* const value = own.values[sub])
+    object.configured = attributes_.set_value(object, main, *value) || object.configured;
 }
 
 ObjectReader::PerSub ObjectReader::entries_per_sub(const Section* section, std::uint8_t count) {

@@ -51,7 +51,11 @@ struct NodeParts {
   Time time_period = 0;                  ///< as a TIME producer (1012h), microseconds; 0 = it sends none
 };
 
-class Node final : public Participant, private DeviceApplication, private DeviceNode, private LssNode {
+class Node final : public Participant,
+                   private DeviceApplication,
+                   private ParameterMemory,
+                   private DeviceNode,
+                   private LssNode {
  public:
   /// Without a node ID: it waits until LSS gives it one. The image is then made for node ID 0.
   static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
@@ -109,6 +113,7 @@ class Node final : public Participant, private DeviceApplication, private Device
                      Time now) override;
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
+  ParameterMemory* memory() override { return this; }
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,

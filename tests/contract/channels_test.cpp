@@ -121,6 +121,20 @@ TEST_CASE("[CHAN-4] requests to one node, in the order of arrival") {
     window.exchange({{kAsk5, kResponse5}});
     window.check_read(2);
   }
+  SECTION("of the first node and the last one") {
+    const auto [node, digits] = GENERATE(std::pair(1, "01"), std::pair(126, "7E"));
+    const std::string ask = std::string("6") + digits + "#4000200100000000";
+    const std::string response = std::string("5") + (node == 1 ? "81" : "FE") + "#4300200144332211";
+    window.read4(2, static_cast<std::uint16_t>(node));
+    window.read4(3, static_cast<std::uint16_t>(node));
+    window.expect(ask);
+    window.expect_silence();
+    window.arrive(response);
+    window.expect(ask);
+    window.arrive(response);
+    window.check_read(2);
+    window.check_read(3);
+  }
   SECTION("and again and again") {
     window.read4(2, 5);
     window.expect(kAsk5);

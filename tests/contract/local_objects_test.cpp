@@ -202,6 +202,20 @@ TEST_CASE("[OBJ-12] 1012h") {
   }
 }
 
+TEST_CASE("[OBJ-34] 1010h, 1011h, where no memory is behind them") {
+  Window window;
+  for (const std::uint16_t index : Words{0x1010, 0x1011}) {
+    CHECK(read_local(window, index, 0) == Value{4, 1});
+    CHECK(read_local(window, index, 1) == Value{0, 4});
+    for (const std::uint16_t sub : Words{1, 2, 3, 4}) {
+      window.write(0, index, sub, 4, {0x6173, 0x6576}).check_failed(0x08000020);
+      window.write(0, index, sub, 4, {0x6F6C, 0x6461}).check_failed(0x08000020);
+      window.write(0, index, sub, 4, {0, 0}).check_failed(0x08000020);
+    }
+    check_missing(window, index, 5, 0x06090011);
+  }
+}
+
 TEST_CASE("[OBJ-16] 1029h") {
   Window window;
   CHECK(read_local(window, 0x1029, 1) == Value{1, 1});

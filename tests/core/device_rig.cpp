@@ -153,13 +153,11 @@ void DeviceRig::on_network_failure(NetworkFailure failure, Time) {
 }
 
 AbortCode DeviceRig::save(std::uint16_t first_index, std::uint16_t last_index) {
-  if (!has_memory) return DeviceApplication::save(first_index, last_index);
   events.push_back("save " + hex(first_index, 4) + ".." + hex(last_index, 4));
   return keeps;
 }
 
 AbortCode DeviceRig::forget(std::uint16_t first_index, std::uint16_t last_index) {
-  if (!has_memory) return DeviceApplication::forget(first_index, last_index);
   events.push_back("forget " + hex(first_index, 4) + ".." + hex(last_index, 4));
   return keeps;
 }

@@ -21,7 +21,7 @@ struct Row {
 /// All that a Device acts on, but PDOs.
 std::vector<Row> everything();
 
-struct DeviceRig : Wire, private DeviceApplication {
+struct DeviceRig : Wire, private DeviceApplication, private ParameterMemory {
   explicit DeviceRig(const std::vector<Row>& rows);
   virtual ~DeviceRig() noexcept(false) = default;
 
@@ -60,6 +60,7 @@ struct DeviceRig : Wire, private DeviceApplication {
   void on_sync(Time now) override;
   void on_received_ids() override { ++id_changes; }
   void on_network_failure(NetworkFailure failure, Time now) override;
+  ParameterMemory* memory() override { return has_memory ? this : nullptr; }
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
 

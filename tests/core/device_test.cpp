@@ -132,10 +132,11 @@ TEST_CASE("The application hears of CAN-IDs that may have changed: after a reset
   CHECK(rig.id_changes == 3);
 }
 
-TEST_CASE("A frame that is nobody's brings no deadline nearer, whatever else is due") {
+TEST_CASE("A frame that is nobody's brings no deadline nearer, whatever else is due; one for the node may") {
   StartedRig rig;
   rig.write(0x1017, 0, 2, 100);
   CHECK_FALSE(rig.device.on_frame(frame_from("123#00"), rig.now));
+  CHECK(rig.device.on_frame(frame_from("000#0142"), rig.now));
 }
 
 TEST_CASE("A SYNC that has not come had no counter") {

@@ -110,7 +110,7 @@ class Image(unittest.TestCase):
     def test_exceptions_and_other_stations(self):
         with Mcu(IMAGE) as mcu:
             self.assertEqual(mcu.request(b"\x2b\x0e\x01\x00", 2), b"\xab\x01")  # no such function
-            for first, count in (0, 1), (3699, 1), (3699, 2), (3769, 2), (3927, 2), (4132, 2), (4133, 1):
+            for first, count in (0, 1), (3699, 1), (3699, 2), (3769, 2), (3927, 2), (4139, 2), (4140, 1), (4150, 1):
                 self.assertEqual(mcu.request(struct.pack(">BHH", 3, first, count), 2), b"\x83\x02", first)  # not there
             self.assertEqual(mcu.request(struct.pack(">BHH", 3, 0, 126), 2), b"\x83\x03")
             self.assertEqual(mcu.request(struct.pack(">BHH", 6, 4100, 1), 2), b"\x86\x02")  # read-only
@@ -122,7 +122,7 @@ class Image(unittest.TestCase):
             hear_silence(mcu.modbus)  # the turnaround delay after a broadcast
             self.assertEqual(mcu.read(3900, 2), [0, 8])
             self.assertEqual(mcu.request(struct.pack(">BHH", 4, 3900, 2), 6), b"\x04\x04\x00\x00\x00\x08")
-            self.assertEqual(self.finish(mcu)["modbus_exceptions"], 10)
+            self.assertEqual(self.finish(mcu)["modbus_exceptions"], 11)
 
     def test_a_response_comes_after_1_75_ms_of_silence(self):
         frame = b"\x01" + struct.pack(">BHH", 3, 3700, 1)

@@ -17,14 +17,15 @@ import subprocess
 import sys
 import time
 import unittest
+import zlib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases  # noqa: E402
 from mcu import Line, crc, die_with_parent  # noqa: E402
 from simulator import program_from_arguments, wait_until  # noqa: E402
 
-FLASH, RAM, STACK = 0x08000000, 0x20000000, 2048
-MOST_TEXT, MOST_RAM = 40 * 1024, 16 * 1024
+FLASH, PROGRAM, RAM, STACK = 0x08000000, 0x08010000, 0x20000000, 2048
+MOST_TEXT, MOST_RAM = 44 * 1024, 16 * 1024
 RESPONSE_WITHIN = 1  # seconds; later it would be taken for the response to the next request
 
 
@@ -95,7 +96,7 @@ class Image(unittest.TestCase):
     def test_size(self):
         lines = subprocess.run(["arm-none-eabi-size", "-A", IMAGE], capture_output=True, text=True, check=True).stdout
         sizes = {line.split()[0]: int(line.split()[1]) for line in lines.splitlines() if line.startswith(".")}
-        flash = sizes[".text"] + sizes[".data"]
+        flash = sizes[".start"] + sizes[".text"] + sizes[".data"]
         ram = sizes[".stack"] + sizes[".data"] + sizes[".bss"]
         print(f"stm32f4: text {sizes['.text']}, data {sizes['.data']}, bss {sizes['.bss']}; flash {flash} (at most {MOST_TEXT}), "
               f"RAM {ram} with {sizes['.stack']} of stack (at most {MOST_RAM})", flush=True)
@@ -110,20 +111,31 @@ class Image(unittest.TestCase):
         handlers = [vector for i, vector in enumerate(vectors) if i not in (0, 7, 8, 9, 10, 13)]
         for handler in handlers:
             self.assertEqual(handler & 1, 1, "Thumb")
-            self.assertTrue(FLASH + 113 * 4 <= handler < FLASH + len(image))
+            self.assertTrue(PROGRAM <= handler < FLASH + len(image))
+        self.assertEqual(set(image[0x4000:PROGRAM - FLASH]), {0xFF}, "sectors 1 to 3 are not the program's")
         unexpected = vectors[3]
         self.assertNotEqual(vectors[2], unexpected, "the NMI: the clock fails")
         # CAN1_RX0, CAN1_RX1, CAN1_SCE, TIM2, USART1, USART2 (RM0390, table 38) and nothing else.
         self.assertEqual([i for i in range(97) if vectors[16 + i] != unexpected], [20, 21, 22, 28, 37, 38])
 
+    def test_behind_the_vectors_is_what_a_boot_loader_asks_for(self):
+        image = pathlib.Path(IMAGE).with_suffix(".bin").read_bytes()
+        mark, form, board, text, begin, end, checksum = struct.unpack_from("<4sI16s16sIII", image, 113 * 4)
+        self.assertEqual((mark, form, board), (b"BCAN", 1, b"stm32f446".ljust(16, b"\0")))
+        self.assertEqual([int(n) for n in text.rstrip(b"\0").split(b".")], [VERSION[0] >> 8, VERSION[0] & 255, VERSION[1]])
+        self.assertEqual((begin, end), (PROGRAM, FLASH + len(image)))
+        self.assertEqual(checksum, zlib.crc32(image[:113 * 4 + 48] + image[begin - FLASH:end - FLASH]))
+
     def test_it_starts_and_shows_its_diagnostics_over_modbus(self):
         with Machine() as machine:
-            words = machine.read(4100, 33)
+            words = machine.read(4100, 40)
             self.assertEqual(words[:2], VERSION)
             self.assertEqual(words[5], STACK)
             self.assertTrue(64 < words[6] < STACK // 2, words[6])
             self.assertEqual(words[7], 0x10)  # off the CAN bus
             self.assertEqual(words[32], 2)  # the RC oscillator
+            self.assertEqual(words[33:], [0] * 7)  # no faults
+            self.assertTrue(machine.ask(bytes.fromhex("2B0E0401"), 19).endswith(b"stm32f446"))  # FC 43/14, product code
             later = machine.read(4102, 2)
             self.assertGreater(later[0] | later[1] << 16, words[2] | words[3] << 16)
             print(f"stm32f4: {words[6]} bytes of stack used", flush=True)
@@ -135,6 +147,17 @@ class Image(unittest.TestCase):
             words = machine.transact(5055, 5, 0x1000, 0, 4)
             self.assertEqual(words[0], 4)
             self.assertEqual(words[6:], [0x0000, 0x0504])
+
+    def test_its_settings_are_registers_and_flash_that_does_not_work_is_told(self):
+        with Machine() as machine:  # QEMU's flash can only be read
+            self.assertEqual(machine.read(4150, 6), [1, 1152, 0, 0, 500, 127])
+            machine.write(4155, 42)
+            self.assertEqual(machine.read(4155, 1), [42])
+            words = machine.transact(5066, 0, 0x1010, 1, 4, 0x6173, 0x6576)
+            self.assertEqual((words[0], words[6:]), (4, [0x0000, 0x0606]))
+            machine.write(4155, 128)
+            words = machine.transact(5066, 0, 0x1010, 1, 4, 0x6173, 0x6576)
+            self.assertEqual((words[0], words[6:]), (4, [0x0030, 0x0609]))
 
     def test_it_goes_on_after_an_nmi(self):
         with Machine() as machine:

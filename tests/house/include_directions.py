@@ -32,7 +32,7 @@ MAY_KNOW = {
     "hostsim/include": set(),
     "hostsim/library": {"hostsim/include", "hostsim/scenario", "hostsim/journal", "hostsim/plant", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/app": {"hostsim/scenario", "hostsim/journal", "hostsim/eds", "hostsim/plant", "hostsim/client", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "tools": {"hostsim/client", "hostsim/text", "regmap"},
+    "tools": {"hostsim/client", "hostsim/eds", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.

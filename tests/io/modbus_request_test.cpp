@@ -2,6 +2,7 @@
 #include "io/modbus/modbus_request.hpp"
 
 #include "bytes.hpp"
+#include "cbcan/modbus/identification.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {
@@ -27,8 +28,9 @@ Bytes refused(std::uint8_t function, ModbusException exception) {
   return made([&](ModbusResponse response) { return exception_response(function, exception, response); });
 }
 
-Bytes identification(const Bytes& pdu, const DeviceIdentity& identity) {
-  return made([&](ModbusResponse response) { return identification_response(pdu, identity, response); });
+Bytes identification(const Bytes& pdu, const modbus::DeviceIdentity& identity) {
+  return made(
+      [&](ModbusResponse response) { return modbus::identification_response(pdu, identity, response); });
 }
 
 /// On registers 0..5 of 1000h, 1001h, ...; then the six of them.
@@ -92,7 +94,7 @@ TEST_CASE("an exception is the function code with its top bit set, and the excep
 }
 
 TEST_CASE("basic device identification (V1.1b3, 6.21)") {
-  const DeviceIdentity identity{"ab", "cde", "1.0"};
+  const modbus::DeviceIdentity identity{"ab", "cde", "1.0"};
   const auto respond = [&](std::string_view request) {
     const Bytes pdu = hex(request);
     REQUIRE(exception_of(pdu) == 0);

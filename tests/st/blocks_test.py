@@ -195,7 +195,7 @@ class Pointers(BlockTest):
 
     def test_errors_of_today(self):
         good = {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5}
-        for inputs, error in (({"NETWORK": 3}, 0x25), ({"DEVICE": 128}, 0x24), ({"CHANNEL": 2}, 0x27), ({"DATA": None}, 0x23),
+        for inputs, error in (({"NETWORK": 3}, 0x25), ({"DEVICE": 128}, 0x24), ({"CHANNEL": 17}, 0x27), ({"CHANNEL": 2}, INTERNAL), ({"DATA": None}, 0x23),
                               ({"DATALENGTH": 0}, 0x23), ({"TIMEOUT": 65536}, 0x23), ({"INDEX": 0x5000}, OTHER)):
             for name in ("SDO_READ_DATA", "SDO_WRITE_DATA"):
                 with self.subTest((name, inputs)):

@@ -7,7 +7,7 @@ import re
 
 from st_bench import ALL, INTERNAL, NODE, PROGRAM, TIMEOUT, BlockTest
 import cases
-from plc import Plant, Plc, configuration, source
+from plc import ROOT, Instance, Plant, Plc, configuration, source
 from recipes import PAGE, items, tables_of
 from st_machine import Machine
 
@@ -170,6 +170,102 @@ class Adapter(BlockTest):
             self.good(block, DEVICE=127)
             self.off(block)
             self.assertEqual(scanner["NUMBER"], number)
+
+
+class ChannelsPlc(Plc):
+    """The program of the page, or blocks, behind adapters for the first channels; the master exchanges 8 and 6 words of each."""
+    PROGRAM = re.search(r"```iecst\n(PROGRAM ten_nodes.*?)```", PAGE.read_text(), re.DOTALL)[1]
+
+    def __init__(self, program, *options, channels=16, channel=0):
+        Plant.__init__(self, program, *options)
+        text = self.PROGRAM.replace("CHANNEL := 0", f"CHANNEL := {channel}")
+        self.machine = Machine(*source("cia405.st", "scanner.st"), ("ladder.md", text), configuration("ten_nodes"))
+        self.windows, self.called, self.runs_program = [self.window], [], False
+        self.scanners = [Instance(self.machine.blocks["CBCAN_SCANNER"]).set(CHANNEL=n + 1) for n in range(channels)]
+
+    def scan(self, count=1):
+        for _ in range(count):
+            for scanner in self.scanners:
+                scanner.block.run(scanner.values, self.now)
+            for block in self.called:
+                block.block.run(block.values, self.now)
+            if self.runs_program:
+                self.machine.scan(self.now)
+            for n, scanner in enumerate(self.scanners):
+                self.window.write(OUT[0] + 200 * n, scanner["OUTS"][:8])
+                scanner["INS"][:6] = self.window.read(IN[0] + 200 * n, 6)
+            self.pass_time(self.scan_us)
+
+
+class Channels(BlockTest):
+    options = [word for node in range(11, 21) for word in ("--node", f"{node}={ROOT}/plants/demo/generic.eds")]
+
+    def start(self, *options, **arguments):
+        plc = ChannelsPlc(PROGRAM, *options, **arguments)
+        self.addCleanup(plc.close)
+        plc.pass_time(100000)
+        return plc
+
+    def blocks(self, name, count, **inputs):
+        return [self.plc.block(name, INDEX=0x2004, **{"DEVICE": 11 + i % 10, **inputs}) for i in range(count)]
+
+    def test_ten_blocks_and_ten_nodes_of_50_ms(self):
+        def scans(channel):
+            self.plc = self.start(*self.options, channel=channel)
+            for node in range(11, 21):
+                self.plc.command(f"fault {node} response-late delay_ms=50")
+            self.plc.runs_program = True
+            main, begun = self.plc.machine.programs["MAIN"][1], self.plc.now
+            while not all(main[f"R{i}"]["CONFIRM"] for i in range(1, 11)):
+                self.plc.scan()
+            return (self.plc.now - begun) // 1000
+        told = re.search(r"after (\d+) to (\d+) ms; with `CHANNEL := 1` after (\d+) to (\d+) ms", PAGE.read_text())
+        first, last, slow_first, slow_last = map(int, told.groups())
+        self.assertIn(scans(1), range(slow_first, slow_last + 1))
+        self.assertIn(scans(0), range(first, last + 1))
+        self.assertGreater(slow_first, 7 * last)
+
+    def test_a_channel_of_its_own(self):
+        slow, fast = self.blocks("SDO_READ4", 2)
+        self.plc.command("fault 11 silent")
+        slow.set(CHANNEL=3, TIMEOUT=400, ENABLE=True)
+        self.plc.scan(10)
+        self.assertLess(self.good(fast.set(CHANNEL=2)), 12)
+        self.plc.run(slow)
+        self.check(slow, False, TIMEOUT)
+
+    def test_a_channel_that_nobody_serves(self):
+        self.plc = self.start(*self.options, channels=2)
+        two, three = self.blocks("SDO_READ4", 2)
+        self.good(two.set(CHANNEL=2))
+        self.bad(three.set(CHANNEL=3), INTERNAL)
+
+    def test_a_module_with_one_channel(self):
+        self.plc = self.start("--channels", "1", *self.options)
+        any_one, second = self.blocks("SDO_READ4", 2)
+        self.good(any_one.set(CHANNEL=0))
+        self.bad(second.set(CHANNEL=2, TIMEOUT=100), TIMEOUT)
+
+    def test_more_blocks_than_channels_have_turns(self):
+        self.plc = self.start(*self.options, channels=3)
+        blocks, done = self.blocks("SDO_READ4", 9, CHANNEL=0), [0] * 9
+        for _ in range(600):
+            for i, block in enumerate(blocks):
+                done[i] += block.ended() and not block["ERROR"]
+                block.set(ENABLE=not block.ended())
+            self.plc.scan()
+        self.assertGreater(min(done), max(60, 0.8 * max(done)), done)
+
+    def test_a_reset_of_the_module_s_node_is_known_on_all_channels(self):
+        self.plc = self.start(*self.options, channels=2)
+        read, = self.blocks("SDO_READ4", 1, CHANNEL=2, TIMEOUT=2000)
+        reset = self.plc.block("NMT", DEVICE=127, STATE=6)
+        self.good(read)
+        self.off(read)
+        self.good(reset)
+        self.plc.command("fault 11 silent")
+        self.plc.scan_us = 10000
+        self.bad(read, TIMEOUT)  # with 3003h as the reset leaves it, it is the module's 0504 0000h after 1000 ms
 
 
 class Recipe(Plant):

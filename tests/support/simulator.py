@@ -83,7 +83,7 @@ class Simulator:
 
     def frames(self):
         """The frames on the bus so far, as `605#4017100000000000`."""
-        return [line.split()[2] for line in self.log_path.read_text().splitlines()]
+        return [line.split()[2] for line in self.log_path.read_text().rpartition("\n")[0].splitlines()]
 
     def wait_for_frame(self, frame):
         wait_until(lambda: frame in self.frames(), f"{frame} on the bus")

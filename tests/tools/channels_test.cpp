@@ -5,12 +5,16 @@
 #include <cbcan/sim.hpp>
 
 #include <deque>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include "support/catch.hpp"
 
 using namespace cbcan::tools;
 using namespace std::chrono_literals;
+using Catch::Matchers::Contains;
 using cbcan::Plant;
 
 namespace {
@@ -33,7 +37,13 @@ class PlantRegisters final : public RegisterAccess {
     plant.advance(50us);
   }
 
+  void progress(std::size_t ended) override {
+    CHECK(ended >= told);
+    told = ended;
+  }
+
   Plant plant;
+  std::size_t told = 0;      ///< jobs that have ended
   unsigned distorted = 128;  ///< a node that keeps other values
   Plant::Duration give_up_at = 60s;
 };
@@ -49,6 +59,17 @@ std::string plan_of(unsigned nodes, unsigned writes) {
     toml += "]\n";
   }
   return toml;
+}
+
+std::string page() {
+  std::ifstream file(CBCAN_SOURCE_DIR "/docs/cbcanctl.md");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// "0.95 s"
+std::string seconds(Plant::Duration time) {
+  const auto hundredths = (time + 5ms) / 10ms;
+  return std::to_string(hundredths / 100) + "." + std::to_string(100 + hundredths % 100).substr(1) + " s";
 }
 
 /// Jobs for a plan, and what became of them.
@@ -79,8 +100,12 @@ TEST_CASE("126 nodes, 20 writes each: checked, written and started within a seco
   Jobs jobs(plan_of(126, verify ? 8 : 20), verify);
   const auto begin = registers.plant.now();
   REQUIRE(run(registers, jobs.list));
+  CHECK(registers.told == 126);
   registers.plant.advance(1ms);  // the last frame
-  CHECK(registers.plant.now() - begin < 1s);
+  const auto took = registers.plant.now() - begin;
+  CHECK(took < 1s);
+  CHECK_THAT(page(),
+             Contains((verify ? "| 8 writes, and reading back | " : "| 20 writes | ") + seconds(took)));
   for (int node = 1; node <= 126; ++node) {
     CHECK(jobs.nodes[static_cast<std::size_t>(node - 1)].problem().empty());
     CHECK(registers.plant.holds("state " + std::to_string(node) + " operational"));
@@ -124,6 +149,48 @@ TEST_CASE("a module with one channel") {
   Jobs jobs(plan_of(1, 1));
   CHECK_FALSE(run(registers, jobs.list));
   CHECK(registers.plant.holds("state 1 pre-operational"));
+}
+
+TEST_CASE("an object that can only be read has to have its value already") {
+  const auto [value, problem] = GENERATE(
+      table<int, std::string>({{0x12345678, ""}, {1, "node 1: 2200h:00 is 78 56 34 12, not 01 00 00 00"}}));
+  const bool verify = GENERATE(false, true);
+  PlantRegisters registers(nodes(1));
+  registers.plant.advance(10ms);
+  Jobs jobs("[[node]]\nid = 1\nobjects = [{ index = 0x2200, value = " + std::to_string(value) +
+                ", type = 'u32' }]\n",
+            verify);
+  REQUIRE(run(registers, jobs.list));
+  CHECK(jobs.nodes[0].problem() == problem);
+}
+
+TEST_CASE("126 nodes asked with an SDO timeout of 100 ms, which is put back, whatever happens") {
+  PlantRegisters registers(nodes(6));
+  registers.plant.advance(10ms);
+  std::deque<ReadJob> jobs;
+  std::vector<Job*> list;
+  for (std::uint16_t node = 1; node <= 126; ++node)
+    list.push_back(&jobs.emplace_back(node, std::vector<ObjectPlace>{{0x1000, 0}, {0x1001, 0}}));
+  const auto begin = registers.plant.now();
+  const bool given_up = GENERATE(false, true);
+  if (given_up) {
+    registers.give_up_at = begin + 50ms;
+    CHECK_THROWS_WITH(run(registers, list, 100), "given up");
+    registers.give_up_at = 60s;
+  } else {
+    REQUIRE(run(registers, list, 100));
+    CHECK_THAT(page(),
+               Contains(seconds(registers.plant.now() - begin) + " for 120 nodes that are not there"));
+    CHECK(jobs[5].responses()[0].data == Bytes{0, 0, 0, 0});
+    CHECK(jobs[5].responses()[1].data == Bytes{0});
+    CHECK(jobs[6].silent());
+    CHECK(jobs[6].responses().size() == 1);
+  }
+  registers.told = 0;
+  ReadJob timeout(0, {{0x3003, 0}});
+  Job* const asks[] = {&timeout};
+  REQUIRE(run(registers, asks));
+  CHECK(timeout.responses()[0].data == Bytes{0xE8, 0x03});
 }
 
 TEST_CASE("what is wrong with a plan, and where") {

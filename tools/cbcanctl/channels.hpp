@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "cbcanctl/client.hpp"
@@ -22,6 +23,8 @@ class RegisterAccess {
   virtual void write(std::uint16_t first, std::span<const std::uint16_t> words) = 0;
   /// No channel has a result: time passes. May throw, to give up.
   virtual void wait() = 0;
+  /// So many jobs have ended.
+  virtual void progress(std::size_t /*ended*/) {}
 };
 
 /// Transactions that go one after the other.
@@ -33,9 +36,32 @@ class Job {
   virtual void ended(const Response& response) = 0;
 };
 
+struct ObjectPlace {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+};
+
+/// Reads objects of one node; when it does not respond to the first one, no more.
+class ReadJob final : public Job {
+ public:
+  ReadJob(std::uint16_t node, std::vector<ObjectPlace> places) : node_(node), places_(std::move(places)) {}
+
+  std::optional<Transaction> next() override;
+  void ended(const Response& response) override { responses_.push_back(response); }
+
+  std::uint16_t node() const { return node_; }
+  bool silent() const;
+  const std::vector<Response>& responses() const { return responses_; }
+
+ private:
+  std::uint16_t node_;
+  std::vector<ObjectPlace> places_;
+  std::vector<Response> responses_;
+};
+
 /// Carries out all jobs over the channels 16 to 2, as many as there are; returns when the last has ended.
 /// False: the module has no channels but the first, and nothing has been done. Other programs must not use
-/// these channels meanwhile.
-bool run(RegisterAccess& registers, std::span<Job* const> jobs);
+/// these channels meanwhile. `sdo_timeout_ms`: their 3003h meanwhile, whatever ends it; 0 = as it is.
+bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sdo_timeout_ms = 0);
 
 }  // namespace cbcan::tools

@@ -17,5 +17,7 @@ void local_id(const Options& options);
 void watch(const Options& options);
 void monitor(const Options& options);
 void configure(const Options& options);
+void dump(const Options& options);
+void scan(const Options& options);
 
 }  // namespace cbcan::ctl

@@ -1,24 +1,42 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/core.h>
-#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <deque>
-#include <fstream>
-#include <iostream>
-#include <iterator>
 
 #include "cbcanctl/commands.hpp"
-#include "cbcanctl/plan.hpp"
+#include "cbcanctl/device_file.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::ctl {
 
 namespace {
 
 std::vector<tools::PlannedNode> read_plan(const std::string& path) {
-  std::ifstream file(path);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file.is_open() || file.bad()) throw tools::UsageError(path + ": cannot be read; is the name right?");
-  return tools::parse_plan(text, path);
+  const std::string text = read_file(path);
+  const std::string_view ending = std::string_view(path).substr(path.find_last_of('.') + 1);
+  if (!text::same_text(ending, "dcf") && !text::same_text(ending, "eds"))
+    return tools::parse_plan(text, path);
+  std::vector<std::string> remarks;
+  const tools::PlannedNode node = tools::parse_dcf(text, path, remarks);
+  std::for_each(remarks.begin(), remarks.end(), say);
+  return {node};
+}
+
+/// Of all plans; no node has two.
+std::vector<tools::PlannedNode> read_plans(const std::vector<std::string>& paths) {
+  std::vector<tools::PlannedNode> nodes;
+  std::array<std::string, kMaxNode + 1> planned_by;
+  for (const std::string& path : paths)
+    for (tools::PlannedNode& node : read_plan(path)) {
+      if (!planned_by[node.id].empty())
+        throw tools::UsageError(
+            fmt::format("{}: node {} is in {} already", path, node.id, planned_by[node.id]));
+      planned_by[node.id] = path;
+      nodes.push_back(std::move(node));
+    }
+  return nodes;
 }
 
 std::string problem_of(const tools::NodeConfiguration& node) {
@@ -28,7 +46,7 @@ std::string problem_of(const tools::NodeConfiguration& node) {
 }  // namespace
 
 void configure(const Options& options) {
-  const std::vector<tools::PlannedNode> plan = read_plan(options.plan);
+  const std::vector<tools::PlannedNode> plan = read_plans(options.plans);
   tools::WindowClient client = connect(options);
   std::deque<tools::NodeConfiguration> nodes;
   std::vector<tools::Job*> jobs;

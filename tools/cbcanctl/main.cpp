@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
@@ -33,8 +34,8 @@ and Ctrl-C; other programs' transfers see them meanwhile. They do not matter for
 NODE 0. R3700 is waited for 5 s, and two SDO timeouts more where --timeout is
 given.
 
-state all and configure use channels 2 to 16 of the module where it has them:
-other programs must leave these alone meanwhile.
+state all, scan, dump and configure use channels 2 to 16 of the module where it
+has them: other programs must leave these alone meanwhile.
 
 emcy scan tells each node whose last EMCY message is an error, and each whose
 errors are over since the scan was there last. There is one scan: a PLC program
@@ -50,6 +51,8 @@ Examples:
   cbcanctl read 0x42 0x1008 0 --type string --mode block --timeout 200
   cbcanctl nmt start all
   cbcanctl state all
+  cbcanctl scan
+  cbcanctl dump 5 --eds drive.eds > plan.toml
   cbcanctl configure plan.toml
   cbcanctl emcy scan
   cbcanctl --rtu /dev/ttyUSB0 --baud 19200 --station 1 state all)";
@@ -138,7 +141,7 @@ std::chrono::milliseconds patience(const Options& options, bool is_transfer) {
     return std::chrono::milliseconds(options.timeout_ms == 0 ? kPatienceMs : options.timeout_ms);
   if (options.timeout_ms > kMostSdoTimeout)
     throw tools::UsageError(
-        fmt::format("--timeout {}: the SDO timeout of read and write is 1..65535 ms", options.timeout_ms));
+        fmt::format("--timeout {}: the SDO timeout of a transfer is 1..65535 ms", options.timeout_ms));
   return std::chrono::milliseconds(kPatienceMs + 2 * options.timeout_ms);
 }
 
@@ -185,9 +188,16 @@ void add_services(CommandLine& line) {
       ->required();
   CLI::App& configuring =
       line.add("configure", "check, write, read back and start the nodes of a plan, all at once", configure);
-  configuring.add_option("PLAN", options.plan, "a file in TOML: [[node]] with id, identity, objects")
+  configuring
+      .add_option("PLAN", options.plans,
+                  "files: TOML, [[node]] with id, identity, objects; or DCF, one a node")
       ->required();
   configuring.add_flag("--no-verify", options.no_verify, "do not read back what has been written");
+  CLI::App& dumping = line.add("dump", "all objects of a node, as a plan that configure takes", dump);
+  dumping.add_option("NODE", options.node, "node ID, 1..127")->required();
+  dumping.add_option("--eds", options.eds,
+                     "read the objects of this EDS or DCF; else all of 1000h..9FFFh are tried");
+  line.add("scan", "nodes that are there: device type, identity and name", scan);
   line.add("kernel", "what is wrong with the CAN bus, as the coprocessor sees it", kernel);
   line.add("local-id", "node ID of the coprocessor itself", local_id);
   line.add("watch", "print registers of the window as they change, until Ctrl-C", watch)
@@ -266,7 +276,7 @@ ExitCode run(int argc, char** argv) {
   add_target(line.app, options.target);
   line.app
       .add_option("--timeout", options.timeout_ms,
-                  "in ms; read, write: SDO timeout of this transfer; "
+                  "in ms; read, write, dump, scan: SDO timeout meanwhile, 100 of scan where none is given; "
                   "else how long to wait for R3700, 5000 where none is given")
       ->check(CLI::Range(1, 3'600'000));
   line.app.add_flag("--json", options.json, "print JSON, one object a line");
@@ -286,7 +296,10 @@ ExitCode run(int argc, char** argv) {
   if (!options.target.rtu.empty() && options.target.unit == 0)
     throw tools::UsageError("--station 0 is all stations, and none of them answers; write 1..247");
   settle_target(line, options);
-  options.target.timeout = patience(options, line.chosen == read || line.chosen == write);
+  const std::array with_timeout{read, write, dump, scan};
+  const bool uses_sdo_timeout =
+      std::find(with_timeout.begin(), with_timeout.end(), line.chosen) != with_timeout.end();
+  options.target.timeout = patience(options, uses_sdo_timeout);
   try {
     line.chosen(options);
   } catch (const Refused& refused) {

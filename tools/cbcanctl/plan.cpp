@@ -14,9 +14,8 @@ namespace cbcan::tools {
 
 namespace {
 
-constexpr std::uint16_t kDeviceType = 0x1000;
-constexpr std::uint16_t kIdentity = 0x1018;
 constexpr std::uint32_t kWriteOnly = 0x06010001;
+constexpr std::uint32_t kReadOnly = 0x06010002;
 constexpr std::uint16_t kStartNode = 5;
 
 /// As with 1600h:00, which is 0 while its mappings change.
@@ -172,7 +171,9 @@ void NodeConfiguration::ended(const Response& response) {
       object == nullptr ? fmt::format("node {}: start", node_.id)
                         : fmt::format("node {}: {:04X}h:{:02X}", node_.id, object->index, object->sub);
   if (kind == Kind::kReadBack && response.abort_code == kWriteOnly) return;
-  if (response.result != 0) {
+  if (kind == Kind::kWrite && response.abort_code == kReadOnly) {
+    steps_.insert(steps_.end() - 1, {Kind::kReadBack, object});
+  } else if (response.result != 0) {
     problem_ = place;
     refusal_ = response;
   } else if ((kind == Kind::kCheck || kind == Kind::kReadBack) && response.data != object->value) {

@@ -15,6 +15,9 @@
 
 namespace cbcan::tools {
 
+inline constexpr std::uint16_t kDeviceType = 0x1000;
+inline constexpr std::uint16_t kIdentity = 0x1018;
+
 struct PlannedObject {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
@@ -32,7 +35,8 @@ std::vector<PlannedNode> parse_plan(std::string_view text, const std::string& na
 
 class NodeConfiguration final : public Job {
  public:
-  /// `verify`: each value is read back; one that can only be written is taken as it was confirmed.
+  /// `verify`: each value is read back; one that can only be written is taken as it was confirmed. One that
+  /// can only be read has to be there already.
   NodeConfiguration(const PlannedNode& node, bool verify);
 
   std::optional<Transaction> next() override;

@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <deque>
 #include <iostream>
 #include <map>
-#include <utility>
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
@@ -52,33 +50,12 @@ std::string_view meaning_of(std::span<const regmap::NamedNumber> rows, std::uint
   return row == rows.end() ? "no known state" : row->meaning;
 }
 
-Transaction state_of(std::uint64_t node) {
-  Transaction transaction;
-  transaction.command = regmap::kSdoRead;
-  transaction.node = static_cast<std::uint16_t>(node);
-  transaction.index = regmap::kNodeStateService;
-  transaction.size = 1;
-  return transaction;
+/// Of a job that has asked for it.
+std::uint16_t state_of(const tools::ReadJob& job) {
+  const tools::Response& response = job.responses().front();
+  if (response.result != 0) throw Refused(response);
+  return response.data.empty() ? kNotDetected : response.data[0];
 }
-
-/// Asks for the state of one node, among others.
-class StateJob final : public tools::Job {
- public:
-  explicit StateJob(std::uint64_t node) : node_(node) {}
-  std::optional<Transaction> next() override {
-    return std::exchange(asked_, true) ? std::nullopt : std::optional(state_of(node_));
-  }
-  void ended(const tools::Response& response) override { response_ = response; }
-  std::uint16_t state() const {
-    if (response_.result != 0) throw Refused(response_);
-    return response_.data.empty() ? kNotDetected : response_.data[0];
-  }
-
- private:
-  std::uint64_t node_;
-  bool asked_ = false;
-  tools::Response response_;
-};
 
 void print_state(std::uint64_t node, std::uint16_t state, const Options& options) {
   const std::string_view name = meaning_of(regmap::kNodeStates, state);
@@ -141,14 +118,9 @@ void nmt(const Options& options) {
 }
 
 static void states(tools::WindowClient& client, const Options& options) {
-  std::deque<StateJob> asked;
-  std::vector<tools::Job*> jobs;
-  for (std::uint64_t node = 1; node <= kMaxNode; ++node)
-    jobs.push_back(&asked.emplace_back(node));
-  run(client, jobs, "node");
-  for (std::uint64_t node = 1; node <= kMaxNode; ++node)
-    if (const std::uint16_t found = asked[node - 1].state(); options.all || found != kNotDetected)
-      print_state(node, found, options);
+  for (const tools::ReadJob& job : read_of_all(client, {{regmap::kNodeStateService, 0}}))
+    if (const std::uint16_t found = state_of(job); options.all || found != kNotDetected)
+      print_state(job.node(), found, options);
 }
 
 void state(const Options& options) {
@@ -156,10 +128,10 @@ void state(const Options& options) {
   const std::uint64_t node = all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE");
   tools::WindowClient client = connect(options);
   if (all) return states(client, options);
-  StateJob job(node);
+  tools::ReadJob job(static_cast<std::uint16_t>(node), {{regmap::kNodeStateService, 0}});
   job.ended(client.execute(*job.next()));
-  print_state(node, job.state(), options);
-  if (job.state() == kNotDetected) throw Absent();
+  print_state(node, state_of(job), options);
+  if (state_of(job) == kNotDetected) throw Absent();
 }
 
 void kernel(const Options& options) {

@@ -5,8 +5,13 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <thread>
+
+#include "cbcanctl/transfer_settings.hpp"
 
 namespace cbcan::ctl {
 
@@ -37,6 +42,43 @@ std::string reason(const tools::Response& response) {
   return "R3700 is " + std::to_string(response.result) + ", which is no result";
 }
 
+/// The registers of a connection, for tools::run(); Ctrl-C throws Interrupted. A terminal has a bar as long
+/// as it lives.
+class Registers final : public tools::RegisterAccess {
+ public:
+  Registers(tools::WindowClient& client, std::string_view what, std::size_t all)
+      : client_(client), what_(what), all_(all) {}
+  ~Registers() override {
+    if (shown_) std::cerr << "\r\033[K" << std::flush;
+  }
+  Registers(const Registers&) = delete;
+  Registers& operator=(const Registers&) = delete;
+
+  std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) override {
+    return client_.look(first, count);
+  }
+  void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
+    client_.write(first, words);
+  }
+  void wait() override { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
+  void progress(std::size_t ended) override {
+    if (interrupted()) throw tools::Interrupted("cancelled: nothing is under way any more");
+    constexpr std::size_t kWidth = 40;
+    const std::size_t full = kWidth * ended / std::max<std::size_t>(all_, 1);
+    if (!terminal_ || full == shown_) return;
+    std::cerr << fmt::format("\r[{:#<{}}{:{}}] {} {} of {}", "", full, "", kWidth - full, what_, ended, all_)
+              << std::flush;
+    shown_ = full;
+  }
+
+ private:
+  tools::WindowClient& client_;
+  std::string_view what_;
+  std::size_t all_;
+  bool terminal_ = isatty(STDERR_FILENO) != 0;
+  std::optional<std::size_t> shown_;  ///< how much of the bar is full
+};
+
 tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::size_t size) {
   tools::Transaction transaction;
   transaction.command = command;
@@ -54,6 +96,13 @@ Refused::Refused(const tools::Response& response, const std::string& what)
 
 void say(const std::string& line) {
   std::cerr << "cbcanctl: " << line << "\n";
+}
+
+std::string read_file(const std::string& path) {
+  std::ifstream file(path);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file.is_open() || file.bad()) throw tools::UsageError(path + ": cannot be read; is the name right?");
+  return text;
 }
 
 void listen_for_interrupts() {
@@ -76,21 +125,27 @@ tools::WindowClient connect(const Options& options) {
   return tools::WindowClient(options.target, interrupted, say);
 }
 
-void Registers::wait() {
-  if (interrupted()) throw tools::Interrupted("cancelled: 0 written to the channels");
-  std::this_thread::sleep_for(std::chrono::milliseconds(1));
-}
-
-void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, const char* what) {
-  Registers registers(client);
-  if (tools::run(registers, jobs)) return;
-  const bool progress = isatty(STDERR_FILENO) != 0;
+void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, std::string_view what,
+         int sdo_timeout_ms) {
+  Registers registers(client, what, jobs.size());
+  if (tools::run(registers, jobs, static_cast<std::uint16_t>(sdo_timeout_ms))) return;
+  std::optional<Borrowed> timeout;
+  if (sdo_timeout_ms != 0) timeout.emplace(client, own::kSdoTimeout, two_bytes(sdo_timeout_ms));
   for (std::size_t i = 0; i < jobs.size(); ++i) {
-    if (progress) std::cerr << fmt::format("\r{} {} of {} ", what, i + 1, jobs.size()) << std::flush;
+    registers.progress(i);
     while (const auto transaction = jobs[i]->next())
       jobs[i]->ended(client.execute(*transaction));
-    if (progress) std::cerr << "\r\033[K" << std::flush;
   }
+}
+
+std::deque<tools::ReadJob> read_of_all(tools::WindowClient& client,
+                                       const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms) {
+  std::deque<tools::ReadJob> jobs;
+  std::vector<tools::Job*> list;
+  for (std::uint16_t node = 1; node <= kMaxNode; ++node)
+    list.push_back(&jobs.emplace_back(node, places));
+  run(client, list, "node", sdo_timeout_ms);
+  return jobs;
 }
 
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,

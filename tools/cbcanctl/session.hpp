@@ -4,6 +4,7 @@
 /// What the commands of cbcanctl have in common: options, messages, and the window with its refusals.
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -29,8 +30,9 @@ struct Options {
   bool all = false;
   int count = 0;
   // Of configure.
-  std::string plan;
+  std::vector<std::string> plans;
   bool no_verify = false;
+  std::string eds;  ///< of dump; empty = not given
   // Of monitor.
   std::string http;  ///< HOST:PORT; empty = not given
   std::string kinds = "ended,emcy,state,fault,command,client";
@@ -60,6 +62,9 @@ class NotAll : public std::runtime_error {
 /// One line on standard error.
 void say(const std::string& line);
 
+/// Throws UsageError where it cannot be read.
+std::string read_file(const std::string& path);
+
 /// Ctrl-C cancels what is under way: from here on interrupted() tells it.
 void listen_for_interrupts();
 bool interrupted();
@@ -68,25 +73,15 @@ void forget_interrupt();
 
 tools::WindowClient connect(const Options& options);
 
-/// The registers of a connection, for tools::run(); Ctrl-C throws Interrupted.
-class Registers final : public tools::RegisterAccess {
- public:
-  explicit Registers(tools::WindowClient& client) : client_(client) {}
-  std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) override {
-    return client_.look(first, count);
-  }
-  void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
-    client_.write(first, words);
-  }
-  void wait() override;
+/// Carries out all jobs: on all channels at once, or one after the other where the module has but one. A
+/// terminal shows how far it is, "node 5 of 127". `sdo_timeout_ms`: 3003h meanwhile; 0 = as it is. Ctrl-C
+/// cancels what is under way and throws Interrupted.
+void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, std::string_view what,
+         int sdo_timeout_ms = 0);
 
- private:
-  tools::WindowClient& client_;
-};
-
-/// Carries out all jobs: on all channels at once, or one after the other where the module has but one; then
-/// a terminal shows how far it is, "node 5 of 127".
-void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, const char* what);
+/// The same objects of all 127 nodes, likewise.
+std::deque<tools::ReadJob> read_of_all(tools::WindowClient& client,
+                                       const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms = 0);
 
 /// The data of a good response; throws Refused, of `what`.
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,

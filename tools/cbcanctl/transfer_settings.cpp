@@ -7,56 +7,43 @@ namespace cbcan::ctl {
 
 namespace {
 
-/// One object of the coprocessor that has another value for as long as this lives.
-class Borrowed {
- public:
-  Borrowed(tools::WindowClient& client, std::uint16_t index, const tools::Bytes& value)
-      : client_(client), index_(index), before_(own::read(client, index, 0, value.size())) {
-    if (before_ == value) return;
-    changed_ = true;
-    try {
-      own::write(client, index, value);
-    } catch (const Refused&) {
-      changed_ = false;
-      throw;
-    } catch (...) {
-      put_back();  // a write that was cancelled may have been done
-      throw;
-    }
-  }
-  ~Borrowed() { put_back(); }
-  Borrowed(const Borrowed&) = delete;
-  Borrowed& operator=(const Borrowed&) = delete;
-
- private:
-  void put_back() noexcept {
-    if (!changed_) return;
-    changed_ = false;
-    forget_interrupt();
-    try {
-      own::write(client_, index_, before_);
-    } catch (const std::exception& error) {
-      say(own::name(index_) + " was " + tools::print_value(before_) +
-          " and could not be put back: " + error.what());
-    }
-  }
-
-  tools::WindowClient& client_;
-  std::uint16_t index_;
-  tools::Bytes before_;
-  bool changed_ = false;
-};
-
 tools::Bytes mode_number(std::string_view name) {
   const auto place = std::find(kTransferModes.begin(), kTransferModes.end(), name);
   return {static_cast<std::uint8_t>(place - kTransferModes.begin())};
 }
 
+}  // namespace
+
+Borrowed::Borrowed(tools::WindowClient& client, std::uint16_t index, const tools::Bytes& value)
+    : client_(client), index_(index), before_(own::read(client, index, 0, value.size())) {
+  if (before_ == value) return;
+  changed_ = true;
+  try {
+    own::write(client, index, value);
+  } catch (const Refused&) {
+    changed_ = false;
+    throw;
+  } catch (...) {
+    put_back();  // a write that was cancelled may have been done
+    throw;
+  }
+}
+
+void Borrowed::put_back() noexcept {
+  if (!changed_) return;
+  changed_ = false;
+  forget_interrupt();
+  try {
+    own::write(client_, index_, before_);
+  } catch (const std::exception& error) {
+    say(own::name(index_) + " was " + tools::print_value(before_) +
+        " and could not be put back: " + error.what());
+  }
+}
+
 tools::Bytes two_bytes(int number) {
   return {static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(number >> 8)};
 }
-
-}  // namespace
 
 tools::Bytes with_settings(tools::WindowClient& client, const Options& options,
                            const tools::Transaction& transfer) {

@@ -96,6 +96,10 @@ std::string markdown() {
          "Read-only holding registers of the images for microcontrollers, outside the window; a 32-bit\n"
          "number is low word first.\n\n";
   markdown_registers(out, kDiagnostics);
+  out << "\n## Settings of a board\n\n"
+         "Holding registers of the images that store settings ([boards.md](boards.md)). They count after a\n"
+         "reset, and only what 1010h has stored before it (sub-index 1 or 4).\n\n";
+  markdown_registers(out, kBoard);
   return out.str();
 }
 
@@ -124,6 +128,7 @@ std::string csv() {
   csv_registers(out, kScanner);
   csv_registers(out, kProcessData);
   csv_registers(out, kDiagnostics);
+  csv_registers(out, kBoard);
   return out.str();
 }
 
@@ -163,6 +168,8 @@ std::string json() {
   json_list(out, "process_data", kProcessData, registers);
   out << ",\n";
   json_list(out, "diagnostics", kDiagnostics, registers);
+  out << ",\n";
+  json_list(out, "board", kBoard, registers);
   out << ",\n  \"execute\": " << kExecute << ",\n";
   json_list(out, "commands", kCommands, number);
   out << ",\n";
@@ -218,6 +225,7 @@ std::string c_header() {
   c_registers(out, "R_SCANNER_", kScanner);
   c_registers(out, "R_", kProcessData);
   c_registers(out, "R_DIAGNOSTIC_", kDiagnostics);
+  c_registers(out, "R_BOARD_", kBoard);
   define(out, "EXECUTE", "0x" + hex(kExecute, 4), "written to CBCAN_R_EXECUTE_FLAG");
   for (const NamedNumber& row : kCommands)
     define(out, "COMMAND_" + text(row.name), std::to_string(row.value), row.meaning);

@@ -52,7 +52,7 @@ void list() {
 
 void cbcan::boards::on_fault(const Fault& fault) {
   semihosting::write("fault at ");
-  semihosting::write_hex(fault.pc);
+  semihosting::write_hex(fault.pc());
   semihosting::write("\n");
   semihosting::exit(1);
 }

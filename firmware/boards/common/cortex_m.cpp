@@ -28,6 +28,7 @@ namespace {
 constexpr Mmio kSystem{0xE000E000};
 constexpr std::uint32_t kInterruptEnable = 0x100;
 constexpr std::uint32_t kInterruptPend = 0x200;
+constexpr std::uint32_t kInterruptPriority = 0x400;
 constexpr std::uint32_t kInterruptState = 0xD04;  // ICSR
 constexpr std::uint32_t kResetControl = 0xD0C;    // AIRCR
 constexpr std::uint32_t kResetRequest = 0x05FA0004;
@@ -118,10 +119,9 @@ extern "C" [[gnu::naked]] void fault_handler() {
 
 extern "C" [[gnu::used]] void start_fault(const std::uint32_t* frame) {
   constexpr std::uint32_t kExceptionNumber = 0x1FF;
-  constexpr std::size_t kStackedPc = 6;
   const std::uint32_t status = kSystem.read(kFaultStatus);
   on_fault({kSystem.read(kInterruptState) & kExceptionNumber, status, fault_address(status),
-            in_stack(frame) ? frame[kStackedPc] : 0});
+            in_stack(frame) ? frame : nullptr});
 }
 
 std::size_t stack_size() {
@@ -143,6 +143,14 @@ void system_reset() {
 
 void enable_interrupt(std::size_t number) {
   kSystem.write(static_cast<std::uint32_t>(kInterruptEnable + number / 32 * 4), 1u << number % 32);
+}
+
+void set_priority(std::size_t number, std::uint8_t priority) {
+  constexpr std::uint32_t kAll = 0xF0;  // the bits that there are stand on top
+  const auto at = static_cast<std::uint32_t>(number % 4 * 8);
+  Mmio system = kSystem;
+  modify(system, static_cast<std::uint32_t>(kInterruptPriority + number / 4 * 4), kAll << at,
+         (std::uint32_t{priority} << 4 & kAll) << at);
 }
 
 void pend_interrupt(std::size_t number) {

@@ -52,7 +52,9 @@ struct Fault {
   std::uint32_t exception;  ///< number: 2 NMI, 3 hard, 4 memory, 5 bus, 6 usage fault; 16 + n = interrupt n
   std::uint32_t status;     ///< CFSR (B3.2.15)
   std::uint32_t address;    ///< that the access went to, or 0 where the core does not say
-  std::uint32_t pc;         ///< of the instruction, or 0 where the stack was gone
+  const std::uint32_t* frame;  ///< what the core has stacked (B1.5.6); null where the stack was gone
+  std::uint32_t pc() const { return frame == nullptr ? 0 : frame[6]; }  ///< of the instruction
+  std::uint32_t lr() const { return frame == nullptr ? 0 : frame[5]; }
 };
 
 /// The board's: the fault handler calls it on a fresh stack with interrupts off. Does not come back.
@@ -67,6 +69,8 @@ std::size_t stack_high_water();
 
 /// Interrupt n of the board, 0..: enabled, or made to happen as if the peripheral had asked.
 void enable_interrupt(std::size_t number);
+/// 0..15 on a core with four bits for it; the lower one interrupts the higher one. 0 after reset.
+void set_priority(std::size_t number, std::uint8_t priority);
 void pend_interrupt(std::size_t number);
 
 /// Interrupts wait while one of these lives.

@@ -19,7 +19,7 @@ void on_fault(const Fault& fault) {
   tell("cbcan: fault: exception ", fault.exception);
   tell(" status ", fault.status);
   tell(" address ", fault.address);
-  tell(" pc ", fault.pc);
+  tell(" pc ", fault.pc());
   semihosting::write("\n");
   semihosting::exit(1);
 }

@@ -39,12 +39,23 @@ std::uint16_t& at(Diagnostics registers, std::size_t address) {
   return registers[address - regmap::kDiagnosticsFirst];
 }
 
-void put(Diagnostics registers, std::uint16_t address, std::uint32_t value) {
-  at(registers, address) = static_cast<std::uint16_t>(value);
-  at(registers, address + 1u) = static_cast<std::uint16_t>(value >> 16);
+/// 32-bit numbers, the low word first, as every machine that this runs on has it.
+template <class Numbers>
+void put(Diagnostics registers, std::uint16_t address, const Numbers& value) {
+  __builtin_memcpy(&at(registers, address), &value, sizeof value);
 }
 
 }  // namespace
+
+std::span<const std::uint8_t> identify(RtuServer& modbus, const modbus::DeviceIdentity& identity) {
+  constexpr std::uint8_t kException = modbus::kEncapsulatedInterface | 0x80;
+  const auto request = modbus.request().subspan(1);
+  std::array<std::uint8_t, modbus::kMostIdentityBytes> response{kException,
+                                                                modbus::check_identification(request)};
+  std::size_t size = 2;
+  if (response[1] == 0) size = modbus::identification_response(request, identity, response);
+  return modbus.respond_with(std::span(response).first(size));
+}
 
 void publish(Diagnostics registers, Time now, const Health& health, BusState bus_state,
              const RtuServer::Counters& modbus, const Coprocessor::Counters& transactions) {
@@ -59,14 +70,8 @@ void publish(Diagnostics registers, Time now, const Health& health, BusState bus
   put(registers, regmap::kModbusCrcErrors, modbus.bus_communication_errors + modbus.broken_frames);
   put(registers, regmap::kModbusExceptions, modbus.slave_exceptions);
   put(registers, regmap::kModbusLost, modbus.ignored_bytes + health.modbus_lost);
-  put(registers, regmap::kCanReceived, health.can.received);
-  put(registers, regmap::kCanSent, health.can.sent);
-  put(registers, regmap::kCanRefused, health.can.refused);
-  put(registers, regmap::kCanLost, health.can.lost);
-  put(registers, regmap::kCanErrors, health.can.errors);
-  put(registers, regmap::kTransactions, transactions.executed);
-  put(registers, regmap::kTransactionsFailed, transactions.failed);
-  put(registers, regmap::kTransactionsCancelled, transactions.cancelled);
+  put(registers, regmap::kCanReceived, health.can);
+  put(registers, regmap::kTransactions, transactions);
   at(registers, regmap::kClockSource) = static_cast<std::uint16_t>(health.clock_source);
 }
 

@@ -21,6 +21,7 @@
 
 #include "boards/common/hardware.hpp"
 #include "cbcan/coprocessor/coprocessor.hpp"
+#include "cbcan/modbus/identification.hpp"
 #include "cbcan/modbus/rtu_server.hpp"
 
 namespace cbcan::boards {
@@ -33,13 +34,14 @@ void publish(Diagnostics registers, Time now, const Health& health, BusState bus
 
 /// What a PLC reads and writes of one network; another address is answered with exception 02.
 struct Registers {
-  explicit Registers(const Coprocessor::Settings& settings)
+  Registers(const Coprocessor::Settings& settings, std::span<std::uint16_t> board)
       : map{{
             {regmap::kWindowFirst, window},
             {settings.scanner_out_first, scanner_out},
             {settings.scanner_in_first, scanner_in},
             {settings.process_first, process_data},
             {regmap::kDiagnosticsFirst, diagnostics, true},
+            {regmap::kBoardFirst, board},
         }} {}
   Registers(const Registers&) = delete;
   Registers& operator=(const Registers&) = delete;
@@ -48,11 +50,15 @@ struct Registers {
   std::array<std::uint16_t, regmap::kScannerOutWords> scanner_out{};
   std::array<std::uint16_t, regmap::kScannerInWords> scanner_in{};
   std::array<std::uint16_t, regmap::kProcessWords> process_data{};
-  std::array<std::uint16_t, regmap::kDiagnosticsWords> diagnostics{};
-  const std::array<RegisterRange, 5> map;
+  alignas(4) std::array<std::uint16_t, regmap::kDiagnosticsWords> diagnostics{};
+  const std::array<RegisterRange, 6> map;
 };
 
-template <std::size_t kNetworks = 1>
+/// The response to a request of FC 43.
+std::span<const std::uint8_t> identify(RtuServer& modbus, const modbus::DeviceIdentity& identity);
+
+/// `kIdentity`: what FC 43/14 tells; null: it is no function of this station.
+template <std::size_t kNetworks = 1, const modbus::DeviceIdentity* kIdentity = nullptr>
 class Station {
  public:
   using Ports = std::array<CanPort*, kNetworks>;
@@ -60,6 +66,8 @@ class Station {
   struct Settings {
     RtuServer::Settings modbus;
     std::array<Coprocessor::Settings, kNetworks> coprocessors;
+    std::span<std::uint16_t> board =
+        {};  ///< kBoardWords, its own settings; empty = there are no such registers
   };
 
   /// All live as long as the station.
@@ -69,6 +77,9 @@ class Station {
   RtuServer& modbus() { return modbus_; }
   Registers& registers(std::size_t network = 0) { return registers_[network]; }
   const Coprocessor& coprocessor(std::size_t network = 0) const { return coprocessors_[network]; }
+
+  /// Before start(): see Coprocessor::keep_in().
+  void keep_in(ParameterMemory& memory, std::size_t network = 0) { coprocessors_[network].keep_in(memory); }
 
   /// Sends the boot-up message of each network.
   void start() {
@@ -95,7 +106,7 @@ class Station {
   Station(Hardware& hardware, const Ports& ports, const Settings& settings,
           std::index_sequence<kNetwork...> /*networks*/)
       : hardware_(hardware),
-        registers_{Registers(settings.coprocessors[kNetwork])...},
+        registers_{Registers(settings.coprocessors[kNetwork], settings.board)...},
         maps_{RegisterMap(registers_[kNetwork].map)...},
         modbus_(maps_, settings.modbus),
         coprocessors_{Coprocessor(
@@ -114,9 +125,15 @@ class Station {
     const bool to_all = modbus_.is_broadcast();
     const std::size_t asked = kNetworks == 1 ? 0 : modbus_.request_network();
     if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords)) publish_for(asked, now);
-    if (const auto response = modbus_.execute(); !response.empty()) hardware_.respond(response);
+    if (const auto response = executed(); !response.empty()) hardware_.respond(response);
     for (std::size_t network = 0; network < kNetworks; ++network)
       if (to_all || network == asked) tell(coprocessors_[network], now);
+  }
+
+  std::span<const std::uint8_t> executed() {
+    if constexpr (kIdentity != nullptr)
+      if (modbus_.request()[1] == modbus::kEncapsulatedInterface) return identify(modbus_, *kIdentity);
+    return modbus_.execute();
   }
 
   /// What the PLC has done.

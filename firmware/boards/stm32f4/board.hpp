@@ -4,6 +4,8 @@
 /// A board with an STM32F446, such as Nucleo-F446RE:
 ///
 ///   CAN1    PB8 (D15) receives, PB9 (D14) sends, to a transceiver
+///   LEDs    RUN is PA5 (LD2), ERR is PB5 (D4), both on when high
+///   PC13    the blue button: held while the board starts, nothing that is stored counts
 ///   USART   Modbus RTU, one of two lines (settings.hpp)
 ///   TIM2    time, and the end of a sleep; the watchdog resets a loop that hangs for some seconds
 
@@ -12,6 +14,8 @@
 
 #include "boards/common/clock.hpp"
 #include "boards/common/cortex_m.hpp"
+#include "boards/common/fault_record.hpp"
+#include "boards/common/indicators.hpp"
 #include "boards/common/registers.hpp"
 #include "boards/common/station.hpp"
 #include "boards/stm32f4/bxcan.hpp"
@@ -35,15 +39,16 @@ inline constexpr std::size_t kInterrupts = 97;
 
 class Board final : public Hardware {
  public:
-  explicit Board(const Settings& settings);
+  Board(const Settings& settings, FaultRecord& faults);
 
-  /// Pins, peripherals and interrupts on, CAN when there is a clock for it (clock_supervisor.hpp). `modbus`
-  /// gets the bytes of the line; `node_id` is the own one.
-  void start(RtuServer& modbus, std::uint8_t node_id);
+  /// Pins, peripherals and interrupts on, CAN when there is a clock for it (clock_supervisor.hpp) and the
+  /// last faults are long enough ago. `modbus` gets the bytes of the line.
+  void start(RtuServer& modbus);
 
   CanPort& can() { return can_; }
-  /// Feeds the watchdog, and waits for an interrupt or until `due`, but not longer than Sleep::kLongest.
-  void sleep_until(Time due);
+  /// Feeds the watchdog, shows the own node's state, and waits for an interrupt or until `due`, but not
+  /// longer than Sleep::kLongest.
+  void sleep_until(Time due, nmt::State state);
 
   // Hardware.
   Time now() override { return clock_.now(timer_.read()); }
@@ -68,8 +73,10 @@ class Board final : public Hardware {
   bool is_rs485() const { return settings_.line == ModbusLine::kRs485; }
   std::size_t modbus_interrupt() const { return is_rs485() ? kUsart1Interrupt : kUsart2Interrupt; }
   void set_pins();
+  Time show(nmt::State state, Time now);
 
   Settings settings_;
+  FaultRecord& faults_;
   Rcc<Mmio> rcc_{Mmio(0x40023800), Mmio(0x40023C00)};
   Gpio<Mmio> port_a_{Mmio(0x40020000)};
   Gpio<Mmio> port_b_{Mmio(0x40020400)};
@@ -78,6 +85,7 @@ class Board final : public Hardware {
   BxCan<Mmio> can_{Mmio(0x40006400)};
   Usart<Mmio> usart_;
   ClockSupervisor<Mmio> supervisor_;
+  Indicators indicators_;
   Clock clock_;
   regmap::ResetCause reset_cause_ = regmap::ResetCause::kUnknown;
   RtuServer* modbus_ = nullptr;

@@ -31,9 +31,9 @@ class ClockSupervisor {
                   BxCan<Registers>& can, const Settings& settings)
       : rcc_(rcc), timer_(timer), usart_(usart), can_(can), settings_(settings) {}
 
-  /// The peripherals have their clocks (Rcc::enable). `node_id` is the own one.
-  void start(std::uint8_t node_id) {
-    node_id_ = node_id;
+  /// The peripherals have their clocks (Rcc::enable). CAN does not join the bus before `can_from`.
+  void start(Time can_from = 0) {
+    can_from_ = can_from;
     rcc_.return_to_hsi();
     timer_.start(kHsiClocks.timers);
     usart_.init(usart_clock(kHsiClocks), settings_.baud, settings_.format);
@@ -64,9 +64,10 @@ class ClockSupervisor {
   /// After follow(); returns when both want to be called next.
   Time poll_can(Time now) {
     if (!on_hse_) return now + kLook;
+    if (now < can_from_) return can_from_;
     if (can_.stopped()) {
       rcc_.reset_can1();
-      can_.init(kHseClocks.apb1, settings_.can_bit_rate, node_id_, now);
+      can_.init(kHseClocks.apb1, settings_.can_bit_rate, settings_.node_id, now);
       return now;  // an NMI before the end of that reset has not been seen yet: follow() comes first
     }
     return can_.poll(now);
@@ -99,7 +100,7 @@ class ClockSupervisor {
   Usart<Registers>& usart_;
   BxCan<Registers>& can_;
   Settings settings_;
-  std::uint8_t node_id_ = 0;
+  Time can_from_ = 0;
   bool on_hse_ = false;
   std::atomic<std::uint32_t> line_used_us_ = 0;
 };

@@ -26,6 +26,9 @@ class Gpio {
     set_pair(kModer, pin, kAlternate);
   }
 
+  /// An input, as a reset leaves it: is it high?
+  bool read(unsigned pin) const { return (registers_.read(kIdr) >> pin & 1) != 0; }
+
   /// A push-pull output, low at first.
   void set_output(unsigned pin) {
     write(pin, false);
@@ -38,6 +41,7 @@ class Gpio {
   static constexpr std::uint32_t kModer = 0x00, kOutput = 1, kAlternate = 2;
   static constexpr std::uint32_t kOspeedr = 0x08, kMedium = 1;
   static constexpr std::uint32_t kPupdr = 0x0C;
+  static constexpr std::uint32_t kIdr = 0x10;
   static constexpr std::uint32_t kBsrr = 0x18;  ///< write 1: lower half sets, upper half resets
   static constexpr std::uint32_t kAfrl = 0x20, kAfrh = 0x24;
 

@@ -2,29 +2,49 @@
 // The coprocessor on an STM32F446: what board.hpp and settings.hpp say, put together.
 
 #include "boards/common/cortex_m.hpp"
+#include "boards/common/image_header.hpp"
+#include "boards/common/parameter_store.hpp"
 #include "boards/stm32f4/board.hpp"
+#include "boards/stm32f4/flash_memory.hpp"
 
 namespace {
 
 using namespace cbcan;
 using namespace cbcan::boards;
 using stm32f4::kBoardSettings;
-using stm32f4::kNetworks;
-using stm32f4::kStationSettings;
 
 static_assert(
-    bit_timing(stm32f4::kHseClocks.apb1, kBoardSettings.can_bit_rate, stm32f4::bxcan::kMostPrescaler),
-    "settings.hpp: can_bit_rate is none that 40 MHz gives: 10k, 20k, 50k, 100k, 125k, 250k, 500k, 800k, 1M");
-static_assert(kBoardSettings.baud >= 1'221 && kBoardSettings.baud <= 500'000,
-              "settings.hpp: baud must be within 1221..500000: the bus of 80 MHz gives no less, that of 16 "
-              "MHz no more");
-static_assert(kBoardSettings.response_delay_us <= 50 * kMillisecond,
-              "settings.hpp: response_delay_us is at most 50,000");
+    stm32f4::settings_of(stm32f4::words_of(kBoardSettings)),
+    "settings.hpp: one of kBoardSettings is none that the board can do with (R4150.. in docs/registers.md)");
 
 constexpr std::uintptr_t kVectorTableOffset = 0xE000ED08;  // VTOR (ARM DDI 0403, B3.2.5)
 
-stm32f4::Board board(kBoardSettings);
-Station<kNetworks> station(board, {&board.can()}, kStationSettings);
+constexpr std::uintptr_t kFlashBase = 0x40023C00, kRccBase = 0x40023800, kPortCBase = 0x40020800;
+
+[[gnu::section(".noinit")]] FaultRecord faults;
+
+stm32f4::FlashMemory<Mmio> flash(Mmio(kFlashBase), Mmio(stm32f4::kStoreBase),
+                                 reinterpret_cast<const std::uint32_t*>(stm32f4::kStoreBase));
+stm32f4::Words words = stm32f4::words_of(kBoardSettings);
+ParameterStore store(flash, words, [](std::span<const std::uint16_t> some) {
+  return stm32f4::settings_of(some).has_value();
+});
+
+/// The blue button of a Nucleo pulls PC13 down.
+bool button_is_held() {
+  constexpr std::uint32_t kPortC = 1u << 2;
+  stm32f4::Rcc<Mmio>(Mmio(kRccBase), Mmio(kFlashBase)).enable(kPortC, 0, 0);
+  return !stm32f4::Gpio<Mmio>(Mmio(kPortCBase)).read(13);
+}
+
+stm32f4::Settings take_settings() {
+  store.start(button_is_held());
+  return stm32f4::settings_of(words).value_or(kBoardSettings);
+}
+
+const stm32f4::Settings settings = take_settings();
+stm32f4::Board board(settings, faults);
+stm32f4::TheStation station(board, {&board.can()}, stm32f4::station_settings(settings, words));
 
 template <void (stm32f4::Board::*kMember)()>
 void interrupt() {
@@ -46,18 +66,24 @@ constexpr VectorTable<stm32f4::kInterrupts> table() {
 
 [[gnu::section(".vectors"), gnu::used]] constinit const VectorTable<stm32f4::kInterrupts> vectors = table();
 
+[[gnu::section(".image_header"), gnu::used]] constinit const ImageHeader header{
+    .board = ImageHeader::text("stm32f446")};
+
 }  // namespace
 
-/// The PLC sees it: uptime begins again, the reset's cause is software, which nothing else here does.
-void cbcan::boards::on_fault(const Fault& /*fault*/) {
+/// The PLC sees it: R4133 counts, and the reset's cause is software, which nothing else here does.
+void cbcan::boards::on_fault(const Fault& fault) {
+  faults.note({fault.pc(), fault.lr(), fault.status});
   system_reset();
 }
 
 int main() {
   // Where a boot loader started the program, something else is at address 0.
   Mmio(kVectorTableOffset).write(0, reinterpret_cast<std::uintptr_t>(&vectors));
-  board.start(station.modbus(), kStationSettings.coprocessors[0].node_id);
+  board.start(station.modbus());
+  faults.show(station.registers().diagnostics);
+  station.keep_in(store);
   station.start();
   for (;;)
-    board.sleep_until(station.turn());
+    board.sleep_until(station.turn(), station.coprocessor().own_node().state());
 }

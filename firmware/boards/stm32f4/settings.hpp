@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a plant may want otherwise. The image is built again after a change.
+/// What a plant may want otherwise: as the image is built, and as registers of the board (R4150..), which
+/// count after 1010h has stored them and the board has been reset.
 
 #include <algorithm>
+#include <array>
+#include <optional>
+#include <span>
 
 #include "boards/common/station.hpp"
+#include "boards/stm32f4/bxcan.hpp"
+#include "boards/stm32f4/rcc.hpp"
 #include "boards/stm32f4/usart.hpp"
+#include "cbcan/version.hpp"
 
 namespace cbcan::boards::stm32f4 {
 
@@ -24,7 +31,48 @@ struct Settings {
   std::uint32_t response_delay_us = 0;
   std::uint32_t can_bit_rate = 500'000;  ///< bit/s
   bool hse_is_clock = true;              ///< 8 MHz from the ST-LINK; false = a crystal of 8 MHz
+  std::uint8_t station = 1;              ///< Modbus
+  std::uint8_t node_id = 127;            ///< CANopen
 };
+
+inline constexpr std::size_t kNetworks = 1;  ///< the driver runs CAN1
+inline constexpr modbus::DeviceIdentity kIdentity{"cbcan", "stm32f446", kVersion};
+using TheStation = Station<kNetworks, &kIdentity>;
+inline constexpr Settings kBoardSettings{};
+
+// ---- As registers
+
+using Words = std::array<std::uint16_t, regmap::kBoardWords>;
+inline constexpr std::uint32_t kBaudUnit = 100, kBitRateUnit = 1000;
+
+constexpr Words words_of(const Settings& settings) {
+  return {settings.station,
+          static_cast<std::uint16_t>(settings.baud / kBaudUnit),
+          static_cast<std::uint16_t>(settings.format),
+          static_cast<std::uint16_t>(settings.response_delay_us),
+          static_cast<std::uint16_t>(settings.can_bit_rate / kBitRateUnit),
+          settings.node_id};
+}
+
+/// Those of a board with these words; none: it cannot do with them. The rest is as the image has it.
+constexpr std::optional<Settings> settings_of(std::span<const std::uint16_t> words) {
+  constexpr std::uint32_t kLeastBaud = 1'221, kMostBaud = 500'000;  // of a bus with 80 MHz, and with 16 MHz
+  Settings settings = kBoardSettings;
+  settings.station = static_cast<std::uint8_t>(words[0]);
+  settings.baud = words[1] * kBaudUnit;
+  settings.format = static_cast<SerialFormat>(words[2]);
+  settings.response_delay_us = words[3];
+  settings.can_bit_rate = words[4] * kBitRateUnit;
+  settings.node_id = static_cast<std::uint8_t>(words[5]);
+  const bool valid = words[0] - 1u < 247 && settings.baud >= kLeastBaud && settings.baud <= kMostBaud &&
+                     words[2] <= static_cast<std::uint16_t>(SerialFormat::k8N2) &&
+                     settings.response_delay_us <= 50 * kMillisecond && words[5] - 1u < nmt::kMaxNode &&
+                     settings.can_bit_rate <= 1'000'000 &&
+                     bit_timing(kHseClocks.apb1, settings.can_bit_rate, bxcan::kMostPrescaler).has_value();
+  return valid ? std::optional(settings) : std::nullopt;
+}
+
+// ---- What follows from them
 
 /// From the USART's word of a request's last byte to the response: `setting_us`, t3.5 at least. It tells in
 /// the middle of the first stop bit, and the RC oscillator may be 5 % fast.
@@ -33,15 +81,18 @@ constexpr std::uint32_t response_delay_us(std::uint32_t baud, SerialFormat forma
   return std::max(setting_us, (rtu_silence_us(baud, bits(format)) + two_bits) * 21 / 20);
 }
 
-inline constexpr std::size_t kNetworks = 1;  ///< the driver runs CAN1
-inline constexpr Settings kBoardSettings{};
-/// Modbus station 1, CANopen node 127. A gap of 20 ms, as the ST-LINK passes bytes on in packets; on RS-485
-/// leave it out.
-inline constexpr std::uint32_t kSilence = rtu_silence_us(kBoardSettings.baud, bits(kBoardSettings.format));
-inline constexpr std::uint32_t kDelay =
-    response_delay_us(kBoardSettings.baud, kBoardSettings.format, kBoardSettings.response_delay_us);
-inline constexpr Station<kNetworks>::Settings kStationSettings{
-    .modbus = {.station = 1, .silence_us = kSilence, .gap_us = 20'000, .response_delay_us = kDelay},
-    .coprocessors = {}};
+/// The gap is t3.5, and so follows the baud rate; the ST-LINK passes bytes on in packets, so there it is 20
+/// ms at least. `board` is where the registers of its settings are.
+constexpr TheStation::Settings station_settings(const Settings& settings, std::span<std::uint16_t> board) {
+  TheStation::Settings station;
+  station.modbus = {
+      .station = settings.station,
+      .silence_us = rtu_silence_us(settings.baud, bits(settings.format)),
+      .gap_us = settings.line == ModbusLine::kVirtualComPort ? 20'000u : 0u,
+      .response_delay_us = response_delay_us(settings.baud, settings.format, settings.response_delay_us)};
+  station.coprocessors[0].node_id = settings.node_id;
+  station.board = board;
+  return station;
+}
 
 }  // namespace cbcan::boards::stm32f4

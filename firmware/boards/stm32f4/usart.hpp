@@ -15,7 +15,11 @@
 namespace cbcan::boards::stm32f4 {
 
 /// Data bits, parity, stop bits. Modbus asks for 8E1, or 8N2 without parity; 8N1 is what many devices have.
-enum class SerialFormat : std::uint8_t { k8E1, k8N1, k8N2 };
+enum class SerialFormat : std::uint8_t { k8E1, k8O1, k8N1, k8N2 };
+
+constexpr bool has_parity(SerialFormat format) {
+  return format == SerialFormat::k8E1 || format == SerialFormat::k8O1;
+}
 
 /// Of a character, with start, parity and stop bits.
 constexpr std::uint32_t bits(SerialFormat format) {
@@ -23,10 +27,11 @@ constexpr std::uint32_t bits(SerialFormat format) {
 }
 
 struct UsartCounters {
-  std::uint32_t parity = 0;   ///< bytes with a wrong parity
-  std::uint32_t framing = 0;  ///< bytes without a stop bit, breaks too
-  std::uint32_t noise = 0;    ///< bytes whose samples were not all equal; they are handed on
-  std::uint32_t overrun = 0;  ///< bytes lost as the interrupt came too late
+  std::uint32_t parity = 0;    ///< bytes with a wrong parity
+  std::uint32_t framing = 0;   ///< bytes without a stop bit, breaks too
+  std::uint32_t noise = 0;     ///< bytes whose samples were not all equal; they are handed on
+  std::uint32_t overrun = 0;   ///< bytes lost as the interrupt came too late
+  std::uint32_t given_up = 0;  ///< responses whose end was not told
 };
 
 /// BRR for a baud rate, both in Hz; none where it is not within clock / 65535 .. clock / 16. With
@@ -48,10 +53,12 @@ class Usart {
     const std::optional<std::uint32_t> divider = usart_divider(clock, baud);
     if (!divider) return false;
     baud_ = baud;
+    bits_ = bits(format);
     registers_.write(kBrr, *divider);
     registers_.write(kCr2, format == SerialFormat::k8N2 ? kTwoStopBits : 0);
     // The parity bit counts as a ninth data bit.
-    registers_.write(kCr1, kEnabled | (format == SerialFormat::k8E1 ? kNineBits | kParity : 0));
+    registers_.write(kCr1, kEnabled | (has_parity(format) ? kNineBits | kParity : 0) |
+                               (format == SerialFormat::k8O1 ? kOdd : 0));
     return true;
   }
 
@@ -67,9 +74,26 @@ class Usart {
 
   /// From the loop, while nothing is being sent. The bytes, one or more, stay until on_sent().
   void send(std::span<const std::uint8_t> bytes) {
+    constexpr std::uint32_t kMore = 2;  // in DR and in the shift register
+    watched_ = false;
+    most_us_ =
+        (static_cast<std::uint32_t>(bytes.size()) + kMore) * bits_ * 1'000'000 / baud_ * 5 / 4 + kLateUs;
     rest_ = bytes;
     std::atomic_signal_fence(std::memory_order_release);  // rest_ first
     modify(registers_, kCr1, 0, kTxeie);
+  }
+
+  /// In each turn of the loop, with interrupts off. True: a response should have left long ago, and nothing
+  /// has told its end, as where an interrupt was lost. It is over now: on_sent() has to follow.
+  bool give_up(std::uint32_t now_us) {
+    if (!is_sending()) return false;
+    if (!watched_) since_us_ = now_us;
+    watched_ = true;
+    if (now_us - since_us_ < most_us_) return false;
+    modify(registers_, kCr1, kTxeie | kTcie, 0);
+    rest_ = {};
+    ++counters_.given_up;
+    return true;
   }
 
   /// The USART's interrupt. Calls handler.on_byte(byte) for what has arrived, or handler.on_broken_byte()
@@ -90,6 +114,7 @@ class Usart {
 
  private:
   static constexpr std::uint32_t bit(unsigned number) { return std::uint32_t{1} << number; }
+  static constexpr std::uint32_t kLateUs = 10'000;  ///< an interrupt may be, and the loop
 
   // RM0390, 25.6.
   static constexpr std::uint32_t kSr = 0x00;
@@ -100,7 +125,7 @@ class Usart {
   static constexpr std::uint32_t kCr1 = 0x0C;
   static constexpr std::uint32_t kRe = bit(2), kTe = bit(3), kRxneie = bit(5), kTcie = bit(6),
                                  kTxeie = bit(7);
-  static constexpr std::uint32_t kParity = bit(10), kNineBits = bit(12), kUe = bit(13);
+  static constexpr std::uint32_t kOdd = bit(9), kParity = bit(10), kNineBits = bit(12), kUe = bit(13);
   static constexpr std::uint32_t kEnabled = kUe | kRxneie | kTe | kRe;
   static constexpr std::uint32_t kCr2 = 0x10;
   static constexpr std::uint32_t kTwoStopBits = bit(13);
@@ -131,6 +156,10 @@ class Usart {
 
   Registers registers_;
   std::uint32_t baud_ = 0;
+  std::uint32_t bits_ = 0;      ///< of a character
+  std::uint32_t most_us_ = 0;   ///< what sending takes, and some more
+  std::uint32_t since_us_ = 0;  ///< when the loop saw it first
+  bool watched_ = false;
   std::span<const std::uint8_t> rest_;  ///< of what is being sent
   UsartCounters counters_;
 };

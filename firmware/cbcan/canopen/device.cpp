@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/device.hpp"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 
 namespace cbcan {
@@ -11,23 +12,24 @@ namespace cbcan {
 namespace {
 
 /// 1010h and 1011h (CiA 301, 7.5.2.13 and 7.5.2.14): "save" and "load" in ISO 8859, low byte first.
-constexpr std::uint64_t kSave = 0x65766173;
-constexpr std::uint64_t kLoad = 0x64616F6C;
+constexpr std::uint32_t kSave = 0x65766173;
+constexpr std::uint32_t kLoad = 0x64616F6C;
 
 struct Range {
   std::uint16_t first;
   std::uint16_t last;
 };
 
-/// Sub-index 1 is everything, 2 communication, 3 application, those behind the manufacturer's.
-constexpr Range range_of(std::uint8_t sub) {
-  switch (sub) {
-    case 1: return {object::kFirstCommunication, object::kLast};
-    case 2: return {object::kFirstCommunication, object::kLastCommunication};
-    case 3: return {object::kFirstProfile, object::kLastProfile};
-    default: return {object::kFirstManufacturer, object::kLastManufacturer};
-  }
+constexpr std::uint32_t load_word(const std::uint8_t* bytes) {
+  return static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8 | bytes[2] << 16) | std::uint32_t{bytes[3]}
+                                                                                     << 24;
 }
+
+/// By sub-index: everything, communication, application, and the manufacturer's behind them.
+constexpr std::array<Range, 4> kRanges{{{object::kFirstCommunication, object::kLast},
+                                        {object::kFirstCommunication, object::kLastCommunication},
+                                        {object::kFirstProfile, object::kLastProfile},
+                                        {object::kFirstManufacturer, object::kLastManufacturer}}};
 
 /// 1029h:01, what becomes of a node when its network fails. Pre-operational is for one in Operational only.
 enum class Reaction : std::uint8_t { kPreOperational = 0, kNone = 1, kStopped = 2 };
@@ -162,10 +164,13 @@ AbortCode Device::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span
 
 AbortCode Device::store_or_restore(std::uint16_t index, std::uint8_t sub,
                                    std::span<const std::uint8_t> value) {
-  if (load_little_endian(value) != (index == object::kStore ? kSave : kLoad)) return AbortCode::kStore;
-  const Range range = range_of(sub);
-  return index == object::kStore ? application_.save(range.first, range.last)
-                                 : application_.forget(range.first, range.last);
+  if (value.size() != 4 || load_word(value.data()) != (index == object::kStore ? kSave : kLoad))
+    return AbortCode::kStore;
+  ParameterMemory* const memory = application_.memory();
+  if (memory == nullptr) return AbortCode::kStore;
+  const Range range = kRanges[std::min<std::size_t>(sub - 1u, std::size(kRanges) - 1)];
+  return index == object::kStore ? memory->save(range.first, range.last)
+                                 : memory->forget(range.first, range.last);
 }
 
 void Device::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {

@@ -22,6 +22,7 @@
 #include "cbcan/canopen/emcy/emergency.hpp"
 #include "cbcan/canopen/nmt/heartbeat_consumer.hpp"
 #include "cbcan/canopen/nmt/life_guard.hpp"
+#include "cbcan/canopen/parameter_memory.hpp"
 #include "cbcan/canopen/pdo/pdo.hpp"
 #include "cbcan/canopen/slave.hpp"
 #include "cbcan/canopen/sync.hpp"
@@ -46,15 +47,8 @@ class DeviceApplication : public Application, public EmergencyApplication {
   /// A SYNC in Operational: synchronous RPDOs have taken effect, synchronous TPDOs are not sampled yet.
   virtual void on_sync(Time /*now*/) {}
   virtual void on_network_failure(NetworkFailure /*failure*/, Time /*now*/) {}
-  /// 1010h: keep the values of first_index..last_index for the next power-on. kNone, or why not; a device
-  /// without such a memory leaves this as it is.
-  virtual AbortCode save(std::uint16_t /*first_index*/, std::uint16_t /*last_index*/) {
-    return AbortCode::kStore;
-  }
-  /// 1011h: let the factory's values hold from the next reset on. Likewise.
-  virtual AbortCode forget(std::uint16_t /*first_index*/, std::uint16_t /*last_index*/) {
-    return AbortCode::kStore;
-  }
+  /// Where 1010h keeps parameters; null = nowhere.
+  virtual ParameterMemory* memory() { return nullptr; }
   /// The CAN-IDs that the device wants to hear may have changed: see Device::visit_ids().
   virtual void on_received_ids() {}
 

@@ -34,7 +34,7 @@ void Channel::start(Time now) {
 }
 
 void Channel::reset() {
-  transfers_.fill({settings_.sdo_timeout_ms, SdoClient::Mode::kAuto});
+  transfers_.fill(node_.transfers());
   client_.forget_nodes();
 }
 

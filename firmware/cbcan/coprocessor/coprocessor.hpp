@@ -38,6 +38,9 @@ class Coprocessor : protected Channel {
   Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port, const Settings& settings,
               ScannerWindow scanner = {}, ChannelTurns* turns = nullptr);
 
+  /// Before start(): where 1010h stores the own node's parameters; outlives this. Without it stores nothing.
+  void keep_in(ParameterMemory& memory) { node_.keep_in(memory); }
+
   /// Sends the boot-up message. A CA0Eh that already stands in R3700 is executed at the next poll.
   void start(Time now);
 

@@ -74,8 +74,14 @@ void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Tim
   device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
   consumer_node_.fill(0);
   monitor_.watch_nobody();
+  Transfers transfers{sdo_timeout_ms_, SdoClient::Mode::kAuto};
+  if (memory_ != nullptr) {
+    access(transfers);
+    memory_->load(device_.dictionary(), *this, first_index, last_index);
+    access_own();
+  }
   if (last_index < local::kSdoTimeout) return;
-  std::ranges::fill(transfers_, Transfers{sdo_timeout_ms_, SdoClient::Mode::kAuto});
+  std::ranges::fill(transfers_, transfers);
   ++resets_;
   client_.forget_nodes();
   emergencies_.reset();
@@ -116,6 +122,8 @@ std::uint32_t LocalNode::number_of(std::uint16_t index, std::uint8_t sub, Time n
       const std::uint8_t node = consumer_node_[sub - 1u];
       return node == 0 ? 0 : std::uint32_t{node} << kConsumerTimeBits | monitor_.consumer_time(node);
     }
+    case object::kStore:
+    case object::kRestore: return memory_ != nullptr;  // on command
     case object::kSdoServerParameter: return (sub == 1 ? sdo::kRequestId : sdo::kResponseId) + node_id();
     case local::kOwnNodeId: return node_id();
     case local::kKernelState: return static_cast<std::uint32_t>(local::kernel_state(bus_state_));

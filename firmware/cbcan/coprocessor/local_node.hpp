@@ -44,6 +44,8 @@ class LocalNode final : private DeviceApplication {
   LocalNode(const LocalNode&) = delete;
   LocalNode& operator=(const LocalNode&) = delete;
 
+  /// Before start(): where 1010h stores parameters.
+  void keep_in(ParameterMemory& memory) { memory_ = &memory; }
   void start(Time now) { device_.start(now); }
   const ObjectDictionary& dictionary() const { return device_.dictionary(); }
 
@@ -78,6 +80,8 @@ class LocalNode final : private DeviceApplication {
   nmt::State state() const { return device_.state(); }
   /// How often 3003h and 3004h have gone back to the settings, modulo 256.
   std::uint8_t resets() const { return resets_; }
+  /// What they go back to then.
+  const Transfers& transfers() const { return transfers_[0]; }
   const Slave& slave() const { return device_.slave(); }
   NodeMonitor& monitor() { return monitor_; }
   const NodeMonitor& monitor() const { return monitor_; }
@@ -89,6 +93,7 @@ class LocalNode final : private DeviceApplication {
                      Time now) override;
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
+  ParameterMemory* memory() override { return memory_; }
   void on_emergency_sent(const EmergencyConsumer::Message& message) override;
 
   bool on_low_id(const Frame& frame, Time now);
@@ -106,6 +111,7 @@ class LocalNode final : private DeviceApplication {
   std::uint8_t resets_ = 0;
   std::span<Transfers, 2> transfers_;
   Transfers* accessed_;  ///< whose 3003h and 3004h are read and written
+  ParameterMemory* memory_ = nullptr;
   BusState bus_state_ = BusState::kActive;
   NodeMonitor monitor_;
   EmergencyConsumer emergencies_;

@@ -20,7 +20,11 @@ using Flags = ObjectFlags;
 constexpr std::uint8_t kAll = nmt::kMaxNode;
 constexpr std::uint16_t kComputedRead = Flags::kRead | Flags::kComputed;
 constexpr std::uint16_t kComputedReadWrite = Flags::kReadWrite | Flags::kComputed;
+constexpr std::uint16_t kCommand = kComputedReadWrite | Flags::kSetPoint;
 constexpr std::uint16_t kConfigured = Flags::kReadWrite | Flags::kChecked;
+
+constexpr std::uint8_t kStoreSubs = 4;   // 1010h and 1011h: all, communication, application, manufacturer
+constexpr std::uint8_t kAndRestore = 1;  // more indices
 
 constexpr std::string_view kName = "cbcan coprocessor";
 constexpr std::string_view kHardware = "1.0";
@@ -62,7 +66,7 @@ constexpr Row of_pdos(std::uint16_t index, std::size_t pdos, std::uint8_t sub, D
 constexpr std::array kObjects{
     Row{kDeviceType, 0, 0, kUnsigned32, Flags::kRead, 4, 405},
     Row{kErrorRegister, 0, 0, kUnsigned8, Flags::kRead, 1},
-    Row{kErrorHistory, 0, 0, kUnsigned8, kConfigured, 1},
+    Row{kErrorHistory, 0, 0, kUnsigned8, kConfigured | Flags::kSetPoint, 1},
     Row{kErrorHistory, 1, kErrorsKept, kUnsigned32, Flags::kRead, 4},
     Row{kSyncCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x80},
     Row{kSyncPeriod, 0, 0, kUnsigned32, kConfigured, 4},
@@ -70,6 +74,8 @@ constexpr std::array kObjects{
     name(kDeviceName, kName),
     name(kHardwareVersion, kHardware),
     name(kSoftwareVersion, kSoftware),
+    Row{kStore, 0, 0, kUnsigned8, Flags::kRead, 1, kStoreSubs, {}, kAndRestore},
+    Row{kStore, 1, kStoreSubs, kUnsigned32, kCommand, 4, 0, {}, kAndRestore},
     Row{kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x100},
     Row{kEmergencyCobId, 0, 0, kUnsigned32, kConfigured, 4},  // follows the node ID
     Row{kEmergencyInhibitTime, 0, 0, kUnsigned16, kConfigured, 2},
@@ -106,7 +112,7 @@ constexpr std::array kObjects{
     Row{kEmergencyScan, 0, 0, kOctetString, kComputedRead, 9},
     Row{kDeviceState, 0, 0, kUnsigned8, Flags::kRead, 1, kAll},
     Row{kDeviceState, 1, kAll, kUnsigned8, kComputedRead, 1},
-    Row{kClock, 0, 0, kTimeOfDay, kComputedReadWrite, 6},
+    Row{kClock, 0, 0, kTimeOfDay, kCommand, 6},
 };
 
 /// The types of network variables in the order of CiA 405; each has 64 indices.
@@ -221,6 +227,13 @@ std::span<const ObjectEntry> entries() {
 
 void restore(LocalValues& values, std::uint16_t first_index, std::uint16_t last_index) {
   restore_values(kEntries, kPowerOn, values, first_index, last_index);
+}
+
+bool is_power_on(std::size_t offset, std::span<const std::uint8_t> bytes) {
+  return std::all_of(bytes.begin(), bytes.end(), [&offset](std::uint8_t byte) {
+    const std::size_t at = offset++;
+    return byte == (at < kPowerOn.size() ? kPowerOn[at] : 0);
+  });
 }
 
 }  // namespace cbcan::local

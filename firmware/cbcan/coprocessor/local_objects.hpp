@@ -67,7 +67,7 @@ enum class DeviceState : std::uint8_t {
   kNotAvailable = 7,
 };
 
-inline constexpr std::size_t kValueBytes = 1527;
+inline constexpr std::size_t kValueBytes = 1529;
 
 /// The stored values, laid out as entries() says.
 using LocalValues = std::array<std::uint8_t, kValueBytes>;
@@ -77,5 +77,8 @@ std::span<const ObjectEntry> entries();
 
 /// Copies the power-on values of the entries first_index..last_index to `values`.
 void restore(LocalValues& values, std::uint16_t first_index, std::uint16_t last_index);
+
+/// Do the values begin with `bytes` at `offset`, as power-on leaves them?
+bool is_power_on(std::size_t offset, std::span<const std::uint8_t> bytes);
 
 }  // namespace cbcan::local

@@ -302,6 +302,16 @@ std::span<const std::uint8_t> RtuServer::execute() {
   return sealed();
 }
 
+std::span<const std::uint8_t> RtuServer::respond_with(std::span<const std::uint8_t> pdu) {
+  ++counters_.bus_messages;
+  ++counters_.slave_messages;
+  executed_ = {.valid = (pdu[0] & kExceptionBit) == 0, .first = 0, .count = 0};
+  if (!executed_.valid) ++counters_.slave_exceptions;
+  std::copy(pdu.begin(), pdu.end(), &buffer_[kFunction]);
+  size_ = kFunction + pdu.size();
+  return sealed();
+}
+
 void RtuServer::on_sent() {
   if (state_.load(std::memory_order_acquire) == State::kSending) listen(size_ + kCrcBytes);
 }

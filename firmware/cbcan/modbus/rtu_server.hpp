@@ -137,6 +137,10 @@ class RtuServer final {
   /// misses no cancel.
   std::span<const std::uint8_t> execute();
 
+  /// Loop, in its place: the response is this PDU, made by somebody else, or an exception. Otherwise
+  /// likewise.
+  std::span<const std::uint8_t> respond_with(std::span<const std::uint8_t> pdu);
+
   /// What a request has done: for the coprocessor.
   struct Executed {
     bool valid;           ///< not refused by an exception

@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <string_view>
+
+#include "cbcan/modbus/identification.hpp"
 
 namespace cbcan::io {
 
@@ -16,16 +17,6 @@ using Pdu = std::span<const std::uint8_t>;
 constexpr std::size_t kMaxRead = 125;               // V1.1b3, 6.3
 constexpr std::size_t kMaxWrite = 123;              // V1.1b3, 6.12
 constexpr std::size_t kMaxWriteWhileReading = 121;  // V1.1b3, 6.17
-
-// Device identification (V1.1b3, 6.21).
-constexpr std::uint8_t kReadDeviceIdentification = 0x0E;  // MEI type
-constexpr std::uint8_t kBasicStream = 1;
-constexpr std::uint8_t kOneObject = 4;
-constexpr std::uint8_t kBasicStreamAndOneObject = 0x81;  // conformity level
-constexpr std::uint8_t kNoMoreFollows = 0;
-constexpr std::uint8_t kNoNextObject = 0;
-constexpr std::size_t kBasicObjects = 3;
-constexpr std::size_t kMaxObjectText = 64;
 
 std::size_t word(Pdu pdu, std::size_t offset) {
   return static_cast<std::size_t>(pdu[offset] << 8 | pdu[offset + 1]);
@@ -68,14 +59,6 @@ ModbusException check_read_write(Pdu pdu, std::size_t registers) {
                   check_range(word(pdu, 5), word(pdu, 7), registers));
 }
 
-ModbusException check_identification(Pdu pdu) {
-  if (pdu.size() < 2) return kIllegalDataValue;
-  if (pdu[1] != kReadDeviceIdentification) return kIllegalFunction;
-  if (pdu.size() != 4 || pdu[2] < kBasicStream || pdu[2] > kOneObject) return kIllegalDataValue;
-  if (pdu[2] == kOneObject && pdu[3] >= kBasicObjects) return kIllegalDataAddress;
-  return kNone;
-}
-
 /// The values of first and quantity at pdu[1..4], behind function code and count of bytes.
 std::size_t read(Pdu pdu, std::span<std::uint16_t> registers, ModbusResponse response) {
   const auto values = registers.subspan(word(pdu, 1), word(pdu, 3));
@@ -107,7 +90,7 @@ ModbusException check_request(Pdu pdu, std::size_t registers) {
     case kWriteMultipleRegisters: return check_write(pdu, registers);
     case kMaskWriteRegister: return check_one(pdu, 7, registers);
     case kReadWriteMultipleRegisters: return check_read_write(pdu, registers);
-    case kEncapsulatedInterface: return check_identification(pdu);
+    case kEncapsulatedInterface: return static_cast<ModbusException>(modbus::check_identification(pdu));
   }
   return kIllegalFunction;
 }
@@ -145,25 +128,6 @@ std::size_t execute(Pdu pdu, std::span<std::uint16_t> registers, ModbusResponse 
     case kReadWriteMultipleRegisters: write(pdu, 5, registers); [[fallthrough]];
     default: return read(pdu, registers, response);
   }
-}
-
-std::size_t identification_response(Pdu pdu, const DeviceIdentity& identity, ModbusResponse response) {
-  const std::array<std::string_view, kBasicObjects> objects{identity.vendor, identity.product_code,
-                                                            identity.revision};
-  // A stream from an object that does not exist starts at the first one.
-  const std::size_t first = pdu[3] < kBasicObjects ? pdu[3] : 0;
-  const std::size_t last = pdu[2] == kOneObject ? first : kBasicObjects - 1;
-  const auto count = static_cast<std::uint8_t>(last - first + 1);
-  const auto head =
-      std::to_array({pdu[0], pdu[1], pdu[2], kBasicStreamAndOneObject, kNoMoreFollows, kNoNextObject, count});
-  auto end = std::ranges::copy(head, response.begin()).out;
-  for (std::size_t id = first; id <= last; ++id) {
-    const std::string_view text = objects[id].substr(0, kMaxObjectText);
-    *end++ = static_cast<std::uint8_t>(id);
-    *end++ = static_cast<std::uint8_t>(text.size());
-    end = std::ranges::copy(text, end).out;
-  }
-  return static_cast<std::size_t>(end - response.begin());
 }
 
 }  // namespace cbcan::io

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 
 namespace cbcan::io {
 
@@ -51,13 +50,6 @@ struct ModbusRange {
 /// What a request that check_request() has passed writes.
 ModbusRange written_by(std::span<const std::uint8_t> pdu);
 
-/// What FC 43/14 tells (V1.1b3, 6.21, basic device identification). At most 64 characters of each are told.
-struct DeviceIdentity {
-  std::string vendor;
-  std::string product_code;
-  std::string revision;
-};
-
 /// Where a response's PDU is made. The functions return its size.
 using ModbusResponse = std::span<std::uint8_t, kMaxPduBytes>;
 
@@ -66,9 +58,5 @@ std::size_t exception_response(std::uint8_t function, ModbusException exception,
 /// Executes a register function that check_request() has passed on registers 0.., in host byte order.
 std::size_t execute(std::span<const std::uint8_t> pdu, std::span<std::uint16_t> registers,
                     ModbusResponse response);
-
-/// Answers a function 43 request that check_request() has passed.
-std::size_t identification_response(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity,
-                                    ModbusResponse response);
 
 }  // namespace cbcan::io

@@ -159,7 +159,7 @@ ModbusTcp::Bytes ModbusTcp::respond(Bytes request, Registers registers, ModbusEx
     ++counters_.exceptions;
     size = exception_response(pdu[0], exception, response);
   } else if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface)) {
-    size = identification_response(pdu, settings_.identity, response);
+    size = modbus::identification_response(pdu, settings_.identity, response);
   } else {
     size = execute(pdu, registers, response);
   }

@@ -26,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "cbcan/modbus/identification.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
@@ -37,7 +38,7 @@ namespace cbcan::io {
 
 struct ModbusTcpSettings {
   ListenAddress listen{"127.0.0.1", 1502};
-  DeviceIdentity identity;
+  modbus::DeviceIdentity identity;  ///< of texts that outlive the server
   /// A request of which no further byte has come for this long closes its connection. Idle connections stay.
   Time half_request_timeout = 5 * kSecond;
 };

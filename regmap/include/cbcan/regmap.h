@@ -65,6 +65,20 @@
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED 4130         /* no longer wanted by the PLC while under way */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED_LAST 4131         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_CLOCK_SOURCE    4132         /* 0 = the board has one clock only, 1 = crystal or clock signal, 2 = the chip's RC oscillator, too inaccurate for CAN */
+#define CBCAN_R_DIAGNOSTIC_FAULTS          4133         /* faults and resets by the watchdog since power on; 0 on boards that do not count them */
+#define CBCAN_R_DIAGNOSTIC_FAULT_PC        4134         /* where the last one was; 0 = the watchdog, or not known */
+#define CBCAN_R_DIAGNOSTIC_FAULT_PC_LAST   4135         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_FAULT_LR        4136         /* its link register: who called */
+#define CBCAN_R_DIAGNOSTIC_FAULT_LR_LAST   4137         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_FAULT_STATUS    4138         /* its fault status, of a Cortex-M the CFSR; 0 = an interrupt that nobody expected */
+#define CBCAN_R_DIAGNOSTIC_FAULT_STATUS_LAST 4139         /* the last of them */
+
+#define CBCAN_R_BOARD_STATION              4150         /* Modbus station address */
+#define CBCAN_R_BOARD_BAUD_RATE            4151         /* of the Modbus line, in 100 bit/s: 96 = 9600 */
+#define CBCAN_R_BOARD_SERIAL_FORMAT        4152         /* 0 = 8E1, 1 = 8O1, 2 = 8N1, 3 = 8N2 */
+#define CBCAN_R_BOARD_RESPONSE_DELAY       4153         /* microseconds from a request to its response; 0 = as short as Modbus lets it be */
+#define CBCAN_R_BOARD_CAN_BIT_RATE         4154         /* kbit/s */
+#define CBCAN_R_BOARD_OWN_NODE_ID          4155         /* own CANopen node ID */
 
 #define CBCAN_EXECUTE                      0xCA0E       /* written to CBCAN_R_EXECUTE_FLAG */
 #define CBCAN_COMMAND_SDO_READ             5055         /* SDO read (upload) */

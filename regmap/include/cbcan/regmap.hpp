@@ -177,9 +177,13 @@ inline constexpr std::uint16_t kTransactions = 4126;
 inline constexpr std::uint16_t kTransactionsFailed = 4128;
 inline constexpr std::uint16_t kTransactionsCancelled = 4130;
 inline constexpr std::uint16_t kClockSource = 4132;
+inline constexpr std::uint16_t kFaults = 4133;
+inline constexpr std::uint16_t kFaultPc = 4134;
+inline constexpr std::uint16_t kFaultLr = 4136;
+inline constexpr std::uint16_t kFaultStatus = 4138;
 
 inline constexpr std::uint16_t kDiagnosticsFirst = kVersion;
-inline constexpr std::size_t kDiagnosticsWords = 33;
+inline constexpr std::size_t kDiagnosticsWords = 40;
 
 constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::string_view name,
                                  std::string_view range, std::string_view meaning) {
@@ -192,7 +196,7 @@ constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::
           meaning};
 }
 
-inline constexpr std::array<RegisterRow, 20> kDiagnostics{{
+inline constexpr std::array<RegisterRow, 24> kDiagnostics{{
     diagnostic(kVersion, 1, "VERSION", "0..65535",
                "version of the image: major in the high byte, minor in the low byte"),
     diagnostic(kPatchLevel, 1, "PATCH_LEVEL", "0..65535", "the version's third number"),
@@ -223,6 +227,41 @@ inline constexpr std::array<RegisterRow, 20> kDiagnostics{{
         kClockSource, 1, "CLOCK_SOURCE", "0..2",
         "0 = the board has one clock only, 1 = crystal or clock signal, 2 = the chip's RC oscillator, too "
         "inaccurate for CAN"),
+    diagnostic(kFaults, 1, "FAULTS", "0..65535",
+               "faults and resets by the watchdog since power on; 0 on boards that do not count them"),
+    diagnostic(kFaultPc, 2, "FAULT_PC", "32 bits", "where the last one was; 0 = the watchdog, or not known"),
+    diagnostic(kFaultLr, 2, "FAULT_LR", "32 bits", "its link register: who called"),
+    diagnostic(kFaultStatus, 2, "FAULT_STATUS", "32 bits",
+               "its fault status, of a Cortex-M the CFSR; 0 = an interrupt that nobody expected"),
+}};
+
+// ---- Settings of a board
+
+/// Registers of boards that store their settings. The values count after a reset, and only those that 1010h
+/// has stored before it.
+inline constexpr std::uint16_t kBoardStation = 4150;
+inline constexpr std::uint16_t kBoardBaudRate = 4151;
+inline constexpr std::uint16_t kBoardFormat = 4152;
+inline constexpr std::uint16_t kBoardResponseDelay = 4153;
+inline constexpr std::uint16_t kBoardBitRate = 4154;
+inline constexpr std::uint16_t kBoardNodeId = 4155;
+
+inline constexpr std::uint16_t kBoardFirst = kBoardStation;
+inline constexpr std::size_t kBoardWords = 6;
+
+constexpr RegisterRow board_setting(std::uint16_t address, std::string_view name, std::string_view range,
+                                    std::string_view meaning) {
+  return {address, address, name, Access::kReadWrite, Writer::kPlc, range, meaning};
+}
+
+inline constexpr std::array<RegisterRow, kBoardWords> kBoard{{
+    board_setting(kBoardStation, "STATION", "1..247", "Modbus station address"),
+    board_setting(kBoardBaudRate, "BAUD_RATE", "13..5000", "of the Modbus line, in 100 bit/s: 96 = 9600"),
+    board_setting(kBoardFormat, "SERIAL_FORMAT", "0..3", "0 = 8E1, 1 = 8O1, 2 = 8N1, 3 = 8N2"),
+    board_setting(kBoardResponseDelay, "RESPONSE_DELAY", "0..50000",
+                  "microseconds from a request to its response; 0 = as short as Modbus lets it be"),
+    board_setting(kBoardBitRate, "CAN_BIT_RATE", "10, 20, 50, 100, 125, 250, 500, 800, 1000", "kbit/s"),
+    board_setting(kBoardNodeId, "OWN_NODE_ID", "1..127", "own CANopen node ID"),
 }};
 
 /// Values of kClockSource.

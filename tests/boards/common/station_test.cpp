@@ -30,10 +30,10 @@ struct FakeBoard final : Hardware {
   std::array<Health, 2> report;
 };
 
-template <std::size_t kNetworks>
+template <std::size_t kNetworks, const modbus::DeviceIdentity* kIdentity = nullptr>
 struct BenchOf {
-  explicit BenchOf(const typename Station<kNetworks>::Ports& ports,
-                   const typename Station<kNetworks>::Settings& settings)
+  using Board = Station<kNetworks, kIdentity>;
+  explicit BenchOf(const typename Board::Ports& ports, const typename Board::Settings& settings)
       : station(board, ports, settings) {
     station.start();
   }
@@ -71,7 +71,7 @@ struct BenchOf {
   static constexpr Time kSilence = 1750;
   static constexpr Time kAsking = 2 * kSilence + 1;  ///< what ask() takes
   FakeBoard board;
-  Station<kNetworks> station;
+  Board station;
 };
 
 struct Ports {
@@ -80,7 +80,7 @@ struct Ports {
 };
 
 struct Bench : Ports, BenchOf<1> {
-  Bench() : BenchOf({&port}, {}) {}
+  explicit Bench(const Station<1>::Settings& settings = {}) : BenchOf({&port}, settings) {}
 };
 
 /// Stations 1 and 2, own node IDs 127 and 126.
@@ -170,11 +170,11 @@ TEST_CASE("There are the windows, process data and diagnostics, and nothing betw
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x73, 0x00, 0x01, 0x77, 0x39}) == missing);  // R3699
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0xB9, 0x00, 0x02, 0x17, 0x06}) == missing);  // R3769 and R3770
   CHECK(bench.ask({0x01, 0x03, 0x0F, 0x58, 0x00, 0x01, 0x06, 0xCD}) == missing);  // R3928
-  CHECK(bench.ask({0x01, 0x03, 0x10, 0x25, 0x00, 0x01, 0x91, 0x01}) == missing);  // R4133
+  CHECK(bench.ask({0x01, 0x03, 0x10, 0x2C, 0x00, 0x01, 0x41, 0x03}) == missing);  // R4140
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x46, 0x86, 0xCA}).size() == 5 + 2 * 70);
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0xD8, 0x00, 0x7D, 0x07, 0x38}).size() == 5 + 2 * 125);
   CHECK(bench.ask({0x01, 0x03, 0x0F, 0x57, 0x00, 0x01, 0x36, 0xCE}).size() == 5 + 2);
-  CHECK(bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3}).size() == 5 + 2 * 33);
+  CHECK(bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x28, 0x00, 0xD5}).size() == 5 + 2 * 40);
 }
 
 TEST_CASE("The diagnostics registers are fresh when somebody reads") {
@@ -215,6 +215,32 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   CHECK(bench.pair(4126) == 1);
   CHECK(bench.pair(4128) == 1);
   CHECK(bench.pair(4130) == 0);
+}
+
+TEST_CASE("A board's own settings are registers where it has some") {
+  std::array<std::uint16_t, regmap::kBoardWords> words{1, 1152, 0, 0, 500, 127};
+  Bench bench({.modbus = {}, .coprocessors = {}, .board = words});
+  CHECK(bench.ask({0x01, 0x06, 0x10, 0x3B, 0x00, 0x2A, 0x7D, 0x18}).size() == 8);  // R4155 = 42
+  CHECK(words[5] == 42);
+  const auto missing = Bytes({0x01, 0x83, 0x02, 0xC0, 0xF1});
+  CHECK(bench.ask({0x01, 0x03, 0x10, 0x36, 0x00, 0x07, 0xE0, 0xC6}) == missing);  // R4150..R4156
+  CHECK(bench.ask({0x01, 0x03, 0x10, 0x36, 0x00, 0x06, 0x21, 0x06}).size() == 5 + 2 * 6);
+}
+
+constexpr modbus::DeviceIdentity kIdentity{"cb", "f4", "0.1.0"};
+
+TEST_CASE("FC 43/14: who the board is, where it says so") {
+  Bench nobody;
+  CHECK(nobody.ask({0x01, 0x2B, 0x0E, 0x01, 0x00, 0x70, 0x77}) == Bytes({0x01, 0xAB, 0x01, 0x9E, 0xF0}));
+  Ports ports;
+  BenchOf<1, &kIdentity> bench({&ports.port}, {});
+  ports.port.sent.clear();
+  CHECK(bench.ask({0x01, 0x2B, 0x0E, 0x01, 0x00, 0x70, 0x77}) ==
+        Bytes({0x01, 0x2B, 0x0E, 0x01, 0x81, 0x00, 0x00, 0x03, 0x00, 0x02, 'c',  'b', 0x01,
+               0x02, 'f',  '4',  0x02, 0x05, '0',  '.',  '1',  '.',  '0',  0x25, 0xB5}));
+  CHECK(bench.ask({0x01, 0x2B, 0x0E, 0x04, 0x03, 0x33, 0x26}) == Bytes({0x01, 0xAB, 0x02, 0xDE, 0xF1}));
+  CHECK(bench.ask({0x00, 0x2B, 0x0E, 0x01, 0x00, 0x4D, 0xB7}).empty());  // to all
+  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}).size() == 7);
 }
 
 TEST_CASE("The diagnostics registers cannot be written") {

@@ -49,7 +49,7 @@ struct Rig {
       tim2.words[0x24] = 0;  // UG clears CNT, and takes PSC over
       prescaler = tim2.words[0x28];
     };
-    supervisor.start(0x7F);
+    supervisor.start();
   }
 
   void on_byte(std::uint8_t /*byte*/) {}
@@ -162,7 +162,7 @@ TEST_CASE("clock: a boot loader that has left the PLL on HSI") {
   rig.rcc_model.write(0x08, 0x00009402);
   while (rig.rcc_model.core() != 160'000'000)
     rig.rcc_model.read(0x08);
-  rig.supervisor.start(0x7F);
+  rig.supervisor.start();
   rig.check_internal();
   rig.rcc_model.set_hse(true);
   rig.pass(20 * kMillisecond);
@@ -311,6 +311,17 @@ TEST_CASE("clock: CAN that does not start is reset and tried again, five times a
   CHECK(rig.can.counters().given_up <= 50);
   rig.can_model.init_refused = false;
   rig.pass(300 * kMillisecond);
+  rig.check_external();
+}
+
+TEST_CASE("clock: after faults CAN joins the bus no earlier than it may, with Modbus there all the time") {
+  Rig rig;
+  rig.supervisor.start(rig.now + 2 * kSecond);
+  rig.rcc_model.set_hse(true);
+  rig.pass(1900 * kMillisecond);
+  CHECK(rig.supervisor.source() == ClockSource::kExternal);
+  CHECK(rig.can.stopped());
+  rig.pass(200 * kMillisecond);
   rig.check_external();
 }
 

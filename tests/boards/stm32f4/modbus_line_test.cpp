@@ -148,4 +148,64 @@ TEST_CASE("Modbus line: a character received wrong within a request") {
   CHECK(rig.server.counters().broken_frames == 1);
 }
 
+TEST_CASE("Modbus line: a response whose end is never told is given up, and the next request is heard") {
+  Rig rig;
+  for (int i = 1; i <= 2; ++i) {
+    rig.hear(kWrite);
+    CHECK(rig.response_begins_after() != 0);
+    CHECK_FALSE(rig.usart.give_up(rig.now));
+    CHECK_FALSE(
+        rig.usart.give_up(rig.now += 17'160));  // ten characters take 5729 us; a quarter and 10 ms more
+    CHECK(rig.usart.give_up(rig.now += 1));
+    CHECK_FALSE(rig.usart.is_sending());
+    rig.on_sent();
+    CHECK(rig.usart.counters().given_up == static_cast<unsigned>(i));
+    CHECK(rig.sent().size() == 2);  // what it had got, the rest is gone
+    CHECK_FALSE(rig.usart.give_up(rig.now += 100'000));
+  }
+}
+
+TEST_CASE("Modbus line: one that leaves is not given up, however rarely the loop looks") {
+  Rig rig;
+  for (int i = 0; i < 3; ++i) {
+    rig.hear(kWrite);
+    CHECK(rig.response_begins_after() != 0);
+    CHECK_FALSE(rig.usart.give_up(rig.now += 16'000));
+    CHECK(rig.sent() == kWrite);
+    rig.now += 16'000;
+  }
+}
+
+TEST_CASE("Settings of the board: as registers and back, and words that are none") {
+  using namespace boards::stm32f4;
+  Settings settings;
+  settings.station = 247;
+  settings.baud = 9'600;
+  settings.format = SerialFormat::k8O1;
+  settings.response_delay_us = 50'000;
+  settings.can_bit_rate = 10'000;
+  settings.node_id = 1;
+  CHECK(words_of(settings) == Words{247, 96, 1, 50'000, 10, 1});
+  const auto back = settings_of(words_of(settings));
+  REQUIRE(back);
+  CHECK(words_of(*back) == words_of(settings));
+  const auto line = station_settings(*back, {}).modbus;
+  CHECK(line.station == 247);
+  CHECK(line.silence_us == 4011);  // 3.5 characters of 11 bits
+  CHECK(line.gap_us == 20'000);    // the ST-LINK's
+  settings.line = ModbusLine::kRs485;
+  CHECK(station_settings(settings, {}).modbus.gap_us == 0);  // so it is the silence
+  CHECK(settings_of(Words{1, 5000, 3, 0, 1000, 127}));
+  CHECK(settings_of(Words{1, 13, 0, 0, 800, 127}));
+  for (const Words& none :
+       {Words{0, 96, 0, 0, 500, 127}, Words{248, 96, 0, 0, 500, 127}, Words{1, 12, 0, 0, 500, 127},
+        Words{1, 5001, 0, 0, 500, 127}, Words{1, 96, 4, 0, 500, 127}, Words{1, 96, 0, 50'001, 500, 127},
+        Words{1, 96, 0, 0, 0, 127}, Words{1, 96, 0, 0, 300, 127}, Words{1, 96, 0, 0, 1001, 127},
+        Words{1, 96, 0, 0, 500, 0}, Words{1, 96, 0, 0, 500, 128},
+        Words{0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF}}) {
+    INFO(none[0] << " " << none[1] << " " << none[2] << " " << none[3] << " " << none[4] << " " << none[5]);
+    CHECK_FALSE(settings_of(none));
+  }
+}
+
 }  // namespace cbcan

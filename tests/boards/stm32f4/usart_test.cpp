@@ -52,6 +52,9 @@ TEST_CASE("USART: format and baud rate") {
   CHECK(rig.model.read(0x08) == 0x15B);  // 347.22
   CHECK(rig.model.read(0x0C) == 0x202C);
   CHECK(rig.model.read(0x10) == 0);
+  REQUIRE(rig.usart.init(40'000'000, 19'200, SerialFormat::k8O1));
+  CHECK(rig.model.read(0x0C) == 0x362C);  // PS = 1: odd
+  CHECK(rig.model.read(0x10) == 0);
   REQUIRE(rig.usart.init(80'000'000, 9'600, SerialFormat::k8N2));
   CHECK(rig.model.read(0x08) == 0x208D);  // 8333.33
   CHECK(rig.model.read(0x0C) == 0x202C);

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "boards/common/parameter_store.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/coprocessor/local_objects.hpp"
+
+namespace cbcan::boards {
+
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr std::uint16_t kBoardSettings = 0x2FFF;
+constexpr std::size_t kHeadBytes = 4;
+constexpr std::size_t kMostBytes = 8;  // of a parameter
+
+struct Value {
+  std::uint16_t index;
+  std::uint8_t sub;
+  Bytes bytes;
+  bool in(std::uint16_t first_index, std::uint16_t last_index) const {
+    return first_index <= index && index <= last_index;
+  }
+};
+
+/// Takes the first value off the rest of a record; false = there is none.
+bool take(Bytes& rest, Value& value) {
+  if (rest.size() < kHeadBytes || rest.size() - kHeadBytes < rest[3]) return false;
+  value = {static_cast<std::uint16_t>(rest[0] | rest[1] << 8), rest[2], rest.subspan(kHeadBytes, rest[3])};
+  rest = rest.subspan(kHeadBytes + rest[3]);
+  return true;
+}
+
+void put(RecordLog::Writer& writer, const Value& value) {
+  writer.put(static_cast<std::uint8_t>(value.index));
+  writer.put(static_cast<std::uint8_t>(value.index >> 8));
+  writer.put(value.sub);
+  writer.put(static_cast<std::uint8_t>(value.bytes.size()));
+  for (const std::uint8_t byte : value.bytes)
+    writer.put(byte);
+}
+
+bool is_parameter(const ObjectEntry& entry) {
+  return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) &&
+         !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess);
+}
+
+/// What a record is to hold: of the range what the node has now, or nothing; besides what is stored.
+struct Contents final : RecordLog::Source {
+  Bytes before;
+  const ObjectDictionary* objects;  ///< null: nothing
+  std::span<const std::uint16_t> settings;
+  std::uint16_t first;
+  std::uint16_t last;
+
+  void write_to(RecordLog::Writer& writer) const override {
+    Value value;
+    for (Bytes rest = before; take(rest, value);)
+      if (!value.in(first, last)) put(writer, value);
+    if (objects == nullptr) return;
+    for (const ObjectEntry& entry : objects->entries())
+      if (is_parameter(entry)) put_entry(writer, entry);
+    if (first <= kBoardSettings && kBoardSettings <= last) put_settings(writer);
+  }
+
+  void put_entry(RecordLog::Writer& writer, const ObjectEntry& entry) const {
+    for (unsigned index = std::max(entry.index, first); index <= std::min(entry.last_index(), last); ++index)
+      for (unsigned sub = entry.first_sub; sub <= entry.last_sub; ++sub)
+        put_value(writer, static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub));
+  }
+
+  void put_value(RecordLog::Writer& writer, std::uint16_t index, std::uint8_t sub) const {
+    std::array<std::uint8_t, kMostBytes> bytes;
+    std::size_t size = 0;
+    if (objects->read(index, sub, bytes, size, 0) != AbortCode::kNone) return;
+    const Value value{index, sub, Bytes(bytes).first(size)};
+    if (!is_power_on(value)) put(writer, value);
+  }
+
+  bool is_power_on(const Value& value) const {
+    ObjectEntry entry;
+    objects->find(value.index, value.sub, entry);
+    const std::uint64_t number = load_little_endian(value.bytes);
+    switch (value.index) {
+      case object::kConsumerHeartbeatTime: return number == 0;
+      case object::kEmergencyCobId: {  // follows the node ID, which may be another one next time
+        std::array<std::uint8_t, 1> node;
+        std::size_t size = 0;
+        objects->read(local::kOwnNodeId, 0, node, size, 0);
+        return number == 0x80u + node[0];
+      }
+      default: break;
+    }
+    return !entry.has(ObjectFlags::kComputed) &&
+           local::is_power_on(ObjectDictionary::first_bit(entry, value.sub) / 8, value.bytes);
+  }
+
+  void put_settings(RecordLog::Writer& writer) const {
+    for (std::size_t i = 0; i < settings.size(); ++i) {
+      const std::uint8_t bytes[] = {static_cast<std::uint8_t>(settings[i]),
+                                    static_cast<std::uint8_t>(settings[i] >> 8)};
+      put(writer, {kBoardSettings, static_cast<std::uint8_t>(i + 1), bytes});
+    }
+  }
+};
+
+}  // namespace
+
+void ParameterStore::start(bool leave_aside) {
+  log_.start();
+  left_aside_ = leave_aside;
+  if (leave_aside) return;
+  std::array<std::uint16_t, 16> words;
+  const std::span stored = std::span(words).first(settings_.size());
+  std::ranges::copy(settings_, stored.begin());
+  Value value;
+  for (Bytes rest = log_.latest(); take(rest, value);)
+    if (value.index == kBoardSettings && value.sub - 1u < stored.size() && value.bytes.size() == 2)
+      stored[value.sub - 1u] = static_cast<std::uint16_t>(load_little_endian(value.bytes));
+  if (valid_(stored)) std::ranges::copy(stored, settings_.begin());
+}
+
+AbortCode ParameterStore::save(std::uint16_t first_index, std::uint16_t last_index) {
+  const bool with_settings = first_index <= kBoardSettings && kBoardSettings <= last_index;
+  return with_settings && !valid_(settings_) ? AbortCode::kValue : keep(first_index, last_index, true);
+}
+
+AbortCode ParameterStore::forget(std::uint16_t first_index, std::uint16_t last_index) {
+  return keep(first_index, last_index, false);
+}
+
+AbortCode ParameterStore::keep(std::uint16_t first_index, std::uint16_t last_index, bool save) {
+  Contents contents;
+  contents.before = log_.latest();
+  contents.objects = save ? objects_ : nullptr;
+  contents.settings = settings_;
+  contents.first = first_index;
+  contents.last = last_index;
+  switch (log_.append(contents)) {
+    case RecordLog::Result::kKept: return AbortCode::kNone;
+    case RecordLog::Result::kFull: return AbortCode::kDeviceState;
+    default: return AbortCode::kHardware;
+  }
+}
+
+void ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
+                          std::uint16_t last_index) {
+  objects_ = &objects;
+  if (left_aside_) return;
+  Value value;
+  for (Bytes rest = log_.latest(); take(rest, value);) {
+    ObjectEntry entry;
+    if (!value.in(first_index, last_index) ||
+        objects.find(value.index, value.sub, entry) != AbortCode::kNone || !is_parameter(entry) ||
+        value.bytes.size() != entry.capacity)
+      continue;
+    entry.has(ObjectFlags::kComputed) ? void(handler.on_write(entry, value.sub, value.bytes, 0))
+                                      : objects.store(entry, value.sub, value.bytes);
+  }
+}
+
+}  // namespace cbcan::boards

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "boards/common/record_log.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "cbcan/canopen/sdo/crc16.hpp"
+
+namespace cbcan::boards {
+
+namespace {
+
+constexpr std::uint32_t kMark = 0xCB0CA001;     // of a sector that has been erased, form 1
+constexpr std::uint32_t kSeal = 0xA55Au << 16;  // above the CRC: an erased word is none
+constexpr std::size_t kHeadWords = 2;           // length and number
+constexpr std::size_t kFrameWords = kHeadWords + 1;
+constexpr std::size_t kMostBytes = 0xFFFF;
+
+/// The length, and its complement: half a word that was written is neither.
+constexpr std::uint32_t head_of(std::size_t bytes) {
+  return static_cast<std::uint32_t>(bytes | (~bytes & 0xFFFF) << 16);
+}
+
+constexpr std::size_t words_of(std::size_t bytes) {
+  return (bytes + 3) / 4;
+}
+
+std::uint32_t seal_of(std::span<const std::uint32_t> record) {
+  return kSeal | crc16({reinterpret_cast<const std::uint8_t*>(record.data()), record.size_bytes()});
+}
+
+bool is_erased(std::span<const std::uint32_t> words) {
+  return std::all_of(words.begin(), words.end(), [](std::uint32_t word) { return word == Flash::kErased; });
+}
+
+}  // namespace
+
+void RecordLog::Writer::put(std::uint8_t byte) {
+  same_ = same_ && size_ < latest_.size() && latest_[size_] == byte;
+  word_ |= std::uint32_t{byte} << size_ % 4 * 8;
+  if (++size_ % 4 == 0) end_word();
+}
+
+void RecordLog::Writer::end_word() {
+  if (log_ != nullptr) log_->write(word_);
+  word_ = 0;
+}
+
+// ---- At the start
+
+void RecordLog::start() {
+  const Scan scans[] = {scan(0), scan(1)};
+  sector_ = scans[1].number > scans[0].number ? 1 : 0;
+  const std::size_t other = 1 - sector_;
+  const Scan& here = scans[sector_];
+  number_ = here.number;
+  end_ = here.end;
+  if (here.latest != 0) latest_ = bytes_at(here.latest);
+  const bool other_is_blank = scans[other].clean && scans[other].end == 1;
+  works_ = other_is_blank || make_blank(other);
+  if (!works_ || (here.clean && here.end <= flash_.sector(sector_).size() / 2)) return;
+  works_ = here.latest == 0 ? make_blank(sector_) : move_to(other, here);
+}
+
+RecordLog::Scan RecordLog::scan(std::size_t sector) const {
+  const auto words = flash_.sector(sector);
+  Scan scan;
+  if (words[0] != kMark) return scan;
+  while (const std::size_t end = record_end(words, scan.end)) {
+    scan.latest = scan.end;
+    scan.number = words[scan.end + 1];
+    scan.end = end;
+  }
+  scan.clean = is_erased(words.subspan(scan.end));
+  return scan;
+}
+
+/// Behind the record at this word; 0 = there is no whole one.
+std::size_t RecordLog::record_end(std::span<const std::uint32_t> words, std::size_t at) const {
+  if (words.size() - at < kFrameWords) return 0;
+  const std::size_t bytes = words[at] & 0xFFFF;
+  const std::size_t seal = at + kHeadWords + words_of(bytes);
+  if (words[at] != head_of(bytes) || seal >= words.size()) return 0;
+  return words[seal] == seal_of(words.subspan(at, seal - at)) ? seal + 1 : 0;
+}
+
+bool RecordLog::make_blank(std::size_t sector) {
+  if (!flash_.erase(sector) || !flash_.write(sector, 0, kMark)) return false;
+  if (sector == sector_) end_ = 1;
+  return true;
+}
+
+/// The latest record alone, with a number of its own; then the sector that it was in is blank.
+bool RecordLog::move_to(std::size_t sector, const Scan& from) {
+  const auto record = flash_.sector(sector_).subspan(from.latest + kHeadWords, words_of(latest_.size()));
+  const std::size_t before = std::exchange(sector_, sector);
+  end_ = 1;
+  bool written = write(head_of(latest_.size())) && write(number_ + 1);
+  for (const std::uint32_t word : record)
+    written = written && write(word);
+  return written && seal(1) && make_blank(before);
+}
+
+// ---- Records
+
+RecordLog::Result RecordLog::append(const Source& source) {
+  if (!works_) return Result::kFailed;
+  Writer measure(latest_);
+  source.write_to(measure);
+  if (measure.same_ && measure.size() == latest_.size()) return Result::kKept;
+  const std::size_t begin = end_;
+  const std::size_t words = kFrameWords + words_of(measure.size());
+  if (measure.size() > kMostBytes || words > flash_.sector(sector_).size() - begin) return Result::kFull;
+  write(head_of(measure.size()));
+  write(number_ + 1);
+  Writer writer({}, this);
+  source.write_to(writer);
+  if (writer.size() % 4 != 0) writer.end_word();
+  return works_ && seal(begin) ? Result::kKept : Result::kFailed;
+}
+
+/// Behind what has been written; a word that is not what it should be is the end of all writing.
+bool RecordLog::write(std::uint32_t value) {
+  works_ = works_ && flash_.write(sector_, end_++, value);
+  return works_;
+}
+
+bool RecordLog::seal(std::size_t begin) {
+  if (!write(seal_of(flash_.sector(sector_).subspan(begin, end_ - begin)))) return false;
+  ++number_;
+  latest_ = bytes_at(begin);
+  return true;
+}
+
+std::span<const std::uint8_t> RecordLog::bytes_at(std::size_t begin) const {
+  const auto words = flash_.sector(sector_);
+  return {reinterpret_cast<const std::uint8_t*>(&words[begin + kHeadWords]), words[begin] & 0xFFFF};
+}
+
+}  // namespace cbcan::boards

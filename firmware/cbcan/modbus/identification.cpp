@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/modbus/identification.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace cbcan::modbus {
+
+namespace {
+
+constexpr std::uint8_t kIllegalFunction = 1, kIllegalDataAddress = 2, kIllegalDataValue = 3;
+constexpr std::uint8_t kReadDeviceIdentification = 0x0E;  // MEI type
+constexpr std::uint8_t kBasicStream = 1;
+constexpr std::uint8_t kOneObject = 4;
+constexpr std::uint8_t kBasicStreamAndOneObject = 0x81;  // conformity level
+constexpr std::uint8_t kNoMoreFollows = 0;
+constexpr std::uint8_t kNoNextObject = 0;
+constexpr std::size_t kBasicObjects = 3;
+constexpr std::size_t kMaxObjectText = 64;
+
+}  // namespace
+
+std::uint8_t check_identification(std::span<const std::uint8_t> pdu) {
+  if (pdu.size() < 2) return kIllegalDataValue;
+  if (pdu[1] != kReadDeviceIdentification) return kIllegalFunction;
+  if (pdu.size() != 4 || pdu[2] < kBasicStream || pdu[2] > kOneObject) return kIllegalDataValue;
+  return pdu[2] == kOneObject && pdu[3] >= kBasicObjects ? kIllegalDataAddress : std::uint8_t{0};
+}
+
+std::size_t identification_response(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity,
+                                    std::span<std::uint8_t> response) {
+  const std::array<std::string_view, kBasicObjects> objects{identity.vendor, identity.product_code,
+                                                            identity.revision};
+  // A stream from an object that does not exist starts at the first one.
+  const std::size_t first = pdu[3] < kBasicObjects ? pdu[3] : 0;
+  const std::size_t last = pdu[2] == kOneObject ? first : kBasicObjects - 1;
+  const auto count = static_cast<std::uint8_t>(last - first + 1);
+  const auto head =
+      std::to_array({pdu[0], pdu[1], pdu[2], kBasicStreamAndOneObject, kNoMoreFollows, kNoNextObject, count});
+  auto end = std::ranges::copy(head, response.begin()).out;
+  for (std::size_t id = first; id <= last; ++id) {
+    const std::string_view text = objects[id].substr(0, kMaxObjectText);
+    *end++ = static_cast<std::uint8_t>(id);
+    *end++ = static_cast<std::uint8_t>(text.size());
+    end = std::ranges::copy(text, end).out;
+  }
+  return static_cast<std::size_t>(end - response.begin());
+}
+
+}  // namespace cbcan::modbus

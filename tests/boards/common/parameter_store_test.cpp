@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+// What 1010h stores, in the flash of a board with a coprocessor.
+
+#include "boards/common/parameter_store.hpp"
+
+#include "boards/common/flash_model.hpp"
+#include "support/bench.hpp"
+
+using namespace cbcan;
+using namespace cbcan::boards;
+using test::FlashModel;
+
+namespace {
+
+constexpr std::uint16_t kSave[] = {0x6173, 0x6576}, kLoad[] = {0x6F6C, 0x6461};
+
+/// A board: it is switched on again by on().
+struct Board {
+  void on(bool leave_aside = false, std::uint8_t node_id = 127) {
+    settings = {1, 1152};
+    store.emplace(flash, settings, [](std::span<const std::uint16_t> words) { return words[0] != 0; });
+    store->start(leave_aside);
+    bench.emplace(Coprocessor::Settings{.node_id = node_id});
+    bench->coprocessor.keep_in(*store);
+    bench->coprocessor.start(bench->now);
+    bench->port.sent.clear();
+  }
+  std::uint32_t get(std::uint16_t index, std::uint8_t sub) {
+    bench->write(3706, {0, 0});
+    bench->read(0, index, sub, 128).check_done();
+    return bench->reg(3706) | static_cast<std::uint32_t>(bench->reg(3707)) << 16;
+  }
+  test::Bench& put(std::uint16_t index, std::uint16_t sub, std::uint16_t size, std::uint32_t value) {
+    return bench->write(0, index, sub, size,
+                        {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)});
+  }
+  test::Bench& command(std::uint16_t index, std::uint16_t sub, const std::uint16_t (&word)[2]) {
+    return bench->write(0, index, sub, 4, {word[0], word[1]});
+  }
+  void save(std::uint16_t sub = 1) { command(0x1010, sub, kSave).check_done(); }
+
+  FlashModel flash{4096};
+  std::array<std::uint16_t, 2> settings{};
+  std::optional<ParameterStore> store;
+  std::optional<test::Bench> bench;
+};
+
+struct Parameter {
+  std::uint16_t index;
+  std::uint8_t sub;
+  std::uint16_t size;
+  std::uint32_t value;
+};
+
+/// In an order in which they can be written.
+constexpr Parameter kParameters[] = {
+    {0x1019, 0, 1, 10},         {0x1005, 0, 4, 0x00000081}, {0x1006, 0, 4, 10'000},
+    {0x1007, 0, 4, 5'000},      {0x1012, 0, 4, 0x80000100}, {0x1014, 0, 4, 0x800000C1},
+    {0x1015, 0, 2, 100},        {0x1016, 1, 4, 0x000501F4}, {0x1016, 127, 4, 0x7E0064},
+    {0x1017, 0, 2, 700},        {0x1029, 1, 1, 2},          {0x1400, 2, 1, 254},
+    {0x1600, 1, 4, 0xA1000110}, {0x1600, 0, 1, 1},          {0x1400, 1, 4, 0x00000185},
+    {0x180F, 2, 1, 254},        {0x180F, 3, 2, 100},        {0x180F, 5, 2, 250},
+    {0x1A0F, 1, 4, 0xA5800110}, {0x1A0F, 2, 4, 0xA5800210}, {0x1A0F, 0, 1, 2},
+    {0x180F, 1, 4, 0x000001FF}, {0x3003, 0, 2, 250},        {0x3004, 0, 1, 2},
+};
+
+}  // namespace
+
+TEST_CASE("1010h: each parameter is what it was after power has been off") {
+  Board board;
+  board.on();
+  CHECK(board.get(0x1010, 0) == 4);
+  CHECK(board.get(0x1010, 1) == 1);  // saves on command
+  CHECK(board.get(0x1011, 4) == 1);
+  for (const Parameter& parameter : kParameters) {
+    INFO(std::hex << parameter.index << " " << int{parameter.sub});
+    board.put(parameter.index, parameter.sub, parameter.size, parameter.value).check_done();
+  }
+  board.save();
+  board.put(0x1017, 0, 2, 1).check_done();  // not saved
+  board.on();
+  for (const Parameter& parameter : kParameters) {
+    INFO(std::hex << parameter.index << " " << int{parameter.sub});
+    CHECK(board.get(parameter.index, parameter.sub) == parameter.value);
+  }
+  board.bench->write(0, 0x1F82, 127, 1, {1}).check_done();
+  board.bench->arrive("185#3412");  // RPDO 1 and TPDO 16 work
+  CHECK(board.bench->process[0] == 0x1234);
+  board.bench->port.sent.clear();
+  board.bench->process[64] = 0x0102;
+  board.bench->coprocessor.on_registers_written(3864, 1, board.bench->now);
+  board.bench->pass(20 * kMillisecond).expect("1FF#02010000");
+}
+
+TEST_CASE("1010h: stored values stand again after a reset of the node, and of its communication") {
+  Board board;
+  board.on();
+  board.put(0x1006, 0, 4, 1000);
+  board.put(0x3003, 0, 2, 250);
+  board.save();
+  for (const std::uint16_t reset : {std::uint16_t{129}, std::uint16_t{130}}) {
+    board.put(0x1006, 0, 4, 2000);
+    board.put(0x3003, 0, 2, 300);
+    board.bench->write(0, 0x1F82, 127, 1, {reset}).expect("77F#00");
+    CHECK(board.get(0x1006, 0) == 1000);
+    CHECK(board.get(0x3003, 0) == (reset == 129 ? 250 : 300));
+  }
+}
+
+TEST_CASE("1010h: 3003h and 3004h of the window that it is written through, for both from then on") {
+  Board board;
+  board.on();
+  board.put(0x3003, 0, 2, 250);
+  board.save();
+  board.on();
+  std::array<std::uint16_t, 8> request{0, 5055, 0, 0x3003, 0, 2};
+  for (std::uint16_t number = 1; number < 3; ++number) {  // the first one is told of the restart
+    request[0] = number;
+    std::ranges::copy(request, board.bench->out.begin());
+    board.bench->coprocessor.on_registers_written(500, 70, board.bench->now);
+    board.bench->poll();
+  }
+  CHECK(board.bench->in[4] == 250);
+}
+
+TEST_CASE("1010h and 1011h: a sub-index is a range, the others keep what is stored") {
+  Board board;
+  board.on();
+  const auto change = [&](std::uint16_t number) {
+    board.put(0x1017, 0, 2, number);
+    board.put(0x3003, 0, 2, number);
+    board.settings[1] = number;
+  };
+  const auto check = [&](std::uint16_t communication, std::uint16_t manufacturer, std::uint16_t settings) {
+    board.on();
+    CHECK(board.get(0x1017, 0) == communication);
+    CHECK(board.get(0x3003, 0) == manufacturer);
+    CHECK(board.settings[1] == settings);
+  };
+  change(500);
+  board.save(2);
+  check(500, 1000, 1152);
+  change(600);
+  board.save(4);
+  check(500, 600, 600);
+  change(700);
+  board.save(3);  // the application has none
+  check(500, 600, 600);
+  board.command(0x1011, 2, kLoad).check_done();
+  CHECK(board.get(0x1017, 0) == 500);  // until the next reset
+  check(0, 600, 600);
+  change(800);
+  board.save(1);
+  check(800, 800, 800);
+  board.command(0x1011, 1, kLoad).check_done();
+  check(0, 1000, 1152);
+}
+
+TEST_CASE(
+    "1010h: board settings that are none are refused, and stored ones that no longer are do not count") {
+  Board board;
+  board.on();
+  board.settings = {0, 96};
+  board.command(0x1010, 1, kSave).check_failed(0x06090030);
+  board.command(0x1010, 2, kSave).check_done();
+  board.settings = {9, 96};
+  board.save();
+  board.on();
+  CHECK(board.settings == std::array<std::uint16_t, 2>{9, 96});
+  ParameterStore stricter(board.flash, board.settings,
+                          [](std::span<const std::uint16_t> words) { return words[0] < 9; });
+  board.settings = {1, 1152};
+  stricter.start(false);
+  CHECK(board.settings == std::array<std::uint16_t, 2>{1, 1152});
+}
+
+TEST_CASE("1010h: with the strap set nothing that is stored counts, and all of it is still there") {
+  Board board;
+  board.on();
+  board.put(0x1017, 0, 2, 500);
+  board.settings = {5, 96};
+  board.save();
+  board.on(true);
+  CHECK(board.get(0x1017, 0) == 0);
+  CHECK(board.settings == std::array<std::uint16_t, 2>{1, 1152});
+  board.on();
+  CHECK(board.get(0x1017, 0) == 500);
+  CHECK(board.settings == std::array<std::uint16_t, 2>{5, 96});
+}
+
+TEST_CASE("1010h: a COB-ID of EMCY messages that follows the node ID goes on doing so") {
+  Board board;
+  board.on();
+  board.put(0x1017, 0, 2, 500);
+  board.save();
+  board.on(false, 42);
+  CHECK(board.get(0x1014, 0) == 0xAA);
+}
+
+TEST_CASE("1010h: what has its power-on value takes no room") {
+  Board board;
+  board.on();
+  board.put(0x1017, 0, 2, 500);
+  const std::size_t before = board.flash.operations;
+  board.save();
+  // 1017h, 3003h and two settings of six bytes each, 3004h of five: eight words, and three around them.
+  CHECK(board.flash.operations == before + 11);
+}
+
+TEST_CASE("1010h: stored values that another image knows otherwise, or not at all, do not count") {
+  struct Other final : RecordLog::Source {
+    void write_to(RecordLog::Writer& writer) const override {
+      for (const int byte : {0x17, 0x10, 0, 4, 1,    2, 3, 4,  // four bytes, where two are known
+                             0x00, 0x20, 1, 1, 9,              // 2000h:01
+                             0x02, 0x30, 0, 1, 9,              // read-only
+                             0x03, 0x30, 0, 2, 0xFA, 0,        //
+                             0x15, 0x10, 0, 2, 7})             // cut short
+        writer.put(static_cast<std::uint8_t>(byte));
+    }
+  } source;
+  Board board;
+  RecordLog log(board.flash);
+  log.start();
+  REQUIRE(log.append(source) == RecordLog::Result::kKept);
+  board.on();
+  CHECK(board.get(0x1017, 0) == 0);
+  CHECK(board.get(0x3002, 0) == 0);
+  CHECK(board.get(0x3003, 0) == 250);
+  CHECK(board.get(0x1015, 0) == 0);
+}
+
+TEST_CASE("1010h: full, and flash that does not work") {
+  Board board;
+  board.on();
+  for (std::uint16_t node = 1; node <= 127; ++node)
+    board.put(0x1016, node, 4, std::uint32_t{node} << 16 | 100);
+  std::uint16_t saves = 0;
+  do {
+    board.put(0x1017, 0, 2, ++saves);
+    board.command(0x1010, 1, kSave);
+  } while (board.bench->reg(3700) == 0 && saves < 30);
+  board.bench->check_failed(0x08000022);
+  CHECK(saves == 16);  // of 16 KB: 127 * 8 + 6 and the board's settings, 12, each time
+  board.on();
+  CHECK(board.get(0x1017, 0) == saves - 1u);
+  board.put(0x1017, 0, 2, 500);
+  board.flash.defective = true;
+  board.command(0x1010, 1, kSave).check_failed(0x06060000);
+}
+
+TEST_CASE("1010h: another password than its own, and a coprocessor without such a memory") {
+  Board board;
+  board.on();
+  board.command(0x1010, 1, kLoad).check_failed(0x08000020);
+  board.command(0x1011, 1, kSave).check_failed(0x08000020);
+  test::Bench bench;
+  bench.read(0, 0x1010, 1, 4).check_done();
+  CHECK(bench.reg(3706) == 0);
+  bench.write(0, 0x1010, 1, 4, {kSave[0], kSave[1]}).check_failed(0x08000020);
+}

@@ -1,0 +1,191 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""What cbcanctl does with many nodes at once (scan, dump, configure), against the real cbcan-sim."""
+
+import json
+import os
+import pathlib
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments
+
+CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
+DONE, USAGE, REFUSED, ABSENT, INTERRUPTED = 0, 2, 4, 5, 130
+FILES = {1: "pressure_transducer", 16: "drive", 32: "generic", 66: "io_module"}  # of the demo plant
+
+
+def eds(name):
+    return ROOT / f"plants/demo/{name}.eds"
+
+
+class Nodes(unittest.TestCase):
+    options = ()
+
+    def setUp(self):
+        self.simulator = Simulator(CBCAN_SIM, "--demo", *self.options)
+        self.addCleanup(self.simulator.stop)
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def run_ctl(self, *arguments, **keywords):
+        return subprocess.run([CBCANCTL, "--port", str(self.simulator.port), *map(str, arguments)], timeout=LIMIT,
+                              **(keywords or {"capture_output": True, "text": True}))
+
+    def start_ctl(self, *arguments):
+        return subprocess.Popen([CBCANCTL, "--port", str(self.simulator.port), *arguments], stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+
+    def check(self, arguments, out="", code=DONE, error=""):
+        done = self.run_ctl(*arguments.split())
+        self.assertEqual((done.stdout, done.returncode), (out, code), done.stderr)
+        self.assertEqual(done.stderr, error)
+
+    def file(self, name, content):
+        path = pathlib.Path(self.folder.name) / name
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+        return path
+
+    def dcf(self, name, node, values):
+        """The file of a demo node with values: {"1400sub1": "5"}."""
+        text = eds(name).read_text() + f"\n[DeviceComissioning]\nNodeID={node}\n"
+        for section, value in values.items():
+            self.assertIn(f"[{section}]\n", text)
+            text = text.replace(f"[{section}]\n", f"[{section}]\nParameterValue={value}\n")
+        return self.file(f"{name}{node}.dcf", text)
+
+    def dumped(self, *arguments):
+        done = self.run_ctl("dump", *arguments)
+        self.assertEqual((done.returncode, done.stderr), (DONE, ""))
+        return done.stdout
+
+
+class ManyNodes(Nodes):
+    def test_scan(self):
+        done = self.run_ctl("scan")
+        self.assertEqual((done.returncode, done.stderr), (DONE, ""))
+        heading, *rows = done.stdout.splitlines()
+        self.assertEqual([row.split()[0] for row in rows], ["1", "2", "16", "32", "66", "127"])
+        self.assertEqual(rows[4].split(), ["66", "0x000F0191", "0x00000000", "0x00000191", "0x00010000", "0x00000001", *"cbcan I/O module".split()])
+        self.assertEqual(rows[4].index("0x00000191"), heading.index("product"))
+        self.assertEqual(rows[4].index("cbcan"), heading.index("name"))
+        rows = [json.loads(line) for line in self.run_ctl("--json", "scan").stdout.splitlines()]
+        self.assertEqual(rows[3], {"node": 32, "device_type": 0, "vendor": 0, "product": 32, "revision": 65536, "serial": 1,
+                                   "name": "cbcan generic node"})
+
+    def test_a_dump_is_a_plan(self):
+        for node, name in FILES.items():
+            for arguments in ((node, "--eds", eds(name)), (node,))[:1 + (node == 66)]:  # without a file it takes seconds
+                with self.subTest(arguments):
+                    text = self.dumped(*arguments)
+                    self.check(f"configure {self.file('plan.toml', text)}", f"{node} started\n")
+                    self.check(f"nmt preop {node}")
+                    self.assertEqual(self.dumped(*arguments), text)
+        self.assertIn('\n  # { index = 0x6200, sub = 0, value = 1, type = "u8" },\n', text)  # a number of entries
+        self.assertIn('\n  { index = 0x1600, sub = 0, value = 1, type = "u8" },\n', text)
+
+    def test_what_a_dump_says(self):
+        text = self.dumped(32, "--eds", eds("generic"))
+        for line in ("device_type = 0", "identity = [0, 32, 65536, 1]",
+                     '  { index = 0x1014, sub = 0, value = 0xa0, type = "u32" },  # COB-ID emergency message',
+                     '  { index = 0x2202, sub = 0, value = 0, type = "i16" },  # Limited',
+                     '  # { index = 0x2200, sub = 0, value = 305419896, type = "u32" },  # Read only',
+                     "  # 2201h:00 0601 0001h ABORT_WO: attempt to read a write-only object  # Write only"):
+            self.assertIn(f"\n{line}\n", text)
+        rows = [json.loads(line) for line in self.dumped(32, "--json").splitlines()]
+        self.assertIn({"node": 32, "index": 0x2001, "sub": 0, "data": "00", "value": 0}, rows)
+        self.assertIn({"node": 32, "index": 0x2201, "sub": 0, "abort_code": 0x06010001}, rows)
+        self.assertEqual({row["index"] for row in rows}, {int(line[1:5], 16) for line in eds("generic").read_text().splitlines()
+                                                          if line[1:5].isalnum() and line[:2] in ("[1", "[2")})
+
+    def test_what_has_been_dumped_comes_back(self):
+        self.check("write 0x20 0x200E 0 hex:6865783A30313032303330343035")  # hex:0102030405
+        self.check("write 0x20 0x2008 0 18446744073709551615 --type u64")
+        self.check("write 0x20 0x207F 0 " + 127 * "a" + " --type string")
+        plan = self.file("plan.toml", self.dumped(32))
+        self.check("nmt reset-node 0x20")
+        self.check("read 0x20 0x2008 0 --type u64", "0\n")
+        self.check(f"configure {plan}", "32 started\n")
+        self.check("read 0x20 0x200E 0 --type string", "hex:0102030405\n")
+        self.check("read 0x20 0x207F 0 --type string", 127 * "a" + "\n")
+        self.check("read 0x20 0x2008 0 --type u64", "18446744073709551615\n")
+
+    def test_a_node_that_is_not_there_and_files_that_are_none(self):
+        self.check("dump 99", "", ABSENT, "cbcanctl: node 99: 0504 0000h ABORT_TIME_OUT: SDO service timed out\n")
+        self.check("dump 0", "", USAGE, "cbcanctl: NODE 0: write 1..127\n")
+        no_object = "there is no object in it, no section like [1000]: is this an EDS or DCF?"
+        for content, told in (("", no_object), (bytes(range(256)) * 50, no_object),
+                              (b"\xFF\xFE[\0", "this is UTF-16: save the file as ASCII or UTF-8")):
+            for command, name in (("dump 32 --eds", "a.eds"), ("configure", "a.DCF")):
+                path = self.file(name, content)
+                self.check(f"{command} {path}", "", USAGE, f"cbcanctl: {path}:1: {told}\n")
+
+    def test_configure_by_dcf(self):
+        generic = self.dcf("generic", 32, {"2002": "0x4D", "1017": "500"})
+        module = self.dcf("io_module", 66, {"1400sub2": "1", "1600sub0": "1", "1600sub1": "0x62000108"})
+        seen = len(self.simulator.frames())
+        self.check(f"configure {generic} {module}", "32 started\n66 started\n")
+        self.check("read 0x20 0x2002 0 --type u16", "77\n")
+        self.check("read 0x42 0x1400 2 --type u8", "1\n")
+        written = [frame[4:] for frame in self.simulator.frames()[seen:] if frame[:6] in ("642#23", "642#2F")]
+        self.assertEqual(written, ["2300140142020080", "2F00140201000000", "2F00160000000000", "2300160108010062", "2F00160001000000",
+                                   "2300140142020000"])
+
+    def test_plans_that_do_not_fit(self):
+        generic = self.dcf("generic", 32, {"2002": "0x4D"})
+        self.check(f"configure {generic} {generic}", "", USAGE, f"cbcanctl: {generic}: node 32 is in {generic} already\n")
+        wrong = self.dcf("generic", 32, {"2002": "70000"})
+        line = wrong.read_text().splitlines().index("ParameterValue=70000") + 1
+        self.check(f"configure {wrong}", "", USAGE, f'cbcanctl: {wrong}:{line}: ParameterValue="70000" is no UNSIGNED16: ignored\n')
+        self.check(f"configure {eds('generic')}", "", USAGE,
+                   f"cbcanctl: {eds('generic')}:1: there is no NodeID in [DeviceComissioning]: is this a DCF?\n")
+        self.check(f"configure {self.dcf('generic', 16, {'2002': '1'})}", "", REFUSED, "cbcanctl: node 16: 1000h:00 is 92 01 02 00, not "
+                   "00 00 00 00\ncbcanctl: 1 of 1 nodes has not been started\n")
+
+    def test_a_terminal_shows_how_far_it_is(self):
+        plan = self.file("plan.toml", "[[node]]\nid = 1\n[[node]]\nid = 2\n")
+        for words, last in ((("scan",), "node 127 of 127"), (("configure", self.file("none.toml", "")), "node 0 of 0"), (("configure", plan), "node 2 of 2"), (("dump", "32", "--eds", eds("generic")), "object 45 of 45")):
+            terminal, end = os.openpty()
+            done = self.run_ctl(*words, stdout=subprocess.PIPE, stderr=end)
+            shown = b""
+            while select.select([terminal], [], [], 0)[0]:
+                shown += os.read(terminal, 1 << 16)
+            os.close(terminal), os.close(end)
+            self.assertEqual(done.returncode, DONE)
+            self.assertIn(f"] {last}".encode(), shown)
+            self.assertTrue(shown.endswith(b"\r\x1b[K"), shown[-60:])
+
+    def test_an_interrupt_leaves_nothing_behind(self):
+        for words, frame in (("scan --timeout 60000", "603#4000100000000000"), ("dump 32", "620#4000300000000000")):
+            control = self.start_ctl(*words.split())
+            self.simulator.wait_for_frame(frame)
+            control.send_signal(signal.SIGINT)
+            self.assertEqual((*control.communicate(timeout=LIMIT), control.returncode),
+                             ("", "cbcanctl: cancelled: nothing is under way any more\n", INTERRUPTED))
+        self.simulator.wait_for_frame("603#8000100000000008")
+        with self.simulator.window() as window:  # 3003h of each channel is what it was
+            for channel in range(1, 16):
+                out, number = 500 + 200 * channel, window.read(602 + 200 * channel, 1)[0] + 1
+                window.write(out, [number, 5055, 0, 0x3003, 0, 2])
+                self.assertEqual(window.read(600 + 200 * channel, 5), [number, 0, number, 2, 1000])
+
+
+class OneChannel(Nodes):
+    options = ("--channels", "1")
+
+    def test_the_same_by_r3700(self):
+        done = self.run_ctl("scan", "--timeout", "5")
+        self.assertEqual([row.split()[0] for row in done.stdout.splitlines()], ["node", "1", "2", "16", "32", "66", "127"])
+        self.check("read 0 0x3003 0 --type u16", "1000\n")
+        plan = self.file("plan.toml", self.dumped(32, "--eds", eds("generic")))
+        self.check(f"configure {plan}", "32 started\n")
+
+
+cases.main()

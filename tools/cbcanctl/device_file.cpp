@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#include "cbcanctl/device_file.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+#include "eds/values.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::tools {
+
+namespace {
+
+constexpr std::uint16_t kToMapping = 0x200;  ///< from communication to mapping parameters
+constexpr std::uint8_t kInvalid = 0x80;      ///< of the highest byte of a PDO's COB-ID
+constexpr std::uint8_t kCobId = 1;
+
+/// The communication parameters of the PDO that the object belongs to; 0 = of none.
+std::uint16_t pdo_of(std::uint16_t index) {
+  if (index < 0x1400 || index > 0x1BFF) return 0;
+  return static_cast<std::uint16_t>(index & kToMapping ? index - kToMapping : index);
+}
+
+const PlannedObject* find(const std::vector<PlannedObject>& objects, std::uint16_t index, std::uint8_t sub) {
+  const auto found = std::find_if(objects.begin(), objects.end(), [&](const PlannedObject& object) {
+    return object.index == index && object.sub == sub;
+  });
+  return found == objects.end() ? nullptr : &*found;
+}
+
+/// `objects` are those of one PDO, in the order of index and sub-index.
+void append_pdo(std::vector<PlannedObject>& order, const std::vector<PlannedObject>& objects) {
+  const std::uint16_t pdo = pdo_of(objects.front().index);
+  const auto mapping = static_cast<std::uint16_t>(pdo + kToMapping);
+  const PlannedObject* const cob_id = find(objects, pdo, kCobId);
+  const PlannedObject* const count = find(objects, mapping, 0);
+  if (cob_id != nullptr) order.push_back(*cob_id), order.back().value.back() |= kInvalid;
+  for (const PlannedObject& object : objects)
+    if (object.index == pdo && object.sub > kCobId) order.push_back(object);
+  if (count != nullptr) order.push_back({mapping, 0, {0}});
+  for (const PlannedObject& object : objects)
+    if (object.index == mapping && object.sub > 0 && (count == nullptr || object.sub <= count->value[0]))
+      order.push_back(object);
+  if (count != nullptr && count->value[0] != 0) order.push_back(*count);
+  if (cob_id != nullptr && (cob_id->value.back() & kInvalid) == 0) order.push_back(*cob_id);
+}
+
+/// In 1018h a 0 says nothing, as in CiA 302's 1F85h to 1F88h.
+bool is_checked(const eds::Object& object) {
+  const bool says_something =
+      std::any_of(object.value.begin(), object.value.end(), [](std::uint8_t byte) { return byte != 0; });
+  return (object.index == kIdentity && object.first_sub > 0 && says_something) ||
+         (object.index == kDeviceType && object.has_value);
+}
+
+/// What the file sets, and of a PDO that it touches COB-ID and number of mappings, which have to be written
+/// again.
+bool is_set(const eds::Object& object, const std::set<std::uint16_t>& touched) {
+  const bool frames_others = object.first_sub == (is_mapping(object.index) ? 0 : kCobId);
+  return is_writable(object) && (object.configured || (pdo_of(object.index) != 0 && frames_others &&
+                                                       touched.contains(object.index)));
+}
+
+}  // namespace
+
+std::vector<PlannedObject> in_writing_order(const std::vector<PlannedObject>& objects) {
+  std::vector<PlannedObject> order;
+  std::map<std::uint16_t, std::vector<PlannedObject>> pdos;
+  for (const PlannedObject& object : objects)
+    (pdo_of(object.index) == 0 ? order : pdos[pdo_of(object.index)]).push_back(object);
+  for (const auto& [pdo, parts] : pdos)
+    append_pdo(order, parts);
+  return order;
+}
+
+bool is_command(std::uint16_t index) {
+  return index == 0x1003 || index == 0x1010 || index == 0x1011;
+}
+
+bool is_mapping(std::uint16_t index) {
+  return pdo_of(index) != index && pdo_of(index) != 0;
+}
+
+bool is_writable(const eds::Object& object) {
+  return object.access != eds::Access::kReadOnly && object.access != eds::Access::kConstant &&
+         object.index >= 0x1000 && !is_command(object.index);
+}
+
+const ValueType& type_of(const eds::Object& object) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{
+      {{"UNSIGNED", "u"},
+       {"INTEGER", "i"},
+       {"REAL", "f"},
+       {"BOOLEAN", "bool"},
+       {"VISIBLE_STRING", "string"}}};
+  const std::string_view name = eds::name_of(object.type);
+  for (const auto& [kind, ours] : kNames)
+    if (name.starts_with(kind)) return value_type(std::string(ours) + std::string(name.substr(kind.size())));
+  return value_type("hex");
+}
+
+eds::DeviceDescription parse_device(std::string_view text, const std::string& name,
+                                    std::optional<std::uint8_t> node_id, std::vector<std::string>& remarks) {
+  eds::Result result = eds::read(text, name, node_id);
+  for (const eds::Diagnostic& found : result.diagnostics) {
+    const bool is_value = text::same_text(found.message.substr(0, 14), "ParameterValue");
+    if (found.severity == eds::Severity::kError || is_value) throw UsageError(to_string(found));
+    if (found.severity == eds::Severity::kWarning) remarks.push_back(to_string(found));
+  }
+  return std::move(result.device);
+}
+
+PlannedNode parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks) {
+  const eds::DeviceDescription device = parse_device(text, name, std::nullopt, remarks);
+  if (!device.commissioning || !device.commissioning->node_id)
+    throw UsageError(name + ":1: there is no NodeID in [DeviceComissioning]: is this a DCF?");
+  std::set<std::uint16_t> touched;
+  for (const eds::Object& object : device.objects)
+    if (object.configured) touched.insert({object.index, pdo_of(object.index)});
+  PlannedNode node{*device.commissioning->node_id, {}, {}};
+  for (const eds::Object& object : device.objects) {
+    if (is_checked(object)) node.identity.push_back({object.index, object.first_sub, object.value});
+    if (!is_set(object, touched)) continue;
+    if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
+      throw UsageError(fmt::format("{}:{}: {:04X}h:{:02X} has {} bytes: must be 1..{}", name, object.line,
+                                   object.index, object.first_sub, object.value.size(),
+                                   regmap::kMaxDataBytes));
+    for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub)
+      node.objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
+  }
+  node.objects = in_writing_order(node.objects);
+  return node;
+}
+
+}  // namespace cbcan::tools

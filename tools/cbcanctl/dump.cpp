@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+// dump: the objects of a node as a plan, those of a file or those that are found.
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <deque>
+#include <map>
+
+#include "cbcanctl/commands.hpp"
+#include "cbcanctl/device_file.hpp"
+#include "text/numbers.hpp"
+#include "text/value.hpp"
+
+namespace cbcan::ctl {
+
+namespace {
+
+using tools::Bytes;
+using tools::Transaction;
+
+constexpr std::uint32_t kTimeout = 0x0504'0000;
+constexpr std::uint32_t kNoObject = 0x0602'0000;
+constexpr std::uint32_t kNoSub = 0x0609'0011;
+constexpr std::uint16_t kManufacturer = 0x2000;  ///< below are communication parameters
+
+/// Communication parameters that are read-only in every device (CiA 301, 7.5.2).
+constexpr std::array<std::uint16_t, 8> kReadOnly{0x1000, 0x1001, 0x1002, 0x1008,
+                                                 0x1009, 0x100A, 0x1018, 0x1200};
+
+struct Dumped {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  tools::Response response{};
+  const tools::ValueType* type = nullptr;
+  bool writable = true;
+  std::string name{};
+};
+
+Transaction read_of(std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
+  return {regmap::kSdoRead, node, index, sub, regmap::kMaxDataBytes, {}};
+}
+
+/// Throws for a response that is not about this object.
+void check(std::uint8_t node, const tools::Response& response) {
+  if (response.result != 0 && (response.result != 4 || response.abort_code == kTimeout))
+    throw Refused(response, fmt::format("node {}", node));
+}
+
+/// Tries some indices: sub-index 0, and where that may be how many there are, the ones behind it, if there is
+/// a first one.
+class ProbeJob final : public tools::Job {
+ public:
+  ProbeJob(std::uint8_t node, unsigned first, unsigned count)
+      : node_(node), index_(first), end_(first + count) {}
+
+  std::optional<Transaction> next() override {
+    if (index_ == end_) return std::nullopt;
+    return read_of(node_, static_cast<std::uint16_t>(index_), static_cast<std::uint8_t>(sub_));
+  }
+  void ended(const tools::Response& response) override {
+    check(node_, response);
+    const bool there = response.abort_code != kNoObject && response.abort_code != kNoSub &&
+                       index_ != regmap::kNodeStateService;  // which the module itself answers
+    if (sub_ == 0) last_ = response.data.size() == 1 ? response.data[0] : 0;
+    if (sub_ == 1 && !there) last_ = 1;
+    if (there) keep(response);
+    if (++sub_ <= last_) return;
+    sub_ = 0;
+    ++index_;
+  }
+  const std::vector<Dumped>& found() const { return found_; }
+
+ private:
+  void keep(const tools::Response& response) {
+    const auto index = static_cast<std::uint16_t>(index_);
+    const bool is_count = sub_ == 1 && !tools::is_mapping(index);
+    if (is_count && !found_.empty()) found_.back().writable = false;
+    const bool writable =
+        !tools::is_command(index) && std::find(kReadOnly.begin(), kReadOnly.end(), index) == kReadOnly.end();
+    found_.push_back({index, static_cast<std::uint8_t>(sub_), response, nullptr, writable, {}});
+  }
+
+  std::uint8_t node_;
+  unsigned index_;
+  unsigned end_;
+  unsigned sub_ = 0;
+  unsigned last_ = 0;  ///< sub-index
+  std::vector<Dumped> found_;
+};
+
+std::vector<Dumped> objects_of(tools::WindowClient& client, std::uint8_t node, const Options& options,
+                               const eds::DeviceDescription& device) {
+  std::vector<Dumped> found;
+  std::deque<tools::ReadJob> jobs;
+  std::vector<tools::Job*> list;
+  for (const eds::Object& object : device.objects)
+    for (unsigned sub = object.first_sub; object.index >= tools::kDeviceType && sub <= object.last_sub;
+         ++sub) {
+      const tools::ObjectPlace place{object.index, static_cast<std::uint8_t>(sub)};
+      found.push_back({place.index,
+                       place.sub,
+                       {},
+                       &tools::type_of(object),
+                       tools::is_writable(object),
+                       eds::shortened(object.name)});
+      list.push_back(&jobs.emplace_back(node, std::vector{place}));
+    }
+  run(client, list, "object", options.timeout_ms);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    check(node, found[i].response = jobs[i].responses().front());
+  return found;
+}
+
+std::vector<Dumped> objects_found(tools::WindowClient& client, std::uint8_t node, const Options& options) {
+  constexpr unsigned kEnd = 0xA000;
+  constexpr unsigned kAtOnce = 64;
+  std::deque<ProbeJob> jobs;
+  std::vector<tools::Job*> list;
+  for (unsigned first = tools::kDeviceType; first < kEnd; first += kAtOnce)
+    list.push_back(&jobs.emplace_back(node, first, kAtOnce));
+  run(client, list, "part", options.timeout_ms);
+  std::vector<Dumped> found;
+  for (const ProbeJob& job : jobs)
+    found.insert(found.end(), job.found().begin(), job.found().end());
+  return found;
+}
+
+/// Printable, and not taken for bytes where it comes back.
+bool is_text(const Bytes& value) {
+  return !value.empty() && !text::is_hex(std::string(value.begin(), value.end())) &&
+         std::all_of(value.begin(), value.end(),
+                     [](std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; });
+}
+
+/// That of the file where the value is one, else what the size says.
+const tools::ValueType& fitting_type(const Bytes& value, const tools::ValueType* type) {
+  if (type == nullptr)
+    return tools::value_type(value.size() >= 1 && value.size() <= 8 ? fmt::format("u{}", 8 * value.size())
+                             : is_text(value)                       ? "string"
+                                                                    : "hex");
+  const bool fits =
+      type->kind == tools::Kind::kString ? is_text(value) : type->size == 0 || type->size == value.size();
+  return fits ? *type : tools::value_type("hex");
+}
+
+/// As the plan has it: communication parameters in hexadecimal, and as a text what TOML has no number for.
+std::string plan_line(std::uint16_t index, std::uint8_t sub, const Bytes& value,
+                      const tools::ValueType* known) {
+  const tools::ValueType& type = fitting_type(value, known);
+  std::string text = tools::json_value(value, &type);
+  if (type.name == "u64") text = '"' + text + '"';
+  if (type.name == "u32" && index < kManufacturer) text = fmt::format("{:#x}", std::stoul(text));
+  return fmt::format("{{ index = 0x{:04X}, sub = {}, value = {}, type = \"{}\" }},", index, sub, text,
+                     type.name);
+}
+
+void print_heading(std::uint8_t node, const std::vector<Dumped>& objects) {
+  const tools::ValueType& u32 = tools::value_type("u32");
+  std::string identity;
+  fmt::print("[[node]]\nid = {}\n", node);
+  for (const auto& [index, sub, response, type, writable, name] : objects) {
+    if (response.data.size() != u32.size) continue;
+    if (index == tools::kDeviceType) fmt::print("device_type = {}\n", tools::print_value(response.data, u32));
+    if (index == tools::kIdentity && sub > 0)
+      identity += (identity.empty() ? "" : ", ") + tools::print_value(response.data, u32);
+  }
+  if (!identity.empty()) fmt::print("identity = [{}]\n", identity);
+}
+
+std::string comment(const Dumped& object) {
+  return object.name.empty() ? "" : "  # " + object.name;
+}
+
+void print_plan(std::uint8_t node, const std::vector<Dumped>& objects) {
+  std::map<std::pair<std::uint16_t, std::uint8_t>, const Dumped*> places;
+  std::vector<tools::PlannedObject> to_write;
+  print_heading(node, objects);
+  fmt::print("objects = [\n");
+  for (const Dumped& object : objects) {
+    const Bytes& value = object.response.data;
+    places[{object.index, object.sub}] = &object;
+    if (object.response.result != 0)
+      fmt::print("  # {:04X}h:{:02X} {}{}\n", object.index, object.sub, Refused(object.response).what(),
+                 comment(object));
+    else if (value.empty() || !object.writable)
+      fmt::print("  # {}{}\n", plan_line(object.index, object.sub, value, object.type), comment(object));
+    else
+      to_write.push_back({object.index, object.sub, value});
+  }
+  for (const tools::PlannedObject& each : tools::in_writing_order(to_write)) {
+    const Dumped& object = *places.at({each.index, each.sub});
+    fmt::print("  {}{}\n", plan_line(each.index, each.sub, each.value, object.type), comment(object));
+  }
+  fmt::print("]\n");
+}
+
+void print_json(std::uint8_t node, const Dumped& object) {
+  const Bytes& value = object.response.data;
+  fmt::print(R"({{"node": {}, "index": {}, "sub": {}, )", node, object.index, object.sub);
+  if (object.response.result != 0)
+    fmt::print("\"abort_code\": {}}}\n", object.response.abort_code);
+  else
+    fmt::print("\"data\": {}, \"value\": {}}}\n", tools::json_string(text::hex(value, " ")),
+               tools::json_value(value, &fitting_type(value, object.type)));
+}
+
+}  // namespace
+
+void dump(const Options& options) {
+  const auto node = static_cast<std::uint8_t>(tools::parse_number(options.node, kMaxNode, "NODE"));
+  if (node == 0) throw tools::UsageError("NODE 0: write 1..127");
+  std::vector<std::string> remarks;
+  eds::DeviceDescription device;
+  if (!options.eds.empty()) device = tools::parse_device(read_file(options.eds), options.eds, node, remarks);
+  std::for_each(remarks.begin(), remarks.end(), say);
+  tools::WindowClient client = connect(options);
+  check(node, client.execute(read_of(node, tools::kDeviceType, 0)));
+  const std::vector<Dumped> objects =
+      options.eds.empty() ? objects_found(client, node, options) : objects_of(client, node, options, device);
+  if (!options.json) return print_plan(node, objects);
+  for (const Dumped& object : objects)
+    print_json(node, object);
+}
+
+}  // namespace cbcan::ctl
