@@ -3,6 +3,7 @@
 // front and an SLCAN adapter behind that the suite plays.
 
 #include "contract/target.hpp"
+#include "cbcan/configuration.hpp"
 #include "contract/mcu/emulator.hpp"
 #include "contract/remote/slcan_text.hpp"
 #include "support/catch.hpp"
@@ -42,7 +43,7 @@ struct McuTarget final : Target {
   }
   /// Every case ends with a look at the stack (docs/registers.md, STACK_USED).
   ~McuTarget() override {
-    constexpr std::uint16_t kMostStack = 1024;
+    constexpr std::uint16_t kMostStack = 768;
     const std::uint16_t used = read(4106, 1).at(0);
     CHECK(used <= kMostStack);
     deepest_stack.bytes = std::max(deepest_stack.bytes, used);
@@ -55,6 +56,7 @@ struct McuTarget final : Target {
       case Ability::kSecondReader: return "a Modbus RTU line has one client";
       case Ability::kChannels: return "the image has one channel";
       case Ability::kSettings: return "the image's settings are built in";
+      case Ability::kBlock: return kServices.block_transfer ? "" : "the image has no block transfer";
     }
     return "unknown";
   }
