@@ -33,7 +33,7 @@ inline const std::vector<Phase>& phases() {
       block_read_start{"605#A400200102000000", "585#C600200109000000"},
       block_read_first{"605#A300000000000000", "585#0131323334353637"},
       block_read_last{"", "585#8238390000000000"};
-  static const std::vector<Phase> all{
+  static std::vector<Phase> all{
       {"read: start", 0, read, {}, "605#4000200100000000", 2},
       {"read: first segment", 0, read, {read_start}, "605#6000000000000000", 0},
       {"read: second segment", 0, read, {read_start, first_read}, "605#7000000000000000", 0},
@@ -71,6 +71,8 @@ inline const std::vector<Phase>& phases() {
        "605#A202020000000000",
        6},
   };
+  static const bool in_blocks = make_target({})->lacks(Ability::kBlock).empty();
+  if (!in_blocks) std::erase_if(all, [](const Phase& phase) { return phase.mode == 3; });
   return all;
 }
 

@@ -26,6 +26,7 @@ enum class Ability {
   kSecondReader,  ///< first_done()
   kChannels,      ///< 16 channels
   kSettings,      ///< Settings other than the defaults, plc_timeout of one second left out
+  kBlock,         ///< block transfer: what is looked at in every phase is not in its phases
 };
 
 enum class BusState { kActive, kOverflow, kErrorPassive, kBusOff };

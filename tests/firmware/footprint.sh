@@ -23,7 +23,9 @@ measure sdo_client "$1/tests/firmware/images/sdo_client" 5400 420
 measure master "$1/tests/firmware/images/master" 6000 2000
 measure coprocessor "$1/tests/firmware/images/coprocessor" 31000 9100
 # As long as the regions in their linker scripts.
-measure image "$1/firmware/boards/mps2_an385/cbcan_mps2_an385.elf" 37888 14336
+measure minimal "$1/firmware/boards/mps2_an385/cbcan_mps2_minimal.elf" 16384 6144
+measure process_data "$1/firmware/boards/mps2_an385/cbcan_mps2_process_data.elf" 24576 9216
+measure image "$1/firmware/boards/mps2_an385/cbcan_mps2_an385.elf" 32768 13312
 measure stm32f4 "$2/firmware/boards/stm32f4/cbcan_stm32f4.elf" 45056 16384
 # Each function of it; an image links fewer.
 echo "figure: size.canopen.text $(arm-none-eabi-size -t "$1/firmware/libcbcan_canopen.a" | awk 'END {print $1}')"

@@ -114,7 +114,7 @@ extern "C" [[gnu::naked]] void fault_handler() {
       "mov r0, sp\n\t"
       "ldr r1, =stack_end\n\t"
       "mov sp, r1\n\t"
-      "b start_fault");
+      "bl start_fault");
 }
 
 extern "C" [[gnu::used]] void start_fault(const std::uint32_t* frame) {

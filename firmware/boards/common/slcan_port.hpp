@@ -15,6 +15,7 @@
 #include "boards/common/hardware.hpp"
 #include "boards/common/ring.hpp"
 #include "cbcan/can_port.hpp"
+#include "cbcan/configuration.hpp"
 #include "cbcan/slcan/slcan.hpp"
 
 namespace cbcan::boards {
@@ -53,15 +54,14 @@ class SlcanPort final : public CanPort {
   CanCounters counters() const;
 
  private:
-  static constexpr std::size_t kQueue = 1024;  ///< characters each way: some 40 frames
   static constexpr std::uint8_t kSilentPolls = 4;
 
   bool put(std::string_view line);
   void on_line(std::string_view line);
   void hear(bool yes);
 
-  Ring<char, kQueue> received_;
-  Ring<char, kQueue> to_send_;
+  Ring<char, kServices.serial_queue> received_;
+  Ring<char, kServices.serial_queue> to_send_;
   slcan::LineReader reader_;
   Time due_ = 0;
   std::uint16_t kbit_per_second_;

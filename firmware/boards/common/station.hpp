@@ -47,9 +47,9 @@ struct Registers {
   Registers& operator=(const Registers&) = delete;
 
   std::array<std::uint16_t, regmap::kWindowWords> window{};
-  std::array<std::uint16_t, regmap::kScannerOutWords> scanner_out{};
-  std::array<std::uint16_t, regmap::kScannerInWords> scanner_in{};
-  std::array<std::uint16_t, regmap::kProcessWords> process_data{};
+  std::array<std::uint16_t, kScannerOutWords> scanner_out{};
+  std::array<std::uint16_t, kScannerInWords> scanner_in{};
+  std::array<std::uint16_t, kProcessWords> process_data{};
   alignas(4) std::array<std::uint16_t, regmap::kDiagnosticsWords> diagnostics{};
   const std::array<RegisterRange, 6> map;
 };

@@ -65,7 +65,7 @@ bool Device::on_frame(const Frame& frame, Time now) {
 }
 
 bool Device::on_service(const Frame& frame, Time now) {
-  if (frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
+  if (kServices.sdo_server && frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
   slave_.on_frame(frame, now);
   with_parts(*this, [&](auto&... part) { (part.on_frame(frame, now) || ...); });
   react(now);
@@ -153,7 +153,7 @@ AbortCode Device::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<
 
 AbortCode Device::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                            Time now) {
-  if (entry.index == object::kStore || entry.index == object::kRestore)
+  if (kServices.stored_parameters && (entry.index == object::kStore || entry.index == object::kRestore))
     return store_or_restore(entry.index, sub, value);
   AbortCode refused = AbortCode::kNone;
   with_parts(*this, [&](const auto&... part) {

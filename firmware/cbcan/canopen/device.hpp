@@ -18,15 +18,18 @@
 
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "cbcan/canopen/emcy/emergency.hpp"
 #include "cbcan/canopen/nmt/heartbeat_consumer.hpp"
 #include "cbcan/canopen/nmt/life_guard.hpp"
+#include "cbcan/canopen/no_part.hpp"
 #include "cbcan/canopen/parameter_memory.hpp"
 #include "cbcan/canopen/pdo/pdo.hpp"
 #include "cbcan/canopen/slave.hpp"
 #include "cbcan/canopen/sync.hpp"
 #include "cbcan/canopen/time_stamp.hpp"
+#include "cbcan/configuration.hpp"
 
 namespace cbcan {
 
@@ -97,9 +100,9 @@ class Device final : private Application, private PdoApplication {
   const ObjectDictionary& dictionary() const { return slave_.dictionary(); }
   Slave& slave() { return slave_; }
   const Slave& slave() const { return slave_; }
-  Emergency& emergency() { return emergency_; }
-  TimeStamp& time_stamp() { return time_; }
-  const HeartbeatConsumer& heartbeat_consumer() const { return consumer_; }
+  auto& emergency() { return emergency_; }
+  auto& time_stamp() { return time_; }
+  const auto& heartbeat_consumer() const { return consumer_; }
 
   /// Calls `visit(id)` for every CAN-ID that the device wants to hear; for some perhaps twice.
   template <class Visitor>
@@ -119,6 +122,9 @@ class Device final : private Application, private PdoApplication {
   void on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) override;
   void on_pdo_error_over(std::uint16_t code, Time now) override;
 
+  template <bool kIsThere, class Part>
+  using If = std::conditional_t<kIsThere, Part, NoPart>;
+
   /// Calls with all parts, in the order in which each thing is done to them.
   template <class Self, class Call>
   static auto with_parts(Self& self, Call call) {
@@ -135,12 +141,12 @@ class Device final : private Application, private PdoApplication {
 
   DeviceApplication& application_;
   Slave slave_;
-  Sync sync_;
-  Pdo pdo_;
-  Emergency emergency_;
-  HeartbeatConsumer consumer_;
-  LifeGuard life_guard_;
-  TimeStamp time_;
+  If<kServices.process_data(), Sync> sync_;
+  If<kServices.process_data(), Pdo> pdo_;
+  If<kServices.emergencies, Emergency> emergency_;
+  If<kServices.other_devices, HeartbeatConsumer> consumer_;
+  If<kServices.other_devices, LifeGuard> life_guard_;
+  If<kServices.time, TimeStamp> time_;
   std::size_t known_lost_ = 0;  ///< what the heartbeat consumer had lost when it was last looked at
   bool known_unguarded_ = false;
   bool known_misfit_ = false;  ///< of a SYNC

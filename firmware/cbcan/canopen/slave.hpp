@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
@@ -78,7 +79,7 @@ class Slave final : private ObjectHandler {
   void set_node_id(std::uint8_t node_id) { next_node_id_ = node_id; }
   ObjectDictionary& dictionary() { return dictionary_; }
   const ObjectDictionary& dictionary() const { return dictionary_; }
-  const SdoServer& sdo_server() const { return sdo_server_; }
+  const auto& sdo_server() const { return sdo_server_; }
 
  private:
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
@@ -94,7 +95,7 @@ class Slave final : private ObjectHandler {
   Frame frame_for(std::uint8_t wanted) const;
 
   ObjectDictionary dictionary_;
-  SdoServer sdo_server_;
+  std::conditional_t<kServices.sdo_server, SdoServer, NoSdoServer> sdo_server_;
   Application& application_;
   CanPort& port_;
   Time heartbeat_at_ = kNever;

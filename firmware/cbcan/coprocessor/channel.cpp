@@ -55,7 +55,7 @@ void Channel::work(Time now) {
 /// In turns, where both have a request.
 void Channel::begin_waiting(Time now) {
   if (!flagged_ && !scanner_.waiting()) return;
-  const bool registers = flagged_ && (!scanner_.waiting() || served_ == Window::kScanner);
+  const bool registers = flagged_ && (!scanner_.waiting() || !serves_registers());
   served_ = registers ? Window::kRegisters : Window::kScanner;
   if (!registers) scanner_.begin();
   turns_ == nullptr ? begin(now) : turns_->begin_or_hold_back(*this, now);
@@ -63,7 +63,7 @@ void Channel::begin_waiting(Time now) {
 
 void Channel::hold_back() {
   activity_ = Activity::kHeldBack;
-  if (served_ == Window::kScanner) scanner_.hold_back();
+  if (!serves_registers()) scanner_.hold_back();
 }
 
 /// The window that was held back asks first, as if the other one had been served last.
@@ -75,7 +75,7 @@ void Channel::resume(Time now) {
 
 /// Where its data, or its abort code, are to go.
 std::uint16_t* Channel::data_words() const {
-  return served_ == Window::kRegisters ? window_.words() + kDataPlace : scanner_.data();
+  return serves_registers() ? window_.words() + kDataPlace : scanner_.data();
 }
 
 inline void Channel::load_data(std::span<std::uint8_t> bytes) const {
@@ -137,7 +137,7 @@ void Channel::leave() {
 void Channel::finish(regmap::Result result, std::size_t size) {
   leave();
   if (result != regmap::Result::kOk) ++counters_.failed;
-  if (served_ == Window::kScanner) {
+  if (!serves_registers()) {
     scanner_.finish(result, size);
   } else {
     flagged_ = false;
@@ -155,7 +155,7 @@ void Channel::end(AbortCode code) {
 }
 
 void Channel::end_read(std::span<const std::uint8_t> bytes) {
-  if (served_ == Window::kRegisters) window_.words()[kSizePlace] = static_cast<std::uint16_t>(bytes.size());
+  if (serves_registers()) window_.words()[kSizePlace] = static_cast<std::uint16_t>(bytes.size());
   store_data(bytes);
   finish(regmap::Result::kOk, bytes.size());
 }

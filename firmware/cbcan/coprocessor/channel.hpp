@@ -81,7 +81,7 @@ class Channel {
   }
   /// One request of the PLC has written OUT+first..OUT+first+count-1.
   void on_out_written(std::size_t first, std::size_t count, Time now) {
-    if (scanner_.on_written(first, count) == ScannerWindow::Event::kNone) return;
+    if (!kServices.scanner_window || scanner_.on_written(first, count) == ScannerWindow::Event::kNone) return;
     if (activity_ != Activity::kIdle && served_ == Window::kScanner) {
       ++counters_.cancelled;
       cancel(now);
@@ -165,9 +165,7 @@ class Channel {
   void begin_waiting(Time now);
   void follow_sdo();
   /// Of the request, in the order of R3700..R3769.
-  const std::uint16_t* words() const {
-    return served_ == Window::kRegisters ? window_.words() : scanner_.words();
-  }
+  const std::uint16_t* words() const { return serves_registers() ? window_.words() : scanner_.words(); }
   std::uint16_t* data_words() const;
   void load_data(std::span<std::uint8_t> bytes) const;
   void store_data(std::span<const std::uint8_t> bytes) const;
@@ -185,6 +183,7 @@ class Channel {
   void end_read(std::span<const std::uint8_t> bytes);
   void end(AbortCode code);
   void finish(regmap::Result result, std::size_t size = 0);
+  bool serves_registers() const { return !kServices.scanner_window || served_ == Window::kRegisters; }
   Transfers& transfers() { return transfers_[static_cast<std::size_t>(served_)]; }
 
   LocalNode& node_;

@@ -9,7 +9,7 @@ namespace {
 
 /// Do the registers first..first+count-1 and the `words` from `own` on overlap?
 constexpr bool overlap(std::size_t first, std::size_t count, std::size_t own, std::size_t words) {
-  return first < own + words && own < first + count;
+  return words != 0 && first < own + words && own < first + count;
 }
 
 }  // namespace
@@ -42,13 +42,13 @@ void Coprocessor::work(Time now) {
 }
 
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
-  if (overlap(first, count, settings_.process_first, regmap::kProcessWords)) {
+  if (overlap(first, count, settings_.process_first, kProcessWords)) {
     const std::size_t before = settings_.process_first > first ? settings_.process_first - first : 0u;
     if (node_.on_registers_written(first + before - settings_.process_first, count - before, now))
       follow_node();
   }
   const std::size_t out = settings_.scanner_out_first;
-  if (!overlap(first, count, out, regmap::kScannerOutWords)) return;
+  if (!kServices.scanner_window || !overlap(first, count, out, regmap::kScannerOutWords)) return;
   const std::size_t from = std::max(first, out);
   on_out_written(from - out, std::min(first + count, out + regmap::kScannerOutWords) - from, now);
 }

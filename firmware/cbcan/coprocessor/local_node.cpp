@@ -50,6 +50,7 @@ bool LocalNode::on_low_id(const Frame& frame, Time now) {
 /// Most requests change nothing, or nothing that TPDOs carry; and those see nothing but outputs.
 bool LocalNode::on_registers_written(std::size_t first, std::size_t count, Time now) {
   constexpr std::size_t kFirst = regmap::kInputWords;
+  if (!kServices.process_data()) return false;
   if (first + count <= kFirst || first >= registers_.size()) return false;
   const std::size_t from = std::max(first, kFirst);
   const auto written = registers_.subspan(from, std::min(first + count, registers_.size()) - from);
@@ -71,11 +72,12 @@ void LocalNode::on_emergency_sent(const EmergencyConsumer::Message& message) {
 
 void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time /*now*/) {
   local::restore(values_, first_index, last_index);
-  device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
+  if (kServices.emergencies)
+    device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
   consumer_node_.fill(0);
   monitor_.watch_nobody();
   Transfers transfers{sdo_timeout_ms_, SdoClient::Mode::kAuto};
-  if (memory_ != nullptr) {
+  if (kServices.stored_parameters && memory_ != nullptr) {
     access(transfers);
     memory_->load(device_.dictionary(), *this, first_index, last_index);
     access_own();
@@ -94,10 +96,12 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
   size = entry.capacity;
   switch (entry.index) {
     case local::kLastEmergency: {
+      if (!kServices.emergencies) break;
       std::copy_n(emergencies_.last(sub).begin(), size, out.begin());
       break;
     }
     case local::kEmergencyScan: {
+      if (!kServices.emergencies) break;
       const std::uint8_t node = emergencies_.scan();
       const EmergencyConsumer::Message& message = emergencies_.last(node);
       std::fill_n(out.begin(), size, std::uint8_t{0});
@@ -106,6 +110,7 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
       break;
     }
     case local::kClock: {
+      if (!kServices.time) break;
       const TimeOfDay time = device_.time_stamp().at(now);
       store_little_endian(out.first(4), time.milliseconds);
       store_little_endian(out.subspan(4, 2), time.days);
@@ -168,7 +173,8 @@ void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time n
 }
 
 AbortCode LocalNode::write_mode(std::uint32_t value) {
-  if (value > static_cast<std::uint32_t>(SdoClient::Mode::kBlock)) return AbortCode::kValueHigh;
+  constexpr auto kLast = kServices.block_transfer ? SdoClient::Mode::kBlock : SdoClient::Mode::kSegmented;
+  if (value > static_cast<std::uint32_t>(kLast)) return AbortCode::kValueHigh;
   accessed_->mode = static_cast<SdoClient::Mode>(value);
   return AbortCode::kNone;
 }

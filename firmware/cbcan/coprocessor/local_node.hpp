@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/device.hpp"
@@ -35,7 +36,7 @@ class LocalNode final : private DeviceApplication {
   };
 
   /// The largest own object that can be transferred by SDO, in bytes.
-  static constexpr std::size_t kOwnObjectBytes = 32;
+  static constexpr std::size_t kOwnObjectBytes = kServices.sdo_server ? 32 : 0;
 
   /// Off the bus until start(). `transfers` and `client` go back to the settings with the node; the first of
   /// `transfers` is that of R3700..R3769.
@@ -105,7 +106,8 @@ class LocalNode final : private DeviceApplication {
   local::DeviceState device_state(std::uint8_t node, Time now) const;
 
   ProcessRegisters registers_;
-  std::array<std::uint16_t, regmap::kOutputWords> known_outputs_{};  ///< as last looked at
+  std::array<std::uint16_t, kProcessWords == 0 ? 0 : regmap::kOutputWords>
+      known_outputs_{};  ///< as last looked at
   SdoClient& client_;
   std::uint16_t sdo_timeout_ms_;
   std::uint8_t resets_ = 0;
@@ -114,12 +116,12 @@ class LocalNode final : private DeviceApplication {
   ParameterMemory* memory_ = nullptr;
   BusState bus_state_ = BusState::kActive;
   NodeMonitor monitor_;
-  EmergencyConsumer emergencies_;
+  std::conditional_t<kServices.emergencies, EmergencyConsumer, NoEmergencyConsumer> emergencies_;
   local::LocalValues values_{};
   std::array<std::uint8_t, kOwnObjectBytes> buffer_{};
-  std::array<Pdo::Rpdo, local::kRpdos> rpdos_{};
-  std::array<Pdo::Tpdo, local::kTpdos> tpdos_{};
-  std::array<PdoMapping::Piece, (local::kRpdos + local::kTpdos) * local::kObjectsOfPdo> pieces_{};
+  std::array<Pdo::Rpdo, kServices.rpdos> rpdos_{};
+  std::array<Pdo::Tpdo, kServices.tpdos> tpdos_{};
+  std::array<PdoMapping::Piece, (kServices.rpdos + kServices.tpdos) * kServices.objects_of_pdo> pieces_{};
   std::array<std::uint8_t, nmt::kMaxNode>
       consumer_node_{};  ///< node that sub-index n + 1 of 1016h names; 0 = none
   Device device_;

@@ -13,6 +13,7 @@
 #include <span>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/coprocessor/local_table.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/regmap.hpp"
 
@@ -26,16 +27,6 @@ using regmap::object::kLastEmergency;
 using regmap::object::kOwnNodeId;
 using regmap::object::kSdoTimeout;
 using regmap::object::kTransferMode;
-inline constexpr std::uint16_t kInputs = 0xA000;  ///< CiA 405, network variables
-inline constexpr std::uint16_t kOutputs = 0xA480;
-
-// How much of everything there is; each costs memory of a LocalNode.
-inline constexpr std::size_t kRpdos = 16;
-inline constexpr std::size_t kTpdos = 16;
-inline constexpr std::size_t kObjectsOfPdo = 8;
-inline constexpr std::size_t kErrorsKept = 8;
-inline constexpr std::size_t kInputBytes = 2 * regmap::kInputWords;
-inline constexpr std::size_t kOutputBytes = 2 * regmap::kOutputWords;
 
 /// CiA 405, CANOPEN_KERNEL_ERROR, as far as a CAN controller's state goes.
 enum class KernelState : std::uint8_t {
@@ -67,7 +58,7 @@ enum class DeviceState : std::uint8_t {
   kNotAvailable = 7,
 };
 
-inline constexpr std::size_t kValueBytes = 1529;
+inline constexpr std::size_t kValueBytes = table::kLayout.bytes;
 
 /// The stored values, laid out as entries() says.
 using LocalValues = std::array<std::uint8_t, kValueBytes>;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "cbcan/configuration.hpp"
 #include "cbcan/regmap.hpp"
 
 namespace cbcan {
@@ -34,10 +35,18 @@ class RegisterWindow {
 
   /// Replaces CA0Eh by the result, after everything set before. Where the PLC has written something else
   /// meanwhile, that stays and the response is false: the transaction was cancelled at the last moment.
+  /// A processor without compare-and-swap (Cortex-M0+) loads and stores: there an interrupt that writes R3700
+  /// is masked while the core is called.
   bool finish(regmap::Result result) const {
     std::uint16_t expected = regmap::kExecute;
-    return atomic_flag().compare_exchange_strong(expected, static_cast<std::uint16_t>(result),
-                                                 std::memory_order_release, std::memory_order_relaxed);
+    if constexpr (!std::atomic_ref<std::uint16_t>::is_always_lock_free) {
+      const bool unchanged = flag() == expected;
+      if (unchanged) atomic_flag().store(static_cast<std::uint16_t>(result), std::memory_order_release);
+      return unchanged;
+    } else {
+      return atomic_flag().compare_exchange_strong(expected, static_cast<std::uint16_t>(result),
+                                                   std::memory_order_release, std::memory_order_relaxed);
+    }
   }
 
  private:
@@ -46,9 +55,14 @@ class RegisterWindow {
   std::uint16_t* words_ = nullptr;
 };
 
+// Words that a build without process data, or without the scanner window, needs no memory for.
+inline constexpr std::size_t kProcessWords = kServices.process_data() ? regmap::kProcessWords : 0;
+inline constexpr std::size_t kScannerOutWords = kServices.scanner_window ? regmap::kScannerOutWords : 0;
+inline constexpr std::size_t kScannerInWords = kServices.scanner_window ? regmap::kScannerInWords : 0;
+
 /// R3800..R3927, or wherever the range has been put: inputs, then outputs. The core writes and reads them
 /// inside its own calls only, so whoever serves Modbus from the same place sees a PDO whole. The memory is
 /// the caller's.
-using ProcessRegisters = std::span<std::uint16_t, regmap::kProcessWords>;
+using ProcessRegisters = std::span<std::uint16_t, kProcessWords>;
 
 }  // namespace cbcan

@@ -16,7 +16,7 @@ constexpr std::uint16_t kCancelledHigh = 0x0800;
 }  // namespace
 
 void ScannerWindow::restart() {
-  if (in_ == nullptr) return;
+  if (!kServices.scanner_window || in_ == nullptr) return;
   std::fill_n(in_, regmap::kScannerInWords, std::uint16_t{0});
   in_[regmap::kScannerResult] = static_cast<std::uint16_t>(regmap::Result::kRestarted);
   taken_ = 0;
@@ -25,7 +25,7 @@ void ScannerWindow::restart() {
 }
 
 ScannerWindow::Event ScannerWindow::on_written(std::size_t first, std::size_t count) {
-  if (in_ == nullptr) return Event::kNone;
+  if (!kServices.scanner_window || in_ == nullptr) return Event::kNone;
   const std::uint16_t number = out_[regmap::kScannerNumber];
   const bool numbered = first == regmap::kScannerNumber;
   if (numbered && number == 0) return cancel();

@@ -18,14 +18,16 @@
 #include <cstdint>
 #include <span>
 
+#include "cbcan/configuration.hpp"
+#include "cbcan/coprocessor/register_window.hpp"
 #include "cbcan/regmap.hpp"
 
 namespace cbcan {
 
 class ScannerWindow {
  public:
-  using Out = std::span<const std::uint16_t, regmap::kScannerOutWords>;
-  using In = std::span<std::uint16_t, regmap::kScannerInWords>;
+  using Out = std::span<const std::uint16_t, kScannerOutWords>;
+  using In = std::span<std::uint16_t, kScannerInWords>;
 
   /// None: nothing comes through it.
   ScannerWindow() = default;
@@ -46,7 +48,7 @@ class ScannerWindow {
   Event on_written(std::size_t first, std::size_t count);
 
   /// A request waits for its turn.
-  bool waiting() const { return state_ == State::kWaiting; }
+  bool waiting() const { return kServices.scanner_window && state_ == State::kWaiting; }
   /// Its turn: its words are to be copied now.
   void begin() { state_ = State::kUnderWay; }
   /// It was not: it waits again.

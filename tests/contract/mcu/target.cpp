@@ -3,6 +3,7 @@
 // front and an SLCAN adapter behind that the suite plays.
 
 #include "contract/target.hpp"
+#include "cbcan/configuration.hpp"
 #include "contract/mcu/emulator.hpp"
 #include "contract/remote/slcan_text.hpp"
 #include "support/catch.hpp"
@@ -40,11 +41,11 @@ struct McuTarget final : Target {
       throw std::runtime_error("the image begins otherwise");
     emulator_.freeze();
   }
-  /// Every case ends with a look at the stack (docs/registers.md, STACK_USED).
+  /// Every case ends with a look at the stack (docs/registers.md, STACK_SIZE and STACK_USED).
   ~McuTarget() override {
-    constexpr std::uint16_t kMostStack = 1024;
-    const std::uint16_t used = read(4106, 1).at(0);
-    CHECK(used <= kMostStack);
+    const Words size_and_used = read(4105, 2);
+    const std::uint16_t used = size_and_used.at(1);
+    CHECK(used <= size_and_used.at(0) / 2);
     deepest_stack.bytes = std::max(deepest_stack.bytes, used);
   }
 
@@ -55,6 +56,7 @@ struct McuTarget final : Target {
       case Ability::kSecondReader: return "a Modbus RTU line has one client";
       case Ability::kChannels: return "the image has one channel";
       case Ability::kSettings: return "the image's settings are built in";
+      case Ability::kBlock: return kServices.block_transfer ? "" : "the image has no block transfer";
     }
     return "unknown";
   }

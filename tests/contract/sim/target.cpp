@@ -108,6 +108,7 @@ struct SimTarget final : Target {
       case Ability::kBusState:
       case Ability::kSecondReader:
       case Ability::kChannels:
+      case Ability::kBlock:
       case Ability::kSettings: return "";
     }
     return "unknown";

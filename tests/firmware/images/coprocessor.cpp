@@ -11,12 +11,12 @@ using namespace cbcan;
 
 volatile BusState& bus = *reinterpret_cast<volatile BusState*>(0x40000100);
 // Not counted: their places, and whether there are any, are the port's.
-auto& scanner_out = *reinterpret_cast<std::uint16_t (*)[regmap::kScannerOutWords]>(0x40000200);
-auto& scanner_in = *reinterpret_cast<std::uint16_t (*)[regmap::kScannerInWords]>(0x40000300);
+auto& scanner_out = *reinterpret_cast<std::array<std::uint16_t, kScannerOutWords>*>(0x40000200);
+auto& scanner_in = *reinterpret_cast<std::array<std::uint16_t, kScannerInWords>*>(0x40000300);
 
 Port port;
 std::uint16_t window[regmap::kWindowWords];
-std::uint16_t process[regmap::kProcessWords];
+std::array<std::uint16_t, kProcessWords> process;
 alignas(Coprocessor) std::byte memory[sizeof(Coprocessor)];
 
 }  // namespace

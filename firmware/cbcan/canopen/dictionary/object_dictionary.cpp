@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/configuration.hpp"
 
 namespace cbcan {
 
@@ -126,7 +127,8 @@ void ObjectDictionary::store(const ObjectEntry& entry, std::uint8_t sub,
 
 AbortCode ObjectDictionary::check_limits(const ObjectEntry& entry, std::uint8_t sub,
                                          std::span<const std::uint8_t> bytes) const {
-  if (!entry.has(ObjectFlags::kLimited) || bytes.empty() || bytes.size() > 8) return AbortCode::kNone;
+  if (!kServices.other_devices || !entry.has(ObjectFlags::kLimited) || bytes.empty() || bytes.size() > 8)
+    return AbortCode::kNone;
   const auto limits = std::partition_point(limits_.begin(), limits_.end(), [&](const ObjectLimits& row) {
     return order_of(row.index, row.sub) < order_of(entry.index, sub);
   });

@@ -61,4 +61,17 @@ class EmergencyConsumer {
   std::uint8_t stopped_at_ = 0;
 };
 
+/// In its place, where nobody asks for them.
+class NoEmergencyConsumer {
+ public:
+  static void on_frame(const Frame& /*frame*/) {}
+  static void note(std::uint8_t /*node*/, const EmergencyConsumer::Message& /*message*/) {}
+  static constexpr const EmergencyConsumer::Message& last(std::uint8_t /*node*/) { return kNothing; }
+  static constexpr std::uint8_t scan() { return 0; }
+  static void reset() {}
+
+ private:
+  static constexpr EmergencyConsumer::Message kNothing{};
+};
+
 }  // namespace cbcan

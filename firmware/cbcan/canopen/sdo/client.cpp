@@ -19,7 +19,7 @@ struct SdoClient::State {
   static constexpr State of(std::uint8_t accepts) {
     return {accepts, respond<kOnResponse>, event<kOnDeadline>, event<kOnRoom>};
   }
-  static constexpr std::array<State, kPhases> table();
+  static constexpr auto table();
 
   // Member functions as plain ones: pointers to members are twice the size, and slower to call.
   template <void (SdoClient::*kHandler)(const Frame&, Time)>
@@ -56,16 +56,16 @@ constexpr bool is_about_object(AbortCode code) {
 }
 
 constexpr bool by_block(SdoClient::Mode mode) {
-  return mode >= SdoClient::Mode::kBlock;
+  return kServices.block_transfer && mode >= SdoClient::Mode::kBlock;
 }
 
 }  // namespace
 
 // clang-format off
-constexpr std::array<SdoClient::State, SdoClient::kPhases> SdoClient::State::table() {
+constexpr auto SdoClient::State::table() {
   using C = SdoClient;
   using enum sdo::Response;
-  return {{
+  return std::to_array<State>({
     // a response                        a deadline         room again           responses that belong here
     of<&C::misplaced,                   &C::nothing,       &C::nothing>        (kNone),                   // kIdle
     of<&C::misplaced,                   &C::hold_or_begin, &C::nothing>        (kNone),                   // kHeldBack
@@ -82,11 +82,16 @@ constexpr std::array<SdoClient::State, SdoClient::kPhases> SdoClient::State::tab
     of<&C::block_upload_initiated,      &C::timed_out,     &C::opened>         (only(kBlockUpload)),      // kBlockUploadInitiate
     of<&C::block_upload_segment,        &C::ask_for_rest,  &C::nothing>        (kSegments),               // kBlockUploadStream
     of<&C::block_upload_ended,          &C::timed_out,     &C::nothing>        (kSegments),               // kBlockUploadEnd
-  }};
+  });
 }
 // clang-format on
 
-const std::array<SdoClient::State, SdoClient::kPhases> SdoClient::kStates = State::table();
+/// Those of block transfers are the last ones.
+constinit const std::array<SdoClient::State, SdoClient::kPhases> SdoClient::kStates = [] {
+  std::array<State, kPhases> states;
+  std::copy_n(State::table().begin(), kPhases, states.begin());
+  return states;
+}();
 
 const SdoClient::State& SdoClient::state() const {
   return kStates[static_cast<std::size_t>(phase_)];
@@ -112,7 +117,7 @@ void SdoClient::fail(AbortCode code) {
 
 void SdoClient::abort_and_tell(AbortCode code, Time now) {
   const bool tell = opened_;
-  const bool streaming = phase_ == kBlockUploadStream;
+  const bool streaming = kServices.block_transfer && phase_ == kBlockUploadStream;
   const bool response_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
                                     code == AbortCode::kToggleBit || code == kCancelled;
   fail(code);
@@ -145,7 +150,8 @@ void SdoClient::start(const Request& request, Time now) {
     if (request.size > data_.size()) return fail(AbortCode::kReadLength);
     if (request.mode == Mode::kExpedited && request.direction == Direction::kWrite)
       return fail(AbortCode::kNoSegment);
-    if (request.mode == Mode::kAuto && request.size >= kAutoBlockBytes && block_nodes_.has(request.node))
+    if (kServices.block_transfer && request.mode == Mode::kAuto && request.size >= kAutoBlockBytes &&
+        block_nodes_.has(request.node))
       request_.mode = Mode::kAutoBlock;
   }
   quarantine_.empty() ? begin(now) : hold_or_begin(now);
@@ -199,7 +205,8 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
   if (!opened_ || frame.id != sdo::kResponseId + request_.node) return on_stray(frame, now);
   const std::uint8_t command = frame.data[0];
   const State& waiting = state();
-  const bool segment = phase_ == kBlockUploadStream && !is_abort(command, kSegments);
+  const bool segment =
+      kServices.block_transfer && phase_ == kBlockUploadStream && !is_abort(command, kSegments);
   if (segment ? frame.length < frame.data.size() : sdo::is_short(frame)) {
     ++counters_.too_short;
     return;
@@ -233,7 +240,8 @@ void SdoClient::on_boot_up(std::uint8_t node, Time now) {
 void SdoClient::on_abort(const Frame& frame, Time now) {
   ++counters_.aborts_received;
   // Segments that were on their way when the server gave up may be answered too, each by an abort.
-  if (phase_ == kBlockDownloadStream || phase_ == kBlockDownloadAcknowledge) quarantine(true, now);
+  if (kServices.block_transfer && (phase_ == kBlockDownloadStream || phase_ == kBlockDownloadAcknowledge))
+    quarantine(true, now);
   const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
   if (!is_about_object(code) && begin_without_block(now)) return;
   fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
@@ -241,6 +249,7 @@ void SdoClient::on_abort(const Frame& frame, Time now) {
 
 /// The server has refused the block transfer that nobody but this client wanted.
 bool SdoClient::begin_without_block(Time now) {
+  if (!kServices.block_transfer) return false;
   const bool initiating = phase_ == kBlockDownloadInitiate || phase_ == kBlockUploadInitiate;
   if (request_.mode != Mode::kAutoBlock || !initiating) return false;
   request_.mode = Mode::kAuto;

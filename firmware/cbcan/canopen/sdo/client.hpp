@@ -23,6 +23,7 @@
 #include "cbcan/canopen/sdo/abort_code.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/canopen/sdo/quarantine.hpp"
+#include "cbcan/configuration.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -65,7 +66,9 @@ class SdoClient {
     kBlockUploadStream,         ///< next segment of a sub-block
     kBlockUploadEnd,            ///< end of the block upload
   };
-  static constexpr std::size_t kPhases = static_cast<std::size_t>(Phase::kBlockUploadEnd) + 1;
+  static constexpr std::size_t kPhases =
+      static_cast<std::size_t>(kServices.block_transfer ? Phase::kBlockUploadEnd : Phase::kDownloadSegment) +
+      1;
 
   struct Request {
     std::uint8_t node;  ///< 1..127

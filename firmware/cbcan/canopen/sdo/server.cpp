@@ -19,7 +19,8 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
     return;
   }
   const std::uint8_t command = frame.data[0];
-  if (state_ == State::kBlockDownload && command != sdo::command(sdo::Request::kAbort))
+  if (kServices.block_transfer && state_ == State::kBlockDownload &&
+      command != sdo::command(sdo::Request::kAbort))
     return block_download_segment(frame, now);
   ++counters_.requests;
   outbox_.drop();  // a client that asks anew no longer waits for what could not be sent
@@ -28,8 +29,12 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
     case sdo::Request::kDownloadSegment: return download_segment(frame, now);
     case sdo::Request::kInitiateUpload: return initiate_upload(frame, now);
     case sdo::Request::kUploadSegment: return upload_segment(frame, now);
-    case sdo::Request::kBlockDownload: return block_download(frame, now);
-    case sdo::Request::kBlockUpload: return block_upload(frame, now);
+    case sdo::Request::kBlockDownload:
+      if (kServices.block_transfer) return block_download(frame, now);
+      break;
+    case sdo::Request::kBlockUpload:
+      if (kServices.block_transfer) return block_upload(frame, now);
+      break;
     case sdo::Request::kAbort:
       ++counters_.aborts_received;
       state_ = State::kIdle;
@@ -39,7 +44,8 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
 }
 
 void SdoServer::poll(Time now) {
-  if (outbox_.retry(now) && state_ == State::kBlockUploadStream) stream_segments(now);
+  if (outbox_.retry(now) && kServices.block_transfer && state_ == State::kBlockUploadStream)
+    stream_segments(now);
 }
 
 void SdoServer::abort(AbortCode code, Time now) {

@@ -14,6 +14,7 @@
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/outbox.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
+#include "cbcan/configuration.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -98,6 +99,16 @@ class SdoServer {
   std::uint8_t fruitless_ = 0;
   bool crc_ = false;
   Counters counters_;
+};
+
+/// In its place, where other nodes do not reach the dictionary.
+class NoSdoServer {
+ public:
+  explicit NoSdoServer(const auto&... /*arguments*/) {}
+  static void reset(std::uint32_t /*response_id*/) {}
+  static void on_frame(const Frame& /*frame*/, Time /*now*/) {}
+  static void poll(Time /*now*/) {}
+  static constexpr Time deadline() { return kNever; }
 };
 
 }  // namespace cbcan

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// In the place of a part that a Device does without (cbcan/services.hpp): it has nothing to tell and does
+/// nothing.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cbcan/canopen/emcy/emergency.hpp"
+#include "cbcan/canopen/part.hpp"
+#include "cbcan/canopen/time_stamp.hpp"
+
+namespace cbcan {
+
+class NoPart : public Part {
+ public:
+  /// Whatever the part's constructor takes.
+  explicit NoPart(const auto&... /*arguments*/) {}
+
+  // What Device and applications ask of a Sync, ...
+  static constexpr bool take() { return false; }
+  static constexpr std::uint8_t counter() { return 0; }
+  static constexpr bool misfits() { return false; }
+  static constexpr Time window() { return 0; }
+  // of an Emergency,
+  static void error(std::uint16_t /*code*/, std::uint8_t /*register_bits*/, const Emergency::Info& /*info*/,
+                    Time /*now*/) {}
+  static void error_over(std::uint16_t /*code*/, Time /*now*/) {}
+  static constexpr bool has(std::uint16_t /*code*/) { return false; }
+  // of a TimeStamp,
+  static constexpr TimeOfDay at(Time /*now*/) { return {}; }
+  static void set(const TimeOfDay& /*time*/, Time /*now*/) {}
+  static void produce(Time /*now*/) {}
+  // of a HeartbeatConsumer and a LifeGuard,
+  static constexpr std::size_t lost() { return 0; }
+  // and of a Pdo.
+  static void on_sync(const auto&... /*arguments*/) {}
+  static void changed(const auto&... /*arguments*/) {}
+  static void look_for_changes(Time /*now*/) {}
+};
+
+}  // namespace cbcan

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The rows of the coprocessor's own object dictionary (local_objects.hpp), as far as a build has the
+/// services that they belong to, and where their values go.
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/configuration.hpp"
+#include "cbcan/regmap.hpp"
+#include "cbcan/version.hpp"
+
+namespace cbcan::local {
+
+inline constexpr std::uint16_t kInputs = 0xA000;  ///< CiA 405, network variables
+inline constexpr std::uint16_t kOutputs = 0xA480;
+inline constexpr std::size_t kInputBytes = 2 * regmap::kInputWords;
+inline constexpr std::size_t kOutputBytes = 2 * regmap::kOutputWords;
+
+}  // namespace cbcan::local
+
+namespace cbcan::local::table {
+
+using enum DataType;
+using namespace object;
+using namespace regmap::object;
+using Flags = ObjectFlags;
+
+inline constexpr std::uint8_t kAll = nmt::kMaxNode;
+inline constexpr std::uint16_t kComputedRead = Flags::kRead | Flags::kComputed;
+inline constexpr std::uint16_t kComputedReadWrite = Flags::kReadWrite | Flags::kComputed;
+inline constexpr std::uint16_t kCommand = kComputedReadWrite | Flags::kSetPoint;
+inline constexpr std::uint16_t kConfigured = Flags::kReadWrite | Flags::kChecked;
+
+inline constexpr std::uint8_t kStoreSubs =
+    4;  // 1010h and 1011h: all, communication, application, manufacturer
+inline constexpr std::uint8_t kAndRestore = 1;  // more indices
+
+inline constexpr std::string_view kName = "cbcan coprocessor";
+inline constexpr std::string_view kHardware = "1.0";
+inline constexpr std::string_view kSoftware = kVersion;
+
+/// A row of the dictionary with its power-on value; where the value goes is computed below.
+struct Row {
+  std::uint16_t index = 0;
+  std::uint8_t first_sub = 0;
+  std::uint8_t last_sub = 0;
+  DataType type = kUnsigned8;
+  std::uint16_t flags = 0;
+  std::uint32_t size = 0;
+  std::uint32_t value = 0;
+  std::string_view text = {};
+  std::uint8_t more_indices = 0;
+  std::uint32_t process_offset = 0;  ///< of a kProcess one: bytes, bits for BOOLEANs
+
+  constexpr bool stored() const { return (flags & (Flags::kComputed | Flags::kProcess)) == 0; }
+  constexpr bool zero() const { return value == 0 && text.empty(); }
+};
+
+constexpr std::uint32_t length(std::string_view text) {
+  return static_cast<std::uint32_t>(text.size());
+}
+
+constexpr Row name(std::uint16_t index, std::string_view text) {
+  return {index, 0, 0, kVisibleString, Flags::kRead | Flags::kVariable, length(text), 0, text};
+}
+
+/// Sub-index `sub` of the PDO parameters or mappings from `index` on.
+constexpr Row of_pdos(std::uint16_t index, std::size_t pdos, std::uint8_t sub, DataType type,
+                      std::uint32_t size, std::uint32_t value, std::uint16_t flags = kConfigured,
+                      std::uint8_t last_sub = 0) {
+  return {
+      index, sub, std::max(sub, last_sub), type, flags, size, value, {}, static_cast<std::uint8_t>(pdos - 1)};
+}
+
+inline constexpr std::array kObjects{
+    Row{kDeviceType, 0, 0, kUnsigned32, Flags::kRead, 4, 405},
+    Row{kErrorRegister, 0, 0, kUnsigned8, Flags::kRead, 1},
+    Row{kErrorHistory, 0, 0, kUnsigned8, kConfigured | Flags::kSetPoint, 1},
+    Row{kErrorHistory, 1, kServices.errors_kept, kUnsigned32, Flags::kRead, 4},
+    Row{kSyncCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x80},
+    Row{kSyncPeriod, 0, 0, kUnsigned32, kConfigured, 4},
+    Row{kSyncWindow, 0, 0, kUnsigned32, kConfigured, 4},
+    name(kDeviceName, kName),
+    name(kHardwareVersion, kHardware),
+    name(kSoftwareVersion, kSoftware),
+    Row{kStore, 0, 0, kUnsigned8, Flags::kRead, 1, kStoreSubs, {}, kAndRestore},
+    Row{kStore, 1, kStoreSubs, kUnsigned32, kCommand, 4, 0, {}, kAndRestore},
+    Row{kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x100},
+    Row{kEmergencyCobId, 0, 0, kUnsigned32, kConfigured, 4},  // follows the node ID
+    Row{kEmergencyInhibitTime, 0, 0, kUnsigned16, kConfigured, 2},
+    Row{kConsumerHeartbeatTime, 0, 0, kUnsigned8, Flags::kRead, 1, kAll},
+    Row{kConsumerHeartbeatTime, 1, kAll, kUnsigned32, kComputedReadWrite, 4},
+    Row{kProducerHeartbeatTime, 0, 0, kUnsigned16, kConfigured, 2},
+    Row{kIdentity, 0, 0, kUnsigned8, Flags::kRead, 1, 4},
+    Row{kIdentity, 1, 4, kUnsigned32, Flags::kRead, 4},  // no vendor-ID is assigned
+    Row{kSyncCounterOverflow, 0, 0, kUnsigned8, kConfigured, 1},
+    Row{kErrorBehaviour, 0, 0, kUnsigned8, Flags::kRead, 1, 1},
+    Row{kErrorBehaviour, 1, 1, kUnsigned8, kConfigured, 1, 1},  // stays as it is
+    Row{kSdoServerParameter, 0, 0, kUnsigned8, Flags::kRead, 1, 2},
+    Row{kSdoServerParameter, 1, 2, kUnsigned32, kComputedRead, 4},
+    of_pdos(kRpdoParameter, kServices.rpdos, 0, kUnsigned8, 1, 5, Flags::kRead),
+    of_pdos(kRpdoParameter, kServices.rpdos, 1, kUnsigned32, 4, cob::kInvalid),
+    of_pdos(kRpdoParameter, kServices.rpdos, 2, kUnsigned8, 1, 255),
+    of_pdos(kRpdoParameter, kServices.rpdos, 5, kUnsigned16, 2, 0),
+    of_pdos(kRpdoMapping, kServices.rpdos, 0, kUnsigned8, 1, 0),
+    of_pdos(kRpdoMapping, kServices.rpdos, 1, kUnsigned32, 4, 0, kConfigured, kServices.objects_of_pdo),
+    of_pdos(kTpdoParameter, kServices.tpdos, 0, kUnsigned8, 1, 6, Flags::kRead),
+    of_pdos(kTpdoParameter, kServices.tpdos, 1, kUnsigned32, 4, cob::kInvalid),
+    of_pdos(kTpdoParameter, kServices.tpdos, 2, kUnsigned8, 1, 255),
+    of_pdos(kTpdoParameter, kServices.tpdos, 3, kUnsigned16, 2, 0),
+    of_pdos(kTpdoParameter, kServices.tpdos, 5, kUnsigned16, 2, 0),
+    of_pdos(kTpdoParameter, kServices.tpdos, 6, kUnsigned8, 1, 0),
+    of_pdos(kTpdoMapping, kServices.tpdos, 0, kUnsigned8, 1, 0),
+    of_pdos(kTpdoMapping, kServices.tpdos, 1, kUnsigned32, 4, 0, kConfigured, kServices.objects_of_pdo),
+    Row{kOwnNodeId, 0, 0, kUnsigned8, kComputedRead, 1},
+    Row{kKernelState, 0, 0, kUnsigned8, kComputedRead, 1},
+    Row{kSdoTimeout, 0, 0, kUnsigned16, kComputedReadWrite, 2},
+    Row{kTransferMode, 0, 0, kUnsigned8, kComputedReadWrite, 1},
+    Row{kLastEmergency, 0, 0, kUnsigned8, Flags::kRead, 1, kAll},
+    Row{kLastEmergency, 1, kAll, kOctetString, kComputedRead, 8},
+    Row{kEmergencyScan, 0, 0, kOctetString, kComputedRead, 9},
+    Row{kDeviceState, 0, 0, kUnsigned8, Flags::kRead, 1, kAll},
+    Row{kDeviceState, 1, kAll, kUnsigned8, kComputedRead, 1},
+    Row{kClock, 0, 0, kTimeOfDay, kCommand, 6},
+};
+
+/// The types of network variables in the order of CiA 405; each has 64 indices.
+inline constexpr std::array kTypes{kInteger8,   kUnsigned8,  kBoolean,    kInteger16,  kUnsigned16,
+                                   kInteger24,  kUnsigned24, kInteger32,  kUnsigned32, kReal32,
+                                   kUnsigned40, kInteger40,  kUnsigned48, kInteger48,  kUnsigned56,
+                                   kInteger56,  kInteger64,  kUnsigned64};
+inline constexpr std::uint16_t kIndicesOfType = 0x40;
+inline constexpr std::uint32_t kMostSubs = 254;
+
+/// Two rows for a type; for BOOLEANs four, as those of 128 bytes fill four indices and a part of the fifth.
+inline constexpr std::size_t kVariableRows = 2 * (2 * (kTypes.size() - 1) + 4);
+static_assert(8 * kInputBytes / kMostSubs == 4 && 8 * kOutputBytes / kMostSubs == 4);
+
+constexpr Row* put_variables(Row* row, std::uint16_t first, std::uint32_t start, std::uint32_t bytes,
+                             std::uint16_t direction) {
+  const std::uint16_t flags = Flags::kReadWrite | Flags::kChecked | Flags::kProcess | direction;
+  const auto put = [&](std::uint16_t index, std::uint32_t count, Row values, std::uint8_t more) {
+    *row++ = {index, 0, 0, kUnsigned8, Flags::kRead, 1, count, {}, more};
+    values.index = index;
+    values.first_sub = 1;
+    values.last_sub = static_cast<std::uint8_t>(count);
+    values.more_indices = more;
+    *row++ = values;
+  };
+  for (std::size_t i = 0; i < kTypes.size(); ++i) {
+    const auto index = static_cast<std::uint16_t>(first + i * kIndicesOfType);
+    if (kTypes[i] != kBoolean) {
+      const auto size = static_cast<std::uint32_t>(size_of(kTypes[i]));
+      put(index, bytes / size, {0, 0, 0, kTypes[i], flags, size, 0, {}, 0, start}, 0);
+      continue;
+    }
+    const std::uint32_t full = 8 * bytes / kMostSubs;
+    const auto packed = static_cast<std::uint16_t>(flags | Flags::kPacked);
+    put(index, kMostSubs, {0, 0, 0, kBoolean, packed, 1, 0, {}, 0, 8 * start},
+        static_cast<std::uint8_t>(full - 1));
+    put(static_cast<std::uint16_t>(index + full), 8 * bytes % kMostSubs,
+        {0, 0, 0, kBoolean, packed, 1, 0, {}, 0, 8 * start + full * kMostSubs}, 0);
+  }
+  return row;
+}
+
+/// To something that this build has.
+constexpr bool belongs(const Row& row) {
+  switch (row.index) {
+    case kErrorHistory:
+    case kEmergencyCobId:
+    case kEmergencyInhibitTime:
+    case kLastEmergency:
+    case kEmergencyScan: return kServices.emergencies;
+    case kSyncCobId:
+    case kSyncPeriod:
+    case kSyncWindow:
+    case kSyncCounterOverflow: return kServices.process_data();
+    case kTimeCobId:
+    case kClock: return kServices.time;
+    case kStore: return kServices.stored_parameters;
+    case kSdoServerParameter: return kServices.sdo_server;
+    case kRpdoParameter:
+    case kRpdoMapping: return kServices.rpdos != 0;
+    case kTpdoParameter:
+    case kTpdoMapping: return kServices.tpdos != 0;
+    default: return true;
+  }
+}
+
+inline constexpr auto kRows = [] {
+  constexpr auto kFixed = static_cast<std::size_t>(std::count_if(kObjects.begin(), kObjects.end(), belongs));
+  std::array<Row, kFixed + (kServices.process_data() ? kVariableRows : 0)> rows{};
+  Row* end = std::copy_if(kObjects.begin(), kObjects.end(), rows.data(), belongs);
+  if (!kServices.process_data()) return rows;
+  end = put_variables(end, kInputs, 0, kInputBytes, Flags::kMapRpdo);
+  put_variables(end, kOutputs, kInputBytes, kOutputBytes, Flags::kMapTpdo);
+  return rows;
+}();
+
+struct Layout {
+  std::array<ObjectEntry, kRows.size()> entries{};
+  std::uint32_t power_on_bytes = 0;
+  std::uint32_t bytes = 0;
+};
+
+/// Values that begin as zeros stand behind all others, so that flash need not hold them.
+inline constexpr Layout kLayout = [] {
+  Layout layout;
+  const auto place = [&layout](bool zeros) {
+    for (std::size_t i = 0; i < kRows.size(); ++i) {
+      const Row& row = kRows[i];
+      ObjectEntry& entry = layout.entries[i];
+      if (!row.stored() || row.zero() != zeros) continue;
+      entry.offset = layout.bytes + entry.front();
+      layout.bytes += entry.stride() * entry.count();
+    }
+  };
+  for (std::size_t i = 0; i < kRows.size(); ++i) {
+    const Row& row = kRows[i];
+    layout.entries[i] = {row.index,        row.first_sub, row.last_sub,       row.type,
+                         row.more_indices, row.flags,     row.process_offset, row.size};
+  }
+  place(false);
+  layout.power_on_bytes = layout.bytes;
+  place(true);
+  return layout;
+}();
+
+}  // namespace cbcan::local::table
