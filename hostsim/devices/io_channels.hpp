@@ -47,7 +47,8 @@ class DigitalOutput {
   DigitalOutput(ObjectDictionary& dictionary, std::uint8_t sub);
 
   void switch_off() { terminals_ = 0; }
-  void refresh(bool failed);
+  /// True = another value stands at the terminals.
+  bool refresh(bool failed);
   std::uint8_t terminals() const { return terminals_; }
 
  private:
@@ -84,7 +85,8 @@ class AnalogueOutput {
  public:
   AnalogueOutput(ObjectDictionary& dictionary, std::uint8_t sub);
 
-  void refresh(bool failed);
+  /// Likewise.
+  bool refresh(bool failed);
   std::int16_t terminal() const { return terminal_; }
 
  private:

@@ -60,6 +60,7 @@ void IoModule::reset(bool application, Time now) {
   incidents_.reset();
   if (!application) return;
   failed_ = false;
+  moved_ = true;
   for (DigitalOutput& output : digital_outputs_)
     output.switch_off();
   for (auto& input : digital_inputs_) {
@@ -88,7 +89,7 @@ Time IoModule::update(Time now) {
     note_source(i, now);
   }
   refresh_outputs();
-  tell_terminals(now);
+  if (std::exchange(moved_, false)) tell_terminals(now);
   incidents_.update(node_, now);
   tell(now);
   return next;
@@ -96,9 +97,9 @@ Time IoModule::update(Time now) {
 
 void IoModule::refresh_outputs() {
   for (DigitalOutput& output : digital_outputs_)
-    output.refresh(failed_);
+    moved_ |= output.refresh(failed_);
   for (AnalogueOutput& output : analogue_outputs_)
-    output.refresh(failed_);
+    moved_ |= output.refresh(failed_);
 }
 
 void IoModule::note_source(std::size_t channel, Time now) {
@@ -152,6 +153,7 @@ bool IoModule::set_input(std::uint16_t index, std::uint8_t sub, double value, Ti
   if (index == kReadInput)
     if (DigitalInput* input = find(digital_inputs_, sub)) {
       input->set_terminals(sim::rounded<std::uint8_t>(value), now);
+      moved_ = true;
       return true;
     }
   if (index == kReadAnalogueInput)

@@ -63,6 +63,7 @@ class IoModule final : public sim::Behaviour {
   std::vector<std::int32_t> told_;  ///< at the terminals of digital inputs and all outputs
   Time interrupt_at_ = kNever;
   bool failed_ = false;
+  bool moved_ = false;  ///< at those terminals something may stand that has not been told
   Incidents incidents_;
 };
 
