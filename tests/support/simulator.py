@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import re
 import select
 import signal
 import socket
@@ -13,6 +14,7 @@ import time
 
 from mcu import die_with_parent
 
+HOW_TO_JOIN = r"^(network \d+: )?(slcan: python3|socketcand: python3|udp: python3|socketcan: candump) "
 LIMIT = 60  # seconds; for what takes milliseconds on a machine that has nothing else to do
 
 
@@ -73,7 +75,7 @@ class Simulator:
             if self.process.stdin:
                 self.process.stdin.close()
         if self.error_path.exists():
-            self.error = "".join(line for line in self.error_path.open() if ": python3 -m can.logger -i " not in line)
+            self.error = "".join(line for line in self.error_path.read_text().splitlines(True) if not re.search(HOW_TO_JOIN, line))
         self.folder.cleanup()
         return self.process.returncode, self.error
 
