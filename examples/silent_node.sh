@@ -3,7 +3,7 @@
 # A test of what a PLC sees of a node that is silent, without a sleep: cbcan-sim --demo --clock manual -- examples/silent_node.sh
 # Time stands until the transaction has started, and passes until it has ended.
 exec 3<>"/dev/tcp/${CBCAN_CONTROL/://}"
-"${CBCANCTL:-build/bin/cbcanctl}" read 99 0x1000 0 3>&- &
+exec 4< <("${CBCANCTL:-build/bin/cbcanctl}" read 99 0x1000 0 2>&1 3>&-)
 printf 'wait transaction started\nwait transaction ended\n' >&3
 head -n 2 <&3
-wait
+cat <&4

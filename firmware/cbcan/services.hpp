@@ -31,6 +31,7 @@ struct Services {
   std::uint8_t errors_kept = 8;     ///< in 1003h
 
   bool stored_parameters = true;  ///< 1010h, 1011h
+  bool lss = true;                ///< node ID and bit rate by LSS, kept where 1010h stores
   /// What Devices have that the coprocessor's own node has no use for: the loss of other nodes as an error
   /// (1016h, 100Ch), limits of values.
   bool other_devices = true;

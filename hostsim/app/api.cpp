@@ -28,22 +28,32 @@ namespace {
 constexpr std::uint64_t kMostListed = 1000;
 constexpr std::uint16_t kStatusword = 0x6041;
 
-/// The row of a register, where the ranges that may lie elsewhere have been put.
-const regmap::RegisterRow* row_of(std::size_t address, const plant::ModuleConfig& module) {
-  const auto found = [](const auto& rows, std::size_t at) -> const regmap::RegisterRow* {
+struct NamedRegister {
+  const regmap::RegisterRow* row = nullptr;  ///< null: without a name
+  unsigned channel = 1;                      ///< whose scanner window it is in
+};
+
+/// Where the ranges that may lie elsewhere have been put.
+NamedRegister name_of(std::size_t address, const plant::ModuleConfig& module) {
+  const auto found = [](const auto& rows, std::size_t at, unsigned channel = 1) -> NamedRegister {
     const auto row =
         std::ranges::find_if(rows, [at](const auto& r) { return r.first <= at && at <= r.last; });
-    return row == rows.end() ? nullptr : &*row;
+    return row == rows.end() ? NamedRegister{} : NamedRegister{&*row, channel};
   };
   const auto moved = [address](std::size_t first, std::size_t words, std::size_t standard) {
     return address >= first && address < first + words ? address - first + standard : 0;
   };
-  if (const auto* row = found(regmap::kWindow, address)) return row;
-  const std::size_t process = moved(module.process_first, regmap::kProcessWords, regmap::kProcessFirst);
-  const std::size_t out = moved(module.scanner_out_first, regmap::kScannerOutWords, regmap::kScannerOutFirst);
-  const std::size_t in = moved(module.scanner_in_first, regmap::kScannerInWords, regmap::kScannerInFirst);
-  if (process != 0) return found(regmap::kProcessData, process);
-  return out + in == 0 ? nullptr : found(regmap::kScanner, out + in);
+  if (const auto named = found(regmap::kWindow, address); named.row != nullptr) return named;
+  if (const std::size_t at = moved(module.process_first, regmap::kProcessWords, regmap::kProcessFirst))
+    return found(regmap::kProcessData, at);
+  for (unsigned channel = 1; channel <= module.channels; ++channel) {
+    const std::size_t out = moved(regmap::of_channel(module.scanner_out_first, channel),
+                                  regmap::kScannerOutWords, regmap::kScannerOutFirst);
+    const std::size_t in = moved(regmap::of_channel(module.scanner_in_first, channel),
+                                 regmap::kScannerInWords, regmap::kScannerInFirst);
+    if (out + in != 0) return found(regmap::kScanner, out + in, channel);
+  }
+  return {};
 }
 
 /// What a number in one of the window's registers means.
@@ -96,9 +106,9 @@ io::HttpResponse Api::respond(const io::HttpRequest& request) {
     if (path == "/api/registers") return ok(registers(query));
     if (path == "/api/nodes") return ok(nodes(query));
     if (path == "/api/faults") return ok(faults());
-    if (path == "/api/transactions") return ok(events(query, {Kind::kEnded}));
-    if (path == "/api/frames") return ok(events(query, {Kind::kFrame}));
-    if (path == "/api/journal") return ok(events(query, {}));
+    if (path == "/api/transactions") return ok(events(query, journal::kinds_of({Kind::kEnded})));
+    if (path == "/api/frames") return ok(events(query, journal::kinds_of({Kind::kFrame})));
+    if (path == "/api/journal") return ok(events(query, journal::kAllKinds));
     if (path == "/api/events") return follow(request);
     if (path.starts_with(kNodes) && path.ends_with(kObjects) && path.size() > kNodes.size() + kObjects.size())
       return ok(objects(query, path.substr(kNodes.size(), path.size() - kNodes.size() - kObjects.size())));
@@ -136,7 +146,7 @@ Json Api::time() const {
 
 // ---- Registers
 
-/// Those that have names, or `count` from `first` on.
+/// Those that have names, of the scanner windows channel 1's; or `count` from `first` on.
 Json Api::registers(const Query& query) const {
   const std::size_t network = network_in(query);
   const auto words = parts_.control.read(network, 0, regmap::kRegisterFileWords);
@@ -148,9 +158,10 @@ Json Api::registers(const Query& query) const {
       mapped_registers(static_cast<std::uint8_t>(network), parts_.control.network(network), parts_.find);
   Json list = Json::array();
   for (std::size_t address = first; address < first + count; ++address) {
-    const regmap::RegisterRow* const row = row_of(address, module);
-    if (all && row == nullptr) continue;
+    const auto [row, channel] = name_of(address, module);
+    if (all && (row == nullptr || channel != 1)) continue;
     Json json{{"register", address}, {"name", row == nullptr ? "" : row->name}, {"value", words[address]}};
+    if (channel != 1) json["channel"] = channel;
     if (const auto meaning = meaning_of(row, words[address]); !meaning.empty()) json["words"] = meaning;
     if (const auto found = mapped.find(address); found != mapped.end()) json["mapped"] = found->second;
     list.push_back(std::move(json));
@@ -259,9 +270,8 @@ Json Api::faults() const {
 // ---- Events
 
 /// The last `limit` ones below `before`, in their order.
-Json Api::events(const Query& query, std::initializer_list<Kind> kinds) const {
-  EventFilter filter(query);
-  filter.choose(kinds);
+Json Api::events(const Query& query, journal::Kinds standard) const {
+  const EventFilter filter(query, standard);
   const journal::Journal& journal = parts_.control.journal();
   const std::uint64_t limit = number_in(query, "limit", kMostListed, kMostListed);
   std::vector<Json> found;

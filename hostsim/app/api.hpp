@@ -40,7 +40,7 @@ class Api {
   Json node(std::size_t network, std::size_t place) const;
   Json objects(const Query& query, std::string_view node) const;
   Json faults() const;
-  Json events(const Query& query, std::initializer_list<journal::Kind> kinds) const;
+  Json events(const Query& query, journal::Kinds standard) const;
   Json write(const std::string& body);
   io::HttpResponse follow(const io::HttpRequest& request) const;
   io::HttpResponse command(const std::string& body) const;

@@ -16,7 +16,7 @@ class EventStream final : public io::HttpStream {
  public:
   EventStream(scenario::Control& control, const journal::FindName& find, const Query& query,
               std::uint64_t next)
-      : control_(control), find_(find), filter_(query), cursor_(control.journal(), next) {
+      : control_(control), find_(find), filter_(query), cursor_(control.journal(), next, filter_.kinds()) {
     const auto found = query.find("watch");
     std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
     while (!rest.empty())
@@ -37,7 +37,7 @@ class EventStream final : public io::HttpStream {
       tell(watched, text);
     return true;
   }
-  bool has_news() const override { return !watched_.empty() || cursor_.next() < control_.journal().end(); }
+  bool has_news() const override { return !watched_.empty() || cursor_.has_news(); }
   std::string_view keep_alive() const override { return ":\n\n"; }
 
  private:

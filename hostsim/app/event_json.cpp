@@ -17,10 +17,6 @@ using journal::Kind;
 
 namespace {
 
-std::uint32_t bit(Kind kind) {
-  return 1U << static_cast<unsigned>(kind);
-}
-
 void add_modbus(Json& json, const Event& event, const journal::Journal& journal) {
   json["unit"] = event.node;
   json["client"] = event.code;
@@ -74,7 +70,7 @@ std::uint64_t number_in(const Query& query, std::string_view key, std::uint64_t 
   return static_cast<std::uint64_t>(*number);
 }
 
-EventFilter::EventFilter(const Query& query)
+EventFilter::EventFilter(const Query& query, journal::Kinds standard)
     : network_(number_in(query, "network", 0, 247)),
       node_(number_in(query, "node", 0, 127)),
       transaction_(number_in(query, "transaction", 0, 0xFFFFFFFF)),
@@ -84,6 +80,7 @@ EventFilter::EventFilter(const Query& query)
   if (const auto found = query.find("service"); found != query.end()) service_ = found->second;
   const auto found = query.find("kinds");
   std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
+  kinds_ = rest.empty() ? standard : 0;
   while (!rest.empty()) {
     const std::string_view name = text::take_part(rest, ',');
     const auto names = journal::kind_names();
@@ -91,22 +88,16 @@ EventFilter::EventFilter(const Query& query)
     if (kind == names.end()) scenario::refuse("kinds={}: must be {}", name, text::listed(names, " and "));
     kinds_ |= 1U << (kind - names.begin());
   }
-}
-
-void EventFilter::choose(std::initializer_list<Kind> kinds) {
-  if (kinds_ != 0) return;
-  for (const Kind kind : kinds)
-    kinds_ |= bit(kind);
+  if (failed_ || slow_) kinds_ &= journal::kinds_of({Kind::kEnded});
 }
 
 bool EventFilter::passes(const Event& event) const {
-  if (kinds_ != 0 && (kinds_ & bit(event.kind)) == 0) return false;
+  if ((kinds_ & journal::kinds_of({event.kind})) == 0) return false;
   if (network_ != 0 && event.network != network_) return false;
   if (transaction_ != 0 && event.transaction != transaction_) return false;
   if (node_ != 0 && (event.node != node_ || event.kind == Kind::kModbus)) return false;
   if (!service_.empty() && journal::name_of(event.service) != service_) return false;
-  const bool ended = event.kind == Kind::kEnded;
-  return (!failed_ || (ended && event.result != 0)) && (!slow_ || (ended && event.took >= *slow_));
+  return (!failed_ || event.result != 0) && (!slow_ || event.took >= *slow_);
 }
 
 Json event_json(std::uint64_t number, const Event& event, const journal::Journal& journal,

@@ -24,15 +24,15 @@ std::uint64_t number_in(const Query& query, std::string_view key, std::uint64_t 
 class EventFilter {
  public:
   /// By `kinds`, `network`, `node`, `service`, `transaction`, `failed` and `slow`; what else is in it counts
-  /// for nothing. Throws scenario::Refused.
-  explicit EventFilter(const Query& query);
+  /// for nothing. Without `kinds`, `standard`. Throws scenario::Refused.
+  explicit EventFilter(const Query& query, journal::Kinds standard = journal::kAllKinds);
+  /// No others pass.
+  journal::Kinds kinds() const { return kinds_; }
   bool passes(const journal::Event& event) const;
-  /// These kinds instead, where the query names none.
-  void choose(std::initializer_list<journal::Kind> kinds);
 
  private:
-  std::uint32_t kinds_ = 0;  ///< bits by Kind; 0 = all
-  std::uint64_t network_;    ///< here and below 0 = any
+  journal::Kinds kinds_;
+  std::uint64_t network_;    ///< 0 = any, as below
   std::uint64_t node_;
   std::uint64_t transaction_;
   std::string service_;

@@ -9,7 +9,6 @@
 #include "io/can/stream_bus.hpp"
 #include "io/can/udp_bus.hpp"
 #include "io/modbus/rtu_connection.hpp"
-#include "plant/can_spec.hpp"
 #include "scenario/words.hpp"
 #include "sim/slcan_adapter.hpp"
 #include "text/numbers.hpp"
@@ -38,8 +37,9 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
       number_(config.number),
       name_(plant.networks.size() == 1 ? "" : fmt::format("network {}: ", number_)),
       can_(plant::can_spec(config.can)),
-      core_(plant, config, with_parameters(config, std::move(nodes)), surroundings.started, this) {
-  if (!config.can.outside.empty()) open_outside(config.can.outside);
+      core_(plant, config, with_parameters(config, std::move(nodes)), surroundings.started, this,
+            parameters_in(config.module.parameters)) {
+  if (!config.can.outside.empty()) open_outside();
   open_servers(config.can);
   if (core_.module() != nullptr) open_plc(config);
   if (!config.log.empty()) open_log(config);
@@ -48,10 +48,14 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
 std::vector<sim::NodeParts> Network::with_parameters(const plant::NetworkConfig& config,
                                                      std::vector<sim::NodeParts> nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i)
-    if (const std::string& file = config.nodes[i].parameters; !file.empty())
-      nodes[i].parameters =
-          parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, surroundings_.warn)).get();
+    nodes[i].parameters = parameters_in(config.nodes[i].parameters);
   return nodes;
+}
+
+/// Null: no file is named.
+sim::ParameterStore* Network::parameters_in(const std::string& file) {
+  if (file.empty()) return nullptr;
+  return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, surroundings_.warn)).get();
 }
 
 /// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
@@ -67,19 +71,19 @@ void Network::tell_time_of_day() {
     node->device().time_stamp().set(time, surroundings_.started);
 }
 
-void Network::open_outside(const std::string& spec) {
+void Network::open_outside() {
   using Kind = plant::CanSpec::Kind;
   io::Reactor& reactor = surroundings_.reactor;
   sim::Bus& bus = world().bus();
-  const plant::CanSpec can = plant::parse_can_spec(spec);
+  const plant::CanSpec& can = spec_.emplace(plant::parse_can_spec(can_));
   const bool is_adapter = can.kind == Kind::kSlcan;
   if (can.kind == Kind::kSocketCan)
     outside_ = std::make_unique<io::SocketCan>(reactor, bus, can.name, surroundings_.warn);
   else if (can.kind == Kind::kUdp)
-    outside_ = std::make_unique<io::UdpBus>(reactor, bus, spec, can.remote, surroundings_.warn);
+    outside_ = std::make_unique<io::UdpBus>(reactor, bus, can_, can.remote, surroundings_.warn);
   else
     outside_ = std::make_unique<io::StreamBus>(
-        reactor, bus, spec, is_adapter ? can.name : "", can.remote,
+        reactor, bus, can_, is_adapter ? can.name : "", can.remote,
         is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), surroundings_.warn);
 }
 
@@ -104,6 +108,9 @@ void Network::open_servers(const plant::CanConfig& config) {
     return std::make_unique<sim::SocketcandAdapter>(
         *socketcand_bus_, [this] { advance(); }, most_unsent);
   });
+  if (!config.beacon.empty() && surroundings_.clock.runs())
+    beacon_.emplace(text::parse_listen_address(config.beacon, plant::kSocketcandBeacon),
+                    socketcand_->address().tcp, surroundings_.warn);
 }
 
 void Network::open_plc(const plant::NetworkConfig& config) {
@@ -129,9 +136,8 @@ void Network::open_plc(const plant::NetworkConfig& config) {
 
 /// A manual clock's log begins at 0, and is the same every time: a reader may be slow while hours pass.
 void Network::open_log(const plant::NetworkConfig& config) {
-  const plant::CanSpec can = config.can.outside.empty() ? plant::CanSpec() : plant::parse_can_spec(can_);
-  const std::string interface =
-      can.kind == plant::CanSpec::Kind::kSocketCan && !can.name.empty() ? can.name : "virtual";
+  const bool on_interface = spec_ && spec_->kind == plant::CanSpec::Kind::kSocketCan;
+  const std::string interface = on_interface ? spec_->name : "virtual";
   const std::size_t most_waiting =
       surroundings_.clock.runs() ? io::Output::kMostWaiting : kMostLogWaitingOnManualClock;
   log_.emplace(config.log, interface, surroundings_.clock.wall_offset(), surroundings_.warn, most_waiting);
@@ -162,11 +168,10 @@ std::string Network::ways_in() const {
     logger("slcan", "slcan -c " + slcan_->address().path);
   if (socketcand_ && socketcand_->address().path.empty())
     logger("socketcand", "socketcand -c can0 " + at(socketcand_->address().tcp));
-  const auto outside = outside_ ? plant::parse_can_spec(can_) : plant::CanSpec();
-  if (outside.kind == plant::CanSpec::Kind::kUdp)
-    logger("udp", fmt::format("udp_multicast -c {} --port={}", outside.remote.host, outside.remote.port));
-  if (!outside.name.empty() && outside.kind == plant::CanSpec::Kind::kSocketCan)
-    lines += fmt::format("{}socketcan: candump {}\n", name_, outside.name);
+  if (spec_ && spec_->kind == plant::CanSpec::Kind::kUdp)
+    logger("udp", fmt::format("udp_multicast -c {} --port={}", spec_->remote.host, spec_->remote.port));
+  if (spec_ && spec_->kind == plant::CanSpec::Kind::kSocketCan)
+    lines += fmt::format("{}socketcan: candump {}\n", name_, spec_->name);
   return lines;
 }
 
@@ -198,6 +203,7 @@ void Network::on_fault(std::string_view text, Time now) {
 
 void Network::turn(Time now) {
   if (plc_) plc_->poll(now);
+  if (beacon_) beacon_->poll(now);
   flush();
 }
 
@@ -218,6 +224,7 @@ Time Network::door_deadline() const {
   Time next = kNever;
   if (log_) next = earlier(next, log_->next_deadline());
   if (plc_) next = earlier(next, plc_->next_deadline());
+  if (beacon_) next = earlier(next, beacon_->next_deadline());
   return outside_ ? earlier(next, outside_->next_deadline()) : next;
 }
 

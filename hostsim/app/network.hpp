@@ -15,6 +15,7 @@
 
 #include "app/clock.hpp"
 #include "io/can/adapter_server.hpp"
+#include "io/can/beacon.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/outside_bus.hpp"
 #include "io/files/parameter_file.hpp"
@@ -23,6 +24,7 @@
 #include "io/modbus/plc_client.hpp"
 #include "io/serial/serial_port.hpp"
 #include "plant/build_node.hpp"
+#include "plant/can_spec.hpp"
 #include "plant/config.hpp"
 #include "scenario/network.hpp"
 #include "sim/schedule.hpp"
@@ -102,10 +104,11 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   std::string doors_summary() const;
 
  private:
+  sim::ParameterStore* parameters_in(const std::string& file);
   std::vector<sim::NodeParts> with_parameters(const plant::NetworkConfig& config,
                                               std::vector<sim::NodeParts> nodes);
   void tell_time_of_day();
-  void open_outside(const std::string& spec);
+  void open_outside();
   void open_servers(const plant::CanConfig& config);
   void open_plc(const plant::NetworkConfig& config);
   void open_log(const plant::NetworkConfig& config);
@@ -119,10 +122,12 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
   scenario::Network core_;
   std::optional<io::CandumpLog> log_;
+  std::optional<plant::CanSpec> spec_;  ///< of what is outside
   std::unique_ptr<io::OutsideBus> outside_;
   std::optional<io::AdapterServer> slcan_;
   std::optional<sim::SocketcandBus> socketcand_bus_;
   std::optional<io::AdapterServer> socketcand_;
+  std::optional<io::Beacon> beacon_;
   std::optional<io::PlcClient> plc_;
 };
 

@@ -14,6 +14,8 @@ namespace cbcan::app {
 
 namespace {
 
+using journal::Kind;
+
 /// As TOML writes a text.
 std::string toml_text(std::string_view text) {
   std::string result = "\"";
@@ -30,7 +32,9 @@ std::string plant_in_scenario(const std::string& plant_file) {
 }
 
 Recorder::Recorder(const std::string& path, const std::string& plant, scenario::Control& control)
-    : control_(control), file_(io::Output::open("record", path)), cursor_(control.journal()) {
+    : control_(control),
+      file_(io::Output::open("record", path)),
+      cursor_(control.journal(), journal::kinds_of({Kind::kEnded, Kind::kCommand})) {
   file_.add(plant.empty() ? "" : fmt::format("plant = {}\n", toml_text(plant)));
   file_.flush();
 }
@@ -48,8 +52,8 @@ void Recorder::on_written(std::size_t network, std::size_t first, std::span<cons
 
 void Recorder::look() {
   cursor_.look([this](std::uint64_t /*number*/, const journal::Event& event) {
-    if (event.kind == journal::Kind::kEnded) on_ended(event);
-    if (event.kind == journal::Kind::kCommand)
+    if (event.kind == Kind::kEnded) on_ended(event);
+    if (event.kind == Kind::kCommand)
       add_step(event.at, fmt::format("do = {}\n", toml_text(control_.journal().text(event))));
     return true;
   });

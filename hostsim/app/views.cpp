@@ -27,19 +27,16 @@ Trace::Trace(scenario::Control& control, journal::FindName find, bool frames,
              std::function<void(std::string_view)> tell)
     : control_(control),
       find_(std::move(find)),
-      frames_(frames),
       tell_(std::move(tell)),
-      cursor_(control.journal()) {}
+      cursor_(control.journal(), journal::kinds_of({Kind::kEnded, Kind::kState, Kind::kEmergency}) |
+                                     (frames ? journal::kinds_of({Kind::kFrame}) : 0)) {}
 
 void Trace::look() {
   std::string lines;
   const std::uint64_t missed = cursor_.look([&](std::uint64_t /*number*/, const Event& event) {
-    const bool told = event.kind == Kind::kEnded || event.kind == Kind::kState ||
-                      event.kind == Kind::kEmergency || (frames_ && event.kind == Kind::kFrame);
-    if (told)
-      lines += fmt::format("cbcan-sim: {} {}{}\n", text::seconds_text(event.at),
-                           control_.networks() == 1 ? "" : fmt::format("network {}: ", event.network),
-                           text_of(event, control_.journal(), find_));
+    lines += fmt::format("cbcan-sim: {} {}{}\n", text::seconds_text(event.at),
+                         control_.networks() == 1 ? "" : fmt::format("network {}: ", event.network),
+                         text_of(event, control_.journal(), find_));
     return true;
   });
   if (missed != 0) lines += fmt::format("cbcan-sim: {} events are missing here\n", missed);

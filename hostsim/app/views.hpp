@@ -35,7 +35,6 @@ class Trace {
  private:
   scenario::Control& control_;
   journal::FindName find_;
-  bool frames_;
   std::function<void(std::string_view)> tell_;
   journal::Cursor cursor_;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cerrno>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -25,6 +26,16 @@ using Warn = std::function<void(const std::string& line)>;
 /// `errno` in words.
 inline std::string reason(int error) {
   return std::generic_category().message(error);
+}
+
+/// A socket or file that does not block has nothing now, or no room: it is tried again later.
+inline bool is_temporary(int error) {
+  return error == EAGAIN || error == EINTR;
+}
+
+/// Likewise of sockets that send whole frames or datagrams: the kernel's queues are full.
+inline bool has_no_room(int error) {
+  return is_temporary(error) || error == ENOBUFS || error == ENOMEM;
 }
 
 }  // namespace cbcan::io

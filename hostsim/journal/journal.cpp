@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 namespace cbcan::journal {
 
 std::span<const std::string_view> kind_names() {
-  static constexpr std::array<std::string_view, 10> kNames{
+  static constexpr std::array<std::string_view, kKinds> kNames{
       "modbus", "begun", "ended", "frame", "emcy", "state", "terminals", "fault", "command", "client"};
   return kNames;
 }
@@ -30,11 +31,19 @@ Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint
     std::ranges::copy(part, bytes_.begin() + static_cast<std::ptrdiff_t>(used_ % kBytes));
     used_ += part.size();
   }
+  latest_[static_cast<std::size_t>(event.kind)] = end_;
   return ring_[end_++ % kEvents] = event;
 }
 
 Event& Journal::add(const Event& event, std::string_view text) {
   return add(event, {{reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}});
+}
+
+std::uint64_t Journal::latest_of(Kinds kinds) const {
+  std::uint64_t latest = 0;
+  for (; kinds != 0; kinds &= kinds - 1)
+    latest = std::max(latest, latest_[static_cast<std::size_t>(std::countr_zero(kinds))]);
+  return latest;
 }
 
 std::span<const std::uint8_t> Journal::bytes(const Event& event) const {

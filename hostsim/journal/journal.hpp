@@ -5,9 +5,11 @@
 /// of one size. Views go through it by number; words are theirs (words.hpp). Nothing is allocated for an
 /// event.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -29,8 +31,19 @@ enum class Kind : std::uint8_t {
   kCommand,    ///< of docs/control.md: inputs, incidents, power, faults, NMT
   kClient,     ///< of Modbus TCP: joined or left
 };
+inline constexpr std::size_t kKinds = 10;
 /// By Kind: "modbus", "begun", ...
 std::span<const std::string_view> kind_names();
+
+/// A set of kinds: bits by Kind.
+using Kinds = std::uint32_t;
+inline constexpr Kinds kAllKinds = (1U << kKinds) - 1;
+constexpr Kinds kinds_of(std::initializer_list<Kind> list) {
+  Kinds kinds = 0;
+  for (const Kind kind : list)
+    kinds |= 1U << static_cast<unsigned>(kind);
+  return kinds;
+}
 
 /// What a transaction does.
 enum class Service : std::uint8_t { kNone, kRead, kWrite, kNmt, kState };
@@ -79,6 +92,8 @@ class Journal {
   std::uint64_t end() const { return end_; }
   const Event& operator[](std::uint64_t number) const { return ring_[number % kEvents]; }
   Event& latest() { return ring_[(end_ - 1) % kEvents]; }
+  /// Number of the latest event that is one of `kinds`; 0 = there has been none.
+  std::uint64_t latest_of(Kinds kinds) const;
   /// Empty when others have taken their place.
   std::span<const std::uint8_t> bytes(const Event& event) const;
   std::string_view text(const Event& event) const;
@@ -91,33 +106,44 @@ class Journal {
  private:
   std::vector<Event> ring_;
   std::vector<std::uint8_t> bytes_;
+  std::array<std::uint64_t, kKinds> latest_{};  ///< number by Kind; 0 = none
   std::uint64_t end_ = 1;
   std::uint64_t used_ = 0;  ///< of bytes_, as if it had no end
   std::uint32_t transactions_ = 0;
 };
 
-/// One view's place in a journal.
+/// One view's place in a journal. What is not of its kinds costs it nothing.
 class Cursor {
  public:
   /// Sees what comes from now on.
-  explicit Cursor(const Journal& journal) : journal_(journal), next_(journal.end()) {}
+  explicit Cursor(const Journal& journal, Kinds kinds = kAllKinds)
+      : Cursor(journal, journal.end(), kinds) {}
   /// Sees what is there from `number` on.
-  Cursor(const Journal& journal, std::uint64_t number) : journal_(journal), next_(number) {}
+  Cursor(const Journal& journal, std::uint64_t number, Kinds kinds)
+      : journal_(journal), next_(number), kinds_(kinds) {}
 
-  std::uint64_t next() const { return next_; }
-  /// Calls `visit(number, event)` for each that is new, until it returns false; returns how many have gone
-  /// unseen.
+  bool has_news() const { return journal_.latest_of(kinds_) >= next_; }
+  /// Calls `visit(number, event)` for each that is new, until it returns false; returns how many events of
+  /// all kinds have gone unseen.
   template <class Visit>
   std::uint64_t look(Visit visit) {
+    if (!has_news()) {
+      next_ = journal_.end();
+      return 0;
+    }
     const std::uint64_t missed = next_ < journal_.first() ? journal_.first() - next_ : 0;
-    for (next_ += missed; next_ < journal_.end();)
-      if (const std::uint64_t number = next_++; !visit(number, journal_[number])) break;
+    for (next_ += missed; next_ < journal_.end();) {
+      const std::uint64_t number = next_++;
+      const Event& event = journal_[number];
+      if ((kinds_of({event.kind}) & kinds_) != 0 && !visit(number, event)) break;
+    }
     return missed;
   }
 
  private:
   const Journal& journal_;
   std::uint64_t next_;
+  Kinds kinds_;
 };
 
 }  // namespace cbcan::journal

@@ -69,36 +69,33 @@ Event NetworkWatch::event(Kind kind, Time now) const {
 
 // ---- Transactions
 
-/// The PLC may have written CA0Eh, or something else over it.
+/// The PLC may have written CA0Eh, or something else over it: the scanner windows say themselves what the
+/// module has taken.
 void NetworkWatch::before(Time now) {
-  for (Watched& door : doors_) {
-    if (!door.door.in.empty()) continue;
-    const bool wanted = door.door.out[0] == regmap::kExecute;
-    if (wanted && !door.transaction.open) begin(door, now);
-    if (!wanted && door.transaction.open) end(door, kCancelled, now);
-  }
+  if (doors_.empty() || !doors_.front().has_moved()) return;
+  Watched& window = doors_.front();
+  window.transaction.open ? end(window, kCancelled, now) : begin(window, now);
 }
 
 /// The module may have written results.
 void NetworkWatch::after(Time now) {
-  for (Watched& door : doors_) {
-    if (!door.door.in.empty())
-      look_at_taken(door, now);
-    else if (door.transaction.open && door.door.out[0] != regmap::kExecute)
-      end(door, door.door.out[0], now);
-  }
+  for (Watched& door : doors_)
+    if (door.has_moved()) look_at(door, now);
 }
 
 /// A number that was taken is a request; one that is answered has its result.
-void NetworkWatch::look_at_taken(Watched& door, Time now) {
+void NetworkWatch::look_at(Watched& door, Time now) {
+  if (door.door.in.empty()) {
+    if (door.transaction.open) end(door, door.door.out[0], now);
+    return;
+  }
   const std::span<const std::uint16_t> in = door.door.in;
   if (const std::uint16_t taken = in[regmap::kScannerTaken]; taken != door.taken) {
     if (door.transaction.open) end(door, kCancelled, now);
     door.taken = taken;
     begin(door, now);
   }
-  if (door.transaction.open && in[regmap::kScannerAnswered] == door.taken)
-    end(door, in[regmap::kScannerResult], now);
+  if (in[regmap::kScannerAnswered] == door.taken) end(door, in[regmap::kScannerResult], now);
 }
 
 void NetworkWatch::begin(Watched& door, Time now) {
@@ -261,11 +258,10 @@ void NetworkWatch::on_modbus(const ModbusExchange& exchange, Time now) {
     return at + 1 < exchange.request.size() ? exchange.request[at] * 256U + exchange.request[at + 1] : 0U;
   };
   const bool one = exchange.request[0] == kWriteSingleRegister || exchange.request[0] == kMaskWriteRegister;
-  const auto overlaps = [&](std::size_t first, std::size_t words) {
-    return word(1) < first + words && first < word(1) + (one ? 1 : word(3));
-  };
+  const std::size_t first = word(1);
+  const std::size_t end = first + (one ? 1 : word(3));
   for (const Watched& door : doors_)
-    if (overlaps(door.door.first, door.door.out.size()))
+    if (first < door.door.first + door.door.out.size() && door.door.first < end)
       request.transaction = door.transaction.request.transaction;
   journal_.add(request, {exchange.request, exchange.response});
   before(now);

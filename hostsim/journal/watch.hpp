@@ -38,7 +38,8 @@ struct ModbusExchange {
 
 class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public sim::FaultListener {
  public:
-  /// Where the PLC asks and where it is answered; `in` empty: the window of R3700. Both outlive this.
+  /// Where the PLC asks and where it is answered; `in` empty: the window of R3700, which is the first one.
+  /// Both outlive this.
   struct Door {
     std::uint16_t first;  ///< register of out[0]
     std::span<const std::uint16_t> out;
@@ -77,9 +78,16 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     std::size_t size = 0;
   };
   struct Watched {
+    /// Whether the PLC has another request there than the last one, or a result has come.
+    bool has_moved() const {
+      if (door.in.empty()) return (door.out[0] == regmap::kExecute) != transaction.open;
+      return door.in[regmap::kScannerTaken] != taken ||
+             (transaction.open && door.in[regmap::kScannerAnswered] == taken);
+    }
+
     Door door;
-    Transaction transaction{};
     std::uint16_t taken = 0;  ///< number of the scanner window
+    Transaction transaction{};
   };
   /// Requests to a node that wait for each other's ends: transfers, or asking for its state.
   struct Line {
@@ -97,7 +105,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   };
 
   Event event(Kind kind, Time now) const;
-  void look_at_taken(Watched& door, Time now);
+  void look_at(Watched& door, Time now);
   void begin(Watched& door, Time now);
   void end(Watched& door, std::uint16_t result, Time now);
   Line& line_of(const Event& request);

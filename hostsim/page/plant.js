@@ -62,12 +62,26 @@ function slider(node, object) {
   const range = make('input', {type: 'range', min: low, max: high, step: high > 100000 ? 100 : 1, value: object.value});
   const field = make('input', {className: 'number', value: object.value});
   const name = `${objectText(object.index, object.sub)} ${object.name}`;
+  for (const input of [range, field]) input.dataset.object = objectKey(object);
   range.setAttribute('aria-label', name);
   field.setAttribute('aria-label', `${name}, as a number`);
   range.oninput = () => { field.value = range.value; };
   range.onchange = () => send(line(range.value));
   field.onchange = () => { range.value = field.value; send(line(field.value)); };
   return [make('label', {textContent: name, title: name}), range, field];
+}
+
+const inputsOf = async node =>
+  (await objectsOf(node, '?first=0x6000&last=0x9FFF')).filter(object => kInputs[object.index] && object.sub);
+
+/// Other hands, wires and signals set inputs too; what is being edited stays.
+async function followInputs() {
+  const node = chosen();
+  if (view !== 'control' || !node || !panel.querySelector('.inputs input')) return;
+  for (const object of await inputsOf(node)) {
+    const inputs = [...panel.querySelectorAll(`[data-object="${objectKey(object)}"]`)];
+    if (!inputs.includes(document.activeElement)) inputs.forEach(input => { input.value = object.value; });
+  }
 }
 
 function faultForm(node) {
@@ -94,7 +108,7 @@ async function buildControl(node) {
     make('div', {className: 'group', id: 'faults'}), faultForm(node));
   shownFaults = '';
   fillFaults(node);
-  const inputs = (await objectsOf(node, '?first=0x6000&last=0x9FFF')).filter(object => kInputs[object.index] && object.sub);
+  const inputs = await inputsOf(node);
   if (panel.querySelector('.inputs') && node.place === state.node)
     panel.querySelector('.inputs').replaceChildren(...inputs.flatMap(object => slider(node, object)));
 }
@@ -179,5 +193,5 @@ export function startPlant() {
   choice(element('node-view'), {control: 'Control', dictionary: 'Dictionary'}, view, key => { view = key; build(); });
   on('so', update);
   on('restart', () => { state.node = null; });
-  setInterval(() => { if (!document.hidden) reload(); }, 1000);
+  setInterval(() => { if (!document.hidden) { reload(); followInputs(); } }, 1000);
 }

@@ -44,18 +44,20 @@ std::string normal(const std::string& path) {
 }
 
 void check_parameter_files(const Config& config, Diagnostics& found) {
-  std::map<std::string, const NodeConfig*> owners;
+  std::map<std::string, std::pair<std::string, Place>> owners;
+  const auto own = [&](const std::string& file, const std::string& name, const Place& place) {
+    const auto [owner, is_first] = owners.emplace(normal(file), std::pair(name, place));
+    if (is_first) return;
+    found.push_back(
+        {place,
+         fmt::format("{}: {} already has the parameters of {} at {}; every node needs a file of its own",
+                     name, file, owner->second.first, to_string(owner->second.second))});
+  };
   for (const NetworkConfig& network : config.networks) {
-    for (const NodeConfig& node : network.nodes) {
-      if (node.parameters.empty()) continue;
-      const auto [owner, is_first] = owners.emplace(normal(node.parameters), &node);
-      if (!is_first)
-        found.push_back(
-            {node.place,
-             fmt::format("{}: {} already has the parameters of {} at {}; every node needs a file of its own",
-                         node_name(node), node.parameters, node_name(*owner->second),
-                         to_string(owner->second->place))});
-    }
+    if (const std::string& file = network.module.parameters; !file.empty())
+      own(file, in_network(network.number) + "module", network.places.at("module.parameters"));
+    for (const NodeConfig& node : network.nodes)
+      if (!node.parameters.empty()) own(node.parameters, node_name(node), node.place);
   }
 }
 
@@ -172,6 +174,16 @@ void check_registers(const NetworkConfig& network, Diagnostics& found) {
   }
 }
 
+void check_beacon(const NetworkConfig& network, Diagnostics& found) {
+  const CanConfig& can = network.can;
+  if (can.beacon.empty()) return;
+  if (can.socketcand.empty() || !text::parse_stream_address(can.socketcand).path.empty())
+    found.push_back({network.places.at("can.socketcand_beacon"),
+                     in_network(network.number) +
+                         "can.socketcand_beacon: there is no socketcand to be found; add can.socketcand, "
+                         "--socketcand HOST:PORT"});
+}
+
 void check_plc(const NetworkConfig& network, Diagnostics& found) {
   if (!network.plc.address.empty() && !network.plc.line.device.empty())
     found.push_back({network.places.at("plc.device"),
@@ -182,6 +194,7 @@ void check_plc(const NetworkConfig& network, Diagnostics& found) {
 void check_network(const Config& config, const NetworkConfig& network, Diagnostics& found) {
   check_node_ids(network, found);
   check_registers(network, found);
+  check_beacon(network, found);
   check_plc(network, found);
   if (config.clock == ClockKind::kManual && !network.can.outside.empty())
     found.push_back(about_option("--clock manual",

@@ -49,6 +49,7 @@ struct ModuleConfig {
   std::uint8_t channels = 16;        ///< 1..16, channel n's blocks are 200 * (n - 1) registers further on
   std::uint16_t plc_timeout_ms = 0;  ///< 0..65535, silence of the PLC that is too long; 0 = none is
   PlcLostState plc_lost_state = PlcLostState::kPreOperational;
+  std::string parameters{};  ///< path of the file that 1010h stores to; empty = none
   bool operator==(const ModuleConfig&) const = default;
 };
 
@@ -90,15 +91,19 @@ struct FaultConfig {
   bool operator==(const FaultConfig&) const = default;
 };
 
+/// The UDP port on which clients of socketcand listen for its beacon.
+inline constexpr std::uint16_t kSocketcandBeacon = 42000;
+
 /// A CAN bus.
 struct CanConfig {
-  std::string
-      outside;  ///< "socketcan:vcan0" and the like, see can_spec.hpp; empty = a bus inside the program
+  /// "socketcan:vcan0" and the like, see can_spec.hpp; empty = a bus inside the program
+  std::string outside;
   std::uint32_t bit_rate = 0;  ///< of that, in bit/s: 10000..1000000, 0 = as fast as possible
   std::string slcan;           ///< where SLCAN adapters are served: a text::StreamAddress; empty = nowhere
   std::vector<FaultConfig> faults;
   std::string replay{};      ///< file: what somebody else on the bus sends, as of `candump -L`; empty = none
   std::string socketcand{};  ///< where clients of socketcand are served, likewise
+  std::string beacon{};      ///< where its beacon goes: HOST[:PORT]; empty = it has none
   bool operator==(const CanConfig&) const = default;
 };
 

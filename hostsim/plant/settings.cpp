@@ -45,22 +45,26 @@ Problem check_can_spec(const Value& value) {
   }
 }
 
-Problem check_http_address(const Value& value) {
+Problem check_address(const Value& value, std::uint16_t default_port, std::string_view without_port) {
   try {
-    text::parse_listen_address(std::get<std::string>(value), 0);
-    return {};
+    const ListenAddress address = text::parse_listen_address(std::get<std::string>(value), default_port);
+    return std::string(address.port == 0 ? without_port : "");
   } catch (const text::UsageError& error) {
     return error.what();
   }
 }
 
+Problem check_http_address(const Value& value) {
+  return check_address(value, 0, "");
+}
+
+Problem check_beacon(const Value& value) {
+  return check_address(value, kSocketcandBeacon,
+                       "must be HOST or HOST:PORT, mostly a network's broadcast address");
+}
+
 Problem check_plc_address(const Value& value) {
-  try {
-    const ListenAddress address = text::parse_listen_address(std::get<std::string>(value), 502);
-    return address.port == 0 ? "must be HOST:PORT with the PLC's port; Modbus TCP's own is 502" : "";
-  } catch (const text::UsageError& error) {
-    return error.what();
-  }
+  return check_address(value, 502, "must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
 }
 
 // ---- What is stored in another way
@@ -216,6 +220,12 @@ constexpr std::array kNetwork{
     module<&ModuleConfig::plc_lost_state>({
         .key = "module.plc_lost_state", .option = "--plc-lost-state STATE",
         .help = "What the own node becomes then", .more = "The PLC starts it again by NMT.", .choices = kPlcLostStates}),
+    module<&ModuleConfig::parameters>({
+        .key = "module.parameters", .option = "--module-parameters FILE",
+        .help = "Where object 1010h and LSS store what the own node keeps",
+        .more = "A file like that of `node.parameters`; what it has counts from the start, a node ID of LSS instead of "
+                "`module.node_id`. Without it 1010h, 1011h and LSS store nothing.",
+        .form = Form::kPath, .domain = "a path"}),
     module<&ModuleConfig::enabled>({
         .key = "module.enabled", .option = "--no-module",
         .help = "Nodes and a bus alone, for a coprocessor that runs elsewhere: no Modbus server either; --no-module=false "
@@ -272,6 +282,11 @@ constexpr std::array kNetwork{
         .help = "Where the bus is served by the protocol of socketcand",
         .more = "The `ready` line tells it as `socketcand=HOST:PORT`.",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
+    can<&CanConfig::beacon>({
+        .key = "can.socketcand_beacon", .option = "--socketcand-beacon ADDRESS",
+        .help = "Where socketcand's beacon goes every 3 s, by which SavvyCAN and Kayak find the server: a broadcast address",
+        .more = "`192.168.1.255` for a whole network, `127.0.0.1` for this machine. Not on a manual clock.",
+        .form = Form::kText, .domain = "HOST or HOST:PORT; port 42000 unless told otherwise", .check = check_beacon}),
     can<&CanConfig::replay>({
         .key = "can.replay", .option = "--replay FILE",
         .help = "What somebody else on the bus sends, a log in the format of candump -L; its first frame comes at the start",

@@ -55,14 +55,16 @@ Network::Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener*
     : listener_(listener), world_(bit_rate, seed, this), tester_(world_.bus().attach(*this)) {}
 
 Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
-                 std::vector<sim::NodeParts> nodes, Time started, sim::FaultListener* listener)
+                 std::vector<sim::NodeParts> nodes, Time started, sim::FaultListener* listener,
+                 sim::ParameterStore* parameters)
     : Network(config.can.bit_rate, plant::network_seed(plant, config), listener) {
   number_ = config.number;
   module_config_ = config.module;
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
-    module_ = &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                                 settings_of(config.module), scanners_of(registers_, config.module));
+    module_ =
+        &world_.add_module(window_of(registers_), process_of(registers_, config.module),
+                           settings_of(config.module), scanners_of(registers_, config.module), parameters);
   }
   for (sim::NodeParts& node : nodes) {
     node.listener = this;

@@ -33,9 +33,10 @@ class Together {
 class Network final : private sim::Receiver, private sim::FaultListener {
  public:
   /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Its injected
-  /// faults begin at `started`; `listener` may be null and is told of them.
+  /// faults begin at `started`; `listener` may be null and is told of them; `parameters` are the module's,
+  /// see CoprocessorModule.
   Network(const plant::Config& plant, const plant::NetworkConfig& config, std::vector<sim::NodeParts> nodes,
-          Time started, sim::FaultListener* listener);
+          Time started, sim::FaultListener* listener, sim::ParameterStore* parameters = nullptr);
   /// Without a module; nodes come by world().add_node().
   Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener* listener);
   /// The same words always; none where there is no module.

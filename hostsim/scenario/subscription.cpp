@@ -14,8 +14,20 @@ namespace cbcan::scenario {
 
 namespace {
 
-enum : std::size_t { kFrames, kEmergencies, kTransactions };
+using journal::Kind;
+
 constexpr std::array<std::string_view, 3> kEventKinds{"frames", "emcy", "transactions"};
+/// By kEventKinds.
+constexpr std::array<journal::Kinds, 3> kOf{journal::kinds_of({Kind::kFrame}),
+                                            journal::kinds_of({Kind::kEmergency}),
+                                            journal::kinds_of({Kind::kBegun, Kind::kEnded})};
+
+journal::Kinds kinds_in(const Words& words) {
+  journal::Kinds kinds = 0;
+  for (std::size_t i = 0; i < kOf.size(); ++i)
+    if (words.empty() || std::ranges::find(words, kEventKinds[i]) != words.end()) kinds |= kOf[i];
+  return kinds;
+}
 
 }  // namespace
 
@@ -24,11 +36,7 @@ std::span<const std::string_view> event_kinds() {
 }
 
 Subscription::Subscription(Control& control, const Words& kinds, Sink sink)
-    : sink_(std::move(sink)), cursor_(control.journal()) {
-  std::ranges::transform(kEventKinds, wanted_.begin(), [&](std::string_view kind) {
-    return kinds.empty() || std::ranges::find(kinds, kind) != kinds.end();
-  });
-}
+    : sink_(std::move(sink)), cursor_(control.journal(), kinds_in(kinds)) {}
 
 void Subscription::look() {
   const std::uint64_t missed = cursor_.look([this](std::uint64_t /*number*/, const journal::Event& event) {
@@ -39,21 +47,17 @@ void Subscription::look() {
 }
 
 void Subscription::tell(const journal::Event& event) const {
-  using journal::Kind;
-  const auto say = [&](std::size_t kind, std::string_view name, const std::string& what) {
-    if (wanted_[kind])
-      sink_(
-          fmt::format("at {} {} {}{}\n", text::seconds_text(event.at), name, prefix_of(event.network), what));
+  const auto say = [&](std::string_view name, const std::string& what) {
+    sink_(fmt::format("at {} {} {}{}\n", text::seconds_text(event.at), name, prefix_of(event.network), what));
   };
   switch (event.kind) {
-    case Kind::kFrame: return say(kFrames, "frame", sim::frame_text(event.frame));
-    case Kind::kBegun: return say(kTransactions, "transaction", "started");
-    case Kind::kEnded: return say(kTransactions, "transaction", "ended");
-    case Kind::kEmergency: {
+    case Kind::kFrame: return say("frame", sim::frame_text(event.frame));
+    case Kind::kBegun: return say("transaction", "started");
+    case Kind::kEnded: return say("transaction", "ended");
+    default: {
       const auto emergency = journal::emergency_of(event.frame);
-      return say(kEmergencies, "emcy", fmt::format("{} 0x{:04X}", emergency->node, emergency->code));
+      return say("emcy", fmt::format("{} 0x{:04X}", emergency->node, emergency->code));
     }
-    default: return;
   }
 }
 

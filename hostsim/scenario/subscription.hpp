@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <functional>
 #include <span>
 #include <string_view>
@@ -28,7 +27,6 @@ class Subscription {
  private:
   void tell(const journal::Event& event) const;
 
-  std::array<bool, 3> wanted_;  ///< by event_kinds()
   Sink sink_;
   journal::Cursor cursor_;
 };

@@ -3,20 +3,37 @@
 
 namespace cbcan::sim {
 
+namespace {
+
+/// With the node ID that LSS has stored.
+Coprocessor::Settings with_address(Coprocessor::Settings settings, const StoredLss& lss) {
+  if (lss.node_id - 1u < nmt::kMaxNode) settings.node_id = lss.node_id;
+  return settings;
+}
+
+}  // namespace
+
 /// All but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may be anywhere.
 CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window,
                                      ProcessRegisters process, const Coprocessor::Settings& settings,
-                                     std::span<const ScannerWindow> scanners)
+                                     std::span<const ScannerWindow> scanners, ParameterStore* parameters)
     : Participant(schedule),
+      parameters_(parameters),
       port_(bus.attach(*this)),
       channels_(scanners.size() - 1),
-      coprocessor_(window, process, port_, settings, scanners, channels_) {
+      coprocessor_(window, process, port_, with_address(settings, parameters_.lss()), scanners, channels_) {
+  if (parameters != nullptr) coprocessor_.keep_in(parameters_);
+  const std::uint32_t bit_rate = parameters_.lss().bit_rate;
+  hears_ = bit_rate == 0 || bus.bit_rate() == 0 || bit_rate == bus.bit_rate();
   port_.accept(nmt::kCommandId, sdo::kResponseId + nmt::kMaxNode);
-  port_.accept(sdo::kRequestId + settings.node_id, sdo::kRequestId + settings.node_id);
+  const std::uint32_t own_requests = sdo::kRequestId + coprocessor_.own_node().node_id();
+  port_.accept(own_requests, own_requests);
   port_.accept(sdo::kRequestId + nmt::kMaxNode + 1, nmt::kErrorControlId + nmt::kMaxNode);
+  port_.accept(LssSlave::kRequestId, LssSlave::kRequestId);
 }
 
 void CoprocessorModule::start(Time now) {
+  if (!hears_) port_.set_state(BusState::kBusOff, now);
   coprocessor_.start(now);
   poll(now);
 }

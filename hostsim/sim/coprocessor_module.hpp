@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cbcan/coprocessor/multi_channel_coprocessor.hpp"
+#include "sim/parameters.hpp"
 #include "sim/participant.hpp"
 
 namespace cbcan::sim {
@@ -20,11 +21,14 @@ class ModuleWatch {
 };
 
 /// The CBCAN module: a coprocessor plugged into a bus, with as many channels as scanner windows, one at
-/// least.
+/// least. `parameters` is where 1010h and LSS of its own node store, null = nowhere; it outlives the module.
+/// A node ID from there counts, not that of the settings; with another bit rate than a bus that is paced it
+/// is bus-off.
 class CoprocessorModule final : public Participant {
  public:
   CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters process,
-                    const Coprocessor::Settings& settings, std::span<const ScannerWindow> scanners);
+                    const Coprocessor::Settings& settings, std::span<const ScannerWindow> scanners,
+                    ParameterStore* parameters = nullptr);
 
   void start(Time now) override;
   /// Also to be called when R3700 may have been written.
@@ -46,6 +50,8 @@ class CoprocessorModule final : public Participant {
   Port& port() { return port_; }
 
  private:
+  ModuleParameters parameters_;
+  bool hears_ = true;  ///< has the bus's bit rate
   Port& port_;
   std::vector<MultiChannelCoprocessor::Memory> channels_;
   MultiChannelCoprocessor coprocessor_;

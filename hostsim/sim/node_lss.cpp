@@ -2,21 +2,16 @@
 #include "sim/node_lss.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace cbcan::sim {
 
 namespace {
 
-/// CiA 305's table, bit/s; 0 = there is no such rate.
-constexpr std::array<std::uint32_t, 9> kBitRates{1'000'000, 800'000, 500'000, 250'000, 125'000,
-                                                 0,         50'000,  20'000,  10'000};
-
 /// A rate that the table does not have stands in its empty place: stored, it is none, so the bus's.
 std::uint8_t index_of(std::uint32_t bit_rate) {
-  auto found = std::ranges::find(kBitRates, bit_rate);
-  if (found == kBitRates.end()) found = std::ranges::find(kBitRates, 0u);
-  return static_cast<std::uint8_t>(found - kBitRates.begin());
+  auto found = std::ranges::find(kLssBitRates, bit_rate);
+  if (found == kLssBitRates.end()) found = std::ranges::find(kLssBitRates, 0u);
+  return static_cast<std::uint8_t>(found - kLssBitRates.begin());
 }
 
 }  // namespace
@@ -28,7 +23,7 @@ void NodeLss::start(std::uint8_t node_id, std::uint32_t stored_bit_rate, Time no
 }
 
 bool NodeLss::is_bit_rate_supported(std::uint8_t table_index) const {
-  return table_index < kBitRates.size() && kBitRates[table_index] != 0;
+  return table_index < kLssBitRates.size() && kLssBitRates[table_index] != 0;
 }
 
 void NodeLss::set_on_bus(bool on, Time now) {
@@ -39,11 +34,11 @@ void NodeLss::set_on_bus(bool on, Time now) {
 }
 
 void NodeLss::activate_bit_rate(std::uint8_t table_index, Time /*now*/) {
-  own_rate_ = kBitRates[table_index];
+  own_rate_ = kLssBitRates[table_index];
 }
 
 LssApplication::StoreResult NodeLss::store(std::uint8_t node_id, std::uint8_t bit_rate) {
-  const bool kept = node_.keep({node_id, kBitRates[bit_rate]});
+  const bool kept = node_.keep({node_id, kLssBitRates[bit_rate]});
   return kept ? StoreResult::kStored : StoreResult::kAccessError;
 }
 

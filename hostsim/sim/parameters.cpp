@@ -2,8 +2,11 @@
 #include "sim/parameters.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
 
 namespace cbcan::sim {
 
@@ -13,7 +16,30 @@ bool is_parameter(const ObjectEntry& entry) {
   const bool is_command = entry.index == object::kStore || entry.index == object::kRestore ||
                           entry.index == object::kErrorHistory;
   return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) &&
-         !entry.has(ObjectFlags::kSetPoint) && !is_command;
+         !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess) && !is_command;
+}
+
+/// All that there are, computed ones too.
+std::vector<StoredValue> parameters_of(const ObjectDictionary& objects) {
+  constexpr std::size_t kMostBytes = 8;
+  std::vector<StoredValue> all;
+  for (const ObjectEntry& entry : objects.entries()) {
+    if (!is_parameter(entry)) continue;
+    for (unsigned index = entry.index; index <= entry.last_index(); ++index)
+      for (unsigned sub = entry.first_sub; sub <= entry.last_sub; ++sub) {
+        StoredValue value{static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub),
+                          std::vector<std::uint8_t>(kMostBytes)};
+        std::size_t size = 0;
+        static_cast<void>(objects.read(value.index, value.sub, value.bytes, size, 0));
+        value.bytes.resize(size);
+        all.push_back(std::move(value));
+      }
+  }
+  return all;
+}
+
+auto is_in(std::uint16_t first_index, std::uint16_t last_index) {
+  return [=](const StoredValue& value) { return first_index <= value.index && value.index <= last_index; };
 }
 
 }  // namespace
@@ -42,16 +68,71 @@ std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries
   return changed;
 }
 
-std::vector<StoredValue> put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved) {
+std::vector<StoredValue> put_parameters(std::span<const StoredValue> values, ObjectDictionary& saved,
+                                        ObjectHandler* handler) {
   std::vector<StoredValue> left_out;
   for (const StoredValue& value : values) {
     ObjectEntry entry{};
     const bool fits = saved.find(value.index, value.sub, entry) == AbortCode::kNone && is_parameter(entry) &&
                       value.bytes.size() <= entry.capacity &&
                       (entry.has(ObjectFlags::kVariable) || value.bytes.size() == entry.capacity);
-    fits ? saved.store(entry, value.sub, value.bytes) : left_out.push_back(value);
+    if (!fits)
+      left_out.push_back(value);
+    else if (handler != nullptr && entry.has(ObjectFlags::kComputed))
+      handler->on_write(entry, value.sub, value.bytes, 0);
+    else
+      saved.store(entry, value.sub, value.bytes);
   }
   return left_out;
+}
+
+// ---- Of a module
+
+AbortCode ModuleParameters::save(std::uint16_t first_index, std::uint16_t last_index) {
+  std::vector<StoredValue> values = parameters_of(*objects_);
+  std::erase_if(values, [power_on = power_on_.begin()](const StoredValue& value) mutable {
+    return value == *power_on++;
+  });
+  return keep(std::move(values), first_index, last_index);
+}
+
+AbortCode ModuleParameters::forget(std::uint16_t first_index, std::uint16_t last_index) {
+  return keep({}, first_index, last_index);
+}
+
+/// These of the range, besides what is stored of the others.
+AbortCode ModuleParameters::keep(std::vector<StoredValue> changed, std::uint16_t first_index,
+                                 std::uint16_t last_index) {
+  const auto in_range = is_in(first_index, last_index);
+  StoredParameters next = stored_;
+  std::erase_if(next.values, in_range);
+  std::ranges::copy_if(changed, std::back_inserter(next.values), in_range);
+  std::ranges::sort(next.values, {},
+                    [](const StoredValue& value) { return std::pair(value.index, value.sub); });
+  return keep(std::move(next)) ? AbortCode::kNone : AbortCode::kHardware;
+}
+
+bool ModuleParameters::keep_address(std::uint8_t node_id, std::uint8_t bit_rate) {
+  StoredParameters next = stored_;
+  next.lss.node_id = node_id;
+  if (bit_rate != kReservedLssBitRate) next.lss.bit_rate = kLssBitRates[bit_rate];
+  return keep(std::move(next));
+}
+
+bool ModuleParameters::keep(StoredParameters next) {
+  const bool kept = store_->save(next);
+  if (kept) stored_ = std::move(next);
+  return kept;
+}
+
+void ModuleParameters::load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
+                            std::uint16_t last_index) {
+  const bool is_first = std::exchange(objects_, &objects) == nullptr;
+  if (is_first) power_on_ = parameters_of(objects);
+  std::vector<StoredValue> values;
+  std::ranges::copy_if(stored_.values, std::back_inserter(values), is_in(first_index, last_index));
+  const std::vector<StoredValue> left_out = put_parameters(values, objects, &handler);
+  if (is_first && !left_out.empty()) store_->tell_left_out(left_out);
 }
 
 }  // namespace cbcan::sim

@@ -2,13 +2,14 @@
 #pragma once
 
 /// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, but those of
-/// entries marked kSetPoint, and 1003h, which counts errors.
+/// entries marked kSetPoint or kProcess, and 1003h, which counts errors.
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/parameter_memory.hpp"
 
 namespace cbcan::sim {
 
@@ -56,7 +57,33 @@ std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries
                                             std::span<std::uint8_t> factory, std::span<std::uint8_t> saved);
 
 /// Puts values back in; those that the dictionary no longer has, or has with another length, are left out.
-/// Returns those.
-std::vector<StoredValue> put_parameters(const std::vector<StoredValue>& values, ObjectDictionary& saved);
+/// Returns those. Where there is a handler, it takes those that are computed.
+std::vector<StoredValue> put_parameters(std::span<const StoredValue> values, ObjectDictionary& saved,
+                                        ObjectHandler* handler = nullptr);
+
+/// What 1010h of a coprocessor's own node stores: the parameters that have not the value of power-on.
+class ModuleParameters final : public ParameterMemory {
+ public:
+  /// Null: nothing is stored, and nothing can be. Throws what load() throws. The store outlives this.
+  explicit ModuleParameters(ParameterStore* store) : store_(store) {
+    if (store != nullptr) stored_ = store->load();
+  }
+
+  AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
+  AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
+  void load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
+            std::uint16_t last_index) override;
+  bool keep_address(std::uint8_t node_id, std::uint8_t bit_rate) override;
+  const StoredLss& lss() const { return stored_.lss; }
+
+ private:
+  AbortCode keep(std::vector<StoredValue> changed, std::uint16_t first_index, std::uint16_t last_index);
+  bool keep(StoredParameters next);
+
+  ParameterStore* store_;
+  StoredParameters stored_;
+  const ObjectDictionary* objects_ = nullptr;
+  std::vector<StoredValue> power_on_;  ///< of all parameters, in the dictionary's order
+};
 
 }  // namespace cbcan::sim

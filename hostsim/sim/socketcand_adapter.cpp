@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/socketcand_adapter.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>
@@ -114,7 +114,7 @@ void SocketcandAdapter::execute(std::string_view element) {
 
 void SocketcandAdapter::refuse(std::string_view why) {
   ++counters_.refused;
-  fmt::format_to(std::back_inserter(unsent_), "< error {} >", why);
+  unsent_ += fmt::format("< error {} >", why);
 }
 
 void SocketcandAdapter::reset() {
@@ -343,9 +343,8 @@ void SocketcandAdapter::tell_statistics() {
   statistics_due_ += statistics_interval_;
   const SocketcandBus::Traffic &all = bus_.all_, &sent = bus_.sent_;
   if (has_room(kLongestStatistics))  // what has been sent may still be on its way
-    fmt::format_to(std::back_inserter(unsent_), "< stat {} {} {} {} >",
-                   all.bytes - std::min(all.bytes, sent.bytes),
-                   all.frames - std::min(all.frames, sent.frames), sent.bytes, sent.frames);
+    unsent_ += fmt::format("< stat {} {} {} {} >", all.bytes - std::min(all.bytes, sent.bytes),
+                           all.frames - std::min(all.frames, sent.frames), sent.bytes, sent.frames);
 }
 
 }  // namespace cbcan::sim

@@ -3,9 +3,8 @@
 
 /// What socketcand says to one of its clients, on a simulated bus (linux-can, socketcand, doc/protocol.md).
 ///
-///   without a bus  open BUS, by any name of up to 16 characters: the bus is one. Bit timing and control
-///   modes,
-///                  BUS B ..., BUS C ..., are acknowledged and have no effect
+///   without a bus  open BUS, by any name of up to 16 characters: the bus is one. Bit timing, BUS B ..., and
+///                  control modes, BUS C ..., are acknowledged and have no effect
 ///   BCM            send, add, update, delete; filter, muxfilter, subscribe, unsubscribe
 ///   RAW            send; every frame
 ///   control        statistics: of the bus, those of all clients of this kind as sent, all others as received
@@ -103,8 +102,8 @@ class SocketcandAdapter final : public Adapter, private Timed {
   /// What a client wants to know about an identifier.
   struct Subscription {
     Time interval = 0;  ///< from one frame that is told to the next
-    std::vector<std::uint64_t>
-        masks;  ///< none: every frame; one: a change in it; more: the multiplexor's first
+    /// None: every frame; one: a change in it; more: the multiplexor's first.
+    std::vector<std::uint64_t> masks;
     std::vector<std::optional<std::uint64_t>> last{};  ///< data, by mask
     Time told_until = 0;                               ///< before that, a frame waits
     std::optional<Frame> waiting{};

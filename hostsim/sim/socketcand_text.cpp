@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/socketcand_text.hpp"
 
-#include <fmt/format.h>
-
-#include <iterator>
+#include <fmt/core.h>
 
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
@@ -77,14 +75,13 @@ std::optional<Frame> parse_send(Words words) {
 void append_send(std::string& text, const Frame& frame) {
   const bool remote = (frame.flags & Frame::kRemote) != 0;
   const bool extended = (frame.flags & Frame::kExtended) != 0;
-  auto out = std::back_inserter(text);
   if (remote)
-    fmt::format_to(out, "< send {:09x} {}", frame.id | kRemoteFlag | (extended ? kExtendedFlag : 0),
-                   frame.length);
+    text += fmt::format("< send {:09x} {}", frame.id | kRemoteFlag | (extended ? kExtendedFlag : 0),
+                        frame.length);
   else
-    fmt::format_to(out, "< send {:0{}x} {}", frame.id, digits_of(frame), frame.length);
+    text += fmt::format("< send {:0{}x} {}", frame.id, digits_of(frame), frame.length);
   for (std::size_t i = 0; i < frame.length; ++i)
-    fmt::format_to(out, " {:x}", frame.data[i]);
+    text += fmt::format(" {:x}", frame.data[i]);
   text += " >";
 }
 
@@ -107,7 +104,7 @@ std::optional<Frame> parse_received(Words words) {
 void append_received(std::string& text, const Frame& frame, Time time) {
   text += "< frame ";
   append_hex(text, frame.id, digits_of(frame));
-  fmt::format_to(std::back_inserter(text), " {}.{:06} ", time / kSecond, time % kSecond);
+  text += fmt::format(" {}.{:06} ", time / kSecond, time % kSecond);
   for (std::size_t i = 0; i < frame.length; ++i)
     append_hex(text, frame.data[i], 2);
   text += " >";

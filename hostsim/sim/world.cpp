@@ -13,9 +13,9 @@ Node& World::add_node(NodeParts parts) {
 
 CoprocessorModule& World::add_module(RegisterWindow window, ProcessRegisters process,
                                      const Coprocessor::Settings& settings,
-                                     std::span<const ScannerWindow> scanners) {
+                                     std::span<const ScannerWindow> scanners, ParameterStore* parameters) {
   modules_.push_back(
-      std::make_unique<CoprocessorModule>(bus_, schedule_, window, process, settings, scanners));
+      std::make_unique<CoprocessorModule>(bus_, schedule_, window, process, settings, scanners, parameters));
   return *modules_.back();
 }
 

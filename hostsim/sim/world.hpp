@@ -37,11 +37,12 @@ class World {
   FaultSet& faults() { return faults_.set(); }
 
   /// Both live with the world and are off until start(). `window` is memory of the caller's; `scanners` are
-  /// those of the module's channels.
+  /// those of the module's channels; `parameters`: see CoprocessorModule.
   Node& add_node(NodeParts parts);
   CoprocessorModule& add_module(RegisterWindow window, ProcessRegisters process,
                                 const Coprocessor::Settings& settings,
-                                std::span<const ScannerWindow> scanners = kNoScanner);
+                                std::span<const ScannerWindow> scanners = kNoScanner,
+                                ParameterStore* parameters = nullptr);
 
   std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
 

@@ -158,14 +158,4 @@ struct ZynqmpCanModel {
   Words taken_{};
 };
 
-/// What the driver is made with.
-struct ZynqmpCanRegisters {
-  explicit ZynqmpCanRegisters(ZynqmpCanModel& model) : model_(&model) {}
-  std::uint32_t read(std::uint32_t offset) const { return model_->read(offset); }
-  void write(std::uint32_t offset, std::uint32_t value) const { model_->write(offset, value); }
-
- private:
-  ZynqmpCanModel* model_;
-};
-
 }  // namespace cbcan::test

@@ -3,6 +3,7 @@
 // hand from UG1087.
 #include "boards/zynqmp_a53/zynqmp_can.hpp"
 
+#include "boards/model_registers.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
 #include "zynqmp_can_model.hpp"
@@ -11,7 +12,8 @@ namespace {
 
 using namespace cbcan;
 using namespace cbcan::test;
-using Can = boards::ZynqmpCan<ZynqmpCanRegisters>;
+using Registers = ModelRegisters<ZynqmpCanModel>;
+using Can = boards::ZynqmpCan<Registers>;
 using Words = ZynqmpCanModel::Words;
 
 constexpr std::uint32_t kClock = 24'000'000;
@@ -25,7 +27,7 @@ struct Rig {
     return can.receive(frame) ? text_of(frame) : "none";
   }
   ZynqmpCanModel model;
-  Can can{ZynqmpCanRegisters(model)};
+  Can can{Registers(model)};
 };
 
 }  // namespace
@@ -41,7 +43,7 @@ TEST_CASE("ZynqMP CAN: the bit rates of CiA 301 from 24 MHz") {
                          Row{500'000, 2, 0x9C}, Row{800'000, 1, 0x9B}, Row{1'000'000, 2, 0x05}}) {
     CAPTURE(row.rate);
     ZynqmpCanModel model;
-    Can can{ZynqmpCanRegisters(model)};
+    Can can{Registers(model)};
     CHECK(can.start({kClock, row.rate, 1}) == Can::Start::kDone);
     CHECK(model.prescaler == row.brpr);
     CHECK(model.timing == row.btr);
@@ -53,7 +55,7 @@ TEST_CASE("ZynqMP CAN: the bit rates of CiA 301 from 24 MHz") {
 TEST_CASE("ZynqMP CAN: 100 MHz, and the 99.99 MHz that its PLL really gives") {
   for (const std::uint32_t clock : {100'000'000u, 99'990'000u}) {
     ZynqmpCanModel model;
-    Can can{ZynqmpCanRegisters(model)};
+    Can can{Registers(model)};
     CHECK(can.start({clock, 500'000, 1}) == Can::Start::kDone);
     CHECK((model.prescaler == 24 && model.timing == 0x05));  // 25 times 8 quanta
     CHECK(can.start({clock, 1'000'000, 1}) == Can::Start::kDone);
@@ -65,7 +67,7 @@ TEST_CASE("ZynqMP CAN: a bit rate that the clock does not make is refused before
   for (const std::uint32_t rate : {0u, 1'000u, 1'300'000u, 6'000'000u}) {
     CAPTURE(rate);  // 0; a prescaler above 256; 18.46 clocks; 4 of them
     ZynqmpCanModel model;
-    Can can{ZynqmpCanRegisters(model)};
+    Can can{Registers(model)};
     CHECK(can.start({kClock, rate, 1}) == Can::Start::kBitRate);
     CHECK(model.resets == 0);
   }
@@ -73,7 +75,7 @@ TEST_CASE("ZynqMP CAN: a bit rate that the clock does not make is refused before
 
 TEST_CASE("ZynqMP CAN: a controller without a clock, or whose filters stay busy, is reported") {
   ZynqmpCanModel model;
-  Can can{ZynqmpCanRegisters(model)};
+  Can can{Registers(model)};
   model.has_clock = false;
   CHECK(can.start({kClock, 500'000, 1}) == Can::Start::kNoReset);
   model.has_clock = true;

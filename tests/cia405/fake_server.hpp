@@ -3,7 +3,12 @@
 
 /// A Modbus TCP server of the test's own: what it answers is written down byte by byte.
 
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <array>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,25 +18,58 @@
 namespace cbcan::cia405::test {
 
 struct FakeServer {
-  FakeServer();
+  FakeServer() : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    sockaddr* const where = reinterpret_cast<sockaddr*>(&address);
+    if (bind(listener_.get(), where, size) != 0 || listen(listener_.get(), 1) != 0 ||
+        getsockname(listener_.get(), where, &size) != 0)
+      throw std::runtime_error("no server");
+    port_ = ntohs(address.sin_port);
+  }
 
   int port() const { return port_; }
   /// Takes the connection that somebody has made.
-  void accept();
+  void accept() { client_ = io::Descriptor(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC)); }
   /// The next request without its first six bytes, in hexadecimal: unit ID, function code, ...
-  std::string request();
+  std::string request() {
+    const std::string header = receive(6);
+    return hex_of(receive(static_cast<unsigned char>(header[5])));
+  }
   /// Sends bytes that are written in hexadecimal.
-  void send(const std::string& hex);
+  void send(const std::string& hex) {
+    const std::string bytes = bytes_of(hex);
+    ::send(client_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  }
   /// Sends a response: unit ID, function code, ...
-  void respond(const std::string& hex);
+  void respond(const std::string& hex) {
+    const std::string length(1, static_cast<char>(hex.size() / 2));
+    send("0000000000" + hex_of(length) + hex);
+  }
   /// Whether the client has closed the connection.
-  bool left();
+  bool left() {
+    contract::wait_readable(client_.get(), "the client");
+    char byte = 0;
+    return recv(client_.get(), &byte, 1, MSG_DONTWAIT) <= 0;
+  }
   void hang_up() { client_.reset(); }
   /// Connections are not even refused any more from here on.
   void stop() { listener_.reset(); }
 
  private:
-  std::string receive(std::size_t count);
+  std::string receive(std::size_t count) {
+    std::string bytes;
+    while (bytes.size() < count) {
+      std::array<char, 300> part;
+      contract::wait_readable(client_.get(), "the client");
+      const ssize_t got = recv(client_.get(), part.data(), count - bytes.size(), 0);
+      if (got <= 0) throw std::runtime_error("the client has left");
+      bytes.append(part.data(), static_cast<std::size_t>(got));
+    }
+    return bytes;
+  }
 
   io::Descriptor listener_, client_;
   int port_ = 0;

@@ -73,8 +73,7 @@ TEST_CASE("[OBJ-27] 3007h: unknown") {
   }
   SECTION("1016h sets a time") {
     watch(window);
-    window.arrive("705#05");
-    window.arrive("706#05");
+    window.arrive("705#05", "706#05");
     check_state(window, 5, kOperational);
     check_state(window, 6, kUnknown);
     window.configure(0x1016, 1, 4, {0, 5});
@@ -160,8 +159,7 @@ TEST_CASE("[OBJ-29] 3007h: init") {
   Window window;
   watch(window);
   SECTION("heartbeat") {
-    window.arrive("705#05");
-    window.arrive("705#00");
+    window.arrive("705#05", "705#00");
     check_state(window, 5, kInit);
     window.arrive("705#7F");
     check_state(window, 5, kPreOperational);
@@ -174,9 +172,7 @@ TEST_CASE("[OBJ-29] 3007h: init") {
     check_state(window, 5, kOperational);
   }
   SECTION("no other message, and its time is over") {
-    window.arrive("705#00");
-    window.arrive("705#33");
-    window.arrive("705#");
+    window.arrive("705#00", "705#33", "705#");
     window.pass_nearly(300ms);
     check_state(window, 5, kInit);
     window.pass_rest();
@@ -196,8 +192,7 @@ TEST_CASE("[OBJ-30] 3007h: reset by the PLC or another master") {
   Window window;
   watch(window);
   window.configure(0x1016, 2, 4, {300, 6});
-  window.arrive("705#05");
-  window.arrive("706#05");
+  window.arrive("705#05", "706#05");
   SECTION("to it") {
     command(window, service, 5, to_it);
     check_state(window, 5, shown);

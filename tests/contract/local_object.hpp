@@ -26,8 +26,28 @@ inline Value read_local(Window& window, std::uint16_t index, std::uint16_t sub) 
   return {window.abort_code(), window.reg(3705)};
 }
 
+struct Local {
+  std::uint16_t index, sub;
+  Value value;
+};
+
+inline void check_locals(Window& window, const std::vector<Local>& locals) {
+  for (const auto& [index, sub, value] : locals) {
+    INFO("object " << std::hex << index << " sub " << sub);
+    CHECK(read_local(window, index, sub) == value);
+  }
+}
+
 inline void check_read_only(Window& window, std::uint16_t index, std::uint16_t sub) {
   window.write(0, index, sub, 1, {1}).check_failed(0x06010002);
+}
+
+/// Writes a local object, and reads it back.
+inline void check_kept(Window& window, std::uint16_t index, std::uint16_t sub, const Value& value) {
+  window.configure(
+      index, sub, value.size,
+      {static_cast<std::uint16_t>(value.number), static_cast<std::uint16_t>(value.number >> 16)});
+  CHECK(read_local(window, index, sub) == value);
 }
 
 /// A local object of any length, as "0102AB".

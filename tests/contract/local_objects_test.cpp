@@ -36,8 +36,7 @@ TEST_CASE("[OBJ-2] 3002h") {
 TEST_CASE("[OBJ-3] 3003h") {
   Window window;
   CHECK(read_local(window, 0x3003, 0) == Value{1000, 2});
-  window.configure(0x3003, 0, 2, {65535});
-  CHECK(read_local(window, 0x3003, 0) == Value{65535, 2});
+  check_kept(window, 0x3003, 0, {65535, 2});
   SECTION("250 ms") {
     window.configure(0x3003, 0, 2, {250});
     window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
@@ -64,8 +63,7 @@ TEST_CASE("[OBJ-4] 3004h") {
   };
   for (const Row& row : {Row{1, "605#2B00200111220000"}, Row{2, "605#2100200102000000"},
                          Row{3, "605#C600200102000000"}, Row{0, "605#2B00200111220000"}}) {
-    window.configure(0x3004, 0, 1, {row.mode});
-    CHECK(read_local(window, 0x3004, 0) == Value{row.mode, 1});
+    check_kept(window, 0x3004, 0, {row.mode, 1});
     window.write(5, 0x2000, 1, 2, {0x2211}).exchange({{row.request, "585#8000200102000106"}});
     window.check_failed(0x06010002);
   }
@@ -77,11 +75,9 @@ TEST_CASE("[OBJ-14] 1016h") {
   Window window;
   for (const std::uint16_t sub : Words{1, 7, 127}) {
     CHECK(read_local(window, 0x1016, sub) == Value{0, 4});
-    window.configure(0x1016, sub, 4, {1500, 33});
-    CHECK(read_local(window, 0x1016, sub) == Value{0x002105DC, 4});
+    check_kept(window, 0x1016, sub, {0x002105DC, 4});
     window.write(0, 0x1016, 8, 4, {1500, 33}).check_failed(0x06040043);
-    window.configure(0x1016, sub, 4, {2500, 33});  // in its own entry it may change
-    CHECK(read_local(window, 0x1016, sub) == Value{0x002109C4, 4});
+    check_kept(window, 0x1016, sub, {0x002109C4, 4});  // in its own entry it may change
     window.configure(0x1016, sub, 4, {0, 33});
     CHECK(read_local(window, 0x1016, sub) == Value{0, 4});
   }
@@ -90,13 +86,10 @@ TEST_CASE("[OBJ-14] 1016h") {
 
 TEST_CASE("[OBJ-10] 1005h, 1006h") {
   Window window;
-  CHECK(read_local(window, 0x1005, 0) == Value{0x80, 4});
-  CHECK(read_local(window, 0x1006, 0) == Value{0, 4});
-  window.configure(0x1006, 0, 4, {0xA120, 0x0007});  // 500,000 us
-  CHECK(read_local(window, 0x1006, 0) == Value{500000, 4});
+  check_locals(window, {{0x1005, 0, {0x80, 4}}, {0x1006, 0, {0, 4}}});
+  check_kept(window, 0x1006, 0, {500000, 4});
   window.pass(2s).expect_silence();
-  window.configure(0x1005, 0, 4, {0x0080, 0x4000});
-  CHECK(read_local(window, 0x1005, 0) == Value{0x40000080, 4});
+  check_kept(window, 0x1005, 0, {0x40000080, 4});
   for (int i = 0; i < 3; ++i) {
     window.pass_nearly(500ms).expect_silence();
     window.pass_rest().expect("080#");
@@ -107,24 +100,20 @@ TEST_CASE("[OBJ-10] 1005h, 1006h") {
 
 TEST_CASE("[OBJ-11] 1007h, 1019h") {
   Window window;
-  CHECK(read_local(window, 0x1007, 0) == Value{0, 4});
-  CHECK(read_local(window, 0x1019, 0) == Value{0, 1});
+  check_locals(window, {{0x1007, 0, {0, 4}}, {0x1019, 0, {0, 1}}});
   SECTION("a synchronous PDO counts within the window") {
-    window.configure(0x1007, 0, 4, {5000, 0});
-    CHECK(read_local(window, 0x1007, 0) == Value{5000, 4});
+    check_kept(window, 0x1007, 0, {5000, 4});
     set_up_pdo(window, 0x1400, 0x27F, 1, {0xA1000110});
     start_own_node(window);
     window.arrive("080#");
     window.pass_nearly(5ms);
     window.arrive("27F#0102");
     window.pass_rest();
-    window.arrive("27F#0304");
-    window.arrive("080#");
+    window.arrive("27F#0304", "080#");
     CHECK(window.reg(kInputs) == 0x0201);
   }
   SECTION("SYNC messages count") {
-    window.configure(0x1019, 0, 1, {3});
-    CHECK(read_local(window, 0x1019, 0) == Value{3, 1});
+    check_kept(window, 0x1019, 0, {3, 1});
     configure32(window, 0x1006, 0, 100000);
     configure32(window, 0x1005, 0, 0x40000080);
     for (const char* frame : {"080#01", "080#02", "080#03", "080#01"}) {
@@ -205,8 +194,7 @@ TEST_CASE("[OBJ-12] 1012h") {
 TEST_CASE("[OBJ-34] 1010h, 1011h, where no memory is behind them") {
   Window window;
   for (const std::uint16_t index : Words{0x1010, 0x1011}) {
-    CHECK(read_local(window, index, 0) == Value{4, 1});
-    CHECK(read_local(window, index, 1) == Value{0, 4});
+    check_locals(window, {{index, 0, {4, 1}}, {index, 1, {0, 4}}});
     for (const std::uint16_t sub : Words{1, 2, 3, 4}) {
       window.write(0, index, sub, 4, {0x6173, 0x6576}).check_failed(0x08000020);
       window.write(0, index, sub, 4, {0x6F6C, 0x6461}).check_failed(0x08000020);
@@ -227,8 +215,7 @@ TEST_CASE("[OBJ-16] 1029h") {
   for (const Row& row :
        {Row{1, 5, 5}, Row{0, 5, 3}, Row{2, 5, 4}, Row{2, 3, 4}, Row{0, 3, 3}, Row{0, 4, 4}}) {
     INFO("1029h:01 = " << row.set << ", found in " << row.found);
-    window.configure(0x1029, 1, 1, {row.set});
-    CHECK(read_local(window, 0x1029, 1) == Value{row.set, 1});
+    check_kept(window, 0x1029, 1, {row.set, 1});
     command_own_node(window, row.found == 5 ? 1 : row.found == 4 ? 2 : 128);
     window.target().set_bus_state(BusState::kBusOff);
     CHECK(read_local(window, 0x3007, Window::kOwnNode) == Value{row.becomes, 1});
@@ -243,8 +230,7 @@ TEST_CASE("[OBJ-15] 1017h") {
   Window window;
   CHECK(read_local(window, 0x1017, 0) == Value{0, 2});
   window.pass(3s).expect_silence();
-  window.configure(0x1017, 0, 2, {500});
-  CHECK(read_local(window, 0x1017, 0) == Value{500, 2});
+  check_kept(window, 0x1017, 0, {500, 2});
   window.pass_nearly(500ms).expect_silence();
   window.pass_rest().expect("77F#7F");
   window.write(0, 0x1F82, 127, 1, {1});
@@ -256,14 +242,10 @@ TEST_CASE("[OBJ-15] 1017h") {
 
 TEST_CASE("[OBJ-17] the other objects of CiA 301") {
   Window window;
-  CHECK(read_local(window, 0x1000, 0) == Value{405, 4});
-  CHECK(read_local(window, 0x1001, 0) == Value{0, 1});
-  CHECK(read_local(window, 0x1018, 0) == Value{4, 1});
+  check_locals(window, {{0x1000, 0, {405, 4}}, {0x1001, 0, {0, 1}}, {0x1018, 0, {4, 1}}});
   for (const std::uint16_t sub : Words{1, 2, 3, 4})
     CHECK(read_local(window, 0x1018, sub).size == 4);
-  CHECK(read_local(window, 0x1200, 0) == Value{2, 1});
-  CHECK(read_local(window, 0x1200, 1) == Value{0x67F, 4});
-  CHECK(read_local(window, 0x1200, 2) == Value{0x5FF, 4});
+  check_locals(window, {{0x1200, 0, {2, 1}}, {0x1200, 1, {0x67F, 4}}, {0x1200, 2, {0x5FF, 4}}});
   CHECK(read_local(window, 0x1008, 0) == Value{0x61636263, 17});  // "cbca", of "cbcan coprocessor"
   for (const std::uint16_t text : Words{0x1009, 0x100A})
     CHECK(read_local(window, text, 0).size >= 3);
@@ -289,28 +271,19 @@ TEST_CASE("[OBJ-18] each object, and while the PLC reads somebody else") {
   struct Row {
     const char *request, *response;
   };
-  for (const Row& row : {Row{"67F#4001100000000000", "5FF#4F01100000000000"},
-                         Row{"67F#4003100000000000", "5FF#4F03100000000000"},
-                         Row{"67F#4005100000000000", "5FF#4305100080000000"},
-                         Row{"67F#4006100000000000", "5FF#4306100000000000"},
-                         Row{"67F#4007100000000000", "5FF#4307100000000000"},
-                         Row{"67F#4012100000000000", "5FF#4312100000010000"},
-                         Row{"67F#4014100000000000", "5FF#43141000FF000000"},
-                         Row{"67F#4015100000000000", "5FF#4B15100000000000"},
-                         Row{"67F#4016100000000000", "5FF#4F1610007F000000"},
-                         Row{"67F#4016100500000000", "5FF#4316100500000000"},
-                         Row{"67F#4017100000000000", "5FF#4B17100000000000"},
-                         Row{"67F#4018100000000000", "5FF#4F18100004000000"},
-                         Row{"67F#4019100000000000", "5FF#4F19100000000000"},
-                         Row{"67F#4029100100000000", "5FF#4F29100101000000"},
-                         Row{"67F#4000120100000000", "5FF#430012017F060000"},
-                         Row{"67F#4002300000000000", "5FF#4F02300000000000"},
-                         Row{"67F#4003300000000000", "5FF#4B033000E8030000"},
-                         Row{"67F#4004300000000000", "5FF#4F04300000000000"},
-                         Row{"67F#4005300500000000", "5FF#4105300508000000"},
-                         Row{"67F#4006300000000000", "5FF#4106300009000000"},
-                         Row{"67F#4007300500000000", "5FF#4F07300506000000"},
-                         Row{"67F#4008300000000000", "5FF#4108300006000000"}}) {
+  const Row rows[] = {
+      {"67F#4001100000000000", "5FF#4F01100000000000"}, {"67F#4003100000000000", "5FF#4F03100000000000"},
+      {"67F#4005100000000000", "5FF#4305100080000000"}, {"67F#4006100000000000", "5FF#4306100000000000"},
+      {"67F#4007100000000000", "5FF#4307100000000000"}, {"67F#4012100000000000", "5FF#4312100000010000"},
+      {"67F#4014100000000000", "5FF#43141000FF000000"}, {"67F#4015100000000000", "5FF#4B15100000000000"},
+      {"67F#4016100000000000", "5FF#4F1610007F000000"}, {"67F#4016100500000000", "5FF#4316100500000000"},
+      {"67F#4017100000000000", "5FF#4B17100000000000"}, {"67F#4018100000000000", "5FF#4F18100004000000"},
+      {"67F#4019100000000000", "5FF#4F19100000000000"}, {"67F#4029100100000000", "5FF#4F29100101000000"},
+      {"67F#4000120100000000", "5FF#430012017F060000"}, {"67F#4002300000000000", "5FF#4F02300000000000"},
+      {"67F#4003300000000000", "5FF#4B033000E8030000"}, {"67F#4004300000000000", "5FF#4F04300000000000"},
+      {"67F#4005300500000000", "5FF#4105300508000000"}, {"67F#4006300000000000", "5FF#4106300009000000"},
+      {"67F#4007300500000000", "5FF#4F07300506000000"}, {"67F#4008300000000000", "5FF#4108300006000000"}};
+  for (const Row& row : rows) {
     window.arrive(row.request);
     window.expect(row.response);
   }
@@ -320,47 +293,32 @@ TEST_CASE("[OBJ-18] each object, and while the PLC reads somebody else") {
 
 TEST_CASE("[OBJ-19] resets") {
   Window window;
-  window.configure(0x3003, 0, 2, {250});
-  window.configure(0x3004, 0, 1, {2});
-  window.configure(0x1016, 1, 4, {300, 5});
-  window.configure(0x1019, 0, 1, {10});
-  window.configure(0x1006, 0, 4, {0xA120, 0x0007});
-  window.configure(0x1005, 0, 4, {0x0080, 0x4000});
-  window.configure(0x1007, 0, 4, {1000, 0});
-  window.configure(0x1012, 0, 4, {0x0100, 0x4000});
-  window.configure(0x1014, 0, 4, {0x00FF, 0x8000});
-  window.configure(0x1015, 0, 2, {10});
-  window.configure(0x1017, 0, 2, {500});
-  window.configure(0x1029, 1, 1, {2});
+  const Local changed[] = {{0x3003, 0, {250, 2}},  {0x3004, 0, {2, 1}},          {0x1016, 1, {0x0005012C, 4}},
+                           {0x1019, 0, {10, 1}},   {0x1006, 0, {500000, 4}},     {0x1005, 0, {0x40000080, 4}},
+                           {0x1007, 0, {1000, 4}}, {0x1012, 0, {0x40000100, 4}}, {0x1014, 0, {0x800000FF, 4}},
+                           {0x1015, 0, {10, 2}},   {0x1017, 0, {500, 2}},        {0x1029, 1, {2, 1}}};
+  for (const auto& [index, sub, value] : changed)
+    check_kept(window, index, sub, value);
   set_up_pdo(window, 0x140F, 0x27F, 1, {0xA1000110});
   set_up_pdo(window, 0x180F, 0x1FF, 1, {0xA5800110});
   window.arrive("085#3081110102030405");
   SECTION("reset node") {
     window.write(0, 0x1F82, 127, 1, {129}).check_done();
     window.expect("77F#00");
-    CHECK(read_local(window, 0x3003, 0) == Value{1000, 2});
-    CHECK(read_local(window, 0x3004, 0) == Value{0, 1});
+    check_locals(window, {{0x3003, 0, {1000, 2}}, {0x3004, 0, {0, 1}}});
     CHECK(local_bytes(window, 0x3005, 5) == "0000000000000000");
     CHECK(local_bytes(window, 0x3006, 0) == "000000000000000000");
   }
   SECTION("reset communication") {
     window.write(0, 0x1F82, 127, 1, {130}).check_done();
     window.expect("77F#00");
-    CHECK(read_local(window, 0x3003, 0) == Value{250, 2});
-    CHECK(read_local(window, 0x3004, 0) == Value{2, 1});
+    check_locals(window, {{0x3003, 0, {250, 2}}, {0x3004, 0, {2, 1}}});
     CHECK(local_bytes(window, 0x3005, 5) == "3081110102030405");
   }
-  CHECK(read_local(window, 0x1016, 1) == Value{0, 4});
-  CHECK(read_local(window, 0x3007, 5) == Value{6, 1});
-  CHECK(read_local(window, 0x1006, 0) == Value{0, 4});
-  CHECK(read_local(window, 0x1005, 0) == Value{0x80, 4});
-  CHECK(read_local(window, 0x1007, 0) == Value{0, 4});
-  CHECK(read_local(window, 0x1012, 0) == Value{0x100, 4});
-  CHECK(read_local(window, 0x1014, 0) == Value{0xFF, 4});
-  CHECK(read_local(window, 0x1015, 0) == Value{0, 2});
-  CHECK(read_local(window, 0x1017, 0) == Value{0, 2});
-  CHECK(read_local(window, 0x1019, 0) == Value{0, 1});
-  CHECK(read_local(window, 0x1029, 1) == Value{1, 1});
+  check_locals(window, {{0x1016, 1, {0, 4}}, {0x3007, 5, {6, 1}}, {0x1006, 0, {0, 4}}});
+  check_locals(window, {{0x1005, 0, {0x80, 4}}, {0x1007, 0, {0, 4}}, {0x1012, 0, {0x100, 4}}});
+  check_locals(window, {{0x1014, 0, {0xFF, 4}}, {0x1015, 0, {0, 2}}, {0x1017, 0, {0, 2}}});
+  check_locals(window, {{0x1019, 0, {0, 1}}, {0x1029, 1, {1, 1}}});
   for (const std::uint16_t pdo : Words{0x140F, 0x180F}) {
     CHECK((read_local(window, pdo, 1).number & 0x80000000) != 0);
     CHECK(read_local(window, pdo, 2) == Value{255, 1});

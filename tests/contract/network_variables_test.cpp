@@ -255,8 +255,7 @@ TEST_CASE("[PDO-23] BOOLEANs are bits") {
     const auto output = static_cast<std::uint16_t>(row.index + 0x480);
     check_count(window, output, row.count);
     window.set(kOutputs, registers_with({{row.first_place, row.first}}));
-    CHECK(read_local(window, output, 1) == Value{1, 1});
-    CHECK(read_local(window, output, 2) == Value{0, 1});
+    check_locals(window, {{output, 1, {1, 1}}, {output, 2, {0, 1}}});
     window.set(kOutputs, registers_with({{row.last_place, row.last}}));
     CHECK(read_local(window, output, row.count) == Value{1, 1});
     CHECK(read_local(window, output, static_cast<std::uint16_t>(row.count - 1)) == Value{0, 1});

@@ -7,15 +7,15 @@ using namespace cbcan::contract;
 
 namespace {
 
-/// Writes this number to 1F82h for one node and for all: the frames that leave.
-void check_service(std::uint16_t number, const char* to_node_66, const char* to_all) {
-  Window window;
-  window.write(0, 0x1F82, 66, 1, {number});
-  window.expect(to_node_66);
-  window.check_done();
-  window.write(0, 0x1F82, 128, 1, {number});
-  window.expect(to_all);
-  window.check_done();
+/// Writes these numbers to 1F82h for one node and for all: the frames that leave.
+void check_service(const Words& numbers, const char* to_node_66, const char* to_all) {
+  for (const std::uint16_t number : numbers) {
+    Window window;
+    window.write(0, 0x1F82, 66, 1, {number}).expect(to_node_66);
+    window.check_done();
+    window.write(0, 0x1F82, 128, 1, {number}).expect(to_all);
+    window.check_done();
+  }
 }
 
 std::uint16_t own_state(Window& window) {
@@ -26,14 +26,10 @@ std::uint16_t own_state(Window& window) {
 }  // namespace
 
 TEST_CASE("[NMT-1] one node") {
-  struct Row {
-    std::uint16_t node;
-    const char* sent;
-  };
   Window window;
-  for (const Row& row : {Row{1, "000#0101"}, Row{66, "000#0142"}, Row{126, "000#017E"}}) {
-    window.write(0, 0x1F82, row.node, 1, {1});
-    window.expect(row.sent);
+  for (const auto& [node, sent] :
+       std::map<std::uint16_t, const char*>{{1, "000#0101"}, {66, "000#0142"}, {126, "000#017E"}}) {
+    window.write(0, 0x1F82, node, 1, {1}).expect(sent);
     window.check_done();
   }
 }
@@ -67,28 +63,23 @@ TEST_CASE("[NMT-4] services by either number") {
 }
 
 TEST_CASE("[1F82h-5] Start Remote Node") {
-  check_service(5, "000#0142", "000#0100");
-  check_service(1, "000#0142", "000#0100");
+  check_service({5, 1}, "000#0142", "000#0100");
 }
 
 TEST_CASE("[1F82h-4] Stop Remote Node") {
-  check_service(4, "000#0242", "000#0200");
-  check_service(2, "000#0242", "000#0200");
+  check_service({4, 2}, "000#0242", "000#0200");
 }
 
 TEST_CASE("[1F82h-127] Enter Pre-Operational") {
-  check_service(127, "000#8042", "000#8000");
-  check_service(128, "000#8042", "000#8000");
+  check_service({127, 128}, "000#8042", "000#8000");
 }
 
 TEST_CASE("[1F82h-6] Reset Node") {
-  check_service(6, "000#8142", "000#8100");
-  check_service(129, "000#8142", "000#8100");
+  check_service({6, 129}, "000#8142", "000#8100");
 }
 
 TEST_CASE("[1F82h-7] Reset Communication") {
-  check_service(7, "000#8242", "000#8200");
-  check_service(130, "000#8242", "000#8200");
+  check_service({7, 130}, "000#8242", "000#8200");
 }
 
 TEST_CASE("[NMT-5] done when the controller has the frame") {

@@ -51,12 +51,11 @@ TEST_CASE("[STATE-1] which node") {
 
 TEST_CASE("[STATE-2] values and size") {
   Window window;
-  window.arrive("705#04");
-  check_state(window, 4);
-  window.arrive("705#05");
-  check_state(window, 5);
-  window.arrive("705#7F");
-  check_state(window, 127);
+  for (const auto& [message, state] :
+       std::map<std::string, std::uint16_t>{{"705#04", 4}, {"705#05", 5}, {"705#7F", 127}}) {
+    window.arrive(message);
+    check_state(window, state);
+  }
   window.pass(2s);
   window.pass_rest();
   check_state_without_response(window, 6);
@@ -87,26 +86,12 @@ TEST_CASE("[300Ch-127] PRE_OPERATIONAL") {
 
 TEST_CASE("[STATE-3] the last report while it is fresh") {
   Window window;
-  SECTION("within 2 s") {
-    window.arrive("705#04");
-    window.arrive("705#05");
-    window.pass_nearly(2s);
-    check_state(window, 5);
-    window.pass_rest();
-    check_state_without_response(window, kNotDetected);
-  }
-  SECTION("within a shorter consumer heartbeat time") {
-    window.configure(0x1016, 1, 4, {300, 5});
-    window.arrive("705#05");
-    window.pass_nearly(300ms);
-    check_state(window, 5);
-    window.pass_rest();
-    check_state_without_response(window, kNotDetected);
-  }
-  SECTION("within a longer consumer heartbeat time") {
-    window.configure(0x1016, 127, 4, {10000, 5});
-    window.arrive("705#05");
-    window.pass_nearly(10s);
+  SECTION("within 2 s, or within a shorter or a longer consumer heartbeat time") {
+    const auto [sub, time] = GENERATE(std::pair(0, 2000), std::pair(1, 300), std::pair(127, 10'000));
+    if (sub != 0)
+      window.configure(0x1016, static_cast<std::uint16_t>(sub), 4, {static_cast<std::uint16_t>(time), 5});
+    window.arrive("705#04", "705#05");
+    window.pass_nearly(std::chrono::milliseconds(time));
     check_state(window, 5);
     window.pass_rest();
     check_state_without_response(window, kNotDetected);
@@ -121,8 +106,7 @@ TEST_CASE("[STATE-3] the last report while it is fresh") {
   SECTION("what is no state, or not from it, is no news") {
     window.arrive("705#05");
     window.pass(1s);
-    for (const char* frame : {"705#33", "705#", "705#R1", "706#04", "00000705#04"})
-      window.arrive(frame);
+    window.arrive("705#33", "705#", "705#R1", "706#04", "00000705#04");
     check_state(window, 5);
     window.pass_nearly(1s);
     window.pass_rest();
@@ -139,13 +123,10 @@ TEST_CASE("[STATE-4] a boot-up is pre-operational") {
 TEST_CASE("[STATE-5] node guarding when nothing is fresh") {
   Window window;
   window.read(5, 0x300C, 0, 0).expect("705#R1");
-  SECTION("toggle bit 0") {
-    window.arrive("705#05");
-    CHECK(window.reg(3706) == 5);
-  }
-  SECTION("toggle bit 1") {
-    window.arrive("705#84");
-    CHECK(window.reg(3706) == 4);
+  SECTION("either toggle bit") {
+    const auto [response, state] = GENERATE(std::pair("705#05", 5), std::pair("705#84", 4));
+    window.arrive(response);
+    CHECK(window.reg(3706) == state);
   }
   SECTION("just in time") {
     window.pass_nearly(100ms);
@@ -185,8 +166,7 @@ TEST_CASE("[STATE-6] both times are settings") {
 
 TEST_CASE("[STATE-7] in doubt after an NMT command") {
   Window window;
-  window.arrive("705#7F");
-  window.arrive("706#7F");
+  window.arrive("705#7F", "706#7F");
   start_node(window);
   SECTION("a node that was not addressed is not asked") {
     window.read(6, 0x300C, 0, 0).expect_silence();
@@ -216,18 +196,11 @@ TEST_CASE("[STATE-7] in doubt after an NMT command") {
 TEST_CASE("[STATE-9] a command of another master") {
   Window window;
   window.arrive("705#04");
-  SECTION("to the node") {
-    window.arrive("000#0105");
-  }
-  SECTION("to all") {
-    window.arrive("000#0100");
-  }
-  SECTION("longer than it need be") {
-    window.arrive("000#010500");
+  SECTION("to the node, to all, longer than it need be") {
+    window.arrive(GENERATE("000#0105", "000#0100", "000#010500"));
   }
   SECTION("what is none, or for another node, changes nothing") {
-    for (const char* frame : {"000#01", "000#0305", "000#0106", "000#R2", "00000000#0105"})
-      window.arrive(frame);
+    window.arrive("000#01", "000#0305", "000#0106", "000#R2", "00000000#0105");
     return check_state(window, 4);
   }
   window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#05"}});

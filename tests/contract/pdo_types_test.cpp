@@ -63,8 +63,7 @@ TEST_CASE("[PDO-28] transmission types of TPDOs") {
     window.arrive("080#");
     window.set(kOutputs, {0x4433}).expect_silence();
     window.arrive("1FF#R2").expect("1FF#1122");
-    window.arrive("080#");
-    window.arrive("1FF#R2").expect("1FF#3344");
+    window.arrive("080#", "1FF#R2").expect("1FF#3344");
   }
   SECTION("253: sampled and sent on request") {
     set_up_pdo(window, 0x1800, 0x1FF, 253, kFirstOutput);
@@ -83,14 +82,11 @@ TEST_CASE("[PDO-28] transmission types of RPDOs") {
   set_up_pdo(window, 0x1402, 0x47F, 254, {0xA1000310});
   set_up_pdo(window, 0x1403, 0x57F, 255, {0xA1000410});
   start_own_node(window);
-  for (const char* frame : {"27F#EEEE", "27F#1122", "37F#1122", "47F#1122", "57F#1122"})
-    window.arrive(frame);
+  window.arrive("27F#EEEE", "27F#1122", "37F#1122", "47F#1122", "57F#1122");
   CHECK(window.target().read(kInputs, 4) == Words{0, 0, 0x2211, 0x2211});
   window.arrive("080#");
   CHECK(window.target().read(kInputs, 4) == Words{0x2211, 0x2211, 0x2211, 0x2211});
-  for (const char* frame : {"27F#R2", "0000027F#3344", "57F#R2", "0000057F#3344"})
-    window.arrive(frame);
-  window.arrive("080#");
+  window.arrive("27F#R2", "0000027F#3344", "57F#R2", "0000057F#3344", "080#");
   CHECK(window.target().read(kInputs, 4) == Words{0x2211, 0x2211, 0x2211, 0x2211});
 }
 
@@ -138,8 +134,7 @@ TEST_CASE("[PDO-28] SYNC start value") {
   window.configure(0x1800, 6, 1, {3});
   set_up_pdo(window, 0x1800, 0x1FF, 2, kFirstOutput);
   start_own_node(window);
-  for (const char* sync : {"080#01", "080#02", "080#03"})
-    window.arrive(sync);
+  window.arrive("080#01", "080#02", "080#03");
   window.expect_silence();
   window.arrive("080#04").expect("1FF#0000");  // the second from 3 on
   window.arrive("080#05").expect_silence();
@@ -153,8 +148,7 @@ TEST_CASE("[PDO-28] remote requests") {
   start_own_node(window);
   window.exchange({{"1FF#0000", ""}, {"2FF#0000", ""}});
   window.arrive("1FF#R2").expect("1FF#0000");
-  for (const char* frame : {"2FF#R2", "000001FF#R2", "3FF#R2", "1FF#0000"})
-    window.arrive(frame);
+  window.arrive("2FF#R2", "000001FF#R2", "3FF#R2", "1FF#0000");
   window.expect_silence();
 }
 

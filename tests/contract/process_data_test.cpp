@@ -36,8 +36,7 @@ TEST_CASE("[PDO-1] inputs and outputs") {
   set_up_pdo(window, 0x1801, 0x2FF, 255, {0xA8C01040});
   start_own_node(window);
   window.exchange({{"1FF#0000000000000000", ""}, {"2FF#0000000000000000", ""}});
-  window.arrive("27F#0102030405060708");
-  window.arrive("37F#1112131415161718");
+  window.arrive("27F#0102030405060708", "37F#1112131415161718");
   CHECK(inputs(window) == registers_with({{0, 0x0201},
                                           {1, 0x0403},
                                           {2, 0x0605},
@@ -115,9 +114,7 @@ TEST_CASE("[PDO-26] none is valid at first") {
   prepare_pdo(window, 0x1800, 255, {0xA5800110});
   start_own_node(window);
   window.set(kOutputs, Words(64, 0x1111));
-  window.arrive("080#");
-  for (const char* frame : {"200#1122", "27F#1122", "37F#1122", "47F#1122", "57F#1122", "1FF#R8", "2FF#R8"})
-    window.arrive(frame);
+  window.arrive("080#", "200#1122", "27F#1122", "37F#1122", "47F#1122", "57F#1122", "1FF#R8", "2FF#R8");
   window.expect_silence();
   CHECK(inputs(window) == Words(64));
   SECTION("valid from then on, also while Operational") {
@@ -148,8 +145,7 @@ TEST_CASE("[PDO-27] while Operational") {
   const auto check_nothing = [&] {
     window.arrive("27F#FFFF");
     window.set(kOutputs, {0xEEEE});
-    window.arrive("080#");
-    window.arrive("1FF#R2").expect_silence();
+    window.arrive("080#", "1FF#R2").expect_silence();
     CHECK(window.reg(kInputs) == 0);
     window.set(kOutputs, {0});
   };
@@ -166,11 +162,8 @@ TEST_CASE("[PDO-27] while Operational") {
     command_own_node(window, leave);
     check_nothing();
   }
-  SECTION("by an NMT master as well") {
-    window.arrive("000#017F").expect("1FF#0000");
-  }
-  SECTION("by an NMT master, all") {
-    window.arrive("000#0100").expect("1FF#0000");
+  SECTION("by an NMT master as well, alone or with all") {
+    window.arrive(GENERATE("000#017F", "000#0100")).expect("1FF#0000");
   }
 }
 
@@ -179,8 +172,7 @@ TEST_CASE("[PDO-29] whole PDOs") {
   SECTION("in") {
     set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110, 0xA1000210, 0xA1003F10, 0xA1004010});
     start_own_node(window);
-    for (const char* frame : {"27F#0102030405060708", "27F#1112131415161718"})
-      window.arrive(frame);
+    window.arrive("27F#0102030405060708", "27F#1112131415161718");
     CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
     window.arrive("27F#01020304050607").expect("0FF#1082110100000000");  // too short: none of them
     CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
@@ -189,8 +181,7 @@ TEST_CASE("[PDO-29] whole PDOs") {
     set_up_pdo(window, 0x1400, 0x27F, 1, kFourInputs);
     set_up_pdo(window, 0x1401, 0x37F, 1, {0xA4400240});
     start_own_node(window);
-    window.arrive("27F#0102030405060708");
-    window.arrive("37F#1112131415161718");
+    window.arrive("27F#0102030405060708", "37F#1112131415161718");
     CHECK(inputs(window) == Words(64));
     window.arrive("080#");
     check_same(window, kInputs, {0x0201, 0x0403, 0x0605, 0x0807, 0x1211, 0x1413, 0x1615, 0x1817});

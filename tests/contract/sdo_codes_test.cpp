@@ -22,6 +22,23 @@ void check(const Refusal& row) {
   window.check_failed(row.code);
 }
 
+constexpr const char *kRead = "605#4000200100000000", *kFirst = "605#6000000000000000",
+                     *kSecond = "605#7000000000000000", *kBlockRead = "605#A400200102000000",
+                     *kBlockStart = "605#A300000000000000";
+constexpr const char *kOfNine = "585#0131323334353637", *kLastOfNine = "585#8238390000000000",
+                     *kTaken = "605#A202020000000000";
+
+/// A read with this much room, in mode 0 or 3, that ends with these frames.
+void check_read(std::uint16_t room, const std::vector<Step>& steps, std::uint32_t code,
+                const char* abort = nullptr) {
+  INFO("answered by " << steps.back().answered);
+  Window window;
+  if (std::string_view(steps.front().sent) == kBlockRead) window.configure(0x3004, 0, 1, {3});
+  window.read(5, 0x2000, 1, room).exchange(steps);
+  if (abort != nullptr) window.expect(abort);
+  window.check_failed(code);
+}
+
 }  // namespace
 
 TEST_CASE("[SDO-13] SDO timeout") {
@@ -71,31 +88,11 @@ TEST_CASE("[SDO-13] each response restarts it") {
 }
 
 TEST_CASE("[SDO-14] toggle bit not alternated") {
-  Window window;
-  SECTION("reading, the first segment") {
-    window.read(5, 0x2000, 1, 16);
-    window.exchange(
-        {{"605#4000200100000000", "585#4100200110000000"}, {"605#6000000000000000", "585#1001020304050607"}});
-  }
-  SECTION("reading, the second segment") {
-    window.read(5, 0x2000, 1, 16);
-    window.exchange({{"605#4000200100000000", "585#4100200110000000"},
-                     {"605#6000000000000000", "585#0001020304050607"},
-                     {"605#7000000000000000", "585#0001020304050607"}});
-  }
-  SECTION("writing, the first segment") {
-    window.write(5, 0x2000, 1, 9, {0x0201, 0x0403, 0x0605, 0x0807, 0x0009});
-    window.exchange(
-        {{"605#2100200109000000", "585#6000200100000000"}, {"605#0001020304050607", "585#3000000000000000"}});
-  }
-  SECTION("writing, the second segment") {
-    window.write(5, 0x2000, 1, 9, {0x0201, 0x0403, 0x0605, 0x0807, 0x0009});
-    window.exchange({{"605#2100200109000000", "585#6000200100000000"},
-                     {"605#0001020304050607", "585#2000000000000000"},
-                     {"605#1B08090000000000", "585#2000000000000000"}});
-  }
-  window.expect("605#8000200100000305");
-  window.check_failed(0x05030000);
+  constexpr const char* kAbort = "605#8000200100000305";
+  check({"read: first segment", "585#1001020304050607", kAbort, 0x05030000});
+  check({"read: second segment", "585#0001020304050607", kAbort, 0x05030000});
+  check({"write: first segment", "585#3000000000000000", kAbort, 0x05030000});
+  check({"write: last segment", "585#2000000000000000", kAbort, 0x05030000});
 }
 
 TEST_CASE("[SDO-15] command specifier that does not belong there") {
@@ -124,56 +121,26 @@ TEST_CASE("[SDO-15] the subcommands of a block transfer too") {
 }
 
 TEST_CASE("[SDO-16] [SDO-33] larger than R3705") {
-  Window window;
-  window.read(5, 0x2000, 1, 2);
-  SECTION("as the declared size says") {
-    window.exchange({{"605#4000200100000000", "585#4100200103000000"}});
-    window.expect("605#8000200105000405");
-  }
-  SECTION("as an absurd declared size says") {
-    window.exchange({{"605#4000200100000000", "585#41002001FFFFFFFF"}});
-    window.expect("605#8000200105000405");
-  }
-  SECTION("expedited: the server is done") {
-    window.exchange({{"605#4000200100000000", "585#4700200111223300"}});
-  }
-  SECTION("at the byte that overflows") {
-    window.exchange(
-        {{"605#4000200100000000", "585#4000200100000000"}, {"605#6000000000000000", "585#0811223300000000"}});
-    window.expect("605#8000200105000405");
-  }
-  SECTION("at the byte that overflows, in the last segment") {
-    window.exchange(
-        {{"605#4000200100000000", "585#4000200100000000"}, {"605#6000000000000000", "585#0911223300000000"}});
-    window.expect("605#8000200105000405");
-  }
-  window.check_failed(0x05040005);
+  constexpr const char *kAbort = "605#8000200105000405", *kNotTold = "585#4000200100000000";
+  check_read(2, {{kRead, "585#4100200103000000"}}, 0x05040005, kAbort);  // as the declared size says
+  check_read(2, {{kRead, "585#41002001FFFFFFFF"}}, 0x05040005, kAbort);
+  check_read(2, {{kRead, "585#4700200111223300"}}, 0x05040005);  // expedited: the server is done
+  // At the byte that overflows, also in the last segment.
+  check_read(2, {{kRead, kNotTold}, {kFirst, "585#0811223300000000"}}, 0x05040005, kAbort);
+  check_read(2, {{kRead, kNotTold}, {kFirst, "585#0911223300000000"}}, 0x05040005, kAbort);
 }
 
 TEST_CASE("[SDO-16] in a block transfer") {
-  Window window;
-  window.configure(0x3004, 0, 1, {3});
-  window.read(5, 0x2000, 1, 8);
-  SECTION("as the declared size says") {
-    window.exchange({{"605#A400200102000000", "585#C600200109000000"}});
-    window.expect("605#8000200105000405");
-  }
-  SECTION("as an absurd declared size says") {
-    window.exchange({{"605#A400200102000000", "585#C6002001FFFFFFFF"}});
-    window.expect("605#8000200105000405");
-  }
-  SECTION("at the segment that overflows") {
-    window.exchange(
-        {{"605#A400200102000000", "585#C400200100000000"}, {"605#A300000000000000", "585#0131323334353637"}});
-    window.arrive("585#0238394142434445").expect("605#8000200105000405");
-  }
-  SECTION("at the end, which tells how much of the last segment is data") {
-    window.exchange(
-        {{"605#A400200102000000", "585#C400200100000000"}, {"605#A300000000000000", "585#0131323334353637"}});
-    window.arrive("585#8238390000000000").exchange({{"605#A202020000000000", "585#D5C3310000000000"}});
-    window.expect("605#8000200105000405");
-  }
-  window.check_failed(0x05040005);
+  constexpr const char *kAbort = "605#8000200105000405", *kNotTold = "585#C400200100000000";
+  check_read(8, {{kBlockRead, "585#C600200109000000"}}, 0x05040005, kAbort);  // as the declared size says
+  check_read(8, {{kBlockRead, "585#C6002001FFFFFFFF"}}, 0x05040005, kAbort);
+  // At the segment that overflows; at the end, which tells how much of the last segment is data.
+  check_read(8, {{kBlockRead, kNotTold}, {kBlockStart, kOfNine}, {"", "585#0238394142434445"}}, 0x05040005,
+             kAbort);
+  check_read(
+      8,
+      {{kBlockRead, kNotTold}, {kBlockStart, kOfNine}, {"", kLastOfNine}, {kTaken, "585#D5C3310000000000"}},
+      0x05040005, kAbort);
 }
 
 TEST_CASE("[SDO-16] of the own node") {
@@ -183,39 +150,19 @@ TEST_CASE("[SDO-16] of the own node") {
 }
 
 TEST_CASE("[SDO-17] [SDO-33] not the size declared") {
-  Window window;
-  window.read(5, 0x2000, 1, 128);
-  SECTION("fewer") {
-    window.exchange(
-        {{"605#4000200100000000", "585#4100200108000000"}, {"605#6000000000000000", "585#0101020304050607"}});
-    window.expect("605#8000200110000706");
-  }
-  SECTION("more, and still going on") {
-    window.exchange({{"605#4000200100000000", "585#4100200108000000"},
-                     {"605#6000000000000000", "585#0001020304050607"},
-                     {"605#7000000000000000", "585#1008090A0B0C0D0E"}});
-    window.expect("605#8000200110000706");
-  }
-  SECTION("more, in the last segment") {
-    window.exchange({{"605#4000200100000000", "585#4100200108000000"},
-                     {"605#6000000000000000", "585#0001020304050607"},
-                     {"605#7000000000000000", "585#1B08090000000000"}});
-    window.expect("605#8000200110000706");
-  }
-  window.check_failed(0x06070010);
+  constexpr const char *kAbort = "605#8000200110000706", *kEight = "585#4100200108000000",
+                       *kSeven = "585#0001020304050607";
+  check_read(128, {{kRead, kEight}, {kFirst, "585#0101020304050607"}}, 0x06070010, kAbort);  // fewer
+  // More, and still going on, or in the last segment.
+  for (const char* more : {"585#1008090A0B0C0D0E", "585#1B08090000000000"})
+    check_read(128, {{kRead, kEight}, {kFirst, kSeven}, {kSecond, more}}, 0x06070010, kAbort);
 }
 
 TEST_CASE("[SDO-17] in a block transfer") {
-  for (const char* end : {"585#D1C3310000000000", "585#D9C3310000000000"}) {  // 10 bytes; 8 bytes
-    Window window;
-    window.configure(0x3004, 0, 1, {3});
-    window.read(5, 0x2000, 1, 10);
-    window.exchange(
-        {{"605#A400200102000000", "585#C600200109000000"}, {"605#A300000000000000", "585#0131323334353637"}});
-    window.arrive("585#8238390000000000").exchange({{"605#A202020000000000", end}});
-    window.expect("605#8000200110000706");
-    window.check_failed(0x06070010);
-  }
+  for (const char* end : {"585#D1C3310000000000", "585#D9C3310000000000"})  // 10 bytes; 8 bytes
+    check_read(
+        10, {{kBlockRead, "585#C600200109000000"}, {kBlockStart, kOfNine}, {"", kLastOfNine}, {kTaken, end}},
+        0x06070010, "605#8000200110000706");
 }
 
 TEST_CASE("[SDO-18] of a write") {
@@ -242,8 +189,7 @@ TEST_CASE("[SDO-19] boot-up during the transfer") {
     INFO(phase.name);
     Window window;
     enter(window, phase);
-    window.arrive("706#00");
-    window.arrive("705#7F");
+    window.arrive("706#00", "705#7F");
     CHECK(window.busy());
     window.arrive("705#00").expect_silence();
     window.check_failed(0x08000022);
@@ -259,10 +205,9 @@ TEST_CASE("[SDO-20] one abort where the server may still wait") {
     if (phase.asked_again != nullptr) window.expect(phase.asked_again);
     window.pass_rest().expect("605#8000200100000405");
     window.check_failed(0x05040000);
-    for (const char* late :
-         {"585#4100200114000000", "585#0001020304050607", "585#6000200100000000", "585#2000000000000000",
-          "585#A40020017F000000", "585#A2027F0000000000", "585#C600200109000000", "585#D5C3310000000000"})
-      window.arrive(late);
+    window.arrive("585#4100200114000000", "585#0001020304050607", "585#6000200100000000",
+                  "585#2000000000000000", "585#A40020017F000000", "585#A2027F0000000000",
+                  "585#C600200109000000", "585#D5C3310000000000");
     window.pass(5s).expect_silence();
     window.check_failed(0x05040000);
   }
@@ -320,8 +265,7 @@ TEST_CASE("[SDO-20] its own abort came first") {
   CONTRACT_NEEDS(window, Ability::kRefusal);
   window.read(5, 0x2000, 1, 128).expect("605#4000200100000000");
   window.target().refuse_frames(true);
-  window.arrive("585#4100200114000000");
-  window.arrive("585#8000200100000206").check_failed(0x06020000);
+  window.arrive("585#4100200114000000", "585#8000200100000206").check_failed(0x06020000);
   window.target().refuse_frames(false);
   window.pass(5s).expect_silence();
 }

@@ -80,12 +80,8 @@ TEST_CASE("[SDO-2] odd sizes") {
         {{"605#4000200100000000", "585#4100200101000000"}, {"605#6000000000000000", "585#0D117F7F7F7F7F7F"}});
     CHECK(window.reg(3706) == 0x0011);
   }
-  SECTION("a local byte read") {
-    window.read(0, 0x3001, 0, 128);
-    CHECK(window.reg(3706) == 0x007F);
-  }
-  SECTION("a node state read") {
-    window.read(0, 0x300C, 0, 0);
+  SECTION("a local byte read, and a node state") {
+    window.read(0, GENERATE(as<std::uint16_t>(), 0x3001, 0x300C), 0, 128);
     CHECK(window.reg(3706) == 0x007F);
   }
   SECTION("three bytes written") {

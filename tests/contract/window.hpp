@@ -101,8 +101,9 @@ struct Window {
     for (std::string left = target_->next_frame(); !left.empty(); left = target_->next_frame())
       FAIL_CHECK("left over: " << left);
   }
-  Window& arrive(const std::string& frame) {
-    target_->arrive(frame);
+  template <class... Frames>
+  Window& arrive(const Frames&... frames) {
+    (target_->arrive(frames), ...);
     return *this;
   }
   Window& exchange(const std::vector<Step>& steps) {

@@ -12,8 +12,7 @@ using enum cbcan::DataType;
 
 TEST_CASE("A SYNC that the node itself produces is also its own") {
   StartedRig rig(true);
-  rig.write(0x1006, 0, 4, 10000);
-  rig.write(0x1005, 0, 4, 0x40000080);
+  rig.write({{0x1006, 0, 4, 10000}, {0x1005, 0, 4, 0x40000080}});
   rig.events.clear();
   rig.pass(10 * kMillisecond).expect("080#");
   CHECK(rig.events == std::vector<std::string>{"sync"});
@@ -23,14 +22,7 @@ TEST_CASE("SYNC acts in Operational, on the identifier in 1005h, data frames alo
   StartedRig rig;
   rig.write(0x1005, 0, 4, 0x85);
   rig.events.clear();
-  rig.arrive("085#");
-  rig.arrive("000#0142");
-  rig.arrive("080#");
-  rig.arrive("085#R0");
-  rig.arrive("085#");
-  rig.arrive("085#");
-  rig.arrive("000#0242");
-  rig.arrive("085#");
+  rig.arrive("085#", "000#0142", "080#", "085#R0", "085#", "085#", "000#0242", "085#");
   CHECK(rig.events == std::vector<std::string>{"state 5", "sync", "sync", "state 4"});
   CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x085, 0x642, 0x742});
 }
@@ -59,13 +51,10 @@ TEST_CASE("Without 1005h there is no SYNC, and NMT commands are NMT commands") {
 
 TEST_CASE("Stopped: no SDO, no SYNC, no TIME, no EMCY; error control alone") {
   StartedRig rig;
-  rig.write(0x1017, 0, 2, 1000);
-  rig.write(0x1012, 0, 4, 0x80000100);
+  rig.write({{0x1017, 0, 2, 1000}, {0x1012, 0, 4, 0x80000100}});
   rig.arrive("000#0200");
   rig.events.clear();
-  rig.arrive("642#4001100000000000");
-  rig.arrive("080#");
-  rig.arrive("100#0000000001000000");
+  rig.arrive("642#4001100000000000", "080#", "100#0000000001000000");
   rig.device.emergency().error(0x1000, 0, {}, rig.now);
   rig.pass(kSecond).expect("742#04");
   CHECK(rig.events.empty());
@@ -151,8 +140,7 @@ TEST_CASE("TIME producer: the time of day in its period") {
   rig.pass(2 * kSecond).expect_silence();
   rig.write(0x1012, 0, 4, 0x40000100);
   rig.pass(kSecond).expect("100#A00F00000200");  // 4000 ms
-  rig.write(0x1012, 0, 4, 0x40000101, "06090030");
-  rig.write(0x1012, 0, 4, 0x100);
+  rig.write({{0x1012, 0, 4, 0x40000101, "06090030"}, {0x1012, 0, 4, 0x100}});
   rig.pass(2 * kSecond);
 }
 
@@ -161,14 +149,13 @@ TEST_CASE("TIME producer: the time of day in its period") {
 TEST_CASE("1010h and 1011h: each sub-index its range, for the right signature") {
   StartedRig rig;
   rig.events.clear();
-  rig.write(0x1010, 1, 4, 0x64616F6C, "08000020");
-  rig.write(0x1011, 1, 4, 0x65766173, "08000020");
+  rig.write({{0x1010, 1, 4, 0x64616F6C, "08000020"}, {0x1011, 1, 4, 0x65766173, "08000020"}});
   CHECK(rig.events == std::vector<std::string>{"refresh", "refresh"});
   rig.events.clear();
-  rig.write(0x1010, 1, 4, 0x65766173);
-  rig.write(0x1010, 2, 4, 0x65766173);
-  rig.write(0x1010, 3, 4, 0x65766173);
-  rig.write(0x1011, 4, 4, 0x64616F6C);
+  rig.write({{0x1010, 1, 4, 0x65766173},
+             {0x1010, 2, 4, 0x65766173},
+             {0x1010, 3, 4, 0x65766173},
+             {0x1011, 4, 4, 0x64616F6C}});
   std::vector<std::string> kept;
   for (const std::string& event : rig.events)
     if (event.find("..") != std::string::npos) kept.push_back(event);
@@ -182,8 +169,7 @@ TEST_CASE("1010h and 1011h: a device without a memory refuses") {
   DeviceRig rig(everything());
   rig.has_memory = false;
   rig.start();
-  rig.write(0x1010, 1, 4, 0x65766173, "08000020");
-  rig.write(0x1011, 1, 4, 0x64616F6C, "08000020");
+  rig.write({{0x1010, 1, 4, 0x65766173, "08000020"}, {0x1011, 1, 4, 0x64616F6C, "08000020"}});
 }
 
 TEST_CASE("What the application refuses is not stored, and it hears of what is") {

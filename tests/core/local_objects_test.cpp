@@ -119,6 +119,23 @@ std::vector<Subs> all_objects() {
 
 }  // namespace
 
+TEST_CASE("PDOs at power-on are not valid and map nothing") {
+  Bench bench(with_node_id(42));
+  for (const unsigned pdo : {0U, 15U})
+    for (const unsigned kind : {0x1400U, 0x1800U}) {
+      const auto parameter = static_cast<std::uint16_t>(kind + pdo);
+      const auto mapping = static_cast<std::uint16_t>(parameter + 0x200);
+      CHECK(read_local(bench, parameter, 1, 4) == 0x8000'0000);
+      CHECK(read_local(bench, parameter, 2, 1) == 255);
+      CHECK(read_local(bench, parameter, 5, 2) == 0);
+      CHECK(read_local(bench, mapping, 1, 4) == 0);
+      CHECK(read_local(bench, mapping, 8, 4) == 0);
+      CHECK(read_local(bench, mapping, 0, 1) == 0);
+    }
+  CHECK(read_local(bench, 0x180F, 3, 2) == 0);
+  CHECK(read_local(bench, 0x180F, 6, 1) == 0);
+}
+
 TEST_CASE("Each object has its sub-indices with their sizes, and there are no others") {
   std::map<std::pair<unsigned, unsigned>, unsigned> sizes;
   std::set<unsigned> indices{0x1003, 0x1008, 0x1009, 0x100A};

@@ -25,11 +25,13 @@ struct LssDevice final : private LssApplication {
     CHECK(port.sent == std::deque<std::string>{response});
     port.sent.clear();
   }
-  void ask_in_vain(const std::string& request) {
+  template <class... More>
+  void ask_in_vain(const std::string& request, const More&... more) {
     INFO("after " << request);
     arrive(request);
     CHECK(port.sent.empty());
     port.sent.clear();
+    if constexpr (sizeof...(more) != 0) ask_in_vain(more...);
   }
   void configuration() { arrive("7E5#0401000000000000"); }
   void waiting() { arrive("7E5#0400000000000000"); }

@@ -25,11 +25,8 @@ TEST_CASE("CAN-IDs 700h and 580h are nobody's: a quarantine outlasts them") {
 TEST_CASE("A response for another object is ignored and counted, the transfer goes on") {
   Bench bench;
   bench.read(5, 0x2000, 1, 16).expect("605#4000200100000000");
-  bench.arrive("585#4301200111111111");
-  bench.arrive("585#4300210111111111");
-  bench.arrive("585#4300200211111111");
-  bench.arrive("585#6001200100000000");
-  bench.arrive("585#8000200200000206");
+  bench.arrive("585#4301200111111111", "585#4300210111111111", "585#4300200211111111");
+  bench.arrive("585#6001200100000000", "585#8000200200000206");
   CHECK(bench.busy());
   CHECK(bench.coprocessor.sdo_client().counters().other_object == 5);
   bench.arrive("585#4300200122222222").check_done();
@@ -39,9 +36,7 @@ TEST_CASE("A response for another object is ignored and counted, the transfer go
 TEST_CASE("RTR and 29-bit frames are no responses; nor is another node's") {
   Bench bench;
   bench.read(5, 0x2000, 1, 16).expect("605#4000200100000000");
-  bench.arrive("585#R8");
-  bench.arrive("00000585#4300200111111111");
-  bench.arrive("586#4300200111111111");
+  bench.arrive("585#R8", "00000585#4300200111111111", "586#4300200111111111");
   CHECK(bench.busy());
   CHECK(bench.coprocessor.sdo_client().counters().not_data == 2);
   CHECK(bench.coprocessor.sdo_client().counters().unexpected == 1);

@@ -90,11 +90,9 @@ TEST_CASE("Event timer: starts anew with each transmission, without drift") {
 
 TEST_CASE("Event timer shorter than the inhibit time; neither for other types") {
   PdoRig rig;
-  rig.configure(0x1800, 3, 250);
-  rig.configure(0x1800, 5, 10);
+  rig.configure({{0x1800, 3, 250}, {0x1800, 5, 10}});
   rig.set_up(0x1800, 1, 0x181, 254, {0x20010108});
-  rig.configure(0x1801, 3, 250);
-  rig.configure(0x1801, 5, 10);
+  rig.configure({{0x1801, 3, 250}, {0x1801, 5, 10}});
   rig.set_up(0x1800, 2, 0x182, 1, {0x20010108});
   rig.configure(0x1802, 5, 10);
   rig.set_up(0x1800, 3, 0x183, 253, {0x20010108});
@@ -157,8 +155,7 @@ TEST_CASE("Type 252: sampled at the SYNC, sent on RTR") {
   rig.sync().expect_silence();
   rig.change(0x2001, 1, 3);
   rig.arrive("181#R8").expect("181#02");
-  rig.arrive("181#");
-  rig.arrive("182#R1").expect_silence();
+  rig.arrive("181#", "182#R1").expect_silence();
 }
 
 TEST_CASE("RTR for the other types: event-driven ones as they are, synchronous ones as at the last SYNC") {
@@ -174,8 +171,7 @@ TEST_CASE("RTR for the other types: event-driven ones as they are, synchronous o
   rig.set(0x2001, 1, 2);
   rig.arrive("181#R1").expect("181#02");
   rig.arrive("182#R1").expect("182#01");
-  rig.arrive("183#R1");
-  rig.arrive("184#R1").expect("184#00");
+  rig.arrive("183#R1", "184#R1").expect("184#00");
   rig.sync(0, 100).expect("183#02");
   rig.pass(200);
   rig.port.refuse_next = 1;
@@ -287,8 +283,7 @@ TEST_CASE("A synchronous TPDO that becomes event-driven has no window any more")
   rig.set_up(0x1800, 1, 0x181, 1, {0x20010108});
   rig.operational();
   rig.sync(0, 100).expect("181#00");
-  rig.configure(0x1800, 2, 255);
-  rig.configure(0x1800, 5, 10);
+  rig.configure({{0x1800, 2, 255}, {0x1800, 5, 10}});
   rig.pass(10'000).expect("181#00");
 }
 

@@ -22,8 +22,9 @@ struct Server final : Wire {
     std::iota(values.begin() + 33, values.end(), std::uint8_t{0x41});  // "ABC...X"
     server.reset(0x5C2);
   }
-  Wire& arrive(const std::string& frame) {
-    server.on_frame(frame_from(frame), 0);
+  template <class... Frames>
+  Wire& arrive(const Frames&... frames) {
+    (server.on_frame(frame_from(frames), 0), ...);
     return *this;
   }
   void exchange(const std::string& request, const std::string& response) {
@@ -65,10 +66,7 @@ TEST_CASE("SDO server: what it counts") {
   server.exchange("4030200000000000", "8030200000000206");
   server.exchange("C600200008000000", "A40020007F000000");
   server.arrive("642#0141424344454647");  // a segment in a block is no request
-  server.arrive("642#8000200000000008");
-  server.arrive("642#R8");
-  server.arrive("642#40002000");
-  server.arrive("00000642#4000200000000000");
+  server.arrive("642#8000200000000008", "642#R8", "642#40002000", "00000642#4000200000000000");
   CHECK(counters.requests == 3);
   CHECK(counters.aborts_sent == 1);
   CHECK(counters.aborts_received == 1);

@@ -33,8 +33,9 @@ struct SlaveRig final : cbcan::test::Wire, private cbcan::Application {
     expect("742#00");
   }
 
-  cbcan::test::Wire& arrive(const std::string& frame) {
-    slave.on_frame(cbcan::test::frame_from(frame), now);
+  template <class... Frames>
+  cbcan::test::Wire& arrive(const Frames&... frames) {
+    (slave.on_frame(cbcan::test::frame_from(frames), now), ...);
     return *this;
   }
   cbcan::test::Wire& pass(cbcan::Time duration) {
@@ -73,11 +74,7 @@ struct SlaveRig final : cbcan::test::Wire, private cbcan::Application {
 TEST_CASE("Boot-up, then the NMT state machine; commands for others and unknown ones are ignored") {
   SlaveRig device;
   CHECK(device.states == std::vector<int>{127});
-  device.arrive("000#0142");
-  device.arrive("000#0243");
-  device.arrive("000#0343");
-  device.arrive("000#FF00");
-  device.arrive("000#02");
+  device.arrive("000#0142", "000#0243", "000#0343", "000#FF00", "000#02");
   CHECK(device.states.back() == 5);
   device.arrive("000#0200");
   CHECK(device.states.back() == 4);
@@ -90,11 +87,9 @@ TEST_CASE("Boot-up, then the NMT state machine; commands for others and unknown 
 
 TEST_CASE("Stopped: no SDO, but NMT and error control") {
   SlaveRig device;
-  device.arrive("000#0200");
-  device.arrive("642#4000100000000000").expect_silence();
+  device.arrive("000#0200", "642#4000100000000000").expect_silence();
   device.arrive("742#R1").expect("742#04");
-  device.arrive("000#8000");
-  device.arrive("642#4000100000000000").expect("5C2#4300100000000000");
+  device.arrive("000#8000", "642#4000100000000000").expect("5C2#4300100000000000");
 }
 
 TEST_CASE("Node guarding: the toggle bit alternates and starts anew after a reset; none beside a heartbeat") {
@@ -153,9 +148,7 @@ TEST_CASE("SDO server: every refusal of CBCAN table 3 that a server gives") {
 
 TEST_CASE("SDO server: what the port refuses is sent later, in order") {
   SlaveRig device;
-  device.arrive("642#2100210009000000");
-  device.arrive("642#0031323334353637");
-  device.arrive("642#1B38390000000000");
+  device.arrive("642#2100210009000000", "642#0031323334353637", "642#1B38390000000000");
   device.port.sent.clear();
   device.port.refuse_next = 1;
   device.arrive("642#A40021007F000000").expect_silence();
@@ -168,8 +161,7 @@ TEST_CASE("SDO server: what the port refuses is sent later, in order") {
 TEST_CASE("SDO server: a response that the port refuses does not come in Stopped, nor after it") {
   SlaveRig device;
   device.port.refuse_next = cbcan::test::RecordingPort::kAlways;
-  device.arrive("642#4000100000000000");
-  device.arrive("000#0242");
+  device.arrive("642#4000100000000000", "000#0242");
   device.port.refuse_next = 0;
   device.pass(10 * kMillisecond).expect_silence();
   device.arrive("000#0142");
@@ -179,16 +171,13 @@ TEST_CASE("SDO server: a response that the port refuses does not come in Stopped
 TEST_CASE("SDO server: Stopped ends a transfer") {
   SlaveRig device;
   device.arrive("642#2100210008000000").expect("5C2#6000210000000000");
-  device.arrive("000#0242");
-  device.arrive("000#8042");
-  device.arrive("642#0011223344556677").expect("5C2#8000210001000405");
+  device.arrive("000#0242", "000#8042", "642#0011223344556677").expect("5C2#8000210001000405");
   device.expect_silence();
 }
 
 TEST_CASE("Reset node restores all values, reset communication only 1000h..1FFFh") {
   SlaveRig device;
-  device.arrive("642#2F01200055000000");
-  device.arrive("642#2306100010270000");
+  device.arrive("642#2F01200055000000", "642#2306100010270000");
   device.port.sent.clear();
   device.arrive("000#8242").expect("742#00");
   device.arrive("642#4001200000000000").expect("5C2#4F01200055000000");

@@ -105,8 +105,9 @@ struct DriveBench : sim::DeviceNode {
     drive.on_sync(now);
     return update();
   }
-  /// In this mode, operation enabled.
-  DriveBench& enable(std::int8_t mode) {
+  /// In this mode, operation enabled, behind these objects.
+  DriveBench& enable(std::int8_t mode, std::initializer_list<Value> values = {}) {
+    put(values);
     put(0x6060, 0, mode);
     control(0x0006);
     control(0x0007);

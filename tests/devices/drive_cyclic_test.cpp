@@ -16,8 +16,7 @@ constexpr unsigned kBit12 = 0x1000;
 
 TEST_CASE("Profile torque: the slope, the limit, halt") {
   DriveBench bench;
-  bench.put({{0x6071, 0, 500}, {0x6087, 0, 1'000}});
-  bench.enable(4);
+  bench.enable(4, {{0x6071, 0, 500}, {0x6087, 0, 1'000}});
   bench.pass(250'000).shows({.status = kEnabled, .objects = {{0x6077, 250}}});
   bench.pass(250'000).shows({.status = kEnabled | kReached, .objects = {{0x6074, 500}}});
   bench.put(0x6072, 0, 300);
@@ -31,8 +30,7 @@ TEST_CASE("Profile torque: the slope, the limit, halt") {
 TEST_CASE("Cyclic position: straight lines between the set-points of SYNCs; the last one holds") {
   DriveBench bench;
   bench.put(0x6007, 0, 0);  // whatever becomes of the SYNC
-  bench.put(0x60C2, 1, 10);
-  bench.enable(8).shows({.status = kEnabled | kBit12});
+  bench.enable(8, {{0x60C2, 1, 10}}).shows({.status = kEnabled | kBit12});
   bench.set(0x607A, 0, 1'000);
   bench.pass(kSecond).shows({.position = 0});
   bench.sync();
@@ -58,8 +56,7 @@ TEST_CASE("Cyclic modes: SYNCs that have come at the period of 60C2h are missed 
          {Row{0, kEnabled | kBit12, 0}, {1, 0x0218, 0x8700}, {2, 0x0250, 0}, {3, 0x0250, 0}}) {
       INFO("mode " << mode << ", 6007h = " << row.option);
       DriveBench bench;
-      bench.put({{0x60C2, 1, 10}, {0x6007, 0, row.option}});
-      bench.enable(static_cast<std::int8_t>(mode));
+      bench.enable(static_cast<std::int8_t>(mode), {{0x60C2, 1, 10}, {0x6007, 0, row.option}});
       bench.sync();
       bench.pass(20'000);  // late by one is in time
       bench.sync();
@@ -79,8 +76,7 @@ TEST_CASE("Cyclic modes: SYNCs that have come at the period of 60C2h are missed 
 
 TEST_CASE("Cyclic modes: a SYNC that is slower than 60C2h, or of another mode, is not missed") {
   DriveBench bench;
-  bench.put(0x60C2, 1, 10);
-  bench.enable(8);
+  bench.enable(8, {{0x60C2, 1, 10}});
   for (int i = 0; i < 3; ++i) {
     bench.sync();
     bench.pass(20'001);
@@ -107,16 +103,14 @@ TEST_CASE("Cyclic modes: a SYNC that is slower than 60C2h, or of another mode, i
 
 TEST_CASE("Cyclic position: a period of 0 is at once, at the SYNC") {
   DriveBench bench;
-  bench.put(0x60C2, 1, 0);
-  bench.enable(8);
+  bench.enable(8, {{0x60C2, 1, 0}});
   bench.set(0x607A, 0, 1'000);
   bench.sync().shows({.position = 1'000});
 }
 
 TEST_CASE("Cyclic position: no further than 607Dh, no faster than 607Fh") {
   DriveBench bench;
-  bench.put({{0x607D, 1, -100}, {0x607D, 2, 100}, {0x607A, 0, 400}});
-  bench.enable(8);
+  bench.enable(8, {{0x607D, 1, -100}, {0x607D, 2, 100}, {0x607A, 0, 400}});
   bench.sync().shows({.status = kEnabled | kBit12 | kLimit});
   bench.pass(1'000).shows({.position = 100});
   bench.put({{0x607D, 1, 0}, {0x607D, 2, 0}});
@@ -127,8 +121,7 @@ TEST_CASE("Cyclic position: no further than 607Dh, no faster than 607Fh") {
 
 TEST_CASE("Cyclic velocity: an even change, then the velocity goes on") {
   DriveBench bench;
-  bench.put({{0x60C2, 1, 10}, {0x60FF, 0, 10'000}});
-  bench.enable(9);
+  bench.enable(9, {{0x60C2, 1, 10}, {0x60FF, 0, 10'000}});
   bench.sync();
   bench.pass(5'000).shows({.velocity = 5'000});
   bench.pass(5'000).shows({.position = 50});
@@ -137,8 +130,7 @@ TEST_CASE("Cyclic velocity: an even change, then the velocity goes on") {
 
 TEST_CASE("Cyclic velocity: it stops at a software limit without further SYNCs") {
   DriveBench bench;
-  bench.put({{0x607D, 1, -5'000}, {0x607D, 2, 5'000}, {0x60FF, 0, 10'000}});
-  bench.enable(9);
+  bench.enable(9, {{0x607D, 1, -5'000}, {0x607D, 2, 5'000}, {0x60FF, 0, 10'000}});
   bench.sync();
   bench.pass(10 * kSecond).shows({.position = 5'000});
   bench.sync().shows({.status = kEnabled | kBit12 | kLimit});
@@ -148,8 +140,7 @@ TEST_CASE("Cyclic velocity: a limit switch stops it between SYNCs, with software
   for (const int limit : {0, 900'000}) {
     INFO(limit);
     DriveBench bench;
-    bench.put({{0x607D, 2, limit}, {0x60FF, 0, 100'000}});
-    bench.enable(9);
+    bench.enable(9, {{0x607D, 2, limit}, {0x60FF, 0, 100'000}});
     bench.sync();
     bench.pass(kSecond);
     bench.incident("limit-switch-positive", true);
@@ -162,8 +153,7 @@ TEST_CASE("Cyclic velocity: a limit switch stops it between SYNCs, with software
 
 TEST_CASE("Cyclic torque") {
   DriveBench bench;
-  bench.put({{0x60C2, 1, 10}, {0x6071, 0, 200}, {0x60B2, 0, 100}});
-  bench.enable(10);
+  bench.enable(10, {{0x60C2, 1, 10}, {0x6071, 0, 200}, {0x60B2, 0, 100}});
   bench.sync();
   bench.pass(5'000).shows({.objects = {{0x6077, 150}}});
   bench.pass(kSecond).shows({.status = kEnabled | kBit12, .objects = {{0x6077, 300}}});

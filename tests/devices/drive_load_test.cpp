@@ -49,14 +49,12 @@ TEST_CASE("Load: torque and following error go with the acceleration, torque wit
 
 TEST_CASE("Load: what the torque limit leaves makes a following error, and then a fault") {
   DriveBench bench(machine({.inertia = 10, .friction = 50}));
-  bench.put(0x6072, 0, 400);
-  bench.put(0x6065, 0, 2000);
-  bench.put(0x6066, 0, 10);
-  bench.enable(1);
+  bench.enable(1, {{0x6072, 0, 400}, {0x6065, 0, 2000}, {0x6066, 0, 10}});
   go_to(bench, 50'000);
   bench.pass(80'000);
   CHECK(bench.get(0x6077) == 400);
-  CHECK(double(bench.position()) == Approx(350 * kPerMilliNewtonMetre * 0.08 * 0.08 / 2).epsilon(0.02));  // and the lag
+  CHECK(double(bench.position()) ==
+        Approx(350 * kPerMilliNewtonMetre * 0.08 * 0.08 / 2).epsilon(0.02));  // and the lag
   CHECK(bench.log.empty());
   bench.pass(50'000);  // 2,000 increments at some 95 ms
   CHECK(bench.log == std::vector<std::string>{"8611/21"});
@@ -64,9 +62,7 @@ TEST_CASE("Load: what the torque limit leaves makes a following error, and then 
 
 TEST_CASE("Load: torque modes move the axis, up to the hard stop") {
   DriveBench bench(machine({.inertia = 10, .friction = 50}));
-  bench.put(0x6087, 0, 0);
-  bench.put(0x6071, 0, 300);
-  bench.enable(4);
+  bench.enable(4, {{0x6087, 0, 0}, {0x6071, 0, 300}});
   bench.pass(500'000);
   CHECK(double(bench.velocity()) == Approx(250 * kPerMilliNewtonMetre * 0.5).epsilon(0.001));
   CHECK(double(bench.position()) == Approx(250 * kPerMilliNewtonMetre * 0.125).epsilon(0.001));
@@ -120,8 +116,7 @@ TEST_CASE("Load: it moves the same, however often somebody looks") {
   std::vector<std::int64_t> known;
   for (const Time look : {Time{0}, Time{137}, Time{2'500}, Time{33'333}}) {
     DriveBench bench(machine({.inertia = 20, .friction = 30, .gravity = 100}));
-    bench.put(0x6072, 0, 700);
-    bench.enable(1);
+    bench.enable(1, {{0x6072, 0, 700}});
     go_to(bench, 40'000);
     std::vector<std::int64_t> seen;
     for (const Time until : {Time{77'700}, Time{123'456}, Time{300'000}, Time{1'000'000}}) {

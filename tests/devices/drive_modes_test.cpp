@@ -53,8 +53,7 @@ TEST_CASE("Profile position: a set-point, its handshake, and the target reached"
 
 TEST_CASE("Profile position: the position window's time") {
   DriveBench bench;
-  bench.put(0x6068, 0, 20);
-  bench.enable(1);
+  bench.enable(1, {{0x6068, 0, 20}});
   set_point(bench, 50'000);
   bench.pass(619'999).shows({.status = kEnabled});
   bench.pass(1).shows({.status = kEnabled | kReached});
@@ -121,8 +120,7 @@ TEST_CASE("Profile position: halt, and on again") {
   for (const int option : {1, 2, 3, 4}) {
     INFO(option);
     DriveBench bench;
-    bench.put(0x605D, 0, option);
-    bench.enable(1);
+    bench.enable(1, {{0x605D, 0, option}});
     set_point(bench, 50'000);
     bench.pass(200'000);
     bench.control(0x010F);
@@ -135,8 +133,7 @@ TEST_CASE("Profile position: halt, and on again") {
 
 TEST_CASE("Profile position: targets are kept within the software limits") {
   DriveBench bench;
-  bench.put({{0x607D, 1, -1'000}, {0x607D, 2, 3'000}});
-  bench.enable(1);
+  bench.enable(1, {{0x607D, 1, -1'000}, {0x607D, 2, 3'000}});
   set_point(bench, 5'000);
   CHECK(bench.status() == (kEnabled | kLimit));
   bench.pass(kSecond).shows({.position = 3'000});
@@ -186,8 +183,7 @@ TEST_CASE("At velocity too: own limit switches stop the axis") {
 
 TEST_CASE("An axis that goes round, with 607Bh in force, has no limit switches") {
   DriveBench bench({-15'000, 15'000, 200'000, 250'000});
-  bench.put({{0x607B, 1, 0}, {0x607B, 2, 9'999}});
-  bench.enable(1);
+  bench.enable(1, {{0x607B, 1, 0}, {0x607B, 2, 9'999}});
   set_point(bench, 50'000);
   bench.pass(5 * kSecond).shows({.status = kEnabled | kReached, .position = 0, .objects = {{0x60FD, 0}}});
 }
@@ -231,8 +227,7 @@ TEST_CASE(
 
 TEST_CASE("60FEh bit 0 is the brake: with its bit in the mask it holds the axis") {
   DriveBench bench;
-  bench.put(0x6065, 0, 0xFFFFFFFF);
-  bench.enable(1);
+  bench.enable(1, {{0x6065, 0, 0xFFFFFFFF}});
   bench.set(0x60FE, 1, 1);
   set_point(bench, 1'000);
   bench.pass(kSecond).shows({.position = 1'000});
@@ -245,8 +240,7 @@ TEST_CASE("60FEh bit 0 is the brake: with its bit in the mask it holds the axis"
 
 TEST_CASE("Profile position: 607Fh and 6080h bound the velocity") {
   DriveBench bench;
-  bench.put(0x607F, 0, 40'000);
-  bench.enable(1);
+  bench.enable(1, {{0x607F, 0, 40'000}});
   set_point(bench, 500'000);
   bench.pass(kSecond).shows({.velocity = 40'000});
   bench.put(0x6080, 0, 60);  // a revolution a second, 10,000 increments
@@ -256,8 +250,7 @@ TEST_CASE("Profile position: 607Fh and 6080h bound the velocity") {
 
 TEST_CASE("Profile position in micrometres") {
   DriveBench bench;
-  bench.put({{0x608F, 1, 65'536}, {0x6091, 1, 5}, {0x6092, 1, 100'000}});
-  bench.enable(1);
+  bench.enable(1, {{0x608F, 1, 65'536}, {0x6091, 1, 5}, {0x6092, 1, 100'000}});
   set_point(bench, 24'414);
   bench.pass(10 * kSecond).shows({.position = 24'414});
   CHECK(bench.get(0x6063) == 80'000);  // 24,414 * 327,680 / 100,000 = 79,999.8
@@ -265,8 +258,7 @@ TEST_CASE("Profile position in micrometres") {
 
 TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a fault") {
   DriveBench bench;
-  bench.put({{0x6065, 0, 2'000}, {0x6066, 0, 10}});
-  bench.enable(1);
+  bench.enable(1, {{0x6065, 0, 2'000}, {0x6066, 0, 10}});
   set_point(bench, 50'000);
   bench.pass(200'000);
   bench.incident("motor-blocked", true);
@@ -284,8 +276,7 @@ TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a f
 
 TEST_CASE("A motor freed in time goes on from where it stands") {
   DriveBench bench;
-  bench.put(0x6065, 0, 0xFFFFFFFF);
-  bench.enable(1);
+  bench.enable(1, {{0x6065, 0, 0xFFFFFFFF}});
   set_point(bench, 50'000);
   bench.pass(200'000);
   bench.incident("motor-blocked", true);
@@ -297,8 +288,7 @@ TEST_CASE("A motor freed in time goes on from where it stands") {
 
 TEST_CASE("Profile velocity: ramps, windows, standstill") {
   DriveBench bench;
-  bench.put({{0x606E, 0, 10}, {0x6070, 0, 10}});
-  bench.enable(3);
+  bench.enable(3, {{0x606E, 0, 10}, {0x6070, 0, 10}});
   bench.pass(10'000).shows({.status = kEnabled | kReached | kBit12});
   bench.set(0x60FF, 0, 100'000).shows({.status = kEnabled});
   bench.pass(50'000).shows({.position = 1'250, .velocity = 50'000, .objects = {{0x606B, 50'000}}});
@@ -311,8 +301,7 @@ TEST_CASE("Profile velocity: ramps, windows, standstill") {
 
 TEST_CASE("Profile velocity: halt, and what is more than 607Fh") {
   DriveBench bench;
-  bench.put(0x60FF, 0, 900'000);
-  bench.enable(3);
+  bench.enable(3, {{0x60FF, 0, 900'000}});
   bench.pass(kSecond).shows({.velocity = 500'000});
   CHECK((bench.status() & kLimit) != 0);
   bench.control(0x010F);
@@ -324,8 +313,7 @@ TEST_CASE("Profile velocity: halt, and what is more than 607Fh") {
 
 TEST_CASE("Profile velocity: it stops at a software limit and leaves it the other way") {
   DriveBench bench;
-  bench.put({{0x607D, 1, -30'000}, {0x607D, 2, 30'000}, {0x60FF, 0, 100'000}});
-  bench.enable(3);
+  bench.enable(3, {{0x607D, 1, -30'000}, {0x607D, 2, 30'000}, {0x60FF, 0, 100'000}});
   bench.pass(200'000).shows({.status = kEnabled | kReached, .velocity = 100'000});
   bench.pass(kSecond).shows({.status = kEnabled | kLimit | kBit12, .position = 30'000});
   bench.set(0x60FF, 0, -100'000);
@@ -334,8 +322,7 @@ TEST_CASE("Profile velocity: it stops at a software limit and leaves it the othe
 
 TEST_CASE("An endless axis wraps at INTEGER32, or at 607Bh") {
   DriveBench bench({-1e12, 1e12, 200'000, 250'000});
-  bench.put({{0x60FF, 0, 100'000}, {0x607B, 1, 0}, {0x607B, 2, 35'999}});
-  bench.enable(3);
+  bench.enable(3, {{0x60FF, 0, 100'000}, {0x607B, 1, 0}, {0x607B, 2, 35'999}});
   bench.pass(kSecond).shows({.position = 23'000});  // 95,000 = 2 * 36,000 + 23,000
   bench.put({{0x607B, 1, 0}, {0x607B, 2, 0}});
   bench.pass(30'000 * kSecond).shows({.position = -1'294'944'296});  // 3,000,023,000 - 4,294,967,296

@@ -147,8 +147,7 @@ TEST_CASE("Quick stop option codes: the ramp, and where it ends") {
   for (const Option& option : kOptions) {
     INFO(option.code);
     DriveBench bench;
-    bench.put({{0x605A, 0, option.code}, {0x60FF, 0, 100'000}});
-    bench.enable(3);
+    bench.enable(3, {{0x605A, 0, option.code}, {0x60FF, 0, 100'000}});
     bench.pass(kSecond);
     REQUIRE(bench.velocity() == 100'000);
     bench.control(0x0002).shows({.status = option.during});
@@ -177,8 +176,7 @@ TEST_CASE("Shutdown and disable operation: at once, or after the slow down ramp"
   for (const Option& option : kOptions) {
     INFO(option.object << " = " << option.code);
     DriveBench bench;
-    bench.put({{option.object, 0, option.code}, {0x60FF, 0, -100'000}});
-    bench.enable(3);
+    bench.enable(3, {{option.object, 0, option.code}, {0x60FF, 0, -100'000}});
     bench.pass(kSecond);
     bench.control(option.word).shows({.status = option.during});
     bench.pass(option.stops - 1);
@@ -189,8 +187,7 @@ TEST_CASE("Shutdown and disable operation: at once, or after the slow down ramp"
 
 TEST_CASE("Enable operation calls a ramp to Switched on off") {
   DriveBench bench;
-  bench.put(0x60FF, 0, 100'000);
-  bench.enable(3);
+  bench.enable(3, {{0x60FF, 0, 100'000}});
   bench.pass(kSecond);
   bench.control(0x0007);
   bench.pass(50'000).shows({.velocity = 50'000});
@@ -201,8 +198,7 @@ TEST_CASE("Enable operation calls a ramp to Switched on off") {
 
 TEST_CASE("Disable voltage: the axis runs down without power") {
   DriveBench bench;
-  bench.put(0x60FF, 0, 100'000);
-  bench.enable(3);
+  bench.enable(3, {{0x60FF, 0, 100'000}});
   bench.pass(kSecond);
   bench.control(0x0000).shows({.status = kSwitchOnDisabled, .velocity = 100'000});
   bench.pass(25'000).shows({.velocity = 0});
@@ -217,8 +213,7 @@ TEST_CASE("Fault reaction option codes") {
   for (const Option& option : kOptions) {
     INFO(option.code);
     DriveBench bench;
-    bench.put({{0x605E, 0, option.code}, {0x60FF, 0, 100'000}});
-    bench.enable(3);
+    bench.enable(3, {{0x605E, 0, option.code}, {0x60FF, 0, 100'000}});
     bench.pass(kSecond);
     bench.incident("overtemperature", true);
     if (option.stops != 0) {
@@ -292,8 +287,7 @@ TEST_CASE("Abort connection option codes") {
   for (const Option& option : kOptions) {
     INFO(option.code);
     DriveBench bench;
-    bench.put({{0x6007, 0, option.code}, {0x60FF, 0, 100'000}});
-    bench.enable(3);
+    bench.enable(3, {{0x6007, 0, option.code}, {0x60FF, 0, 100'000}});
     bench.pass(kSecond);
     bench.drive.on_network_failure(sim::NetworkFailure::kHeartbeat, bench.now);
     bench.update();
@@ -319,8 +313,7 @@ TEST_CASE("NMT stop acts as 6007h on an enabled drive, and only there") {
 
 TEST_CASE("After the drive has stopped by itself the controlword counts again when it is written") {
   DriveBench bench;
-  bench.put({{0x605A, 0, 6}, {0x6007, 0, 3}});
-  bench.enable(3);
+  bench.enable(3, {{0x605A, 0, 6}, {0x6007, 0, 3}});
   bench.drive.on_network_failure(sim::NetworkFailure::kGuarding, bench.now);
   bench.update();
   CHECK(state_of(bench) == kQuickStopActive);

@@ -21,12 +21,18 @@ struct Watched {
   }
   void write(std::uint16_t index, std::uint8_t sub, std::uint64_t value) { module_.write(index, sub, value); }
   void reset() { module_.reset(true); }
-  /// The channel's value becomes this; an event is due only where `event` says so.
-  void step(double value, bool event) {
-    INFO(value);
-    module_.input(0x6401, 1, value);
-    if (event) module_.expect("changed 6401:01");
-    module_.expect_nothing();
+  /// What the channel's value becomes; an event is due only where `event` says so.
+  struct Step {
+    double value;
+    bool event;
+  };
+  void steps(std::initializer_list<Step> steps) {
+    for (const Step& step : steps) {
+      INFO(step.value);
+      module_.input(0x6401, 1, step.value);
+      if (step.event) module_.expect("changed 6401:01");
+      module_.expect_nothing();
+    }
   }
 
  private:
@@ -51,7 +57,7 @@ TEST_CASE("an analogue input shows in 6401h, rounded and within 16 bits") {
   shows(40000, 0x7FFF);
   shows(-40000, 0x8000);
   shows(std::numeric_limits<double>::infinity(), 0x7FFF);
-  CHECK(module.get(0x6401, 1) == 0);
+  module.shows(0x6401, 1, 0);
 }
 
 TEST_CASE("6423h is off at first: no analogue event, by CiA 401") {
@@ -64,10 +70,7 @@ TEST_CASE("6423h is off at first: no analogue event, by CiA 401") {
 
 TEST_CASE("the default selection 07h with its zeros: every change is an event") {
   Watched module(7);
-  module.step(1, true);
-  module.step(1, false);
-  module.step(-1, true);
-  module.step(0, true);
+  module.steps({{1, true}, {1, false}, {-1, true}, {0, true}});
 }
 
 TEST_CASE("a file without 6421h: limits and delta count, by CiA 401") {
@@ -90,70 +93,46 @@ TEST_CASE("a file without 6421h: limits and delta count, by CiA 401") {
 
 TEST_CASE("no bit of 6421h: no event") {
   Watched module(0);
-  module.step(100, false);
+  module.steps({{100, false}});
   module.write(0x6421, 1, 0xE0);  // bits that mean nothing
-  module.step(200, false);
+  module.steps({{200, false}});
 }
 
 TEST_CASE("6424h: from the upper limit on, every change") {
   Watched module(kUpper);
   module.write(0x6424, 1, 100);
-  module.step(99, false);
-  module.step(100, true);
-  module.step(100, false);
-  module.step(101, true);
-  module.step(99, false);
-  module.step(-200, false);
+  module.steps({{99, false}, {100, true}, {100, false}, {101, true}, {99, false}, {-200, false}});
 }
 
 TEST_CASE("6425h: below the lower limit, every change") {
   Watched module(kLower);
   module.write(0x6425, 1, bits(-100));
-  module.step(-100, false);
-  module.step(-101, true);
-  module.step(-102, true);
-  module.step(-100, false);
-  module.step(32767, false);
+  module.steps({{-100, false}, {-101, true}, {-102, true}, {-100, false}, {32767, false}});
 }
 
 TEST_CASE("limits are numbers of 32 bits in the unit of 6401h") {
   Watched module(kUpper | kLower);
   module.write(0x6424, 1, 0x00010000);  // beyond what 16 bits can reach
   module.write(0x6425, 1, bits(-32768));
-  module.step(32767, false);
-  module.step(-32768, false);
+  module.steps({{32767, false}, {-32768, false}});
 }
 
 TEST_CASE("6426h: the difference to the value at the last event, both ways") {
   Watched module(kDelta);
   module.write(0x6426, 1, 10);
-  module.step(9, false);
-  module.step(10, true);
-  module.step(1, false);
-  module.step(0, true);
-  module.step(-9, false);
-  module.step(-32768, true);
-  module.step(32767, true);
+  module.steps({{9, false}, {10, true}, {1, false}, {0, true}, {-9, false}, {-32768, true}, {32767, true}});
 }
 
 TEST_CASE("6427h: only falls") {
   Watched module(kNegativeDelta);
   module.write(0x6427, 1, 10);
-  module.step(100, false);
-  module.step(-9, false);
-  module.step(-10, true);
-  module.step(-19, false);
-  module.step(-20, true);
+  module.steps({{100, false}, {-9, false}, {-10, true}, {-19, false}, {-20, true}});
 }
 
 TEST_CASE("6428h: only rises") {
   Watched module(kPositiveDelta);
   module.write(0x6428, 1, 10);
-  module.step(-100, false);
-  module.step(9, false);
-  module.step(10, true);
-  module.step(19, false);
-  module.step(20, true);
+  module.steps({{-100, false}, {9, false}, {10, true}, {19, false}, {20, true}});
 }
 
 TEST_CASE("a delta of 32 bits is more than any change") {
@@ -161,19 +140,14 @@ TEST_CASE("a delta of 32 bits is more than any change") {
   module.write(0x6426, 1, 0xFFFFFFFF);
   module.write(0x6427, 1, 0xFFFFFFFF);
   module.write(0x6428, 1, 0xFFFFFFFF);
-  module.step(32767, false);
-  module.step(-32768, false);
+  module.steps({{32767, false}, {-32768, false}});
 }
 
 TEST_CASE("a limit and a delta: both have to be reached") {
   Watched module(kUpper | kDelta);
   module.write(0x6424, 1, 100);
   module.write(0x6426, 1, 10);
-  module.step(50, false);
-  module.step(100, true);
-  module.step(105, false);
-  module.step(110, true);
-  module.step(99, false);
+  module.steps({{50, false}, {100, true}, {105, false}, {110, true}, {99, false}});
 }
 
 TEST_CASE("6422h shows the channels of the last moment with an event") {
@@ -181,10 +155,10 @@ TEST_CASE("6422h shows the channels of the last moment with an event") {
   module.write(0x6423, 0, 1);
   module.input(0x6401, 2, 5).expect("changed 6401:02").shows(0x6422, 1, 2);
   module.input(0x6401, 1, 5).expect("changed 6401:01");  // in the same moment
-  CHECK(module.get(0x6422, 1) == 3);
+  module.shows(0x6422, 1, 3);
   module.now += 1;
   module.run();
-  CHECK(module.get(0x6422, 1) == 3);
+  module.shows(0x6422, 1, 3);
   module.input(0x6401, 1, 6).expect("changed 6401:01").shows(0x6422, 1, 1);
 }
 
@@ -194,8 +168,7 @@ TEST_CASE("channel 33 is bit 0 of 6422h:02") {
                                {0x6423, 0, DataType::kBoolean}}));
   module.write(0x6423, 0, 1);
   module.input(0x6401, 33, 1);
-  module.input(0x6401, 32, 1).shows(0x6422, 1, 0x80000000);
-  CHECK(module.get(0x6422, 2) == 0x00000001);
+  module.input(0x6401, 32, 1).shows(0x6422, 1, 0x80000000).shows(0x6422, 2, 0x00000001);
   module.expect("changed 6401:21", "changed 6401:20");
 }
 
@@ -209,11 +182,8 @@ TEST_CASE("a source without a place in 6422h is an event all the same") {
 
 TEST_CASE("6411h goes out: 300 stays 300") {
   Module module(demo_dictionary("io_module.eds"));
-  module.write(0x6411, 1, 300).shows(0x6411, 1, 300);
-  CHECK(module.device.output(0x6411, 1) == 300);
-  CHECK(module.device.output(0x6411, 2) == 0);
-  module.write(0x6411, 2, 0x8000);
-  CHECK(module.device.output(0x6411, 2) == -32768);
+  module.write(0x6411, 1, 300).shows(0x6411, 1, 300).puts_out(0x6411, 1, 300).puts_out(0x6411, 2, 0);
+  module.write(0x6411, 2, 0x8000).puts_out(0x6411, 2, -32768);
   CHECK(module.device.output(0x6411, 0) == std::nullopt);
   CHECK(module.device.output(0x6411, 3) == std::nullopt);
 }
@@ -228,29 +198,25 @@ TEST_CASE("6443h and 6444h: analogue error values") {
   module.state(State::kOperational);
   module.device.on_network_failure(sim::NetworkFailure::kHeartbeat, module.now);
   module.run();
-  CHECK(module.device.output(0x6411, 1) == -7);
-  CHECK(module.device.output(0x6411, 2) == 400);
-  CHECK(module.get(0x6411, 1) == 300);
+  module.puts_out(0x6411, 1, -7);
+  module.puts_out(0x6411, 2, 400);
+  module.shows(0x6411, 1, 300);
   module.write(0x6444, 1, 100000);  // the nearest that 16 bits have
-  CHECK(module.device.output(0x6411, 1) == 32767);
+  module.puts_out(0x6411, 1, 32767);
   module.state(State::kPreOperational);
-  module.state(State::kOperational);
-  CHECK(module.device.output(0x6411, 1) == 300);
-  module.state(State::kStopped);
-  CHECK(module.device.output(0x6411, 1) == 32767);
-  module.reset(true);
-  CHECK(module.device.output(0x6411, 1) == 0);
+  module.state(State::kOperational).puts_out(0x6411, 1, 300);
+  module.state(State::kStopped).puts_out(0x6411, 1, 32767);
+  module.reset(true).puts_out(0x6411, 1, 0);
 }
 
 TEST_CASE("reset node: deltas count from what the inputs are then") {
   Watched module(kDelta);
   module.write(0x6426, 1, 10);
-  module.step(9, false);
+  module.steps({{9, false}});
   module.reset();
   module.set_up(kDelta);
   module.write(0x6426, 1, 10);
-  module.step(18, false);
-  module.step(19, true);
+  module.steps({{18, false}, {19, true}});
 }
 
 }  // namespace cbcan::test

@@ -17,7 +17,7 @@ using Module = Rig<devices::IoModule>;
 
 TEST_CASE("an input's levels show in 6000h, and every change is an event") {
   Module module(demo_dictionary("io_module.eds"));
-  CHECK(module.get(0x6000, 1) == 0x00);
+  module.shows(0x6000, 1, 0x00);
   module.input(0x6000, 1, 0x81).expect("changed 6000:01").shows(0x6000, 1, 0x81);
   module.input(0x6000, 1, 0x81);  // nothing new
   module.input(0x6000, 1, 0x80).expect("changed 6000:01");
@@ -53,7 +53,7 @@ TEST_CASE("6003h: a filtered input has to stand for 3 ms") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6003, 1, 0x01);
   module.input(0x6000, 1, 0x03);  // bit 1 is not filtered
-  CHECK(module.get(0x6000, 1) == 0x02);
+  module.shows(0x6000, 1, 0x02);
   module.expect("changed 6000:01");
   CHECK(module.next == 4000);
   module.pass(2999).shows(0x6000, 1, 0x02);
@@ -110,17 +110,12 @@ TEST_CASE("6006h, 6007h and 6008h choose the edges") {
 
 TEST_CASE("outputs follow 6200h through polarity and filter mask") {
   Module module(demo_dictionary("io_module.eds"));
-  CHECK(module.device.output(0x6200, 1) == 0x00);
-  module.write(0x6200, 1, 0xA5);
-  CHECK(module.device.output(0x6200, 1) == 0xA5);
-  module.write(0x6202, 1, 0x0F);
-  CHECK(module.device.output(0x6200, 1) == 0xAA);
+  module.puts_out(0x6200, 1, 0x00);
+  module.write(0x6200, 1, 0xA5).puts_out(0x6200, 1, 0xA5);
+  module.write(0x6202, 1, 0x0F).puts_out(0x6200, 1, 0xAA);
   module.write(0x6208, 1, 0xF0);  // the lower four stay
-  module.write(0x6200, 1, 0x5A);
-  CHECK(module.device.output(0x6200, 1) == 0x5A);
-  CHECK(module.get(0x6200, 1) == 0x5A);
-  module.write(0x6208, 1, 0xFF);
-  CHECK(module.device.output(0x6200, 1) == 0x55);
+  module.write(0x6200, 1, 0x5A).puts_out(0x6200, 1, 0x5A).shows(0x6200, 1, 0x5A);
+  module.write(0x6208, 1, 0xFF).puts_out(0x6200, 1, 0x55);
   CHECK(module.device.output(0x6200, 0) == std::nullopt);
   CHECK(module.device.output(0x6200, 2) == std::nullopt);
 }
@@ -130,18 +125,14 @@ TEST_CASE("a network failure gives outputs their error values until the node is 
   module.write(0x6206, 1, 0xF0);
   module.write(0x6207, 1, 0x3C);
   module.write(0x6200, 1, 0xC9);
-  module.state(State::kOperational);
-  CHECK(module.device.output(0x6200, 1) == 0xC9);
+  module.state(State::kOperational).puts_out(0x6200, 1, 0xC9);
   for (const auto failure :
        {NetworkFailure::kHeartbeat, NetworkFailure::kGuarding, NetworkFailure::kBusOff}) {
     module.device.on_network_failure(failure, module.now);
     module.run();
-    CHECK(module.device.output(0x6200, 1) == 0x39);
-    module.state(State::kPreOperational);
-    CHECK(module.device.output(0x6200, 1) == 0x39);
-    CHECK(module.get(0x6200, 1) == 0xC9);
-    module.state(State::kOperational);
-    CHECK(module.device.output(0x6200, 1) == 0xC9);
+    module.puts_out(0x6200, 1, 0x39);
+    module.state(State::kPreOperational).puts_out(0x6200, 1, 0x39).shows(0x6200, 1, 0xC9);
+    module.state(State::kOperational).puts_out(0x6200, 1, 0xC9);
   }
 }
 
@@ -149,12 +140,9 @@ TEST_CASE("NMT Stopped gives outputs their error values, Pre-operational does no
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6200, 1, 0xFF);
   module.state(State::kOperational);
-  module.state(State::kPreOperational);
-  CHECK(module.device.output(0x6200, 1) == 0xFF);
-  module.state(State::kStopped);
-  CHECK(module.device.output(0x6200, 1) == 0x00);
-  module.state(State::kOperational);
-  CHECK(module.device.output(0x6200, 1) == 0xFF);
+  module.state(State::kPreOperational).puts_out(0x6200, 1, 0xFF);
+  module.state(State::kStopped).puts_out(0x6200, 1, 0x00);
+  module.state(State::kOperational).puts_out(0x6200, 1, 0xFF);
 }
 
 TEST_CASE("an error value goes through polarity and filter mask like a written one") {
@@ -162,8 +150,7 @@ TEST_CASE("an error value goes through polarity and filter mask like a written o
   module.write(0x6200, 1, 0xFF);
   module.write(0x6202, 1, 0x0F);
   module.write(0x6208, 1, 0x3F);  // the upper two stay
-  module.state(State::kStopped);
-  CHECK(module.device.output(0x6200, 1) == 0xCF);
+  module.state(State::kStopped).puts_out(0x6200, 1, 0xCF);
 }
 
 TEST_CASE("reset node: outputs as at power-on, inputs as they are, without an event") {
@@ -172,39 +159,32 @@ TEST_CASE("reset node: outputs as at power-on, inputs as they are, without an ev
   module.write(0x6200, 1, 0xFF);
   module.write(0x6208, 1, 0x0F);
   module.state(State::kStopped);
-  module.reset(true).shows(0x6000, 1, 0x12);
-  CHECK(module.device.output(0x6200, 1) == 0x00);
-  module.write(0x6207, 1, 0xFF);
-  CHECK(module.device.output(0x6200, 1) == 0x00);  // the failure is over
+  module.reset(true).shows(0x6000, 1, 0x12).puts_out(0x6200, 1, 0x00);
+  module.write(0x6207, 1, 0xFF).puts_out(0x6200, 1, 0x00);  // the failure is over
 }
 
 TEST_CASE("reset node switches outputs off that are masked from power-on") {
   Module module(demo_dictionary("io_module.eds"), {{0x6208, 1, 0x0F}});
   module.write(0x6208, 1, 0xFF);
-  module.write(0x6200, 1, 0xFF);
-  CHECK(module.device.output(0x6200, 1) == 0xFF);
-  module.reset(true);
-  CHECK(module.device.output(0x6200, 1) == 0x00);
+  module.write(0x6200, 1, 0xFF).puts_out(0x6200, 1, 0xFF);
+  module.reset(true).puts_out(0x6200, 1, 0x00);
 }
 
 TEST_CASE("reset communication leaves the outputs be") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6200, 1, 0x77);
   module.write(0x6208, 1, 0x00);
-  module.reset(false);
-  CHECK(module.device.output(0x6200, 1) == 0x77);
+  module.reset(false).puts_out(0x6200, 1, 0x77);
   module.write(0x6207, 1, 0x11);
   module.write(0x6208, 1, 0xFF);
-  module.state(State::kStopped);
-  CHECK(module.device.output(0x6200, 1) == 0x11);
-  module.reset(false);
-  CHECK(module.device.output(0x6200, 1) == 0x11);
+  module.state(State::kStopped).puts_out(0x6200, 1, 0x11);
+  module.reset(false).puts_out(0x6200, 1, 0x11);
 }
 
 TEST_CASE("values that the plant file gives to inputs are what stands at the terminals") {
   Module module(demo_dictionary("io_module.eds"), {{0x6000, 1, 0x0C}, {0x6002, 1, 0xFF}, {0x6401, 2, 55}});
-  CHECK(module.get(0x6000, 1) == 0x0C);
-  CHECK(module.get(0x6401, 2) == 55);
+  module.shows(0x6000, 1, 0x0C);
+  module.shows(0x6401, 2, 55);
   module.write(0x6002, 1, 0x00).expect("changed 6000:01").shows(0x6000, 1, 0xF3);
 }
 
@@ -225,11 +205,9 @@ TEST_CASE("a module has as many blocks as its dictionary") {
   Module module(dictionary_of({{0x6000, 254, DataType::kUnsigned8}, {0x6200, 3, DataType::kUnsigned8}}));
   module.input(0x6000, 254, 0x80).shows(0x6000, 254, 0x80);
   module.expect("changed 6000:FE");  // 6005h and 6006h are not there: as the profile's default
-  module.write(0x6200, 3, 0x42);
-  CHECK(module.device.output(0x6200, 3) == 0x42);
-  CHECK(module.device.output(0x6200, 2) == 0x00);
+  module.write(0x6200, 3, 0x42).puts_out(0x6200, 3, 0x42).puts_out(0x6200, 2, 0x00);
   module.state(State::kStopped);  // 6206h and 6207h likewise
-  CHECK(module.device.output(0x6200, 3) == 0x00);
+  module.puts_out(0x6200, 3, 0x00);
 }
 
 TEST_CASE("a module without channels does nothing") {

@@ -70,9 +70,10 @@ struct Rig final : sim::DeviceNode {
     run();
     return *this;
   }
-  void state(nmt::State state) {
+  Rig& state(nmt::State state) {
     device.on_state(state, now);
     run();
+    return *this;
   }
   Rig& incident(std::string_view name, bool present) {
     device.set_incident(name, present, now);
@@ -100,6 +101,13 @@ struct Rig final : sim::DeviceNode {
   Rig& shows(std::uint16_t index, std::uint8_t sub, std::uint64_t value, int line = __builtin_LINE()) {
     INFO("in line " << line << ", object " << std::hex << index);
     CHECK(get(index, sub) == value);
+    return *this;
+  }
+
+  /// Of a device with outputs.
+  Rig& puts_out(std::uint16_t index, std::uint8_t sub, double value, int line = __builtin_LINE()) {
+    INFO("in line " << line << ", output " << std::hex << index);
+    CHECK(device.output(index, sub) == value);
     return *this;
   }
 

@@ -21,10 +21,22 @@ struct Node {
 
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) const { return dictionary.get(index, sub); }
 
-  std::size_t size(std::uint16_t index) const {
+  struct Value {
+    std::uint16_t index;
+    std::uint8_t sub;
+    std::uint64_t value;
+  };
+  void shows(std::initializer_list<Value> values) const {
+    for (const Value& each : values) {
+      INFO("object " << std::hex << each.index << " sub " << int{each.sub});
+      CHECK(get(each.index, each.sub) == each.value);
+    }
+  }
+
+  std::size_t size(int index) const {
     Bytes bytes(2000);
     std::size_t size = 0;
-    REQUIRE(dictionary.read(index, 0, bytes, size, 0) == AbortCode::kNone);
+    REQUIRE(dictionary.read(static_cast<std::uint16_t>(index), 0, bytes, size, 0) == AbortCode::kNone);
     return size;
   }
 
@@ -53,31 +65,22 @@ TEST_CASE("Every node of the demo plant has the objects that CiA 301 asks for") 
     const Node node(file, 0x42);
     for (const int index : {0x1000, 0x1001, 0x1018})
       CHECK(node.result.device.find(static_cast<std::uint16_t>(index), 0) != nullptr);
-    CHECK(node.get(0x1014, 0) == 0xC2);
-    CHECK(node.get(0x1200, 1) == 0x642);
-    CHECK(node.get(0x1200, 2) == 0x5C2);
-    CHECK(node.get(0x1018, 0) == 4);
+    node.shows({{0x1014, 0, 0xC2}, {0x1200, 1, 0x642}, {0x1200, 2, 0x5C2}, {0x1018, 0, 4}});
   }
 }
 
 TEST_CASE("The I/O module has eight digital and two analogue inputs and outputs") {
   Node node("io_module.eds", 0x42);
-  CHECK(node.get(0x1000, 0) == 0x000F0191);
-  CHECK(node.get(0x6411, 0) == 2);
+  node.shows({{0x1000, 0, 0x000F0191}, {0x6411, 0, 2}});
   CHECK(node.result.device.find(0x6411, 1)->type == DataType::kInteger16);
   CHECK(node.dictionary.write(0x6411, 1, Bytes{0x2C, 0x01}, 0) == AbortCode::kNone);
   CHECK(node.get(0x6411, 1) == 300);
   CHECK(node.dictionary.write(0x6411, 3, Bytes{0, 0}, 0) == AbortCode::kNoSubIndex);
   CHECK(node.dictionary.write(0x6401, 1, Bytes{0, 0}, 0) == AbortCode::kReadOnly);
   CHECK(node.dictionary.write(0x6200, 1, Bytes{0xFF}, 0) == AbortCode::kNone);
-  CHECK(node.get(0x1400, 1) == 0x242);
-  CHECK(node.get(0x1401, 1) == 0x342);
-  CHECK(node.get(0x1800, 1) == 0x1C2);
-  CHECK(node.get(0x1801, 1) == 0x2C2);
-  CHECK(node.get(0x1600, 1) == 0x62000108);
-  CHECK(node.get(0x1601, 2) == 0x64110210);
-  CHECK(node.get(0x1A00, 1) == 0x60000108);
-  CHECK(node.get(0x1A01, 1) == 0x64010110);
+  node.shows({{0x1400, 1, 0x242}, {0x1401, 1, 0x342}, {0x1800, 1, 0x1C2}, {0x1801, 1, 0x2C2}});
+  node.shows({{0x1600, 1, 0x62000108}, {0x1601, 2, 0x64110210}, {0x1A00, 1, 0x60000108}});
+  node.shows({{0x1A01, 1, 0x64010110}});
 }
 
 TEST_CASE("What the default mappings name may be mapped that way") {
@@ -102,25 +105,14 @@ TEST_CASE("What the default mappings name may be mapped that way") {
 
 TEST_CASE("The pressure transducer sends four bytes of pascals after every SYNC") {
   const Node node("pressure_transducer.eds", 2);
-  CHECK(node.get(0x1000, 0) == 0x00020194);
-  CHECK(node.get(0x1800, 1) == 0x182);
-  CHECK(node.get(0x1800, 2) == 1);
-  CHECK(node.get(0x1A00, 0) == 1);
-  CHECK(node.get(0x1A00, 1) == 0x91300120);
-  CHECK(node.get(0x9130, 1) == 101325);
+  node.shows({{0x1000, 0, 0x00020194}, {0x1800, 1, 0x182}, {0x1800, 2, 1}, {0x1A00, 0, 1}});
+  node.shows({{0x1A00, 1, 0x91300120}, {0x9130, 1, 101325}});
 }
 
 TEST_CASE("The generic node has objects of every size") {
   Node node("generic.eds", 0x20);
-  CHECK(node.size(0x2001) == 1);
-  CHECK(node.size(0x2002) == 2);
-  CHECK(node.size(0x2003) == 3);
-  CHECK(node.size(0x2004) == 4);
-  CHECK(node.size(0x2005) == 5);
-  CHECK(node.size(0x2008) == 8);
-  CHECK(node.size(0x200E) == 14);
-  CHECK(node.size(0x207F) == 127);
-  CHECK(node.size(0x2080) == 128);
+  for (const std::uint16_t size : std::initializer_list<std::uint16_t>{1, 2, 3, 4, 5, 8, 14, 127, 128})
+    CHECK(node.size(0x2000 + size) == size);
   CHECK(node.size(0x2100) == 1000);
   CHECK(node.dictionary.write(0x2080, 0, Bytes(129), 0) == AbortCode::kParameterLength);
   CHECK(node.dictionary.write(0x2004, 0, Bytes(3), 0) == AbortCode::kObjectLength);

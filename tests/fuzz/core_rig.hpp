@@ -7,30 +7,104 @@
 #include "fuzz/core_plc.hpp"
 #include "fuzz/core_scanner.hpp"
 #include "fuzz/core_wire.hpp"
+#include "fuzz/fuzz.hpp"
 
 namespace cbcan::fuzz {
+
+inline constexpr Time kMostExactPolls = 48;
+inline constexpr Time kLatePolls = 32;
+/// The object of the transactions that finish() makes.
+inline constexpr std::uint8_t kNode = 9;
+inline constexpr std::uint16_t kIndex = 0x2345;
 
 /// A coprocessor in virtual time between a PLC and a bus that both hold it to its contract.
 struct Rig {
   static constexpr std::uint8_t kOwnNode = 127;
 
-  Rig();
+  Rig()
+      : coprocessor(RegisterWindow(RegisterWindow::Words(plc.registers)), process, wire,
+                    {.node_id = kOwnNode}, ScannerWindow(scanner.out, scanner.in)) {
+    wire.own = &coprocessor.own_node();
+    plc.before_frame();
+    coprocessor.start(now_);
+    plc.after();
+    require(scanner.in[1] == 5, "IN+1 tells of the start");
+    poll();
+  }
 
-  void poll();
-  void arrive(const Frame& frame);
+  void poll() {
+    note_settings();
+    plc.before_poll();
+    scanner.before();
+    deadline_ = coprocessor.poll(now_);
+    after();
+    note_settings();
+  }
+  void arrive(const Frame& frame) {
+    const bool was_busy = plc.busy();
+    before();
+    coprocessor.on_frame(frame, now_);
+    after();
+    const bool is_abort = frame.id >> 7 == 0xB && frame.length == 8 && frame.data[0] == 0x80;
+    const bool is_boot_up = frame.id >> 7 == 0xE && frame.length == 1 && (frame.data[0] & 0x7F) == 0;
+    const bool from_server =
+        plc.request().kind == Plc::Kind::kSdo && (frame.id & 0x7F) == plc.request().node && frame.flags == 0;
+    if (was_busy && !plc.busy() && from_server && (is_abort || is_boot_up)) wire.server_knows();
+    poll();
+  }
   /// An SDO response of eight bytes; what is missing is 0.
-  void respond(std::uint8_t node, std::span<const std::uint8_t> bytes);
+  void respond(std::uint8_t node, std::span<const std::uint8_t> bytes) {
+    Frame frame;
+    frame.id = 0x580u + node;
+    frame.length = 8;
+    std::copy_n(bytes.begin(), std::min<std::size_t>(bytes.size(), 8), frame.data.begin());
+    arrive(frame);
+  }
   /// Deadlines are met on the way, but not more than some dozens: then polls come late.
-  void pass(Time duration);
-  void pass_to_deadline();
+  void pass(Time duration) {
+    const Time end = now_ + duration;
+    for (Time polls = 0; deadline_ <= end && polls < kMostExactPolls; ++polls)
+      pass_to_deadline();
+    const Time step = now_ < end ? (end - now_) / kLatePolls + 1 : 1;
+    while (now_ < end) {
+      now_ = std::min(end, std::max(now_ + step, std::min(deadline_, end)));
+      poll();
+    }
+  }
+  void pass_to_deadline() {
+    if (deadline_ != kNever) now_ = std::max(now_, deadline_);
+    poll();
+  }
   /// Tells that process data have been written.
-  void write_registers();
+  void write_registers() {
+    before();
+    coprocessor.on_registers_written(regmap::kProcessFirst, regmap::kProcessWords, now_);
+    after();
+    poll();
+  }
   /// Tells that OUT+first..OUT+first+count-1 have been written.
-  void write_scanner(std::size_t first, std::size_t count);
+  void write_scanner(std::size_t first, std::size_t count) {
+    before();
+    plc.shared = true;
+    scanner.written(first, count);
+    coprocessor.on_registers_written(regmap::kScannerOutFirst + first, count, now_);
+    after();
+    poll();
+  }
 
   /// Lets the bus be well and silent until nothing can be under way, then demands what a new transaction
   /// gets.
-  void finish();
+  void finish() {
+    settle();
+    if (scanner.used()) check_scanner();
+    plc.shared = false;
+    write_own(0x3004, 1, 0);
+    write_own(0x3003, 2, 1000);
+    wire.requests.clear();
+    check_expedited_read();
+    check_segmented_write();
+    check_late_response();
+  }
 
   Time now() const { return now_; }
 
@@ -41,18 +115,118 @@ struct Rig {
   Coprocessor coprocessor;
 
  private:
-  void note_settings();
-  void settle();
-  void write_own(std::uint16_t index, std::uint16_t size, std::uint16_t value);
-  void execute(std::uint16_t command, std::uint16_t node, std::uint16_t sub, std::uint16_t size);
-  void expect_request(std::uint8_t node, std::initializer_list<std::uint8_t> bytes);
-  void before();
-  void after();
-  void ask_scanner(std::initializer_list<std::uint16_t> request);
-  void check_scanner();
-  void check_expedited_read();
-  void check_segmented_write();
-  void check_late_response();
+  void note_settings() {
+    const std::uint16_t timeout = coprocessor.sdo_client().timeout_ms();
+    longest_timeout_ms_ = std::max(longest_timeout_ms_, timeout);
+    if (timeout == 0) waited_for_ever_ = true;
+    std::array<std::uint8_t, 1> mode{};
+    std::size_t size = 0;
+    require(coprocessor.own_node().read(0x3004, 0, mode, size, 0) == AbortCode::kNone && mode[0] <= 3,
+            "there are four modes");
+    if (!plc.busy()) wire.mode = mode[0];
+  }
+  /// Held back by a quarantine, then a timeout: two of them, and one to spare.
+  void settle() {
+    wire.refuse = 0;
+    coprocessor.on_bus_state(BusState::kActive, now_);
+    // A request that waits may have another timeout.
+    const Time longest = milliseconds(scanner.used() ? std::uint16_t{0xFFFF} : longest_timeout_ms_);
+    poll();
+    pass(3 * longest + 200 * kMillisecond);
+    if (scanner.used()) pass(3 * longest);
+    require((!plc.busy() && !scanner.open()) || waited_for_ever_,
+            "every transaction ends when nothing comes any more");
+    plc.reg(3700) = 0;
+    scanner.out[0] = 0;
+    if (scanner.used()) write_scanner(0, 1);
+    poll();
+    pass(longest + kMillisecond);
+  }
+  void write_own(std::uint16_t index, std::uint16_t size, std::uint16_t value) {
+    plc.reg(3703) = index;
+    plc.reg(3706) = value;
+    execute(5066, 0, 0, size);
+    require(plc.reg(3700) == 0, "the own settings can always be written");
+    plc.reg(3703) = kIndex;
+  }
+  void execute(std::uint16_t command, std::uint16_t node, std::uint16_t sub, std::uint16_t size) {
+    plc.reg(3701) = command;
+    plc.reg(3702) = node;
+    plc.reg(3704) = sub;
+    plc.reg(3705) = size;
+    plc.reg(3700) = 0xCA0E;
+    poll();
+  }
+  void expect_request(std::uint8_t node, std::initializer_list<std::uint8_t> bytes) {
+    require(wire.requests.size() == 1, "one request for one response");
+    Frame expected;
+    expected.id = 0x600u + node;
+    expected.length = 8;
+    std::copy(bytes.begin(), bytes.end(), expected.data.begin());
+    require(wire.requests.front() == expected, "a clean transfer's request");
+    wire.requests.clear();
+  }
+  void before() {
+    plc.before_frame();
+    scanner.before();
+  }
+  void after() {
+    plc.after();
+    scanner.after();
+  }
+  void ask_scanner(std::initializer_list<std::uint16_t> request) {
+    scanner.out[0] = scanner.next();
+    std::copy(request.begin(), request.end(), scanner.out.begin() + 1);
+    write_scanner(0, scanner.out.size());
+  }
+  void check_scanner() {
+    ask_scanner({5055, 0, 0x3001, 0, 1});  // 5, if it is the first since the start
+    ask_scanner({5066, 0, 0x3004, 0, 1, 0});
+    require(scanner.in[0] == scanner.out[0] && scanner.in[1] == 0, "the own settings can always be written");
+    wire.requests.clear();
+    ask_scanner({5055, kNode, kIndex, 1, 4});
+    expect_request(kNode, {0x40, 0x45, 0x23, 1});
+    require(scanner.open(), "done is what the server has sent");
+    respond(kNode, std::array<std::uint8_t, 8>{0x43, 0x45, 0x23, 1, 0x11, 0x22, 0x33, 0x44});
+    require(scanner.in[0] == scanner.out[0] && scanner.in[1] == 0 && scanner.in[3] == 4,
+            "a clean read is good");
+    require(scanner.in[4] == 0x2211 && scanner.in[5] == 0x4433, "a clean read gives the server's bytes");
+  }
+  void check_expedited_read() {
+    execute(5055, kNode, 1, 4);
+    expect_request(kNode, {0x40, 0x45, 0x23, 1});
+    respond(kNode, std::array<std::uint8_t, 8>{0x43, 0x45, 0x23, 1, 0x11, 0x22, 0x33, 0x44});
+    require(plc.reg(3700) == 0 && plc.reg(3705) == 4, "a clean read is good");
+    require(plc.reg(3706) == 0x2211 && plc.reg(3707) == 0x4433, "a clean read gives the server's bytes");
+  }
+  void check_segmented_write() {
+    for (unsigned i = 0; i < 5; ++i)
+      plc.reg(3706 + i) = static_cast<std::uint16_t>(0x0201 + 0x0202 * i);
+    execute(5066, kNode, 2, 10);
+    expect_request(kNode, {0x21, 0x45, 0x23, 2, 10});
+    respond(kNode, std::array<std::uint8_t, 8>{0x60, 0x45, 0x23, 2});
+    expect_request(kNode, {0x00, 1, 2, 3, 4, 5, 6, 7});
+    respond(kNode, std::array<std::uint8_t, 8>{0x20});
+    expect_request(kNode, {0x19, 8, 9, 10});
+    require(plc.busy(), "done is what the server has confirmed");
+    respond(kNode, std::array<std::uint8_t, 8>{0x30});
+    require(plc.reg(3700) == 0, "a clean write is good");
+  }
+  /// The response to a read that has timed out comes while the next read, of the same object, waits.
+  void check_late_response() {
+    execute(5055, kNode, 3, 4);
+    expect_request(kNode, {0x40, 0x45, 0x23, 3});
+    pass(kSecond + kMillisecond);
+    require(plc.reg(3700) == 4 && plc.reg(3706) == 0 && plc.reg(3707) == 0x0504, "a silent server times out");
+    expect_request(kNode, {0x80, 0x45, 0x23, 3, 0x00, 0x00, 0x04, 0x05});
+    execute(5055, kNode, 3, 4);
+    respond(kNode, std::array<std::uint8_t, 8>{0x43, 0x45, 0x23, 3, 0xBA, 0xD0, 0xBA, 0xD0});
+    require(plc.busy(), "a late response is nobody's");
+    expect_request(kNode, {0x40, 0x45, 0x23, 3});
+    respond(kNode, std::array<std::uint8_t, 8>{0x4B, 0x45, 0x23, 3, 0x55, 0x66});
+    require(plc.reg(3700) == 0 && plc.reg(3705) == 2 && plc.reg(3706) == 0x6655,
+            "each read has its own response");
+  }
 
   Time now_ = 1000;
   Time deadline_ = 0;

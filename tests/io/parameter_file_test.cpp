@@ -99,7 +99,7 @@ TEST_CASE("Stored values that do not fit are told") {
   file.tell_left_out(std::vector<cbcan::sim::StoredValue>(21, {0x1017, 0, {1}}));
   REQUIRE(warnings.size() == 2);
   CHECK(warnings[0] ==
-        "5.par: left out, as the EDS file has no such parameter of this length: 1017:00, 2010:1F");
+        "5.par: left out, as the node has no such parameter of this length: 1017:00, 2010:1F");
   CHECK(warnings[1].ends_with(", 1017:00 and 1 more"));
 }
 

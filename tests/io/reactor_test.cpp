@@ -56,6 +56,42 @@ TEST_CASE("the interest can be changed") {
   CHECK(reactor.run_once(0) == 0);
 }
 
+TEST_CASE("what is urgent has its turn between any two others, and one that it has had is over") {
+  Reactor reactor;
+  Event urgent;
+  Event others[3];
+  std::string order;
+  for (int i = 0; i < 3; ++i)
+    reactor.watch(others[i].fd(), Reactor::kReadable, [&, i](std::uint32_t) {
+      order += static_cast<char>('0' + i);
+      others[i].clear();
+      if (i != 2) urgent.raise();
+    });
+  reactor.watch(urgent.fd(), Reactor::kReadable | Reactor::kUrgent, [&](std::uint32_t ready) {
+    order += ready == Reactor::kReadable ? 'u' : '?';
+    if (ready == Reactor::kReadable) urgent.clear();  // fails when there is nothing
+  });
+  for (Event& other : others)
+    other.raise();
+  reactor.run_once(0);
+  CHECK(order == "0u1u2");
+  urgent.raise();
+  reactor.serve_urgent();
+  reactor.serve_urgent();
+  CHECK(order == "0u1u2u");
+  urgent.raise();
+  others[2].raise();
+  reactor.run_once(0);  // it was ready with the other one
+  CHECK(order.size() == 8);
+  reactor.change(urgent.fd(), Reactor::kWritable);
+  reactor.serve_urgent();
+  CHECK(order.back() == '?');
+  reactor.forget(urgent.fd());
+  urgent.raise();
+  reactor.serve_urgent();
+  CHECK(reactor.run_once(0) == 0);
+}
+
 TEST_CASE("a wait ends when it was asked to, to the microsecond and never before") {
   Reactor reactor;
   for (const Time wait : {Time{1}, Time{250}, Time{1700}}) {

@@ -79,6 +79,29 @@ TEST_CASE("the ring keeps the last 100,000 events, and each its bytes as long as
   CHECK(journal.text(journal[journal.end() - 100]) == long_text);
 }
 
+TEST_CASE("a view of some kinds sees those alone, and has missed nothing where none of them has come") {
+  Journal journal;
+  Cursor view(journal, journal::kinds_of({Kind::kClient, Kind::kModbus}));  // the last and the first kind
+  std::vector<std::uint64_t> seen;
+  const auto look = [&] {
+    return view.look([&](std::uint64_t number, const Event&) { return seen.push_back(number), true; });
+  };
+  for (int i = 0; i < 100'010; ++i)
+    journal.add({.kind = Kind::kFrame});
+  CHECK_FALSE(view.has_news());
+  CHECK((look() == 0 && seen.empty()));
+  journal.add({.kind = Kind::kClient});
+  journal.add({.kind = Kind::kState});
+  journal.add({.kind = Kind::kModbus});
+  CHECK(view.has_news());
+  CHECK((look() == 0 && seen == std::vector<std::uint64_t>{100'011, 100'013}));
+  journal.add({.kind = Kind::kModbus});
+  for (int i = 0; i < 100'000; ++i)
+    journal.add({.kind = Kind::kFrame});
+  CHECK((look() == 1 && seen.size() == 2));
+  CHECK_FALSE(view.has_news());
+}
+
 TEST_CASE("a transaction's events are in the order of the bus") {
   const auto plant = scenario::test::demo();
   plant->execute("pass 1s");

@@ -20,22 +20,12 @@ struct Memory {
 
 TEST_CASE("Register map: registers exist from first to last without a gap") {
   Memory memory;
-  CHECK_FALSE(memory.map.exist(9, 1));
-  CHECK_FALSE(memory.map.exist(9, 2));
-  CHECK(memory.map.exist(10, 1));
-  CHECK(memory.map.exist(10, 3));
-  CHECK(memory.map.exist(10, 5));
-  CHECK(memory.map.exist(12, 2));
-  CHECK(memory.map.exist(14, 1));
-  CHECK_FALSE(memory.map.exist(10, 6));
-  CHECK_FALSE(memory.map.exist(14, 2));
-  CHECK_FALSE(memory.map.exist(14, 3));
-  CHECK_FALSE(memory.map.exist(15, 1));
-  CHECK_FALSE(memory.map.exist(15, 2));
-  CHECK(memory.map.exist(16, 2));
-  CHECK_FALSE(memory.map.exist(16, 3));
-  CHECK_FALSE(memory.map.exist(18, 1));
-  CHECK_FALSE(memory.map.exist(0, 18));
+  using Registers = std::pair<std::size_t, std::size_t>;  // first, count
+  for (const auto& [first, count] : {Registers(10, 1), {10, 3}, {10, 5}, {12, 2}, {14, 1}, {16, 2}})
+    CHECK(memory.map.exist(first, count));
+  for (const auto& [first, count] :
+       {Registers(9, 1), {9, 2}, {10, 6}, {14, 2}, {14, 3}, {15, 1}, {15, 2}, {16, 3}, {18, 1}, {0, 18}})
+    CHECK_FALSE(memory.map.exist(first, count));
 }
 
 TEST_CASE("Register map: one read-only register among them makes registers read-only") {

@@ -165,6 +165,8 @@ look("what a click does is a command", async (page, plant) => {
     slider.dispatchEvent(new Event("change"));
   });
   await does("set 66 0x6401:1 1000");
+  await plant.control("set 66 0x6401:1 -7");  // another hand
+  await page.waitForFunction(() => [...document.querySelectorAll("#node-panel .inputs input[aria-label^='6401h:01']")].every((input) => input.value === "-7"));
   await click(page, "#node-panel .switch", "power");
   await does("power 66 off");
   await shows(page, "#node-list", /I\/O module *off/);

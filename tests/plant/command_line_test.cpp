@@ -39,6 +39,11 @@ std::string refusal(const std::vector<const char*>& arguments) {
   return refused.err;
 }
 
+/// By this, and the hint at --help.
+void refused_as(const std::vector<const char*>& arguments, const std::string& told) {
+  CHECK(refusal(arguments) == "cbcan-sim: " + told + "\n" + kHint);
+}
+
 }  // namespace
 
 TEST_CASE("no option at all runs with the defaults and says who is missing") {
@@ -148,17 +153,13 @@ TEST_CASE("a clash in the plant file may be settled on the command line") {
 }
 
 TEST_CASE("values that the command line gets wrong") {
-  CHECK(refusal({"--node-id", "300"}) == std::string("cbcan-sim: --node-id 300: must be 1..127\n") + kHint);
-  CHECK(refusal({"--node-id=-5"}) == std::string("cbcan-sim: --node-id -5: must be 1..127\n") + kHint);
-  CHECK(refusal({"--sdo-timeout", "1s"}) ==
-        std::string("cbcan-sim: --sdo-timeout 1s: must be an integer, 0..65535 ms, 0 = none\n") + kHint);
-  CHECK(refusal({"--can", "socketcan"}) ==
-        std::string("cbcan-sim: --can socketcan: the interface is missing; write socketcan:vcan0\n") + kHint);
-  CHECK(refusal({"--modbus", "1502"}) ==
-        std::string("cbcan-sim: --modbus 1502: address \"1502\": a port alone is written :1502\n") + kHint);
-  CHECK(refusal({"--log", ""}) == std::string("cbcan-sim: --log : must be a path\n") + kHint);
-  CHECK(refusal({"--verbose=maybe"}) ==
-        std::string("cbcan-sim: --verbose maybe: must be true or false\n") + kHint);
+  refused_as({"--node-id", "300"}, "--node-id 300: must be 1..127");
+  refused_as({"--node-id=-5"}, "--node-id -5: must be 1..127");
+  refused_as({"--sdo-timeout", "1s"}, "--sdo-timeout 1s: must be an integer, 0..65535 ms, 0 = none");
+  refused_as({"--can", "socketcan"}, "--can socketcan: the interface is missing; write socketcan:vcan0");
+  refused_as({"--modbus", "1502"}, "--modbus 1502: address \"1502\": a port alone is written :1502");
+  refused_as({"--log", ""}, "--log : must be a path");
+  refused_as({"--verbose=maybe"}, "--verbose maybe: must be true or false");
 }
 
 TEST_CASE("all that is wrong with a command line at once") {
@@ -171,21 +172,17 @@ TEST_CASE("all that is wrong with a command line at once") {
 }
 
 TEST_CASE("options that do not exist") {
-  CHECK(refusal({"--nodeid", "3"}) ==
-        std::string("cbcan-sim: --nodeid: no such option; did you mean --node-id?\n") + kHint);
-  CHECK(refusal({"--timeout=5"}) ==
-        std::string("cbcan-sim: --timeout=5: no such option; did you mean --sdo-timeout?\n") + kHint);
-  CHECK(refusal({"--quite-else"}) == std::string("cbcan-sim: --quite-else: no such option\n") + kHint);
-  CHECK(refusal({"plant.toml"}) ==
-        std::string("cbcan-sim: plant.toml: a plant file is given with --config plant.toml\n") + kHint);
-  CHECK(refusal({"--demo", "now"}) == std::string("cbcan-sim: now: belongs to no option\n") + kHint);
+  refused_as({"--nodeid", "3"}, "--nodeid: no such option; did you mean --node-id?");
+  refused_as({"--timeout=5"}, "--timeout=5: no such option; did you mean --sdo-timeout?");
+  refused_as({"--quite-else"}, "--quite-else: no such option");
+  refused_as({"plant.toml"}, "plant.toml: a plant file is given with --config plant.toml");
+  refused_as({"--demo", "now"}, "now: belongs to no option");
 }
 
 TEST_CASE("options without their argument, or twice") {
-  CHECK(refusal({"--node-id"}) == std::string("cbcan-sim: --node-id: needs an argument\n") + kHint);
-  CHECK(refusal({"--config"}) == std::string("cbcan-sim: --config: needs an argument\n") + kHint);
-  CHECK(refusal({"--node-id", "1", "--node-id", "2"}) ==
-        std::string("cbcan-sim: --node-id: is given twice\n") + kHint);
+  refused_as({"--node-id"}, "--node-id: needs an argument");
+  refused_as({"--config"}, "--config: needs an argument");
+  refused_as({"--node-id", "1", "--node-id", "2"}, "--node-id: is given twice");
   CHECK(refusal({"--demo=x"}).starts_with("cbcan-sim: "));
 }
 
@@ -199,10 +196,8 @@ TEST_CASE("one plant at a time") {
 }
 
 TEST_CASE("a plant file that is not there") {
-  CHECK(refusal({"--config", "none.toml"}) ==
-        std::string(
-            "cbcan-sim: --config none.toml: this file cannot be read; check the path and its permissions\n") +
-            kHint);
+  refused_as({"--config", "none.toml"},
+             "--config none.toml: this file cannot be read; check the path and its permissions");
 }
 
 TEST_CASE("a bad plant file is told line by line, without the hint at options") {
@@ -278,8 +273,7 @@ TEST_CASE("behind -- stands a command, for which the plant is at free addresses"
   CHECK(named.config.networks.at(0).can.slcan == ":1601");
   CHECK(start({"--can", "socketcan:can0", "--", "x"}).config.networks.at(0).can.slcan.empty());
   CHECK(start({"--demo"}).command.empty());
-  CHECK(refusal({"--demo", "--"}) ==
-        std::string("cbcan-sim: --: write a command behind it, such as -- pytest tests\n") + kHint);
+  refused_as({"--demo", "--"}, "--: write a command behind it, such as -- pytest tests");
 }
 
 TEST_CASE("an EDS file that is given as a plant file is told so") {

@@ -20,11 +20,22 @@ Lines wrong_in(std::string_view text) {
   return lines;
 }
 
+template <class... Told>
+void wrong(std::string_view text, const Told&... told) {
+  INFO(text);
+  CHECK(wrong_in(text) == behind("plant.toml:", {told...}));
+}
+
 std::string refusal(const std::vector<const char*>& arguments, const Files& files = {}) {
   const Start refused = start(arguments, files);
   CHECK_FALSE(refused.run);
   CHECK(refused.exit_code == ExitCode::kUsage);
   return refused.err;
+}
+
+/// By this, and the hint at --help.
+void refused(const std::vector<const char*>& arguments, const std::string& told) {
+  CHECK(refusal(arguments) == "cbcan-sim: " + told + "\n" + kHint);
 }
 
 constexpr std::string_view kTwo = R"([module]
@@ -81,38 +92,32 @@ TEST_CASE("the tables at the top are network 1, each [[network]] is one more") {
 }
 
 TEST_CASE("mistakes in a further network name it") {
-  CHECK(wrong_in("[[network]]\n[network.module]\nnode_id = 300\n") ==
-        Lines{"plant.toml:3: network 2: module.node_id 300: must be 1..127"});
-  CHECK(wrong_in("[[network]]\n[[network]]\n[network.can]\nspec = \"socketcan\"\n") ==
-        Lines{"plant.toml:4: network 3: can.spec \"socketcan\": the interface is missing; write "
-              "socketcan:vcan0"});
+  wrong("[[network]]\n[network.module]\nnode_id = 300\n", "3: network 2: module.node_id 300: must be 1..127");
+  wrong("[[network]]\n[[network]]\n[network.can]\nspec = \"socketcan\"\n",
+        "4: network 3: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0");
   CHECK(wrong_in("[[network]]\n[[network.node]]\nid = 300\neds = \"a\"\n").at(0) ==
         "plant.toml:3: network 2: node.id 300: must be 1..127");
-  CHECK(wrong_in("[[network]]\n[network.can]\nbitrate = 1\n") ==
-        Lines{"plant.toml:3: network 2: can.bitrate: no such key; did you mean can.bit_rate?"});
-  CHECK(wrong_in("[[network]]\n[network.modul]\n") ==
-        Lines{"plant.toml:2: network 2: modul: no such key; did you mean module?"});
-  CHECK(wrong_in("[[network]]\n[network.pump]\n") ==
-        Lines{"plant.toml:2: network 2: pump: no such key; a network has module, plc, can, log, node"});
-  CHECK(wrong_in("[[network]]\nmodule = 1\n") ==
-        Lines{"plant.toml:2: network 2: module: must be a table; write [network.module]"});
-  CHECK(wrong_in("[[network]]\n[network.node]\n") ==
-        Lines{"plant.toml:2: network 2: node: must be a list of tables; write [[network.node]] above each "
-              "node"});
-  CHECK(wrong_in("[network]\n") ==
-        Lines{"plant.toml:1: network: must be a list of tables; write [[network]] above each network after "
-              "the first"});
+  wrong("[[network]]\n[network.can]\nbitrate = 1\n",
+        "3: network 2: can.bitrate: no such key; did you mean can.bit_rate?");
+  wrong("[[network]]\n[network.modul]\n", "2: network 2: modul: no such key; did you mean module?");
+  wrong("[[network]]\n[network.pump]\n",
+        "2: network 2: pump: no such key; a network has module, plc, can, log, node");
+  wrong("[[network]]\nmodule = 1\n", "2: network 2: module: must be a table; write [network.module]");
+  wrong("[[network]]\n[network.node]\n",
+        "2: network 2: node: must be a list of tables; write [[network.node]] above each node");
+  wrong("[network]\n",
+        "1: network: must be a list of tables; write [[network]] above each network after the first");
 }
 
 TEST_CASE("what is for all networks stands in none") {
   const std::string told = ": is for all networks; it stands at the top of the file, in [";
   for (const std::string table : {"modbus", "time", "random", "control"}) {
     INFO(table);
-    CHECK(wrong_in("[[network]]\n[network." + table + "]\n") ==
-          Lines{"plant.toml:2: network 2: " + table + told + table + "]"});
+    wrong("[[network]]\n[network." + table + "]\n",
+          std::string("2: network 2: ") + table + told + table + "]");
   }
-  CHECK(wrong_in("[[network]]\n[network.log]\nverbose = true\n") ==
-        Lines{"plant.toml:3: network 2: log.verbose" + told + "log]"});
+  wrong("[[network]]\n[network.log]\nverbose = true\n",
+        std::string("3: network 2: log.verbose") + told + "log]");
   CHECK(wrong_in("[log]\nverbose = true\n[[network]]\n") == Lines{});
 }
 
@@ -122,9 +127,9 @@ TEST_CASE("a node ID is taken once in each network") {
           "[[network]]\n[[network.node]]\nid = 5\neds = \"a\"\n[[network.node]]\nid = 5\neds = \"b\"\n") ==
       Lines{"plant.toml:5: network 2: node 5: already at plant.toml:2; every node on the bus needs an ID of "
             "its own"});
-  CHECK(wrong_in("[[network]]\n[network.module]\nnode_id = 5\n[[network.node]]\nid = 5\neds = \"a\"\n") ==
-        Lines{"plant.toml:4: network 2: node 5: this is the module's own ID; change the node's, or the "
-              "module's with module.node_id or --node-id"});
+  wrong("[[network]]\n[network.module]\nnode_id = 5\n[[network.node]]\nid = 5\neds = \"a\"\n",
+        "4: network 2: node 5: this is the module's own ID; change the node's, or the module's with "
+        "module.node_id or --node-id");
   CHECK(wrong_in("[module]\nnode_id = 5\n[[network]]\n[[network.node]]\nid = 5\neds = \"a\"\n") == Lines{});
 }
 
@@ -139,21 +144,24 @@ TEST_CASE("two networks share no interface, address or file") {
       Lines{
           "plant.toml:6: network 3: log.file a.log: network 2 has it already at plant.toml:3; every network "
           "needs its own"});
-  CHECK(wrong_in("[can]\nslcan = \":5000\"\n[[network]]\n[network.can]\nslcan = \"127.0.0.1:5000\"\n") ==
-        Lines{"plant.toml:5: network 2: can.slcan 127.0.0.1:5000: network 1 has it already at plant.toml:2; "
-              "every network needs its own"});
-  CHECK(wrong_in("[plc]\ndevice = \"/dev/a\"\n[[network]]\n[network.plc]\ndevice = \"/dev/a\"\n") ==
-        Lines{"plant.toml:5: network 2: plc.device /dev/a: network 1 has it already at plant.toml:2; every "
-              "network "
-              "needs its own"});
-  CHECK(wrong_in("[can]\nslcan = \"unix:can\"\n[[network]]\n[network.can]\nslcan = \"unix:can\"\n") ==
-        Lines{"plant.toml:5: network 2: can.slcan unix:can: network 1 has it already at plant.toml:2; every "
-              "network needs its own"});
+  wrong("[can]\nslcan = \":5000\"\n[[network]]\n[network.can]\nslcan = \"127.0.0.1:5000\"\n",
+        "5: network 2: can.slcan 127.0.0.1:5000: network 1 has it already at plant.toml:2; every network "
+        "needs its own");
+  wrong("[plc]\ndevice = \"/dev/a\"\n[[network]]\n[network.plc]\ndevice = \"/dev/a\"\n",
+        "5: network 2: plc.device /dev/a: network 1 has it already at plant.toml:2; every network needs its "
+        "own");
+  wrong("[can]\nslcan = \"unix:can\"\n[[network]]\n[network.can]\nslcan = \"unix:can\"\n",
+        "5: network 2: can.slcan unix:can: network 1 has it already at plant.toml:2; every network needs its "
+        "own");
   CHECK(wrong_in("[can]\nslcan = \":0\"\n[[network]]\n[network.can]\nslcan = \":0\"\n") == Lines{});
   CHECK(
       wrong_in("[[node]]\nid = 5\neds = \"a\"\nparameters = \"p\"\n[[network]]\n[[network.node]]\nid = 5\n"
                "eds = \"a\"\nparameters = \"./p\"\n") ==
       Lines{"plant.toml:6: network 2: node 5: p already has the parameters of node 5 at plant.toml:1; every "
+            "node needs a file of its own"});
+  CHECK(
+      wrong_in("[module]\nparameters = \"p\"\n[[network]]\n[network.module]\nparameters = \"./p\"\n") ==
+      Lines{"plant.toml:5: network 2: module: p already has the parameters of module at plant.toml:2; every "
             "node needs a file of its own"});
   CHECK(wrong_in("[can]\nspec = \"virtual\"\n[[network]]\n[network.can]\nspec = \"virtual\"\n") == Lines{});
 }
@@ -163,8 +171,7 @@ TEST_CASE("as many networks as there are unit IDs") {
   for (int i = 2; i <= 247; ++i)
     text += "[[network]]\n";
   CHECK(wrong_in(text) == Lines{});
-  CHECK(wrong_in(text + "[[network]]\n") ==
-        Lines{"plant.toml:247: network 248: there can be 247 at most, as many as Modbus has unit IDs"});
+  wrong(text + "[[network]]\n", "247: network 248: there can be 247 at most, as many as Modbus has unit IDs");
 }
 
 TEST_CASE("behind --network N options are about network N, before it about network 1") {
@@ -217,31 +224,27 @@ TEST_CASE("networks may be typed in any order, without gaps") {
   CHECK(
       start({"--network", "3", "--node", "5=a", "--network", "2", "--node", "5=a"}).config.networks.size() ==
       3);
-  CHECK(refusal({"--network", "3", "--node-id", "300"}) ==
-        std::string("cbcan-sim: --network 3: there is no network 2; networks have no gaps\n") + kHint);
+  refused({"--network", "3", "--node-id", "300"},
+          "--network 3: there is no network 2; networks have no gaps");
   for (const char* wrong : {"0", "248", "-1", "two", ""}) {
     INFO(wrong);
     CHECK(refusal({"--network", wrong, "--node-id", "5"}) ==
           "cbcan-sim: --network " + std::string(wrong) + ": must be 1..247\n" + kHint);
   }
-  CHECK(refusal({"--network"}) == std::string("cbcan-sim: --network: needs an argument\n") + kHint);
-  CHECK(refusal({"--netwrok", "2"}) ==
-        std::string("cbcan-sim: --netwrok: no such option; did you mean --network?\n") + kHint);
+  refused({"--network"}, "--network: needs an argument");
+  refused({"--netwrok", "2"}, "--netwrok: no such option; did you mean --network?");
 }
 
 TEST_CASE("mistakes behind --network name the network") {
-  CHECK(refusal({"--network", "2", "--node-id", "300"}) ==
-        std::string("cbcan-sim: --node-id 300: network 2: must be 1..127\n") + kHint);
-  CHECK(refusal({"--node", "5=a", "--network", "2", "--name", "5=x"}) ==
-        std::string("cbcan-sim: --name 5=x: network 2: there is no node 5; add --node 5=FILE.eds\n") + kHint);
-  CHECK(refusal({"--network", "2", "--node", "5=a", "--node", "5=b"}) ==
-        std::string("cbcan-sim: --node 5=b: network 2: node 5: already at --node 5=a; every node on the bus "
-                    "needs an ID of its own\n") +
-            kHint);
-  CHECK(refusal({"--can", "socketcan:can0", "--network", "2", "--can", "socketcan:can0"}) ==
-        std::string("cbcan-sim: --can socketcan:can0: network 2: can.spec socketcan:can0: network 1 has it "
-                    "already at --can socketcan:can0; every network needs its own\n") +
-            kHint);
+  refused({"--network", "2", "--node-id", "300"}, "--node-id 300: network 2: must be 1..127");
+  refused({"--node", "5=a", "--network", "2", "--name", "5=x"},
+          "--name 5=x: network 2: there is no node 5; add --node 5=FILE.eds");
+  refused(
+      {"--network", "2", "--node", "5=a", "--node", "5=b"},
+      "--node 5=b: network 2: node 5: already at --node 5=a; every node on the bus needs an ID of its own");
+  refused({"--can", "socketcan:can0", "--network", "2", "--can", "socketcan:can0"},
+          "--can socketcan:can0: network 2: can.spec socketcan:can0: network 1 has it already at --can "
+          "socketcan:can0; every network needs its own");
   CHECK(
       refusal({"--clock", "manual", "--network", "2", "--can", "socketcan:can0"}) ==
       std::string("cbcan-sim: --clock manual: network 2: the time of socketcan:can0 cannot stand still; use "
@@ -251,19 +254,15 @@ TEST_CASE("mistakes behind --network name the network") {
 
 TEST_CASE("an option once for each network, one for all networks once") {
   CHECK(start({"--node-id", "1", "--network", "2", "--node-id", "2"}).run);
-  CHECK(refusal({"--network", "2", "--node-id", "1", "--node-id", "2"}) ==
-        std::string("cbcan-sim: --node-id: network 2: is given twice\n") + kHint);
-  CHECK(refusal({"--node-id", "1", "--network", "1", "--node-id", "2"}) ==
-        std::string("cbcan-sim: --node-id: is given twice\n") + kHint);
-  CHECK(refusal({"--seed", "1", "--network", "2", "--seed", "2"}) ==
-        std::string("cbcan-sim: --seed: is given twice\n") + kHint);
+  refused({"--network", "2", "--node-id", "1", "--node-id", "2"}, "--node-id: network 2: is given twice");
+  refused({"--node-id", "1", "--network", "1", "--node-id", "2"}, "--node-id: is given twice");
+  refused({"--seed", "1", "--network", "2", "--seed", "2"}, "--seed: is given twice");
 }
 
 TEST_CASE("what is about the whole plant names no network, wherever it stands") {
-  CHECK(refusal({"--network", "2", "--seed", "x"}) ==
-        std::string("cbcan-sim: --seed x: must be an integer, 0..4294967295\n") + kHint);
-  CHECK(refusal({"--network", "2", "--node", "5=a", "--modbus", "1502"}) ==
-        std::string("cbcan-sim: --modbus 1502: address \"1502\": a port alone is written :1502\n") + kHint);
+  refused({"--network", "2", "--seed", "x"}, "--seed x: must be an integer, 0..4294967295");
+  refused({"--network", "2", "--node", "5=a", "--modbus", "1502"},
+          "--modbus 1502: address \"1502\": a port alone is written :1502");
 }
 
 TEST_CASE("brackets are nothing special") {

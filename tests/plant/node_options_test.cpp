@@ -32,6 +32,10 @@ std::string first_line(const Start& refused) {
   return refused.err.substr(0, refused.err.find('\n'));
 }
 
+void refused(const Start& start, const std::string& told) {
+  CHECK(first_line(start) == "cbcan-sim: " + told);
+}
+
 }  // namespace
 
 TEST_CASE("nodes without a plant file") {
@@ -85,41 +89,32 @@ TEST_CASE("values of all kinds") {
 }
 
 TEST_CASE("node options that are wrong") {
-  CHECK(first_line(start({"--node", "a.eds"})) ==
-        "cbcan-sim: --node a.eds: must be ID=FILE, such as 5=io_module.eds");
-  CHECK(first_line(start({"--node", "300=a.eds"})) ==
-        "cbcan-sim: --node 300=a.eds: id \"300\": must be 1..127");
-  CHECK(first_line(start({"--node", "5="})) ==
-        "cbcan-sim: --node 5=: eds \"\": must be the path of an EDS or DCF file");
-  CHECK(first_line(with_plant({"--name", "Valve"})) == "cbcan-sim: --name Valve: must be ID=TEXT");
-  CHECK(first_line(with_plant({"--name", "6=Valve"})) ==
-        "cbcan-sim: --name 6=Valve: there is no node 6; add --node 6=FILE.eds");
-  CHECK(first_line(with_plant({"--heartbeat", "5=1s"})) ==
-        "cbcan-sim: --heartbeat 5=1s: heartbeat_ms \"1s\": must be an integer, 0..65535 ms, 0 = none");
-  CHECK(first_line(with_plant({"--object", "5:0x2001"})) ==
-        "cbcan-sim: --object 5:0x2001: must be ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1");
-  CHECK(first_line(with_plant({"--object", "5=1"})) ==
-        "cbcan-sim: --object 5=1: must be ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1");
-  CHECK(first_line(with_plant({"--object", "5:x2001:0=1"})) ==
-        "cbcan-sim: --object 5:x2001:0=1: index \"x2001\": must be an integer, 0x0001..0xFFFF");
-  CHECK(first_line(with_plant({"--object", "5:0x2001:256=1"})) ==
-        "cbcan-sim: --object 5:0x2001:256=1: sub \"256\": must be 0..255");
-  CHECK(first_line(with_plant({"--object", "9:0x2001:0=1"})) ==
-        "cbcan-sim: --object 9:0x2001:0=1: there is no node 9; add --node 9=FILE.eds");
-  CHECK(first_line(with_plant({"--object", "5:0x2001:0=hex:0"})) ==
-        "cbcan-sim: --object 5:0x2001:0=hex:0: value \"hex:0\": must be pairs of hex digits after hex:, such "
-        "as "
-        "\"hex:01 02 FF\"");
+  refused(start({"--node", "a.eds"}), "--node a.eds: must be ID=FILE, such as 5=io_module.eds");
+  refused(start({"--node", "300=a.eds"}), "--node 300=a.eds: id \"300\": must be 1..127");
+  refused(start({"--node", "5="}), "--node 5=: eds \"\": must be the path of an EDS or DCF file");
+  refused(with_plant({"--name", "Valve"}), "--name Valve: must be ID=TEXT");
+  refused(with_plant({"--name", "6=Valve"}), "--name 6=Valve: there is no node 6; add --node 6=FILE.eds");
+  refused(with_plant({"--heartbeat", "5=1s"}),
+          "--heartbeat 5=1s: heartbeat_ms \"1s\": must be an integer, 0..65535 ms, 0 = none");
+  refused(with_plant({"--object", "5:0x2001"}),
+          "--object 5:0x2001: must be ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1");
+  refused(with_plant({"--object", "5=1"}), "--object 5=1: must be ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1");
+  refused(with_plant({"--object", "5:x2001:0=1"}),
+          "--object 5:x2001:0=1: index \"x2001\": must be an integer, 0x0001..0xFFFF");
+  refused(with_plant({"--object", "5:0x2001:256=1"}), "--object 5:0x2001:256=1: sub \"256\": must be 0..255");
+  refused(with_plant({"--object", "9:0x2001:0=1"}),
+          "--object 9:0x2001:0=1: there is no node 9; add --node 9=FILE.eds");
+  refused(with_plant({"--object", "5:0x2001:0=hex:0"}),
+          "--object 5:0x2001:0=hex:0: value \"hex:0\": must be pairs of hex digits after hex:, such as "
+          "\"hex:01 02 FF\"");
 }
 
 TEST_CASE("the same thing twice on the command line") {
-  CHECK(first_line(start({"--node", "5=a.eds", "--node", "5=b.eds"})) ==
-        "cbcan-sim: --node 5=b.eds: node 5: already at --node 5=a.eds; every node on the bus needs an ID of "
-        "its own");
-  CHECK(first_line(with_plant({"--object", "5:0x2001=1", "--object", "5:0x2001:0=2"})) ==
-        "cbcan-sim: --object 5:0x2001:0=2: node 5: object 2001h:00 is already set at --object 5:0x2001=1; "
-        "remove one "
-        "of the two");
+  refused(start({"--node", "5=a.eds", "--node", "5=b.eds"}),
+          "--node 5=b.eds: node 5: already at --node 5=a.eds; every node on the bus needs an ID of its own");
+  refused(with_plant({"--object", "5:0x2001=1", "--object", "5:0x2001:0=2"}),
+          "--object 5:0x2001:0=2: node 5: object 2001h:00 is already set at --object 5:0x2001=1; remove one "
+          "of the two");
 }
 
 TEST_CASE("what a node is, on the command line") {
@@ -133,13 +128,11 @@ TEST_CASE("what a node is, on the command line") {
   CHECK(node.time_period == 250'000);
   CHECK(node.name == "Valve");
   CHECK(node.place == Place{"plant.toml", 1});
-  CHECK(first_line(with_plant({"--device", "5=valve"})) ==
-        "cbcan-sim: --device 5=valve: device \"valve\": must be none, cia401, cia402, cia404, or the path of "
-        "a Lua script, "
-        "FILE.lua");
-  CHECK(first_line(with_plant({"--lss", "5"})) == "cbcan-sim: --lss 5: must be ID=BOOL");
-  CHECK(first_line(with_plant({"--lss", "5=yes"})) ==
-        "cbcan-sim: --lss 5=yes: lss \"yes\": must be true or false");
+  refused(with_plant({"--device", "5=valve"}),
+          "--device 5=valve: device \"valve\": must be none, cia401, cia402, cia404, or the path of a Lua "
+          "script, FILE.lua");
+  refused(with_plant({"--lss", "5"}), "--lss 5: must be ID=BOOL");
+  refused(with_plant({"--lss", "5=yes"}), "--lss 5=yes: lss \"yes\": must be true or false");
 }
 
 TEST_CASE("wires and what a drive moves, on the command line") {
@@ -155,16 +148,16 @@ TEST_CASE("wires and what a drive moves, on the command line") {
   CHECK(both.config.wires[1].from.terminal == cbcan::sim::Terminal{0x2001, 0, 1, false});
   CHECK(both.config.wires[1].to.terminal == cbcan::sim::Terminal{0x6000, 2, 0, false});
   CHECK(both.config.networks.at(0).nodes.at(0).axis->load == cbcan::devices::AxisLoad{10, 50, 0});
-  CHECK(first_line(with_plant({"--wire", "5:1"})) ==
-        "cbcan-sim: --wire 5:1: must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
-  CHECK(first_line(with_plant({"--wire", "5:1=5:2 lag=3"})) ==
-        "cbcan-sim: --wire 5:1=5:2 lag=3: lag: no such key; did you mean lag_ms?");
-  CHECK(first_line(with_plant({"--wire", "5:1=6:2"})) ==
-        "cbcan-sim: --wire 5:1=6:2: wire 5:1 to 6:2: 6:2: there is no such node in the plant");
-  CHECK(first_line(with_plant({"--axis", "5"})) ==
-        "cbcan-sim: --axis 5: must be ID:KEY=VALUE..., such as 16:inertia_kgcm2=10 friction_mnm=50");
-  CHECK(first_line(with_plant({"--axis", "6:friction_mnm=50"})) ==
-        "cbcan-sim: --axis 6:friction_mnm=50: there is no node 6; add --node 6=FILE.eds");
+  refused(with_plant({"--wire", "5:1"}),
+          "--wire 5:1: must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
+  refused(with_plant({"--wire", "5:1=5:2 lag=3"}),
+          "--wire 5:1=5:2 lag=3: lag: no such key; did you mean lag_ms?");
+  refused(with_plant({"--wire", "5:1=6:2"}),
+          "--wire 5:1=6:2: wire 5:1 to 6:2: 6:2: there is no such node in the plant");
+  refused(with_plant({"--axis", "5"}),
+          "--axis 5: must be ID:KEY=VALUE..., such as 16:inertia_kgcm2=10 friction_mnm=50");
+  refused(with_plant({"--axis", "6:friction_mnm=50"}),
+          "--axis 6:friction_mnm=50: there is no node 6; add --node 6=FILE.eds");
 }
 
 TEST_CASE("seed and control on the command line") {
@@ -251,8 +244,7 @@ TEST_CASE("signals and faults that are wrong on the command line") {
 }
 
 TEST_CASE("a signal twice on the command line") {
-  CHECK(first_line(with_plant(
-            {"--signal", "5:0x6401=constant value=1", "--signal", "5:0x6401:0=constant value=2"})) ==
-        "cbcan-sim: --signal 5:0x6401:0=constant value=2: node 5: object 6401h:00 already has a signal at "
-        "--signal 5:0x6401=constant value=1; remove one of the two");
+  refused(with_plant({"--signal", "5:0x6401=constant value=1", "--signal", "5:0x6401:0=constant value=2"}),
+          "--signal 5:0x6401:0=constant value=2: node 5: object 6401h:00 already has a signal at --signal "
+          "5:0x6401=constant value=1; remove one of the two");
 }

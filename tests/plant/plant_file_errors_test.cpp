@@ -25,37 +25,51 @@ Lines checked(std::string_view text) {
   return to_lines(check(read(text).config));
 }
 
+/// All that is wrong with a file, with a node's fourth line, or with what a file says in all.
+template <class... Told>
+void wrong(std::string_view text, const Told&... told) {
+  INFO(text);
+  CHECK(errors_in(text) == behind("plant.toml:", {told...}));
+}
+
+template <class... Told>
+void wrong_node(const std::string& line, const Told&... told) {
+  INFO(line);
+  CHECK(errors_in_node(line) == behind("plant.toml:", {told...}));
+}
+
+template <class... Told>
+void wrong_together(std::string_view text, const Told&... told) {
+  INFO(text);
+  CHECK(checked(text) == behind("plant.toml:", {told...}));
+}
+
 }  // namespace
 
 TEST_CASE("unknown keys get a suggestion") {
-  CHECK(errors_in("[can]\nbitrate = 1\n") ==
-        Lines{"plant.toml:2: can.bitrate: no such key; did you mean can.bit_rate?"});
-  CHECK(errors_in("[module]\ntimeout = 1\n") ==
-        Lines{"plant.toml:2: module.timeout: no such key; did you mean module.sdo_timeout_ms?"});
-  CHECK(errors_in("[modul]\n") == Lines{"plant.toml:1: modul: no such key; did you mean module?"});
-  CHECK(errors_in("[[nodes]]\n") == Lines{"plant.toml:1: nodes: no such key; did you mean node?"});
-  CHECK(errors_in_node("hearbeat_ms = 1") ==
-        Lines{"plant.toml:4: node.hearbeat_ms: no such key; did you mean node.heartbeat_ms?"});
-  CHECK(errors_in_node("objects = [{ index = 1, vallue = 2, value = 3 }]") ==
-        Lines{"plant.toml:4: node.objects.vallue: no such key; did you mean node.objects.value?"});
-  CHECK(errors_in_node("object = []") ==
-        Lines{"plant.toml:4: node.object: no such key; did you mean node.objects?"});
+  wrong("[can]\nbitrate = 1\n", "2: can.bitrate: no such key; did you mean can.bit_rate?");
+  wrong("[module]\ntimeout = 1\n", "2: module.timeout: no such key; did you mean module.sdo_timeout_ms?");
+  wrong("[modul]\n", "1: modul: no such key; did you mean module?");
+  wrong("[[nodes]]\n", "1: nodes: no such key; did you mean node?");
+  wrong_node("hearbeat_ms = 1", "4: node.hearbeat_ms: no such key; did you mean node.heartbeat_ms?");
+  wrong_node("objects = [{ index = 1, vallue = 2, value = 3 }]",
+             "4: node.objects.vallue: no such key; did you mean node.objects.value?");
+  wrong_node("object = []", "4: node.object: no such key; did you mean node.objects?");
 }
 
 TEST_CASE("a key in the wrong table is shown the right one") {
-  CHECK(errors_in("port = 502\n") == Lines{"plant.toml:1: port: no such key; did you mean modbus.port?"});
-  CHECK(errors_in("[can]\nhost = \"a\"\n") ==
-        Lines{"plant.toml:2: can.host: no such key; did you mean modbus.host?"});
+  wrong("port = 502\n", "1: port: no such key; did you mean modbus.port?");
+  wrong("[can]\nhost = \"a\"\n", "2: can.host: no such key; did you mean modbus.host?");
 }
 
 TEST_CASE("an unknown key that is like nothing gets the list") {
-  CHECK(
-      errors_in("[can]\nfoo = 1\n") ==
-      Lines{"plant.toml:2: can.foo: no such key; can has spec, bit_rate, slcan, socketcand, replay, faults"});
-  CHECK(errors_in("[pump]\n") ==
-        Lines{"plant.toml:1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, "
-              "random, control, http, node, wire, network"});
-  CHECK(errors_in("[faults]\n") == Lines{"plant.toml:1: faults: no such key; did you mean node.faults?"});
+  wrong("[can]\nfoo = 1\n",
+        "2: can.foo: no such key; can has spec, bit_rate, slcan, socketcand, socketcand_beacon, replay, "
+        "faults");
+  wrong("[pump]\n",
+        "1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, random, control, "
+        "http, node, wire, network");
+  wrong("[faults]\n", "1: faults: no such key; did you mean node.faults?");
 }
 
 TEST_CASE("wires") {
@@ -87,8 +101,8 @@ TEST_CASE("wires") {
         "plant.toml:4: wire 5:0x2001 to 5:0x2002: goes round in a loop without delay; give one of its wires "
         "delay_ms or lag_ms");
   CHECK(with(loop + "lag_ms = 1") == "");
-  CHECK(errors_in("wire = 5\n") == Lines{"plant.toml:1: wire: must be a list; write wire = [{ from = "
-                                         "\"66:output:1\", to = \"5:0x2001\" }]"});
+  wrong("wire = 5\n",
+        "1: wire: must be a list; write wire = [{ from = \"66:output:1\", to = \"5:0x2001\" }]");
 }
 
 TEST_CASE("a drive's axis") {
@@ -99,42 +113,34 @@ TEST_CASE("a drive's axis") {
   REQUIRE(axis);
   CHECK(axis->positive_limit == 400'000);
   CHECK(axis->load == cbcan::devices::AxisLoad{12.5, 0, -3});
-  CHECK(errors_in_node("axis = 5") ==
-        Lines{"plant.toml:4: node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }"});
-  CHECK(errors_in_node("axis = { inertia = 5 }") ==
-        Lines{"plant.toml:4: node.axis.inertia: no such key; did you mean node.axis.inertia_kgcm2?"});
-  CHECK(errors_in_node("axis = { friction_mnm = -1 }") ==
-        Lines{"plant.toml:4: node.axis.friction_mnm -1: must be 0..1000000 mNm"});
+  wrong_node("axis = 5", "4: node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
+  wrong_node("axis = { inertia = 5 }",
+             "4: node.axis.inertia: no such key; did you mean node.axis.inertia_kgcm2?");
+  wrong_node("axis = { friction_mnm = -1 }", "4: node.axis.friction_mnm -1: must be 0..1000000 mNm");
 }
 
 TEST_CASE("numbers out of range") {
-  CHECK(errors_in("[module]\nnode_id = 0\n") == Lines{"plant.toml:2: module.node_id 0: must be 1..127"});
-  CHECK(errors_in("[module]\nnode_id = 128\n") == Lines{"plant.toml:2: module.node_id 128: must be 1..127"});
-  CHECK(errors_in("[module]\nsdo_timeout_ms = 65536\n") ==
-        Lines{"plant.toml:2: module.sdo_timeout_ms 65536: must be 0..65535 ms, 0 = none"});
-  CHECK(errors_in("[module]\nsdo_timeout_ms = -1\n") ==
-        Lines{"plant.toml:2: module.sdo_timeout_ms -1: must be 0..65535 ms, 0 = none"});
-  CHECK(errors_in("[module]\nnode_state_fresh_ms = 0\n") ==
-        Lines{"plant.toml:2: module.node_state_fresh_ms 0: must be 1..65535 ms"});
-  CHECK(errors_in("[module]\nguarding_timeout_ms = 65536\n") ==
-        Lines{"plant.toml:2: module.guarding_timeout_ms 65536: must be 1..65535 ms"});
-  CHECK(errors_in("[modbus]\nport = 65536\n") ==
-        Lines{"plant.toml:2: modbus.port 65536: must be 0..65535, 0 = any free one"});
-  CHECK(errors_in("[[node]]\nid = 300\neds = \"a.eds\"\n") ==
-        Lines{"plant.toml:2: node.id 300: must be 1..127"});
-  CHECK(errors_in_node("heartbeat_ms = 65536") ==
-        Lines{"plant.toml:4: node.heartbeat_ms 65536: must be 0..65535 ms, 0 = none"});
-  CHECK(errors_in_node("objects = [{ index = 0x10000, sub = 256, value = 0 }]") ==
-        Lines{"plant.toml:4: node.objects.index 65536: must be 0x0001..0xFFFF",
-              "plant.toml:4: node.objects.sub 256: must be 0..255"});
+  wrong("[module]\nnode_id = 0\n", "2: module.node_id 0: must be 1..127");
+  wrong("[module]\nnode_id = 128\n", "2: module.node_id 128: must be 1..127");
+  wrong("[module]\nsdo_timeout_ms = 65536\n",
+        "2: module.sdo_timeout_ms 65536: must be 0..65535 ms, 0 = none");
+  wrong("[module]\nsdo_timeout_ms = -1\n", "2: module.sdo_timeout_ms -1: must be 0..65535 ms, 0 = none");
+  wrong("[module]\nnode_state_fresh_ms = 0\n", "2: module.node_state_fresh_ms 0: must be 1..65535 ms");
+  wrong("[module]\nguarding_timeout_ms = 65536\n",
+        "2: module.guarding_timeout_ms 65536: must be 1..65535 ms");
+  wrong("[modbus]\nport = 65536\n", "2: modbus.port 65536: must be 0..65535, 0 = any free one");
+  wrong("[[node]]\nid = 300\neds = \"a.eds\"\n", "2: node.id 300: must be 1..127");
+  wrong_node("heartbeat_ms = 65536", "4: node.heartbeat_ms 65536: must be 0..65535 ms, 0 = none");
+  wrong_node("objects = [{ index = 0x10000, sub = 256, value = 0 }]",
+             "4: node.objects.index 65536: must be 0x0001..0xFFFF",
+             "4: node.objects.sub 256: must be 0..255");
 }
 
 TEST_CASE("the bit rate is in bit/s") {
   const std::string range = "must be 10000..1000000 bit/s, or 0 = as fast as possible";
-  CHECK(errors_in("[can]\nbit_rate = 500\n") ==
-        Lines{"plant.toml:2: can.bit_rate 500: " + range + "; did you mean 500000?"});
-  CHECK(errors_in("[can]\nbit_rate = 9999\n") == Lines{"plant.toml:2: can.bit_rate 9999: " + range});
-  CHECK(errors_in("[can]\nbit_rate = 1000001\n") == Lines{"plant.toml:2: can.bit_rate 1000001: " + range});
+  wrong("[can]\nbit_rate = 500\n", "2: can.bit_rate 500: " + range + "; did you mean 500000?");
+  wrong("[can]\nbit_rate = 9999\n", "2: can.bit_rate 9999: " + range);
+  wrong("[can]\nbit_rate = 1000001\n", "2: can.bit_rate 1000001: " + range);
   for (const char* good : {"0", "10_000", "1_000_000"}) {
     INFO(good);
     CHECK(errors_in("[can]\nbit_rate = " + std::string(good)) == Lines{});
@@ -142,29 +148,21 @@ TEST_CASE("the bit rate is in bit/s") {
 }
 
 TEST_CASE("values of the wrong type") {
-  CHECK(errors_in("[module]\nnode_id = \"7\"\n") ==
-        Lines{"plant.toml:2: module.node_id \"7\": must be an integer, 1..127"});
-  CHECK(errors_in("[module]\nnode_id = 7.0\n") ==
-        Lines{"plant.toml:2: module.node_id 7.0: must be an integer, 1..127"});
-  CHECK(errors_in("[modbus]\nport = 1979-05-27\n") ==
-        Lines{"plant.toml:2: modbus.port: must be an integer, 0..65535, 0 = any free one"});
+  wrong("[module]\nnode_id = \"7\"\n", "2: module.node_id \"7\": must be an integer, 1..127");
+  wrong("[module]\nnode_id = 7.0\n", "2: module.node_id 7.0: must be an integer, 1..127");
+  wrong("[modbus]\nport = 1979-05-27\n", "2: modbus.port: must be an integer, 0..65535, 0 = any free one");
   CHECK(
       errors_in("[modbus]\nhost = 127\n") ==
       Lines{"plant.toml:2: modbus.host 127: must be a text in double quotes: an IP address or a host name"});
-  CHECK(errors_in("[log]\nverbose = \"yes\"\n") ==
-        Lines{"plant.toml:2: log.verbose \"yes\": must be true or false"});
-  CHECK(errors_in("[log]\nfile = true\n") ==
-        Lines{"plant.toml:2: log.file true: must be a text in double quotes: a path"});
-  CHECK(errors_in_node("objects = [{ index = 1, value = [1] }]") ==
-        Lines{"plant.toml:4: node.objects.value: must be a number, true or false, a text, or bytes as "
-              "\"hex:01 02\""});
+  wrong("[log]\nverbose = \"yes\"\n", "2: log.verbose \"yes\": must be true or false");
+  wrong("[log]\nfile = true\n", "2: log.file true: must be a text in double quotes: a path");
+  wrong_node("objects = [{ index = 1, value = [1] }]",
+             "4: node.objects.value: must be a number, true or false, a text, or bytes as \"hex:01 02\"");
 }
 
 TEST_CASE("empty texts") {
-  CHECK(errors_in("[modbus]\nhost = \"\"\n") ==
-        Lines{"plant.toml:2: modbus.host \"\": must be an IP address or a host name"});
-  CHECK(errors_in("[[node]]\nid = 5\neds = \"\"\n") ==
-        Lines{"plant.toml:3: node.eds \"\": must be the path of an EDS or DCF file"});
+  wrong("[modbus]\nhost = \"\"\n", "2: modbus.host \"\": must be an IP address or a host name");
+  wrong("[[node]]\nid = 5\neds = \"\"\n", "3: node.eds \"\": must be the path of an EDS or DCF file");
 }
 
 TEST_CASE("bus specifications") {
@@ -227,25 +225,23 @@ TEST_CASE("a file with more than 100 mistakes is not looked at any further") {
 }
 
 TEST_CASE("what a node has to have") {
-  CHECK(errors_in("[[node]]\n") == Lines{"plant.toml:1: node.eds: is missing; add eds = \"FILE.eds\"",
-                                         "plant.toml:1: node.id: is missing; add id = 5, or lss = true"});
-  CHECK(errors_in("[[node]]\neds = \"a.eds\"\nlss = false\n") ==
-        Lines{"plant.toml:1: node.id: is missing; add id = 5, or lss = true"});
-  CHECK(errors_in("[[node]]\neds = \"a.eds\"\nid = 0\n") == Lines{"plant.toml:3: node.id 0: must be 1..127"});
-  CHECK(errors_in_node("objects = [\n{ sub = 1 }\n]") ==
-        Lines{"plant.toml:5: node.objects.index: is missing; add index = 0x2001",
-              "plant.toml:5: node.objects.value: is missing; add value = 1"});
+  wrong("[[node]]\n", "1: node.eds: is missing; add eds = \"FILE.eds\"",
+        "1: node.id: is missing; add id = 5, or lss = true");
+  wrong("[[node]]\neds = \"a.eds\"\nlss = false\n", "1: node.id: is missing; add id = 5, or lss = true");
+  wrong("[[node]]\neds = \"a.eds\"\nid = 0\n", "3: node.id 0: must be 1..127");
+  wrong_node("objects = [\n{ sub = 1 }\n]", "5: node.objects.index: is missing; add index = 0x2001",
+             "5: node.objects.value: is missing; add value = 1");
 }
 
 TEST_CASE("bytes that are none") {
-  CHECK(errors_in_node("objects = [{ index = 1, value = \"hex:0\" }]") ==
-        Lines{"plant.toml:4: node.objects.value \"hex:0\": must be pairs of hex digits after hex:, such as "
-              "\"hex:01 02 FF\""});
+  wrong_node(
+      "objects = [{ index = 1, value = \"hex:0\" }]",
+      "4: node.objects.value \"hex:0\": must be pairs of hex digits after hex:, such as \"hex:01 02 FF\"");
 }
 
 TEST_CASE("things of the wrong shape") {
-  CHECK(errors_in("module = 5\n") == Lines{"plant.toml:1: module: must be a table; write [module]"});
-  CHECK(errors_in("[[can]]\n") == Lines{"plant.toml:1: can: must be a table; write [can]"});
+  wrong("module = 5\n", "1: module: must be a table; write [module]");
+  wrong("[[can]]\n", "1: can: must be a table; write [can]");
   const Lines node_list{"plant.toml:1: node: must be a list of tables; write [[node]] above each node"};
   CHECK(errors_in("[node]\nid = 5\n") == node_list);
   CHECK(errors_in("node = [5]\n") == node_list);
@@ -276,7 +272,7 @@ TEST_CASE("a file in another encoding") {
 }
 
 TEST_CASE("all mistakes at once, in line order") {
-  CHECK(errors_in(R"([[node]]
+  wrong(R"([[node]]
 id = 300
 eds = 5
 [modbus]
@@ -284,54 +280,52 @@ port = -1
 hots = "a"
 [can]
 spec = "socketcan"
-)") == Lines{"plant.toml:2: node.id 300: must be 1..127",
-             "plant.toml:3: node.eds 5: must be a text in double quotes: the path of an EDS or DCF file",
-             "plant.toml:5: modbus.port -1: must be 0..65535, 0 = any free one",
-             "plant.toml:6: modbus.hots: no such key; did you mean modbus.host?",
-             "plant.toml:8: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0"});
+)",
+        "2: node.id 300: must be 1..127",
+        "3: node.eds 5: must be a text in double quotes: the path of an EDS or DCF file",
+        "5: modbus.port -1: must be 0..65535, 0 = any free one",
+        "6: modbus.hots: no such key; did you mean modbus.host?",
+        "8: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0");
 }
 
 TEST_CASE("a node ID twice") {
-  CHECK(checked("[[node]]\nid = 5\neds = \"a\"\n\n[[node]]\nid = 5\neds = \"b\"\n") ==
-        Lines{"plant.toml:5: node 5: already at plant.toml:1; every node on the bus needs an ID of its own"});
+  wrong_together("[[node]]\nid = 5\neds = \"a\"\n\n[[node]]\nid = 5\neds = \"b\"\n",
+                 "5: node 5: already at plant.toml:1; every node on the bus needs an ID of its own");
   CHECK(checked("[[node]]\nid = 5\neds = \"a\"\n\n[[node]]\nid = 6\neds = \"b\"\n") == Lines{});
 }
 
 TEST_CASE("a node with the module's ID") {
   const std::string message =
       "this is the module's own ID; change the node's, or the module's with module.node_id or --node-id";
-  CHECK(checked("[[node]]\nid = 127\neds = \"a\"\n") == Lines{"plant.toml:1: node 127: " + message});
-  CHECK(checked("[module]\nnode_id = 3\n[[node]]\nid = 3\neds = \"a\"\n") ==
-        Lines{"plant.toml:3: node 3: " + message});
+  wrong_together("[[node]]\nid = 127\neds = \"a\"\n", "1: node 127: " + message);
+  wrong_together("[module]\nnode_id = 3\n[[node]]\nid = 3\neds = \"a\"\n", "3: node 3: " + message);
 }
 
 TEST_CASE("an object twice") {
-  CHECK(checked(std::string(kNode) +
-                "objects = [\n{ index = 0x2001, value = 1 },\n{ index = 0x2001, value = 2 },\n"
-                "{ index = 0x2001, sub = 1, value = 3 }]\n") ==
-        Lines{"plant.toml:6: node 5: object 2001h:00 is already set at plant.toml:5; remove one of the two"});
-  CHECK(checked(std::string(kNode) + "heartbeat_ms = 1\nobjects = [{ index = 0x1017, value = 1 }]\n") ==
-        Lines{"plant.toml:5: node 5: object 1017h:00 is already set at plant.toml:1; remove one of the two"});
+  wrong_together(std::string(kNode) +
+                     "objects = [\n{ index = 0x2001, value = 1 },\n{ index = 0x2001, value = 2 },\n"
+                     "{ index = 0x2001, sub = 1, value = 3 }]\n",
+                 "6: node 5: object 2001h:00 is already set at plant.toml:5; remove one of the two");
+  wrong_together(std::string(kNode) + "heartbeat_ms = 1\nobjects = [{ index = 0x1017, value = 1 }]\n",
+                 "5: node 5: object 1017h:00 is already set at plant.toml:1; remove one of the two");
 }
 
 TEST_CASE("devices, LSS, times and seeds that are wrong") {
-  CHECK(errors_in_node("device = \"cia405\"") == Lines{"plant.toml:4: node.device \"cia405\": must be none, "
-                                                       "cia401, cia402, cia404, or the path of a Lua script, "
-                                                       "FILE.lua"});
-  CHECK(errors_in_node("device = 401") ==
-        Lines{"plant.toml:4: node.device 401: must be a text in double quotes: the name of a device, or the "
-              "path of a Lua script, FILE.lua"});
-  CHECK(errors_in_node("lss = 1") == Lines{"plant.toml:4: node.lss 1: must be true or false"});
-  CHECK(errors_in_node("parameters = \"\"") == Lines{"plant.toml:4: node.parameters \"\": must be a path"});
-  CHECK(errors_in_node("time_period_ms = 86400001") ==
-        Lines{"plant.toml:4: node.time_period_ms 86400001: must be 0..86400000 ms, 0 = none"});
-  CHECK(errors_in("[random]\nseed = -1\n") == Lines{"plant.toml:2: random.seed -1: must be 0..4294967295"});
-  CHECK(errors_in("[random]\nseed = 4294967296\n") ==
-        Lines{"plant.toml:2: random.seed 4294967296: must be 0..4294967295"});
+  wrong_node("device = \"cia405\"",
+             "4: node.device \"cia405\": must be none, cia401, cia402, cia404, or the path of a Lua script, "
+             "FILE.lua");
+  wrong_node("device = 401",
+             "4: node.device 401: must be a text in double quotes: the name of a device, or the path of a "
+             "Lua script, FILE.lua");
+  wrong_node("lss = 1", "4: node.lss 1: must be true or false");
+  wrong_node("parameters = \"\"", "4: node.parameters \"\": must be a path");
+  wrong_node("time_period_ms = 86400001",
+             "4: node.time_period_ms 86400001: must be 0..86400000 ms, 0 = none");
+  wrong("[random]\nseed = -1\n", "2: random.seed -1: must be 0..4294967295");
+  wrong("[random]\nseed = 4294967296\n", "2: random.seed 4294967296: must be 0..4294967295");
   CHECK(
       contains(errors_in("[control]\nlisten = \"1502\"\n").at(0), "plant.toml:2: control.listen \"1502\": "));
-  CHECK(errors_in("[time]\nclock = \"sundial\"\n") ==
-        Lines{"plant.toml:2: time.clock \"sundial\": must be real or manual"});
+  wrong("[time]\nclock = \"sundial\"\n", "2: time.clock \"sundial\": must be real or manual");
 }
 
 TEST_CASE("signals that are wrong") {
@@ -417,38 +411,52 @@ TEST_CASE("faults that are wrong") {
         Lines{"plant.toml:4: node.faults: silent: probability 2: must be 0..1"});
   CHECK(errors_of("kind = \"silent\", after = true") ==
         Lines{"plant.toml:4: node.faults: silent: after true: must be an integer, 0..4294967295"});
-  CHECK(errors_in("[can]\nfaults = [\n{ kind = \"response-late\" },\n{ delay_ms = 1 }]\n") ==
-        Lines{"plant.toml:3: can.faults: response-late: a fault of a node, not of the bus",
-              "plant.toml:4: can.faults.kind: is missing; add kind = \"frame-loss\""});
-  CHECK(errors_in("[can]\nfaults = \"bus-off\"\n") ==
-        Lines{"plant.toml:2: can.faults: must be a list; write faults = [{ kind = \"frame-loss\" }]"});
-  CHECK(errors_in("[module]\nfaults = []\n") ==
-        Lines{"plant.toml:2: module.faults: no such key; did you mean node.faults?"});
+  wrong("[can]\nfaults = [\n{ kind = \"response-late\" },\n{ delay_ms = 1 }]\n",
+        "3: can.faults: response-late: a fault of a node, not of the bus",
+        "4: can.faults.kind: is missing; add kind = \"frame-loss\"");
+  wrong("[can]\nfaults = \"bus-off\"\n",
+        "2: can.faults: must be a list; write faults = [{ kind = \"frame-loss\" }]");
+  wrong("[module]\nfaults = []\n", "2: module.faults: no such key; did you mean node.faults?");
 }
 
 TEST_CASE("a signal twice, a parameter file twice") {
-  CHECK(checked(std::string(kNode) + "signals = [\n{ index = 0x6401, shape = \"constant\", value = 1 },\n"
-                                     "{ index = 0x6401, sub = 1, shape = \"constant\", value = 2 },\n"
-                                     "{ index = 0x6401, sub = 0, shape = \"noise\", deviation = 3 }]\n") ==
-        Lines{"plant.toml:7: node 5: object 6401h:00 already has a signal at plant.toml:5; remove one of the "
-              "two"});
-  CHECK(checked(std::string(kNode) +
-                "parameters = \"p\"\n[[node]]\nlss = true\neds = \"b\"\nparameters = \"p\"\n") ==
-        Lines{"plant.toml:5: node without an ID: p already has the parameters of node 5 at plant.toml:1; "
-              "every node "
-              "needs a file of its own"});
+  wrong_together(std::string(kNode) +
+                     "signals = [\n{ index = 0x6401, shape = \"constant\", value = 1 },\n"
+                     "{ index = 0x6401, sub = 1, shape = \"constant\", value = 2 },\n"
+                     "{ index = 0x6401, sub = 0, shape = \"noise\", deviation = 3 }]\n",
+                 "7: node 5: object 6401h:00 already has a signal at plant.toml:5; remove one of the two");
+  wrong_together(
+      std::string(kNode) + "parameters = \"p\"\n[[node]]\nlss = true\neds = \"b\"\nparameters = \"p\"\n",
+      "5: node without an ID: p already has the parameters of node 5 at plant.toml:1; every node needs a "
+      "file of its own");
+}
+
+TEST_CASE("a beacon is a socketcand's") {
+  const auto error_of = [](const std::string& beacon, const std::string& socketcand) {
+    return checked("[can]\nsocketcand_beacon = \"" + beacon + "\"\n" + socketcand);
+  };
+  const std::string none =
+      "plant.toml:2: can.socketcand_beacon: there is no socketcand to be found; add can.socketcand, "
+      "--socketcand HOST:PORT";
+  CHECK(error_of("10.0.0.255", "") == Lines{none});
+  CHECK(error_of("10.0.0.255", "socketcand = \"unix:can\"\n") == Lines{none});
+  wrong("[can]\nsocketcand_beacon = \"10.0.0.255:0\"\n",
+        "2: can.socketcand_beacon \"10.0.0.255:0\": must be HOST or HOST:PORT, mostly a network's broadcast "
+        "address");
+  CHECK(error_of("10.0.0.255", "socketcand = \"127.0.0.1:0\"\n").empty());
+  CHECK(error_of("10.0.0.255:65535", "socketcand = \"127.0.0.1:0\"\n").empty());
 }
 
 TEST_CASE("ranges of registers do not overlap") {
-  CHECK(checked("[module]\nprocess_first = 3700\n") ==
-        Lines{"plant.toml:2: R3700..R3827 of module.process_first would lie over R3700..R3769; every range "
-              "needs registers of its own"});
-  CHECK(checked("[module]\nscanner_in_first = 569\n") ==
-        Lines{"plant.toml:2: R569..R636 of module.scanner_in_first would lie over R500..R569 of "
-              "module.scanner_out_first; every range needs registers of its own"});
-  CHECK(checked("[module]\nprocess_first = 432\n") ==
-        Lines{"plant.toml:2: R500..R569 of module.scanner_out_first would lie over R432..R559 of "
-              "module.process_first; every range needs registers of its own"});
+  wrong_together("[module]\nprocess_first = 3700\n",
+                 "2: R3700..R3827 of module.process_first would lie over R3700..R3769; every range needs "
+                 "registers of its own");
+  wrong_together("[module]\nscanner_in_first = 569\n",
+                 "2: R569..R636 of module.scanner_in_first would lie over R500..R569 of "
+                 "module.scanner_out_first; every range needs registers of its own");
+  wrong_together("[module]\nprocess_first = 432\n",
+                 "2: R500..R569 of module.scanner_out_first would lie over R432..R559 of "
+                 "module.process_first; every range needs registers of its own");
   CHECK(checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 3928\nchannels = 1\n").empty());
   CHECK(
       checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 3928\n") ==

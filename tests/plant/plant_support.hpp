@@ -38,4 +38,7 @@ NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::
 
 bool contains(std::string_view text, std::string_view part);
 
+/// Each with the same text in front of it.
+Lines behind(std::string_view front, Lines lines);
+
 }  // namespace cbcan::plant::test

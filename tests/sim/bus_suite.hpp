@@ -25,6 +25,22 @@ struct Listener final : sim::Receiver {
 
 using Texts = std::vector<std::string>;
 
+/// What stands in front of the adapter of a `Desk`, character by character.
+template <class Desk>
+struct Host {
+  /// What the adapter has to say since the last time.
+  std::string said() {
+    auto& adapter = static_cast<Desk&>(*this).adapter;
+    std::string text(adapter.unsent());
+    adapter.sent(text.size());
+    return text;
+  }
+  std::string respond(std::string_view characters) {
+    static_cast<Desk&>(*this).adapter.receive(characters);
+    return said();
+  }
+};
+
 template <class Wire>
 void check_every_kind_of_frame() {
   Wire wire;

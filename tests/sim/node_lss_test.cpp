@@ -113,8 +113,7 @@ TEST_CASE("Node: what LSS stores is there at the next power-on") {
     store(bench);
     CHECK(kept.kept.lss == sim::StoredLss{0x12, 0});
     bench.ask(kWaiting, "712#00");
-    bench.ask("612#2B00200055000000", "592#6000200000000000");
-    bench.ask("612#2310100173617665", "592#6010100100000000");
+    bench.write("612#2B00200055000000", "612#2310100173617665");
     CHECK(kept.kept.lss.node_id == 0x12);
   }
   WorldBench bench;
@@ -128,8 +127,7 @@ TEST_CASE("Node: an ID that LSS has not stored is gone at the next power-on; par
   KeptParameters kept;
   {
     NodeBench bench(with_lss(&kept));
-    bench.ask("605#2B00200055000000", "585#6000200000000000");
-    bench.ask("605#2310100173617665", "585#6010100100000000");
+    bench.write("605#2B00200055000000", "605#2310100173617665");
     CHECK(kept.kept.lss == sim::StoredLss{});
   }
   WorldBench bench;

@@ -75,8 +75,7 @@ TEST_CASE("Node: a watched node that is reset is alive as long as it says so in 
 
 TEST_CASE("Node: 1016h set to 0 ends the watch, and the filter closes") {
   Watch watch("00");
-  watch.bench.ask("602#2316100100000000", "582#6016100100000000");
-  watch.bench.ask("601#2B17100000000000", "581#6017100000000000");
+  watch.bench.write("602#2316100100000000", "601#2B17100000000000");
   watch.bench.pass(kSecond).expect_silence();
   CHECK(watch.state() == nmt::State::kOperational);
 }
@@ -90,8 +89,7 @@ TEST_CASE("Node: TIME from a producer to a consumer") {
   bench.pass(kSecond).expect_silence();  // 1012h says neither
   // 2163-06-07 is day 65,536: the day before, 500 ms before midnight, the 16 bits are at their end.
   producer.device().time_stamp().set({86'399'500, 65'535}, bench.now);
-  bench.ask("602#2312100000010080", "582#6012100000000000");
-  bench.ask("601#2312100000010040", "581#6012100000000000");
+  bench.write("602#2312100000010080", "601#2312100000010040");
   bench.pass(250 * kMillisecond).expect("100#065B2605FFFF");  // 86,399,750 ms
   CHECK(consumer.device().time_stamp().at(bench.now) == TimeOfDay{86'399'750, 65'535});
   bench.pass(250 * kMillisecond).expect("100#000000000000");

@@ -137,8 +137,7 @@ TEST_CASE("Node: a PDO's COB-ID and mapping are stored too") {
   KeptParameters store;
   {
     Keeper keeper(&store);
-    keeper.bench.ask("605#2300140105020080", "585#6000140100000000");
-    keeper.bench.ask("605#2300140177030000", "585#6000140100000000");
+    keeper.bench.write("605#2300140105020080", "605#2300140177030000");
     keeper.save("02");
   }
   Keeper keeper(&store);
@@ -206,8 +205,7 @@ TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") 
   all.push_back({0xFFFF, 0, 0xFF, DataType::kUnsigned8});
   add_node_of(bench, 5, all, parts);
   bench.start().expect("705#00");
-  bench.ask("605#2FFFFFFF11000000", "585#60FFFFFF00000000");
-  bench.ask("605#2310100173617665", "585#6010100100000000");
+  bench.write("605#2FFFFFFF11000000", "605#2310100173617665");
   CHECK(store.kept.values == Values{{0xFFFF, 0xFF, {0x11}}});
 }
 
@@ -224,9 +222,7 @@ TEST_CASE("Node: objects for PDOs are stored too, but what the file maps by defa
   WorldBench bench;
   add_node_of(bench, 5, all, parts);
   bench.start().expect("705#00");
-  bench.ask("605#2F00630011000000", "585#6000630000000000");
-  bench.ask("605#2F01630012000000", "585#6001630000000000");
-  bench.ask("605#2F00620213000000", "585#6000620200000000");
+  bench.write("605#2F00630011000000", "605#2F01630012000000", "605#2F00620213000000");
   bench.ask("605#2B00620114000000", "585#6000620100000000");  // 1600h:1
   bench.ask("605#2310100173617665", "585#6010100100000000");
   CHECK(store.kept.values == Values{{0x6200, 2, {0x13}}, {0x6300, 0, {0x11}}, {0x6301, 0, {0x12}}});
@@ -243,9 +239,7 @@ TEST_CASE("Node: what its device calls a set point is not stored, mapped or not"
     return std::make_unique<Device>();
   };
   NodeBench bench(parts);
-  bench.ask("605#2B00200011000000", "585#6000200000000000");
-  bench.ask("605#2B00620112000000", "585#6000620100000000");
-  bench.ask("605#2310100173617665", "585#6010100100000000");
+  bench.write("605#2B00200011000000", "605#2B00620112000000", "605#2310100173617665");
   CHECK(store.kept.values == Values{{0x6200, 1, {0x12, 0}}});
 }
 

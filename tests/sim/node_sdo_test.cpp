@@ -35,8 +35,7 @@ TEST_CASE("Node: a second SDO server where the file has it, next to the first on
   plant.bench.ask("605#4000200000000000", "585#4B00200011000000");
   plant.bench.ask("645#4000300000000000", "5C5#8000300000000206");
   SECTION("both in the middle of a transfer") {
-    plant.bench.ask("605#2100200002000000", "585#6000200000000000");
-    plant.bench.ask("645#2100200002000000", "5C5#6000200000000000");
+    plant.bench.write("605#2100200002000000", "645#2100200002000000");
     plant.bench.ask("605#0B22000000000000", "585#2000000000000000");
     plant.bench.ask("645#0B33000000000000", "5C5#2000000000000000");
     CHECK(value_of(plant.node, 0x2000, 0) == 0x33);

@@ -34,7 +34,7 @@ void operator delete(void* memory, std::size_t /*size*/) noexcept {
 namespace {
 
 /// An adapter, and another port on its bus.
-struct Desk {
+struct Desk : Host<Desk> {
   cbcan::sim::Bus bus;
   Time now = 0;
   SlcanAdapter adapter{bus, [this] { bus.advance(now); }};
@@ -43,16 +43,6 @@ struct Desk {
 
   Desk() { other.accept(0, 0x7FF); }
 
-  /// What the adapter has to say since the last time.
-  std::string said() {
-    std::string text(adapter.unsent());
-    adapter.sent(text.size());
-    return text;
-  }
-  std::string respond(std::string_view characters) {
-    adapter.receive(characters);
-    return said();
-  }
   void arrive(std::string_view frame) {
     CHECK(other.try_send(frame_from(frame)));
     bus.advance(now);

@@ -17,7 +17,7 @@ namespace {
 constexpr Time kStart = 100 * kSecond;
 
 /// An adapter, and another port on its bus; the clock on the wall is a second further.
-struct Desk {
+struct Desk : Host<Desk> {
   explicit Desk(Time pause_behind_ok = 0) : pause(pause_behind_ok) {
     other.accept_all();
     world.advance(now);
@@ -32,15 +32,6 @@ struct Desk {
   Listener ear;
   cbcan::sim::Port& other = world.bus().attach(ear);
 
-  std::string said() {
-    std::string text(adapter.unsent());
-    adapter.sent(text.size());
-    return text;
-  }
-  std::string respond(std::string_view characters) {
-    adapter.receive(characters);
-    return said();
-  }
   void arrive(std::string_view frame) {
     CHECK(other.try_send(frame_from(frame)));
     world.advance(now);

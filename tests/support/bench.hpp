@@ -87,7 +87,7 @@ struct BasicBench : Wire {
     return *this;
   }
   BasicBench& write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
-               std::initializer_list<std::uint16_t> words) {
+                    std::initializer_list<std::uint16_t> words) {
     write(3701, {5066, node, index, sub, size});
     write(3706, words);
     execute();
@@ -103,9 +103,11 @@ struct BasicBench : Wire {
   }
 
   // The bus.
-  BasicBench& arrive(const std::string& frame) {
+  template <class... More>
+  BasicBench& arrive(const std::string& frame, const More&... more) {
     coprocessor.on_frame(frame_from(frame), now);
     poll();
+    if constexpr (sizeof...(more) != 0) arrive(more...);
     return *this;
   }
 

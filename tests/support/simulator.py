@@ -30,7 +30,8 @@ def wait_until(condition, what):
 
 
 class Simulator:
-    def __init__(self, program, *options, log=True, before_start=None, stdin=subprocess.DEVNULL, stderr=None, **keywords):
+    def __init__(self, program, *options, log=True, test=None, before_start=None, stdin=subprocess.DEVNULL, stderr=None, **keywords):
+        """Ends with `test`, where there is one."""
         self.folder = tempfile.TemporaryDirectory()
         self.log_path = pathlib.Path(self.folder.name) / "bus.log"
         command = [program, "--modbus", "127.0.0.1:0", *options]
@@ -53,6 +54,8 @@ class Simulator:
             raise AssertionError(f"no ready line: {self.ready!r} {self.stop()[1]}")
         self.where = dict(part.split("=", 1) for part in self.ready.split()[1:])  # "modbus": "127.0.0.1:1502", ...
         self.port = int(self.where.get("modbus", ":0").rsplit(":", 1)[1])
+        if test:
+            test.addCleanup(self.stop)
 
     def __enter__(self):
         return self

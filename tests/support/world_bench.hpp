@@ -64,6 +64,14 @@ struct WorldBench : private sim::Receiver {
     expect_silence();
   }
 
+  /// SDO downloads, each confirmed with its object: "605#2B17106400..." by "585#60171000000000...".
+  template <class... More>
+  void write(const std::string& request, const More&... more) {
+    const std::string node = text_of(Frame{frame_from(request).id - 0x80, 0, 0, {}});
+    ask(request, node + "60" + request.substr(6, 6) + "00000000");
+    if constexpr (sizeof...(more) != 0) write(more...);
+  }
+
   /// What has been heard since it was last looked at, whenever that was.
   std::vector<std::string> heard() {
     std::vector<std::string> frames;

@@ -88,8 +88,7 @@ class Abuse(unittest.TestCase):
     @contextlib.contextmanager
     def served(self, what, *options, says="", **keywords):
         """cbcan-sim with the healthy client at work; the with block's body is the abuse. `says`: the line on standard error."""
-        self.simulator = Simulator(PROGRAM, "--demo", *options, **keywords)
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--demo", *options, **keywords, test=self)
         self.healthy = Healthy(self.simulator.port)
         self.clients = []
         self.served_clients = 0

@@ -68,8 +68,7 @@ class Lines(unittest.TestCase):
 
 class Standing(unittest.TestCase):
     def setUp(self):
-        self.simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--slcan", "127.0.0.1:0", stdin=subprocess.PIPE)
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--slcan", "127.0.0.1:0", stdin=subprocess.PIPE, test=self)
         self.window = self.simulator.window()
         self.addCleanup(self.window.socket.close)
 
@@ -140,8 +139,7 @@ class Standing(unittest.TestCase):
 
     def test_signals_while_time_passes(self):
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-            simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--heartbeat", "0x42=1", stdin=subprocess.PIPE)
-            self.addCleanup(simulator.stop)
+            simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--heartbeat", "0x42=1", stdin=subprocess.PIPE, test=self)
             simulator.process.stdin.write("pass 2592000s\n")
             simulator.process.stdin.flush()
             wait_until(lambda path=simulator.log_path: path.stat().st_size > 0, "time to pass")

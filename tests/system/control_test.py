@@ -58,8 +58,7 @@ class Commands:
 
 class OverASocket(unittest.TestCase):
     def start(self, *options):
-        simulator = Simulator(PROGRAM, "--demo", *options)
-        self.addCleanup(simulator.stop)
+        simulator = Simulator(PROGRAM, "--demo", *options, test=self)
         commands = Commands(simulator.where["control"])
         self.addCleanup(commands.close)
         return simulator, commands
@@ -210,7 +209,7 @@ class OnAStandingClock(unittest.TestCase):
             stored.write_text("1017:00 = E803\n1018:01 = 01000000\n1029:01 = 0000\n5FFF:00 = 01\n")
             done, _ = self.run_plant("get 5 0x1017\n", folder)
         self.assertEqual(done.stdout.splitlines()[1:], ["ok 1000"])
-        self.assertEqual(done.stderr, f"cbcan-sim: {stored}: left out, as the EDS file has no such parameter of this length: 1018:01, "
+        self.assertEqual(done.stderr, f"cbcan-sim: {stored}: left out, as the node has no such parameter of this length: 1018:01, "
                                       "1029:01, 5FFF:00\n")
 
     def test_stored_parameters_outlive_the_program(self):
@@ -218,8 +217,7 @@ class OnAStandingClock(unittest.TestCase):
             plant = pathlib.Path(folder) / "plant.toml"
             plant.write_text(PLANT.format(eds=EDS))
             for heartbeat in (0, 1234):
-                simulator = Simulator(PROGRAM, "--config", str(plant))
-                self.addCleanup(simulator.stop)
+                simulator = Simulator(PROGRAM, "--config", str(plant), test=self)
                 with simulator.window() as window:
                     self.assertEqual(window.execute(READ, 5, 0x1017, 0, 2), 0)
                     self.assertEqual(window.read(3706, 1), [heartbeat])
@@ -242,8 +240,7 @@ class OnAStandingClock(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             plant = pathlib.Path(folder) / "plant.toml"
             plant.write_text(PLANT.format(eds=EDS))
-            simulator = Simulator(PROGRAM, "--config", str(plant), "--sdo-timeout", "20")
-            self.addCleanup(simulator.stop)
+            simulator = Simulator(PROGRAM, "--config", str(plant), "--sdo-timeout", "20", test=self)
             with simulator.window() as window:
                 window.start(READ, 5, 0x6411, 1, 2)
                 wait_until(lambda: window.read(3700, 1) == [4], "the timeout")

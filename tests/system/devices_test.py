@@ -29,8 +29,7 @@ def message(frame):
 class Devices(unittest.TestCase):
     def setUp(self):
         place = ("--can", f"socketcan:{VCAN}") if VCAN else ("--slcan", "127.0.0.1:0")
-        self.simulator = Simulator(PROGRAM, "--config", str(PLANT), "--control", "127.0.0.1:0", *place)
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--config", str(PLANT), "--control", "127.0.0.1:0", *place, test=self)
         self.bus = self.open_bus()
         self.addCleanup(self.bus.shutdown)
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // To be preloaded. CBCAN_FAIL="NAME K ERROR": the K-th call of that function, from 1, fails with this errno;
 // the name malloc is every allocation. CBCAN_CALLS=PATH: at its end the program writes there how often it has
-// called each. CBCAN_UNWATCHED=K: epoll_ctl() refuses to watch the K-th client's connection.
+// called each. CBCAN_UNWATCHED=K: epoll_ctl() refuses to watch a client's connection for the K-th time; a
+// PLC's is watched twice.
 
 #include <dlfcn.h>
 #include <fcntl.h>

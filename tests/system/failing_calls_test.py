@@ -17,9 +17,9 @@ READ = 5055
 
 
 class ConnectionThatCannotBeWatched(unittest.TestCase):
-    def check(self, service, *options):
-        simulator = Simulator(PROGRAM, "--demo", *options, env={**os.environ, "LD_PRELOAD": PRELOAD, "CBCAN_UNWATCHED": "2"})
-        self.addCleanup(simulator.stop)
+    def check(self, service, *options, unwatched=3):
+        environment = {**os.environ, "LD_PRELOAD": PRELOAD, "CBCAN_UNWATCHED": str(unwatched)}
+        simulator = Simulator(PROGRAM, "--demo", *options, env=environment, test=self)
         where = simulator.where[service]
         host, port = where.rsplit(":", 1)
         with simulator.window() as first:
@@ -33,7 +33,8 @@ class ConnectionThatCannotBeWatched(unittest.TestCase):
                                                "No space left on device\n"))
 
     def test_modbus(self):
-        self.check("modbus")
+        for unwatched in (3, 4):  # of the second client the first time, and the second
+            self.check("modbus", unwatched=unwatched)
 
     def test_control(self):
         self.check("control", "--control", "127.0.0.1:0")

@@ -154,7 +154,19 @@ class Monitor(unittest.TestCase):
         with Simulator(PROGRAM, "--demo", "--http", ":0") as simulator:
             done = subprocess.run([CTL, "monitor", "--kinds", "frames"], capture_output=True, text=True, timeout=LIMIT, check=False,
                                   env={"CBCAN_HTTP": simulator.where["http"]})
-        self.assertIn("kinds=frames: must be modbus, begun,", done.stderr)
+        told = re.search(r"kinds=frames: must be (modbus, begun, [a-z, ]*)", done.stderr)[1].replace(" and ", ", ")
+        helps = " ".join(subprocess.run([CTL, "monitor", "--help"], capture_output=True, text=True, timeout=LIMIT, check=True).stdout.split())
+        self.assertIn(f"of events: {told}; or all", helps)
+
+    def test_a_log_of_what_stands_at_the_terminals(self):
+        with Simulator(PROGRAM, "--demo", "--http", ":0") as simulator, simulator.window() as plc:
+            log = self.monitor(simulator, "--kinds", "terminals", "--json", "--node", "66", "--count", "3")
+            wait_until(lambda: http_json(simulator, "/api/time")["streams"] == 1, "it to listen")
+            self.assertEqual([plc.execute(WRITE, 66, 0x6200, 1, 1, outputs) for outputs in (5, 4)], [0, 0])
+            self.assertEqual(plc.execute(WRITE, 66, 0x6411, 2, 2, 0x8000), 0)
+            lines = [json.loads(line) for line in log.communicate(timeout=LIMIT)[0].splitlines()]
+        self.assertEqual([(event["index"], event["sub"], event["value"], event["words"]) for event in lines[:3]],
+                         [(0x6200, 1, 5, "output:1 on, output:3 on"), (0x6200, 1, 4, "output:1 off"), (0x6411, 2, -32768, "analogue-output:2 = -32768")])
 
 
 def http_json(simulator, path):

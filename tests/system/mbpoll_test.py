@@ -17,8 +17,7 @@ PROGRAM = program_from_arguments(sys.argv)
 
 class Mbpoll(unittest.TestCase):
     def setUp(self):
-        self.simulator = Simulator(PROGRAM, "--demo")
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--demo", test=self)
 
     def mbpoll(self, *arguments):
         command = ["mbpoll", "-q", "-m", "tcp", "-p", str(self.simulator.port), "-1", "-o", "10", *arguments]

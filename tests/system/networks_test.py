@@ -74,8 +74,7 @@ class TwoNetworks(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
         plant = self.folder / "plant.toml"
         plant.write_text(PLANT)
-        self.simulator = Simulator(PROGRAM, "--config", str(plant), "--clock", "manual", "--summary", stdin=subprocess.PIPE)
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--config", str(plant), "--clock", "manual", "--summary", stdin=subprocess.PIPE, test=self)
 
     def unit(self, number):
         client = OneUnit(self.simulator.port, number)
@@ -205,11 +204,9 @@ class WithAndWithout(unittest.TestCase):
                                                "bus:frame-loss probability=0.2"))
 
     def test_a_plant_without_any_module_has_no_modbus_and_one_with_a_second_module_has(self):
-        without = Simulator(PROGRAM, "--no-module", "--network", "2", "--no-module", "--slcan", "127.0.0.1:0", log=False)
-        self.addCleanup(without.stop)
+        without = Simulator(PROGRAM, "--no-module", "--network", "2", "--no-module", "--slcan", "127.0.0.1:0", log=False, test=self)
         self.assertEqual(without.ready.split()[1:3], ["can=virtual", "2/can=virtual"])
-        only_second = Simulator(PROGRAM, "--no-module", "--network", "2", log=False)
-        self.addCleanup(only_second.stop)
+        only_second = Simulator(PROGRAM, "--no-module", "--network", "2", log=False, test=self)
         for unit, response in ((1, b"\x83\x0a"), (2, b"\x03\x02\x00\x00"), (255, b"\x83\x0a")):
             with only_second.window() as window:
                 self.assertEqual(window.request(b"\x03\x0e\x74\x00\x01", unit=unit), response)
@@ -218,6 +215,62 @@ class WithAndWithout(unittest.TestCase):
         done = subprocess.run([PROGRAM, "--network", "2", "--node", "5=/nowhere.eds"], capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual(done.returncode, 2)
         self.assertIn("--node 5=/nowhere.eds: network 2: node 5: ", done.stderr)
+
+
+class StoredParameters(unittest.TestCase):
+    SAVE, LOAD = (0x6173, 0x6576), (0x6F6C, 0x6461)
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.files = [pathlib.Path(folder.name) / name for name in ("one.par", "two.par")]
+
+    def start(self):
+        simulator = Simulator(PROGRAM, "--module-parameters", str(self.files[0]), "--network", "2", "--module-parameters",
+                              str(self.files[1]), "--network", "3", log=False)
+        self.addCleanup(simulator.stop)
+        return simulator
+
+    def test_each_module_has_its_own_after_a_restart(self):
+        simulator = self.start()
+        for unit, saves in ((1, 0), (2, 0), (3, 4)):
+            with simulator.window(unit) as window:
+                self.assertEqual(window.execute(WRITE, 0, 0x1017, 0, 2, 1000 * unit), 0)
+                self.assertEqual(window.execute(WRITE, 0, 0x3003, 0, 2, 100 * unit), 0)
+                self.assertEqual(window.execute(WRITE, 0, 0x1010, unit, 4, *self.SAVE), saves)
+                if saves:
+                    self.assertEqual(window.abort_code(), 0x08000020)
+                self.assertEqual(window.execute(WRITE, 0, 0x3003, 0, 2, 77), 0)
+        self.assertEqual(simulator.stop()[0], 0)
+        self.assertEqual([file.read_text().splitlines()[2:] for file in self.files],
+                         [["1017:00 = E803", "3003:00 = 6400"], ["1017:00 = D007"]])
+        simulator = self.start()
+        for unit, values in ((1, [1000, 100]), (2, [2000, 1000]), (3, [0, 1000])):
+            with simulator.window(unit) as window:
+                for index, value in zip((0x1017, 0x3003), values):
+                    self.assertEqual((window.execute(READ, 0, index, 0, 2), window.read(3706, 1)), (0, [value]))
+                self.assertEqual(window.execute(WRITE, 0, 0x1011, 1, 4, *self.LOAD), 0 if unit < 3 else 4)
+        simulator.stop()
+        self.assertEqual([file.read_text().splitlines()[2:] for file in self.files], [[], []])
+
+    def test_a_file_that_is_broken_or_cannot_be_written(self):
+        self.files[0].write_text("1017 = 5\n")
+        done = subprocess.run([PROGRAM, "--module-parameters", str(self.files[0])], capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(f'{self.files[0]}:1: "1017 = 5": write INDEX:SUB = BYTES', done.stderr)
+        self.files[0].write_text("1017:00 = E803\n5FFF:00 = 01\n")
+        simulator = self.start()
+        pathlib.Path(str(self.files[0]) + ".new").mkdir()
+        with simulator.window() as window:
+            self.assertEqual(window.execute(WRITE, 0, 0x1010, 1, 4, *self.SAVE), 4)
+            self.assertEqual(window.abort_code(), 0x06060000)
+        code, text = simulator.stop()
+        told = [line for line in text.splitlines() if line.startswith(f"cbcan-sim: {self.files[0]}: ")]
+        self.assertEqual(code, 0)
+        self.assertEqual([line.split(": ", 2)[2] for line in told],
+                         ["left out, as the node has no such parameter of this length: 5FFF:00",
+                          "parameters could not be stored: Is a directory"])
+        self.assertEqual(self.files[0].read_text(), "1017:00 = E803\n5FFF:00 = 01\n")
 
 
 cases.main()

@@ -55,8 +55,7 @@ class Unread(unittest.TestCase):
 
     def start(self, *options):
         simulator = Simulator(PROGRAM, "--demo", *options, log=False, before_start=lambda: os.set_inheritable(self.pipe.into, True),
-                              close_fds=False)
-        self.addCleanup(simulator.stop)
+                              close_fds=False, test=self)
         return simulator
 
     def check_served_and_ended(self, simulator):
@@ -101,8 +100,7 @@ class Unread(unittest.TestCase):
         self.check_served_and_ended(simulator)
 
     def test_standard_error(self):
-        simulator = Simulator(PROGRAM, "--demo", "--control", "127.0.0.1:0", stderr=self.pipe.into)
-        self.addCleanup(simulator.stop)
+        simulator = Simulator(PROGRAM, "--demo", "--control", "127.0.0.1:0", stderr=self.pipe.into, test=self)
         host, port = simulator.where["control"].rsplit(":", 1)
         with socket.create_connection((host, int(port)), timeout=LIMIT) as control:
             control.sendall(b"fault 0x42 abort code=0x08000021 count=1\n")
@@ -113,8 +111,7 @@ class Unread(unittest.TestCase):
         self.assertEqual(simulator.stop()[0], 0)
 
     def test_standard_error_and_the_end(self):
-        simulator = Simulator(PROGRAM, "--demo", "--verbose", stderr=self.pipe.into)
-        self.addCleanup(simulator.stop)
+        simulator = Simulator(PROGRAM, "--demo", "--verbose", stderr=self.pipe.into, test=self)
         self.check_served_and_ended(simulator)
 
     def start_on_a_manual_clock(self, folder):

@@ -127,8 +127,7 @@ def frame(hexadecimal):
 class OnTheNet(unittest.TestCase):
     def start(self, plc, *options, more="", **rest):
         self.addCleanup(plc.stop)
-        simulator = Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{plc.port},first={plc.first}{more}", *options, **rest)
-        self.addCleanup(simulator.stop)
+        simulator = Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{plc.port},first={plc.first}{more}", *options, **rest, test=self)
         self.assertEqual(simulator.where["plc"], f"127.0.0.1:{plc.port}")
         return simulator
 

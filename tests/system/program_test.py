@@ -117,8 +117,7 @@ class Ending(unittest.TestCase):
             self.assertEqual((code, error), (0, ""))
 
     def test_nohup(self):
-        simulator = Simulator(PROGRAM, "--demo", before_start=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
-        self.addCleanup(simulator.stop)
+        simulator = Simulator(PROGRAM, "--demo", before_start=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN), test=self)
         simulator.process.send_signal(signal.SIGHUP)
         with simulator.window() as window:
             for _ in range(10):
@@ -133,8 +132,7 @@ class Ending(unittest.TestCase):
             self.assertEqual(simulator.stop(), (0, ""))
 
     def test_in_the_middle_of_many_transfers_the_log_is_whole(self):
-        simulator = Simulator(PROGRAM, "--demo")
-        self.addCleanup(simulator.stop)
+        simulator = Simulator(PROGRAM, "--demo", test=self)
         healthy = Healthy(simulator.port)
         healthy.wait_for(50)
         simulator.process.send_signal(signal.SIGTERM)
@@ -148,8 +146,7 @@ class Ending(unittest.TestCase):
         self.assertGreaterEqual(len(begun), healthy.transactions)
 
     def test_what_its_last_turn_brings_is_in_the_log(self):
-        simulator = Simulator(PROGRAM, "--demo")
-        self.addCleanup(simulator.stop)
+        simulator = Simulator(PROGRAM, "--demo", test=self)
         clients = [simulator.window() for _ in range(50)]
         for client in clients:
             self.addCleanup(client.socket.close)
@@ -171,8 +168,7 @@ class Ending(unittest.TestCase):
 
 class Serving(unittest.TestCase):
     def setUp(self):
-        self.simulator = Simulator(PROGRAM, "--demo")
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--demo", test=self)
         self.healthy = self.simulator.window()
         self.addCleanup(self.healthy.socket.close)
 

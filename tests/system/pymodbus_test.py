@@ -31,8 +31,7 @@ def bytes_of(words, size):
 
 class Pymodbus(unittest.TestCase):
     def setUp(self):
-        self.simulator = Simulator(PROGRAM, "--demo")
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--demo", test=self)
         self.client = ModbusTcpClient("127.0.0.1", port=self.simulator.port, timeout=60)
         self.assertTrue(self.client.connect())
         self.addCleanup(self.client.close)

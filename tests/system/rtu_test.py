@@ -38,8 +38,7 @@ class OnALine(unittest.TestCase):
         self.addCleanup(self.line.close)
 
     def start(self, *options, rtu="{},19200,E,1"):
-        simulator = Simulator(PROGRAM, "--demo", "--rtu", rtu.format(self.line.ends[0]), *options)
-        self.addCleanup(simulator.stop)
+        simulator = Simulator(PROGRAM, "--demo", "--rtu", rtu.format(self.line.ends[0]), *options, test=self)
         return simulator
 
     def mbpoll(self, *arguments, parity="even", station=1):
@@ -125,8 +124,7 @@ class AtTheOtherEnd(unittest.TestCase):
 
 class OverTcp(unittest.TestCase):
     def setUp(self):
-        self.simulator = Simulator(PROGRAM, "--demo", "--rtu-tcp", "127.0.0.1:0")
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--demo", "--rtu-tcp", "127.0.0.1:0", test=self)
         self.port = int(self.simulator.where["rtu_tcp"].rsplit(":", 1)[1])
 
     def test_pymodbus(self):

@@ -62,8 +62,7 @@ class Adapter:
 
 class Case(unittest.TestCase):
     def start(self, *options, slcan="127.0.0.1:0", **keywords):
-        self.simulator = Simulator(PROGRAM, "--slcan", slcan, *options, **keywords)
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--slcan", slcan, *options, **keywords, test=self)
         self.slcan = self.simulator.ready.split("slcan=")[1]
 
     def adapter(self):

@@ -66,8 +66,7 @@ class Candump:
 
 class OnVcan(unittest.TestCase):
     def start(self, *options):
-        self.simulator = Simulator(PROGRAM, "--can", f"socketcan:{VCAN}", *options)
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--can", f"socketcan:{VCAN}", *options, test=self)
         self.window = self.simulator.window()
         self.addCleanup(self.window.socket.close)
 
@@ -176,8 +175,7 @@ class OwnInterface(unittest.TestCase):
         subprocess.run(["ip", "link", "add", "dev", self.NAME, "type", "vcan"], check=True)
 
     def start(self):
-        self.simulator = Simulator(PROGRAM, "--demo", "--can", f"socketcan:{self.NAME}", "--sdo-timeout", "200")
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(PROGRAM, "--demo", "--can", f"socketcan:{self.NAME}", "--sdo-timeout", "200", test=self)
         self.window = self.simulator.window()
         self.addCleanup(self.window.socket.close)
 
@@ -226,8 +224,7 @@ class OwnInterface(unittest.TestCase):
             subprocess.run(["ip", "link", "add", "dev", name, "type", "vcan"], check=True)
             ip_link("up", interface=name)
         simulator = Simulator(PROGRAM, "--can", f"socketcan:{self.NAME}", "--node", f"5={EDS}", "--object", "5:0x2002=1", "--network",
-                              "2", "--can", f"socketcan:{other}", "--node", f"5={EDS}", "--object", "5:0x2002=2")
-        self.addCleanup(simulator.stop)
+                              "2", "--can", f"socketcan:{other}", "--node", f"5={EDS}", "--object", "5:0x2002=2", test=self)
         self.assertEqual([simulator.where["can"], simulator.where["2/can"]], [f"socketcan:{self.NAME}", f"socketcan:{other}"])
         for unit in (1, 2):
             with simulator.window(unit) as window:

@@ -4,9 +4,11 @@
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
 #include "text/utf8.hpp"
+#include "text/value.hpp"
 #include "text/words.hpp"
 
 using namespace cbcan::text;
+using namespace std::string_literals;
 
 TEST_CASE("integers are decimal or 0x") {
   CHECK(parse_integer("0") == 0);
@@ -87,4 +89,83 @@ TEST_CASE("what somebody may have meant") {
   CHECK(nearest("x", kKnown) == "");
   CHECK(nearest("", kKnown) == "");
   CHECK(nearest("can.", kKnown) == "");
+}
+
+// ---- Durations
+
+TEST_CASE("how long something takes") {
+  CHECK(parse_duration("0us") == 0u);
+  CHECK(parse_duration("1us") == 1u);
+  CHECK(parse_duration("100ms") == 100'000u);
+  CHECK(parse_duration("2s") == 2'000'000u);
+  CHECK(parse_duration("31536000s") == 31'536'000'000'000u);
+}
+
+TEST_CASE("what says no time") {
+  for (const char* text : {"", "s", "1", "1m", "-1s", "1.5s", "1 s", " 1s", "1s ", "0x1s", "31536001s",
+                           "18446744073709551616us"}) {
+    CAPTURE(text);
+    CHECK(parse_duration(text) == std::nullopt);
+  }
+}
+
+TEST_CASE("what time it is") {
+  CHECK(seconds_text(0) == "0.000000");
+  CHECK(seconds_text(1) == "0.000001");
+  CHECK(seconds_text(100'000) == "0.100000");
+  CHECK(seconds_text(3'600'000'042) == "3600.000042");
+}
+
+TEST_CASE("hexadecimal numbers begin with 0x or end with h") {
+  CHECK(parse_integer("0x42") == 66);
+  CHECK(parse_integer("42h") == 66);
+  CHECK(parse_integer("0FFh") == 255);
+  CHECK(parse_integer("6411H") == 0x6411);
+  for (const char* text : {"h", "FFh", "0x42h", "-42h", "4 2h", "0xh"}) {
+    CAPTURE(text);
+    CHECK(parse_integer(text) == std::nullopt);
+  }
+}
+
+// ---- Values
+
+TEST_CASE("bytes are pairs of hex digits, blanks between them mean nothing") {
+  CHECK(parse_hex("hex:") == Bytes{});
+  CHECK(parse_hex("hex:01 02 fF") == Bytes{1, 2, 255});
+  CHECK(parse_hex("hex:0102FF") == Bytes{1, 2, 255});
+  CHECK(parse_hex("01 02 FF") == Bytes{1, 2, 255});
+  CHECK(parse_hex("hex:  01  02  ") == Bytes{1, 2});
+  for (const char* bad : {"hex:0", "hex:01 2", "hex:0 1", "hex:0g", "hex:0x01", "hex:-1", "hex:01,02"}) {
+    INFO(bad);
+    CHECK_FALSE(parse_hex(bad));
+  }
+}
+
+TEST_CASE("a typed value has the type that it looks like") {
+  CHECK(parse_value("true") == Value(true));
+  CHECK(parse_value("false") == Value(false));
+  CHECK(parse_value("17") == Value(std::int64_t{17}));
+  CHECK(parse_value("-0.5") == Value(-0.5));
+  CHECK(parse_value("1e3") == Value(1000.0));
+  CHECK(parse_value("Valve 5") == Value("Valve 5"s));
+  CHECK(parse_value("\"17\"") == Value("17"s));
+  CHECK(parse_value("\"") == Value("\""s));
+  CHECK(parse_value("") == Value(""s));
+}
+
+TEST_CASE("words that number readers know are texts") {
+  CHECK(parse_value("inf") == Value("inf"s));
+  CHECK(parse_value("nan") == Value("nan"s));
+  CHECK(parse_value("infinity") == Value("infinity"s));
+  CHECK(parse_value("beach") == Value("beach"s));
+}
+
+TEST_CASE("values are shown as a plant file writes them") {
+  CHECK(value_text(true) == "true");
+  CHECK(value_text(std::int64_t{-5}) == "-5");
+  CHECK(value_text(2000.0) == "2000.0");
+  CHECK(value_text(0.1) == "0.1");
+  CHECK(value_text("a b"s) == "\"a b\"");
+  CHECK(value_text(Bytes{1, 0xFF}) == "\"hex:01 FF\"");
+  CHECK(value_text(Bytes{}) == "\"hex:\"");
 }

@@ -30,8 +30,7 @@ class Nodes(unittest.TestCase):
     options = ()
 
     def setUp(self):
-        self.simulator = Simulator(CBCAN_SIM, "--demo", *self.options)
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(CBCAN_SIM, "--demo", *self.options, test=self)
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
 

@@ -27,8 +27,7 @@ def run(port, *arguments):
 
 class WithSimulator(unittest.TestCase):
     def setUp(self):
-        self.simulator = Simulator(CBCAN_SIM, "--demo")
-        self.addCleanup(self.simulator.stop)
+        self.simulator = Simulator(CBCAN_SIM, "--demo", test=self)
 
     def check(self, arguments, out="", code=DONE, error=""):
         done = run(self.simulator.port, *arguments.split())
@@ -201,8 +200,7 @@ class WithSimulator(unittest.TestCase):
 class WithFaults(unittest.TestCase):
     def test_emcy_and_kernel_state_as_they_come_from_the_bus(self):
         simulator = Simulator(CBCAN_SIM, "--demo", "--fault", "0x42:emcy-storm code=0x1000 interval_ms=1 count=1",
-                              "--fault", "bus:overflow")
-        self.addCleanup(simulator.stop)
+                              "--fault", "bus:overflow", test=self)
         told = "66 1000h generic error; error register 01h: generic; data 00 00 00 00 00\n"
         wait_until(lambda: run(simulator.port, "emcy", "0x42").stdout == told, "EMCY of node 66")
         self.assertEqual(run(simulator.port, "emcy", "scan").stdout, told)

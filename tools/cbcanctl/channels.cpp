@@ -11,7 +11,6 @@ namespace cbcan::tools {
 namespace {
 
 constexpr auto kRestarted = static_cast<std::uint16_t>(regmap::Result::kRestarted);
-constexpr std::uint32_t kTimeout = 0x0504'0000;
 constexpr auto kFailed = static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError);
 
 /// Gives its channel another SDO timeout.
@@ -130,7 +129,7 @@ std::optional<Transaction> ReadJob::next() {
 }
 
 bool ReadJob::silent() const {
-  return !responses_.empty() && responses_.front().abort_code == kTimeout;
+  return !responses_.empty() && responses_.front().abort_code == abort_code::kTimedOut;
 }
 
 bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sdo_timeout_ms) {

@@ -21,6 +21,15 @@ struct _modbus;
 
 namespace cbcan::tools {
 
+/// SDO abort codes (CiA 301, table 22) that mean something to a command.
+namespace abort_code {
+inline constexpr std::uint32_t kTimedOut = 0x0504'0000;
+inline constexpr std::uint32_t kWriteOnly = 0x0601'0001;
+inline constexpr std::uint32_t kReadOnly = 0x0601'0002;
+inline constexpr std::uint32_t kNoObject = 0x0602'0000;
+inline constexpr std::uint32_t kNoSubIndex = 0x0609'0011;
+}  // namespace abort_code
+
 /// No connection, or it was lost, or what came back was no Modbus. The text says what to do.
 class ConnectionError : public std::runtime_error {
  public:

@@ -19,9 +19,6 @@ namespace {
 using tools::Bytes;
 using tools::Transaction;
 
-constexpr std::uint32_t kTimeout = 0x0504'0000;
-constexpr std::uint32_t kNoObject = 0x0602'0000;
-constexpr std::uint32_t kNoSub = 0x0609'0011;
 constexpr std::uint16_t kManufacturer = 0x2000;  ///< below are communication parameters
 
 /// Communication parameters that are read-only in every device (CiA 301, 7.5.2).
@@ -43,7 +40,7 @@ Transaction read_of(std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
 
 /// Throws for a response that is not about this object.
 void check(std::uint8_t node, const tools::Response& response) {
-  if (response.result != 0 && (response.result != 4 || response.abort_code == kTimeout))
+  if (response.result != 0 && (response.result != 4 || response.abort_code == tools::abort_code::kTimedOut))
     throw Refused(response, fmt::format("node {}", node));
 }
 
@@ -60,7 +57,8 @@ class ProbeJob final : public tools::Job {
   }
   void ended(const tools::Response& response) override {
     check(node_, response);
-    const bool there = response.abort_code != kNoObject && response.abort_code != kNoSub &&
+    const bool there = response.abort_code != tools::abort_code::kNoObject &&
+                       response.abort_code != tools::abort_code::kNoSubIndex &&
                        index_ != regmap::kNodeStateService;  // which the module itself answers
     if (sub_ == 0) last_ = response.data.size() == 1 ? response.data[0] : 0;
     if (sub_ == 1 && !there) last_ = 1;

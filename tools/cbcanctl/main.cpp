@@ -212,7 +212,8 @@ void add_monitor(CommandLine& line) {
                         "HOST:PORT of its HTTP interface; else that of CBCAN_HTTP in the environment");
   monitoring
       .add_option("--kinds", options.kinds,
-                  "of events: modbus, begun, ended, frame, emcy, state, fault, command, client; or all")
+                  "of events: modbus, begun, ended, frame, emcy, state, terminals, fault, command, client; or "
+                  "all")
       ->capture_default_str();
   monitoring.add_option("--node", options.node, "of this node only, 1..127");
   monitoring
@@ -234,18 +235,17 @@ ExitCode fail(ExitCode code, const std::string& why, bool json, const std::strin
 
 /// 1000 means 1000h to most.
 std::string hint(const Refused& refused, const Options& options) {
-  constexpr std::uint32_t kNoSuchObject = 0x06020000;
   const bool is_decimal = options.index.find_first_not_of("0123456789") == std::string::npos;
-  if (refused.abort_code != kNoSuchObject || options.index.size() != 4 || !is_decimal) return {};
+  if (refused.abort_code != tools::abort_code::kNoObject || options.index.size() != 4 || !is_decimal)
+    return {};
   return fmt::format("; INDEX {0} is decimal: did you mean 0x{0}?", options.index);
 }
 
 /// A node that does not respond is not there.
 ExitCode refused_by(const Refused& refused, const Options& options) {
-  constexpr std::uint32_t kTimeout = 0x05040000;
   std::string more = fmt::format("\"result\": {}, ", refused.result);
   if (refused.abort_code) more += fmt::format("\"abort_code\": {}, ", *refused.abort_code);
-  return fail(refused.abort_code == kTimeout ? ExitCode::kAbsent : ExitCode::kRefused,
+  return fail(refused.abort_code == tools::abort_code::kTimedOut ? ExitCode::kAbsent : ExitCode::kRefused,
               refused.what() + hint(refused, options), options.json, more);
 }
 

@@ -14,8 +14,6 @@ namespace cbcan::tools {
 
 namespace {
 
-constexpr std::uint32_t kWriteOnly = 0x06010001;
-constexpr std::uint32_t kReadOnly = 0x06010002;
 constexpr std::uint16_t kStartNode = 5;
 
 /// As with 1600h:00, which is 0 while its mappings change.
@@ -170,8 +168,8 @@ void NodeConfiguration::ended(const Response& response) {
   const std::string place =
       object == nullptr ? fmt::format("node {}: start", node_.id)
                         : fmt::format("node {}: {:04X}h:{:02X}", node_.id, object->index, object->sub);
-  if (kind == Kind::kReadBack && response.abort_code == kWriteOnly) return;
-  if (kind == Kind::kWrite && response.abort_code == kReadOnly) {
+  if (kind == Kind::kReadBack && response.abort_code == abort_code::kWriteOnly) return;
+  if (kind == Kind::kWrite && response.abort_code == abort_code::kReadOnly) {
     steps_.insert(steps_.end() - 1, {Kind::kReadBack, object});
   } else if (response.result != 0) {
     problem_ = place;

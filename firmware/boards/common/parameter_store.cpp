@@ -6,7 +6,9 @@
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
+#include "cbcan/regmap.hpp"
 
 namespace cbcan::boards {
 
@@ -131,6 +133,15 @@ AbortCode ParameterStore::save(std::uint16_t first_index, std::uint16_t last_ind
 
 AbortCode ParameterStore::forget(std::uint16_t first_index, std::uint16_t last_index) {
   return keep(first_index, last_index, false);
+}
+
+bool ParameterStore::keep_address(std::uint8_t node_id, std::uint8_t bit_rate) {
+  if (settings_.size() != regmap::kBoardWords) return false;
+  settings_[regmap::kBoardNodeId - regmap::kBoardFirst] = node_id;
+  if (bit_rate != kReservedLssBitRate)
+    settings_[regmap::kBoardBitRate - regmap::kBoardFirst] =
+        static_cast<std::uint16_t>(kLssBitRates[bit_rate] / 1000);
+  return save(kBoardSettings, kBoardSettings) == AbortCode::kNone;
 }
 
 AbortCode ParameterStore::keep(std::uint16_t first_index, std::uint16_t last_index, bool save) {

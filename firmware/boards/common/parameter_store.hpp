@@ -35,6 +35,8 @@ class ParameterStore final : public ParameterMemory {
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
   void load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
             std::uint16_t last_index) override;
+  /// As R4154 and R4155, with all settings of the board; false where it has no such settings.
+  bool keep_address(std::uint8_t node_id, std::uint8_t bit_rate) override;
 
  private:
   AbortCode keep(std::uint16_t first_index, std::uint16_t last_index, bool save);

@@ -12,7 +12,7 @@
 namespace cbcan::boards::semihosting {
 
 /// The instruction for it, which the kind of core decides: semihosting_cortex_m.cpp,
-/// zynqmp_a53/semihosting.cpp.
+/// semihosting_cortex_a53.cpp.
 std::intptr_t call(std::uintptr_t operation, const void* argument);
 
 /// SYS_WRITE0: `text` ends with 0.

@@ -16,10 +16,6 @@ constexpr unsigned kRunLed = 5;                                                 
 constexpr unsigned kCan1Rx = 8, kCan1Tx = 9, kErrorLed = 5;                                         // port B
 constexpr std::uint32_t kUsartFunction = 7, kCanFunction = 9;
 
-// Highest first. A byte at 500,000 baud waits 20 us for its interrupt, three CAN frames at 1 Mbit/s 141 us
-// (docs/boards.md).
-constexpr std::uint8_t kModbusPriority = 0, kOthersPriority = 1;
-
 constexpr std::uintptr_t kUsart1Base = 0x40011000, kUsart2Base = 0x40004400;
 
 }  // namespace

@@ -9,10 +9,10 @@
 /// Then it wants a reset, and init().
 ///
 /// Reception: FIFO 0 has what is addressed to this node - SDO responses and requests, NMT commands, node
-/// guarding requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC, TIME,
-/// PDOs. Each has its own queue in memory too, so that a storm of EMCY messages fills its own places and
-/// loses no SDO response. Other frames are turned away by the filters: SDO requests to other nodes, 29-bit
-/// identifiers.
+/// guarding and LSS requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC,
+/// TIME, PDOs. Each has its own queue in memory too, so that a storm of EMCY messages fills its own places
+/// and loses no SDO response. Other frames are turned away by the filters: SDO requests to other nodes,
+/// 29-bit identifiers.
 ///
 /// Bus-off: the controller is told to recover (ABOM = 0) by poll(), once every mailbox has been emptied; from
 /// bus-off to recovery try_send() takes nothing. With ABOM = 1 the controller comes back by itself, and
@@ -30,6 +30,8 @@
 #include "boards/common/ring.hpp"
 #include "boards/stm32f4/bxcan_registers.hpp"
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
+#include "cbcan/configuration.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::boards::stm32f4 {
@@ -211,7 +213,8 @@ class BxCan final : public CanPort {
     registers_.write(bxcan::kFs1r, 0);
     registers_.write(bxcan::kFfa1r, bxcan::bit(2) | bxcan::bit(3));
     set_bank(0, masked(0x580, kFunction), masked(0x000, kWhole));
-    set_bank(1, own, own);  // four places in the list for two identifiers
+    constexpr std::uint32_t kLss = exactly(LssSlave::kRequestId) | exactly(LssSlave::kRequestId) << 16;
+    set_bank(1, own, kServices.lss ? kLss : own);  // each twice
     set_bank(2, masked(0x700, kFunction), masked_with_rtr(0x680, kFunction));
     set_bank(3, masked_with_rtr(0x000, 0x400), masked_with_rtr(0x400, 0x600));  // 000h..3FFh, 400h..5FFh
     registers_.write(bxcan::kFa1r, bxcan::bit(0) | bxcan::bit(1) | bxcan::bit(2) | bxcan::bit(3));

@@ -10,11 +10,11 @@
 /// all the rest is called by the loop that also runs the core. Nothing blocks for longer than a reset takes.
 /// Pins, the reference clock and the interrupt controller are the board's.
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 
 #include "boards/common/bit_timing.hpp"
+#include "boards/common/loss_notice.hpp"
 #include "boards/common/registers.hpp"
 #include "boards/common/ring.hpp"
 #include "cbcan/can_port.hpp"
@@ -130,8 +130,6 @@ class ZynqmpCan final : public CanPort {
  public:
   /// As many as the controller's own receive FIFO has.
   static constexpr std::size_t kReceiveRing = 64;
-  /// How long a lost frame is told by poll().
-  static constexpr Time kOverflowShown = kSecond;
   /// From bus-off to the reset that ends it: longer than the 128 times 11 bits of ISO 11898-1, which the
   /// reset cuts short, take at 10 kbit/s (141 ms).
   static constexpr Time kBusOffPause = 200 * kMillisecond;
@@ -204,7 +202,7 @@ class ZynqmpCan final : public CanPort {
       lost = !received_.push(take()) || lost;
       registers_.write(ICR, IXR_RXNEMP);  // comes back while there are more
     }
-    if (lost) overflows_.store(overflows_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+    if (lost) losses_.note();
   }
 
   /// The next frame; false = none.
@@ -216,14 +214,14 @@ class ZynqmpCan final : public CanPort {
   BusState poll(Time now) {
     const std::uint32_t status = registers_.read(zynqmp_can::SR);
     count_errors();
-    look_for_overflow(now);
+    counters_.overflows = losses_.look(now);
     if (is_off_bus(status)) return wait_off_bus(now);
     if (is_stuck(now)) {
       ++counters_.stuck;
       restart();
     }
     if ((status & zynqmp_can::SR_ESTAT) == zynqmp_can::SR_ESTAT_PASSIVE) return BusState::kErrorPassive;
-    return now < overflow_until_ ? BusState::kOverflow : BusState::kActive;
+    return losses_.is_shown(now) ? BusState::kOverflow : BusState::kActive;
   }
 
   /// An error counter has reached 96; CiA 405 has no such state, so poll() does not tell.
@@ -301,13 +299,6 @@ class ZynqmpCan final : public CanPort {
     if ((errors & ~zynqmp_can::ESR_ACKER) != 0) ++counters_.wire_errors;
   }
 
-  void look_for_overflow(Time now) {
-    const std::uint32_t overflows = overflows_.load(std::memory_order_acquire);
-    if (overflows == counters_.overflows) return;
-    counters_.overflows = overflows;
-    overflow_until_ = now + kOverflowShown;
-  }
-
   /// There are frames to send, and for a second none has left.
   bool is_stuck(Time now) {
     using namespace zynqmp_can;
@@ -334,8 +325,7 @@ class ZynqmpCan final : public CanPort {
 
   Registers registers_;
   Ring<Frame, kReceiveRing> received_;
-  std::atomic<std::uint32_t> overflows_{0};
-  Time overflow_until_ = 0;
+  LossNotice losses_;
   Time recover_at_ = kNever;
   Time stuck_at_ = kNever;
   bool sending_ = false;  ///< frames were taken, and the transmit FIFO was not seen empty since

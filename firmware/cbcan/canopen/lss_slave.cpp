@@ -47,7 +47,6 @@ constexpr std::uint8_t kRevision = 2;
 constexpr std::uint8_t kSerial = 3;
 
 constexpr std::uint8_t kBitRateTable = 0;
-constexpr std::uint8_t kReservedBitRate = 5;
 constexpr std::uint8_t kLastBitRate = 9;
 
 constexpr std::uint8_t kScanLastBit = 31;
@@ -193,7 +192,7 @@ void LssSlave::configure_node_id(std::uint8_t node_id, Time now) {
 }
 
 void LssSlave::configure_bit_timing(std::uint8_t table, std::uint8_t index, Time now) {
-  const bool exists = table == kBitRateTable && index <= kLastBitRate && index != kReservedBitRate;
+  const bool exists = table == kBitRateTable && index <= kLastBitRate && index != kReservedLssBitRate;
   const bool valid = exists && application_.is_bit_rate_supported(index);
   if (valid) pending_bit_rate_ = index;
   respond(kConfigureBitTiming, valid ? kOk : kOutOfRange, now);

@@ -14,6 +14,7 @@
 /// pending one while there is no active one; a response that the port has not taken is dropped when the next
 /// request is there, which it would be taken to answer.
 
+#include <array>
 #include <cstdint>
 
 #include "cbcan/can_port.hpp"
@@ -23,8 +24,12 @@
 
 namespace cbcan {
 
-/// The device behind LSS. A bit rate is an index into CiA 305's table: 0 = 1000, 1 = 800, 2 = 500, 3 = 250, 4
-/// = 125, 6 = 50, 7 = 20, 8 = 10 kbit/s, 9 = automatic detection.
+/// CiA 305's table, in bit/s; 0 = there is no such rate. Its index 9 is automatic detection.
+inline constexpr std::array<std::uint32_t, 9> kLssBitRates{1'000'000, 800'000, 500'000, 250'000, 125'000,
+                                                           0,         50'000,  20'000,  10'000};
+inline constexpr std::uint8_t kReservedLssBitRate = 5;
+
+/// The device behind LSS. A bit rate is an index into that table.
 class LssApplication {
  public:
   /// What became of "store configuration"; the values are those on the bus.

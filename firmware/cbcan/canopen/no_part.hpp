@@ -34,10 +34,12 @@ class NoPart : public Part {
   static void produce(Time /*now*/) {}
   // of a HeartbeatConsumer and a LifeGuard,
   static constexpr std::size_t lost() { return 0; }
-  // and of a Pdo.
+  // of a Pdo,
   static void on_sync(const auto&... /*arguments*/) {}
   static void changed(const auto&... /*arguments*/) {}
   static void look_for_changes(Time /*now*/) {}
+  // and of an OwnLss.
+  static void start(Time /*now*/) {}
 };
 
 }  // namespace cbcan

@@ -21,6 +21,9 @@ class ParameterMemory {
   /// computed ones by handler.on_write(). For devices whose own restore() does not do that.
   virtual void load(ObjectDictionary& /*objects*/, ObjectHandler& /*handler*/, std::uint16_t /*first_index*/,
                     std::uint16_t /*last_index*/) {}
+  /// LSS: keeps both for the next power-on. `node_id` 1..127; `bit_rate` as LssApplication has it,
+  /// kReservedLssBitRate = as it is. False: could not. For devices with an LSS slave of their own.
+  virtual bool keep_address(std::uint8_t /*node_id*/, std::uint8_t /*bit_rate*/) { return false; }
 
  protected:
   ~ParameterMemory() = default;

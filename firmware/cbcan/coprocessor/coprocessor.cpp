@@ -37,8 +37,7 @@ Time Coprocessor::poll(Time now) {
 void Coprocessor::work(Time now) {
   if (now >= plc_due_) watch_plc(now);
   Channel::work(now);
-  node_.poll(now);
-  wake_at(earlier(node_.deadline(), plc_due_));
+  wake_at(earlier(node_.poll(now), plc_due_));
 }
 
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
@@ -57,13 +56,11 @@ void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Tim
 
 void Coprocessor::on_frame(const Frame& frame, Time now) {
   constexpr unsigned kFunctionShift = 7;
-  switch (frame.id >> kFunctionShift) {
-    case sdo::kResponseId >> kFunctionShift: return on_sdo_response(frame, now);
-    case nmt::kErrorControlId >> kFunctionShift:
-      if (frame.flags == 0) return on_error_control(frame, now);
-      [[fallthrough]];
-    default: return on_own_node(frame, now);
-  }
+  const std::uint32_t function = frame.id >> kFunctionShift;
+  if (function == sdo::kResponseId >> kFunctionShift) return on_sdo_response(frame, now);
+  if (function >= nmt::kErrorControlId >> kFunctionShift && frame.flags == 0)
+    return on_error_control(frame, now);
+  on_own_node(frame, now);
 }
 
 void Coprocessor::on_own_node(const Frame& frame, Time now) {
@@ -91,10 +88,15 @@ void Coprocessor::watch_plc(Time now) {
 }
 
 void Coprocessor::on_error_control(const Frame& frame, Time now) {
-  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  if (node == 0) return;  // there is none
+  const std::uint32_t id = frame.id - nmt::kErrorControlId;
+  if (id - 1 >= nmt::kMaxNode) return kServices.lss ? on_lss(frame, now) : void();  // or nobody's
+  const auto node = static_cast<std::uint8_t>(id);
   const NodeMonitor::News news = node_.on_error_control(frame, now);
   if (news != NodeMonitor::News::kNone) on_news(node, news, now);
+}
+
+void Coprocessor::on_lss(const Frame& frame, Time now) {
+  wake_at(node_.on_lss(frame, now));
 }
 
 }  // namespace cbcan

@@ -66,6 +66,7 @@ class Coprocessor : protected Channel {
   // Inline, it would cost the others a register.
   [[gnu::noinline]] void on_own_node(const Frame& frame, Time now);
   void on_error_control(const Frame& frame, Time now);
+  [[gnu::noinline]] void on_lss(const Frame& frame, Time now);
 
   Time plc_heard_at_ = 0;
   Time plc_due_ = kNever;  ///< when to look whether the PLC is silent for too long

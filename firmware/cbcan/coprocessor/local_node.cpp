@@ -37,7 +37,8 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       accessed_(transfers.data()),
       monitor_(settings.state_fresh_for),
       device_(settings.node_id, {local::entries(), values_, {}, bytes_of(registers)},
-              {buffer_, {rpdos_, tpdos_, pieces_}, {}}, *this, port) {}
+              {buffer_, {rpdos_, tpdos_, pieces_}, {}}, *this, port),
+      lss_(device_, static_cast<DeviceApplication&>(*this), port) {}
 
 /// Among them are the other nodes' emergencies, and what an NMT master tells them.
 bool LocalNode::on_low_id(const Frame& frame, Time now) {
@@ -70,8 +71,9 @@ void LocalNode::on_emergency_sent(const EmergencyConsumer::Message& message) {
   emergencies_.note(node_id(), message);
 }
 
-void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time /*now*/) {
+void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   local::restore(values_, first_index, last_index);
+  lss_.start(now);
   if (kServices.emergencies)
     device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
   consumer_node_.fill(0);

@@ -16,6 +16,7 @@
 #include "cbcan/canopen/nmt/node_monitor.hpp"
 #include "cbcan/canopen/sdo/client.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
+#include "cbcan/coprocessor/own_lss.hpp"
 #include "cbcan/coprocessor/register_window.hpp"
 #include "cbcan/time.hpp"
 
@@ -61,8 +62,17 @@ class LocalNode final : private DeviceApplication {
   /// Registers first..first+count-1 of process data may have been written. False: none is another one now.
   bool on_registers_written(std::size_t first, std::size_t count, Time now);
 
-  void poll(Time now) { device_.poll(now); }
+  /// Returns when it wants to be called next.
+  Time poll(Time now) {
+    lss_.poll(now);
+    return earlier(device_.poll(now), lss_.deadline());
+  }
+  /// But for on_lss(), which returns its own.
   Time deadline() const { return device_.deadline(); }
+  Time on_lss(const Frame& frame, Time now) {
+    lss_.on_frame(frame, now);
+    return lss_.deadline();
+  }
 
   /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those
   /// of another window.
@@ -125,6 +135,7 @@ class LocalNode final : private DeviceApplication {
   std::array<std::uint8_t, nmt::kMaxNode>
       consumer_node_{};  ///< node that sub-index n + 1 of 1016h names; 0 = none
   Device device_;
+  std::conditional_t<kServices.lss, OwnLss, NoPart> lss_;
 };
 
 }  // namespace cbcan

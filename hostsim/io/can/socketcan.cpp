@@ -99,10 +99,6 @@ class Batch {
   std::array<mmsghdr, kFramesPerRead> messages_{};
 };
 
-bool no_room(int error) {
-  return error == EAGAIN || error == ENOBUFS || error == ENOMEM || error == EINTR;
-}
-
 bool interface_deleted(int error) {
   return error == ENODEV || error == ENXIO || error == EBADF;
 }
@@ -156,7 +152,7 @@ bool SocketCan::transmit(const Frame& frame) {
     ++counters_.sent;
     return true;
   }
-  if (no_room(errno)) {
+  if (has_no_room(errno)) {
     ++counters_.waits;
     retry_at_ = reactor_.time() + kRetry;
     return false;

@@ -83,7 +83,7 @@ void StreamBus::receive() {
   std::array<char, kBytesPerTurn> characters;
   const ssize_t count = ::read(port_.get(), characters.data(), characters.size());
   if (count == 0) return broken("the connection has ended");
-  if (count < 0) return errno == EAGAIN || errno == EINTR ? void() : broken(reason(errno));
+  if (count < 0) return is_temporary(errno) ? void() : broken(reason(errno));
   Frame frame;
   for (const char c : std::string_view(characters.data(), static_cast<std::size_t>(count)))
     if (dialect_->hear(c, frame)) take(frame);
@@ -110,7 +110,7 @@ void StreamBus::flush() {
   if (!unsent_.empty()) {
     const ssize_t count = device_.empty() ? ::send(port_.get(), unsent_.data(), unsent_.size(), MSG_NOSIGNAL)
                                           : ::write(port_.get(), unsent_.data(), unsent_.size());
-    if (count < 0 && errno != EAGAIN && errno != EINTR) return broken(reason(errno));
+    if (count < 0 && !is_temporary(errno)) return broken(reason(errno));
     if (count > 0) unsent_.erase(0, static_cast<std::size_t>(count));
   }
   const bool writing = !unsent_.empty();

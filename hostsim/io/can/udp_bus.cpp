@@ -24,14 +24,6 @@ bool is_multicast(const SocketAddress& address) {
   return IN_MULTICAST(ntohl(reinterpret_cast<const sockaddr_in*>(address.get())->sin_addr.s_addr));
 }
 
-Descriptor new_socket(const SocketAddress& group) {
-  return Descriptor(socket(group.get()->sa_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-}
-
-bool is_temporary(int error) {
-  return error == EAGAIN || error == EINTR || error == ENOBUFS || error == ENOMEM;
-}
-
 }  // namespace
 
 UdpBus::UdpBus(Reactor& reactor, sim::Bus& bus, const std::string& spec, const text::ListenAddress& group,
@@ -55,8 +47,8 @@ bool UdpBus::join() {
 }
 
 void UdpBus::open() {
-  receiver_ = new_socket(group_);
-  sender_ = new_socket(group_);
+  receiver_ = datagram_socket(group_);
+  sender_ = datagram_socket(group_);
   if (!join()) return broken(reason(errno));
   own_ = own_address(sender_.get());
   reactor_.watch(receiver_.get(), Reactor::kReadable, [this](std::uint32_t) { receive(); });
@@ -73,7 +65,7 @@ void UdpBus::close() {
 bool UdpBus::send(const Frame& frame) {
   const auto bytes = pack_frame(frame, reactor_.time() + Reactor::wall_offset());
   if (::send(sender_.get(), bytes.data(), bytes.size(), 0) >= 0) return true;
-  is_temporary(errno) ? void(retry_at_ = reactor_.time() + kRetry) : broken(reason(errno));
+  has_no_room(errno) ? void(retry_at_ = reactor_.time() + kRetry) : broken(reason(errno));
   return false;
 }
 
@@ -93,7 +85,7 @@ void UdpBus::receive() {
     from.size = sizeof from.storage;
     const ssize_t count = recvfrom(receiver_.get(), bytes.data(), bytes.size(), 0,
                                    reinterpret_cast<sockaddr*>(&from.storage), &from.size);
-    if (count < 0) return is_temporary(errno) ? void() : broken(reason(errno));
+    if (count < 0) return has_no_room(errno) ? void() : broken(reason(errno));
     if (address_of(from) == own_) continue;
     if (const auto frame = unpack_frame(std::span(bytes).first(static_cast<std::size_t>(count))))
       take(*frame);

@@ -22,7 +22,7 @@ namespace cbcan::io {
 namespace {
 
 constexpr std::string_view kHeading =
-    "# Written by object 1010h (store parameters) and LSS of a simulated node.\n"
+    "# Written by object 1010h (store parameters) and LSS.\n"
     "# index:sub-index = bytes, low byte first\n";
 constexpr std::string_view kNodeId = "node-id";
 constexpr std::string_view kBitRate = "bit-rate";
@@ -110,7 +110,7 @@ void ParameterFile::tell_left_out(const std::vector<sim::StoredValue>& values) {
   for (const sim::StoredValue& value : std::span(values).first(std::min(values.size(), kMostNamed)))
     names += fmt::format("{}{:04X}:{:02X}", names.empty() ? "" : ", ", value.index, value.sub);
   if (values.size() > kMostNamed) names += fmt::format(" and {} more", values.size() - kMostNamed);
-  warn_(fmt::format("{}: left out, as the EDS file has no such parameter of this length: {}", path_, names));
+  warn_(fmt::format("{}: left out, as the node has no such parameter of this length: {}", path_, names));
 }
 
 bool ParameterFile::save(const sim::StoredParameters& parameters) {

@@ -10,7 +10,7 @@
 namespace cbcan::io {
 
 /// What object 1010h of a node has stored, in a text file that people can read and edit: a line for each
-/// value that is not the one of the EDS file, such as
+/// value that is not the one of the EDS file or of power-on, such as
 ///
 ///   1017:00 = E803
 ///

@@ -210,30 +210,41 @@ std::string HttpServer::refusal(const HttpRequest& request, const std::string& h
 /// The library does not say by itself that it has something to do for what has been resumed.
 void HttpServer::poll(Time now) {
   bool resumed = false;
-  if (now >= look_at_) {
-    look_at_ = now + kLookEvery;
-    for (Live* live : streams_) {
-      if (!live->suspended) continue;
-      if (live->stream->has_news()) live->fill();
-      if (live->unsent.empty() && now >= live->sent_at + kKeepAlive)
-        live->unsent = live->stream->keep_alive();
-      if (live->unsent.empty() && !live->ended) continue;
-      live->suspended = false;
-      MHD_resume_connection(live->connection);
-      resumed = true;
-    }
-  }
+  if (now < look_at_)
+    may_have_news_ = true;
+  else
+    resumed = look(now);
   MHD_UNSIGNED_LONG_LONG left = 0;
   if (resumed || (MHD_get_timeout(daemon_, &left) == MHD_YES && left == 0)) MHD_run(daemon_);
 }
 
+bool HttpServer::look(Time now) {
+  bool resumed = false;
+  may_have_news_ = false;
+  keep_alive_at_ = kNever;
+  for (Live* live : streams_) {
+    if (!live->suspended) continue;
+    if (live->stream->has_news()) live->fill();
+    may_have_news_ = may_have_news_ || live->stream->has_news();
+    if (live->unsent.empty() && !live->ended) {
+      const std::string_view keep_alive = live->stream->keep_alive();
+      const Time due = keep_alive.empty() ? kNever : live->sent_at + kKeepAlive;
+      if (now < due) {
+        keep_alive_at_ = earlier(keep_alive_at_, due);
+        continue;
+      }
+      live->unsent = keep_alive;
+    }
+    live->suspended = false;
+    MHD_resume_connection(live->connection);
+    resumed = true;
+  }
+  look_at_ = now + kLookEvery;
+  return resumed;
+}
+
 Time HttpServer::next_deadline() const {
-  Time next = kNever;
-  for (const Live* live : streams_)
-    if (live->suspended)
-      next = earlier(next, live->stream->has_news()             ? look_at_
-                           : live->stream->keep_alive().empty() ? kNever
-                                                                : live->sent_at + kKeepAlive);
+  Time next = streams_.empty() ? kNever : may_have_news_ ? look_at_ : keep_alive_at_;
   MHD_UNSIGNED_LONG_LONG left = 0;
   if (MHD_get_timeout(daemon_, &left) == MHD_YES) next = earlier(next, Reactor::now() + left * kMillisecond);
   return next;

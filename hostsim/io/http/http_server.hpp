@@ -33,14 +33,15 @@ struct HttpRequest {
 class HttpStream {
  public:
   virtual ~HttpStream() = default;
-  /// Appends what there is by now, some kMostUnsent at most; false = that was the end.
+  /// Appends what there is by now, a little more than kMostUnsent at most; false = that was the end.
   virtual bool fill(std::string& text) = 0;
   /// fill() may have something.
   virtual bool has_news() const = 0;
   /// What shows whether the client is still there; may be empty.
   virtual std::string_view keep_alive() const { return {}; }
 
-  static constexpr std::size_t kMostUnsent = 64 * 1024;
+  /// So little that the turns of a hundred streams do not keep the others of the loop waiting.
+  static constexpr std::size_t kMostUnsent = 8 * 1024;
 };
 
 struct HttpResponse {
@@ -79,6 +80,8 @@ class HttpServer {
   struct Live;
   struct Callbacks;
 
+  /// At the streams; whether one goes on.
+  bool look(Time now);
   std::string refusal(const HttpRequest& request, const std::string& host, const std::string& origin) const;
 
   Reactor& reactor_;
@@ -87,7 +90,9 @@ class HttpServer {
   bool may_write_;
   Handler handle_;
   std::list<Live*> streams_;
-  Time look_at_ = 0;  ///< at streams, next
+  Time look_at_ = 0;            ///< at streams: not before
+  bool may_have_news_ = false;  ///< a stream, since the last look
+  Time keep_alive_at_ = kNever;
   MHD_Daemon* daemon_ = nullptr;
 };
 

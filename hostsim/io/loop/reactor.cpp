@@ -22,6 +22,7 @@ static_assert(Reactor::kBroken == (EPOLLERR | EPOLLHUP));
 
 /// Everybody who is ready has a turn before anybody has a second one.
 constexpr std::size_t kEventsPerTurn = 512;
+constexpr std::size_t kUrgentEvents = 64;
 constexpr long kNanosecondsPerMicrosecond = 1000;
 
 [[noreturn]] void fail(const char* what) {
@@ -44,8 +45,9 @@ timespec to_timespec(Time time) {
 
 Reactor::Reactor()
     : epoll_(epoll_create1(EPOLL_CLOEXEC)),
+      urgent_(epoll_create1(EPOLL_CLOEXEC)),
       timer_(timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)) {
-  if (!epoll_ || !timer_) fail("epoll");
+  if (!epoll_ || !urgent_ || !timer_) fail("epoll");
   epoll_event event{.events = EPOLLIN | EPOLLET, .data = {.ptr = nullptr}};
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, timer_.get(), &event) != 0) fail("timer");
 }
@@ -59,26 +61,33 @@ Reactor::Watch* Reactor::find(int fd) const {
   return fd >= 0 && index < watches_.size() ? watches_[index].get() : nullptr;
 }
 
+bool Reactor::control(int operation, int fd, std::uint32_t interest, Watch* watch) const {
+  epoll_event event{.events = interest & ~kUrgent, .data = {.ptr = watch}};
+  return epoll_ctl(epoll_.get(), operation, fd, &event) == 0 &&
+         (!watch->urgent || epoll_ctl(urgent_.get(), operation, fd, &event) == 0);
+}
+
 bool Reactor::watch(int fd, std::uint32_t interest, Callback callback) {
   const auto index = static_cast<std::size_t>(fd);
   if (index >= watches_.size()) watches_.resize(index + 1);
-  watches_[index] = std::make_unique<Watch>(Watch{std::move(callback)});
-  epoll_event event{.events = interest, .data = {.ptr = watches_[index].get()}};
-  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) == 0) return true;
+  watches_[index] = std::make_unique<Watch>(Watch{std::move(callback), (interest & kUrgent) != 0});
+  if (control(EPOLL_CTL_ADD, fd, interest, watches_[index].get())) return true;
+  const int error = errno;
+  epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr);
   watches_[index].reset();
+  errno = error;
   if (errno != EPERM) fail("watch");
   return false;
 }
 
 bool Reactor::change(int fd, std::uint32_t interest) {
-  epoll_event event{.events = interest, .data = {.ptr = find(fd)}};
-  return epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) == 0;
+  return control(EPOLL_CTL_MOD, fd, interest, find(fd));
 }
 
 void Reactor::forget(int fd) {
   if (find(fd) == nullptr) return;
   auto& watch = watches_[static_cast<std::size_t>(fd)];
-  epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr);
+  control(EPOLL_CTL_DEL, fd, 0, watch.get());
   watch->live = false;
   watch->next = std::move(ended_);
   ended_ = std::move(watch);
@@ -104,17 +113,31 @@ std::size_t Reactor::run_once(Time until) {
   std::array<epoll_event, kEventsPerTurn> events;
   const int count = epoll_wait(epoll_.get(), events.data(), kEventsPerTurn, until > time_ ? -1 : 0);
   read_clock();
+  ++turn_;
   std::size_t called = 0;
   for (int i = 0; i < count; ++i) {
     const epoll_event& event = events[static_cast<std::size_t>(i)];
     auto* const watch = static_cast<Watch*>(event.data.ptr);
     if (watch == nullptr) timer_at_ = kNever;
-    if (watch == nullptr || !watch->live) continue;
+    if (watch == nullptr || !watch->live || watch->served == turn_) continue;
     watch->callback(event.events);
+    if (!watch->urgent) serve_urgent();
     ++called;
   }
   if (ended_) clear_ended();
   return called;
+}
+
+void Reactor::serve_urgent() {
+  std::array<epoll_event, kUrgentEvents> events;
+  const int count = epoll_wait(urgent_.get(), events.data(), kUrgentEvents, 0);
+  for (int i = 0; i < count; ++i) {
+    const epoll_event& event = events[static_cast<std::size_t>(i)];
+    auto* const watch = static_cast<Watch*>(event.data.ptr);
+    if (!watch->live) continue;
+    watch->served = turn_;
+    watch->callback(event.events);
+  }
 }
 
 Time Reactor::now() {

@@ -30,6 +30,9 @@ class Reactor {
   static constexpr std::uint32_t kWritable = 0x04;
   /// Besides the above: only when more has come since, for owners that look again without being told.
   static constexpr std::uint32_t kEdge = 0x8000'0000;
+  /// Likewise, once for all: who is ready has a turn between any two callbacks of others, however many
+  /// those are.
+  static constexpr std::uint32_t kUrgent = 0x0100'0000;
   /// An error or a hang-up; reported whether asked for or not. The next read or write says what it is.
   static constexpr std::uint32_t kBroken = 0x18;
 
@@ -59,6 +62,10 @@ class Reactor {
   /// and so may the time of an earlier call.
   std::size_t run_once(Time until);
 
+  /// Calls those of kUrgent that are ready, each once. For what takes long outside of callbacks; not to be
+  /// called by what is urgent.
+  void serve_urgent();
+
   /// now() at the end of the last wait: the time of this turn.
   Time time() const { return time_; }
   /// After something long that was no turn.
@@ -73,16 +80,21 @@ class Reactor {
  private:
   struct Watch {
     Callback callback;
+    bool urgent = false;
     bool live = true;
+    std::uint64_t served = 0;       ///< in which turn, of those that are urgent
     std::unique_ptr<Watch> next{};  ///< of those that have ended: to forget takes no memory
   };
 
   Watch* find(int fd) const;
+  bool control(int operation, int fd, std::uint32_t interest, Watch* watch) const;
   void clear_ended();
   void set_timer(Time until);
 
   Descriptor epoll_;
+  Descriptor urgent_;  ///< an epoll too: those are in both
   Descriptor timer_;
+  std::uint64_t turn_ = 0;
   Time timer_at_ = kNever;  ///< kNever = it is not running
   Time time_ = now();
   std::vector<std::unique_ptr<Watch>> watches_;  ///< by descriptor

@@ -58,22 +58,22 @@ void RtuSession::poll(Time now) {
 }
 
 void RtuSession::execute() {
-  const bool to_all = server_.is_broadcast();
   const std::size_t asked = server_.request_network();
+  const std::span<ModbusUnit* const> meant =
+      server_.is_broadcast() ? std::span<ModbusUnit* const>(networks_) : std::span(&networks_[asked], 1);
   const auto frame = networks_[asked]->listens() ? server_.request() : std::span<const std::uint8_t>();
   const std::vector<std::uint8_t> request(frame.begin(), frame.end());
-  for (std::size_t network = 0; network < networks_.size(); ++network)
-    if (to_all || network == asked) networks_[network]->catch_up();
+  for (ModbusUnit* const network : meant)
+    network->catch_up();
   const auto response = server_.execute();
   const std::size_t before = unsent_.size();
   unsent_.append(response.begin(), response.end());
   const std::string_view sent = std::string_view(unsent_).substr(before);
   server_.on_sent();
   const RtuServer::Executed& executed = server_.executed();
-  for (std::size_t network = 0; network < networks_.size(); ++network) {
-    if (!to_all && network != asked) continue;
-    if (!request.empty()) tell(*networks_[network], request, sent);
-    networks_[network]->on_request(executed.valid, {executed.first, executed.count});
+  for (ModbusUnit* const network : meant) {
+    if (!request.empty()) tell(*network, request, sent);
+    network->on_request(executed.valid, {executed.first, executed.count});
   }
 }
 
@@ -110,7 +110,8 @@ ModbusSerial::~ModbusSerial() {
 
 void ModbusSerial::open() {
   port_ = open_serial(kService, line_);
-  reactor_.watch(port_.get(), Reactor::kReadable, [this](std::uint32_t ready) { on_ready(ready); });
+  reactor_.watch(port_.get(), Reactor::kReadable | Reactor::kUrgent,
+                 [this](std::uint32_t ready) { on_ready(ready); });
 }
 
 void ModbusSerial::poll(Time now) {
@@ -134,7 +135,7 @@ void ModbusSerial::on_ready(std::uint32_t ready) {
 bool ModbusSerial::receive() {
   std::array<char, RtuServer::kMaxFrame> bytes;
   const ssize_t count = ::read(port_.get(), bytes.data(), bytes.size());
-  if (count <= 0) return count < 0 && (errno == EAGAIN || errno == EINTR);
+  if (count <= 0) return count < 0 && is_temporary(errno);
   session_.receive({bytes.data(), static_cast<std::size_t>(count)});
   return true;
 }
@@ -143,7 +144,7 @@ bool ModbusSerial::send() {
   const std::string_view unsent = session_.unsent();
   if (unsent.empty()) return true;
   const ssize_t count = ::write(port_.get(), unsent.data(), unsent.size());
-  if (count < 0 && errno != EAGAIN && errno != EINTR) return false;
+  if (count < 0 && !is_temporary(errno)) return false;
   if (count > 0) session_.sent(static_cast<std::size_t>(count));
   reactor_.change(port_.get(),
                   session_.unsent().empty() ? Reactor::kReadable : Reactor::kReadable | Reactor::kWritable);

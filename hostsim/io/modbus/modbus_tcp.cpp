@@ -69,7 +69,7 @@ void ModbusTcp::close_half_requests(Time now) {
 void ModbusTcp::adopt(Descriptor socket) {
   const int fd = socket.get();
   auto made = std::make_unique<Connection>(std::move(socket));
-  reactor_.watch(fd, Reactor::kReadable, [this, &client = *made](std::uint32_t) {
+  reactor_.watch(fd, Reactor::kReadable | Reactor::kUrgent, [this, &client = *made](std::uint32_t) {
     if (!on_ready(client)) close_client(client);
   });
   made->number = static_cast<std::uint32_t>(++counters_.connections);
@@ -102,7 +102,7 @@ bool ModbusTcp::receive(Connection& client) {
     return serve_buffered(client);
   }
   if (count == 0) return false;
-  if (errno == EAGAIN || errno == EINTR) return true;
+  if (is_temporary(errno)) return true;
   ++counters_.broken;
   return false;
 }
@@ -191,7 +191,7 @@ bool ModbusTcp::send_some(Connection& client, Bytes& rest) {
     rest = rest.subspan(static_cast<std::size_t>(count));
     return true;
   }
-  if (errno == EAGAIN || errno == EINTR) return true;
+  if (is_temporary(errno)) return true;
   ++counters_.broken;
   return false;
 }

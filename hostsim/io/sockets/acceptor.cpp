@@ -13,7 +13,7 @@ namespace cbcan::io {
 
 namespace {
 
-constexpr int kAcceptsPerTurn = 64;
+constexpr int kAcceptsPerTurn = 16;
 
 Descriptor open_reserve() {
   return Descriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));

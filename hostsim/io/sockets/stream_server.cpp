@@ -20,10 +20,6 @@ constexpr std::size_t kMostReadBytes = 4096;
 constexpr std::size_t kFewestReadBytes = 32;
 constexpr std::size_t kWorkPerTurn = 512 * 1024;  ///< bytes read, times those who may get them
 
-bool is_temporary(int error) {
-  return error == EAGAIN || error == EINTR;
-}
-
 }  // namespace
 
 struct StreamServer::Connection {
@@ -62,8 +58,11 @@ StreamServer::~StreamServer() {
 
 void StreamServer::flush() {
   std::vector<Connection*> ended;
-  for (const auto& [fd, client] : connections_)
+  for (const auto& [fd, client] : connections_) {
+    if (client->session->unsent().empty() && !client->session->has_ended()) continue;
     if (!send(*client)) ended.push_back(client.get());
+    reactor_.serve_urgent();
+  }
   for (Connection* client : ended)
     close(*client);
 }
@@ -96,7 +95,6 @@ void StreamServer::close(Connection& client) {
   const int fd = client.socket.get();
   if (client.is_terminal) {
     tcflush(fd, TCIOFLUSH);
-    client.session.reset();  // before the next one, which may take what it had
     client.session = make_();
     ++accepted_;
     return;

@@ -4,64 +4,27 @@
 #include "boards/common/parameter_store.hpp"
 
 #include "boards/common/flash_model.hpp"
-#include "support/bench.hpp"
+#include "support/storing_coprocessor.hpp"
 
 using namespace cbcan;
 using namespace cbcan::boards;
 using test::FlashModel;
+using test::kLoad;
+using test::kSave;
 
 namespace {
 
-constexpr std::uint16_t kSave[] = {0x6173, 0x6576}, kLoad[] = {0x6F6C, 0x6461};
-
 /// A board: it is switched on again by on().
-struct Board {
+struct Board : test::StoringCoprocessor {
   void on(bool leave_aside = false, std::uint8_t node_id = 127) {
     settings = {1, 1152};
     store.emplace(flash, settings, [](std::span<const std::uint16_t> words) { return words[0] != 0; });
     store->start(leave_aside);
-    bench.emplace(Coprocessor::Settings{.node_id = node_id});
-    bench->coprocessor.keep_in(*store);
-    bench->coprocessor.start(bench->now);
-    bench->port.sent.clear();
+    start(*store, node_id);
   }
-  std::uint32_t get(std::uint16_t index, std::uint8_t sub) {
-    bench->write(3706, {0, 0});
-    bench->read(0, index, sub, 128).check_done();
-    return bench->reg(3706) | static_cast<std::uint32_t>(bench->reg(3707)) << 16;
-  }
-  test::Bench& put(std::uint16_t index, std::uint16_t sub, std::uint16_t size, std::uint32_t value) {
-    return bench->write(0, index, sub, size,
-                        {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)});
-  }
-  test::Bench& command(std::uint16_t index, std::uint16_t sub, const std::uint16_t (&word)[2]) {
-    return bench->write(0, index, sub, 4, {word[0], word[1]});
-  }
-  void save(std::uint16_t sub = 1) { command(0x1010, sub, kSave).check_done(); }
-
   FlashModel flash{4096};
   std::array<std::uint16_t, 2> settings{};
   std::optional<ParameterStore> store;
-  std::optional<test::Bench> bench;
-};
-
-struct Parameter {
-  std::uint16_t index;
-  std::uint8_t sub;
-  std::uint16_t size;
-  std::uint32_t value;
-};
-
-/// In an order in which they can be written.
-constexpr Parameter kParameters[] = {
-    {0x1019, 0, 1, 10},         {0x1005, 0, 4, 0x00000081}, {0x1006, 0, 4, 10'000},
-    {0x1007, 0, 4, 5'000},      {0x1012, 0, 4, 0x80000100}, {0x1014, 0, 4, 0x800000C1},
-    {0x1015, 0, 2, 100},        {0x1016, 1, 4, 0x000501F4}, {0x1016, 127, 4, 0x7E0064},
-    {0x1017, 0, 2, 700},        {0x1029, 1, 1, 2},          {0x1400, 2, 1, 254},
-    {0x1600, 1, 4, 0xA1000110}, {0x1600, 0, 1, 1},          {0x1400, 1, 4, 0x00000185},
-    {0x180F, 2, 1, 254},        {0x180F, 3, 2, 100},        {0x180F, 5, 2, 250},
-    {0x1A0F, 1, 4, 0xA5800110}, {0x1A0F, 2, 4, 0xA5800210}, {0x1A0F, 0, 1, 2},
-    {0x180F, 1, 4, 0x000001FF}, {0x3003, 0, 2, 250},        {0x3004, 0, 1, 2},
 };
 
 }  // namespace
@@ -72,17 +35,11 @@ TEST_CASE("1010h: each parameter is what it was after power has been off") {
   CHECK(board.get(0x1010, 0) == 4);
   CHECK(board.get(0x1010, 1) == 1);  // saves on command
   CHECK(board.get(0x1011, 4) == 1);
-  for (const Parameter& parameter : kParameters) {
-    INFO(std::hex << parameter.index << " " << int{parameter.sub});
-    board.put(parameter.index, parameter.sub, parameter.size, parameter.value).check_done();
-  }
+  board.put_all();
   board.save();
   board.put(0x1017, 0, 2, 1).check_done();  // not saved
   board.on();
-  for (const Parameter& parameter : kParameters) {
-    INFO(std::hex << parameter.index << " " << int{parameter.sub});
-    CHECK(board.get(parameter.index, parameter.sub) == parameter.value);
-  }
+  board.check_all();
   board.bench->write(0, 0x1F82, 127, 1, {1}).check_done();
   board.bench->arrive("185#3412");  // RPDO 1 and TPDO 16 work
   CHECK(board.bench->process[0] == 0x1234);
@@ -246,6 +203,44 @@ TEST_CASE("1010h: full, and flash that does not work") {
   board.put(0x1017, 0, 2, 500);
   board.flash.defective = true;
   board.command(0x1010, 1, kSave).check_failed(0x06060000);
+}
+
+TEST_CASE("LSS: node ID and bit rate become the board's settings, and are stored with the others") {
+  Board board;
+  std::array<std::uint16_t, regmap::kBoardWords> settings{1, 1152, 0, 0, 500, 127};
+  const auto on = [&] {
+    board.store.emplace(board.flash, settings,
+                        [](std::span<const std::uint16_t> words) { return words[4] != 800; });
+    board.store->start(false);
+    board.start(*board.store, static_cast<std::uint8_t>(settings[5]));
+    board.bench->arrive("7E5#0401000000000000");
+  };
+  struct Row {
+    const char *configured, *response, *stored;
+    std::uint16_t bit_rate, node_id;
+  };
+  on();
+  for (const Row& row :
+       {Row{"7E5#112A000000000000", "7E4#1100000000000000", "7E4#1700000000000000", 500, 42},
+        Row{"7E5#1300070000000000", "7E4#1300000000000000", "7E4#1700000000000000", 20, 42},
+        Row{"7E5#1300010000000000", "7E4#1300000000000000", "7E4#1702000000000000", 20, 42},
+        Row{"7E5#1300090000000000", "7E4#1301000000000000", "7E4#1700000000000000", 20, 42},
+        Row{"7E5#11FF000000000000", "7E4#1100000000000000", "7E4#1702000000000000", 20, 42}}) {
+    INFO(row.configured);
+    board.bench->arrive(row.configured).expect(row.response);
+    board.bench->arrive("7E5#1700000000000000").expect(row.stored);
+    settings = {1, 1152, 0, 0, 500, 127};
+    on();
+    CHECK(settings == std::array<std::uint16_t, 6>{1, 1152, 0, 0, row.bit_rate, row.node_id});
+    CHECK(board.get(0x3001, 0) == row.node_id);
+  }
+}
+
+TEST_CASE("LSS: a board without such settings stores nothing") {
+  Board board;
+  board.on();
+  board.bench->arrive("7E5#0401000000000000");
+  board.bench->arrive("7E5#1700000000000000").expect("7E4#1702000000000000");
 }
 
 TEST_CASE("1010h: another password than its own, and a coprocessor without such a memory") {

@@ -60,6 +60,13 @@ struct BenchOf {
   std::uint32_t pair(std::size_t address, std::size_t network = 0) {
     return reg(address, network) | static_cast<std::uint32_t>(reg(address + 1, network)) << 16;
   }
+  /// Pairs of registers, by the address of the low word.
+  void pairs(std::initializer_list<std::pair<std::size_t, std::uint32_t>> expected) {
+    for (const auto& [address, value] : expected) {
+      INFO("R" << address);
+      CHECK(pair(address) == value);
+    }
+  }
   /// Four bytes of 2000h:00 of node 5, but for CA0Eh.
   void prepare(std::size_t network = 0) {
     reg(3701, network) = 5055;
@@ -191,16 +198,8 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   CHECK(bench.reg(4105) == 2048);
   CHECK(bench.reg(4106) == 400);
   CHECK(bench.reg(4107) == 0x11);
-  CHECK(bench.pair(4108) == 0);
-  CHECK(bench.pair(4110) == 0);
-  CHECK(bench.pair(4112) == 0);
-  CHECK(bench.pair(4114) == 7);
-  CHECK(bench.pair(4116) == 0x10001);
-  CHECK(bench.pair(4118) == 2);
-  CHECK(bench.pair(4120) == 3);
-  CHECK(bench.pair(4122) == 4);
-  CHECK(bench.pair(4124) == 5);
-  CHECK(bench.pair(4126) == 0);
+  bench.pairs({{4108, 0}, {4110, 0}, {4112, 0}, {4114, 7}, {4116, 0x10001}, {4118, 2}, {4120, 3}, {4122, 4}});
+  bench.pairs({{4124, 5}, {4126, 0}});
   CHECK(bench.reg(4132) == 2);
   bench.board.report[0].stack_used = 500;
   bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});  // R3700: nobody reads them
@@ -211,10 +210,7 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3});
   CHECK(bench.pair(4102) == 1'234'568);
   CHECK(bench.reg(4106) == 500);
-  CHECK(bench.pair(4108) == 2);
-  CHECK(bench.pair(4126) == 1);
-  CHECK(bench.pair(4128) == 1);
-  CHECK(bench.pair(4130) == 0);
+  bench.pairs({{4108, 2}, {4126, 1}, {4128, 1}, {4130, 0}});
 }
 
 TEST_CASE("A board's own settings are registers where it has some") {

@@ -3,9 +3,9 @@
 
 /// The bxCAN driver on a model of the controller, with the test as the bus and as the loop.
 
+#include "boards/model_registers.hpp"
 #include "boards/stm32f4/bxcan.hpp"
 #include "boards/stm32f4/bxcan_model.hpp"
-#include "boards/stm32f4/model_registers.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
 

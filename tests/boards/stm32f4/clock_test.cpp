@@ -3,6 +3,7 @@
 // clock, and that CAN never takes part on the wrong one. Expected values from the bit definitions of RM0390,
 // by hand.
 
+#include "boards/model_registers.hpp"
 #include "boards/stm32f4/bxcan_model.hpp"
 #include "boards/stm32f4/clock_supervisor.hpp"
 #include "boards/stm32f4/peripheral.hpp"
@@ -19,23 +20,8 @@ using regmap::ClockSource;
 using test::BxCanModel;
 using test::Peripheral;
 using test::RccModel;
+using test::SharedRegisters;
 using test::UsartModel;
-
-/// Registers of any model; something may happen before each access.
-struct SharedRegisters {
-  using Happening = std::function<void()>;
-
-  template <class Model>
-  SharedRegisters(Model& model, const Happening& before)
-      : read_([&](std::uint32_t offset) { return before(), model.read(offset); }),
-        write_([&](std::uint32_t offset, std::uint32_t value) { before(), model.write(offset, value); }) {}
-  std::uint32_t read(std::uint32_t offset) const noexcept { return read_(offset); }
-  void write(std::uint32_t offset, std::uint32_t value) const noexcept { write_(offset, value); }
-
- private:
-  std::function<std::uint32_t(std::uint32_t)> read_;
-  std::function<void(std::uint32_t, std::uint32_t)> write_;
-};
 
 /// A board right after a reset, with USART2, and its loop.
 struct Rig {

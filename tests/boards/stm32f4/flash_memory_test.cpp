@@ -3,7 +3,7 @@
 
 #include "boards/stm32f4/flash_memory.hpp"
 
-#include "boards/stm32f4/model_registers.hpp"
+#include "boards/model_registers.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan {
@@ -66,23 +66,10 @@ struct FlashController {
   Memory memory;
 };
 
-/// Of either.
-struct Access {
-  template <class Model>
-  explicit Access(Model* model)
-      : read_([model](std::uint32_t offset) { return model->read(offset); }),
-        write_([model](std::uint32_t offset, std::uint32_t value) { model->write(offset, value); }) {}
-  std::uint32_t read(std::uint32_t offset) const noexcept { return read_(offset); }
-  void write(std::uint32_t offset, std::uint32_t value) const noexcept { write_(offset, value); }
-
- private:
-  std::function<std::uint32_t(std::uint32_t)> read_;
-  std::function<void(std::uint32_t, std::uint32_t)> write_;
-};
-
 struct Rig {
   FlashController flash;
-  boards::stm32f4::FlashMemory<Access> memory{Access(&flash.registers), Access(&flash.memory),
+  using Access = test::SharedRegisters;
+  boards::stm32f4::FlashMemory<Access> memory{Access(flash.registers), Access(flash.memory),
                                               flash.words.data()};
 };
 

@@ -2,7 +2,7 @@
 // The RTU server on the USART's driver, as a board has them: when a response begins, and what takes a request
 // back (MODBUS over Serial Line V1.02, 2.5.1.1). CRCs worked out apart from this project.
 
-#include "boards/stm32f4/model_registers.hpp"
+#include "boards/model_registers.hpp"
 #include "boards/stm32f4/settings.hpp"
 #include "boards/stm32f4/usart_model.hpp"
 #include "support/catch.hpp"

@@ -2,8 +2,8 @@
 // Pins, timer, watchdog, the cause of a reset: expected register values from the bit definitions of RM0390,
 // by hand.
 
+#include "boards/model_registers.hpp"
 #include "boards/stm32f4/gpio.hpp"
-#include "boards/stm32f4/model_registers.hpp"
 #include "boards/stm32f4/peripheral.hpp"
 #include "boards/stm32f4/rcc.hpp"
 #include "boards/stm32f4/timer.hpp"

@@ -3,7 +3,7 @@
 
 #include "boards/stm32f4/usart.hpp"
 
-#include "boards/stm32f4/model_registers.hpp"
+#include "boards/model_registers.hpp"
 #include "boards/stm32f4/usart_model.hpp"
 #include "support/catch.hpp"
 

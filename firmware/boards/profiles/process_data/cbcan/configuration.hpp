@@ -15,6 +15,7 @@ inline constexpr Services kServices{.scanner_window = false,
                                     .rpdos = 4,
                                     .tpdos = 4,
                                     .stored_parameters = false,
+                                    .lss = false,
                                     .other_devices = false,
                                     .serial_queue = 512};
 

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Frames that a driver has lost: noted by its interrupt, told by the loop for a second.
+
+#include <atomic>
+#include <cstdint>
+
+#include "cbcan/time.hpp"
+
+namespace cbcan::boards {
+
+class LossNotice {
+ public:
+  static constexpr Time kShown = kSecond;
+
+  /// The interrupt's: some have been lost.
+  void note() { times_.store(times_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
+
+  /// The loop's, in every turn: how many times there was a note so far; wraps.
+  std::uint32_t look(Time now) {
+    const std::uint32_t times = times_.load(std::memory_order_acquire);
+    if (times != seen_) until_ = now + kShown;
+    return seen_ = times;
+  }
+  bool is_shown(Time now) const { return now < until_; }
+
+ private:
+  std::atomic<std::uint32_t> times_{0};
+  std::uint32_t seen_ = 0;
+  Time until_ = 0;
+};
+
+}  // namespace cbcan::boards

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The CAN controller SJA1000 in PeliCAN mode as a CanPort.
+///
+/// Source: NXP, "SJA1000 Stand-alone CAN controller", product specification, 2000 Jan 04; register and bit
+/// names are those of its section 6.4, and so are the offsets that `Registers` is given: CAN addresses 0..31,
+/// one register of 8 bits each. Where the board has them (every byte, every word, behind an index) is up to
+/// it.
+///
+/// Two contexts: on_interrupt() is called by the controller's interrupt and nothing else of this class is;
+/// all the rest is called by the loop that also runs the core. Nothing blocks for longer than it takes to
+/// enter or leave reset mode. Between two commands the controller wants one of its clock cycles (6.4.4): a
+/// status is read between any two here.
+///
+/// Both acceptance filters are open: two masks that let 000h..5FFh and 700h..77Fh pass let every identifier
+/// pass. Frames are chosen by the interrupt instead, before they take a place in the ring.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "boards/common/bit_timing.hpp"
+#include "boards/common/loss_notice.hpp"
+#include "boards/common/registers.hpp"
+#include "boards/common/ring.hpp"
+#include "cbcan/can_port.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/sdo/protocol.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan::boards {
+
+namespace sja1000 {
+
+inline constexpr std::uint32_t MOD = 0;
+inline constexpr std::uint32_t CMR = 1;
+inline constexpr std::uint32_t SR = 2;
+inline constexpr std::uint32_t IR = 3;
+inline constexpr std::uint32_t IER = 4;
+inline constexpr std::uint32_t BTR0 = 6;
+inline constexpr std::uint32_t BTR1 = 7;
+inline constexpr std::uint32_t OCR = 8;
+inline constexpr std::uint32_t RXERR = 14;
+inline constexpr std::uint32_t TXERR = 15;
+inline constexpr std::uint32_t BUFFER = 16;  ///< frame information, identifier, data (6.4.13, 6.4.14)
+inline constexpr std::uint32_t ACR0 = 16;    ///< to 19, in reset mode
+inline constexpr std::uint32_t AMR0 = 20;    ///< to 23, likewise; 1 = does not matter
+inline constexpr std::uint32_t CDR = 31;
+
+inline constexpr std::uint32_t MOD_RM = 1;  ///< reset mode; MOD.3, AFM, is 0: two filters
+inline constexpr std::uint32_t CMR_TR = 1;
+inline constexpr std::uint32_t CMR_AT = 1u << 1;
+inline constexpr std::uint32_t CMR_RRB = 1u << 2;
+inline constexpr std::uint32_t CMR_CDO = 1u << 3;
+inline constexpr std::uint32_t SR_RBS = 1;
+inline constexpr std::uint32_t SR_DOS = 1u << 1;
+inline constexpr std::uint32_t SR_TBS = 1u << 2;
+inline constexpr std::uint32_t SR_ES = 1u << 6;
+inline constexpr std::uint32_t SR_BS = 1u << 7;
+// IER: reception, which an overrun comes with; error warning, which bus-off is too; error passive.
+inline constexpr std::uint32_t IER_USED = 1 | 1u << 2 | 1u << 5;
+inline constexpr std::uint32_t CDR_CBP = 1u << 6;
+inline constexpr std::uint32_t CDR_PELICAN = 1u << 7;
+// Frame information.
+inline constexpr std::uint32_t INFO_RTR = 1u << 6;
+inline constexpr std::uint32_t INFO_FF = 1u << 7;  ///< 29 bits
+inline constexpr std::uint32_t INFO_DLC = 0xF;
+
+inline constexpr std::uint32_t kMostPrescaler = 64;
+inline constexpr std::uint32_t kPassive = 128;
+
+/// Of an identifier in a buffer, which begins with its highest bit: bytes, and unused bits of 32.
+struct IdLayout {
+  std::uint32_t bytes;
+  std::uint32_t unused;
+};
+constexpr IdLayout id_layout(bool extended) {
+  return extended ? IdLayout{4, 3} : IdLayout{2, 21};
+}
+
+}  // namespace sja1000
+
+template <class Registers>
+class Sja1000 final : public CanPort {
+ public:
+  static constexpr std::size_t kReceiveRing = 64;
+  /// How long a frame waits for somebody to acknowledge it: with the cable off it would wait for ever, and
+  /// come out when it is back.
+  static constexpr Time kStuckAfter = kSecond;
+
+  struct Settings {
+    std::uint32_t clock_hz;  ///< half of the oscillator's (6.5.1)
+    std::uint32_t bit_rate;  ///< 10'000..1'000'000
+    std::uint8_t node_id;    ///< own node, 1..127: whose SDO requests are taken
+    /// CDR besides PeliCAN mode (6.5.4): by default a transceiver at RX0, clock output as after a reset.
+    std::uint32_t clock_divider = sja1000::CDR_CBP;
+    /// OCR (6.5.3): by default normal mode with TX0 push-pull.
+    std::uint32_t output_control = 0x1A;
+  };
+
+  enum class Start : std::uint8_t {
+    kDone,
+    kBitRate,  ///< not to be made from this clock; choose another of either
+    kNoReset,  ///< the controller does not enter or leave reset mode: it is not there, or has no clock
+  };
+
+  /// What happened, for people; they count up from 0 and wrap.
+  struct Counters {
+    std::uint32_t overflows = 0;  ///< times that the receive FIFO or the ring was found to have lost frames
+    std::uint32_t bus_offs = 0;
+    std::uint32_t stuck = 0;  ///< frames taken back as nobody acknowledged them
+  };
+
+  explicit Sja1000(Registers registers) : registers_(registers) {}
+
+  /// Sets timing and filters and joins the bus. Again at any time, for other settings: what waits to be sent
+  /// is lost then. Taken are 000h..5FFh, 680h..77Fh, 600h + own node ID and 7E5h, 11 bits, RTR or not.
+  Start start(const Settings& settings) {
+    const auto timing = bit_timing(settings.clock_hz, settings.bit_rate, sja1000::kMostPrescaler);
+    if (!timing) return Start::kBitRate;
+    timing_ = *timing;
+    settings_ = settings;
+    return restart() ? Start::kDone : Start::kNoReset;
+  }
+
+  /// False while a frame is in the only transmit buffer, and while the controller is off the bus: a command
+  /// must not come out when the bus heals minutes later.
+  bool try_send(const Frame& frame) override {
+    using namespace sja1000;
+    if (is_resetting()) return false;
+    if ((registers_.read(SR) & (SR_TBS | SR_BS)) != SR_TBS) return false;
+    const bool extended = (frame.flags & Frame::kExtended) != 0;
+    const bool remote = (frame.flags & Frame::kRemote) != 0;
+    registers_.write(BUFFER, (extended ? INFO_FF : 0) | (remote ? INFO_RTR : 0) | frame.length);
+    const IdLayout layout = id_layout(extended);
+    const std::uint32_t id = frame.id << layout.unused;
+    for (std::uint32_t i = 0; i < layout.bytes; ++i)
+      registers_.write(BUFFER + 1 + i, id >> (24 - 8 * i) & 0xFF);
+    for (std::uint32_t i = 0; i < frame.length && !remote; ++i)
+      registers_.write(BUFFER + 1 + layout.bytes + i, frame.data[i]);
+    registers_.write(CMR, CMR_TR);
+    pending_since_ = kNever;
+    return true;
+  }
+
+  /// The controller's interrupt: empties its FIFO, 64 bytes, into the ring.
+  void on_interrupt() {
+    using namespace sja1000;
+    registers_.read(IR);  // clears all but the receive interrupt, which ends with the last frame
+    bool lost = false;
+    while ((registers_.read(SR) & SR_RBS) != 0) {
+      const Frame frame = take();
+      if ((registers_.read(SR) & SR_RBS) == 0) break;  // bus-off meanwhile: these were the filters' registers
+      lost = (is_wanted(frame) && !received_.push(frame)) || lost;
+      registers_.write(CMR, CMR_RRB);
+    }
+    if ((registers_.read(SR) & SR_DOS) != 0) {
+      registers_.write(CMR, CMR_CDO);
+      lost = true;
+    }
+    if (lost) losses_.note();
+  }
+
+  /// The next frame; false = none.
+  bool receive(Frame& frame) { return received_.pop(frame); }
+  bool has_received() const { return !received_.empty(); }
+
+  /// What goes to Coprocessor::on_bus_state(). To be called in every turn of the loop, after start(): it also
+  /// leaves the reset mode that bus-off is, which throws away what waited; the controller is back on the bus
+  /// after 128 times 11 recessive bits (6.4.5, note 1). And it takes back a frame that is stuck.
+  BusState poll(Time now) {
+    using namespace sja1000;
+    counters_.overflows = losses_.look(now);
+    if (is_resetting()) {
+      if (restart()) ++counters_.bus_offs;
+      return BusState::kBusOff;
+    }
+    const std::uint32_t status = registers_.read(SR);
+    if ((status & SR_BS) != 0) return BusState::kBusOff;
+    if ((status & SR_TBS) == 0) take_back_stuck(now);
+    if (transmit_errors() >= kPassive || receive_errors() >= kPassive) return BusState::kErrorPassive;
+    return losses_.is_shown(now) ? BusState::kOverflow : BusState::kActive;
+  }
+
+  /// An error counter has reached 96 (EWLR); CiA 405 has no such state, so poll() does not tell.
+  bool has_error_warning() const { return (registers_.read(sja1000::SR) & sja1000::SR_ES) != 0; }
+  /// TEC and REC (ISO 11898-1).
+  std::uint8_t transmit_errors() const { return static_cast<std::uint8_t>(registers_.read(sja1000::TXERR)); }
+  std::uint8_t receive_errors() const { return static_cast<std::uint8_t>(registers_.read(sja1000::RXERR)); }
+  const Counters& counters() const { return counters_; }
+
+ private:
+  bool is_resetting() const { return (registers_.read(sja1000::MOD) & sja1000::MOD_RM) != 0; }
+
+  /// Into reset mode or, with 0, out of it, which may take some clock cycles.
+  bool set_mode(std::uint32_t mode) {
+    constexpr unsigned kTries = 10'000;
+    for (unsigned i = 0; i < kTries; ++i) {
+      registers_.write(sja1000::MOD, mode);
+      if (is_resetting() == (mode != 0)) return true;
+    }
+    return false;
+  }
+
+  bool restart() {
+    using namespace sja1000;
+    if (!set_mode(MOD_RM)) return false;
+    registers_.write(CDR, CDR_PELICAN | settings_.clock_divider);
+    registers_.write(IER, IER_USED);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      registers_.write(ACR0 + i, 0);
+      registers_.write(AMR0 + i, 0xFF);
+    }
+    registers_.write(BTR0, (timing_.jump_width() - 1) << 6 | (timing_.prescaler - 1));
+    registers_.write(BTR1, (timing_.segment2 - 1) << 4 | (timing_.segment1 - 1));
+    registers_.write(OCR, settings_.output_control);
+    return set_mode(0);
+  }
+
+  Frame take() {
+    using namespace sja1000;
+    Frame frame;
+    const std::uint32_t info = registers_.read(BUFFER);
+    const IdLayout layout = id_layout((info & INFO_FF) != 0);
+    for (std::uint32_t i = 0; i < layout.bytes; ++i)
+      frame.id |= registers_.read(BUFFER + 1 + i) << (24 - 8 * i);
+    frame.id >>= layout.unused;
+    frame.length = static_cast<std::uint8_t>((info & INFO_DLC) < 8 ? info & INFO_DLC : 8);  // 6.4.14
+    if ((info & INFO_FF) != 0) frame.flags |= Frame::kExtended;
+    if ((info & INFO_RTR) != 0) {
+      frame.flags |= Frame::kRemote;
+      return frame;
+    }
+    for (std::uint32_t i = 0; i < frame.length; ++i)
+      frame.data[i] = static_cast<std::uint8_t>(registers_.read(BUFFER + 1 + layout.bytes + i));
+    return frame;
+  }
+
+  bool is_wanted(const Frame& frame) const {
+    constexpr std::uint32_t kNodes = nmt::kMaxNode;
+    if ((frame.flags & Frame::kExtended) != 0) return false;
+    if (frame.id > nmt::kErrorControlId + kNodes) return frame.id == LssSlave::kRequestId;
+    const bool asks_somebody = frame.id - sdo::kRequestId <= kNodes;
+    return !asks_somebody || frame.id == sdo::kRequestId + settings_.node_id;
+  }
+
+  /// The frame may be on the bus just now; then it is sent, but not again.
+  void take_back_stuck(Time now) {
+    if (pending_since_ == kNever) pending_since_ = now;  // try_send() is not told the time
+    if (now - pending_since_ < kStuckAfter) return;
+    registers_.write(sja1000::CMR, sja1000::CMR_AT);
+    ++counters_.stuck;
+    pending_since_ = kNever;
+  }
+
+  Registers registers_;
+  Ring<Frame, kReceiveRing> received_;
+  LossNotice losses_;
+  Time pending_since_ = kNever;
+  BitTiming timing_{};
+  Settings settings_{};
+  Counters counters_;
+};
+
+}  // namespace cbcan::boards

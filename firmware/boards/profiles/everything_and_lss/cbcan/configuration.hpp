@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// All that the contract promises.
+
+#include "cbcan/services.hpp"
+
+namespace cbcan {
+
+inline constexpr Services kServices{.other_devices = false, .serial_queue = 512};
+
+}  // namespace cbcan

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+
+#include "boards/stm32f4/bxcan_rig.hpp"
+
+using namespace cbcan;
+using namespace cbcan::test;
+
+TEST_CASE("transmit: a frame as it stands in the mailbox, TIxR to TDHxR") {
+  StartedRig rig;
+  CHECK(rig.send("642#4011640100000000"));
+  CHECK(rig.model.read(0x180) == 0xC8400001);  // 642h << 21, TXRQ
+  CHECK(rig.model.read(0x184) == 8);
+  CHECK(rig.model.read(0x188) == 0x01641140);
+  CHECK(rig.model.read(0x18C) == 0x00000000);
+  CHECK(rig.send("742#R1"));
+  CHECK(rig.model.read(0x190) == 0xE8400003);  // RTR, TXRQ
+  CHECK(rig.model.read(0x194) == 1);
+  CHECK(rig.send("1ABCDEF0#1122334455667788"));
+  CHECK(rig.model.read(0x1A0) == 0xD5E6F785);  // 1ABCDEF0h << 3, IDE, TXRQ
+  CHECK(rig.model.read(0x1A8) == 0x44332211);
+  CHECK(rig.model.read(0x1AC) == 0x88776655);
+  CHECK(rig.sent() == "642#4011640100000000");
+  CHECK(rig.sent() == "742#R1");
+  CHECK(rig.sent() == "1ABCDEF0#1122334455667788");
+}
+
+TEST_CASE("transmit: three mailboxes, then full; in the order of the requests, not of the identifiers") {
+  StartedRig rig;
+  CHECK(rig.send("603#"));
+  CHECK(rig.send("602#"));
+  CHECK(rig.send("601#"));
+  CHECK_FALSE(rig.send("000#0100"));
+  CHECK(rig.sent() == "603#");
+  CHECK(rig.send("000#0100"));  // refused, then taken: behind those before it
+  CHECK_FALSE(rig.send("701#00"));
+  CHECK(rig.sent() == "602#");
+  CHECK(rig.sent() == "601#");
+  CHECK(rig.sent() == "000#0100");
+  CHECK(rig.sent().empty());
+  rig.poll();
+  CHECK(rig.can.counters().sent == 4);
+  CHECK(rig.can.counters().refused == 2);
+  CHECK(rig.can.counters().taken_back == 0);
+}
+
+TEST_CASE("transmit: a frame that another one wins over is sent after it, and counted once") {
+  StartedRig rig;
+  CHECK(rig.send("601#"));
+  REQUIRE(rig.model.start_frame());
+  rig.model.end_frame(BxCanRig::Model::End::kArbitrationLost);
+  rig.poll();
+  CHECK(rig.can.counters().sent == 0);
+  CHECK(rig.sent() == "601#");
+  rig.poll();
+  rig.poll();
+  CHECK(rig.can.counters().sent == 1);
+}
+
+TEST_CASE("transmit: a frame that nobody acknowledges is taken back after a second") {
+  StartedRig rig;
+  rig.now = 5 * kSecond;
+  CHECK(rig.send("000#0100"));
+  CHECK(rig.poll() == 6 * kSecond);
+  rig.fail(30, BxCanRig::Model::kAcknowledgement);  // the cable is off
+  rig.poll(kSecond - 1);
+  CHECK((rig.model.read(0x008) & 0x1C000000) == 0x18000000);
+  CHECK(rig.can.state() == cbcan::BusState::kErrorPassive);
+  rig.poll(1);
+  CHECK((rig.model.read(0x008) & 0x1C000000) == 0x1C000000);
+  rig.poll();
+  CHECK(rig.can.counters().taken_back == 1);
+  CHECK(rig.can.counters().sent == 0);
+  CHECK(rig.can.counters().last_error == 3);
+  rig.poll(10 * 60 * kSecond);
+  CHECK(rig.sent().empty());  // the cable is back
+}
+
+TEST_CASE("transmit: the second begins with the request, however long the loop had slept") {
+  StartedRig rig;
+  CHECK(rig.send("601#"));
+  rig.poll();
+  CHECK(rig.sent() == "601#");
+  CHECK(rig.poll() == kNever);
+  rig.now += 3600 * kSecond;
+  CHECK(rig.send("602#"));  // the same mailbox
+  CHECK(rig.poll() == rig.now + kSecond);
+  CHECK(rig.sent() == "602#");
+}
+
+TEST_CASE("transmit: a frame that is on the bus when it gets old may still be sent, and is counted as sent") {
+  StartedRig rig;
+  CHECK(rig.send("601#"));
+  rig.poll();
+  REQUIRE(rig.model.start_frame());
+  CHECK(rig.poll(kSecond) == kSecond + kMillisecond);  // aborted, looks again
+  rig.model.end_frame(BxCanRig::Model::End::kAcknowledged);
+  CHECK(rig.poll(kMillisecond) == kNever);
+  CHECK(rig.can.counters().sent == 1);
+  CHECK(rig.can.counters().taken_back == 0);
+}
+
+TEST_CASE("transmit: each mailbox gets old for itself") {
+  StartedRig rig;
+  CHECK(rig.send("601#"));
+  rig.poll();
+  CHECK(rig.send("602#"));
+  CHECK(rig.poll(600 * kMillisecond) == kSecond);
+  CHECK(rig.poll(400 * kMillisecond) == kSecond + kMillisecond);
+  CHECK(rig.poll(kMillisecond) == 600 * kMillisecond + kSecond);
+  CHECK(rig.can.counters().taken_back == 1);
+  CHECK(rig.sent() == "602#");
+}
+
+// ---- Receive
+
+namespace {
+
+/// FIFO that the frame is for, of node 7Fh; -1 = none. Written down from what the driver promises.
+int fifo_for(std::uint32_t id, bool remote) {
+  const bool where_pdos_are = id <= 0x5FF || (id >= 0x680 && id <= 0x6FF);
+  if (remote) return id == 0x77F ? 0 : where_pdos_are ? 1 : -1;
+  if (id == 0x000 || id == 0x67F || id == 0x7E5 || (id >= 0x580 && id <= 0x5FF)) return 0;
+  return where_pdos_are || (id >= 0x700 && id <= 0x77F) ? 1 : -1;
+}
+
+}  // namespace
+
+TEST_CASE("receive: a frame as it stands in the FIFO's mailbox") {
+  StartedRig rig;
+  REQUIRE(rig.hear(frame_from("5C2#4B11640123456789")));
+  CHECK(rig.received() == "5C2#4B11640123456789");
+  REQUIRE(rig.hear(frame_from("742#05")));
+  CHECK(rig.received() == "742#05");
+  REQUIRE(rig.hear(frame_from("77F#R1")));
+  CHECK(rig.received() == "77F#R1");
+  CHECK(rig.received().empty());
+  CHECK(rig.can.counters().received == 3);
+}
+
+TEST_CASE("receive: a length of 9 to 15 means eight bytes; bytes past the length are 0") {
+  StartedRig rig;
+  Frame frame = frame_from("581#1122334455667788");
+  frame.length = 15;
+  rig.hear(frame);
+  Frame heard;
+  REQUIRE(rig.can.receive(heard));
+  CHECK(heard == frame_from("581#1122334455667788"));
+  frame.length = 5;
+  rig.hear(frame);
+  REQUIRE(rig.can.receive(heard));
+  CHECK(heard == frame_from("581#1122334455"));
+}
+
+TEST_CASE("receive: every identifier hits or misses the filters as promised") {
+  StartedRig rig;
+  for (const bool remote : {false, true}) {
+    for (std::uint32_t id = 0; id <= 0x7FF; ++id) {
+      Frame frame;
+      frame.id = id;
+      if (remote) frame.flags = Frame::kRemote;
+      const int expected = fifo_for(id, remote);
+      INFO((remote ? "RTR " : "") << std::hex << id);
+      REQUIRE(rig.model.arrive(frame) == (expected >= 0));
+      REQUIRE(rig.model.rx0_line() == (expected == 0));
+      REQUIRE(rig.model.rx1_line() == (expected == 1));
+      rig.can.on_rx_interrupt();
+      Frame heard;
+      REQUIRE(rig.can.receive(heard) == (expected >= 0));
+      if (expected >= 0) REQUIRE(heard == frame);
+    }
+  }
+  for (const char* extended : {"00000000#", "00000581#", "16000000#", "1C1FFFFF#"})
+    CHECK_FALSE(rig.hear(frame_from(extended)));
+}
+
+TEST_CASE("receive: a burst that fills a FIFO is drained by one interrupt, in order") {
+  StartedRig rig;
+  for (const char* frame : {"581#01", "582#02", "583#03"})
+    REQUIRE(rig.model.arrive(frame_from(frame)));
+  rig.can.on_rx_interrupt();
+  CHECK_FALSE(rig.model.rx0_line());
+  for (const char* frame : {"581#01", "582#02", "583#03"})
+    CHECK(rig.received() == frame);
+}
+
+TEST_CASE("receive: a release that takes its time loses and doubles nothing") {
+  StartedRig rig;
+  rig.model.release_after = 2;
+  for (const char* frame : {"581#01", "582#02", "583#03"})
+    REQUIRE(rig.model.arrive(frame_from(frame)));
+  int interrupts = 0;
+  while (rig.model.rx0_line() && ++interrupts < 20)
+    rig.can.on_rx_interrupt();
+  for (const char* frame : {"581#01", "582#02", "583#03"})
+    CHECK(rig.received() == frame);
+  CHECK(rig.received().empty());
+  CHECK(rig.can.counters().received == 3);
+}
+
+TEST_CASE("receive: an overrun keeps what was there, is counted, and shows for a second") {
+  StartedRig rig;
+  for (const char* frame : {"581#01", "582#02", "583#03", "584#04", "585#05"})
+    rig.model.arrive(frame_from(frame));
+  rig.can.on_rx_interrupt();
+  for (const char* frame : {"581#01", "582#02", "583#03"})
+    CHECK(rig.received() == frame);
+  CHECK(rig.received().empty());
+  CHECK(rig.can.counters().overruns == 1);  // FOVR is one bit: how many were lost is not known
+  CHECK((rig.model.read(0x00C) & 0x10) == 0);
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kOverflow);
+  rig.poll(kSecond - 1);
+  CHECK(rig.can.state() == BusState::kOverflow);
+  rig.poll(1);
+  CHECK(rig.can.state() == BusState::kActive);
+  CHECK(rig.can.counters().overruns == 1);
+}
+
+TEST_CASE("receive: a storm of EMCY messages that the loop does not follow loses no SDO response") {
+  StartedRig rig;
+  for (int i = 0; i < 1000; ++i)
+    rig.hear(frame_from("081#0010010000000000"));
+  rig.hear(frame_from("5C2#6011640100000000"));
+  CHECK(rig.received() == "5C2#6011640100000000");  // and before the storm
+  int emcy = 0;
+  while (rig.received() == "081#0010010000000000")
+    ++emcy;
+  CHECK(emcy == 64);
+  CHECK(rig.can.counters().received == 1001);
+  CHECK(rig.can.counters().queue_full == 1000 - 64);
+  rig.poll();
+  CHECK(rig.can.state() == BusState::kOverflow);
+}
+
+TEST_CASE("receive: a storm in FIFO 1 that the interrupt does not follow leaves FIFO 0 alone") {
+  StartedRig rig;
+  for (int i = 0; i < 10; ++i)
+    rig.model.arrive(frame_from("081#0010010000000000"));
+  rig.model.arrive(frame_from("5C2#6011640100000000"));
+  rig.can.on_rx_interrupt();
+  CHECK(rig.received() == "5C2#6011640100000000");
+  CHECK(rig.can.counters().received == 4);
+  CHECK(rig.can.counters().overruns == 1);
+}
