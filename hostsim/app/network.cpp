@@ -72,14 +72,14 @@ void Network::tell_time_of_day() {
 }
 
 void Network::open_outside() {
-  using Kind = plant::CanSpec::Kind;
+  using Door = plant::CanSpec::Kind;
   io::Reactor& reactor = surroundings_.reactor;
   sim::Bus& bus = world().bus();
   const plant::CanSpec& can = spec_.emplace(plant::parse_can_spec(can_));
-  const bool is_adapter = can.kind == Kind::kSlcan;
-  if (can.kind == Kind::kSocketCan)
+  const bool is_adapter = can.kind == Door::kSlcan;
+  if (can.kind == Door::kSocketCan)
     outside_ = std::make_unique<io::SocketCan>(reactor, bus, can.name, surroundings_.warn);
-  else if (can.kind == Kind::kUdp)
+  else if (can.kind == Door::kUdp)
     outside_ = std::make_unique<io::UdpBus>(reactor, bus, can_, can.remote, surroundings_.warn);
   else
     outside_ = std::make_unique<io::StreamBus>(

@@ -28,8 +28,8 @@ constexpr std::uint8_t kPositiveOverload = 0x02;
 constexpr std::uint8_t kNegativeOverload = 0x04;
 
 constexpr std::size_t kSensorBreak = 0;
-constexpr std::array<std::string_view, 1> kIncidents{"sensor-break"};
-constexpr std::array<ErrorKind, 1> kIncidentErrors{{{0x5000, ErrorRegister::kGeneric}}};
+constexpr std::array<std::string_view, 1> kSensorIncidents{"sensor-break"};
+constexpr std::array<ErrorKind, 1> kSensorErrors{{{0x5000, ErrorRegister::kGeneric}}};
 
 template <class Number>
 std::uint8_t overload_of(double value) {
@@ -98,7 +98,7 @@ void Transducer::Channel::tell(sim::DeviceNode& node, std::uint8_t sub, Time now
 Transducer::Transducer(sim::DeviceNode& node)
     : node_(node),
       channels_(channels_up_to<Channel>(node.dictionary(), most_channels(node.dictionary()))),
-      incidents_(kIncidents, kIncidentErrors) {}
+      incidents_(kSensorIncidents, kSensorErrors) {}
 
 void Transducer::reset(bool application, Time /*now*/) {
   incidents_.reset();

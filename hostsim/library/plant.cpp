@@ -28,24 +28,6 @@ plant::FileReader reader() {
   return plant::with_demo_plant(read_disk);
 }
 
-class Frames final : public scenario::Listener {
- public:
-  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
-    constexpr std::size_t kMost = 100'000;
-    seen_.push_back({network, frame});
-    if (seen_.size() > kMost) seen_.pop_front();
-  }
-  std::vector<std::string> take() {
-    std::vector<std::string> texts;
-    for (const auto& [network, frame] : std::exchange(seen_, {}))
-      texts.push_back(scenario::prefix_of(network) + sim::frame_text(frame));
-    return texts;
-  }
-
- private:
-  std::deque<std::pair<std::size_t, Frame>> seen_;
-};
-
 [[noreturn]] void throw_plant_error(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines)
@@ -80,6 +62,24 @@ std::string checked(std::string response) {
 }  // namespace
 
 struct Plant::Inside {
+  class Frames final : public scenario::Listener {
+   public:
+    void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
+      constexpr std::size_t kMost = 100'000;
+      seen_.push_back({network, frame});
+      if (seen_.size() > kMost) seen_.pop_front();
+    }
+    std::vector<std::string> take() {
+      std::vector<std::string> texts;
+      for (const auto& [network, frame] : std::exchange(seen_, {}))
+        texts.push_back(scenario::prefix_of(network) + sim::frame_text(frame));
+      return texts;
+    }
+
+   private:
+    std::deque<std::pair<std::size_t, Frame>> seen_;
+  };
+
   explicit Inside(const plant::Config& config) : plant(config, build_of(config)) {
     plant.add(frames);
     plant.start();

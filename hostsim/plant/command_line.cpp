@@ -13,7 +13,6 @@
 #include "plant/demo_plant.hpp"
 #include "plant/options.hpp"
 #include "plant/plant_file.hpp"
-#include "text/suggestion.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -32,13 +31,6 @@ std::string_view find_option(std::string_view word) {
     if (is_short || option_name(shown) == word) return shown;
   }
   return {};
-}
-
-std::string no_such_option(std::string_view name) {
-  std::vector<std::string_view> known;
-  for (const std::string_view option : all_options())
-    known.push_back(option_name(option));
-  return "no such option" + text::did_you_mean(name, known);
 }
 
 std::string lost_word(std::string_view word) {
@@ -83,7 +75,7 @@ class Typed {
     const auto joined = text::split(word, '=');
     const std::string_view name = joined ? joined->first : word;
     const std::string_view shown = find_option(name);
-    if (shown.empty()) complain(word, no_such_option(name));
+    if (shown.empty()) complain(word, no_such_option(name, all_options()));
     const bool is_flag = !shown.empty() && option_argument(shown).empty();
     const bool takes_next = !joined && !is_flag && has_argument();
     const std::string_view text = joined ? joined->second : takes_next ? take() : is_flag ? kTrue : "";

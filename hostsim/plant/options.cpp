@@ -402,6 +402,11 @@ std::vector<std::string_view> all_options() {
   return options;
 }
 
+std::string no_such_option(std::string_view word, std::vector<std::string_view> options) {
+  std::ranges::transform(options, options.begin(), option_name);
+  return "no such option" + text::did_you_mean(word, options);
+}
+
 std::size_t network_number(std::string_view text) {
   const auto number = text::parse_integer(text);
   return number && *number >= 1 && *number <= std::int64_t{kMostNetworks} ? static_cast<std::size_t>(*number)

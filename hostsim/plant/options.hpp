@@ -33,6 +33,9 @@ std::string_view option_argument(std::string_view option);
 /// Every option, each once, as --help shows it.
 std::vector<std::string_view> all_options();
 
+/// What is said of a word that is none of these options.
+std::string no_such_option(std::string_view word, std::vector<std::string_view> options);
+
 /// The network that an argument of kNetworkOption names; 0 = it names none.
 std::size_t network_number(std::string_view text);
 

@@ -311,8 +311,8 @@ std::size_t line_too_long(std::string_view text) {
 
 /// toml++ says "Error while parsing string: ..."; a word without quotes is what people get wrong most.
 std::string syntax_message(std::string_view description) {
-  constexpr std::string_view kOpening = "Error while parsing ";
-  if (description.starts_with(kOpening)) description.remove_prefix(kOpening.size());
+  constexpr std::string_view kPrefix = "Error while parsing ";
+  if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
   const bool bare_word = description.find("could not determine value type") != std::string_view::npos;
   return fmt::format("TOML syntax: {}{}", description, bare_word ? "; texts stand in double quotes" : "");
 }

@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <utility>
 
 #include "plant/options.hpp"
 #include "text/address.hpp"
 #include "text/error.hpp"
 #include "text/numbers.hpp"
-#include "text/suggestion.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -37,7 +38,7 @@ constexpr auto row(text::Row row) {
 }
 
 // clang-format off
-constexpr std::array kRows{
+constexpr std::array kRunRows{
     row<&RunConfig::junit>({.key = "run.junit", .option = "--junit FILE", .help = "Writes the outcomes as JUnit XML too",
                             .form = text::Form::kPath, .domain = "a path"}),
     row<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
@@ -56,7 +57,7 @@ constexpr std::array kRows{
 };
 // clang-format on
 
-constexpr std::string_view kOpening = R"(cbcan-sim run: plays scenarios; docs/scenarios.md explains them
+constexpr std::string_view kRunOpening = R"(cbcan-sim run: plays scenarios; docs/scenarios.md explains them
 
 Usage:  cbcan-sim run [OPTION...] FILE|FOLDER...
 
@@ -66,25 +67,18 @@ Options:
 )";
 
 std::string help() {
-  std::string help(kOpening);
-  for (const auto& setting : kRows)
+  std::string help(kRunOpening);
+  for (const auto& setting : kRunRows)
     help += text::beside(setting.option, setting.help, 25);
   return help + text::beside("-h, --help", "Print this text", 25) + "\nExit codes:\n" +
          text::exit_code_lines("cbcan-sim");
 }
 
 const text::Setting<RunConfig>* find(std::string_view word) {
-  const auto found = std::ranges::find_if(kRows, [word](const text::Row& setting) {
+  const auto found = std::ranges::find_if(kRunRows, [word](const text::Row& setting) {
     return option_name(setting.option) == word || setting.option.substr(0, setting.option.find(',')) == word;
   });
-  return found == kRows.end() ? nullptr : &*found;
-}
-
-std::string no_such_option(std::string_view word) {
-  std::vector<std::string_view> known;
-  for (const text::Row& setting : kRows)
-    known.push_back(option_name(setting.option));
-  return "no such option" + text::did_you_mean(word, known);
+  return found == kRunRows.end() ? nullptr : &*found;
 }
 
 /// Takes the word, and its argument, off the front. Returns what is wrong.
@@ -94,7 +88,11 @@ std::string take(std::span<const char* const>& words, RunConfig& config) {
   if (!word.starts_with('-')) return config.paths.emplace_back(word), "";
   const auto joined = text::split(word, '=');
   const auto* const setting = find(joined ? joined->first : word);
-  if (setting == nullptr) return fmt::format("{}: {}", word, no_such_option(word));
+  if (setting == nullptr) {
+    std::vector<std::string_view> known;
+    std::ranges::transform(kRunRows, std::back_inserter(known), &text::Row::option);
+    return fmt::format("{}: {}", word, no_such_option(word, std::move(known)));
+  }
   const bool is_flag = setting->form == text::Form::kBoolean;
   if (!joined && !is_flag && words.empty()) return fmt::format("{}: needs an argument", word);
   std::string_view argument = is_flag ? "true" : "";
@@ -133,7 +131,7 @@ Shard shard_of(const std::string& text) {
 }
 
 std::span<const text::Setting<RunConfig>> run_settings() {
-  return kRows;
+  return kRunRows;
 }
 
 RunStart parse_run_command_line(std::span<const char* const> words) {

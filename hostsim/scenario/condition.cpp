@@ -265,7 +265,7 @@ class EmergencyCondition final : public EventCondition {
 
 // ---- The rows
 
-struct Kind {
+struct Row {
   std::size_t least;  ///< words behind the name
   std::size_t most;
   bool is_event;
@@ -278,14 +278,13 @@ std::unique_ptr<Condition> make(const Written& written, View& view) {
   return std::make_unique<Made>(written, view);
 }
 
-constexpr std::size_t kAny = ~std::size_t{0};
 // clang-format off
-constexpr auto kKinds = std::to_array<Kind>({
+constexpr auto kKinds = std::to_array<Row>({
     {1, 1, true, make<TransactionCondition>, {"transaction started|ended", "A transaction of the PLC's is under way, or ends",
      "Of one that is under way already, the end."}},
-    {3, kAny, false, make<RegisterCondition>, {"register R OP VALUE...", "A register is so; or R and those behind it are",
+    {3, kAnyNumber, false, make<RegisterCondition>, {"register R OP VALUE...", "A register is so; or R and those behind it are",
      "`OP` is `=`, `!=`, `<`, `<=`, `>` or `>=`; with several values `=`."}},
-    {4, kAny, false, make<ObjectCondition>, {"object NODE INDEX[:SUB] OP VALUE", "An object of a simulated node is so",
+    {4, kAnyNumber, false, make<ObjectCondition>, {"object NODE INDEX[:SUB] OP VALUE", "An object of a simulated node is so",
      "As `get` shows it."}},
     {2, 2, false, make<StateCondition>, {"state NODE STATE", "A simulated node is in this NMT state",
      "initialising, pre-operational, operational, stopped, or off: without power."}},
@@ -315,7 +314,7 @@ std::unique_ptr<Condition> make_condition(std::string_view text, View& view) {
   written.count = take_count(written.words);
   const std::string_view name = written.words.empty() ? "" : written.words.front();
   std::vector<std::string_view> names;
-  for (const Kind& kind : kKinds) {
+  for (const Row& kind : kKinds) {
     names.push_back(kind.text.name());
     if (names.back() != name) continue;
     const std::size_t given = written.words.size() - 1;
@@ -333,7 +332,7 @@ std::unique_ptr<Condition> make_condition(std::string_view text, View& view) {
 std::span<const Usage> condition_usages() {
   static constexpr auto kUsages = [] {
     std::array<Usage, kKinds.size()> usages;
-    std::ranges::transform(kKinds, usages.begin(), &Kind::text);
+    std::ranges::transform(kKinds, usages.begin(), &Row::text);
     return usages;
   }();
   return kUsages;

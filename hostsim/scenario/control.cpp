@@ -127,7 +127,6 @@ class Execution {
 };
 
 std::span<const Execution::Command> Execution::commands() {
-  constexpr std::size_t kAny = ~std::size_t{0};
   constexpr std::size_t kMostWords = 123;  // of one FC 16 request
   // clang-format off
   static constexpr auto kCommands = std::to_array<Command>({
@@ -146,7 +145,7 @@ std::span<const Execution::Command> Execution::commands() {
       {2, 2, &Execution::power, {"power NODE|all on|off", "Cuts the power of a node, or gives it some: a cold start",
        "Stored parameters and a stored node ID are kept, signals begin again, faults and incidents stay. `2/all` are those of "
        "network 2."}},
-      {2, kAny, &Execution::fault, {"fault NODE|bus KIND [KEY=VALUE ...]", "Injects a fault; the response is its number",
+      {2, kAnyNumber, &Execution::fault, {"fault NODE|bus KIND [KEY=VALUE ...]", "Injects a fault; the response is its number",
        "[faults.md](faults.md) lists kinds and keys."}},
       {0, 1, &Execution::list_faults, {"faults [NODE|bus]", "Lists the faults that are set",
        "A line each, with how often it has happened; 1,000 at most, and then how many more there are."}},
@@ -161,12 +160,12 @@ std::span<const Execution::Command> Execution::commands() {
       {1, 1, &Execution::send, {"send FRAME", "Somebody else on the bus sends a frame",
        "As candump writes it: `605#4017100000000000`, `742#R`, `2/000#0142` on network 2."}},
       {2, 2, &Execution::nmt, {"nmt start|stop|preop|reset-node|reset-comm NODE|all", "Another master sends this NMT command", ""}},
-      {1, kAny, &Execution::wait, {"wait CONDITION [within DURATION]", "Is answered when the condition holds, with the time",
+      {1, kAnyNumber, &Execution::wait, {"wait CONDITION [within DURATION]", "Is answered when the condition holds, with the time",
        "Where it does not within 60 s of the plant's time, or the duration (`us`, `ms`, `s`), by an error. On a manual clock this "
        "is how time passes; but not while it is the PLC's turn to start a transaction."}},
       {1, 1, &Execution::pass, {"pass DURATION", "Is answered when so much time has passed, by `at` and the time",
        "On a manual clock this makes it pass."}},
-      {0, kAny, &Execution::subscribe, {"subscribe [frames] [emcy] [transactions]",
+      {0, kAnyNumber, &Execution::subscribe, {"subscribe [frames] [emcy] [transactions]",
        "Tells from now on what happens, of these kinds or of all",
        "Lines that begin with `at` and the time come between responses, until the connection ends; at most 1 MiB that is not read, and "
        "then none. On standard input there is no such thing."}},

@@ -19,6 +19,8 @@
 namespace cbcan::scenario {
 
 using Words = std::vector<std::string_view>;
+/// As the most that something takes.
+inline constexpr std::size_t kAnyNumber = ~std::size_t{0};
 
 /// Why a command or a condition means nothing.
 class Refused : public std::runtime_error {

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Fails when a promise of the contract has no id or no test, or a test names an id that is not there.
 
-    rows.py PROGRAM    PROGRAM: a target of the suite, contract_core_test
+    rows.py PROGRAM    PROGRAM: a target of the suite, contract_sim_test
 
 Promises are the rows and the sentences of docs/contract.md, each with an id of its own at its end, <sub>[SDO-14]</sub>, and the rows of the
 generated docs/registers.md: there the id is the register or object and the row's first number, [R3700-4]. A test's name begins with the ids of what it

@@ -54,7 +54,7 @@ Found next_of_scan(tools::WindowClient& client) {
 }
 
 /// A node that comes again has been reached once around: while it has an error the scan always stops there.
-void scan(tools::WindowClient& client, const Options& options) {
+void list_all(tools::WindowClient& client, const Options& options) {
   std::array<std::optional<EmergencyMessage>, 256> told{};
   bool any = false;
   while (true) {
@@ -75,7 +75,7 @@ void emcy(const Options& options) {
   const bool all = options.node == "scan";
   auto node = static_cast<std::uint8_t>(all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE"));
   tools::WindowClient client = connect(options);
-  if (all) return scan(client, options);
+  if (all) return list_all(client, options);
   if (node == 0) node = own::node_id(client);
   const tools::Bytes bytes = own::read(client, own::kLastEmergency, node, EmergencyMessage::kSize);
   print(node, text::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error", options);

@@ -265,7 +265,7 @@ void settle_target(const CommandLine& line, Options& options) {
   if (address.port != 0) target.port = address.port;
 }
 
-ExitCode run(int argc, char** argv) {
+ExitCode run_command(int argc, char** argv) {
   CommandLine line;
   Options& options = line.options;
   line.app.footer(fmt::format("{}{}{}", kOpening, text::exit_code_lines("cbcanctl"), kExamples));
@@ -317,7 +317,7 @@ ExitCode exit_code(int argc, char** argv) {
   listen_for_interrupts();
   const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
   try {
-    return run(argc, argv);
+    return run_command(argc, argv);
   } catch (const tools::UsageError& error) {
     return fail(ExitCode::kUsage, error.what(), json);
   } catch (const tools::Interrupted& error) {

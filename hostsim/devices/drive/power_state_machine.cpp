@@ -68,7 +68,7 @@ constexpr Rows kRows = [] {
   return rows;
 }();
 
-constexpr std::array<std::uint16_t, kStates> kStatus = {0x0000, 0x0040, 0x0021, 0x0023,
+constexpr std::array<std::uint16_t, kStates> kStatuswords = {0x0000, 0x0040, 0x0021, 0x0023,
                                                         0x0027, 0x0007, 0x000F, 0x0008};
 
 }  // namespace
@@ -90,7 +90,7 @@ PowerEvent command_of(std::uint16_t controlword, std::uint16_t before) {
 }
 
 std::uint16_t status_of(PowerState state) {
-  return kStatus[static_cast<std::size_t>(state)];
+  return kStatuswords[static_cast<std::size_t>(state)];
 }
 
 }  // namespace cbcan::devices

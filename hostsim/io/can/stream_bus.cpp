@@ -16,7 +16,7 @@ namespace cbcan::io {
 namespace {
 
 /// Without an acknowledgement for so long a connection has ended.
-constexpr unsigned kPatienceMs = 5000;
+constexpr unsigned kUnacknowledgedMs = 5000;
 /// Of USB adapters it has no meaning; python-can has the same.
 constexpr std::uint32_t kBaud = 115'200;
 constexpr std::size_t kBytesPerTurn = 4096;
@@ -25,7 +25,7 @@ Descriptor begin_connection(const SocketAddress& remote) {
   Descriptor port(socket(remote.get()->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const int on = 1;
   setsockopt(port.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  setsockopt(port.get(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kPatienceMs, sizeof kPatienceMs);
+  setsockopt(port.get(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMs, sizeof kUnacknowledgedMs);
   if (port && connect(port.get(), remote.get(), remote.size) != 0 && errno != EINPROGRESS) port.reset();
   return port;
 }

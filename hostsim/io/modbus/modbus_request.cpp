@@ -18,10 +18,6 @@ constexpr std::size_t kMaxRead = 125;               // V1.1b3, 6.3
 constexpr std::size_t kMaxWrite = 123;              // V1.1b3, 6.12
 constexpr std::size_t kMaxWriteWhileReading = 121;  // V1.1b3, 6.17
 
-std::size_t word(Pdu pdu, std::size_t offset) {
-  return static_cast<std::size_t>(pdu[offset] << 8 | pdu[offset + 1]);
-}
-
 ModbusException check_range(std::size_t address, std::size_t count, std::size_t registers) {
   return address + count <= registers ? kNone : kIllegalDataAddress;
 }

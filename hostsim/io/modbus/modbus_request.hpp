@@ -34,6 +34,11 @@ enum class ModbusFunction : std::uint8_t {
 /// Bit of an exception's function code.
 inline constexpr std::uint8_t kExceptionBit = 0x80;
 
+/// A number of two bytes, the high one first: V1.1b3, 4.2.
+inline std::size_t word(std::span<const std::uint8_t> bytes, std::size_t offset) {
+  return static_cast<std::size_t>(bytes[offset] << 8 | bytes[offset + 1]);
+}
+
 /// Checks a request against holding registers 0..registers-1, in the specification's order: function, then
 /// lengths and quantities, then addresses. A PDU longer or shorter than its function needs is an illegal
 /// value. kNone for register functions means: every byte that the function needs is there and every address

@@ -22,10 +22,6 @@ constexpr std::size_t kMaxLength = 1 + kMaxPduBytes;
 constexpr std::uint8_t kUnitOfServer = 0xFF;
 constexpr std::uint8_t kUnitOfServerToo = 0;
 
-std::size_t word(std::span<const std::uint8_t> bytes, std::size_t offset) {
-  return static_cast<std::size_t>(bytes[offset] << 8 | bytes[offset + 1]);
-}
-
 /// Place of the network that a unit ID selects; there may be none.
 std::size_t network_of(std::uint8_t unit) {
   return unit == kUnitOfServer || unit == kUnitOfServerToo ? 0 : std::size_t{unit} - 1;

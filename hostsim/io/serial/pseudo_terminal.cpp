@@ -20,7 +20,7 @@ namespace {
 constexpr std::string_view kTerminals = "/dev/pts/";
 
 /// The path of the other side; empty where there can be none.
-std::string prepare(int port) {
+std::string unlock(int port) {
   termios line{};
   std::array<char, PATH_MAX> other;
   if (grantpt(port) != 0 || unlockpt(port) != 0 || tcgetattr(port, &line) != 0) return {};
@@ -45,7 +45,7 @@ PseudoTerminal::PseudoTerminal(std::string_view service, const StreamAddress& ad
     : port(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
   const std::string where = std::string(service) + " " + to_string(address) + ": ";
   const std::string& path = address.path;
-  const std::string other = port ? prepare(port.get()) : "";
+  const std::string other = port ? unlock(port.get()) : "";
   if (other.empty()) throw EnvironmentError(where + "no pseudo-terminal: " + reason(errno));
   bool made = symlink(other.c_str(), path.c_str()) == 0;
   if (!made && errno == EEXIST) {

@@ -24,7 +24,7 @@ Descriptor accept_client(int listener) {
 }
 
 /// Accepted sockets inherit these; a Unix socket does not know the first.
-void prepare(int listener) {
+void prepare_listener(int listener) {
   const int on = 1;
   const int bytes = Acceptor::kSendBufferBytes;
   setsockopt(listener, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -43,7 +43,7 @@ Acceptor::Acceptor(Reactor& reactor, std::string_view service, const StreamAddre
       clients_(std::move(clients)),
       warn_(std::move(warn)),
       reserve_(open_reserve()) {
-  prepare(listener_.socket());
+  prepare_listener(listener_.socket());
   raise_descriptor_limit();
   reactor_.watch(listener_.socket(), Reactor::kReadable, [this](std::uint32_t) { accept_clients(); });
 }
