@@ -219,9 +219,10 @@ void Simulator::stop() {
 
 std::size_t Simulator::turn(Time until) {
   const Time now = reactor_.time();
+  const bool runs = clock_->runs();
   for (Network* network : with_doors_)
     network->advance();
-  if (clock_->runs()) schedule_.poll(now);
+  if (runs) schedule_.poll(now);
   look_at_waits();
   if (modbus_) modbus_->poll(now);
   if (rtu_) rtu_->poll(now);
@@ -231,7 +232,7 @@ std::size_t Simulator::turn(Time until) {
   console_.flush();
   if (commands_) commands_->flush();
   if (http_) http_->poll(now);
-  if (!clock_->runs() && waits_.want_time()) until = 0;
+  if (!runs && waits_.want_time()) until = 0;
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
@@ -270,15 +271,17 @@ void Simulator::advance() {
     network->advance();
 }
 
-Time Simulator::next_deadline() const {
+inline Time Simulator::next_deadline() const {
   Time next = console_.next_deadline();
   if (pcap_) next = earlier(next, pcap_->next_deadline());
-  if (const Time look = waits_.next_look(); clock_->runs() && look != kNever)
-    next = earlier(next, started_ + look);
   if (modbus_) next = earlier(next, modbus_->next_deadline());
   if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
-  if (clock_->runs()) next = earlier(next, schedule_.first_time());
+  if (clock_->runs()) {
+    const Time look = waits_.next_look();
+    next = earlier(next, schedule_.first_time());
+    if (look != kNever) next = earlier(next, started_ + look);
+  }
   for (const Network* network : with_doors_)
     next = earlier(next, network->door_deadline());
   return next;
