@@ -219,10 +219,9 @@ void Simulator::stop() {
 
 std::size_t Simulator::turn(Time until) {
   const Time now = reactor_.time();
-  const bool runs = clock_->runs();
   for (Network* network : with_doors_)
     network->advance();
-  if (runs) schedule_.poll(now);
+  if (clock_->runs()) schedule_.poll(now);
   look_at_waits();
   if (modbus_) modbus_->poll(now);
   if (rtu_) rtu_->poll(now);
@@ -232,7 +231,6 @@ std::size_t Simulator::turn(Time until) {
   console_.flush();
   if (commands_) commands_->flush();
   if (http_) http_->poll(now);
-  if (!runs && waits_.want_time()) until = 0;
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
@@ -281,6 +279,8 @@ inline Time Simulator::next_deadline() const {
     const Time look = waits_.next_look();
     next = earlier(next, schedule_.first_time());
     if (look != kNever) next = earlier(next, started_ + look);
+  } else if (waits_.want_time()) {
+    next = 0;
   }
   for (const Network* network : with_doors_)
     next = earlier(next, network->door_deadline());

@@ -148,7 +148,7 @@ inline bool ModbusTcp::serve(Connection& client, Bytes request) {
 }
 
 inline ModbusTcp::Bytes ModbusTcp::respond(Bytes request, Registers registers, ModbusException exception,
-                                    std::span<std::uint8_t, kMaxAdu> bytes) {
+                                           std::span<std::uint8_t, kMaxAdu> bytes) {
   const Bytes pdu = request.subspan(kPduOffset);
   const ModbusResponse response = bytes.last<kMaxPduBytes>();
   std::size_t size = 0;

@@ -51,7 +51,8 @@ class ModbusTcp {
   /// Listens at once; throws EnvironmentError when it cannot. Raises the limit of open descriptors, which
   /// alone limits the number of clients. `networks` are kMostNetworks at most; they and `reactor` are the
   /// caller's and outlive the server.
-  ModbusTcp(Reactor& reactor, const std::vector<ModbusUnit*>& networks, ModbusTcpSettings settings, Warn warn);
+  ModbusTcp(Reactor& reactor, const std::vector<ModbusUnit*>& networks, ModbusTcpSettings settings,
+            Warn warn);
   ~ModbusTcp();
   ModbusTcp(const ModbusTcp&) = delete;
   ModbusTcp& operator=(const ModbusTcp&) = delete;
