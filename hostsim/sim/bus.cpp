@@ -197,6 +197,7 @@ inline void Bus::deliver_to(const std::vector<Port*>& ports, const Frame& frame,
   }
 }
 
+/// deliver(), in the way of every frame: inlined.
 inline void Bus::tell(const Frame& frame, const Port* sender, Time now) {
   for (Observer* observer : observers_)
     observer->on_bus_frame(frame, now);
