@@ -231,7 +231,6 @@ std::size_t Simulator::turn(Time until) {
   console_.flush();
   if (commands_) commands_->flush();
   if (http_) http_->poll(now);
-  if (!clock_->runs() && waits_.want_time()) until = 0;
   return reactor_.run_once(earlier(until, next_deadline()));
 }
 
@@ -270,15 +269,19 @@ void Simulator::advance() {
     network->advance();
 }
 
-Time Simulator::next_deadline() const {
+inline Time Simulator::next_deadline() const {
   Time next = console_.next_deadline();
   if (pcap_) next = earlier(next, pcap_->next_deadline());
-  if (const Time look = waits_.next_look(); clock_->runs() && look != kNever)
-    next = earlier(next, started_ + look);
   if (modbus_) next = earlier(next, modbus_->next_deadline());
   if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
-  if (clock_->runs()) next = earlier(next, schedule_.first_time());
+  if (clock_->runs()) {
+    const Time look = waits_.next_look();
+    next = earlier(next, schedule_.first_time());
+    if (look != kNever) next = earlier(next, started_ + look);
+  } else if (waits_.want_time()) {
+    next = 0;
+  }
   for (const Network* network : with_doors_)
     next = earlier(next, network->door_deadline());
   return next;

@@ -51,7 +51,7 @@ bool Waits::look_at_each() {
   return ended != 0;
 }
 
-Time Waits::next_look() const {
+Time Waits::next_look_of_each() const {
   Time next = kNever;
   for (const Waiting& waiting : waiting_)
     next = earlier(next, waiting.wait->next_look());

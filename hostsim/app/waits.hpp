@@ -36,7 +36,7 @@ class Waits {
   bool look() { return !waiting_.empty() && look_at_each(); }
   /// When one may be over though nothing happens, of the plant's time since its start; kNever = there is
   /// none.
-  Time next_look() const;
+  Time next_look() const { return waiting_.empty() ? kNever : next_look_of_each(); }
 
   // For a clock that stands.
   /// There is one that time can bring about.
@@ -60,6 +60,7 @@ class Waits {
     std::size_t missed = 0;  ///< lines
   };
 
+  Time next_look_of_each() const;
   void tell_each();
   bool look_at_each();
   void subscribe(const scenario::Words& kinds, scenario::Control& control, const Dialogue& dialogue);

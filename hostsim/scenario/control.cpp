@@ -417,7 +417,7 @@ void check_command(std::string_view line) {
 
 // ---- Control
 
-/// Hears one bus for all who listen.
+/// Hears one bus for all who listen, while there are any.
 class Control::Ear final : public sim::Observer {
  public:
   Ear(Control& control, std::size_t network) : control_(control), network_(network) {}
@@ -433,13 +433,23 @@ class Control::Ear final : public sim::Observer {
 
 Control::Control(std::vector<Network*> networks, Time started)
     : networks_(std::move(networks)), started_(started), now_(started) {
-  for (std::size_t i = 0; i < networks_.size(); ++i) {
+  for (std::size_t i = 0; i < networks_.size(); ++i)
     ears_.push_back(std::make_unique<Ear>(*this, i + 1));
-    networks_[i]->world().bus().observe(*ears_.back());
-  }
 }
 
 Control::~Control() = default;
+
+void Control::add(Listener& listener) {
+  for (std::size_t i = 0; i < networks_.size() && listeners_.empty(); ++i)
+    networks_[i]->world().bus().observe(*ears_[i]);
+  listeners_.push_back(&listener);
+}
+
+void Control::remove(Listener& listener) {
+  std::erase(listeners_, &listener);
+  for (std::size_t i = 0; i < networks_.size() && listeners_.empty(); ++i)
+    networks_[i]->world().bus().ignore(*ears_[i]);
+}
 
 journal::Journal& Control::journal() {
   if (journal_) return *journal_;

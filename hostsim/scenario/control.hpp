@@ -76,8 +76,8 @@ class Control final : public View {
   /// Called when views of the journal should look, lest they miss something.
   std::function<void()> on_journal_filled = [] {};
 
-  void add(Listener& listener) { listeners_.push_back(&listener); }
-  void remove(Listener& listener) { std::erase(listeners_, &listener); }
+  void add(Listener& listener);
+  void remove(Listener& listener);
 
  private:
   class Ear;

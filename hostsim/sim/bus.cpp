@@ -75,17 +75,6 @@ void Port::set_state(BusState state, Time now) {
   receiver_.on_bus_state(state, now);
 }
 
-inline std::size_t Arbitration::first_bits() const {
-  const auto word = static_cast<std::size_t>(std::countr_zero(words_));
-  return word * 64 + static_cast<std::size_t>(std::countr_zero(bits_[word]));
-}
-
-/// Nobody waits any more with these.
-inline void Arbitration::clear(std::size_t bits) {
-  bits_[bits / 64] &= ~(std::uint64_t{1} << bits % 64);
-  if (bits_[bits / 64] == 0) words_ &= ~(1U << bits / 64);
-}
-
 /// Of two frames whose first bits are the same.
 bool Arbitration::wins(const Port& port, const Port& other) {
   const std::uint64_t own = arbitration_field(port.front());
@@ -93,8 +82,8 @@ bool Arbitration::wins(const Port& port, const Port& other) {
   return own != theirs ? own < theirs : port.number_ < other.number_;
 }
 
-void Arbitration::add(Port& port) {
-  const std::size_t bits = sim::first_bits(port.front());
+inline void Arbitration::add(Port& port) {
+  const std::size_t bits = first_bits(port.front());
   Port** place = &waiting_[bits];
   while (*place != nullptr && !wins(port, **place))
     place = &(*place)->behind_;
@@ -104,18 +93,30 @@ void Arbitration::add(Port& port) {
 }
 
 void Arbitration::remove(Port& port) {
-  const std::size_t bits = sim::first_bits(port.front());
+  const std::size_t bits = first_bits(port.front());
   Port** place = &waiting_[bits];
   while (*place != &port)
     place = &(*place)->behind_;
   *place = port.behind_;
-  if (waiting_[bits] == nullptr) clear(bits);
+  if (waiting_[bits] != nullptr) return;
+  bits_[bits / 64] &= ~(std::uint64_t{1} << bits % 64);
+  if (bits_[bits / 64] == 0) words_ &= ~(1U << bits / 64);
 }
 
-Port& Arbitration::take_winner() {
-  const std::size_t bits = first_bits();
-  Port& port = *std::exchange(waiting_[bits], waiting_[bits]->behind_);
-  if (port.behind_ == nullptr) clear(bits);
+inline std::size_t Arbitration::lowest() const {
+  const auto word = static_cast<std::size_t>(std::countr_zero(words_));
+  return word * 64 + static_cast<std::size_t>(std::countr_zero(bits_[word]));
+}
+
+/// Its bits are the lowest that are set: x & (x - 1) clears them.
+inline Port& Arbitration::take_winner() {
+  const std::size_t bits = lowest();
+  Port& port = *waiting_[bits];
+  waiting_[bits] = port.behind_;
+  if (port.behind_ != nullptr) return port;
+  std::uint64_t& word = bits_[bits / 64];
+  word &= word - 1;
+  if (word == 0) words_ &= words_ - 1;
   return port;
 }
 
@@ -162,7 +163,7 @@ void Bus::drop_queue(Port& port) {
 }
 
 /// Puts the winner on the bus; false when there is none, or the outside has no room.
-bool Bus::start_next(Time now) {
+inline bool Bus::start_next(Time now) {
   if (arbitration_.empty()) return false;
   if (outside_ != nullptr && !outside_->transmit(arbitration_.winner().front())) {
     ++counters_.outside_waits;
@@ -180,11 +181,11 @@ bool Bus::start_next(Time now) {
   return true;
 }
 
-void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
+inline void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
   if (disturbance_ != nullptr)
     disturbance_->on_arrival(frame, sender, now);
   else
-    deliver(frame, sender, now);
+    tell(frame, sender, now);
 }
 
 /// By index: a receiver may change its own filter meanwhile.
@@ -196,11 +197,16 @@ inline void Bus::deliver_to(const std::vector<Port*>& ports, const Frame& frame,
   }
 }
 
-void Bus::deliver(const Frame& frame, const Port* sender, Time now) {
+/// deliver(), in the way of every frame: inlined.
+inline void Bus::tell(const Frame& frame, const Port* sender, Time now) {
   for (Observer* observer : observers_)
     observer->on_bus_frame(frame, now);
   deliver_to(accepting_[frame.id & kFilterMask], frame, sender, now);
   if (!accepting_all_.empty()) deliver_to(accepting_all_, frame, sender, now);
+}
+
+void Bus::deliver(const Frame& frame, const Port* sender, Time now) {
+  tell(frame, sender, now);
 }
 
 }  // namespace cbcan::sim

@@ -123,13 +123,12 @@ class Arbitration {
   void remove(Port& port);
   bool empty() const { return words_ == 0; }
   /// Its front frame wins; it stays in. Not to be asked when empty().
-  const Port& winner() const { return *waiting_[first_bits()]; }
+  const Port& winner() const { return *waiting_[lowest()]; }
   /// Likewise, but it is out then.
   Port& take_winner();
 
  private:
-  std::size_t first_bits() const;
-  void clear(std::size_t bits);
+  std::size_t lowest() const;
   static bool wins(const Port& port, const Port& other);
 
   std::array<Port*, 2048> waiting_{};     ///< by the first eleven bits: a list, the winner first
@@ -151,6 +150,7 @@ class Bus {
   std::uint32_t bit_rate() const { return bit_rate_; }
 
   void observe(Observer& observer) { observers_.push_back(&observer); }
+  void ignore(Observer& observer) { std::erase(observers_, &observer); }
 
   /// Joins the outside wire; null takes it away.
   void set_outside(Outside* outside) { outside_ = outside; }
@@ -202,6 +202,7 @@ class Bus {
   void drop_queue(Port& port);
   bool start_next(Time now);
   void arrive(const Frame& frame, const Port* sender, Time now);
+  void tell(const Frame& frame, const Port* sender, Time now);
   static void deliver_to(const std::vector<Port*>& ports, const Frame& frame, const Port* sender, Time now);
 
   std::uint32_t bit_rate_;

@@ -19,11 +19,6 @@ void Schedule::move(std::size_t number, Time time) {
   time < before_change ? sift_up(slots_[number]) : sift_down(slots_[number]);
 }
 
-void Schedule::poll(Time now) {
-  while (first_time() <= now)
-    timed_[heap_.front()]->poll(now);
-}
-
 void Schedule::sift_up(std::size_t slot) {
   const std::size_t moving = heap_[slot];
   while (slot != 0) {

@@ -64,4 +64,9 @@ class Timed {
   std::size_t number_;
 };
 
+inline void Schedule::poll(Time now) {
+  while (first_time() <= now)
+    timed_[heap_.front()]->poll(now);
+}
+
 }  // namespace cbcan::sim

@@ -42,7 +42,7 @@ void World::advance_bus(Time now) {
   run_until(now);
 }
 
-void World::run_until(Time now) {
+inline void World::run_until(Time now) {
   for (Time due = next_deadline(); due <= now; due = next_deadline()) {
     now_ = std::max(now_, due);
     bus_.advance(now_);

@@ -152,6 +152,7 @@ TEST_CASE("Bus-off: the queue is lost, nothing goes in or out, the owner is told
   port.accept(0, 0x7FF);
   CHECK(port.try_send(frame_from("181#01")));
   port.set_state(BusState::kBusOff, 0);
+  CHECK(bus.next_deadline() == cbcan::kNever);
   CHECK_FALSE(port.try_send(frame_from("181#01")));
   CHECK(from.try_send(frame_from("182#01")));
   bus.advance(0);

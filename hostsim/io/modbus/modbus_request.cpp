@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "cbcan/modbus/identification.hpp"
 
@@ -109,7 +110,7 @@ std::size_t exception_response(std::uint8_t function, ModbusException exception,
 
 std::size_t execute(Pdu pdu, std::span<std::uint16_t> registers, ModbusResponse response) {
   constexpr std::size_t kAddressAndWord = 5;  // with the function code
-  std::copy_n(pdu.begin(), kAddressAndWord, response.begin());
+  std::memcpy(response.data(), pdu.data(), kAddressAndWord);
   switch (static_cast<ModbusFunction>(pdu[0])) {
     case kWriteSingleRegister:
       registers[word(pdu, 1)] = static_cast<std::uint16_t>(word(pdu, 3));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 
 namespace cbcan::io {
 
@@ -22,11 +23,6 @@ constexpr std::size_t kMaxLength = 1 + kMaxPduBytes;
 constexpr std::uint8_t kUnitOfServer = 0xFF;
 constexpr std::uint8_t kUnitOfServerToo = 0;
 
-/// Place of the network that a unit ID selects; there may be none.
-std::size_t network_of(std::uint8_t unit) {
-  return unit == kUnitOfServer || unit == kUnitOfServerToo ? 0 : std::size_t{unit} - 1;
-}
-
 }  // namespace
 
 struct ModbusTcp::Connection {
@@ -41,14 +37,17 @@ struct ModbusTcp::Connection {
   std::array<std::uint8_t, kMaxAdu> buffer;
 };
 
-ModbusTcp::ModbusTcp(Reactor& reactor, std::vector<ModbusUnit*> networks, ModbusTcpSettings settings,
+ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<ModbusUnit*>& networks, ModbusTcpSettings settings,
                      Warn warn)
     : reactor_(reactor),
       settings_(std::move(settings)),
-      networks_(std::move(networks)),
       acceptor_(
           reactor, "modbus", {"", settings_.listen}, [this](Descriptor socket) { adopt(std::move(socket)); },
-          [this] { return clients(); }, std::move(warn)) {}
+          [this] { return clients(); }, std::move(warn)) {
+  for (std::size_t i = 0; i < networks.size(); ++i)
+    served_[i + 1] = {networks[i], networks[i]->registers()};
+  served_[kUnitOfServer] = served_[kUnitOfServerToo] = served_[1];
+}
 
 ModbusTcp::~ModbusTcp() {
   for (const auto& [fd, client] : connections_)
@@ -90,7 +89,7 @@ bool ModbusTcp::on_ready(Connection& client) {
 
 /// One read per turn, of at most one buffer: what is left in the socket waits for the next turn, after the
 /// others.
-bool ModbusTcp::receive(Connection& client) {
+inline bool ModbusTcp::receive(Connection& client) {
   const ssize_t count = ::recv(client.socket.get(), client.buffer.data() + client.received,
                                client.buffer.size() - client.received, 0);
   if (count > 0) {
@@ -103,7 +102,7 @@ bool ModbusTcp::receive(Connection& client) {
   return false;
 }
 
-bool ModbusTcp::serve_buffered(Connection& client) {
+inline bool ModbusTcp::serve_buffered(Connection& client) {
   Bytes rest(client.buffer.data(), client.received);
   while (client.unsent.empty() && rest.size() >= kUnitOffset) {
     const std::size_t length = word(rest, kLengthOffset);
@@ -123,31 +122,29 @@ bool ModbusTcp::serve_buffered(Connection& client) {
   return true;
 }
 
-bool ModbusTcp::serve(Connection& client, Bytes request) {
+inline bool ModbusTcp::serve(Connection& client, Bytes request) {
   const Bytes pdu = request.subspan(kPduOffset);
-  const std::size_t network = network_of(request[kUnitOffset]);
-  const Registers registers = network < networks_.size() ? networks_[network]->registers() : Registers();
+  const auto [unit, registers] = served_[request[kUnitOffset]];
   const bool reached = !registers.empty();
   const ModbusException exception =
       reached ? check_request(pdu, registers.size()) : ModbusException::kGatewayPathUnavailable;
   ++counters_.requests;
   const bool valid = exception == ModbusException::kNone;
   const ModbusRange written = valid ? written_by(pdu) : ModbusRange();
-  if (written.count != 0) networks_[network]->catch_up();
+  if (written.count != 0) unit->catch_up();
   std::array<std::uint8_t, kMaxAdu> bytes;
   const Bytes response = respond(request, registers, exception, bytes);
   const bool alive = send(client, response);
   if (!reached) return alive;
-  ModbusUnit& unit = *networks_[network];
-  if (unit.listens())
-    unit.on_exchange({client.number, static_cast<std::uint16_t>(word(request, 0)), request[kUnitOffset],
-                      static_cast<std::uint8_t>(exception), pdu, response.subspan(kPduOffset)});
-  unit.on_request(valid, written);
+  if (unit->listens())
+    unit->on_exchange({client.number, static_cast<std::uint16_t>(word(request, 0)), request[kUnitOffset],
+                       static_cast<std::uint8_t>(exception), pdu, response.subspan(kPduOffset)});
+  unit->on_request(valid, written);
   return alive;
 }
 
-ModbusTcp::Bytes ModbusTcp::respond(Bytes request, Registers registers, ModbusException exception,
-                                    std::span<std::uint8_t, kMaxAdu> bytes) {
+inline ModbusTcp::Bytes ModbusTcp::respond(Bytes request, Registers registers, ModbusException exception,
+                                           std::span<std::uint8_t, kMaxAdu> bytes) {
   const Bytes pdu = request.subspan(kPduOffset);
   const ModbusResponse response = bytes.last<kMaxPduBytes>();
   std::size_t size = 0;
@@ -159,13 +156,13 @@ ModbusTcp::Bytes ModbusTcp::respond(Bytes request, Registers registers, ModbusEx
   } else {
     size = execute(pdu, registers, response);
   }
-  std::copy_n(request.begin(), kPduOffset, bytes.begin());
+  std::memcpy(bytes.data(), request.data(), kPduOffset);
   bytes[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);
   bytes[kLengthOffset + 1] = static_cast<std::uint8_t>(1 + size);
   return Bytes(bytes).first(kPduOffset + size);
 }
 
-bool ModbusTcp::send(Connection& client, Bytes bytes) {
+inline bool ModbusTcp::send(Connection& client, Bytes bytes) {
   if (!send_some(client, bytes)) return false;
   if (bytes.empty()) return true;
   client.unsent.assign(bytes.begin(), bytes.end());
@@ -181,7 +178,7 @@ bool ModbusTcp::send_rest(Connection& client) {
 }
 
 /// Leaves in `rest` what the connection has no room for.
-bool ModbusTcp::send_some(Connection& client, Bytes& rest) {
+inline bool ModbusTcp::send_some(Connection& client, Bytes& rest) {
   const ssize_t count = ::send(client.socket.get(), rest.data(), rest.size(), MSG_NOSIGNAL);
   if (count >= 0) {
     rest = rest.subspan(static_cast<std::size_t>(count));

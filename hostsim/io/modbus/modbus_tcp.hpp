@@ -15,6 +15,7 @@
 /// Sources: Modbus Messaging on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application
 /// Protocol V1.1b3 for the rest (modbus_request.hpp).
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -50,7 +51,8 @@ class ModbusTcp {
   /// Listens at once; throws EnvironmentError when it cannot. Raises the limit of open descriptors, which
   /// alone limits the number of clients. `networks` are kMostNetworks at most; they and `reactor` are the
   /// caller's and outlive the server.
-  ModbusTcp(Reactor& reactor, std::vector<ModbusUnit*> networks, ModbusTcpSettings settings, Warn warn);
+  ModbusTcp(Reactor& reactor, const std::vector<ModbusUnit*>& networks, ModbusTcpSettings settings,
+            Warn warn);
   ~ModbusTcp();
   ModbusTcp(const ModbusTcp&) = delete;
   ModbusTcp& operator=(const ModbusTcp&) = delete;
@@ -90,6 +92,10 @@ class ModbusTcp {
   struct Connection;
   using Bytes = std::span<const std::uint8_t>;
   using Registers = std::span<std::uint16_t>;
+  struct Served {
+    ModbusUnit* unit = nullptr;
+    Registers registers{};
+  };
   static constexpr std::size_t kPduOffset = 7;  ///< behind the MBAP header
   static constexpr std::size_t kMaxAdu = kPduOffset + kMaxPduBytes;
 
@@ -109,7 +115,7 @@ class ModbusTcp {
 
   Reactor& reactor_;
   ModbusTcpSettings settings_;
-  std::vector<ModbusUnit*> networks_;
+  std::array<Served, 256> served_{};  ///< by unit ID
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::set<std::pair<Time, int>> deadlines_;  ///< of half requests, with the connection's descriptor
   Counters counters_;

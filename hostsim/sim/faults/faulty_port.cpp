@@ -31,8 +31,7 @@ FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, Faul
                 on_change(now);
               }) {}
 
-bool FaultyPort::try_send(const Frame& frame) {
-  if (faults_.empty() && held_.empty()) return out_.try_send(frame);
+bool FaultyPort::send_with_faults(const Frame& frame) {
   if (!flush()) return false;
   if (has_aborted_ && is_response(frame)) return true;
   SdoResponse response{SdoStep::kAny, 0};

@@ -46,7 +46,9 @@ class FaultyPort final : public CanPort {
   }
 
   /// False also while a frame of the faults' own waits for the controller.
-  bool try_send(const Frame& frame) override;
+  bool try_send(const Frame& frame) override {
+    return faults_.empty() && held_.empty() ? out_.try_send(frame) : send_with_faults(frame);
+  }
 
   /// An SDO response was replaced by an abort: the stack has to hear of it. Until the frame has been taken,
   /// responses of the transfer that is over are swallowed.
@@ -77,6 +79,7 @@ class FaultyPort final : public CanPort {
     bool from_twin_too = false;
   };
 
+  bool send_with_faults(const Frame& frame);
   bool concerns(const Fault& fault, const Frame& frame, const SdoResponse& response) const;
   void harm(const Fault& fault, const SdoResponse& response, Leaving& leaving);
   void hold(const Leaving& leaving, const SdoResponse& response);
