@@ -297,7 +297,9 @@ void SdoClient::upload_segment(const Frame& frame, Time now) {
 
 void SdoClient::ask_for_segment(Time now) {
   toggle_ ^= sdo::kToggle;
-  ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment, toggle_));
+  outbox_.frame().data[0] ^= sdo::kToggle;
+  await(kUploadSegment, now);
+  outbox_.send(now);
 }
 
 /// What may come: the size that the server declares, else as much as there is room. False: that does not fit.
@@ -333,12 +335,12 @@ void SdoClient::download_segment_taken(const Frame& frame, Time now) {
 void SdoClient::send_download_segment(Time now) {
   const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - moved_);
   const bool last = moved_ + size == request_.size;
-  Frame frame =
-      request_frame(sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last)));
+  Frame& frame = outbox_.frame();
+  frame.data[0] = sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last));
   sdo::put_segment(frame, data_.data() + moved_, size);
   moved_ = static_cast<std::uint16_t>(moved_ + size);
   await(kDownloadSegment, now);
-  outbox_.send(frame, now);
+  outbox_.send(now);
 }
 
 // ---- Deadlines and room
@@ -359,8 +361,8 @@ void SdoClient::timed_out(Time now) {
   abort_and_tell(AbortCode::kTimeOut, now);
 }
 
-Frame SdoClient::request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) const {
-  return sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail);
+bool SdoClient::send_request(Time now, std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
+  return outbox_.send(sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail), now);
 }
 
 void SdoClient::await(Phase phase, Time now) {
@@ -371,7 +373,7 @@ void SdoClient::await(Phase phase, Time now) {
 void SdoClient::ask(Phase phase, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3,
                     std::uint32_t tail) {
   await(phase, now);
-  if (outbox_.send(request_frame(command, bytes_1_to_3, tail), now)) opened_ = true;
+  if (send_request(now, command, bytes_1_to_3, tail)) opened_ = true;
 }
 
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this
