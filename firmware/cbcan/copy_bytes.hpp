@@ -12,8 +12,14 @@ inline void copy_bytes(const std::uint8_t* from, std::uint8_t* to, std::size_t c
   constexpr std::size_t kWords = 2 * sizeof(std::size_t);
   for (; count >= kWords; count -= kWords, from += kWords, to += kWords)
     __builtin_memcpy(to, from, kWords);
-  for (; count >= 4; count -= 4, from += 4, to += 4)
+  if (kWords > 8 && count >= 8) {
+    __builtin_memcpy(to, from, 8);
+    count -= 8, from += 8, to += 8;
+  }
+  if (count >= 4) {
     __builtin_memcpy(to, from, 4);
+    count -= 4, from += 4, to += 4;
+  }
   for (; count != 0; --count)
     *to++ = *from++;
 }

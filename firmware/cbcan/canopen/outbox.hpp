@@ -19,9 +19,13 @@ class Outbox {
 
   /// False: the port has no room; the frame is kept.
   bool send(Time now) {
-    waiting_ = !port_.try_send(frame_);
-    if (waiting_) retry_at_ = now + kRetryInterval;
-    return !waiting_;
+    if (port_.try_send(frame_)) {
+      waiting_ = false;
+      return true;
+    }
+    waiting_ = true;
+    retry_at_ = now + kRetryInterval;
+    return false;
   }
   bool send(const Frame& frame, Time now) {
     frame_ = frame;

@@ -68,7 +68,8 @@ class PdoMapping {
     if (count == kMostBytes)
       __builtin_memcpy(to, from, kMostBytes);  // a load and a store
     else
-      copy_bytes(from, to, count);
+      while (count-- != 0)
+        *to++ = *from++;
   }
 
   Piece* pieces_ = nullptr;  ///< null: it has only been checked

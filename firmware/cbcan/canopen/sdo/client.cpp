@@ -170,29 +170,34 @@ void SdoClient::begin(Time now) {
 }
 
 void SdoClient::begin_read(Time now) {
-  if (!by_block(request_.mode))
-    return ask(kUploadInitiate, now, sdo::command(sdo::Request::kInitiateUpload), mux());
+  if (!by_block(request_.mode)) {
+    make_request(sdo::command(sdo::Request::kInitiateUpload), mux());
+    return ask(kUploadInitiate, now);
+  }
   // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
   const std::uint32_t segments = (request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes;
   block_size_ = static_cast<std::uint8_t>(std::min<std::uint32_t>(segments, kBlockReadSegments));
   const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc);
-  ask(kBlockUploadInitiate, now, sdo::command(sdo::Request::kBlockUpload, bits), mux(), block_size_);
+  make_request(sdo::command(sdo::Request::kBlockUpload, bits), mux(), block_size_);
+  ask(kBlockUploadInitiate, now);
 }
 
 void SdoClient::begin_write(Time now) {
   const std::uint32_t size = request_.size;
   if (by_block(request_.mode)) {
     const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
-    return ask(kBlockDownloadInitiate, now, sdo::command(sdo::Request::kBlockDownload, bits), mux(), size);
+    make_request(sdo::command(sdo::Request::kBlockDownload, bits), mux(), size);
+    return ask(kBlockDownloadInitiate, now);
   }
-  if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes)
-    return ask(kDownloadInitiate, now, sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated),
-               mux(), size);
+  if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes) {
+    make_request(sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated), mux(), size);
+    return ask(kDownloadInitiate, now);
+  }
   std::uint32_t value = 0;
   for (std::uint32_t i = size; i-- > 0;)
     value = value << 8 | data_[i];
-  ask(kDownloadExpedited, now, sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)),
-      mux(), value);
+  make_request(sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)), mux(), value);
+  ask(kDownloadExpedited, now);
 }
 
 // ---- What arrives
@@ -276,7 +281,8 @@ void SdoClient::upload_initiated(const Frame& frame, Time now) {
   }
   if (request_.mode == Mode::kExpedited) return abort_and_tell(AbortCode::kNoSegment, now);
   if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength, now);
-  ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment));
+  make_request(sdo::command(sdo::Request::kUploadSegment));
+  ask(kUploadSegment, now);
 }
 
 void SdoClient::upload_segment(const Frame& frame, Time now) {
@@ -298,8 +304,7 @@ void SdoClient::upload_segment(const Frame& frame, Time now) {
 void SdoClient::ask_for_segment(Time now) {
   toggle_ ^= sdo::kToggle;
   outbox_.frame().data[0] ^= sdo::kToggle;
-  await(kUploadSegment, now);
-  outbox_.send(now);
+  ask(kUploadSegment, now);
 }
 
 /// What may come: the size that the server declares, else as much as there is room. False: that does not fit.
@@ -339,8 +344,7 @@ void SdoClient::send_download_segment(Time now) {
   frame.data[0] = sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last));
   sdo::put_segment(frame, data_.data() + moved_, size);
   moved_ = static_cast<std::uint16_t>(moved_ + size);
-  await(kDownloadSegment, now);
-  outbox_.send(now);
+  ask(kDownloadSegment, now);
 }
 
 // ---- Deadlines and room
@@ -361,19 +365,19 @@ void SdoClient::timed_out(Time now) {
   abort_and_tell(AbortCode::kTimeOut, now);
 }
 
-bool SdoClient::send_request(Time now, std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
-  return outbox_.send(sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail), now);
+void SdoClient::make_request(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
+  sdo::fill(outbox_.frame(), sdo::kRequestId + request_.node, command, bytes_1_to_3, tail);
 }
 
 void SdoClient::await(Phase phase, Time now) {
   enter(phase, timeout_from(now));
 }
 
-/// Sends a request and waits for its response. The first one that leaves opens the transfer.
-void SdoClient::ask(Phase phase, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3,
-                    std::uint32_t tail) {
+/// Sends the request that has been made and waits for its response. The first one that leaves opens the
+/// transfer.
+void SdoClient::ask(Phase phase, Time now) {
   await(phase, now);
-  if (send_request(now, command, bytes_1_to_3, tail)) opened_ = true;
+  if (outbox_.send(now)) opened_ = true;
 }
 
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this

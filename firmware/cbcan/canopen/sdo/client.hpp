@@ -193,11 +193,10 @@ class SdoClient {
     moved_ = static_cast<std::uint16_t>(moved_ + size);
   }
 
-  bool send_request(Time now, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0);
+  void make_request(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0);
   void await(Phase phase, Time now);
   void await_segment(Time now);
-  void ask(Phase phase, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
-           std::uint32_t tail = 0);
+  void ask(Phase phase, Time now);
   void drop_refused();
 
   void quarantine(bool stream, Time now);

@@ -55,7 +55,8 @@ void SdoServer::abort(AbortCode code, Time now) {
 }
 
 void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now) {
-  outbox_.send(sdo::make_frame(response_id_, command, bytes_1_to_3, tail), now);
+  sdo::fill(outbox_.frame(), response_id_, command, bytes_1_to_3, tail);
+  outbox_.send(now);
 }
 
 // ---- Download
@@ -136,10 +137,11 @@ void SdoServer::initiate_upload(const Frame& frame, Time now) {
   if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
     return abort(refused, now);
   if (size_ != 0 && size_ <= sdo::kExpeditedBytes) {
-    Frame out = sdo::make_frame(
-        response_id_, sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_)), mux_);
+    Frame& out = outbox_.frame();
+    const std::uint8_t command = sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_));
+    sdo::fill(out, response_id_, command, mux_, 0);
     std::copy_n(buffer_.begin(), size_, out.data.begin() + 4);
-    outbox_.send(out, now);
+    outbox_.send(now);
     return;
   }
   state_ = State::kUpload;
