@@ -99,7 +99,7 @@ const SdoClient::State& SdoClient::state() const {
 
 void SdoClient::leave(Outcome outcome) {
   enter(kIdle, kNever);
-  opened_ = false;
+  response_id_ = kNotOpened;
   outcome_ = outcome;
 }
 
@@ -116,7 +116,7 @@ void SdoClient::fail(AbortCode code) {
 }
 
 void SdoClient::abort_and_tell(AbortCode code, Time now) {
-  const bool tell = opened_;
+  const bool tell = response_id_ != kNotOpened;
   const bool streaming = kServices.block_transfer && phase_ == kBlockUploadStream;
   const bool response_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
                                     code == AbortCode::kToggleBit || code == kCancelled;
@@ -207,7 +207,7 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
     ++counters_.not_data;
     return;
   }
-  if (!opened_ || frame.id != sdo::kResponseId + request_.node) return on_stray(frame, now);
+  if (frame.id != response_id_) return on_stray(frame, now);
   const std::uint8_t command = frame.data[0];
   const State& waiting = state();
   const bool segment =
@@ -239,7 +239,7 @@ void SdoClient::on_stray(const Frame& frame, Time now) {
 void SdoClient::on_boot_up(std::uint8_t node, Time now) {
   quarantine_.release(node);
   if (phase_ == kHeldBack) return hold_or_begin(now);
-  if (opened_ && node == request_.node) fail(AbortCode::kDeviceState);
+  if (response_id_ == sdo::kResponseId + node) fail(AbortCode::kDeviceState);
 }
 
 void SdoClient::on_abort(const Frame& frame, Time now) {
@@ -357,7 +357,7 @@ void SdoClient::poll(Time now) {
 void SdoClient::nothing(Time /*now*/) {}
 
 void SdoClient::opened(Time /*now*/) {
-  opened_ = true;
+  response_id_ = static_cast<std::uint16_t>(sdo::kResponseId + request_.node);
 }
 
 void SdoClient::timed_out(Time now) {
@@ -366,7 +366,10 @@ void SdoClient::timed_out(Time now) {
 }
 
 void SdoClient::make_request(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
-  sdo::fill(outbox_.frame(), sdo::kRequestId + request_.node, command, bytes_1_to_3, tail);
+  Frame& frame = outbox_.frame();
+  frame.id = sdo::kRequestId + request_.node;
+  frame.length = 8;
+  sdo::put_bytes(frame, command, bytes_1_to_3, tail);
 }
 
 void SdoClient::await(Phase phase, Time now) {
@@ -377,7 +380,7 @@ void SdoClient::await(Phase phase, Time now) {
 /// transfer.
 void SdoClient::ask(Phase phase, Time now) {
   await(phase, now);
-  if (outbox_.send(now)) opened_ = true;
+  if (outbox_.send(now)) opened(now);
 }
 
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this
