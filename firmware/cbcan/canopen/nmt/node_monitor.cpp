@@ -3,7 +3,8 @@
 
 namespace cbcan {
 
-inline void NodeMonitor::Node::doubt(nmt::Command command) {
+// Not a call for each of all nodes.
+[[gnu::always_inline]] inline void NodeMonitor::Node::doubt(nmt::Command command) {
   if (report == Report::kNone) return;
   state |= kDoubted;
   if (command >= nmt::Command::kResetNode)
