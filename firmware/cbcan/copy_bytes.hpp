@@ -6,8 +6,8 @@
 
 namespace cbcan {
 
-/// Two machine words at a time: C libraries for microcontrollers have a memcpy that goes byte by byte. The two
-/// do not overlap.
+/// Two machine words at a time: C libraries for microcontrollers have a memcpy that goes byte by byte. The
+/// bytes do not overlap.
 inline void copy_bytes(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
   constexpr std::size_t kWords = 2 * sizeof(std::size_t);
   for (; count >= kWords; count -= kWords, from += kWords, to += kWords)

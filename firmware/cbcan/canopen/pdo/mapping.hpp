@@ -13,7 +13,6 @@
 #include <span>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
-#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 
@@ -67,7 +66,7 @@ class PdoMapping {
   static void copy(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
     if (count == kMostBytes)
       __builtin_memcpy(to, from, kMostBytes);  // a load and a store
-    else
+    else  // most often one, and too few for words
       while (count-- != 0)
         *to++ = *from++;
   }
