@@ -66,8 +66,8 @@ class PdoMapping {
   static void copy(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
     if (count == kMostBytes)
       __builtin_memcpy(to, from, kMostBytes);  // a load and a store
-    else  // most often one, and too few for words
-      while (count-- != 0)
+    else
+      while (count-- != 0)  // most often one, and too few for words
         *to++ = *from++;
   }
 
