@@ -9,25 +9,31 @@
 
 namespace cbcan {
 
-/// Room for the one frame that the port has refused, until it takes it.
+/// The frame on its way to the port: one that is refused stays here until the port takes it.
 class Outbox {
  public:
   explicit Outbox(CanPort& port) : port_(port) {}
 
-  /// False: the port has no room; the frame is kept, in the place of one that was kept before.
-  bool send(const Frame& frame, Time now) {
-    if (port_.try_send(frame)) {
+  /// The one sent last, and the place for the next one: what both have in common stays.
+  Frame& frame() { return frame_; }
+
+  /// False: the port has no room; the frame is kept.
+  bool send(Time now) {
+    if (port_.try_send(frame_)) {
       waiting_ = false;
       return true;
     }
     waiting_ = true;
-    frame_ = frame;
     retry_at_ = now + kRetryInterval;
     return false;
   }
+  bool send(const Frame& frame, Time now) {
+    frame_ = frame;
+    return send(now);
+  }
 
   /// Tries once more what is waiting; true = it has gone.
-  bool retry(Time now) { return waiting_ && send(Frame(frame_), now); }
+  bool retry(Time now) { return waiting_ && send(now); }
 
   bool waiting() const { return waiting_; }
   /// It is a frame with this CAN-ID.

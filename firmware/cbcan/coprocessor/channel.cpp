@@ -137,13 +137,14 @@ void Channel::leave() {
 void Channel::finish(regmap::Result result, std::size_t size) {
   leave();
   if (result != regmap::Result::kOk) ++counters_.failed;
-  if (!serves_registers()) {
-    scanner_.finish(result, size);
-  } else {
+  if (serves_registers()) {
     flagged_ = false;
+    if (scanner_.waiting()) due_ = 0;
     if (!window_.finish(result)) ++counters_.cancelled;
+  } else {
+    scanner_.finish(result, size);
+    if (flagged_) due_ = 0;
   }
-  if (flagged_ || scanner_.waiting()) due_ = 0;
 }
 
 void Channel::end(AbortCode code) {
@@ -164,7 +165,7 @@ void Channel::end_read(std::span<const std::uint8_t> bytes) {
 
 /// The client may have ended its transfer, and may want to be called at another time.
 void Channel::follow_sdo() {
-  if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
+  if (!client_.busy() && activity_ == Activity::kSdo) end_sdo();
   wake_at(client_.deadline());
 }
 
@@ -205,10 +206,10 @@ void Channel::begin_nmt(std::uint16_t addressed, Time now) {
   }
   const auto node = addressed == regmap::kNmtAllNodes ? nmt::kAllNodes : static_cast<std::uint8_t>(addressed);
   activity_ = Activity::kNmtCommand;
-  const std::uint16_t timeout_ms = transfers().timeout_ms;
-  deadline_ = timeout_ms == 0 ? kNever : now + milliseconds(timeout_ms);
   command_ = nmt::command_frame(command, node);
   send_command(now);
+  const std::uint16_t timeout_ms = transfers().timeout_ms;
+  if (command_refused_ && timeout_ms != 0) deadline_ = now + milliseconds(timeout_ms);
 }
 
 void Channel::begin_node_state(std::uint8_t node, Time now) {

@@ -5,15 +5,6 @@
 
 namespace cbcan {
 
-namespace {
-
-/// Do the registers first..first+count-1 and the `words` from `own` on overlap?
-constexpr bool overlap(std::size_t first, std::size_t count, std::size_t own, std::size_t words) {
-  return words != 0 && first < own + words && own < first + count;
-}
-
-}  // namespace
-
 Coprocessor::Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port,
                          const Settings& settings, ScannerWindow scanner, ChannelTurns* turns)
     : Channel(window, scanner, node_, port, settings, turns),
@@ -41,15 +32,16 @@ void Coprocessor::work(Time now) {
 }
 
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
-  if (overlap(first, count, settings_.process_first, kProcessWords)) {
-    const std::size_t before = settings_.process_first > first ? settings_.process_first - first : 0u;
-    if (node_.on_registers_written(first + before - settings_.process_first, count - before, now))
-      follow_node();
-  }
+  const std::size_t end = first + count;
+  const std::size_t outputs = settings_.process_first + regmap::kInputWords;
+  const std::size_t output = std::max(first, outputs);
+  const std::size_t outputs_end = std::min(end, outputs + kOutputWords);
+  if (output < outputs_end && node_.on_outputs_written(output - outputs, outputs_end - output, now))
+    follow_node();
   const std::size_t out = settings_.scanner_out_first;
-  if (!kServices.scanner_window || !overlap(first, count, out, regmap::kScannerOutWords)) return;
   const std::size_t from = std::max(first, out);
-  on_out_written(from - out, std::min(first + count, out + regmap::kScannerOutWords) - from, now);
+  const std::size_t out_end = std::min(end, out + kScannerOutWords);
+  if (from < out_end) on_out_written(from - out, out_end - from, now);
 }
 
 // ---- Frames

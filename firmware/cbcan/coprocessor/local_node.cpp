@@ -48,16 +48,13 @@ bool LocalNode::on_low_id(const Frame& frame, Time now) {
   return device_.on_frame(frame, now);
 }
 
-/// Most requests change nothing, or nothing that TPDOs carry; and those see nothing but outputs.
-bool LocalNode::on_registers_written(std::size_t first, std::size_t count, Time now) {
-  constexpr std::size_t kFirst = regmap::kInputWords;
+/// Most requests change nothing.
+bool LocalNode::on_outputs_written(std::size_t first, std::size_t count, Time now) {
   if (!kServices.process_data()) return false;
-  if (first + count <= kFirst || first >= registers_.size()) return false;
-  const std::size_t from = std::max(first, kFirst);
-  const auto written = registers_.subspan(from, std::min(first + count, registers_.size()) - from);
-  const auto known = known_outputs_.begin() + (from - kFirst);
-  if (std::equal(written.begin(), written.end(), known)) return false;
-  std::copy(written.begin(), written.end(), known);
+  const std::uint16_t* const written = registers_.data() + regmap::kInputWords + first;
+  std::uint16_t* const known = known_outputs_.data() + first;
+  if (std::equal(written, written + count, known)) return false;
+  std::copy_n(written, count, known);
   device_.look_for_changes(now);
   return true;
 }
@@ -171,7 +168,7 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
 }
 
 void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time now) {
-  if (entry.index >= local::kInputs) on_registers_written(0, registers_.size(), now);
+  if (entry.index >= local::kInputs) on_outputs_written(0, kOutputWords, now);
 }
 
 AbortCode LocalNode::write_mode(std::uint32_t value) {

@@ -59,8 +59,8 @@ class LocalNode final : private DeviceApplication {
   NodeMonitor::News on_error_control(const Frame& frame, Time now) { return monitor_.on_frame(frame, now); }
   void on_bus_state(BusState state, Time now);
 
-  /// Registers first..first+count-1 of process data may have been written. False: none is another one now.
-  bool on_registers_written(std::size_t first, std::size_t count, Time now);
+  /// Outputs first..first+count-1 may have been written. False: none is another one now.
+  bool on_outputs_written(std::size_t first, std::size_t count, Time now);
 
   /// Returns when it wants to be called next.
   Time poll(Time now) {
@@ -116,8 +116,7 @@ class LocalNode final : private DeviceApplication {
   local::DeviceState device_state(std::uint8_t node, Time now) const;
 
   ProcessRegisters registers_;
-  std::array<std::uint16_t, kProcessWords == 0 ? 0 : regmap::kOutputWords>
-      known_outputs_{};  ///< as last looked at
+  std::array<std::uint16_t, kOutputWords> known_outputs_{};  ///< as last looked at
   SdoClient& client_;
   std::uint16_t sdo_timeout_ms_;
   std::uint8_t resets_ = 0;

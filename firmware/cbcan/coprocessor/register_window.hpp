@@ -57,6 +57,7 @@ class RegisterWindow {
 
 // Words that a build without process data, or without the scanner window, needs no memory for.
 inline constexpr std::size_t kProcessWords = kServices.process_data() ? regmap::kProcessWords : 0;
+inline constexpr std::size_t kOutputWords = kServices.process_data() ? regmap::kOutputWords : 0;
 inline constexpr std::size_t kScannerOutWords = kServices.scanner_window ? regmap::kScannerOutWords : 0;
 inline constexpr std::size_t kScannerInWords = kServices.scanner_window ? regmap::kScannerInWords : 0;
 

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/nmt/node_monitor.hpp"
 
-#include <span>
-
 namespace cbcan {
+
+// Not a call for each of all nodes.
+[[gnu::always_inline]] inline void NodeMonitor::Node::doubt(nmt::Command command) {
+  if (report == Report::kNone) return;
+  state |= kDoubted;
+  if (command >= nmt::Command::kResetNode)
+    report = command == nmt::Command::kResetNode ? Report::kResetNode : Report::kResetCommunication;
+}
 
 void NodeMonitor::doubt(nmt::Command command, std::uint8_t node) {
   if (node > nmt::kMaxNode) return;
-  const auto addressed = node == nmt::kAllNodes ? std::span(nodes_) : std::span(nodes_).subspan(node, 1);
-  for (Node& told : addressed) {
-    if (told.report == Report::kNone) continue;
-    told.state |= kDoubted;
-    if (command >= nmt::Command::kResetNode)
-      told.report = command == nmt::Command::kResetNode ? Report::kResetNode : Report::kResetCommunication;
-  }
+  if (node != nmt::kAllNodes) return nodes_[node].doubt(command);
+  for (Node& told : nodes_)
+    told.doubt(command);
 }
 
 void NodeMonitor::watch_nobody() {

@@ -102,6 +102,8 @@ class NodeMonitor {
     std::uint16_t consumer_ms = 0;
     std::uint8_t state = 0;  ///< as reported, and kDoubted
     Report report = Report::kNone;
+
+    void doubt(nmt::Command command);
   };
 
   // Times apart from the rest: 64-bit alignment would cost four bytes for every node.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 

@@ -13,7 +13,6 @@
 #include <span>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
-#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 
@@ -68,7 +67,8 @@ class PdoMapping {
     if (count == kMostBytes)
       __builtin_memcpy(to, from, kMostBytes);  // a load and a store
     else
-      copy_bytes(from, to, count);
+      while (count-- != 0)  // most often one, and too few for words
+        *to++ = *from++;
   }
 
   Piece* pieces_ = nullptr;  ///< null: it has only been checked

@@ -240,6 +240,7 @@ void Pdo::configure(std::uint16_t index, Time now) {
     if (!operational_ || !tpdo->active) return;
     update(now);
     start(*tpdo, !was_active, now);
+    transmission_due_ = now;
     poll(now);
   }
 }
@@ -301,6 +302,7 @@ void Pdo::on_state(nmt::State state, Time now) {
   update(now);
   for (Tpdo& tpdo : used_tpdos())
     if (tpdo.active) start(tpdo, true, now);
+  transmission_due_ = now;
   poll(now);
 }
 
@@ -313,14 +315,12 @@ void Pdo::start(Rpdo& rpdo, Time now) {
 
 void Pdo::start(Tpdo& tpdo, bool send, Time now) {
   tpdo.event = false;
-  tpdo.wanted = false;
   tpdo.windowed = false;
   tpdo.syncs_left = 0;
   tpdo.inhibited_until = 0;
   tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
-  if (send && tpdo.type >= kFirstEvent) return want(tpdo);  // sampled when it is sent
-  sample(tpdo);
-  transmission_due_ = earlier(transmission_due_, due_of(tpdo));
+  tpdo.wanted = send && tpdo.type >= kFirstEvent;
+  if (!tpdo.wanted) sample(tpdo);  // the others when they are sent
 }
 
 inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
@@ -448,10 +448,6 @@ void Pdo::want(Tpdo& tpdo) {
   transmission_due_ = earlier(transmission_due_, due_of(tpdo));
 }
 
-bool Pdo::is_ready(const Tpdo& tpdo, Time now) const {
-  return tpdo.wanted && now >= due_of(tpdo);
-}
-
 Time Pdo::due_of(const Tpdo& tpdo) const {
   return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
 }
@@ -479,13 +475,13 @@ void Pdo::transmit(Time now) {
     if (!due.active) continue;
     if (now >= due.timer_at) due.wanted = true;
     if (due.windowed && now > window_end_) due.wanted = false;
-    samples |= is_sampled_late(due.type) && is_ready(due, now);
+    samples |= due.wanted && is_sampled_late(due.type) && now >= due_of(due);
   }
   if (samples) update(now);
   transmission_due_ = kNever;
   for (Tpdo& due : used_tpdos()) {
     if (!due.active) continue;
-    if (is_ready(due, now)) {
+    if (now >= due_of(due)) {
       if (is_sampled_late(due.type)) sample(due);
       send(due, now);
     }

@@ -219,7 +219,6 @@ class Pdo : public Part {
   void sample_and_send(std::uint8_t counter, Time now);
   void on_event(Tpdo& tpdo);
   void want(Tpdo& tpdo);
-  bool is_ready(const Tpdo& tpdo, Time now) const;
   Time due_of(const Tpdo& tpdo) const;
   void sample(Tpdo& tpdo) { tpdo.mapping.sample(dictionary_, tpdo.frame.data); }
   void send(Tpdo& tpdo, Time now);

@@ -99,7 +99,7 @@ const SdoClient::State& SdoClient::state() const {
 
 void SdoClient::leave(Outcome outcome) {
   enter(kIdle, kNever);
-  opened_ = false;
+  response_id_ = kNotOpened;
   outcome_ = outcome;
 }
 
@@ -116,7 +116,7 @@ void SdoClient::fail(AbortCode code) {
 }
 
 void SdoClient::abort_and_tell(AbortCode code, Time now) {
-  const bool tell = opened_;
+  const bool tell = response_id_ != kNotOpened;
   const bool streaming = kServices.block_transfer && phase_ == kBlockUploadStream;
   const bool response_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
                                     code == AbortCode::kToggleBit || code == kCancelled;
@@ -170,29 +170,34 @@ void SdoClient::begin(Time now) {
 }
 
 void SdoClient::begin_read(Time now) {
-  if (!by_block(request_.mode))
-    return ask(kUploadInitiate, now, sdo::command(sdo::Request::kInitiateUpload), mux());
+  if (!by_block(request_.mode)) {
+    make_request(sdo::command(sdo::Request::kInitiateUpload), mux());
+    return ask(kUploadInitiate, now);
+  }
   // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
   const std::uint32_t segments = (request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes;
   block_size_ = static_cast<std::uint8_t>(std::min<std::uint32_t>(segments, kBlockReadSegments));
   const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc);
-  ask(kBlockUploadInitiate, now, sdo::command(sdo::Request::kBlockUpload, bits), mux(), block_size_);
+  make_request(sdo::command(sdo::Request::kBlockUpload, bits), mux(), block_size_);
+  ask(kBlockUploadInitiate, now);
 }
 
 void SdoClient::begin_write(Time now) {
   const std::uint32_t size = request_.size;
   if (by_block(request_.mode)) {
     const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
-    return ask(kBlockDownloadInitiate, now, sdo::command(sdo::Request::kBlockDownload, bits), mux(), size);
+    make_request(sdo::command(sdo::Request::kBlockDownload, bits), mux(), size);
+    return ask(kBlockDownloadInitiate, now);
   }
-  if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes)
-    return ask(kDownloadInitiate, now, sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated),
-               mux(), size);
+  if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes) {
+    make_request(sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated), mux(), size);
+    return ask(kDownloadInitiate, now);
+  }
   std::uint32_t value = 0;
   for (std::uint32_t i = size; i-- > 0;)
     value = value << 8 | data_[i];
-  ask(kDownloadExpedited, now, sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)),
-      mux(), value);
+  make_request(sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)), mux(), value);
+  ask(kDownloadExpedited, now);
 }
 
 // ---- What arrives
@@ -202,7 +207,7 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
     ++counters_.not_data;
     return;
   }
-  if (!opened_ || frame.id != sdo::kResponseId + request_.node) return on_stray(frame, now);
+  if (frame.id != response_id_) return on_stray(frame, now);
   const std::uint8_t command = frame.data[0];
   const State& waiting = state();
   const bool segment =
@@ -234,7 +239,7 @@ void SdoClient::on_stray(const Frame& frame, Time now) {
 void SdoClient::on_boot_up(std::uint8_t node, Time now) {
   quarantine_.release(node);
   if (phase_ == kHeldBack) return hold_or_begin(now);
-  if (opened_ && node == request_.node) fail(AbortCode::kDeviceState);
+  if (response_id_ == sdo::kResponseId + node) fail(AbortCode::kDeviceState);
 }
 
 void SdoClient::on_abort(const Frame& frame, Time now) {
@@ -276,7 +281,8 @@ void SdoClient::upload_initiated(const Frame& frame, Time now) {
   }
   if (request_.mode == Mode::kExpedited) return abort_and_tell(AbortCode::kNoSegment, now);
   if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength, now);
-  ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment));
+  make_request(sdo::command(sdo::Request::kUploadSegment));
+  ask(kUploadSegment, now);
 }
 
 void SdoClient::upload_segment(const Frame& frame, Time now) {
@@ -297,7 +303,8 @@ void SdoClient::upload_segment(const Frame& frame, Time now) {
 
 void SdoClient::ask_for_segment(Time now) {
   toggle_ ^= sdo::kToggle;
-  ask(kUploadSegment, now, sdo::command(sdo::Request::kUploadSegment, toggle_));
+  outbox_.frame().data[0] ^= sdo::kToggle;
+  ask(kUploadSegment, now);
 }
 
 /// What may come: the size that the server declares, else as much as there is room. False: that does not fit.
@@ -333,12 +340,11 @@ void SdoClient::download_segment_taken(const Frame& frame, Time now) {
 void SdoClient::send_download_segment(Time now) {
   const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - moved_);
   const bool last = moved_ + size == request_.size;
-  Frame frame =
-      request_frame(sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last)));
+  Frame& frame = outbox_.frame();
+  frame.data[0] = sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last));
   sdo::put_segment(frame, data_.data() + moved_, size);
   moved_ = static_cast<std::uint16_t>(moved_ + size);
-  await(kDownloadSegment, now);
-  outbox_.send(frame, now);
+  ask(kDownloadSegment, now);
 }
 
 // ---- Deadlines and room
@@ -351,7 +357,7 @@ void SdoClient::poll(Time now) {
 void SdoClient::nothing(Time /*now*/) {}
 
 void SdoClient::opened(Time /*now*/) {
-  opened_ = true;
+  response_id_ = static_cast<std::uint16_t>(sdo::kResponseId + request_.node);
 }
 
 void SdoClient::timed_out(Time now) {
@@ -359,19 +365,22 @@ void SdoClient::timed_out(Time now) {
   abort_and_tell(AbortCode::kTimeOut, now);
 }
 
-Frame SdoClient::request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) const {
-  return sdo::make_frame(sdo::kRequestId + request_.node, command, bytes_1_to_3, tail);
+void SdoClient::make_request(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
+  Frame& frame = outbox_.frame();
+  frame.id = sdo::kRequestId + request_.node;
+  frame.length = 8;
+  sdo::put_bytes(frame, command, bytes_1_to_3, tail);
 }
 
 void SdoClient::await(Phase phase, Time now) {
   enter(phase, timeout_from(now));
 }
 
-/// Sends a request and waits for its response. The first one that leaves opens the transfer.
-void SdoClient::ask(Phase phase, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3,
-                    std::uint32_t tail) {
+/// Sends the request that has been made and waits for its response. The first one that leaves opens the
+/// transfer.
+void SdoClient::ask(Phase phase, Time now) {
   await(phase, now);
-  if (outbox_.send(request_frame(command, bytes_1_to_3, tail), now)) opened_ = true;
+  if (outbox_.send(now)) opened(now);
 }
 
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this

@@ -136,6 +136,7 @@ class SdoClient {
 
  private:
   struct State;
+  static constexpr std::uint16_t kNotOpened = 0;
 
   using enum Phase;
   static const std::array<State, kPhases> kStates;  ///< by Phase
@@ -193,11 +194,10 @@ class SdoClient {
     moved_ = static_cast<std::uint16_t>(moved_ + size);
   }
 
-  Frame request_frame(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0) const;
+  void make_request(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0);
   void await(Phase phase, Time now);
   void await_segment(Time now);
-  void ask(Phase phase, Time now, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
-           std::uint32_t tail = 0);
+  void ask(Phase phase, Time now);
   void drop_refused();
 
   void quarantine(bool stream, Time now);
@@ -211,6 +211,8 @@ class SdoClient {
   std::span<std::uint8_t> data_;
   AbortCode error_ = AbortCode::kNone;
   std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
+  /// From when the first request has left: the server may know of this transfer.
+  std::uint16_t response_id_ = kNotOpened;
   std::uint16_t limit_ = 0;      ///< bytes that a read may bring: what the server declared, or the room
   std::uint16_t moved_ = 0;      ///< bytes of a read so far; of a write on their way or there
   std::uint16_t confirmed_ = 0;  ///< bytes of a block write that the server has acknowledged
@@ -222,7 +224,6 @@ class SdoClient {
   bool asked_again_ = false;
   bool declared_ = false;  ///< the server has announced the size
   bool crc_ = false;
-  bool opened_ = false;  ///< the first request has left: the server may know of this transfer
   Outcome outcome_ = Outcome::kIdle;
   Phase phase_ = Phase::kIdle;
   NodeSet block_nodes_;

@@ -22,18 +22,18 @@ void SdoClient::block_download_initiated(const Frame& frame, Time now) {
 
 /// Sends what the port takes of this sub-block; comes back here when the port has room again.
 void SdoClient::stream_segments(Time now) {
-  Frame frame = request_frame(0);
+  Frame& frame = outbox_.frame();
   const std::uint8_t* const data = data_.data();
-  while (!outbox_.waiting() && sequence_ < block_size_ && moved_ < request_.size) {
-    const std::size_t left = request_.size - moved_;
+  const std::size_t whole = request_.size;
+  while (sequence_ < block_size_ && moved_ < whole) {
+    const std::size_t left = whole - moved_;
     const bool last = left <= sdo::kSegmentBytes;
-    const std::size_t size = last ? left : sdo::kSegmentBytes;
     frame.data[0] = static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0));
-    sdo::put_segment(frame, data + moved_, size);
-    moved_ = static_cast<std::uint16_t>(moved_ + size);
-    outbox_.send(frame, now);
+    sdo::put_segment(frame, data + moved_, last ? left : sdo::kSegmentBytes);
+    moved_ = static_cast<std::uint16_t>(last ? whole : moved_ + sdo::kSegmentBytes);
+    if (!outbox_.send(now)) return;
   }
-  if (!outbox_.waiting()) await(kBlockDownloadAcknowledge, now);
+  await(kBlockDownloadAcknowledge, now);
 }
 
 void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
@@ -56,7 +56,8 @@ void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
   }
   const std::size_t unused = (sdo::kSegmentBytes - request_.size % sdo::kSegmentBytes) % sdo::kSegmentBytes;
   const std::uint16_t crc = crc_ ? crc16(data_.first(request_.size)) : std::uint16_t{0};
-  ask(kBlockDownloadEnd, now, sdo::command(sdo::Request::kBlockDownload, sdo::block_end_bits(unused)), crc);
+  make_request(sdo::command(sdo::Request::kBlockDownload, sdo::block_end_bits(unused)), crc);
+  ask(kBlockDownloadEnd, now);
 }
 
 void SdoClient::block_download_ended(const Frame& frame, Time now) {
@@ -81,8 +82,8 @@ void SdoClient::block_upload_initiated(const Frame& frame, Time now) {
   sequence_ = segments_ = 0;
   asked_again_ = false;
   await_segment(now);
-  outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kStart))),
-               now);
+  make_request(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kStart)));
+  outbox_.send(now);
 }
 
 /// Half the timeout is for the segment; the other half is for asking once more.
@@ -126,10 +127,9 @@ void SdoClient::acknowledge_block(Time now) {
 
 void SdoClient::send_block_acknowledge(Time now) {
   const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
-  outbox_.send(
-      request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
-                    taken_and_size),
-      now);
+  make_request(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
+               taken_and_size);
+  outbox_.send(now);
 }
 
 /// Silence in the middle of a sub-block: its last segment may be lost. The server is asked once to go on.
@@ -154,7 +154,8 @@ void SdoClient::block_upload_ended(const Frame& frame, Time now) {
   if (size > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
   if (crc_ && sdo::load16(frame, 1) != crc16(data_.first(size)))
     return abort_and_tell(AbortCode::kBlockCrc, now);
-  outbox_.send(request_frame(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kEnd))), now);
+  make_request(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kEnd)));
+  outbox_.send(now);
   block_done(size);
 }
 

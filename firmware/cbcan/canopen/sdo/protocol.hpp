@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -204,15 +205,18 @@ constexpr std::uint8_t block_end_bits(std::size_t unused) {
   return bits(BlockStep::kEnd, static_cast<std::uint8_t>(unused << 2));
 }
 
-/// A frame of eight bytes: command, bytes 1..3, bytes 4..7. Taken from one number they are one store.
+/// All eight bytes: command, bytes 1..3, bytes 4..7. As one number they are one store.
+constexpr void put_bytes(Frame& frame, std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
+  std::uint64_t bytes = command | std::uint64_t{bytes_1_to_3} << 8 | std::uint64_t{tail} << 32;
+  if constexpr (std::endian::native == std::endian::big) bytes = __builtin_bswap64(bytes);
+  frame.data = std::bit_cast<std::array<std::uint8_t, 8>>(bytes);
+}
 constexpr Frame make_frame(std::uint32_t id, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
                            std::uint32_t tail = 0) {
-  const std::uint64_t bytes = command | std::uint64_t{bytes_1_to_3} << 8 | std::uint64_t{tail} << 32;
-  const auto byte = [bytes](unsigned at) { return static_cast<std::uint8_t>(bytes >> 8 * at); };
   Frame frame;
   frame.id = id;
   frame.length = 8;
-  frame.data = {byte(0), byte(1), byte(2), byte(3), byte(4), byte(5), byte(6), byte(7)};
+  put_bytes(frame, command, bytes_1_to_3, tail);
   return frame;
 }
 

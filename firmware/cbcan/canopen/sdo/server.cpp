@@ -8,9 +8,10 @@
 namespace cbcan {
 
 void SdoServer::reset(std::uint32_t response_id) {
-  response_id_ = response_id;
   state_ = State::kIdle;
   outbox_.drop();
+  outbox_.frame().id = response_id;
+  outbox_.frame().length = 8;
 }
 
 void SdoServer::on_frame(const Frame& frame, Time now) {
@@ -51,11 +52,12 @@ void SdoServer::poll(Time now) {
 void SdoServer::abort(AbortCode code, Time now) {
   state_ = State::kIdle;
   ++counters_.aborts_sent;
-  outbox_.send(sdo::make_abort(response_id_, mux_, code), now);
+  respond(sdo::command(sdo::Response::kAbort), mux_, static_cast<std::uint32_t>(code), now);
 }
 
 void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now) {
-  outbox_.send(sdo::make_frame(response_id_, command, bytes_1_to_3, tail), now);
+  sdo::put_bytes(outbox_.frame(), command, bytes_1_to_3, tail);
+  outbox_.send(now);
 }
 
 // ---- Download
@@ -136,10 +138,11 @@ void SdoServer::initiate_upload(const Frame& frame, Time now) {
   if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
     return abort(refused, now);
   if (size_ != 0 && size_ <= sdo::kExpeditedBytes) {
-    Frame out = sdo::make_frame(
-        response_id_, sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_)), mux_);
+    Frame& out = outbox_.frame();
+    const std::uint8_t command = sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_));
+    sdo::put_bytes(out, command, mux_, 0);
     std::copy_n(buffer_.begin(), size_, out.data.begin() + 4);
-    outbox_.send(out, now);
+    outbox_.send(now);
     return;
   }
   state_ = State::kUpload;
@@ -153,13 +156,13 @@ void SdoServer::upload_segment(const Frame& frame, Time now) {
   if ((frame.data[0] & sdo::kToggle) != toggle_) return abort(AbortCode::kToggleBit, now);
   const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
   const bool last = done_ + size == size_;
-  Frame out = sdo::make_frame(
-      response_id_, sdo::command(sdo::Response::kUploadSegment, sdo::segment_bits(size, toggle_, last)));
+  Frame& out = outbox_.frame();
+  out.data[0] = sdo::command(sdo::Response::kUploadSegment, sdo::segment_bits(size, toggle_, last));
   sdo::put_segment(out, buffer_.data() + done_, size);
   done_ += size;
   toggle_ ^= sdo::kToggle;
   if (last) state_ = State::kIdle;
-  outbox_.send(out, now);
+  outbox_.send(now);
 }
 
 // ---- Block download
@@ -251,11 +254,11 @@ void SdoServer::stream_segments(Time now) {
   while (!outbox_.waiting() && sequence_ < block_size_ && !last) {
     const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
     last = done_ + size == size_;
-    Frame out =
-        sdo::make_frame(response_id_, static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0)));
+    Frame& out = outbox_.frame();
+    out.data[0] = static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0));
     sdo::put_segment(out, buffer_.data() + done_, size);
     done_ += size;
-    outbox_.send(out, now);
+    outbox_.send(now);
   }
   if (!outbox_.waiting()) state_ = State::kBlockUploadAcknowledge;
 }

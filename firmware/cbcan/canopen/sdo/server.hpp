@@ -91,7 +91,6 @@ class SdoServer {
   std::size_t done_ = 0;  ///< bytes transferred
   std::size_t confirmed_ = 0;  ///< bytes of a block upload that the client has acknowledged
   std::size_t capacity_ = 0;   ///< bytes that a download may have
-  std::uint32_t response_id_ = 0;
   State state_ = State::kIdle;
   std::uint8_t toggle_ = 0;
   std::uint8_t sequence_ = 0;
