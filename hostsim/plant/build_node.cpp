@@ -160,8 +160,8 @@ class Builder {
   void add_axis() {
     constexpr std::string_view kDrive = "cia402";
     if (build_.node->device != kDrive)
-      return complain(node_.place, fmt::format("axis: the device {} has none; a {} has one",
-                                               build_.node->device, kDrive));
+      return complain(node_.place,
+                      fmt::format("axis: the device {} has none; a {} has one", build_.node->device, kDrive));
     build_.node->behaviour = [axis = *node_.axis](sim::DeviceNode& node, std::uint64_t /*seed*/) {
       return std::make_unique<devices::Drive>(node, axis);
     };

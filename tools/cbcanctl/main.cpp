@@ -211,9 +211,10 @@ void add_monitor(CommandLine& line) {
   monitoring.add_option("--http", options.http,
                         "HOST:PORT of its HTTP interface; else that of CBCAN_HTTP in the environment");
   monitoring
-      .add_option("--kinds", options.kinds,
-                  "of events: modbus, begun, ended, frame, emcy, state, terminals, fault, command, client; or "
-                  "all")
+      .add_option(
+          "--kinds", options.kinds,
+          "of events: modbus, begun, ended, frame, emcy, state, terminals, fault, command, client; or "
+          "all")
       ->capture_default_str();
   monitoring.add_option("--node", options.node, "of this node only, 1..127");
   monitoring

@@ -18,7 +18,7 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::uint16_t kBoardSettings = 0x2FFF;
 constexpr std::size_t kHeadBytes = 4;
-constexpr std::size_t kMostBytes = 8;  // of a parameter
+constexpr std::size_t kMostValueBytes = 8;  // of a parameter
 
 struct Value {
   std::uint16_t index;
@@ -76,7 +76,7 @@ struct Contents final : RecordLog::Source {
   }
 
   void put_value(RecordLog::Writer& writer, std::uint16_t index, std::uint8_t sub) const {
-    std::array<std::uint8_t, kMostBytes> bytes;
+    std::array<std::uint8_t, kMostValueBytes> bytes;
     std::size_t size = 0;
     if (objects->read(index, sub, bytes, size, 0) != AbortCode::kNone) return;
     const Value value{index, sub, Bytes(bytes).first(size)};

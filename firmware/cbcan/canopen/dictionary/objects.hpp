@@ -45,4 +45,6 @@ inline constexpr std::uint16_t kFirstProfile = 0x6000;
 inline constexpr std::uint16_t kLastProfile = 0x9FFF;
 inline constexpr std::uint16_t kLast = 0xFFFF;
 
+inline constexpr std::uint32_t kInhibitUnit = 100;  ///< us, of an inhibit time
+
 }  // namespace cbcan::object

@@ -10,7 +10,6 @@ namespace cbcan {
 
 namespace {
 
-constexpr Time kInhibitUnit = 100;
 constexpr std::uint8_t kMostRemembered = 254;
 
 }  // namespace
@@ -140,7 +139,7 @@ void Emergency::send_waiting(Time now) {
     application_.on_emergency_sent(frame.data);
     first_waiting_ = static_cast<std::uint8_t>((first_waiting_ + 1u) % kMostWaiting);
     --waiting_count_;
-    next_allowed_ = now + dictionary_.get(object::kEmergencyInhibitTime, 0) * kInhibitUnit;
+    next_allowed_ = now + dictionary_.get(object::kEmergencyInhibitTime, 0) * object::kInhibitUnit;
   }
 }
 

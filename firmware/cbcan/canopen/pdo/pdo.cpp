@@ -23,9 +23,7 @@ constexpr std::uint8_t kInhibitTime = 3;
 constexpr std::uint8_t kEventTimer = 5;
 constexpr std::uint8_t kStartValue = 6;
 
-// Units, in us.
-constexpr std::uint32_t kInhibitUnit = 100;
-constexpr std::uint32_t kTimerUnit = 1000;
+constexpr std::uint32_t kTimerUnit = 1000;  // us
 
 // Transmission types (CiA 301, 7.5.2.35 and 7.5.2.37).
 constexpr std::uint8_t kAcyclic = 0;
@@ -266,7 +264,7 @@ void Pdo::load(Tpdo& tpdo, bool anew) {
   const std::uint32_t cob_id = load_common(tpdo, index, anew);
   if (!tpdo.active) return;
   tpdo.remote = (cob_id & cob::kNoRemote) == 0;
-  tpdo.inhibit_time = parameter(index, kInhibitTime) * kInhibitUnit;
+  tpdo.inhibit_time = parameter(index, kInhibitTime) * object::kInhibitUnit;
   if (tpdo.type < kFirstEvent) tpdo.inhibit_time = tpdo.timer = 0;
   tpdo.start_value = static_cast<std::uint8_t>(parameter(index, kStartValue));
   tpdo.frame.id = cob::id_of(cob_id);
