@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// cbcan::sim: what does a PLC program see of a node that has lost its power? A second of the plant's time, and none of ours.
+// cbcan::sim: what does a PLC program see of a node that has lost its power? A second of the plant's time,
+// and none of ours.
 #include <cstdio>
 
 #include "cbcan/sim.hpp"
@@ -10,5 +11,6 @@ int main() {
   plant.write(3700, {0xCA0E, 5055, 0x42, 0x1000, 0, 4});
   plant.wait("transaction ended");
   const auto r = plant.registers(3700, 8);
-  std::printf("result %d, abort code %04X%04Xh after %d ms\n", r[0], r[7], r[6], static_cast<int>(plant.now().count() / 1000));
+  std::printf("result %d, abort code %04X%04Xh after %d ms\n", r[0], r[7], r[6],
+              static_cast<int>(plant.now().count() / 1000));
 }

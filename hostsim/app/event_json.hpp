@@ -32,7 +32,7 @@ class EventFilter {
 
  private:
   journal::Kinds kinds_;
-  std::uint64_t network_;    ///< 0 = any, as below
+  std::uint64_t network_;  ///< 0 = any, as below
   std::uint64_t node_;
   std::uint64_t transaction_;
   std::string service_;

@@ -116,8 +116,7 @@ class Journal {
 class Cursor {
  public:
   /// Sees what comes from now on.
-  explicit Cursor(const Journal& journal, Kinds kinds = kAllKinds)
-      : Cursor(journal, journal.end(), kinds) {}
+  explicit Cursor(const Journal& journal, Kinds kinds = kAllKinds) : Cursor(journal, journal.end(), kinds) {}
   /// Sees what is there from `number` on.
   Cursor(const Journal& journal, std::uint64_t number, Kinds kinds)
       : journal_(journal), next_(number), kinds_(kinds) {}

@@ -24,8 +24,7 @@ struct SharedRegisters {
   using Happening = std::function<void()>;
 
   template <class Model>
-    requires(!std::same_as<Model, SharedRegisters>)
-  explicit SharedRegisters(Model& model)
+  requires(!std::same_as<Model, SharedRegisters>) explicit SharedRegisters(Model& model)
       : read_([&](std::uint32_t offset) { return model.read(offset); }),
         write_([&](std::uint32_t offset, std::uint32_t value) { model.write(offset, value); }) {}
   template <class Model>

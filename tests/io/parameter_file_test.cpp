@@ -98,8 +98,7 @@ TEST_CASE("Stored values that do not fit are told") {
   file.tell_left_out({{0x1017, 0, {1}}, {0x2010, 0x1F, {}}});
   file.tell_left_out(std::vector<cbcan::sim::StoredValue>(21, {0x1017, 0, {1}}));
   REQUIRE(warnings.size() == 2);
-  CHECK(warnings[0] ==
-        "5.par: left out, as the node has no such parameter of this length: 1017:00, 2010:1F");
+  CHECK(warnings[0] == "5.par: left out, as the node has no such parameter of this length: 1017:00, 2010:1F");
   CHECK(warnings[1].ends_with(", 1017:00 and 1 more"));
 }
 

@@ -63,7 +63,9 @@ detail::Window& Link::Connected::window(std::uint8_t unit, std::uint8_t channel)
 /// window none knows what the others do with the channels.
 detail::Window& Link::Connected::free_window(std::uint8_t unit) {
   const auto known = channels.find(unit);
-  const std::uint8_t most = settings.sharing ? 1 : known == channels.end() ? regmap::kMostChannels : known->second;
+  const std::uint8_t most = settings.sharing          ? 1
+                            : known == channels.end() ? regmap::kMostChannels
+                                                      : known->second;
   detail::Window* best = &window(unit, 1);
   for (std::uint8_t channel = 2; channel <= most && best->jobs() != 0; ++channel)
     if (window(unit, channel).jobs() < best->jobs()) best = &window(unit, channel);

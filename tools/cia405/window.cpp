@@ -161,7 +161,8 @@ Request Window::poll(Time now) {
   asked_ = Asked::kPoll;
   if (claim_) return claim_->refresh(now);
   if (channel_ != 1)
-    return {.read_address = regmap::of_channel(regmap::kScannerInFirst, channel_), .count = regmap::kScannerInWords};
+    return {.read_address = regmap::of_channel(regmap::kScannerInFirst, channel_),
+            .count = regmap::kScannerInWords};
   return {.read_address = regmap::kWindowFirst, .count = regmap::kWindowWords};
 }
 

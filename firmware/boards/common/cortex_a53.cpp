@@ -58,7 +58,7 @@ void disable_interrupt(std::uint32_t id) {
   distributor().write(kClearEnable + id / 32 * 4, 1u << id % 32);
 }
 
-/// Called by the vector (startup.cpp).
+/// Called by the vector (startup_cortex_a53.cpp).
 extern "C" void dispatch_interrupt() {
   const std::uint32_t acknowledged = processor().read(kAcknowledge);
   const std::uint32_t id = acknowledged & kIdMask;

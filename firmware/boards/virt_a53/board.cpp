@@ -9,7 +9,6 @@ namespace cbcan::boards {
 
 namespace {
 
-constexpr std::uintptr_t kPorts = 0x3EFF'0000;          // PCI's I/O ports
 constexpr std::uintptr_t kConfiguration = 0x3F00'0000;  // ECAM: 32 KB for each slot
 constexpr std::array<std::uint64_t, 3> kDevices{0x0800'0000, 0x3EE0'0000, 0x3F00'0000};  // GIC; the two above
 
@@ -33,9 +32,9 @@ constinit const MemoryMap kMemoryMap{0x0800'0000, 0x0801'0000, kDevices};
 bool start_card(std::uint32_t slot) {
   const Mmio card(kConfiguration + (slot << 15));
   if (card.read(kIdentity) != kCard) return false;
-  const std::uint32_t ports = slot * 0x1000;
+  const std::uint32_t ports = ports_of(slot);
   card.write(kBar0, ports);
-  card.write(kBar1, ports + 0x80);
+  card.write(kBar1, ports + kSja1000Ports);
   card.write(kBar2, ports + 0x100);
   card.write(kCommand, kIoEnable);
   Mmio(kPorts + ports).write(kIntcsr, kAddOnInterrupt);

@@ -29,9 +29,16 @@ class MmioBytes {
   std::uintptr_t base_;
 };
 
-/// The card in `slot`, 1 or 2: where its SJA1000 is after start_card(), and its interrupt ID.
+/// PCI's I/O ports; those of the card in `slot`, 1 or 2, after start_card(), and of its SJA1000 in them.
+inline constexpr std::uintptr_t kPorts = 0x3EFF'0000;
+constexpr std::uint32_t ports_of(std::uint32_t slot) {
+  return slot * 0x1000;
+}
+inline constexpr std::uint32_t kSja1000Ports = 0x80;
+
+/// Where that SJA1000 is, and the card's interrupt ID.
 constexpr std::uintptr_t can_of(std::uint32_t slot) {
-  return 0x3EFF'0080 + slot * 0x1000;
+  return kPorts + ports_of(slot) + kSja1000Ports;
 }
 constexpr std::uint32_t interrupt_of(std::uint32_t slot) {
   return 32 + 3 + slot % 4;

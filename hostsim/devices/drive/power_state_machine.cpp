@@ -69,7 +69,7 @@ constexpr Rows kRows = [] {
 }();
 
 constexpr std::array<std::uint16_t, kStates> kStatuswords = {0x0000, 0x0040, 0x0021, 0x0023,
-                                                        0x0027, 0x0007, 0x000F, 0x0008};
+                                                             0x0027, 0x0007, 0x000F, 0x0008};
 
 }  // namespace
 

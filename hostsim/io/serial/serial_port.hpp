@@ -16,8 +16,9 @@ struct SerialSettings {
   char parity = 'E';  ///< E even, O odd, N none
 };
 
-/// Opens it for bytes as they are, non-blocking, for this program alone (flock), and throws away what has come in.
-/// Throws EnvironmentError, or UsageError where there is no such baud rate; the text begins with `service`.
+/// Opens it for bytes as they are, non-blocking, for this program alone (flock), and throws away what has
+/// come in. Throws EnvironmentError, or UsageError where there is no such baud rate; the text begins with
+/// `service`.
 Descriptor open_serial(std::string_view service, const SerialSettings& settings);
 
 }  // namespace cbcan::io

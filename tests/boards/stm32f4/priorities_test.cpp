@@ -3,9 +3,9 @@
 // 8N1, without a gap. Time passes with each access to a register, and interrupts come between any two. What
 // each thing takes is what docs/boards.md says of it ("Interrupts").
 
+#include "boards/model_registers.hpp"
 #include "boards/stm32f4/bxcan.hpp"
 #include "boards/stm32f4/bxcan_model.hpp"
-#include "boards/model_registers.hpp"
 #include "boards/stm32f4/settings.hpp"
 #include "boards/stm32f4/usart_model.hpp"
 #include "support/catch.hpp"
