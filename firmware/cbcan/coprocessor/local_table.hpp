@@ -92,21 +92,16 @@ inline constexpr std::array kObjects{
     name(kDeviceName, kName),
     name(kHardwareVersion, kHardware),
     name(kSoftwareVersion, kSoftware),
-    Row{kStore, 0, 0, kUnsigned8, Flags::kRead, 1, kStoreSubs, {}, kAndRestore},
-    Row{kStore, 1, kStoreSubs, kUnsigned32, kCommand, 4, 0, {}, kAndRestore},
+    Row{kStore, 1, kStoreSubs, kUnsigned32, kCommand | Flags::kCounted, 4, 0, {}, kAndRestore},
     Row{kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x100},
     Row{kEmergencyCobId, 0, 0, kUnsigned32, kConfigured, 4},  // follows the node ID
     Row{kEmergencyInhibitTime, 0, 0, kUnsigned16, kConfigured, 2},
-    Row{kConsumerHeartbeatTime, 0, 0, kUnsigned8, Flags::kRead, 1, kAll},
-    Row{kConsumerHeartbeatTime, 1, kAll, kUnsigned32, kComputedReadWrite, 4},
+    Row{kConsumerHeartbeatTime, 1, kAll, kUnsigned32, kComputedReadWrite | Flags::kCounted, 4},
     Row{kProducerHeartbeatTime, 0, 0, kUnsigned16, kConfigured, 2},
-    Row{kIdentity, 0, 0, kUnsigned8, Flags::kRead, 1, 4},
-    Row{kIdentity, 1, 4, kUnsigned32, Flags::kRead, 4},  // no vendor-ID is assigned
+    Row{kIdentity, 1, 4, kUnsigned32, Flags::kRead | Flags::kCounted, 4},  // no vendor-ID is assigned
     Row{kSyncCounterOverflow, 0, 0, kUnsigned8, kConfigured, 1},
-    Row{kErrorBehaviour, 0, 0, kUnsigned8, Flags::kRead, 1, 1},
-    Row{kErrorBehaviour, 1, 1, kUnsigned8, kConfigured, 1, 1},  // stays as it is
-    Row{kSdoServerParameter, 0, 0, kUnsigned8, Flags::kRead, 1, 2},
-    Row{kSdoServerParameter, 1, 2, kUnsigned32, kComputedRead, 4},
+    Row{kErrorBehaviour, 1, 1, kUnsigned8, kConfigured | Flags::kCounted, 1, 1},  // stays as it is
+    Row{kSdoServerParameter, 1, 2, kUnsigned32, kComputedRead | Flags::kCounted, 4},
     of_pdos(kRpdoParameter, kServices.rpdos, 0, kUnsigned8, 1, 5, Flags::kRead),
     of_pdos(kRpdoParameter, kServices.rpdos, 1, kUnsigned32, 4, cob::kInvalid),
     of_pdos(kRpdoParameter, kServices.rpdos, 2, kUnsigned8, 1, 255),
@@ -125,11 +120,9 @@ inline constexpr std::array kObjects{
     Row{kKernelState, 0, 0, kUnsigned8, kComputedRead, 1},
     Row{kSdoTimeout, 0, 0, kUnsigned16, kComputedReadWrite, 2},
     Row{kTransferMode, 0, 0, kUnsigned8, kComputedReadWrite, 1},
-    Row{kLastEmergency, 0, 0, kUnsigned8, Flags::kRead, 1, kAll},
-    Row{kLastEmergency, 1, kAll, kOctetString, kComputedRead, 8},
+    Row{kLastEmergency, 1, kAll, kOctetString, kComputedRead | Flags::kCounted, 8},
     Row{kEmergencyScan, 0, 0, kOctetString, kComputedRead, 9},
-    Row{kDeviceState, 0, 0, kUnsigned8, Flags::kRead, 1, kAll},
-    Row{kDeviceState, 1, kAll, kUnsigned8, kComputedRead, 1},
+    Row{kDeviceState, 1, kAll, kUnsigned8, kComputedRead | Flags::kCounted, 1},
     Row{kClock, 0, 0, kTimeOfDay, kCommand, 6},
 };
 
@@ -141,34 +134,37 @@ inline constexpr std::array kTypes{kInteger8,   kUnsigned8,  kBoolean,    kInteg
 inline constexpr std::uint16_t kIndicesOfType = 0x40;
 inline constexpr std::uint32_t kMostSubs = 254;
 
-/// Two rows for a type; for BOOLEANs four, as those of 128 bytes fill four indices and a part of the fifth.
-inline constexpr std::size_t kVariableRows = 2 * (2 * (kTypes.size() - 1) + 4);
+/// A row for a type; for BOOLEANs two, as those of 128 bytes fill four indices and a part of the fifth.
+inline constexpr std::size_t kVariableRows = 2 * (kTypes.size() + 1);
 static_assert(8 * kInputBytes / kMostSubs == 4 && 8 * kOutputBytes / kMostSubs == 4);
 
 constexpr Row* put_variables(Row* row, std::uint16_t first, std::uint32_t start, std::uint32_t bytes,
                              std::uint16_t direction) {
-  const std::uint16_t flags = Flags::kReadWrite | Flags::kChecked | Flags::kProcess | direction;
-  const auto put = [&](std::uint16_t index, std::uint32_t count, Row values, std::uint8_t more) {
-    *row++ = {index, 0, 0, kUnsigned8, Flags::kRead, 1, count, {}, more};
-    values.index = index;
-    values.first_sub = 1;
-    values.last_sub = static_cast<std::uint8_t>(count);
-    values.more_indices = more;
-    *row++ = values;
+  const auto put = [&](std::size_t index, std::uint32_t count, DataType type, std::uint32_t size,
+                       std::uint16_t packed, std::uint32_t offset, std::size_t indices) {
+    const auto flags = static_cast<std::uint16_t>(Flags::kReadWrite | Flags::kChecked | Flags::kProcess |
+                                                  Flags::kCounted | direction | packed);
+    *row++ = {static_cast<std::uint16_t>(index),
+              1,
+              static_cast<std::uint8_t>(count),
+              type,
+              flags,
+              size,
+              0,
+              {},
+              static_cast<std::uint8_t>(indices - 1),
+              offset};
   };
   for (std::size_t i = 0; i < kTypes.size(); ++i) {
-    const auto index = static_cast<std::uint16_t>(first + i * kIndicesOfType);
+    const std::size_t index = first + i * kIndicesOfType;
     if (kTypes[i] != kBoolean) {
       const auto size = static_cast<std::uint32_t>(size_of(kTypes[i]));
-      put(index, bytes / size, {0, 0, 0, kTypes[i], flags, size, 0, {}, 0, start}, 0);
+      put(index, bytes / size, kTypes[i], size, 0, start, 1);
       continue;
     }
     const std::uint32_t full = 8 * bytes / kMostSubs;
-    const auto packed = static_cast<std::uint16_t>(flags | Flags::kPacked);
-    put(index, kMostSubs, {0, 0, 0, kBoolean, packed, 1, 0, {}, 0, 8 * start},
-        static_cast<std::uint8_t>(full - 1));
-    put(static_cast<std::uint16_t>(index + full), 8 * bytes % kMostSubs,
-        {0, 0, 0, kBoolean, packed, 1, 0, {}, 0, 8 * start + full * kMostSubs}, 0);
+    put(index, kMostSubs, kBoolean, 1, Flags::kPacked, 8 * start, full);
+    put(index + full, 8 * bytes % kMostSubs, kBoolean, 1, Flags::kPacked, 8 * start + full * kMostSubs, 1);
   }
   return row;
 }
@@ -221,14 +217,20 @@ inline constexpr Layout kLayout = [] {
       const Row& row = kRows[i];
       ObjectEntry& entry = layout.entries[i];
       if (!row.stored() || row.zero() != zeros) continue;
-      entry.offset = layout.bytes + entry.front();
+      entry.offset = static_cast<ObjectSize>(layout.bytes + entry.front());
       layout.bytes += entry.stride() * entry.count();
     }
   };
   for (std::size_t i = 0; i < kRows.size(); ++i) {
     const Row& row = kRows[i];
-    layout.entries[i] = {row.index,        row.first_sub, row.last_sub,       row.type,
-                         row.more_indices, row.flags,     row.process_offset, row.size};
+    layout.entries[i] = {row.index,
+                         row.first_sub,
+                         row.last_sub,
+                         row.type,
+                         row.more_indices,
+                         row.flags,
+                         static_cast<ObjectSize>(row.process_offset),
+                         static_cast<ObjectSize>(row.size)};
   }
   place(false);
   layout.power_on_bytes = layout.bytes;

@@ -10,6 +10,9 @@ namespace cbcan {
 
 namespace {
 
+/// Of a number of elements that find() makes up.
+constexpr std::uint16_t kCount = ObjectFlags::kRead | ObjectFlags::kComputed | ObjectFlags::kCounted;
+
 constexpr std::uint32_t order_of(std::uint16_t index, std::uint8_t sub) {
   return std::uint32_t{index} << 8 | sub;
 }
@@ -41,10 +44,12 @@ ObjectDictionary::ObjectDictionary(std::span<const ObjectEntry> entries, std::sp
 AbortCode ObjectDictionary::find(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const {
   if (found_ >= entries_.size() || !entries_[found_].holds(index, sub)) {
     found_ = search(index, sub);
-    if (found_ == entries_.size() || !entries_[found_].holds(index, sub)) return why_missing(index, found_);
+    if (found_ == entries_.size() || !entries_[found_].holds(index, sub))
+      return find_count(index, sub, entry);
   }
   entry = entries_[found_];
-  entry.offset += entry.stride() * entry.subs() * (index - entry.index);
+  entry.offset =
+      static_cast<ObjectSize>(entry.offset + entry.stride() * entry.subs() * (index - entry.index));
   entry.index = index;
   entry.more_indices = 0;
   return AbortCode::kNone;
@@ -59,10 +64,15 @@ std::size_t ObjectDictionary::search(std::uint16_t index, std::uint8_t sub) cons
   return static_cast<std::size_t>(found - entries_.begin());
 }
 
-/// `place` is where it would stand: an entry of the same index is right there, or right before.
-AbortCode ObjectDictionary::why_missing(std::uint16_t index, std::size_t place) const {
-  const bool object_here = (place != entries_.size() && entries_[place].has_index(index)) ||
-                           (place != 0 && entries_[place - 1].has_index(index));
+/// Sub-index 0 of what is kCounted; or why there is nothing. It would stand at found_: an entry of the same
+/// index is right there, or right before.
+AbortCode ObjectDictionary::find_count(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const {
+  const bool here = found_ != entries_.size() && entries_[found_].has_index(index);
+  if (here && sub == 0 && entries_[found_].has(ObjectFlags::kCounted)) {
+    entry = {index, 0, entries_[found_].last_sub, DataType::kUnsigned8, 0, kCount, 0, 1};
+    return AbortCode::kNone;
+  }
+  const bool object_here = here || (found_ != 0 && entries_[found_ - 1].has_index(index));
   return object_here ? AbortCode::kNoSubIndex : AbortCode::kNoObject;
 }
 
@@ -85,6 +95,11 @@ AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::spa
   if (!entry.has(ObjectFlags::kRead)) return AbortCode::kWriteOnly;
   if (entry.has(ObjectFlags::kComputed)) {
     if (entry.capacity > out.size()) return AbortCode::kReadLength;
+    if (sub == 0 && entry.has(ObjectFlags::kCounted)) {
+      out[0] = entry.last_sub;
+      size = 1;
+      return AbortCode::kNone;
+    }
     return handler_->on_read(entry, sub, out, size, now);
   }
   const std::span<const std::uint8_t> bytes = value(entry, sub);

@@ -10,9 +10,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "cbcan/canopen/dictionary/data_type.hpp"
 #include "cbcan/canopen/sdo/abort_code.hpp"
+#include "cbcan/configuration.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -42,7 +44,12 @@ struct ObjectFlags {
   static constexpr std::uint16_t kUnset = 0x400;
   /// A command or a set point, not a parameter that 1010h stores.
   static constexpr std::uint16_t kSetPoint = 0x800;
+  /// Sub-index 0 is there too, an UNSIGNED8 that says what the last one is: an entry less for each array.
+  static constexpr std::uint16_t kCounted = 0x1000;
 };
+
+/// Places and lengths of values; the coprocessor's own fit 16 bits.
+using ObjectSize = std::conditional_t<kServices.other_devices, std::uint32_t, std::uint16_t>;
 
 /// One entry, or a run of sub-indices that are alike (an array's elements, CompactSubObj), or such a run in
 /// each of several indices that follow each other (PDO parameters). Element k of a run, counted through all
@@ -54,8 +61,8 @@ struct ObjectEntry {
   DataType type;
   std::uint8_t more_indices;  ///< behind the first
   std::uint16_t flags;
-  std::uint32_t offset;    ///< into the values or the process image; behind the length, for a variable one
-  std::uint32_t capacity;  ///< bytes of one element
+  ObjectSize offset;    ///< into the values or the process image; behind the length, for a variable one
+  ObjectSize capacity;  ///< bytes of one element
 
   static constexpr std::uint32_t kLengthBytes = 4;
   constexpr bool has(std::uint16_t flag) const { return (flags & flag) != 0; }
@@ -158,7 +165,7 @@ class ObjectDictionary {
     return entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
   }
   std::size_t search(std::uint16_t index, std::uint8_t sub) const;
-  AbortCode why_missing(std::uint16_t index, std::size_t place) const;
+  AbortCode find_count(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const;
   AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub,
                          std::span<const std::uint8_t> value) const;
 
