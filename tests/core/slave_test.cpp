@@ -66,6 +66,9 @@ struct SlaveRig final : cbcan::test::Wire, private cbcan::Application {
     cbcan::restore_values(kEntries, power_on, values, first_index, last_index);
     slave.dictionary().set(0x1005, 0, 0x80);
   }
+  void on_stored(const ObjectEntry& entry, std::uint8_t, cbcan::Time when) override {
+    if (cbcan::Slave::owns(entry.index)) slave.configure(when);
+  }
   void on_state(cbcan::nmt::State state, cbcan::Time) override { states.push_back(static_cast<int>(state)); }
 };
 

@@ -69,6 +69,9 @@ struct FaultyNode final : sim::Participant, private Application {
   sim::Port& port() { return port_; }
 
  private:
+  void on_stored(const ObjectEntry& entry, std::uint8_t, Time now) override {
+    if (Slave::owns(entry.index)) slave_.configure(now);
+  }
   void restore(std::uint16_t, std::uint16_t, Time) override {
     std::fill(values_.begin(), values_.end(), std::uint8_t{0});
     values_[0] = 0x91;

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 
 namespace cbcan {
@@ -155,9 +156,10 @@ AbortCode Device::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span
                            Time now) {
   if (kServices.stored_parameters && (entry.index == object::kStore || entry.index == object::kRestore))
     return store_or_restore(entry.index, sub, value);
+  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
   AbortCode refused = AbortCode::kNone;
   with_parts(*this, [&](const auto&... part) {
-    ((part.owns(entry.index) ? void(refused = part.check(entry, sub, value)) : void()), ...);
+    ((part.owns(entry.index) ? void(refused = part.check(entry.index, sub, number)) : void()), ...);
   });
   return refused != AbortCode::kNone ? refused : application_.on_write(entry, sub, value, now);
 }
@@ -175,6 +177,7 @@ AbortCode Device::store_or_restore(std::uint16_t index, std::uint8_t sub,
 
 void Device::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
   written_ = true;
+  if (Slave::owns(entry.index)) slave_.configure(now);
   with_parts(*this, [&](auto&... part) {
     ((part.owns(entry.index) ? part.configure(entry.index, now) : void()), ...);
   });

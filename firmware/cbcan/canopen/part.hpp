@@ -28,9 +28,8 @@ class Part {
   /// The objects that configure it.
   static constexpr bool owns(std::uint16_t /*index*/) { return false; }
 
-  /// Before a value of such an object is stored: kNone, or why it cannot be.
-  AbortCode check(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
-                  std::span<const std::uint8_t> /*value*/) const {
+  /// Before a number is stored in such an object: kNone, or why it cannot be.
+  AbortCode check(std::uint16_t /*index*/, std::uint8_t /*sub*/, std::uint32_t /*number*/) const {
     return AbortCode::kNone;
   }
   /// After one has been stored.

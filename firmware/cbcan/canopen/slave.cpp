@@ -16,7 +16,7 @@ constexpr std::uint8_t kHeartbeat = 4;
 
 Slave::Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t> buffer,
              Application& application, CanPort& port)
-    : dictionary_(tables.entries, tables.values, this, tables.limits, tables.process),
+    : dictionary_(tables.entries, tables.values, &application, tables.limits, tables.process),
       sdo_server_(dictionary_, port, buffer),
       application_(application),
       port_(port),
@@ -77,26 +77,6 @@ void Slave::on_frame(const Frame& frame, Time now) {
   }
 }
 
-AbortCode Slave::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
-  return dictionary_.write(index, sub, value, now);
-}
-
-AbortCode Slave::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                         std::size_t& size, Time now) {
-  return application_.on_read(entry, sub, out, size, now);
-}
-
-AbortCode Slave::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
-                          Time now) {
-  return application_.on_write(entry, sub, value, now);
-}
-
-void Slave::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
-  if (entry.index == object::kProducerHeartbeatTime) configure(now);
-  application_.on_stored(entry, sub, now);
-}
-
-/// A period that has not changed keeps its beat.
 void Slave::configure(Time now) {
   const Time heartbeat = dictionary_.get(object::kProducerHeartbeatTime, 0) * kMillisecond;
   if (heartbeat != heartbeat_period_) heartbeat_at_ = heartbeat == 0 ? kNever : now + heartbeat;

@@ -15,13 +15,15 @@
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/sdo/server.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
 
-/// The device behind the communication: its values and what it does.
+/// The device behind the communication: its values and what it does. What is the Slave's of what has been
+/// stored its on_stored() passes on.
 class Application : public ObjectHandler {
  public:
   /// Puts stored values back to what they are at power-on: those with first_index <= index <= last_index.
@@ -33,7 +35,7 @@ class Application : public ObjectHandler {
   ~Application() = default;
 };
 
-class Slave final : private ObjectHandler {
+class Slave {
  public:
   /// The tables of a dictionary, see ObjectDictionary.
   struct Tables {
@@ -62,6 +64,11 @@ class Slave final : private ObjectHandler {
   Time poll(Time now);
   Time deadline() const;
 
+  /// The object that configures it; to be called when it has been stored. A period that has not changed keeps
+  /// its beat.
+  static constexpr bool owns(std::uint16_t index) { return index == object::kProducerHeartbeatTime; }
+  void configure(Time now);
+
   /// An NMT command for this node, from the bus or from within.
   void command(nmt::Command command, Time now);
 
@@ -70,7 +77,9 @@ class Slave final : private ObjectHandler {
                  Time now) const {
     return dictionary_.read(index, sub, out, size, now);
   }
-  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now);
+  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
+    return dictionary_.write(index, sub, value, now);
+  }
 
   nmt::State state() const { return state_; }
   std::uint8_t node_id() const { return node_id_; }
@@ -82,15 +91,8 @@ class Slave final : private ObjectHandler {
   const auto& sdo_server() const { return sdo_server_; }
 
  private:
-  AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                    std::size_t& size, Time now) override;
-  AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
-                     Time now) override;
-  void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
-
   void enter(nmt::State state, Time now);
   void reset(std::uint16_t first_index, std::uint16_t last_index, Time now);
-  void configure(Time now);
   bool send_wanted(Time now);
   Frame frame_for(std::uint8_t wanted) const;
 

@@ -2,7 +2,6 @@
 #include "cbcan/canopen/sync.hpp"
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 
 namespace cbcan {
 
@@ -16,14 +15,12 @@ void Sync::reset(const Reset& /*reset*/, Time now) {
   configure(object::kSyncCobId, now);
 }
 
-AbortCode Sync::check(const ObjectEntry& entry, std::uint8_t /*sub*/,
-                      std::span<const std::uint8_t> value) const {
-  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
-  if (entry.index == object::kSyncCobId) {
+AbortCode Sync::check(std::uint16_t index, std::uint8_t /*sub*/, std::uint32_t number) const {
+  if (index == object::kSyncCobId) {
     const bool moves_while_producing = period_ != 0 && cob::id_of(number) != id_;
     return cob::is_usable(number) && !moves_while_producing ? AbortCode::kNone : AbortCode::kValue;
   }
-  if (entry.index != object::kSyncCounterOverflow) return AbortCode::kNone;
+  if (index != object::kSyncCounterOverflow) return AbortCode::kNone;
   // CiA 301, 7.5.2.22: only while no period is set.
   if (dictionary_.get(object::kSyncPeriod, 0) != 0) return AbortCode::kDeviceState;
   return number == 1 || number > kHighestCounter ? AbortCode::kValue : AbortCode::kNone;

@@ -28,7 +28,7 @@ class Sync : public Part {
     return (index >= object::kSyncCobId && index <= object::kSyncWindow) ||
            index == object::kSyncCounterOverflow;
   }
-  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   /// A period that has not changed keeps its beat.
   void configure(std::uint16_t index, Time now);
   void reset(const Reset& reset, Time now);

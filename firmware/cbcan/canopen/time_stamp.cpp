@@ -23,9 +23,7 @@ void TimeStamp::reset(const Reset& /*reset*/, Time now) {
   configure(object::kTimeCobId, now);
 }
 
-AbortCode TimeStamp::check(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
-                           std::span<const std::uint8_t> value) const {
-  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
+AbortCode TimeStamp::check(std::uint16_t /*index*/, std::uint8_t /*sub*/, std::uint32_t number) const {
   const bool moves_in_use = (produces_ || consumes_) && cob::id_of(number) != id_;
   const std::uint32_t identifier = number & ~(cob::kConsumes | cob::kProduces);
   return cob::is_usable(identifier) && !moves_in_use ? AbortCode::kNone : AbortCode::kValue;

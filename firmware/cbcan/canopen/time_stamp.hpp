@@ -29,7 +29,7 @@ class TimeStamp : public Part {
   TimeStamp(const ObjectDictionary& dictionary, CanPort& port) : dictionary_(dictionary), outbox_(port) {}
 
   static constexpr bool owns(std::uint16_t index) { return index == object::kTimeCobId; }
-  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   void configure(std::uint16_t index, Time now);
   /// The time of day goes on.
   void reset(const Reset& reset, Time now);

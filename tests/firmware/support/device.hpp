@@ -22,6 +22,9 @@ struct Device final : Application {
   unsigned resets = 0;
 
  private:
+  void on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time now) override {
+    if (Slave::owns(entry.index)) slave.configure(now);
+  }
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
 
   std::uint16_t heartbeat_ms_;

@@ -24,12 +24,10 @@ void Emergency::reset(const Reset& reset, Time now) {
   clear_history();
 }
 
-AbortCode Emergency::check(const ObjectEntry& entry, std::uint8_t sub,
-                           std::span<const std::uint8_t> value) const {
-  const auto number = static_cast<std::uint32_t>(load_little_endian(value));
-  if (entry.index == object::kErrorHistory && sub == 0)
+AbortCode Emergency::check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const {
+  if (index == object::kErrorHistory && sub == 0)
     return number == 0 ? AbortCode::kNone : AbortCode::kValue;
-  if (entry.index != object::kEmergencyCobId) return AbortCode::kNone;
+  if (index != object::kEmergencyCobId) return AbortCode::kNone;
   const auto current = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
   const bool stays_valid = ((number | current) & cob::kInvalid) == 0;
   if (stays_valid && number != current) return AbortCode::kValue;
@@ -59,17 +57,18 @@ void Emergency::error(std::uint16_t code, std::uint8_t register_bits, const Info
 }
 
 void Emergency::error_over(std::uint16_t code, Time now) {
-  const auto last = errors_.begin() + error_count_;
-  const auto found = std::find_if(errors_.begin(), last, [code](const Error& e) { return e.code == code; });
-  if (found == last) return;
-  std::copy(found + 1, last, found);
-  --error_count_;
+  const std::size_t over = place_of(code);
+  if (over == error_count_) return;
+  errors_[over] = errors_[--error_count_];
   tell({static_cast<std::uint16_t>(EmergencyCode::kReset), update_register(), {}}, now);
 }
 
-bool Emergency::has(std::uint16_t code) const {
-  const auto last = errors_.begin() + error_count_;
-  return std::any_of(errors_.begin(), last, [code](const Error& e) { return e.code == code; });
+/// Among the errors, or behind them.
+std::size_t Emergency::place_of(std::uint16_t code) const {
+  std::size_t place = 0;
+  while (place != error_count_ && errors_[place].code != code)
+    ++place;
+  return place;
 }
 
 void Emergency::on_state(nmt::State state, Time now) {

@@ -66,7 +66,7 @@ class Emergency : public Part {
     return index == object::kErrorHistory || index == object::kEmergencyCobId ||
            index == object::kEmergencyInhibitTime;
   }
-  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   void configure(std::uint16_t index, Time now);
   /// Errors are forgotten with those of the application; else 1001h shows them again. 1003h is empty.
   void reset(const Reset& reset, Time now);
@@ -80,7 +80,7 @@ class Emergency : public Part {
   void error(std::uint16_t code, std::uint8_t register_bits, const Info& info, Time now);
   /// It is gone: EMCY 0000h with what is left in 1001h.
   void error_over(std::uint16_t code, Time now);
-  bool has(std::uint16_t code) const;
+  bool has(std::uint16_t code) const { return place_of(code) != error_count_; }
 
   struct Counters {
     std::uint32_t sent = 0;
@@ -99,6 +99,7 @@ class Emergency : public Part {
     Info info;
   };
 
+  std::size_t place_of(std::uint16_t code) const;
   void tell(const Message& message, Time now);
   void remember(const Message& message);
   void clear_history();

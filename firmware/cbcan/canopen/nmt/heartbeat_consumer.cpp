@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/nmt/heartbeat_consumer.hpp"
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
-
 namespace cbcan {
 
 namespace {
@@ -38,10 +36,8 @@ void HeartbeatConsumer::configure(std::uint16_t /*index*/, Time /*now*/) {
   }
 }
 
-AbortCode HeartbeatConsumer::check(const ObjectEntry& /*entry*/, std::uint8_t sub,
-                                   std::span<const std::uint8_t> value) const {
+AbortCode HeartbeatConsumer::check(std::uint16_t /*index*/, std::uint8_t sub, std::uint32_t number) const {
   if (sub == 0) return AbortCode::kNone;
-  const std::uint64_t number = load_little_endian(value);
   if (node_of(number) > nmt::kMaxNode) return AbortCode::kValue;
   if (!is_used(number)) return AbortCode::kNone;
   for (std::size_t other = 1; other <= slots_.size(); ++other) {

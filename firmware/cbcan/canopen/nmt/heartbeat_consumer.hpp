@@ -34,7 +34,7 @@ class HeartbeatConsumer : public Part {
       : dictionary_(dictionary), slots_(slots) {}
 
   static constexpr bool owns(std::uint16_t index) { return index == object::kConsumerHeartbeatTime; }
-  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   /// Whoever was watched before has to be heard anew.
   void configure(std::uint16_t index, Time now);
   void reset(const Reset& /*reset*/, Time now) { configure(object::kConsumerHeartbeatTime, now); }

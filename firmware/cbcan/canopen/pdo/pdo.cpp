@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/sync.hpp"
 
 namespace cbcan {
@@ -165,13 +164,12 @@ void Pdo::reset(const Reset& /*reset*/, Time now) {
   used_tpdos_ = used(tpdos_);
 }
 
-AbortCode Pdo::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes) const {
-  const auto value = static_cast<std::uint32_t>(load_little_endian(bytes));
-  const auto index = static_cast<std::uint16_t>(entry.index & ~kMappingBit);
+AbortCode Pdo::check(std::uint16_t object, std::uint8_t sub, std::uint32_t value) const {
+  const auto index = static_cast<std::uint16_t>(object & ~kMappingBit);
   const std::uint32_t cob_id = parameter(index, kCobId);
   const AbortCode unless_invalid = is_valid(cob_id) ? AbortCode::kDeviceState : AbortCode::kNone;
-  if (entry.index != index)
-    return unless_invalid != AbortCode::kNone ? unless_invalid : check_mapping(entry.index, sub, value);
+  if (object != index)
+    return unless_invalid != AbortCode::kNone ? unless_invalid : check_mapping(object, sub, value);
   switch (sub) {
     case kCobId: return check_cob_id(index, value, cob_id);
     case kType: return is_type(index, value) ? AbortCode::kNone : AbortCode::kValue;

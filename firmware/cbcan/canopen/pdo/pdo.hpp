@@ -123,7 +123,7 @@ class Pdo : public Part {
   static constexpr bool owns(std::uint16_t index) {
     return index >= object::kRpdoParameter && index <= object::kLastPdo;
   }
-  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const;
+  AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   /// Of a PDO that stays valid what waited to be sent or for a SYNC is forgotten and the timer starts anew.
   void configure(std::uint16_t index, Time now);
   /// Not Operational.
