@@ -36,8 +36,8 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       transfers_(transfers),
       accessed_(transfers.data()),
       monitor_(settings.state_fresh_for),
-      device_(settings.node_id, {local::entries(), values_, {}, bytes_of(registers)},
-              {buffer_, {rpdos_, tpdos_, pieces_}, {}}, *this, port),
+      device_(settings.node_id, {local::entries(), room_.values, {}, bytes_of(registers)},
+              {room_.buffer, {room_.rpdos, room_.tpdos, room_.pieces}, {}}, *this, port),
       lss_(device_, static_cast<DeviceApplication&>(*this), port) {}
 
 /// Among them are the other nodes' emergencies, and what an NMT master tells them.
@@ -69,11 +69,11 @@ void LocalNode::on_emergency_sent(const EmergencyConsumer::Message& message) {
 }
 
 void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
-  local::restore(values_, first_index, last_index);
+  local::restore(room_.values, first_index, last_index);
   lss_.start(now);
   if (kServices.emergencies)
     device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
-  consumer_node_.fill(0);
+  room_.consumer_node.fill(0);
   monitor_.watch_nobody();
   Transfers transfers{sdo_timeout_ms_, SdoClient::Mode::kAuto};
   if (kServices.stored_parameters && memory_ != nullptr) {
@@ -123,7 +123,7 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
 std::uint32_t LocalNode::number_of(std::uint16_t index, std::uint8_t sub, Time now) const {
   switch (index) {
     case object::kConsumerHeartbeatTime: {
-      const std::uint8_t node = consumer_node_[sub - 1u];
+      const std::uint8_t node = room_.consumer_node[sub - 1u];
       return node == 0 ? 0 : std::uint32_t{node} << kConsumerTimeBits | monitor_.consumer_time(node);
     }
     case object::kStore:
@@ -196,15 +196,15 @@ AbortCode LocalNode::write_consumer(std::uint8_t sub, std::uint32_t value) {
     set_consumer_time(slot, 0, 0);
     return AbortCode::kNone;
   }
-  for (std::size_t other = 0; other < consumer_node_.size(); ++other)
-    if (other != slot && consumer_node_[other] == node) return AbortCode::kIncompatible;
+  for (std::size_t other = 0; other < room_.consumer_node.size(); ++other)
+    if (other != slot && room_.consumer_node[other] == node) return AbortCode::kIncompatible;
   set_consumer_time(slot, static_cast<std::uint8_t>(node), time_ms);
   return AbortCode::kNone;
 }
 
 void LocalNode::set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms) {
-  monitor_.set_consumer_time(consumer_node_[slot], 0);
-  consumer_node_[slot] = node;
+  monitor_.set_consumer_time(room_.consumer_node[slot], 0);
+  room_.consumer_node[slot] = node;
   monitor_.set_consumer_time(node, time_ms);
 }
 

@@ -126,13 +126,14 @@ class LocalNode final : private DeviceApplication {
   BusState bus_state_ = BusState::kActive;
   NodeMonitor monitor_;
   std::conditional_t<kServices.emergencies, EmergencyConsumer, NoEmergencyConsumer> emergencies_;
-  local::LocalValues values_{};
-  std::array<std::uint8_t, kOwnObjectBytes> buffer_{};
-  std::array<Pdo::Rpdo, kServices.rpdos> rpdos_{};
-  std::array<Pdo::Tpdo, kServices.tpdos> tpdos_{};
-  std::array<PdoMapping::Piece, (kServices.rpdos + kServices.tpdos) * kServices.objects_of_pdo> pieces_{};
-  std::array<std::uint8_t, nmt::kMaxNode>
-      consumer_node_{};  ///< node that sub-index n + 1 of 1016h names; 0 = none
+  struct {
+    std::array<std::uint8_t, kOwnObjectBytes> buffer;
+    std::array<Pdo::Rpdo, kServices.rpdos> rpdos;
+    std::array<Pdo::Tpdo, kServices.tpdos> tpdos;
+    std::array<PdoMapping::Piece, (kServices.rpdos + kServices.tpdos) * kServices.objects_of_pdo> pieces;
+    local::LocalValues values;
+    std::array<std::uint8_t, nmt::kMaxNode> consumer_node;  ///< node that sub-index n + 1 of 1016h names; 0 = none
+  } room_{};  ///< cleared at once
   Device device_;
   std::conditional_t<kServices.lss, OwnLss, NoPart> lss_;
 };

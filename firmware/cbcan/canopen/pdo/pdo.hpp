@@ -71,7 +71,7 @@ class Pdo : public Part {
   /// What both kinds have.
   struct Common {
     PdoMapping mapping;
-    Time timer_at = kNever;
+    Time timer_at = 0;
     std::uint32_t timer = 0;   ///< us
     std::uint16_t number = 0;  ///< from 0
     std::uint8_t type = 0;
@@ -116,9 +116,7 @@ class Pdo : public Part {
 
   /// All outlive it. It does nothing before reset().
   Pdo(ObjectDictionary& dictionary, CanPort& port, const Storage& storage, PdoApplication& application)
-      : dictionary_(dictionary), port_(port), application_(application), room_(storage) {
-    first_of_.fill(kNoneLeft);
-  }
+      : dictionary_(dictionary), port_(port), application_(application), room_(storage) {}
 
   static constexpr bool owns(std::uint16_t index) {
     return index >= object::kRpdoParameter && index <= object::kLastPdo;
