@@ -15,6 +15,7 @@
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/part.hpp"
+#include "cbcan/count.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -83,8 +84,8 @@ class Emergency : public Part {
   bool has(std::uint16_t code) const { return place_of(code) != error_count_; }
 
   struct Counters {
-    std::uint32_t sent = 0;
-    std::uint32_t lost = 0;  ///< errors or messages for which there was no room
+    Count sent{};
+    Count lost{};  ///< errors or messages for which there was no room
   };
   const Counters& counters() const { return counters_; }
 

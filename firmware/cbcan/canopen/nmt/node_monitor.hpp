@@ -10,6 +10,7 @@
 
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/nmt/node_set.hpp"
+#include "cbcan/count.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
 
@@ -18,9 +19,9 @@ namespace cbcan {
 class NodeMonitor {
  public:
   struct Counters {
-    std::uint32_t boot_ups = 0;
-    std::uint32_t heartbeats = 0;  ///< heartbeats and node guarding responses
-    std::uint32_t ignored = 0;     ///< no state in it, or no such state
+    Count boot_ups{};
+    Count heartbeats{};  ///< heartbeats and node guarding responses
+    Count ignored{};     ///< no state in it, or no such state
   };
 
   /// `fresh_for`: how long news count where no consumer heartbeat time is set.

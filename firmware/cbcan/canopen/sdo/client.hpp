@@ -24,6 +24,7 @@
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/canopen/sdo/quarantine.hpp"
 #include "cbcan/configuration.hpp"
+#include "cbcan/count.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -81,16 +82,16 @@ class SdoClient {
 
   /// What happened, for people; they count up from 0 and wrap.
   struct Counters {
-    std::uint32_t transfers = 0;
-    std::uint32_t timeouts = 0;
-    std::uint32_t aborts_sent = 0;
-    std::uint32_t aborts_received = 0;
-    std::uint32_t late = 0;             ///< responses thrown away in quarantine
-    std::uint32_t unexpected = 0;       ///< responses while nothing was asked, or from another node
-    std::uint32_t not_data = 0;         ///< RTR or 29-bit frames in the place of a response
-    std::uint32_t too_short = 0;        ///< frames without all the bytes that their command needs
-    std::uint32_t other_object = 0;     ///< responses and aborts with another index or sub-index
-    std::uint32_t repeated_blocks = 0;  ///< sub-blocks of which a part had to be sent again
+    Count transfers{};
+    Count timeouts{};
+    Count aborts_sent{};
+    Count aborts_received{};
+    Count late{};             ///< responses thrown away in quarantine
+    Count unexpected{};       ///< responses while nothing was asked, or from another node
+    Count not_data{};         ///< RTR or 29-bit frames in the place of a response
+    Count too_short{};        ///< frames without all the bytes that their command needs
+    Count other_object{};     ///< responses and aborts with another index or sub-index
+    Count repeated_blocks{};  ///< sub-blocks of which a part had to be sent again
   };
 
   /// `data` holds one transfer's bytes: 4 at least; more than 65,535 are not used. Both outlive the client.

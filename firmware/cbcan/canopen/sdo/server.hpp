@@ -15,6 +15,7 @@
 #include "cbcan/canopen/outbox.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/configuration.hpp"
+#include "cbcan/count.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -25,10 +26,10 @@ class SdoServer {
   static constexpr std::uint8_t kMaxFruitlessBlocks = 8;
 
   struct Counters {
-    std::uint32_t requests = 0;
-    std::uint32_t aborts_sent = 0;
-    std::uint32_t aborts_received = 0;
-    std::uint32_t ignored = 0;  ///< not eight bytes, RTR or 29-bit: no request
+    Count requests{};
+    Count aborts_sent{};
+    Count aborts_received{};
+    Count ignored{};  ///< not eight bytes, RTR or 29-bit: no request
   };
 
   /// `buffer` holds one value on its way in or out: an object larger than it cannot be transferred (0504
