@@ -88,7 +88,9 @@ void Device::react(Time now) {
     show(EmergencyCode::kSyncLength, known_misfit_, now);
   }
   if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
-  if (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_) watch_network(now);
+  if (kServices.other_devices &&
+      (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_))
+    watch_network(now);
 }
 
 /// An error of the communication begins, or is over; one that is there already, or is not, is not told.
@@ -189,7 +191,7 @@ void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time n
   application_.restore(first_index, last_index, now);
   const Part::Reset reset{node_id(), last_index >= object::kFirstManufacturer};
   with_parts(*this, [&](auto&... part) { (part.reset(reset, now), ...); });
-  known_lost_ = emergency_.has(number(EmergencyCode::kHeartbeat)) ? 1 : 0;  // over now
+  known_lost_ = kServices.other_devices && emergency_.has(number(EmergencyCode::kHeartbeat));  // over now
   known_unguarded_ = false;
   known_misfit_ = emergency_.has(number(EmergencyCode::kSyncLength));
   application_.on_received_ids();

@@ -26,13 +26,10 @@ void restore_values(std::span<const ObjectEntry> entries, std::span<const std::u
     if (entry.index < first_index || entry.index > last_index || !stored) continue;
     const std::size_t from = entry.offset - entry.front();
     const std::size_t bytes = std::size_t{entry.stride()} * entry.count();
-    const auto target = values.subspan(from, bytes);
-    if (from >= power_on.size()) {
-      std::fill(target.begin(), target.end(), std::uint8_t{0});
-    } else {
-      const auto source = power_on.subspan(from, bytes);
-      std::copy(source.begin(), source.end(), target.begin());
-    }
+    if (from >= power_on.size())
+      std::fill_n(values.data() + from, bytes, std::uint8_t{0});
+    else
+      std::copy_n(power_on.data() + from, bytes, values.data() + from);
   }
 }
 

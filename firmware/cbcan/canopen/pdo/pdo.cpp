@@ -78,15 +78,6 @@ Room* find_number(std::span<Room> pdos, std::uint32_t number) {
   return nullptr;
 }
 
-/// How many there are up to the last valid one.
-template <class Room>
-std::uint16_t used(std::span<Room> pdos) {
-  std::size_t count = pdos.size();
-  while (count != 0 && !pdos[count - 1].active)
-    --count;
-  return static_cast<std::uint16_t>(count);
-}
-
 /// True for a SYNC at which this TPDO is sampled.
 bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
   if (tpdo.type == kAcyclic) return std::exchange(tpdo.event, false);
@@ -269,10 +260,19 @@ void Pdo::load(Tpdo& tpdo, bool anew) {
   tpdo.frame.length = tpdo.mapping.bytes();
 }
 
+/// All up to the last valid one.
+template <class Kind>
+Pdo::Used<Kind> Pdo::used(std::span<Kind> pdos) {
+  Used<Kind> all{pdos.data(), pdos.data() + pdos.size()};
+  while (all.first != all.behind && !all.behind[-1].active)
+    --all.behind;
+  return all;
+}
+
 void Pdo::index_rpdos() {
   first_of_.fill(kNoneLeft);
   used_rpdos_ = used(rpdos_);
-  for (std::uint16_t k = used_rpdos_; k-- > 0;) {
+  for (auto k = static_cast<std::uint16_t>(used_rpdos_.end() - used_rpdos_.begin()); k-- > 0;) {
     Rpdo& rpdo = rpdos_[k];
     if (!rpdo.active) continue;
     std::uint16_t& first = first_of_[place_of(rpdo.id)];
@@ -294,9 +294,9 @@ void Pdo::on_state(nmt::State state, Time now) {
   if (!operational) return;
   for (Rpdo& rpdo : rpdos_)
     start(rpdo, now);
-  if (used_tpdos_ == 0) return;
+  if (used_tpdos_.begin() == used_tpdos_.end()) return;
   update(now);
-  for (Tpdo& tpdo : used_tpdos())
+  for (Tpdo& tpdo : used_tpdos_)
     if (tpdo.active) start(tpdo, true, now);
   transmission_due_ = now;
   poll(now);
@@ -350,7 +350,7 @@ bool Pdo::fits(Rpdo& rpdo, std::size_t length, Time now) {
 
 bool Pdo::on_remote(const Frame& frame, Time now) {
   if (frame.flags != Frame::kRemote) return false;
-  for (Tpdo& asked : used_tpdos())
+  for (Tpdo& asked : used_tpdos_)
     if (asked.active && asked.remote && asked.frame.id == frame.id) want(asked);
   poll(now);
   return true;
@@ -368,13 +368,13 @@ void Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
 
 /// RPDOs that have waited for the SYNC.
 void Pdo::take_effect() {
-  for (Rpdo& received : used_rpdos())
+  for (Rpdo& received : used_rpdos_)
     if (std::exchange(received.fresh, false)) received.mapping.apply(dictionary_, received.data);
 }
 
 /// The window of the last SYNC was over, and so is what was to be sent in it.
 void Pdo::drop_windowed() {
-  for (Tpdo& tpdo : used_tpdos())
+  for (Tpdo& tpdo : used_tpdos_)
     if (tpdo.windowed) tpdo.wanted = false;
 }
 
@@ -391,7 +391,7 @@ inline void Pdo::send(Tpdo& tpdo, Time now) {
 
 void Pdo::sample_and_send(std::uint8_t counter, Time now) {
   bool updated = false;
-  for (Tpdo& sampled : used_tpdos()) {
+  for (Tpdo& sampled : used_tpdos_) {
     if (!sampled.active || !takes_sync(sampled, counter)) continue;
     if (!std::exchange(updated, true)) update(now);
     sample(sampled);
@@ -409,14 +409,14 @@ void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
   if (entry.has(ObjectFlags::kComputed)) return;
   const bool process = entry.has(ObjectFlags::kProcess);
   const auto first_bit = static_cast<std::uint32_t>(ObjectDictionary::first_bit(entry, sub));
-  for (Tpdo& tpdo : used_tpdos())
+  for (Tpdo& tpdo : used_tpdos_)
     if (tpdo.active && tpdo.mapping.holds(process, first_bit)) on_event(tpdo);
   poll(now);
 }
 
 void Pdo::look_for_changes(Time now) {
   if (!operational_) return;
-  for (Tpdo& looked_at : used_tpdos()) {
+  for (Tpdo& looked_at : used_tpdos_) {
     const bool waits = looked_at.type == kAcyclic || looked_at.type >= kFirstEvent;
     if (!looked_at.active || !waits) continue;
     std::array<std::uint8_t, PdoMapping::kMostBytes> data = looked_at.frame.data;
@@ -455,7 +455,7 @@ void Pdo::do_what_is_due(Time now) {
 
 void Pdo::watch_receptions(Time now) {
   reception_due_ = kNever;
-  for (Rpdo& watched : used_rpdos()) {
+  for (Rpdo& watched : used_rpdos_) {
     if (now >= watched.timer_at) {
       watched.timer_at = kNever;
       note(kTimedOut, watched, now);
@@ -467,7 +467,7 @@ void Pdo::watch_receptions(Time now) {
 /// The application is brought up to date once, before the first frame: what it wants sent then goes out too.
 void Pdo::transmit(Time now) {
   bool samples = false;
-  for (Tpdo& due : used_tpdos()) {
+  for (Tpdo& due : used_tpdos_) {
     if (!due.active) continue;
     if (now >= due.timer_at) due.wanted = true;
     if (due.windowed && now > window_end_) due.wanted = false;
@@ -475,7 +475,7 @@ void Pdo::transmit(Time now) {
   }
   if (samples) update(now);
   transmission_due_ = kNever;
-  for (Tpdo& due : used_tpdos()) {
+  for (Tpdo& due : used_tpdos_) {
     if (!due.active) continue;
     if (now >= due_of(due)) {
       if (is_sampled_late(due.type)) sample(due);

@@ -173,9 +173,14 @@ class Pdo : public Part {
 
   /// IDs of one kind of PDO go up with the node ID, those of one node by 100h and 80h.
   static constexpr std::size_t place_of(std::uint32_t id) { return (id ^ id >> 5) % kPlaces; }
-  // No valid ones are behind these.
-  std::span<Rpdo> used_rpdos() const { return rpdos_.first(used_rpdos_); }
-  std::span<Tpdo> used_tpdos() const { return tpdos_.first(used_tpdos_); }
+  /// Those that no valid one is behind.
+  template <class Kind>
+  struct Used {
+    Kind* first = nullptr;
+    Kind* behind = nullptr;
+    Kind* begin() const { return first; }
+    Kind* end() const { return behind; }
+  };
 
   std::uint32_t parameter(std::uint16_t index, std::uint8_t sub) const {
     return static_cast<std::uint32_t>(dictionary_.get(index, sub));
@@ -188,6 +193,8 @@ class Pdo : public Part {
   std::uint32_t load_common(Common& pdo, std::uint16_t index, bool anew);
   void load(Rpdo& rpdo, bool anew, Time now);
   void load(Tpdo& tpdo, bool anew);
+  template <class Kind>
+  static Used<Kind> used(std::span<Kind> pdos);
   void index_rpdos();
   void start(Rpdo& rpdo, Time now);
   void start(Tpdo& tpdo, bool send, Time now);
@@ -236,8 +243,8 @@ class Pdo : public Part {
   std::span<Rpdo> rpdos_;  ///< by number
   std::span<Tpdo> tpdos_;
   std::array<std::uint16_t, kPlaces> first_of_{};  ///< by place_of(id): which RPDO to look at, then its next
-  std::uint16_t used_rpdos_ = 0;
-  std::uint16_t used_tpdos_ = 0;
+  Used<Rpdo> used_rpdos_;
+  Used<Tpdo> used_tpdos_;
   Time reception_due_ = kNever;
   Time transmission_due_ = kNever;
   Time retry_at_ = 0;  ///< the port has no room before
