@@ -88,8 +88,7 @@ void Device::react(Time now) {
     show(EmergencyCode::kSyncLength, known_misfit_, now);
   }
   if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
-  if (kServices.other_devices &&
-      (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_))
+  if (kServices.other_devices && (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_))
     watch_network(now);
 }
 

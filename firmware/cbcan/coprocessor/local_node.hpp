@@ -132,8 +132,9 @@ class LocalNode final : private DeviceApplication {
     std::array<Pdo::Tpdo, kServices.tpdos> tpdos;
     std::array<PdoMapping::Piece, (kServices.rpdos + kServices.tpdos) * kServices.objects_of_pdo> pieces;
     local::LocalValues values;
-    std::array<std::uint8_t, nmt::kMaxNode> consumer_node;  ///< node that sub-index n + 1 of 1016h names; 0 = none
-  } room_{};  ///< cleared at once
+    std::array<std::uint8_t, nmt::kMaxNode>
+        consumer_node;  ///< node that sub-index n + 1 of 1016h names; 0 = none
+  } room_{};            ///< cleared at once
   Device device_;
   std::conditional_t<kServices.lss, OwnLss, NoPart> lss_;
 };

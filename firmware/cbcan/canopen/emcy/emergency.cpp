@@ -25,8 +25,7 @@ void Emergency::reset(const Reset& reset, Time now) {
 }
 
 AbortCode Emergency::check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const {
-  if (index == object::kErrorHistory && sub == 0)
-    return number == 0 ? AbortCode::kNone : AbortCode::kValue;
+  if (index == object::kErrorHistory && sub == 0) return number == 0 ? AbortCode::kNone : AbortCode::kValue;
   if (index != object::kEmergencyCobId) return AbortCode::kNone;
   const auto current = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
   const bool stays_valid = ((number | current) & cob::kInvalid) == 0;

@@ -15,6 +15,7 @@ void SdoServer::reset(std::uint32_t response_id) {
 }
 
 void SdoServer::on_frame(const Frame& frame, Time now) {
+  now_ = now;
   if (frame.flags != 0 || frame.length != 8) {
     ++counters_.ignored;
     return;
@@ -22,42 +23,43 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
   const std::uint8_t command = frame.data[0];
   if (kServices.block_transfer && state_ == State::kBlockDownload &&
       command != sdo::command(sdo::Request::kAbort))
-    return block_download_segment(frame, now);
+    return block_download_segment(frame);
   ++counters_.requests;
   outbox_.drop();  // a client that asks anew no longer waits for what could not be sent
   switch (static_cast<sdo::Request>(sdo::specifier_of(command))) {
-    case sdo::Request::kInitiateDownload: return initiate_download(frame, now);
-    case sdo::Request::kDownloadSegment: return download_segment(frame, now);
-    case sdo::Request::kInitiateUpload: return initiate_upload(frame, now);
-    case sdo::Request::kUploadSegment: return upload_segment(frame, now);
+    case sdo::Request::kInitiateDownload: return initiate_download(frame);
+    case sdo::Request::kDownloadSegment: return download_segment(frame);
+    case sdo::Request::kInitiateUpload: return initiate_upload(frame);
+    case sdo::Request::kUploadSegment: return upload_segment(frame);
     case sdo::Request::kBlockDownload:
-      if (kServices.block_transfer) return block_download(frame, now);
+      if (kServices.block_transfer) return block_download(frame);
       break;
     case sdo::Request::kBlockUpload:
-      if (kServices.block_transfer) return block_upload(frame, now);
+      if (kServices.block_transfer) return block_upload(frame);
       break;
     case sdo::Request::kAbort:
       ++counters_.aborts_received;
       state_ = State::kIdle;
       return;
   }
-  abort(AbortCode::kSync, now);
+  abort(AbortCode::kSync);
 }
 
 void SdoServer::poll(Time now) {
+  now_ = now;
   if (outbox_.retry(now) && kServices.block_transfer && state_ == State::kBlockUploadStream)
-    stream_segments(now);
+    stream_segments();
 }
 
-void SdoServer::abort(AbortCode code, Time now) {
+void SdoServer::abort(AbortCode code) {
   state_ = State::kIdle;
   ++counters_.aborts_sent;
-  respond(sdo::command(sdo::Response::kAbort), mux_, static_cast<std::uint32_t>(code), now);
+  respond(sdo::command(sdo::Response::kAbort), mux_, static_cast<std::uint32_t>(code));
 }
 
-void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now) {
+void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
   sdo::put_bytes(outbox_.frame(), command, bytes_1_to_3, tail);
-  outbox_.send(now);
+  outbox_.send(now_);
 }
 
 // ---- Download
@@ -77,22 +79,22 @@ AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
   return capacity_ > buffer_.size() ? AbortCode::kReadLength : AbortCode::kNone;
 }
 
-AbortCode SdoServer::store(Time now) {
+AbortCode SdoServer::store() {
   if (size_ != kUndeclared && done_ != size_) return AbortCode::kObjectLength;
-  return dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_.first(done_), now);
+  return dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_.first(done_), now_);
 }
 
-void SdoServer::initiate_download(const Frame& frame, Time now) {
+void SdoServer::initiate_download(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
-  if ((command & sdo::kExpedited) != 0) return download_expedited(frame, now);
+  if ((command & sdo::kExpedited) != 0) return download_expedited(frame);
   const AbortCode refused = begin_download(frame, (command & sdo::kSizeIndicated) != 0);
-  if (refused != AbortCode::kNone) return abort(refused, now);
+  if (refused != AbortCode::kNone) return abort(refused);
   state_ = State::kDownload;
   toggle_ = 0;
-  respond(sdo::command(sdo::Response::kInitiateDownload), mux_, 0, now);
+  respond(sdo::command(sdo::Response::kInitiateDownload), mux_, 0);
 }
 
-void SdoServer::download_expedited(const Frame& frame, Time now) {
+void SdoServer::download_expedited(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   state_ = State::kIdle;
   mux_ = sdo::multiplexer_of(frame);
@@ -103,57 +105,56 @@ void SdoServer::download_expedited(const Frame& frame, Time now) {
       size = std::min<std::size_t>(sdo::kExpeditedBytes, entry.capacity);
   }
   const AbortCode refused =
-      dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), std::span(frame.data).subspan(4, size), now);
-  if (refused != AbortCode::kNone) return abort(refused, now);
-  respond(sdo::command(sdo::Response::kInitiateDownload), mux_, 0, now);
+      dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), std::span(frame.data).subspan(4, size), now_);
+  if (refused != AbortCode::kNone) return abort(refused);
+  respond(sdo::command(sdo::Response::kInitiateDownload), mux_, 0);
 }
 
-void SdoServer::download_segment(const Frame& frame, Time now) {
-  if (state_ != State::kDownload) return abort(AbortCode::kSync, now);
+void SdoServer::download_segment(const Frame& frame) {
+  if (state_ != State::kDownload) return abort(AbortCode::kSync);
   const std::uint8_t command = frame.data[0];
-  if ((command & sdo::kToggle) != toggle_) return abort(AbortCode::kToggleBit, now);
+  if ((command & sdo::kToggle) != toggle_) return abort(AbortCode::kToggleBit);
   const std::size_t size = sdo::segment_size(command);
-  if (done_ + size > capacity_) return abort(AbortCode::kParameterLength, now);
+  if (done_ + size > capacity_) return abort(AbortCode::kParameterLength);
   sdo::take_segment(frame, buffer_.data() + done_, size);
   done_ += size;
   if ((command & sdo::kLastSegment) != 0) {
     state_ = State::kIdle;
-    if (const AbortCode refused = store(now); refused != AbortCode::kNone) return abort(refused, now);
+    if (const AbortCode refused = store(); refused != AbortCode::kNone) return abort(refused);
   }
-  respond(sdo::command(sdo::Response::kDownloadSegment, toggle_), 0, 0, now);
+  respond(sdo::command(sdo::Response::kDownloadSegment, toggle_), 0, 0);
   toggle_ ^= sdo::kToggle;
 }
 
 // ---- Upload
 
-AbortCode SdoServer::begin_upload(const Frame& frame, Time now) {
+AbortCode SdoServer::begin_upload(const Frame& frame) {
   mux_ = sdo::multiplexer_of(frame);
   done_ = 0;
   size_ = 0;
-  return dictionary_.read(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_, size_, now);
+  return dictionary_.read(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_, size_, now_);
 }
 
-void SdoServer::initiate_upload(const Frame& frame, Time now) {
+void SdoServer::initiate_upload(const Frame& frame) {
   state_ = State::kIdle;
-  if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
-    return abort(refused, now);
+  if (const AbortCode refused = begin_upload(frame); refused != AbortCode::kNone) return abort(refused);
   if (size_ != 0 && size_ <= sdo::kExpeditedBytes) {
     Frame& out = outbox_.frame();
     const std::uint8_t command = sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_));
     sdo::put_bytes(out, command, mux_, 0);
     std::copy_n(buffer_.begin(), size_, out.data.begin() + 4);
-    outbox_.send(now);
+    outbox_.send(now_);
     return;
   }
   state_ = State::kUpload;
   toggle_ = 0;
   respond(sdo::command(sdo::Response::kInitiateUpload, sdo::kSizeIndicated), mux_,
-          static_cast<std::uint32_t>(size_), now);
+          static_cast<std::uint32_t>(size_));
 }
 
-void SdoServer::upload_segment(const Frame& frame, Time now) {
-  if (state_ != State::kUpload) return abort(AbortCode::kSync, now);
-  if ((frame.data[0] & sdo::kToggle) != toggle_) return abort(AbortCode::kToggleBit, now);
+void SdoServer::upload_segment(const Frame& frame) {
+  if (state_ != State::kUpload) return abort(AbortCode::kSync);
+  if ((frame.data[0] & sdo::kToggle) != toggle_) return abort(AbortCode::kToggleBit);
   const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
   const bool last = done_ + size == size_;
   Frame& out = outbox_.frame();
@@ -162,37 +163,37 @@ void SdoServer::upload_segment(const Frame& frame, Time now) {
   done_ += size;
   toggle_ ^= sdo::kToggle;
   if (last) state_ = State::kIdle;
-  outbox_.send(now);
+  outbox_.send(now_);
 }
 
 // ---- Block download
 
-void SdoServer::block_download(const Frame& frame, Time now) {
-  if ((frame.data[0] & 1) == 0) return initiate_block_download(frame, now);
-  end_block_download(frame, now);
+void SdoServer::block_download(const Frame& frame) {
+  if ((frame.data[0] & 1) == 0) return initiate_block_download(frame);
+  end_block_download(frame);
 }
 
-void SdoServer::initiate_block_download(const Frame& frame, Time now) {
+void SdoServer::initiate_block_download(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   const AbortCode refused = begin_download(frame, (command & sdo::kBlockSizeIndicated) != 0);
-  if (refused != AbortCode::kNone) return abort(refused, now);
+  if (refused != AbortCode::kNone) return abort(refused);
   crc_ = (command & sdo::kBlockCrc) != 0;
   state_ = State::kBlockDownload;
   sequence_ = 0;
   block_size_ = sdo::kMaxBlockSize;
   respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
-          mux_, block_size_, now);
+          mux_, block_size_);
 }
 
 /// The last segment of a value may be longer than the value: all seven bytes are kept as far as there is
 /// room, and counted until the end says how many are data.
-void SdoServer::block_download_segment(const Frame& frame, Time now) {
+void SdoServer::block_download_segment(const Frame& frame) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
-  if (sequence == 0) return abort(AbortCode::kBlockSequence, now);
+  if (sequence == 0) return abort(AbortCode::kBlockSequence);
   const bool in_order = sequence == sequence_ + 1;
   if (in_order) {
-    if (!last && done_ + sdo::kSegmentBytes > capacity_) return abort(AbortCode::kParameterLength, now);
+    if (!last && done_ + sdo::kSegmentBytes > capacity_) return abort(AbortCode::kParameterLength);
     const std::size_t room = std::min<std::size_t>(sdo::kSegmentBytes, buffer_.size() - done_);
     sdo::take_segment(frame, buffer_.data() + done_, room);
     done_ += sdo::kSegmentBytes;
@@ -201,55 +202,54 @@ void SdoServer::block_download_segment(const Frame& frame, Time now) {
   if (!last && sequence != block_size_) return;
   const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
   respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kAcknowledge)),
-          taken_and_size, 0, now);
+          taken_and_size, 0);
   if (in_order && last) state_ = State::kBlockDownloadEnd;
   sequence_ = 0;
 }
 
-void SdoServer::end_block_download(const Frame& frame, Time now) {
-  if (state_ != State::kBlockDownloadEnd) return abort(AbortCode::kSync, now);
+void SdoServer::end_block_download(const Frame& frame) {
+  if (state_ != State::kBlockDownloadEnd) return abort(AbortCode::kSync);
   const std::size_t unused = sdo::block_unused(frame.data[0]);
-  if (unused > done_ || done_ - unused > capacity_) return abort(AbortCode::kParameterLength, now);
+  if (unused > done_ || done_ - unused > capacity_) return abort(AbortCode::kParameterLength);
   done_ -= unused;
-  if (crc_ && sdo::load16(frame, 1) != crc16(buffer_.first(done_))) return abort(AbortCode::kBlockCrc, now);
+  if (crc_ && sdo::load16(frame, 1) != crc16(buffer_.first(done_))) return abort(AbortCode::kBlockCrc);
   state_ = State::kIdle;
-  if (const AbortCode refused = store(now); refused != AbortCode::kNone) return abort(refused, now);
-  respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kEnd)), 0, 0, now);
+  if (const AbortCode refused = store(); refused != AbortCode::kNone) return abort(refused);
+  respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kEnd)), 0, 0);
 }
 
 // ---- Block upload
 
-void SdoServer::block_upload(const Frame& frame, Time now) {
+void SdoServer::block_upload(const Frame& frame) {
   const sdo::BlockStep step = sdo::block_step(frame.data[0]);
-  if (step == sdo::BlockStep::kInitiate) return initiate_block_upload(frame, now);
+  if (step == sdo::BlockStep::kInitiate) return initiate_block_upload(frame);
   if (step == sdo::BlockStep::kStart && state_ == State::kBlockUploadStart) {
     state_ = State::kBlockUploadStream;
-    return stream_segments(now);
+    return stream_segments();
   }
   if (step == sdo::BlockStep::kAcknowledge &&
       (state_ == State::kBlockUploadStream || state_ == State::kBlockUploadAcknowledge))
-    return block_upload_acknowledged(frame, now);
-  if (step != sdo::BlockStep::kEnd || state_ != State::kBlockUploadEnd) return abort(AbortCode::kSync, now);
+    return block_upload_acknowledged(frame);
+  if (step != sdo::BlockStep::kEnd || state_ != State::kBlockUploadEnd) return abort(AbortCode::kSync);
   state_ = State::kIdle;
 }
 
-void SdoServer::initiate_block_upload(const Frame& frame, Time now) {
+void SdoServer::initiate_block_upload(const Frame& frame) {
   state_ = State::kIdle;
-  if (const AbortCode refused = begin_upload(frame, now); refused != AbortCode::kNone)
-    return abort(refused, now);
+  if (const AbortCode refused = begin_upload(frame); refused != AbortCode::kNone) return abort(refused);
   crc_ = (frame.data[0] & sdo::kBlockCrc) != 0;
   block_size_ = frame.data[4];
-  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort(AbortCode::kBlockSize, now);
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort(AbortCode::kBlockSize);
   confirmed_ = 0;
   sequence_ = 0;
   fruitless_ = 0;
   state_ = State::kBlockUploadStart;
   const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
-  respond(sdo::command(sdo::Response::kBlockUpload, bits), mux_, static_cast<std::uint32_t>(size_), now);
+  respond(sdo::command(sdo::Response::kBlockUpload, bits), mux_, static_cast<std::uint32_t>(size_));
 }
 
 /// Sends what the port takes of this sub-block. An empty value is one segment without data.
-void SdoServer::stream_segments(Time now) {
+void SdoServer::stream_segments() {
   bool last = sequence_ != 0 && done_ == size_;
   while (!outbox_.waiting() && sequence_ < block_size_ && !last) {
     const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, size_ - done_);
@@ -258,32 +258,32 @@ void SdoServer::stream_segments(Time now) {
     out.data[0] = static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0));
     sdo::put_segment(out, buffer_.data() + done_, size);
     done_ += size;
-    outbox_.send(now);
+    outbox_.send(now_);
   }
   if (!outbox_.waiting()) state_ = State::kBlockUploadAcknowledge;
 }
 
-void SdoServer::block_upload_acknowledged(const Frame& frame, Time now) {
+void SdoServer::block_upload_acknowledged(const Frame& frame) {
   const std::uint8_t taken = frame.data[1];
   block_size_ = frame.data[2];
-  if (taken > sequence_) return abort(AbortCode::kBlockSequence, now);
-  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort(AbortCode::kBlockSize, now);
+  if (taken > sequence_) return abort(AbortCode::kBlockSequence);
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort(AbortCode::kBlockSize);
   fruitless_ = taken == 0 ? static_cast<std::uint8_t>(fruitless_ + 1) : 0;
-  if (fruitless_ == kMaxFruitlessBlocks) return abort(AbortCode::kBlockSequence, now);
+  if (fruitless_ == kMaxFruitlessBlocks) return abort(AbortCode::kBlockSequence);
   const bool all = taken == sequence_ && done_ == size_;
   confirmed_ = std::min<std::size_t>(confirmed_ + std::size_t{taken} * sdo::kSegmentBytes, size_);
   done_ = confirmed_;
   sequence_ = 0;
   if (!all) {
     state_ = State::kBlockUploadStream;
-    return stream_segments(now);
+    return stream_segments();
   }
   const std::size_t unused = size_ == 0
                                  ? sdo::kSegmentBytes
                                  : (sdo::kSegmentBytes - size_ % sdo::kSegmentBytes) % sdo::kSegmentBytes;
   state_ = State::kBlockUploadEnd;
   const std::uint16_t crc = crc_ ? crc16(buffer_.first(size_)) : std::uint16_t{0};
-  respond(sdo::command(sdo::Response::kBlockUpload, sdo::block_end_bits(unused)), crc, 0, now);
+  respond(sdo::command(sdo::Response::kBlockUpload, sdo::block_end_bits(unused)), crc, 0);
 }
 
 }  // namespace cbcan

@@ -64,29 +64,30 @@ class SdoServer {
     kBlockUploadEnd,
   };
 
-  void initiate_download(const Frame& frame, Time now);
-  void download_expedited(const Frame& frame, Time now);
-  void download_segment(const Frame& frame, Time now);
-  void initiate_upload(const Frame& frame, Time now);
-  void upload_segment(const Frame& frame, Time now);
-  void block_download(const Frame& frame, Time now);
-  void initiate_block_download(const Frame& frame, Time now);
-  void block_download_segment(const Frame& frame, Time now);
-  void end_block_download(const Frame& frame, Time now);
-  void block_upload(const Frame& frame, Time now);
-  void initiate_block_upload(const Frame& frame, Time now);
-  void block_upload_acknowledged(const Frame& frame, Time now);
-  void stream_segments(Time now);
+  void initiate_download(const Frame& frame);
+  void download_expedited(const Frame& frame);
+  void download_segment(const Frame& frame);
+  void initiate_upload(const Frame& frame);
+  void upload_segment(const Frame& frame);
+  void block_download(const Frame& frame);
+  void initiate_block_download(const Frame& frame);
+  void block_download_segment(const Frame& frame);
+  void end_block_download(const Frame& frame);
+  void block_upload(const Frame& frame);
+  void initiate_block_upload(const Frame& frame);
+  void block_upload_acknowledged(const Frame& frame);
+  void stream_segments();
 
   AbortCode begin_download(const Frame& frame, bool sized);
-  AbortCode begin_upload(const Frame& frame, Time now);
-  AbortCode store(Time now);
-  void abort(AbortCode code, Time now);
-  void respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail, Time now);
+  AbortCode begin_upload(const Frame& frame);
+  AbortCode store();
+  void abort(AbortCode code);
+  void respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail);
 
   ObjectDictionary& dictionary_;
   Outbox outbox_;
   std::span<std::uint8_t> buffer_;
+  Time now_ = 0;  ///< of the call that is under way
   sdo::Multiplexer mux_ = 0;
   std::size_t size_ = 0;  ///< bytes of the value: of an upload, as declared for a download, or kUndeclared
   std::size_t done_ = 0;  ///< bytes transferred
