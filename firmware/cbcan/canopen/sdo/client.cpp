@@ -11,9 +11,9 @@ namespace cbcan {
 /// mean the same in all of them and never get here.
 struct SdoClient::State {
   std::uint8_t accepts;  ///< bit n: a response with command specifier n belongs here; any other is ABORT_SYNC
-  void (*on_response)(SdoClient&, const Frame&, Time);
-  void (*on_deadline)(SdoClient&, Time);
-  void (*on_room)(SdoClient&, Time);  ///< the port has taken the frame that it had refused
+  void (*on_response)(SdoClient&, const Frame&);
+  void (*on_deadline)(SdoClient&);
+  void (*on_room)(SdoClient&);  ///< the port has taken the frame that it had refused
 
   template <auto kOnResponse, auto kOnDeadline, auto kOnRoom>
   static constexpr State of(std::uint8_t accepts) {
@@ -22,13 +22,13 @@ struct SdoClient::State {
   static constexpr auto table();
 
   // Member functions as plain ones: pointers to members are twice the size, and slower to call.
-  template <void (SdoClient::*kHandler)(const Frame&, Time)>
-  static void respond(SdoClient& client, const Frame& frame, Time now) {
-    (client.*kHandler)(frame, now);
+  template <void (SdoClient::*kHandler)(const Frame&)>
+  static void respond(SdoClient& client, const Frame& frame) {
+    (client.*kHandler)(frame);
   }
-  template <void (SdoClient::*kHandler)(Time)>
-  static void event(SdoClient& client, Time now) {
-    (client.*kHandler)(now);
+  template <void (SdoClient::*kHandler)()>
+  static void event(SdoClient& client) {
+    (client.*kHandler)();
   }
 };
 
@@ -115,21 +115,22 @@ void SdoClient::fail(AbortCode code) {
   leave(Outcome::kFailed);
 }
 
-void SdoClient::abort_and_tell(AbortCode code, Time now) {
+void SdoClient::abort_and_tell(AbortCode code) {
   const bool tell = response_id_ != kNotOpened;
   const bool streaming = kServices.block_transfer && phase_ == kBlockUploadStream;
   const bool response_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
                                     code == AbortCode::kToggleBit || code == kCancelled;
   fail(code);
   if (!tell) return;
-  if (streaming || response_outstanding) quarantine(streaming, now);
+  if (streaming || response_outstanding) quarantine(streaming);
   ++counters_.aborts_sent;
-  outbox_.send(sdo::make_abort(sdo::kRequestId + request_.node, mux(), code), now);
+  outbox_.send(sdo::make_abort(sdo::kRequestId + request_.node, mux(), code), now_);
 }
 
 void SdoClient::cancel(Time now) {
+  now_ = now;
   if (!busy()) return;
-  abort_and_tell(kCancelled, now);
+  abort_and_tell(kCancelled);
   outcome_ = Outcome::kIdle;
 }
 
@@ -141,6 +142,7 @@ Time SdoClient::node_free_from(std::uint8_t node, Time now) {
 // ---- The beginning
 
 void SdoClient::start(const Request& request, Time now) {
+  now_ = now;
   request_ = request;
   outcome_ = Outcome::kBusy;
   moved_ = confirmed_ = fruitless_ = 0;
@@ -154,60 +156,61 @@ void SdoClient::start(const Request& request, Time now) {
         block_nodes_.has(request.node))
       request_.mode = Mode::kAutoBlock;
   }
-  quarantine_.empty() ? begin(now) : hold_or_begin(now);
+  quarantine_.empty() ? begin() : hold_or_begin();
 }
 
-void SdoClient::hold_or_begin(Time now) {
-  const Time until = quarantine_.held_until(request_.node, now);
-  if (until > now) return enter(kHeldBack, until);
-  begin(now);
+void SdoClient::hold_or_begin() {
+  const Time until = quarantine_.held_until(request_.node, now_);
+  if (until > now_) return enter(kHeldBack, until);
+  begin();
 }
 
-void SdoClient::begin(Time now) {
+void SdoClient::begin() {
   // The abort of the transfer before may still be waiting for the port: it goes first.
-  if (outbox_.waiting()) return await(kQueued, now);
-  request_.direction == Direction::kRead ? begin_read(now) : begin_write(now);
+  if (outbox_.waiting()) return await(kQueued);
+  request_.direction == Direction::kRead ? begin_read() : begin_write();
 }
 
-void SdoClient::begin_read(Time now) {
+void SdoClient::begin_read() {
   if (!by_block(request_.mode)) {
     make_request(sdo::command(sdo::Request::kInitiateUpload), mux());
-    return ask(kUploadInitiate, now);
+    return ask(kUploadInitiate);
   }
   // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
   const std::uint32_t segments = (request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes;
   block_size_ = static_cast<std::uint8_t>(std::min<std::uint32_t>(segments, kBlockReadSegments));
   const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc);
   make_request(sdo::command(sdo::Request::kBlockUpload, bits), mux(), block_size_);
-  ask(kBlockUploadInitiate, now);
+  ask(kBlockUploadInitiate);
 }
 
-void SdoClient::begin_write(Time now) {
+void SdoClient::begin_write() {
   const std::uint32_t size = request_.size;
   if (by_block(request_.mode)) {
     const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
     make_request(sdo::command(sdo::Request::kBlockDownload, bits), mux(), size);
-    return ask(kBlockDownloadInitiate, now);
+    return ask(kBlockDownloadInitiate);
   }
   if (request_.mode == Mode::kSegmented || size > sdo::kExpeditedBytes) {
     make_request(sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated), mux(), size);
-    return ask(kDownloadInitiate, now);
+    return ask(kDownloadInitiate);
   }
   std::uint32_t value = 0;
   for (std::uint32_t i = size; i-- > 0;)
     value = value << 8 | data_[i];
   make_request(sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)), mux(), value);
-  ask(kDownloadExpedited, now);
+  ask(kDownloadExpedited);
 }
 
 // ---- What arrives
 
 void SdoClient::on_frame(const Frame& frame, Time now) {
+  now_ = now;
   if (frame.flags != 0) {
     ++counters_.not_data;
     return;
   }
-  if (frame.id != response_id_) return on_stray(frame, now);
+  if (frame.id != response_id_) return on_stray(frame);
   const std::uint8_t command = frame.data[0];
   const State& waiting = state();
   const bool segment =
@@ -220,56 +223,57 @@ void SdoClient::on_frame(const Frame& frame, Time now) {
     ++counters_.other_object;
     return;
   }
-  if (is_abort(command, waiting.accepts)) return on_abort(frame, now);
+  if (is_abort(command, waiting.accepts)) return on_abort(frame);
   if (outbox_.waiting()) {  // our request has not even left
     ++counters_.unexpected;
     return;
   }
-  if ((waiting.accepts >> sdo::specifier_of(command) & 1) == 0) return misplaced(frame, now);
-  waiting.on_response(*this, frame, now);
+  if ((waiting.accepts >> sdo::specifier_of(command) & 1) == 0) return misplaced(frame);
+  waiting.on_response(*this, frame);
 }
 
 /// Nothing is asked of this node. If it is in quarantine this may be the late response, and the next transfer
 /// may begin.
-void SdoClient::on_stray(const Frame& frame, Time now) {
-  ++(quarantine_.take(frame, now) ? counters_.late : counters_.unexpected);
-  if (phase_ == kHeldBack) hold_or_begin(now);
+void SdoClient::on_stray(const Frame& frame) {
+  ++(quarantine_.take(frame, now_) ? counters_.late : counters_.unexpected);
+  if (phase_ == kHeldBack) hold_or_begin();
 }
 
 void SdoClient::on_boot_up(std::uint8_t node, Time now) {
+  now_ = now;
   quarantine_.release(node);
-  if (phase_ == kHeldBack) return hold_or_begin(now);
+  if (phase_ == kHeldBack) return hold_or_begin();
   if (response_id_ == sdo::kResponseId + node) fail(AbortCode::kDeviceState);
 }
 
-void SdoClient::on_abort(const Frame& frame, Time now) {
+void SdoClient::on_abort(const Frame& frame) {
   ++counters_.aborts_received;
   // Segments that were on their way when the server gave up may be answered too, each by an abort.
   if (kServices.block_transfer && (phase_ == kBlockDownloadStream || phase_ == kBlockDownloadAcknowledge))
-    quarantine(true, now);
+    quarantine(true);
   const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
-  if (!is_about_object(code) && begin_without_block(now)) return;
+  if (!is_about_object(code) && begin_without_block()) return;
   fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
 }
 
 /// The server has refused the block transfer that nobody but this client wanted.
-bool SdoClient::begin_without_block(Time now) {
+bool SdoClient::begin_without_block() {
   if (!kServices.block_transfer) return false;
   const bool initiating = phase_ == kBlockDownloadInitiate || phase_ == kBlockUploadInitiate;
   if (request_.mode != Mode::kAutoBlock || !initiating) return false;
   request_.mode = Mode::kAuto;
   block_nodes_.erase(request_.node);
-  begin(now);
+  begin();
   return true;
 }
 
-void SdoClient::misplaced(const Frame& /*frame*/, Time now) {
-  abort_and_tell(AbortCode::kSync, now);
+void SdoClient::misplaced(const Frame& /*frame*/) {
+  abort_and_tell(AbortCode::kSync);
 }
 
 // ---- Upload
 
-void SdoClient::upload_initiated(const Frame& frame, Time now) {
+void SdoClient::upload_initiated(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   const bool sized = (command & sdo::kSizeIndicated) != 0;
   if ((command & sdo::kExpedited) != 0) {
@@ -279,32 +283,32 @@ void SdoClient::upload_initiated(const Frame& frame, Time now) {
     sdo::take_expedited(frame, data_.data(), size);
     return done(size);
   }
-  if (request_.mode == Mode::kExpedited) return abort_and_tell(AbortCode::kNoSegment, now);
-  if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength, now);
+  if (request_.mode == Mode::kExpedited) return abort_and_tell(AbortCode::kNoSegment);
+  if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength);
   make_request(sdo::command(sdo::Request::kUploadSegment));
-  ask(kUploadSegment, now);
+  ask(kUploadSegment);
 }
 
-void SdoClient::upload_segment(const Frame& frame, Time now) {
+void SdoClient::upload_segment(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   if (command == toggle_ && moved_ + sdo::kSegmentBytes <= limit_) {  // full, and not the last one
     copy_in(frame, sdo::kSegmentBytes);
-    return ask_for_segment(now);
+    return ask_for_segment();
   }
-  if ((command & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
+  if ((command & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit);
   const std::size_t size = sdo::segment_size(command);
   const bool last = (command & sdo::kLastSegment) != 0;
-  if (moved_ + size > limit_) return overflow(now);
+  if (moved_ + size > limit_) return overflow();
   copy_in(frame, size);
-  if (last) return is_whole() ? done(moved_) : abort_and_tell(AbortCode::kObjectLength, now);
-  if (size == 0 && ++fruitless_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength, now);
-  ask_for_segment(now);
+  if (last) return is_whole() ? done(moved_) : abort_and_tell(AbortCode::kObjectLength);
+  if (size == 0 && ++fruitless_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength);
+  ask_for_segment();
 }
 
-void SdoClient::ask_for_segment(Time now) {
+void SdoClient::ask_for_segment() {
   toggle_ ^= sdo::kToggle;
   outbox_.frame().data[0] ^= sdo::kToggle;
-  ask(kUploadSegment, now);
+  ask(kUploadSegment);
 }
 
 /// What may come: the size that the server declares, else as much as there is room. False: that does not fit.
@@ -316,53 +320,54 @@ bool SdoClient::declare(bool sized, const Frame& frame) {
 }
 
 /// More bytes than may come.
-void SdoClient::overflow(Time now) {
-  abort_and_tell(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength, now);
+void SdoClient::overflow() {
+  abort_and_tell(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength);
 }
 
 // ---- Download
 
-void SdoClient::download_done(const Frame& /*frame*/, Time /*now*/) {
+void SdoClient::download_done(const Frame& /*frame*/) {
   done(0);
 }
 
-void SdoClient::download_initiated(const Frame& /*frame*/, Time now) {
-  send_download_segment(now);
+void SdoClient::download_initiated(const Frame& /*frame*/) {
+  send_download_segment();
 }
 
-void SdoClient::download_segment_taken(const Frame& frame, Time now) {
-  if ((frame.data[0] & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit, now);
+void SdoClient::download_segment_taken(const Frame& frame) {
+  if ((frame.data[0] & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit);
   if (moved_ == request_.size) return done(0);
   toggle_ ^= sdo::kToggle;
-  send_download_segment(now);
+  send_download_segment();
 }
 
-void SdoClient::send_download_segment(Time now) {
+void SdoClient::send_download_segment() {
   const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - moved_);
   const bool last = moved_ + size == request_.size;
   Frame& frame = outbox_.frame();
   frame.data[0] = sdo::command(sdo::Request::kDownloadSegment, sdo::segment_bits(size, toggle_, last));
   sdo::put_segment(frame, data_.data() + moved_, size);
   moved_ = static_cast<std::uint16_t>(moved_ + size);
-  ask(kDownloadSegment, now);
+  ask(kDownloadSegment);
 }
 
 // ---- Deadlines and room
 
 void SdoClient::poll(Time now) {
-  if (outbox_.retry(now)) state().on_room(*this, now);
-  if (now >= deadline_) state().on_deadline(*this, now);
+  now_ = now;
+  if (outbox_.retry(now_)) state().on_room(*this);
+  if (now >= deadline_) state().on_deadline(*this);
 }
 
-void SdoClient::nothing(Time /*now*/) {}
+void SdoClient::nothing() {}
 
-void SdoClient::opened(Time /*now*/) {
+void SdoClient::opened() {
   response_id_ = static_cast<std::uint16_t>(sdo::kResponseId + request_.node);
 }
 
-void SdoClient::timed_out(Time now) {
+void SdoClient::timed_out() {
   ++counters_.timeouts;
-  abort_and_tell(AbortCode::kTimeOut, now);
+  abort_and_tell(AbortCode::kTimeOut);
 }
 
 void SdoClient::make_request(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
@@ -372,15 +377,15 @@ void SdoClient::make_request(std::uint8_t command, std::uint32_t bytes_1_to_3, s
   sdo::put_bytes(frame, command, bytes_1_to_3, tail);
 }
 
-void SdoClient::await(Phase phase, Time now) {
-  enter(phase, timeout_from(now));
+void SdoClient::await(Phase phase) {
+  enter(phase, timeout());
 }
 
 /// Sends the request that has been made and waits for its response. The first one that leaves opens the
 /// transfer.
-void SdoClient::ask(Phase phase, Time now) {
-  await(phase, now);
-  if (outbox_.send(now)) opened(now);
+void SdoClient::ask(Phase phase) {
+  await(phase);
+  if (outbox_.send(now_)) opened();
 }
 
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this
@@ -390,9 +395,9 @@ void SdoClient::drop_refused() {
 }
 
 /// A late response to this transfer must not be taken for the response to the next one.
-void SdoClient::quarantine(bool stream, Time now) {
+void SdoClient::quarantine(bool stream) {
   const std::uint16_t length = timeout_ms_ == 0 ? kDefaultTimeoutMs : timeout_ms_;
-  quarantine_.add(request_.node, mux(), stream, now + milliseconds(length));
+  quarantine_.add(request_.node, mux(), stream, now_ + milliseconds(length));
 }
 
 }  // namespace cbcan

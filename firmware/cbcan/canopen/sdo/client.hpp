@@ -143,32 +143,32 @@ class SdoClient {
   static const std::array<State, kPhases> kStates;  ///< by Phase
 
   // Responses, one for each state.
-  void upload_initiated(const Frame& frame, Time now);
-  void upload_segment(const Frame& frame, Time now);
-  void download_done(const Frame& frame, Time now);
-  void download_initiated(const Frame& frame, Time now);
-  void download_segment_taken(const Frame& frame, Time now);
-  void block_download_initiated(const Frame& frame, Time now);
-  void block_download_acknowledged(const Frame& frame, Time now);
-  void block_download_ended(const Frame& frame, Time now);
-  void block_upload_initiated(const Frame& frame, Time now);
-  void block_upload_segment(const Frame& frame, Time now);
-  void block_upload_ended(const Frame& frame, Time now);
-  void misplaced(const Frame& frame, Time now);
+  void upload_initiated(const Frame& frame);
+  void upload_segment(const Frame& frame);
+  void download_done(const Frame& frame);
+  void download_initiated(const Frame& frame);
+  void download_segment_taken(const Frame& frame);
+  void block_download_initiated(const Frame& frame);
+  void block_download_acknowledged(const Frame& frame);
+  void block_download_ended(const Frame& frame);
+  void block_upload_initiated(const Frame& frame);
+  void block_upload_segment(const Frame& frame);
+  void block_upload_ended(const Frame& frame);
+  void misplaced(const Frame& frame);
 
   // A deadline has passed, or the port has taken the frame that it had refused.
-  void nothing(Time now);
-  void hold_or_begin(Time now);
-  void begin(Time now);
-  void opened(Time now);
-  void timed_out(Time now);
-  void ask_for_rest(Time now);
-  void stream_segments(Time now);
+  void nothing();
+  void hold_or_begin();
+  void begin();
+  void opened();
+  void timed_out();
+  void ask_for_rest();
+  void stream_segments();
 
   // The ways out of a transfer.
   void done(std::size_t size);
   void fail(AbortCode code);
-  void abort_and_tell(AbortCode code, Time now);
+  void abort_and_tell(AbortCode code);
   void leave(Outcome outcome);
 
   const State& state() const;
@@ -177,17 +177,17 @@ class SdoClient {
     deadline_ = deadline;
   }
   // Inline, they would cost the usual case its registers.
-  [[gnu::noinline]] void on_stray(const Frame& frame, Time now);
-  void on_abort(const Frame& frame, Time now);
-  bool begin_without_block(Time now);
+  [[gnu::noinline]] void on_stray(const Frame& frame);
+  void on_abort(const Frame& frame);
+  bool begin_without_block();
   void block_done(std::size_t size);
-  void begin_read(Time now);
-  void begin_write(Time now);
-  void ask_for_segment(Time now);
-  void send_download_segment(Time now);
-  void acknowledge_block(Time now);
-  void send_block_acknowledge(Time now);
-  void overflow(Time now);
+  void begin_read();
+  void begin_write();
+  void ask_for_segment();
+  void send_download_segment();
+  void acknowledge_block();
+  void send_block_acknowledge();
+  void overflow();
   bool declare(bool sized, const Frame& frame);
   bool is_whole() const { return !declared_ || moved_ == limit_; }
   void copy_in(const Frame& frame, std::size_t size) {
@@ -196,17 +196,18 @@ class SdoClient {
   }
 
   void make_request(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0);
-  void await(Phase phase, Time now);
-  void await_segment(Time now);
-  void ask(Phase phase, Time now);
+  void await(Phase phase);
+  void await_segment();
+  void ask(Phase phase);
   void drop_refused();
 
-  void quarantine(bool stream, Time now);
+  void quarantine(bool stream);
 
   sdo::Multiplexer mux() const { return sdo::multiplexer(request_.index, request_.sub); }
-  Time timeout_from(Time now) const { return timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_); }
+  Time timeout() const { return timeout_ms_ == 0 ? kNever : now_ + milliseconds(timeout_ms_); }
 
   Outbox outbox_;
+  Time now_ = 0;            ///< of the call that is under way
   Time deadline_ = kNever;  ///< of the phase; kNever when idle, so it cannot outlive a transfer
   Request request_{};
   std::span<std::uint8_t> data_;

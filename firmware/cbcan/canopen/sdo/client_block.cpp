@@ -9,19 +9,18 @@ namespace cbcan {
 
 // ---- Block download
 
-void SdoClient::block_download_initiated(const Frame& frame, Time now) {
-  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kInitiate)
-    return abort_and_tell(AbortCode::kSync, now);
+void SdoClient::block_download_initiated(const Frame& frame) {
+  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kInitiate) return abort_and_tell(AbortCode::kSync);
   crc_ = (frame.data[0] & sdo::kBlockCrc) != 0;
   block_size_ = frame.data[4];
   sequence_ = 0;
-  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize, now);
-  await(kBlockDownloadStream, now);
-  stream_segments(now);
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize);
+  await(kBlockDownloadStream);
+  stream_segments();
 }
 
 /// Sends what the port takes of this sub-block; comes back here when the port has room again.
-void SdoClient::stream_segments(Time now) {
+void SdoClient::stream_segments() {
   Frame& frame = outbox_.frame();
   const std::uint8_t* const data = data_.data();
   const std::size_t whole = request_.size;
@@ -31,37 +30,36 @@ void SdoClient::stream_segments(Time now) {
     frame.data[0] = static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0));
     sdo::put_segment(frame, data + moved_, last ? left : sdo::kSegmentBytes);
     moved_ = static_cast<std::uint16_t>(last ? whole : moved_ + sdo::kSegmentBytes);
-    if (!outbox_.send(now)) return;
+    if (!outbox_.send(now_)) return;
   }
-  await(kBlockDownloadAcknowledge, now);
+  await(kBlockDownloadAcknowledge);
 }
 
-void SdoClient::block_download_acknowledged(const Frame& frame, Time now) {
-  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kAcknowledge)
-    return abort_and_tell(AbortCode::kSync, now);
+void SdoClient::block_download_acknowledged(const Frame& frame) {
+  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kAcknowledge) return abort_and_tell(AbortCode::kSync);
   const std::uint8_t taken = frame.data[1];
   block_size_ = frame.data[2];
-  if (taken > sequence_) return abort_and_tell(AbortCode::kBlockSequence, now);
-  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize, now);
+  if (taken > sequence_) return abort_and_tell(AbortCode::kBlockSequence);
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize);
   fruitless_ = taken == 0 ? static_cast<std::uint16_t>(fruitless_ + 1) : 0;
-  if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence, now);
+  if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence);
   if (taken != sequence_) ++counters_.repeated_blocks;
   confirmed_ = static_cast<std::uint16_t>(
       std::min<std::uint32_t>(confirmed_ + taken * sdo::kSegmentBytes, request_.size));
   moved_ = confirmed_;
   sequence_ = 0;
   if (moved_ < request_.size) {
-    await(kBlockDownloadStream, now);
-    return stream_segments(now);
+    await(kBlockDownloadStream);
+    return stream_segments();
   }
   const std::size_t unused = (sdo::kSegmentBytes - request_.size % sdo::kSegmentBytes) % sdo::kSegmentBytes;
   const std::uint16_t crc = crc_ ? crc16(data_.first(request_.size)) : std::uint16_t{0};
   make_request(sdo::command(sdo::Request::kBlockDownload, sdo::block_end_bits(unused)), crc);
-  ask(kBlockDownloadEnd, now);
+  ask(kBlockDownloadEnd);
 }
 
-void SdoClient::block_download_ended(const Frame& frame, Time now) {
-  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kEnd) return abort_and_tell(AbortCode::kSync, now);
+void SdoClient::block_download_ended(const Frame& frame) {
+  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kEnd) return abort_and_tell(AbortCode::kSync);
   block_done(0);
 }
 
@@ -73,74 +71,74 @@ void SdoClient::block_done(std::size_t size) {
 
 // ---- Block upload
 
-void SdoClient::block_upload_initiated(const Frame& frame, Time now) {
+void SdoClient::block_upload_initiated(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
-  if ((command & 1) != 0) return abort_and_tell(AbortCode::kSync, now);
+  if ((command & 1) != 0) return abort_and_tell(AbortCode::kSync);
   crc_ = (command & sdo::kBlockCrc) != 0;
   const bool sized = (command & sdo::kBlockSizeIndicated) != 0;
-  if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength, now);
+  if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength);
   sequence_ = segments_ = 0;
   asked_again_ = false;
-  await_segment(now);
+  await_segment();
   make_request(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kStart)));
-  outbox_.send(now);
+  outbox_.send(now_);
 }
 
 /// Half the timeout is for the segment; the other half is for asking once more.
-void SdoClient::await_segment(Time now) {
-  enter(kBlockUploadStream, timeout_ms_ == 0 ? kNever : now + milliseconds(timeout_ms_) / 2);
+void SdoClient::await_segment() {
+  enter(kBlockUploadStream, timeout_ms_ == 0 ? kNever : now_ + milliseconds(timeout_ms_) / 2);
 }
 
 /// Segments in order are kept. One out of order shows a loss: the rest of the sub-block, with its "last" bit,
 /// is not believed, and at its end everything behind the gap is asked for again.
-void SdoClient::block_upload_segment(const Frame& frame, Time now) {
+void SdoClient::block_upload_segment(const Frame& frame) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
   if (sequence == 0 || sequence > block_size_ || ++segments_ > sdo::kMaxBlockSize)
-    return abort_and_tell(AbortCode::kBlockSequence, now);
-  await_segment(now);
+    return abort_and_tell(AbortCode::kBlockSequence);
+  await_segment();
   asked_again_ = false;
   if (sequence != sequence_ + 1) {
-    if (last || sequence == block_size_) acknowledge_block(now);
+    if (last || sequence == block_size_) acknowledge_block();
     return;
   }
   sequence_ = sequence;
   if (last) {  // how many of its bytes are data is told at the end of the transfer
     sdo::take_segment(frame, data_.data() + moved_,
                       std::min<std::size_t>(sdo::kSegmentBytes, data_.size() - moved_));
-    await(kBlockUploadEnd, now);
-    return send_block_acknowledge(now);
+    await(kBlockUploadEnd);
+    return send_block_acknowledge();
   }
-  if (moved_ + sdo::kSegmentBytes > limit_) return overflow(now);
+  if (moved_ + sdo::kSegmentBytes > limit_) return overflow();
   copy_in(frame, sdo::kSegmentBytes);
-  if (sequence == block_size_) acknowledge_block(now);
+  if (sequence == block_size_) acknowledge_block();
 }
 
 /// Ends a sub-block and asks for the next, or for the rest of this one once more.
-void SdoClient::acknowledge_block(Time now) {
+void SdoClient::acknowledge_block() {
   fruitless_ = sequence_ == 0 ? static_cast<std::uint16_t>(fruitless_ + 1) : 0;
-  if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence, now);
+  if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence);
   if (sequence_ != block_size_) ++counters_.repeated_blocks;
-  send_block_acknowledge(now);
+  send_block_acknowledge();
   sequence_ = segments_ = 0;
 }
 
-void SdoClient::send_block_acknowledge(Time now) {
+void SdoClient::send_block_acknowledge() {
   const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
   make_request(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kAcknowledge)),
                taken_and_size);
-  outbox_.send(now);
+  outbox_.send(now_);
 }
 
 /// Silence in the middle of a sub-block: its last segment may be lost. The server is asked once to go on.
-void SdoClient::ask_for_rest(Time now) {
-  if (asked_again_) return timed_out(now);
+void SdoClient::ask_for_rest() {
+  if (asked_again_) return timed_out();
   asked_again_ = true;
-  await_segment(now);
-  acknowledge_block(now);
+  await_segment();
+  acknowledge_block();
 }
 
-void SdoClient::block_upload_ended(const Frame& frame, Time now) {
+void SdoClient::block_upload_ended(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   const std::uint8_t sequence = command & sdo::kSequenceMask;
   if (sequence != 0 && sequence <= block_size_) {  // a segment came twice; no end looks like one so short
@@ -148,14 +146,13 @@ void SdoClient::block_upload_ended(const Frame& frame, Time now) {
     return;
   }
   if (!sdo::is(command, sdo::Response::kBlockUpload) || (command & 1) == 0)
-    return abort_and_tell(AbortCode::kSync, now);
+    return abort_and_tell(AbortCode::kSync);
   const std::size_t size = moved_ + sdo::kSegmentBytes - sdo::block_unused(command);
-  if (declared_ && size != limit_) return abort_and_tell(AbortCode::kObjectLength, now);
-  if (size > request_.size) return abort_and_tell(AbortCode::kReadLength, now);
-  if (crc_ && sdo::load16(frame, 1) != crc16(data_.first(size)))
-    return abort_and_tell(AbortCode::kBlockCrc, now);
+  if (declared_ && size != limit_) return abort_and_tell(AbortCode::kObjectLength);
+  if (size > request_.size) return abort_and_tell(AbortCode::kReadLength);
+  if (crc_ && sdo::load16(frame, 1) != crc16(data_.first(size))) return abort_and_tell(AbortCode::kBlockCrc);
   make_request(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kEnd)));
-  outbox_.send(now);
+  outbox_.send(now_);
   block_done(size);
 }
 
