@@ -95,7 +95,7 @@ class SdoClient {
   };
 
   /// `data` holds one transfer's bytes: 4 at least; more than 65,535 are not used. Both outlive the client.
-  SdoClient(CanPort& port, std::span<std::uint8_t> data) : outbox_(port), data_(data) {}
+  SdoClient(CanPort& port, std::span<std::uint8_t> data) : data_(data), outbox_(port) {}
 
   /// 0 = wait for ever. Holds from the next response or transfer on.
   void set_timeout(std::uint16_t timeout_ms) { timeout_ms_ = timeout_ms; }
@@ -206,12 +206,14 @@ class SdoClient {
   sdo::Multiplexer mux() const { return sdo::multiplexer(request_.index, request_.sub); }
   Time timeout() const { return timeout_ms_ == 0 ? kNever : now_ + milliseconds(timeout_ms_); }
 
-  Outbox outbox_;
-  Time now_ = 0;            ///< of the call that is under way
-  Time deadline_ = kNever;  ///< of the phase; kNever when idle, so it cannot outlive a transfer
+  // In this order, as a Cortex-M reaches what is in front with short instructions.
+  Phase phase_ = Phase::kIdle;
+  Outcome outcome_ = Outcome::kIdle;
+  std::uint8_t toggle_ = 0;
+  std::uint8_t block_size_ = 0;
+  std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order
+  bool declared_ = false;      ///< the server has announced the size
   Request request_{};
-  std::span<std::uint8_t> data_;
-  AbortCode error_ = AbortCode::kNone;
   std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
   /// From when the first request has left: the server may know of this transfer.
   std::uint16_t response_id_ = kNotOpened;
@@ -219,18 +221,17 @@ class SdoClient {
   std::uint16_t moved_ = 0;      ///< bytes of a read so far; of a write on their way or there
   std::uint16_t confirmed_ = 0;  ///< bytes of a block write that the server has acknowledged
   std::uint16_t fruitless_ = 0;  ///< segments, or sub-blocks in a row, that have brought nothing new
-  std::uint8_t toggle_ = 0;
-  std::uint8_t block_size_ = 0;
-  std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order
+  AbortCode error_ = AbortCode::kNone;
+  std::span<std::uint8_t> data_;
+  NodeSet block_nodes_;
+  Counters counters_;
+  Time now_ = 0;            ///< of the call that is under way
+  Time deadline_ = kNever;  ///< of the phase; kNever when idle, so it cannot outlive a transfer
+  Outbox outbox_;
+  [[no_unique_address]] SdoQuarantine quarantine_;  ///< what is behind it is in its last word
   std::uint8_t segments_ = 0;  ///< of this sub-block that have come, in order or not: they must have an end
   bool asked_again_ = false;
-  bool declared_ = false;  ///< the server has announced the size
   bool crc_ = false;
-  Outcome outcome_ = Outcome::kIdle;
-  Phase phase_ = Phase::kIdle;
-  NodeSet block_nodes_;
-  SdoQuarantine quarantine_;
-  Counters counters_;
 };
 
 }  // namespace cbcan
