@@ -16,12 +16,12 @@ constexpr std::uint8_t kHeartbeat = 4;
 
 Slave::Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t> buffer,
              Application& application, CanPort& port)
-    : dictionary_(tables.entries, tables.values, &application, tables.limits, tables.process),
-      sdo_server_(dictionary_, port, buffer),
+    : node_id_(node_id),
+      next_node_id_(node_id),
       application_(application),
       port_(port),
-      node_id_(node_id),
-      next_node_id_(node_id) {}
+      dictionary_(tables.entries, tables.values, &application, tables.limits, tables.process),
+      sdo_server_(dictionary_, port, buffer) {}
 
 void Slave::start(Time now) {
   reset(0, object::kLast, now);

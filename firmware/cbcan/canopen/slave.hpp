@@ -96,18 +96,18 @@ class Slave {
   bool send_wanted(Time now);
   Frame frame_for(std::uint8_t wanted) const;
 
-  ObjectDictionary dictionary_;
-  std::conditional_t<kServices.sdo_server, SdoServer, NoSdoServer> sdo_server_;
-  Application& application_;
-  CanPort& port_;
-  Time heartbeat_at_ = kNever;
-  Time retry_at_ = kNever;
-  Time heartbeat_period_ = 0;
   nmt::State state_ = nmt::State::kInitialising;
   std::uint8_t node_id_;
   std::uint8_t next_node_id_;
   std::uint8_t guard_toggle_ = 0;
   std::uint8_t wanted_ = 0;  ///< frames that are to be sent, one bit each
+  Application& application_;
+  CanPort& port_;
+  Time heartbeat_at_ = kNever;
+  Time retry_at_ = kNever;
+  Time heartbeat_period_ = 0;
+  ObjectDictionary dictionary_;
+  std::conditional_t<kServices.sdo_server, SdoServer, NoSdoServer> sdo_server_;
 };
 
 }  // namespace cbcan

@@ -80,25 +80,25 @@ class Pdo : public Part {
 
   /// Room for one RPDO; the content is Pdo's.
   struct Rpdo : Common {
-    std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< of a synchronous one, until the SYNC
+    bool fresh = false;       ///< data waits for the SYNC
+    bool just_waits = false;  ///< synchronous, without a timer, and no other one has its CAN-ID
     std::uint16_t id = 0;
     std::uint16_t next = 0;   ///< see first_of_
     std::uint16_t error = 0;  ///< emergency error code of what is wrong with it
-    bool fresh = false;       ///< data waits for the SYNC
-    bool just_waits = false;  ///< synchronous, without a timer, and no other one has its CAN-ID
+    std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< of a synchronous one, until the SYNC
   };
 
   /// Room for one TPDO; the content is Pdo's.
   struct Tpdo : Common {
-    Frame frame;                     ///< as sampled last
+    std::uint8_t start_value = 0;
+    std::uint8_t syncs_left = 0;     ///< until it is sent; 0 = the first has not come
+    bool remote = false;             ///< RTR allowed
+    bool event = false;              ///< type 0: to be sent at the next SYNC
+    bool wanted = false;             ///< to be sent as soon as inhibit time and port allow
+    bool windowed = false;           ///< wanted because of a SYNC, so not after the window
     std::uint32_t inhibit_time = 0;  ///< us
     Time inhibited_until = 0;
-    std::uint8_t start_value = 0;
-    std::uint8_t syncs_left = 0;  ///< until it is sent; 0 = the first has not come
-    bool remote = false;          ///< RTR allowed
-    bool event = false;           ///< type 0: to be sent at the next SYNC
-    bool wanted = false;          ///< to be sent as soon as inhibit time and port allow
-    bool windowed = false;        ///< wanted because of a SYNC, so not after the window
+    Frame frame;  ///< as sampled last
   };
 
   /// How many of each a dictionary describes.
@@ -236,21 +236,21 @@ class Pdo : public Part {
   void update(Time now);
   void note(std::uint16_t emergency_code, Rpdo& rpdo, Time now);
 
+  bool operational_ = false;
+  bool telling_ = false;  ///< the application is being called: what it wants sent waits until it has returned
   ObjectDictionary& dictionary_;
   CanPort& port_;
   PdoApplication& application_;
-  Storage room_;
-  std::span<Rpdo> rpdos_;  ///< by number
-  std::span<Tpdo> tpdos_;
-  std::array<std::uint16_t, kPlaces> first_of_{};  ///< by place_of(id): which RPDO to look at, then its next
   Used<Rpdo> used_rpdos_;
   Used<Tpdo> used_tpdos_;
+  std::span<Rpdo> rpdos_;  ///< by number
+  std::span<Tpdo> tpdos_;
   Time reception_due_ = kNever;
   Time transmission_due_ = kNever;
   Time retry_at_ = 0;  ///< the port has no room before
   Time window_end_ = kNever;
-  bool operational_ = false;
-  bool telling_ = false;  ///< the application is being called: what it wants sent waits until it has returned
+  Storage room_;
+  std::array<std::uint16_t, kPlaces> first_of_{};  ///< by place_of(id): which RPDO to look at, then its next
 };
 
 }  // namespace cbcan

@@ -35,7 +35,7 @@ class SdoServer {
   /// `buffer` holds one value on its way in or out: an object larger than it cannot be transferred (0504
   /// 0005h, which is CiA 301's "out of memory"). All three outlive the server.
   SdoServer(ObjectDictionary& dictionary, CanPort& port, std::span<std::uint8_t> buffer)
-      : dictionary_(dictionary), outbox_(port), buffer_(buffer) {}
+      : dictionary_(dictionary), buffer_(buffer), outbox_(port) {}
 
   /// Forgets what was under way; responses are now on this CAN-ID, of the first server 580h + node ID.
   void reset(std::uint32_t response_id);
@@ -84,21 +84,21 @@ class SdoServer {
   void abort(AbortCode code);
   void respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail);
 
-  ObjectDictionary& dictionary_;
-  Outbox outbox_;
-  std::span<std::uint8_t> buffer_;
-  Time now_ = 0;  ///< of the call that is under way
-  sdo::Multiplexer mux_ = 0;
-  std::size_t size_ = 0;  ///< bytes of the value: of an upload, as declared for a download, or kUndeclared
-  std::size_t done_ = 0;  ///< bytes transferred
-  std::size_t confirmed_ = 0;  ///< bytes of a block upload that the client has acknowledged
-  std::size_t capacity_ = 0;   ///< bytes that a download may have
   State state_ = State::kIdle;
   std::uint8_t toggle_ = 0;
   std::uint8_t sequence_ = 0;
   std::uint8_t block_size_ = 0;
   std::uint8_t fruitless_ = 0;
   bool crc_ = false;
+  sdo::Multiplexer mux_ = 0;
+  std::size_t size_ = 0;  ///< bytes of the value: of an upload, as declared for a download, or kUndeclared
+  std::size_t done_ = 0;  ///< bytes transferred
+  std::size_t confirmed_ = 0;  ///< bytes of a block upload that the client has acknowledged
+  std::size_t capacity_ = 0;   ///< bytes that a download may have
+  ObjectDictionary& dictionary_;
+  std::span<std::uint8_t> buffer_;
+  Time now_ = 0;  ///< of the call that is under way
+  Outbox outbox_;
   Counters counters_;
 };
 
