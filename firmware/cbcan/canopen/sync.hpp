@@ -54,17 +54,17 @@ class Sync : public Part {
   Time window() const { return window_; }
 
  private:
-  const ObjectDictionary& dictionary_;
-  Outbox outbox_;
-  Time due_ = kNever;
-  Time period_ = 0;
-  Time window_ = 0;
-  std::uint32_t id_ = 0;  ///< 0 = the dictionary has no 1005h
   std::uint8_t overflow_ = 0;
   std::uint8_t counter_ = 0;
   bool running_ = false;
   bool came_ = false;
   bool misfits_ = false;
+  std::uint32_t id_ = 0;  ///< 0 = the dictionary has no 1005h
+  const ObjectDictionary& dictionary_;
+  Time due_ = kNever;
+  Time period_ = 0;
+  Time window_ = 0;
+  Outbox outbox_;
 };
 
 }  // namespace cbcan

@@ -53,16 +53,16 @@ class TimeStamp : public Part {
   TimeOfDay at(Time now) const;
 
  private:
+  bool consumes_ = false;
+  bool produces_ = false;
+  bool running_ = false;
+  std::uint32_t id_ = 0;
   const ObjectDictionary& dictionary_;
-  Outbox outbox_;
   TimeOfDay set_;
   Time set_at_ = 0;
   Time period_ = 0;
   Time due_ = kNever;
-  std::uint32_t id_ = 0;
-  bool consumes_ = false;
-  bool produces_ = false;
-  bool running_ = false;
+  Outbox outbox_;
 };
 
 }  // namespace cbcan

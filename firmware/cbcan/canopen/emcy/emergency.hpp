@@ -107,6 +107,10 @@ class Emergency : public Part {
   void send_waiting(Time now);
   std::uint8_t update_register();
 
+  std::uint8_t error_count_ = 0;
+  std::uint8_t first_waiting_ = 0;
+  std::uint8_t waiting_count_ = 0;
+  bool running_ = false;
   ObjectDictionary& dictionary_;
   CanPort& port_;
   EmergencyApplication& application_;
@@ -114,10 +118,6 @@ class Emergency : public Part {
   Time next_allowed_ = 0;  ///< by the inhibit time
   std::array<Error, kMostErrors> errors_{};
   std::array<Message, kMostWaiting> waiting_{};
-  std::uint8_t error_count_ = 0;
-  std::uint8_t first_waiting_ = 0;
-  std::uint8_t waiting_count_ = 0;
-  bool running_ = false;
   Counters counters_;
 };
 
