@@ -139,12 +139,11 @@ class Device final : private Application, private PdoApplication {
   void fail(NetworkFailure failure, Time now);
   void show(EmergencyCode code, bool present, Time now);
 
+  DeviceApplication& application_;
   bool known_unguarded_ = false;
   bool known_misfit_ = false;  ///< of a SYNC
   bool bus_off_ = false;
   bool written_ = false;
-  std::size_t known_lost_ = 0;  ///< what the heartbeat consumer had lost when it was last looked at
-  DeviceApplication& application_;
   Slave slave_;
   If<kServices.process_data(), Sync> sync_;
   If<kServices.process_data(), Pdo> pdo_;
@@ -152,6 +151,7 @@ class Device final : private Application, private PdoApplication {
   If<kServices.other_devices, HeartbeatConsumer> consumer_;
   If<kServices.other_devices, LifeGuard> life_guard_;
   If<kServices.time, TimeStamp> time_;
+  std::size_t known_lost_ = 0;  ///< what the heartbeat consumer had lost when it was last looked at
 };
 
 template <class Visitor>

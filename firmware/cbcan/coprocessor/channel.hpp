@@ -57,13 +57,13 @@ class Channel {
   Channel(RegisterWindow window, ScannerWindow scanner, LocalNode& node, CanPort& port,
           const Settings& settings, ChannelTurns* turns = nullptr, std::uint8_t number = 0)
       : window_(window),
-        settings_(settings),
-        client_(port, data_),
-        scanner_(scanner),
+        number_(number),
         node_(node),
         port_(port),
         turns_(turns),
-        number_(number) {}
+        settings_(settings),
+        client_(port, data_),
+        scanner_(scanner) {}
   Channel(const Channel&) = delete;
   Channel& operator=(const Channel&) = delete;
 
@@ -154,9 +154,20 @@ class Channel {
   }
 
   RegisterWindow window_;
-  Settings settings_;
-  Time due_ = 0;          ///< poll has work to do from then on; may be early, is never late
   bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: it waits, or is under way
+  Activity activity_ = Activity::kIdle;
+  Window served_ = Window::kScanner;  ///< whose request is under way, or was last
+  bool reading_ = false;
+  bool command_refused_ = false;
+  std::uint8_t number_;
+  std::uint8_t state_node_ = 0;  ///< whose state is asked for
+  Time due_ = 0;                 ///< poll has work to do from then on; may be early, is never late
+  Time deadline_ = kNever;       ///< of an NMT command or a node state request
+  LocalNode& node_;
+  CanPort& port_;
+  ChannelTurns* turns_;
+  Settings settings_;
+  Frame command_{};  ///< NMT command or node guarding request of this transaction
   SdoClient client_;
   ScannerWindow scanner_;
   std::array<Transfers, 2> transfers_{};  ///< 3003h and 3004h, by Window
@@ -186,17 +197,6 @@ class Channel {
   bool serves_registers() const { return !kServices.scanner_window || served_ == Window::kRegisters; }
   Transfers& transfers() { return transfers_[static_cast<std::size_t>(served_)]; }
 
-  LocalNode& node_;
-  CanPort& port_;
-  ChannelTurns* turns_;
-  Time deadline_ = kNever;  ///< of an NMT command or a node state request
-  Frame command_{};         ///< NMT command or node guarding request of this transaction
-  std::uint8_t number_;
-  std::uint8_t state_node_ = 0;  ///< whose state is asked for
-  Activity activity_ = Activity::kIdle;
-  bool reading_ = false;
-  bool command_refused_ = false;
-  Window served_ = Window::kScanner;  ///< whose request is under way, or was last
   Counters counters_;
   std::array<std::uint8_t, regmap::kMaxDataBytes> data_{};  ///< of the client's transfer
 };

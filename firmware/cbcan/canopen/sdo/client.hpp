@@ -207,12 +207,6 @@ class SdoClient {
   Time timeout() const { return timeout_ms_ == 0 ? kNever : now_ + milliseconds(timeout_ms_); }
 
   // In this order, as a Cortex-M reaches what is in front with short instructions.
-  Phase phase_ = Phase::kIdle;
-  Outcome outcome_ = Outcome::kIdle;
-  std::uint8_t toggle_ = 0;
-  std::uint8_t block_size_ = 0;
-  std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order
-  bool declared_ = false;      ///< the server has announced the size
   Request request_{};
   std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
   /// From when the first request has left: the server may know of this transfer.
@@ -221,6 +215,12 @@ class SdoClient {
   std::uint16_t moved_ = 0;      ///< bytes of a read so far; of a write on their way or there
   std::uint16_t confirmed_ = 0;  ///< bytes of a block write that the server has acknowledged
   std::uint16_t fruitless_ = 0;  ///< segments, or sub-blocks in a row, that have brought nothing new
+  std::uint8_t toggle_ = 0;
+  std::uint8_t block_size_ = 0;
+  std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order
+  bool declared_ = false;      ///< the server has announced the size
+  Outcome outcome_ = Outcome::kIdle;
+  Phase phase_ = Phase::kIdle;
   AbortCode error_ = AbortCode::kNone;
   std::span<std::uint8_t> data_;
   NodeSet block_nodes_;

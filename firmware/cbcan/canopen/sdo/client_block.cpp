@@ -24,13 +24,14 @@ void SdoClient::stream_segments() {
   Frame& frame = outbox_.frame();
   const std::uint8_t* const data = data_.data();
   const std::size_t whole = request_.size;
+  const Time now = now_;
   while (sequence_ < block_size_ && moved_ < whole) {
     const std::size_t left = whole - moved_;
     const bool last = left <= sdo::kSegmentBytes;
     frame.data[0] = static_cast<std::uint8_t>(++sequence_ | (last ? sdo::kBlockLast : 0));
     sdo::put_segment(frame, data + moved_, last ? left : sdo::kSegmentBytes);
     moved_ = static_cast<std::uint16_t>(last ? whole : moved_ + sdo::kSegmentBytes);
-    if (!outbox_.send(now_)) return;
+    if (!outbox_.send(now)) return;
   }
   await(kBlockDownloadAcknowledge);
 }
