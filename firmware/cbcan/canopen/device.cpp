@@ -21,11 +21,6 @@ struct Range {
   std::uint16_t last;
 };
 
-constexpr std::uint32_t load_word(const std::uint8_t* bytes) {
-  return static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8 | bytes[2] << 16) | std::uint32_t{bytes[3]}
-                                                                                     << 24;
-}
-
 /// By sub-index: everything, communication, application, and the manufacturer's behind them.
 constexpr std::array<Range, 4> kRanges{{{object::kFirstCommunication, object::kLast},
                                         {object::kFirstCommunication, object::kLastCommunication},

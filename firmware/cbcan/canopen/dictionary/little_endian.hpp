@@ -9,8 +9,15 @@
 
 namespace cbcan {
 
-/// Of at most eight bytes.
+/// Four bytes: one load.
+constexpr std::uint32_t load_word(const std::uint8_t* bytes) {
+  return bytes[0] | std::uint32_t{bytes[1]} << 8 | std::uint32_t{bytes[2]} << 16 |
+         std::uint32_t{bytes[3]} << 24;
+}
+
+/// Of at most eight bytes; most often it is four.
 constexpr std::uint64_t load_little_endian(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() == 4) return load_word(bytes.data());
   std::uint64_t value = 0;
   for (std::size_t i = bytes.size(); i-- > 0;)
     value = value << 8 | bytes[i];

@@ -52,11 +52,13 @@ AbortCode find_data_type(bool receive, std::uint16_t index, std::uint8_t sub, Pi
   return receive ? AbortCode::kNone : AbortCode::kNotMappable;
 }
 
+/// `entry`: that of the object before, of which this one may be a neighbour.
 AbortCode find_object(const ObjectDictionary& dictionary, bool receive, std::uint16_t index, std::uint8_t sub,
-                      Piece& object) {
-  ObjectEntry entry;
-  if (const AbortCode missing = dictionary.find(index, sub, entry); missing != AbortCode::kNone)
-    return missing;
+                      ObjectEntry& entry, Piece& object) {
+  if (!entry.holds(index, sub)) {
+    const AbortCode missing = dictionary.find(index, sub, entry);
+    if (missing != AbortCode::kNone) return missing;
+  }
   const bool mappable = entry.has(receive ? ObjectFlags::kMapRpdo : ObjectFlags::kMapTpdo);
   const std::size_t first_bit = ObjectDictionary::first_bit(entry, sub);
   const std::uint32_t bits = bits_of(entry.type, entry.capacity);
@@ -69,12 +71,13 @@ AbortCode find_object(const ObjectDictionary& dictionary, bool receive, std::uin
 }
 
 AbortCode find_mapped(const ObjectDictionary& dictionary, std::uint16_t mapping_index, std::uint32_t mapped,
-                      Piece& object) {
+                      ObjectEntry& entry, Piece& object) {
   const bool receive = mapping_index < object::kTpdoParameter;
   const auto index = static_cast<std::uint16_t>(mapped >> 16);
   const auto sub = static_cast<std::uint8_t>(mapped >> 8);
-  const AbortCode wrong = index <= kLastDataType ? find_data_type(receive, index, sub, object)
-                                                 : find_object(dictionary, receive, index, sub, object);
+  const AbortCode wrong = index <= kLastDataType
+                              ? find_data_type(receive, index, sub, object)
+                              : find_object(dictionary, receive, index, sub, entry, object);
   if (wrong != AbortCode::kNone) return wrong;
   return (mapped & 0xFF) == object.more_bits + 1u ? AbortCode::kNone : AbortCode::kNotMappable;
 }
@@ -94,8 +97,9 @@ constexpr bool follows(const Piece& before, const Piece& piece) {
 }  // namespace
 
 AbortCode PdoMapping::check(const ObjectDictionary& dictionary, std::uint16_t index, std::uint32_t mapped) {
+  ObjectEntry entry{};
   Piece object;
-  return find_mapped(dictionary, index, mapped, object);
+  return find_mapped(dictionary, index, mapped, entry, object);
 }
 
 AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t index, std::uint32_t count,
@@ -104,12 +108,13 @@ AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t 
   *this = {};
   pieces_ = pieces.data();
   std::uint32_t bits = 0;
-  ObjectEntry entries{};  // of the mapping: found once, and then the objects, in turn, would each be a search
+  ObjectEntry entries{};  // of the mapping, and of what it maps: each found once where neighbours share it
+  ObjectEntry entry{};
   for (std::uint8_t k = 1; k <= count; ++k) {
     if (!entries.holds(index, k)) dictionary.find(index, k, entries);
     const std::uint64_t mapped = entries.holds(index, k) ? dictionary.number(entries, k) : 0;
     Piece object;
-    const AbortCode wrong = find_mapped(dictionary, index, static_cast<std::uint32_t>(mapped), object);
+    const AbortCode wrong = find_mapped(dictionary, index, static_cast<std::uint32_t>(mapped), entry, object);
     if (wrong != AbortCode::kNone) return wrong;
     bits += object.more_bits + 1u;
     if (bits > kMostBits) return AbortCode::kMappingLength;
