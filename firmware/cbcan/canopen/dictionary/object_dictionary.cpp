@@ -79,8 +79,7 @@ std::span<std::uint8_t> ObjectDictionary::value(const ObjectEntry& entry, std::u
   if (entry.has(ObjectFlags::kProcess)) return process_.subspan(offset, entry.capacity);
   std::size_t size = entry.capacity;
   if (entry.has(ObjectFlags::kVariable))
-    size = static_cast<std::size_t>(
-        load_little_endian(values_.subspan(offset - ObjectEntry::kLengthBytes, ObjectEntry::kLengthBytes)));
+    size = load_word(values_.data() + offset - ObjectEntry::kLengthBytes);
   return values_.subspan(offset, size);
 }
 
@@ -92,8 +91,8 @@ AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::spa
   if (entry.has(ObjectFlags::kComputed)) {
     if (entry.capacity > out.size()) return AbortCode::kReadLength;
     if (sub == 0 && entry.has(ObjectFlags::kCounted)) {
-      out[0] = entry.last_sub;
       size = 1;
+      out[0] = entry.last_sub;
       return AbortCode::kNone;
     }
     return handler_->on_read(entry, sub, out, size, now);
