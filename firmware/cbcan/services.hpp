@@ -36,7 +36,7 @@ struct Services {
   /// (1016h, 100Ch), limits of values.
   bool other_devices = true;
 
-  bool counters = true;  ///< of SDO client and server, EMCY and error control: SdoClient::counters() and so on
+  bool counters = true;  ///< for people, as SdoClient::counters(); those of transactions are always there
 
   /// Characters each way of a serial CAN adapter, a power of two: 1024 are some 40 frames.
   std::size_t serial_queue = 1024;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+
 namespace cbcan {
 
 // ---- The states
@@ -195,9 +197,7 @@ void SdoClient::begin_write() {
     make_request(sdo::command(sdo::Request::kInitiateDownload, sdo::kSizeIndicated), mux(), size);
     return ask(kDownloadInitiate);
   }
-  std::uint32_t value = 0;
-  for (std::uint32_t i = size; i-- > 0;)
-    value = value << 8 | data_[i];
+  const auto value = static_cast<std::uint32_t>(load_little_endian(data_.first(size)));
   make_request(sdo::command(sdo::Request::kInitiateDownload, sdo::expedited_bits(size)), mux(), value);
   ask(kDownloadExpedited);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/sdo/crc16.hpp"
 
 namespace cbcan {
@@ -139,12 +140,8 @@ void SdoServer::initiate_upload(const Frame& frame) {
   state_ = State::kIdle;
   if (const AbortCode refused = begin_upload(frame); refused != AbortCode::kNone) return abort(refused);
   if (size_ != 0 && size_ <= sdo::kExpeditedBytes) {
-    Frame& out = outbox_.frame();
-    const std::uint8_t command = sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_));
-    sdo::put_bytes(out, command, mux_, 0);
-    std::copy_n(buffer_.begin(), size_, out.data.begin() + 4);
-    outbox_.send(now_);
-    return;
+    const auto value = static_cast<std::uint32_t>(load_little_endian(buffer_.first(size_)));
+    return respond(sdo::command(sdo::Response::kInitiateUpload, sdo::expedited_bits(size_)), mux_, value);
   }
   state_ = State::kUpload;
   toggle_ = 0;
