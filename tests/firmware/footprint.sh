@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Prints what images for Cortex-M3 and M4, -Os, take, all included; fails above the limits. Of the first two without startup code,
-# those of boards are whole.
+# Prints what images for Cortex-M3 and M4, -Os, take, all included; fails above the limits. Those of boards are whole, the others
+# without startup code.
 # usage: footprint.sh BUILD_DIR_M3 BUILD_DIR_M4
 set -euo pipefail
 
@@ -23,6 +23,7 @@ measure() {
 measure sdo_client "$1/tests/firmware/images/sdo_client" 5400 420
 measure master "$1/tests/firmware/images/master" 6000 2000
 measure coprocessor "$1/tests/firmware/images/coprocessor" 33000 9200
+measure canopen_services "$1/tests/firmware/images/canopen_services" 22500 6000
 # As long as the regions in their linker scripts.
 measure minimal "$1/firmware/boards/mps2_an385/cbcan_mps2_minimal.elf" 16384 6144
 measure process_data "$1/firmware/boards/mps2_an385/cbcan_mps2_process_data.elf" 24576 9216

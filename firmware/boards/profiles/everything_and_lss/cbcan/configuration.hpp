@@ -7,6 +7,6 @@
 
 namespace cbcan {
 
-inline constexpr Services kServices{.other_devices = false, .serial_queue = 512};
+inline constexpr Services kServices{.other_devices = false, .counters = false, .serial_queue = 512};
 
 }  // namespace cbcan

@@ -17,6 +17,7 @@ inline constexpr Services kServices{.scanner_window = false,
                                     .stored_parameters = false,
                                     .lss = false,
                                     .other_devices = false,
+                                    .counters = false,
                                     .serial_queue = 512};
 
 }  // namespace cbcan
