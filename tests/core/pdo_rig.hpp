@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/pdo/pdo.hpp"
 #include "support/bench.hpp"
 
@@ -239,7 +240,7 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
   AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                      Time) override {
     CHECK(Pdo::owns(entry.index));
-    return pdo.check(entry, sub, value);
+    return pdo.check(entry.index, sub, static_cast<std::uint32_t>(load_little_endian(value)));
   }
   void on_stored(const ObjectEntry& entry, std::uint8_t, Time at) override { pdo.configure(entry.index, at); }
 };
