@@ -116,7 +116,9 @@ class Pdo : public Part {
 
   /// All outlive it. It does nothing before reset().
   Pdo(ObjectDictionary& dictionary, CanPort& port, const Storage& storage, PdoApplication& application)
-      : dictionary_(dictionary), port_(port), application_(application), room_(storage) {}
+      : dictionary_(dictionary), port_(port), application_(application), room_(storage) {
+    first_of_.fill(kNoneLeft);
+  }
 
   static constexpr bool owns(std::uint16_t index) {
     return index >= object::kRpdoParameter && index <= object::kLastPdo;
