@@ -329,28 +329,28 @@ bool resets(unsigned count) {
 }
 
 constexpr std::array kRuns{
-    Run{"expedited read through registers", 330, 460, transactions<4, regmap::kSdoRead, Mode::kAuto>},
-    Run{"segmented read through registers", 2360, 3480, transactions<128, regmap::kSdoRead, Mode::kAuto>},
-    Run{"block write through registers", 1990, 2640, transactions<128, regmap::kSdoWrite, Mode::kBlock>},
+    Run{"expedited read through registers", 325, 450, transactions<4, regmap::kSdoRead, Mode::kAuto>},
+    Run{"segmented read through registers", 2280, 3300, transactions<128, regmap::kSdoRead, Mode::kAuto>},
+    Run{"block write through registers", 1970, 2600, transactions<128, regmap::kSdoWrite, Mode::kBlock>},
     Run{"SYNC cycle with words", 2850, 4100, sync_cycles<words, 8>},
     Run{"SYNC cycle with BOOLEANs", 3030, 4250, sync_cycles<bits, 1>},
     Run{"SYNC cycle with scattered BOOLEANs", 15700, 14700, sync_cycles<scattered_bits, 1>},
     Run{"write without change", 105, 370, writes_without_change},
-    Run{"write with a change", 1290, 2950, writes_with_change},
+    Run{"write with a change", 1275, 2930, writes_with_change},
     Run{"NMT command", 181, 245, nmt_commands},
     Run{"foreign frame", 58, 81, foreign_frames},
     Run{"expedited read, 4 bytes", 200, 200, transfers<4, Direction::kRead, Mode::kAuto>},
-    Run{"expedited write, 4 bytes", 200, 207, transfers<4, Direction::kWrite, Mode::kAuto>},
+    Run{"expedited write, 4 bytes", 200, 196, transfers<4, Direction::kWrite, Mode::kAuto>},
     Run{"segmented read, 128 bytes", 3400, 3600, transfers<128, Direction::kRead, Mode::kSegmented>},
-    Run{"segmented write, 128 bytes", 3400, 2630, transfers<128, Direction::kWrite, Mode::kSegmented>},
-    Run{"block read with CRC, 128 bytes", 3500, 3190, transfers<128, Direction::kRead, Mode::kBlock>},
+    Run{"segmented write, 128 bytes", 3400, 2490, transfers<128, Direction::kWrite, Mode::kSegmented>},
+    Run{"block read with CRC, 128 bytes", 3500, 3060, transfers<128, Direction::kRead, Mode::kBlock>},
     Run{"block write with CRC, 128 bytes", 2500, 2700, transfers<128, Direction::kWrite, Mode::kBlock>},
     Run{"heartbeat frame", 50, 50, heartbeats},
     Run{"idle poll", 25, 25, idle_polls},
     Run{"SDO response", 0, 0, sdo_responses},
     Run{"SYNC to TPDO", 0, 0, tpdos_at_sync},
     Run{"rare events", 0, 0, rare_events},
-    Run{"reset of the own node", 0, 26500, resets},
+    Run{"reset of the own node", 0, 21500, resets},
 };
 
 }  // namespace
