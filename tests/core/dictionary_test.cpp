@@ -46,6 +46,26 @@ TEST_CASE("Lookup: no object, no sub-index, runs of sub-indices") {
   CHECK(fixture.dictionary.find(0x2004, 0, entry) == AbortCode::kNoObject);
 }
 
+TEST_CASE("Sub-index 0 of a counted array says what the last one is") {
+  constexpr std::array entries{
+      ObjectEntry{0x2000, 1, 3, DataType::kUnsigned16, 1, Flags::kReadWrite | Flags::kCounted, 0, 2}};
+  std::array<std::uint8_t, 12> values{};
+  ObjectDictionary dictionary{entries, values, nullptr};
+  std::array<std::uint8_t, 2> out{};
+  std::size_t size = 0;
+  CHECK(dictionary.read(0x2001, 0, out, size, 0) == AbortCode::kNone);
+  CHECK(size == 1);
+  CHECK(out[0] == 3);
+  CHECK(dictionary.read(0x2001, 0, {}, size, 0) == AbortCode::kReadLength);
+  CHECK(dictionary.write(0x2001, 0, std::span(out).first(1), 0) == AbortCode::kReadOnly);
+  CHECK(dictionary.read(0x2001, 4, out, size, 0) == AbortCode::kNoSubIndex);
+  CHECK(dictionary.read(0x2002, 0, out, size, 0) == AbortCode::kNoObject);
+  out = {0x11, 0x22};
+  CHECK(dictionary.write(0x2001, 3, out, 0) == AbortCode::kNone);
+  CHECK(values[10] == 0x11);
+  CHECK(values[11] == 0x22);
+}
+
 TEST_CASE("Elements of a run do not touch each other") {
   Fixture fixture;
   CHECK(fixture.write(0x2000, 1, {0x11, 0x22}) == AbortCode::kNone);
