@@ -21,7 +21,7 @@ class Schedule {
   }
 
   Time time(std::size_t number) const { return times_[number]; }
-  Time first_time() const { return heap_.empty() ? kNever : times_[heap_.front()]; }
+  Time first_time() const { return first_time_; }
 
   /// Polls those that are due up to and including `now`, also what they want anew.
   void poll(Time now);
@@ -33,6 +33,7 @@ class Schedule {
   void place(std::size_t slot, std::size_t number) {
     heap_[slot] = number;
     slots_[number] = slot;
+    if (slot == 0) first_time_ = times_[number];
   }
   void move(std::size_t number, Time time);
   void sift_up(std::size_t slot);
@@ -42,6 +43,7 @@ class Schedule {
   std::vector<Time> times_;         ///< likewise
   std::vector<std::size_t> slots_;  ///< likewise: where in the heap it is
   std::vector<std::size_t> heap_;   ///< numbers
+  Time first_time_ = kNever;
 };
 
 /// Somebody with a sense of time: is polled when it wanted to be, and says after everything that happens to

@@ -102,18 +102,34 @@ inline bool ModbusTcp::receive(Connection& client) {
   return false;
 }
 
-inline bool ModbusTcp::serve_buffered(Connection& client) {
+bool ModbusTcp::serve_buffered(Connection& client) {
   Bytes rest(client.buffer.data(), client.received);
-  while (client.unsent.empty() && rest.size() >= kUnitOffset) {
+  bool alive = true;
+  while (alive && client.unsent.empty() && rest.size() >= kUnitOffset) {
     const std::size_t length = word(rest, kLengthOffset);
     if (word(rest, kProtocolOffset) != 0 || length < kMinLength || length > kMaxLength) {
       ++counters_.bad_frames;
       return false;
     }
     if (rest.size() < kUnitOffset + length) break;
-    if (!serve(client, rest.first(kUnitOffset + length))) return false;
-    rest = rest.subspan(kUnitOffset + length);
+    const Bytes bytes = rest.first(kUnitOffset + length);
+    rest = rest.subspan(bytes.size());
+    const Bytes pdu = bytes.subspan(kPduOffset);
+    const Served& to = served_[bytes[kUnitOffset]];
+    const bool reached = !to.registers.empty();
+    const ModbusRequest request = reached ? look_at_request(pdu, to.registers.size())
+                                          : ModbusRequest{ModbusException::kGatewayPathUnavailable};
+    ++counters_.requests;
+    if (request.written.count != 0) to.unit->catch_up();
+    const Bytes response = respond(bytes, request, to.registers);
+    alive = send(client, response);
+    if (!reached) continue;
+    if (to.unit->listens())
+      to.unit->on_exchange({client.number, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
+                            static_cast<std::uint8_t>(request.exception), pdu, response.subspan(kPduOffset)});
+    to.unit->on_request(request.exception == ModbusException::kNone, request.written);
   }
+  if (!alive) return false;
   client.received = rest.size();
   if (!rest.empty()) std::copy(rest.begin(), rest.end(), client.buffer.begin());
   const bool half = !rest.empty() && client.unsent.empty();
@@ -122,44 +138,22 @@ inline bool ModbusTcp::serve_buffered(Connection& client) {
   return true;
 }
 
-inline bool ModbusTcp::serve(Connection& client, Bytes request) {
-  const Bytes pdu = request.subspan(kPduOffset);
-  const auto [unit, registers] = served_[request[kUnitOffset]];
-  const bool reached = !registers.empty();
-  const ModbusException exception =
-      reached ? check_request(pdu, registers.size()) : ModbusException::kGatewayPathUnavailable;
-  ++counters_.requests;
-  const bool valid = exception == ModbusException::kNone;
-  const ModbusRange written = valid ? written_by(pdu) : ModbusRange();
-  if (written.count != 0) unit->catch_up();
-  std::array<std::uint8_t, kMaxAdu> bytes;
-  const Bytes response = respond(request, registers, exception, bytes);
-  const bool alive = send(client, response);
-  if (!reached) return alive;
-  if (unit->listens())
-    unit->on_exchange({client.number, static_cast<std::uint16_t>(word(request, 0)), request[kUnitOffset],
-                       static_cast<std::uint8_t>(exception), pdu, response.subspan(kPduOffset)});
-  unit->on_request(valid, written);
-  return alive;
-}
-
-inline ModbusTcp::Bytes ModbusTcp::respond(Bytes request, Registers registers, ModbusException exception,
-                                           std::span<std::uint8_t, kMaxAdu> bytes) {
-  const Bytes pdu = request.subspan(kPduOffset);
-  const ModbusResponse response = bytes.last<kMaxPduBytes>();
+inline ModbusTcp::Bytes ModbusTcp::respond(Bytes bytes, const ModbusRequest& request, Registers registers) {
+  const Bytes pdu = bytes.subspan(kPduOffset);
+  const ModbusResponse response = std::span(response_).last<kMaxPduBytes>();
   std::size_t size = 0;
-  if (exception != ModbusException::kNone) {
+  if (request.exception != ModbusException::kNone) {
     ++counters_.exceptions;
-    size = exception_response(pdu[0], exception, response);
+    size = exception_response(pdu[0], request.exception, response);
   } else if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface)) {
     size = modbus::identification_response(pdu, settings_.identity, response);
   } else {
-    size = execute(pdu, registers, response);
+    size = execute(pdu, request, registers, response);
   }
-  std::memcpy(bytes.data(), request.data(), kPduOffset);
-  bytes[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);
-  bytes[kLengthOffset + 1] = static_cast<std::uint8_t>(1 + size);
-  return Bytes(bytes).first(kPduOffset + size);
+  std::memcpy(response_.data(), bytes.data(), kPduOffset);
+  response_[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);
+  response_[kLengthOffset + 1] = static_cast<std::uint8_t>(1 + size);
+  return Bytes(response_).first(kPduOffset + size);
 }
 
 inline bool ModbusTcp::send(Connection& client, Bytes bytes) {
