@@ -4,7 +4,6 @@
 /// What can be made to happen to a device, as far as it is nothing but an error with a code: the EMCY goes
 /// out when it begins, and again after a reset while it lasts.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -58,6 +58,7 @@ std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) co
 void IoModule::reset(bool application, Time now) {
   incidents_.reset();
   if (!application) return;
+  begun_ = true;
   failed_ = false;
   interrupted_ = false;
   for (DigitalOutput& output : digital_outputs_)
@@ -91,7 +92,7 @@ Time IoModule::update(Time now) {
   }
   refresh_outputs(now);
   incidents_.update(node_, now);
-  if (std::exchange(interrupted_, false)) tell(now);
+  if (interrupted_) tell(now);
   return next;
 }
 
@@ -127,12 +128,13 @@ void IoModule::tell(Time now) {
   for (std::size_t i = 0; i < analogue_inputs_.size(); ++i)
     if (std::exchange(analogue_inputs_[i].interrupt, false))
       node_.changed(kReadAnalogueInput, sub_of(i), now);
+  interrupted_ = false;
 }
 
 /// Not of analogue inputs, which move all the time.
 template <class Channel>
 void IoModule::tell_terminals(Channel& channel, std::uint16_t index, std::size_t place, Time now) {
-  if (channel.shown == channel.terminals()) return;
+  if (!begun_ || channel.shown == channel.terminals()) return;
   const std::int32_t before = std::exchange(channel.shown, channel.terminals());
   node_.terminals(index, sub_of(place), before, channel.shown, now);
 }

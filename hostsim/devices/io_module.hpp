@@ -69,6 +69,7 @@ class IoModule final : public sim::Behaviour {
   std::vector<sim::Bound<std::uint32_t>> interrupt_sources_;
   Time interrupt_at_ = kNever;
   bool failed_ = false;
+  bool begun_ = false;        ///< before, nothing is told of terminals
   bool interrupted_ = false;  ///< an input's interrupt is set
   Incidents incidents_;
 };

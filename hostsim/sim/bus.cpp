@@ -121,8 +121,9 @@ inline std::size_t Arbitration::lowest() const {
   return word * 64 + static_cast<std::size_t>(std::countr_zero(bits_[word]));
 }
 
-inline Port& Arbitration::take_winner() {
-  return only_ != nullptr ? *std::exchange(only_, nullptr) : take_lowest();
+inline Port* Arbitration::take_winner() {
+  if (only_ != nullptr) return std::exchange(only_, nullptr);
+  return words_ == 0 ? nullptr : &take_lowest();
 }
 
 /// Its bits are the lowest that are set: x & (x - 1) clears them.
@@ -184,16 +185,16 @@ void Bus::drop_queue(Port& port) {
 /// Puts the winner on the bus; false when there is none, or the outside has no room. Without a bit rate it is
 /// over at once.
 inline bool Bus::start_next(Time now) {
-  if (arbitration_.empty()) return false;
-  if (outside_ != nullptr && !outside_->transmit(arbitration_.winner().front())) {
+  if (outside_ != nullptr && !arbitration_.empty() && !outside_->transmit(arbitration_.winner().front())) {
     ++counters_.outside_waits;
     stopped_ = true;
     return false;
   }
-  Port& port = arbitration_.take_winner();
-  current_ = port.front();
-  sender_ = &port;
-  if (++port.first_ != port.next_) arbitration_.add(port);
+  Port* const port = arbitration_.take_winner();
+  if (port == nullptr) return false;
+  current_ = port->front();
+  sender_ = port;
+  if (++port->first_ != port->next_) arbitration_.add(*port);
   ++counters_.frames;
   if (bit_rate_ != 0 && outside_ == nullptr) current_ends_ = now + frame_time(current_, bit_rate_);
   return true;

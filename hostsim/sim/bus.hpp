@@ -125,8 +125,8 @@ class Arbitration {
   bool empty() const { return only_ == nullptr && words_ == 0; }
   /// Its front frame wins; it stays in. Not to be asked when empty().
   const Port& winner() const { return only_ != nullptr ? *only_ : *waiting_[lowest()]; }
-  /// Likewise, but it is out then.
-  Port& take_winner();
+  /// Likewise, but it is out then; null when empty().
+  Port* take_winner();
 
  private:
   void insert(Port& port);

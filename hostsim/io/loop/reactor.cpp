@@ -31,7 +31,7 @@ Time time_of(clockid_t clock) {
   timespec time{};
   clock_gettime(clock, &time);
   return static_cast<Time>(time.tv_sec) * kSecond +
-         static_cast<Time>(time.tv_nsec / kNanosecondsPerMicrosecond);
+         static_cast<Time>(time.tv_nsec) / kNanosecondsPerMicrosecond;
 }
 
 timespec to_timespec(Time time) {
@@ -106,9 +106,10 @@ void Reactor::set_timer(Time until) {
 }
 
 std::size_t Reactor::run_once(Time until) {
-  if (until > time_ && until < timer_at_) set_timer(until);
+  const bool waits = until > time_;
+  if (waits && until < timer_at_) set_timer(until);
   const int count =
-      epoll_wait(epoll_.get(), events_.data(), static_cast<int>(events_.size()), until > time_ ? -1 : 0);
+      epoll_wait(epoll_.get(), events_.data(), static_cast<int>(events_.size()), waits ? -1 : 0);
   read_clock();
   ++turn_;
   std::size_t called = 0;

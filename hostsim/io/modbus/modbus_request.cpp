@@ -2,7 +2,6 @@
 #include "io/modbus/modbus_request.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstring>
 

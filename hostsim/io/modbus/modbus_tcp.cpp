@@ -3,7 +3,6 @@
 
 #include <sys/socket.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -16,8 +15,7 @@ namespace {
 constexpr std::size_t kProtocolOffset = 2;
 constexpr std::size_t kLengthOffset = 4;
 constexpr std::size_t kUnitOffset = 6;
-constexpr std::size_t kMinLength = 2;
-constexpr std::size_t kMaxLength = 1 + kMaxPduBytes;
+constexpr std::size_t kLeast = 8;  // with a function code
 
 // Messaging on TCP/IP V1.0b, 4.4.2.1: either stands for the server itself where there is nothing to select.
 constexpr std::uint8_t kUnitOfServer = 0xFF;
@@ -103,39 +101,41 @@ inline bool ModbusTcp::receive(Connection& client) {
 }
 
 bool ModbusTcp::serve_buffered(Connection& client) {
-  Bytes rest(client.buffer.data(), client.received);
-  bool alive = true;
-  while (alive && client.unsent.empty() && rest.size() >= kUnitOffset) {
-    const std::size_t length = word(rest, kLengthOffset);
-    if (word(rest, kProtocolOffset) != 0 || length < kMinLength || length > kMaxLength) {
+  const std::uint8_t* rest = client.buffer.data();
+  while (client.received >= kUnitOffset && client.unsent.empty()) {
+    const std::size_t size = kUnitOffset + word({rest, kUnitOffset}, kLengthOffset);
+    if (word({rest, kUnitOffset}, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu) {
       ++counters_.bad_frames;
       return false;
     }
-    if (rest.size() < kUnitOffset + length) break;
-    const Bytes bytes = rest.first(kUnitOffset + length);
-    rest = rest.subspan(bytes.size());
-    const Bytes pdu = bytes.subspan(kPduOffset);
-    const Served& to = served_[bytes[kUnitOffset]];
-    const bool reached = !to.registers.empty();
-    const ModbusRequest request = reached ? look_at_request(pdu, to.registers.size())
-                                          : ModbusRequest{ModbusException::kGatewayPathUnavailable};
-    ++counters_.requests;
-    if (request.written.count != 0) to.unit->catch_up();
-    const Bytes response = respond(bytes, request, to.registers);
-    alive = send(client, response);
-    if (!reached) continue;
-    if (to.unit->listens())
-      to.unit->on_exchange({client.number, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
-                            static_cast<std::uint8_t>(request.exception), pdu, response.subspan(kPduOffset)});
-    to.unit->on_request(request.exception == ModbusException::kNone, request.written);
+    if (client.received < size) break;
+    if (!serve(client, {rest, size})) return false;
+    rest += size;
+    client.received -= size;
   }
-  if (!alive) return false;
-  client.received = rest.size();
-  if (!rest.empty()) std::copy(rest.begin(), rest.end(), client.buffer.begin());
-  const bool half = !rest.empty() && client.unsent.empty();
+  if (client.received != 0) std::memmove(client.buffer.data(), rest, client.received);
+  const bool half = client.received != 0 && client.unsent.empty();
   if (half || client.deadline != kNever)
     set_deadline(client, half ? reactor_.time() + settings_.half_request_timeout : kNever);
   return true;
+}
+
+inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
+  const Bytes pdu = bytes.subspan(kPduOffset);
+  const Served& to = served_[bytes[kUnitOffset]];
+  const bool reached = !to.registers.empty();
+  const ModbusRequest request = reached ? look_at_request(pdu, to.registers.size())
+                                        : ModbusRequest{ModbusException::kGatewayPathUnavailable};
+  ++counters_.requests;
+  if (request.written.count != 0) to.unit->catch_up();
+  const Bytes response = respond(bytes, request, to.registers);
+  const bool alive = send(client, response);
+  if (!reached) return alive;
+  if (to.unit->listens())
+    to.unit->on_exchange({client.number, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
+                          static_cast<std::uint8_t>(request.exception), pdu, response.subspan(kPduOffset)});
+  to.unit->on_request(request.exception == ModbusException::kNone, request.written);
+  return alive;
 }
 
 inline ModbusTcp::Bytes ModbusTcp::respond(Bytes bytes, const ModbusRequest& request, Registers registers) {

@@ -107,6 +107,7 @@ class ModbusTcp {
   bool on_ready(Connection& client);
   bool receive(Connection& client);
   bool serve_buffered(Connection& client);
+  bool serve(Connection& client, Bytes bytes);
   Bytes respond(Bytes bytes, const ModbusRequest& request, Registers registers);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
