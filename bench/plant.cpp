@@ -8,12 +8,12 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <fstream>
 #include <sstream>
 #include <string>
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
@@ -67,7 +67,7 @@ class Master final : public sim::Receiver {
     Frame frame;
     frame.id = id;
     frame.length = length;
-    store_little_endian(frame.data, data);
+    std::memcpy(frame.data.data(), &data, sizeof data);
     while (!port_.try_send(frame))
       world_.advance(now);
     ++sent;

@@ -49,10 +49,10 @@ class Program {
 /// What time it is in the simulation, and what makes it go on: this machine's clock, or a ManualClock.
 class Clock {
  public:
-  explicit Clock(io::Reactor& reactor) : reactor_(reactor) {}
+  explicit Clock(io::Reactor& reactor) : Clock(reactor, reactor.time()) {}
   virtual ~Clock() = default;
   /// The same during a turn.
-  virtual Time now() const { return reactor_.time(); }
+  Time now() const { return shown_; }
   /// What makes wall-clock time (microseconds since 1970) of now()'s; 0 where there is none.
   virtual Time wall_offset() const { return io::Reactor::wall_offset(); }
   /// Time passes by itself; else in steps of any length, when it is told to.
@@ -64,7 +64,12 @@ class Clock {
   }
 
  protected:
+  Clock(io::Reactor& reactor, const Time& shown) : reactor_(reactor), shown_(shown) {}
+
   io::Reactor& reactor_;
+
+ private:
+  const Time& shown_;
 };
 
 }  // namespace cbcan::app

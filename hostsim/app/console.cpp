@@ -25,7 +25,7 @@ void Console::tell(std::string_view lines) {
   flush();
 }
 
-void Console::flush_waiting() {
+Time Console::flush_waiting() {
   if (const int error = out_.flush(); error != 0) {
     out_.take_rest();
     if (error != EPIPE)
@@ -33,8 +33,9 @@ void Console::flush_waiting() {
                                  "; make room, or send it elsewhere");
   }
   if (err_.flush() != 0) err_.take_rest();
-  if (dropped_ == 0 || err_.waiting() != 0) return;
-  warn(fmt::format("{} lines are missing here: they were not read in time", std::exchange(dropped_, 0)));
+  if (dropped_ != 0 && err_.waiting() == 0)
+    warn(fmt::format("{} lines are missing here: they were not read in time", std::exchange(dropped_, 0)));
+  return earlier(out_.next_deadline(), err_.next_deadline());
 }
 
 }  // namespace cbcan::app

@@ -25,17 +25,12 @@ class Console {
   /// Whole lines, for people. What nobody reads in time is dropped; how many lines those were is told later.
   void tell(std::string_view lines);
 
-  /// To be called once per turn, and at next_deadline().
-  void flush() {
-    if (waits()) flush_waiting();
-  }
-  Time next_deadline() const {
-    return waits() ? earlier(out_.next_deadline(), err_.next_deadline()) : kNever;
-  }
+  /// To be called once per turn; returns when at the latest.
+  Time flush() { return waits() ? flush_waiting() : kNever; }
 
  private:
   bool waits() const { return out_.waiting() != 0 || err_.waiting() != 0 || dropped_ != 0; }
-  void flush_waiting();
+  Time flush_waiting();
 
   io::Output out_ = io::Output::standard(1);
   io::Output err_ = io::Output::standard(2);

@@ -18,9 +18,8 @@ class ManualClock final : public Clock {
  public:
   /// `reads_input`: else standard input belongs to somebody else, who says when the program ends.
   ManualClock(io::Reactor& reactor, Console& console, bool reads_input)
-      : Clock(reactor), console_(console), reads_input_(reads_input) {}
+      : Clock(reactor, now_), console_(console), reads_input_(reads_input) {}
 
-  Time now() const override { return now_; }
   Time wall_offset() const override { return 0; }
   bool runs() const override { return false; }
   void drive(Program& program) override;

@@ -175,7 +175,8 @@ std::string Network::ways_in() const {
   return lines;
 }
 
-void Network::start() {
+void Network::start(bool attended) {
+  attended_ = attended;
   tell_time_of_day();
   core_.start(surroundings_.clock.now());
   wants(next_event());
@@ -187,14 +188,13 @@ void Network::catch_up() {
 
 void Network::on_request(bool valid, const io::ModbusRange& written) {
   const Time now = surroundings_.clock.now();
-  if (written.count == 0)
-    catch_up();
-  else
-    surroundings_.on_written(number_, written);
-  if (valid) core_.on_request(written.first, written.count, now);
-  if (written.count == 0) return;
-  wants(next_event());
-  surroundings_.on_applied();
+  const bool writes = written.count != 0;
+  if (!writes) catch_up();
+  if (writes && attended_) surroundings_.on_written(number_, written);
+  if (valid) core_.on_plc(now);
+  if (!writes) return;
+  wants(core_.on_written(written.first, written.count, now));
+  if (attended_) surroundings_.on_applied();
 }
 
 void Network::on_fault(std::string_view text, Time now) {

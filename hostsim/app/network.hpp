@@ -68,7 +68,8 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   /// How programs join the bus: for each door a line that can be copied.
   std::string ways_in() const;
 
-  void start();
+  /// `attended`: somebody besides wants to know what the PLC writes, see Surroundings.
+  void start(bool attended);
 
   void catch_up() override;
   void on_request(bool valid, const io::ModbusRange& written) override;
@@ -117,6 +118,7 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
 
   Surroundings surroundings_;
   std::size_t number_;
+  bool attended_ = true;
   std::string name_;  ///< in front of lines for people; empty if it is the only one
   std::string can_;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;

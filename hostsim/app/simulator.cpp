@@ -55,6 +55,7 @@ Simulator::Simulator(const plant::Config& config, plant::PlantBuild build, Conso
       }),
       signals_(reactor_),
       clock_(make_clock(config.clock, reactor_, console, reads_input)),
+      runs_(clock_->runs()),
       started_(clock_->now()),
       waits_(clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock) {
   open_networks(config, std::move(build));
@@ -194,9 +195,10 @@ std::string Simulator::ways_in() const {
 }
 
 void Simulator::run() {
+  attended_ = !runs_ || recorder_ || trace_ || pcap_ || commands_ || rtu_ || http_ || !with_doors_.empty();
   reactor_.read_clock();
   for (const auto& network : networks_)
-    network->start();
+    network->start(attended_);
   clock_->drive(*this);
   flush();
   if (commands_) commands_->flush();
@@ -221,17 +223,23 @@ std::size_t Simulator::turn(Time until) {
   const Time now = reactor_.time();
   for (Network* network : with_doors_)
     network->advance();
-  if (clock_->runs()) schedule_.poll(now);
-  look_at_waits();
-  if (modbus_) modbus_->poll(now);
+  if (runs_) schedule_.poll(now);
+  if (attended_) look_at_waits();
+  if (modbus_) until = earlier(until, modbus_->poll(now));
+  if (attended_) until = earlier(until, attend(now));
+  if (runs_) until = earlier(until, schedule_.first_time());
+  return reactor_.run_once(earlier(until, console_.flush()));
+}
+
+/// Returns when it has something to do next.
+Time Simulator::attend(Time now) {
   if (rtu_) rtu_->poll(now);
   for (Network* network : with_doors_)
     network->turn(now);
   look_at_journal();
-  console_.flush();
   if (commands_) commands_->flush();
   if (http_) http_->poll(now);
-  return reactor_.run_once(earlier(until, next_deadline()));
+  return attended_deadline();
 }
 
 /// What is due is done, and who has waited for it is answered.
@@ -269,15 +277,13 @@ void Simulator::advance() {
     network->advance();
 }
 
-inline Time Simulator::next_deadline() const {
-  Time next = console_.next_deadline();
-  if (pcap_) next = earlier(next, pcap_->next_deadline());
-  if (modbus_) next = earlier(next, modbus_->next_deadline());
+Time Simulator::attended_deadline() const {
+  Time next = kNever;
+  if (pcap_) next = pcap_->next_deadline();
   if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
-  if (clock_->runs()) {
+  if (runs_) {
     const Time look = waits_.next_look();
-    next = earlier(next, schedule_.first_time());
     if (look != kNever) next = earlier(next, started_ + look);
   } else if (waits_.want_time()) {
     next = 0;

@@ -78,13 +78,15 @@ class Simulator final : private Program {
   bool look_at_waits() override;
   void stop();
   void on_written(std::size_t network, const io::ModbusRange& written);
-  Time next_deadline() const;
+  Time attend(Time now);
+  Time attended_deadline() const;
 
   Console& console_;
   io::Warn warn_;
   io::Reactor reactor_;
   io::StopSignals signals_;
   std::unique_ptr<Clock> clock_;
+  bool runs_;  ///< the clock
   Time started_;
   sim::Schedule schedule_;
   std::vector<std::unique_ptr<Network>> networks_;
@@ -99,6 +101,7 @@ class Simulator final : private Program {
   std::optional<io::PcapFile> pcap_;
   Waits waits_;
   bool stopping_ = false;
+  bool attended_ = true;  ///< by more than Modbus clients: views, commands, doors; a clock that stands
   std::optional<io::StreamServer> commands_;
   std::optional<io::ModbusTcp> modbus_;
   std::optional<io::ModbusSerial> rtu_;

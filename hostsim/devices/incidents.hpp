@@ -4,7 +4,6 @@
 /// What can be made to happen to a device, as far as it is nothing but an error with a code: the EMCY goes
 /// out when it begins, and again after a reset while it lasts.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -25,21 +24,24 @@ class Incidents {
   Incidents(std::span<const std::string_view> names, std::span<const ErrorKind> kinds);
 
   std::span<const std::string_view> names() const { return names_; }
-  bool present(std::size_t incident) const { return present_.at(incident); }
+  bool present(std::size_t incident) const { return (present_ >> incident & 1) != 0; }
 
   /// An unknown name is ignored.
   void set(std::string_view name, bool present);
   /// The node has forgotten its errors.
-  void reset() { told_ = {}; }
+  void reset() { told_ = 0; }
   /// Tells the node what has begun or ended.
-  void update(sim::DeviceNode& node, Time now);
+  void update(sim::DeviceNode& node, Time now) {
+    if (present_ != told_) tell(node, now);
+  }
 
  private:
-  static constexpr std::size_t kMost = 8;
+  void tell(sim::DeviceNode& node, Time now);
+
   std::span<const std::string_view> names_;
   std::span<const ErrorKind> kinds_;
-  std::array<bool, kMost> present_{};
-  std::array<bool, kMost> told_{};
+  std::uint32_t present_ = 0;  ///< one bit each
+  std::uint32_t told_ = 0;     ///< likewise
 };
 
 }  // namespace cbcan::devices

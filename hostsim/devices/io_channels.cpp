@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "devices/io_channels.hpp"
 
-#include <utility>
-
 #include "sim/rounded.hpp"
 
 namespace cbcan::devices {
@@ -93,12 +91,11 @@ DigitalOutput::DigitalOutput(ObjectDictionary& dictionary, std::uint8_t sub)
       error_value_(dictionary, kOutputErrorValue, sub, 0x00),
       filter_mask_(dictionary, kOutputFilterMask, sub, 0xFF) {}
 
-bool DigitalOutput::refresh(bool failed) {
+void DigitalOutput::refresh(bool failed) {
   std::uint8_t levels = value_.get();
   if (failed) levels = merge(error_mode_.get(), error_value_.get(), levels);
   levels ^= polarity_.get();
-  const std::uint8_t before = std::exchange(terminals_, merge(filter_mask_.get(), levels, terminals_));
-  return before != terminals_;
+  terminals_ = merge(filter_mask_.get(), levels, terminals_);
 }
 
 AnalogueInput::AnalogueInput(ObjectDictionary& dictionary, std::uint8_t sub)
@@ -142,11 +139,9 @@ AnalogueOutput::AnalogueOutput(ObjectDictionary& dictionary, std::uint8_t sub)
       error_mode_(dictionary, kAnalogueErrorMode, sub, 1),
       error_value_(dictionary, kAnalogueErrorValue, sub) {}
 
-bool AnalogueOutput::refresh(bool failed) {
+void AnalogueOutput::refresh(bool failed) {
   const bool replaced = failed && error_mode_.get() != 0;
-  const std::int16_t before =
-      std::exchange(terminal_, replaced ? sim::rounded<std::int16_t>(error_value_.get()) : value_.get());
-  return before != terminal_;
+  terminal_ = replaced ? sim::rounded<std::int16_t>(error_value_.get()) : value_.get();
 }
 
 }  // namespace cbcan::devices

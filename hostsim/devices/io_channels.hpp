@@ -47,8 +47,7 @@ class DigitalOutput {
   DigitalOutput(ObjectDictionary& dictionary, std::uint8_t sub);
 
   void switch_off() { terminals_ = 0; }
-  /// True = another value stands at the terminals.
-  bool refresh(bool failed);
+  void refresh(bool failed);
   std::uint8_t terminals() const { return terminals_; }
 
  private:
@@ -85,9 +84,8 @@ class AnalogueOutput {
  public:
   AnalogueOutput(ObjectDictionary& dictionary, std::uint8_t sub);
 
-  /// Likewise.
-  bool refresh(bool failed);
-  std::int16_t terminal() const { return terminal_; }
+  void refresh(bool failed);
+  std::int16_t terminals() const { return terminal_; }
 
  private:
   sim::Bound<std::int16_t> value_;

@@ -40,27 +40,27 @@ IoModule::IoModule(sim::DeviceNode& node)
     : node_(node),
       digital_interrupts_(node.dictionary(), kDigitalInterruptEnable, 0, 1),
       analogue_interrupts_(node.dictionary(), kAnalogueInterruptEnable, 0, 0),
-      digital_inputs_(channels<Input<DigitalInput>>(node.dictionary(), kReadInput)),
-      digital_outputs_(channels<DigitalOutput>(node.dictionary(), kWriteOutput)),
+      digital_inputs_(channels<Input<Shown<DigitalInput>>>(node.dictionary(), kReadInput)),
+      digital_outputs_(channels<Shown<DigitalOutput>>(node.dictionary(), kWriteOutput)),
       analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), kReadAnalogueInput)),
-      analogue_outputs_(channels<AnalogueOutput>(node.dictionary(), kWriteAnalogueOutput)),
+      analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), kWriteAnalogueOutput)),
       interrupt_sources_(numbers(node.dictionary(), kInterruptSource)),
-      told_(digital_inputs_.size() + digital_outputs_.size() + analogue_outputs_.size()),
       incidents_(kIncidents, kIncidentErrors) {}
 
 std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) const {
   const std::size_t place = sub - std::size_t{1};  // of sub-index 0 there is none
   if (index == kWriteOutput && place < digital_outputs_.size()) return digital_outputs_[place].terminals();
   if (index == kWriteAnalogueOutput && place < analogue_outputs_.size())
-    return analogue_outputs_[place].terminal();
+    return analogue_outputs_[place].terminals();
   return std::nullopt;
 }
 
 void IoModule::reset(bool application, Time now) {
   incidents_.reset();
   if (!application) return;
+  begun_ = true;
   failed_ = false;
-  moved_ = true;
+  interrupted_ = false;
   for (DigitalOutput& output : digital_outputs_)
     output.switch_off();
   for (auto& input : digital_inputs_) {
@@ -77,29 +77,38 @@ void IoModule::reset(bool application, Time now) {
 
 Time IoModule::update(Time now) {
   Time next = kNever;
-  for (auto& input : digital_inputs_) {
+  for (std::size_t i = 0; i < digital_inputs_.size(); ++i) {
+    auto& input = digital_inputs_[i];
     next = earlier(next, input.filter(now));
-    if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = true;
+    if (input.refresh() && digital_interrupts_.get() != 0) interrupt(input.interrupt);
+    tell_terminals(input, kReadInput, i, now);
   }
   for (std::size_t i = 0; i < analogue_inputs_.size(); ++i) {
     auto& input = analogue_inputs_[i];
     if (!input.refresh() || analogue_interrupts_.get() == 0) continue;
     input.told();
-    input.interrupt = true;
+    interrupt(input.interrupt);
     note_source(i, now);
   }
-  refresh_outputs();
-  if (std::exchange(moved_, false)) tell_terminals(now);
+  refresh_outputs(now);
   incidents_.update(node_, now);
-  tell(now);
+  if (interrupted_) tell(now);
   return next;
 }
 
-void IoModule::refresh_outputs() {
-  for (DigitalOutput& output : digital_outputs_)
-    moved_ |= output.refresh(failed_);
-  for (AnalogueOutput& output : analogue_outputs_)
-    moved_ |= output.refresh(failed_);
+void IoModule::refresh_outputs(Time now) {
+  for (std::size_t i = 0; i < digital_outputs_.size(); ++i) {
+    digital_outputs_[i].refresh(failed_);
+    tell_terminals(digital_outputs_[i], kWriteOutput, i, now);
+  }
+  for (std::size_t i = 0; i < analogue_outputs_.size(); ++i) {
+    analogue_outputs_[i].refresh(failed_);
+    tell_terminals(analogue_outputs_[i], kWriteAnalogueOutput, i, now);
+  }
+}
+
+void IoModule::interrupt(bool& input) {
+  input = interrupted_ = true;
 }
 
 void IoModule::note_source(std::size_t channel, Time now) {
@@ -119,21 +128,15 @@ void IoModule::tell(Time now) {
   for (std::size_t i = 0; i < analogue_inputs_.size(); ++i)
     if (std::exchange(analogue_inputs_[i].interrupt, false))
       node_.changed(kReadAnalogueInput, sub_of(i), now);
+  interrupted_ = false;
 }
 
 /// Not of analogue inputs, which move all the time.
-void IoModule::tell_terminals(Time now) {
-  auto told = told_.begin();
-  const auto tell = [&](std::uint16_t index, std::size_t place, std::int32_t value) {
-    if (const std::int32_t before = std::exchange(*told++, value); before != value)
-      node_.terminals(index, sub_of(place), before, value, now);
-  };
-  for (std::size_t i = 0; i < digital_inputs_.size(); ++i)
-    tell(kReadInput, i, digital_inputs_[i].terminals());
-  for (std::size_t i = 0; i < digital_outputs_.size(); ++i)
-    tell(kWriteOutput, i, digital_outputs_[i].terminals());
-  for (std::size_t i = 0; i < analogue_outputs_.size(); ++i)
-    tell(kWriteAnalogueOutput, i, analogue_outputs_[i].terminal());
+template <class Channel>
+void IoModule::tell_terminals(Channel& channel, std::uint16_t index, std::size_t place, Time now) {
+  if (!begun_ || channel.shown == channel.terminals()) return;
+  const std::int32_t before = std::exchange(channel.shown, channel.terminals());
+  node_.terminals(index, sub_of(place), before, channel.shown, now);
 }
 
 void IoModule::on_state(nmt::State state, Time /*now*/) {
@@ -153,7 +156,6 @@ bool IoModule::set_input(std::uint16_t index, std::uint8_t sub, double value, Ti
   if (index == kReadInput)
     if (DigitalInput* input = find(digital_inputs_, sub)) {
       input->set_terminals(sim::rounded<std::uint8_t>(value), now);
-      moved_ = true;
       return true;
     }
   if (index == kReadAnalogueInput)

@@ -46,24 +46,31 @@ class IoModule final : public sim::Behaviour {
     using Channel::Channel;
     bool interrupt = false;  ///< that the node has not been told of
   };
+  template <class Channel>
+  struct Shown : Channel {
+    using Channel::Channel;
+    std::int32_t shown = 0;  ///< at its terminals, as the node was told last
+  };
 
-  void refresh_outputs();
+  void refresh_outputs(Time now);
+  void interrupt(bool& input);
   void note_source(std::size_t channel, Time now);
   void tell(Time now);
-  void tell_terminals(Time now);
+  template <class Channel>
+  void tell_terminals(Channel& channel, std::uint16_t index, std::size_t place, Time now);
 
   sim::DeviceNode& node_;
   sim::Bound<std::uint8_t> digital_interrupts_;
   sim::Bound<std::uint8_t> analogue_interrupts_;
-  std::vector<Input<DigitalInput>> digital_inputs_;
-  std::vector<DigitalOutput> digital_outputs_;
+  std::vector<Input<Shown<DigitalInput>>> digital_inputs_;
+  std::vector<Shown<DigitalOutput>> digital_outputs_;
   std::vector<Input<AnalogueInput>> analogue_inputs_;
-  std::vector<AnalogueOutput> analogue_outputs_;
+  std::vector<Shown<AnalogueOutput>> analogue_outputs_;
   std::vector<sim::Bound<std::uint32_t>> interrupt_sources_;
-  std::vector<std::int32_t> told_;  ///< at the terminals of digital inputs and all outputs
   Time interrupt_at_ = kNever;
   bool failed_ = false;
-  bool moved_ = false;  ///< at those terminals something may stand that has not been told
+  bool begun_ = false;        ///< before, nothing is told of terminals
+  bool interrupted_ = false;  ///< an input's interrupt is set
   Incidents incidents_;
 };
 

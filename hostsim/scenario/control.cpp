@@ -325,7 +325,8 @@ Reply Execution::write() {
   Network& of = control_.network(network);
   of.world().advance(now_);
   std::ranges::copy(words, of.registers().begin() + first);
-  of.on_request(first, words.size(), now_);
+  of.on_plc(now_);
+  of.on_written(first, words.size(), now_);
   return {"ok\n"};
 }
 

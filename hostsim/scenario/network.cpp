@@ -118,13 +118,11 @@ void Network::advance_alone(Time now) {
   world_.advance(now);
 }
 
-void Network::on_request(std::size_t first, std::size_t count, Time now) {
-  if (module_ == nullptr) return;
-  module_->on_plc(now);
-  if (count == 0) return;
-  module_->on_registers_written(first, count, now);
-  if (next_deadline() > now) return;
-  together_ != nullptr ? together_->advance(now) : world_.advance_bus(now);
+Time Network::on_written(std::size_t first, std::size_t count, Time now) {
+  if (module_ != nullptr) module_->on_registers_written(first, count, now);
+  if (together_ == nullptr) return earlier(world_.advance_bus(now), replay_due());
+  if (next_deadline() <= now) together_->advance(now);
+  return next_deadline();
 }
 
 }  // namespace cbcan::scenario

@@ -71,9 +71,13 @@ class Network final : private sim::Receiver, private sim::FaultListener {
   Time own_deadline() const { return earlier(world_.next_deadline(), replay_due()); }
   Time started() const { return started_; }
 
-  /// The PLC has made a valid request, which has written `count` registers from `first` on: does what it
-  /// brings about. advance() to this time comes before.
-  void on_request(std::size_t first, std::size_t count, Time now);
+  /// The PLC has made a valid request. advance() to this time comes before.
+  void on_plc(Time now) {
+    if (module_ != nullptr) module_->on_plc(now);
+  }
+  /// Which has written `count` registers, not none, from `first` on: does what it brings about. Returns
+  /// next_deadline().
+  Time on_written(std::size_t first, std::size_t count, Time now);
 
   /// Somebody else on the bus sends this frame. False: the bus takes none now.
   bool send(const Frame& frame) { return tester_.try_send(frame); }

@@ -38,12 +38,12 @@ Time frame_time(const Frame& frame, std::uint32_t bit_rate) {
 }
 
 bool Port::try_send(const Frame& frame) {
-  if (count_ == kQueueFrames || state_ == BusState::kBusOff || !bus_.link_) {
+  if (queued() == kQueueFrames || state_ == BusState::kBusOff || !bus_.link_) {
     ++bus_.counters_.refused;
     return false;
   }
-  queue_[(first_ + count_) % kQueueFrames] = frame;
-  if (++count_ == 1) bus_.arbitration_.add(*this);
+  queue_[next_ % kQueueFrames] = frame;
+  if (next_++ == first_) bus_.arbitration_.add(*this);
   return true;
 }
 
@@ -83,6 +83,15 @@ bool Arbitration::wins(const Port& port, const Port& other) {
 }
 
 inline void Arbitration::add(Port& port) {
+  if (empty()) {
+    only_ = &port;
+    return;
+  }
+  if (only_ != nullptr) insert(*std::exchange(only_, nullptr));
+  insert(port);
+}
+
+void Arbitration::insert(Port& port) {
   const std::size_t bits = first_bits(port.front());
   Port** place = &waiting_[bits];
   while (*place != nullptr && !wins(port, **place))
@@ -93,6 +102,10 @@ inline void Arbitration::add(Port& port) {
 }
 
 void Arbitration::remove(Port& port) {
+  if (&port == only_) {
+    only_ = nullptr;
+    return;
+  }
   const std::size_t bits = first_bits(port.front());
   Port** place = &waiting_[bits];
   while (*place != &port)
@@ -108,8 +121,13 @@ inline std::size_t Arbitration::lowest() const {
   return word * 64 + static_cast<std::size_t>(std::countr_zero(bits_[word]));
 }
 
+inline Port* Arbitration::take_winner() {
+  if (only_ != nullptr) return std::exchange(only_, nullptr);
+  return words_ == 0 ? nullptr : &take_lowest();
+}
+
 /// Its bits are the lowest that are set: x & (x - 1) clears them.
-inline Port& Arbitration::take_winner() {
+inline Port& Arbitration::take_lowest() {
   const std::size_t bits = lowest();
   Port& port = *waiting_[bits];
   waiting_[bits] = port.behind_;
@@ -149,35 +167,36 @@ void Bus::set_state(BusState state, Time now) {
 void Bus::advance(Time now) {
   for (Time free = now; !stopped_;) {
     if (current_ends_ == kNever && !start_next(free)) return;
-    if (current_ends_ > now) return;
-    free = std::exchange(current_ends_, kNever);
+    if (current_ends_ != kNever) {
+      if (current_ends_ > now) return;
+      free = std::exchange(current_ends_, kNever);
+    }
     arrive(current_, sender_, free);
   }
 }
 
 void Bus::drop_queue(Port& port) {
-  if (port.count_ == 0) return;
+  if (port.queued() == 0) return;
   arbitration_.remove(port);
-  counters_.dropped += port.count_;
-  port.count_ = 0;
+  counters_.dropped += port.queued();
+  port.first_ = port.next_;
 }
 
-/// Puts the winner on the bus; false when there is none, or the outside has no room.
+/// Puts the winner on the bus; false when there is none, or the outside has no room. Without a bit rate it is
+/// over at once.
 inline bool Bus::start_next(Time now) {
-  if (arbitration_.empty()) return false;
-  if (outside_ != nullptr && !outside_->transmit(arbitration_.winner().front())) {
+  if (outside_ != nullptr && !arbitration_.empty() && !outside_->transmit(arbitration_.winner().front())) {
     ++counters_.outside_waits;
     stopped_ = true;
     return false;
   }
-  Port& port = arbitration_.take_winner();
-  current_ = port.front();
-  sender_ = &port;
-  port.first_ = (port.first_ + 1) % Port::kQueueFrames;
-  if (--port.count_ != 0) arbitration_.add(port);
+  Port* const port = arbitration_.take_winner();
+  if (port == nullptr) return false;
+  current_ = port->front();
+  sender_ = port;
+  if (++port->first_ != port->next_) arbitration_.add(*port);
   ++counters_.frames;
-  const bool paced = bit_rate_ != 0 && outside_ == nullptr;
-  current_ends_ = paced ? now + frame_time(current_, bit_rate_) : now;
+  if (bit_rate_ != 0 && outside_ == nullptr) current_ends_ = now + frame_time(current_, bit_rate_);
   return true;
 }
 

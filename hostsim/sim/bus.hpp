@@ -76,7 +76,7 @@ Time frame_time(const Frame& frame, std::uint32_t bit_rate);
 /// with the bus.
 class Port final : public CanPort {
  public:
-  static constexpr std::size_t kQueueFrames = 64;
+  static constexpr std::uint32_t kQueueFrames = 64;
 
   /// False when the queue is full, or the controller is bus-off, or the bus has no link.
   bool try_send(const Frame& frame) override;
@@ -96,41 +96,45 @@ class Port final : public CanPort {
   void set_state(BusState state, Time now);
   BusState state() const { return state_; }
 
-  std::size_t queued() const { return count_; }
+  std::size_t queued() const { return next_ - first_; }
 
  private:
   friend class Bus;
   friend class Arbitration;
   Port(Bus& bus, Receiver& receiver, std::uint16_t number)
       : bus_(bus), receiver_(receiver), number_(number) {}
-  const Frame& front() const { return queue_[first_]; }
+  const Frame& front() const { return queue_[first_ % kQueueFrames]; }
 
   Bus& bus_;
   Receiver& receiver_;
   std::array<Frame, kQueueFrames> queue_{};
-  std::size_t first_ = 0;
-  std::size_t count_ = 0;
+  std::uint32_t first_ = 0;  ///< of those in the queue; both count up, and are places modulo kQueueFrames
+  std::uint32_t next_ = 0;   ///< behind them
   BusState state_ = BusState::kActive;
   std::uint16_t number_;
   Port* behind_ = nullptr;  ///< in the arbitration's list
 };
 
-/// Who of those that have something to send wins the bus (ISO 11898-1): the first of the lowest set bit among
-/// the 2,048 that the first eleven bits on the wire can be. Nobody is searched for, however many there are.
+/// Who of those that have something to send wins the bus (ISO 11898-1): the only one, or else the first of
+/// the lowest set bit among the 2,048 that the first eleven bits on the wire can be. Nobody is searched for,
+/// however many there are.
 class Arbitration {
  public:
   void add(Port& port);
   void remove(Port& port);
-  bool empty() const { return words_ == 0; }
+  bool empty() const { return only_ == nullptr && words_ == 0; }
   /// Its front frame wins; it stays in. Not to be asked when empty().
-  const Port& winner() const { return *waiting_[lowest()]; }
-  /// Likewise, but it is out then.
-  Port& take_winner();
+  const Port& winner() const { return only_ != nullptr ? *only_ : *waiting_[lowest()]; }
+  /// Likewise, but it is out then; null when empty().
+  Port* take_winner();
 
  private:
+  void insert(Port& port);
+  Port& take_lowest();
   std::size_t lowest() const;
   static bool wins(const Port& port, const Port& other);
 
+  Port* only_ = nullptr;                  ///< not among the others: there are none
   std::array<Port*, 2048> waiting_{};     ///< by the first eleven bits: a list, the winner first
   std::array<std::uint64_t, 32> bits_{};  ///< which lists are not empty
   std::uint32_t words_ = 0;               ///< which words of bits_ are not 0

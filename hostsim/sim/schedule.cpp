@@ -1,40 +1,35 @@
 // SPDX-License-Identifier: MIT
 #include "sim/schedule.hpp"
 
-#include <utility>
-
 namespace cbcan::sim {
 
 std::size_t Schedule::add(Timed& timed) {
-  const std::size_t number = times_.size();
+  const std::size_t number = timed_.size();
   timed_.push_back(&timed);
-  times_.push_back(kNever);
   slots_.push_back(number);
-  heap_.push_back(number);
+  heap_.push_back({kNever, number});
   return number;
 }
 
 void Schedule::move(std::size_t number, Time time) {
-  const Time before_change = std::exchange(times_[number], time);
-  time < before_change ? sift_up(slots_[number]) : sift_down(slots_[number]);
+  const std::size_t slot = slots_[number];
+  time < heap_[slot].time ? sift_up(slot, {time, number}) : sift_down(slot, {time, number});
 }
 
-void Schedule::sift_up(std::size_t slot) {
-  const std::size_t moving = heap_[slot];
+void Schedule::sift_up(std::size_t slot, const Due& moving) {
   while (slot != 0) {
     const std::size_t parent = (slot - 1) / 2;
-    if (!before(moving, heap_[parent])) break;
+    if (!moving.before(heap_[parent])) break;
     place(slot, heap_[parent]);
     slot = parent;
   }
   place(slot, moving);
 }
 
-void Schedule::sift_down(std::size_t slot) {
-  const std::size_t moving = heap_[slot];
+void Schedule::sift_down(std::size_t slot, const Due& moving) {
   for (std::size_t child = 2 * slot + 1; child < heap_.size(); child = 2 * slot + 1) {
-    if (child + 1 < heap_.size() && before(heap_[child + 1], heap_[child])) ++child;
-    if (!before(heap_[child], moving)) break;
+    if (child + 1 < heap_.size() && heap_[child + 1].before(heap_[child])) ++child;
+    if (!heap_[child].before(moving)) break;
     place(slot, heap_[child]);
     slot = child;
   }

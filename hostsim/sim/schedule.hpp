@@ -17,31 +17,38 @@ class Schedule {
   /// Adds one, due never, who lives as long as there are polls; the number is the count so far.
   std::size_t add(Timed& timed);
   void set(std::size_t number, Time time) {
-    if (time != times_[number]) move(number, time);
+    if (time != this->time(number)) move(number, time);
   }
 
-  Time time(std::size_t number) const { return times_[number]; }
-  Time first_time() const { return heap_.empty() ? kNever : times_[heap_.front()]; }
+  Time time(std::size_t number) const { return heap_[slots_[number]].time; }
+  Time first_time() const { return first_time_; }
 
   /// Polls those that are due up to and including `now`, also what they want anew.
   void poll(Time now);
 
  private:
-  bool before(std::size_t a, std::size_t b) const {
-    return times_[a] != times_[b] ? times_[a] < times_[b] : a < b;
-  }
-  void place(std::size_t slot, std::size_t number) {
-    heap_[slot] = number;
-    slots_[number] = slot;
+  struct Due {
+    bool before(const Due& other) const {
+      return time != other.time ? time < other.time : number < other.number;
+    }
+
+    Time time;
+    std::size_t number;
+  };
+
+  void place(std::size_t slot, const Due& due) {
+    heap_[slot] = due;
+    slots_[due.number] = slot;
+    if (slot == 0) first_time_ = due.time;
   }
   void move(std::size_t number, Time time);
-  void sift_up(std::size_t slot);
-  void sift_down(std::size_t slot);
+  void sift_up(std::size_t slot, const Due& moving);
+  void sift_down(std::size_t slot, const Due& moving);
 
   std::vector<Timed*> timed_;       ///< by their numbers
-  std::vector<Time> times_;         ///< likewise
   std::vector<std::size_t> slots_;  ///< likewise: where in the heap it is
-  std::vector<std::size_t> heap_;   ///< numbers
+  std::vector<Due> heap_;
+  Time first_time_ = kNever;
 };
 
 /// Somebody with a sense of time: is polled when it wanted to be, and says after everything that happens to
@@ -66,7 +73,7 @@ class Timed {
 
 inline void Schedule::poll(Time now) {
   while (first_time() <= now)
-    timed_[heap_.front()]->poll(now);
+    timed_[heap_.front().number]->poll(now);
 }
 
 }  // namespace cbcan::sim

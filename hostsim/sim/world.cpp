@@ -36,19 +36,21 @@ void World::advance(Time now) {
   run_until(now);
 }
 
-void World::advance_bus(Time now) {
+Time World::advance_bus(Time now) {
   // What waits on an idle bus has been sent since the last call: not before what is due next, nor after now.
   if (bus_.next_deadline() <= now_) now_ = std::max(now_, std::min(now, schedule_.first_time()));
-  run_until(now);
+  return run_until(now);
 }
 
-inline void World::run_until(Time now) {
-  for (Time due = next_deadline(); due <= now; due = next_deadline()) {
+inline Time World::run_until(Time now) {
+  Time due = next_deadline();
+  for (; due <= now; due = next_deadline()) {
     now_ = std::max(now_, due);
     bus_.advance(now_);
     schedule_.poll(now_);
   }
   now_ = now;
+  return due;
 }
 
 }  // namespace cbcan::sim

@@ -51,8 +51,8 @@ class World {
 
   /// Does all that is due up to and including `now`, and looks at the registers. `now` never goes back.
   void advance(Time now);
-  /// The same without that look, for those who tell the modules themselves.
-  void advance_bus(Time now);
+  /// The same without that look, for those who tell the modules themselves. Returns next_deadline().
+  Time advance_bus(Time now);
 
   /// When advance() has something to do next; kNever = only after a frame from outside or a written register.
   Time next_deadline() const { return earlier(schedule_.first_time(), bus_.next_deadline()); }
@@ -60,7 +60,7 @@ class World {
  private:
   static constexpr std::array<ScannerWindow, 1> kNoScanner{};
 
-  void run_until(Time now);
+  Time run_until(Time now);
 
   Bus bus_;
   Schedule schedule_;

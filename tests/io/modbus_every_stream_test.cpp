@@ -143,7 +143,7 @@ struct Sweep {
   }
   void check(std::size_t size) {
     ++requests;
-    if (static_cast<int>(check_request({pdu, size}, 4168)) != exception_of(pdu, size))
+    if (static_cast<int>(look_at_request({pdu, size}, 4168).exception) != exception_of(pdu, size))
       FAIL("function " << int{pdu[0]} << " of " << size << " bytes");
   }
 };

@@ -14,7 +14,11 @@ using test::hex;
 constexpr std::size_t kRegisters = 4168;
 
 int exception_of(const Bytes& pdu) {
-  return static_cast<int>(check_request(pdu, kRegisters));
+  return static_cast<int>(look_at_request(pdu, kRegisters).exception);
+}
+
+ModbusRange written_by(const Bytes& pdu) {
+  return look_at_request(pdu, kRegisters).written;
 }
 
 /// What a function that makes a response has made.
@@ -36,7 +40,8 @@ Bytes identification(const Bytes& pdu, const modbus::DeviceIdentity& identity) {
 /// On registers 0..5 of 1000h, 1001h, ...; then the six of them.
 std::pair<Bytes, std::vector<std::uint16_t>> executed(const Bytes& pdu) {
   std::vector<std::uint16_t> registers{0x1000, 0x1001, 0x1002, 0x1003, 0x1004, 0x1005};
-  Bytes response = made([&](ModbusResponse to) { return execute(pdu, registers, to); });
+  const ModbusRequest request = look_at_request(pdu, registers.size());
+  Bytes response = made([&](ModbusResponse to) { return execute(pdu, request, registers, to); });
   return {std::move(response), std::move(registers)};
 }
 

@@ -20,8 +20,6 @@ static_assert(Reactor::kReadable == EPOLLIN && Reactor::kWritable == EPOLLOUT);
 static_assert(Reactor::kEdge == std::uint32_t{EPOLLET});
 static_assert(Reactor::kBroken == (EPOLLERR | EPOLLHUP));
 
-/// Everybody who is ready has a turn before anybody has a second one.
-constexpr std::size_t kEventsPerTurn = 512;
 constexpr std::size_t kUrgentEvents = 64;
 constexpr long kNanosecondsPerMicrosecond = 1000;
 
@@ -33,7 +31,7 @@ Time time_of(clockid_t clock) {
   timespec time{};
   clock_gettime(clock, &time);
   return static_cast<Time>(time.tv_sec) * kSecond +
-         static_cast<Time>(time.tv_nsec / kNanosecondsPerMicrosecond);
+         static_cast<Time>(time.tv_nsec) / kNanosecondsPerMicrosecond;
 }
 
 timespec to_timespec(Time time) {
@@ -102,21 +100,21 @@ void Reactor::clear_ended() {
 /// A timer that runs is never put off, as deadlines are time and again: it comes too early then, and is set
 /// anew.
 void Reactor::set_timer(Time until) {
-  if (until >= timer_at_) return;
   const itimerspec at{{}, to_timespec(until)};
   timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &at, nullptr);
   timer_at_ = until;
 }
 
 std::size_t Reactor::run_once(Time until) {
-  if (until > time_) set_timer(until);
-  std::array<epoll_event, kEventsPerTurn> events;
-  const int count = epoll_wait(epoll_.get(), events.data(), kEventsPerTurn, until > time_ ? -1 : 0);
+  const bool waits = until > time_;
+  if (waits && until < timer_at_) set_timer(until);
+  const int count =
+      epoll_wait(epoll_.get(), events_.data(), static_cast<int>(events_.size()), waits ? -1 : 0);
   read_clock();
   ++turn_;
   std::size_t called = 0;
   for (int i = 0; i < count; ++i) {
-    const epoll_event& event = events[static_cast<std::size_t>(i)];
+    const epoll_event& event = events_[static_cast<std::size_t>(i)];
     auto* const watch = static_cast<Watch*>(event.data.ptr);
     if (watch == nullptr) timer_at_ = kNever;
     if (watch == nullptr || !watch->live || watch->served == turn_) continue;

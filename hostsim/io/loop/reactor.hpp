@@ -13,6 +13,9 @@
 /// Level-triggered: a callback may leave work undone and is called again. Callbacks must not block and must
 /// not call run_once().
 
+#include <sys/epoll.h>
+
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -67,7 +70,7 @@ class Reactor {
   void serve_urgent();
 
   /// now() at the end of the last wait: the time of this turn.
-  Time time() const { return time_; }
+  const Time& time() const { return time_; }
   /// After something long that was no turn.
   void read_clock() { time_ = now(); }
 
@@ -98,6 +101,7 @@ class Reactor {
   Time timer_at_ = kNever;  ///< kNever = it is not running
   Time time_ = now();
   std::vector<std::unique_ptr<Watch>> watches_;  ///< by descriptor
+  std::array<epoll_event, 512> events_{};  ///< everybody who is ready has a turn before anybody has a second
   std::unique_ptr<Watch> ended_;  ///< forgotten during this turn, a list: events may still point at them
 };
 

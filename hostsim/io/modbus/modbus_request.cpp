@@ -2,7 +2,7 @@
 #include "io/modbus/modbus_request.hpp"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cstring>
 
 #include "cbcan/modbus/identification.hpp"
@@ -19,87 +19,71 @@ constexpr std::size_t kMaxRead = 125;               // V1.1b3, 6.3
 constexpr std::size_t kMaxWrite = 123;              // V1.1b3, 6.12
 constexpr std::size_t kMaxWriteWhileReading = 121;  // V1.1b3, 6.17
 
-ModbusException check_range(std::size_t address, std::size_t count, std::size_t registers) {
-  return address + count <= registers ? kNone : kIllegalDataAddress;
+// Offsets of the values behind their quantity and count of bytes.
+constexpr std::size_t kWrittenValues = 6;
+constexpr std::size_t kValuesWrittenWhileReading = 10;
+
+/// First and quantity.
+ModbusRange range_at(Pdu pdu, std::size_t offset) {
+  return {word(pdu, offset), word(pdu, offset + 2)};
 }
 
-/// Quantity and byte count of the values to be written, which lie at `offset`.
-bool values_fit(Pdu pdu, std::size_t offset, std::size_t most) {
-  const std::size_t quantity = word(pdu, offset);
-  const std::size_t bytes = pdu[offset + 2];
-  return quantity >= 1 && quantity <= most && bytes == 2 * quantity && pdu.size() == offset + 3 + bytes;
+bool readable(const ModbusRange& range) {
+  return range.count >= 1 && range.count <= kMaxRead;
 }
 
-bool readable(std::size_t quantity) {
-  return quantity >= 1 && quantity <= kMaxRead;
+bool writable(const ModbusRange& range, std::size_t most, Pdu pdu, std::size_t values) {
+  const std::size_t bytes = pdu[values - 1];
+  return range.count >= 1 && range.count <= most && bytes == 2 * range.count && pdu.size() == values + bytes;
 }
 
-ModbusException check_read(Pdu pdu, std::size_t registers) {
-  if (pdu.size() != 5 || !readable(word(pdu, 3))) return kIllegalDataValue;
-  return check_range(word(pdu, 1), word(pdu, 3), registers);
-}
-
-ModbusException check_one(Pdu pdu, std::size_t size, std::size_t registers) {
-  if (pdu.size() != size) return kIllegalDataValue;
-  return check_range(word(pdu, 1), 1, registers);
-}
-
-ModbusException check_write(Pdu pdu, std::size_t registers) {
-  if (pdu.size() < 6 || !values_fit(pdu, 3, kMaxWrite)) return kIllegalDataValue;
-  return check_range(word(pdu, 1), word(pdu, 3), registers);
-}
-
-ModbusException check_read_write(Pdu pdu, std::size_t registers) {
-  if (pdu.size() < 10 || !readable(word(pdu, 3)) || !values_fit(pdu, 7, kMaxWriteWhileReading))
-    return kIllegalDataValue;
-  return std::max(check_range(word(pdu, 1), word(pdu, 3), registers),
-                  check_range(word(pdu, 5), word(pdu, 7), registers));
-}
-
-/// The values of first and quantity at pdu[1..4], behind function code and count of bytes.
-std::size_t read(Pdu pdu, std::span<std::uint16_t> registers, ModbusResponse response) {
-  const auto values = registers.subspan(word(pdu, 1), word(pdu, 3));
-  response[1] = static_cast<std::uint8_t>(2 * values.size());
-  std::size_t size = 2;
-  for (const std::uint16_t value : values) {
-    response[size++] = static_cast<std::uint8_t>(value >> 8);
-    response[size++] = static_cast<std::uint8_t>(value);
-  }
-  return size;
-}
-
-/// The values behind first, quantity and count of bytes, which begin at `offset`.
-void write(Pdu pdu, std::size_t offset, std::span<std::uint16_t> registers) {
-  const std::uint8_t* from = &pdu[offset + 5];
-  for (std::uint16_t& value : registers.subspan(word(pdu, offset), word(pdu, offset + 2))) {
-    value = static_cast<std::uint16_t>(from[0] << 8 | from[1]);
-    from += 2;
-  }
+/// Between registers, which are in host byte order, and a PDU's bytes: the same both ways.
+void copy_words(const void* from, void* to, std::size_t count) {
+  static_assert(std::endian::native == std::endian::little);
+  constexpr std::uint64_t kLowBytes = 0x00FF'00FF'00FF'00FF;
+  const auto* in = static_cast<const std::uint8_t*>(from);
+  auto* out = static_cast<std::uint8_t*>(to);
+  const auto copy = [&](auto words) {
+    std::memcpy(&words, in, sizeof words);
+    words = static_cast<decltype(words)>((words >> 8 & kLowBytes) | (words & kLowBytes) << 8);
+    std::memcpy(out, &words, sizeof words);
+    in += sizeof words;
+    out += sizeof words;
+  };
+  for (; count >= 4; count -= 4)
+    copy(std::uint64_t{});
+  for (; count != 0; --count)
+    copy(std::uint16_t{});
 }
 
 }  // namespace
 
-ModbusException check_request(Pdu pdu, std::size_t registers) {
+ModbusRequest look_at_request(Pdu pdu, std::size_t registers) {
+  ModbusRequest request;
+  bool fits = false;
   switch (static_cast<ModbusFunction>(pdu[0])) {
     case kReadHoldingRegisters:
-    case kReadInputRegisters: return check_read(pdu, registers);
-    case kWriteSingleRegister: return check_one(pdu, 5, registers);
-    case kWriteMultipleRegisters: return check_write(pdu, registers);
-    case kMaskWriteRegister: return check_one(pdu, 7, registers);
-    case kReadWriteMultipleRegisters: return check_read_write(pdu, registers);
-    case kEncapsulatedInterface: return static_cast<ModbusException>(modbus::check_identification(pdu));
-  }
-  return kIllegalFunction;
-}
-
-ModbusRange written_by(Pdu pdu) {
-  switch (static_cast<ModbusFunction>(pdu[0])) {
+    case kReadInputRegisters: fits = pdu.size() == 5 && readable(request.read = range_at(pdu, 1)); break;
     case kWriteSingleRegister:
-    case kMaskWriteRegister: return {word(pdu, 1), 1};
-    case kWriteMultipleRegisters: return {word(pdu, 1), word(pdu, 3)};
-    case kReadWriteMultipleRegisters: return {word(pdu, 5), word(pdu, 7)};
-    default: return {};
+    case kMaskWriteRegister:
+      fits = pdu.size() == (pdu[0] == static_cast<std::uint8_t>(kMaskWriteRegister) ? 7 : 5);
+      if (fits) request.written = {word(pdu, 1), 1};
+      break;
+    case kWriteMultipleRegisters:
+      fits = pdu.size() >= kWrittenValues &&
+             writable(request.written = range_at(pdu, 1), kMaxWrite, pdu, kWrittenValues);
+      break;
+    case kReadWriteMultipleRegisters:
+      fits = pdu.size() >= kValuesWrittenWhileReading && readable(request.read = range_at(pdu, 1)) &&
+             writable(request.written = range_at(pdu, 5), kMaxWriteWhileReading, pdu,
+                      kValuesWrittenWhileReading);
+      break;
+    case kEncapsulatedInterface: return {static_cast<ModbusException>(modbus::check_identification(pdu))};
+    default: return {kIllegalFunction};
   }
+  const auto exist = [&](const ModbusRange& range) { return range.first + range.count <= registers; };
+  if (!fits) return {kIllegalDataValue};
+  return exist(request.read) && exist(request.written) ? request : ModbusRequest{kIllegalDataAddress};
 }
 
 std::size_t exception_response(std::uint8_t function, ModbusException exception, ModbusResponse response) {
@@ -108,23 +92,24 @@ std::size_t exception_response(std::uint8_t function, ModbusException exception,
   return 2;
 }
 
-std::size_t execute(Pdu pdu, std::span<std::uint16_t> registers, ModbusResponse response) {
+std::size_t execute(Pdu pdu, const ModbusRequest& request, std::span<std::uint16_t> registers,
+                    ModbusResponse response) {
   constexpr std::size_t kAddressAndWord = 5;  // with the function code
-  std::memcpy(response.data(), pdu.data(), kAddressAndWord);
-  switch (static_cast<ModbusFunction>(pdu[0])) {
-    case kWriteSingleRegister:
-      registers[word(pdu, 1)] = static_cast<std::uint16_t>(word(pdu, 3));
-      return kAddressAndWord;
-    case kWriteMultipleRegisters: write(pdu, 1, registers); return kAddressAndWord;
-    case kMaskWriteRegister: {
-      std::uint16_t& value = registers[word(pdu, 1)];
-      value = static_cast<std::uint16_t>((value & word(pdu, 3)) | (word(pdu, 5) & ~word(pdu, 3)));
-      std::ranges::copy(pdu, response.begin());
-      return pdu.size();
-    }
-    case kReadWriteMultipleRegisters: write(pdu, 5, registers); [[fallthrough]];
-    default: return read(pdu, registers, response);
+  const ModbusRange& written = request.written;
+  const ModbusRange& read = request.read;
+  if (pdu[0] == static_cast<std::uint8_t>(kMaskWriteRegister)) {
+    std::uint16_t& value = registers[written.first];
+    value = static_cast<std::uint16_t>((value & word(pdu, 3)) | (word(pdu, 5) & ~word(pdu, 3)));
+    std::ranges::copy(pdu, response.begin());
+    return pdu.size();
   }
+  if (written.count != 0)
+    copy_words(&pdu[pdu.size() - 2 * written.count], &registers[written.first], written.count);
+  std::memcpy(response.data(), pdu.data(), kAddressAndWord);
+  if (read.count == 0) return kAddressAndWord;
+  response[1] = static_cast<std::uint8_t>(2 * read.count);
+  copy_words(&registers[read.first], &response[2], read.count);
+  return 2 + 2 * read.count;
 }
 
 }  // namespace cbcan::io

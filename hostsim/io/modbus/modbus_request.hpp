@@ -39,12 +39,6 @@ inline std::size_t word(std::span<const std::uint8_t> bytes, std::size_t offset)
   return static_cast<std::size_t>(bytes[offset] << 8 | bytes[offset + 1]);
 }
 
-/// Checks a request against holding registers 0..registers-1, in the specification's order: function, then
-/// lengths and quantities, then addresses. A PDU longer or shorter than its function needs is an illegal
-/// value. kNone for register functions means: every byte that the function needs is there and every address
-/// exists. `pdu` is not empty.
-ModbusException check_request(std::span<const std::uint8_t> pdu, std::size_t registers);
-
 /// Registers first..first+count-1; count = 0: none.
 struct ModbusRange {
   std::size_t first = 0;
@@ -52,16 +46,27 @@ struct ModbusRange {
   bool operator==(const ModbusRange&) const = default;
 };
 
-/// What a request that check_request() has passed writes.
-ModbusRange written_by(std::span<const std::uint8_t> pdu);
+/// What a request is to do.
+struct ModbusRequest {
+  ModbusException exception = ModbusException::kNone;  ///< else nothing
+  ModbusRange written{};
+  ModbusRange read{};  ///< afterwards
+};
+
+/// Checks a request against holding registers 0..registers-1, in the specification's order: function, then
+/// lengths and quantities, then addresses. A PDU longer or shorter than its function needs is an illegal
+/// value. kNone for register functions means: every byte that the function needs is there and every address
+/// exists. `pdu` is not empty.
+ModbusRequest look_at_request(std::span<const std::uint8_t> pdu, std::size_t registers);
 
 /// Where a response's PDU is made. The functions return its size.
 using ModbusResponse = std::span<std::uint8_t, kMaxPduBytes>;
 
 std::size_t exception_response(std::uint8_t function, ModbusException exception, ModbusResponse response);
 
-/// Executes a register function that check_request() has passed on registers 0.., in host byte order.
-std::size_t execute(std::span<const std::uint8_t> pdu, std::span<std::uint16_t> registers,
-                    ModbusResponse response);
+/// Executes a register function on registers 0.., in host byte order; `request` is what look_at_request() has
+/// found, without an exception.
+std::size_t execute(std::span<const std::uint8_t> pdu, const ModbusRequest& request,
+                    std::span<std::uint16_t> registers, ModbusResponse response);
 
 }  // namespace cbcan::io

@@ -3,7 +3,6 @@
 
 #include <sys/socket.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -16,8 +15,7 @@ namespace {
 constexpr std::size_t kProtocolOffset = 2;
 constexpr std::size_t kLengthOffset = 4;
 constexpr std::size_t kUnitOffset = 6;
-constexpr std::size_t kMinLength = 2;
-constexpr std::size_t kMaxLength = 1 + kMaxPduBytes;
+constexpr std::size_t kLeast = 8;  // with a function code
 
 // Messaging on TCP/IP V1.0b, 4.4.2.1: either stands for the server itself where there is nothing to select.
 constexpr std::uint8_t kUnitOfServer = 0xFF;
@@ -102,64 +100,60 @@ inline bool ModbusTcp::receive(Connection& client) {
   return false;
 }
 
-inline bool ModbusTcp::serve_buffered(Connection& client) {
-  Bytes rest(client.buffer.data(), client.received);
-  while (client.unsent.empty() && rest.size() >= kUnitOffset) {
-    const std::size_t length = word(rest, kLengthOffset);
-    if (word(rest, kProtocolOffset) != 0 || length < kMinLength || length > kMaxLength) {
+bool ModbusTcp::serve_buffered(Connection& client) {
+  const std::uint8_t* rest = client.buffer.data();
+  while (client.received >= kUnitOffset && client.unsent.empty()) {
+    const std::size_t size = kUnitOffset + word({rest, kUnitOffset}, kLengthOffset);
+    if (word({rest, kUnitOffset}, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu) {
       ++counters_.bad_frames;
       return false;
     }
-    if (rest.size() < kUnitOffset + length) break;
-    if (!serve(client, rest.first(kUnitOffset + length))) return false;
-    rest = rest.subspan(kUnitOffset + length);
+    if (client.received < size) break;
+    if (!serve(client, {rest, size})) return false;
+    rest += size;
+    client.received -= size;
   }
-  client.received = rest.size();
-  if (!rest.empty()) std::copy(rest.begin(), rest.end(), client.buffer.begin());
-  const bool half = !rest.empty() && client.unsent.empty();
+  if (client.received != 0) std::memmove(client.buffer.data(), rest, client.received);
+  const bool half = client.received != 0 && client.unsent.empty();
   if (half || client.deadline != kNever)
     set_deadline(client, half ? reactor_.time() + settings_.half_request_timeout : kNever);
   return true;
 }
 
-inline bool ModbusTcp::serve(Connection& client, Bytes request) {
-  const Bytes pdu = request.subspan(kPduOffset);
-  const auto [unit, registers] = served_[request[kUnitOffset]];
-  const bool reached = !registers.empty();
-  const ModbusException exception =
-      reached ? check_request(pdu, registers.size()) : ModbusException::kGatewayPathUnavailable;
+inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
+  const Bytes pdu = bytes.subspan(kPduOffset);
+  const Served& to = served_[bytes[kUnitOffset]];
+  const bool reached = !to.registers.empty();
+  const ModbusRequest request = reached ? look_at_request(pdu, to.registers.size())
+                                        : ModbusRequest{ModbusException::kGatewayPathUnavailable};
   ++counters_.requests;
-  const bool valid = exception == ModbusException::kNone;
-  const ModbusRange written = valid ? written_by(pdu) : ModbusRange();
-  if (written.count != 0) unit->catch_up();
-  std::array<std::uint8_t, kMaxAdu> bytes;
-  const Bytes response = respond(request, registers, exception, bytes);
+  if (request.written.count != 0) to.unit->catch_up();
+  const Bytes response = respond(bytes, request, to.registers);
   const bool alive = send(client, response);
   if (!reached) return alive;
-  if (unit->listens())
-    unit->on_exchange({client.number, static_cast<std::uint16_t>(word(request, 0)), request[kUnitOffset],
-                       static_cast<std::uint8_t>(exception), pdu, response.subspan(kPduOffset)});
-  unit->on_request(valid, written);
+  if (to.unit->listens())
+    to.unit->on_exchange({client.number, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
+                          static_cast<std::uint8_t>(request.exception), pdu, response.subspan(kPduOffset)});
+  to.unit->on_request(request.exception == ModbusException::kNone, request.written);
   return alive;
 }
 
-inline ModbusTcp::Bytes ModbusTcp::respond(Bytes request, Registers registers, ModbusException exception,
-                                           std::span<std::uint8_t, kMaxAdu> bytes) {
-  const Bytes pdu = request.subspan(kPduOffset);
-  const ModbusResponse response = bytes.last<kMaxPduBytes>();
+inline ModbusTcp::Bytes ModbusTcp::respond(Bytes bytes, const ModbusRequest& request, Registers registers) {
+  const Bytes pdu = bytes.subspan(kPduOffset);
+  const ModbusResponse response = std::span(response_).last<kMaxPduBytes>();
   std::size_t size = 0;
-  if (exception != ModbusException::kNone) {
+  if (request.exception != ModbusException::kNone) {
     ++counters_.exceptions;
-    size = exception_response(pdu[0], exception, response);
+    size = exception_response(pdu[0], request.exception, response);
   } else if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface)) {
     size = modbus::identification_response(pdu, settings_.identity, response);
   } else {
-    size = execute(pdu, registers, response);
+    size = execute(pdu, request, registers, response);
   }
-  std::memcpy(bytes.data(), request.data(), kPduOffset);
-  bytes[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);
-  bytes[kLengthOffset + 1] = static_cast<std::uint8_t>(1 + size);
-  return Bytes(bytes).first(kPduOffset + size);
+  std::memcpy(response_.data(), bytes.data(), kPduOffset);
+  response_[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);
+  response_[kLengthOffset + 1] = static_cast<std::uint8_t>(1 + size);
+  return Bytes(response_).first(kPduOffset + size);
 }
 
 inline bool ModbusTcp::send(Connection& client, Bytes bytes) {

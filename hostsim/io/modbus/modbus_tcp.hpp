@@ -63,9 +63,11 @@ class ModbusTcp {
   /// When poll() has something to do next; kNever while nobody has sent half a request.
   Time next_deadline() const { return deadlines_.empty() ? kNever : deadlines_.begin()->first; }
 
-  /// Closes the connections whose half request has waited too long. `now` is Reactor::time()'s.
-  void poll(Time now) {
+  /// Closes the connections whose half request has waited too long. `now` is Reactor::time()'s. Returns
+  /// next_deadline().
+  Time poll(Time now) {
     if (next_deadline() <= now) close_half_requests(now);
+    return next_deadline();
   }
 
   /// Serves a connected, non-blocking stream socket that somebody else has accepted.
@@ -105,9 +107,8 @@ class ModbusTcp {
   bool on_ready(Connection& client);
   bool receive(Connection& client);
   bool serve_buffered(Connection& client);
-  bool serve(Connection& client, Bytes request);
-  Bytes respond(Bytes request, Registers registers, ModbusException exception,
-                std::span<std::uint8_t, kMaxAdu> bytes);
+  bool serve(Connection& client, Bytes bytes);
+  Bytes respond(Bytes bytes, const ModbusRequest& request, Registers registers);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
   bool send_some(Connection& client, Bytes& rest);
@@ -115,7 +116,8 @@ class ModbusTcp {
 
   Reactor& reactor_;
   ModbusTcpSettings settings_;
-  std::array<Served, 256> served_{};  ///< by unit ID
+  std::array<Served, 256> served_{};              ///< by unit ID
+  std::array<std::uint8_t, kMaxAdu> response_{};  ///< that is made last
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::set<std::pair<Time, int>> deadlines_;  ///< of half requests, with the connection's descriptor
   Counters counters_;
