@@ -7,7 +7,6 @@ using namespace cbcan::contract;
 
 namespace {
 
-constexpr std::uint32_t kNoObject = 0x06020000, kNoSubIndex = 0x06090011;
 constexpr std::size_t kBytes = 128;
 
 using Bytes = std::vector<std::uint8_t>;

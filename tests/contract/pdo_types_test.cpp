@@ -154,8 +154,8 @@ TEST_CASE("[PDO-28] remote requests") {
 
 TEST_CASE("[PDO-28] refusals") {
   Window window;
-  constexpr std::uint32_t kNoObject = 0x06020000, kNoSubIndex = 0x06090011, kNotMappable = 0x06040041,
-                          kLength = 0x06040042, kValue = 0x06090030, kState = 0x08000022;
+  constexpr std::uint32_t kNotMappable = 0x06040041, kLength = 0x06040042, kValue = 0x06090030,
+                          kState = 0x08000022;
   SECTION("mapping") {
     check_refused(window, 0x1600, 1, 4, 0xA0008108, kNoSubIndex);
     check_refused(window, 0x1600, 1, 4, 0xA7000110, kNotMappable);

@@ -10,9 +10,6 @@ using cbcan::test::ScannerPlc;
 
 namespace {
 
-constexpr unsigned kOut = 500;
-constexpr unsigned kIn = 600;
-
 using Bytes = cbcan::test::CountingNode::Bytes;
 
 Bytes bytes_of(const std::string& frame) {

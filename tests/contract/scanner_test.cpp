@@ -7,9 +7,6 @@ using namespace cbcan::contract;
 
 namespace {
 
-constexpr unsigned kOut = 500;
-constexpr unsigned kIn = 600;
-
 struct Scanner : Window {
   using Window::Window;
 

@@ -23,6 +23,13 @@
 
 namespace cbcan::contract {
 
+// SDO abort codes.
+inline constexpr std::uint32_t kNoObject = 0x06020000, kNoSubIndex = 0x06090011;
+
+// OUT and IN of the scanner window.
+inline constexpr unsigned kOut = 500;
+inline constexpr unsigned kIn = 600;
+
 /// A frame that has to leave, and what the node then answers; "" = none.
 struct Step {
   const char* sent;

@@ -8,20 +8,20 @@ using Flags = cbcan::ObjectFlags;
 
 namespace {
 
-constexpr std::array kEntries{
+constexpr std::array kRows{
     ObjectEntry{0x2000, 0, 0, DataType::kUnsigned8, 0, Flags::kRead, 0, 1},
     ObjectEntry{0x2000, 1, 200, DataType::kInteger16, 0, Flags::kReadWrite | Flags::kLimited, 1, 2},
     ObjectEntry{0x2001, 5, 5, DataType::kVisibleString, 0, Flags::kReadWrite | Flags::kVariable, 405, 8},
     ObjectEntry{0x2003, 0, 0, DataType::kInteger64, 0, Flags::kReadWrite | Flags::kLimited, 413, 8},
 };
-constexpr std::array kLimits{
+constexpr std::array kRowLimits{
     cbcan::ObjectLimits{0x2000, 7, -100, 50},
     cbcan::ObjectLimits{0x2003, 0, -1, 1},
 };
 
 struct Fixture {
   std::array<std::uint8_t, 421> values{};
-  ObjectDictionary dictionary{kEntries, values, nullptr, kLimits};
+  ObjectDictionary dictionary{kRows, values, nullptr, kRowLimits};
 
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::initializer_list<std::uint8_t> bytes) {
     return dictionary.write(index, sub, std::span(bytes.begin(), bytes.size()), 0);

@@ -6,7 +6,6 @@
 
 using cbcan::kMillisecond;
 using cbcan::test::kNone;
-using Device = cbcan::test::LssDevice;
 using StoreResult = cbcan::LssApplication::StoreResult;
 using namespace cbcan::test;
 
@@ -27,7 +26,7 @@ constexpr Service kConfigurationServices[] = {
 }  // namespace
 
 TEST_CASE("LSS: configuration services answer in the configuration state and are silent in the other") {
-  Device device(5);
+  LssDevice device(5);
   for (const Service& service : kConfigurationServices)
     device.ask_in_vain(service.request);
   device.ask_in_vain("7E5#1510000000000000");
@@ -42,7 +41,7 @@ TEST_CASE("LSS: configuration services answer in the configuration state and are
 }
 
 TEST_CASE("LSS: frames that are no requests are ignored; so are unknown specifiers and modes") {
-  Device device(5);
+  LssDevice device(5);
   device.configuration();
   for (const char* frame :
        {"7E5#5E", "7E5#5E000000000000", "7E5#R8", "000007E5#5E00000000000000", "7E4#5E00000000000000",
@@ -69,7 +68,7 @@ TEST_CASE("LSS: a slave that has not been started hears nothing") {
 }
 
 TEST_CASE("LSS: switch state selective, with rubbish behind the numbers") {
-  Device device(5);
+  LssDevice device(5);
   device.ask_in_vain("7E5#4019030000AABBCC", "7E5#4101020304AABBCC", "7E5#4202000100AABBCC");
   device.ask("7E5#4378563412AABBCC", "7E4#4400000000000000");
   device.ask("7E5#5E00000000000000", "7E4#5E05000000000000");
@@ -80,7 +79,7 @@ TEST_CASE("LSS: switch state selective, with rubbish behind the numbers") {
 TEST_CASE("LSS: switch state selective needs all four numbers, in order") {
   const std::vector<std::string> right{"7E5#4019030000000000", "7E5#4101020304000000", "7E5#4202000100000000",
                                        "7E5#4378563412000000"};
-  Device device(5);
+  LssDevice device(5);
   for (std::size_t harmed = 0; harmed < right.size(); ++harmed) {
     for (std::size_t i = 0; i < right.size(); ++i)
       device.ask_in_vain(i == harmed ? std::string(right[i]).replace(6, 2, "FF") : right[i]);
@@ -100,7 +99,7 @@ TEST_CASE("LSS: switch state selective needs all four numbers, in order") {
 }
 
 TEST_CASE("LSS: configure node-ID takes 1..127 and 255") {
-  Device device(5);
+  LssDevice device(5);
   device.configuration();
   for (const char* good : {"01", "7F", "FF"})
     device.ask("7E5#11" + std::string(good) + "000000000000", "7E4#1100000000000000");
@@ -112,7 +111,7 @@ TEST_CASE("LSS: configure node-ID takes 1..127 and 255") {
 }
 
 TEST_CASE("LSS: a device that has a node ID changes it with the next reset of the communication") {
-  Device device(5);
+  LssDevice device(5);
   device.configuration();
   device.ask("7E5#110A000000000000", "7E4#1100000000000000");
   device.ask("7E5#5E00000000000000", "7E4#5E05000000000000");
@@ -136,7 +135,7 @@ TEST_CASE("LSS: a device that has a node ID changes it with the next reset of th
 }
 
 TEST_CASE("LSS: a device without a node ID gets one when it is switched back to waiting") {
-  Device device(kNone);
+  LssDevice device(kNone);
   device.now = 7;
   device.waiting();
   CHECK(device.log.empty());
@@ -155,18 +154,18 @@ TEST_CASE("LSS: a device without a node ID gets one when it is switched back to 
 }
 
 TEST_CASE("LSS: identify non-configured remote slave, in both states, while no node ID is pending either") {
-  Device device(kNone);
+  LssDevice device(kNone);
   device.ask("7E5#4C00000000000000", "7E4#5000000000000000");
   device.configuration();
   device.ask("7E5#4C00000000000000", "7E4#5000000000000000");
   device.ask("7E5#1101000000000000", "7E4#1100000000000000");
   device.ask_in_vain("7E5#4C00000000000000");
-  Device configured(5);
+  LssDevice configured(5);
   configured.ask_in_vain("7E5#4C00000000000000");
 }
 
 TEST_CASE("LSS: configure bit timing") {
-  Device device(5);
+  LssDevice device(5);
   device.configuration();
   for (const char* good : {"0000", "0002", "0003", "0004", "0006", "0007", "0008", "0009"})
     device.ask("7E5#13" + std::string(good) + "0000000000", "7E4#1300000000000000");
@@ -179,7 +178,7 @@ TEST_CASE("LSS: configure bit timing") {
 }
 
 TEST_CASE("LSS: activate bit timing: off the bus for twice the delay, switched half-way") {
-  Device device(5);
+  LssDevice device(5);
   device.now = 1000;
   device.configuration();
   device.ask("7E5#1300030000000000", "7E4#1300000000000000");
@@ -200,7 +199,7 @@ TEST_CASE("LSS: activate bit timing: off the bus for twice the delay, switched h
 }
 
 TEST_CASE("LSS: activate bit timing at once, with no new rate, and on a device that cannot") {
-  Device device(5);
+  LssDevice device(5);
   device.configuration();
   device.ask_in_vain("7E5#1500000000000000");
   CHECK(device.log == std::vector<std::string>{"0 off", "0 rate 4", "0 on"});
@@ -211,7 +210,7 @@ TEST_CASE("LSS: activate bit timing at once, with no new rate, and on a device t
 }
 
 TEST_CASE("LSS: a reset while the bit rate is being switched puts the device back on the bus") {
-  Device device(5);
+  LssDevice device(5);
   device.configuration();
   device.ask_in_vain("7E5#15FFFF0000000000");
   CHECK(device.slave.deadline() == 65535 * kMillisecond);
@@ -222,7 +221,7 @@ TEST_CASE("LSS: a reset while the bit rate is being switched puts the device bac
 }
 
 TEST_CASE("LSS: store configuration stores what is pending; both errors") {
-  Device device(5);
+  LssDevice device(5);
   device.configuration();
   device.ask("7E5#110A000000000000", "7E4#1100000000000000");
   device.ask("7E5#1300020000000000", "7E4#1300000000000000");
@@ -242,7 +241,7 @@ struct Range {
   bool hit;
 };
 
-void identify(Device& device, const Range& range) {
+void identify(LssDevice& device, const Range& range) {
   device.ask_in_vain("7E5#4619030000000000", "7E5#4701020304000000");
   device.ask_in_vain("7E5#48" + std::string(range.revision_low) + "000000");
   device.ask_in_vain("7E5#49" + std::string(range.revision_high) + "000000");
@@ -265,7 +264,7 @@ TEST_CASE("LSS: identify remote slave, in both states, up to the ends of the ran
       {"00000000", "FFFFFFFF", "79563412", "FFFFFFFF", false},
       {"00000000", "FFFFFFFF", "00000000", "77563412", false},
   };
-  Device device(5);
+  LssDevice device(5);
   for (const Range& range : ranges)
     identify(device, range);
   device.configuration();
@@ -275,7 +274,7 @@ TEST_CASE("LSS: identify remote slave, in both states, up to the ends of the ran
 }
 
 TEST_CASE("LSS: identify remote slave: another vendor, another product, a frame left out") {
-  Device device(5);
+  LssDevice device(5);
   const std::vector<std::string> right{"7E5#4619030000000000", "7E5#4701020304000000", "7E5#4800000000000000",
                                        "7E5#49FFFFFFFF000000", "7E5#4A00000000000000"};
   for (std::size_t left_out = 0; left_out < right.size(); ++left_out) {
@@ -291,7 +290,7 @@ TEST_CASE("LSS: identify remote slave: another vendor, another product, a frame 
 }
 
 TEST_CASE("LSS: a response that the port refuses is sent when there is room, once") {
-  Device device(5);
+  LssDevice device(5);
   device.configuration();
   device.port.refuse_next = 2;
   device.ask_in_vain("7E5#5E00000000000000");
@@ -303,7 +302,7 @@ TEST_CASE("LSS: a response that the port refuses is sent when there is room, onc
 }
 
 TEST_CASE("LSS: a response that has not left when the next request comes is dropped; so it is by a reset") {
-  Device device(5);
+  LssDevice device(5);
   device.configuration();
   device.port.refuse_next = 1;
   device.ask_in_vain("7E5#5E00000000000000");
@@ -328,7 +327,7 @@ namespace {
 /// The master's side of fastscan, on all devices at once. Bits are tried as 0 first, so the lowest identity
 /// is found.
 struct Master {
-  explicit Master(std::vector<std::unique_ptr<Device>>& devices) : devices_(devices) {}
+  explicit Master(std::vector<std::unique_ptr<LssDevice>>& devices) : devices_(devices) {}
 
   /// Any response to the request; all of them are alike.
   bool ask(const std::string& request) {
@@ -362,7 +361,7 @@ struct Master {
     return text;
   }
 
-  std::vector<std::unique_ptr<Device>>& devices_;
+  std::vector<std::unique_ptr<LssDevice>>& devices_;
 };
 
 }  // namespace
@@ -372,11 +371,12 @@ TEST_CASE("LSS: fastscan finds one device after the other and gives each a node 
   const Identity identities[] = {{0x80000319, 0xFFFFFFFE, 0x00010002, 0x00000000},
                                  {0x80000319, 0xFFFFFFFE, 0x00010002, 0x00000001},
                                  {0x80000319, 0xFFFFFFFE, 0x00010003, 0x00000000}};
-  std::vector<std::unique_ptr<Device>> devices;
+  std::vector<std::unique_ptr<LssDevice>> devices;
   for (const std::size_t which : {std::size_t{2}, std::size_t{0}, std::size_t{1}})
-    devices.push_back(std::make_unique<Device>(kNone, identities[which]));
-  devices.push_back(std::make_unique<Device>(std::uint8_t{5}, Identity{1, 1, 1, 1}));  // does not take part
-  Device* const order[] = {devices[1].get(), devices[2].get(), devices[0].get()};
+    devices.push_back(std::make_unique<LssDevice>(kNone, identities[which]));
+  devices.push_back(
+      std::make_unique<LssDevice>(std::uint8_t{5}, Identity{1, 1, 1, 1}));  // does not take part
+  LssDevice* const order[] = {devices[1].get(), devices[2].get(), devices[0].get()};
 
   Master master(devices);
   for (std::uint8_t i = 0; i < 3; ++i) {
@@ -395,7 +395,7 @@ TEST_CASE("LSS: fastscan finds one device after the other and gives each a node 
 }
 
 TEST_CASE("LSS: fastscan with parts that the master knows or leaves out") {
-  Device device(kNone);
+  LssDevice device(kNone);
   device.ask("7E5#5100000000800000", "7E4#4F00000000000000");
   device.ask("7E5#5119030000000003", "7E4#4F00000000000000");  // vendor known, then the serial number
   device.ask_in_vain("7E5#5101020304000102");                  // not the part that it has come to
@@ -410,7 +410,7 @@ TEST_CASE("LSS: fastscan with parts that the master knows or leaves out") {
 }
 
 TEST_CASE("LSS: fastscan: what is no such request, and what starts it anew") {
-  Device device(kNone);
+  LssDevice device(kNone);
   device.ask("7E5#5100000000800000", "7E4#4F00000000000000");
   for (const char* wrong : {"7E5#5119030000200001", "7E5#51190300007F0001", "7E5#5119030000810001",
                             "7E5#5119030000000004", "7E5#5119030000000400", "7E5#5119030000000101"})

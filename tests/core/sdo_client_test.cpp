@@ -13,7 +13,7 @@ using enum SdoClient::Direction;
 using enum SdoClient::Mode;
 
 /// Ten bytes of data in the middle of memory that is somebody else's.
-struct Client final : Wire {
+struct WiredClient final : Wire {
   static constexpr std::size_t kRoom = 10, kFence = 8;
 
   Wire& start(SdoClient::Direction direction, SdoClient::Mode mode, std::uint16_t size = kRoom) {
@@ -41,14 +41,14 @@ struct Client final : Wire {
 }  // namespace
 
 TEST_CASE("SDO client: of a block's last segment no more is kept than there is room for") {
-  Client client;
+  WiredClient client;
   client.start(kRead, kBlock).expect("605#A400200102000000");
   client.arrive("585#C20020010A000000").expect("605#A300000000000000");
   client.arrive("585#0101020304050607", "585#8208090AAAAAAAAA").expect("605#A202020000000000");
   client.arrive("585#D100000000000000").expect("605#A100000000000000");
   CHECK(client.client.outcome() == SdoClient::Outcome::kDone);
   CHECK(client.client.size() == 10);
-  std::vector<std::uint8_t> expected(Client::kFence, 0xEE);
+  std::vector<std::uint8_t> expected(WiredClient::kFence, 0xEE);
   for (std::uint8_t byte = 1; byte <= 10; ++byte)
     expected.push_back(byte);
   expected.resize(client.memory.size(), 0xEE);
@@ -56,7 +56,7 @@ TEST_CASE("SDO client: of a block's last segment no more is kept than there is r
 }
 
 TEST_CASE("SDO client: in the middle of a sub-block half the timeout is waited, without one for ever") {
-  Client client;
+  WiredClient client;
   client.client.set_timeout(GENERATE(std::uint16_t{0}, std::uint16_t{1}, std::uint16_t{1000}));
   client.start(kRead, kBlock).expect("605#A400200102000000");
   client.arrive("585#C20020010A000000").expect("605#A300000000000000");
@@ -65,7 +65,7 @@ TEST_CASE("SDO client: in the middle of a sub-block half the timeout is waited, 
 }
 
 TEST_CASE("SDO client: a further sub-block goes on when the port takes frames again") {
-  Client client;
+  WiredClient client;
   client.start(kWrite, kBlock).expect("605#C60020010A000000");
   client.arrive("585#A400200101000000").expect("605#01EEEEEEEEEEEEEE");
   client.port.refuse_next = 1;
@@ -78,7 +78,7 @@ TEST_CASE("SDO client: a further sub-block goes on when the port takes frames ag
 }
 
 TEST_CASE("SDO client: what it counts") {
-  Client client;
+  WiredClient client;
   const SdoClient::Counters& counters = client.client.counters();
   client.start(kRead, kAuto).expect("605#4000200100000000");
   client.arrive("585#8000200100000206");

@@ -17,6 +17,18 @@ namespace cbcan::test {
 using Sdo = std::array<std::uint8_t, 8>;
 using SdoBytes = std::vector<std::uint8_t>;
 
+// Abort codes of both (7.2.4.3.17, table 22); of the client [SDO-14], [SDO-15], [SDO-18].
+inline constexpr std::uint32_t kToggle = 0x05030000, kCommand = 0x05040001, kBlockSize = 0x05040002,
+                               kSequence = 0x05040003, kCrc = 0x05040004;
+
+/// Decided [SDO-24]: sub-blocks in a row of which nothing is confirmed, until a block upload is given up.
+inline constexpr unsigned kMostFruitless = 8;
+
+/// Bytes 4 to 7 as a number.
+inline std::uint32_t tail_of(const Sdo& frame) {
+  return frame[4] + 256u * frame[5] + 65536u * frame[6] + 16777216u * frame[7];
+}
+
 /// CRC of block transfers (7.2.4.3.16): x^16 + x^12 + x^5 + 1, initial value 0, a bit at a time.
 inline unsigned reference_crc(const SdoBytes& bytes) {
   unsigned crc = 0;

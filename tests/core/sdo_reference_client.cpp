@@ -8,22 +8,15 @@ namespace cbcan::test {
 namespace {
 
 // The client's own codes, by what they are for in docs/contract.md.
-constexpr std::uint32_t kToggle = 0x05030000;          // [SDO-14]
-constexpr std::uint32_t kCommand = 0x05040001;         // [SDO-15]
 constexpr std::uint32_t kLargerThanRoom = 0x05040005;  // [SDO-16], and without an end [SDO-24]
 constexpr std::uint32_t kNotAsDeclared = 0x06070010;   // [SDO-17]
-constexpr std::uint32_t kBlockSize = 0x05040002, kSequence = 0x05040003, kCrc = 0x05040004;  // [SDO-18]
-constexpr std::uint32_t kNotExpedited = 0x06010000;                                          // [SDO-7]
-constexpr std::uint32_t kNoCode = 0x08000000;                                                // [SDO-11]
+constexpr std::uint32_t kNotExpedited = 0x06010000;    // [SDO-7]
+constexpr std::uint32_t kNoCode = 0x08000000;          // [SDO-11]
 
-constexpr unsigned kMostFruitless = 8, kMostEmpty = 256;  // [SDO-24]
+constexpr unsigned kMostEmpty = 256;  // [SDO-24]
 
 /// Decided: segments that a block read asks for at a time: what the room needs [SDO-25], and 64 at most.
 constexpr std::size_t kSegmentsAtATime = 64;
-
-std::uint32_t tail_of(const Sdo& frame) {
-  return frame[4] + 256u * frame[5] + 65536u * frame[6] + 16777216u * frame[7];
-}
 
 }  // namespace
 

@@ -9,18 +9,9 @@ namespace cbcan::test {
 namespace {
 
 // 7.2.4.3.17, table 22.
-constexpr std::uint32_t kToggle = 0x05030000, kCommand = 0x05040001, kBlockSize = 0x05040002,
-                        kSequence = 0x05040003, kCrc = 0x05040004, kMemory = 0x05040005,
-                        kWriteOnly = 0x06010001, kReadOnly = 0x06010002, kNoObject = 0x06020000,
-                        kLength = 0x06070010, kTooLong = 0x06070012, kNoSub = 0x06090011,
-                        kTooHigh = 0x06090031, kTooLow = 0x06090032;
-
-/// Decided: sub-blocks in a row of which nothing is confirmed, until a block upload is given up.
-constexpr unsigned kMostFruitless = 8;
-
-std::uint32_t tail_of(const Sdo& frame) {
-  return frame[4] + 256u * frame[5] + 65536u * frame[6] + 16777216u * frame[7];
-}
+constexpr std::uint32_t kMemory = 0x05040005, kWriteOnly = 0x06010001, kReadOnly = 0x06010002,
+                        kNoObject = 0x06020000, kLength = 0x06070010, kTooLong = 0x06070012,
+                        kNoSub = 0x06090011, kTooHigh = 0x06090031, kTooLow = 0x06090032;
 
 }  // namespace
 

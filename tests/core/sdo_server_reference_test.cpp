@@ -16,7 +16,7 @@ using State = ReferenceServer::State;
 constexpr std::size_t kBuffer = 1000;
 constexpr std::uint16_t kReadWrite = Flags::kReadWrite, kVariable = Flags::kVariable;
 
-const std::vector<ObjectEntry> kEntries{
+const std::vector<ObjectEntry> kReferenceEntries{
     {0x2000, 0, 0, DataType::kUnsigned8, 0, kReadWrite, 0, 1},
     {0x2000, 1, 2, DataType::kUnsigned32, 0, kReadWrite, 1, 4},
     {0x2001, 0, 0, DataType::kUnsigned64, 0, kReadWrite, 9, 8},
@@ -29,7 +29,7 @@ const std::vector<ObjectEntry> kEntries{
     {0x2008, 0, 0, DataType::kDomain, 0, kReadWrite, 2100, 21},
 };
 constexpr std::size_t kValues = 2121;
-const std::vector<ObjectLimits> kLimits{{0x2004, 0, 10, 1000}};
+const std::vector<ObjectLimits> kReferenceLimits{{0x2004, 0, 10, 1000}};
 
 std::vector<ReferenceObject> objects() {
   constexpr unsigned kMost = 0xFFFFFFFF;
@@ -197,7 +197,7 @@ struct Beside {
   std::vector<std::uint8_t> values = std::vector<std::uint8_t>(kValues);
   std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(kBuffer);
   RecordingPort port;
-  ObjectDictionary dictionary{kEntries, values, nullptr, kLimits};
+  ObjectDictionary dictionary{kReferenceEntries, values, nullptr, kReferenceLimits};
   SdoServer server{dictionary, port, buffer};
   ReferenceServer reference{objects(), kBuffer};
   Client client;

@@ -11,7 +11,7 @@ namespace {
 
 using Flags = ObjectFlags;
 
-const std::vector<ObjectEntry> kEntries{
+const std::vector<ObjectEntry> kServerEntries{
     {0x2000, 0, 0, DataType::kDomain, 0, Flags::kReadWrite | Flags::kVariable, 4, 21},
     {0x2001, 0, 0, DataType::kUnsigned64, 0, Flags::kReadWrite, 25, 8},
     {0x2002, 0, 0, DataType::kVisibleString, 0, Flags::kRead, 33, 24},
@@ -34,7 +34,7 @@ struct Server final : Wire {
 
   std::vector<std::uint8_t> values = std::vector<std::uint8_t>(33 + 24);
   std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(24);
-  ObjectDictionary dictionary{kEntries, values, nullptr};
+  ObjectDictionary dictionary{kServerEntries, values, nullptr};
   SdoServer server{dictionary, port, buffer};
 };
 

@@ -51,8 +51,9 @@ Frame segment_of(const Bytes& bytes, std::size_t at, unsigned command) {
 }
 
 /// The client's side: the last frame that it has sent, and memory with a guard behind it.
-struct Client final : CanPort {
-  explicit Client(std::size_t size) : memory(size + 1, 0xEE), client(*this, std::span(memory).first(size)) {}
+struct SizedClient final : CanPort {
+  explicit SizedClient(std::size_t size)
+      : memory(size + 1, 0xEE), client(*this, std::span(memory).first(size)) {}
 
   bool try_send(const Frame& frame) override {
     sent.push_back(frame);
@@ -92,7 +93,7 @@ TEST_CASE("SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks"
   CAPTURE(size, mode, write);
   const Bytes bytes = pattern(size);
   ReferenceServer server({{0x2000, 0, true, true, size, size, 0, ~0u, write ? Bytes(size) : bytes}}, size);
-  Client side(size);
+  SizedClient side(size);
   if (write) std::copy(bytes.begin(), bytes.end(), side.memory.begin());
   side.start(write ? Direction::kWrite : Direction::kRead, mode, size);
   for (std::size_t i = 0; i < side.sent.size(); ++i)
@@ -106,7 +107,7 @@ TEST_CASE("SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks"
 }
 
 TEST_CASE("SDO sizes: a block read that brings more than the server declared, at the end of 16 bits") {
-  Client side(65535);
+  SizedClient side(65535);
   const Bytes bytes = pattern(65541);
   side.start(Direction::kRead, Mode::kBlock, 65535);
   side.expect(0xA4, kObject, 64);
@@ -127,7 +128,7 @@ TEST_CASE("SDO sizes: a block read that brings more than the server declared, at
 }
 
 TEST_CASE("SDO sizes: nothing is asked for that the memory has no room for") {
-  Client side(16);
+  SizedClient side(16);
   for (const Direction direction : {Direction::kRead, Direction::kWrite}) {
     side.start(direction, Mode::kAuto, 17);
     CHECK(side.client.outcome() == SdoClient::Outcome::kFailed);
@@ -137,7 +138,7 @@ TEST_CASE("SDO sizes: nothing is asked for that the memory has no room for") {
 }
 
 TEST_CASE("SDO sizes: an expedited response writes no byte that was not asked for") {
-  Client side(4);
+  SizedClient side(4);
   side.start(Direction::kRead, Mode::kAuto, 2);
   side.expect(0x40, kObject);
   side.respond(frame_of(0x4B, kObject, 0x44332211));

@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint16_t kReadWrite = Flags::kReadWrite | Flags::kChecked;
 
 // Offsets are written out: variable values have four bytes of length in front.
-const std::vector<ObjectEntry> kEntries{
+const std::vector<ObjectEntry> kSlaveEntries{
     {0x1000, 0, 0, DataType::kUnsigned32, 0, Flags::kRead, 0, 4},
     {0x1005, 0, 0, DataType::kUnsigned32, 0, kReadWrite, 4, 4},
     {0x1006, 0, 0, DataType::kUnsigned32, 0, kReadWrite, 8, 4},
@@ -24,10 +24,10 @@ const std::vector<ObjectEntry> kEntries{
     {0x2200, 0, 0, DataType::kUnsigned32, 0, Flags::kRead, 1023, 4},
     {0x2201, 0, 0, DataType::kUnsigned32, 0, Flags::kWrite, 1027, 4},
 };
-const std::vector<cbcan::ObjectLimits> kLimits{{0x2002, 1, 10, 20}};
+const std::vector<cbcan::ObjectLimits> kSlaveLimits{{0x2002, 1, 10, 20}};
 
 struct SlaveRig final : cbcan::test::Wire, private cbcan::Application {
-  SlaveRig() : slave(0x42, {kEntries, values, kLimits}, buffer, *this, port) {
+  SlaveRig() : slave(0x42, {kSlaveEntries, values, kSlaveLimits}, buffer, *this, port) {
     slave.start(now);
     slave.poll(now);
     expect("742#00");
@@ -63,7 +63,7 @@ struct SlaveRig final : cbcan::test::Wire, private cbcan::Application {
   }
   void restore(std::uint16_t first_index, std::uint16_t last_index, cbcan::Time) override {
     const std::vector<std::uint8_t> power_on(values.size());
-    cbcan::restore_values(kEntries, power_on, values, first_index, last_index);
+    cbcan::restore_values(kSlaveEntries, power_on, values, first_index, last_index);
     slave.dictionary().set(0x1005, 0, 0x80);
   }
   void on_stored(const ObjectEntry& entry, std::uint8_t, cbcan::Time when) override {

@@ -9,6 +9,12 @@
 
 namespace cbcan::test {
 
+// Of the statusword, 6041h.
+inline constexpr unsigned kEnabled = 0x0237;
+inline constexpr unsigned kReached = 0x0400;
+inline constexpr unsigned kLimit = 0x0800;
+inline constexpr unsigned kBit12 = 0x1000;
+
 inline const eds::DictionaryImage& drive_image() {
   static const eds::DictionaryImage image = [] {
     std::ifstream file(DRIVE_EDS);

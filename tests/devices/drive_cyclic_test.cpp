@@ -7,10 +7,6 @@ namespace cbcan::test {
 namespace {
 
 // Statusword in Operation enabled, and what modes add.
-constexpr unsigned kEnabled = 0x0237;
-constexpr unsigned kReached = 0x0400;
-constexpr unsigned kLimit = 0x0800;
-constexpr unsigned kBit12 = 0x1000;
 
 }  // namespace
 

@@ -10,7 +10,6 @@ namespace {
 
 constexpr devices::AxisLayout kLayout{-100'000, 100'000, 20'500, 24'500, 50'000};
 
-constexpr unsigned kEnabled = 0x0237;
 constexpr unsigned kIdle = 0x0400;
 constexpr unsigned kAttained = 0x1400;
 constexpr unsigned kMovingError = 0x2000;
@@ -38,7 +37,7 @@ struct Home : DriveBench {
   }
 };
 
-struct Row {
+struct HomingRow {
   int method;
   std::int64_t from_left, from_switch, from_right;  ///< home, started at 0, 22,000 and 60,000
 };
@@ -48,7 +47,7 @@ constexpr std::int64_t kNone = -1;
 }  // namespace
 
 TEST_CASE("Every homing method, from the left of the home switch, from within and from the right") {
-  constexpr std::array<Row, 30> kRows = {{
+  constexpr std::array<HomingRow, 30> kRows = {{
       {1, -90'000, -90'000, -90'000},
       {2, 90'000, 90'000, 90'000},
       // 3 and 4 look for the switch to the right, 5 and 6 to the left; beyond it there is only the limit.
@@ -81,7 +80,7 @@ TEST_CASE("Every homing method, from the left of the home switch, from within an
       {35, 0, 22'000, 60'000},
       {37, 0, 22'000, 60'000},
   }};
-  for (const Row& row : kRows) {
+  for (const HomingRow& row : kRows) {
     const std::array<std::array<std::int64_t, 2>, 3> starts = {
         {{0, row.from_left}, {22'000, row.from_switch}, {60'000, row.from_right}}};
     for (const auto& [from, home] : starts) {

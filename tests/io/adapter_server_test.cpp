@@ -17,8 +17,8 @@
 namespace cbcan::io {
 namespace {
 
-struct Server {
-  explicit Server(std::string_view address = "127.0.0.1:0")
+struct SlcanServer {
+  explicit SlcanServer(std::string_view address = "127.0.0.1:0")
       : slcan(
             reactor, "slcan", text::parse_stream_address(address),
             [this] { return std::make_unique<sim::SlcanAdapter>(bus, [this] { bus.advance(0); }); },
@@ -59,7 +59,7 @@ std::string complaint(std::string_view address) {
   return "none";
 }
 
-void check_responses(Server& server, StreamClient& client, std::string_view question,
+void check_responses(SlcanServer& server, StreamClient& client, std::string_view question,
                      std::string_view response) {
   client.send(question);
   server.run_until([&] { return client.heard().size() >= response.size(); });
@@ -77,7 +77,7 @@ TEST_CASE("addresses of streams") {
 }
 
 TEST_CASE("SLCAN over TCP: connections are adapters on one bus") {
-  Server server;
+  SlcanServer server;
   CHECK(server.slcan.address().tcp.port != 0);
   StreamClient left(server.address()), right(server.address());
   left.send("S6\rO\r");
@@ -92,7 +92,7 @@ TEST_CASE("SLCAN over TCP: connections are adapters on one bus") {
 TEST_CASE("SLCAN over a Unix socket, whose file goes with the server") {
   const Folder folder;
   {
-    Server server("unix:" + folder.socket());
+    SlcanServer server("unix:" + folder.socket());
     StreamClient client(server.address());
     check_responses(server, client, "V\r", "V1013\r");
   }
@@ -105,7 +105,7 @@ TEST_CASE("a Unix socket that a killed program left is replaced, one in use and 
   const std::string in_use =
       "slcan " + address + ": in use: another program listens there, or it is a file; write another path";
   {
-    const Server server(address);
+    const SlcanServer server(address);
     CHECK(complaint<EnvironmentError>(address) == in_use);
   }
   leave_behind(folder.socket());
@@ -117,7 +117,7 @@ TEST_CASE("a Unix socket that a killed program left is replaced, one in use and 
 }
 
 TEST_CASE("an adapter is used again by the next client, and begins anew") {
-  Server server;
+  SlcanServer server;
   for (int i = 0; i < 3; ++i) {
     StreamClient client(server.address());
     check_responses(server, client, "O\rt12", "\r");
@@ -130,7 +130,7 @@ TEST_CASE("an adapter is used again by the next client, and begins anew") {
 }
 
 TEST_CASE("a client that does not read loses frames; the others lose none") {
-  Server server;
+  SlcanServer server;
   StreamClient deaf(server.address()), sender(server.address()), reader(server.address());
   for (StreamClient* client : {&deaf, &sender, &reader})
     client->send("O\r");
@@ -152,7 +152,7 @@ TEST_CASE("a client that does not read loses frames; the others lose none") {
 }
 
 TEST_CASE("the more clients there are, the less of each is dealt with in one turn, for all may get it") {
-  Server server;
+  SlcanServer server;
   std::vector<std::unique_ptr<StreamClient>> clients;
   for (int i = 0; i < 64; ++i) {
     clients.push_back(std::make_unique<StreamClient>(server.address()));
@@ -169,7 +169,7 @@ TEST_CASE("the more clients there are, the less of each is dealt with in one tur
 }
 
 TEST_CASE("a client that asks and does not read the responses is not read from either, and can go on later") {
-  Server server;
+  SlcanServer server;
   StreamClient client(server.address());
   const std::string questions(4096, '\r');
   constexpr std::size_t kFarMore = 100'000'000;

@@ -8,8 +8,8 @@
 namespace cbcan::io {
 namespace {
 
-struct Server {
-  explicit Server(std::string_view address = "127.0.0.1:0")
+struct CommandServer {
+  explicit CommandServer(std::string_view address = "127.0.0.1:0")
       : commands(reactor, "control", text::parse_stream_address(address),
                  command_sessions([this](std::string_view line, const auto&) {
                    executed.emplace_back(line);
@@ -35,7 +35,7 @@ struct Server {
 }  // namespace
 
 TEST_CASE("Command server: each line is executed once and answered in order, in pieces of any size") {
-  Server server;
+  CommandServer server;
   StreamClient client(server.commands.address());
   for (const char c : std::string("one\r\n\ntwo\nthr"))
     client.send(std::string(1, c));
@@ -46,7 +46,7 @@ TEST_CASE("Command server: each line is executed once and answered in order, in 
 }
 
 TEST_CASE("Command server: half a line of a client that leaves is not executed; others are served") {
-  Server server;
+  CommandServer server;
   StreamClient left(server.commands.address()), stays(server.commands.address());
   left.send("half");
   left.leave();
@@ -79,7 +79,7 @@ TEST_CASE("Command server: lines wait while their client does not read, and all 
 }
 
 TEST_CASE("Command server: a line that is too long is refused and nothing else is lost") {
-  Server server;
+  CommandServer server;
   StreamClient client(server.commands.address());
   client.send(std::string(kLongestCommand, 'x') + "\n");
   client.send(std::string(kLongestCommand + 1, 'y') + "\nz\n");

@@ -29,6 +29,10 @@ inline Bytes filled(std::string_view head, std::size_t count, std::string_view c
   return frame;
 }
 
+/// A read of R0 of station 1, and the response where it is 1234h.
+inline const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
+inline const Bytes kValue = hex("01 03 02 12 34 B5 33");
+
 /// A server on a line of 115200 baud, and the client at its other end. Each network has R0..R4167.
 template <std::size_t kNetworks>
 struct LineOf {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Every stream of bytes and gaps up to a length, every frame of every function code, and every gap between
-// and within two frames, on a line whose silence is seen. There the rule is short (Serial Line V1.02, 2.5.1):
-// what stands between two gaps is a frame or nothing. `is_request` is that rule once more, without states.
+// and within two frames, on a line whose silence is seen. There the rule is short (Serial StreamLine
+// V1.02, 2.5.1): what stands between two gaps is a frame or nothing. `is_request` is that rule once more,
+// without states.
 
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
@@ -12,7 +13,7 @@ namespace {
 using test::Bytes;
 using test::hex;
 
-constexpr std::size_t kShortest = 4, kLongest = 256;  // Serial Line V1.02, 2.5.1
+constexpr std::size_t kShortest = 4, kLongest = 256;  // Serial StreamLine V1.02, 2.5.1
 
 /// What stood between two gaps. Plain memory: there are millions of them.
 struct Frame {
@@ -65,8 +66,8 @@ bool is_request(const Frame& frame) {
 }
 
 /// A server, station 1, that is polled whenever there has been silence, and the frames that it should see.
-struct Line {
-  explicit Line(const RtuServer::Settings& settings = {}) : server_({&map_, 1}, settings) { gap(); }
+struct StreamLine {
+  explicit StreamLine(const RtuServer::Settings& settings = {}) : server_({&map_, 1}, settings) { gap(); }
 
   void gap() {
     look();
@@ -127,7 +128,7 @@ std::size_t check_streams(std::size_t length, std::size_t symbols, unsigned gaps
   std::size_t all = 1;
   for (std::size_t i = 0; i < length; ++i)
     all *= symbols;
-  Line line;
+  StreamLine line;
   for (std::size_t number = 0; number < all; ++number) {
     line.gap();
     for (std::size_t i = 0, rest = number; i < length; ++i, rest /= symbols) {
@@ -163,7 +164,7 @@ TEST_CASE("RTU: every stream of six bytes of nine kinds and of seven of seven", 
 // ---- Frames
 
 /// One frame of `length` bytes whose counts, wherever they are, are `count`.
-void send_frame(Line& line, std::uint8_t station, std::uint8_t function, std::size_t length,
+void send_frame(StreamLine& line, std::uint8_t station, std::uint8_t function, std::size_t length,
                 std::size_t count, bool right) {
   line.send(station);
   for (std::size_t i = 1; i + 2 < length; ++i)
@@ -172,7 +173,7 @@ void send_frame(Line& line, std::uint8_t station, std::uint8_t function, std::si
   line.send(static_cast<std::uint8_t>(line.high() ^ (right ? 0 : 1)));
 }
 
-std::size_t check_frames(Line& line, std::size_t length) {
+std::size_t check_frames(StreamLine& line, std::size_t length) {
   const std::size_t before = line.executed();
   for (unsigned function = 0; function < 256; ++function)
     for (std::uint8_t station = 0; station <= 2; ++station)
@@ -186,9 +187,9 @@ std::size_t check_frames(Line& line, std::size_t length) {
 }
 
 void check_frames_from(std::size_t first, std::size_t last) {
-  Line exact, late(test::late_port());
+  StreamLine exact, late(test::late_port());
   for (std::size_t length = first; length <= last; ++length)
-    for (Line* line : {&exact, &late})
+    for (StreamLine* line : {&exact, &late})
       CHECK((check_frames(*line, length) > 0) == (length >= 4));
 }
 
@@ -216,7 +217,7 @@ const std::vector<Bytes> kFrames{
 };
 
 void check_gaps(const Bytes& both, unsigned gaps) {
-  static Line line;
+  static StreamLine line;
   line.gap();
   for (std::size_t i = 0; i < both.size(); ++i) {
     if ((gaps >> i & 1) != 0) line.gap();

@@ -16,10 +16,10 @@ using test::hex;
 using test::late_port;
 using test::Line;
 
-constexpr std::size_t kData = 24;                    // bytes that a frame counts
-constexpr std::size_t kTrap = 2 + 8;                 // a CRC and a request
-const Bytes kHarm = hex("01 06 00 07 0B AD FE 86");  // 0BADh to R7
-const Bytes kOurs = hex("01 06 00 01 00 03 98 0B");  // V1.1b3, 6.6
+constexpr std::size_t kData = 24;                        // bytes that a frame counts
+constexpr std::size_t kTrap = 2 + 8;                     // a CRC and a request
+const Bytes kHarmToR7 = hex("01 06 00 07 0B AD FE 86");  // 0BADh to R7
+const Bytes kOurs = hex("01 06 00 01 00 03 98 0B");      // V1.1b3, 6.6
 constexpr std::size_t kNoTrap = 0;
 
 Bytes with_crc(Bytes frame) {
@@ -35,7 +35,7 @@ Bytes frame_of(Bytes head, std::size_t data, std::size_t at) {
   if (at != kNoTrap) {
     const Bytes before = with_crc(Bytes(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(at)));
     std::copy(before.begin(), before.end(), head.begin());
-    std::copy(kHarm.begin(), kHarm.end(), head.begin() + static_cast<std::ptrdiff_t>(at + 2));
+    std::copy(kHarmToR7.begin(), kHarmToR7.end(), head.begin() + static_cast<std::ptrdiff_t>(at + 2));
   }
   return with_crc(head);
 }

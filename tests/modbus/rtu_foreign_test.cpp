@@ -10,20 +10,20 @@ namespace {
 using test::Bytes;
 using test::filled;
 using test::hex;
+using test::kRead;
+using test::kValue;
 using test::late_port;
 using test::Line;
 
-const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
-const Bytes kValue = hex("01 03 02 12 34 B5 33");
 /// A request to station 9, and its response.
 const Bytes kAsked = hex("09 03 00 6B 00 03 75 5F");
 const Bytes kAnswered = hex("09 03 06 02 2B 00 00 00 64 62 BA");
 /// Writes 0BADh to R0 of station 1.
-const char* const kHarm = "01 06 00 00 0B AD 4F 47";
+const char* const kHarmToR0 = "01 06 00 00 0B AD 4F 47";
 
 /// R0 is 1234h.
-struct ReadyLine : Line {
-  explicit ReadyLine(const RtuServer::Settings& settings = {}) : Line(settings) {
+struct ForeignLine : Line {
+  explicit ForeignLine(const RtuServer::Settings& settings = {}) : Line(settings) {
     words[0] = 0x1234;
     gap();
   }
@@ -41,7 +41,7 @@ struct ReadyLine : Line {
 TEST_CASE("RTU: where times are exact a frame under way at the start is not heard") {
   Line line;
   line.now = 0;
-  line.send(hex(kHarm));
+  line.send(hex(kHarmToR0));
   CHECK_FALSE(line.request_waits());
   CHECK(line.words[0] == 0);
   CHECK(line.ask(kRead) == hex("01 03 02 00 00 B8 44"));
@@ -74,7 +74,7 @@ TEST_CASE("RTU: where silence goes unseen foreign requests and responses end by 
       {"09 64 06 0B", "09 E4 01 2B 02"}};
   for (const Row& row : rows) {
     INFO(row.request);
-    ReadyLine line(late_port());
+    ForeignLine line(late_port());
     line.send(kAsked);
     line.send(kAnswered);
     line.send(hex(row.request));
@@ -89,10 +89,10 @@ TEST_CASE("RTU: where silence goes unseen foreign requests and responses end by 
 TEST_CASE("RTU: a foreign frame of unknown function ends with a gap") {
   const Bytes frame = hex("09 64 12 34 4F 10");
   for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
-    ReadyLine line(settings);
+    ForeignLine line(settings);
     line.send(frame);
     SECTION("not where its CRC is right") {
-      line.send(hex(kHarm));
+      line.send(hex(kHarmToR0));
       line.check_unharmed();
       CHECK(line.server.counters().broken_frames == 1);
     }
@@ -105,7 +105,7 @@ TEST_CASE("RTU: a foreign frame of unknown function ends with a gap") {
 }
 
 /// A response is on its way: what comes is not heard.
-void begin_to_send(ReadyLine& line) {
+void begin_to_send(ForeignLine& line) {
   line.send(kRead);
   line.now += 1'750;
   REQUIRE(line.server.poll(line.now) == 0);
@@ -114,11 +114,11 @@ void begin_to_send(ReadyLine& line) {
 
 TEST_CASE("RTU: the rest of a foreign frame that began while this station was sending is not heard") {
   for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
-    ReadyLine line(settings);
+    ForeignLine line(settings);
     begin_to_send(line);
     line.send(hex("09 10 00 00 00 06 0C 00 00"));
     line.server.on_sent();
-    line.send(hex(kHarm));
+    line.send(hex(kHarmToR0));
     CHECK_FALSE(line.request_waits());
     CHECK(line.words[0] == 0x1234);
     CHECK(line.ask(kRead) == kValue);
@@ -128,16 +128,16 @@ TEST_CASE("RTU: the rest of a foreign frame that began while this station was se
 }
 
 TEST_CASE("RTU: where times are exact not even as many bytes as the response has are taken for its echo") {
-  ReadyLine line;
+  ForeignLine line;
   begin_to_send(line);
   line.send(hex("09 10 00 00 00 06 0C"));
   line.server.on_sent();
-  line.send(hex(kHarm));
+  line.send(hex(kHarmToR0));
   CHECK_FALSE(line.request_waits());
 }
 
 TEST_CASE("RTU: the echo of a response is not taken for a foreign frame") {
-  ReadyLine line(late_port());
+  ForeignLine line(late_port());
   begin_to_send(line);
   line.send(kValue);
   line.server.on_sent();

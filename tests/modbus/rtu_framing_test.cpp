@@ -9,10 +9,9 @@ namespace {
 using test::Bytes;
 using test::filled;
 using test::hex;
+using test::kRead;
+using test::kValue;
 using test::Line;
-
-const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
-const Bytes kValue = hex("01 03 02 12 34 B5 33");
 
 /// A line whose R0 is 1234h, so that kRead is answered by kValue.
 struct ReadyLine : Line {

@@ -9,11 +9,11 @@ namespace {
 
 using test::Bytes;
 using test::hex;
+using test::kRead;
 using test::late_port;
 using test::Line;
 
 const Bytes kWrite = hex("01 06 00 00 00 07 C8 08");
-const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
 const Bytes kSeven = hex("01 03 02 00 07 F9 86");
 const Bytes kZero = hex("01 03 02 00 00 B8 44");
 

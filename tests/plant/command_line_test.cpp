@@ -28,20 +28,9 @@ verbose = true
           {"bad.toml", "[module]\nnode_id = 300\n[can]\nspec = \"socketcan\"\n"}};
 }
 
-constexpr const char* kHint = "cbcan-sim --help shows all options\n";
-
-/// The complaint about a command line that is refused.
-std::string refusal(const std::vector<const char*>& arguments) {
-  const Start refused = start(arguments, disk_files());
-  CHECK_FALSE(refused.run);
-  CHECK(refused.exit_code == ExitCode::kUsage);
-  CHECK(refused.out == "");
-  return refused.err;
-}
-
 /// By this, and the hint at --help.
 void refused_as(const std::vector<const char*>& arguments, const std::string& told) {
-  CHECK(refusal(arguments) == "cbcan-sim: " + told + "\n" + kHint);
+  CHECK(refusal(arguments, disk_files()) == "cbcan-sim: " + told + "\n" + kHint);
 }
 
 }  // namespace
@@ -163,7 +152,7 @@ TEST_CASE("values that the command line gets wrong") {
 }
 
 TEST_CASE("all that is wrong with a command line at once") {
-  CHECK(refusal({"--bit-rate", "500", "--node-id", "0"}) ==
+  CHECK(refusal({"--bit-rate", "500", "--node-id", "0"}, disk_files()) ==
         std::string(
             "cbcan-sim: --node-id 0: must be 1..127\n"
             "cbcan-sim: --bit-rate 500: must be 10000..1000000 bit/s, or 0 = as fast as possible; did you "
@@ -183,7 +172,7 @@ TEST_CASE("options without their argument, or twice") {
   refused_as({"--node-id"}, "--node-id: needs an argument");
   refused_as({"--config"}, "--config: needs an argument");
   refused_as({"--node-id", "1", "--node-id", "2"}, "--node-id: is given twice");
-  CHECK(refusal({"--demo=x"}).starts_with("cbcan-sim: "));
+  CHECK(refusal({"--demo=x"}, disk_files()).starts_with("cbcan-sim: "));
 }
 
 TEST_CASE("one plant at a time") {
@@ -191,8 +180,8 @@ TEST_CASE("one plant at a time") {
       std::string(
           "cbcan-sim: --config: there can be only one plant; leave out the other --config, or --demo\n") +
       kHint;
-  CHECK(refusal({"--demo", "--config", "plant.toml"}) == message);
-  CHECK(refusal({"--config", "plant.toml", "--config", "bad.toml"}) == message);
+  CHECK(refusal({"--demo", "--config", "plant.toml"}, disk_files()) == message);
+  CHECK(refusal({"--config", "plant.toml", "--config", "bad.toml"}, disk_files()) == message);
 }
 
 TEST_CASE("a plant file that is not there") {
@@ -201,7 +190,7 @@ TEST_CASE("a plant file that is not there") {
 }
 
 TEST_CASE("a bad plant file is told line by line, without the hint at options") {
-  CHECK(refusal({"--config", "bad.toml", "--name", "5=x"}) ==
+  CHECK(refusal({"--config", "bad.toml", "--name", "5=x"}, disk_files()) ==
         "bad.toml:2: module.node_id 300: must be 1..127\n"
         "bad.toml:4: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0\n");
 }
@@ -226,7 +215,7 @@ TEST_CASE("--no-module leaves the module out, and its ID to a node") {
   const Files without{{"plant.toml", "[module]\nenabled = false\n"}};
   CHECK_FALSE(start({"--config", "plant.toml"}, without).config.networks.at(0).module.enabled);
   CHECK(start({"--config", "plant.toml", "--no-module=false"}, without).config.networks.at(0).module.enabled);
-  CHECK(refusal({"--no-module=maybe"}) ==
+  CHECK(refusal({"--no-module=maybe"}, disk_files()) ==
         "cbcan-sim: --no-module maybe: must be true or false\n" + std::string(kHint));
 }
 
@@ -234,7 +223,7 @@ TEST_CASE("--slcan is an address") {
   CHECK(start({"--slcan", "127.0.0.1:0"}).config.networks.at(0).can.slcan == "127.0.0.1:0");
   CHECK(start({"--slcan", "unix:can"}).config.networks.at(0).can.slcan == "unix:can");
   CHECK(start({"--slcan", ":0"}).err == "");
-  CHECK(refusal({"--slcan", "1.2.3.4:x"}) ==
+  CHECK(refusal({"--slcan", "1.2.3.4:x"}, disk_files()) ==
         "cbcan-sim: --slcan 1.2.3.4:x: address \"1.2.3.4:x\": the port is a number 0..65535, 0 = any free "
         "one\n" +
             std::string(kHint));
@@ -250,9 +239,9 @@ TEST_CASE("a socket in a plant file is relative to the file") {
 TEST_CASE("--clock is real or manual, and manual on the virtual bus") {
   CHECK(start({"--clock", "real"}).config == start({}).config);
   CHECK(start({"--demo", "--clock", "manual"}).config.clock == ClockKind::kManual);
-  CHECK(refusal({"--clock", "sundial"}) ==
+  CHECK(refusal({"--clock", "sundial"}, disk_files()) ==
         "cbcan-sim: --clock sundial: must be real or manual\n" + std::string(kHint));
-  CHECK(refusal({"--clock", "manual", "--can", "socketcan:can0"}) ==
+  CHECK(refusal({"--clock", "manual", "--can", "socketcan:can0"}, disk_files()) ==
         "cbcan-sim: --clock manual: the time of socketcan:can0 cannot stand still; use it with --can "
         "virtual\n" +
             std::string(kHint));
@@ -292,7 +281,7 @@ TEST_CASE("--check and --log -") {
   CHECK(logs_to_standard_output(start({"--demo", "--log", "-"}).config));
   CHECK_FALSE(logs_to_standard_output(start({"--demo", "--log", "bus.log"}).config));
   CHECK(
-      refusal({"--demo", "--log", "-", "--clock", "manual"}) ==
+      refusal({"--demo", "--log", "-", "--clock", "manual"}, disk_files()) ==
       std::string("cbcan-sim: --log -: standard output has the responses of --clock manual; name a file\n") +
           kHint);
 }

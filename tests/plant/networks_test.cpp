@@ -9,8 +9,6 @@ using namespace cbcan::plant::test;
 
 namespace {
 
-constexpr const char* kHint = "cbcan-sim --help shows all options\n";
-
 /// What is wrong with a plant file, with what only the whole shows.
 Lines wrong_in(std::string_view text) {
   const Plant plant = read(text);
@@ -21,16 +19,9 @@ Lines wrong_in(std::string_view text) {
 }
 
 template <class... Told>
-void wrong(std::string_view text, const Told&... told) {
+void wrong_networks(std::string_view text, const Told&... told) {
   INFO(text);
   CHECK(wrong_in(text) == behind("plant.toml:", {told...}));
-}
-
-std::string refusal(const std::vector<const char*>& arguments, const Files& files = {}) {
-  const Start refused = start(arguments, files);
-  CHECK_FALSE(refused.run);
-  CHECK(refused.exit_code == ExitCode::kUsage);
-  return refused.err;
 }
 
 /// By this, and the hint at --help.
@@ -92,32 +83,35 @@ TEST_CASE("the tables at the top are network 1, each [[network]] is one more") {
 }
 
 TEST_CASE("mistakes in a further network name it") {
-  wrong("[[network]]\n[network.module]\nnode_id = 300\n", "3: network 2: module.node_id 300: must be 1..127");
-  wrong("[[network]]\n[[network]]\n[network.can]\nspec = \"socketcan\"\n",
-        "4: network 3: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0");
+  wrong_networks("[[network]]\n[network.module]\nnode_id = 300\n",
+                 "3: network 2: module.node_id 300: must be 1..127");
+  wrong_networks("[[network]]\n[[network]]\n[network.can]\nspec = \"socketcan\"\n",
+                 "4: network 3: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0");
   CHECK(wrong_in("[[network]]\n[[network.node]]\nid = 300\neds = \"a\"\n").at(0) ==
         "plant.toml:3: network 2: node.id 300: must be 1..127");
-  wrong("[[network]]\n[network.can]\nbitrate = 1\n",
-        "3: network 2: can.bitrate: no such key; did you mean can.bit_rate?");
-  wrong("[[network]]\n[network.modul]\n", "2: network 2: modul: no such key; did you mean module?");
-  wrong("[[network]]\n[network.pump]\n",
-        "2: network 2: pump: no such key; a network has module, plc, can, log, node");
-  wrong("[[network]]\nmodule = 1\n", "2: network 2: module: must be a table; write [network.module]");
-  wrong("[[network]]\n[network.node]\n",
-        "2: network 2: node: must be a list of tables; write [[network.node]] above each node");
-  wrong("[network]\n",
-        "1: network: must be a list of tables; write [[network]] above each network after the first");
+  wrong_networks("[[network]]\n[network.can]\nbitrate = 1\n",
+                 "3: network 2: can.bitrate: no such key; did you mean can.bit_rate?");
+  wrong_networks("[[network]]\n[network.modul]\n", "2: network 2: modul: no such key; did you mean module?");
+  wrong_networks("[[network]]\n[network.pump]\n",
+                 "2: network 2: pump: no such key; a network has module, plc, can, log, node");
+  wrong_networks("[[network]]\nmodule = 1\n",
+                 "2: network 2: module: must be a table; write [network.module]");
+  wrong_networks("[[network]]\n[network.node]\n",
+                 "2: network 2: node: must be a list of tables; write [[network.node]] above each node");
+  wrong_networks(
+      "[network]\n",
+      "1: network: must be a list of tables; write [[network]] above each network after the first");
 }
 
 TEST_CASE("what is for all networks stands in none") {
   const std::string told = ": is for all networks; it stands at the top of the file, in [";
   for (const std::string table : {"modbus", "time", "random", "control"}) {
     INFO(table);
-    wrong("[[network]]\n[network." + table + "]\n",
-          std::string("2: network 2: ") + table + told + table + "]");
+    wrong_networks("[[network]]\n[network." + table + "]\n",
+                   std::string("2: network 2: ") + table + told + table + "]");
   }
-  wrong("[[network]]\n[network.log]\nverbose = true\n",
-        std::string("3: network 2: log.verbose") + told + "log]");
+  wrong_networks("[[network]]\n[network.log]\nverbose = true\n",
+                 std::string("3: network 2: log.verbose") + told + "log]");
   CHECK(wrong_in("[log]\nverbose = true\n[[network]]\n") == Lines{});
 }
 
@@ -127,9 +121,9 @@ TEST_CASE("a node ID is taken once in each network") {
           "[[network]]\n[[network.node]]\nid = 5\neds = \"a\"\n[[network.node]]\nid = 5\neds = \"b\"\n") ==
       Lines{"plant.toml:5: network 2: node 5: already at plant.toml:2; every node on the bus needs an ID of "
             "its own"});
-  wrong("[[network]]\n[network.module]\nnode_id = 5\n[[network.node]]\nid = 5\neds = \"a\"\n",
-        "4: network 2: node 5: this is the module's own ID; change the node's, or the module's with "
-        "module.node_id or --node-id");
+  wrong_networks("[[network]]\n[network.module]\nnode_id = 5\n[[network.node]]\nid = 5\neds = \"a\"\n",
+                 "4: network 2: node 5: this is the module's own ID; change the node's, or the module's with "
+                 "module.node_id or --node-id");
   CHECK(wrong_in("[module]\nnode_id = 5\n[[network]]\n[[network.node]]\nid = 5\neds = \"a\"\n") == Lines{});
 }
 
@@ -144,15 +138,18 @@ TEST_CASE("two networks share no interface, address or file") {
       Lines{
           "plant.toml:6: network 3: log.file a.log: network 2 has it already at plant.toml:3; every network "
           "needs its own"});
-  wrong("[can]\nslcan = \":5000\"\n[[network]]\n[network.can]\nslcan = \"127.0.0.1:5000\"\n",
-        "5: network 2: can.slcan 127.0.0.1:5000: network 1 has it already at plant.toml:2; every network "
-        "needs its own");
-  wrong("[plc]\ndevice = \"/dev/a\"\n[[network]]\n[network.plc]\ndevice = \"/dev/a\"\n",
-        "5: network 2: plc.device /dev/a: network 1 has it already at plant.toml:2; every network needs its "
-        "own");
-  wrong("[can]\nslcan = \"unix:can\"\n[[network]]\n[network.can]\nslcan = \"unix:can\"\n",
-        "5: network 2: can.slcan unix:can: network 1 has it already at plant.toml:2; every network needs its "
-        "own");
+  wrong_networks(
+      "[can]\nslcan = \":5000\"\n[[network]]\n[network.can]\nslcan = \"127.0.0.1:5000\"\n",
+      "5: network 2: can.slcan 127.0.0.1:5000: network 1 has it already at plant.toml:2; every network "
+      "needs its own");
+  wrong_networks(
+      "[plc]\ndevice = \"/dev/a\"\n[[network]]\n[network.plc]\ndevice = \"/dev/a\"\n",
+      "5: network 2: plc.device /dev/a: network 1 has it already at plant.toml:2; every network needs its "
+      "own");
+  wrong_networks(
+      "[can]\nslcan = \"unix:can\"\n[[network]]\n[network.can]\nslcan = \"unix:can\"\n",
+      "5: network 2: can.slcan unix:can: network 1 has it already at plant.toml:2; every network needs its "
+      "own");
   CHECK(wrong_in("[can]\nslcan = \":0\"\n[[network]]\n[network.can]\nslcan = \":0\"\n") == Lines{});
   CHECK(
       wrong_in("[[node]]\nid = 5\neds = \"a\"\nparameters = \"p\"\n[[network]]\n[[network.node]]\nid = 5\n"
@@ -171,7 +168,8 @@ TEST_CASE("as many networks as there are unit IDs") {
   for (int i = 2; i <= 247; ++i)
     text += "[[network]]\n";
   CHECK(wrong_in(text) == Lines{});
-  wrong(text + "[[network]]\n", "247: network 248: there can be 247 at most, as many as Modbus has unit IDs");
+  wrong_networks(text + "[[network]]\n",
+                 "247: network 248: there can be 247 at most, as many as Modbus has unit IDs");
 }
 
 TEST_CASE("behind --network N options are about network N, before it about network 1") {

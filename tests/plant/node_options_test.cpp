@@ -9,7 +9,7 @@ using namespace std::string_literals;
 
 namespace {
 
-Files disk_files() {
+Files with_valve() {
   return {{"plant.toml", R"([[node]]
 id = 5
 name = "Valve"
@@ -23,7 +23,7 @@ Start with_plant(const std::vector<const char*>& arguments) {
   std::vector<const char*> all{"--config", "plant.toml"};
   for (const char* argument : arguments)
     all.push_back(argument);
-  return start(all, disk_files());
+  return start(all, with_valve());
 }
 
 std::string first_line(const Start& refused) {

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <utility>
 
+#include "support/catch.hpp"
+
 namespace cbcan::plant::test {
 
 Lines to_lines(const Diagnostics& diagnostics) {
@@ -30,6 +32,14 @@ Start start(const std::vector<const char*>& arguments, const Files& files) {
     return file == files.end() ? std::nullopt : std::optional(file->second);
   };
   return parse_command_line(static_cast<int>(argv.size()), argv.data(), with_demo_plant(disk));
+}
+
+std::string refusal(const std::vector<const char*>& arguments, const Files& files) {
+  const Start refused = start(arguments, files);
+  CHECK_FALSE(refused.run);
+  CHECK(refused.exit_code == ExitCode::kUsage);
+  CHECK(refused.out == "");
+  return refused.err;
 }
 
 std::string source_file(const std::string& path) {

@@ -29,6 +29,11 @@ Plant read(std::string_view text);
 /// What `cbcan-sim ARGUMENTS...` makes of its command line where these files are on the disk.
 Start start(const std::vector<const char*>& arguments, const Files& files = {});
 
+inline constexpr const char* kHint = "cbcan-sim --help shows all options\n";
+
+/// The complaint about a command line that is refused.
+std::string refusal(const std::vector<const char*>& arguments, const Files& files = {});
+
 /// A file of the source tree; empty if it is not there.
 std::string source_file(const std::string& path);
 

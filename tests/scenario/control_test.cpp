@@ -32,8 +32,8 @@ struct Log final : sim::Observer {
   std::vector<std::uint32_t> ids;
 };
 
-struct Plant {
-  Plant() {
+struct TwoDevices {
+  TwoDevices() {
     add(0x42, "io_module.eds", "I/O");
     add(16, "drive.eds", "");
     world.bus().observe(log);
@@ -56,7 +56,7 @@ struct Plant {
   Control control{{&network}, 5 * kSecond};
 };
 
-/// Plant, and a second network with a drive and a node without an ID.
+/// TwoDevices, and a second network with a drive and a node without an ID.
 struct TwoNetworks {
   TwoNetworks() {
     add(16, "Other");
@@ -77,7 +77,7 @@ struct TwoNetworks {
     return response;
   }
 
-  Plant first;
+  TwoDevices first;
   Network network{0, 0, nullptr};
   sim::World& world = network.world();
   Log log;
@@ -87,7 +87,7 @@ struct TwoNetworks {
 }  // namespace
 
 TEST_CASE("nodes, time and help") {
-  Plant plant;
+  TwoDevices plant;
   CHECK(plant.run("nodes") == "#1 66 pre-operational cia401 \"I/O\"\n#2 16 pre-operational cia402\nok\n");
   plant.now += 1'500'000;
   CHECK(plant.run(" time\t") == "ok 1.500000\n");
@@ -99,7 +99,7 @@ TEST_CASE("nodes, time and help") {
 }
 
 TEST_CASE("get shows values as a plant file would write them, brought up to date") {
-  Plant plant;
+  TwoDevices plant;
   CHECK(plant.run("get 16 0x6041") == "ok 592\n");
   CHECK(plant.run("get #2 0x6041:0") == "ok 592\n");
   CHECK(plant.run("get 66 0x1008") == "ok \"cbcan I/O module\"\n");
@@ -113,7 +113,7 @@ TEST_CASE("get shows values as a plant file would write them, brought up to date
 }
 
 TEST_CASE("set is an input: an event-driven TPDO tells of it") {
-  Plant plant;
+  TwoDevices plant;
   plant.world.advance(plant.now);
   CHECK(plant.run("set 66 0x6000:1 3") == "ok\n");
   CHECK(plant.run("set 66 0x6000:1 true") == "ok\n");
@@ -124,7 +124,7 @@ TEST_CASE("set is an input: an event-driven TPDO tells of it") {
 }
 
 TEST_CASE("set leaves the communication objects alone, as nobody would check what they get") {
-  Plant plant;
+  TwoDevices plant;
   CHECK(plant.run("set 16 0x1014 0") == "error: 1014h:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("set 16 0x1FFF 0") == "error: 1FFFh:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("get 16 0x1014") == "ok 144\n");
@@ -134,7 +134,7 @@ TEST_CASE("set leaves the communication objects alone, as nobody would check wha
 }
 
 TEST_CASE("a text that is no line of a response is shown as bytes") {
-  Plant plant;
+  TwoDevices plant;
   ObjectDictionary& dictionary = plant.world.nodes()[0]->device().dictionary();
   ObjectEntry entry{};
   REQUIRE(dictionary.find(0x1008, 0, entry) == AbortCode::kNone);
@@ -143,7 +143,7 @@ TEST_CASE("a text that is no line of a response is shown as bytes") {
 }
 
 TEST_CASE("incidents begin and end, and an EMCY tells of them") {
-  Plant plant;
+  TwoDevices plant;
   CHECK(plant.run("incident 16 overtemperature on") == "ok\n");
   CHECK(plant.log.ids == std::vector<std::uint32_t>{0x90});
   CHECK(plant.run("get 16 0x603F") == "ok 16912\n");  // 4210h
@@ -154,7 +154,7 @@ TEST_CASE("incidents begin and end, and an EMCY tells of them") {
 }
 
 TEST_CASE("faults are set, listed and cleared, each place its own") {
-  Plant plant;
+  TwoDevices plant;
   CHECK(plant.run("fault 66 response-never count=2") == "ok 1\n");
   CHECK(plant.run("fault #1 heartbeat-stops") == "ok 2\n");
   CHECK(plant.run("fault bus frame-loss probability=0.5") == "ok 1\n");
@@ -173,7 +173,7 @@ TEST_CASE("faults are set, listed and cleared, each place its own") {
 }
 
 TEST_CASE("a long list of faults is cut with a word") {
-  Plant plant;
+  TwoDevices plant;
   for (int i = 0; i < 600; ++i) {
     plant.run("fault 66 response-never");
     plant.run("fault 16 response-never");
@@ -185,7 +185,7 @@ TEST_CASE("a long list of faults is cut with a word") {
 }
 
 TEST_CASE("control characters do not come back") {
-  Plant plant;
+  TwoDevices plant;
   CHECK(plant.run("\x1b[31m\x7f") == "error: \" [31m \": no such command; help lists them\n");
   CHECK(plant.run("get \a1 0x6041") == "error: node \" 1\": must be 1..127\n");
 }
@@ -241,7 +241,7 @@ TEST_CASE("places in networks that are not there") {
 }
 
 TEST_CASE("what a command cannot mean is told, and nothing happens") {
-  Plant plant;
+  TwoDevices plant;
   CHECK(plant.run("fautl 66 response-never") == "error: \"fautl\": no such command; did you mean fault?\n");
   CHECK(plant.run("reboot") == "error: \"reboot\": no such command; help lists them\n");
   CHECK(plant.run("get 17 0x6041") == "error: node 17: not in this plant; nodes lists them\n");

@@ -78,11 +78,11 @@ constexpr Transfer kTransfers[] = {
     {"block read", false, 3, 0x2010, 20},     {"block write", true, 3, 0x2010, 20},
 };
 
-constexpr std::uint16_t kRead = 5055;
+constexpr std::uint16_t kReadCommand = 5055;
 constexpr std::uint16_t kWrite = 5066;
 
 Time run(Plant& plant, const Transfer& transfer, Time most) {
-  if (!transfer.write) return plant.execute({kRead, 5, transfer.index, 0, transfer.size}, most);
+  if (!transfer.write) return plant.execute({kReadCommand, 5, transfer.index, 0, transfer.size}, most);
   for (unsigned i = 0; i < 10; ++i)
     plant.reg(3706 + i) = static_cast<std::uint16_t>(0x0100 + i * 0x0202);  // 00 01 02 03 ...
   return plant.execute({kWrite, 5, transfer.index, 0, transfer.size}, most);
@@ -107,7 +107,7 @@ void check_next(Plant& plant, const Transfer& transfer) {
   // Its quarantine may hold it back for one timeout, and a late response of 1.5 s may be still under way.
   CHECK(run(plant, transfer, 2 * kTimeout) <= kTimeout + kMillisecond);
   CHECK(plant.reg(3700) == 0);
-  if (transfer.write) plant.execute({kRead, 5, transfer.index, 0, transfer.size}, kTimeout);
+  if (transfer.write) plant.execute({kReadCommand, 5, transfer.index, 0, transfer.size}, kTimeout);
   CHECK(plant.reg(3700) == 0);
   CHECK(has_read_right(plant, transfer));
 }

@@ -34,14 +34,14 @@ void operator delete(void* memory, std::size_t /*size*/) noexcept {
 namespace {
 
 /// An adapter, and another port on its bus.
-struct Desk : Host<Desk> {
+struct SlcanDesk : Host<SlcanDesk> {
   cbcan::sim::Bus bus;
   Time now = 0;
   SlcanAdapter adapter{bus, [this] { bus.advance(now); }};
   Listener ear;
   cbcan::sim::Port& other = bus.attach(ear);
 
-  Desk() { other.accept(0, 0x7FF); }
+  SlcanDesk() { other.accept(0, 0x7FF); }
 
   void arrive(std::string_view frame) {
     CHECK(other.try_send(frame_from(frame)));
@@ -52,7 +52,7 @@ struct Desk : Host<Desk> {
 }  // namespace
 
 TEST_CASE("SLCAN: opened, it sends and hears frames") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("C\r") == "\a");
   CHECK(desk.respond("S6\r") == "\r");
   CHECK(desk.respond("O\r") == "\r");
@@ -68,7 +68,7 @@ TEST_CASE("SLCAN: opened, it sends and hears frames") {
 }
 
 TEST_CASE("SLCAN: opening and closing is no work for each identifier") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("O\r") == "\r");
   SlcanAdapter second(desk.bus, [] {});
   const std::size_t before = allocations;
@@ -79,14 +79,14 @@ TEST_CASE("SLCAN: opening and closing is no work for each identifier") {
 }
 
 TEST_CASE("SLCAN: what a host sends to open an adapter that it knows nothing about") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("t12") == "");
   CHECK(desk.respond("\r\r\rC\rS6\rO\r") == "\a\r\r\a\r\r");
   CHECK(desk.respond("C\rS8\rO\rO\r") == "\r\r\r\a");
 }
 
 TEST_CASE("SLCAN: closed, it neither sends nor hears") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("t0000\r") == "\a");
   CHECK(desk.respond("F\r") == "\a");
   desk.arrive("123#");
@@ -97,7 +97,7 @@ TEST_CASE("SLCAN: closed, it neither sends nor hears") {
 }
 
 TEST_CASE("SLCAN: L listens and does not send") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("L\rt0000\rO\r") == "\r\a\a");
   desk.arrive("123#");
   CHECK(desk.respond("C\r") == "t1230\r\r");
@@ -105,18 +105,18 @@ TEST_CASE("SLCAN: L listens and does not send") {
 }
 
 TEST_CASE("SLCAN: settings are for the closed channel") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("S0\rS8\rZ1\rZ0\rM00000000\rmFFFFFFFF\r") == "\r\r\r\r\r\r");
   CHECK(desk.respond("O\rS6\rZ1\rM00000000\rm00000000\r") == "\r\a\a\a\a");
 }
 
 TEST_CASE("SLCAN: V and N response always") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("V\rN\rO\rV\rN\r") == "V1013\rNCB01\r\rV1013\rNCB01\r");
 }
 
 TEST_CASE("SLCAN: what it does not know is refused") {
-  Desk desk;
+  SlcanDesk desk;
   for (const char* line : {"S",  "S9",  "S66",      "s031C",     "o",          "O1", "L1",   "C1", "Z",
                            "Z2", "Z10", "M0000000", "M0000000G", "m000000000", "V1", "N1",   "F0", "X1",
                            "A",  "P",   "q",        " ",         "\xFF",       "z",  "hello"}) {
@@ -134,7 +134,7 @@ TEST_CASE("SLCAN: what it does not know is refused") {
 }
 
 TEST_CASE("SLCAN: lines in pieces, lines that are too long, bells") {
-  Desk desk;
+  SlcanDesk desk;
   for (const char c : std::string_view("O\rt12311"))
     desk.adapter.receive({&c, 1});
   CHECK(desk.respond("2\r\n") == "\rz\r");
@@ -144,7 +144,7 @@ TEST_CASE("SLCAN: lines in pieces, lines that are too long, bells") {
 }
 
 TEST_CASE("SLCAN: Z1 adds the milliseconds of the minute") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("Z1\rO\r") == "\r\r");
   desk.now = 59'999 * kMillisecond + 999;
   desk.arrive("123#AA");
@@ -154,7 +154,7 @@ TEST_CASE("SLCAN: Z1 adds the milliseconds of the minute") {
 }
 
 TEST_CASE("SLCAN: whoever does not read loses frames, and F says so once") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("O\r") == "\r");
   for (int i = 0; i < 10'000; ++i)
     desk.arrive("605#4017100000000000");
@@ -169,7 +169,7 @@ TEST_CASE("SLCAN: whoever does not read loses frames, and F says so once") {
 }
 
 TEST_CASE("SLCAN: without a limit nothing is lost, in whatever pieces it is taken") {
-  Desk desk;
+  SlcanDesk desk;
   SlcanAdapter second(
       desk.bus, [] {}, SlcanAdapter::kUnlimited);
   second.receive("O\r");
@@ -190,13 +190,13 @@ TEST_CASE("SLCAN: without a limit nothing is lost, in whatever pieces it is take
 }
 
 TEST_CASE("SLCAN: a full transmit queue refuses, and F says so once") {
-  Desk desk;
+  SlcanDesk desk;
   desk.bus.set_link(false);
   CHECK(desk.respond("O\rt0000\rF\rF\r") == "\r\aF02\rF00\r");
 }
 
 TEST_CASE("SLCAN: the controller's state is told unasked and by F") {
-  Desk desk;
+  SlcanDesk desk;
   desk.bus.set_state(BusState::kErrorPassive, 0);
   CHECK(desk.said() == "");
   CHECK(desk.respond("O\rF\r") == "\rF20\r");
@@ -210,14 +210,14 @@ TEST_CASE("SLCAN: the controller's state is told unasked and by F") {
 }
 
 TEST_CASE("SLCAN: error reports of the controller are not frames") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("O\r") == "\r");
   desk.bus.receive(Frame{0x4, 8, Frame::kError, {}}, 0);
   CHECK(desk.said() == "");
 }
 
 TEST_CASE("SLCAN: adapters hear each other, in the order of the bus") {
-  Desk desk;
+  SlcanDesk desk;
   SlcanAdapter second(desk.bus, [&desk] { desk.bus.advance(0); });
   second.receive("O\r");
   CHECK(desk.respond("O\rt1230\rt1240\r") == "\rz\rz\r");
@@ -227,7 +227,7 @@ TEST_CASE("SLCAN: adapters hear each other, in the order of the bus") {
 }
 
 TEST_CASE("SLCAN: an adapter that is plugged in again begins anew") {
-  Desk desk;
+  SlcanDesk desk;
   CHECK(desk.respond("Z1\rO\r") == "\r\r");
   desk.arrive("123#");
   desk.adapter.receive("t12");
@@ -242,7 +242,7 @@ TEST_CASE("SLCAN: an adapter that is plugged in again begins anew") {
 TEST_CASE("SLCAN: characters may come in any pieces") {
   const std::string_view text = "O\rt1230\rF\r";
   for (unsigned cuts = 0; cuts < 1u << (text.size() - 1); ++cuts) {
-    Desk desk;
+    SlcanDesk desk;
     std::size_t begin = 0;
     for (std::size_t end = 1; end <= text.size(); ++end)
       if (end == text.size() || (cuts >> (end - 1) & 1) != 0) {

@@ -17,8 +17,8 @@ namespace {
 constexpr Time kStart = 100 * kSecond;
 
 /// An adapter, and another port on its bus; the clock on the wall is a second further.
-struct Desk : Host<Desk> {
-  explicit Desk(Time pause_behind_ok = 0) : pause(pause_behind_ok) {
+struct SocketcandDesk : Host<SocketcandDesk> {
+  explicit SocketcandDesk(Time pause_behind_ok = 0) : pause(pause_behind_ok) {
     other.accept_all();
     world.advance(now);
     adapter.join();
@@ -44,7 +44,7 @@ struct Desk : Host<Desk> {
 };
 
 TEST_CASE("SavvyCAN's dialogue: the greeting and each ok by themselves") {
-  Desk desk;
+  SocketcandDesk desk;
   CHECK(desk.said() == "< hi >");
   CHECK(desk.respond("< open can0 >") == "< ok >");
   CHECK(desk.respond("< rawmode >") == "< ok >");
@@ -58,7 +58,7 @@ TEST_CASE("SavvyCAN's dialogue: the greeting and each ok by themselves") {
 }
 
 TEST_CASE("what leaves together") {
-  Desk desk;
+  SocketcandDesk desk;
   desk.adapter.receive("< open can0 >< rawmode >");
   desk.arrive("123#01");
   desk.arrive("123#02");
@@ -74,7 +74,7 @@ TEST_CASE("what leaves together") {
 }
 
 TEST_CASE("nothing is told for a moment behind an ok, and nothing is lost") {
-  Desk desk(20 * kMillisecond);
+  SocketcandDesk desk(20 * kMillisecond);
   desk.open("rawmode");
   desk.arrive("123#01");
   desk.pass(19'999);
@@ -86,7 +86,7 @@ TEST_CASE("nothing is told for a moment behind an ok, and nothing is lost") {
 }
 
 TEST_CASE("Kayak's dialogue: a subscription, jobs, statistics") {
-  Desk desk;
+  SocketcandDesk desk;
   desk.open("bcmmode");
   desk.arrive("123#00");
   CHECK(desk.respond("< subscribe 0 0 123 >< subscribe 0 0 00000123 >") == "");
@@ -134,7 +134,7 @@ TEST_CASE("filters of the document: by content, throttled, multiplexed") {
   };
   // clang-format on
   for (const Row& row : rows) {
-    Desk desk;
+    SocketcandDesk desk;
     desk.open("bcmmode");
     CHECK(desk.respond(row.command) == "");
     for (const char* frame : row.frames)
@@ -181,7 +181,7 @@ TEST_CASE("what is refused") {
       {"controlmode", "< send 123 0 >", "< error unknown command >"},
   };
   for (const Row& row : rows) {
-    Desk desk;
+    SocketcandDesk desk;
     desk.open(row.mode);
     CAPTURE(row.command);
     CHECK(desk.respond(row.command) == row.response);
@@ -189,7 +189,7 @@ TEST_CASE("what is refused") {
 }
 
 TEST_CASE("without a bus; and a bus that is none ends the connection") {
-  Desk desk;
+  SocketcandDesk desk;
   desk.said();
   CHECK(desk.respond("< can0 B 500000 0 0 0 0 0 0 0 >< can0 C 0 0 0 >") == "< ok >< ok >");
   CHECK(desk.respond("< send 123 0 >< rawmode >") == "< error unknown command >< error unknown command >");
@@ -202,7 +202,7 @@ TEST_CASE("without a bus; and a bus that is none ends the connection") {
 }
 
 TEST_CASE("limits: jobs, subscriptions, cyclic frames, one who does not read") {
-  Desk desk;
+  SocketcandDesk desk;
   desk.open("bcmmode");
   std::string jobs, subscriptions;
   for (int id = 0; id < 257; ++id)

@@ -23,12 +23,6 @@ namespace {
 
 using Frames = std::vector<std::string>;
 
-struct Generic {
-  Generic() { bench.start().expect("705#00"); }
-  WorldBench bench;
-  sim::Node& node = add_demo_node(bench, "generic.eds", 5);
-};
-
 /// An I/O module that produces everything that a node can: SYNC every 10 ms, TIME every 50 ms, a heartbeat
 /// every 20 ms.
 struct Producer {

@@ -39,4 +39,11 @@ inline sim::Node& add_demo_node(WorldBench& bench, const std::string& file, std:
   return bench.world.add_node(std::move(parts));
 }
 
+/// The generic node, with ID 5.
+struct Generic {
+  Generic() { bench.start().expect("705#00"); }
+  WorldBench bench;
+  sim::Node& node = add_demo_node(bench, "generic.eds", 5);
+};
+
 }  // namespace cbcan::test

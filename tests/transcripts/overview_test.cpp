@@ -31,13 +31,6 @@ struct Transducers {
   sim::Node& second = add_demo_node(bench, "pressure_transducer.eds", 2, {{0x9130, 1, 99301}});
 };
 
-/// The generic node, with ID 5.
-struct Generic {
-  Generic() { bench.start().expect("705#00"); }
-  WorldBench bench;
-  sim::Node& node = add_demo_node(bench, "generic.eds", 5);
-};
-
 }  // namespace
 
 TEST_CASE("Overview, trace: two pressure transducers") {

@@ -24,10 +24,10 @@ using test::SharedRegisters;
 using test::UsartModel;
 
 /// A board right after a reset, with USART2, and its loop.
-struct Rig {
+struct ClockRig {
   static constexpr std::uint32_t kHalfSilenceUs = 875;  // of 1750 us
 
-  explicit Rig(const Settings& settings = {}) : supervisor(rcc, timer, usart, can, settings) {
+  explicit ClockRig(const Settings& settings = {}) : supervisor(rcc, timer, usart, can, settings) {
     rcc_model.on_can1_reset = [this](bool reset) { can_model.hold_in_reset(reset); };
     rcc_model.wait_states = [this] { return flash.words[0] & 15; };
     tim2.on_write = [this](std::uint32_t offset, std::uint32_t value) {
@@ -112,7 +112,7 @@ struct Rig {
 }  // namespace
 
 TEST_CASE("clock: without the 8 MHz Modbus has the RC oscillator at once, and CAN stays silent") {
-  Rig rig;
+  ClockRig rig;
   rig.check_internal();
   rig.pass(10 * kSecond);
   rig.check_internal();
@@ -123,7 +123,7 @@ TEST_CASE("clock: without the 8 MHz Modbus has the RC oscillator at once, and CA
 
 TEST_CASE("clock: the 8 MHz are taken when they come, and CAN joins the bus") {
   for (const Time after : {Time{0}, 2 * kSecond, 3600 * kSecond}) {
-    Rig rig;
+    ClockRig rig;
     rig.now += after;
     rig.pass(10 * kMillisecond);
     rig.check_internal();
@@ -139,7 +139,7 @@ TEST_CASE("clock: the 8 MHz are taken when they come, and CAN joins the bus") {
 }
 
 TEST_CASE("clock: a boot loader that has left the PLL on HSI") {
-  Rig rig;
+  ClockRig rig;
   for (const auto& [offset, value] : {RccModel::Write{0x04, 0x24002808}, {0x00, 0x01000083}})
     rig.rcc_model.write(offset, value);
   for (int i = 0; i < 3; ++i)
@@ -158,7 +158,7 @@ TEST_CASE("clock: a boot loader that has left the PLL on HSI") {
 TEST_CASE("clock: a crystal is not bypassed") {
   Settings settings;
   settings.hse_is_clock = false;
-  Rig rig(settings);
+  ClockRig rig(settings);
   rig.rcc_model.set_hse(true);
   rig.pass(20 * kMillisecond);
   rig.check_external();
@@ -168,7 +168,7 @@ TEST_CASE("clock: a crystal is not bypassed") {
 TEST_CASE("clock: on RS-485 the USART follows APB2") {
   Settings settings;
   settings.line = ModbusLine::kRs485;
-  Rig rig(settings);
+  ClockRig rig(settings);
   CHECK(rig.rcc_model.apb2() / rig.usart_model.read(0x08) == 115'107);
   rig.rcc_model.set_hse(true);
   rig.pass(20 * kMillisecond);
@@ -176,7 +176,7 @@ TEST_CASE("clock: on RS-485 the USART follows APB2") {
 }
 
 TEST_CASE("clock: it changes between two Modbus frames: not within one, not while a response is sent") {
-  Rig rig;
+  ClockRig rig;
   rig.pass(10 * kMillisecond);
   rig.rcc_model.set_hse(true);
   for (int i = 0; i < 200; ++i) {
@@ -193,7 +193,7 @@ TEST_CASE("clock: it changes between two Modbus frames: not within one, not whil
   rig.turn(10 * kMillisecond);
   CHECK(rig.usart_model.shift_out() == 2);
   rig.serve();
-  rig.turn(Rig::kHalfSilenceUs - 1);
+  rig.turn(ClockRig::kHalfSilenceUs - 1);
   CHECK(rig.supervisor.source() == ClockSource::kInternal);
   rig.turn(1);
   CHECK(rig.supervisor.source() == ClockSource::kExternal);
@@ -202,7 +202,7 @@ TEST_CASE("clock: it changes between two Modbus frames: not within one, not whil
 }
 
 TEST_CASE("clock: the NMI resets CAN before anything else, and the loop does the rest") {
-  Rig rig;
+  ClockRig rig;
   rig.rcc_model.set_hse(true);
   rig.pass(20 * kMillisecond);
   rig.check_external();
@@ -231,7 +231,7 @@ TEST_CASE("clock: the 8 MHz fail at any moment, and come again: CAN never takes 
   int moment = 0;
   for (bool failed = true; failed; ++moment) {
     INFO("access " << moment);
-    Rig rig;
+    ClockRig rig;
     rig.can_model.acknowledge_after = 0;
     rig.rcc_model.set_hse(true);
     bool wrong = false;
@@ -262,7 +262,7 @@ TEST_CASE("clock: the 8 MHz fail at any moment, and come again: CAN never takes 
 }
 
 TEST_CASE("clock: what does not start leaves the board on the RC oscillator, and is tried again") {
-  Rig rig;
+  ClockRig rig;
   rig.rcc_model.set_hse(true);
   SECTION("PLL") {
     rig.rcc_model.pll_works = false;
@@ -287,7 +287,7 @@ TEST_CASE("clock: what does not start leaves the board on the RC oscillator, and
 }
 
 TEST_CASE("clock: CAN that does not start is reset and tried again, five times a second, and told") {
-  Rig rig;
+  ClockRig rig;
   rig.rcc_model.set_hse(true);
   rig.can_model.init_refused = true;
   rig.pass(10 * kSecond);
@@ -301,7 +301,7 @@ TEST_CASE("clock: CAN that does not start is reset and tried again, five times a
 }
 
 TEST_CASE("clock: after faults CAN joins the bus no earlier than it may, with Modbus there all the time") {
-  Rig rig;
+  ClockRig rig;
   rig.supervisor.start(rig.now + 2 * kSecond);
   rig.rcc_model.set_hse(true);
   rig.pass(1900 * kMillisecond);
@@ -312,7 +312,7 @@ TEST_CASE("clock: after faults CAN joins the bus no earlier than it may, with Mo
 }
 
 TEST_CASE("clock: CAN that keeps a frame in bus-off is reset") {
-  Rig rig;
+  ClockRig rig;
   rig.rcc_model.set_hse(true);
   rig.pass(20 * kMillisecond);
   CHECK(rig.can.try_send(test::frame_from("601#")));

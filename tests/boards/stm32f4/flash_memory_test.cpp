@@ -66,7 +66,7 @@ struct FlashController {
   Memory memory;
 };
 
-struct Rig {
+struct FlashRig {
   FlashController flash;
   using Access = test::SharedRegisters;
   boards::stm32f4::FlashMemory<Access> memory{Access(flash.registers), Access(flash.memory),
@@ -76,7 +76,7 @@ struct Rig {
 }  // namespace
 
 TEST_CASE("Flash: a sector is erased, the other one stays; then its words can be written, and it is locked") {
-  Rig rig;
+  FlashRig rig;
   REQUIRE(rig.memory.erase(1));
   CHECK(rig.memory.sector(0)[4095] == 0x12345678);
   CHECK(rig.memory.sector(1)[0] == 0xFFFFFFFF);
@@ -90,7 +90,7 @@ TEST_CASE("Flash: a sector is erased, the other one stays; then its words can be
 }
 
 TEST_CASE("Flash: a word that is not erased, and a sector that is protected, are told") {
-  Rig rig;
+  FlashRig rig;
   CHECK_FALSE(rig.memory.write(0, 0, 0xFFFFFFFF));
   rig.flash.protect = true;
   CHECK_FALSE(rig.memory.erase(0));

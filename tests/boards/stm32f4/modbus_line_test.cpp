@@ -18,10 +18,10 @@ using Bytes = std::vector<std::uint8_t>;
 const Bytes kWrite{0x01, 0x06, 0x00, 0x00, 0x00, 0x07, 0xC8, 0x08};
 
 /// A line of 19200 baud, 8E1: 573 us for a character.
-struct Rig {
+struct LineRig {
   static constexpr std::uint32_t kBaud = 19'200, kCharacterUs = 573, kSilenceUs = 2006;
 
-  explicit Rig(std::uint32_t longer_us = 0)
+  explicit LineRig(std::uint32_t longer_us = 0)
       : server(maps, {.silence_us = kSilenceUs,
                       .response_delay_us = response_delay_us(kBaud, SerialFormat::k8E1, longer_us)}) {
     REQUIRE(usart.init(16'000'000, kBaud, SerialFormat::k8E1));
@@ -73,7 +73,7 @@ struct Rig {
 }  // namespace
 
 TEST_CASE("Modbus line: a response begins t3.5 after the request's last stop bit, by a clock 5 % fast too") {
-  Rig rig;
+  LineRig rig;
   rig.hear(kWrite);
   // RXNE comes in the stop bit: 2006 us, 1.5 bits of 52 us, and 5 %.
   CHECK(rig.response_begins_after() >= 2188);
@@ -85,7 +85,7 @@ TEST_CASE("Modbus line: a setting lengthens that, and does not shorten it") {
   for (const auto& [setting, least, most] : {std::array{0u, 2188u, 2300u}, std::array{1000u, 2188u, 2300u},
                                              std::array{50'000u, 50'000u, 50'000u}}) {
     INFO(setting << " us");
-    Rig rig(setting);
+    LineRig rig(setting);
     rig.hear(kWrite);
     const std::uint32_t after = rig.response_begins_after();
     CHECK(after >= least);
@@ -98,7 +98,7 @@ TEST_CASE("Modbus line: a setting lengthens that, and does not shorten it") {
 TEST_CASE("Modbus line: a character behind the request takes it back, one received wrong too") {
   for (const std::uint32_t faults : {UsartModel::kGood, UsartModel::kParity, UsartModel::kFraming}) {
     INFO(faults);
-    Rig rig;
+    LineRig rig;
     rig.hear(kWrite);
     rig.hear({0x00}, faults);
     CHECK(rig.response_begins_after() == 0);
@@ -111,7 +111,7 @@ TEST_CASE("Modbus line: a character behind the request takes it back, one receiv
 }
 
 TEST_CASE("Modbus line: two characters behind the request that the interrupt was late for take it back") {
-  Rig rig;
+  LineRig rig;
   rig.hear(kWrite);
   rig.model.receive(0x00);
   rig.model.receive(0x00);
@@ -121,7 +121,7 @@ TEST_CASE("Modbus line: two characters behind the request that the interrupt was
 }
 
 TEST_CASE("Modbus line: a character that was lost behind the last one takes the request back") {
-  Rig rig;
+  LineRig rig;
   rig.hear({kWrite.begin(), kWrite.end() - 1});
   rig.model.receive(kWrite.back());
   rig.model.receive(0x00);  // RXNE is still set: overrun
@@ -131,7 +131,7 @@ TEST_CASE("Modbus line: a character that was lost behind the last one takes the 
 }
 
 TEST_CASE("Modbus line: a character received wrong ahead of a request, as where a driver is switched on") {
-  Rig rig;
+  LineRig rig;
   rig.hear({0x00}, UsartModel::kFraming);
   rig.hear(kWrite);
   CHECK(rig.response_begins_after() != 0);
@@ -139,7 +139,7 @@ TEST_CASE("Modbus line: a character received wrong ahead of a request, as where 
 }
 
 TEST_CASE("Modbus line: a character received wrong within a request") {
-  Rig rig;
+  LineRig rig;
   rig.hear({kWrite.begin(), kWrite.begin() + 4});
   rig.hear({kWrite[4]}, UsartModel::kParity);  // the parity bit alone
   rig.hear({kWrite.begin() + 5, kWrite.end()});
@@ -149,7 +149,7 @@ TEST_CASE("Modbus line: a character received wrong within a request") {
 }
 
 TEST_CASE("Modbus line: a response whose end is never told is given up, and the next request is heard") {
-  Rig rig;
+  LineRig rig;
   for (int i = 1; i <= 2; ++i) {
     rig.hear(kWrite);
     CHECK(rig.response_begins_after() != 0);
@@ -166,7 +166,7 @@ TEST_CASE("Modbus line: a response whose end is never told is given up, and the 
 }
 
 TEST_CASE("Modbus line: one that leaves is not given up, however rarely the loop looks") {
-  Rig rig;
+  LineRig rig;
   for (int i = 0; i < 3; ++i) {
     rig.hear(kWrite);
     CHECK(rig.response_begins_after() != 0);

@@ -14,7 +14,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-struct Rig {
+struct UsartRig {
   UsartModel model;
   cbcan::boards::stm32f4::Usart<cbcan::test::ModelRegisters<UsartModel>> usart{
       cbcan::test::ModelRegisters<UsartModel>(model)};
@@ -22,7 +22,7 @@ struct Rig {
   int sent = 0;
   int broken = 0;
 
-  Rig() { REQUIRE(usart.init(40'000'000, 19'200, SerialFormat::k8E1)); }
+  UsartRig() { REQUIRE(usart.init(40'000'000, 19'200, SerialFormat::k8E1)); }
 
   void on_byte(std::uint8_t byte) { received.push_back(byte); }
   void on_broken_byte() { ++broken; }
@@ -44,7 +44,7 @@ struct Rig {
 }  // namespace
 
 TEST_CASE("USART: format and baud rate") {
-  Rig rig;
+  UsartRig rig;
   CHECK(rig.model.read(0x08) == 0x823);   // 40 MHz / 19200 = 2083.33
   CHECK(rig.model.read(0x0C) == 0x342C);  // UE, M, PCE, RXNEIE, TE, RE; PS = 0: even
   CHECK(rig.model.read(0x10) == 0);
@@ -62,7 +62,7 @@ TEST_CASE("USART: format and baud rate") {
 }
 
 TEST_CASE("USART: a baud rate that the clock does not give is refused") {
-  Rig rig;
+  UsartRig rig;
   CHECK_FALSE(rig.usart.init(40'000'000, 0, SerialFormat::k8N1));
   CHECK_FALSE(rig.usart.init(40'000'000, 3'000'000, SerialFormat::k8N1));  // 13.3: below 16
   CHECK_FALSE(rig.usart.init(40'000'000, 600, SerialFormat::k8N1));        // 66667
@@ -70,7 +70,7 @@ TEST_CASE("USART: a baud rate that the clock does not give is refused") {
 }
 
 TEST_CASE("USART: bytes go to the handler, 0 to 255") {
-  Rig rig;
+  UsartRig rig;
   Bytes all;
   for (unsigned value = 0; value < 256; ++value) {
     all.push_back(static_cast<std::uint8_t>(value));
@@ -81,7 +81,7 @@ TEST_CASE("USART: bytes go to the handler, 0 to 255") {
 
 TEST_CASE(
     "USART: bytes with parity or framing errors are told as broken, noisy ones handed on; each is counted") {
-  Rig rig;
+  UsartRig rig;
   rig.receive(1, UsartModel::kParity);
   rig.receive(2, UsartModel::kFraming);
   rig.receive(3, UsartModel::kNoise);
@@ -96,7 +96,7 @@ TEST_CASE(
 }
 
 TEST_CASE("USART: an overrun is counted, and what came before it is told as broken") {
-  Rig rig;
+  UsartRig rig;
   rig.model.receive(1);
   rig.model.receive(2);
   rig.serve();
@@ -109,7 +109,7 @@ TEST_CASE("USART: an overrun is counted, and what came before it is told as brok
 }
 
 TEST_CASE("USART: an overrun whose byte has been read before is cleared all the same") {
-  Rig rig;
+  UsartRig rig;
   rig.model.receive(1);
   rig.model.receive(2);
   rig.model.write(0x00, ~0x20u);  // RXNE gone, ORE still there
@@ -121,7 +121,7 @@ TEST_CASE("USART: an overrun whose byte has been read before is cleared all the 
 }
 
 TEST_CASE("USART: a response leaves byte by byte, and on_sent comes with the end of the last one") {
-  Rig rig;
+  UsartRig rig;
   const Bytes response{0x01, 0x03, 0x02, 0x00, 0xFF};
   rig.usart.send(response);
   rig.serve();
@@ -138,7 +138,7 @@ TEST_CASE("USART: a response leaves byte by byte, and on_sent comes with the end
 }
 
 TEST_CASE("USART: one byte alone, twice: TC of the one before does not end the next") {
-  Rig rig;
+  UsartRig rig;
   const Bytes first{0xAA}, second{0x55};
   for (const Bytes* response : {&first, &second}) {
     const int before = rig.sent;
@@ -152,7 +152,7 @@ TEST_CASE("USART: one byte alone, twice: TC of the one before does not end the n
 }
 
 TEST_CASE("USART: bytes that arrive while it sends are handed on") {
-  Rig rig;
+  UsartRig rig;
   const Bytes response{1, 2};
   rig.usart.send(response);
   rig.receive(0x77);

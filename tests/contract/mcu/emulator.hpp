@@ -34,6 +34,10 @@ inline constexpr std::uint32_t kWakeUpControl = 0x40002008;  ///< not 0 when the
 inline constexpr std::uint32_t kWakeUpLoad = 0x40002000;     ///< what it has asked for then
 inline constexpr std::uint32_t kTicksPerMicrosecond = 25;
 
+// Armv7-M: the application interrupt and reset control register; its key and SYSRESETREQ.
+inline constexpr std::uint32_t kAircr = 0xE000ED0C;
+inline constexpr std::uint32_t kResetSystem = 0x05FA0004;
+
 /// A serial line, or another stream, of an emulator that runs in a process of its own.
 struct Stream {
   explicit Stream(std::filesystem::path path)
@@ -147,6 +151,14 @@ struct Emulator {
   Stream& modbus() { return modbus_; }
   Stream& can() { return can_; }
 
+  /// The board as after power-on, but for what is left in its RAM.
+  void reset() {
+    do
+      settle();
+    while (!can_.receive_available().empty());
+    adapter_state_ = "F00\r";
+    write(kAircr, kResetSystem);
+  }
   /// What the adapter says of its state, all the time: an F line with its CR.
   void set_adapter_state(std::string line) { adapter_state_ = std::move(line); }
   /// Stops the clock; to be called once the image runs.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The suite's target "mcu": the image for the MPS2 board in QEMU, for each case a new one, with Modbus RTU in
-// front and an SLCAN adapter behind that the suite plays.
+// The suite's target "mcu": the image for the MPS2 board in QEMU, reset for each case, with Modbus RTU in front
+// and an SLCAN adapter behind that the suite plays.
 
 #include "contract/target.hpp"
 #include "cbcan/configuration.hpp"
@@ -33,9 +33,19 @@ struct DeepestStack {
   std::uint16_t bytes = 0;
 } deepest_stack;
 
+/// One of an image for the whole program: to start it takes longer than most cases.
+Emulator& reset_emulator(bool watches_plc) {
+  static std::array<std::unique_ptr<Emulator>, 2> emulators;
+  std::unique_ptr<Emulator>& emulator = emulators.at(watches_plc ? 1 : 0);
+  if (emulator)
+    emulator->reset();
+  else
+    emulator = std::make_unique<Emulator>(watches_plc ? CBCAN_IMAGE_WATCHES_PLC : CBCAN_IMAGE);
+  return *emulator;
+}
+
 struct McuTarget final : Target {
-  explicit McuTarget(const Settings& settings)
-      : emulator_(settings.plc_timeout == 0s ? CBCAN_IMAGE : CBCAN_IMAGE_WATCHES_PLC) {
+  explicit McuTarget(const Settings& settings) : emulator_(reset_emulator(settings.plc_timeout != 0s)) {
     const std::string start = "\r\r\rC\rS6\rO\rt77F100\r";
     if (emulator_.can().receive(start.size()) != start)
       throw std::runtime_error("the image begins otherwise");
@@ -139,7 +149,7 @@ struct McuTarget final : Target {
     }
   }
 
-  Emulator emulator_;
+  Emulator& emulator_;
   std::string characters_;
   std::deque<std::string> inbox_;
 };
