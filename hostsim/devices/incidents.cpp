@@ -8,7 +8,7 @@ namespace cbcan::devices {
 
 Incidents::Incidents(std::span<const std::string_view> names, std::span<const ErrorKind> kinds)
     : names_(names), kinds_(kinds) {
-  assert(names.size() == kinds.size());
+  assert(names.size() == kinds.size() && names.size() <= kMost);
 }
 
 void Incidents::set(std::string_view name, bool present) {

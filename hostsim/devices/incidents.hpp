@@ -36,6 +36,7 @@ class Incidents {
   }
 
  private:
+  static constexpr std::size_t kMost = 32;  ///< bits of present_
   void tell(sim::DeviceNode& node, Time now);
 
   std::span<const std::string_view> names_;

@@ -39,13 +39,13 @@ bool writable(const ModbusRange& range, std::size_t most, Pdu pdu, std::size_t v
 
 /// Between registers, which are in host byte order, and a PDU's bytes: the same both ways.
 void copy_words(const void* from, void* to, std::size_t count) {
-  static_assert(std::endian::native == std::endian::little);
   constexpr std::uint64_t kLowBytes = 0x00FF'00FF'00FF'00FF;
   const auto* in = static_cast<const std::uint8_t*>(from);
   auto* out = static_cast<std::uint8_t*>(to);
   const auto copy = [&](auto words) {
     std::memcpy(&words, in, sizeof words);
-    words = static_cast<decltype(words)>((words >> 8 & kLowBytes) | (words & kLowBytes) << 8);
+    if constexpr (std::endian::native == std::endian::little)
+      words = static_cast<decltype(words)>((words >> 8 & kLowBytes) | (words & kLowBytes) << 8);
     std::memcpy(out, &words, sizeof words);
     in += sizeof words;
     out += sizeof words;
