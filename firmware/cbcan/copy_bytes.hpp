@@ -6,22 +6,26 @@
 
 namespace cbcan {
 
-/// Two machine words at a time: C libraries for microcontrollers have a memcpy that goes byte by byte. The
-/// bytes do not overlap.
+/// Two machine words at a time, the last ones over bytes that have been copied already: C libraries for
+/// microcontrollers have a memcpy that goes byte by byte. The two do not overlap.
 inline void copy_bytes(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
   constexpr std::size_t kWords = 2 * sizeof(std::size_t);
-  for (; count >= kWords; count -= kWords, from += kWords, to += kWords)
-    __builtin_memcpy(to, from, kWords);
-  if (kWords > 8 && count >= 8) {
+  if (count >= kWords) {
+    const std::uint8_t* const last = from + count - kWords;
+    std::uint8_t* const last_to = to + count - kWords;
+    for (; from < last; from += kWords, to += kWords)
+      __builtin_memcpy(to, from, kWords);
+    __builtin_memcpy(last_to, last, kWords);
+  } else if (kWords > 8 && count >= 8) {
     __builtin_memcpy(to, from, 8);
-    count -= 8, from += 8, to += 8;
-  }
-  if (count >= 4) {
+    __builtin_memcpy(to + count - 8, from + count - 8, 8);
+  } else if (count >= 4) {
     __builtin_memcpy(to, from, 4);
-    count -= 4, from += 4, to += 4;
+    __builtin_memcpy(to + count - 4, from + count - 4, 4);
+  } else {
+    for (; count != 0; --count)
+      *to++ = *from++;
   }
-  for (; count != 0; --count)
-    *to++ = *from++;
 }
 
 }  // namespace cbcan

@@ -17,15 +17,12 @@ class Outbox {
   /// The one sent last, and the place for the next one: what both have in common stays.
   Frame& frame() { return frame_; }
 
-  /// False: the port has no room; the frame is kept.
-  bool send(Time now) {
-    if (port_.try_send(frame_)) {
-      waiting_ = false;
-      return true;
-    }
-    waiting_ = true;
-    retry_at_ = now + kRetryInterval;
-    return false;
+  /// False: the port has no room; the frame is kept. By reference: who has the time in memory need not keep
+  /// it in a register meanwhile.
+  bool send(const Time& now) {
+    waiting_ = !port_.try_send(frame_);
+    if (waiting_) retry_at_ = now + kRetryInterval;
+    return !waiting_;
   }
   bool send(const Frame& frame, Time now) {
     frame_ = frame;

@@ -78,7 +78,7 @@ std::uint16_t* Channel::data_words() const {
   return serves_registers() ? window_.words() + kDataPlace : scanner_.data();
 }
 
-inline void Channel::load_data(std::span<std::uint8_t> bytes) const {
+void Channel::load_data(std::span<std::uint8_t> bytes) const {
   copy_bytes(reinterpret_cast<const std::uint8_t*>(words() + kDataPlace), bytes.data(), bytes.size());
 }
 
@@ -91,16 +91,14 @@ inline void Channel::store_data(std::span<const std::uint8_t> bytes) const {
 
 // ---- One transaction
 
-inline void Channel::begin_sdo(const Request& request, Time now) {
-  const bool read = request.command == regmap::kSdoRead;
-  if (!read) load_data(client_.data().first(request.size));
+inline void Channel::begin_sdo(const Request& request, SdoClient::Direction direction, Time now) {
+  if (direction == SdoClient::Direction::kWrite) load_data(client_.data().first(request.size));
   activity_ = Activity::kSdo;
-  reading_ = read;
+  direction_ = direction;
   client_.set_timeout(transfers().timeout_ms);
-  client_.start(
-      {static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub), request.index,
-       request.size, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite, transfers().mode},
-      now);
+  client_.start({static_cast<std::uint8_t>(request.node), static_cast<std::uint8_t>(request.sub),
+                 request.index, request.size, direction, transfers().mode},
+                now);
   follow_sdo();
 }
 
@@ -109,16 +107,19 @@ void Channel::begin(Time now) {
   ++counters_.executed;
   const Request request = this->request();
   const bool read = request.command == regmap::kSdoRead;
-  if (!read && request.command != regmap::kSdoWrite) return finish(regmap::Result::kCommandCodeError);
-  if (!read && request.index == regmap::kNmtService) return begin_nmt(request.sub, now);
+  if (read) {
+    if (request.index == regmap::kNodeStateService && request.sub == 0 && request.node <= nmt::kMaxNode)
+      return begin_node_state(static_cast<std::uint8_t>(request.node), now);
+  } else {
+    if (request.command != regmap::kSdoWrite) return finish(regmap::Result::kCommandCodeError);
+    if (request.index == regmap::kNmtService) return begin_nmt(request.sub, now);
+  }
   if (request.node > nmt::kMaxNode) return finish(regmap::Result::kNodeIdError);
-  if (read && request.index == regmap::kNodeStateService && request.sub == 0)
-    return begin_node_state(static_cast<std::uint8_t>(request.node), now);
   if (request.sub > 255) return end(AbortCode::kNoSubIndex);
   if (request.size == 0 || request.size > regmap::kMaxDataBytes) return end(AbortCode::kSysLength);
   if (request.node == 0 || request.node == settings_.node_id)
     return begin_local(read, request.index, static_cast<std::uint8_t>(request.sub), request.size, now);
-  begin_sdo(request, now);
+  begin_sdo(request, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite, now);
 }
 
 void Channel::cancel(Time now) {
@@ -165,8 +166,8 @@ void Channel::end_read(std::span<const std::uint8_t> bytes) {
 
 /// The client may have ended its transfer, and may want to be called at another time.
 void Channel::follow_sdo() {
-  if (!client_.busy() && activity_ == Activity::kSdo) end_sdo();
-  wake_at(client_.deadline());
+  if (client_.busy()) return wake_at(client_.deadline());
+  if (activity_ == Activity::kSdo) end_sdo();
 }
 
 void Channel::on_sdo_response(const Frame& frame, Time now) {
@@ -175,8 +176,12 @@ void Channel::on_sdo_response(const Frame& frame, Time now) {
 }
 
 void Channel::end_sdo() {
-  if (client_.outcome() == SdoClient::Outcome::kFailed) return end(client_.error());
-  reading_ ? end_read(client_.data().first(client_.size())) : finish(regmap::Result::kOk);
+  if (client_.outcome() == SdoClient::Outcome::kFailed) {
+    wake_at(client_.deadline());  // its abort may wait for the port
+    return end(client_.error());
+  }
+  if (direction_ == SdoClient::Direction::kWrite) return finish(regmap::Result::kOk);
+  end_read(client_.data().first(client_.size()));
 }
 
 void Channel::begin_local(bool read, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now) {
@@ -208,8 +213,6 @@ void Channel::begin_nmt(std::uint16_t addressed, Time now) {
   activity_ = Activity::kNmtCommand;
   command_ = nmt::command_frame(command, node);
   send_command(now);
-  const std::uint16_t timeout_ms = transfers().timeout_ms;
-  if (command_refused_ && timeout_ms != 0) deadline_ = now + milliseconds(timeout_ms);
 }
 
 void Channel::begin_node_state(std::uint8_t node, Time now) {
@@ -225,8 +228,8 @@ void Channel::begin_node_state(std::uint8_t node, Time now) {
 
 /// An NMT command is done when the port has taken it; a guarding request then waits for its response.
 void Channel::send_command(Time now) {
-  command_refused_ = !port_.try_send(command_);
-  if (command_refused_) return wake_at(now);
+  if (!port_.try_send(command_)) return wait_for_port(now);
+  command_refused_ = false;
   if (activity_ == Activity::kNmtCommand) {
     node_.monitor().doubt(static_cast<nmt::Command>(command_.data[0]), command_.data[1]);
     return finish(regmap::Result::kOk);
@@ -234,6 +237,14 @@ void Channel::send_command(Time now) {
   node_.monitor().guard(state_node_);
   deadline_ = now + settings_.guard_timeout;
   wake_at(deadline_);
+}
+
+void Channel::wait_for_port(Time now) {
+  const std::uint16_t timeout_ms = transfers().timeout_ms;
+  if (activity_ == Activity::kNmtCommand && !command_refused_ && timeout_ms != 0)
+    deadline_ = now + milliseconds(timeout_ms);
+  command_refused_ = true;
+  wake_at(now);
 }
 
 /// Nodes with a heartbeat need not answer: what they reported stands while it is fresh.

@@ -156,8 +156,8 @@ class Channel {
   RegisterWindow window_;
   bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: it waits, or is under way
   Activity activity_ = Activity::kIdle;
-  Window served_ = Window::kScanner;  ///< whose request is under way, or was last
-  bool reading_ = false;
+  Window served_ = Window::kScanner;                              ///< whose request is under way, or was last
+  SdoClient::Direction direction_ = SdoClient::Direction::kRead;  ///< of the SDO transfer
   bool command_refused_ = false;
   std::uint8_t number_;
   std::uint8_t state_node_ = 0;  ///< whose state is asked for
@@ -183,10 +183,11 @@ class Channel {
   void begin_nmt(std::uint16_t addressed, Time now);
   void begin_node_state(std::uint8_t node, Time now);
   void begin_local(bool read, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now);
-  void begin_sdo(const Request& request, Time now);
+  void begin_sdo(const Request& request, SdoClient::Direction direction, Time now);
   void cancel(Time now);
   void leave();
   void send_command(Time now);
+  void wait_for_port(Time now);
   void end_sdo();
   void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint16_t>(state)); }
   void end_node_state_unanswered(Time now);

@@ -32,16 +32,26 @@ void Coprocessor::work(Time now) {
 }
 
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
-  const std::size_t end = first + count;
+  const std::size_t out = settings_.scanner_out_first;
+  const bool scanner = first < out + kScannerOutWords && out < first + count;
+  scanner ? on_scanner_written(first, count, now) : on_outputs_written(first, count, now);
+}
+
+void Coprocessor::on_outputs_written(std::size_t first, std::size_t count, Time now) {
   const std::size_t outputs = settings_.process_first + regmap::kInputWords;
-  const std::size_t output = std::max(first, outputs);
-  const std::size_t outputs_end = std::min(end, outputs + kOutputWords);
-  if (output < outputs_end && node_.on_outputs_written(output - outputs, outputs_end - output, now))
-    follow_node();
+  const std::size_t end = std::min(first + count, outputs + kOutputWords);
+  first = std::max(first, outputs);
+  if (first >= end || !node_.outputs_changed(first - outputs, end - first)) return;
+  node_.on_outputs_changed(now);
+  follow_node();
+}
+
+/// And maybe to outputs.
+void Coprocessor::on_scanner_written(std::size_t first, std::size_t count, Time now) {
   const std::size_t out = settings_.scanner_out_first;
   const std::size_t from = std::max(first, out);
-  const std::size_t out_end = std::min(end, out + kScannerOutWords);
-  if (from < out_end) on_out_written(from - out, out_end - from, now);
+  on_out_written(from - out, std::min(first + count, out + kScannerOutWords) - from, now);
+  on_outputs_written(first, count, now);
 }
 
 // ---- Frames

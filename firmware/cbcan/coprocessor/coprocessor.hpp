@@ -62,6 +62,8 @@ class Coprocessor : protected Channel {
 
  protected:
   void work(Time now);
+  void on_scanner_written(std::size_t first, std::size_t count, Time now);
+  [[gnu::noinline]] void on_outputs_written(std::size_t first, std::size_t count, Time now);
   void watch_plc(Time now);
   // Inline, it would cost the others a register.
   [[gnu::noinline]] void on_own_node(const Frame& frame, Time now);

@@ -48,15 +48,9 @@ bool LocalNode::on_low_id(const Frame& frame, Time now) {
   return device_.on_frame(frame, now);
 }
 
-/// Most requests change nothing.
-bool LocalNode::on_outputs_written(std::size_t first, std::size_t count, Time now) {
-  if (!kServices.process_data()) return false;
-  const std::uint16_t* const written = registers_.data() + regmap::kInputWords + first;
-  std::uint16_t* const known = known_outputs_.data() + first;
-  if (std::equal(written, written + count, known)) return false;
-  std::copy_n(written, count, known);
+void LocalNode::on_outputs_changed(Time now) {
+  std::copy_n(registers_.data() + regmap::kInputWords, kOutputWords, known_outputs_.data());
   device_.look_for_changes(now);
-  return true;
 }
 
 void LocalNode::on_bus_state(BusState state, Time now) {
@@ -168,7 +162,7 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
 }
 
 void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time now) {
-  if (entry.index >= local::kInputs) on_outputs_written(0, kOutputWords, now);
+  if (entry.index >= local::kInputs && outputs_changed(0, kOutputWords)) on_outputs_changed(now);
 }
 
 AbortCode LocalNode::write_mode(std::uint32_t value) {

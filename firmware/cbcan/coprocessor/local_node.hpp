@@ -4,6 +4,7 @@
 /// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and
 /// what is known of the other nodes (state, EMCY). Knows neither the window nor transactions.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -59,8 +60,15 @@ class LocalNode final : private DeviceApplication {
   NodeMonitor::News on_error_control(const Frame& frame, Time now) { return monitor_.on_frame(frame, now); }
   void on_bus_state(BusState state, Time now);
 
-  /// Outputs first..first+count-1 may have been written. False: none is another one now.
-  bool on_outputs_written(std::size_t first, std::size_t count, Time now);
+  /// One of outputs first..first+count-1 is another one than when it was looked at last. Most writes change
+  /// nothing.
+  bool outputs_changed(std::size_t first, std::size_t count) const {
+    return kServices.process_data() &&
+           __builtin_memcmp(registers_.data() + regmap::kInputWords + first, known_outputs_.data() + first,
+                            count * sizeof(std::uint16_t)) != 0;
+  }
+  /// So deadline() may have changed.
+  void on_outputs_changed(Time now);
 
   /// Returns when it wants to be called next.
   Time poll(Time now) {

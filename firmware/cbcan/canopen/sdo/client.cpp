@@ -9,17 +9,30 @@ namespace cbcan {
 
 // ---- The states
 
+namespace {
+
+/// A command byte of a server, as far as a state can tell it: in the bits of `mask` it is `value`.
+struct Command {
+  std::uint8_t mask;
+  std::uint8_t value;
+
+  constexpr bool is(std::uint8_t command) const { return (command & mask) == value; }
+};
+
+}  // namespace
+
 /// What each kind of event means in one state. An abort, a frame with another multiplexer and a short frame
 /// mean the same in all of them and never get here.
 struct SdoClient::State {
-  std::uint8_t accepts;  ///< bit n: a response with command specifier n belongs here; any other is ABORT_SYNC
+  Command accepts;  ///< responses that belong here; any other is ABORT_SYNC
+  bool initiates;   ///< waits for the response to the first request: it names the object
   void (*on_response)(SdoClient&, const Frame&);
   void (*on_deadline)(SdoClient&);
   void (*on_room)(SdoClient&);  ///< the port has taken the frame that it had refused
 
   template <auto kOnResponse, auto kOnDeadline, auto kOnRoom>
-  static constexpr State of(std::uint8_t accepts) {
-    return {accepts, respond<kOnResponse>, event<kOnDeadline>, event<kOnRoom>};
+  static constexpr State of(Command accepts, bool initiates = false) {
+    return {accepts, initiates, respond<kOnResponse>, event<kOnDeadline>, event<kOnRoom>};
   }
   static constexpr auto table();
 
@@ -36,21 +49,19 @@ struct SdoClient::State {
 
 namespace {
 
-constexpr std::uint8_t only(sdo::Response specifier) {
-  return static_cast<std::uint8_t>(1 << static_cast<unsigned>(specifier));
+constexpr Command kNone{0, 0xFF};
+constexpr Command only(sdo::Response specifier) {
+  return {sdo::kSpecifierMask, sdo::command(specifier)};
 }
-constexpr std::uint8_t kNone = 0;
-/// Segments of a block have a sequence number where other responses have a command specifier.
-constexpr std::uint8_t kSegments = 0xFF;
+constexpr Command only(sdo::Response specifier, sdo::BlockStep step, std::uint8_t mask) {
+  return {static_cast<std::uint8_t>(sdo::kSpecifierMask | mask), sdo::command(specifier, sdo::bits(step))};
+}
+/// Of a block, with a sequence number where other responses have a command specifier; but the last one.
+constexpr Command kSegment{sdo::kBlockLast, 0};
+constexpr bool kInitiates = true;
 
 /// What the server is told when nobody wants its response any more.
 constexpr AbortCode kCancelled = AbortCode::kGeneral;
-
-/// Among the segments of a block only sequence number 0 is free to mean something else.
-constexpr bool is_abort(std::uint8_t command, std::uint8_t accepts) {
-  return sdo::is(command, sdo::Response::kAbort) &&
-         (accepts != kSegments || command == sdo::command(sdo::Response::kAbort));
-}
 
 /// 06xx xxxxh but 0601 0000h (unsupported access): without block the response would be the same.
 constexpr bool is_about_object(AbortCode code) {
@@ -67,23 +78,24 @@ constexpr bool by_block(SdoClient::Mode mode) {
 constexpr auto SdoClient::State::table() {
   using C = SdoClient;
   using enum sdo::Response;
+  using enum sdo::BlockStep;
   return std::to_array<State>({
     // a response                        a deadline         room again           responses that belong here
-    of<&C::misplaced,                   &C::nothing,       &C::nothing>        (kNone),                   // kIdle
-    of<&C::misplaced,                   &C::hold_or_begin, &C::nothing>        (kNone),                   // kHeldBack
-    of<&C::misplaced,                   &C::timed_out,     &C::begin>          (kNone),                   // kQueued
-    of<&C::upload_initiated,            &C::timed_out,     &C::opened>         (only(kInitiateUpload)),   // kUploadInitiate
-    of<&C::upload_segment,              &C::timed_out,     &C::nothing>        (only(kUploadSegment)),    // kUploadSegment
-    of<&C::download_done,               &C::timed_out,     &C::opened>         (only(kInitiateDownload)), // kDownloadExpedited
-    of<&C::download_initiated,          &C::timed_out,     &C::opened>         (only(kInitiateDownload)), // kDownloadInitiate
-    of<&C::download_segment_taken,      &C::timed_out,     &C::nothing>        (only(kDownloadSegment)),  // kDownloadSegment
-    of<&C::block_download_initiated,    &C::timed_out,     &C::opened>         (only(kBlockDownload)),    // kBlockDownloadInitiate
-    of<&C::misplaced,                   &C::timed_out,     &C::stream_segments>(kNone),                   // kBlockDownloadStream
-    of<&C::block_download_acknowledged, &C::timed_out,     &C::nothing>        (only(kBlockDownload)),    // kBlockDownloadAcknowledge
-    of<&C::block_download_ended,        &C::timed_out,     &C::nothing>        (only(kBlockDownload)),    // kBlockDownloadEnd
-    of<&C::block_upload_initiated,      &C::timed_out,     &C::opened>         (only(kBlockUpload)),      // kBlockUploadInitiate
-    of<&C::block_upload_segment,        &C::ask_for_rest,  &C::nothing>        (kSegments),               // kBlockUploadStream
-    of<&C::block_upload_ended,          &C::timed_out,     &C::nothing>        (kSegments),               // kBlockUploadEnd
+    of<&C::misplaced,                   &C::nothing,       &C::nothing>       (kNone),                                             // kIdle
+    of<&C::misplaced,                   &C::hold_or_begin, &C::nothing>       (kNone),                                             // kHeldBack
+    of<&C::misplaced,                   &C::timed_out,     &C::begin>         (kNone),                                             // kQueued
+    of<&C::upload_initiated,            &C::timed_out,     &C::nothing>       (only(kInitiateUpload), kInitiates),                 // kUploadInitiate
+    of<&C::upload_segment,              &C::timed_out,     &C::nothing>       (only(kUploadSegment)),                              // kUploadSegment
+    of<&C::download_done,               &C::timed_out,     &C::nothing>       (only(kInitiateDownload), kInitiates),               // kDownloadExpedited
+    of<&C::download_initiated,          &C::timed_out,     &C::nothing>       (only(kInitiateDownload), kInitiates),               // kDownloadInitiate
+    of<&C::download_segment_taken,      &C::timed_out,     &C::nothing>       (only(kDownloadSegment)),                            // kDownloadSegment
+    of<&C::block_download_initiated,    &C::timed_out,     &C::nothing>       (only(kBlockDownload, kInitiate, 3), kInitiates),    // kBlockDownloadInitiate
+    of<&C::misplaced,                   &C::timed_out,     &C::stream_segments>(kNone),                                             // kBlockDownloadStream
+    of<&C::block_download_acknowledged, &C::timed_out,     &C::nothing>       (only(kBlockDownload, kAcknowledge, 3)),             // kBlockDownloadAcknowledge
+    of<&C::block_download_ended,        &C::timed_out,     &C::nothing>       (only(kBlockDownload, kEnd, 3)),                     // kBlockDownloadEnd
+    of<&C::block_upload_initiated,      &C::timed_out,     &C::nothing>       (only(kBlockUpload, kInitiate, 1), kInitiates),      // kBlockUploadInitiate
+    of<&C::block_upload_segment,        &C::ask_for_rest,  &C::nothing>       (kSegment),                                          // kBlockUploadStream
+    of<&C::block_upload_ended,          &C::timed_out,     &C::nothing>       (only(kBlockUpload, kEnd, 1)),                       // kBlockUploadEnd
   });
 }
 // clang-format on
@@ -101,7 +113,7 @@ const SdoClient::State& SdoClient::state() const {
 
 void SdoClient::leave(Outcome outcome) {
   enter(kIdle, kNever);
-  response_id_ = kNotOpened;
+  response_id_ = kNobody;
   outcome_ = outcome;
 }
 
@@ -118,7 +130,7 @@ void SdoClient::fail(AbortCode code) {
 }
 
 void SdoClient::abort_and_tell(AbortCode code) {
-  const bool tell = response_id_ != kNotOpened;
+  const bool tell = opened();
   const bool streaming = kServices.block_transfer && phase_ == kBlockUploadStream;
   const bool response_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
                                     code == AbortCode::kToggleBit || code == kCancelled;
@@ -170,6 +182,7 @@ void SdoClient::hold_or_begin() {
 void SdoClient::begin() {
   // The abort of the transfer before may still be waiting for the port: it goes first.
   if (outbox_.waiting()) return await(kQueued);
+  response_id_ = static_cast<std::uint16_t>(sdo::kResponseId + request_.node);
   request_.direction == Direction::kRead ? begin_read() : begin_write();
 }
 
@@ -204,32 +217,43 @@ void SdoClient::begin_write() {
 
 // ---- What arrives
 
+/// The usual one first: of all its bytes, the one that is waited for, and about our object.
 void SdoClient::on_frame(const Frame& frame, Time now) {
   now_ = now;
+  const State& waiting = state();
+  if (frame.id != response_id_ || !sdo::is_full(frame) || !waiting.accepts.is(frame.data[0]) ||
+      outbox_.waiting() ||
+      (waiting.initiates && sdo::multiplexer_of(frame) != sdo::multiplexer_of(outbox_.frame())))
+    return on_unusual(frame);
+  waiting.on_response(*this, frame);
+}
+
+void SdoClient::on_unusual(const Frame& frame) {
   if (frame.flags != 0) {
     ++counters_.not_data;
     return;
   }
-  if (frame.id != response_id_) return on_stray(frame);
+  if (frame.id != response_id_ || !opened()) return on_stray(frame);
   const std::uint8_t command = frame.data[0];
-  const State& waiting = state();
-  const bool segment =
-      kServices.block_transfer && phase_ == kBlockUploadStream && !is_abort(command, kSegments);
+  // Among the segments of a block only sequence number 0 is free to mean something else.
+  const bool numbered = kServices.block_transfer && phase_ >= kBlockUploadStream;
+  const bool abort =
+      numbered ? command == sdo::command(sdo::Response::kAbort) : sdo::is(command, sdo::Response::kAbort);
+  const bool segment = numbered && phase_ == kBlockUploadStream && !abort;
   if (segment ? frame.length < frame.data.size() : sdo::is_short(frame)) {
     ++counters_.too_short;
     return;
   }
-  if (!segment && !sdo::is_segment_response(command) && !sdo::is_about(mux(), frame)) {
+  if (!segment && !sdo::is_about(mux(), frame)) {
     ++counters_.other_object;
     return;
   }
-  if (is_abort(command, waiting.accepts)) return on_abort(frame);
+  if (abort) return on_abort(frame);
   if (outbox_.waiting()) {  // our request has not even left
     ++counters_.unexpected;
     return;
   }
-  if ((waiting.accepts >> sdo::specifier_of(command) & 1) == 0) return misplaced(frame);
-  waiting.on_response(*this, frame);
+  numbered || state().accepts.is(command) ? state().on_response(*this, frame) : misplaced(frame);
 }
 
 /// Nothing is asked of this node. If it is in quarantine this may be the late response, and the next transfer
@@ -243,7 +267,7 @@ void SdoClient::on_boot_up(std::uint8_t node, Time now) {
   now_ = now;
   quarantine_.release(node);
   if (phase_ == kHeldBack) return hold_or_begin();
-  if (response_id_ == sdo::kResponseId + node) fail(AbortCode::kDeviceState);
+  if (response_id_ == sdo::kResponseId + node && opened()) fail(AbortCode::kDeviceState);
 }
 
 void SdoClient::on_abort(const Frame& frame) {
@@ -277,8 +301,8 @@ void SdoClient::upload_initiated(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   const bool sized = (command & sdo::kSizeIndicated) != 0;
   if ((command & sdo::kExpedited) != 0) {
-    const std::uint16_t size =
-        sized ? sdo::expedited_size(command) : std::min<std::uint16_t>(sdo::kExpeditedBytes, request_.size);
+    std::uint16_t size = sdo::expedited_size(command);
+    if (!sized) size = std::min<std::uint16_t>(sdo::kExpeditedBytes, request_.size);
     if (size > request_.size) return fail(AbortCode::kReadLength);
     sdo::take_expedited(frame, data_.data(), size);
     return done(size);
@@ -361,8 +385,9 @@ void SdoClient::poll(Time now) {
 
 void SdoClient::nothing() {}
 
-void SdoClient::opened() {
-  response_id_ = static_cast<std::uint16_t>(sdo::kResponseId + request_.node);
+/// The first request has left: the server may know of this transfer.
+bool SdoClient::opened() const {
+  return response_id_ != kNobody && !(outbox_.waiting() && state().initiates);
 }
 
 void SdoClient::timed_out() {
@@ -381,11 +406,10 @@ void SdoClient::await(Phase phase) {
   enter(phase, timeout());
 }
 
-/// Sends the request that has been made and waits for its response. The first one that leaves opens the
-/// transfer.
+/// Sends the request that has been made and waits for its response.
 void SdoClient::ask(Phase phase) {
   await(phase);
-  if (outbox_.send(now_)) opened();
+  outbox_.send(now_);
 }
 
 /// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this

@@ -137,7 +137,7 @@ class SdoClient {
 
  private:
   struct State;
-  static constexpr std::uint16_t kNotOpened = 0;
+  static constexpr std::uint16_t kNobody = 0;
 
   using enum Phase;
   static const std::array<State, kPhases> kStates;  ///< by Phase
@@ -160,7 +160,6 @@ class SdoClient {
   void nothing();
   void hold_or_begin();
   void begin();
-  void opened();
   void timed_out();
   void ask_for_rest();
   void stream_segments();
@@ -172,12 +171,14 @@ class SdoClient {
   void leave(Outcome outcome);
 
   const State& state() const;
+  bool opened() const;
   void enter(Phase phase, Time deadline) {
     phase_ = phase;
     deadline_ = deadline;
   }
-  // Inline, they would cost the usual case its registers.
-  [[gnu::noinline]] void on_stray(const Frame& frame);
+  // Inline, it would cost the usual case its registers.
+  [[gnu::noinline]] void on_unusual(const Frame& frame);
+  void on_stray(const Frame& frame);
   void on_abort(const Frame& frame);
   bool begin_without_block();
   void block_done(std::size_t size);
@@ -209,8 +210,7 @@ class SdoClient {
   // In this order, as a Cortex-M reaches what is in front with short instructions.
   Request request_{};
   std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
-  /// From when the first request has left: the server may know of this transfer.
-  std::uint16_t response_id_ = kNotOpened;
+  std::uint16_t response_id_ = kNobody;  ///< of whom is asked
   std::uint16_t limit_ = 0;      ///< bytes that a read may bring: what the server declared, or the room
   std::uint16_t moved_ = 0;      ///< bytes of a read so far; of a write on their way or there
   std::uint16_t confirmed_ = 0;  ///< bytes of a block write that the server has acknowledged

@@ -10,7 +10,6 @@ namespace cbcan {
 // ---- Block download
 
 void SdoClient::block_download_initiated(const Frame& frame) {
-  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kInitiate) return abort_and_tell(AbortCode::kSync);
   crc_ = (frame.data[0] & sdo::kBlockCrc) != 0;
   block_size_ = frame.data[4];
   sequence_ = 0;
@@ -37,7 +36,6 @@ void SdoClient::stream_segments() {
 }
 
 void SdoClient::block_download_acknowledged(const Frame& frame) {
-  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kAcknowledge) return abort_and_tell(AbortCode::kSync);
   const std::uint8_t taken = frame.data[1];
   block_size_ = frame.data[2];
   if (taken > sequence_) return abort_and_tell(AbortCode::kBlockSequence);
@@ -59,8 +57,7 @@ void SdoClient::block_download_acknowledged(const Frame& frame) {
   ask(kBlockDownloadEnd);
 }
 
-void SdoClient::block_download_ended(const Frame& frame) {
-  if (sdo::block_step(frame.data[0]) != sdo::BlockStep::kEnd) return abort_and_tell(AbortCode::kSync);
+void SdoClient::block_download_ended(const Frame& /*frame*/) {
   block_done(0);
 }
 
@@ -74,7 +71,6 @@ void SdoClient::block_done(std::size_t size) {
 
 void SdoClient::block_upload_initiated(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
-  if ((command & 1) != 0) return abort_and_tell(AbortCode::kSync);
   crc_ = (command & sdo::kBlockCrc) != 0;
   const bool sized = (command & sdo::kBlockSizeIndicated) != 0;
   if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength);

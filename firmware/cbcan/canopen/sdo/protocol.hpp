@@ -47,6 +47,8 @@ enum class Response : std::uint8_t {
 /// kBlockSizeIndicated is.
 enum class BlockStep : std::uint8_t { kInitiate = 0, kEnd = 1, kAcknowledge = 2, kStart = 3 };
 
+/// Byte 0, but in segments of a block.
+inline constexpr std::uint8_t kSpecifierMask = 0xE0;
 // Byte 0 of the initiate services.
 inline constexpr std::uint8_t kSizeIndicated = 0x01;
 inline constexpr std::uint8_t kExpedited = 0x02;
@@ -94,10 +96,10 @@ constexpr BlockStep block_step(std::uint8_t command) {
   return static_cast<BlockStep>(command & 0x03);
 }
 
-constexpr Multiplexer multiplexer_of(const Frame& frame) {
+[[gnu::always_inline]] constexpr Multiplexer multiplexer_of(const Frame& frame) {
   const std::uint32_t word = frame.data[0] | std::uint32_t{frame.data[1]} << 8 |
                              std::uint32_t{frame.data[2]} << 16 | std::uint32_t{frame.data[3]} << 24;
-  return word >> 8;  // as one number it is one load
+  return word >> 8;  // as one number it is one load: shorter than a call
 }
 constexpr std::uint32_t tail_of(const Frame& frame) {
   return load32(frame, 4);
@@ -134,6 +136,11 @@ constexpr std::uint8_t response_length(std::uint8_t command) {
       return (command & kBlockSizeIndicated) != 0 ? 8 : 4;
     default: return 1;
   }
+}
+
+/// A data frame of all eight bytes: what CiA 301 has SDO frames be.
+constexpr bool is_full(const Frame& frame) {
+  return frame.length == frame.data.size() && frame.flags == 0;
 }
 
 constexpr bool is_short(const Frame& frame) {
