@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 
 namespace cbcan {
@@ -20,6 +21,12 @@ struct Frame {
 
   friend constexpr bool operator==(const Frame&, const Frame&) = default;
 };
+
+/// All eight bytes of data, the first one lowest: as one number they are one store.
+constexpr void put_data(Frame& frame, std::uint64_t bytes) {
+  if constexpr (std::endian::native == std::endian::big) bytes = __builtin_bswap64(bytes);
+  frame.data = std::bit_cast<std::array<std::uint8_t, 8>>(bytes);
+}
 
 /// State of the CAN controller, worst first when several hold (fault confinement, ISO 11898-1).
 enum class BusState : std::uint8_t { kActive, kOverflow, kErrorPassive, kBusOff };

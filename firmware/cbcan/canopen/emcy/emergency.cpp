@@ -19,6 +19,7 @@ void Emergency::reset(const Reset& reset, Time now) {
   next_allowed_ = now;
   due_ = kNever;
   running_ = false;
+  load();
   if (reset.application) error_count_ = 0;
   update_register();
   clear_history();
@@ -27,14 +28,21 @@ void Emergency::reset(const Reset& reset, Time now) {
 AbortCode Emergency::check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const {
   if (index == object::kErrorHistory && sub == 0) return number == 0 ? AbortCode::kNone : AbortCode::kValue;
   if (index != object::kEmergencyCobId) return AbortCode::kNone;
-  const auto current = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
-  const bool stays_valid = ((number | current) & cob::kInvalid) == 0;
-  if (stays_valid && number != current) return AbortCode::kValue;
+  const bool stays_valid = ((number | cob_id_) & cob::kInvalid) == 0;
+  if (stays_valid && number != cob_id_) return AbortCode::kValue;
   return cob::is_usable(number & ~cob::kInvalid) ? AbortCode::kNone : AbortCode::kValue;
 }
 
 void Emergency::configure(std::uint16_t index, Time now) {
-  index == object::kErrorHistory ? clear_history() : send_waiting(now);
+  if (index == object::kErrorHistory) return clear_history();
+  load();
+  send_waiting(now);
+}
+
+void Emergency::load() {
+  cob_id_ = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
+  const auto inhibit_time = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyInhibitTime, 0));
+  inhibit_time_ = inhibit_time * object::kInhibitUnit;
 }
 
 void Emergency::clear_history() {
@@ -114,8 +122,7 @@ void Emergency::tell(const Message& message, Time now) {
 
 void Emergency::send_waiting(Time now) {
   due_ = kNever;
-  const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
-  const bool exists = cob_id != 0 && (cob_id & cob::kInvalid) == 0;
+  const bool exists = cob_id_ != 0 && (cob_id_ & cob::kInvalid) == 0;
   if (!exists) waiting_count_ = 0;
   while (running_ && waiting_count_ != 0) {
     if (now < next_allowed_) {
@@ -124,7 +131,7 @@ void Emergency::send_waiting(Time now) {
     }
     const Message& message = waiting_[first_waiting_];
     Frame frame;
-    frame.id = cob::id_of(cob_id);
+    frame.id = cob::id_of(cob_id_);
     frame.length = 8;
     store_little_endian(std::span(frame.data).first<2>(), message.code);
     frame.data[2] = message.error_register;
@@ -137,7 +144,7 @@ void Emergency::send_waiting(Time now) {
     application_.on_emergency_sent(frame.data);
     first_waiting_ = static_cast<std::uint8_t>((first_waiting_ + 1u) % kMostWaiting);
     --waiting_count_;
-    next_allowed_ = now + dictionary_.get(object::kEmergencyInhibitTime, 0) * object::kInhibitUnit;
+    next_allowed_ = now + inhibit_time_;
   }
 }
 

@@ -104,6 +104,7 @@ class Emergency : public Part {
   void tell(const Message& message, Time now);
   void remember(const Message& message);
   void clear_history();
+  void load();
   void send_waiting(Time now);
   std::uint8_t update_register();
 
@@ -111,6 +112,8 @@ class Emergency : public Part {
   std::uint8_t first_waiting_ = 0;
   std::uint8_t waiting_count_ = 0;
   bool running_ = false;
+  std::uint32_t cob_id_ = 0;
+  std::uint32_t inhibit_time_ = 0;  ///< us
   ObjectDictionary& dictionary_;
   CanPort& port_;
   EmergencyApplication& application_;

@@ -63,14 +63,18 @@ constexpr bool is_command(const Frame& frame) {
 }
 
 constexpr Frame command_frame(Command command, std::uint8_t node) {
-  return {.id = kCommandId, .length = 2, .data = {static_cast<std::uint8_t>(command), node}};
+  Frame frame;
+  frame.id = kCommandId;
+  frame.length = 2;
+  put_data(frame, static_cast<std::uint8_t>(command) | std::uint64_t{node} << 8);
+  return frame;
 }
 
 constexpr Frame error_control_frame(std::uint8_t node, std::uint8_t state_and_toggle) {
   Frame frame;
   frame.id = kErrorControlId + node;
   frame.length = 1;
-  frame.data[0] = state_and_toggle;
+  put_data(frame, state_and_toggle);
   return frame;
 }
 

@@ -39,7 +39,9 @@ class PdoMapping {
   AbortCode resolve(const ObjectDictionary& dictionary, std::uint16_t index, std::uint32_t count,
                     std::span<Piece> pieces);
 
+  /// 0: nothing has been resolved.
   std::uint8_t bytes() const { return bytes_; }
+  void forget() { bytes_ = 0; }
 
   /// Values to frame, frame to values. No dictionary is searched: resolve() has found what stands where, and
   /// has put together what is in a row.

@@ -171,7 +171,7 @@ AbortCode Pdo::check(std::uint16_t object, std::uint8_t sub, std::uint32_t value
 }
 
 AbortCode Pdo::check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const {
-  if (sub == 0) return PdoMapping().resolve(dictionary_, index, value, {});
+  if (sub == 0) return take_mapping(static_cast<std::uint16_t>(index & ~kMappingBit), value);
   if (parameter(index, 0) != 0) return AbortCode::kDeviceState;
   return value == 0 ? AbortCode::kNone : PdoMapping::check(dictionary_, index, value);
 }
@@ -182,26 +182,33 @@ AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint3
   if (!cob::is_usable(value)) return AbortCode::kValue;
   if (is_valid(current))
     return cob::id_of(value) == cob::id_of(current) ? AbortCode::kNone : AbortCode::kValue;
-  return take_mapping(index) ? AbortCode::kNone : AbortCode::kDeviceState;
+  return has_mapping(index) ? AbortCode::kNone : AbortCode::kDeviceState;
 }
 
-/// Resolves what the PDO with parameters `index`, which is not valid, maps: for when it becomes valid. True
-/// if that holds, and is one object at least.
-bool Pdo::take_mapping(std::uint16_t index) const {
+/// Of the PDO with parameters `index`.
+Pdo::Mapped Pdo::mapped_by(std::uint16_t index) const {
+  if (Rpdo* const rpdo = is_receive(index) ? find_number(rpdos_, number_of(index)) : nullptr)
+    return {&rpdo->mapping, pieces_of(static_cast<std::size_t>(rpdo - rpdos_.data()))};
+  if (Tpdo* const tpdo = is_receive(index) ? nullptr : find_number(tpdos_, number_of(index)))
+    return {&tpdo->mapping, pieces_of(room_.rpdos.size() + static_cast<std::size_t>(tpdo - tpdos_.data()))};
+  return {};
+}
+
+/// Resolves what this PDO, which is not valid, maps with `count` objects: for when it becomes valid.
+AbortCode Pdo::take_mapping(std::uint16_t index, std::uint32_t count) const {
   const auto mapping_index = static_cast<std::uint16_t>(index | kMappingBit);
-  const std::uint32_t count = parameter(mapping_index, 0);
+  const Mapped mapped = mapped_by(index);
   PdoMapping without_room;
-  PdoMapping* mapping = &without_room;
-  std::span<PdoMapping::Piece> pieces;
-  if (Rpdo* const rpdo = is_receive(index) ? find_number(rpdos_, number_of(index)) : nullptr) {
-    mapping = &rpdo->mapping;
-    pieces = pieces_of(static_cast<std::size_t>(rpdo - rpdos_.data()));
-  } else if (Tpdo* const tpdo = is_receive(index) ? nullptr : find_number(tpdos_, number_of(index))) {
-    mapping = &tpdo->mapping;
-    pieces = pieces_of(room_.rpdos.size() + static_cast<std::size_t>(tpdo - tpdos_.data()));
-  }
-  return mapping->resolve(dictionary_, mapping_index, count, pieces) == AbortCode::kNone &&
-         mapping->bytes() != 0;
+  PdoMapping& mapping = mapped.mapping != nullptr ? *mapped.mapping : without_room;
+  return mapping.resolve(dictionary_, mapping_index, count, mapped.pieces);
+}
+
+/// It maps one object at least, and all hold.
+bool Pdo::has_mapping(std::uint16_t index) const {
+  const Mapped mapped = mapped_by(index);
+  if (mapped.mapping != nullptr && mapped.mapping->bytes() != 0) return true;  // taken when sub 0 was written
+  const std::uint32_t count = parameter(index | kMappingBit, 0);
+  return count != 0 && take_mapping(index, count) == AbortCode::kNone;
 }
 
 /// Of the PDO in this place, RPDOs first.
@@ -235,7 +242,8 @@ void Pdo::configure(std::uint16_t index, Time now) {
 /// What both kinds have; the COB-ID. `anew`: nobody has taken the mapping yet.
 std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, bool anew) {
   const std::uint32_t cob_id = parameter(index, kCobId);
-  pdo.active = is_valid(cob_id) && (!anew || take_mapping(index));
+  if (anew) pdo.mapping.forget();
+  pdo.active = is_valid(cob_id) && (!anew || has_mapping(index));
   if (!pdo.active) return cob_id;
   pdo.type = static_cast<std::uint8_t>(parameter(index, kType));
   pdo.timer = parameter(index, kEventTimer) * kTimerUnit;
@@ -471,17 +479,19 @@ void Pdo::transmit(Time now) {
     if (!due.active) continue;
     if (now >= due.timer_at) due.wanted = true;
     if (due.windowed && now > window_end_) due.wanted = false;
-    samples |= due.wanted && is_sampled_late(due.type) && now >= due_of(due);
+    samples = samples || (due.wanted && is_sampled_late(due.type) && now >= due_of(due));
   }
   if (samples) update(now);
   transmission_due_ = kNever;
   for (Tpdo& due : used_tpdos_) {
     if (!due.active) continue;
-    if (now >= due_of(due)) {
+    Time at = due_of(due);
+    if (now >= at) {
       if (is_sampled_late(due.type)) sample(due);
       send(due, now);
+      at = due.wanted ? retry_at_ : due.timer_at;
     }
-    transmission_due_ = earlier(transmission_due_, due_of(due));
+    transmission_due_ = earlier(transmission_due_, at);
   }
 }
 

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -212,11 +211,9 @@ constexpr std::uint8_t block_end_bits(std::size_t unused) {
   return bits(BlockStep::kEnd, static_cast<std::uint8_t>(unused << 2));
 }
 
-/// All eight bytes: command, bytes 1..3, bytes 4..7. As one number they are one store.
+/// All eight bytes: command, bytes 1..3, bytes 4..7.
 constexpr void put_bytes(Frame& frame, std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
-  std::uint64_t bytes = command | std::uint64_t{bytes_1_to_3} << 8 | std::uint64_t{tail} << 32;
-  if constexpr (std::endian::native == std::endian::big) bytes = __builtin_bswap64(bytes);
-  frame.data = std::bit_cast<std::array<std::uint8_t, 8>>(bytes);
+  put_data(frame, command | std::uint64_t{bytes_1_to_3} << 8 | std::uint64_t{tail} << 32);
 }
 constexpr Frame make_frame(std::uint32_t id, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
                            std::uint32_t tail = 0) {
