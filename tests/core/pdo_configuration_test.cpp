@@ -83,6 +83,28 @@ TEST_CASE("Values from the start: valid PDOs work, ones whose mapping does not h
   CHECK(rig.get(0x2001, 1) == 0x11);
 }
 
+TEST_CASE("A PDO maps what stands in its mapping when it becomes valid, whatever was tried before") {
+  PdoRig rig;
+  rig.operational();
+  rig.configure(0x1400, 2, 255);
+  rig.map(0x1400, 1, {0x20010108, 0x20010208});
+  rig.refuse(0x1600, 0, 3, 0x06020000);  // entry 3 is 0: two still count
+  rig.configure(0x1400, 1, 0x201);
+  rig.arrive("201#1122").expect("received");
+  rig.shows({{0x2001, 1, 0x11}, {0x2001, 2, 0x22}});
+  rig.configure(0x1400, 1, 0x80000201);
+  rig.map(0x1400, 1, {0x20010308});
+  rig.set({{0x1600, 0, 1}, {0x1600, 1, 0x20010408}});  // as at power-on
+  rig.pdo.reset({}, rig.now);
+  rig.operational();
+  rig.configure(0x1400, 1, 0x201);
+  rig.arrive("201#44").expect("received");
+  rig.shows({{0x2001, 3, 0}, {0x2001, 4, 0x44}});
+  rig.configure(0x1400, 1, 0x80000201);
+  rig.configure(0x1600, 0, 0);
+  rig.refuse(0x1400, 1, 0x201, 0x08000022);  // nothing mapped any more
+}
+
 TEST_CASE("The CAN-IDs to receive: RPDOs, and TPDOs that answer an RTR") {
   PdoRig rig;
   CHECK(rig.ids().empty());

@@ -19,10 +19,10 @@ void Emergency::reset(const Reset& reset, Time now) {
   next_allowed_ = now;
   due_ = kNever;
   running_ = false;
-  load();
   if (reset.application) error_count_ = 0;
   update_register();
   clear_history();
+  load();
 }
 
 AbortCode Emergency::check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const {

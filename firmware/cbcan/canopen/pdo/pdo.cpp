@@ -140,9 +140,9 @@ void Pdo::reset(const Reset& /*reset*/, Time now) {
     for (std::uint32_t more = 0; more <= entry.more_indices; ++more) {
       const auto index = static_cast<std::uint16_t>(entry.index + more);
       if (first_of(index) == object::kRpdoParameter && rpdos < room_.rpdos.size())
-        room_.rpdos[rpdos++].number = number_of(index);
+        room_.rpdos[rpdos++].begin(number_of(index));
       else if (first_of(index) == object::kTpdoParameter && tpdos < room_.tpdos.size())
-        room_.tpdos[tpdos++].number = number_of(index);
+        room_.tpdos[tpdos++].begin(number_of(index));
     }
   }
   rpdos_ = room_.rpdos.first(rpdos);
@@ -242,7 +242,6 @@ void Pdo::configure(std::uint16_t index, Time now) {
 /// What both kinds have; the COB-ID. `anew`: nobody has taken the mapping yet.
 std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, bool anew) {
   const std::uint32_t cob_id = parameter(index, kCobId);
-  if (anew) pdo.mapping.forget();
   pdo.active = is_valid(cob_id) && (!anew || has_mapping(index));
   if (!pdo.active) return cob_id;
   pdo.type = static_cast<std::uint8_t>(parameter(index, kType));

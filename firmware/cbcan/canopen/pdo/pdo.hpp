@@ -76,6 +76,11 @@ class Pdo : public Part {
     std::uint16_t number = 0;  ///< from 0
     std::uint8_t type = 0;
     bool active = false;
+
+    void begin(std::uint16_t n) {
+      number = n;
+      mapping.forget();
+    }
   };
 
   /// Room for one RPDO; the content is Pdo's.
