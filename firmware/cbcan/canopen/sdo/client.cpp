@@ -9,29 +9,17 @@ namespace cbcan {
 
 // ---- The states
 
-namespace {
-
-/// A command byte of a server, as far as a state can tell it: in the bits of `mask` it is `value`.
-struct Command {
-  std::uint8_t mask;
-  std::uint8_t value;
-
-  constexpr bool is(std::uint8_t command) const { return (command & mask) == value; }
-};
-
-}  // namespace
-
 /// What each kind of event means in one state. An abort, a frame with another multiplexer and a short frame
 /// mean the same in all of them and never get here.
 struct SdoClient::State {
-  Command accepts;  ///< responses that belong here; any other is ABORT_SYNC
-  bool initiates;   ///< waits for the response to the first request: it names the object
+  sdo::CommandPattern accepts;  ///< responses that belong here; any other is ABORT_SYNC
+  bool initiates;               ///< waits for the response to the first request: it names the object
   void (*on_response)(SdoClient&, const Frame&);
   void (*on_deadline)(SdoClient&);
   void (*on_room)(SdoClient&);  ///< the port has taken the frame that it had refused
 
   template <auto kOnResponse, auto kOnDeadline, auto kOnRoom>
-  static constexpr State of(Command accepts, bool initiates = false) {
+  static constexpr State of(sdo::CommandPattern accepts, bool initiates = false) {
     return {accepts, initiates, respond<kOnResponse>, event<kOnDeadline>, event<kOnRoom>};
   }
   static constexpr auto table();
@@ -49,15 +37,11 @@ struct SdoClient::State {
 
 namespace {
 
-constexpr Command kNone{0, 0xFF};
-constexpr Command only(sdo::Response specifier) {
-  return {sdo::kSpecifierMask, sdo::command(specifier)};
-}
-constexpr Command only(sdo::Response specifier, sdo::BlockStep step, std::uint8_t mask) {
-  return {static_cast<std::uint8_t>(sdo::kSpecifierMask | mask), sdo::command(specifier, sdo::bits(step))};
-}
+using sdo::only;
+
+constexpr sdo::CommandPattern kNone{0, 0xFF};
 /// Of a block, with a sequence number where other responses have a command specifier; but the last one.
-constexpr Command kSegment{sdo::kBlockLast, 0};
+constexpr sdo::CommandPattern kSegment{sdo::kBlockLast, 0};
 constexpr bool kInitiates = true;
 
 /// What the server is told when nobody wants its response any more.

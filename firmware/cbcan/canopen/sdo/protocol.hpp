@@ -224,6 +224,21 @@ constexpr Frame make_frame(std::uint32_t id, std::uint8_t command, std::uint32_t
   return frame;
 }
 
+/// Command bytes that are alike in the bits of `mask`.
+struct CommandPattern {
+  std::uint8_t mask;
+  std::uint8_t value;
+
+  constexpr bool is(std::uint8_t command) const { return (command & mask) == value; }
+};
+constexpr CommandPattern only(Response specifier) {
+  return {kSpecifierMask, command(specifier)};
+}
+/// `step_mask`: as many of its bits as this response has.
+constexpr CommandPattern only(Response specifier, BlockStep step, std::uint8_t step_mask) {
+  return {static_cast<std::uint8_t>(kSpecifierMask | step_mask), command(specifier, bits(step))};
+}
+
 /// Fills bytes 1..7 of a segment; those that it does not need are 0.
 inline void put_segment(Frame& frame, const std::uint8_t* from, std::size_t size) {
   if (size == kSegmentBytes) {
