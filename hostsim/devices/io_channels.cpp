@@ -77,6 +77,7 @@ Time DigitalInput::filter(Time now) {
 bool DigitalInput::refresh() {
   const std::uint8_t before = value_.get();
   const auto after = static_cast<std::uint8_t>(filtered_ ^ polarity_.get());
+  if (after == before) return false;
   value_.set(after);
   const int rising = after & ~before;
   const int falling = before & ~after;
@@ -114,9 +115,9 @@ void AnalogueInput::set_terminal(double value) {
 }
 
 bool AnalogueInput::refresh() {
-  const bool changed = value_.get() != terminal_;
+  if (value_.get() == terminal_) return false;
   value_.set(terminal_);
-  return changed && (trigger_.get() & (kOnLimits | kOnDeltas)) != 0 && beyond_a_limit() && far_enough();
+  return (trigger_.get() & (kOnLimits | kOnDeltas)) != 0 && beyond_a_limit() && far_enough();
 }
 
 bool AnalogueInput::beyond_a_limit() const {

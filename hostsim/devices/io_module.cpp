@@ -34,6 +34,11 @@ std::vector<sim::Bound<std::uint32_t>> numbers(ObjectDictionary& dictionary, std
   return all;
 }
 
+template <class Channel>
+std::size_t place_in(const std::vector<Channel>& all, const Channel& channel) {
+  return static_cast<std::size_t>(&channel - all.data());
+}
+
 }  // namespace
 
 IoModule::IoModule(sim::DeviceNode& node)
@@ -77,34 +82,28 @@ void IoModule::reset(bool application, Time now) {
 
 Time IoModule::update(Time now) {
   Time next = kNever;
-  for (std::size_t i = 0; i < digital_inputs_.size(); ++i) {
-    auto& input = digital_inputs_[i];
+  for (auto& input : digital_inputs_) {
     next = earlier(next, input.filter(now));
     if (input.refresh() && digital_interrupts_.get() != 0) interrupt(input.interrupt);
-    tell_terminals(input, kReadInput, i, now);
+    tell_terminals(digital_inputs_, input, kReadInput, now);
   }
-  for (std::size_t i = 0; i < analogue_inputs_.size(); ++i) {
-    auto& input = analogue_inputs_[i];
+  for (auto& input : analogue_inputs_) {
     if (!input.refresh() || analogue_interrupts_.get() == 0) continue;
     input.told();
     interrupt(input.interrupt);
-    note_source(i, now);
+    note_source(place_in(analogue_inputs_, input), now);
   }
-  refresh_outputs(now);
+  for (auto& output : digital_outputs_) {
+    output.refresh(failed_);
+    tell_terminals(digital_outputs_, output, kWriteOutput, now);
+  }
+  for (auto& output : analogue_outputs_) {
+    output.refresh(failed_);
+    tell_terminals(analogue_outputs_, output, kWriteAnalogueOutput, now);
+  }
   incidents_.update(node_, now);
   if (interrupted_) tell(now);
   return next;
-}
-
-void IoModule::refresh_outputs(Time now) {
-  for (std::size_t i = 0; i < digital_outputs_.size(); ++i) {
-    digital_outputs_[i].refresh(failed_);
-    tell_terminals(digital_outputs_[i], kWriteOutput, i, now);
-  }
-  for (std::size_t i = 0; i < analogue_outputs_.size(); ++i) {
-    analogue_outputs_[i].refresh(failed_);
-    tell_terminals(analogue_outputs_[i], kWriteAnalogueOutput, i, now);
-  }
 }
 
 void IoModule::interrupt(bool& input) {
@@ -133,10 +132,11 @@ void IoModule::tell(Time now) {
 
 /// Not of analogue inputs, which move all the time.
 template <class Channel>
-void IoModule::tell_terminals(Channel& channel, std::uint16_t index, std::size_t place, Time now) {
+void IoModule::tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index,
+                              Time now) {
   if (!begun_ || channel.shown == channel.terminals()) return;
   const std::int32_t before = std::exchange(channel.shown, channel.terminals());
-  node_.terminals(index, sub_of(place), before, channel.shown, now);
+  node_.terminals(index, sub_of(place_in(all, channel)), before, channel.shown, now);
 }
 
 void IoModule::on_state(nmt::State state, Time /*now*/) {

@@ -52,12 +52,11 @@ class IoModule final : public sim::Behaviour {
     std::int32_t shown = 0;  ///< at its terminals, as the node was told last
   };
 
-  void refresh_outputs(Time now);
   void interrupt(bool& input);
   void note_source(std::size_t channel, Time now);
   void tell(Time now);
   template <class Channel>
-  void tell_terminals(Channel& channel, std::uint16_t index, std::size_t place, Time now);
+  void tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index, Time now);
 
   sim::DeviceNode& node_;
   sim::Bound<std::uint8_t> digital_interrupts_;

@@ -28,23 +28,24 @@ class Bound {
     if (entry.has(ObjectFlags::kUnset)) set(standard);
   }
 
-  bool exists() const { return place_ != nullptr; }
+  Bound(const Bound& other) : own_(other.own_), place_(other.exists() ? other.place_ : bytes_of(own_)) {}
+  Bound& operator=(const Bound&) = delete;
+
+  bool exists() const { return place_ != static_cast<const void*>(&own_); }
 
   Number get() const {
-    if (place_ == nullptr) return own_;
     Number number;
     std::memcpy(&number, place_, sizeof number);
     return number;
   }
 
-  void set(Number number) {
-    own_ = number;
-    if (place_ != nullptr) std::memcpy(place_, &number, sizeof number);
-  }
+  void set(Number number) { std::memcpy(place_, &number, sizeof number); }
 
  private:
-  std::uint8_t* place_ = nullptr;
+  static std::uint8_t* bytes_of(Number& number) { return reinterpret_cast<std::uint8_t*>(&number); }
+
   Number own_;
+  std::uint8_t* place_ = bytes_of(own_);  ///< of the value in the dictionary, or of own_
 };
 
 }  // namespace cbcan::sim

@@ -38,7 +38,7 @@ Time frame_time(const Frame& frame, std::uint32_t bit_rate) {
 }
 
 bool Port::try_send(const Frame& frame) {
-  if (queued() == kQueueFrames || state_ == BusState::kBusOff || !bus_.link_) {
+  if (queued() == room_) {
     ++bus_.counters_.refused;
     return false;
   }
@@ -72,7 +72,13 @@ void Port::set_state(BusState state, Time now) {
   if (state == state_) return;
   state_ = state;
   if (state == BusState::kBusOff) bus_.drop_queue(*this);
+  follow_state();
   receiver_.on_bus_state(state, now);
+}
+
+/// Its queue is empty where it has no room.
+void Port::follow_state() {
+  room_ = state_ == BusState::kBusOff || !bus_.link_ ? 0 : kQueueFrames;
 }
 
 /// Of two frames whose first bits are the same.
@@ -121,11 +127,6 @@ inline std::size_t Arbitration::lowest() const {
   return word * 64 + static_cast<std::size_t>(std::countr_zero(bits_[word]));
 }
 
-inline Port* Arbitration::take_winner() {
-  if (only_ != nullptr) return std::exchange(only_, nullptr);
-  return words_ == 0 ? nullptr : &take_lowest();
-}
-
 /// Its bits are the lowest that are set: x & (x - 1) clears them.
 inline Port& Arbitration::take_lowest() {
   const std::size_t bits = lowest();
@@ -138,9 +139,23 @@ inline Port& Arbitration::take_lowest() {
   return port;
 }
 
+inline Port* Arbitration::take_winner(Frame& frame) {
+  if (only_ == nullptr && words_ == 0) return nullptr;
+  Port& port = only_ != nullptr ? *only_ : take_lowest();
+  frame = port.front();
+  const bool is_empty = ++port.first_ == port.next_;
+  if (&port == only_) {
+    if (is_empty) only_ = nullptr;
+  } else if (!is_empty) {
+    add(port);
+  }
+  return &port;
+}
+
 Port& Bus::attach(Receiver& receiver) {
   const auto number = static_cast<std::uint16_t>(ports_.size());
   ports_.push_back(std::unique_ptr<Port>(new Port(*this, receiver, number)));
+  ports_.back()->follow_state();
   return *ports_.back();
 }
 
@@ -152,9 +167,11 @@ void Bus::receive(const Frame& frame, Time now) {
 void Bus::set_link(bool up) {
   link_ = up;
   stopped_ = false;
+  for (auto& port : ports_) {
+    if (!up) drop_queue(*port);
+    port->follow_state();
+  }
   if (up) return;
-  for (auto& port : ports_)
-    drop_queue(*port);
   if (current_ends_ != kNever) ++counters_.dropped;
   current_ends_ = kNever;
 }
@@ -165,7 +182,8 @@ void Bus::set_state(BusState state, Time now) {
 }
 
 void Bus::advance(Time now) {
-  for (Time free = now; !stopped_;) {
+  if (stopped_) return;
+  for (Time free = now;;) {
     if (current_ends_ == kNever && !start_next(free)) return;
     if (current_ends_ != kNever) {
       if (current_ends_ > now) return;
@@ -190,11 +208,9 @@ inline bool Bus::start_next(Time now) {
     stopped_ = true;
     return false;
   }
-  Port* const port = arbitration_.take_winner();
+  const Port* const port = arbitration_.take_winner(current_);
   if (port == nullptr) return false;
-  current_ = port->front();
   sender_ = port;
-  if (++port->first_ != port->next_) arbitration_.add(*port);
   ++counters_.frames;
   if (bit_rate_ != 0 && outside_ == nullptr) current_ends_ = now + frame_time(current_, bit_rate_);
   return true;

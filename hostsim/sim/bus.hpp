@@ -104,12 +104,14 @@ class Port final : public CanPort {
   Port(Bus& bus, Receiver& receiver, std::uint16_t number)
       : bus_(bus), receiver_(receiver), number_(number) {}
   const Frame& front() const { return queue_[first_ % kQueueFrames]; }
+  void follow_state();
 
   Bus& bus_;
   Receiver& receiver_;
   std::array<Frame, kQueueFrames> queue_{};
   std::uint32_t first_ = 0;  ///< of those in the queue; both count up, and are places modulo kQueueFrames
   std::uint32_t next_ = 0;   ///< behind them
+  std::uint32_t room_ = 0;   ///< how many may be queued: none while it is bus-off or without a link
   BusState state_ = BusState::kActive;
   std::uint16_t number_;
   Port* behind_ = nullptr;  ///< in the arbitration's list
@@ -125,8 +127,8 @@ class Arbitration {
   bool empty() const { return only_ == nullptr && words_ == 0; }
   /// Its front frame wins; it stays in. Not to be asked when empty().
   const Port& winner() const { return only_ != nullptr ? *only_ : *waiting_[lowest()]; }
-  /// Likewise, but it is out then; null when empty().
-  Port* take_winner();
+  /// Takes the frame that wins out of its port's queue; null when empty().
+  Port* take_winner(Frame& frame);
 
  private:
   void insert(Port& port);

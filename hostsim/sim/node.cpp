@@ -176,12 +176,13 @@ void Node::poll(Time now) {
 void Node::on_frame(const Frame& frame, Time now) {
   faulty_.set_now(now);
   faulty_.heard(frame);
+  const Time due = behaviour_due_;
   if (lss_ && frame.id == LssSlave::kRequestId)
     lss_->slave().on_frame(frame, now);
   else if (more_servers_.serves(frame.id))
     ask_more_servers(frame, now);
-  else if (!device_.on_frame(frame, now))
-    return;  // most RPDOs: they wait for the SYNC
+  else if (!device_.on_frame(frame, now) && behaviour_due_ == due)
+    return;  // most RPDOs, which wait for the SYNC, and most SYNCs
   settle(now);
 }
 
@@ -267,6 +268,7 @@ void Node::follow_ids() {
 void Node::update(Time now) {
   behaviour_due_ = behaviour_->update(now);
   updated_at_ = now;
+  if (happened_ != nullptr) *happened_ = true;
 }
 
 void Node::refresh(Time now) {

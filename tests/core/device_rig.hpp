@@ -80,7 +80,8 @@ struct DeviceRig : Wire, private DeviceApplication, private ParameterMemory {
   /// Lets frames arrive; everything that is due then happens behind each.
   template <class... More>
   Wire& arrive(const std::string& frame, const More&... more) {
-    device.on_frame(frame_from(frame), now);
+    const Time due = device.deadline();
+    if (!device.on_frame(frame_from(frame), now)) CHECK(device.deadline() == due);
     pass(0);
     if constexpr (sizeof...(more) != 0) arrive(more...);
     return *this;

@@ -126,6 +126,9 @@ TEST_CASE("A frame that is nobody's brings no deadline nearer, whatever else is 
   rig.write(0x1017, 0, 2, 100);
   CHECK_FALSE(rig.device.on_frame(frame_from("123#00"), rig.now));
   CHECK(rig.device.on_frame(frame_from("000#0142"), rig.now));
+  CHECK_FALSE(rig.device.on_frame(frame_from("080#"), rig.now));
+  rig.port.refuse_next = 1;
+  CHECK(rig.device.on_frame(frame_from("080#01"), rig.now));  // its EMCY waits
 }
 
 TEST_CASE("A SYNC that has not come had no counter") {

@@ -150,7 +150,9 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
     return *this;
   }
   Wire& sync(std::uint8_t counter = 0, Time window = 0) {
-    pdo.on_sync(counter, window, now);
+    const Time due = pdo.deadline();
+    const bool moved = pdo.on_sync(counter, window, now);
+    CHECK(moved == (pdo.deadline() != due));
     return *this;
   }
   Wire& pass(Time duration) {

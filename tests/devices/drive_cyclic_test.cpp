@@ -41,6 +41,20 @@ TEST_CASE("Cyclic position: straight lines between the set-points of SYNCs; the 
   bench.pass(10'000).shows({.position = 3'050});
 }
 
+TEST_CASE("Cyclic position: the end of a line is waited for only where the position leaves its range") {
+  DriveBench bench;
+  bench.put(0x6007, 0, 0);
+  bench.enable(8, {{0x60C2, 1, 10}, {0x607B, 1, 0}, {0x607B, 2, 999}});
+  bench.set(0x607A, 0, 999);
+  bench.sync();
+  CHECK(bench.deadline == kNever);
+  bench.pass(10'000).shows({.position = 999});
+  bench.set(0x607A, 0, 1'004);
+  bench.sync();
+  CHECK(bench.deadline == bench.now + 10'000);
+  bench.pass(10'000).shows({.position = 4});
+}
+
 TEST_CASE("Cyclic modes: SYNCs that have come at the period of 60C2h are missed after three periods") {
   struct Row {
     int option;  // 6007h

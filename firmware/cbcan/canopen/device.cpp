@@ -55,17 +55,22 @@ void Device::start(Time now) {
 
 bool Device::on_frame(const Frame& frame, Time now) {
   if (slave_.state() == nmt::State::kInitialising) return false;
+  if (slave_.hears(frame.id)) return on_service(frame, now);
+  if (sync_.hears(frame.id)) return on_sync_frame(frame, now);
   const auto hears = [&](const auto&... part) { return (part.hears(frame.id) || ...); };
-  if (slave_.hears(frame.id) || with_parts(*this, hears)) return on_service(frame, now);
+  if (with_parts(*this, hears)) return on_service(frame, now);
   return pdo_.on_frame(frame, now);
+}
+
+bool Device::on_sync_frame(const Frame& frame, Time now) {
+  return sync_.on_frame(frame, now) ? react(now) : on_service(frame, now);
 }
 
 bool Device::on_service(const Frame& frame, Time now) {
   if (kServices.sdo_server && frame.id == sdo::kRequestId + node_id()) return on_sdo_request(frame, now);
   slave_.on_frame(frame, now);
   with_parts(*this, [&](auto&... part) { (part.on_frame(frame, now) || ...); });
-  react(now);
-  return true;
+  return react(now);
 }
 
 bool Device::on_sdo_request(const Frame& frame, Time now) {
@@ -76,15 +81,19 @@ bool Device::on_sdo_request(const Frame& frame, Time now) {
   return true;
 }
 
-/// What has happened in one part and concerns others.
-void Device::react(Time now) {
+/// What has happened in one part and concerns others. False: a SYNC, and deadline() is what it was.
+bool Device::react(Time now) {
+  const Time emergency_due = emergency_.deadline();
+  bool moved = true;
   if (sync_.misfits() != known_misfit_) {
     known_misfit_ = sync_.misfits();
     show(EmergencyCode::kSyncLength, known_misfit_, now);
   }
-  if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
+  if (sync_.take())
+    moved = pdo_.on_sync(sync_.counter(), sync_.window(), now) || emergency_.deadline() != emergency_due;
   if (kServices.other_devices && (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_))
     watch_network(now);
+  return moved;
 }
 
 /// An error of the communication begins, or is over; one that is there already, or is not, is not told.

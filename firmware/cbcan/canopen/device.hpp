@@ -132,9 +132,11 @@ class Device final : private Application, private PdoApplication {
   }
 
   AbortCode store_or_restore(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value);
+  // Inline, it would cost other frames registers too.
+  [[gnu::noinline]] bool on_sync_frame(const Frame& frame, Time now);
   bool on_service(const Frame& frame, Time now);
   bool on_sdo_request(const Frame& frame, Time now);
-  void react(Time now);
+  bool react(Time now);
   void watch_network(Time now);
   void fail(NetworkFailure failure, Time now);
   void show(EmergencyCode code, bool present, Time now);

@@ -95,16 +95,25 @@ void Axis::refresh(Time now) {
   carry(now);
   take_over_units();
   if (has_load() && std::exchange(most_before_, most_torque()) != most_before_) load_.wake();
-  double low = kLowest;
-  double high = kHighest;
-  if (objects_.range_min.get() < objects_.range_max.get()) {
-    low = objects_.range_min.get();
-    high = objects_.range_max.get();
-  }
+  const Profile::Range range = position_range();
   const double position = user(demand(now).position);
-  if (position >= low - 0.5 && position < high + 0.5) return;
-  const double span = high - low + 1;
-  shift(-increments(std::floor((position - (low - 0.5)) / span) * span));
+  if (position >= range.low && position < range.high) return;
+  const double span = range.high - range.low;
+  shift(-increments(std::floor((position - range.low) / span) * span));
+}
+
+/// In user-defined units, with what is rounded to its ends.
+Profile::Range Axis::position_range() const {
+  const std::int32_t low = objects_.range_min.get();
+  const std::int32_t high = objects_.range_max.get();
+  return low < high ? Profile::Range{low - 0.5, high + 0.5} : Profile::Range{kLowest - 0.5, kHighest + 0.5};
+}
+
+bool Axis::just_moves() const {
+  if (blocked_ || has_load()) return false;
+  const Profile::Range range = position_range();
+  const Profile::Range way = profile_.range();
+  return user(way.low) >= range.low && user(way.high) < range.high;
 }
 
 void Axis::shift(double distance) {

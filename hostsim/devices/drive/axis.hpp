@@ -59,6 +59,8 @@ class Axis {
   }
   const Profile& profile() const { return profile_; }
   bool over(Time now) const { return now >= profile_.end(); }
+  /// It does what the profile demands, and stays within its range: nothing else becomes of it on the way.
+  bool just_moves() const;
   /// The profile is over and the axis stands.
   bool at_rest(Time now) const { return over(now) && profile_.final_velocity() == 0; }
   /// What move_to(), line_to() or aim_at() was told last.
@@ -111,6 +113,7 @@ class Axis {
  private:
   void shift(double distance);
   void take_over_units();
+  Profile::Range position_range() const;
   Load::Lead lead() const;
   void follow_profile(const Profile& profile, Time now);
 

@@ -307,10 +307,11 @@ std::uint32_t Drive::link_voltage() const {
   return nominal_voltage_;
 }
 
+/// The end of a cyclic mode's line concerns nobody who does not look: another one begins at the next SYNC.
 Time Drive::deadline(Time now) const {
-  Time first = earlier(axis_.profile().next_change(now), following_deadline(now));
-  first = earlier(first, axis_.next_load_step(now));
+  Time first = earlier(axis_.next_load_step(now), following_deadline(now));
   first = earlier(first, earlier(axis_.next_switch(now), sync_due_));
+  if (!is_cyclic() || !axis_.just_moves()) first = earlier(first, axis_.profile().next_change(now));
   if (operating_ && mode_ != nullptr) {
     const Time mode = mode_->deadline(now);
     if (mode > now) first = earlier(first, mode);

@@ -121,7 +121,10 @@ AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t 
     if (pieces_ != nullptr) add(object);
   }
   bytes_ = static_cast<std::uint8_t>((bits + 7) / 8);
-  one_copy_ = count_ == 1 && pieces_->first_bit % 8 == 0 && bits % 8 == 0;
+  whole_bytes_ = true;
+  for (const Piece& piece : std::span(pieces_, count_))
+    whole_bytes_ &= piece.first_bit % 8 == 0 && piece.more_bits % 8 == 7;
+  one_copy_ = count_ == 1 && whole_bytes_;
   return AbortCode::kNone;
 }
 
@@ -136,24 +139,44 @@ void PdoMapping::add(const Piece& object) {
 
 void PdoMapping::sample_pieces(const ObjectDictionary& dictionary,
                                std::array<std::uint8_t, kMostBytes>& data) const {
+  if (whole_bytes_) {
+    std::uint8_t* to = data.data();
+    for (const Piece& piece : std::span(pieces_, count_)) {
+      const std::uint8_t* from = place(dictionary, piece);
+      for (std::uint32_t left = piece.more_bits / 8u + 1; left != 0; --left)
+        *to++ = *from++;
+    }
+    return;
+  }
   data = {};
   std::uint32_t bit = 0;
   for (const Piece& piece : std::span(pieces_, count_)) {
-    copy_bits(dictionary.block(piece.process), piece.first_bit, data.data(), bit, piece.more_bits + 1u);
-    bit += piece.more_bits + 1u;
+    const std::uint32_t count = piece.more_bits + 1u;
+    copy_bits(dictionary.block(piece.process), piece.first_bit, data.data(), bit, count);
+    bit += count;
   }
 }
 
 void PdoMapping::apply_pieces(const ObjectDictionary& dictionary,
                               const std::array<std::uint8_t, kMostBytes>& data) const {
+  if (whole_bytes_) {
+    const std::uint8_t* from = data.data();
+    for (const Piece& piece : std::span(pieces_, count_)) {
+      std::uint8_t* to = place(dictionary, piece);
+      for (std::uint32_t left = piece.more_bits / 8u + 1; left != 0; --left)
+        *to++ = *from++;
+    }
+    return;
+  }
   std::uint32_t bit = 0;
   for (const Piece& piece : std::span(pieces_, count_)) {
+    const std::uint32_t count = piece.more_bits + 1u;
     if (piece.first_bit != kPassedOver) {
       std::uint8_t* const block = dictionary.block(piece.process);
       if (is_whole_byte(piece)) block[piece.first_bit / 8] = 0;
-      copy_bits(data.data(), bit, block, piece.first_bit, piece.more_bits + 1u);
+      copy_bits(data.data(), bit, block, piece.first_bit, count);
     }
-    bit += piece.more_bits + 1u;
+    bit += count;
   }
 }
 

@@ -46,10 +46,10 @@ class PdoMapping {
   /// Values to frame, frame to values. No dictionary is searched: resolve() has found what stands where, and
   /// has put together what is in a row.
   void sample(const ObjectDictionary& dictionary, std::array<std::uint8_t, kMostBytes>& data) const {
-    one_copy_ ? copy(place(dictionary), data.data(), bytes_) : sample_pieces(dictionary, data);
+    one_copy_ ? copy(place(dictionary, *pieces_), data.data(), bytes_) : sample_pieces(dictionary, data);
   }
   void apply(const ObjectDictionary& dictionary, const std::array<std::uint8_t, kMostBytes>& data) const {
-    one_copy_ ? copy(data.data(), place(dictionary), bytes_) : apply_pieces(dictionary, data);
+    one_copy_ ? copy(data.data(), place(dictionary, *pieces_), bytes_) : apply_pieces(dictionary, data);
   }
 
   /// True if the object whose value begins at `first_bit` of the process image, or of the values, is mapped.
@@ -61,9 +61,9 @@ class PdoMapping {
   void apply_pieces(const ObjectDictionary& dictionary,
                     const std::array<std::uint8_t, kMostBytes>& data) const;
 
-  /// Of all that is mapped, where one_copy_.
-  std::uint8_t* place(const ObjectDictionary& dictionary) const {
-    return dictionary.block(pieces_->process) + pieces_->first_bit / 8;
+  /// Of a piece that begins with a byte.
+  static std::uint8_t* place(const ObjectDictionary& dictionary, const Piece& piece) {
+    return dictionary.block(piece.process) + piece.first_bit / 8;
   }
   static void copy(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
     if (count == kMostBytes)
@@ -76,7 +76,8 @@ class PdoMapping {
   Piece* pieces_ = nullptr;  ///< null: it has only been checked
   std::uint8_t count_ = 0;   ///< of pieces
   std::uint8_t bytes_ = 0;
-  bool one_copy_ = false;  ///< whole bytes in a row
+  bool whole_bytes_ = false;  ///< each piece
+  bool one_copy_ = false;     ///< whole bytes in a row
 };
 
 }  // namespace cbcan

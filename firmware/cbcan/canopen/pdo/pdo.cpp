@@ -363,14 +363,16 @@ bool Pdo::on_remote(const Frame& frame, Time now) {
   return true;
 }
 
-void Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
-  if (!operational_) return;
+bool Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
+  if (!operational_) return false;
+  const Time due = deadline();
   if (now > window_end_) drop_windowed();
   window_end_ = window == 0 ? kNever : now + window;
   take_effect();
   tell([&] { application_.on_sync(now); });
   sample_and_send(counter, now);
   poll(now);
+  return deadline() != due;
 }
 
 /// RPDOs that have waited for the SYNC.

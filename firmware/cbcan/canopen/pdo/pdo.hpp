@@ -148,8 +148,8 @@ class Pdo : public Part {
   }
 
   /// A SYNC with this counter, 0 = none: RPDOs take effect, the application is told, TPDOs are sampled and
-  /// sent. Synchronous PDOs count for `window` (1007h) behind it, 0 = always.
-  void on_sync(std::uint8_t counter, Time window, Time now);
+  /// sent. Synchronous PDOs count for `window` (1007h) behind it, 0 = always. True: deadline() has changed.
+  bool on_sync(std::uint8_t counter, Time window, Time now);
 
   /// The event that TPDOs with this object in them wait for.
   void changed(std::uint16_t index, std::uint8_t sub, Time now);
