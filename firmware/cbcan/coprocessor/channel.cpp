@@ -177,7 +177,7 @@ void Channel::on_sdo_response(const Frame& frame, Time now) {
 
 void Channel::end_sdo() {
   if (client_.outcome() == SdoClient::Outcome::kFailed) {
-    wake_at(client_.deadline());  // its abort may wait for the port
+    due_ = 0;  // its abort may wait for the port
     return end(client_.error());
   }
   if (direction_ == SdoClient::Direction::kWrite) return finish(regmap::Result::kOk);

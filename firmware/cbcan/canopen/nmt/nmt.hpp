@@ -74,7 +74,7 @@ constexpr Frame error_control_frame(std::uint8_t node, std::uint8_t state_and_to
   Frame frame;
   frame.id = kErrorControlId + node;
   frame.length = 1;
-  put_data(frame, state_and_toggle);
+  frame.data[0] = state_and_toggle;
   return frame;
 }
 

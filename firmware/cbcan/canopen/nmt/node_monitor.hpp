@@ -45,22 +45,22 @@ class NodeMonitor {
     }
     const std::size_t node = frame.id & nmt::kMaxNode;
     const std::uint8_t state = frame.data[0] & nmt::kStateMask;
-    reported_at_[node] = now;
+    of_.reported_at[node] = now;
     if (told == News::kBootUp) {
-      state_[node] = static_cast<std::uint8_t>(nmt::State::kPreOperational);
-      report_[node] = Report::kBootUp;
+      of_.state[node] = static_cast<std::uint8_t>(nmt::State::kPreOperational);
+      of_.report[node] = Report::kBootUp;
       ++counters_.boot_ups;
       return News::kBootUp;
     }
-    state_[node] = state;
-    report_[node] = Report::kState;
+    of_.state[node] = state;
+    of_.report[node] = Report::kState;
     ++counters_.heartbeats;
     return News::kState;
   }
 
   /// Consumer heartbeat time (1016h) of a node, 1..127; 0 = none.
-  void set_consumer_time(std::uint8_t node, std::uint16_t ms) { consumer_ms_[node] = ms; }
-  std::uint16_t consumer_time(std::uint8_t node) const { return consumer_ms_[node]; }
+  void set_consumer_time(std::uint8_t node, std::uint16_t ms) { of_.consumer_ms[node] = ms; }
+  std::uint16_t consumer_time(std::uint8_t node) const { return of_.consumer_ms[node]; }
 
   /// What the last news of a node were.
   enum class Report : std::uint8_t {
@@ -70,12 +70,12 @@ class NodeMonitor {
     kResetCommunication,  ///< either, but this NMT command has gone to it since
     kResetNode,           ///< likewise
   };
-  Report report(std::uint8_t node) const { return report_[node]; }
+  Report report(std::uint8_t node) const { return of_.report[node]; }
 
   /// This NMT command has gone to this node, 0 = to all, from here or from another master: what it reported
   /// before may no longer be so.
   void doubt(nmt::Command command, std::uint8_t node);
-  bool in_doubt(std::uint8_t node) const { return (state_[node] & kDoubted) != 0; }
+  bool in_doubt(std::uint8_t node) const { return (of_.state[node] & kDoubted) != 0; }
 
   /// A node guarding request has gone to this node: it is watched, with or without a consumer heartbeat time.
   void guard(std::uint8_t node) { guarded_.insert(node); }
@@ -87,11 +87,11 @@ class NodeMonitor {
   bool is_fresh(std::uint8_t node, Time now) const;
 
   /// The node has reported at least once.
-  bool was_seen(std::uint8_t node) const { return report_[node] != Report::kNone; }
+  bool was_seen(std::uint8_t node) const { return of_.report[node] != Report::kNone; }
 
   /// The last reported state; a boot-up counts as pre-operational.
   nmt::State last_state(std::uint8_t node) const {
-    return static_cast<nmt::State>(state_[node] & nmt::kStateMask);
+    return static_cast<nmt::State>(of_.state[node] & nmt::kStateMask);
   }
 
   const Counters& counters() const { return counters_; }
@@ -102,11 +102,12 @@ class NodeMonitor {
   void doubt_all(nmt::Command command);
   static Report report_after(nmt::Command reset);
 
-  // By node.
-  std::array<Time, nmt::kMaxNode + 1> reported_at_{};
-  std::array<std::uint8_t, nmt::kMaxNode + 1> state_{};  ///< as reported, and kDoubted
-  std::array<Report, nmt::kMaxNode + 1> report_{};
-  std::array<std::uint16_t, nmt::kMaxNode + 1> consumer_ms_{};
+  struct {
+    std::array<Time, nmt::kMaxNode + 1> reported_at;
+    std::array<std::uint8_t, nmt::kMaxNode + 1> state;  ///< as reported, and kDoubted
+    std::array<Report, nmt::kMaxNode + 1> report;
+    std::array<std::uint16_t, nmt::kMaxNode + 1> consumer_ms;
+  } of_{};  ///< by node; cleared at once
   NodeSet guarded_;
   Time fresh_for_;
   Counters counters_;

@@ -142,9 +142,9 @@ void PdoMapping::sample_pieces(const ObjectDictionary& dictionary,
   if (whole_bytes_) {
     std::uint8_t* to = data.data();
     for (const Piece& piece : std::span(pieces_, count_)) {
-      const std::uint8_t* from = place(dictionary, piece);
-      for (std::uint32_t left = piece.more_bits / 8u + 1; left != 0; --left)
-        *to++ = *from++;
+      const std::uint32_t bytes = piece.more_bits / 8u + 1;
+      copy(place(dictionary, piece), to, bytes);
+      to += bytes;
     }
     return;
   }
@@ -162,9 +162,9 @@ void PdoMapping::apply_pieces(const ObjectDictionary& dictionary,
   if (whole_bytes_) {
     const std::uint8_t* from = data.data();
     for (const Piece& piece : std::span(pieces_, count_)) {
-      std::uint8_t* to = place(dictionary, piece);
-      for (std::uint32_t left = piece.more_bits / 8u + 1; left != 0; --left)
-        *to++ = *from++;
+      const std::uint32_t bytes = piece.more_bits / 8u + 1;
+      copy(from, place(dictionary, piece), bytes);
+      from += bytes;
     }
     return;
   }

@@ -171,7 +171,7 @@ AbortCode Pdo::check(std::uint16_t object, std::uint8_t sub, std::uint32_t value
 }
 
 AbortCode Pdo::check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const {
-  if (sub == 0) return take_mapping(static_cast<std::uint16_t>(index & ~kMappingBit), value);
+  if (sub == 0) return take_mapping(static_cast<std::uint16_t>(index & ~kMappingBit), value, true);
   if (parameter(index, 0) != 0) return AbortCode::kDeviceState;
   return value == 0 ? AbortCode::kNone : PdoMapping::check(dictionary_, index, value);
 }
@@ -185,30 +185,27 @@ AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint3
   return has_mapping(index) ? AbortCode::kNone : AbortCode::kDeviceState;
 }
 
-/// Of the PDO with parameters `index`.
-Pdo::Mapped Pdo::mapped_by(std::uint16_t index) const {
-  if (Rpdo* const rpdo = is_receive(index) ? find_number(rpdos_, number_of(index)) : nullptr)
-    return {&rpdo->mapping, pieces_of(static_cast<std::size_t>(rpdo - rpdos_.data()))};
-  if (Tpdo* const tpdo = is_receive(index) ? nullptr : find_number(tpdos_, number_of(index)))
-    return {&tpdo->mapping, pieces_of(room_.rpdos.size() + static_cast<std::size_t>(tpdo - tpdos_.data()))};
-  return {};
-}
-
-/// Resolves what this PDO, which is not valid, maps with `count` objects: for when it becomes valid.
-AbortCode Pdo::take_mapping(std::uint16_t index, std::uint32_t count) const {
-  const auto mapping_index = static_cast<std::uint16_t>(index | kMappingBit);
-  const Mapped mapped = mapped_by(index);
+/// Resolves what the PDO with parameters `index`, which is not valid, maps with `count` objects, for when it
+/// becomes valid: `anew`, or where nobody has.
+AbortCode Pdo::take_mapping(std::uint16_t index, std::uint32_t count, bool anew) const {
   PdoMapping without_room;
-  PdoMapping& mapping = mapped.mapping != nullptr ? *mapped.mapping : without_room;
-  return mapping.resolve(dictionary_, mapping_index, count, mapped.pieces);
+  PdoMapping* mapping = &without_room;
+  std::span<PdoMapping::Piece> pieces;
+  if (Rpdo* const rpdo = is_receive(index) ? find_number(rpdos_, number_of(index)) : nullptr) {
+    mapping = &rpdo->mapping;
+    pieces = pieces_of(static_cast<std::size_t>(rpdo - rpdos_.data()));
+  } else if (Tpdo* const tpdo = is_receive(index) ? nullptr : find_number(tpdos_, number_of(index))) {
+    mapping = &tpdo->mapping;
+    pieces = pieces_of(room_.rpdos.size() + static_cast<std::size_t>(tpdo - tpdos_.data()));
+  }
+  if (!anew && mapping->bytes() != 0) return AbortCode::kNone;
+  return mapping->resolve(dictionary_, static_cast<std::uint16_t>(index | kMappingBit), count, pieces);
 }
 
 /// It maps one object at least, and all hold.
 bool Pdo::has_mapping(std::uint16_t index) const {
-  const Mapped mapped = mapped_by(index);
-  if (mapped.mapping != nullptr && mapped.mapping->bytes() != 0) return true;  // taken when sub 0 was written
   const std::uint32_t count = parameter(index | kMappingBit, 0);
-  return count != 0 && take_mapping(index, count) == AbortCode::kNone;
+  return count != 0 && take_mapping(index, count, false) == AbortCode::kNone;
 }
 
 /// Of the PDO in this place, RPDOs first.

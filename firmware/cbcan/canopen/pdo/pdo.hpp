@@ -194,13 +194,7 @@ class Pdo : public Part {
   }
   AbortCode check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const;
   AbortCode check_cob_id(std::uint16_t index, std::uint32_t value, std::uint32_t current) const;
-  /// What a PDO maps, and room for it; nothing where there is no room for the PDO.
-  struct Mapped {
-    PdoMapping* mapping = nullptr;
-    std::span<PdoMapping::Piece> pieces;
-  };
-  Mapped mapped_by(std::uint16_t index) const;
-  AbortCode take_mapping(std::uint16_t index, std::uint32_t count) const;
+  AbortCode take_mapping(std::uint16_t index, std::uint32_t count, bool anew) const;
   bool has_mapping(std::uint16_t index) const;
   std::span<PdoMapping::Piece> pieces_of(std::size_t place) const;
   std::uint32_t load_common(Common& pdo, std::uint16_t index, bool anew);
