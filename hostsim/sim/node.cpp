@@ -180,8 +180,8 @@ void Node::on_frame(const Frame& frame, Time now) {
     lss_->slave().on_frame(frame, now);
   else if (more_servers_.serves(frame.id))
     ask_more_servers(frame, now);
-  else if (!device_.on_frame(frame, now))
-    return;  // most RPDOs: they wait for the SYNC
+  else if (!device_.on_frame(frame, now) && !unsettled_)
+    return;  // most RPDOs, which wait for the SYNC; SDO uploads, of a node without behaviour
   settle(now);
 }
 
@@ -232,6 +232,7 @@ void Node::start_with(std::uint8_t node_id, Time now) {
 /// After anything that has happened: a transfer that a fault has aborted, what is heard, and when to be
 /// called next.
 void Node::settle(Time now) {
+  unsettled_ = false;
   while (faulty_.has_aborted())
     device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
@@ -269,8 +270,11 @@ void Node::update(Time now) {
   updated_at_ = now;
 }
 
+/// Injected faults are something that happens in a response.
 void Node::refresh(Time now) {
-  if (updated_at_ != now) update(now);
+  const bool stale = make_behaviour_ && updated_at_ != now;
+  unsettled_ = unsettled_ || stale || !faulty_.is_idle();
+  if (stale) update(now);
 }
 
 void Node::on_written(Time now) {
