@@ -78,7 +78,7 @@ void ModbusTcp::close_client(Connection& client) {
 }
 
 /// This and the functions below are false when the connection is to be closed. The whole way of a request is
-/// one function.
+/// one function, with modbus_request.cpp's as far as that is compiled together with this file.
 [[gnu::flatten]] bool ModbusTcp::on_ready(Connection& client) {
   if (client.unsent.empty()) return receive(client);
   if (!send_rest(client)) return false;
