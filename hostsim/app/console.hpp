@@ -25,11 +25,11 @@ class Console {
   /// Whole lines, for people. What nobody reads in time is dropped; how many lines those were is told later.
   void tell(std::string_view lines);
 
-  /// To be called once per turn; returns when at the latest.
+  /// To be called once per turn, if something waits(); returns when at the latest.
   Time flush() { return waits() ? flush_waiting() : kNever; }
+  bool waits() const { return out_.waiting() != 0 || err_.waiting() != 0 || dropped_ != 0; }
 
  private:
-  bool waits() const { return out_.waiting() != 0 || err_.waiting() != 0 || dropped_ != 0; }
   Time flush_waiting();
 
   io::Output out_ = io::Output::standard(1);

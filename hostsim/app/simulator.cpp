@@ -220,15 +220,27 @@ void Simulator::stop() {
 }
 
 std::size_t Simulator::turn(Time until) {
+  Time next = next_deadline();
+  if (attended_ || next <= reactor_.time() || console_.waits()) next = act();
+  return reactor_.run_once(earlier(until, next));
+}
+
+/// When something is due, whoever attends.
+Time Simulator::next_deadline() const {
+  const Time modbus = modbus_ ? modbus_->next_deadline() : kNever;
+  return runs_ ? earlier(modbus, schedule_.first_time()) : modbus;
+}
+
+/// Does what is due; returns when there is something to do next.
+Time Simulator::act() {
   const Time now = reactor_.time();
   for (Network* network : with_doors_)
     network->advance();
   if (runs_) schedule_.poll(now);
   if (attended_) look_at_waits();
-  if (modbus_) until = earlier(until, modbus_->poll(now));
-  if (attended_) until = earlier(until, attend(now));
-  if (runs_) until = earlier(until, schedule_.first_time());
-  return reactor_.run_once(earlier(until, console_.flush()));
+  if (modbus_) modbus_->poll(now);
+  const Time attended = attended_ ? attend(now) : kNever;
+  return earlier(earlier(attended, next_deadline()), console_.flush());
 }
 
 /// Returns when it has something to do next.

@@ -78,6 +78,8 @@ class Simulator final : private Program {
   bool look_at_waits() override;
   void stop();
   void on_written(std::size_t network, const io::ModbusRange& written);
+  Time next_deadline() const;
+  Time act();
   Time attend(Time now);
   Time attended_deadline() const;
 

@@ -176,13 +176,12 @@ void Node::poll(Time now) {
 void Node::on_frame(const Frame& frame, Time now) {
   faulty_.set_now(now);
   faulty_.heard(frame);
-  const Time due = behaviour_due_;
   if (lss_ && frame.id == LssSlave::kRequestId)
     lss_->slave().on_frame(frame, now);
   else if (more_servers_.serves(frame.id))
     ask_more_servers(frame, now);
-  else if (!device_.on_frame(frame, now) && behaviour_due_ == due)
-    return;  // most RPDOs, which wait for the SYNC, and most SYNCs
+  else if (!device_.on_frame(frame, now) && !unsettled_)
+    return;  // most RPDOs, which wait for the SYNC, most SYNCs, and SDO uploads of a node without behaviour
   settle(now);
 }
 
@@ -233,6 +232,7 @@ void Node::start_with(std::uint8_t node_id, Time now) {
 /// After anything that has happened: a transfer that a fault has aborted, what is heard, and when to be
 /// called next.
 void Node::settle(Time now) {
+  unsettled_ = false;
   while (faulty_.has_aborted())
     device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
@@ -271,8 +271,11 @@ void Node::update(Time now) {
   if (happened_ != nullptr) *happened_ = true;
 }
 
+/// Before a response, in which injected faults may happen too.
 void Node::refresh(Time now) {
-  if (updated_at_ != now) update(now);
+  const bool stale = make_behaviour_ && updated_at_ != now;
+  unsettled_ = unsettled_ || stale || !faulty_.is_idle();
+  if (stale) update(now);
 }
 
 void Node::on_written(Time now) {
@@ -280,8 +283,10 @@ void Node::on_written(Time now) {
 }
 
 void Node::on_sync(Time now) {
+  const Time due = behaviour_due_;
   behaviour_->on_sync(now);
   update(now);
+  unsettled_ = unsettled_ || behaviour_due_ != due || !faulty_.is_idle();
 }
 
 void Node::on_state(nmt::State state, Time now) {

@@ -11,7 +11,7 @@ std::size_t Schedule::add(Timed& timed) {
   return number;
 }
 
-void Schedule::move(std::size_t number, Time time) {
+void Schedule::set(std::size_t number, Time time) {
   const std::size_t slot = slots_[number];
   time < heap_[slot].time ? sift_up(slot, {time, number}) : sift_down(slot, {time, number});
 }

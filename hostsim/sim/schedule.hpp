@@ -10,17 +10,14 @@ namespace cbcan::sim {
 
 class Timed;
 
-/// When each of several wants to be polled: an indexed heap. set() is O(log n) and nothing at all when the
-/// time has not changed; first_time() is O(1). Those with the same time come in the order of their numbers.
+/// When each of several wants to be polled: an indexed heap. set() is O(log n), first_time() is O(1). Those
+/// with the same time come in the order of their numbers.
 class Schedule {
  public:
   /// Adds one, due never, who lives as long as there are polls; the number is the count so far.
   std::size_t add(Timed& timed);
-  void set(std::size_t number, Time time) {
-    if (time != this->time(number)) move(number, time);
-  }
+  void set(std::size_t number, Time time);
 
-  Time time(std::size_t number) const { return heap_[slots_[number]].time; }
   Time first_time() const { return first_time_; }
 
   /// Polls those that are due up to and including `now`, also what they want anew.
@@ -41,7 +38,6 @@ class Schedule {
     slots_[due.number] = slot;
     if (slot == 0) first_time_ = due.time;
   }
-  void move(std::size_t number, Time time);
   void sift_up(std::size_t slot, const Due& moving);
   void sift_down(std::size_t slot, const Due& moving);
 
@@ -63,12 +59,15 @@ class Timed {
 
  protected:
   ~Timed() = default;
-  void wants(Time next) { schedule_.set(number_, next); }
-  Time wanted() const { return schedule_.time(number_); }
+  void wants(Time next) {
+    if (next != wanted_) schedule_.set(number_, wanted_ = next);
+  }
+  Time wanted() const { return wanted_; }
 
  private:
   Schedule& schedule_;
   std::size_t number_;
+  Time wanted_ = kNever;
 };
 
 inline void Schedule::poll(Time now) {

@@ -131,6 +131,18 @@ TEST_CASE("A frame that is nobody's brings no deadline nearer, whatever else is 
   CHECK(rig.device.on_frame(frame_from("080#01"), rig.now));  // its EMCY waits
 }
 
+TEST_CASE("Of SDO requests a download brings a deadline nearer, and a response that is refused") {
+  StartedRig rig;
+  const Frame upload = frame_from("642#4017100000000000");
+  CHECK_FALSE(rig.device.on_frame(upload, rig.now));
+  CHECK(rig.device.on_frame(frame_from("642#2B17100064000000"), rig.now));
+  CHECK(rig.device.deadline() == rig.now + 100'000);
+  rig.port.refuse_next = 1;
+  CHECK(rig.device.on_frame(upload, rig.now));
+  CHECK(rig.device.deadline() == rig.now + 100);
+  rig.port.sent.clear();
+}
+
 TEST_CASE("A SYNC that has not come had no counter") {
   DeviceRig rig(everything());
   CHECK(cbcan::Sync(rig.device.dictionary(), rig.port).counter() == 0);

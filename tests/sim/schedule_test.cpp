@@ -15,6 +15,7 @@ struct Guest final : cbcan::sim::Participant {
     polled_.push_back(number_);
     wants(cbcan::kNever);
   }
+  using Participant::wants;
   void on_frame(const cbcan::Frame&, cbcan::Time) override {}
   void on_bus_state(cbcan::BusState, cbcan::Time) override {}
 
@@ -37,7 +38,7 @@ TEST_CASE("Schedule: the first is the earliest, of several the one with the lowe
   for (int step = 0; step < 10'000; ++step) {
     const std::size_t who = random() % times.size();
     times[who] = random() % 4 == 0 ? cbcan::kNever : random() % 100;
-    schedule.set(who, times[who]);
+    guests[who].wants(times[who]);
     const auto earliest = std::min_element(times.begin(), times.end());
     REQUIRE(schedule.first_time() == *earliest);
     if (*earliest == cbcan::kNever || step % 8 != 0) continue;

@@ -76,9 +76,10 @@ bool Device::on_service(const Frame& frame, Time now) {
 bool Device::on_sdo_request(const Frame& frame, Time now) {
   if (!nmt::is_running(slave_.state())) return false;
   application_.refresh(now);
-  slave_.on_frame(frame, now);
-  if (std::exchange(written_, false)) application_.on_written(now);
-  return true;
+  slave_.sdo_server().on_frame(frame, now);
+  const bool written = std::exchange(written_, false);
+  if (written) application_.on_written(now);
+  return written || slave_.sdo_server().waits();
 }
 
 /// What has happened in one part and concerns others. False: a SYNC, and deadline() is what it was.

@@ -80,7 +80,7 @@ class Device final : private Application, private PdoApplication {
   /// where it is off the bus until start().
   void set_node_id(std::uint8_t node_id) { slave_.set_node_id(node_id); }
 
-  /// True: deadline() may have changed.
+  /// True: deadline() may be earlier now; what refresh() has done to it the application knows itself.
   bool on_frame(const Frame& frame, Time now);
   void on_bus_state(BusState state, Time now);
 

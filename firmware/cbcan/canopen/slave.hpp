@@ -88,6 +88,7 @@ class Slave {
   void set_node_id(std::uint8_t node_id) { next_node_id_ = node_id; }
   ObjectDictionary& dictionary() { return dictionary_; }
   const ObjectDictionary& dictionary() const { return dictionary_; }
+  auto& sdo_server() { return sdo_server_; }
   const auto& sdo_server() const { return sdo_server_; }
 
  private:

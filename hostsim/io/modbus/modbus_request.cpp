@@ -83,7 +83,8 @@ ModbusRequest look_at_request(Pdu pdu, std::size_t registers) {
   }
   const auto exist = [&](const ModbusRange& range) { return range.first + range.count <= registers; };
   if (!fits) return {kIllegalDataValue};
-  return exist(request.read) && exist(request.written) ? request : ModbusRequest{kIllegalDataAddress};
+  if (!exist(request.read) || !exist(request.written)) return {kIllegalDataAddress};
+  return request;
 }
 
 std::size_t exception_response(std::uint8_t function, ModbusException exception, ModbusResponse response) {

@@ -47,7 +47,7 @@ class FaultyPort final : public CanPort {
 
   /// False also while a frame of the faults' own waits for the controller.
   bool try_send(const Frame& frame) override {
-    return faults_.empty() && held_.empty() ? out_.try_send(frame) : send_with_faults(frame);
+    return is_idle() ? out_.try_send(frame) : send_with_faults(frame);
   }
 
   /// An SDO response was replaced by an abort: the stack has to hear of it. Until the frame has been taken,
@@ -57,7 +57,9 @@ class FaultyPort final : public CanPort {
 
   /// Sends what is due.
   void poll(Time now);
-  Time deadline() const { return faults_.empty() && held_.empty() ? kNever : next_due(); }
+  Time deadline() const { return is_idle() ? kNever : next_due(); }
+  /// There is no fault, and nothing that one has held back.
+  bool is_idle() const { return faults_.empty() && held_.empty(); }
 
   /// The controller has gone bus-off: what was held back is lost.
   void drop() { held_.clear(); }

@@ -45,6 +45,7 @@ AbortCode ObjectDictionary::find(std::uint16_t index, std::uint8_t sub, ObjectEn
       return find_count(index, sub, entry);
   }
   entry = entries_[found_];
+  if (entry.more_indices == 0) return AbortCode::kNone;
   entry.offset += static_cast<ObjectSize>(entry.stride() * entry.subs() * (index - entry.index));
   entry.index = index;
   entry.more_indices = 0;

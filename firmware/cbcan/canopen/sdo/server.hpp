@@ -46,6 +46,8 @@ class SdoServer {
   /// Tries again what the port has refused. To be called at deadline() at the latest.
   void poll(Time now);
   Time deadline() const { return outbox_.deadline(); }
+  /// A response, or a segment, has been refused.
+  bool waits() const { return outbox_.waiting(); }
 
   const Counters& counters() const { return counters_; }
 
@@ -110,6 +112,7 @@ class NoSdoServer {
   static void on_frame(const Frame& /*frame*/, Time /*now*/) {}
   static void poll(Time /*now*/) {}
   static constexpr Time deadline() { return kNever; }
+  static constexpr bool waits() { return false; }
 };
 
 }  // namespace cbcan
