@@ -185,7 +185,7 @@ class Node final : public Participant,
   Time behaviour_due_ = kNever;
   Time updated_at_ = kNever;  ///< the behaviour has seen everything up to then; kNever = it has not
   bool ids_changed_ = false;
-  bool unsettled_ = false;    ///< refresh() has done something: settle() comes
+  bool unsettled_ = false;    ///< settle() has to come, whatever the device says
   bool* happened_ = nullptr;  ///< see watch()
   bool has_power_ = true;
   BusState state_with_power_ = BusState::kActive;  ///< of the controller; without power it is off the bus
