@@ -286,7 +286,7 @@ void Node::on_sync(Time now) {
   const Time due = behaviour_due_;
   behaviour_->on_sync(now);
   update(now);
-  unsettled_ = unsettled_ || behaviour_due_ != due || !faulty_.is_idle();
+  unsettled_ = unsettled_ || behaviour_due_ != due;  // no fault keeps a PDO back
 }
 
 void Node::on_state(nmt::State state, Time now) {
