@@ -58,16 +58,25 @@ Coprocessor::Counters MultiChannelCoprocessor::counters() const {
 /// A response is that of the channel that has asked the node last: nobody else can be meant.
 void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
   constexpr std::uint32_t kFunction = ~std::uint32_t{nmt::kMaxNode};
+  const std::uint32_t function = frame.id & kFunction;
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  Channel& last = channel(owner_[node]);
-  if ((frame.id & kFunction) == sdo::kResponseId && &last != this) {
-    last.on_sdo_response(frame, now);
-    return wake_more_at(last.due());
-  }
+  if (function == sdo::kResponseId)
+    return owner_[node] == 0 ? on_sdo_response(frame, now)
+                             : on_more_responses(frame, channel(owner_[node]), now);
   Coprocessor::on_frame(frame, now);
-  if ((frame.id & kFunction) != nmt::kErrorControlId || frame.flags != 0 || node == 0) return;
-  const NodeMonitor::News news = NodeMonitor::news(frame);
+  if (function == nmt::kErrorControlId && frame.flags == 0 && node != 0)
+    tell_more(node, NodeMonitor::news(frame), now);
+}
+
+void MultiChannelCoprocessor::on_more_responses(const Frame& frame, Channel& asking, Time now) {
+  asking.on_sdo_response(frame, now);
+  wake_more_at(asking.due());
+}
+
+/// A node, 1..127, has told its state: also those of the other channels that have asked it, or for it.
+void MultiChannelCoprocessor::tell_more(std::uint8_t node, NodeMonitor::News news, Time now) {
   if (news == NodeMonitor::News::kNone) return;
+  Channel& last = channel(owner_[node]);
   Channel& asking = channel(owner_[kState + node]);
   if (&last != this) last.on_news(node, news, now);
   if (&asking != this && &asking != &last) asking.on_news(node, news, now);
@@ -75,30 +84,28 @@ void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
 }
 
 void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
-  Coprocessor::on_registers_written(first, count, now);
   written_anew_ = true;
+  const std::size_t out = settings_.scanner_out_first + regmap::kScannerStride;
+  const std::size_t end = out + more_.size() * regmap::kScannerStride;
+  const bool more = first < end && out < first + count;
+  more ? on_more_written(first, count, now) : Coprocessor::on_registers_written(first, count, now);
+}
+
+/// Also to a scanner window of another channel.
+void MultiChannelCoprocessor::on_more_written(std::size_t first, std::size_t count, Time now) {
+  Coprocessor::on_registers_written(first, count, now);
+  const std::size_t end = first + count;
   std::size_t out = settings_.scanner_out_first;
-  const std::size_t end = out + more_.size() * regmap::kScannerStride + regmap::kScannerOutWords;
-  if (first >= end || first + count <= out + regmap::kScannerStride) return;
   for (Memory& channel : more_) {
     out += regmap::kScannerStride;
-    if (first >= out + regmap::kScannerOutWords || out >= first + count) continue;
+    if (first >= out + regmap::kScannerOutWords || out >= end) continue;
     const std::size_t from = std::max(first, out);
-    channel->on_out_written(from - out, std::min(first + count, out + regmap::kScannerOutWords) - from, now);
+    channel->on_out_written(from - out, std::min(end, out + regmap::kScannerOutWords) - from, now);
     wake_more_at(channel->due());
   }
 }
 
 // ---- Turns
-
-/// As Channel::begin() has it; a request that is refused there may wait before that.
-MultiChannelCoprocessor::Line MultiChannelCoprocessor::line_of(const Channel::Request& request) const {
-  const bool write = request.command == regmap::kSdoWrite;
-  if (write && request.index == regmap::kNmtService) return kNmt;
-  if (request.node == 0 || request.node == settings_.node_id || request.node > nmt::kMaxNode) return kNone;
-  const bool state = !write && request.index == regmap::kNodeStateService && request.sub == 0;
-  return static_cast<Line>(state ? kState + request.node : request.node);
-}
 
 /// When this channel may have the line, as far as the one is concerned that had it last; kNever = after that
 /// one's end.
@@ -126,6 +133,11 @@ Time MultiChannelCoprocessor::turn(Line line, const Channel& channel, Time now) 
 void MultiChannelCoprocessor::begin_or_hold_back(Channel& channel, Time now) {
   if (resets_ != node_.resets()) reset_more();
   const Line line = line_of(channel.request());
+  const bool goes_on = waiting_count_ == 0 && owner_[line] == channel.number();
+  goes_on ? channel.begin(now) : join_line(line, channel, now);
+}
+
+void MultiChannelCoprocessor::join_line(Line line, Channel& channel, Time now) {
   const Time from = turn(line, channel, now);
   if (from <= now) {
     owner_[line] = channel.number();
