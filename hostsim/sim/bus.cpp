@@ -2,7 +2,6 @@
 #include "sim/bus.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
 namespace cbcan::sim {
@@ -122,9 +121,10 @@ void Arbitration::remove(Port& port) {
   if (bits_[bits / 64] == 0) words_ &= ~(1U << bits / 64);
 }
 
+/// Neither number is 0, which std::countr_zero would have to look for.
 inline std::size_t Arbitration::lowest() const {
-  const auto word = static_cast<std::size_t>(std::countr_zero(words_));
-  return word * 64 + static_cast<std::size_t>(std::countr_zero(bits_[word]));
+  const auto word = static_cast<std::size_t>(__builtin_ctz(words_));
+  return word * 64 + static_cast<std::size_t>(__builtin_ctzll(bits_[word]));
 }
 
 /// Its bits are the lowest that are set: x & (x - 1) clears them.
