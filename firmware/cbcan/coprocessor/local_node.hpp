@@ -4,7 +4,6 @@
 /// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and
 /// what is known of the other nodes (state, EMCY). Knows neither the window nor transactions.
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
