@@ -85,16 +85,16 @@ bool Device::on_sdo_request(const Frame& frame, Time now) {
 /// What has happened in one part and concerns others. False: a SYNC, and deadline() is what it was.
 bool Device::react(Time now) {
   const Time emergency_due = emergency_.deadline();
-  bool moved = true;
   if (sync_.misfits() != known_misfit_) {
     known_misfit_ = sync_.misfits();
     show(EmergencyCode::kSyncLength, known_misfit_, now);
   }
-  if (sync_.take())
-    moved = pdo_.on_sync(sync_.counter(), sync_.window(), now) || emergency_.deadline() != emergency_due;
-  if (kServices.other_devices && (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_))
-    watch_network(now);
-  return moved;
+  const bool sync = sync_.take();
+  const bool pdos_moved = sync && pdo_.on_sync(sync_.counter(), sync_.window(), now);
+  const bool network_changed =
+      kServices.other_devices && (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_);
+  if (network_changed) watch_network(now);
+  return !sync || pdos_moved || network_changed || emergency_.deadline() != emergency_due;
 }
 
 /// An error of the communication begins, or is over; one that is there already, or is not, is not told.

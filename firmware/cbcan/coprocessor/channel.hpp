@@ -9,6 +9,7 @@
 /// Who owns it calls the functions below, as Coprocessor says of its own; and poll() at the time that it
 /// returned. Not re-entrant.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -79,9 +80,12 @@ class Channel {
     if (activity_ == Activity::kNodeState && node == state_node_)
       end_node_state(node_.monitor().last_state(node));
   }
-  /// One request of the PLC has written OUT+first..OUT+first+count-1.
-  void on_out_written(std::size_t first, std::size_t count, Time now) {
-    if (!kServices.scanner_window || scanner_.on_written(first, count) == ScannerWindow::Event::kNone) return;
+  /// One request of the PLC has written registers first..first+count-1; OUT begins at `out`.
+  void on_registers_written(std::size_t out, std::size_t first, std::size_t count, Time now) {
+    if (!kServices.scanner_window || first >= out + kScannerOutWords || out >= first + count) return;
+    const std::size_t from = std::max(first, out);
+    const std::size_t end = std::min(first + count, out + kScannerOutWords);
+    if (scanner_.on_written(from - out, end - from) == ScannerWindow::Event::kNone) return;
     if (activity_ != Activity::kIdle && served_ == Window::kScanner) {
       ++counters_.cancelled;
       cancel(now);

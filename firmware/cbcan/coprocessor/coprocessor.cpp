@@ -49,9 +49,7 @@ void Coprocessor::on_outputs_written(std::size_t first, std::size_t count, Time 
 /// And maybe to outputs.
 void Coprocessor::on_scanner_written(std::size_t first, std::size_t count, Time now) {
   on_outputs_written(first, count, now);
-  const std::size_t out = settings_.scanner_out_first;
-  const std::size_t from = std::max(first, out);
-  on_out_written(from - out, std::min(first + count, out + kScannerOutWords) - from, now);
+  Channel::on_registers_written(settings_.scanner_out_first, first, count, now);
 }
 
 // ---- Frames

@@ -94,13 +94,10 @@ void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_
 /// Also to a scanner window of another channel.
 void MultiChannelCoprocessor::on_more_written(std::size_t first, std::size_t count, Time now) {
   Coprocessor::on_registers_written(first, count, now);
-  const std::size_t end = first + count;
   std::size_t out = settings_.scanner_out_first;
   for (Memory& channel : more_) {
     out += regmap::kScannerStride;
-    if (first >= out + regmap::kScannerOutWords || out >= end) continue;
-    const std::size_t from = std::max(first, out);
-    channel->on_out_written(from - out, std::min(end, out + regmap::kScannerOutWords) - from, now);
+    channel->on_registers_written(out, first, count, now);
     wake_more_at(channel->due());
   }
 }

@@ -63,11 +63,9 @@ class ModbusTcp {
   /// When poll() has something to do next; kNever while nobody has sent half a request.
   Time next_deadline() const { return deadlines_.empty() ? kNever : deadlines_.begin()->first; }
 
-  /// Closes the connections whose half request has waited too long. `now` is Reactor::time()'s. Returns
-  /// next_deadline().
-  Time poll(Time now) {
+  /// Closes the connections whose half request has waited too long. `now` is Reactor::time()'s.
+  void poll(Time now) {
     if (next_deadline() <= now) close_half_requests(now);
-    return next_deadline();
   }
 
   /// Serves a connected, non-blocking stream socket that somebody else has accepted.

@@ -22,7 +22,7 @@ void Emergency::reset(const Reset& reset, Time now) {
   if (reset.application) error_count_ = 0;
   update_register();
   clear_history();
-  load();
+  configure(object::kEmergencyCobId, now);
 }
 
 AbortCode Emergency::check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const {
@@ -35,14 +35,10 @@ AbortCode Emergency::check(std::uint16_t index, std::uint8_t sub, std::uint32_t 
 
 void Emergency::configure(std::uint16_t index, Time now) {
   if (index == object::kErrorHistory) return clear_history();
-  load();
-  send_waiting(now);
-}
-
-void Emergency::load() {
   cob_id_ = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyCobId, 0));
   const auto inhibit_time = static_cast<std::uint32_t>(dictionary_.get(object::kEmergencyInhibitTime, 0));
   inhibit_time_ = inhibit_time * object::kInhibitUnit;
+  send_waiting(now);
 }
 
 void Emergency::clear_history() {

@@ -104,7 +104,6 @@ class Emergency : public Part {
   void tell(const Message& message, Time now);
   void remember(const Message& message);
   void clear_history();
-  void load();
   void send_waiting(Time now);
   std::uint8_t update_register();
 

@@ -139,7 +139,7 @@ constexpr std::uint8_t response_length(std::uint8_t command) {
 
 /// A data frame of all eight bytes: what CiA 301 has SDO frames be.
 constexpr bool is_full(const Frame& frame) {
-  return frame.length == frame.data.size() && frame.flags == 0;
+  return frame.flags == 0 && frame.length == 8;
 }
 
 constexpr bool is_short(const Frame& frame) {

@@ -17,7 +17,7 @@ void SdoServer::reset(std::uint32_t response_id) {
 
 void SdoServer::on_frame(const Frame& frame, Time now) {
   now_ = now;
-  if (frame.flags != 0 || frame.length != 8) {
+  if (!sdo::is_full(frame)) {
     ++counters_.ignored;
     return;
   }
