@@ -97,9 +97,8 @@ io::HttpResponse Api::respond(const io::HttpRequest& request) {
   const bool post = request.method == "POST";
   try {
     if (post) {
-      if (path == "/api/registers") return ok(write(request.body));
       if (path == "/api/control") return command(request.body);
-      return failed(404, "POST is for /api/registers and /api/control");
+      return failed(404, "POST is for /api/control; its command `write` writes registers");
     }
     if (auto page = page_at(path)) return std::move(*page);
     if (path == "/api/time") return ok(time());
@@ -114,9 +113,6 @@ io::HttpResponse Api::respond(const io::HttpRequest& request) {
       return ok(objects(query, path.substr(kNodes.size(), path.size() - kNodes.size() - kObjects.size())));
   } catch (const scenario::Refused& refused) {
     return failed(400, refused.what());
-  } catch (const Json::exception&) {
-    return failed(400,
-                  R"(write {"first": 3701, "values": [5055, 66]}, with "network" where there are several)");
   }
   return failed(404, "no such resource; docs/http.md lists them");
 }
@@ -167,21 +163,6 @@ Json Api::registers(const Query& query) const {
     list.push_back(std::move(json));
   }
   return {{"network", network}, {"time", seconds_of(parts_.control.now())}, {"registers", std::move(list)}};
-}
-
-/// As the command does it, which the response tells.
-Json Api::write(const std::string& body) {
-  const Json json = Json::parse(body);
-  const auto network = json.value("network", std::size_t{1});
-  const auto values = json.at("values").get<std::vector<std::uint32_t>>();
-  std::string line =
-      fmt::format("write {}{}", scenario::prefix_of(network), json.at("first").get<std::uint32_t>());
-  for (const std::uint32_t value : values)
-    line += fmt::format(" {}", value);
-  const std::string response = parts_.execute(line, std::make_shared<io::Dialogue>());
-  if (const auto last = scenario::parts_of(response).last; last.starts_with(scenario::kError))
-    scenario::refuse("{}", last.substr(scenario::kError.size()));
-  return {{"command", line}};
 }
 
 // ---- Nodes

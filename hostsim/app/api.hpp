@@ -41,7 +41,6 @@ class Api {
   Json objects(const Query& query, std::string_view node) const;
   Json faults() const;
   Json events(const Query& query, journal::Kinds standard) const;
-  Json write(const std::string& body);
   io::HttpResponse follow(const io::HttpRequest& request) const;
   io::HttpResponse command(const std::string& body) const;
   std::size_t network_in(const Query& query) const;

@@ -8,11 +8,12 @@
 #include <utility>
 
 #include "io/errors.hpp"
+#include "text/utf8.hpp"
 
 namespace cbcan::app {
 
 void Console::say(std::string_view lines) {
-  out_.add(lines);
+  out_.add(text::lines_to_utf8(lines));
   flush();
 }
 
@@ -21,7 +22,7 @@ void Console::warn(std::string_view line) {
 }
 
 void Console::tell(std::string_view lines) {
-  if (!err_.add(lines)) dropped_ += static_cast<std::uint64_t>(std::ranges::count(lines, '\n'));
+  if (!err_.add(text::lines_to_utf8(lines))) dropped_ += static_cast<std::uint64_t>(std::ranges::count(lines, '\n'));
   flush();
 }
 

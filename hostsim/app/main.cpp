@@ -11,6 +11,7 @@
 #include "app/console.hpp"
 #include "app/run.hpp"
 #include "app/simulator.hpp"
+#include "client/standard_files.hpp"
 #include "io/files/read_file.hpp"
 #include "io/sockets/service_manager.hpp"
 #include "plant/build_node.hpp"
@@ -89,6 +90,7 @@ int start(int argc, char** argv) {
 }  // namespace cbcan::app
 
 int main(int argc, char** argv) {
+  cbcan::client::open_standard_files();
   std::set_terminate(cbcan::app::give_up);
   return cbcan::app::start(argc, argv);
 }

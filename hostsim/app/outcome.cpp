@@ -59,7 +59,8 @@ std::string test_case(std::string_view file, const Outcome& outcome) {
 
 }  // namespace
 
-std::string report(std::string_view file, const Outcome& outcome) {
+std::string report(std::string_view path, const Outcome& outcome) {
+  const std::string file = text::to_utf8(path);
   switch (outcome.verdict) {
     case Verdict::kPassed:
       return fmt::format("passed {}: {} s{}{}\n", file, text::seconds_text(outcome.duration),

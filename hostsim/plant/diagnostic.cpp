@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "text/utf8.hpp"
+
 namespace cbcan::plant {
 
 Diagnostic about_option(std::string_view typed, std::string message) {
@@ -16,7 +18,7 @@ std::string to_string(const Place& place) {
 }
 
 std::string to_string(const Diagnostic& diagnostic) {
-  return to_string(diagnostic.place) + ": " + diagnostic.message;
+  return text::to_utf8(to_string(diagnostic.place) + ": " + diagnostic.message);
 }
 
 void sort_by_place(Diagnostics& diagnostics) {

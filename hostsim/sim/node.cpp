@@ -7,6 +7,7 @@
 
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "sim/number.hpp"
+#include "text/utf8.hpp"
 
 namespace cbcan::sim {
 
@@ -406,6 +407,11 @@ void Node::changed(std::uint16_t index, std::uint8_t sub, Time now) {
 void Node::terminals(std::uint16_t index, std::uint8_t sub, std::int32_t before, std::int32_t after,
                      Time now) {
   if (listener_ != nullptr) listener_->on_terminals(device_.node_id(), index, sub, before, after, now);
+}
+
+/// One line, whatever a script has put into it.
+void Node::tell(std::string_view text, Time now) {
+  faults().say(text::to_utf8(text), now);
 }
 
 // ---- The dictionary

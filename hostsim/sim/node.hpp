@@ -142,7 +142,7 @@ class Node final : public Participant,
   void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
   void terminals(std::uint16_t index, std::uint8_t sub, std::int32_t before, std::int32_t after,
                  Time now) override;
-  void tell(std::string_view text, Time now) override { faults().say(text, now); }
+  void tell(std::string_view text, Time now) override;
   std::string inject(std::string_view fault, Time now) override;
 
   template <class Act>

@@ -28,13 +28,17 @@ constexpr bool is_forbidden(char32_t code, std::size_t length) {
   return length == 4 && (code < 0x10000 || code > 0x10FFFF);
 }
 
-void append_latin1(std::string& out, char c) {
-  if (byte_of(c) < 0x80) {
-    out += c;
-    return;
+std::string from_latin1(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (byte_of(c) < 0x80) {
+      out += c;
+    } else {
+      out += static_cast<char>(0xC0 | byte_of(c) >> 6);
+      out += static_cast<char>(0x80 | (byte_of(c) & 0x3F));
+    }
   }
-  out += static_cast<char>(0xC0 | byte_of(c) >> 6);
-  out += static_cast<char>(0x80 | (byte_of(c) & 0x3F));
+  return out;
 }
 
 }  // namespace
@@ -66,16 +70,21 @@ std::size_t first_line_not_utf8(std::string_view text) {
 }
 
 std::string to_utf8(std::string_view text) {
+  std::string out = lines_to_utf8(text);
+  std::ranges::replace(out, '\n', ' ');
+  return out;
+}
+
+std::string lines_to_utf8(std::string_view lines) {
+  const std::string utf8 = is_utf8(lines) ? std::string(lines) : from_latin1(lines);
   std::string out;
-  out.reserve(text.size());
-  if (is_utf8(text)) {
-    out = text;
-  } else {
-    for (const char c : text)
-      append_latin1(out, c);
+  out.reserve(utf8.size());
+  for (std::string_view rest = utf8; !rest.empty();) {
+    const std::string_view from = rest;
+    const char32_t code = *take_code_point(rest);
+    const bool is_control = (code < 0x20 && code != '\n') || (code >= 0x7F && code < 0xA0);
+    out += is_control ? " " : from.substr(0, from.size() - rest.size());
   }
-  std::replace_if(
-      out.begin(), out.end(), [](char c) { return byte_of(c) < 0x20 || byte_of(c) == 0x7F; }, ' ');
   return out;
 }
 

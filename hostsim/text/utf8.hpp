@@ -21,6 +21,9 @@ std::size_t first_line_not_utf8(std::string_view text);
 /// For people to read: UTF-8 stays, anything else is taken as Latin-1; control characters become blanks.
 std::string to_utf8(std::string_view text);
 
+/// Likewise, but for the ends of lines.
+std::string lines_to_utf8(std::string_view lines);
+
 /// At most `most` bytes of it, without a part of a character at the end.
 std::string_view head(std::string_view text, std::size_t most);
 

@@ -43,7 +43,10 @@ class Writer {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// Text and bytes are `bytes`, truths and whole numbers `number`; a real one is nothing that a frame needs.
+/// What no number of a frame is.
+constexpr std::uint64_t kNoNumber = ~std::uint64_t{0};
+
+/// Text and bytes are `bytes`, truths and whole numbers from 0 on `number`.
 struct Value {
   std::uint64_t number = 0;
   std::span<const std::uint8_t> bytes{};
@@ -65,14 +68,15 @@ class Reader {
     const auto read = number(1);
     if (!read) return std::nullopt;
     const auto first = static_cast<std::uint8_t>(*read);
-    if (first < kSmallMap || first >= kNegative) return Value{first};
+    if (first < kSmallMap) return Value{first};
+    if (first >= kNegative) return Value{kNoNumber};
     if ((first & 0xE0) == kSmallText) return bytes(first & 0x1F);
     if (first >= kBytes8 && first < kBytes8 + 3) return bytes(number(1u << (first - kBytes8)));
     if (first >= kText8 && first < kText8 + 3) return bytes(number(1u << (first - kText8)));
     if (first == kNil || first == kFalse || first == kTrue) return Value{first == kTrue ? 1u : 0u};
-    if (first == kFloat32 || first == kFloat64) return whole(first == kFloat32 ? 4 : 8);
+    if (first == kFloat32 || first == kFloat64) return real(first == kFloat32 ? 4 : 8);
     if (first >= kUnsigned8 && first < kSigned8) return whole(1u << (first - kUnsigned8));
-    if (first >= kSigned8 && first < kSigned8 + 4) return whole(1u << (first - kSigned8));
+    if (first >= kSigned8 && first < kSigned8 + 4) return with_sign(1u << (first - kSigned8));
     return std::nullopt;
   }
 
@@ -88,6 +92,14 @@ class Reader {
     const auto value = number(bytes);
     return value ? std::optional(Value{*value}) : std::nullopt;
   }
+  std::optional<Value> real(std::size_t bytes) {
+    return number(bytes) ? std::optional(Value{kNoNumber}) : std::nullopt;
+  }
+  std::optional<Value> with_sign(std::size_t bytes) {
+    const auto value = number(bytes);
+    if (!value) return std::nullopt;
+    return Value{(*value >> (8 * bytes - 1)) == 0 ? *value : kNoNumber};
+  }
   std::optional<Value> bytes(std::optional<std::uint64_t> count) {
     if (!count || *count > rest_.size()) return std::nullopt;
     const Value value{0, rest_.first(*count)};
@@ -100,7 +112,7 @@ class Reader {
 
 /// What of a message counts.
 struct Message {
-  std::uint64_t id = 0, length = 0, is_extended = 0, is_remote = 0, is_error = 0, is_fd = 0;
+  std::uint64_t id = kNoNumber, length = 0, is_extended = 0, is_remote = 0, is_error = 0, is_fd = 0;
   std::span<const std::uint8_t> data{};
 
   void set(std::string_view key, const Value& value) {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "io/files/parameter_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,6 +16,7 @@
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "io/files/read_file.hpp"
+#include "io/loop/descriptor.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 
@@ -60,6 +63,13 @@ bool parse_line(std::string_view line, sim::StoredParameters& parameters) {
   if (key == kBitRate) return read_number(value, parameters.lss.bit_rate, 10);
   parameters.values.emplace_back();
   return parse_object(key, value, parameters.values.back());
+}
+
+/// So that a rename is on the disk too.
+bool sync_folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const Descriptor opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return opened && ::fsync(opened.get()) == 0;
 }
 
 /// A new file: whatever else is there, such as a link to another file, is not written.
@@ -115,7 +125,8 @@ void ParameterFile::tell_left_out(const std::vector<sim::StoredValue>& values) {
 
 bool ParameterFile::save(const sim::StoredParameters& parameters) {
   const std::string fresh = path_ + ".new";
-  if (write_whole(fresh, parameter_text(parameters)) && std::rename(fresh.c_str(), path_.c_str()) == 0)
+  if (write_whole(fresh, parameter_text(parameters)) && std::rename(fresh.c_str(), path_.c_str()) == 0 &&
+      sync_folder_of(path_))
     return true;
   warn_(path_ + ": parameters could not be stored: " + reason(errno));
   static_cast<void>(::unlink(fresh.c_str()));

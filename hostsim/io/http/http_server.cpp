@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <microhttpd.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <cstring>
@@ -10,7 +11,6 @@
 #include <utility>
 
 #include "io/errors.hpp"
-#include "io/sockets/listen_address.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::io {
@@ -93,6 +93,11 @@ struct HttpServer::Callbacks {
     *kept = nullptr;
   }
 
+  static void on_connection(void* self, MHD_Connection* /*connection*/, void** /*kept*/,
+                            MHD_ConnectionNotificationCode what) {
+    if (what == MHD_CONNECTION_NOTIFY_CLOSED) static_cast<HttpServer*>(self)->acceptor_.resume();
+  }
+
   static MHD_Result respond(HttpServer& server, MHD_Connection* connection, Exchange& exchange) {
     HttpRequest& request = exchange.request;
     MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, on_query, &request);
@@ -163,20 +168,34 @@ struct HttpServer::Callbacks {
   }
 };
 
-HttpServer::HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write, Handler handle)
-    : reactor_(reactor), name_(listen.host), may_write_(write), handle_(std::move(handle)) {
-  Listener listener = listen_tcp("http", listen);
-  address_ = listener.address;
-  may_write_ = write || is_loopback(address_.host);
-  daemon_ = MHD_start_daemon(
-      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, 0, nullptr, nullptr, Callbacks::on_access, this,
-      MHD_OPTION_LISTEN_SOCKET, listener.socket.get(), MHD_OPTION_NOTIFY_COMPLETED, Callbacks::on_completed,
-      this, MHD_OPTION_CONNECTION_LIMIT, kMostClients, MHD_OPTION_CONNECTION_TIMEOUT, kSilentForSeconds,
-      MHD_OPTION_CONNECTION_MEMORY_LIMIT, kMemoryPerConnection, MHD_OPTION_END);
+HttpServer::HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write, Handler handle,
+                       Warn warn)
+    : reactor_(reactor),
+      name_(listen.host),
+      acceptor_(reactor, "http", {"", listen}, *this, std::move(warn)),
+      may_write_(write || is_loopback(address().host)),
+      handle_(std::move(handle)),
+      daemon_(MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_NO_LISTEN_SOCKET, 0, nullptr,
+                               nullptr, Callbacks::on_access, this, MHD_OPTION_NOTIFY_COMPLETED,
+                               Callbacks::on_completed, this, MHD_OPTION_NOTIFY_CONNECTION,
+                               Callbacks::on_connection, this, MHD_OPTION_CONNECTION_LIMIT, kMostClients,
+                               MHD_OPTION_CONNECTION_TIMEOUT, kSilentForSeconds,
+                               MHD_OPTION_CONNECTION_MEMORY_LIMIT, kMemoryPerConnection, MHD_OPTION_END)) {
   if (daemon_ == nullptr) throw EnvironmentError("http " + to_string(listen) + ": it cannot be served");
-  listener.socket.release();
   const int epoll = MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
   reactor_.watch(epoll, Reactor::kReadable, [this](std::uint32_t) { MHD_run(daemon_); });
+}
+
+/// The library closes what it does not take.
+void HttpServer::adopt(Descriptor socket) {
+  const sockaddr_storage nobody{};
+  if (MHD_add_connection(daemon_, socket.release(), reinterpret_cast<const sockaddr*>(&nobody),
+                         sizeof nobody) != MHD_YES)
+    throw EnvironmentError("there is no memory for it");
+}
+
+std::size_t HttpServer::clients() const {
+  return MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_CURRENT_CONNECTIONS)->num_connections;
 }
 
 /// Suspended connections must not be there when the daemon goes.
@@ -203,7 +222,7 @@ std::string HttpServer::refusal(const HttpRequest& request, const std::string& h
     return "Host is " + name + ": use the address of this machine";
   if (!origin.empty() && origin != "http://" + host) return "pages of " + origin + " may not ask here";
   if (request.method == "POST" && !may_write_)
-    return "read-only, as other machines reach " + to_string(address_) + "; --http-write allows it";
+    return "read-only, as other machines reach " + to_string(address()) + "; --http-write allows it";
   return {};
 }
 

@@ -15,7 +15,7 @@
 
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
-#include "text/address.hpp"
+#include "io/sockets/acceptor.hpp"
 
 struct MHD_Daemon;
 
@@ -51,7 +51,7 @@ struct HttpResponse {
   std::unique_ptr<HttpStream> stream = {};  ///< in the place of the body
 };
 
-class HttpServer {
+class HttpServer final : private AcceptsClients {
  public:
   static constexpr std::size_t kMostBody = 64 * 1024;
   static constexpr unsigned kMostClients = 128;  ///< more wait until one has gone
@@ -59,13 +59,13 @@ class HttpServer {
 
   /// Listens at once; throws EnvironmentError when it cannot. `handle` must not destroy the server. `write`:
   /// POST is served though other machines reach the address.
-  HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write, Handler handle);
+  HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write, Handler handle, Warn warn);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
   /// With the real port.
-  const text::ListenAddress& address() const { return address_; }
+  const text::ListenAddress& address() const { return acceptor_.listener().address().tcp; }
   bool may_write() const { return may_write_; }
   /// Responses that go on.
   std::size_t streams() const { return streams_.size(); }
@@ -80,13 +80,16 @@ class HttpServer {
   struct Live;
   struct Callbacks;
 
+  void adopt(Descriptor socket) override;
+  std::size_t clients() const override;
+  bool is_full() const override { return clients() >= kMostClients; }
   /// At the streams; whether one goes on.
   bool look(Time now);
   std::string refusal(const HttpRequest& request, const std::string& host, const std::string& origin) const;
 
   Reactor& reactor_;
   std::string name_;  ///< of the address, as it was given
-  text::ListenAddress address_;
+  Acceptor acceptor_;
   bool may_write_;
   Handler handle_;
   std::list<Live*> streams_;

@@ -57,7 +57,8 @@ Descriptor Output::own(int number) {
   Descriptor file;
   if (type == S_IFIFO || type == S_IFCHR)
     file = Descriptor(::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
-  return file ? std::move(file) : Descriptor(fcntl(number, F_DUPFD_CLOEXEC, 0));
+  if (!file) file = Descriptor(fcntl(number, F_DUPFD_CLOEXEC, 0));
+  return file ? std::move(file) : Descriptor(number);  // without a descriptor left it still has to be said
 }
 
 bool Output::add(std::string_view lines) {

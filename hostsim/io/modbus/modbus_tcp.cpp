@@ -39,9 +39,7 @@ ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<ModbusUnit*>& networks,
                      Warn warn)
     : reactor_(reactor),
       settings_(std::move(settings)),
-      acceptor_(
-          reactor, "modbus", {"", settings_.listen}, [this](Descriptor socket) { adopt(std::move(socket)); },
-          [this] { return clients(); }, std::move(warn)) {
+      acceptor_(reactor, "modbus", {"", settings_.listen}, *this, std::move(warn)) {
   for (std::size_t i = 0; i < networks.size(); ++i)
     served_[i + 1] = {networks[i], networks[i]->registers()};
   served_[kUnitOfServer] = served_[kUnitOfServerToo] = served_[1];

@@ -44,7 +44,7 @@ struct ModbusTcpSettings {
   Time half_request_timeout = 5 * kSecond;
 };
 
-class ModbusTcp {
+class ModbusTcp final : private AcceptsClients {
  public:
   static constexpr std::size_t kMostNetworks = 247;  ///< Messaging on TCP/IP V1.0b: unit IDs 1..247
 
@@ -69,9 +69,9 @@ class ModbusTcp {
   }
 
   /// Serves a connected, non-blocking stream socket that somebody else has accepted.
-  void adopt(Descriptor socket);
+  void adopt(Descriptor socket) override;
 
-  std::size_t clients() const { return connections_.size(); }
+  std::size_t clients() const override { return connections_.size(); }
   /// Is told who comes and goes: a client's number, address and whether it has joined.
   std::function<void(std::uint32_t client, std::string_view address, bool joined)> on_client;
 

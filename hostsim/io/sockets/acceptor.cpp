@@ -35,12 +35,11 @@ void prepare_listener(int listener) {
 }  // namespace
 
 Acceptor::Acceptor(Reactor& reactor, std::string_view service, const StreamAddress& address,
-                   OnClient on_client, std::function<std::size_t()> clients, Warn warn)
+                   AcceptsClients& server, Warn warn)
     : reactor_(reactor),
       listener_(service, address),
       where_(std::string(service) + " " + to_string(listener_.address())),
-      on_client_(std::move(on_client)),
-      clients_(std::move(clients)),
+      server_(server),
       warn_(std::move(warn)),
       reserve_(open_reserve()) {
   prepare_listener(listener_.socket());
@@ -54,20 +53,25 @@ Acceptor::~Acceptor() {
 
 void Acceptor::accept_clients() {
   for (int i = 0; i < kAcceptsPerTurn; ++i) {
+    if (server_.is_full()) return void(reactor_.change(listener_.socket(), 0));
     Descriptor socket = accept_client(listener_.socket());
     if (socket) {
       hand_over(std::move(socket));
     } else if (errno == EMFILE || errno == ENFILE) {
-      if (!refuse_client()) return;
+      if (!server_.make_room() && !refuse_client()) return;
     } else if (errno != ECONNABORTED && errno != EINTR) {
       return;
     }
   }
 }
 
+void Acceptor::resume() {
+  reactor_.change(listener_.socket(), Reactor::kReadable);
+}
+
 /// What fails for one client ends that one.
 void Acceptor::hand_over(Descriptor socket) try {
-  on_client_(std::move(socket));
+  server_.adopt(std::move(socket));
   told_ = false;
 } catch (const std::exception& error) {
   turned_away(std::string("a further client cannot be served: ") + error.what());
@@ -75,7 +79,7 @@ void Acceptor::hand_over(Descriptor socket) try {
 
 void Acceptor::turned_away(const std::string& why) {
   ++refused_;
-  if (!told_) warn_(where_ + ": " + why);
+  if (!told_) warn(why);
   told_ = true;
 }
 
@@ -85,7 +89,7 @@ bool Acceptor::refuse_client() {
   const bool refused = static_cast<bool>(accept_client(listener_.socket()));
   reserve_ = open_reserve();
   if (!refused) return false;
-  turned_away("no descriptor left for a further client (" + std::to_string(clients_()) +
+  turned_away("no descriptor left for a further client (" + std::to_string(server_.clients()) +
               " are connected); raise the limit with `ulimit -n`");
   return true;
 }

@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <string>
 
 #include "io/errors.hpp"
@@ -16,26 +15,45 @@
 
 namespace cbcan::io {
 
+/// Who serves the clients.
+class AcceptsClients {
+ public:
+  /// Gets each client's socket, which is closed if it throws: non-blocking, with kSendBufferBytes to send,
+  /// and small responses go at once.
+  virtual void adopt(Descriptor socket) = 0;
+  /// How many there are, for the one line that is written when some are turned away.
+  virtual std::size_t clients() const = 0;
+  /// Further clients wait until Acceptor::resume().
+  virtual bool is_full() const { return false; }
+  /// Closes a connection that nobody misses, where there is one: its place is needed.
+  virtual bool make_room() { return false; }
+
+ protected:
+  ~AcceptsClients() = default;
+};
+
 class Acceptor {
  public:
   static constexpr int kSendBufferBytes = 64 * 1024;
 
-  /// Gets each client's socket, which is closed if it throws: non-blocking, with kSendBufferBytes to send,
-  /// and small responses go at once.
-  using OnClient = std::function<void(Descriptor)>;
-
-  /// Listens at once, see StreamListener; the reactor is the caller's. `clients` says how many there are, for
-  /// the one line that is told when some are turned away. Raises the limit of open descriptors.
-  Acceptor(Reactor& reactor, std::string_view service, const StreamAddress& address, OnClient on_client,
-           std::function<std::size_t()> clients, Warn warn);
+  /// Listens at once, see StreamListener; reactor and server are the caller's. Raises the limit of open
+  /// descriptors.
+  Acceptor(Reactor& reactor, std::string_view service, const StreamAddress& address, AcceptsClients& server,
+           Warn warn);
   ~Acceptor();
   Acceptor(const Acceptor&) = delete;
   Acceptor& operator=(const Acceptor&) = delete;
 
   const StreamListener& listener() const { return listener_; }
 
+  /// A server that was full may have room again.
+  void resume();
+
   /// Turned away.
   std::uint64_t refused() const { return refused_; }
+
+  /// A line about a client, for the person who runs the program.
+  void warn(const std::string& what) const { warn_(where_ + ": " + what); }
 
  private:
   void accept_clients();
@@ -46,8 +64,7 @@ class Acceptor {
   Reactor& reactor_;
   StreamListener listener_;
   std::string where_;
-  OnClient on_client_;
-  std::function<std::size_t()> clients_;
+  AcceptsClients& server_;
   Warn warn_;
   Descriptor reserve_;  ///< given up to be able to accept and close when there are no others
   bool told_ = false;

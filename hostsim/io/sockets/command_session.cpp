@@ -17,6 +17,7 @@ class CommandSession final : public StreamSession {
   }
   bool wants_more() const override { return received_.size() < StreamServer::kMostUnsent; }
   std::string_view unsent() const override { return dialogue_->unsent; }
+  bool is_busy() const override { return dialogue_->waiting || received_.find('\n') != std::string::npos; }
   void sent(std::size_t count) override {
     dialogue_->unsent.erase(0, count);
     execute_received();

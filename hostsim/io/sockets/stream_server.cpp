@@ -20,6 +20,19 @@ constexpr std::size_t kMostReadBytes = 4096;
 constexpr std::size_t kFewestReadBytes = 32;
 constexpr std::size_t kWorkPerTurn = 512 * 1024;  ///< bytes read, times those who may get them
 
+enum class Http : std::uint8_t { kNo, kMaybe, kYes };
+
+/// What the first bytes of a connection are. RFC 9110, 9.3: no protocol that is served here begins like that.
+Http http_in(std::string_view begin) {
+  Http found = Http::kNo;
+  for (const std::string_view method :
+       {"GET ", "HEAD ", "POST ", "PUT ", "DELETE ", "CONNECT ", "OPTIONS ", "TRACE ", "PATCH "}) {
+    if (begin.starts_with(method)) return Http::kYes;
+    if (method.starts_with(begin)) found = Http::kMaybe;
+  }
+  return found;
+}
+
 }  // namespace
 
 struct StreamServer::Connection {
@@ -30,14 +43,21 @@ struct StreamServer::Connection {
     return is_terminal ? ::read(socket.get(), characters, size) : ::recv(socket.get(), characters, size, 0);
   }
   ssize_t write(std::string_view text) const {
+    if (is_terminal && input_ended) return errno = EPIPE, -1;
     return is_terminal ? ::write(socket.get(), text.data(), text.size())
                        : ::send(socket.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_EOR);
   }
+
+  /// All that the client has sent is done and answered.
+  bool is_done() const { return input_ended && !session->is_busy() && session->unsent().empty(); }
 
   Descriptor socket;
   std::unique_ptr<StreamSession> session;
   std::uint32_t interest = Reactor::kReadable;
   bool is_terminal = false;
+  bool input_ended = false;
+  bool is_known = false;  ///< not to speak HTTP
+  std::string begin{};    ///< until then
 };
 
 StreamServer::StreamServer(Reactor& reactor, std::string_view service, const StreamAddress& address,
@@ -46,9 +66,7 @@ StreamServer::StreamServer(Reactor& reactor, std::string_view service, const Str
   if (address.is_terminal)
     serve_terminal(service);
   else
-    acceptor_.emplace(
-        reactor, service, address, [this](Descriptor socket) { adopt(std::move(socket)); },
-        [this] { return clients(); }, std::move(warn));
+    acceptor_.emplace(reactor, service, address, static_cast<AcceptsClients&>(*this), std::move(warn));
 }
 
 StreamServer::~StreamServer() {
@@ -78,6 +96,15 @@ void StreamServer::adopt(Descriptor socket) {
   ++accepted_;
 }
 
+/// Of a client that no longer sends, and may no longer read.
+bool StreamServer::make_room() {
+  const auto found = std::ranges::find_if(
+      connections_, [](const auto& entry) { return entry.second->input_ended && !entry.second->is_terminal; });
+  if (found == connections_.end()) return false;
+  close(*found->second);
+  return true;
+}
+
 /// That nobody has it open is an event once, where edges are asked for.
 void StreamServer::serve_terminal(std::string_view service) {
   PseudoTerminal terminal(service, address_);
@@ -96,6 +123,8 @@ void StreamServer::close(Connection& client) {
   if (client.is_terminal) {
     tcflush(fd, TCIOFLUSH);
     client.session = make_();
+    client.input_ended = client.is_known = false;
+    client.begin.clear();
     ++accepted_;
     return;
   }
@@ -113,28 +142,55 @@ std::size_t StreamServer::read_bytes() const {
 bool StreamServer::receive(Connection& client) {
   std::array<char, kMostReadBytes> characters;
   const ssize_t count = client.read(characters.data(), read_bytes());
-  if (count <= 0) return count < 0 && is_temporary(errno);
-  client.session->receive({characters.data(), static_cast<std::size_t>(count)});
-  return !client.is_terminal || reactor_.change(client.socket.get(), client.interest);  // there may be more
+  if (count < 0 && is_temporary(errno)) return true;
+  if (count == 0 || (count < 0 && client.is_terminal)) return end_input(client);
+  if (count < 0) return false;
+  if (client.is_terminal && client.input_ended) close(client);  // these are the next client's
+  return hand_over(client, {characters.data(), static_cast<std::size_t>(count)}) &&
+         (!client.is_terminal || reactor_.change(client.socket.get(), client.interest));  // there may be more
+}
+
+bool StreamServer::hand_over(Connection& client, std::string_view bytes) {
+  if (client.is_known) return client.session->receive(bytes), true;
+  client.begin += bytes;
+  const Http http = http_in(client.begin);
+  client.is_known = http == Http::kNo;
+  if (client.is_known) client.session->receive(std::exchange(client.begin, {}));
+  if (http == Http::kYes && acceptor_ && !std::exchange(http_told_, true))
+    acceptor_->warn("a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP");
+  return http != Http::kYes;
+}
+
+/// A reset is told by the socket's error, whether something was left to read or not.
+bool StreamServer::end_input(Connection& client) {
+  client.input_ended = true;
+  return client.is_terminal || error_of(client.socket.get()) == 0;
 }
 
 bool StreamServer::send(Connection& client) {
   StreamSession& session = *client.session;
   for (bool more = true; more && !session.unsent().empty();) {
     const std::size_t size = session.segment();
-    const ssize_t count = client.write(session.unsent().substr(0, size));
-    if (count < 0 && !is_temporary(errno)) return false;
+    ssize_t count = client.write(session.unsent().substr(0, size));
+    if (count < 0 && !is_temporary(errno)) {
+      if (!client.input_ended) return false;
+      count = static_cast<ssize_t>(size);  // it has left; what it has sent is done all the same
+    }
     if (count > 0) session.sent(static_cast<std::size_t>(count));
     more = count == static_cast<ssize_t>(size);
   }
-  return (!session.has_ended() || !session.unsent().empty()) && watch(client);
+  const bool ended = session.has_ended() && session.unsent().empty();
+  return !ended && !client.is_done() && watch(client);
 }
 
+/// Once a client's input has ended only an error is news of it.
 bool StreamServer::watch(Connection& client) {
   const std::size_t unsent = client.session->unsent().size();
-  const std::uint32_t interest =
-      (unsent < kMostUnsent && client.session->wants_more() ? Reactor::kReadable : 0) |
-      (unsent > 0 ? Reactor::kWritable : 0) | (client.interest & Reactor::kEdge);
+  const bool reads =
+      unsent < kMostUnsent && client.session->wants_more() && (client.is_terminal || !client.input_ended);
+  const bool edge = client.is_terminal || client.input_ended;
+  const std::uint32_t interest = (reads ? Reactor::kReadable : 0) | (unsent > 0 ? Reactor::kWritable : 0) |
+                                 (edge ? Reactor::kEdge : 0);
   if (interest == client.interest) return true;
   client.interest = interest;
   return reactor_.change(client.socket.get(), interest);

@@ -2,8 +2,10 @@
 #pragma once
 
 /// A server of byte streams: each connection has a session that makes bytes out of bytes. Nothing blocks; a
-/// client that asks and does not read the responses is not read from either. A pseudo-terminal is one
-/// connection, which has a new session each time that its last client has closed it.
+/// client that asks and does not read the responses is not read from either. A client that closes its sending
+/// side is answered first, and what it has sent is done even if it no longer reads. A pseudo-terminal is one
+/// connection, which has a new session for each client. A client that speaks HTTP is turned away before its
+/// bytes reach a session: pages of other sites can make a browser send them to any address of this machine.
 
 #include <cstddef>
 #include <cstdint>
@@ -33,13 +35,15 @@ class StreamSession {
   virtual std::string_view unsent() const = 0;
   /// How many of those are to leave in one piece, by themselves.
   virtual std::size_t segment() const { return unsent().size(); }
+  /// What the client has sent is not done yet: a response is outstanding, or what waits for it.
+  virtual bool is_busy() const { return false; }
   /// The connection is to be closed once all has gone.
   virtual bool has_ended() const { return false; }
   /// The first `count` bytes of unsent() have gone.
   virtual void sent(std::size_t count) = 0;
 };
 
-class StreamServer {
+class StreamServer final : private AcceptsClients {
  public:
   /// Clients with more than that unread are not listened to.
   static constexpr std::size_t kMostUnsent = 64 * 1024;
@@ -60,18 +64,21 @@ class StreamServer {
   /// Sends what sessions have to say; to be called once per turn, before waiting.
   void flush();
 
-  std::size_t clients() const { return connections_.size(); }
+  std::size_t clients() const override { return connections_.size(); }
   /// Accepted since the start.
   std::uint64_t connections() const { return accepted_; }
 
  private:
   struct Connection;
 
-  void adopt(Descriptor socket);
+  void adopt(Descriptor socket) override;
+  bool make_room() override;
   void serve_terminal(std::string_view service);
   void close(Connection& client);
   std::size_t read_bytes() const;
   bool receive(Connection& client);
+  bool hand_over(Connection& client, std::string_view bytes);
+  bool end_input(Connection& client);
   bool send(Connection& client);
   bool watch(Connection& client);
 
@@ -79,6 +86,7 @@ class StreamServer {
   MakeSession make_;
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::uint64_t accepted_ = 0;
+  bool http_told_ = false;
   StreamAddress address_;  ///< of a terminal
   OwnFile link_;
   std::optional<Acceptor> acceptor_;

@@ -1,0 +1,250 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Every address at which cbcan-sim listens: a browser's POST, clients that close their sending side or leave, places filled and emptied."""
+
+import contextlib
+import http.client
+import os
+import pathlib
+import re
+import resource
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+PROGRAM = program_from_arguments(sys.argv)
+CONNECTS = {"--plc", "--can", "--socketcand-beacon"}  # options with an address of somebody else
+LISTENS = {"modbus": "--modbus", "rtu_tcp": "--rtu-tcp", "slcan": "--slcan", "socketcand": "--socketcand", "control": "--control", "http": "--http"}
+READ_R0 = bytes.fromhex("010300000001840a")
+STREAMS = {"rtu_tcp": (READ_R0, bytes.fromhex("0103020000b844")), "slcan": (b"V\r", b"V1013\r"), "socketcand": (b"< open can0 >", b"< hi >< ok >"),
+           "control": (b"time\n", b"ok ")}
+
+# What each protocol would execute, if it took the lines behind a request's head for its own.
+COMMANDS = ("power 16 off\nnmt stop all\nwrite 3700 1\n" "O\rt00020200\r" "< open can0 >< rawmode >< send 0 2 2 0 >").encode()
+WRITE_R3700 = bytes.fromhex("01060e740001") + bytes.fromhex("0af8")
+
+
+def connect(address):
+    if address.startswith("unix:"):
+        client = socket.socket(socket.AF_UNIX)
+        client.settimeout(LIMIT)
+        client.connect(address[len("unix:"):])
+        return client
+    host, port = address.rsplit(":", 1)
+    return socket.create_connection((host, int(port)), timeout=LIMIT)
+
+
+def rest_of(client):
+    """All until the server closes."""
+    data = b""
+    with contextlib.suppress(ConnectionError):
+        while part := client.recv(4096):
+            data += part
+    return data
+
+
+def asked(address, request):
+    """The response to a request of a client that closes its sending side at once; the server closes the connection."""
+    with contextlib.closing(connect(address)) as client:
+        client.sendall(request)
+        client.shutdown(socket.SHUT_WR)
+        return rest_of(client)
+
+
+def listening_ports(process):
+    """The TCP ports at which a process listens, from the kernel."""
+    links = (os.readlink(f"/proc/{process.pid}/fd/{fd}") for fd in os.listdir(f"/proc/{process.pid}/fd"))
+    inodes = {link[len("socket:["):-1] for link in links if link.startswith("socket:[")}
+    rows = (line.split() for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:])
+    return {int(row[1].split(":")[1], 16) for row in rows if row[3] == "0A" and row[9] in inodes}
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def start(self, *options, **keywords):
+        return Simulator(PROGRAM, "--demo", *options, **keywords, test=self)
+
+    def start_all(self, *options, **keywords):
+        """With every listener that there is."""
+        every = [word for name, option in LISTENS.items() if name != "modbus" for word in (option, "127.0.0.1:0")]
+        return self.start(*every, *options, **keywords)
+
+
+class Browser(Case):
+    """A page of another site may have a browser send a POST with any body to any address of this machine."""
+
+    def test_no_option_is_forgotten(self):
+        usage = subprocess.run([PROGRAM, "--help"], capture_output=True, text=True, check=True).stdout
+        blocks = re.findall(r"^  (--[a-z-]+)(.*(?:\n {10,}.*)*)", usage, re.M)
+        named = {option for option, text in blocks if "HOST:PORT" in text}
+        self.assertEqual(named, set(LISTENS.values()) | CONNECTS)
+
+    def test_a_post_is_executed_nowhere(self):
+        simulator = self.start_all("--control", f"unix:{self.folder}/c", "--network", "2", "--slcan", f"unix:{self.folder}/s")
+        ports = listening_ports(simulator.process)
+        addresses = [f"127.0.0.1:{port}" for port in ports]
+        self.assertEqual(len(addresses), len(LISTENS) - 1)  # commands are at the Unix socket
+        for address in [*addresses, f"unix:{self.folder}/c", f"unix:{self.folder}/s"]:
+            for body in (COMMANDS, WRITE_R3700 * 40, COMMANDS * 500):
+                for pieces in (1, 3, 10_000):
+                    request = (f"POST / HTTP/1.1\r\nHost: {address}\r\nOrigin: http://evil.example\r\nContent-Type: text/plain\r\n"
+                               f"Content-Length: {len(body)}\r\n\r\n").encode() + body
+                    with contextlib.closing(connect(address)) as client, contextlib.suppress(ConnectionError):
+                        for i in range(0, min(len(request), 600), pieces):
+                            client.sendall(request[i:i + pieces])
+                        client.sendall(request[i + pieces:])
+                        self.assertIn(rest_of(client)[:12], (b"", b"< hi >", b"HTTP/1.1 403"), address)
+        with simulator.window() as window:
+            self.assertEqual(window.execute(5055, 16, 0x1000, 0, 4), 0)
+            self.assertEqual(window.read(3700, 1), [0])
+        self.assertEqual([frame for frame in simulator.frames() if not frame.startswith("7")], ["610#4000100000000000", "590#4300100092010200"])
+        warned = [line for line in simulator.errors() if "speaks HTTP" in line]
+        self.assertEqual(len(warned), 5, warned)  # each says it once
+        self.assertRegex(warned[0], r"^cbcan-sim: \S+.* \S+: a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP$")
+
+
+class SendingSide(Case):
+    """Clients that have said all they want: printf ... | socat."""
+
+    LINES = b"trigger read 99 0x1000 0 4\nwait transaction ended\nread 3700\nset 0x42 0x6000:1 7\nget 0x42 0x6000:1\n"
+
+    def check_answered(self, answers):
+        self.assertRegex(answers.decode(), r"\Aok\nok \d+\.\d{6}\nok 4\nok\nok 7\n\Z")
+
+    def test_lines_behind_a_wait_are_executed_and_answered(self):
+        for address in ("127.0.0.1:0", f"unix:{self.folder}/c"):
+            simulator = self.start("--control", address)
+            self.check_answered(asked(simulator.where["control"], self.LINES))
+
+    def test_as_the_page_has_it(self):
+        simulator = self.start("--control", "127.0.0.1:0")
+        answers = subprocess.run(["socat", "-t", "9", "-", f"TCP:{simulator.where['control']}"], input=self.LINES, capture_output=True, check=True, timeout=LIMIT)
+        self.check_answered(answers.stdout)
+
+    def test_who_leaves_has_its_lines_executed(self):
+        for address in ("127.0.0.1:0", f"unix:{self.folder}/c", f"pty:{self.folder}/p"):
+            simulator = self.start("--control", address, "--sdo-timeout", "100")
+            if address.startswith("pty:"):
+                pathlib.Path(f"{self.folder}/p").write_bytes(self.LINES)
+            else:
+                with contextlib.closing(connect(simulator.where["control"])) as client:
+                    client.sendall(self.LINES)
+            with simulator.window() as window:
+                wait_until(lambda: window.execute(5055, 0x42, 0x6000, 1, 1) == 0 and window.read(3706, 1) == [7], "the line behind wait")
+
+    def test_the_next_one_at_a_terminal(self):
+        simulator = self.start("--control", f"pty:{self.folder}/p")
+        pathlib.Path(f"{self.folder}/p").write_bytes(b"wait time 3600s within 3600s\nset 0x42 0x6000:1 7\n")
+        with open(f"{self.folder}/p", "r+b", buffering=0) as terminal:
+            terminal.write(b"get 0x42 0x6000:1\n")
+            self.assertEqual(terminal.readline(), b"ok 0\n")
+
+    def test_a_reset_ends_what_waits(self):
+        simulator = self.start("--control", "127.0.0.1:0")
+        before = len(os.listdir(f"/proc/{simulator.process.pid}/fd"))
+        client = connect(simulator.where["control"])
+        client.sendall(b"wait time 3600s within 3600s\nset 0x42 0x6000:1 7\n")
+        client.shutdown(socket.SHUT_WR)
+        wait_until(lambda: len(os.listdir(f"/proc/{simulator.process.pid}/fd")) == before + 1, "the connection")
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        client.close()
+        wait_until(lambda: len(os.listdir(f"/proc/{simulator.process.pid}/fd")) == before, "the end of the connection")
+        self.assertEqual(asked(simulator.where["control"], b"get 0x42 0x6000:1\n"), b"ok 0\n")
+
+    def test_every_stream_answers_first(self):
+        simulator = self.start_all()
+        for name, (request, response) in STREAMS.items():
+            self.assertEqual(asked(simulator.where[name], request)[:len(response)], response, name)
+
+    def test_modbus_answers_first(self):
+        simulator = self.start()
+        request = struct.pack(">HHHBBHH", 1, 0, 6, 1, 3, 0, 1)
+        self.assertEqual(asked(simulator.where["modbus"], request * 3), struct.pack(">HHHBBBH", 1, 0, 5, 1, 3, 2, 0) * 3)
+
+    def test_standard_input(self):
+        for clock in ([], ["--control", "127.0.0.1:0"]):
+            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", *clock], input=self.LINES, capture_output=True, timeout=LIMIT)
+            ready, _, answers = done.stdout.partition(b"\n")
+            self.assertTrue(ready.startswith(b"ready "))
+            self.check_answered(answers)
+            self.assertEqual(done.returncode, 0)
+
+
+class Places(Case):
+    """Each limit of each server: fill it, empty it, ask again."""
+
+    def ask(self, simulator, name):
+        address = simulator.where[name]
+        if name == "http":
+            host, port = address.rsplit(":", 1)
+            with contextlib.closing(http.client.HTTPConnection(host, int(port), timeout=LIMIT)) as connection:
+                connection.request("GET", "/api/time")
+                return connection.getresponse().status == 200
+        if name == "modbus":
+            with simulator.window() as window:
+                return window.read(0, 1) == [0]
+        request, response = STREAMS[name]
+        return asked(address, request).startswith(response)
+
+    def is_served(self, simulator, name):
+        with contextlib.suppress(OSError, http.client.HTTPException):
+            return self.ask(simulator, name)
+        return False
+
+    def test_http_has_128(self):
+        for clients in (127, 128, 129, 400):
+            simulator = self.start("--http", "127.0.0.1:0")
+            crowd = [connect(simulator.where["http"]) for _ in range(clients)]
+            with simulator.window() as window:
+                window.execute(5055, 0x42, 0x1000, 0, 4)
+            for client in crowd:
+                client.close()
+            self.assertTrue(self.ask(simulator, "http"), clients)
+
+    def test_no_descriptor_left(self):
+        for name in LISTENS:
+            simulator = self.start_all(before_start=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64)))
+            crowd = [connect(simulator.where[name]) for _ in range(100)]
+            wait_until(lambda: len(os.listdir(f"/proc/{simulator.process.pid}/fd")) >= 63, f"{name} to be full")
+            for other in LISTENS:
+                if other != name:
+                    connect(simulator.where[other]).close()
+            before, mine = self.processor_seconds(simulator), time.process_time()
+            while time.process_time() - mine < 0.3:
+                pass
+            self.assertLess(self.processor_seconds(simulator) - before, 0.1, f"{name}: it spins")
+            for client in crowd:
+                client.close()
+            for other in LISTENS:
+                wait_until(lambda: self.is_served(simulator, other), f"{other} after {name} was full")
+            self.assertIsNone(simulator.process.poll())
+
+    def processor_seconds(self, simulator):
+        fields = pathlib.Path(f"/proc/{simulator.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def test_who_only_waits_makes_room(self):
+        simulator = self.start("--control", "127.0.0.1:0", before_start=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64)))
+        crowd = []
+        for _ in range(200):
+            crowd.append(connect(simulator.where["control"]))
+            crowd[-1].sendall(b"wait time 3600s within 3600s\n")
+            crowd[-1].shutdown(socket.SHUT_WR)
+        self.assertTrue(self.ask(simulator, "control"))
+        for client in crowd:
+            client.close()
+
+
+cases.main()
