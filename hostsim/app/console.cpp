@@ -22,7 +22,8 @@ void Console::warn(std::string_view line) {
 }
 
 void Console::tell(std::string_view lines) {
-  if (!err_.add(text::lines_to_utf8(lines))) dropped_ += static_cast<std::uint64_t>(std::ranges::count(lines, '\n'));
+  if (!err_.add(text::lines_to_utf8(lines)))
+    dropped_ += static_cast<std::uint64_t>(std::ranges::count(lines, '\n'));
   flush();
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Standard output, for results, and standard error, for people. Nobody waits for those who read them. What is
-/// quoted from files and scripts cannot command a terminal: control characters become blanks.
+/// Standard output, for results, and standard error, for people. Nobody waits for those who read them. What
+/// is quoted from files and scripts cannot command a terminal: control characters become blanks.
 
 #include <cstdint>
 #include <string>

@@ -34,7 +34,8 @@ class Files {
     if (!fs::is_directory(path, error)) return files_.push_back(path);
     const std::size_t before = files_.size();
     for (const auto& entry : fs::recursive_directory_iterator(path))
-      if (entry.path().extension() == ".toml" && entry.is_regular_file(error) && has_steps(entry.path().string()))
+      if (entry.path().extension() == ".toml" && entry.is_regular_file(error) &&
+          has_steps(entry.path().string()))
         files_.push_back(entry.path().lexically_normal().string());
     if (files_.size() == before) throw io::UsageError(path + ": no file *.toml in it has a [[step]]");
   }

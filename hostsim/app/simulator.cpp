@@ -136,8 +136,9 @@ void Simulator::open_http(const plant::HttpConfig& config) {
       Api::Parts{*control_, names_, find_name_,
                  [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
                  [this] { catch_up(); }, [this] { return about(); }});
-  http_.emplace(reactor_, text::parse_listen_address(config.listen, 0), config.write,
-                [this](const io::HttpRequest& request) { return api_->respond(request); }, warn_);
+  http_.emplace(
+      reactor_, text::parse_listen_address(config.listen, 0), config.write,
+      [this](const io::HttpRequest& request) { return api_->respond(request); }, warn_);
 }
 
 Json Simulator::about() const {

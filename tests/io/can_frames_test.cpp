@@ -93,6 +93,28 @@ std::optional<Frame> unpack(const std::string& text) {
   return unpack_frame({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
+TEST_CASE("a number that is no identifier or length is none, whatever its bits are") {
+  const std::string one =
+      "\xA3"
+      "dlc\x01\xA4"
+      "data\xC4\x01\x42";
+  CHECK(unpack(datagram(std::string("\xD0\x05"), one)) == Frame{0x005, 1, 0, {0x42}});
+  CHECK(unpack(datagram(std::string("\xD1\x07\xFF"), one)) == Frame{0x7FF, 1, 0, {0x42}});
+  for (const std::string& id :
+       {std::string("\xFF"), std::string("\xE0"), std::string("\xD0\xFF"), std::string("\xD0\x80"),
+        std::string("\xD1\xFF\xFF"), std::string("\xD2\xFF\xFF\xFF\xFF"),
+        std::string("\xD3") + std::string(8, '\xFF'), std::string("\xCA\0\0\0\x05", 5),
+        std::string("\xCB\0\0\0\0\0\0\0\x05", 9)})
+    CHECK(unpack(datagram(id, one)) == std::nullopt);
+  CHECK(unpack(datagram("\x05",
+                        "\xA3"
+                        "dlc\xFF\xA4"
+                        "data\xC4\x01\x42")) == std::nullopt);
+  CHECK(unpack(std::string("\x82\xA3"
+                           "dlc\x01\xA4"
+                           "data\xC4\x01\x42")) == std::nullopt);  // without an identifier: 0 would be NMT
+}
+
 TEST_CASE("datagrams of python-can's udp_multicast") {
   const std::string two =
       "\xA3"

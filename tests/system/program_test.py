@@ -4,6 +4,7 @@
 
 import os
 import pathlib
+import resource
 import signal
 import socket
 import subprocess
@@ -17,6 +18,7 @@ from healthy import Healthy
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 READ = 5055
 
 
@@ -107,6 +109,62 @@ class Starting(unittest.TestCase):
     def test_log_that_cannot_be_made(self):
         self.check_refused(run("--demo", "--modbus", "127.0.0.1:0", "--log", "/nonexistent/bus.log"), 3,
                            "/nonexistent/bus.log")
+
+
+    def test_closed_descriptors(self):
+        """What its caller has closed is /dev/null: no socket of its own gets such a number."""
+        for closed in ((0,), (1,), (2,), (0, 1), (0, 1, 2)):
+            def close(closed=closed):
+                for number in closed:
+                    os.close(number)
+
+            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual"], stdin=subprocess.DEVNULL, capture_output=True,
+                                  text=True, preexec_fn=close, timeout=LIMIT)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), closed)
+            self.assertRegex(done.stdout, r"\A\Z" if 1 in closed else r"\Aready modbus=\S+ can=virtual\n\Z")
+
+    def test_too_few_descriptors(self):
+        for limit in range(4, 16):
+            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual"], stdin=subprocess.DEVNULL, capture_output=True,
+                                  text=True, preexec_fn=lambda limit=limit: resource.setrlimit(resource.RLIMIT_NOFILE, (limit, limit)), timeout=LIMIT)
+            self.assertRegex(done.stderr, r"\A\Z" if done.returncode == 0 else r"\Acbcan-sim: .*Too many open files", limit)
+            self.assertIn(done.returncode, (0, 3))
+        self.assertEqual(done.returncode, 0)
+
+    def test_a_pipe_that_nobody_writes_to(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pipe = f"{folder}/plant.toml"
+            os.mkfifo(pipe)
+            why = f"{pipe}: a pipe that no program writes to; name a file, or start its writer first"
+            self.check_refused(run("--config", pipe), 2, why)
+            done = run("run", pipe)
+            self.assertEqual((done.returncode, done.stdout), (2, f"WRONG {pipe}\n{why}\n0 passed, 1 wrong\n"))
+            self.check_refused(run("run", folder), 2, f"{folder}: no file *.toml in it has a [[step]]")
+            self.check_refused(run("--modbus", "127.0.0.1:0", "--node", f"5={pipe}"), 2, why)
+
+    def test_a_pipe_with_a_writer(self):
+        done = subprocess.run(["bash", "-c", f"{PROGRAM} --check --config <(sleep 0.01; printf '[module]\nnode_id = 300\n')"], capture_output=True, text=True,
+                              timeout=LIMIT)
+        self.assertRegex(done.stderr, r"\A/dev/fd/\d+:2: .*1\.\.127")
+
+    def test_nothing_that_is_quoted_commands_the_terminal(self):
+        evil = "\n\x1b[2Jready modbus=0.0.0.0:1 \x9b"
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder)
+            (path / f"a{evil}.toml").write_text('plant = "demo"\n[[step]]\nat = "0ms"\nexpect = "register 0 = 1"\n')
+            lua = "".join(f"\\{byte:03}" for byte in evil.encode())
+            (path / "print.lua").write_text(f'function update(now) print("printed{lua}") error("failed{lua}") end\n')
+            (path / "load.lua").write_text(f'error("refused{lua}")\n')
+            for name in ("print", "load"):
+                (path / f"{name}.toml").write_text(f'[modbus]\nport = 0\n[[node]]\nid = 5\neds = "{ROOT}/plants/demo/generic.eds"\ndevice = "{name}.lua"\n')
+            outputs = [run("run", folder), run("--config", f"{folder}/load.toml")]
+            simulator = Simulator(PROGRAM, "--config", f"{folder}/print.toml", "--control", "127.0.0.1:0")
+            wait_until(lambda: "printed" in "".join(simulator.errors()), "the script's words")
+            said = simulator.stop()[1]
+        self.assertEqual(outputs[0].returncode, 1, outputs[0].stderr)
+        for text in [output.stdout + output.stderr for output in outputs] + [said]:
+            self.assertIn("ready modbus=0.0.0.0:1", text)
+            self.assertNotRegex(text, r"[^\n\x20-\x7e\u00a0-\U0010ffff]|\nready")
 
 
 class Ending(unittest.TestCase):

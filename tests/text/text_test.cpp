@@ -52,7 +52,8 @@ TEST_CASE("Text for people is UTF-8 without control characters") {
   CHECK(to_utf8("\xC3\xBC") == "\xC3\xBC");
   CHECK(to_utf8("\xFC") == "\xC3\xBC");
   CHECK(to_utf8(std::string_view("a\0b\x7F", 4)) == "a b ");
-  CHECK(to_utf8("a\nb\x1B[2Kc\xC2\x9B" "d\xC2\xA0") == "a b [2Kc d\xC2\xA0");
+  CHECK(to_utf8("a\nb\x1B[2Kc\xC2\x9B"
+                "d\xC2\xA0") == "a b [2Kc d\xC2\xA0");
   CHECK(to_utf8("\x9F\xA0") == " \xC2\xA0");
   CHECK(lines_to_utf8("a\nb\r\n\tc\x1B") == "a\nb \n c ");
 }

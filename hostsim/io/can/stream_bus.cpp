@@ -30,6 +30,13 @@ Descriptor begin_connection(const SocketAddress& remote) {
   return port;
 }
 
+int error_of(int socket) {
+  int error = 0;
+  socklen_t size = sizeof error;
+  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
+  return error;
+}
+
 }  // namespace
 
 StreamBus::StreamBus(Reactor& reactor, sim::Bus& bus, const std::string& spec, std::string device,

@@ -100,13 +100,6 @@ std::optional<ListenAddress> own_address(int socket) {
   return address_by(getsockname, socket);
 }
 
-int error_of(int socket) {
-  int error = 0;
-  socklen_t size = sizeof error;
-  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
-  return error;
-}
-
 std::string peer_of(int socket) {
   const auto peer = address_by(getpeername, socket);
   return peer ? to_string(*peer) : std::string();

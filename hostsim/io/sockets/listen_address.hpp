@@ -39,9 +39,6 @@ std::optional<ListenAddress> address_of(const SocketAddress& address);
 /// Of a socket, likewise.
 std::optional<ListenAddress> own_address(int socket);
 
-/// The errno that a connection has failed with, which is forgotten by that; 0 = none.
-int error_of(int socket);
-
 /// Whoever is at the other end of a connected TCP socket, as "HOST:PORT"; empty where that cannot be told.
 std::string peer_of(int socket);
 

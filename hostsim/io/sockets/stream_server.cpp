@@ -98,8 +98,9 @@ void StreamServer::adopt(Descriptor socket) {
 
 /// Of a client that no longer sends, and may no longer read.
 bool StreamServer::make_room() {
-  const auto found = std::ranges::find_if(
-      connections_, [](const auto& entry) { return entry.second->input_ended && !entry.second->is_terminal; });
+  const auto found = std::ranges::find_if(connections_, [](const auto& entry) {
+    return entry.second->input_ended && !entry.second->is_terminal;
+  });
   if (found == connections_.end()) return false;
   close(*found->second);
   return true;
@@ -141,11 +142,12 @@ std::size_t StreamServer::read_bytes() const {
 /// = the connection is to be closed.
 bool StreamServer::receive(Connection& client) {
   std::array<char, kMostReadBytes> characters;
+  const bool had_ended = client.input_ended;
   const ssize_t count = client.read(characters.data(), read_bytes());
   if (count < 0 && is_temporary(errno)) return true;
-  if (count == 0 || (count < 0 && client.is_terminal)) return end_input(client);
-  if (count < 0) return false;
-  if (client.is_terminal && client.input_ended) close(client);  // these are the next client's
+  client.input_ended = count == 0 || (count < 0 && client.is_terminal);
+  if (count <= 0) return client.input_ended;
+  if (had_ended) close(client);  // a terminal: these are the next client's
   return hand_over(client, {characters.data(), static_cast<std::size_t>(count)}) &&
          (!client.is_terminal || reactor_.change(client.socket.get(), client.interest));  // there may be more
 }
@@ -159,12 +161,6 @@ bool StreamServer::hand_over(Connection& client, std::string_view bytes) {
   if (http == Http::kYes && acceptor_ && !std::exchange(http_told_, true))
     acceptor_->warn("a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP");
   return http != Http::kYes;
-}
-
-/// A reset is told by the socket's error, whether something was left to read or not.
-bool StreamServer::end_input(Connection& client) {
-  client.input_ended = true;
-  return client.is_terminal || error_of(client.socket.get()) == 0;
 }
 
 bool StreamServer::send(Connection& client) {
@@ -183,14 +179,14 @@ bool StreamServer::send(Connection& client) {
   return !ended && !client.is_done() && watch(client);
 }
 
-/// Once a client's input has ended only an error is news of it.
+/// Once a client's input has ended there is no news of it: that it has left is no reason to do less.
 bool StreamServer::watch(Connection& client) {
   const std::size_t unsent = client.session->unsent().size();
   const bool reads =
       unsent < kMostUnsent && client.session->wants_more() && (client.is_terminal || !client.input_ended);
   const bool edge = client.is_terminal || client.input_ended;
-  const std::uint32_t interest = (reads ? Reactor::kReadable : 0) | (unsent > 0 ? Reactor::kWritable : 0) |
-                                 (edge ? Reactor::kEdge : 0);
+  const std::uint32_t interest =
+      (reads ? Reactor::kReadable : 0) | (unsent > 0 ? Reactor::kWritable : 0) | (edge ? Reactor::kEdge : 0);
   if (interest == client.interest) return true;
   client.interest = interest;
   return reactor_.change(client.socket.get(), interest);

@@ -78,7 +78,6 @@ class StreamServer final : private AcceptsClients {
   std::size_t read_bytes() const;
   bool receive(Connection& client);
   bool hand_over(Connection& client, std::string_view bytes);
-  bool end_input(Connection& client);
   bool send(Connection& client);
   bool watch(Connection& client);
 
