@@ -172,20 +172,6 @@ TEST_CASE("faults are set, listed and cleared, each place its own") {
   CHECK(plant.run("faults") == "ok\n");
 }
 
-TEST_CASE("a write that the node refuses: result 4, and the object is as it was; after abort it is not") {
-  TwoDevices plant;
-  plant.run("trigger write 16 0x6081 0 4 1000 0");
-  CHECK(plant.run("fault 16 refuse index=0x6081 code=0x06090030 count=1") == "ok 1\n");
-  plant.run("trigger write 16 0x6081 0 4 2000 0");
-  CHECK(plant.run("read 3700") == "ok 4\n");
-  CHECK(plant.run("read 3706 2") == "ok 48 1545\n");  // 0609 0030h, the low word first
-  CHECK(plant.run("get 16 0x6081") == "ok 1000\n");
-  CHECK(plant.run("fault 16 abort index=0x6081 count=1") == "ok 2\n");
-  plant.run("trigger write 16 0x6081 0 4 2000 0");
-  CHECK(plant.run("read 3700") == "ok 4\n");
-  CHECK(plant.run("get 16 0x6081") == "ok 2000\n");
-}
-
 TEST_CASE("a long list of faults is cut with a word") {
   TwoDevices plant;
   for (int i = 0; i < 600; ++i) {
