@@ -2,7 +2,6 @@
 #include "devices/drive/units.hpp"
 
 #include <cmath>
-#include <numbers>
 
 namespace cbcan::devices {
 
@@ -19,19 +18,13 @@ constexpr std::uint8_t denominator_of(std::uint32_t unit) {
   return static_cast<std::uint8_t>(unit >> 8);
 }
 
-constexpr std::uint8_t kRadian = 0x10;
 constexpr std::uint8_t kDegree = 0x41;
 constexpr std::uint8_t kMinute = 0x47;
-constexpr std::uint8_t kHour = 0x48;
 constexpr std::uint8_t kRevolution = 0xB4;
 constexpr std::uint8_t kIncrement = 0xB5;
 
 double seconds_in(std::uint32_t unit) {
-  switch (denominator_of(unit)) {
-    case kMinute: return 60;
-    case kHour: return 3600;
-    default: return 1;
-  }
+  return denominator_of(unit) == kMinute ? 60 : 1;
 }
 
 }  // namespace
@@ -47,7 +40,6 @@ Units::Factor Units::size_of(std::uint32_t unit, const Factor& shaft) {
     case kIncrement: return size;
     case kRevolution: return size.times(shaft.up, shaft.down);
     case kDegree: return size.times(shaft.up, shaft.down * 360);
-    case kRadian: return size.times(shaft.up, shaft.down * 2 * std::numbers::pi);
     default: return {0, 1};
   }
 }

@@ -8,8 +8,8 @@
 ///
 ///   increments = user * (608Fh:1 * 6091h:1 * 6092h:2) / (608Fh:2 * 6091h:2 * 6092h:1)
 ///
-/// or the unit that 60A8h names: increments, revolutions of the shaft, degrees, radians. With none of them
-/// and no 6093h, the formula with a feed of 1.
+/// or the unit that 60A8h names: increments, revolutions of the shaft, degrees. With none of them and no
+/// 6093h, the formula with a feed of 1.
 ///
 /// Velocities, a second: 6094h, increments = user * 6094h:1 / 6094h:2; 6096h, user units = position units *
 /// 6096h:1 / 6096h:2; the unit that 60A9h names; position units. Accelerations are velocity units a second.
