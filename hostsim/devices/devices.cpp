@@ -21,6 +21,8 @@ std::unique_ptr<sim::Behaviour> make(sim::DeviceNode& node, std::uint64_t /*seed
 }
 
 constexpr std::uint16_t kNoProfile = 0;
+constexpr std::uint16_t kDriveProfile = 402;
+constexpr std::uint32_t kModesOfProfile = 0xFFFF;  ///< of 6502h; the others are the maker's
 
 using enum DataType;
 using enum NeededObject::Need;
@@ -42,7 +44,7 @@ constexpr auto kOfTransducers = std::to_array<NeededObject>(
 constexpr auto kKinds = std::to_array<DeviceKind>({
     {"none", kNoProfile, nullptr, "values that stay as they were written"},
     {"cia401", 401, make<IoModule>, "I/O module: digital and analogue inputs and outputs", kOfModules},
-    {"cia402", 402, make<Drive>,
+    {"cia402", kDriveProfile, make<Drive>,
      "drive: power state machine, motion profiles, homing, cyclic synchronous modes", kOfDrives},
     {"cia404", 404, make<Transducer>, "measuring device: process values with decimal digits and status",
      kOfTransducers},
@@ -59,6 +61,14 @@ bool has(const ObjectDictionary& dictionary, const NeededObject& needed) {
   const bool found = dictionary.find(needed.index, 1, entry) == AbortCode::kNone ||
                      dictionary.find(needed.index, 0, entry) == AbortCode::kNone;
   return found && size_of(entry.type) == size_of(needed.type);
+}
+
+/// "2, 7", of the bits of 6502h; "0", no mode, of none.
+std::string mode_numbers(std::uint64_t bits) {
+  std::string text;
+  for (unsigned mode = 1; bits != 0; ++mode, bits >>= 1)
+    if ((bits & 1) != 0) text += (text.empty() ? "" : ", ") + std::to_string(mode);
+  return text.empty() ? "0" : text;
 }
 
 std::string name_of(const NeededObject& object) {
@@ -112,6 +122,27 @@ std::vector<std::string> missing_objects(const DeviceKind& kind, const ObjectDic
   }
   if (!alternatives.empty() && !has_one) missing.push_back("one of the objects " + alternatives);
   return missing;
+}
+
+std::vector<std::string> left_out(const DeviceKind& kind, const ObjectDictionary& dictionary) {
+  std::vector<std::string> all;
+  if (kind.profile != kDriveProfile) return all;
+  if (has(dictionary, {0x6840, kUnsigned16, kMark}))
+    all.emplace_back("axes after the first (6800h and up): make each a node of its own");
+  if (has(dictionary, {0x60B8, kUnsigned16, kMark}))
+    all.emplace_back("touch probe (60B8h): the command set gives 60B9h and 60BAh their values");
+  const std::uint64_t modes = dictionary.get(0x6502, 0) & kModesOfProfile;
+  if (const std::uint64_t missing = modes & ~std::uint64_t{DriveObjects::kAllModes}; missing != 0)
+    all.push_back("modes " + mode_numbers(missing) + " of 6502h: 6060h can be " +
+                  mode_numbers(modes & DriveObjects::kAllModes));
+  return all;
+}
+
+const DeviceKind* device_by_objects(const ObjectDictionary& dictionary) {
+  const auto found = std::ranges::find_if(kKinds, [&](const DeviceKind& kind) {
+    return !kind.needs.empty() && missing_objects(kind, dictionary).empty();
+  });
+  return found != kKinds.end() ? &*found : nullptr;
 }
 
 std::optional<DataType> standard_type(std::uint16_t index) {

@@ -59,6 +59,13 @@ const DeviceKind& device_for(const ObjectDictionary& dictionary);
 /// objects 607Ah, 60FFh".
 std::vector<std::string> missing_objects(const DeviceKind& kind, const ObjectDictionary& dictionary);
 
+/// What the dictionary has and the device does not do, each with what to do about it: "touch probe (60B8h):
+/// ...".
+std::vector<std::string> left_out(const DeviceKind& kind, const ObjectDictionary& dictionary);
+
+/// The device whose objects are there, whatever 1000h says; null if there is none.
+const DeviceKind* device_by_objects(const ObjectDictionary& dictionary);
+
 /// The data type of an object that some device needs.
 std::optional<DataType> standard_type(std::uint16_t index);
 

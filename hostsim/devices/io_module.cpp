@@ -50,7 +50,9 @@ IoModule::IoModule(sim::DeviceNode& node)
       analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), kReadAnalogueInput)),
       analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), kWriteAnalogueOutput)),
       interrupt_sources_(numbers(node.dictionary(), kInterruptSource)),
-      incidents_(kIncidents, kIncidentErrors) {}
+      incidents_(kIncidents, kIncidentErrors) {
+  if (!analogue_interrupts_.exists()) analogue_interrupts_.set(1);  // nobody could enable them
+}
 
 std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) const {
   const std::size_t place = sub - std::size_t{1};  // of sub-index 0 there is none

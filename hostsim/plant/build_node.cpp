@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "plant/build_node.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
@@ -116,22 +117,36 @@ class Builder {
     kind_ = devices::find_device(node_.device);
     if (kind_ == nullptr) {
       kind_ = &devices::device_for(dictionary);
-      if (has_type) check_profile(dictionary, type.has(ObjectFlags::kUnset));
+      check_profile(dictionary, has_type && type.has(ObjectFlags::kUnset));
     }
+    if (const auto left_out = devices::left_out(*kind_, dictionary); !left_out.empty())
+      build_.warnings.push_back(fmt::format("{}: not simulated: {}", node_.eds, fmt::join(left_out, "; ")));
     for (const std::string& missing : devices::missing_objects(*kind_, dictionary))
       build_.warnings.push_back(
           fmt::format("{}: the device {} needs {}, and the file has none of CiA's data type", node_.eds,
                       kind_->name, missing));
   }
 
+  /// Empty: nobody expects one.
+  static std::string why_no_device(const ObjectDictionary& dictionary, std::uint64_t profile, bool unset) {
+    if (unset) return "1000h has no value";
+    if (profile != 0) return fmt::format("1000h names profile {}, which is not simulated", profile);
+    return devices::device_by_objects(dictionary) != nullptr ? "1000h names no profile" : "";
+  }
+
+  static std::string suggestion(const ObjectDictionary& dictionary) {
+    const devices::DeviceKind* const kind = devices::device_by_objects(dictionary);
+    return kind != nullptr ? fmt::format("device = \"{}\", whose objects it has", kind->name)
+                           : "a Lua script, or device = \"none\"";
+  }
+
   void check_profile(ObjectDictionary& dictionary, bool unset) {
     const std::uint64_t number = dictionary.get(object::kDeviceType, 0);
     if (kind_->profile == 0) {
-      if (unset)
+      if (const std::string why = why_no_device(dictionary, number & 0xFFFF, unset); !why.empty())
         build_.warnings.push_back(
-            fmt::format("{}: 1000h has no value, so the node has no device: write one, 0x00020192 for a "
-                        "drive, or name the node's device in the plant file",
-                        node_.eds));
+            fmt::format("{}: {}, so the node has no device: name one in the plant file, {}", node_.eds, why,
+                        suggestion(dictionary)));
     } else if ((number & 0xFFFF) != kind_->profile) {
       build_.notes.push_back(
           fmt::format("{}: 1000h names no profile that has a device, but the objects are those of {}, which "
@@ -272,7 +287,9 @@ PlantBuild build_nodes(const Config& config, const FileReader& read) {
       NodeBuild build = builder.build(node, node_seed(config, node));
       if (!config.verbose) build.notes.clear();
       for (const auto* lines : {&build.warnings, &build.problems, &build.notes})
-        plant.lines.insert(plant.lines.end(), lines->begin(), lines->end());
+        std::ranges::remove_copy_if(*lines, std::back_inserter(plant.lines), [&](const std::string& line) {
+          return std::ranges::find(plant.lines, line) != plant.lines.end();  // of another node's same file
+        });
       plant.good = plant.good && build.node;
       if (!build.node) continue;
       nodes.push_back(std::move(*build.node));

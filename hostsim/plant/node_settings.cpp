@@ -259,12 +259,15 @@ constexpr std::array kFaultKinds{
 
 constexpr std::array kAxis{
     axis<&AxisConfig::negative_limit>({
-        .key = "node.axis.negative_limit", .help = "Where the negative limit switch begins, in increments from the place at power-on"}),
-    axis<&AxisConfig::positive_limit>({.key = "node.axis.positive_limit", .help = "Where the positive one begins"}),
+        .key = "node.axis.negative_limit", .help = "Where the negative limit switch begins, in increments from the place at power-on",
+        .absent = kNone}),
+    axis<&AxisConfig::positive_limit>({
+        .key = "node.axis.positive_limit", .help = "Where the positive one begins", .absent = kNone}),
     axis<&AxisConfig::home_low>({.key = "node.axis.home_low", .help = "From where on the home switch is active"}),
     axis<&AxisConfig::home_high>({.key = "node.axis.home_high", .help = "Up to where"}),
     axis<&AxisConfig::stops_beyond>({
-        .key = "node.axis.stops_beyond", .help = "How far the hard stops are beyond the limit switches"}),
+        .key = "node.axis.stops_beyond", .help = "How far the hard stops are beyond the limit switches",
+        .more = "Without a switch there is no stop either."}),
     axis<&AxisConfig::load, &devices::AxisLoad::inertia>({
         .key = "node.axis.inertia_kgcm2", .help = "What the motor moves, with its own, at its shaft; 0 = no load",
         .more = "Without load the axis follows its demand exactly, and torque moves nothing.", .high = 1'000'000,

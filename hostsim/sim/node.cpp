@@ -438,7 +438,8 @@ AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<st
 
 AbortCode Node::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                          Time now) {
-  return behaviour_->check(entry, sub, value, now);
+  const AbortCode refused = faulty_.refusal(entry.index, sub);
+  return refused != AbortCode::kNone ? refused : behaviour_->check(entry, sub, value, now);
 }
 
 void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
@@ -461,6 +462,7 @@ AbortCode Node::forget(std::uint16_t first_index, std::uint16_t last_index) {
 
 AbortCode Node::save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,
                           std::uint16_t last_index) {
+  if (const AbortCode refused = faulty_.refusal(); refused != AbortCode::kNone) return refused;
   std::vector<std::uint8_t> before = saved_;
   copy_parameters(image_.entries, values, saved_, first_index, last_index);
   if (keep_saved()) return AbortCode::kNone;

@@ -41,6 +41,36 @@ TEST_CASE("Cyclic position: straight lines between the set-points of SYNCs; the 
   bench.pass(10'000).shows({.position = 3'050});
 }
 
+TEST_CASE("Cyclic modes: SYNCs faster than 60C2h do not begin a set-point anew") {
+  struct Row {
+    std::int8_t mode;
+    std::uint16_t set_point, shown;
+    std::int64_t value;
+  };
+  for (const auto& [mode, set_point, shown, value] :
+       {Row{8, 0x607A, 0x6064, 10'000}, Row{9, 0x60FF, 0x606C, 100'000}, Row{10, 0x6071, 0x6077, 500}}) {
+    CAPTURE(int{mode});
+    DriveBench bench;
+    bench.enable(mode, {{0x60C2, 1, 50}, {set_point, 0, value}});
+    const auto cycles = [&bench](int count) {
+      for (; count > 0; --count)
+        bench.sync().pass(10'000);
+    };
+    cycles(2);
+    CHECK(bench.get(shown) == value * 2 / 5);
+    cycles(3);
+    CHECK(bench.get(shown) == value);
+    bench.put(set_point, 0, 0);
+    cycles(1);
+    CHECK(bench.get(shown) == value * 4 / 5);
+    bench.set(0x6060, 0, 0).set(0x6060, 0, mode);  // entered anew it begins anew
+    bench.put(set_point, 0, value);
+    bench.pass(kSecond);
+    cycles(5);
+    CHECK(bench.get(shown) == value);
+  }
+}
+
 TEST_CASE("Cyclic position: the end of a line is waited for only where the position leaves its range") {
   DriveBench bench;
   bench.put(0x6007, 0, 0);

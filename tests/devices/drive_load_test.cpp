@@ -11,7 +11,7 @@ namespace {
 constexpr double kPerMilliNewtonMetre = 10'000 / 6.283185307;
 
 devices::AxisLayout machine(const devices::AxisLoad& load) {
-  devices::AxisLayout layout;
+  devices::AxisLayout layout{-1'000'000, 1'000'000};
   layout.load = load;
   return layout;
 }
@@ -110,6 +110,44 @@ TEST_CASE("Load: what is heavier than the torque allows falls") {
   bench.set(0x6072, 0, 500);
   bench.pass(200'000);
   CHECK(double(bench.position()) == Approx(-100 * kPerMilliNewtonMetre * 0.02).epsilon(0.01));
+}
+
+TEST_CASE("Load: without limit switches there are no hard stops") {
+  devices::AxisLayout layout;
+  layout.load = {.inertia = 10, .friction = 50};
+  DriveBench bench(layout);
+  bench.enable(4, {{0x6087, 0, 0}, {0x6071, 0, 300}});
+  bench.pass(5'000'000).shows({.objects = {{0x60FD, 0}}});
+  CHECK(double(bench.position()) == Approx(250 * kPerMilliNewtonMetre * 12.5).epsilon(0.001));
+}
+
+TEST_CASE("Load: bit 11 while it takes all of 6072h, bit 10 where 6064h is") {
+  DriveBench bench(machine({.inertia = 10, .friction = 50}));
+  bench.enable(1, {{0x6072, 0, 400}, {0x6065, 0, 0xFFFFFFFF}, {0x6067, 0, 0xFFFFFFFF}});
+  go_to(bench, 50'000);
+  bench.pass(80'000).shows({.status = kEnabled | kLimit});  // 678 are wanted
+  bench.pass(520'000);
+  CHECK(bench.get(0x6062) == 50'000);
+  CHECK(bench.position() != 50'000);
+  CHECK((bench.status() & kReached) == 0);
+  bench.pass(kSecond).shows({.status = kEnabled | kReached, .position = 50'000});
+}
+
+TEST_CASE("Load: a brake that is set holds until operation is enabled, and again after it") {
+  DriveBench bench(machine({.inertia = 10, .friction = 50, .gravity = 200}));
+  bench.put({{0x60FE, 2, 0xF0001}, {0x60FE, 1, 1}});
+  bench.update();
+  bench.pass(kSecond).shows({.position = 0});
+  bench.enable(1);
+  go_to(bench, 5'000);
+  bench.pass(kSecond).shows({.status = kEnabled | kReached, .position = 5'000});
+  bench.set(0x60FE, 1, 0).set(0x60FE, 1, 1);  // set by hand it holds with power too
+  go_to(bench, 6'000);
+  bench.pass(kSecond).shows({.position = 5'000});
+  bench.set(0x60FE, 1, 0);
+  bench.pass(kSecond).shows({.position = 6'000});
+  bench.set(0x60FE, 1, 1).control(0x0000);
+  bench.pass(kSecond).shows({.status = 0x0250, .position = 6'000, .objects = {{0x60F4, 0}}});
 }
 
 TEST_CASE("Load: it moves the same, however often somebody looks") {

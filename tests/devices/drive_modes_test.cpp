@@ -167,6 +167,29 @@ TEST_CASE("The axis stops at its own limit switch, and leaves it the other way")
   bench.pass(kSecond).shows({.position = 0, .objects = {{0x60FD, 0}}});
 }
 
+TEST_CASE("Without limit switches an axis has no ends; homing takes them to be far away") {
+  DriveBench bench;
+  bench.enable(3, {{0x60FF, 0, 100'000}});
+  bench.pass(100 * kSecond).shows({.position = 9'995'000, .velocity = 100'000, .objects = {{0x60FD, 0}}});
+  CHECK((bench.status() & kLimit) == 0);
+  bench.set(0x60FF, 0, -100'000);
+  bench.pass(300 * kSecond).shows({.velocity = -100'000, .objects = {{0x60FD, 0}}});
+  DriveBench other;
+  other.enable(6, {{0x6098, 0, 17}});
+  other.control(0x001F);
+  other.pass(60 * kSecond).shows({.status = kEnabled | kReached | kBit12, .objects = {{0x60FD, 0}}});
+  CHECK(other.drive.axis().to_machine(0) == -1'000'000);
+}
+
+TEST_CASE("One limit switch alone: the other side is open") {
+  DriveBench bench({{}, 15'000});
+  bench.enable(1);
+  set_point(bench, 50'000);
+  bench.pass(kSecond).shows({.position = 16'250, .objects = {{0x60FD, 0x2}}});
+  set_point(bench, -2'000'000, 0x20);
+  bench.pass(60 * kSecond).shows({.status = kEnabled | kReached, .position = -2'000'000});
+}
+
 TEST_CASE("At velocity too: own limit switches stop the axis") {
   DriveBench bench({-15'000, 15'000, 200'000, 250'000});
   bench.enable(3);
@@ -268,6 +291,16 @@ TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a f
   bench.control(0x0080).shows({.status = 0x0250});
   bench.incident("motor-blocked", false).shows({.status = 0x0250});
   CHECK(bench.log == std::vector<std::string>{"8611/21", "8611 over"});
+}
+
+TEST_CASE("Target reached is where 6064h is, without a position window too") {
+  DriveBench bench;
+  bench.enable(1, {{0x6065, 0, 0xFFFFFFFF}, {0x6067, 0, 0xFFFFFFFF}});
+  bench.incident("motor-blocked", true);
+  set_point(bench, 500);
+  bench.pass(kSecond).shows({.status = kEnabled, .position = 0});
+  bench.incident("motor-blocked", false);
+  bench.pass(kSecond).shows({.status = kEnabled | kReached, .position = 500});
 }
 
 TEST_CASE("A motor freed in time goes on from where it stands") {

@@ -124,6 +124,105 @@ TEST_CASE("A drive from a vendor's file moves at a velocity") {
   }
 }
 
+/// 608Fh and its like.
+std::string pair_of(const std::string& index, const std::string& first, const std::string& second) {
+  const auto sub = [&](const std::string& number, const std::string& type, const std::string& value) {
+    return "[" + index + "sub" + number + "]\nParameterName=x\nObjectType=7\nDataType=" + type +
+           "\nAccessType=rw\nDefaultValue=" + value + "\n";
+  };
+  return "[" + index + "]\nParameterName=x\nObjectType=8\nSubNumber=3\n" + sub("0", "5", "2") +
+         sub("1", "7", first) + sub("2", "7", second);
+}
+
+std::string number_of(const char* index, const char* value) {
+  return text_of({index, "7", "rw", value});
+}
+
+/// Units and limits as makers give them, and what one move comes to.
+struct Maker {
+  const char* name;
+  std::string objects;
+  std::vector<Line> changes;
+  int velocity;    ///< asked for in mode 3
+  int after_10_s;  ///< position, user units; accelerations of 0 are at once
+  int increments;  ///< 6063h of a move to 1000
+};
+
+const std::vector<Maker> kMakers{
+    {"velocities in 1/min, increments, no resolution",
+     number_of("60A8", "0x00B50000") + number_of("60A9", "0x00B44700"),
+     {{"6080", "7", "rw", "50000"}, {"607F", "7", "rw", "50000"}},
+     3000,
+     1'000'000,
+     1000},
+    {"increments, though the feed is 1",
+     pair_of("608F", "2000", "1") + pair_of("6092", "1", "1") + number_of("60A8", "0x00B50000") +
+         number_of("60A9", "0x00B50300"),
+     {{"6080", "7", "rw", "200000"}},
+     200'000,
+     2'000'000,
+     1000},
+    {"tenths of degrees and 1/min",
+     pair_of("608F", "36000", "1") + pair_of("6092", "1", "1") + number_of("60A8", "0xFF410000") +
+         number_of("60A9", "0x00B44700"),
+     {},
+     300,
+     180'000,
+     10'000},
+    {"factors of 1",
+     pair_of("608F", "2048", "1") + pair_of("6093", "1", "1") + pair_of("6096", "1", "1"),
+     {},
+     200'000,
+     2'000'000,
+     1000},
+    {"a motor speed, and no resolution",
+     pair_of("6096", "1", "1"),
+     {{"6080", "7", "rw", "2500"}},
+     100,
+     1000,
+     1000},
+    {"a motor speed, and a resolution of 1",
+     pair_of("608F", "1", "1"),
+     {{"6080", "7", "rw", "2500"}},
+     100,
+     1000,
+     1000},
+};
+
+TEST_CASE("A drive with a maker's units and limits moves as far as they say") {
+  for (const Maker& maker : kMakers) {
+    INFO(maker.name);
+    Plant plant(file_with(maker.changes) + maker.objects + text_of({"6063", "4", "ro", ""}));
+    char bytes[16];
+    std::snprintf(bytes, sizeof bytes, "%02X%02X%02X00", maker.velocity & 0xFF, maker.velocity >> 8 & 0xFF,
+                  maker.velocity >> 16);
+    plant.enable("03");
+    plant.write("FF6000", bytes, "23");
+    plant.bench.pass(10 * kSecond);
+    CHECK(plant.get(0x606C) == maker.velocity);
+    CHECK(plant.get(0x6064) == maker.after_10_s);
+    CHECK((plant.get(0x6041) & 0x0C00) == 0x0400);
+
+    Plant other(file_with(maker.changes) + maker.objects + text_of({"6063", "4", "ro", ""}));
+    other.enable("01");
+    other.write("7A6000", "E8030000", "23");
+    other.write("406000", "1F000000");
+    other.bench.pass(10 * kSecond);
+    CHECK(other.get(0x6064) == 1000);
+    CHECK(other.get(0x6063) == maker.increments);
+  }
+}
+
+TEST_CASE("A drive whose file sets its brake moves when operation is enabled") {
+  Plant plant(file_with({{"6502", "7", "ro", "0x63"}}) + pair_of("60FE", "1", "0xF0001"));
+  plant.enable("01");
+  plant.write("7A6000", "F4010000", "23");
+  plant.write("406000", "1F000000");
+  plant.bench.pass(10 * kSecond);
+  CHECK(plant.get(0x6064) == 500);
+  CHECK((plant.get(0x6041) & 0x0400) == 0x0400);
+}
+
 TEST_CASE("What a file leaves out is the profile's default, and a master reads it, after each reset") {
   Plant plant(file_with({{"6067", "7", "rw", "0"}}));
   for (const char* reset : {"000#8105", "000#8205"}) {

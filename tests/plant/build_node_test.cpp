@@ -337,11 +337,27 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
 
   const auto unknown = built(type);
   CHECK(unknown.node->device == "none");
-  CHECK(unknown.warnings ==
-        std::vector<std::string>{"x.eds: 1000h has no value, so the node has no device: write "
-                                 "one, 0x00020192 for a drive, or name the node's device in "
-                                 "the plant file"});
+  CHECK(unknown.warnings == std::vector<std::string>{
+                                "x.eds: 1000h has no value, so the node has no device: name one in the plant "
+                                "file, a Lua script, or device = \"none\""});
   CHECK(built(type, "none").warnings.empty());
+
+  const std::string inputs = variable("6000", "DataType=5\n");
+  const std::string module =
+      "so the node has no device: name one in the plant file, device = \"cia401\", whose objects it has";
+  CHECK(built(type + inputs).warnings == std::vector{"x.eds: 1000h has no value, " + module});
+  CHECK(built(inputs).warnings == std::vector{"x.eds: 1000h names no profile, " + module});
+  CHECK(built(inputs, "cia401").warnings.empty());
+  CHECK(built(variable("2000", "DataType=5\n")).warnings.empty());
+  for (const char* profile : {"406", "408", "410", "418", "419"}) {
+    const std::string file = variable("1000", "DataType=7\nDefaultValue=" + std::string(profile) + "\n");
+    CHECK(
+        built(file).warnings ==
+        std::vector{"x.eds: 1000h names profile " + std::string(profile) +
+                    ", which is not simulated, so the node has no device: name one in the plant file, a Lua "
+                    "script, or device = \"none\""});
+    CHECK(built(file, "none").warnings.empty());
+  }
 
   const auto drive = built(type + words + modes + variable("60FF", "DataType=4\n"));
   CHECK(drive.node->device == "cia402");
@@ -359,6 +375,32 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
             "x.eds: the device cia402 needs one of the objects 607Ah, 60FFh, 6071h, and the file has none of "
             "CiA's "
             "data type"});
+}
+
+TEST_CASE("What a drive's file has and is not simulated: one line a file, with what to do") {
+  const auto variable = [](const std::string& index, const std::string& type,
+                           const std::string& value = "0") {
+    return "[" + index + "]\nParameterName=x\nAccessType=rw\nDataType=" + type + "\nDefaultValue=" + value +
+           "\n";
+  };
+  const std::string drive = variable("1000", "7", "0x20192") + variable("6040", "6") + variable("6041", "6") +
+                            variable("6060", "2") + variable("6061", "2") + variable("607A", "4");
+  const auto lines = [&](const std::string& more) {
+    cbcan::plant::Config config;
+    config.networks.at(0).nodes = {node_with({}), node_with({})};
+    return cbcan::plant::build_nodes(config, [&](const std::string&) { return drive + more; }).lines;
+  };
+  CHECK(lines(variable("6502", "7", "0x103AD")).empty());
+  CHECK(lines(variable("6502", "7", "0")).empty());
+  CHECK(
+      lines(variable("6840", "6") + variable("60B8", "6") + variable("6502", "7", "0x63")) ==
+      std::vector<std::string>{
+          "x.eds: not simulated: axes after the first (6800h and up): make each a node of its own; touch "
+          "probe "
+          "(60B8h): the command set gives 60B9h and 60BAh their values; modes 2, 7 of 6502h: 6060h can be 1, "
+          "6"});
+  CHECK(lines(variable("6502", "7", "0x42")) ==
+        std::vector<std::string>{"x.eds: not simulated: modes 2, 7 of 6502h: 6060h can be 0"});
 }
 
 TEST_CASE("A value of the plant file is not taken for one that the file leaves to the device") {

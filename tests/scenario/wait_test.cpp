@@ -33,6 +33,20 @@ TEST_CASE("the PLC's side: registers and transactions") {
   CHECK(plant->execute("read 2/3700") == "error: network \"2\": must be 1..1\n");
 }
 
+TEST_CASE("a write that the node refuses: result 4, and the object is as it was; after abort it is not") {
+  const auto plant = demo();
+  const auto writes_2000 = [&plant] {
+    plant->execute("trigger write 16 0x6081 0 4 2000 0");
+    CHECK(plant->execute("read 3700") == "ok 4\n");
+    return plant->execute("get 16 0x6081");
+  };
+  CHECK(plant->execute("fault 16 refuse index=0x6081 code=0x06090030 count=1") == "ok 1\n");
+  CHECK(writes_2000() == "ok 100000\n");
+  CHECK(plant->execute("read 3706 2") == "ok 48 1545\n");  // 0609 0030h
+  CHECK(plant->execute("fault 16 abort index=0x6081 count=1") == "ok 2\n");
+  CHECK(writes_2000() == "ok 2000\n");
+}
+
 TEST_CASE("wait for a transaction: the end of one that is under way, and its time") {
   const auto plant = demo();
   CHECK(plant->execute("trigger read 99 0x1000 0 4") == "ok\n");

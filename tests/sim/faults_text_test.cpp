@@ -47,6 +47,9 @@ TEST_CASE("A fault from text: what is given, and defaults for the rest") {
   CHECK(fault.until == 20 * kMillisecond);
   CHECK(fault.seed == 7);
 
+  CHECK(fault_from("refuse", FaultPlace::kNode).code == 0x08000020);
+  CHECK(problem_of("refuse code=0") == "refuse: code 0: must be 0x001..0xFFFFFFFF");
+  CHECK_FALSE(problem_of("refuse step=initiate").empty());
   const Fault plain = fault_from("  abort\t", FaultPlace::kNode);
   CHECK(plain.kind == FaultKind::kAbort);
   CHECK(plain.code == 0x08000000);
@@ -116,12 +119,13 @@ TEST_CASE("Every key takes its lowest and highest value and none beyond") {
 
 TEST_CASE("Mistakes are told with the key and what is allowed") {
   CHECK(problem_of("response-lat") == "fault \"response-lat\": no such kind; did you mean response-late?");
-  CHECK(problem_of("nonsense") ==
-        "fault \"nonsense\": no such kind; there are response-never, response-late, response-twice, "
-        "response-out-of-order, response-other-toggle, response-other-specifier, response-other-index, "
-        "response-other-size, response-other-crc, response-other-sequence, abort, short-frame, silent, "
-        "heartbeat-stops, state-wrong, duplicate-node-id, boot-up-storm, emcy-storm, bus-off, "
-        "error-passive and overflow");
+  CHECK(
+      problem_of("nonsense") ==
+      "fault \"nonsense\": no such kind; there are response-never, response-late, response-twice, "
+      "response-out-of-order, response-other-toggle, response-other-specifier, response-other-index, "
+      "response-other-size, response-other-crc, response-other-sequence, abort, short-frame, refuse, silent, "
+      "heartbeat-stops, state-wrong, duplicate-node-id, boot-up-storm, emcy-storm, bus-off, "
+      "error-passive and overflow");
   CHECK(problem_of("", FaultPlace::kBus) ==
         "fault \"\": no such kind; there are frame-loss, frame-twice, frame-late, frame-corrupt, bus-off, "
         "error-passive, overflow and bus-load");

@@ -43,6 +43,40 @@ const char* const kResponse = "585#4B00200007000000";
 
 }  // namespace
 
+TEST_CASE("Node: refuse: a write is answered with an abort and not stored; reads and other objects go on") {
+  Faulty faulty;
+  const unsigned number = faulty.set("refuse index=0x2000 after=1 count=1");
+  faulty.bench.ask("605#2B00200008000000", "585#6000200000000000");
+  faulty.bench.ask("605#2B00200009000000", "585#8000200020000008");
+  faulty.bench.ask(kRead, "585#4B00200008000000");
+  faulty.bench.ask("605#2B00200009000000", "585#6000200000000000");
+  CHECK(
+      faulty.told.lines ==
+      Frames{"0 node 5: fault 1: refuse code=0x08000020 after=1 count=1 index=0x2000: 605#2B00200009000000"});
+  faulty.remove(number);
+  faulty.set("refuse code=0x06090030");
+  faulty.bench.ask("605#2100200002000000", "585#6000200000000000");  // segmented: at its end
+  faulty.bench.ask("605#0B07000000000000", "585#8000200030000906");
+  faulty.bench.ask(kRead, "585#4B00200009000000");
+  faulty.bench.ask("605#2B17100064000000", "585#8017100030000906");  // the communication's too
+  faulty.bench.ask("605#4017100000000000", "585#4B17100000000000");
+}
+
+TEST_CASE("Node: refuse: 1010h and 1011h do nothing") {
+  Faulty faulty;
+  faulty.bench.ask("605#2B00200008000000", "585#6000200000000000");
+  faulty.set("refuse index=0x1010 sub=1 count=1");
+  faulty.bench.ask("605#2310100173617665", "585#8010100120000008");
+  faulty.bench.ask("000#8105", "705#00");
+  faulty.bench.ask(kRead, kResponse);
+  faulty.bench.ask("605#2B00200008000000", "585#6000200000000000");
+  faulty.bench.ask("605#2310100173617665", "585#6010100100000000");
+  faulty.set("refuse index=0x1011");
+  faulty.bench.ask("605#231110016C6F6164", "585#8011100120000008");
+  faulty.bench.ask("000#8105", "705#00");
+  faulty.bench.ask(kRead, "585#4B00200008000000");
+}
+
 TEST_CASE("Node: silent: it goes on as if it were heard, process data too") {
   Faulty faulty;
   faulty.bench.ask("605#2B17100064000000", "585#6017100000000000");

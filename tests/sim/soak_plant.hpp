@@ -43,6 +43,7 @@ inline constexpr const char* kOfNode[] = {
     "abort code=0x08000021",
     "abort code=0x05040001 step=segment",
     "short-frame",
+    "refuse code=0x08000021",
     "silent",
     "heartbeat-stops",
     "state-wrong",

@@ -15,6 +15,7 @@ constexpr double kSecondsPerMinute = 60;
 /// Increments: on one side of an edge, and not on it.
 constexpr double kBeside = 1e-3;
 constexpr double kFarFrom = 1;
+constexpr double kNowhere = std::numeric_limits<double>::infinity();
 constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
 constexpr std::int32_t kHighest = std::numeric_limits<std::int32_t>::max();
 
@@ -36,14 +37,12 @@ void Axis::reset(Time now) {
 }
 
 Load::Lead Axis::lead() const {
-  constexpr double kFar = 1e18;
-  const double stops = goes_round() ? kFar : layout_.stops_beyond;
   return {led_ ? &profile_ : nullptr,
           torque_,
           blocked_,
           led_ || torque_ != nullptr ? most_torque() : 0,
-          from_machine(layout_.negative_limit - stops),
-          from_machine(layout_.positive_limit + stops)};
+          from_machine(negative_limit() - layout_.stops_beyond),
+          from_machine(positive_limit() + layout_.stops_beyond)};
 }
 
 void Axis::drive(bool powered, const Profile* torque, Time now) {
@@ -73,12 +72,14 @@ double Axis::most_torque() const {
 
 void Axis::take_over_units() {
   const UnitFactors factors{
-      objects_.encoder_increments.get(),
-      objects_.encoder_revolutions.get(),
-      objects_.gear_motor_revolutions.get(),
-      objects_.gear_shaft_revolutions.get(),
-      objects_.feed.get(),
-      objects_.feed_shaft_revolutions.get(),
+      {objects_.encoder_increments.get(), objects_.encoder_revolutions.get()},
+      {objects_.gear_motor_revolutions.get(), objects_.gear_shaft_revolutions.get()},
+      {objects_.feed.get(), objects_.feed_shaft_revolutions.get()},
+      {objects_.position_factor.get(), objects_.position_factor_divisor.get()},
+      {objects_.velocity_encoder_factor.get(), objects_.velocity_encoder_factor_divisor.get()},
+      {objects_.velocity_factor.get(), objects_.velocity_factor_divisor.get()},
+      objects_.si_unit_position.get(),
+      objects_.si_unit_velocity.get(),
   };
   if (factors != factors_) {
     factors_ = factors;
@@ -145,7 +146,7 @@ void Axis::change_evenly_to(double velocity, Time duration, Time now) {
 void Axis::stop(Ramp ramp, Time now) {
   const std::uint32_t rate =
       ramp == Ramp::kSlowDown ? objects_.profile_deceleration.get() : objects_.quick_stop_deceleration.get();
-  run_at(0, 0, increments(rate), now);
+  run_at(0, 0, increments_per_second(rate), now);
 }
 
 void Axis::give_up_demand(Time now) {
@@ -165,14 +166,17 @@ void Axis::set_blocked(bool blocked, Time now) {
 }
 
 Dynamics Axis::profile_dynamics() const {
-  return {std::min(increments(objects_.profile_velocity.get()), max_velocity()),
-          increments(objects_.profile_acceleration.get()), increments(objects_.profile_deceleration.get())};
+  return {std::min(increments_per_second(objects_.profile_velocity.get()), max_velocity()),
+          increments_per_second(objects_.profile_acceleration.get()),
+          increments_per_second(objects_.profile_deceleration.get())};
 }
 
 double Axis::max_velocity() const {
+  const double profile = increments_per_second(limit(objects_.max_profile_velocity.get()));
+  if (!units_.knows_revolutions()) return profile;
   const double motor =
       limit(objects_.max_motor_speed.get()) / kSecondsPerMinute * units_.increments_per_revolution();
-  return std::min(increments(limit(objects_.max_profile_velocity.get())), motor);
+  return std::min(profile, motor);
 }
 
 bool Axis::goes_round() const {
@@ -181,10 +185,17 @@ bool Axis::goes_round() const {
   return low < high && (low != kLowest || high != kHighest);
 }
 
+double Axis::negative_limit() const {
+  return goes_round() ? -kNowhere : layout_.negative_limit.value_or(-kNowhere);
+}
+
+double Axis::positive_limit() const {
+  return goes_round() ? kNowhere : layout_.positive_limit.value_or(kNowhere);
+}
+
 AxisSwitches Axis::switches(Time now) const {
   const double place = to_machine(has_load() && !blocked_ ? load_.position() : actual(now).position);
-  const bool has_ends = !goes_round();
-  return {has_ends && place <= layout_.negative_limit, has_ends && place >= layout_.positive_limit,
+  return {place <= negative_limit(), place >= positive_limit(),
           place >= layout_.home_low && place <= layout_.home_high};
 }
 
@@ -192,10 +203,9 @@ Time Axis::next_switch(Time now) const {
   if (blocked_ || has_load() || at_rest(now)) return kNever;
   Time next = kNever;
   const Profile::Range range = profile_.range();
-  for (const double edge :
-       {layout_.negative_limit, layout_.positive_limit, layout_.home_low, layout_.home_high}) {
+  for (const double edge : {negative_limit(), positive_limit(), layout_.home_low, layout_.home_high}) {
     const double position = from_machine(edge);
-    if (position < range.low - kFarFrom || position > range.high + kFarFrom) continue;
+    if (std::isinf(edge) || position < range.low - kFarFrom || position > range.high + kFarFrom) continue;
     for (const double beside : {-kBeside, kBeside})
       next = earlier(next, passes(from_machine(edge + beside), now));
   }

@@ -81,6 +81,8 @@ class Axis {
   void drive(bool powered, const Profile* torque, Time now);
   /// In thousandths of the rated one.
   double load_torque() const { return load_.torque(); }
+  /// A load takes all of most_torque().
+  bool lacks_torque() const { return load_.is_limited(); }
   /// When it has moved further; kNever = it rests.
   Time next_load_step(Time now) const { return load_.next_change(now); }
   /// Either way: the motor's current makes its torque.
@@ -94,6 +96,8 @@ class Axis {
   bool has_limits() const;
   double increments(double user) const { return units_.increments(user); }
   double user(double increments) const { return units_.user(increments); }
+  double increments_per_second(double user) const { return units_.increments_per_second(user); }
+  double user_velocity(double increments) const { return units_.user_velocity(increments); }
 
   // The machine.
   /// An axis that goes round (607Bh narrower than INTEGER32) has no ends.
@@ -115,6 +119,8 @@ class Axis {
   void take_over_units();
   Profile::Range position_range() const;
   Load::Lead lead() const;
+  double negative_limit() const;  ///< places; infinite without a switch
+  double positive_limit() const;
   void follow_profile(const Profile& profile, Time now);
 
   DriveObjects& objects_;

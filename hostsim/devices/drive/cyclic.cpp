@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "devices/drive/profile_velocity.hpp"
 
@@ -26,6 +27,7 @@ Time interpolation_period(const DriveObjects& objects) {
 
 void CyclicPosition::enter(const ModeInput& /*input*/, Time now) {
   limited_ = false;
+  line_ends_ = 0;
   axis_.stop(Ramp::kSlowDown, now);
 }
 
@@ -39,6 +41,8 @@ void CyclicPosition::on_sync(const ModeInput& input, Time now) {
   if (period != 0) target = std::clamp(target, here - step, here + step);
   if (input.barred(target - here)) target = here;
   limited_ = target != wanted;
+  if (target == axis_.target() && now < line_ends_ && !axis_.over(now)) return;
+  line_ends_ = now + period;
   axis_.line_to(target, period, now);
 }
 
@@ -50,6 +54,7 @@ std::uint16_t CyclicPosition::status(Time /*now*/) const {
 void CyclicVelocity::enter(const ModeInput& /*input*/, Time now) {
   limited_ = false;
   velocity_ = 0;
+  change_ends_ = 0;
   axis_.stop(Ramp::kSlowDown, now);
 }
 
@@ -57,6 +62,7 @@ void CyclicVelocity::run(const ModeInput& input, Time now) {
   if (!input.barred(velocity_)) return;
   limited_ = true;
   velocity_ = 0;
+  change_ends_ = 0;
   axis_.stop(Ramp::kQuickStop, now);
 }
 
@@ -64,9 +70,11 @@ void CyclicVelocity::on_sync(const ModeInput& input, Time now) {
   const Time period = interpolation_period(objects_);
   const double most = axis_.max_velocity();
   const double user = double{1} * objects_.target_velocity.get() + objects_.velocity_offset.get();
-  const double wanted = axis_.increments(user);
-  velocity_ = input.barred(wanted) ? 0 : std::clamp(wanted, -most, most);
+  const double wanted = axis_.increments_per_second(user);
+  const double before = std::exchange(velocity_, input.barred(wanted) ? 0 : std::clamp(wanted, -most, most));
   limited_ = velocity_ != wanted;
+  if (velocity_ == before && now < change_ends_ && !axis_.over(now)) return;
+  change_ends_ = now + period;
   if (!axis_.has_limits()) return axis_.change_evenly_to(velocity_, period, now);
   const double change = std::abs(velocity_ - axis_.demand(now).velocity);
   Dynamics dynamics = axis_.profile_dynamics();

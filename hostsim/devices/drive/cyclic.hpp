@@ -3,7 +3,8 @@
 
 /// Cyclic synchronous position and velocity (6060h = 8, 9): the controller makes the profile. The set-points
 /// that stand at a SYNC are reached, in a straight line, one interpolation period (60C2h) later. One that is
-/// not followed by another holds: the position stands, the velocity goes on. Without SYNC nothing moves.
+/// not followed by another holds: the position stands, the velocity goes on. Without SYNC nothing moves. The
+/// same set-point at a SYNC within that period goes on as it was begun.
 ///
 /// 60B0h and 60B1h are added. Positions are kept within 607Dh and a step within the velocity of 607Fh and
 /// 6080h; statusword bit 11 says so. A limit switch stops cyclic velocity at once, cyclic position at the
@@ -26,6 +27,7 @@ class CyclicPosition final : public Mode {
   std::uint16_t status(Time now) const override;
 
  private:
+  Time line_ends_ = 0;
   bool limited_ = false;
 };
 
@@ -40,6 +42,7 @@ class CyclicVelocity final : public Mode {
 
  private:
   double velocity_ = 0;  ///< the last set-point, increments/s
+  Time change_ends_ = 0;
   bool limited_ = false;
 };
 

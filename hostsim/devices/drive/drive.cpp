@@ -63,6 +63,7 @@ void Drive::reset(bool application, Time now) {
   objects_.mode_display.set(0);
   axis_.reset(now);
   stage_.reset();
+  had_power_ = false;
   mode_ = nullptr;
   operating_ = false;
   told_ = 0;
@@ -74,12 +75,12 @@ void Drive::reset(bool application, Time now) {
 
 Time Drive::update(Time now) {
   axis_.refresh(now);
-  hold_motor(now);
   watch_following(now);
   watch_sync(now);
   begin_faults(now);
   stage_.step((present_ & kAllFaults) != 0, now);
   end_faults(now);
+  hold_motor(now);
   run_mode(now);
   if (axis_.has_load()) let_drive(now);
   publish(now);
@@ -181,12 +182,24 @@ void Drive::set_incident(std::string_view incident, bool present, Time /*now*/) 
   present_ = present ? present_ | bit_of(*known) : present_ & ~bit_of(*known);
 }
 
-void Drive::hold_motor(Time now) {
+/// Power opens a brake that is set; set again it holds, power or not.
+bool Drive::brake_holds() {
   const std::uint32_t outputs = objects_.digital_outputs.get() & objects_.digital_outputs_mask.get();
-  const bool blocked = has(Incident::kMotorBlocked) || (outputs & kOutputBrake) != 0;
+  const bool is_set = (outputs & kOutputBrake) != 0;
+  const bool had_power = std::exchange(had_power_, stage_.is_powered());
+  if (had_power_ && !had_power)
+    brake_opened_ = true;
+  else if (!had_power_ || !is_set)
+    brake_opened_ = false;
+  return is_set && !brake_opened_;
+}
+
+void Drive::hold_motor(Time now) {
+  const bool blocked = brake_holds() || has(Incident::kMotorBlocked);
   if (blocked == axis_.blocked()) return;
   axis_.set_blocked(blocked, now);
-  if (!blocked && operating_ && mode_ != nullptr) mode_->resume(input(now), now);
+  if (blocked && !stage_.is_powered()) axis_.give_up_demand(now);
+  if (!blocked && operating_ && stage_.is_operating() && mode_ != nullptr) mode_->resume(input(now), now);
 }
 
 void Drive::begin_faults(Time now) {
@@ -253,6 +266,7 @@ std::uint16_t Drive::status(Time now) const {
   if (stage_.state() != PowerState::kNotReadyToSwitchOn && !has(Incident::kUndervoltage))
     bits |= statusword::kVoltageEnabled;
   if (has(Incident::kWarning)) bits |= statusword::kWarning;
+  if (axis_.lacks_torque()) bits |= statusword::kInternalLimit;
   if (stage_.state() == PowerState::kQuickStopActive && axis_.at_rest(now))
     bits |= statusword::kTargetReached;
   const bool positions = mode_ == &profile_position_ || mode_ == &cyclic_position_;
@@ -279,8 +293,8 @@ void Drive::publish_motion(Time now) {
   objects_.position_demand_increments.set(to_integer32(demand.position));
   objects_.position_actual.set(to_integer32(axis_.user(actual.position)));
   objects_.position_actual_increments.set(to_integer32(actual.position));
-  objects_.velocity_demand.set(to_integer32(axis_.user(demand.velocity)));
-  objects_.velocity_actual.set(to_integer32(axis_.user(actual.velocity)));
+  objects_.velocity_demand.set(to_integer32(axis_.user_velocity(demand.velocity)));
+  objects_.velocity_actual.set(to_integer32(axis_.user_velocity(actual.velocity)));
   objects_.following_error.set(to_integer32(axis_.user(demand.position - actual.position)));
   const double torque = axis_.has_load()                 ? axis_.load_torque()
                         : operating_ && mode_ != nullptr ? mode_->torque(now)

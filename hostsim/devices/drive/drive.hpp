@@ -80,6 +80,7 @@ class Drive final : public sim::Behaviour {
   void let_drive(Time now);
   void publish(Time now);
   void publish_motion(Time now);
+  bool brake_holds();
   void hold_motor(Time now);
   void watch_sync(Time now);
   bool is_cyclic() const;
@@ -103,6 +104,8 @@ class Drive final : public sim::Behaviour {
 
   Mode* mode_ = nullptr;  ///< that of 6061h
   bool operating_ = false;
+  bool had_power_ = false;
+  bool brake_opened_ = false;  ///< by power, though 60FEh sets it
   std::uint32_t present_ = 0;  ///< incidents, one bit each
   std::uint32_t told_ = 0;     ///< faults that have not been reset
   Time lagging_since_ = kNever;

@@ -46,11 +46,11 @@ void Homing::start(Time now) {
 }
 
 void Homing::next_leg(Time now) {
-  const double acceleration = axis_.increments(objects_.homing_acceleration.get());
+  const double acceleration = axis_.increments_per_second(objects_.homing_acceleration.get());
   if (leg_ == way_.count) {
     if (way_.hard && leg_ != 0) axis_.line_to(axis_.from_machine(way_.legs[leg_ - 1].until), 0, now);
     if (way_.blind) return end(Phase::kFailed, Ramp::kQuickStop, now);
-    const double speed = axis_.increments(objects_.homing_speed_zero.get());
+    const double speed = axis_.increments_per_second(objects_.homing_speed_zero.get());
     const double home = std::round(axis_.from_machine(way_.home));
     direction_ = home - axis_.demand(now).position;
     axis_.move_to(home, {std::min(speed, axis_.max_velocity()), acceleration, acceleration}, now);
@@ -60,7 +60,8 @@ void Homing::next_leg(Time now) {
   }
   const HomingLeg& leg = way_.legs[leg_++];
   direction_ = leg.direction;
-  const double speed = std::min(axis_.increments(objects_.homing_speed_switch.get()), axis_.max_velocity());
+  const double speed =
+      std::min(axis_.increments_per_second(objects_.homing_speed_switch.get()), axis_.max_velocity());
   const bool turns = axis_.demand(now).velocity * leg.direction < 0;
   axis_.run_at(leg.direction * speed, acceleration, acceleration, now);
   // The edge just passed comes again on the way back: that is the one that counts.

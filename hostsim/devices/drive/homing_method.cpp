@@ -53,7 +53,7 @@ bool look_for_switch(HomingWay& way, const HomeSwitchMethod& row, double place, 
   double direction = row.first_direction;
   const bool ahead = direction > 0 ? place < layout.home_low : place > layout.home_high;
   if (!ahead) {
-    add(way, direction, direction > 0 ? layout.positive_limit : layout.negative_limit);
+    add(way, direction, direction > 0 ? layout.positive_end() : layout.negative_end());
     if (!row.turns_at_limit) return false;
     direction = -direction;
   }
@@ -84,7 +84,7 @@ bool is_to_hard_stop(std::int8_t method) {
 HomingWay way_to_hard_stop(std::int8_t method, double place, const AxisLayout& layout, double pitch) {
   const bool positive = method == -1 || method == -3;
   const double stop =
-      positive ? layout.positive_limit + layout.stops_beyond : layout.negative_limit - layout.stops_beyond;
+      positive ? layout.positive_end() + layout.stops_beyond : layout.negative_end() - layout.stops_beyond;
   HomingWay way = way_to_limit(positive ? kUp : kDown, place, stop);
   way.hard = true;
   if (method == -1 || method == -2) way.home = next_index(stop, positive ? kDown : kUp, pitch);
@@ -108,7 +108,7 @@ HomingWay homing_way(std::int8_t method, double place, const AxisLayout& layout,
   const auto base = static_cast<std::int8_t>(without_index ? method - kWithoutIndex : method);
   double last_direction = base == 1 ? kUp : kDown;
   if (base <= 2) {
-    way = way_to_limit(-last_direction, place, base == 1 ? layout.negative_limit : layout.positive_limit);
+    way = way_to_limit(-last_direction, place, base == 1 ? layout.negative_end() : layout.positive_end());
   } else {
     const HomeSwitchMethod& row = *std::ranges::find(kHomeSwitchMethods, base, &HomeSwitchMethod::method);
     way = way_to_home_switch(row, place, layout);

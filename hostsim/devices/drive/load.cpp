@@ -26,6 +26,7 @@ double sign(double value) {
 void Load::reset(double position, Time now) {
   position_ = position;
   velocity_ = torque_ = 0;
+  limited_ = false;
   at_ = now / kStep * kStep;
   settled_ = false;
 }
@@ -62,7 +63,9 @@ double Load::wanted_torque(const Lead& lead, Time end) const {
 
 void Load::step(const Lead& lead) {
   const Time end = at_ + kStep;
-  torque_ = std::clamp(wanted_torque(lead, end), -lead.most_torque, lead.most_torque);
+  const double wanted = wanted_torque(lead, end);
+  torque_ = std::clamp(wanted, -lead.most_torque, lead.most_torque);
+  limited_ = torque_ != wanted;
   if (lead.held) {
     velocity_ = 0;
     settled_ = lead.demand == nullptr || end >= lead.demand->end();
@@ -85,6 +88,7 @@ void Load::step(const Lead& lead) {
   position_ = lead.demand->at(end).position;
   velocity_ = 0;
   torque_ = thousandths(load_.gravity);
+  limited_ = false;
 }
 
 /// At the end of a step: nothing will change until something else does.

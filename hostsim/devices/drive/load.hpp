@@ -45,6 +45,8 @@ class Load {
   /// At the last whole millisecond: what is decided by this does not depend on who looks when.
   double position() const { return position_; }
   double torque() const { return torque_; }
+  /// The controller would have more torque than there is.
+  bool is_limited() const { return limited_; }
   /// kNever: nothing changes by itself.
   Time next_change(Time now) const;
 
@@ -63,6 +65,7 @@ class Load {
   double torque_ = 0;
   Time at_ = 0;
   bool settled_ = false;
+  bool limited_ = false;
 };
 
 }  // namespace cbcan::devices

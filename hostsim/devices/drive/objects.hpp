@@ -76,10 +76,18 @@ struct DriveObjects {
   Bound<std::uint32_t> gear_shaft_revolutions{d, 0x6091, 2, 1};
   Bound<std::uint32_t> feed{d, 0x6092, 1, 1};
   Bound<std::uint32_t> feed_shaft_revolutions{d, 0x6092, 2, 1};
+  Bound<std::uint32_t> position_factor{d, 0x6093, 1};
+  Bound<std::uint32_t> position_factor_divisor{d, 0x6093, 2};
+  Bound<std::uint32_t> velocity_encoder_factor{d, 0x6094, 1};
+  Bound<std::uint32_t> velocity_encoder_factor_divisor{d, 0x6094, 2};
+  Bound<std::uint32_t> velocity_factor{d, 0x6096, 1, 1};
+  Bound<std::uint32_t> velocity_factor_divisor{d, 0x6096, 2, 1};
   Bound<std::int8_t> homing_method{d, 0x6098, 0};
   Bound<std::uint32_t> homing_speed_switch{d, 0x6099, 1, 1000};
   Bound<std::uint32_t> homing_speed_zero{d, 0x6099, 2, 100};
   Bound<std::uint32_t> homing_acceleration{d, 0x609A, 0};
+  Bound<std::uint32_t> si_unit_position{d, 0x60A8, 0};
+  Bound<std::uint32_t> si_unit_velocity{d, 0x60A9, 0};
   Bound<std::int32_t> position_offset{d, 0x60B0, 0};
   Bound<std::int32_t> velocity_offset{d, 0x60B1, 0};
   Bound<std::int16_t> torque_offset{d, 0x60B2, 0};

@@ -91,8 +91,10 @@ bool ProfilePosition::reached(Time now) const {
   if (halted_ || !has_target_) return axis_.at_rest(now);
   if (held_ || next_ || !axis_.over(now)) return false;
   const std::uint32_t window = objects_.position_window.get();
-  if (window == DriveObjects::kNoLimit) return true;
-  const double distance = std::abs(axis_.target() - axis_.actual(now).position);
+  const double actual = axis_.actual(now).position;
+  if (window == DriveObjects::kNoLimit)
+    return to_integer32(axis_.user(actual)) == to_integer32(axis_.user(axis_.target()));
+  const double distance = std::abs(axis_.target() - actual);
   return distance <= axis_.increments(window) && now >= reached_at();
 }
 

@@ -40,7 +40,7 @@ void ProfileVelocity::resume(const ModeInput& /*input*/, Time /*now*/) {
 }
 
 void ProfileVelocity::run(const ModeInput& input, Time now) {
-  const double wanted = axis_.increments(objects_.target_velocity.get());
+  const double wanted = axis_.increments_per_second(objects_.target_velocity.get());
   const double most = axis_.max_velocity();
   Plan plan;
   plan.velocity = std::clamp(wanted, -most, most);
@@ -70,9 +70,9 @@ bool ProfileVelocity::steady(Time now, std::uint16_t for_milliseconds) const {
 std::uint16_t ProfileVelocity::status(Time now) const {
   const double velocity = axis_.actual(now).velocity;
   const double off = std::abs(velocity - plan_.velocity);
-  const bool in_window = off <= axis_.increments(objects_.velocity_window.get()) &&
+  const bool in_window = off <= axis_.increments_per_second(objects_.velocity_window.get()) &&
                          steady(now, objects_.velocity_window_time.get());
-  const bool slow = std::abs(velocity) <= axis_.increments(objects_.velocity_threshold.get()) &&
+  const bool slow = std::abs(velocity) <= axis_.increments_per_second(objects_.velocity_threshold.get()) &&
                     steady(now, objects_.velocity_threshold_time.get());
   const bool at_limit = axis_.has_limits() && plan_.velocity != 0 && !plan_.halted && axis_.at_rest(now);
   std::uint16_t bits = 0;

@@ -2,6 +2,7 @@
 #include "devices/drive/torque.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "devices/drive/cyclic.hpp"
 
@@ -34,6 +35,7 @@ std::uint16_t ProfileTorque::status(Time now) const {
 
 void CyclicTorque::enter(const ModeInput& /*input*/, Time now) {
   torque_ = Profile(0);
+  target_ = 0;
   limited_ = false;
   axis_.stop(Ramp::kSlowDown, now);
 }
@@ -43,6 +45,7 @@ void CyclicTorque::on_sync(const ModeInput& /*input*/, Time now) {
   const double wanted = objects_.target_torque.get() + objects_.torque_offset.get();
   const double target = std::clamp(wanted, -most, most);
   limited_ = target != wanted;
+  if (std::exchange(target_, target) == target && now < torque_.end()) return;
   torque_ = Profile::even_change({0, torque_.at(now).velocity}, target, interpolation_period(objects_), now);
 }
 

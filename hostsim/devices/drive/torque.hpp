@@ -28,7 +28,7 @@ class ProfileTorque final : public Mode {
   bool limited_ = false;
 };
 
-/// 6071h + 60B2h at each SYNC, reached one interpolation period (60C2h) later.
+/// 6071h + 60B2h at each SYNC, reached one interpolation period (60C2h) later; see cyclic.hpp.
 class CyclicTorque final : public Mode {
  public:
   using Mode::Mode;
@@ -43,6 +43,7 @@ class CyclicTorque final : public Mode {
 
  private:
   Profile torque_;  ///< its velocity is the torque
+  double target_ = 0;
   bool limited_ = false;
 };
 

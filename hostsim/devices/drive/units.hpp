@@ -1,52 +1,82 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// User-defined units against increments of the position encoder (CiA 402: 608Fh, 6091h, 6092h):
+/// User-defined units against increments of the position encoder. The first of these that the file has and
+/// that is not 1 : 1 counts.
+///
+/// Positions: 6093h, increments = user * 6093h:1 / 6093h:2; or with a feed constant (6092h)
 ///
 ///   increments = user * (608Fh:1 * 6091h:1 * 6092h:2) / (608Fh:2 * 6091h:2 * 6092h:1)
+///
+/// or the unit that 60A8h names: increments, revolutions of the shaft, degrees. With none of them and no
+/// 6093h, the formula with a feed of 1.
+///
+/// Velocities, a second: 6094h, increments = user * 6094h:1 / 6094h:2; 6096h, user units = position units *
+/// 6096h:1 / 6096h:2; the unit that 60A9h names; position units. Accelerations are velocity units a second.
 
 #include <cstdint>
 #include <limits>
 
 namespace cbcan::devices {
 
-/// As they stand in the dictionary. A ratio with a 0 in it counts as 1:1.
+/// As it stands in the dictionary; with a 0 in it, it says nothing.
+struct Ratio {
+  std::uint32_t up = 0;
+  std::uint32_t down = 0;
+  bool operator==(const Ratio&) const = default;
+
+  constexpr bool counts() const { return up != 0 && down != 0; }
+  constexpr bool is_other_than_1() const { return counts() && up != down; }
+};
+
 struct UnitFactors {
-  std::uint32_t encoder_increments = 1;
-  std::uint32_t encoder_revolutions = 1;
-  std::uint32_t gear_motor_revolutions = 1;
-  std::uint32_t gear_shaft_revolutions = 1;
-  std::uint32_t feed = 1;
-  std::uint32_t feed_shaft_revolutions = 1;
+  Ratio encoder{};                ///< 608Fh: increments, motor revolutions
+  Ratio gear{};                   ///< 6091h: motor revolutions, shaft revolutions
+  Ratio feed{};                   ///< 6092h: feed, shaft revolutions
+  Ratio position{};               ///< 6093h
+  Ratio velocity_encoder{};       ///< 6094h
+  Ratio velocity{};               ///< 6096h
+  std::uint32_t si_position = 0;  ///< 60A8h
+  std::uint32_t si_velocity = 0;  ///< 60A9h
   bool operator==(const UnitFactors&) const = default;
 };
 
 class Units {
  public:
   constexpr Units() = default;
-  explicit constexpr Units(const UnitFactors& factors) {
-    take(factors.encoder_increments, factors.encoder_revolutions);
-    increments_per_revolution_ = up_ / down_;
-    take(factors.gear_motor_revolutions, factors.gear_shaft_revolutions);
-    take(factors.feed_shaft_revolutions, factors.feed);
-  }
+  explicit Units(const UnitFactors& factors);
 
-  /// The same factor for positions, velocities (per second) and accelerations (per second squared). Products
-  /// up to 2^53 are exact and are divided once.
-  constexpr double increments(double user) const { return user * up_ / down_; }
-  constexpr double user(double increments) const { return increments * down_ / up_; }
-  constexpr double increments_per_revolution() const { return increments_per_revolution_; }
+  /// Products up to 2^53 are exact and are divided once.
+  double increments(double user) const { return user * position_.up / position_.down; }
+  double user(double increments) const { return increments * position_.down / position_.up; }
+  /// Of velocities, a second, and of accelerations, a second squared.
+  double increments_per_second(double user) const { return user * velocity_.up / velocity_.down; }
+  double user_velocity(double increments) const { return increments * velocity_.down / velocity_.up; }
+
+  /// Of the motor; kNominalResolution where 608Fh does not say.
+  double increments_per_revolution() const { return increments_per_revolution_; }
+  /// Motor speeds can be compared with velocities: 608Fh or 60A9h speaks of revolutions.
+  bool knows_revolutions() const { return knows_revolutions_; }
+
+  static constexpr double kNominalResolution = 2000;
 
  private:
-  constexpr void take(std::uint32_t up, std::uint32_t down) {
-    if (up == 0 || down == 0) return;
-    up_ *= up;
-    down_ *= down;
-  }
+  struct Factor {
+    double up = 1;
+    double down = 1;
+    constexpr Factor times(double by_up, double by_down) const { return {up * by_up, down * by_down}; }
+    constexpr Factor times(const Ratio& by) const { return by.counts() ? times(by.up, by.down) : *this; }
+    Factor times_ten_to(int exponent) const;
+  };
 
-  double up_ = 1;
-  double down_ = 1;
-  double increments_per_revolution_ = 1;
+  /// One unit as 60A8h and 60A9h name it, increments; up = 0: it is none that has to do with turning.
+  static Factor size_of(std::uint32_t unit, const Factor& shaft);
+  Factor velocity_of(const UnitFactors& factors, const Factor& shaft);
+
+  Factor position_{};
+  Factor velocity_{};
+  double increments_per_revolution_ = kNominalResolution;
+  bool knows_revolutions_ = false;
 };
 
 /// The nearest INTEGER32, halves away from 0; what lies outside is the nearest there is.

@@ -32,6 +32,8 @@ enum class FaultKind : std::uint8_t {
   kResponseOtherSequence,
   kAbort,
   kShortFrame,
+  // SDO requests to a node
+  kRefuse,
   // everything that a node sends
   kSilent,
   kHeartbeatStops,

@@ -58,6 +58,7 @@ constexpr auto kKinds = std::to_array<FaultRow>({
      "A block segment has the next number; an acknowledgement tells of one segment less, or of one for none.", {}},
     {"abort", kNode, "An abort instead of an SDO response.", {.code = 0x08000000}},
     {"short-frame", kNode, "An SDO response is a frame with fewer bytes.", {}},
+    {"refuse", kNode, "A write by SDO is refused: an abort, and nothing is stored.", {.code = 0x08000020}},
     {"silent", kNode, "Nothing that the node sends leaves it.", {}},
     {"heartbeat-stops", kNode, "Heartbeats, boot-up messages and responses to node guarding do not leave the node.", {}},
     {"state-wrong", kNode, "Heartbeats and responses to node guarding report another state.", {}},
@@ -89,6 +90,8 @@ constexpr std::array kKeys{
     key<&Fault::size>(kResponseOtherSize, {
         .key = "size", .help = "Bytes to claim, as far as the field holds them", .high = 0xFFFFFFFF, .absent = "one less"}),
     key<&Fault::code>(kAbort, {.key = "code", .help = "SDO abort code", .form = Form::kHexadecimal}),
+    key<&Fault::code>(kRefuse, {
+        .key = "code", .help = "SDO abort code", .form = Form::kHexadecimal, .low = 1, .high = 0xFFFFFFFF}),
     key<&Fault::length>(kShortFrame, {.key = "length", .help = "DLC that is left", .high = 7}),
     key<&Fault::state>(kStateWrong, {.key = "state", .help = "NMT state that is reported", .high = 127}),
     interval(kBootUpStorm),
@@ -113,9 +116,9 @@ constexpr std::array kKeys{
     time<&Fault::from>(kResponseNever, kBusLoad, {.key = "from_ms", .help = "Begins so long after it has been set"}),
     time<&Fault::until>(kResponseNever, kBusLoad, {
         .key = "until_ms", .help = "Is over so long after it has been set", .low = 1, .absent = "for ever"}),
-    key<&Fault::index>(kResponseNever, kShortFrame, {
+    key<&Fault::index>(kResponseNever, kRefuse, {
         .key = "index", .help = "Transfers of this object only", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "any"}),
-    key<&Fault::sub>(kResponseNever, kShortFrame, {
+    key<&Fault::sub>(kResponseNever, kRefuse, {
         .key = "sub", .help = "Transfers of this sub-index only", .high = 0xFF, .absent = "any"}),
     key<&Fault::step>(kResponseNever, kShortFrame, {
         .key = "step", .help = "Responses only that are this within their transfer", .choices = kSteps}),

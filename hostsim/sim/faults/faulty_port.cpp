@@ -48,6 +48,14 @@ bool FaultyPort::send_with_faults(const Frame& frame) {
   return true;
 }
 
+AbortCode FaultyPort::refusal(std::uint16_t index, std::uint8_t sub) {
+  for (SetFault& set : faults_.all())
+    if (set.fault.kind == FaultKind::kRefuse && is_about(set.fault, index, sub) &&
+        faults_.happens(set, heard_, now_))
+      return static_cast<AbortCode>(set.fault.code);
+  return AbortCode::kNone;
+}
+
 Frame FaultyPort::take_abort() {
   has_aborted_ = false;
   const Frame abort = sdo::make_abort(sdo::kRequestId + node_id_, watch_.multiplexer(), AbortCode::kGeneral);

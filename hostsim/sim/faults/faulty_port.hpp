@@ -6,6 +6,7 @@
 ///
 /// Its node:
 ///   on a frame:   port.set_now(now); port.heard(frame); stack.on_frame(frame, now);
+///   on a write:   port.refusal(index, sub) before the value is stored
 ///   when polled:  port.poll(now); stack.poll(now);
 ///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
 ///   on bus-off:   port.drop();
@@ -42,7 +43,16 @@ class FaultyPort final : public CanPort {
 
   /// A frame for this node, before its stack has it.
   void heard(const Frame& frame) {
-    if (!faults_.empty() && frame.id == sdo::kRequestId + node_id_) watch_.on_request(frame);
+    if (faults_.empty()) return;
+    heard_ = frame;
+    if (frame.id == sdo::kRequestId + node_id_) watch_.on_request(frame);
+  }
+
+  /// Before a value that was just heard is stored by SDO: kNone, or why a fault does not let it be.
+  AbortCode refusal(std::uint16_t index, std::uint8_t sub);
+  /// The same of the object that the last request was about.
+  AbortCode refusal() {
+    return refusal(sdo::index_of(watch_.multiplexer()), sdo::sub_of(watch_.multiplexer()));
   }
 
   /// False also while a frame of the faults' own waits for the controller.
@@ -99,6 +109,7 @@ class FaultyPort final : public CanPort {
   std::uint8_t node_id_;
   FaultSet faults_;
   SdoWatch watch_;
+  Frame heard_{};           ///< while there are faults
   std::vector<Held> held_;  ///< in the order in which they are due
   Time now_ = 0;
   Time retry_at_ = 0;  ///< the controller had no room

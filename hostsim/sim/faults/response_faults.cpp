@@ -92,9 +92,13 @@ void change_sequence(SdoStep step, Frame& frame) {
 
 }  // namespace
 
+bool is_about(const Fault& fault, std::uint16_t index, std::uint8_t sub) {
+  return (fault.index == Fault::kUnset || fault.index == index) &&
+         (fault.sub == Fault::kUnset || fault.sub == sub);
+}
+
 bool is_about(const Fault& fault, const SdoResponse& response, const Frame& frame) {
-  if (fault.index != Fault::kUnset && fault.index != sdo::index_of(response.mux)) return false;
-  if (fault.sub != Fault::kUnset && fault.sub != sdo::sub_of(response.mux)) return false;
+  if (!is_about(fault, sdo::index_of(response.mux), sdo::sub_of(response.mux))) return false;
   if (fault.step != SdoStep::kAny && fault.step != response.step) return false;
   return can_change(fault.kind, response.step, frame);
 }

@@ -13,7 +13,10 @@ struct SdoResponse {
   sdo::Multiplexer mux;  ///< of the transfer
 };
 
-/// Is this fault about this response: the right object and step, and with something in it that the fault
+/// Is this fault about transfers of this object?
+bool is_about(const Fault& fault, std::uint16_t index, std::uint8_t sub);
+
+/// Is it about this response: the right object and step, and with something in it that the fault
 /// changes?
 bool is_about(const Fault& fault, const SdoResponse& response, const Frame& frame);
 
