@@ -50,10 +50,6 @@ class Python(unittest.TestCase):
         code, said = run(*PYTEST, "--strict-markers", ROOT / "examples/pytest")
         self.assertEqual((code, re.findall(r"\d+ passed", said)), (0, ["8 passed"]), said)
 
-    def test_the_page_shows_the_example(self):
-        shown = re.search(r"from examples/pytest/test_plant.py -->\n```python\n(.*?)```", (ROOT / "docs/install.md").read_text(), re.DOTALL)
-        self.assertIn("\n\n" + shown[1], (ROOT / "examples/pytest/test_plant.py").read_text())
-
     def test_what_fails_says_why(self):
         code, said = self.pytest(FAILING)
         self.assertEqual(code, 1)
