@@ -7,6 +7,7 @@ usage: blocks_test.py PROGRAM_DIR NPM_FOLDER EXAMPLE_PROGRAM...
 """
 
 import concurrent.futures
+import contextlib
 import functools
 import json
 import pathlib
@@ -28,6 +29,7 @@ import page_blocks
 import plc
 import run_snippets
 from done import done, output
+from serial_line import SerialLine
 from simulator import LIMIT
 
 BIN, NPM = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
@@ -212,17 +214,9 @@ class Pages:
             raise Wrong(f"{words[0]}: nothing here says how it is carried out; see NOT_EXECUTED")
 
     def on_serial_line(self, command):
-        with tempfile.TemporaryDirectory() as folder:
-            ends = [f"{folder}/{name}" for name in ("plc", "module")]
-            bridge = subprocess.Popen(["socat", "-d", "-d", *(f"pty,raw,echo=0,link={end}" for end in ends)], stderr=subprocess.PIPE, text=True)
-            try:
-                while "starting data transfer" not in bridge.stderr.readline():
-                    assert bridge.poll() is None
-                self.run("cbcan-sim", "--demo", "--module-parameters", f"{folder}/stored", "--rtu", f"{ends[1]},115200,E,1", "--", "sh", "-c",
-                         command.replace("/dev/ttyACM0", ends[0]))
-            finally:
-                bridge.kill()
-                bridge.communicate()
+        with contextlib.closing(SerialLine()) as line:
+            self.run("cbcan-sim", "--demo", "--module-parameters", "stored", "--rtu", f"{line.ends[1]},115200,E,1", "--", "sh", "-c",
+                     command.replace("/dev/ttyACM0", line.ends[0]))
 
     def json(self, block, page):
         json.loads(block.text)
