@@ -83,13 +83,14 @@ class Packaging(unittest.TestCase):
     def test_arduino(self):
         """Arduino: everything below src/ is compiled, and src/ is the only include path."""
         with tempfile.TemporaryDirectory() as folder:
-            library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", folder).strip())
+            library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "libraries", cwd=folder).strip())  # from where one is
+            self.assertEqual(library, pathlib.Path(folder) / "libraries/cbcan")
             sources = sorted((library / "src").rglob("*.cpp"))
             self.assertEqual([str(path.relative_to(library / "src")) for path in sources], library_sources())
             sketch = pathlib.Path(folder) / "sketch.cpp"
             sketch.write_text("#include <cbcan.h>\n" + EXAMPLE.read_text())
             compile_with([f"-I{library}/src", "-std=gnu++20"], sources, sketch)
-            again = subprocess.run([ROOT / "tools/dev/arduino-library", folder], capture_output=True, text=True)
+            again = subprocess.run([ROOT / "tools/dev/arduino-library", f"{folder}/libraries"], capture_output=True, text=True)
             self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
 
     def test_canopen_by_itself(self):
