@@ -60,7 +60,6 @@ NOT_EXECUTED = {
     "podman ": "needs a container engine; fresh_root_test.py carries out the Containerfile",
     "bench/": "measures for minutes; tests with the label bench or figures do so with small numbers",
     "build/bench/": "measures; likewise",
-    "qemu-system-": "needs an image, which the ordinary build does not make; tests/firmware runs them so",
     "cp build/": "needs a board",
     "st-flash ": "needs a board",
     "openocd ": "needs a board",
@@ -153,6 +152,7 @@ class Pages:
         for place in (self.job, folder / "devices"):
             (place / "valve.dcf").write_text(VALVE)
         (self.job / "pump.csv").write_text("0,1\n1,2\n")
+        (self.job / "kernel").write_bytes(bytes(64))
         (self.job / "run-tests").write_text("#!/bin/sh\ncbcanctl read 0 0x3001 0\n")
         (self.job / "run-tests").chmod(0o755)
         self.reasons, self.told = set(), set()  # of NOT_RUN and NOT_EXECUTED those that were needed; outputs that were compared
@@ -161,8 +161,9 @@ class Pages:
         return done(*command, **{"cwd": self.job, "env": ENVIRONMENT, "timeout": LIMIT} | options).stdout
 
     def with_plant(self, *command, **options):
-        """A command beside the demo plant at its port, in a network of its own."""
-        return self.run(*run_snippets.ALONE, BIN / "cbcan-sim", "--demo", "--modbus", "127.0.0.1:1502", "--", *command, **options)
+        """A command beside the demo plant at the ports of the pages, in a network of its own."""
+        return self.run(*run_snippets.ALONE, BIN / "cbcan-sim", "--demo", "--modbus", "127.0.0.1:1502", "--slcan", "127.0.0.1:5021", "--",
+                        *command, **options)
 
     def compare(self, printed, block, page):
         """With the block behind it, or the page's ```text."""
@@ -206,6 +207,9 @@ class Pages:
         words = ["plant.toml" if word == "PLANT" else word for word in shlex.split(command.removeprefix("build/bin/"))]
         if "/dev/ttyACM0" in command:
             self.on_serial_line(command.removeprefix("build/bin/"))
+        elif words[0].startswith("qemu-system-"):  # makes the machine and does not start it; tests/firmware runs the images
+            words[words.index("-kernel") + 1], words[words.index("-monitor") + 1] = "kernel", "stdio"
+            self.with_plant("sh", "-c", f"echo quit | {shlex.join(words)} -S")
         elif words[0] == "pytest" or words[:2] == ["cbcan-sim", "run"] or "--" in words:
             self.run(*words)
         elif words[0] == "cbcan-sim":  # reads plant, EDS files and options, and opens nothing
