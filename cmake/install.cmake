@@ -34,7 +34,7 @@ if(TARGET cbcan::cia405)
 endif()
 
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcbcan-dev COMPONENT dev
-  FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN CMakeLists.txt)
+  FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN "*.ini" PATTERN CMakeLists.txt)
 if(TARGET cbcan::sim)
   cbcan_install_libraries(cbcan-sim sim scenario plant journal devices lua_room eds sim_room text)
   cbcan_install_headers(hostsim/include/cbcan)
@@ -61,7 +61,7 @@ install(FILES packaging/cbcan-sim@.service DESTINATION lib/systemd/system COMPON
 install(FILES tools/python/cbcan_plant.py DESTINATION ${data}/python COMPONENT programs)
 file(CREATE_LINK ../../../${data}/python/cbcan_plant.py ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py SYMBOLIC)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py DESTINATION lib/python3/dist-packages COMPONENT programs)  # where Debian's looks
-install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+install(FILES README.md SECURITY.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 
 # ---- Packages: cpack

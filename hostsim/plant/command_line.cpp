@@ -47,7 +47,7 @@ class Typed {
       take_word(take());
     if (words_.empty()) return;
     command.assign(words_.begin() + 1, words_.end());
-    if (command.empty()) complain(kCommand, "write a command behind it, such as -- pytest tests");
+    if (command.empty()) complain(kCommand, "write a command behind it, such as -- ./run-tests");
   }
 
   Arguments arguments;  ///< in order

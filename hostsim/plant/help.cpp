@@ -34,8 +34,10 @@ SIGINT, SIGTERM or SIGHUP.
 
 With a COMMAND the plant serves at free ports, runs as long as the command, and
 passes signals on. The command finds in its environment where: CBCAN_MODBUS,
-CBCAN_CONTROL and CBCAN_SLCAN, of network 2 CBCAN_SLCAN_2. An address that an
-option names is used; those of the plant file are not.
+CBCAN_CONTROL, CBCAN_CAN and CBCAN_SLCAN, where they are served CBCAN_HTTP,
+CBCAN_RTU, CBCAN_RTU_TCP, CBCAN_PLC and CBCAN_SOCKETCAND; of network 2
+CBCAN_SLCAN_2 and so on. An address that an option names is used; those of the
+plant file are not.
 
 Every setting of a plant file has an option here, and the option wins.
 )";
@@ -44,7 +46,7 @@ constexpr std::string_view kClosing = R"(
 Examples:
   cbcan-sim --demo --log bus.log
         the built-in plant at 127.0.0.1:1502, with a log of the bus
-  cbcan-sim --config plant.toml -- pytest tests
+  cbcan-sim --config plant.toml -- ./run-tests
         a plant for one run of tests
   cbcan-sim --can socketcan:vcan0 --modbus 0.0.0.0:502 --sdo-timeout 200
         a real bus instead, open to the network, with no simulated node

@@ -17,7 +17,8 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "firmware").rglob("*.md"))]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import page_blocks
 
 # Each group, and the compiler that its figures follow from; the pages are about its version 12.
 GROUPS = {"x86": "g++", "m3": "arm-none-eabi-g++", "size": "arm-none-eabi-g++", "host": "g++", "plant": None, "tr308": None}
@@ -84,7 +85,7 @@ def main():
         print(f"the pages are about {GROUPS[group]} {VERSION}, which this is not: not compared")
         return
     found = []
-    texts = {page: corrected(page, group, figures, found) for page in PAGES}
+    texts = {page: corrected(page, group, figures, found) for page in page_blocks.pages()}
     if WRITE:
         for page, text in texts.items():
             page.write_text(text)

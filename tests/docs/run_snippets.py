@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Runs every ```console block of a Markdown file as a person would and compares what is printed.
+"""Plays the sessions of pages, ```console or indented blocks of lines with "$ ", as a person would and compares what is printed.
 
-Lines that begin with "$ " are typed into one shell, in the project's folder with its programs built; the lines below are what they must
-print. A line "..." stands for any number of lines, "..." within a line for any text. Everything runs in a network namespace of
-its own, so that the ports which the document names are free.
+Lines that begin with "$ " are typed into one shell for each page, in the project's folder with its programs built and in the path; the lines below
+are what they must print. A line "..." stands for any number of lines, "..." within a line for any text, 12.345678 for any time. A command that ends
+in "&" is a server: its first line says that it serves, whether the page shows it or not. What ENDLESS names is interrupted, and has to run until
+then. Blocks whose first line is a comment with the name of a file are that file. Everything runs in a network namespace of its own, so that the
+ports which the page names are free.
 
 usage: run_snippets.py PROGRAM_DIR FILE.md... [--root ROOT]      where PROGRAM_DIR is in ROOT, for chroot
 """
@@ -22,72 +24,74 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+import page_blocks
 
 AS_ROOT = [] if os.geteuid() == 0 else ["--map-root-user"]
 ALONE = ["unshare", "--net", *AS_ROOT, "sh", "-c", 'ip link set dev lo up && exec "$@"', "sh"]
 SHELL = ["bash", "--norc"]
 LIMIT = 120  # seconds for a document
-PROLOGUE = "exec 2>&1"
+PROLOGUE = "exec 2>&1; PATH=$PWD/build/bin:$PATH"
+ENDLESS = re.compile(r"curl -sN|\S*cbcanctl monitor")
 # After each command: its own mark, so that its output can be told from the next one's.
 MARK = "--8<-- {} --8<--"
-
-
-def blocks(text):
-    """(line number, lines) of each console block."""
-    found, start, lines = [], None, []
-    for number, line in enumerate(text.splitlines(), 1):
-        if line.startswith("```"):
-            if start is not None:
-                found.append((start, lines))
-                start = None
-            elif line.strip() == "```console":
-                start, lines = number + 1, []
-        elif start is not None:
-            lines.append(line)
-    return found
+UNEXPECTED_END = "--it-has-ended--"
+FILE = re.compile(r"(?:#|//|--) ([\w.]+\.\w+)\b")
 
 
 def steps(document):
     """(line number, command, expected lines) of a document, in order."""
     found = []
-    for start, lines in blocks(document.read_text()):
-        for offset, line in enumerate(lines):
-            if line.startswith("$ "):
-                found.append((start + offset, line[2:], []))
-            elif found:
-                found[-1][2].append(line)
+    for block in page_blocks.blocks(document):
+        if block.is_session:
+            for number, line in enumerate(block.text.splitlines(), block.line):
+                if line.startswith("$ "):
+                    found.append((number, line[2:], []))
+                else:
+                    found[-1][2].append(line)
     return found
 
 
-def pattern_of(expected):
+def is_server(command):
+    return command.rstrip().endswith("&")
+
+
+def pattern_of(command, expected):
+    if ENDLESS.match(command) or is_server(command) and not expected:
+        return r"(?:.*\n)*"
     parts = []
     for line in expected:
         if line.strip() == "...":
             parts.append(r"(?:.*\n)*?")
         else:
-            parts.append(".*".join(re.escape(piece) for piece in line.rstrip().split("...")) + r"[ \t]*\n")
+            text = ".*".join(re.escape(piece) for piece in line.rstrip().split("..."))
+            parts.append(text.replace(r"12\.345678", r"\d+\.\d{6}") + r"[ \t]*\n")
     return "".join(parts)
 
 
 def script_of(document_steps):
     lines = [PROLOGUE]
-    for number, (_, command, expected) in enumerate(document_steps):
-        if command.rstrip().endswith("&") and expected:
-            # A server: its first line says that it serves.
+    for number, (_, command, _) in enumerate(document_steps):
+        if is_server(command):
             command = command.rstrip()[:-1]
-            lines.append(f"coproc {command}\nread -r line <&${{COPROC[0]}} && echo \"$line\"")
+            # The last server keeps the pipe; bash knows one coprocess by a name.
+            lines.append(f"coproc SERVER{number} {{ exec {command}; }}\nread -r line <&${{SERVER{number}[0]}} && echo \"$line\"")
+        elif ENDLESS.match(command):
+            lines.append(f"timeout -s INT 1 {command.partition('    #')[0]}; [[ $? == 124 ]] || echo {UNEXPECTED_END}")
         else:
             lines.append(command)
         lines.append("echo '" + MARK.format(number) + "'")
     return "\n".join(lines) + "\nkill $(jobs -p) 2>/dev/null; wait\n"
 
 
-def type_into_shell(script, program_dir, root):
+def type_into_shell(document, script, program_dir, root):
     """What the shell prints. Whatever it started ends with it."""
     with tempfile.TemporaryDirectory(dir=root and f"{root}/tmp") as folder:
         inside = ["chroot", root, "env", f"--chdir=/{os.path.relpath(folder, root)}"] if root else []
         for name in ("plants", "tools", "docs", "scenarios", "examples"):
             (shutil.copytree if root else os.symlink)(ROOT / name, pathlib.Path(folder) / name)
+        for block in page_blocks.blocks(document):
+            if name := FILE.match(block.first):
+                (pathlib.Path(folder) / name[1]).write_text(block.text)
         os.makedirs(pathlib.Path(folder) / "build")
         os.symlink(program_dir, pathlib.Path(folder) / "build" / "bin")
         shell = subprocess.Popen([*ALONE, *inside, *SHELL], cwd=folder, text=True, start_new_session=True, stdin=subprocess.PIPE,
@@ -104,12 +108,12 @@ def run(document, program_dir, root):
     document_steps = steps(document)
     if not document_steps:
         return [f"{document}: not one command in a console block"], 0
-    found, rest = [], type_into_shell(script_of(document_steps), program_dir, root)
+    found, rest = [], type_into_shell(document, script_of(document_steps), program_dir, root)
     for number, (line, command, expected) in enumerate(document_steps):
         output, mark, rest = rest.partition(MARK.format(number) + "\n")
         if not mark:
             return found + [f"{document}:{line}: `{command}`: did not end; it printed:\n{output}"], number
-        if not re.fullmatch(pattern_of(expected), output):
+        if not re.fullmatch(pattern_of(command, expected), output) or UNEXPECTED_END in output:
             found.append(f"{document}:{line}: `{command}` printed:\n{output}expected:\n" + "\n".join(expected))
     return found, len(document_steps)
 
@@ -128,4 +132,5 @@ def main():
     sys.exit(0 if cases.enough(ran) and not found else 1)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -2,6 +2,8 @@
 // The plant as somebody else's test has it: one header.
 #include <cbcan/sim.hpp>
 
+#include <filesystem>
+
 #include "support/catch.hpp"
 
 using namespace cbcan;
@@ -20,6 +22,15 @@ TEST_CASE("ten lines: a plant from a file, a transaction, a time-out, and what i
   CHECK(plant.now() == 1s);
   CHECK(plant.frames() == Lines{"642#4000100000000000", "5C2#4300100091010F00", "663#4000100000000000",
                                 "663#8000100000000405"});
+}
+
+TEST_CASE("the lines of the page about scenarios") {
+  std::filesystem::current_path(CBCAN_SOURCE_DIR "/plants/demo");
+  cbcan::Plant plant = cbcan::Plant::from_file("plant.toml");
+  plant.command("trigger read 99 0x1000 0 4");
+  CHECK(plant.wait("transaction ended"));
+  CHECK(plant.registers(3706, 2) == std::vector<std::uint16_t>{0, 0x0504});
+  CHECK(plant.now() == std::chrono::seconds(1));
 }
 
 TEST_CASE("commands, their values, and time") {

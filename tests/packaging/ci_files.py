@@ -4,11 +4,13 @@
 import json
 import pathlib
 import re
+import shutil
 
 import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml"]
+PYTEST_INI = "[pytest]\ncbcan_plant = --config plant.toml\n"
 BASH = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c"]  # as both systems do
 
 
@@ -49,3 +51,14 @@ def container():
         found[name] = json.loads(rest) if rest.startswith("[") else rest
     found["HEALTHCHECK"] = json.loads(found["HEALTHCHECK"].partition("CMD ")[2])
     return found
+
+
+def repository(job):
+    """A user's: the demo plant, pytest.ini as docs/install.md has it, and what ships as examples for the rest."""
+    shutil.copytree(ROOT / "plants/demo", job)
+    shutil.copytree(ROOT / "plants", job / "plants")  # of the shipped scenarios
+    shutil.copytree(ROOT / "scenarios", job / "scenarios")
+    shutil.copytree(ROOT / "examples/pytest", job / "tests", ignore=shutil.ignore_patterns("pytest.ini"))
+    shutil.move(job / "tests/conftest.py", job)
+    (job / "pytest.ini").write_text(PYTEST_INI)
+    return job

@@ -29,12 +29,6 @@ from done import output as run
 import ci_files
 
 ALONE = ["unshare", "--net", "sh", "-c", 'ip link set dev lo up && exec "$@"', "sh"]  # the ports of its own
-JOB_TESTS = """from cbcan_plant import READ
-
-def test_a_node(plant, window):
-    assert window.execute(READ, 0x42, 0x1000, 0, 4) == 0
-    assert window.data == plant.get(0x42, 0x1000).to_bytes(4, "little")
-"""
 
 
 class FreshRoot(unittest.TestCase):
@@ -72,23 +66,10 @@ class FreshRoot(unittest.TestCase):
             env=os.environ | {"CBCAN_CASES": "9"})
         self.purge("cbcan")
 
-    def make_job(self):
-        """A user's repository."""
-        job = self.root / "job"
-        self.addCleanup(shutil.rmtree, job)
-        shutil.copytree(ROOT / "plants/demo", job)
-        shutil.copytree(ROOT / "plants", job / "plants")  # of the shipped scenarios
-        with (job / "plant.toml").open("a") as plant:
-            plant.write('\n[time]\nclock = "manual"\n')
-        (job / "tests").mkdir()
-        (job / "tests/conftest.py").write_text((ROOT / "examples/pytest/conftest.py").read_text())
-        (job / "tests/test_node.py").write_text(JOB_TESTS)
-        shutil.copytree(ROOT / "scenarios", job / "scenarios")
-        return job
-
     def carry_out(self, steps, **environment):
         """Each step in the repository's folder; returns the seconds that all of them took."""
-        job = self.make_job()
+        job = ci_files.repository(self.root / "job")
+        self.addCleanup(shutil.rmtree, job)
         begin = time.monotonic()
         for script, own in steps:
             own = {name: re.sub(r"\$\{\{ (\S+) \}\}", lambda found: EXPRESSIONS[found[1]], value) for name, value in own.items()}

@@ -83,20 +83,20 @@ class Packaging(unittest.TestCase):
     def test_arduino(self):
         """Arduino: everything below src/ is compiled, and src/ is the only include path."""
         with tempfile.TemporaryDirectory() as folder:
-            library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", folder).strip())
+            library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "libraries", cwd=folder).strip())  # from where one is
+            self.assertEqual(library, pathlib.Path(folder) / "libraries/cbcan")
             sources = sorted((library / "src").rglob("*.cpp"))
             self.assertEqual([str(path.relative_to(library / "src")) for path in sources], library_sources())
             sketch = pathlib.Path(folder) / "sketch.cpp"
             sketch.write_text("#include <cbcan.h>\n" + EXAMPLE.read_text())
             compile_with([f"-I{library}/src", "-std=gnu++20"], sources, sketch)
-            again = subprocess.run([ROOT / "tools/dev/arduino-library", folder], capture_output=True, text=True)
+            again = subprocess.run([ROOT / "tools/dev/arduino-library", f"{folder}/libraries"], capture_output=True, text=True)
             self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
 
     def test_canopen_by_itself(self):
-        """The folder and the headers that its page names, and nothing else of us: the page's example, and what it prints."""
+        """The folder and the headers that its page names, and nothing else of us."""
         page = (ROOT / "firmware/cbcan/canopen/README.md").read_text()
         example = ROOT / "examples/sdo_read.cpp"
-        self.assertEqual(re.search(r"```cpp\n(.*?)```", page, re.DOTALL)[1], example.read_text())
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
             shutil.copytree(ROOT / "firmware/cbcan/canopen", folder / "cbcan/canopen")
@@ -104,13 +104,10 @@ class Packaging(unittest.TestCase):
                 shutil.copy(ROOT / "firmware/cbcan" / header, folder / "cbcan")
             run("c++", "-std=c++20", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror", f"-I{folder}", example,
                 *sorted((folder / "cbcan").rglob("*.cpp")), "-o", folder / "example")
-            self.assertIn("".join(f"    {line}\n" for line in run(folder / "example").splitlines()), page)
+            self.assertEqual(run(folder / "example"), "4 bytes: 91 01 0F 00\n")
 
-    def test_the_page_shows_the_example_as_it_is(self):
-        page = (ROOT / "docs/porting.md").read_text()
-        shown = re.search(r"```cpp\n(.*?)```", page, re.DOTALL)[1]
-        self.assertEqual(shown, EXAMPLE.read_text())
-        self.assertLess(len(shown.splitlines()), 100)
+    def test_the_example_has_under_100_lines(self):
+        self.assertLess(len(EXAMPLE.read_text().splitlines()), 100)
 
 
 cases.main()

@@ -16,6 +16,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+import ci_files
 from simulator import LIMIT, program_from_arguments, wait_until
 
 SIMULATOR = program_from_arguments(sys.argv)
@@ -49,30 +50,48 @@ class Python(unittest.TestCase):
         code, said = run(*PYTEST, "--strict-markers", ROOT / "examples/pytest")
         self.assertEqual((code, re.findall(r"\d+ passed", said)), (0, ["8 passed"]), said)
 
-    def test_the_page_shows_the_example(self):
-        shown = re.search(r"from examples/pytest/test_plant.py -->\n```python\n(.*?)```", (ROOT / "docs/install.md").read_text(), re.DOTALL)
-        self.assertIn("\n\n" + shown[1], (ROOT / "examples/pytest/test_plant.py").read_text())
-
     def test_what_fails_says_why(self):
         code, said = self.pytest(FAILING)
         self.assertEqual(code, 1)
         self.assertRegex(said, r"NotWithin: wait state 66 operational within 2s: not within 2\.0+ s: state 66 operational: ")
         self.assertIn("1 failed, 1 passed", said)
 
-    def test_the_plant_around(self):
-        """The tests share the plant that they were started with; a marker gives one of its own."""
+    def test_under_a_plant_each_test_still_has_its_own(self):
+        code, said = run(SIMULATOR, "--demo", "--", *PYTEST, ROOT / "examples/pytest")
+        self.assertEqual((code, re.findall(r"\d+ passed", said)), (0, ["8 passed"]), said)
+        code, said = self.pytest("def test_one(plant):\n    pass\n", SIMULATOR, "--demo", "--")
+        self.assertEqual((code, "run pytest alone, and name the plant in its configuration file" in said), (1, True), said)
+
+    def test_a_plant_around_is_shared_where_a_test_asks_for_it(self):
         code, said = self.pytest("""
 import pytest
-def test_one(plant):
-    plant.advance("5s")
-def test_two(plant, window):
-    assert plant.now == 5
-    assert window.execute(5055, 0x42, 0x1000, 0, 4) == 0
+from cbcan_plant import Plant
+@pytest.fixture(scope="session")
+def shared():
+    with Plant.around() as plant:
+        yield plant
+def test_one(shared):
+    shared.advance("5s")
+def test_two(shared):
+    assert shared.now == 5
 @pytest.mark.plant("--demo")
 def test_three(plant):
     assert plant.now == 0
 """, SIMULATOR, "--demo", "--clock", "manual", "--")
         self.assertEqual((code, "3 passed" in said), (0, True), said)
+
+    def test_the_jobs_of_CI_systems_and_of_the_pages_pass_as_they_stand(self):
+        """Their own steps, in a repository with the examples; what installs is fresh_root_test.py's."""
+        steps = {script for script, _ in ci_files.github_steps() + ci_files.gitlab_steps() if not re.search("apt-get|curl|GITHUB_ENV", script)}
+        self.assertEqual(len(steps), 2, steps)
+        with tempfile.TemporaryDirectory() as folder:
+            job = ci_files.repository(pathlib.Path(folder) / "job")
+            for step in sorted(steps):
+                code, said = run(*ci_files.BASH, step, cwd=job, env=ENVIRONMENT | {"PATH": f"{pathlib.Path(SIMULATOR).parent}:/usr/bin:/bin"})
+                self.assertEqual(code, 0, f"{step}\n{said}")
+            self.assertIn("<testsuite", (job / "results.xml").read_text())
+            code, said = run(*PYTEST, cwd=job / "tests")  # the plant's path is relative to pytest.ini
+            self.assertEqual((code, "8 passed" in said), (0, True), said)
 
     def test_several_networks(self):
         code, said = self.pytest(f"""

@@ -262,7 +262,7 @@ TEST_CASE("behind -- stands a command, for which the plant is at free addresses"
   CHECK(named.config.networks.at(0).can.slcan == ":1601");
   CHECK(start({"--can", "socketcan:can0", "--", "x"}).config.networks.at(0).can.slcan.empty());
   CHECK(start({"--demo"}).command.empty());
-  refused_as({"--demo", "--"}, "--: write a command behind it, such as -- pytest tests");
+  refused_as({"--demo", "--"}, "--: write a command behind it, such as -- ./run-tests");
 }
 
 TEST_CASE("an EDS file that is given as a plant file is told so") {

@@ -129,20 +129,6 @@ TEST_CASE("the reference names no option that does not exist") {
   }
 }
 
-TEST_CASE("every TOML snippet of the reference, and of the page about faults, is a good plant") {
-  Lines snippets = toml_snippets(source_file("docs/plant-file.md"));
-  CHECK(snippets.size() == 4);
-  const Lines of_faults = toml_snippets(source_file("docs/faults.md"));
-  CHECK(of_faults.size() == 1);
-  snippets.insert(snippets.end(), of_faults.begin(), of_faults.end());
-  for (const std::string& snippet : snippets) {
-    INFO(snippet);
-    const Plant plant = read(snippet);
-    CHECK(plant.errors == Lines{});
-    CHECK(to_lines(check(plant.config)) == Lines{});
-  }
-}
-
 TEST_CASE("the reference's command line makes the same node as its example") {
   const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(0));
   const Start typed = start({"--node", "5=../devices/valve.dcf", "--object", "5:0x2001=17", "--object",

@@ -5,6 +5,7 @@
 import os
 import pathlib
 import pty
+import re
 import signal
 import socket
 import subprocess
@@ -12,7 +13,8 @@ import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from simulator import LIMIT, Window, program_from_arguments, wait_until
 
@@ -70,6 +72,17 @@ class Environment(unittest.TestCase):
         self.assertEqual(where["CBCAN_CONTROL"], f"unix:{folder}/control")
         for key in ("CBCAN_MODBUS", "CBCAN_SLCAN", "CBCAN_RTU_TCP"):
             self.assertNotEqual(where[key].rsplit(":", 1)[1], str(port))
+
+    def test_one_table_of_the_pages_and_the_help_name_all_variables(self):
+        everything = [word for option in ("--http", "--rtu-tcp", "--socketcand") for word in (option, "127.0.0.1:0")]
+        master, port = pty.openpty()
+        self.addCleanup(os.close, master)
+        self.addCleanup(os.close, port)
+        where = self.variables("--demo", *everything, "--rtu", os.ttyname(port), "--plc", "127.0.0.1:1")
+        tables = [re.findall(r"^\| `(CBCAN_\w+)` \|", page.read_text(), re.M) for page in (ROOT / "docs").rglob("*.md")]
+        self.assertEqual([sorted(table) for table in tables if table], [sorted(where)])
+        helped = set(re.findall(r"CBCAN_\w+", subprocess.run([PROGRAM, "--help"], capture_output=True, text=True).stdout))
+        self.assertEqual(sorted(helped), sorted([*where, "CBCAN_SLCAN_2"]))
 
     def test_cbcanctl_finds_the_plant(self):
         self.assertEqual(run(CTL, "read", "0x42", "0x1017", "0", "--type", "u16").stdout, "0\n")
@@ -153,7 +166,7 @@ time.sleep(60)""")
 
 class SilentNode(unittest.TestCase):
     def test_the_README_s_test_without_a_sleep_is_the_same_every_time_also_under_load(self):
-        script = str(pathlib.Path(__file__).resolve().parents[2] / "examples/silent_node.sh")
+        script = str(ROOT / "examples/silent_node.sh")
         runs = int(os.environ.get("CBCAN_RUNS", "10"))
         for _ in range(runs // 5):
             at_once = [subprocess.Popen([PROGRAM, "--demo", "--clock", "manual", "--", "bash", script], stdout=subprocess.PIPE,

@@ -3,6 +3,7 @@
 """Commands at run time: over a socket on a running clock, and between `pass` lines on a standing one; signals, faults and stored
 parameters of a plant file."""
 
+import os
 import pathlib
 import socket
 import subprocess
@@ -90,6 +91,8 @@ class OverASocket(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = f"{folder}/control"
             simulator, commands = self.start("--control", f"unix:{path}")
+            os.umask(umask := os.umask(0))
+            self.assertEqual(pathlib.Path(path).stat().st_mode & 0o777, 0o777 & ~umask)  # as SECURITY.md says
             self.assertEqual(commands("get 1 0x9130:1"), "ok 99021\n")
             self.assertEqual(simulator.stop()[0], 0)
             self.assertFalse(pathlib.Path(path).exists())

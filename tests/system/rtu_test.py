@@ -15,7 +15,8 @@ import unittest
 from pymodbus.client import ModbusTcpClient
 from pymodbus.framer.rtu_framer import ModbusRtuFramer
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from mcu import crc
 from serial_line import SerialLine
@@ -146,6 +147,22 @@ class OverTcp(unittest.TestCase):
             first.sendall(request[3:])
             self.assertEqual(first.recv(len(response), socket.MSG_WAITALL), response)
             self.assertEqual(window.read(4117, 1), [0])
+
+    def test_function_codes_are_those_of_the_pages_by_tcp_and_rtu(self):
+        table = {3: "0000000a", 4: "0000000a", 6: "10150001", 16: "10150001020001", 22: "1015FFFF0000", 23: "00000001101500010200 01", 43: "0E0100"}
+        pages = "".join(page.read_text() for page in (ROOT / "docs").rglob("*.md"))
+        rows = re.search(r"^\| FC \| Function .*\n((?:\|.*\n)*)", pages, re.M)[1]
+        self.assertEqual(sorted(map(int, re.findall(r"^\| (\d+)", rows, re.M))), sorted(table))
+        listed = re.search(r"Function codes ([^.]+)\.", (ROOT / "README.md").read_text())[1]
+        self.assertEqual(sorted(map(int, re.findall(r"\d+", listed.replace("/14", "")))), sorted(table))
+        with self.simulator.window() as window, socket.create_connection(("127.0.0.1", self.port), timeout=LIMIT) as line:
+            for function in range(1, 128):
+                refused = window.request(bytes([function]) + bytes.fromhex(table.get(function, "00000001"))) == bytes([function | 0x80, 1])
+                self.assertEqual(refused, function not in table, function)
+            for function in (*table, 1, 5):
+                line.sendall(frame(f"01{function:02X}" + table.get(function, "00000001")))
+                response = line.recv(300)
+                self.assertEqual(response[1:3] == bytes([function | 0x80, 1]), function in (1, 5, 43), (function, response.hex()))
 
 
 cases.main()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A simulated CANopen plant behind a coprocessor's registers, for tests in Python: cbcan-sim on a clock that stands still until a test lets
-time pass. Needs the standard library and the program cbcan-sim; with pytest there are two fixtures. In conftest.py:
+time pass. Needs the standard library and the program cbcan-sim; with pytest there are two fixtures. In conftest.py at the top:
 
     pytest_plugins = ["cbcan_plant"]
 
@@ -10,8 +10,14 @@ time pass. Needs the standard library and the program cbcan-sim; with pytest the
         assert window.abort == 0x05040000
         assert plant.now == 1.0                                   # the SDO timeout, in no time
 
-A plant of one's own: @pytest.mark.plant("--config", "plant.toml"), with any options of cbcan-sim; without it the built-in demo. Under
-`cbcan-sim ... -- pytest` the tests share that plant, whose clock runs unless it was started with --clock manual.
+Each test has a plant of its own: the built-in demo, or what the key `cbcan_plant` of pytest's configuration file says, with any options of
+cbcan-sim and paths relative to that file:
+
+    [pytest]
+    cbcan_plant = --config plant.toml
+
+@pytest.mark.plant("--config", "other.toml") gives one test, class or module another. A plant that runs already is no fixture: a test that is
+the COMMAND of `cbcan-sim ... -- COMMAND` has it by Plant.around(), with all that other tests have done to it.
 """
 
 import json
@@ -58,10 +64,13 @@ def duration(time):
 class Plant:
     """A plant of its own, in a process that ends with stop(), or with this one."""
 
-    def __init__(self, *options, program=None):
-        command = [program or os.environ.get("CBCAN_SIM", "cbcan-sim"), *(options or ["--demo"]), "--clock", "manual",
-                   "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"]
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    def __init__(self, *options, program=None, folder=None):
+        """`options` of cbcan-sim, --demo if none; paths in them are relative to `folder`, or to the current one."""
+        program = program or os.environ.get("CBCAN_SIM", "cbcan-sim")
+        if os.sep in program:
+            program = os.path.abspath(program)
+        command = [program, *(options or ["--demo"]), "--clock", "manual", "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=folder)
         ready = self.process.stdout.readline()
         if not ready.startswith("ready "):
             self.stop()
@@ -232,15 +241,21 @@ except ImportError:
     pytest = None
 
 if pytest:
+    def pytest_addoption(parser):
+        parser.addini("cbcan_plant", "options of cbcan-sim for the fixture `plant`; --demo without", "args", [])
+
     def pytest_configure(config):
-        config.addinivalue_line("markers", "plant(option, ...): options of cbcan-sim for the fixture `plant`; --demo without")
+        config.addinivalue_line("markers", "plant(option, ...): options of cbcan-sim for the fixture `plant`; else those of cbcan_plant")
 
     @pytest.fixture
     def plant(request):
-        """A Plant for this test, at time 0; under `cbcan-sim ... -- pytest`, and without the marker, that plant."""
-        marker = request.node.get_closest_marker("plant")
-        around = marker is None and "CBCAN_CONTROL" in os.environ
-        with Plant.around() if around else Plant(*(marker.args if marker else ())) as made:
+        """A Plant for this test, at time 0."""
+        marker, file = request.node.get_closest_marker("plant"), request.config.inipath
+        options, folder = (marker.args, None) if marker else (request.config.getini("cbcan_plant"), file and file.parent)
+        if not options and "CBCAN_CONTROL" in os.environ:
+            raise PlantError("`cbcan-sim ... -- pytest`: each test has a plant of its own, so run pytest alone, and name the plant in its "
+                             "configuration file: cbcan_plant = --config plant.toml")
+        with Plant(*options, folder=folder) as made:
             yield made
 
     @pytest.fixture

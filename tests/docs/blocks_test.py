@@ -1,0 +1,351 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Every block of code of every page is carried out: played, run, compiled, loaded or parsed, and what it prints compared with the page. What is not
+is in a table here with the reason; a block that no line here knows fails. Sessions are run_snippets.py's.
+
+usage: blocks_test.py PROGRAM_DIR NPM_FOLDER EXAMPLE_PROGRAM...
+"""
+
+import concurrent.futures
+import contextlib
+import functools
+import json
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / folder) for folder in ("tests/support", "tests/packaging", "tests/st")]
+import cases
+import ci_files
+import page_blocks
+import plc
+import run_snippets
+from done import done, output
+from serial_line import SerialLine
+from simulator import LIMIT
+
+BIN, NPM = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
+EXAMPLES = {pathlib.Path(path).name.removesuffix("_example"): pathlib.Path(path).resolve() for path in sys.argv[3:]}
+PYTHON = "/usr/bin/python3"  # Debian's has Debian's pymodbus
+ENVIRONMENT = {"PATH": f"{BIN}:/usr/bin:/bin", "PYTHONPATH": str(ROOT / "tools/python"), "PYTHONDONTWRITEBYTECODE": "1", "HOME": "/tmp"}
+
+# What is not carried out, by its first line: why.
+NOT_RUN = {
+    r"flowchart |sequenceDiagram|stateDiagram|ladder / SCADA|button > request": "a picture",
+    r"ORG TU": "FATEK's mnemonics, for which there is no tool here; tests/st/plcopen_test.py plays the same as a ladder diagram",
+    r"plant\.toml:\d+: ": "messages; tests/plant/pages_test.cpp compares them",
+    r"fault 5 ": "tests/sim/faults_text_test.cpp reads each line",
+    r"(cbcan-sim: 12\.345678 )?(network 2: )?node 5: fault 1: ": "messages of faults; tests/system/control_test.py has their form",
+    r'\{"tank", kNoProfile': "a row of the table in hostsim/devices/devices.cpp",
+}
+
+# Commands that are not carried out, by their beginning: why. The files, options, presets and targets that they name are looked for.
+NOT_EXECUTED = {
+    "tools/demo-mcu": "installs packages and builds an image; tools/test runs it with --check",
+    "tools/demo": "installs packages and builds; tools/test runs it with --check",
+    "tools/test": "runs this test",
+    "tools/dev/fuzz": "takes minutes; tools/test --long does it",
+    "cmake --": "builds for minutes; tools/test does it",
+    "ctest --preset": "runs this test",
+    "(cd build && cpack)": "fresh_root_test.py does it",
+    "sudo ": "installs; fresh_root_test.py does it in a Debian of its own",
+    "podman ": "needs a container engine; fresh_root_test.py carries out the Containerfile",
+    "bench/": "measures for minutes; tests with the label bench or figures do so with small numbers",
+    "build/bench/": "measures; likewise",
+    "cp build/": "needs a board",
+    "st-flash ": "needs a board",
+    "openocd ": "needs a board",
+}
+
+# Programs with commands that have a --help of their own.
+COMMANDS = {"cbcan-sim": [["run"]], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "monitor", "read", "scan", "watch", "write")]}
+
+# Options of programs that are not ours, as prose names them.
+FOREIGN_OPTIONS = {"--preset", "--install", "--prefix", "--gc-sections", "--cflags", "--libs"}
+
+VALVE = """[FileInfo]
+FileName=valve.dcf
+[DeviceComissioning]
+NodeID=5
+""" + "".join(f"[{name}]\nParameterName=Object {name}\nDataType={kind}\nAccessType=rw\n" for name, kind in {
+    "1000": "0x0007", "1001": "0x0005", "1017": "0x0006", "2001": "0x0006", "2010sub1": "0x0008", "2011": "0x0009", "2012": "0x000F",
+    "2013": "0x0001"}.items()) + "[1018]\nParameterName=Identity\nObjectType=9\nSubNumber=1\n[2010]\nParameterName=Record\nObjectType=9\nSubNumber=1\n"
+AROUND_WIRES = "".join(f'[[node]]\nid = {node}\neds = "{eds}"\n' for node, eds in ((66, "io_module.eds"), (20, "tank.eds")))
+
+
+class Wrong(Exception):
+    pass
+
+
+def squeezed(text):
+    return [" ".join(line.split()) for line in text.splitlines() if line.strip()]
+
+
+@functools.cache
+def shipped(folder):
+    """(path, lines) of the sources in a folder; those of the examples are compiled and run by tests."""
+    return [(path, squeezed(path.read_text())) for path in sorted((ROOT / folder).rglob("*.*")) if path.is_file()]
+
+
+def stands_in(block, *folders):
+    """The file that has these lines, one behind the other; what a page includes stands at the file's top."""
+    wanted = squeezed(re.sub(r"\A(#include .*\n)+", "", block.text))
+    for path, lines in [file for folder in folders for file in shipped(folder)]:
+        if any(lines[i:i + len(wanted)] == wanted for i, line in enumerate(lines) if line == wanted[0]):
+            return path
+    return None
+
+
+@functools.cache
+def built():
+    """What CMake builds, and by which switches."""
+    files = [ROOT / "CMakeLists.txt", *(path for folder in ("bench", "cmake", "firmware", "hostsim", "tests", "tools") for path in (ROOT / folder).rglob("*")
+                                        if path.name == "CMakeLists.txt" or path.suffix == ".cmake")]
+    return "\n".join(path.read_text() for path in files)
+
+
+@functools.cache
+def help_of(program):
+    """Its --help; of cbcan-sim and cbcanctl also that of their commands. Of a script its text."""
+    if program not in COMMANDS:
+        return (ROOT / program).read_text()
+    return "".join(output(BIN / program, *command, "--help", env=ENVIRONMENT) for command in [[], *COMMANDS[program]])
+
+
+def has_option(program, option):
+    return re.search(rf"(?<![\w-]){option}(?![\w-])", help_of(program)) is not None
+
+
+def look_for_names(command):
+    """Those of files, options, presets and targets."""
+    presets = {preset["name"] for preset in json.loads((ROOT / "CMakePresets.json").read_text())["configurePresets"]}
+    program = command.split()[0].removeprefix("build/bin/")
+    ours = program in ("cbcan-sim", "cbcanctl") or (ROOT / program).is_file()
+    for option in re.findall(r"(?<!\S)--[a-z][a-z-]*", command.partition(" -- ")[0]) if ours else []:
+        if not has_option(program, option):
+            raise Wrong(f"{program} has no option {option}")
+    for preset in re.findall(r"--preset (\S+)", command):
+        if preset not in presets:
+            raise Wrong(f"no preset {preset}")
+    for name in re.findall(r"-D(\w+)=|--target (\w+)|\bbuild/\S*?([\w-]+)(?:\.elf|\.bin)?(?=[\s:]|$)", command):
+        if (name := "".join(name).removeprefix("cbcan_").removesuffix("_selftest")) not in built():
+            raise Wrong(f"CMake builds no {name}")
+    for path in re.findall(r"(?<![\w./-])((?:arduino|bench|docs|examples|firmware|packaging|plants|scenarios|tools)/[\w./-]*)", command):
+        if not (ROOT / path).exists():
+            raise Wrong(f"no such file: {path}")
+
+
+class Pages:
+    def __init__(self, folder):
+        self.job = ci_files.repository(folder / "job")
+        for file in [*(ROOT / "plants").glob("*.*"), *(ROOT / "packaging").glob("Containerfile")]:
+            shutil.copy(file, self.job)
+        (folder / "devices").mkdir()
+        for place in (self.job, folder / "devices"):
+            (place / "valve.dcf").write_text(VALVE)
+        (self.job / "pump.csv").write_text("0,1\n1,2\n")
+        (self.job / "kernel").write_bytes(bytes(64))
+        (self.job / "run-tests").write_text("#!/bin/sh\ncbcanctl read 0 0x3001 0\n")
+        (self.job / "run-tests").chmod(0o755)
+        self.reasons, self.told = set(), set()  # of NOT_RUN and NOT_EXECUTED those that were needed; outputs that were compared
+
+    def run(self, *command, **options):
+        return done(*command, **{"cwd": self.job, "env": ENVIRONMENT, "timeout": LIMIT} | options).stdout
+
+    def with_plant(self, *command, **options):
+        """A command beside the demo plant at the ports of the pages, in a network of its own."""
+        return self.run(*run_snippets.ALONE, BIN / "cbcan-sim", "--demo", "--modbus", "127.0.0.1:1502", "--slcan", "127.0.0.1:5021", "--",
+                        *command, **options)
+
+    def compare(self, printed, block, page):
+        """With the block behind it, or the page's ```text."""
+        told = [other for other in page if other.language == "text"] + page[page.index(block) + 1:][:1]
+        if printed not in [other.text for other in told]:
+            raise Wrong(f"prints this, which the page does not say:\n{printed}")
+        self.told |= {str(other) for other in told if other.text == printed}
+
+    # ---- One for each language
+
+    def toml(self, block, page):
+        table = tomllib.loads(block.text)
+        with tempfile.NamedTemporaryFile("w", dir=self.job, suffix=".toml") as file:
+            file.write((AROUND_WIRES if set(table) == {"wire"} else "") + block.text)
+            file.flush()
+            if "step" in table:
+                self.run("cbcan-sim", "run", file.name)
+            elif any("device_type" in node for node in table.get("node", [])):
+                self.with_plant("cbcanctl", "configure", file.name)
+            else:
+                self.run("cbcan-sim", "--check", "--config", file.name)
+
+    def sh(self, block, page):
+        ran = False
+        for line in block.text.replace("\\\n", " ").splitlines():
+            command = line.partition(" #")[0].strip()
+            while command:
+                reason = next((key for key in NOT_EXECUTED if command.startswith(key)), None)
+                single, _, rest = (command, "", "") if command.startswith("(") else command.partition(" && ")
+                single = re.sub(r" [&;]$|;.*", "", single).strip()
+                look_for_names(single)
+                if reason:
+                    self.reasons.add(reason)
+                else:
+                    self.execute(single)
+                    ran = True
+                command = rest
+        return ran
+
+    def execute(self, command):
+        words = ["plant.toml" if word == "PLANT" else word for word in shlex.split(command.removeprefix("build/bin/"))]
+        if "/dev/ttyACM0" in command:
+            self.on_serial_line(command.removeprefix("build/bin/"))
+        elif words[0].startswith("qemu-system-"):  # makes the machine and does not start it; tests/firmware runs the images
+            words[words.index("-kernel") + 1], words[words.index("-monitor") + 1] = "kernel", "stdio"
+            self.with_plant("sh", "-c", f"echo quit | {shlex.join(words)} -S")
+        elif words[0] == "pytest" or words[:2] == ["cbcan-sim", "run"] or "--" in words:
+            self.run(*words)
+        elif words[0] == "cbcan-sim":  # reads plant, EDS files and options, and opens nothing
+            self.run(words[0], "--check", *words[1:])
+        else:
+            raise Wrong(f"{words[0]}: nothing here says how it is carried out; see NOT_EXECUTED")
+
+    def on_serial_line(self, command):
+        with contextlib.closing(SerialLine()) as line:
+            self.run("cbcan-sim", "--demo", "--module-parameters", "stored", "--rtu", f"{line.ends[1]},115200,E,1", "--", "sh", "-c",
+                     command.replace("/dev/ttyACM0", line.ends[0]))
+
+    def json(self, block, page):
+        json.loads(block.text)
+
+    def events(self, block, page):
+        for line in block.text.splitlines():
+            json.loads(line)
+
+    def yaml(self, block, page):
+        yaml.safe_load(block.text)
+        if not stands_in(block, "packaging"):
+            raise Wrong("is in no file of packaging/")
+
+    def ini(self, block, page):
+        if block.text != ci_files.PYTEST_INI:
+            raise Wrong("is not the pytest.ini of the CI jobs that tests run")
+
+    def python(self, block, page):
+        if not stands_in(block, "examples/pytest"):
+            self.program(block, page, "three.py", PYTHON, "three.py")
+
+    def js(self, block, page):
+        if stands := any(node.get("func", "").split() == block.text.split() for node in json.loads((ROOT / "examples/node_red.json").read_text())):
+            return
+        self.program(block, page, "three.mjs", "node", "three.mjs")
+
+    def c(self, block, page):
+        build = re.search(r"`(cc -o three .*?)`", block.page.read_text())[1]
+        self.program(block, page, "three.c", "sh", "-c", f"{build} -Wall -Wextra -Werror && ./three")
+
+    def program(self, block, page, name, *command):
+        """One that connects prints what the page says, another one nothing. Where Node.js finds the packages."""
+        with tempfile.TemporaryDirectory(dir=NPM) as folder:
+            (pathlib.Path(folder) / name).write_text(block.text)
+            if "1502" in block.text:
+                self.compare(self.with_plant(*command, cwd=folder), block, page)
+            elif printed := self.run(*command, cwd=folder):
+                raise Wrong(f"prints {printed}")
+
+    def cpp(self, block, page):
+        file = stands_in(block, "examples", "tests/library")
+        if not file or block.first.startswith("// SPDX") and file.read_text() != block.text:
+            raise Wrong("is in no example and no test as it is")
+        if file.stem in EXAMPLES:
+            self.compare(self.with_plant(EXAMPLES[file.stem]), block, page)
+
+    def lua(self, block, page):
+        """The script of a device with the objects 2000h and 2001h; tests/scenario/lua_test.cpp plays it."""
+        (self.job / "page.lua").write_text(block.text)
+        (self.job / "lua.toml").write_text('[[node]]\nid = 20\neds = "tank.eds"\ndevice = "page.lua"\n')
+        self.run("cbcan-sim", "--check", "--config", "lua.toml")
+
+    def iecst(self, block, page):
+        """tests/st/scanner_test.py plays it."""
+        name = re.search(r"PROGRAM (\w+)", block.text)[1]
+        plc.Machine(*plc.source("cia405.st", "scanner.st"), ("page.st", block.text), plc.configuration(name)).scan(0)
+
+    def cmake(self, block, page):
+        program = re.search(r"target_link_libraries\((\w+)", block.text)[1]
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            (folder / "cbcan").symlink_to(ROOT)
+            (folder / "main.cpp").write_text("int main() {}\n")
+            (folder / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\nadd_executable({program} main.cpp)\n" + block.text)
+            self.run("cmake", "-S", folder, "-B", folder / "build", "-G", "Ninja")
+
+    # ---- Every block has its way
+
+    def language(self, block):
+        shell = r"(build/bin/)?cbcan-sim |cmake |bench/|build/"
+        guessed = (("toml", r"\["), ("sh", shell), ("cmake", r"add_subdirectory\("))
+        return block.language or next((language for language, pattern in guessed if re.match(pattern, block.first)), "text")
+
+    def carry_out(self, block, page):
+        """True: it ran. False: there is a reason why not."""
+        if reason := next((key for key in NOT_RUN if re.match(key, block.first)), None):
+            self.reasons.add(reason)
+            return False
+        handler = getattr(self, self.language(block), None)
+        if self.language(block) == "text" or not handler:
+            raise Wrong("nothing here says how it is carried out; see NOT_RUN")
+        return handler(block, page) is not False
+
+    def play(self, page):
+        wrong, _ = run_snippets.run(page, BIN, None)
+        return wrong
+
+    def of_page(self, path):
+        """(what is wrong, how many blocks ran, how many did not)"""
+        page, wrong, ran, left = list(page_blocks.blocks(path)), [], 0, 0
+        if any(block.is_session for block in page):
+            wrong += self.play(path)
+        for block in sorted(page, key=lambda block: self.language(block) == "text"):
+            if block.is_session or str(block) in self.told:
+                ran += 1
+                continue
+            try:
+                done_here = self.carry_out(block, page)
+                ran, left = ran + done_here, left + (not done_here)
+            except Exception as error:
+                wrong.append(f"{block}: {block.first}: {error}")
+        return wrong, ran, left
+
+
+def options_of_prose():
+    """Each option in `...` is one of our programs, or of FOREIGN_OPTIONS."""
+    tools = [str(path.relative_to(ROOT)) for folder in ("tools", "tools/dev", "tools/st", "bench") for path in (ROOT / folder).iterdir()
+             if path.is_file() and path.stat().st_mode & 0o100]
+    for page in page_blocks.pages():
+        for number, line in page_blocks.prose(page.read_text()):
+            for option in re.findall(r"(?<![\w-])--[a-z][a-z-]+", " ".join(re.findall(r"`([^`]*)`", line))):
+                if option not in FOREIGN_OPTIONS and not any(has_option(program, option) for program in ("cbcan-sim", "cbcanctl", *tools)):
+                    yield f"{page.relative_to(ROOT)}:{number}: no program of ours has an option {option}"
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(3) as pool:
+        pages = Pages(pathlib.Path(folder))
+        results = list(pool.map(pages.of_page, page_blocks.pages()))
+    wrong = [text for found, _, _ in results for text in found] + list(options_of_prose())
+    wrong += [f"tests/docs/blocks_test.py: no page has `{key}` any more" for key in [*NOT_RUN, *NOT_EXECUTED] if key not in pages.reasons]
+    ran, left = (sum(result[i] for result in results) for i in (1, 2))
+    print("\n".join(wrong))
+    print(f"{ran} blocks ran, {left} have a reason not to")
+    sys.exit(0 if cases.enough(ran) and not wrong else 1)
+
+
+main()
