@@ -70,6 +70,9 @@ class HttpServer final : private AcceptsClients {
   /// Responses that go on.
   std::size_t streams() const { return streams_.size(); }
 
+  /// Serves a connected, non-blocking stream socket that somebody else has accepted.
+  void adopt(Descriptor socket) override;
+
   /// Streams get what is new, but not more often than every 20 ms. To be called once per turn, and at
   /// next_deadline(). `now` is Reactor::now()'s.
   void poll(Time now);
@@ -80,7 +83,6 @@ class HttpServer final : private AcceptsClients {
   struct Live;
   struct Callbacks;
 
-  void adopt(Descriptor socket) override;
   std::size_t clients() const override;
   bool is_full() const override { return clients() >= kMostClients; }
   /// At the streams; whether one goes on.

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// Any bytes from an HTTP client, in pieces of the length that the first byte says: the server ends a
+// connection or responds, JSON is JSON, only commands change the plant, and the next client is served.
+#include <sys/socket.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/api.hpp"
+#include "fuzz/device_plant.hpp"
+#include "fuzz/fuzz.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+constexpr int kMostTurns = 200;
+
+struct Plant {
+  Plant() { control.journal(); }
+
+  std::string execute(std::string_view line) {
+    ++commands;
+    scenario::Reply reply = control.execute(line, plant.now);
+    return reply.wait ? "error: time stands still\n" : reply.text;
+  }
+  std::string state() {
+    std::string text = control.execute("nodes", plant.now).text + control.execute("faults", plant.now).text;
+    for (const std::uint16_t word : plant.network.registers())
+      text.append({static_cast<char>(word), static_cast<char>(word >> 8)});
+    return text;
+  }
+
+  DevicePlant plant{{}};
+  scenario::Control control{{&plant.network}, plant.now};
+  std::vector<std::vector<std::shared_ptr<const eds::ObjectNames>>> names{
+      {DevicePlant::kNodes, std::make_shared<const eds::ObjectNames>(
+                                eds::ObjectNames{{0x1000, 0, 0, DataType::kUnsigned32, "Device type"}})}};
+  journal::FindName find = [](std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) { return nullptr; };
+  std::size_t commands = 0;
+  app::Api api{{control, names, find, [this](std::string_view line, const auto&) { return execute(line); },
+                [] {},
+                [] {
+                  return app::Json{{"program", "fuzz"}};
+                }}};
+};
+
+/// Lives as long as the program: a listener for each input would cost more than the rest.
+struct Server {
+  io::Reactor reactor;
+  Plant* plant = nullptr;
+  io::HttpServer http{reactor,
+                      {"127.0.0.1", 0},
+                      false,
+                      [this](const io::HttpRequest& request) { return plant->api.respond(request); },
+                      [](const std::string&) {}};
+};
+
+Server& server() {
+  static Server the_server;
+  return the_server;
+}
+
+struct Client {
+  Client() {
+    int pair[2];
+    require(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) == 0,
+            "there are sockets");
+    socket = io::Descriptor(pair[0]);
+    server().http.adopt(io::Descriptor(pair[1]));
+  }
+
+  void send(std::string_view bytes) {
+    static_cast<void>(::send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL));
+    turn();
+  }
+  void turn() {
+    server().http.poll(io::Reactor::now());
+    server().reactor.run_once(0);
+    std::array<char, 65536> part;
+    for (ssize_t count = 0; (count = recv(socket.get(), part.data(), part.size(), 0)) > 0;)
+      heard.append(part.data(), static_cast<std::size_t>(count));
+  }
+
+  io::Descriptor socket;
+  std::string heard;
+};
+
+/// Of the first response, which is whole.
+void check_json(std::string_view heard) {
+  constexpr std::string_view kLength = "Content-Length: ";
+  const std::size_t body = heard.find("\r\n\r\n");
+  const std::string_view head = heard.substr(0, body);
+  const std::size_t length = head.find(kLength);
+  if (body == heard.npos || length == head.npos || head.find("Content-Type: application/json") == head.npos)
+    return;
+  const std::size_t size = std::strtoul(head.data() + length + kLength.size(), nullptr, 10);
+  require(nlohmann::json::accept(heard.substr(body + 4, size)), "JSON is JSON");
+}
+
+void check(std::string_view bytes, std::size_t piece) {
+  Plant plant;
+  server().plant = &plant;
+  const std::string before = plant.state();
+  {
+    Client client;
+    for (; !bytes.empty(); bytes.remove_prefix(std::min(piece, bytes.size())))
+      client.send(bytes.substr(0, piece));
+    shutdown(client.socket.get(), SHUT_WR);
+    client.turn();
+    client.turn();
+    require(client.heard.empty() || client.heard.starts_with("HTTP/1."), "what is said is a response");
+    check_json(client.heard);
+    require(plant.commands != 0 || plant.state() == before, "only commands change the plant");
+  }
+  Client next;
+  next.send("GET /api/time HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  for (int turns = 0; next.heard.empty() && turns < kMostTurns; ++turns)
+    next.turn();
+  require(next.heard.starts_with("HTTP/1.1 200 "), "the next client is served");
+}
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace cbcan;
+  if (size == 0) return 0;
+  fuzz::check(fuzz::text_of(data + 1, size - 1), 1 + 16 * std::size_t{data[0]});
+  return 0;
+}
