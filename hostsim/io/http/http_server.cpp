@@ -42,6 +42,7 @@ std::string header(MHD_Connection* connection, const char* name) {
 struct HttpServer::Exchange {
   HttpRequest request;
   bool is_too_long = false;
+  bool is_read = true;  ///< false: there was no memory for all of it
 };
 
 /// A stream and its client.
@@ -66,12 +67,17 @@ struct HttpServer::Live {
 
 struct HttpServer::Callbacks {
   static MHD_Result on_query(void* into, MHD_ValueKind /*kind*/, const char* key, const char* value) {
-    static_cast<HttpRequest*>(into)->query[key] = value == nullptr ? "" : value;
-    return MHD_YES;
+    auto& exchange = *static_cast<Exchange*>(into);
+    try {
+      exchange.request.query[key] = value == nullptr ? "" : value;
+    } catch (const std::exception&) {
+      exchange.is_read = false;
+    }
+    return exchange.is_read ? MHD_YES : MHD_NO;
   }
 
   static MHD_Result on_access(void* self, MHD_Connection* connection, const char* url, const char* method,
-                              const char* /*version*/, const char* data, size_t* size, void** kept) {
+                              const char* /*version*/, const char* data, size_t* size, void** kept) try {
     auto& server = *static_cast<HttpServer*>(self);
     auto* exchange = static_cast<Exchange*>(*kept);
     if (exchange == nullptr) {
@@ -85,6 +91,8 @@ struct HttpServer::Callbacks {
       return MHD_YES;
     }
     return respond(server, connection, *exchange);
+  } catch (const std::exception&) {  // none goes through the library; the connection is closed
+    return MHD_NO;
   }
 
   static void on_completed(void* /*self*/, MHD_Connection* /*connection*/, void** kept,
@@ -100,7 +108,8 @@ struct HttpServer::Callbacks {
 
   static MHD_Result respond(HttpServer& server, MHD_Connection* connection, Exchange& exchange) {
     HttpRequest& request = exchange.request;
-    MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, on_query, &request);
+    MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, on_query, &exchange);
+    if (!exchange.is_read) return MHD_NO;
     request.last_event_id = header(connection, "Last-Event-ID");
     const std::string refused =
         server.refusal(request, header(connection, "Host"), header(connection, "Origin"));
@@ -116,7 +125,6 @@ struct HttpServer::Callbacks {
     return queue(server, connection, std::move(response));
   }
 
-  /// No exception goes through the library.
   static HttpResponse handled(HttpServer& server, const HttpRequest& request) {
     try {
       return server.handle_(request);
@@ -126,23 +134,28 @@ struct HttpServer::Callbacks {
   }
 
   static MHD_Result queue(HttpServer& server, MHD_Connection* connection, HttpResponse response) {
-    MHD_Response* made = nullptr;
-    if (response.stream) {
-      auto* live = new Live{server, std::move(response.stream), connection};
-      server.streams_.push_back(live);
-      made = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, HttpStream::kMostUnsent, on_read, live,
-                                               on_free);
-    } else {
-      made =
-          MHD_create_response_from_buffer(response.body.size(), response.body.data(), MHD_RESPMEM_MUST_COPY);
-    }
-    MHD_add_response_header(made, "Content-Type", response.type.c_str());
-    MHD_add_response_header(made, "Cache-Control", "no-store");
-    MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
-    MHD_add_response_header(made, "Content-Security-Policy", "default-src 'self'; frame-ancestors 'none'");
-    const MHD_Result queued = MHD_queue_response(connection, response.status, made);
-    MHD_destroy_response(made);
-    return queued;
+    const std::unique_ptr<MHD_Response, void (*)(MHD_Response*)> made(
+        response.stream ? stream(server, connection, std::move(response.stream))
+                        : MHD_create_response_from_buffer(response.body.size(), response.body.data(),
+                                                          MHD_RESPMEM_MUST_COPY),
+        MHD_destroy_response);
+    const auto has = [&made](const char* name, const char* value) {
+      return made && MHD_add_response_header(made.get(), name, value) == MHD_YES;
+    };
+    const bool whole = has("Content-Type", response.type.c_str()) && has("Cache-Control", "no-store") &&
+                       has("X-Content-Type-Options", "nosniff") &&
+                       has("Content-Security-Policy", "default-src 'self'; frame-ancestors 'none'");
+    return whole ? MHD_queue_response(connection, response.status, made.get()) : MHD_NO;
+  }
+
+  static MHD_Response* stream(HttpServer& server, MHD_Connection* connection,
+                              std::unique_ptr<HttpStream> stream) {
+    auto live = std::make_unique<Live>(Live{server, std::move(stream), connection});
+    server.streams_.push_back(live.get());
+    MHD_Response* const made = MHD_create_response_from_callback(
+        MHD_SIZE_UNKNOWN, HttpStream::kMostUnsent, on_read, live.get(), on_free);
+    made == nullptr ? server.streams_.pop_back() : void(live.release());
+    return made;
   }
 
   static ssize_t on_read(void* self, std::uint64_t /*position*/, char* to, size_t most) {
