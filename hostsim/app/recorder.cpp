@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <set>
 #include <utility>
@@ -31,34 +32,12 @@ std::string toml_text(std::string_view text) {
   return result + '"';
 }
 
-/// The values from `at` on, of a PDU that is good.
-std::vector<std::uint16_t> words_in(std::span<const std::uint8_t> pdu, std::size_t at) {
-  std::vector<std::uint16_t> words;
-  for (; at + 1 < pdu.size(); at += 2)
-    words.push_back(static_cast<std::uint16_t>(io::word(pdu, at)));
-  return words;
-}
-
 /// As R3705 and those behind it show a value that was read.
 std::vector<std::uint16_t> size_and_words(std::span<const std::uint8_t> bytes) {
-  std::vector<std::uint16_t> words{static_cast<std::uint16_t>(bytes.size())};
-  for (std::size_t i = 0; i < bytes.size(); i += 2)
-    words.push_back(static_cast<std::uint16_t>(bytes[i] | (i + 1 < bytes.size() ? bytes[i + 1] << 8 : 0)));
+  std::vector<std::uint16_t> words(1 + (bytes.size() + 1) / 2);
+  words[0] = static_cast<std::uint16_t>(bytes.size());
+  std::memcpy(words.data() + 1, bytes.data(), bytes.size());
   return words;
-}
-
-/// Where the result of a transaction is: of channel 0 at R3700.
-struct Answer {
-  std::size_t first;  ///< register whose value says that it is there
-  std::size_t result;
-  std::size_t size;
-  std::size_t data;
-};
-
-Answer answer_of(const plant::ModuleConfig& module, unsigned channel) {
-  if (channel == 0) return {regmap::kExecuteFlag, regmap::kExecuteFlag, regmap::kDataSize, regmap::kData};
-  const std::size_t in = regmap::of_channel(module.scanner_in_first, channel);
-  return {in, in + regmap::kScannerResult, in + regmap::kScannerSize, in + regmap::kScannerData};
 }
 
 }  // namespace
@@ -91,15 +70,18 @@ std::string ScenarioWriter::text_of(const Event& event) const {
   return step(event.at, fmt::format("do = {}", toml_text(control_.journal().text(event))));
 }
 
+/// What FC 22 has written is not known.
 std::string ScenarioWriter::request(const Event& event) const {
-  const auto all = control_.journal().bytes(event);
-  if (event.state != 0 || all.empty()) return {};
-  const auto pdu = all.first(event.index);
-  const io::ModbusRange written = io::look_at_request(pdu, regmap::kRegisterFileWords).written;
-  if (written.count == 0) return {};
-  if (pdu[0] == static_cast<std::uint8_t>(io::ModbusFunction::kMaskWriteRegister))
-    return fmt::format("# FC22 R{} is left out: what it has written is not known\n", written.first);
-  return this->written(event.at, event.network, written.first, words_in(pdu, pdu.size() - 2 * written.count));
+  const auto pdu =
+      control_.journal().bytes(event).first(control_.journal().bytes(event).empty() ? 0 : event.index);
+  if (event.state != 0 || pdu.empty()) return {};
+  const io::ModbusRange range = io::look_at_request(pdu, regmap::kRegisterFileWords).written;
+  const bool masked = pdu[0] == static_cast<std::uint8_t>(io::ModbusFunction::kMaskWriteRegister);
+  if (range.count == 0 || masked) return {};
+  std::vector<std::uint16_t> words;
+  for (std::size_t at = pdu.size() - 2 * range.count; at < pdu.size(); at += 2)
+    words.push_back(static_cast<std::uint16_t>(io::word(pdu, at)));
+  return written(event.at, event.network, range.first, words);
 }
 
 /// Of one that had begun before the scenario, or that has no result, the words alone.
@@ -111,22 +93,26 @@ std::string ScenarioWriter::ended(const Event& event) const {
 }
 
 std::string ScenarioWriter::expected(const Event& ended) const {
-  const Answer answer = answer_of(control_.network(ended.network).module_config(), ended.state);
-  const auto is = [&](std::size_t first, const std::vector<std::uint16_t>& words, std::string_view so = "=") {
-    return fmt::format("\"register {}{} {} {}\"", scenario::prefix_of(ended.network), first, so,
-                       text::joined(words));
-  };
   const bool scanned = ended.state != 0;
-  const std::string there = scanned ? is(answer.first, {static_cast<std::uint16_t>(ended.frame.id)})
-                                    : is(answer.first, {regmap::kExecute}, "!=");
-  std::string all = is(answer.result, {ended.result});
+  const std::size_t in = regmap::of_channel(control_.network(ended.network).module_config().scanner_in_first,
+                                            std::max<unsigned>(ended.state, 1));
+  const auto is = [&](std::size_t window, std::size_t scanner, const std::vector<std::uint16_t>& words,
+                      std::string_view so = "=") {
+    return fmt::format("\"register {}{} {} {}\"", scenario::prefix_of(ended.network),
+                       scanned ? in + scanner : window, so, text::joined(words));
+  };
+  const auto low = [](std::uint32_t number) { return static_cast<std::uint16_t>(number); };
+  std::string all = is(regmap::kExecuteFlag, regmap::kScannerResult, {ended.result});
   const bool reads = ended.service == journal::Service::kRead || ended.service == journal::Service::kState;
   if (ended.result == 0 && reads)
-    all += ", " + is(answer.size, size_and_words(control_.journal().bytes(ended)));
+    all +=
+        ", " + is(regmap::kDataSize, regmap::kScannerSize, size_and_words(control_.journal().bytes(ended)));
   if (ended.result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
-    all += ", " + is(answer.data,
-                     {static_cast<std::uint16_t>(ended.code), static_cast<std::uint16_t>(ended.code >> 16)});
-  return fmt::format("\n[[step]]\nwait = {}\nexpect = [{}]\n", there, all);
+    all += ", " + is(regmap::kData, regmap::kScannerData, {low(ended.code), low(ended.code >> 16)});
+  return fmt::format("\n[[step]]\nwait = {}\nexpect = [{}]\n",
+                     is(regmap::kExecuteFlag, regmap::kScannerAnswered,
+                        {scanned ? low(ended.frame.id) : regmap::kExecute}, scanned ? "=" : "!="),
+                     all);
 }
 
 // ---- Sessions

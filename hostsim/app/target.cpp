@@ -112,14 +112,9 @@ std::string Target::execute(std::string_view line) {
       scenario::refuse("writing R{}: Modbus exception {:02X}h", writing.first, response.exception);
     const bool executes = writing.first == regmap::kWindowFirst && writing.words.front() == regmap::kExecute;
     transactions_ += executes ? 1 : 0;
-    if (executes) {
-      const std::size_t most =
-          std::min<std::size_t>(writing.words.size(), regmap::kDataSize - regmap::kWindowFirst);
-      asked_[writing.network].assign(writing.words.begin() + 1,
-                                     writing.words.begin() + static_cast<std::ptrdiff_t>(most));
-    } else {
-      asked_[writing.network].clear();
-    }
+    const auto asked =
+        std::span(writing.words).first(executes ? std::min<std::size_t>(writing.words.size(), 5) : 1);
+    asked_[writing.network].assign(asked.begin() + 1, asked.end());
     return "ok\n";
   } catch (const scenario::Refused& refused) {
     return fmt::format("{}{}\n", scenario::kError, refused.what());

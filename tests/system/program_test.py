@@ -139,7 +139,7 @@ class Diagnostics(unittest.TestCase):
                 self.check(plc, {4100: [version[0] << 8 | version[1], version[2]], 4102: [70000 & 0xFFFF, 70000 >> 16, 1, 0, 0, 0],
                                  4116: [5 + 2, 0, 1 + 4, 0, 0, 0, 0, 0, 0, 0],  # boot-up messages and transfers
                                  4126: [3, 0, 1, 0, 1, 0], 4132: [0] * 9})
-                self.assertEqual(plc.read(4108, 1), [requests + 5])
+                self.assertEqual(plc.read(4108, 1), [requests + 6])
                 self.assertRaises(Exception, plc.read, 4168, 1)
                 self.check(plc, {4112: [1, 0]})
                 for fault, state in (("error-passive", 17), ("overflow", 2), ("bus-off", 16)):
@@ -168,7 +168,7 @@ class Diagnostics(unittest.TestCase):
             with Simulator(PROGRAM, "--demo", *options) as simulator, simulator.window() as plc:
                 self.assertEqual(plc.read(3700, 70), [result] + [0] * 69)
                 self.assertEqual(plc.execute(READ, 0x42, 0x1000, 0, 4), 0)
-        self.assertIn("--start-result: 4: must be 0, or 5: the module has started", run("--start-result", "4").stderr)
+        self.assertIn("--start-result 4: must be 0, or 5: the module has started", run("--start-result", "4").stderr)
 
 
 class Ending(unittest.TestCase):

@@ -406,8 +406,8 @@ class WithCoprocessor(unittest.TestCase):
             coprocessor = self.start(lambda *_: "restart")
             done = run(coprocessor.port, *command.split())
             self.assertEqual((done.stdout, done.returncode, done.stderr),
-                             ("", NO_CONNECTION, f"cbcanctl: 127.0.0.1:{coprocessor.port}: the module has restarted; it is not known whether "
-                              "the request was carried out\n"))
+                             ("", NO_CONNECTION, f"cbcanctl: 127.0.0.1:{coprocessor.port}: the module has restarted, or another program has "
+                              "written to R3701..R3704; it is not known whether the request was carried out\n"))
 
     def test_kernel_states(self):
         for state, text in ((0x02, "02h overflow: frames were lost\n"), (0x10, "10h bus off\n"), (0x11, "11h error passive\n"),

@@ -132,11 +132,10 @@ void WindowClient::check_own(std::span<const std::uint16_t> asked,
                              std::span<const std::uint16_t> words) const {
   constexpr std::size_t kAsked = 4;  // R3701..R3704
   if (std::ranges::equal(asked.subspan(1, kAsked), words.subspan(1, kAsked))) return;
-  const bool zeros =
-      std::ranges::all_of(words.subspan(1, kAsked), [](std::uint16_t word) { return word == 0; });
   throw ConnectionError(
-      line() + (zeros ? ": the module has restarted" : ": another program has written to R3701..R3704") +
-      "; it is not known whether the request was carried out");
+      line() +
+      ": the module has restarted, or another program has written to R3701..R3704; it is not known "
+      "whether the request was carried out");
 }
 
 std::vector<std::uint16_t> WindowClient::window() {
