@@ -182,7 +182,7 @@ class Events(Http):
 
     def test_the_last_minute_as_a_scenario(self):
         """What was refused is not in it, what came before is, and it passes."""
-        simulator = self.start("--clock", "manual", stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        simulator = self.start("--clock", "manual", stdin=subprocess.PIPE)
         with simulator.window() as window:
             for number in (1, 2):
                 window.write(500, [number, READ, 0x42, 0x1000, 0, 4])
