@@ -230,7 +230,7 @@ constexpr std::array kNetwork{
         .key = "module.start_result", .option = "--start-result N",
         .help = "R3700 after a start: 5 tells programs that read R3700 alone that what was under way has no result",
         .more = "Others compare R3701..R3704 with their request: after a start these are 0. See [contract.md](contract.md#one-transaction).",
-        .domain = "0 or 5", .check = check_start_result}),
+        .high = 5, .domain = "0 or 5", .check = check_start_result}),
     module<&ModuleConfig::parameters>({
         .key = "module.parameters", .option = "--module-parameters FILE",
         .help = "Where object 1010h and LSS store what the own node keeps",
