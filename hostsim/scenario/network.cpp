@@ -161,7 +161,7 @@ void Network::publish(Time now) {
 }
 
 void Network::on_writer(std::uint32_t client, std::size_t first, std::size_t count, Time now) {
-  const std::size_t end = module_config_.scanner_out_first + regmap::kScannerStride * module_config_.channels;
+  const std::size_t end = regmap::of_channel(module_config_.scanner_out_first, module_config_.channels + 1u);
   for (unsigned channel = 1; first < end && channel <= module_config_.channels; ++channel) {
     const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
     if (out < first) continue;
