@@ -161,18 +161,17 @@ void Network::publish(Time now) {
 }
 
 void Network::on_writer(std::uint32_t client, std::size_t first, std::size_t count, Time now) {
-  const std::size_t end = regmap::of_channel(module_config_.scanner_out_first, module_config_.channels + 1u);
-  for (unsigned channel = 1; first < end && channel <= module_config_.channels; ++channel) {
+  for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
     const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
     if (out < first) continue;
     if (out >= first + count) return;
     std::uint32_t& last = writers_[channel - 1];
     if (client < last && second_writers_++ == 0)
-      on_fault(fmt::format("scanner window of channel {}: Modbus clients {} and {} write to it, and each "
-                           "takes the other's "
-                           "results for its own; see one writer, docs/scanner.md",
-                           channel, client, last),
-               now);
+      on_fault(
+          fmt::format("scanner window of channel {}: Modbus clients {} and {} write to it, and each takes "
+                      "the other's results for its own; see one writer, docs/scanner.md",
+                      channel, client, last),
+          now);
     last = client;
   }
 }

@@ -85,7 +85,7 @@ class Network final : private sim::Receiver, private sim::FaultListener {
   /// A Modbus request has been answered.
   void on_request(bool valid) {
     ++requests_;
-    exceptions_ += valid ? 0 : 1;
+    if (!valid) ++exceptions_;
   }
   /// A client writes these registers, see io::ModbusUnit: one that does so behind a newer one is a second
   /// program where one alone may write, a scanner window.

@@ -130,7 +130,8 @@ inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
   ++counters_.requests;
   if (request.written.count != 0) {
     to.unit->catch_up();
-    to.unit->on_writer(client.number, request.written);
+    const bool window = request.written.first - regmap::kWindowFirst < regmap::kWindowWords;
+    if (!window) to.unit->on_writer(client.number, request.written);
   }
   if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
   const Bytes response = respond(bytes, request, to.registers);

@@ -19,7 +19,8 @@ class ModbusUnit {
   virtual void catch_up() {}
   /// A request is about to read diagnostics registers.
   virtual void on_diagnostics() {}
-  /// A client, by its number, is about to write: later ones have higher numbers, those of a line 0.
+  /// A client, by its number, is about to write, elsewhere than in R3700..R3769: later ones have higher
+  /// numbers, those of a line 0.
   virtual void on_writer(std::uint32_t /*client*/, const ModbusRange& /*written*/) {}
 
   /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
