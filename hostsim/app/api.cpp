@@ -11,6 +11,7 @@
 #include "app/api_streams.hpp"
 #include "app/mapped.hpp"
 #include "app/page.hpp"
+#include "app/recorder.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
 #include "eds/values.hpp"
@@ -105,6 +106,9 @@ io::HttpResponse Api::respond(const io::HttpRequest& request) {
     if (path == "/api/registers") return ok(registers(query));
     if (path == "/api/nodes") return ok(nodes(query));
     if (path == "/api/faults") return ok(faults());
+    if (path == "/api/scenario")
+      return {.type = "application/toml",
+              .body = scenario_of_last_minute(parts_.control, parts_.find, parts_.about()["plant"])};
     if (path == "/api/transactions") return ok(events(query, journal::kinds_of({Kind::kEnded})));
     if (path == "/api/frames") return ok(events(query, journal::kinds_of({Kind::kFrame})));
     if (path == "/api/journal") return ok(events(query, journal::kAllKinds));
@@ -135,7 +139,8 @@ Json Api::time() const {
     networks.push_back({{"network", number},
                         {"bit_rate", network.world().bus().bit_rate()},
                         {"frames", network.watch()->frames()},
-                        {"bits", network.watch()->bits()}});
+                        {"bits", network.watch()->bits()},
+                        {"second_writers", network.second_writers()}});
   }
   return json;
 }

@@ -42,7 +42,7 @@ void add_transaction(Json& json, const Event& event, const journal::Journal& jou
   json["bytes"] = text::hex(bytes, "");
   json["value"] = bytes.empty() ? "" : journal::value_text(bytes, name);
   if (event.kind == Kind::kBegun) return;
-  json["ok"] = event.result == 0;
+  json["ok"] = !failed(event);
   json["result"] = event.result == journal::kCancelled ? -1 : int{event.result};
   json["code"] = event.code;
   json["outcome"] = journal::result_text(event);
@@ -97,7 +97,7 @@ bool EventFilter::passes(const Event& event) const {
   if (transaction_ != 0 && event.transaction != transaction_) return false;
   if (node_ != 0 && (event.node != node_ || event.kind == Kind::kModbus)) return false;
   if (!service_.empty() && journal::name_of(event.service) != service_) return false;
-  return (!failed_ || event.result != 0) && (!slow_ || event.took >= *slow_);
+  return (!failed_ || failed(event)) && (!slow_ || event.took >= *slow_);
 }
 
 Json event_json(std::uint64_t number, const Event& event, const journal::Journal& journal,
@@ -129,7 +129,10 @@ Json event_json(std::uint64_t number, const Event& event, const journal::Journal
       json["words"] = journal::terminals_text(event);
       break;
     case Kind::kFault: json["node"] = event.node; [[fallthrough]];
-    case Kind::kCommand: json["words"] = journal.text(event); break;
+    case Kind::kCommand:
+      json["words"] = journal.text(event);
+      if (event.state == journal::kRefused) json["refused"] = true;
+      break;
     case Kind::kClient:
       json["client"] = event.code;
       json["address"] = journal.text(event);

@@ -126,7 +126,8 @@ void Network::open_plc(const plant::NetworkConfig& config) {
     exchanges.push_back(std::make_unique<io::ScannerExchange>(
         *this, plc.first, config.module.scanner_out_first, config.module.scanner_in_first));
   else
-    exchanges.push_back(std::make_unique<io::WindowExchange>(*this, plc.first));
+    exchanges.push_back(
+        std::make_unique<io::WindowExchange>(*this, plc.first, plc.at_start == plant::PlcAtStart::kRefuse));
   if (plc.process_first)
     exchanges.push_back(
         std::make_unique<io::ProcessExchange>(*this, *plc.process_first, config.module.process_first));
@@ -189,6 +190,7 @@ void Network::catch_up() {
 void Network::on_request(bool valid, const io::ModbusRange& written) {
   const Time now = surroundings_.clock.now();
   const bool writes = written.count != 0;
+  core_.on_request(valid);
   if (!writes) catch_up();
   if (writes && attended_) surroundings_.on_written(number_, written);
   if (valid) core_.on_plc(now);
@@ -233,12 +235,16 @@ std::string Network::module_summary() const {
   if (module == nullptr) return {};
   const auto& transactions = module->coprocessor().counters();
   const auto& sdo = module->coprocessor().sdo_client().counters();
+  const std::string second =
+      core_.second_writers() == 0
+          ? ""
+          : fmt::format("{}writes to scanner windows by a second client {}\n", name_, core_.second_writers());
   return fmt::format(
       "{0}transactions {1}, failed {2}, cancelled {3}\n"
-      "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n",
+      "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n{9}",
       name_, transactions.executed, transactions.failed, transactions.cancelled, sdo.transfers, sdo.timeouts,
       sdo.aborts_sent, sdo.aborts_received,
-      sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object);
+      sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object, second);
 }
 
 std::string Network::plc_summary() const {

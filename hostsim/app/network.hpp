@@ -72,6 +72,13 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   void start(bool attended);
 
   void catch_up() override;
+  void on_diagnostics() override {
+    catch_up();
+    core_.publish(surroundings_.clock.now());
+  }
+  void on_writer(std::uint32_t client, const io::ModbusRange& written) override {
+    core_.on_writer(client, written.first, written.count, surroundings_.clock.now());
+  }
   void on_request(bool valid, const io::ModbusRange& written) override;
   bool listens() const override { return core_.watch() != nullptr; }
   void on_exchange(const journal::ModbusExchange& exchange) override {

@@ -46,7 +46,7 @@ class Simulator final : private Program {
   /// The plant file, "demo" or nothing: what scenarios of this session name.
   void set_plant(const std::string& plant_file) { plant_ = plant_in_scenario(plant_file); }
   /// Writes a scenario of what happens from now on. Throws io::EnvironmentError.
-  void record(const std::string& path) { recorder_.emplace(path, plant_, *control_); }
+  void record(const std::string& path) { recorder_.emplace(path, plant_, *control_, find_name_); }
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "cbcan/regmap.hpp"
 #include "client/tcp_connection.hpp"
@@ -69,7 +70,18 @@ std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first
   client::Response response = exchange(network, request);
   if (response.exception != 0)
     scenario::refuse("reading R{}: Modbus exception {:02X}h", first, response.exception);
+  if (first == regmap::kWindowFirst && response.words.front() != regmap::kExecute) check_own(network);
   return std::move(response.words);
+}
+
+/// 0 in R3700 is also what a module shows that has just started: R3701.. must still be the last request's.
+void Target::check_own(std::size_t network) {
+  const std::vector<std::uint16_t> asked = std::exchange(asked_[network], {});
+  if (asked.empty()) return;
+  if (read(network, regmap::kCommand, asked.size()) != asked)
+    throw io::EnvironmentError(connection_->place() +
+                               ": the module has restarted, or another program has written to R3701..R3704: "
+                               "it is not known whether the transaction was carried out");
 }
 
 sim::World& Target::world(std::size_t /*network*/) {
@@ -100,6 +112,9 @@ std::string Target::execute(std::string_view line) {
       scenario::refuse("writing R{}: Modbus exception {:02X}h", writing.first, response.exception);
     const bool executes = writing.first == regmap::kWindowFirst && writing.words.front() == regmap::kExecute;
     transactions_ += executes ? 1 : 0;
+    const auto asked =
+        std::span(writing.words).first(executes ? std::min<std::size_t>(writing.words.size(), 5) : 1);
+    asked_[writing.network].assign(asked.begin() + 1, asked.end());
     return "ok\n";
   } catch (const scenario::Refused& refused) {
     return fmt::format("{}{}\n", scenario::kError, refused.what());

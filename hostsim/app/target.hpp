@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -36,12 +37,15 @@ class Target final : public scenario::Bench, private scenario::View {
   sim::World& world(std::size_t network) override;
   bool has_exact_time() const override { return false; }
   client::Response exchange(std::size_t network, const client::Request& request);
+  void check_own(std::size_t network);
   void wait_for(Time until);
 
   io::Reactor reactor_;
   std::unique_ptr<client::Connection> connection_;
   Time started_ = io::Reactor::now();
   std::uint32_t transactions_ = 0;
+  std::map<std::size_t, std::vector<std::uint16_t>>
+      asked_;  ///< by network: R3701.. of the transaction under way
 };
 
 }  // namespace cbcan::app

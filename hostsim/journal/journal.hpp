@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "cbcan/frame.hpp"
+#include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::journal {
@@ -28,7 +29,7 @@ enum class Kind : std::uint8_t {
   kState,      ///< a node's NMT state is another one
   kTerminals,  ///< what stands at a node's inputs or outputs is another value
   kFault,      ///< an injected fault has happened
-  kCommand,    ///< of docs/control.md: inputs, incidents, power, faults, NMT
+  kCommand,    ///< of docs/control.md: inputs, incidents, power, faults, NMT; before its effects
   kClient,     ///< of Modbus TCP: joined or left
 };
 inline constexpr std::size_t kKinds = 10;
@@ -53,6 +54,8 @@ std::string_view name_of(Service service);
 inline constexpr std::uint8_t kOff = 0xFF;
 /// In place of a result: the PLC has taken its request back.
 inline constexpr std::uint16_t kCancelled = 0xFFFF;
+/// In place of a state: the command meant nothing.
+inline constexpr std::uint8_t kRefused = 1;
 
 struct Event {
   Kind kind = Kind::kFrame;
@@ -62,7 +65,8 @@ struct Event {
   std::uint16_t index = 0;   ///< object; of kModbus bytes of the request's PDU, the response's is behind it
   Service service{};         ///< of a transaction
   std::uint8_t state = 0;    ///< kState: as in a heartbeat, or kOff; kClient: 1 = joined; kModbus: exception;
-                             ///< kTerminals: the bits that have changed
+                             ///< kTerminals: the bits that have changed; kCommand: 0 or kRefused;
+                             ///< kBegun, kEnded: 0 = through R3700, else by which channel's scanner window
   std::uint16_t result = 0;  ///< kEnded: as in R3700, or kCancelled; kModbus: MBAP transaction ID
   std::uint16_t size = 0;    ///< of what bytes() gives
   std::uint32_t transaction = 0;  ///< 0 = belongs to none
@@ -71,8 +75,13 @@ struct Event {
   Time at = 0;                    ///< since the plant's start
   Time took = 0;                  ///< kEnded
   std::uint64_t bytes = 0;        ///< where they begin; for Journal
-  Frame frame{};                  ///< kFrame, kEmergency
+  Frame frame{};  ///< kFrame, kEmergency; of a scanner window's transaction `id` is its number
 };
+
+/// Of kEnded. 5 is the scanner window's handshake after a start.
+constexpr bool failed(const Event& ended) {
+  return ended.result != 0 && ended.result != static_cast<std::uint16_t>(regmap::Result::kRestarted);
+}
 
 class Journal {
  public:

@@ -118,6 +118,8 @@ void NetworkWatch::begin(Watched& door, Time now) {
   Event& latest = journal_.latest();
   if (latest.kind == Kind::kModbus && latest.network == network_ && latest.at == begun.at)
     latest.transaction = begun.transaction;
+  begun.state = static_cast<std::uint8_t>(&door - doors_.data());
+  begun.frame.id = door.taken;
   transaction.request = journal_.add(begun, {std::span(transaction.value).first(transaction.size)});
   if (begun.service == Service::kNmt) command_ = begun;
 }
@@ -142,7 +144,7 @@ void NetworkWatch::end(Watched& door, std::uint16_t result, Time now) {
                      scanned ? door.door.in[regmap::kScannerSize] : door.door.out[place(regmap::kDataSize)]);
   journal_.add(ended, {value});
   Line& line = line_of(ended);
-  if (line.transaction == ended.transaction || !line.open) line = {ended.transaction, false, result != 0};
+  if (line.transaction == ended.transaction || !line.open) line = {ended.transaction, false, failed(ended)};
 }
 
 NetworkWatch::Line& NetworkWatch::line_of(const Event& request) {

@@ -253,7 +253,8 @@ std::string text_of(const Event& event, const Journal& journal, const FindName& 
     case Kind::kState: return fmt::format("node {} {}", event.node, state_text(event.state));
     case Kind::kTerminals: return fmt::format("node {} {}", event.node, terminals_text(event));
     case Kind::kFault: return number + std::string(journal.text(event));
-    case Kind::kCommand: return "command " + std::string(journal.text(event));
+    case Kind::kCommand:
+      return fmt::format("command {}{}", journal.text(event), event.state == kRefused ? ": refused" : "");
     case Kind::kClient:
       return fmt::format("Modbus client {} {} {}", event.code, journal.text(event),
                          event.state != 0 ? "joined" : "left");

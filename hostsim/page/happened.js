@@ -18,13 +18,13 @@ const kinds = {
   everything: {
     kind: 'event', key: event => event.number,
     cells: event => [[event.time.toFixed(3), 'quiet right'], [event.transaction ? `#${event.transaction}` : '', 'quiet'],
-      [event.words ? (event.kind === 'command' ? event.words : event.text.replace(/^#\d+ /, '')) : event.text, wordsClass(event)],
+      [event.words ? (event.kind === 'command' && !event.refused ? event.words : event.text.replace(/^#\d+ /, '')) : event.text, wordsClass(event)],
       [event.kind, 'quiet']],
   },
 };
 
 function wordsClass(event) {
-  const bad = event.kind === 'fault' || event.ok === false || (event.kind === 'emcy' && event.code !== 0);
+  const bad = event.kind === 'fault' || event.ok === false || event.refused || (event.kind === 'emcy' && event.code !== 0);
   return bad ? 'bad words' : 'words';
 }
 

@@ -49,7 +49,8 @@ struct ModuleConfig {
   std::uint8_t channels = 16;        ///< 1..16, channel n's blocks are 200 * (n - 1) registers further on
   std::uint16_t plc_timeout_ms = 0;  ///< 0..65535, silence of the PLC that is too long; 0 = none is
   PlcLostState plc_lost_state = PlcLostState::kPreOperational;
-  std::string parameters{};  ///< path of the file that 1010h stores to; empty = none
+  std::uint16_t start_result = 0;  ///< 0 or 5, what R3700 is after a start
+  std::string parameters{};        ///< path of the file that 1010h stores to; empty = none
   bool operator==(const ModuleConfig&) const = default;
 };
 
@@ -71,6 +72,8 @@ struct RtuConfig {
 
 /// What a PLC that owns its registers has in them: R3700..R3769, or the two blocks of the scanner window.
 enum class PlcLayout : std::uint8_t { kWindow, kScanner };
+/// What becomes of a CA0Eh that a PLC has in R3700 when the module starts.
+enum class PlcAtStart : std::uint8_t { kExecute, kRefuse };
 
 /// The PLC that the module is a Modbus client of: over TCP or a serial line, or none.
 struct PlcConfig {
@@ -81,6 +84,7 @@ struct PlcConfig {
   std::uint16_t first = 3700;                  ///< its register that is R3700, or OUT+0; IN+0 is 70 further
   std::optional<std::uint16_t> process_first;  ///< its register that is the first of process data
   std::uint16_t period_ms = 10;                ///< 1..65535, from one look to the next
+  PlcAtStart at_start = PlcAtStart::kExecute;  ///< of layout kWindow
   bool operator==(const PlcConfig&) const = default;
 };
 

@@ -20,6 +20,7 @@ using text::setting;
 constexpr std::array<std::string_view, 2> kClocks{"real", "manual"};
 constexpr std::array<std::string_view, 3> kParities{"E", "O", "N"};
 constexpr std::array<std::string_view, 2> kPlcLayouts{"window", "scanner"};
+constexpr std::array<std::string_view, 2> kPlcAtStart{"execute", "refuse"};
 constexpr std::array<std::string_view, 2> kPlcLostStates{"pre-operational", "stopped"};
 // ---- What a range cannot tell
 
@@ -61,6 +62,11 @@ Problem check_http_address(const Value& value) {
 Problem check_beacon(const Value& value) {
   return check_address(value, kSocketcandBeacon,
                        "must be HOST or HOST:PORT, mostly a network's broadcast address");
+}
+
+Problem check_start_result(const Value& value) {
+  const std::int64_t result = std::get<std::int64_t>(value);
+  return result == 0 || result == 5 ? "" : "must be 0, or 5: the module has started";
 }
 
 Problem check_plc_address(const Value& value) {
@@ -220,6 +226,11 @@ constexpr std::array kNetwork{
     module<&ModuleConfig::plc_lost_state>({
         .key = "module.plc_lost_state", .option = "--plc-lost-state STATE",
         .help = "What the own node becomes then", .more = "The PLC starts it again by NMT.", .choices = kPlcLostStates}),
+    module<&ModuleConfig::start_result>({
+        .key = "module.start_result", .option = "--start-result N",
+        .help = "R3700 after a start: 5 tells programs that read R3700 alone that what was under way has no result",
+        .more = "Others compare R3701..R3704 with their request: after a start these are 0. See [contract.md](contract.md#one-transaction).",
+        .high = 5, .domain = "0 or 5", .check = check_start_result}),
     module<&ModuleConfig::parameters>({
         .key = "module.parameters", .option = "--module-parameters FILE",
         .help = "Where object 1010h and LSS store what the own node keeps",
@@ -247,9 +258,14 @@ constexpr std::array kNetwork{
         .high = 65408, .absent = kNone}),
     plc<&PlcConfig::period_ms>({
         .key = "plc.period_ms", .help = "How often the PLC is asked", .low = 1, .high = 65535, .unit = " ms"}),
+    plc<&PlcConfig::at_start>({
+        .key = "plc.at_start", .help = "A request in the PLC's R3700 when the module starts: it may have been executed before",
+        .more = "`execute` executes it again, `refuse` answers it by 5. The scanner layout answers its first number by 5 always.",
+        .choices = kPlcAtStart}),
     plc_line<&LineConfig::device>({
         .key = "plc.device",
-        .help = "Likewise by Modbus RTU, over a serial port or pseudo-terminal; KEY is first, layout, period_ms, process_first "
+        .help = "Likewise by Modbus RTU, over a serial port or pseudo-terminal; KEY is at_start, first, layout, period_ms, "
+                "process_first "
                 "or unit",
         .form = Form::kPath, .domain = "a path"}),
     plc_line<&LineConfig::baud>({

@@ -464,6 +464,7 @@ journal::Journal& Control::journal() {
 std::vector<std::uint16_t> Control::read(std::size_t network, std::uint32_t first, std::size_t count) {
   const auto registers = networks_[network - 1]->registers();
   if (registers.empty()) refuse("{}there is no module, which has the registers", plant::in_network(network));
+  if (first + count > regmap::kDiagnosticsFirst) networks_[network - 1]->publish(now_);
   if (first + count > registers.size()) refuse("register {}: there are 0..{}", first, registers.size() - 1);
   const auto words = registers.subspan(first, count);
   return {words.begin(), words.end()};
@@ -478,12 +479,15 @@ Reply Control::execute(std::string_view line, Time now) {
   now_ = now;
   Words words = text::words_of(line);
   if (words.empty()) return {};
+  journal::Event* told = nullptr;
   if (journal_ && changes_plant(words.front()))
-    journal_->add({.kind = journal::Kind::kCommand, .network = 0, .at = this->now()}, text::trim(line));
+    told =
+        &journal_->add({.kind = journal::Kind::kCommand, .network = 0, .at = this->now()}, text::trim(line));
   try {
     const auto run = command_of(words).run;
     return (Execution(*this, std::move(words)).*run)();
   } catch (const Refused& refused) {
+    if (told != nullptr) told->state = journal::kRefused;
     return {fmt::format("{}{}\n", kError, text::to_utf8(refused.what()))};
   }
 }

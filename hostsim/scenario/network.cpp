@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "scenario/network.hpp"
 
+#include <fmt/core.h>
+
 #include <utility>
+
+#include "cbcan/coprocessor/local_objects.hpp"
+#include "cbcan/version.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::scenario {
 
@@ -49,6 +56,15 @@ void add_faults(sim::FaultSet& to, const std::vector<plant::FaultConfig>& faults
     to.add(fault.fault, started);
 }
 
+/// Of "1.2.3", from 0.
+std::uint16_t version_part(unsigned part) {
+  std::string_view rest = kVersion;
+  std::string_view number;
+  for (unsigned i = 0; i <= part; ++i)
+    number = text::take_part(rest, '.');
+  return text::parse<std::uint16_t>(number).value_or(0);
+}
+
 }  // namespace
 
 Network::Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener* listener)
@@ -62,6 +78,7 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
   module_config_ = config.module;
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
+    registers_[regmap::kExecuteFlag] = config.module.start_result;
     module_ =
         &world_.add_module(window_of(registers_), process_of(registers_, config.module),
                            settings_of(config.module), scanners_of(registers_, config.module), parameters);
@@ -116,6 +133,47 @@ void Network::advance_alone(Time now) {
     send(replay_[replayed_].frame);
   }
   world_.advance(now);
+}
+
+void Network::publish(Time now) {
+  if (module_ == nullptr) return;
+  const auto put = [this](std::uint16_t address, std::uint64_t number) {
+    registers_[address] = static_cast<std::uint16_t>(number);
+    registers_[address + 1u] = static_cast<std::uint16_t>(number >> 16);
+  };
+  const sim::Port& port = module_->port();
+  const Coprocessor::Counters transactions = module_->coprocessor().counters();
+  registers_[regmap::kVersion] = static_cast<std::uint16_t>(version_part(0) << 8 | version_part(1));
+  registers_[regmap::kPatchLevel] = version_part(2);
+  registers_[regmap::kResetCause] = static_cast<std::uint16_t>(regmap::ResetCause::kPowerOn);
+  registers_[regmap::kCanState] = static_cast<std::uint16_t>(local::kernel_state(port.state()));
+  registers_[regmap::kSecondWriters] = static_cast<std::uint16_t>(second_writers_);
+  put(regmap::kUptime, (now - started_) / kMillisecond);
+  put(regmap::kModbusRequests, requests_);
+  put(regmap::kModbusExceptions, exceptions_);
+  put(regmap::kCanReceived, module_->received());
+  put(regmap::kCanSent, port.sent());
+  put(regmap::kCanRefused, port.refused());
+  put(regmap::kCanLost, port.dropped());
+  put(regmap::kTransactions, transactions.executed);
+  put(regmap::kTransactionsFailed, transactions.failed);
+  put(regmap::kTransactionsCancelled, transactions.cancelled);
+}
+
+void Network::on_writer(std::uint32_t client, std::size_t first, std::size_t count, Time now) {
+  for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
+    const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
+    if (out < first) continue;
+    if (out >= first + count) return;
+    std::uint32_t& last = writers_[channel - 1];
+    if (client < last && second_writers_++ == 0)
+      on_fault(
+          fmt::format("scanner window of channel {}: Modbus clients {} and {} write to it, and each takes "
+                      "the other's results for its own; see one writer, docs/scanner.md",
+                      channel, client, last),
+          now);
+    last = client;
+  }
 }
 
 Time Network::on_written(std::size_t first, std::size_t count, Time now) {

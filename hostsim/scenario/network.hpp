@@ -3,6 +3,7 @@
 
 /// One CAN network and nothing outside it: registers, module, nodes and bus of a World.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -79,6 +80,18 @@ class Network final : private sim::Receiver, private sim::FaultListener {
   /// next_deadline().
   Time on_written(std::size_t first, std::size_t count, Time now);
 
+  /// The diagnostics registers are as they should be at this time.
+  void publish(Time now);
+  /// A Modbus request has been answered.
+  void on_request(bool valid) {
+    ++requests_;
+    if (!valid) ++exceptions_;
+  }
+  /// A client writes these registers, see io::ModbusUnit: one that does so behind a newer one is a second
+  /// program where one alone may write, a scanner window.
+  void on_writer(std::uint32_t client, std::size_t first, std::size_t count, Time now);
+  std::uint32_t second_writers() const { return second_writers_; }
+
   /// Somebody else on the bus sends this frame. False: the bus takes none now.
   bool send(const Frame& frame) { return tester_.try_send(frame); }
 
@@ -101,6 +114,10 @@ class Network final : private sim::Receiver, private sim::FaultListener {
   std::vector<sim::TimedFrame> replay_;
   std::size_t replayed_ = 0;
   Time started_ = 0;
+  std::uint32_t requests_ = 0;                                  ///< of Modbus
+  std::uint32_t exceptions_ = 0;                                ///< those that were answered by one
+  std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< of each scanner window the last one
+  std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;
   Together* together_ = nullptr;
 };

@@ -39,6 +39,7 @@ Time frame_time(const Frame& frame, std::uint32_t bit_rate) {
 bool Port::try_send(const Frame& frame) {
   if (queued() == room_) {
     ++bus_.counters_.refused;
+    ++refused_;
     return false;
   }
   queue_[next_ % kQueueFrames] = frame;
@@ -197,6 +198,7 @@ void Bus::drop_queue(Port& port) {
   if (port.queued() == 0) return;
   arbitration_.remove(port);
   counters_.dropped += port.queued();
+  port.dropped_ += static_cast<std::uint32_t>(port.queued());
   port.first_ = port.next_;
 }
 

@@ -98,6 +98,11 @@ class Port final : public CanPort {
 
   std::size_t queued() const { return next_ - first_; }
 
+  // Frames since the start, modulo 2^32.
+  std::uint32_t sent() const { return next_; }        ///< that it took
+  std::uint32_t refused() const { return refused_; }  ///< times that it took none
+  std::uint32_t dropped() const { return dropped_; }  ///< lost from its queue
+
  private:
   friend class Bus;
   friend class Arbitration;
@@ -112,6 +117,8 @@ class Port final : public CanPort {
   std::uint32_t first_ = 0;  ///< of those in the queue; both count up, and are places modulo kQueueFrames
   std::uint32_t next_ = 0;   ///< behind them
   std::uint32_t room_ = 0;   ///< how many may be queued: none while it is bus-off or without a link
+  std::uint32_t refused_ = 0;
+  std::uint32_t dropped_ = 0;
   BusState state_ = BusState::kActive;
   std::uint16_t number_;
   Port* behind_ = nullptr;  ///< in the arbitration's list

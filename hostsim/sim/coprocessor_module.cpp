@@ -39,6 +39,7 @@ void CoprocessorModule::start(Time now) {
 }
 
 void CoprocessorModule::on_frame(const Frame& frame, Time now) {
+  ++received_;
   coprocessor_.on_frame(frame, now);
   if (watch_ != nullptr) watch_->after(now);
   poll(now);

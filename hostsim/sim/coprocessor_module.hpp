@@ -47,7 +47,9 @@ class CoprocessorModule final : public Participant {
   void watch(ModuleWatch* watch) { watch_ = watch; }
 
   const MultiChannelCoprocessor& coprocessor() const { return coprocessor_; }
-  Port& port() { return port_; }
+  Port& port() const { return port_; }
+  /// Frames, since the start.
+  std::uint32_t received() const { return received_; }
 
  private:
   ModuleParameters parameters_;
@@ -56,6 +58,7 @@ class CoprocessorModule final : public Participant {
   std::vector<MultiChannelCoprocessor::Memory> channels_;
   MultiChannelCoprocessor coprocessor_;
   ModuleWatch* watch_ = nullptr;
+  std::uint32_t received_ = 0;
 };
 
 }  // namespace cbcan::sim

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A server, or a program, that is killed in the middle.
 
-#include "cia405/plant.hpp"
+#include "cia405/fake_server.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::cia405::test {
@@ -45,6 +45,89 @@ TEST_CASE("a server that is killed and comes back: 21h, then everything works, s
   while (!timeout.confirm)
     program.cycle(now += kMs);
   CHECK(timeout.data == std::array<std::uint8_t, 4>{0xB5, 0x01, 0, 0});
+}
+
+TEST_CASE("a module behind a gateway restarts, and the connection stays: 21h, settings written anew") {
+  for (const std::uint8_t channel : {std::uint8_t{1}, std::uint8_t{2}}) {
+    INFO("channel " << int{channel});
+    Plant plant;
+    Program program(plant.port());
+    SdoRead4 read(program.link);
+    program.blocks = {&read};
+    read.channel = channel;
+    read.timeout = 300;
+    Time now = 0;
+    const auto execute = [&](std::uint8_t device, std::uint16_t index) {
+      read.enable = false;
+      program.cycle(now);
+      read.device = device;
+      read.index = index;
+      read.enable = true;
+      while (device == 9 ? plant.frames("609#").empty() : !read.confirm && read.error == KernelError::kNone)
+        program.cycle(now += kMs);
+    };
+    execute(5, 0x2004);
+    REQUIRE(read.confirm);
+    execute(9, 0x2004);  // no such node
+    const std::string restart = channel == 1 ? "write 3700 0" : "write 700 99 5066 0 0x3003 0 2 1000";
+    CHECK(plant.command(restart) == "ok");
+    if (channel == 1) CHECK(plant.command("trigger write 0 0x3003 0 2 1000") == "ok");
+    CHECK(plant.command(channel == 1 ? "write 3700 0 0 0 0 0 0 0" : "write 800 0 5 0") == "ok");
+    for (int i = 0; i < 5; ++i)
+      program.cycle(now += kMs);
+    CHECK(read.error == KernelError::kInternal);
+    execute(5, 0x2004);
+    CHECK(read.confirm);
+    execute(0, 0x3003);
+    CHECK(read.data == std::array<std::uint8_t, 4>{0xB5, 0x01, 0, 0});
+  }
+}
+
+TEST_CASE("result 5 on a channel: 3003h and 3004h are written anew") {
+  FakeServer server;
+  Program program(server.port());
+  SdoRead4 read(program.link);
+  program.blocks = {&read};
+  read.channel = 2;
+  read.device = 5;
+  read.timeout = 300;
+  read.enable = true;
+  Time now = 0;
+  while (program.link.events() != POLLIN)
+    program.cycle(now);
+  server.accept();
+  std::string number = "0000";
+  std::vector<std::string> objects;
+  const auto serve = [&](const std::string& restarted_at) {
+    for (std::string result = "0000"; !read.confirm; program.cycle(now += kMs)) {
+      const std::string request = server.request();
+      if (request.substr(2, 2) == "17") {
+        server.respond(
+            "011706"
+            "0000"
+            "0005"
+            "0000");
+      } else if (request.substr(2, 2) == "10") {
+        number = request.substr(14, 4);
+        objects.push_back(request.substr(26, 4));
+        result = number == restarted_at ? "0005" : "0000";
+        server.respond(
+            "0110"
+            "02BC" +
+            request.substr(8, 4));
+      } else {
+        server.respond("010388" + number + result + number + "0001" + std::string(4 * 64, '0'));
+      }
+    }
+  };
+  serve("");
+  read.enable = false;
+  program.cycle(now);
+  read.enable = true;
+  while (program.link.events() != POLLIN)
+    program.cycle(now);
+  serve("0004");
+  CHECK(objects == std::vector<std::string>{"3003", "3004", "0000", "0000", "3003", "3004", "0000"});
 }
 
 TEST_CASE("a transaction that a program has left behind is cancelled, and its result is nobody's") {

@@ -334,6 +334,9 @@ class Run:
         index, size, value = map(number, words)
         self.case.assertEqual(self.plant.transaction(5066, 0, index, 0, size, value), 0)
 
+    def step_module_restarts_in(self, ms):
+        self.plant.module_restarts_at = self.plant.now + microseconds(ms)
+
     def step_module(self, index, expected):
         self.plant.transaction(5055, 0, number(index), 0, 2)
         self.case.assertEqual(self.plant.window.read(3706, 1), [number(expected)])

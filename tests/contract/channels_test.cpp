@@ -134,6 +134,18 @@ TEST_CASE("[CHAN-4] requests to one node, in the order of arrival") {
     window.check_served(2, 3);
     window.check_served(4);
   }
+  SECTION("a channel that had the node last does not overtake who waits, by its other window") {
+    window.read(5, 0x2000, 1, 4);
+    window.read4(3, 5);
+    window.read4(1, 5).expect(kAsk5);
+    window.arrive(kResponse5);
+    window.check_done();
+    window.expect(kAsk5);
+    CHECK(window.waits(1));
+    window.arrive(kResponse5);
+    window.check_read(3);
+    window.check_served(1);
+  }
   SECTION("the one in front is refused without a frame") {
     window.read4(2, 5).expect(kAsk5);
     window.out(3, {2, 5055, 5, 0x2000, 1, 129});
@@ -319,6 +331,31 @@ TEST_CASE("[CHAN-10] NMT services and the states of one node, one at a time") {
     CHECK(window.waits(3));
     window.exchange({{"705#R1", "705#05"}});
     window.shows(3, {2, 0, 2, 1, 5});
+  }
+  SECTION("who waits for a state is not overtaken by the other window of the channel that asked last") {
+    window.read(5, 0x300C, 0, 1);
+    window.state(3, 5);
+    window.state(1, 5);
+    window.expect("705#R1");
+    window.pass(101ms).expect("705#R1");
+    CHECK(window.reg(3706) == 6);
+    CHECK((window.waits(3) && window.waits(1)));
+    window.pass(101ms).expect("705#R1");
+    window.shows(3, {2, 0, 2, 1, 6});
+    CHECK(window.waits(1));
+    window.arrive("705#05");
+    window.shows(1, {2, 0, 2, 1, 5});
+  }
+  SECTION("likewise of NMT") {
+    CONTRACT_NEEDS(window, Ability::kRefusal);
+    window.target().refuse_frames(true);
+    window.write(0, 0x1F82, 7, 1, {5});
+    window.nmt(3, 9);
+    window.nmt(1, 8);
+    window.target().refuse_frames(false);
+    window.pass(1ms);
+    for (const char* frame : {"000#0107", "000#0109", "000#0108"})
+      window.expect(frame);
   }
   SECTION("NMT that cannot leave") {
     CONTRACT_NEEDS(window, Ability::kRefusal);

@@ -176,3 +176,46 @@ TEST_CASE("[TX-8] a PLC with FC 6 alone") {
     window.pass(10ms);
   window.check_done();
 }
+
+TEST_CASE("[TX-9] after a start all registers are 0") {
+  Window window;
+  CHECK(window.image() == Words(70));
+}
+
+TEST_CASE("[TX-10] R3701..R3704 are the request's, whatever has become of it") {
+  Window window;
+  const auto asked = [&] { return window.target().read(3701, 4); };
+  SECTION("a read that is done, and one that fails") {
+    window.read(5, 0x2000, 1, 4);
+    window.exchange({{"605#4000200100000000", "585#4300200144332211"}});
+    CHECK(asked() == Words{5055, 5, 0x2000, 1});
+    window.read(5, 0x2001, 2, 4);
+    window.exchange({{"605#4001200200000000", "585#8001200200000206"}});
+    window.check_failed(kNoObject);
+    CHECK(asked() == Words{5055, 5, 0x2001, 2});
+  }
+  SECTION("a segmented read") {
+    begin_segmented_read(window);
+    window.arrive("585#1D88000000000000").check_done();
+    CHECK(asked() == Words{5055, 5, 0x2000, 1});
+  }
+  SECTION("a write, a service and local objects") {
+    window.write(5, 0x2000, 1, 1, {7});
+    window.exchange({{"605#2F00200107000000", "585#6000200100000000"}});
+    CHECK(asked() == Words{5066, 5, 0x2000, 1});
+    window.write(77, 0x1F82, 9, 1, {5}).expect("000#0109");
+    CHECK(asked() == Words{5066, 77, 0x1F82, 9});
+    window.read(0, 0x300C, 0, 1).check_done();
+    CHECK(asked() == Words{5055, 0, 0x300C, 0});
+    window.configure(0x3003, 0, 2, {500});
+    CHECK(asked() == Words{5066, 0, 0x3003, 0});
+  }
+  SECTION("refused") {
+    window.read(128, 0x2000, 256, 4);
+    CHECK(window.reg(3700) == 2);
+    CHECK(asked() == Words{5055, 128, 0x2000, 256});
+    window.start({1, 2, 3, 4});
+    CHECK(window.reg(3700) == 1);
+    CHECK(asked() == Words{1, 2, 3, 4});
+  }
+}

@@ -172,6 +172,37 @@ TEST_CASE("a request in the PLC: read whole, looked at again, its result written
   CHECK(bench.module.node.transfers == 1);
 }
 
+TEST_CASE(
+    "a request that the module finds at its start is executed, or answered by 5 where the PLC wants that") {
+  Bench bench;
+  const bool refuses = GENERATE(false, true);
+  WindowExchange exchange(bench.unit, 1024, refuses);
+  bench.put(0, {0xCA0E, 5066, 5, 0x2000, 0, 4, 1, 2});
+  CHECK(round(exchange, bench.registers) ==
+        (refuses ? Log{"R1024+70", "R1024+6", "W1024+1"} : Log{"R1024+70"}));
+  CHECK(bench.words(0, 8) ==
+        Words{refuses ? std::uint16_t{5} : std::uint16_t{0xCA0E}, 5066, 5, 0x2000, 0, 4, 1, 2});
+  if (!refuses) {
+    bench.module.deliver_response();
+    round(exchange, bench.registers);
+  }
+  CHECK(bench.module.node.transfers == (refuses ? 0 : 1));
+  bench.put(0, {0xCA0E});  // the next one is executed
+  round(exchange, bench.registers);
+  bench.module.deliver_response();
+  round(exchange, bench.registers);
+  CHECK(bench.words(0, 1) == Words{0});
+  CHECK(bench.module.node.transfers == (refuses ? 1 : 2));
+}
+
+TEST_CASE("a request that comes behind the first look is executed in any case") {
+  Bench bench;
+  WindowExchange exchange(bench.unit, 1024, true);
+  round(exchange, bench.registers);
+  bench.put(0, {0xCA0E, 5066, 5, 0x2000, 0, 4, 1, 2});
+  CHECK(round(exchange, bench.registers) == Log{"R1024+70"});
+}
+
 TEST_CASE("only the words that the contract changes are written") {
   Bench bench;
   WindowExchange exchange(bench.unit, 1024);

@@ -184,14 +184,17 @@ TEST_CASE("requests of the scanner window go by their numbers") {
   plant->execute("write 500 2 5055 0x42 0x1000 0 4");
   Lines lines = seen.lines();
   std::erase_if(lines, [](const std::string& line) { return line.find("command") != std::string::npos; });
-  CHECK(lines == Lines{"0.000000 #1 read node 66 1000h:00 begun",
-                       "0.000000 #1 read node 66 1000h:00: the coprocessor has started: the number is not "
-                       "executed, as it may "
-                       "have been before, 0 ms",
-                       "0.000000 #2 read node 66 1000h:00 begun",
-                       "0.000000 #2 642#4000100000000000 SDO node 66: read 1000h:00",
-                       "0.000000 #2 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441",
-                       "0.000000 #2 read node 66 1000h:00 = 983441: done, 0 ms"});
+  CHECK(
+      lines ==
+      Lines{
+          "0.000000 #1 read node 66 1000h:00 begun",
+          "0.000000 #1 read node 66 1000h:00: handshake after a start of the coprocessor: the number is not "
+          "executed, as it may "
+          "have been before, 0 ms",
+          "0.000000 #2 read node 66 1000h:00 begun",
+          "0.000000 #2 642#4000100000000000 SDO node 66: read 1000h:00",
+          "0.000000 #2 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441",
+          "0.000000 #2 read node 66 1000h:00 = 983441: done, 0 ms"});
 }
 
 TEST_CASE("frames belong to the channel whose turn it is with the node") {

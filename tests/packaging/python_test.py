@@ -32,6 +32,21 @@ def test_after_it(plant):
     assert plant.now == 0
 """
 
+RESTARTING = """
+import cbcan_plant
+
+def test_that_fails(plant, window):
+    window.start(5055, 99, 0x1000, 0, 4)
+    with cbcan_plant.Window(plant) as other:
+        other.write(3700, *[0] * 70)  # as a module has them that has started
+    window.result()
+
+def test_cancelled(window):
+    window.start(5055, 99, 0x1000, 0, 4)
+    window.cancel()
+    assert window.result() == 0
+"""
+
 
 def run(*command, **options):
     done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, **{"env": ENVIRONMENT} | options)
@@ -49,6 +64,12 @@ class Python(unittest.TestCase):
     def test_example(self):
         code, said = run(*PYTEST, "--strict-markers", ROOT / "examples/pytest")
         self.assertEqual((code, re.findall(r"\d+ passed", said)), (0, ["8 passed"]), said)
+
+    def test_a_module_that_restarts_says_so(self):
+        code, said = self.pytest(RESTARTING)
+        self.assertEqual(code, 1)
+        self.assertIn("PlantError: the module has restarted, or another program has written to R3701..R3704", said)
+        self.assertIn("1 failed, 1 passed", said)
 
     def test_what_fails_says_why(self):
         code, said = self.pytest(FAILING)

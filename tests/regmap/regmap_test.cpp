@@ -56,7 +56,7 @@ TEST_CASE("Scanner window: R500..R569 and R600..R667, without gaps; 16 channels 
   CHECK(kScannerResults[1].value == 6);
 }
 
-TEST_CASE("The diagnostics: 40 registers from R4100, without gap or overlap, read-only, outside the window") {
+TEST_CASE("The diagnostics: 41 registers from R4100, without gap or overlap, read-only, outside the window") {
   std::uint32_t next = 4100;
   for (const RegisterRow& row : kDiagnostics) {
     CHECK(row.first == next);
@@ -65,7 +65,8 @@ TEST_CASE("The diagnostics: 40 registers from R4100, without gap or overlap, rea
     CHECK(row.writer == Writer::kCoprocessor);
     next = row.last + 1u;
   }
-  CHECK(next == 4140);
+  CHECK(next == 4141);
+  CHECK(kSecondWriters == 4140);
   CHECK(kDiagnosticsFirst == 4100);
   CHECK(kDiagnosticsWords == 40);
   for (std::size_t i = 0; i < kBoard.size(); ++i)

@@ -19,6 +19,16 @@ class NoResults(BlockTest):
         self.bad(block, INTERNAL)
         self.plc.called.clear()
 
+    def test_a_module_that_restarts_between_two_executions(self):
+        """What 3003h was known to be is not known any more."""
+        block = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, TIMEOUT=2000)
+        self.good(block)
+        self.off(block)
+        self.plc.module_restarts()
+        self.good(block)
+        self.plc.transaction(5055, 0, 0x3003, 0, 2)
+        self.assertEqual(self.plc.window.read(3706, 1), [2350])
+
     def test_of_another_size(self):
         for name, steps in (("RECV_EMCY", 0), ("RECV_EMCY_DEV", 0), ("GET_LOCAL_NODE_ID", 0), ("GET_CANOPEN_KERNEL_STATE", 1), ("GET_STATE", 0)):
             with self.subTest(name):

@@ -34,6 +34,7 @@ class Plant:
         self.window = self.simulator.window()
         self.log, self.heard = self.simulator.log_path.open(), []
         self.scan_us, self.now = scan_us, 0  # the program's time
+        self.module_restarts_at = None
 
     def close(self):
         self.log.close()
@@ -53,6 +54,15 @@ class Plant:
     def pass_time(self, microseconds):
         self.command(f"pass {microseconds}us")
         self.now += microseconds
+        if self.module_restarts_at and self.now >= self.module_restarts_at:
+            self.module_restarts_at = None
+            self.module_restarts()
+
+    def module_restarts(self):
+        """As a PLC behind a gateway sees it: the connection stays, R3700..R3769 and 3003h are as after a start."""
+        self.window.write(FIRST, [0])
+        self.transaction(5066, 0, 0x3003, 0, 2, 1000)
+        self.window.write(FIRST, [0] * COUNT)
 
     def frames(self):
         """All until now, as `605#4017100000000000`."""

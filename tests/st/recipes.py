@@ -74,8 +74,10 @@ class Recipes:
             self.plc.pass_time(self.plc.scan_us)
             names["OVER"] = int(0 < most_ms <= (self.plc.now - self.begun) / 1000)
         code = self.register(3700)
-        if code == 0 and words[:2] == [5066, 0]:
-            self.written[words[2]] = words[5]
+        if words[:2] == [5066, 0]:
+            self.written.pop(words[2], None)
+            if code == 0:
+                self.written[words[2]] = words[5]
         return None if code == EXECUTE else code
 
     def run(self, block, **inputs):
@@ -83,6 +85,8 @@ class Recipes:
         names = {"TIMEOUT": 0, "DEVICE": 0, "INDEX": 0, "SUBINDEX": 0, "MODE": 0, **inputs}
         self.begun = self.plc.now
         requests, results = self.tables[block]
+        if self.register(3701) == 0:
+            self.written.clear()
         if block == "NMT" or block.startswith("SDO_"):
             requests = self.tables["Time-out and mode"][0] + requests
         for row in requests:
@@ -92,13 +96,13 @@ class Recipes:
             if code is None:
                 self.plc.window.write(3700, [0])
                 self.plc.pass_time(self.plc.scan_us)
-            if code != 0:
+            if code != 0 or items(row[1]) and self.register(3701) == 0:
                 outputs = self.timed_out() if code is None else self.failure(block, names)
                 break
             self.keep(row[-1], names)
         else:
             outputs = self.outputs(results, names)
-        if outputs.get("ERROR", 0) not in (0, 1) or (block, names.get("STATE")) == ("NMT", 6):
+        if outputs.get("ERROR", 0) == 0x21 or (block, names.get("STATE")) == ("NMT", 6):
             self.written.clear()
         return outputs
 

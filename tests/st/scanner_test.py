@@ -105,6 +105,17 @@ class Adapter(BlockTest):
         self.plc.called.clear()
         self.good(self.plc.block("GET_LOCAL_NODE_ID"), DEVICE=127)
 
+    def test_a_timeout_that_the_first_transaction_needs_itself(self):
+        """Exchanges of 100 ms, and four of them for the start of the scanner window, 3003h, 3004h and the transfer."""
+        for order in ("read write", "write read"):
+            self.plc = self.start(*self.options, order=order, every=100)
+            block, confirmed = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, TIMEOUT=400), []
+            for _ in range(8):
+                self.plc.run(block.set(ENABLE=True))
+                confirmed.append(block["CONFIRM"])
+                self.off(block)
+            self.assertEqual(confirmed[2:], [True] * 6, order)
+
     def test_a_module_that_restarts_repeats_nothing(self):
         block = self.plc.block("NMT", DEVICE=NODE, STATE=5)
         self.good(block)

@@ -173,7 +173,7 @@ class SilentNode(unittest.TestCase):
                                         stderr=subprocess.PIPE, text=True, env=dict(os.environ, CBCANCTL=CTL)) for _ in range(5)]
             for process in at_once:
                 self.assertEqual(process.communicate(timeout=LIMIT), (
-                    "ok 0.000000\nok 1.000000\ncbcanctl: 0504 0000h ABORT_TIME_OUT: SDO service timed out\n", ""))
+                    "ok 0.000000\nok 1.000000\ncbcanctl: node 99: 0504 0000h ABORT_TIME_OUT: SDO service timed out\n", ""))
 
 
 cases.main()

@@ -10,6 +10,7 @@ import re
 import socket
 import subprocess
 import sys
+import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
@@ -177,6 +178,33 @@ class Events(Http):
         self.assertEqual(self.get("/api/nodes/5/objects?network=2&first=0x1000&last=0x1000")["node"], "2/5")
         self.assertEqual(self.control("write 2/100 7"), "ok\n")
         self.assertEqual(self.get("/api/registers?network=2&first=100")["registers"][0]["value"], 7)
+
+    def test_the_last_minute_as_a_scenario(self):
+        """What was refused is not in it, what came before is, and it passes."""
+        simulator = self.start("--clock", "manual", stdin=subprocess.PIPE)
+        with simulator.window() as window:
+            for number in (1, 2):
+                window.write(500, [number, READ, 0x42, 0x1000, 0, 4])
+            self.control("incident 16 overcurrent on", "incident 16 no-such on", "pass 61s", "set 99 0x6401 1", "fault 0x42 abort code=0x08000021 count=1")
+            for number in (3, 4):
+                window.write(500, [number, READ, 0x42, 0x1000, 0, 4])
+            self.assertEqual(window.execute(WRITE, 0x42, 0x6411, 1, 2, 300), 0)
+            self.control("pass 1s")
+            self.assertEqual(window.execute(READ, 0x42, 0x6411, 1, 2), 0)
+        status, text = self.ask("/api/scenario")
+        self.assertEqual(status, 200)
+        self.assertIn('do = [\n  "incident 16 overcurrent on",\n  "write 500 2",\n]\n', text)
+        self.assertNotIn("no-such", text)
+        self.assertNotIn("set 99", text)
+        for line in ('wait = "register 600 = 3"\nexpect = ["register 601 = 4", "register 604 = 33 2048"]\n',
+                     'wait = "register 600 = 4"\nexpect = ["register 601 = 0", "register 603 = 4 401 15"]\n',
+                     'wait = "register 3700 != 51726"\nexpect = ["register 3700 = 0", "register 3705 = 2 300"]\n'):
+            self.assertIn(line, text)
+        with tempfile.TemporaryDirectory() as folder:
+            saved = pathlib.Path(folder) / "saved.toml"
+            saved.write_text(text)
+            done = subprocess.run([PROGRAM, "run", saved], capture_output=True, text=True, timeout=LIMIT, check=False)
+            self.assertEqual(done.returncode, 0, text + done.stdout)
 
     def test_a_manual_clock(self):
         simulator = self.start("--clock", "manual", stdin=subprocess.PIPE)

@@ -54,6 +54,55 @@ class Verbose(unittest.TestCase):
                         lines.index("#1 read node 66 1000h:00 Device type = 983441: done"))
 
 
+class Handshake(unittest.TestCase):
+    def test_state_all_on_a_healthy_plant_shows_no_failure(self):
+        with Simulator(PROGRAM, "--demo", "-v", "--http", ":0") as simulator:
+            done = subprocess.run([CTL, "--port", str(simulator.port), "state", "all"], capture_output=True, text=True, timeout=LIMIT, check=True)
+            self.assertEqual(len(done.stdout.splitlines()), 6)
+            self.assertEqual(http_json(simulator, "/api/transactions?failed=1")["events"], [])
+            ended = http_json(simulator, "/api/transactions")["events"]
+            self.assertEqual([event["ok"] for event in ended if event["result"] == 5], [True] * 15)
+            simulator.stop()
+            self.assertEqual(simulator.error.count(": handshake after a start of the coprocessor: the number is not executed"), 15)
+            self.assertRegex(simulator.error, r"transactions \d+, failed 0, cancelled 0\n")
+
+
+class TwoWriters(unittest.TestCase):
+    """Of one scanner window: both write their block and read the other, and each believes what is the other's."""
+
+    def exchange(self, simulator, *windows):
+        for number in range(1, 101):
+            for window in windows:
+                window.write(500, [number, 5066, 0x20, 0x2001, 0, 1, number])
+                self.assertEqual(window.read(600, 2)[0], number)
+
+    def test_is_counted_and_told(self):
+        with Simulator(PROGRAM, "--demo", "-v", "--http", ":0") as simulator:
+            with simulator.window() as first, simulator.window() as second:
+                self.exchange(simulator, first, second)
+                self.assertEqual(len([line for line in simulator.frames() if line.startswith("620#")]), 99)  # of 200
+                self.assertEqual(first.read(4140, 1), [99])
+                self.assertEqual(http_json(simulator, "/api/time")["networks"][0]["second_writers"], 99)
+                fault, = http_json(simulator, "/api/journal?kinds=fault")["events"]
+            simulator.stop()
+            told = "scanner window of channel 1: Modbus clients 1 and 2 write to it, and each takes the other's results for its own; see one writer, " \
+                "docs/scanner.md"
+            self.assertEqual(fault["words"], told)
+            self.assertEqual(simulator.error.count(told), 1)
+            self.assertIn("\nwrites to scanner windows by a second client 99\n", simulator.error)
+
+    def test_a_plc_that_connects_again_is_one_writer(self):
+        with Simulator(PROGRAM, "--demo", "-v") as simulator:
+            for _ in range(3):
+                with simulator.window() as window:
+                    self.exchange(simulator, window)
+            with simulator.window() as window, simulator.window() as reader:
+                self.exchange(simulator, window)
+                self.assertEqual(reader.read(4140, 1), [0])
+            simulator.stop()
+            self.assertNotIn("second client", simulator.error)
+
+
 class Pcap(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

@@ -143,6 +143,15 @@ class OnTheNet(unittest.TestCase):
         self.assertEqual(simulator.frames()[-6:], ["642#2B1164012C010000", "5C2#6011640100000000", "642#4011640100000000",
                                                    "5C2#4B1164012C010000", "620#4033330000000000", "5A0#8033330000000206"])
 
+    def test_a_restart_of_the_module_executes_what_it_finds_once_more_or_refuses_it(self):
+        for more, result, frames in (("", 0, ["000#0142"]), (",at_start=execute", 0, ["000#0142"]), (",at_start=refuse", 5, [])):
+            plc = Plc(3700)
+            plc.write(0, [0xCA0E, 5066, 0, 0x1F82, 0x42, 0, 5])
+            simulator = self.start(plc, more=more)
+            plc.until(0, [result])
+            self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
+            self.assertEqual([line for line in simulator.frames() if line.startswith("000#")], frames, more)
+
     def test_the_scanner_layout_with_process_data(self):
         plc = Plc(1024)
         simulator = self.start(plc, "--scanner-out-first", "700", "--channels", "1", more=",layout=scanner,process_first=1174")

@@ -15,6 +15,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from healthy import Healthy
+from mcu import crc
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
@@ -24,6 +25,11 @@ READ = 5055
 
 def run(*options):
     return subprocess.run([PROGRAM, *options], capture_output=True, text=True, timeout=LIMIT)
+
+
+def frame(hexadecimal):
+    data = bytes.fromhex(hexadecimal)
+    return data + crc(data)
 
 
 class Starting(unittest.TestCase):
@@ -165,6 +171,62 @@ class Starting(unittest.TestCase):
         for text in [output.stdout + output.stderr for output in outputs] + [said]:
             self.assertIn("ready modbus=0.0.0.0:1", text)
             self.assertNotRegex(text, r"[^\n\x20-\x7e\u00a0-\U0010ffff]|\nready")
+
+
+class Diagnostics(unittest.TestCase):
+    """R4100..R4140, as an image for a microcontroller has them."""
+
+    def check(self, plc, registers):
+        for first, words in registers.items():
+            self.assertEqual(plc.read(first, len(words)), words, first)
+
+    def test_what_can_be_known(self):
+        with Simulator(PROGRAM, "--demo", "--clock", "manual", "--control", "127.0.0.1:0", "--rtu-tcp", "127.0.0.1:0",
+                       stdin=subprocess.PIPE) as simulator, simulator.window() as plc:
+            host, port = simulator.where["control"].split(":")
+            with socket.create_connection((host, int(port)), timeout=LIMIT) as control, control.makefile("rw") as lines:
+                def command(line):
+                    print(line, file=lines, flush=True)
+                    return lines.readline()
+                command("pass 70s")
+                self.assertEqual((plc.execute(READ, 0x42, 0x1000, 0, 4), plc.execute(READ, 0x42, 0x3333, 0, 4)), (0, 4))
+                plc.start(READ, 99, 0x1000, 0, 4)
+                plc.write(3700, [0])
+                version = [int(part) for part in run("--version").stdout.split()[1].split(".")]
+                requests = plc.read(4108, 1)[0]
+                self.check(plc, {4100: [version[0] << 8 | version[1], version[2]], 4102: [70000 & 0xFFFF, 70000 >> 16, 1, 0, 0, 0],
+                                 4116: [5 + 2, 0, 1 + 4, 0, 0, 0, 0, 0, 0, 0],  # boot-up messages and transfers
+                                 4126: [3, 0, 1, 0, 1, 0], 4132: [0] * 9})
+                self.assertEqual(plc.read(4108, 1), [requests + 6])
+                self.assertRaises(Exception, plc.read, 4168, 1)
+                self.check(plc, {4112: [1, 0]})
+                for fault, state in (("error-passive", 17), ("overflow", 2), ("bus-off", 16)):
+                    command("clear bus")
+                    command(f"fault bus {fault}")
+                    self.check(plc, {4107: [state]})
+                    self.assertEqual(command("read 4107"), f"ok {state}\n")
+                plc.start(READ, 0x42, 0x1000, 0, 4)
+                command("pass 1ms")
+                self.assertGreater(plc.read(4120, 1)[0], 0)
+                host, port = simulator.where["rtu_tcp"].split(":")
+                with socket.create_connection((host, int(port)), timeout=LIMIT) as rtu:
+                    rtu.sendall(frame("0103100B0001"))  # R4107
+                    self.assertEqual(rtu.recv(7, socket.MSG_WAITALL), frame("0103020010"))
+
+    def test_in_a_scenario(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scenario = pathlib.Path(folder) / "diagnostics.toml"
+            scenario.write_text('plant = "demo"\n[[step]]\ndo = ["trigger read 0x42 0x1000 0 4", "fault bus bus-off"]\n'
+                                'expect = ["register 4107 = 16", "register 4126 = 1 0 0 0"]\n')
+            done = run("run", scenario)
+            self.assertEqual(done.returncode, 0, done.stdout)
+
+    def test_the_result_after_a_start(self):
+        for options, result in (((), 0), (("--start-result", "5"), 5)):
+            with Simulator(PROGRAM, "--demo", *options) as simulator, simulator.window() as plc:
+                self.assertEqual(plc.read(3700, 70), [result] + [0] * 69)
+                self.assertEqual(plc.execute(READ, 0x42, 0x1000, 0, 4), 0)
+        self.assertIn("--start-result 4: must be 0, or 5: the module has started", run("--start-result", "4").stderr)
 
 
 class Ending(unittest.TestCase):

@@ -7,9 +7,11 @@ import os
 import pathlib
 import pty
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 import xml.etree.ElementTree as ElementTree
@@ -61,6 +63,31 @@ class Shipped(unittest.TestCase):
         self.assertIn("(0000000001.000000) virtual 663#8000100000000405\n", logs[0]["silent_node.log"])
         self.assertTrue(logs[0]["two_networks.2.log"])
 
+    def test_a_module_that_restarts_is_no_success(self):
+        """Registers that show CA0Eh once and are 0 then."""
+        words = [0] * 4168
+
+        def serve(listener):
+            with listener.accept()[0] as client, client.makefile("rb") as requests:
+                while header := requests.read(7):
+                    pdu = requests.read(header[5] - 1)
+                    first, count = struct.unpack(">HH", pdu[1:5])
+                    if pdu[0] == 16:
+                        words[first:first + count] = struct.unpack(f">{count}H", pdu[6:])
+                        response = pdu[:5]
+                    else:
+                        response = struct.pack(f">BB{count}H", 3, 2 * count, *words[first:first + count])
+                        if words[3700] == 0xCA0E:
+                            words[3700:3770] = [0] * 70
+                    client.sendall(header[:5] + bytes([len(response) + 1, header[6]]) + response)
+        with socket.create_server(("127.0.0.1", 0)) as listener, tempfile.TemporaryDirectory() as folder:
+            threading.Thread(target=serve, args=(listener,), daemon=True).start()
+            plain = pathlib.Path(folder) / "plain.toml"
+            plain.write_text('[[step]]\ndo = "trigger write 5 0x2000 0 4 1"\nwait = "transaction ended"\nexpect = "register 3700 = 0"\n')
+            done = run("--target", "127.0.0.1:%d" % listener.getsockname()[1], plain)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("the module has restarted, or another program has written to R3701..R3704", done.stdout)
+
     def test_in_real_time(self):
         begin = time.monotonic()
         self.assertEqual(run("--real-time", ROOT / "scenarios/own_objects.toml").stdout,
@@ -94,9 +121,15 @@ class FromOutside(unittest.TestCase):
                     self.assertEqual(window.execute(5066, 0x42, 0x6411, 1, 2, 300), 0)
                     self.assertEqual(window.execute(5055, 0x42, 0x6411, 1, 2), 0)
                     control.sendall(b"fault 0x42 abort code=0x08000021\nget 0x42 0x1000\n")
-                    self.assertEqual(control.makefile().readline(), "ok 1\n")
+                    replies = control.makefile()
+                    self.assertEqual([replies.readline() for _ in range(2)], ["ok 1\n", "ok 983441\n"])
                     self.assertEqual(window.execute(5055, 0x42, 0x6411, 1, 2), 4)
                     self.assertEqual(window.execute(5055, 99, 0x6411, 1, 2), 4)
+                    control.sendall(b"set 99 0x6401:1 5\nincident 1 no-such on\nset 0x42 0x6401:1 5\n")
+                    self.assertEqual([replies.readline()[:2] for _ in range(3)], ["er", "er", "ok"])
+                    for number in (1, 2):
+                        window.write(700, [number, 5055, 0x42, 0x6411, 1, 2])
+                        self.assertEqual(window.read(800, 1), [number])
             text = recorded.read_text()
             self.assertTrue(text.startswith('plant = "demo"\n\n[[step]]\nat = "'), text)
             self.assertIn('do = "write 3700 51726 5066 66 25617 1 2 300"\n', text)
@@ -104,6 +137,12 @@ class FromOutside(unittest.TestCase):
             self.assertIn('do = "fault 0x42 abort code=0x08000021"\n', text)
             self.assertIn('expect = ["register 3700 = 4", "register 3706 = 33 2048"]\n', text)
             self.assertNotIn("get", text)
+            self.assertNotIn("set 99", text)
+            self.assertNotIn("incident", text)
+            self.assertIn('do = "set 0x42 0x6401:1 5"\n', text)
+            self.assertIn('wait = "register 800 = 1"\nexpect = ["register 801 = 5"]\n', text)
+            self.assertIn('wait = "register 800 = 2"\nexpect = ["register 801 = 4", "register 804 = 33 2048"]\n', text)
+            self.assertIn("\n# #2 read node 66 6411h:01 Channel 1 = 300: done\n", text)
             self.assertEqual(run(recorded).returncode, 0, run(recorded).stdout)
             recorded.write_text(text.replace("= 2 300", "= 2 301"))
             self.assertIn("expected register 3705 = 2 301: it is 2 300\n", run(recorded).stdout)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "cbcanctl/channels.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <functional>
 
@@ -69,6 +71,11 @@ class ScannerClient {
   /// True: its transaction has ended.
   bool look() {
     const auto in = registers_.look(in_, count_);
+    if (in && (*in)[regmap::kScannerTaken] != number_)
+      throw ConnectionError(
+          fmt::format("R{}: the module has restarted, or another program uses its channels; it is not "
+                      "known whether the request was carried out",
+                      in_));
     if (!in || (*in)[regmap::kScannerAnswered] != number_) return false;
     if ((*in)[regmap::kScannerResult] == kRestarted) {
       send();

@@ -106,14 +106,17 @@ void WindowClient::connect_rtu() {
 Response WindowClient::execute(const Transaction& transaction) {
   const Deadline deadline = Clock::now() + target_.timeout;
   wait_for_others(deadline);
-  write(regmap::kWindowFirst, words_of(transaction));
+  const std::vector<std::uint16_t> asked = words_of(transaction);
+  write(regmap::kWindowFirst, asked);
+  std::vector<std::uint16_t> words = wait_for_result(deadline);
   Response response;
-  response.result = wait_for_result(deadline);
-  if (response.result == static_cast<std::uint16_t>(regmap::Result::kOk) &&
-      transaction.command == regmap::kSdoWrite)
-    return response;
+  response.result = words[0];
+  const bool written = response.result == static_cast<std::uint16_t>(regmap::Result::kOk) &&
+                       transaction.command == regmap::kSdoWrite;
   // Size and data in one request, so that they belong together.
-  const std::vector<std::uint16_t> words = window();
+  if (!written) words = window();
+  check_own(asked, words);
+  if (written) return response;
   const std::span<const std::uint16_t> data = std::span(words).subspan(kHeaderWords);
   response.abort_code = data[0] | static_cast<std::uint32_t>(data[1]) << 16;
   if (response.result != static_cast<std::uint16_t>(regmap::Result::kOk)) return response;
@@ -122,6 +125,17 @@ Response WindowClient::execute(const Transaction& transaction) {
     throw ConnectionError("R3705 says " + std::to_string(size) + " bytes: this is no CBCAN window");
   response.data = bytes_of(data, size);
   return response;
+}
+
+/// 0 in R3700 is also what a module shows that has just started.
+void WindowClient::check_own(std::span<const std::uint16_t> asked,
+                             std::span<const std::uint16_t> words) const {
+  constexpr std::size_t kAsked = 4;  // R3701..R3704
+  if (std::ranges::equal(asked.subspan(1, kAsked), words.subspan(1, kAsked))) return;
+  throw ConnectionError(
+      line() +
+      ": the module has restarted, or another program has written to R3701..R3704; it is not known "
+      "whether the request was carried out");
 }
 
 std::vector<std::uint16_t> WindowClient::window() {
@@ -140,10 +154,11 @@ void WindowClient::wait_for_others(Deadline deadline) {
   }
 }
 
-std::uint16_t WindowClient::wait_for_result(Deadline deadline) {
+/// R3700..R3705, when R3700 is no longer CA0Eh.
+std::vector<std::uint16_t> WindowClient::wait_for_result(Deadline deadline) {
   while (true) {
-    const std::uint16_t flag = read(regmap::kExecuteFlag, 1)[0];
-    if (flag != regmap::kExecute) return flag;
+    std::vector<std::uint16_t> words = read(regmap::kWindowFirst, kHeaderWords);
+    if (words[0] != regmap::kExecute) return words;
     if (interrupted_()) {
       cancel();
       throw Interrupted("cancelled: 0 written to R3700");
@@ -215,7 +230,13 @@ void WindowClient::lost(const std::string& doing) const {
   if (error == EMBXGPATH)
     throw ConnectionError(text + "there is no network " + std::to_string(target_.unit) +
                           "; --unit selects the network, 1 is the first");
-  if (target_.rtu.empty() || error != ETIMEDOUT) throw ConnectionError(text + modbus_strerror(error));
+  const bool exception = error > MODBUS_ENOBASE && error < EMBBADCRC;
+  if (target_.rtu.empty() && !exception)
+    throw ConnectionError(
+        text + (error == ETIMEDOUT ? "no response" : modbus_strerror(error)) +
+        "; is that a Modbus server? `cbcan-sim` prints where it is one, as modbus=HOST:PORT; --host and "
+        "--port say where to look");
+  if (error != ETIMEDOUT) throw ConnectionError(text + modbus_strerror(error));
   throw ConnectionError(text +
                         "no response; is the device on, are A and B the right way round, and are --station, "
                         "--baud and --parity those of the device?");

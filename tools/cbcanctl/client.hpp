@@ -101,7 +101,8 @@ class WindowClient {
   std::vector<std::uint16_t> read(std::uint16_t address, std::size_t count);
   bool repeat_after_failure(int attempt);
   void drain();
-  std::uint16_t wait_for_result(Deadline deadline);
+  std::vector<std::uint16_t> wait_for_result(Deadline deadline);
+  void check_own(std::span<const std::uint16_t> asked, std::span<const std::uint16_t> words) const;
   void wait_for_others(Deadline deadline);
   void cancel();
   std::string line() const;

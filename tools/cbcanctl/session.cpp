@@ -151,8 +151,9 @@ std::deque<tools::ReadJob> read_of_all(tools::WindowClient& client,
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
                      const std::string& what) {
   const tools::Response response = client.execute(transaction);
-  if (response.result != static_cast<std::uint16_t>(regmap::Result::kOk)) throw Refused(response, what);
-  return response.data;
+  if (response.result == static_cast<std::uint16_t>(regmap::Result::kOk)) return response.data;
+  const bool silent = abort_code_of(response) == tools::abort_code::kTimedOut && transaction.node != 0;
+  throw Refused(response, what.empty() && silent ? fmt::format("node {}", transaction.node) : what);
 }
 
 namespace own {

@@ -51,6 +51,13 @@ std::vector<std::uint8_t> data_bytes(std::span<const std::uint16_t> words, std::
   return tools::bytes_of(words.subspan(at(regmap::kData)), size);
 }
 
+/// `words` are R3700..: a module that has restarted has 0 there.
+bool is_of(const Service& service, std::span<const std::uint16_t> words) {
+  const std::vector<std::uint16_t> asked = start_words(service);
+  return std::ranges::equal(words.first(at(regmap::kDataSize)).subspan(1),
+                            std::span(asked).first(at(regmap::kDataSize)).subspan(1));
+}
+
 bool fits(const Service& service, std::uint16_t size) {
   return service.exact ? size == service.size : size <= service.size;
 }
@@ -214,9 +221,11 @@ void Window::claimed(std::span<const std::uint16_t> words, Time now) {
   if (claim_->owner()) flag_ = words[0] == regmap::kExecute ? Flag::kUnknown : Flag::kClear;
 }
 
-/// The words of IN as those of R3700..R3769.
+/// The words of IN as those of R3700..R3769. A module that has taken another number last has restarted.
 std::vector<std::uint16_t> Window::in_order(std::span<const std::uint16_t> in) const {
-  std::vector<std::uint16_t> words(regmap::kWindowWords);
+  if (in[regmap::kScannerTaken] != number_) return std::vector<std::uint16_t>(regmap::kWindowWords);
+  std::vector<std::uint16_t> words = start_words(transaction_);
+  words.resize(regmap::kWindowWords);
   const bool answered = in[regmap::kScannerAnswered] == number_;
   words[0] = answered ? in[regmap::kScannerResult] : regmap::kExecute;
   words[at(regmap::kDataSize)] = in[regmap::kScannerSize];
@@ -233,6 +242,7 @@ void Window::polled(std::span<const std::uint16_t> words, Time now) {
 void Window::ended(std::span<const std::uint16_t> words) {
   running_ = false;
   Job& job = *queue_.front();
+  if (!is_of(transaction_, words)) return restarted(job);
   if (purpose_ == Purpose::kKernelState) return take_kernel_state(job, words);
   const std::uint16_t size = words[at(regmap::kDataSize)];
   const std::uint32_t code = words[at(regmap::kData)] | std::uint32_t{words[at(regmap::kData) + 1]} << 16;
@@ -242,12 +252,19 @@ void Window::ended(std::span<const std::uint16_t> words) {
       if (transaction_.write || fits(transaction_, size)) return succeeded(job, words);
       break;
     case regmap::Result::kRestarted:
-      if (channel_ != 1) return;  // it was not executed: once more, with the next number
-      break;
+      if (channel_ == 1) break;
+      return forget_settings();  // it was not executed: once more, with the next number
     case regmap::Result::kCommandCodeError:
     case regmap::Result::kNodeIdError:
     case regmap::Result::kIncomplete: break;
   }
+  finish(job, KernelError::kInternal);
+}
+
+/// Whether it was carried out before, nobody knows.
+void Window::restarted(Job& job) {
+  flag_ = Flag::kUnknown;
+  forget_settings();
   finish(job, KernelError::kInternal);
 }
 
@@ -297,7 +314,9 @@ void Window::abandon() {
   if (!running_) return;
   running_ = false;
   flag_ = Flag::kToCancel;
-  if (changes_settings(transaction_)) {  // who knows
+  if (purpose_ == Purpose::kTimeout) timeout_known_.reset();
+  if (purpose_ == Purpose::kMode) mode_known_.reset();
+  if (purpose_ == Purpose::kService && changes_settings(transaction_)) {  // who knows
     forget_settings();
     lost_settings_ = true;
   }

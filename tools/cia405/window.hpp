@@ -114,6 +114,7 @@ class Window {
   void claimed(std::span<const std::uint16_t> words, Time now);
   void polled(std::span<const std::uint16_t> words, Time now);
   void ended(std::span<const std::uint16_t> words);
+  void restarted(Job& job);
   void succeeded(Job& job, std::span<const std::uint16_t> words);
   void failed(Job& job, std::uint32_t abort_code);
   void take_kernel_state(Job& job, std::span<const std::uint16_t> words);

@@ -92,9 +92,10 @@ std::string markdown() {
   markdown_numbers(out, "Result codes of the scanner window besides (R601)", kScannerResults);
   out << "\n## Process data\n\nWhere the range begins is a setting; this is where it begins unless set.\n\n";
   markdown_registers(out, kProcessData);
-  out << "\n## Diagnostics of the firmware images\n\n"
-         "Read-only holding registers of the images for microcontrollers, outside the window; a 32-bit\n"
-         "number is low word first.\n\n";
+  out << "\n## Diagnostics\n\n"
+         "Read-only holding registers outside the window; a 32-bit number is low word first. The simulator\n"
+         "has 0 where it has no such thing: stack, UART, clock and faults of a board, CRC and bus errors. Its\n"
+         "CAN frames are those of the module's own controller.\n\n";
   markdown_registers(out, kDiagnostics);
   out << "\n## Settings of a board\n\n"
          "Holding registers of the images that store settings ([boards.md](boards.md)). They count after a\n"

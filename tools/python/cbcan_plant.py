@@ -167,7 +167,7 @@ class Window:
     """R3700..R3769 of a plant, as a PLC sees them: over Modbus TCP. `unit` selects the CAN network."""
 
     def __init__(self, plant, unit=1):
-        self.plant, self.unit, self.transaction = plant, unit, 0
+        self.plant, self.unit, self.transaction, self.asked = plant, unit, 0, []
         self.socket = connect(plant.modbus)
 
     def __enter__(self):
@@ -198,18 +198,23 @@ class Window:
         return list(struct.unpack(f">{count}H", self._request(struct.pack(">BHH", 3, register, count))[2:]))
 
     def write(self, register, *words):
+        self.asked = []  # of the transaction that start() has started: what R3701..R3704 are when it has a result
         self._request(struct.pack(f">BHHB{len(words)}H", 16, register, len(words), 2 * len(words), *words))
 
     def start(self, *words):
         """R3701.. = words and CA0Eh in R3700, in one request; does not wait."""
         self.write(FIRST, EXECUTE, *words)
+        self.asked = list(words[:4])
 
     def result(self, within=None):
         """R3700 when the transaction is over: 0 = done. Lets time pass until then."""
         if self.read(FIRST)[0] == EXECUTE:
             network = "" if self.unit in (0, 1, 255) else f"{self.unit}/"
             self.plant.wait(f"register {network}{FIRST} != 0x{EXECUTE:X}", within)
-        return self.read(FIRST)[0]
+        flag, *asked = self.read(FIRST, 1 + len(self.asked))
+        if asked != self.asked:
+            raise PlantError("the module has restarted, or another program has written to R3701..R3704")
+        return flag
 
     def execute(self, *words, within=None):
         """start() and result(): execute(5055, node, index, sub, size)."""

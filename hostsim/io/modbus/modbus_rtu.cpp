@@ -63,8 +63,11 @@ void RtuSession::execute() {
       server_.is_broadcast() ? std::span<ModbusUnit* const>(networks_) : std::span(&networks_[asked], 1);
   const auto frame = networks_[asked]->listens() ? server_.request() : std::span<const std::uint8_t>();
   const std::vector<std::uint8_t> request(frame.begin(), frame.end());
-  for (ModbusUnit* const network : meant)
+  const bool diagnostics = server_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords + 1);
+  for (ModbusUnit* const network : meant) {
     network->catch_up();
+    if (diagnostics) network->on_diagnostics();
+  }
   const auto response = server_.execute();
   const std::size_t before = unsent_.size();
   unsent_.append(response.begin(), response.end());
@@ -73,6 +76,7 @@ void RtuSession::execute() {
   const RtuServer::Executed& executed = server_.executed();
   for (ModbusUnit* const network : meant) {
     if (!request.empty()) tell(*network, request, sent);
+    network->on_writer(0, {executed.first, executed.count});
     network->on_request(executed.valid, {executed.first, executed.count});
   }
 }

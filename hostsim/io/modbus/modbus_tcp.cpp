@@ -126,7 +126,12 @@ inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
   const ModbusRequest request = reached ? look_at_request(pdu, to.registers.size())
                                         : ModbusRequest{ModbusException::kGatewayPathUnavailable};
   ++counters_.requests;
-  if (request.written.count != 0) to.unit->catch_up();
+  if (request.written.count != 0) {
+    to.unit->catch_up();
+    const bool window = request.written.first - regmap::kWindowFirst < regmap::kWindowWords;
+    if (!window) to.unit->on_writer(client.number, request.written);
+  }
+  if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
   const Bytes response = respond(bytes, request, to.registers);
   const bool alive = send(client, response);
   if (!reached) return alive;

@@ -17,6 +17,12 @@ class ModbusUnit {
 
   /// A request is about to write: what is due by now happens, with the registers as they are.
   virtual void catch_up() {}
+  /// A request is about to read diagnostics registers.
+  virtual void on_diagnostics() {}
+  /// A client, by its number, is about to write, elsewhere than in R3700..R3769: later ones have higher
+  /// numbers, those of a line 0.
+  virtual void on_writer(std::uint32_t /*client*/, const ModbusRange& /*written*/) {}
+
   /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
   /// exception; `written`: what it has written. Must not destroy the server.
   virtual void on_request(bool valid, const ModbusRange& written) = 0;

@@ -2,6 +2,7 @@
 #include "io/modbus/plc_exchange.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cbcan::io {
 
@@ -11,6 +12,7 @@ using client::Request;
 
 constexpr std::size_t kHeadWords = regmap::kData - regmap::kWindowFirst;
 constexpr auto kOk = static_cast<std::uint16_t>(regmap::Result::kOk);
+constexpr auto kRestarted = static_cast<std::uint16_t>(regmap::Result::kRestarted);
 constexpr auto kFailed = static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError);
 constexpr std::size_t kAbortCodeWords = 2;
 
@@ -73,6 +75,7 @@ void WindowExchange::responded(Words words) {
 
 void WindowExchange::look(Words words) {
   const bool whole = words.size() == regmap::kWindowWords;
+  const bool refuses = std::exchange(refuses_, false);
   step_ = Step::kRest;
   if (whole) unsure_ = false;
   if (taken_ && is_taken(words)) {
@@ -81,7 +84,7 @@ void WindowExchange::look(Words words) {
   }
   if (taken_) cancel(words[0]);
   if (words[0] != regmap::kExecute || !done()) return;
-  whole ? take(words) : void(step_ = Step::kRead);
+  whole ? take(words, refuses) : void(step_ = Step::kRead);
 }
 
 /// What tells requests apart: R3700..R3705, and of a write its data, where they have been read too. Part of
@@ -100,9 +103,10 @@ bool WindowExchange::is_taken(Words words) const {
   return true;
 }
 
-void WindowExchange::take(Words words) {
+void WindowExchange::take(Words words, bool refuses) {
   std::copy_n(words.begin(), regmap::kWindowWords, taken_.emplace().begin());
   std::ranges::copy(words, &own(regmap::kWindowFirst));
+  if (refuses) own(regmap::kExecuteFlag) = kRestarted;
   module_.on_request(true, {regmap::kWindowFirst, regmap::kWindowWords});
 }
 

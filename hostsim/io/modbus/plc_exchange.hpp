@@ -40,8 +40,9 @@ class PlcExchange {
 /// written; else the words that the contract changes are, R3700 last.
 class WindowExchange final : public PlcExchange {
  public:
-  /// The unit is the caller's.
-  WindowExchange(ModbusUnit& module, std::uint16_t first) : module_(module), first_(first) {}
+  /// The unit is the caller's. `refuses`: a request that is there at the first look has the result 5.
+  WindowExchange(ModbusUnit& module, std::uint16_t first, bool refuses = false)
+      : module_(module), first_(first), refuses_(refuses) {}
 
   void begin() override;
   std::optional<client::Request> next() override;
@@ -56,7 +57,7 @@ class WindowExchange final : public PlcExchange {
   bool done() const { return own(regmap::kExecuteFlag) != regmap::kExecute; }
   bool is_taken(Words words) const;
   void look(Words words);
-  void take(Words words);
+  void take(Words words, bool refuses);
   void cancel(std::uint16_t flag);
   void wait();
   ModbusRange result_data() const;
@@ -67,6 +68,7 @@ class WindowExchange final : public PlcExchange {
   Step step_ = Step::kRest;
   bool waits_ = true;            ///< for begin()
   bool unsure_ = false;          ///< the PLC may have been started anew
+  bool refuses_;                 ///< what the next look finds may have been executed before the start
   std::optional<Window> taken_;  ///< the request under way, as it was read
 };
 

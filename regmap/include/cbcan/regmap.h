@@ -72,6 +72,7 @@
 #define CBCAN_R_DIAGNOSTIC_FAULT_LR_LAST   4137         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_FAULT_STATUS    4138         /* its fault status, of a Cortex-M the CFSR; 0 = an interrupt that nobody expected */
 #define CBCAN_R_DIAGNOSTIC_FAULT_STATUS_LAST 4139         /* the last of them */
+#define CBCAN_R_DIAGNOSTIC_SECOND_WRITERS  4140         /* times that a client wrote to a scanner window behind a newer client; of the simulator alone */
 
 #define CBCAN_R_BOARD_STATION              4150         /* Modbus station address */
 #define CBCAN_R_BOARD_BAUD_RATE            4151         /* of the Modbus line, in 100 bit/s: 96 = 9600 */
@@ -88,7 +89,7 @@
 #define CBCAN_RESULT_CMD_CODE_ERR          1            /* R3701 is neither 5055 nor 5066 */
 #define CBCAN_RESULT_NODE_ID_ERR           2            /* R3702 is above 127 */
 #define CBCAN_RESULT_SDO_EXEC_ERR          4            /* the service failed; R3706 (low word) and R3707 (high word) hold the SDO abort code */
-#define CBCAN_RESULT_RESTARTED             5            /* the coprocessor has started: the number is not executed, as it may have been before */
+#define CBCAN_RESULT_RESTARTED             5            /* handshake after a start of the coprocessor: the number is not executed, as it may have been before */
 #define CBCAN_RESULT_INCOMPLETE            6            /* the number came without all words of its request; nothing is executed */
 
 #define CBCAN_OBJECT_NMT                   0x1F82       /* written: NMT service */

@@ -155,8 +155,8 @@ inline constexpr std::array<RegisterRow, 12> kScanner{{
 
 // ---- Diagnostics of the firmware images
 
-/// A block of read-only registers that the images for microcontrollers have outside the window; in the
-/// simulator these are registers like any other. Two registers hold a 32-bit number, low word first.
+/// A block of read-only registers outside the window. What only a board can know is 0 in the simulator. Two
+/// registers hold a 32-bit number, low word first.
 inline constexpr std::uint16_t kVersion = 4100;
 inline constexpr std::uint16_t kPatchLevel = 4101;
 inline constexpr std::uint16_t kUptime = 4102;
@@ -184,6 +184,7 @@ inline constexpr std::uint16_t kFaultStatus = 4138;
 
 inline constexpr std::uint16_t kDiagnosticsFirst = kVersion;
 inline constexpr std::size_t kDiagnosticsWords = 40;
+inline constexpr std::uint16_t kSecondWriters = 4140;  ///< behind them, of the simulator alone
 
 constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::string_view name,
                                  std::string_view range, std::string_view meaning) {
@@ -196,7 +197,7 @@ constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::
           meaning};
 }
 
-inline constexpr std::array<RegisterRow, 24> kDiagnostics{{
+inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
     diagnostic(kVersion, 1, "VERSION", "0..65535",
                "version of the image: major in the high byte, minor in the low byte"),
     diagnostic(kPatchLevel, 1, "PATCH_LEVEL", "0..65535", "the version's third number"),
@@ -233,6 +234,8 @@ inline constexpr std::array<RegisterRow, 24> kDiagnostics{{
     diagnostic(kFaultLr, 2, "FAULT_LR", "32 bits", "its link register: who called"),
     diagnostic(kFaultStatus, 2, "FAULT_STATUS", "32 bits",
                "its fault status, of a Cortex-M the CFSR; 0 = an interrupt that nobody expected"),
+    diagnostic(kSecondWriters, 1, "SECOND_WRITERS", "0..65535",
+               "times that a client wrote to a scanner window behind a newer client; of the simulator alone"),
 }};
 
 // ---- Settings of a board
@@ -294,8 +297,8 @@ enum class Result : std::uint16_t {
   kCommandCodeError = 1,
   kNodeIdError = 2,
   kSdoExecutionError = 4,
-  kRestarted = 5,   ///< of the scanner window alone
-  kIncomplete = 6,  ///< likewise
+  kRestarted = 5,   ///< of the scanner window; in R3700 where a setting asks for it
+  kIncomplete = 6,  ///< of the scanner window alone
 };
 
 inline constexpr std::array<NamedNumber, 4> kResults{{
@@ -307,7 +310,8 @@ inline constexpr std::array<NamedNumber, 4> kResults{{
 
 /// Those of the scanner window besides.
 inline constexpr std::array<NamedNumber, 2> kScannerResults{{
-    {5, "RESTARTED", "the coprocessor has started: the number is not executed, as it may have been before"},
+    {5, "RESTARTED",
+     "handshake after a start of the coprocessor: the number is not executed, as it may have been before"},
     {6, "INCOMPLETE", "the number came without all words of its request; nothing is executed"},
 }};
 

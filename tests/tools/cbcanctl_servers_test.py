@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""cbcanctl against servers that are none of Modbus, or are not there."""
+
+import pathlib
+import socket
+import subprocess
+import sys
+import threading
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, program_from_arguments
+
+CBCANCTL = program_from_arguments(sys.argv)
+NO_CONNECTION = 3
+
+
+def run(port, *arguments):
+    return subprocess.run([CBCANCTL, "--port", str(port), *arguments], capture_output=True, text=True, timeout=LIMIT)
+
+
+class BadServers(unittest.TestCase):
+    """A server that answers its first request with given bytes, and then closes."""
+
+    def check(self, response, is_modbus=False):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            def serve():
+                client, _ = listener.accept()
+                with client:
+                    client.recv(300)
+                    if response is not None:
+                        client.sendall(response)
+            server = threading.Thread(target=serve)
+            server.start()
+            done = run(listener.getsockname()[1], "--timeout", "100", "read", "1", "0x1000", "0")
+            server.join(LIMIT)
+        self.assertEqual((done.returncode, done.stdout), (NO_CONNECTION, ""), done.stderr)
+        self.assertIn("R3700", done.stderr)
+        self.assertEqual("; is that a Modbus server? `cbcan-sim` prints where it is one" in done.stderr, not is_modbus, done.stderr)
+        return done.stderr
+
+    def test_silence(self):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            port = listener.getsockname()[1]
+            done = run(port, "--timeout", "100", "local-id")
+        self.assertEqual((done.returncode, done.stderr), (NO_CONNECTION, f"cbcanctl: 127.0.0.1:{port}: reading R3700: no response; is that a "
+                         "Modbus server? `cbcan-sim` prints where it is one, as modbus=HOST:PORT; --host and --port say where to look\n"))
+
+    def test_closes(self):
+        self.check(None)
+
+    def test_half_an_response(self):
+        self.check(bytes.fromhex("0001 0000 0005 01 03"))
+
+    def test_garbage(self):
+        self.check(b"HTTP/1.1 400 Bad Request\r\n\r\n")
+
+    def test_exception(self):
+        self.check(bytes.fromhex("0001 0000 0003 01 83 02"), is_modbus=True)
+
+    def test_nobody_listens(self):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            port = listener.getsockname()[1]
+        done = run(port, "state", "1")
+        self.assertEqual(done.returncode, NO_CONNECTION)
+        self.assertIn("is cbcan-sim running there?", done.stderr)
+
+
+cases.main()
