@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // cbcan-sim: results on standard output, everything for people on standard error.
 
-#include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <span>
 #include <string_view>
@@ -11,7 +9,7 @@
 #include "app/console.hpp"
 #include "app/run.hpp"
 #include "app/simulator.hpp"
-#include "client/standard_files.hpp"
+#include "client/program_start.hpp"
 #include "io/files/read_file.hpp"
 #include "io/sockets/service_manager.hpp"
 #include "plant/build_node.hpp"
@@ -80,17 +78,10 @@ int start(int argc, char** argv) {
   }
 }
 
-/// toml++ may not throw everywhere where it needs memory.
-[[noreturn]] void give_up() {
-  std::fputs("cbcan-sim: an error that cannot be dealt with; is there memory left?\n", stderr);
-  std::_Exit(static_cast<int>(ExitCode::kEnvironment));
-}
-
 }  // namespace
 }  // namespace cbcan::app
 
 int main(int argc, char** argv) {
-  cbcan::client::open_standard_files();
-  std::set_terminate(cbcan::app::give_up);
+  cbcan::client::start_program();
   return cbcan::app::start(argc, argv);
 }

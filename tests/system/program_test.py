@@ -116,7 +116,6 @@ class Starting(unittest.TestCase):
         self.check_refused(run("--demo", "--modbus", "127.0.0.1:0", "--log", "/nonexistent/bus.log"), 3,
                            "/nonexistent/bus.log")
 
-
     def test_closed_descriptors(self):
         """What its caller has closed is /dev/null: no socket of its own gets such a number."""
         for closed in ((0,), (1,), (2,), (0, 1), (0, 1, 2)):

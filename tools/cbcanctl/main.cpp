@@ -14,7 +14,7 @@
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
-#include "client/standard_files.hpp"
+#include "client/program_start.hpp"
 #include "text/address.hpp"
 #include "text/suggestion.hpp"
 #include "text/words.hpp"
@@ -334,6 +334,6 @@ ExitCode exit_code(int argc, char** argv) {
 }  // namespace cbcan::ctl
 
 int main(int argc, char** argv) {
-  cbcan::client::open_standard_files();
+  cbcan::client::start_program();
   return static_cast<int>(cbcan::ctl::exit_code(argc, argv));
 }

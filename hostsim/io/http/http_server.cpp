@@ -53,6 +53,7 @@ struct HttpServer::Live {
   std::string unsent{};
   Time sent_at = Reactor::now();
   bool ended = false;
+  bool broken = false;  ///< before its end
   bool suspended = false;
 
   void fill() {
@@ -60,7 +61,7 @@ struct HttpServer::Live {
     try {
       ended = !stream->fill(unsent);
     } catch (const std::exception&) {
-      ended = true;
+      ended = broken = true;
     }
   }
 };
@@ -162,6 +163,7 @@ struct HttpServer::Callbacks {
     auto& live = *static_cast<Live*>(self);
     live.fill();
     if (live.unsent.empty()) {
+      if (live.broken) return MHD_CONTENT_READER_END_WITH_ERROR;
       if (live.ended) return MHD_CONTENT_READER_END_OF_STREAM;
       MHD_suspend_connection(live.connection);
       live.suspended = true;
