@@ -82,6 +82,6 @@ int start(int argc, char** argv) {
 }  // namespace cbcan::app
 
 int main(int argc, char** argv) {
-  cbcan::client::start_program();
+  cbcan::client::start_program<static_cast<int>(cbcan::text::ExitCode::kEnvironment)>();
   return cbcan::app::start(argc, argv);
 }

@@ -334,6 +334,6 @@ ExitCode exit_code(int argc, char** argv) {
 }  // namespace cbcan::ctl
 
 int main(int argc, char** argv) {
-  cbcan::client::start_program();
+  cbcan::client::start_program<static_cast<int>(cbcan::ctl::ExitCode::kEnvironment)>();
   return static_cast<int>(cbcan::ctl::exit_code(argc, argv));
 }

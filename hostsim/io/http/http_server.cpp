@@ -153,8 +153,8 @@ struct HttpServer::Callbacks {
                               std::unique_ptr<HttpStream> stream) {
     auto live = std::make_unique<Live>(Live{server, std::move(stream), connection});
     server.streams_.push_back(live.get());
-    MHD_Response* const made = MHD_create_response_from_callback(
-        MHD_SIZE_UNKNOWN, HttpStream::kMostUnsent, on_read, live.get(), on_free);
+    MHD_Response* const made = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, HttpStream::kMostUnsent,
+                                                                 on_read, live.get(), on_free);
     made == nullptr ? server.streams_.pop_back() : void(live.release());
     return made;
   }
