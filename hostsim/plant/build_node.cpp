@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
@@ -33,7 +35,8 @@ std::optional<Bytes> encode_integer(std::int64_t number, DataType type) {
 
 std::optional<Bytes> encode_real(double number, DataType type) {
   if (type == DataType::kReal64) return eds::to_bytes(std::bit_cast<std::uint64_t>(number), 8);
-  if (type != DataType::kReal32) return std::nullopt;
+  const bool fits = !std::isfinite(number) || std::abs(number) <= double{std::numeric_limits<float>::max()};
+  if (type != DataType::kReal32 || !fits) return std::nullopt;
   return eds::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
 }
 

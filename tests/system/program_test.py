@@ -166,6 +166,31 @@ class Ending(unittest.TestCase):
         return pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
 
 
+class BehindTheClock(unittest.TestCase):
+    """update() takes 0.4 ms and more, and wants to be called every 10 us."""
+
+    def test_clients_and_signals_have_their_turn(self):
+        with tempfile.TemporaryDirectory() as folder:
+            generic = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
+            pathlib.Path(folder, "slow.lua").write_text("function update(now) for i = 1, 100000 do end return now + 1e-5 end\n")
+            plant = pathlib.Path(folder, "plant.toml")
+            plant.write_text(f'[[node]]\nid = 20\neds = "{generic}"\ndevice = "slow.lua"\n[[node]]\nid = 32\neds = "{generic}"\n')
+            simulator = Simulator(PROGRAM, "--config", str(plant), "--control", "127.0.0.1:0", log=False, test=self)
+            host, port = simulator.where["control"].rsplit(":", 1)
+            with simulator.window() as window, socket.create_connection((host, int(port)), timeout=LIMIT) as control:
+                def is_said():
+                    window.write(3700, [0xCA0E, READ, 32, 0x2004, 0, 4])
+                    self.assertEqual(window.read(3700, 1), [0])
+                    control.sendall(b"get 32 0x2004\n")
+                    self.assertTrue(control.recv(100).startswith(b"ok "))
+                    return simulator.errors()
+                wait_until(is_said, "the plant is behind")
+            code, error = simulator.stop()
+            self.assertEqual(code, 0)
+            self.assertEqual(error, "cbcan-sim: the plant is more than 1 s behind the clock: its nodes take more time than there "
+                                    "is; let scripts be called less often, or use --clock manual\n")
+
+
 class Serving(unittest.TestCase):
     def setUp(self):
         self.simulator = Simulator(PROGRAM, "--demo", test=self)
