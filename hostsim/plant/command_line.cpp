@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <span>
 #include <utility>
@@ -126,8 +127,11 @@ Diagnostics read_plant_of(const Typed& typed, const FileReader& read, Config& co
         return {about_option(fmt::format("{} {}", kConfigOption, path), std::string(kEdsAsPlant))};
       return read_plant(*text, path, config);
     }
+    std::error_code error;
     return {about_option(fmt::format("{} {}", kConfigOption, path),
-                         "this file cannot be read; check the path and its permissions")};
+                         std::filesystem::is_directory(path, error)
+                             ? "this is a folder; name the plant file in it"
+                             : "this file cannot be read; check the path and its permissions")};
   }
   return {};
 }

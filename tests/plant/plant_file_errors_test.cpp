@@ -2,6 +2,7 @@
 // Every mistake in a plant file and what the user is told about it.
 #include <fmt/core.h>
 
+#include "plant/wires.hpp"
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
@@ -70,6 +71,66 @@ TEST_CASE("an unknown key that is like nothing gets the list") {
         "1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, random, control, "
         "http, node, wire, network");
   wrong("[faults]\n", "1: faults: no such key; did you mean node.faults?");
+}
+
+TEST_CASE("a key that several tables have, and not this one, gets the list") {
+  wrong("[modbus]\nlisten = \"127.0.0.1:502\"\n", "2: modbus.listen: no such key; modbus has host, port");
+}
+
+TEST_CASE("what stands behind [[network]] is not taken for the first network's") {
+  wrong("[[network]]\n[module]\nnode_id = 5\n",
+        "2: module: is of the first network; put it above [[network]], or write network.module");
+  wrong("[[network]]\n[can]\n[[node]]\nid = 5\neds = \"a.eds\"\n",
+        "2: can: is of the first network; put it above [[network]], or write network.can",
+        "3: node: is of the first network; put it above [[network]], or write network.node");
+  wrong("[[network]]\n[time]\nclock = \"manual\"\n[log]\nverbose = true\n");
+}
+
+TEST_CASE("a baud rate that no serial port has") {
+  const std::string rates = "must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200";
+  wrong("[rtu]\nbaud = 9601\n", "2: rtu.baud 9601: " + rates);
+  wrong("[plc]\nbaud = 1201\n", "2: plc.baud 1201: " + rates);
+}
+
+TEST_CASE("a device that is called by what it is") {
+  wrong_node("device = \"drive\"",
+             "4: node.device \"drive\": must be none, cia401, cia402, cia404, or the path of a Lua script, "
+             "FILE.lua; did you mean cia402?");
+}
+
+TEST_CASE("an address, or a serial port, can be had once") {
+  CHECK(checked("[control]\nlisten = \"127.0.0.1:1502\"\n") ==
+        Lines{"control.listen 127.0.0.1:1502: modbus.port has it already; write another one"});
+  CHECK(checked("[control]\nlisten = \":5000\"\n[http]\nlisten = \"127.0.0.1:5000\"\n[[network]]\n"
+                "[network.can]\nslcan = \":5000\"\n") ==
+        Lines{"http.listen 127.0.0.1:5000: control.listen has it already; write another one",
+              "network 2: can.slcan 127.0.0.1:5000: control.listen has it already; write another one"});
+  CHECK(checked("[rtu]\ndevice = \"/dev/x\"\n[can]\nspec = \"slcan:/dev/../dev/x\"\n") ==
+        Lines{"can.spec /dev/x: rtu.device has it already; write another one"});
+  CHECK(checked("[control]\nlisten = \":0\"\n[http]\nlisten = \":0\"\n").empty());
+}
+
+TEST_CASE("ten thousand wires in a row, and the loop that they are, are looked at once") {
+  Config config = read(kNode).config;
+  constexpr unsigned kWires = 20'000;
+  for (unsigned i = 0; i < kWires; ++i) {
+    WireConfig wire;
+    wire.from = *parse_wire_end(fmt::format("5:{}", 0x2000 + i));
+    wire.to = *parse_wire_end(fmt::format("5:{}", 0x2000 + i + 1));
+    config.wires.push_back(wire);
+  }
+  CHECK(check(config).empty());
+  config.wires.back().to = config.wires[0].from;
+  const Lines lines = to_lines(check(config));
+  CHECK(lines.size() == kWires);
+  CHECK(
+      lines.back().ends_with("goes round in a loop without delay; give one of its wires delay_ms or lag_ms"));
+}
+
+TEST_CASE("an end of a wire that is none is told once") {
+  const std::string text = std::string(kNode) + "[[wire]]\nfrom = \"5:outpt:1\"\nto = \"5:0x2001\"\n";
+  CHECK(errors_in(text).size() == 1);
+  CHECK(checked(text).empty());
 }
 
 TEST_CASE("wires") {
