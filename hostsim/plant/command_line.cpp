@@ -201,6 +201,7 @@ Start parse_command_line(int argc, const char* const* argv, const FileReader& re
   Diagnostics of_options = apply_options(typed.arguments, start.config);
   // Of a plant with mistakes, nodes may be missing that options are about.
   if (problems.empty()) problems = std::move(of_options);
+  if (!typed.command.empty()) use_free_addresses(typed, start.config);
   std::ranges::move(check(start.config), std::back_inserter(problems));
   if (!problems.empty()) return refuse(std::move(problems));
 
@@ -210,7 +211,6 @@ Start parse_command_line(int argc, const char* const* argv, const FileReader& re
   for (const Argument& argument : typed.arguments)
     if (argument.option == kDemoOption || argument.option == kConfigOption)
       start.plant_file = argument.option == kDemoOption ? kDemo : argument.text;
-  if (!start.command.empty()) use_free_addresses(typed, start.config);
   for (const NetworkConfig& network : start.config.networks)
     start.err += remarks_on(network);
   return start;

@@ -60,6 +60,25 @@ class Starting(unittest.TestCase):
         self.check_refused(run("--demo", "--node-id", "128"), 2, "1..127")
         self.check_refused(run("--config", "/nonexistent/plant.toml"), 2, "/nonexistent/plant.toml")
 
+    def test_a_folder_and_a_program_where_a_file_is_meant(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.check_refused(run("--check", "--config", folder), 2, f"--config {folder}: this is a folder; name the plant file in it\n")
+        done = run("--check", "--node", "5=/bin/ls")
+        self.check_refused(done, 2, "/bin/ls: not one object in it that a node could have; write an EDS or DCF file\n")
+        self.assertEqual(len(done.stderr.splitlines()), 1)
+
+    def test_check_refuses_what_a_start_refuses(self):
+        with tempfile.TemporaryDirectory() as folder:
+            parameters = pathlib.Path(folder, "module.txt")
+            parameters.write_text("not a parameter\n")
+            for options, why in ((("--rtu", "/dev/x,9601,E,1"), "--rtu /dev/x,9601,E,1: baud \"9601\": must be 1200, 2400, 4800, 9600"),
+                                 (("--plc-rtu", "/dev/x,9601,E"), "baud \"9601\": must be 1200"),
+                                 (("--modbus", "127.0.0.1:5000", "--control", ":5000"), "control.listen 127.0.0.1:5000: modbus.port has it already"),
+                                 (("--rtu", "/dev/x,9600,E,1", "--can", "slcan:/dev/x"), "can.spec /dev/x: rtu.device has it already"),
+                                 (("--module-parameters", str(parameters)), f"{parameters}:1: ")):
+                with self.subTest(options=options):
+                    self.check_refused(run("--check", "--demo", *options), 2, why)
+
     def test_wrong_files(self):
         with tempfile.TemporaryDirectory() as folder:
             plant = pathlib.Path(folder) / "plant.toml"

@@ -120,7 +120,7 @@ constexpr int kEveryInstruction = 1;
 // What is to be looked at for a step more: in one go, and by any one instruction.
 constexpr std::size_t kLettersOfStep = 16;
 constexpr std::size_t kLettersOfPrice = 200;
-constexpr std::size_t kMemoryOfPrice = std::size_t{6} << 10;
+constexpr std::size_t kMemoryOfPrice = 6000;
 constexpr std::size_t kMetatablesOfPrice = 4;
 /// One may lead to the next, at each look into a table.
 constexpr std::size_t kMostMetatables = 8;
