@@ -36,7 +36,8 @@ std::optional<Bytes> encode_integer(std::int64_t number, DataType type) {
 
 std::optional<Bytes> encode_real(double number, DataType type) {
   if (type == DataType::kReal64) return eds::to_bytes(std::bit_cast<std::uint64_t>(number), 8);
-  const bool fits = !std::isfinite(number) || std::abs(number) <= double{std::numeric_limits<float>::max()};
+  const bool fits =
+      !std::isfinite(number) || std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max());
   if (type != DataType::kReal32 || !fits) return std::nullopt;
   return eds::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
 }

@@ -14,7 +14,7 @@ namespace {
 
 /// Beyond its range the last one in it; infinity and what is not a number stay.
 float to_real32(double value) {
-  constexpr double kMost{std::numeric_limits<float>::max()};
+  constexpr auto kMost = static_cast<double>(std::numeric_limits<float>::max());
   return static_cast<float>(std::isinf(value) ? value : std::clamp(value, -kMost, kMost));
 }
 
