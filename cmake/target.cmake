@@ -12,9 +12,9 @@ function(cbcan_target name)
     target_compile_definitions(${name} PRIVATE $<$<NOT:$<CONFIG:Release>>:_GLIBCXX_ASSERTIONS>)
   endif()
   if(CBCAN_SANITIZE)
-    target_compile_options(${name} PUBLIC -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+    target_compile_options(${name} PUBLIC -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow -fno-sanitize-recover=all -fno-omit-frame-pointer
       -fno-sanitize-coverage=trace-cmp)  # half of the fuzzer's time; the corpora and dictionaries know the numbers
-    target_link_options(${name} PUBLIC -fsanitize=fuzzer-no-link,address,undefined)
+    target_link_options(${name} PUBLIC -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow)
   endif()
   if(CBCAN_COVERAGE)
     target_compile_options(${name} PUBLIC --coverage)

@@ -102,6 +102,7 @@ io::HttpResponse Api::respond(const io::HttpRequest& request) {
       return failed(404, "POST is for /api/control; its command `write` writes registers");
     }
     if (auto page = page_at(path)) return std::move(*page);
+    static_cast<void>(network_in(query));
     if (path == "/api/time") return ok(time());
     if (path == "/api/registers") return ok(registers(query));
     if (path == "/api/nodes") return ok(nodes(query));

@@ -10,6 +10,7 @@
 #include "app/run.hpp"
 #include "app/simulator.hpp"
 #include "client/program_start.hpp"
+#include "io/files/parameter_file.hpp"
 #include "io/files/read_file.hpp"
 #include "io/sockets/service_manager.hpp"
 #include "plant/build_node.hpp"
@@ -25,11 +26,24 @@ int code(ExitCode code) {
   return static_cast<int>(code);
 }
 
+/// Throws io::UsageError, as a start does.
+void check_parameters(const plant::Config& config, Console& console) {
+  const auto check = [&](const std::string& file) {
+    if (!file.empty()) io::ParameterFile(file, [&](const std::string& line) { console.warn(line); }).load();
+  };
+  for (const plant::NetworkConfig& network : config.networks) {
+    check(network.module.parameters);
+    for (const plant::NodeConfig& node : network.nodes)
+      check(node.parameters);
+  }
+}
+
 int run(const plant::Start& start, const plant::FileReader& read, Console& console) {
   const plant::Config& config = start.config;
   plant::PlantBuild build = plant::build_nodes(config, read);
   for (const std::string& line : build.lines)
     console.tell(line + "\n");
+  if (build.good && start.check) check_parameters(config, console);
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
   Simulator simulator(config, std::move(build), console, start.command.empty());
   simulator.set_plant(start.plant_file);

@@ -204,6 +204,9 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const plant
 
 text::ExitCode run_scenarios(const plant::RunConfig& config, const plant::FileReader& read,
                              Console& console) {
+  std::error_code error;
+  if (!config.logs.empty() && !fs::is_directory(config.logs, error))
+    throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
   Files found(read);
   for (const std::string& path : config.paths)
     found.add(path);

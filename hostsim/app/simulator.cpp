@@ -223,7 +223,30 @@ void Simulator::stop() {
 std::size_t Simulator::turn(Time until) {
   Time next = next_deadline();
   if (attended_ || next <= reactor_.time() || console_.waits()) next = act();
+  if (runs_) reactor_.hold_at(schedule_.first_time());
   return reactor_.run_once(earlier(until, next));
+}
+
+/// What is due in the plant, one time after the other, and for so long at most: clients and signals have
+/// their turn before the rest.
+void Simulator::catch_up_in_pieces() {
+  constexpr Time kLongestPiece = 10 * kMillisecond;
+  constexpr Time kMostBehind = kSecond;
+  const Time end = reactor_.clock() + kLongestPiece;
+  const auto is_late = [this] { return schedule_.first_time() <= reactor_.clock(); };
+  schedule_.poll(reactor_.time());
+  while (is_late() && reactor_.clock() < end) {
+    reactor_.hold_at(schedule_.first_time());
+    schedule_.poll(reactor_.time());
+    reactor_.read_clock();
+  }
+  reactor_.hold_at(schedule_.first_time());
+  const bool is_behind = is_late() && (is_behind_ || reactor_.clock() - reactor_.time() > kMostBehind);
+  if (is_behind && !is_behind_)
+    warn_(
+        "the plant is more than 1 s behind the clock: its nodes take more time than there is; let scripts be "
+        "called less often, or use --clock manual");
+  is_behind_ = is_behind;
 }
 
 /// When something is due, whoever attends.
@@ -234,10 +257,10 @@ Time Simulator::next_deadline() const {
 
 /// Does what is due; returns when there is something to do next.
 Time Simulator::act() {
-  const Time now = reactor_.time();
   for (Network* network : with_doors_)
     network->advance();
-  if (runs_) schedule_.poll(now);
+  if (runs_) catch_up_in_pieces();
+  const Time now = reactor_.time();
   if (attended_) look_at_waits();
   if (modbus_) modbus_->poll(now);
   const Time attended = attended_ ? attend(now) : kNever;

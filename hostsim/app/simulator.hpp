@@ -79,6 +79,7 @@ class Simulator final : private Program {
   void stop();
   void on_written(std::size_t network, const io::ModbusRange& written);
   Time next_deadline() const;
+  void catch_up_in_pieces();
   Time act();
   Time attend(Time now);
   Time attended_deadline() const;
@@ -103,6 +104,7 @@ class Simulator final : private Program {
   std::optional<io::PcapFile> pcap_;
   Waits waits_;
   bool stopping_ = false;
+  bool is_behind_ = false;  ///< the plant; that has been said
   bool attended_ = true;  ///< by more than Modbus clients: views, commands, doors; a clock that stands
   std::optional<io::StreamServer> commands_;
   std::optional<io::ModbusTcp> modbus_;

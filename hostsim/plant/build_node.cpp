@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
@@ -17,6 +19,7 @@
 #include "plant/wires.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
+#include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -34,8 +37,18 @@ std::optional<Bytes> encode_integer(std::int64_t number, DataType type) {
 
 std::optional<Bytes> encode_real(double number, DataType type) {
   if (type == DataType::kReal64) return eds::to_bytes(std::bit_cast<std::uint64_t>(number), 8);
-  if (type != DataType::kReal32) return std::nullopt;
+  const bool fits =
+      !std::isfinite(number) || std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max());
+  if (type != DataType::kReal32 || !fits) return std::nullopt;
   return eds::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
+}
+
+/// Of an index that was written in decimal digits and meant in hexadecimal ones.
+std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDictionary& dictionary) {
+  const auto meant = text::parse<std::uint16_t>(std::to_string(index), 16);
+  ObjectEntry entry{};
+  const bool is_there = meant && dictionary.find(*meant, sub, entry) == AbortCode::kNone;
+  return is_there ? fmt::format("; did you mean 0x{}?", index) : "";
 }
 
 /// Puts the value in, which then no longer follows the node ID; returns what is wrong with it, or nothing.
@@ -43,7 +56,8 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::
   ObjectEntry entry{};
   const std::string name = object_name(initial.index, initial.sub);
   if (dictionary.find(initial.index, initial.sub, entry) != AbortCode::kNone)
-    return fmt::format("object {}: the node's EDS file has no such object", name);
+    return fmt::format("object {}: the node's EDS file has no such object{}", name,
+                       meant_index(initial.index, initial.sub, dictionary));
   const std::optional<Bytes> bytes = encode(initial.value, entry.type);
   const bool variable = entry.has(ObjectFlags::kVariable);
   if (!bytes || bytes->size() > entry.capacity || (!variable && bytes->size() != entry.capacity))
@@ -99,8 +113,11 @@ class Builder {
     for (const eds::Diagnostic& diagnostic : diagnostics)
       (diagnostic.severity == eds::Severity::kNote ? build_.notes : build_.warnings)
           .push_back(eds::to_string(diagnostic));
-    if (image.entries.empty())
-      build_.problems.push_back(node_.eds + ": not one object in it that a node could have");
+    if (image.entries.empty()) {
+      build_ = {};  // what there is to say of each of its lines helps nobody
+      build_.problems.push_back(node_.eds +
+                                ": not one object in it that a node could have; write an EDS or DCF file");
+    }
     ObjectDictionary dictionary(image.entries, image.values, nullptr);
     for (const InitialValue& initial : node_.objects)
       if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
@@ -204,8 +221,9 @@ class Builder {
       } else {
         complain(
             signal.place,
-            fmt::format("signal at {}: neither {} has such a number nor the device {} such an input",
-                        object_name(signal.signal.index, signal.signal.sub), node_.eds, build_.node->device));
+            fmt::format("signal at {}: neither {} has such a number nor the device {} such an input{}",
+                        object_name(signal.signal.index, signal.signal.sub), node_.eds, build_.node->device,
+                        meant_index(signal.signal.index, signal.signal.sub, trial.device().dictionary())));
       }
     }
   } catch (const sim::BehaviourProblem& problem) {

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <span>
 #include <utility>
@@ -126,8 +127,11 @@ Diagnostics read_plant_of(const Typed& typed, const FileReader& read, Config& co
         return {about_option(fmt::format("{} {}", kConfigOption, path), std::string(kEdsAsPlant))};
       return read_plant(*text, path, config);
     }
+    std::error_code error;
     return {about_option(fmt::format("{} {}", kConfigOption, path),
-                         "this file cannot be read; check the path and its permissions")};
+                         std::filesystem::is_directory(path, error)
+                             ? "this is a folder; name the plant file in it"
+                             : "this file cannot be read; check the path and its permissions")};
   }
   return {};
 }
@@ -197,6 +201,7 @@ Start parse_command_line(int argc, const char* const* argv, const FileReader& re
   Diagnostics of_options = apply_options(typed.arguments, start.config);
   // Of a plant with mistakes, nodes may be missing that options are about.
   if (problems.empty()) problems = std::move(of_options);
+  if (!typed.command.empty()) use_free_addresses(typed, start.config);
   std::ranges::move(check(start.config), std::back_inserter(problems));
   if (!problems.empty()) return refuse(std::move(problems));
 
@@ -206,7 +211,6 @@ Start parse_command_line(int argc, const char* const* argv, const FileReader& re
   for (const Argument& argument : typed.arguments)
     if (argument.option == kDemoOption || argument.option == kConfigOption)
       start.plant_file = argument.option == kDemoOption ? kDemo : argument.text;
-  if (!start.command.empty()) use_free_addresses(typed, start.config);
   for (const NetworkConfig& network : start.config.networks)
     start.err += remarks_on(network);
   return start;

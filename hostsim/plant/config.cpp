@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cbcan/regmap.hpp"
+#include "plant/can_spec.hpp"
 #include "plant/wires.hpp"
 #include "sim/random.hpp"
 #include "text/address.hpp"
@@ -90,6 +91,53 @@ void check_belongings(const Config& config, Diagnostics& found) {
                                    in_network(network.number), key, what, first.number,
                                    to_string(first.places.at(key)))});
     }
+  }
+}
+
+/// Addresses and serial ports that the program opens, by the keys of their settings: no two can be the same.
+class Doors {
+ public:
+  explicit Doors(Diagnostics& found) : found_(found) {}
+
+  void listen(std::string_view key, std::size_t network, const std::string& address) {
+    if (address.empty()) return;
+    text::StreamAddress parsed = text::parse_stream_address(address);
+    if (parsed.path.empty() && parsed.tcp.port == 0) return;
+    if (!parsed.path.empty()) parsed.path = normal(parsed.path);
+    own(key, network, text::to_string(parsed));
+  }
+  void open(std::string_view key, std::size_t network, const std::string& device) {
+    if (!device.empty()) own(key, network, normal(device));
+  }
+
+ private:
+  void own(std::string_view key, std::size_t network, const std::string& what) {
+    const auto [owner, is_first] = owners_.emplace(what, key);
+    if (is_first || owner->second == key) return;  // of two networks check_belongings() tells
+    found_.push_back(about_option(fmt::format("{}{} {}", in_network(network), key, what),
+                                  fmt::format("{} has it already; write another one", owner->second)));
+  }
+
+  Diagnostics& found_;
+  std::map<std::string, std::string_view> owners_;
+};
+
+void check_doors(const Config& config, Diagnostics& found) {
+  Doors doors(found);
+  const auto serves = [](const NetworkConfig& network) { return network.module.enabled; };
+  if (std::ranges::any_of(config.networks, serves)) {
+    doors.listen("modbus.port", 1, text::to_string(config.modbus));
+    doors.listen("rtu.listen", 1, config.rtu.listen);
+    doors.open("rtu.device", 1, config.rtu.line.device);
+  }
+  doors.listen("control.listen", 1, config.control);
+  doors.listen("http.listen", 1, config.http.listen);
+  for (const NetworkConfig& network : config.networks) {
+    doors.listen("can.slcan", network.number, network.can.slcan);
+    doors.listen("can.socketcand", network.number, network.can.socketcand);
+    if (network.can.outside.starts_with("slcan:"))
+      doors.open("can.spec", network.number, parse_can_spec(network.can.outside).name);
+    if (network.module.enabled) doors.open("plc.device", network.number, network.plc.line.device);
   }
 }
 
@@ -263,6 +311,7 @@ Diagnostics check(const Config& config) {
                                  "standard output has the responses of --clock manual; name a file"));
   check_parameter_files(config, found);
   check_belongings(config, found);
+  check_doors(config, found);
   check_wires(config, found);
   return found;
 }

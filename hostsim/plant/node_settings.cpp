@@ -2,6 +2,7 @@
 // What can be set of a node: its objects, signals and faults too; and of the wires between nodes.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <variant>
 
@@ -36,8 +37,12 @@ Problem check_bytes(const Value& value) {
 Problem check_device(const Value& value) {
   const std::string& name = std::get<std::string>(value);
   if (devices::is_script(name) || devices::find_device(name) != nullptr) return {};
-  return fmt::format("must be {}, or the path of a Lua script, FILE.lua",
-                     text::listed(devices::device_names(), ", "));
+  const auto kinds = devices::device_kinds();
+  const auto meant = std::ranges::find_if(
+      kinds, [&](const auto& kind) { return !name.empty() && kind.summary.starts_with(name); });
+  return fmt::format("must be {}, or the path of a Lua script, FILE.lua{}",
+                     text::listed(devices::device_names(), ", "),
+                     meant == kinds.end() ? "" : fmt::format("; did you mean {}?", meant->name));
 }
 
 void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value) {

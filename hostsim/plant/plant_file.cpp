@@ -82,6 +82,7 @@ class Reader {
     for (const auto& [key, node] : root) {
       const std::string_view name = key.str();
       if (std::ranges::find(others, name) != others.end()) continue;
+      check_place(root, name, key);
       if (name == kNodeTable) {
         read_nodes(key, node);
       } else if (is_of_network(name) || (in_first_network() && is_section(name, settings()))) {
@@ -97,6 +98,15 @@ class Reader {
         complain_unknown(key, "");
       }
     }
+  }
+
+  /// What stands behind [[network]] may be meant for that one, but is the first one's.
+  void check_place(const toml::table& root, std::string_view name, const toml::key& key) {
+    const toml::node* const networks = in_first_network() ? root.get(kNetworkTable) : nullptr;
+    const bool is_first = networks == nullptr || line_of(key.source()) < line_of(networks->source());
+    if (is_first || !is_of_network(name) || is_section(name, settings())) return;
+    complain(key, fmt::format("{0}: is of the first network; put it above [[network]], or write network.{0}",
+                              name));
   }
 
   bool in_first_network() const { return network_->number == 1; }

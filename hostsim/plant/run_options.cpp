@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "plant/options.hpp"
+#include "plant/settings.hpp"
 #include "text/address.hpp"
 #include "text/error.hpp"
 #include "text/numbers.hpp"
@@ -118,6 +119,10 @@ TargetPlace target_of(const std::string& text) {
   place.line.parity = text::take_part(rest, ',');
   if (place.line.device.empty() || baud == 0 || place.line.parity.empty() || !rest.empty())
     throw text::UsageError("write rtu:DEV,BAUD,PARITY, such as rtu:/dev/ttyUSB0,19200,E");
+  for (const auto& [key, value] : {std::pair("plc.baud", text::Value(std::int64_t{baud})),
+                                   std::pair("plc.parity", text::Value(place.line.parity))})
+    if (const auto problem = text::check(setting_of(network_settings(), key), value); !problem.empty())
+      throw text::UsageError(fmt::format("{}: {}", text::value_text(value), problem));
   place.line.baud = baud;
   return place;
 }

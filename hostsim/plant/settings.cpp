@@ -22,6 +22,8 @@ constexpr std::array<std::string_view, 3> kParities{"E", "O", "N"};
 constexpr std::array<std::string_view, 2> kPlcLayouts{"window", "scanner"};
 constexpr std::array<std::string_view, 2> kPlcAtStart{"execute", "refuse"};
 constexpr std::array<std::string_view, 2> kPlcLostStates{"pre-operational", "stopped"};
+constexpr std::string_view kBauds = "1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200";
+
 // ---- What a range cannot tell
 
 Problem check_bit_rate(const Value& value) {
@@ -31,6 +33,12 @@ Problem check_bit_rate(const Value& value) {
   const bool is_kilobits = rate >= 10 && rate <= 1000;
   return "must be 10000..1000000 bit/s, or 0 = as fast as possible" +
          (is_kilobits ? fmt::format("; did you mean {}?", rate * 1000) : "");
+}
+
+Problem check_baud(const Value& value) {
+  constexpr std::array<std::int64_t, 8> kRates{1200, 2400, 4800, 9600, 19'200, 38'400, 57'600, 115'200};
+  const bool is_rate = std::ranges::find(kRates, std::get<std::int64_t>(value)) != kRates.end();
+  return is_rate ? "" : "must be " + std::string(kBauds);
 }
 
 constexpr std::string_view kVirtual = "virtual";
@@ -130,7 +138,7 @@ constexpr std::array kPlant{
         .form = Form::kPath, .domain = "a path"}),
     rtu<&RtuConfig::line, &LineConfig::baud>({
         .key = "rtu.baud", .option = "--rtu DEV,BAUD,PARITY,STATION", .help = "Its baud rate", .low = 1200, .high = 115200,
-        .domain = "1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200"}),
+        .domain = kBauds, .check = check_baud}),
     rtu<&RtuConfig::line, &LineConfig::parity>({
         .key = "rtu.parity", .option = "--rtu DEV,BAUD,PARITY,STATION",
         .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
@@ -270,7 +278,7 @@ constexpr std::array kNetwork{
         .form = Form::kPath, .domain = "a path"}),
     plc_line<&LineConfig::baud>({
         .key = "plc.baud", .help = "Its baud rate", .low = 1200, .high = 115200,
-        .domain = "1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200"}),
+        .domain = kBauds, .check = check_baud}),
     plc_line<&LineConfig::parity>({
         .key = "plc.parity", .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
     Setting<NetworkConfig>{{

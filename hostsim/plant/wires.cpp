@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <map>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 #include "sim/world.hpp"
 #include "text/numbers.hpp"
@@ -36,69 +38,107 @@ std::string complaint(const WireConfig& wire, std::string_view what) {
 }
 
 bool overlap(const sim::Terminal& one, const sim::Terminal& other) {
-  return one.index == other.index && one.sub == other.sub &&
-         (!one.bit || !other.bit || *one.bit == *other.bit);
+  return !one.bit || !other.bit || *one.bit == *other.bit;
+}
+
+bool delays(const WireConfig& wire) {
+  return wire.transfer.delay != 0 || wire.transfer.lag != 0;
 }
 
 class Check {
  public:
-  Check(const Config& config, Diagnostics& found) : config_(config), found_(found) {}
+  Check(const Config& config, Diagnostics& found) : config_(config), found_(found) {
+    for (const NetworkConfig& network : config.networks)
+      for (const NodeConfig& node : network.nodes)
+        add_node(network, node);
+    for (const WireConfig& wire : config.wires)
+      if (const auto to = object_at(wire.to)) wires_[*to].push_back(&wire);
+    find_rounds();
+  }
 
   void check() {
     for (const WireConfig& wire : config_.wires) {
+      if (wire.from.text.empty() || wire.to.text.empty()) continue;  // that has been told
       check_nodes(wire);
       if (wire.transfer.low > wire.transfer.high && wire.transfer.low && wire.transfer.high)
         complain(wire, "low is above high; exchange them");
-      if (const WireConfig* first = wire_to(wire.to); first != &wire)
+      if (const WireConfig* first = wire_to(wire.to); first != nullptr && first != &wire)
         complain(wire, fmt::format("{} already has a wire at {}; remove one of the two", wire.to.text,
                                    to_string(first->place)));
-      if (goes_round(wire))
+      if (rounds_[number_of(wire)])
         complain(wire, "goes round in a loop without delay; give one of its wires delay_ms or lag_ms");
     }
   }
 
  private:
+  /// Network, place of the node in it, index, sub-index.
+  using Object = std::tuple<std::size_t, std::size_t, std::uint16_t, std::uint8_t>;
+
   void complain(const WireConfig& wire, std::string_view what) {
     found_.push_back({wire.place, complaint(wire, what)});
   }
 
-  void check_nodes(const WireConfig& wire) {
-    for (const WireEnd* end : {&wire.from, &wire.to})
-      if (!place_of(config_, *end))
-        complain(wire, fmt::format("{}: there is no such node in the plant", end->text));
-    const auto place = place_of(config_, wire.to);
-    if (!place) return;
-    for (const SignalConfig& signal : config_.networks[wire.to.network - 1].nodes[*place].signals)
-      if (overlap({signal.signal.index, signal.signal.sub, std::nullopt, false}, wire.to.terminal))
-        complain(wire, fmt::format("{} already has a signal at {}; remove one of the two", wire.to.text,
-                                   to_string(signal.place)));
+  void add_node(const NetworkConfig& network, const NodeConfig& node) {
+    const auto place = static_cast<std::size_t>(&node - network.nodes.data());
+    if (node.id != 0) places_.emplace(std::pair(network.number, node.id), place);
+    for (const SignalConfig& signal : node.signals)
+      signals_.emplace(Object(network.number, place, signal.signal.index, signal.signal.sub), &signal);
   }
 
-  bool same(const WireEnd& one, const WireEnd& other) const {
-    return one.network == other.network && !one.terminal.is_output &&
-           place_of(config_, one) == place_of(config_, other) && overlap(one.terminal, other.terminal);
+  /// nullopt: there is no such node.
+  std::optional<Object> object_at(const WireEnd& end) const {
+    const auto known = places_.find({end.network, static_cast<std::uint8_t>(end.id)});
+    const bool is_known = end.place != 0 ? place_of(config_, end).has_value() : known != places_.end();
+    if (!is_known) return std::nullopt;
+    return Object(end.network, end.place != 0 ? end.place - 1 : known->second, end.terminal.index,
+                  end.terminal.sub);
+  }
+
+  void check_nodes(const WireConfig& wire) {
+    for (const WireEnd* end : {&wire.from, &wire.to})
+      if (!object_at(*end)) complain(wire, fmt::format("{}: there is no such node in the plant", end->text));
+    const auto to = object_at(wire.to);
+    const auto signal = to ? signals_.find(*to) : signals_.end();
+    if (signal != signals_.end())
+      complain(wire, fmt::format("{} already has a signal at {}; remove one of the two", wire.to.text,
+                                 to_string(signal->second->place)));
   }
 
   /// The first one; null where there is none.
   const WireConfig* wire_to(const WireEnd& end) const {
-    const auto found =
-        std::ranges::find_if(config_.wires, [&](const WireConfig& wire) { return same(end, wire.to); });
-    return found == config_.wires.end() ? nullptr : &*found;
+    const auto object = end.terminal.is_output ? std::nullopt : object_at(end);
+    const auto wires = object ? wires_.find(*object) : wires_.end();
+    if (wires == wires_.end()) return nullptr;
+    const auto found = std::ranges::find_if(
+        wires->second, [&](const WireConfig* wire) { return overlap(end.terminal, wire->to.terminal); });
+    return found == wires->second.end() ? nullptr : *found;
   }
 
-  /// Back from its beginning by wires without delay.
-  bool goes_round(const WireConfig& wire) const {
-    const WireConfig* at = &wire;
-    for (std::size_t i = 0; i < config_.wires.size(); ++i) {
-      if (at->transfer.delay != 0 || at->transfer.lag != 0) return false;
-      at = wire_to(at->from);
-      if (at == nullptr || at == &wire) return at != nullptr;
+  std::size_t number_of(const WireConfig& wire) const {
+    return static_cast<std::size_t>(&wire - config_.wires.data());
+  }
+
+  /// From each wire back by wires without delay, as far as nobody has been before: who comes to where it has
+  /// been itself has found a loop.
+  void find_rounds() {
+    rounds_.resize(config_.wires.size());
+    std::vector<const WireConfig*> seen_from(config_.wires.size());
+    for (const WireConfig& wire : config_.wires) {
+      const WireConfig* at = &wire;
+      for (; at != nullptr && !delays(*at) && seen_from[number_of(*at)] == nullptr; at = wire_to(at->from))
+        seen_from[number_of(*at)] = &wire;
+      if (at == nullptr || seen_from[number_of(*at)] != &wire) continue;
+      for (; !rounds_[number_of(*at)]; at = wire_to(at->from))
+        rounds_[number_of(*at)] = true;
     }
-    return false;
   }
 
   const Config& config_;
   Diagnostics& found_;
+  std::map<std::pair<std::size_t, std::uint8_t>, std::size_t> places_;  ///< by network and node ID
+  std::map<Object, const SignalConfig*> signals_;
+  std::map<Object, std::vector<const WireConfig*>> wires_;  ///< that end there
+  std::vector<bool> rounds_;                                ///< by wire: it is part of a loop
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "scenario/words.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "cbcan/regmap.hpp"
@@ -9,6 +10,7 @@
 #include "plant/config.hpp"
 #include "plant/wires.hpp"
 #include "text/numbers.hpp"
+#include "text/suggestion.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::scenario {
@@ -31,7 +33,7 @@ std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t 
 
 Time duration_of(std::string_view text) {
   const auto duration = text::parse_duration(text);
-  if (!duration) refuse("\"{}\": write a whole number of us, ms or s, such as 100ms", text);
+  if (!duration) refuse("\"{}\": write a whole number of us, ms or s, such as 100ms; an hour is 3600s", text);
   return *duration;
 }
 
@@ -139,6 +141,14 @@ Writing writing_of(const Words& words, std::size_t networks) {
     return static_cast<std::uint16_t>(number_of(word, 0, 0xFFFF, what));
   };
   Writing writing{network, regmap::kWindowFirst, {}};
+  constexpr std::array<std::string_view, 2> kCommands{"read", "write"};
+  const bool is_named = std::ranges::find(kCommands, name) != kCommands.end();
+  const std::size_t least = name == "read" ? 6 : 7;
+  if (words[0] == "trigger" && is_named && words.size() < least)
+    refuse("{}: write {}", rest_of(words, 0),
+           name == "read" ? "trigger read NODE INDEX SUB SIZE" : "trigger write NODE INDEX SUB SIZE WORD...");
+  if (words[0] == "trigger" && !is_named && !text::parse_integer(name))
+    refuse("\"{}\": must be read, write or a number{}", name, text::did_you_mean(name, kCommands));
   if (words[0] == "write")
     writing.first = number(name, "register");
   else

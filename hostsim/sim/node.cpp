@@ -363,8 +363,7 @@ std::optional<double> Node::number(const Terminal& terminal) {
       value = from_raw(dictionary().number(entry, terminal.sub), entry.type, bytes);
   }
   if (!value || !terminal.bit) return value;
-  return static_cast<double>(static_cast<std::uint64_t>(static_cast<std::int64_t>(*value)) >> *terminal.bit &
-                             1);
+  return static_cast<double>(to_raw(*value, DataType::kInteger64, 8) >> *terminal.bit & 1);
 }
 
 bool Node::set_incident(std::string_view incident, bool present, Time now) {
@@ -387,9 +386,14 @@ void Node::reload(Time now) {
 }
 
 std::string Node::inject(std::string_view fault, Time now) {
+  constexpr std::size_t kMostFaults = 100;
   const FaultOrProblem made = parse_fault(fault, FaultPlace::kNode);
-  if (made.problem.empty()) faults().add(made.fault, now);
-  return made.problem;
+  if (!made.problem.empty()) return made.problem;
+  if (faults().list().size() >= kMostFaults) faults().remove_ended(now);
+  if (faults().list().size() >= kMostFaults)
+    return "the node has 100 faults already; give them an end, or a count";
+  faults().add(made.fault, now);
+  return {};
 }
 
 void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {

@@ -4,13 +4,24 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::sim {
 
+namespace {
+
+/// Beyond its range the last one in it; infinity and what is not a number stay.
+float to_real32(double value) {
+  constexpr auto kMost = static_cast<double>(std::numeric_limits<float>::max());
+  return static_cast<float>(std::isinf(value) ? value : std::clamp(value, -kMost, kMost));
+}
+
+}  // namespace
+
 std::uint64_t to_raw(double value, DataType type, std::size_t bytes) {
-  if (type == DataType::kReal32) return std::bit_cast<std::uint32_t>(static_cast<float>(value));
+  if (type == DataType::kReal32) return std::bit_cast<std::uint32_t>(to_real32(value));
   if (type == DataType::kReal64) return std::bit_cast<std::uint64_t>(value);
   const auto bits = static_cast<int>(8 * bytes);
   const double whole = std::isnan(value) ? 0 : std::round(value);

@@ -10,7 +10,8 @@
 
 namespace cbcan::sim {
 
-/// The nearest number that the type, of so many bytes, can hold; 0 for what is not a number.
+/// The nearest number that the type, of so many bytes, can hold; an integer is 0 for what is
+/// not a number.
 std::uint64_t to_raw(double value, DataType type, std::size_t bytes);
 
 /// What the type stores so.

@@ -59,9 +59,10 @@ std::string_view nearest(std::string_view word, std::span<const std::string_view
     best_rank = rank;
   }
   if (!best.empty()) return best;
-  const auto same_leaf =
-      std::ranges::find_if(known, [word](std::string_view name) { return leaf_of(name) == leaf_of(word); });
-  return same_leaf == known.end() ? std::string_view{} : *same_leaf;
+  const auto is_same = [word](std::string_view name) { return leaf_of(name) == leaf_of(word); };
+  constexpr std::ptrdiff_t kMostAlike = 2;  // what every other table has helps nobody
+  const std::ptrdiff_t alike = std::ranges::count_if(known, is_same);
+  return alike != 0 && alike <= kMostAlike ? *std::ranges::find_if(known, is_same) : std::string_view{};
 }
 
 std::string did_you_mean(std::string_view word, std::span<const std::string_view> known) {

@@ -134,6 +134,9 @@ TEST_CASE("A file that says something else to each node ID is right for each of 
 TEST_CASE("What cannot be built is named with its line") {
   CHECK(first_problem({0x3000, 1, std::int64_t{1}, {}}) ==
         "plant.toml:9: node 5: object 3000h:01: the node's EDS file has no such object");
+  CHECK(
+      first_problem({2001, 0, std::int64_t{1}, {}}) ==
+      "plant.toml:9: node 5: object 07D1h:00: the node's EDS file has no such object; did you mean 0x2001?");
   CHECK(first_problem({0x2001, 0, std::int64_t{300}, {}}) ==
         "plant.toml:9: node 5: object 2001h:00: 300 does not fit its data type UNSIGNED8 of 1 bytes");
   CHECK(first_problem({0x2002, 0, std::string("too long for it"), {}}) ==
@@ -148,7 +151,10 @@ TEST_CASE("What cannot be built is named with its line") {
                          return std::string("\x7f\x45LF\0\1\2", 7);
                        }).build(node, 0);
   CHECK_FALSE(garbage.node);
-  CHECK_FALSE(garbage.problems.empty());
+  CHECK(garbage.problems ==
+        std::vector<std::string>{
+            "y.eds: not one object in it that a node could have; write an EDS or DCF file"});
+  CHECK((garbage.warnings.empty() && garbage.notes.empty()));
 }
 
 TEST_CASE("Every node of the demo plant is built without a word") {
@@ -264,6 +270,7 @@ TEST_CASE("A signal at what is neither a number in the dictionary nor an input o
   };
   const std::string rest = ": neither x.eds has such a number nor the device cia401 such an input";
   CHECK(problem_at(0x6401, 3) == "plant.toml:7: node 5: signal at 6401h:03" + rest);
+  CHECK(problem_at(6401, 1) == "plant.toml:7: node 5: signal at 1901h:01" + rest + "; did you mean 0x6401?");
   CHECK(problem_at(0x3000, 0) == "plant.toml:7: node 5: signal at 3000h:00" + rest);
   CHECK(problem_at(0x2002, 0) == "plant.toml:7: node 5: signal at 2002h:00" + rest);
 }

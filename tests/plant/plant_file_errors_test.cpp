@@ -72,37 +72,41 @@ TEST_CASE("an unknown key that is like nothing gets the list") {
   wrong("[faults]\n", "1: faults: no such key; did you mean node.faults?");
 }
 
-TEST_CASE("wires") {
-  const auto with = [](const std::string& wire) {
-    const Plant plant = read(std::string(kNode) + "[[wire]]\n" + wire + "\n");
-    Lines found = plant.errors;
-    if (found.empty()) found = to_lines(check(plant.config));
-    return found.empty() ? std::string() : found.front();
-  };
-  const std::string ends = "from = \"5:0x2001\"\nto = \"5:0x2002\"\n";
-  CHECK(with(ends) == "");
-  CHECK(with("to = \"5:0x2002\"") == "plant.toml:4: wire.from: is missing; add from = \"66:output:1\"");
-  CHECK(
-      with("from = \"5:output:0\"\nto = \"5:0x2002\"") ==
-      "plant.toml:5: wire.from \"5:output:0\": must be NODE:INDEX:SUB, with .BIT behind it where one bit is "
-      "meant, or "
-      "NODE:output:N, NODE:analogue-output:N, NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2");
-  CHECK(with(ends + "delay_ms = -1") == "plant.toml:7: wire.delay_ms -1: must be 0..3600000 ms");
-  CHECK(with(ends + "lagg_ms = 1") == "plant.toml:7: wire.lagg_ms: no such key; did you mean wire.lag_ms?");
-  CHECK(with("from = \"2/5:0x2001\"\nto = \"5:0x2002\"") ==
-        "plant.toml:4: wire 2/5:0x2001 to 5:0x2002: 2/5:0x2001: there is no such node in the plant");
-  CHECK(with(ends + "low = 2\nhigh = 1") ==
-        "plant.toml:4: wire 5:0x2001 to 5:0x2002: low is above high; exchange them");
-  CHECK(with(ends + "[[wire]]\nfrom = \"5:output:1\"\nto = \"#1:0x2002.3\"") ==
-        "plant.toml:7: wire 5:output:1 to #1:0x2002.3: #1:0x2002.3 already has a wire at plant.toml:4; "
-        "remove one of the two");
-  const std::string loop = ends + "[[wire]]\nfrom = \"5:0x2002\"\nto = \"5:0x2001\"\n";
-  CHECK(with(loop) ==
-        "plant.toml:4: wire 5:0x2001 to 5:0x2002: goes round in a loop without delay; give one of its wires "
-        "delay_ms or lag_ms");
-  CHECK(with(loop + "lag_ms = 1") == "");
-  wrong("wire = 5\n",
-        "1: wire: must be a list; write wire = [{ from = \"66:output:1\", to = \"5:0x2001\" }]");
+TEST_CASE("a key that several tables have, and not this one, gets the list") {
+  wrong("[modbus]\nlisten = \"127.0.0.1:502\"\n", "2: modbus.listen: no such key; modbus has host, port");
+}
+
+TEST_CASE("what stands behind [[network]] is not taken for the first network's") {
+  wrong("[[network]]\n[module]\nnode_id = 5\n",
+        "2: module: is of the first network; put it above [[network]], or write network.module");
+  wrong("[[network]]\n[can]\n[[node]]\nid = 5\neds = \"a.eds\"\n",
+        "2: can: is of the first network; put it above [[network]], or write network.can",
+        "3: node: is of the first network; put it above [[network]], or write network.node");
+  wrong("[[network]]\n[time]\nclock = \"manual\"\n[log]\nverbose = true\n");
+}
+
+TEST_CASE("a baud rate that no serial port has") {
+  const std::string rates = "must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200";
+  wrong("[rtu]\nbaud = 9601\n", "2: rtu.baud 9601: " + rates);
+  wrong("[plc]\nbaud = 1201\n", "2: plc.baud 1201: " + rates);
+}
+
+TEST_CASE("a device that is called by what it is") {
+  wrong_node("device = \"drive\"",
+             "4: node.device \"drive\": must be none, cia401, cia402, cia404, or the path of a Lua script, "
+             "FILE.lua; did you mean cia402?");
+}
+
+TEST_CASE("an address, or a serial port, can be had once") {
+  CHECK(checked("[control]\nlisten = \"127.0.0.1:1502\"\n") ==
+        Lines{"control.listen 127.0.0.1:1502: modbus.port has it already; write another one"});
+  CHECK(checked("[control]\nlisten = \":5000\"\n[http]\nlisten = \"127.0.0.1:5000\"\n[[network]]\n"
+                "[network.can]\nslcan = \":5000\"\n") ==
+        Lines{"http.listen 127.0.0.1:5000: control.listen has it already; write another one",
+              "network 2: can.slcan 127.0.0.1:5000: control.listen has it already; write another one"});
+  CHECK(checked("[rtu]\ndevice = \"/dev/x\"\n[can]\nspec = \"slcan:/dev/../dev/x\"\n") ==
+        Lines{"can.spec /dev/x: rtu.device has it already; write another one"});
+  CHECK(checked("[control]\nlisten = \":0\"\n[http]\nlisten = \":0\"\n").empty());
 }
 
 TEST_CASE("a drive's axis") {

@@ -12,7 +12,7 @@ TEST_CASE("pass: time goes by") {
   CHECK(plant->execute("pass 100ms") == "at 0.100000\n");
   CHECK(plant->execute("pass 0us") == "at 0.100000\n");
   CHECK(plant->execute("time") == "ok 0.100000\n");
-  CHECK(plant->execute("pass 5m") == "error: \"5m\": write a whole number of us, ms or s, such as 100ms\n");
+  CHECK(plant->execute("pass 5m") == "error: \"5m\": write a whole number of us, ms or s, such as 100ms; an hour is 3600s\n");
 }
 
 TEST_CASE("the PLC's side: registers and transactions") {
@@ -45,6 +45,30 @@ TEST_CASE("a write that the node refuses: result 4, and the object is as it was;
   CHECK(plant->execute("read 3706 2") == "ok 48 1545\n");  // 0609 0030h
   CHECK(plant->execute("fault 16 abort index=0x6081 count=1") == "ok 2\n");
   CHECK(writes_2000() == "ok 2000\n");
+}
+
+TEST_CASE("a trigger is whole, and a service") {
+  const auto plant = demo();
+  CHECK(plant->execute("trigger reed 99 0x1000 0 4") ==
+        "error: \"reed\": must be read, write or a number; did you mean read?\n");
+  CHECK(plant->execute("trigger read 99 0x1000") ==
+        "error: trigger read 99 0x1000: write trigger read NODE INDEX SUB SIZE\n");
+  CHECK(plant->execute("trigger write 99 0x2001 0 1") ==
+        "error: trigger write 99 0x2001 0 1: write trigger write NODE INDEX SUB SIZE WORD...\n");
+  CHECK(plant->execute("trigger 5055 0x42 0x1000") == "ok\n");
+}
+
+TEST_CASE("a transaction that is under way, or one that has ended, is counted from where the wait begins") {
+  const auto plant = demo();
+  plant->execute("fault 0x42 response-late delay_ms=1000");
+  plant->execute("trigger read 0x42 0x1000 0 4");
+  plant->execute("wait transaction ended");
+  CHECK(plant->execute("wait transaction started within 1s").starts_with("error: not within"));
+  CHECK(plant->execute("wait transaction ended within 1s").starts_with("error: not within"));
+  plant->execute("trigger read 0x42 0x1000 0 4");
+  CHECK(plant->execute("wait 1 transaction started within 0s").starts_with("ok"));
+  CHECK(plant->execute("wait no transaction ended within 500ms").starts_with("ok"));
+  CHECK(plant->execute("wait 1 transaction ended").starts_with("ok"));
 }
 
 TEST_CASE("wait for a transaction: the end of one that is under way, and its time") {

@@ -68,6 +68,25 @@ class Starting(unittest.TestCase):
         self.check_refused(run("--demo", "--node-id", "128"), 2, "1..127")
         self.check_refused(run("--config", "/nonexistent/plant.toml"), 2, "/nonexistent/plant.toml")
 
+    def test_a_folder_and_a_program_where_a_file_is_meant(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.check_refused(run("--check", "--config", folder), 2, f"--config {folder}: this is a folder; name the plant file in it\n")
+        done = run("--check", "--node", "5=/bin/ls")
+        self.check_refused(done, 2, "/bin/ls: not one object in it that a node could have; write an EDS or DCF file\n")
+        self.assertEqual(len(done.stderr.splitlines()), 1)
+
+    def test_check_refuses_what_a_start_refuses(self):
+        with tempfile.TemporaryDirectory() as folder:
+            parameters = pathlib.Path(folder, "module.txt")
+            parameters.write_text("not a parameter\n")
+            for options, why in ((("--rtu", "/dev/x,9601,E,1"), "--rtu /dev/x,9601,E,1: baud \"9601\": must be 1200, 2400, 4800, 9600"),
+                                 (("--plc-rtu", "/dev/x,9601,E"), "baud \"9601\": must be 1200"),
+                                 (("--modbus", "127.0.0.1:5000", "--control", ":5000"), "control.listen 127.0.0.1:5000: modbus.port has it already"),
+                                 (("--rtu", "/dev/x,9600,E,1", "--can", "slcan:/dev/x"), "can.spec /dev/x: rtu.device has it already"),
+                                 (("--module-parameters", str(parameters)), f"{parameters}:1: ")):
+                with self.subTest(options=options):
+                    self.check_refused(run("--check", "--demo", *options), 2, why)
+
     def test_wrong_files(self):
         with tempfile.TemporaryDirectory() as folder:
             plant = pathlib.Path(folder) / "plant.toml"
@@ -283,6 +302,31 @@ class Ending(unittest.TestCase):
 
     def state(self, process):
         return pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+
+
+class BehindTheClock(unittest.TestCase):
+    """update() takes 0.4 ms and more, and wants to be called every 10 us."""
+
+    def test_clients_and_signals_have_their_turn(self):
+        with tempfile.TemporaryDirectory() as folder:
+            generic = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
+            pathlib.Path(folder, "slow.lua").write_text("function update(now) for i = 1, 100000 do end return now + 1e-5 end\n")
+            plant = pathlib.Path(folder, "plant.toml")
+            plant.write_text(f'[[node]]\nid = 20\neds = "{generic}"\ndevice = "slow.lua"\n[[node]]\nid = 32\neds = "{generic}"\n')
+            simulator = Simulator(PROGRAM, "--config", str(plant), "--control", "127.0.0.1:0", log=False, test=self)
+            host, port = simulator.where["control"].rsplit(":", 1)
+            with simulator.window() as window, socket.create_connection((host, int(port)), timeout=LIMIT) as control:
+                def is_said():
+                    window.write(3700, [0xCA0E, READ, 32, 0x2004, 0, 4])
+                    self.assertEqual(window.read(3700, 1), [0])
+                    control.sendall(b"get 32 0x2004\n")
+                    self.assertTrue(control.recv(100).startswith(b"ok "))
+                    return simulator.errors()
+                wait_until(is_said, "the plant is behind")
+            code, error = simulator.stop()
+            self.assertEqual(code, 0)
+            self.assertEqual(error, "cbcan-sim: the plant is more than 1 s behind the clock: its nodes take more time than there "
+                                    "is; let scripts be called less often, or use --clock manual\n")
 
 
 class Serving(unittest.TestCase):

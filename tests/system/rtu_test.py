@@ -117,7 +117,7 @@ class AtTheOtherEnd(unittest.TestCase):
         self.assertEqual(refused("--rtu", "/dev/null"), (3, "cbcan-sim: rtu /dev/null: no serial port; write the path of one, such as /dev/ttyUSB0"))
         self.assertEqual(refused("--rtu", "/dev/none"), (3, "cbcan-sim: rtu /dev/none: no such device: plug the adapter in, or write another path"))
         self.assertEqual(refused("--rtu", "/dev/null,20000"),
-                         (2, "cbcan-sim: rtu /dev/null: 20000 baud: must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200"))
+                         (2, 'cbcan-sim: --rtu /dev/null,20000: baud "20000": must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200'))
         self.assertEqual(refused("--rtu", "/dev/null,9600,X"), (2, 'cbcan-sim: --rtu /dev/null,9600,X: parity "X": must be E, O or N'))
         self.assertEqual(refused("--rtu", "/dev/null,9600,N,1,2"),
                          (2, 'cbcan-sim: --rtu /dev/null,9600,N,1,2: "2" is too much; must be DEV,BAUD,PARITY,STATION'))

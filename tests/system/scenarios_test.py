@@ -242,6 +242,17 @@ class Outcomes(unittest.TestCase):
         done = run(path)
         self.assertIn(f"{path}:9: at: it is 2.000000 already\n", done.stdout)
 
+    def test_a_folder_for_logs_that_is_not_there(self):
+        done = run("--log", "/nonexistent/logs", *sorted((ROOT / "scenarios").glob("*.toml")))
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertEqual(done.stderr, "cbcan-sim: --log /nonexistent/logs: there is no such folder; make it first\n")
+
+    def test_a_rate_or_a_parity_that_no_serial_port_has(self):
+        for line, why in (("/dev/x,9601,E", "9601: must be 1200, 2400, 4800, 9600"), ("/dev/x,9600,X", "must be E, O or N")):
+            done = run("--target", f"rtu:{line}", ROOT / "scenarios/silent_node.toml")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(why, done.stderr)
+
     def test_usage(self):
         for arguments, told in (((), "there is nothing to run; name files or folders of scenarios"),
                                 (("--junti", "x"), "--junti: no such option; did you mean --junit?"),

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -94,6 +95,8 @@ class LuaDevice final : public sim::Behaviour {
   void begin();
   void fail(const ScriptError& error, Time now);
   void count_updates(Time now);
+  template <class Number>
+  static Number whole(lua_State* state, int place);
   ObjectEntry entry_at(lua_State* state, std::uint16_t& index, std::uint8_t& sub);
 
   double seconds(Time now) const { return static_cast<double>(now - began_at_) / kSecond; }
@@ -168,7 +171,11 @@ AbortCode LuaDevice::check(const ObjectEntry& entry, std::uint8_t sub, std::span
   const double number = sim::from_raw(load_little_endian(value), entry.type, bytes);
   const Script::Result result = call("on_write", now, lua_Integer{entry.index}, lua_Integer{sub}, number);
   const auto* code = std::get_if<double>(&result);
-  return code != nullptr ? static_cast<AbortCode>(static_cast<std::uint32_t>(*code)) : AbortCode::kNone;
+  if (code == nullptr) return AbortCode::kNone;
+  if (*code >= 0 && *code <= std::numeric_limits<std::uint32_t>::max())
+    return static_cast<AbortCode>(static_cast<std::uint32_t>(*code));
+  fail(ScriptError(name_ + ": on_write has returned a number that is no SDO abort code", 0), now);
+  return AbortCode::kNone;
 }
 
 void LuaDevice::on_state(nmt::State state, Time now) {
@@ -182,10 +189,19 @@ void LuaDevice::on_state(nmt::State state, Time now) {
 
 // ---- What a script can call: no destructor may be due where Lua reports an error
 
+/// The argument at this place, which has to fit.
+template <class Number>
+Number LuaDevice::whole(lua_State* state, int place) {
+  constexpr lua_Integer kMost = std::numeric_limits<Number>::max();
+  const lua_Integer number = luaL_checkinteger(state, place);
+  luaL_argcheck(state, number >= 0 && number <= kMost, place, "is out of range");
+  return static_cast<Number>(number);
+}
+
 /// Of the first two arguments.
 ObjectEntry LuaDevice::entry_at(lua_State* state, std::uint16_t& index, std::uint8_t& sub) {
-  index = static_cast<std::uint16_t>(luaL_checkinteger(state, 1));
-  sub = static_cast<std::uint8_t>(luaL_optinteger(state, 2, 0));
+  index = whole<std::uint16_t>(state, 1);
+  sub = lua_isnoneornil(state, 2) ? std::uint8_t{0} : whole<std::uint8_t>(state, 2);
   ObjectEntry entry{};
   const bool found = node_.dictionary().find(index, sub, entry) == AbortCode::kNone;
   if (found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity) return entry;
@@ -196,7 +212,7 @@ ObjectEntry LuaDevice::entry_at(lua_State* state, std::uint16_t& index, std::uin
   return entry;
 }
 
-/// get(index [, sub]): an integer, or a float of a REAL.
+/// get(index [, sub]): an integer, or a float of a REAL and of what no integer of Lua's can hold.
 int LuaDevice::get(lua_State* state) {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
@@ -204,7 +220,9 @@ int LuaDevice::get(lua_State* state) {
   const double number =
       sim::from_raw(of(state).node_.dictionary().number(entry, sub), entry.type, entry.capacity);
   const bool is_real = entry.type == DataType::kReal32 || entry.type == DataType::kReal64;
-  is_real ? lua_pushnumber(state, number) : lua_pushinteger(state, static_cast<lua_Integer>(number));
+  lua_Integer integer = 0;
+  const bool is_integer = !is_real && lua_numbertointeger(number, &integer);
+  is_integer ? lua_pushinteger(state, integer) : lua_pushnumber(state, number);
   return 1;
 }
 
@@ -224,14 +242,14 @@ int LuaDevice::set(lua_State* state) {
 
 /// emcy(code [, register bits]), and it is over.
 int LuaDevice::error(lua_State* state) {
-  const auto code = static_cast<std::uint16_t>(luaL_checkinteger(state, 1));
-  const auto bits = static_cast<std::uint8_t>(luaL_optinteger(state, 2, ErrorRegister::kGeneric));
+  const auto code = whole<std::uint16_t>(state, 1);
+  const auto bits = lua_isnoneornil(state, 2) ? ErrorRegister::kGeneric : whole<std::uint8_t>(state, 2);
   of(state).node_.error(code, bits, {}, of(state).now_);
   return 0;
 }
 
 int LuaDevice::error_over(lua_State* state) {
-  of(state).node_.error_over(static_cast<std::uint16_t>(luaL_checkinteger(state, 1)), of(state).now_);
+  of(state).node_.error_over(whole<std::uint16_t>(state, 1), of(state).now_);
   return 0;
 }
 

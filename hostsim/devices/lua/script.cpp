@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "devices/lua/script.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 
@@ -9,10 +10,11 @@ namespace cbcan::devices {
 namespace {
 
 /// What differs from run to run (addresses, the order of a table), what could take for ever without an
-/// instruction being counted, and what reaches outside is taken away or done in another way.
+/// instruction being counted, and what reaches outside is taken away or done in another way. look(letters)
+/// counts what a function is about to look at.
 constexpr std::string_view kPrelude = R"(
-local type, next, error, select, floor = type, next, error, select, math.floor
-local find, format, rep, unpack = string.find, string.format, string.rep, table.unpack
+local look, type, next, error, select = look, type, next, error, select
+local find, format, rep, unpack, concat = string.find, string.format, string.rep, table.unpack, table.concat
 local rank = { boolean = 1, number = 2, string = 3 }
 
 local function before(a, b)
@@ -82,8 +84,19 @@ function table.remove(list, place)
   return value
 end
 
+function table.unpack(list, first, last)
+  look(2 * ((last or #list) - (first or 1)))
+  return unpack(list, first, last)
+end
+
+function table.concat(list, between, first, last)
+  look(160 * ((last or #list) - (first or 1)))
+  return concat(list, between, first, last)
+end
+
 function string.rep(text, count, between)
   between = between or ""
+  look(count)
   return #text + #between == 0 and "" or rep(text, count, between)
 end
 
@@ -91,44 +104,41 @@ function string.format(form, ...)
   if #form > 1000 or find(form, "%%[^%a%%]*p") then error("string.format: %p, or more than 1000 characters", 2) end
   local values = { ... }
   for i = 1, select("#", ...) do
-    if type(values[i]) == "table" or type(values[i]) == "function" then values[i] = tostring(values[i]) end
+    local kind = type(values[i])
+    if kind == "table" or kind == "function" then values[i] = tostring(values[i]) end
+    look(kind == "string" and #values[i] or 400)
   end
   return format(form, unpack(values, 1, select("#", ...)))
 end
 
 table.move, string.dump, string.find, string.match, string.gmatch, string.gsub = nil
-math.randomseed, _G.next, load, loadfile, dofile, collectgarbage, xpcall, warn = nil
+string.pack, string.unpack, string.packsize = nil
+math.randomseed, _G.next, _G.look, load, loadfile, dofile, collectgarbage, xpcall, warn = nil
 )";
 
 constexpr int kEveryInstruction = 1;
+// What is to be looked at for a step more: in one go, and by any one instruction.
+constexpr std::size_t kLettersOfStep = 16;
+constexpr std::size_t kLettersOfPrice = 200;
+constexpr std::size_t kMemoryOfPrice = 6000;
+constexpr std::size_t kMetatablesOfPrice = 4;
+/// One may lead to the next, at each look into a table.
+constexpr std::size_t kMostMetatables = 8;
+/// Any call is worth.
+constexpr int kLettersOfCall = 8;
+/// An error is worth: Lua looks for the name of what was wrong in all instructions before it.
+constexpr std::size_t kLettersOfError = 16'000;
+/// And a number that becomes a text.
+constexpr std::size_t kLettersOfNumber = 160;
+/// These do not look through their first argument.
+constexpr std::array<std::string_view, 3> kOfPlaces{"byte", "len", "sub"};
 
-/// Without the address of a table.
-int to_string(lua_State* state) {
-  luaL_checkany(state, 1);
-  const int type = lua_type(state, 1);
-  if ((type == LUA_TTABLE || type == LUA_TFUNCTION) && luaL_getmetafield(state, 1, "__tostring") == LUA_TNIL)
-    lua_pushstring(state, lua_typename(state, type));
-  else
-    luaL_tolstring(state, 1, nullptr);
-  return 1;
-}
-
-/// Collecting garbage must not be seen.
-int set_metatable(lua_State* state) {
-  luaL_checktype(state, 1, LUA_TTABLE);
-  luaL_argexpected(state, lua_isnoneornil(state, 2) || lua_istable(state, 2), 2, "nil or table");
-  lua_settop(state, 2);
-  for (const char* name : {"__gc", "__mode"}) {
-    if (lua_isnil(state, 2)) break;
-    lua_pushstring(state, name);
-    if (lua_rawget(state, 2) != LUA_TNIL) return luaL_error(state, "setmetatable: there is no %s", name);
-    lua_pop(state, 1);
-  }
-  if (luaL_getmetafield(state, 1, "__metatable") != LUA_TNIL)
-    return luaL_error(state, "cannot change a protected metatable");
-  lua_settop(state, 2);
-  lua_setmetatable(state, 1);
-  return 1;
+/// A function of C is on top.
+bool is_without_upvalues(lua_State* state) {
+  if (lua_iscfunction(state, -1) == 0) return false;
+  const bool has_one = lua_getupvalue(state, -1, 1) != nullptr;
+  if (has_one) lua_pop(state, 1);
+  return !has_one;
 }
 
 /// Where the script is, as far as that can be told without taking memory.
@@ -171,6 +181,7 @@ bool Script::may_take(std::size_t before, std::size_t wanted) {
 
 void* Script::allocate(void* self, void* block, std::size_t before, std::size_t wanted) {
   Script& script = *static_cast<Script*>(self);
+  if (block == nullptr && before == LUA_TSTRING) script.heed_text(wanted);
   if (block == nullptr) before = 0;  // it is a kind of object then
   void* made = nullptr;
   if (wanted == 0) {
@@ -195,15 +206,128 @@ void Script::end_call(const char* why) {
   lua_sethook(state_, count, LUA_MASKCOUNT, kEveryInstruction);
 }
 
+/// What the call does is counted in letters: an instruction is so many.
+void Script::spend(std::size_t letters) {
+  letters_ += letters;
+  if (letters_ >= most_ * kLettersOfStep)
+    end_call(("more than " + std::to_string(most_) + " instructions in one call").c_str());
+  if (!why_.empty()) luaL_error(state_, "the call has been ended");
+}
+
+/// An instruction may look at a whole text, at a whole table, or through all metatables: it costs more where
+/// there is more.
+void Script::set_price() {
+  const std::size_t own = used_ - std::min(used_, base_);
+  price_ = 1 + static_cast<int>(longest_ / kLettersOfPrice + own / kMemoryOfPrice +
+                                metatables_ / kMetatablesOfPrice);
+  if (why_.empty()) lua_sethook(state_, count, LUA_MASKCOUNT, slice());
+}
+
 void Script::count(lua_State* state, lua_Debug* /*activation*/) {
-  from(state).end_call("more than 200000 instructions in one call");
-  luaL_error(state, "the call has been ended");
+  Script& script = from(state);
+  script.spend(static_cast<std::size_t>(script.slice() * script.price_) * kLettersOfStep);
+  script.set_price();
+}
+
+/// One that is much longer than those before counts at once.
+void Script::heed_text(std::size_t size) {
+  if (size <= longest_) return;
+  const bool at_once = state_ != nullptr && size > 2 * longest_;
+  longest_ = size;
+  if (at_once) set_price();
+}
+
+int Script::look(lua_State* state) {
+  const double letters = lua_tonumber(state, 1);
+  from(state).spend(letters > 0 ? static_cast<std::size_t>(std::min(letters, 1e9)) : 0);
+  return 0;
+}
+
+/// A function of Lua's library, its upvalue, which looks through the texts that it is given, from the first
+/// one on or the second.
+template <int kFirst>
+int Script::counted(lua_State* state) {
+  const int count = lua_gettop(state);
+  auto letters = static_cast<std::size_t>(kLettersOfCall + count);
+  for (int i = kFirst; i <= count; ++i)
+    if (lua_type(state, i) == LUA_TSTRING) letters += lua_rawlen(state, i);
+  from(state).spend(letters);
+  return lua_tocfunction(state, lua_upvalueindex(1))(state);
+}
+
+/// All that are in the table on top, which is taken off; those with upvalues take no texts.
+void Script::count_functions(lua_State* state) {
+  for (lua_pushnil(state); lua_next(state, -2) != 0; lua_pop(state, 1)) {
+    if (!is_without_upvalues(state)) continue;
+    const bool of_places = std::ranges::find(kOfPlaces, lua_tostring(state, -2)) != kOfPlaces.end();
+    lua_pushvalue(state, -2);
+    lua_pushvalue(state, -2);
+    lua_pushcclosure(state, of_places ? counted<2> : counted<1>, 1);
+    lua_rawset(state, -5);
+  }
+  lua_pop(state, 1);
+}
+
+/// Without the address of a table.
+int Script::to_string(lua_State* state) {
+  luaL_checkany(state, 1);
+  const int type = lua_type(state, 1);
+  if (type == LUA_TNUMBER) from(state).spend(kLettersOfNumber);
+  if ((type == LUA_TTABLE || type == LUA_TFUNCTION) && luaL_getmetafield(state, 1, "__tostring") == LUA_TNIL)
+    lua_pushstring(state, lua_typename(state, type));
+  else
+    luaL_tolstring(state, 1, nullptr);
+  return 1;
+}
+
+/// The one on top. They are all kept, so that each counts once.
+void Script::heed_metatable() {
+  lua_pushvalue(state_, -1);
+  const bool known = lua_rawget(state_, LUA_REGISTRYINDEX) != LUA_TNIL;
+  lua_pop(state_, 1);
+  if (known) return;
+  if (++metatables_ > kMostMetatables)
+    luaL_error(state_, "setmetatable: more than %d metatables; give tables one together",
+               static_cast<int>(kMostMetatables));
+  lua_pushvalue(state_, -1);
+  lua_pushboolean(state_, 1);
+  lua_rawset(state_, LUA_REGISTRYINDEX);
+  set_price();
+}
+
+/// Collecting garbage must not be seen.
+int Script::set_metatable(lua_State* state) {
+  luaL_checktype(state, 1, LUA_TTABLE);
+  luaL_argexpected(state, lua_isnoneornil(state, 2) || lua_istable(state, 2), 2, "nil or table");
+  lua_settop(state, 2);
+  for (const char* name : {"__gc", "__mode"}) {
+    if (lua_isnil(state, 2)) break;
+    lua_pushstring(state, name);
+    if (lua_rawget(state, 2) != LUA_TNIL) return luaL_error(state, "setmetatable: there is no %s", name);
+    lua_pop(state, 1);
+  }
+  if (luaL_getmetafield(state, 1, "__metatable") != LUA_TNIL)
+    return luaL_error(state, "cannot change a protected metatable");
+  lua_settop(state, 2);
+  if (!lua_isnil(state, 2)) from(state).heed_metatable();
+  lua_setmetatable(state, 1);
+  return 1;
+}
+
+int Script::protected_call(lua_State* state) {
+  luaL_checkany(state, 1);
+  const bool good = lua_pcall(state, lua_gettop(state) - 1, LUA_MULTRET, 0) == LUA_OK;
+  if (!good) from(state).spend(kLettersOfError);
+  lua_pushboolean(state, good ? 1 : 0);
+  lua_insert(state, 1);
+  return lua_gettop(state);
 }
 
 void Script::run_protected(lua_CFunction function, void* what) {
   allocated_ = 0;
   why_.clear();
-  lua_sethook(state_, count, LUA_MASKCOUNT, kMostInstructions);
+  letters_ = 0;
+  set_price();
   lua_pushcfunction(state_, blame_script);
   lua_pushcfunction(state_, function);
   lua_pushlightuserdata(state_, what);
@@ -238,13 +362,23 @@ int Script::start(lua_State* state) {
   lua_pushinteger(state, static_cast<lua_Integer>(from.seed));
   lua_pushinteger(state, 0);
   lua_call(state, 2, 0);
-  lua_register(state, "tostring", to_string);
-  lua_register(state, "setmetatable", set_metatable);
+  for (const luaL_Reg& own : {luaL_Reg{"tostring", to_string}, luaL_Reg{"setmetatable", set_metatable},
+                              luaL_Reg{"pcall", protected_call}, luaL_Reg{"look", look}})
+    lua_register(state, own.name, own.func);
   if (luaL_loadbufferx(state, kPrelude.data(), kPrelude.size(), "=cbcan", "t") != LUA_OK)
     return lua_error(state);
   lua_call(state, 0, 0);
   for (const auto& [name, function] : from.functions)
     lua_register(state, name, function);
+  for (const char* library : {LUA_GNAME, LUA_TABLIBNAME, LUA_STRLIBNAME, LUA_MATHLIBNAME}) {
+    lua_getglobal(state, library);
+    count_functions(state);
+  }
+  lua_pushliteral(state, "");
+  lua_getmetatable(state, -1);
+  count_functions(state);
+  Script& script = Script::from(state);
+  script.base_ = script.used_;
   lua_pushfstring(state, "@%s", from.name.c_str());
   if (luaL_loadbufferx(state, from.text.data(), from.text.size(), lua_tostring(state, -1), "t") != LUA_OK)
     return lua_error(state);
@@ -261,6 +395,7 @@ Script::Script(const std::string& name, std::string_view text, std::uint64_t see
   Start start_with{name, text, seed, functions};
   try {
     run_protected(start, &start_with);
+    most_ = kMostInstructions;
   } catch (...) {
     lua_close(state_);
     throw;

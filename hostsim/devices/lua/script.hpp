@@ -6,6 +6,7 @@
 
 #include <lua.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -27,12 +28,18 @@ class ScriptError : public std::runtime_error {
 class Script {
  public:
   // Of one call.
-  static constexpr int kMostInstructions = 200'000;
+  /// Those of Lua's machine, and what its library looks at; each counts more the more it may look at.
+  static constexpr std::size_t kMostInstructions = 200'000;
+  /// At its start.
+  static constexpr std::size_t kMostAtStart = 2'000'000;
   static constexpr std::size_t kMostAllocated = std::size_t{32} << 20;
   // Of the script.
   static constexpr std::size_t kMostMemory = std::size_t{4} << 20;
-  // Of one text or table, so that no instruction takes long.
+  // Of one text or table.
   static constexpr std::size_t kMostBlock = std::size_t{256} << 10;
+
+  /// How often the price of an instruction is asked for, in steps.
+  static constexpr int kSlice = 1000;
 
   using Argument = std::variant<lua_Integer, double, bool, std::string_view>;
   /// What a function has returned: nothing, or this.
@@ -61,11 +68,23 @@ class Script {
   static Script& from(lua_State* state) { return **static_cast<Script**>(lua_getextraspace(state)); }
   static void* allocate(void* self, void* block, std::size_t before, std::size_t wanted);
   static void count(lua_State* state, lua_Debug* activation);
+  static void count_functions(lua_State* state);
+  template <int kFirst>
+  static int counted(lua_State* state);
+  static int look(lua_State* state);
+  static int protected_call(lua_State* state);
+  static int set_metatable(lua_State* state);
+  static int to_string(lua_State* state);
   static int run(lua_State* state);
   static int start(lua_State* state);
   static int read_list(lua_State* state);
   bool may_take(std::size_t before, std::size_t wanted);
   void end_call(const char* why);
+  int slice() const { return std::max(1, kSlice / price_); }
+  void set_price();
+  void heed_text(std::size_t size);
+  void heed_metatable();
+  void spend(std::size_t letters);
   void run_protected(lua_CFunction function, void* what);
 
   lua_State* state_ = nullptr;
@@ -73,7 +92,13 @@ class Script {
   void* owner_;
   std::size_t used_ = 0;
   std::size_t allocated_ = 0;
-  std::string why_ = {};  ///< the call has been ended; empty = it has not
+  std::size_t base_ = 0;     ///< of used_, before there is a script
+  std::size_t longest_ = 0;  ///< of the texts that there have been
+  std::size_t metatables_ = 0;
+  int price_ = 1;  ///< of an instruction
+  std::size_t most_ = kMostAtStart;
+  std::size_t letters_ = 0;  ///< spent in this call
+  std::string why_ = {};     ///< the call has been ended; empty = it has not
   int line_ = 0;
 };
 

@@ -106,7 +106,7 @@ void Reactor::set_timer(Time until) {
 }
 
 std::size_t Reactor::run_once(Time until) {
-  const bool waits = until > time_;
+  const bool waits = until > clock_;
   if (waits && until < timer_at_) set_timer(until);
   const int count =
       epoll_wait(epoll_.get(), events_.data(), static_cast<int>(events_.size()), waits ? -1 : 0);

@@ -8,13 +8,14 @@
 ///       reactor.run_once(everything.next_deadline());
 ///     }
 ///
-/// The clock is read once a turn: all that is done in it is done at one time.
+/// The clock is read once a turn: all that is done in it is done at one time, see hold_at() for who is late.
 ///
 /// Level-triggered: a callback may leave work undone and is called again. Callbacks must not block and must
 /// not call run_once().
 
 #include <sys/epoll.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -69,10 +70,21 @@ class Reactor {
   /// called by what is urgent.
   void serve_urgent();
 
-  /// now() at the end of the last wait: the time of this turn.
+  /// The time of this turn: now() at the end of the last wait, unless it is held.
   const Time& time() const { return time_; }
+  /// now() then, held or not.
+  Time clock() const { return clock_; }
+  /// Until it is told otherwise time() goes no further, nor back: who is late does one thing after the other,
+  /// each at its time.
+  void hold_at(Time most) {
+    most_ = most;
+    time_ = std::max(time_, std::min(clock_, most_));
+  }
   /// After something long that was no turn.
-  void read_clock() { time_ = now(); }
+  void read_clock() {
+    clock_ = now();
+    hold_at(most_);
+  }
 
   /// CLOCK_MONOTONIC in microseconds: the project's only reading of it.
   static Time now();
@@ -99,7 +111,9 @@ class Reactor {
   Descriptor timer_;
   std::uint64_t turn_ = 0;
   Time timer_at_ = kNever;  ///< kNever = it is not running
-  Time time_ = now();
+  Time clock_ = now();
+  Time time_ = clock_;
+  Time most_ = kNever;                           ///< that time_ may be
   std::vector<std::unique_ptr<Watch>> watches_;  ///< by descriptor
   std::array<epoll_event, 512> events_{};  ///< everybody who is ready has a turn before anybody has a second
   std::unique_ptr<Watch> ended_;  ///< forgotten during this turn, a list: events may still point at them

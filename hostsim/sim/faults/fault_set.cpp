@@ -53,6 +53,11 @@ void FaultSet::clear(Time now) {
   on_change_(now);
 }
 
+void FaultSet::remove_ended(Time now) {
+  std::erase_if(set_, [now](const SetFault& set) { return !set.open && (spent(set) || set.ends <= now); });
+  on_change_(now);
+}
+
 bool FaultSet::happens(SetFault& set, const Frame& frame, Time now) {
   if (now < set.begins || now >= set.ends || spent(set)) return false;
   if (set.occasions++ < set.fault.after) return false;

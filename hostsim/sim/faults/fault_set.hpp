@@ -74,6 +74,8 @@ class FaultSet {
   /// False: there is none with this number. Frames that it has held back still come, also after clear().
   bool remove(unsigned number, Time now);
   void clear(Time now);
+  /// All that will not happen any more.
+  void remove_ended(Time now);
 
   bool empty() const { return set_.empty(); }
   /// In the order of their numbers; also those that will not happen any more.

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// Any text as the script of a device: it is refused with its file, or runs; whatever it does, the node beside
+// it is served, and it does the same twice.
+
+#include <array>
+
+#include "fuzz/fuzz.hpp"
+#include "plant/build_node.hpp"
+#include "plant/demo_plant.hpp"
+#include "plant/plant_file.hpp"
+#include "scenario/plant.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+constexpr std::string_view kPlant = R"([[node]]
+id = 20
+eds = "demo:/generic.eds"
+device = "t.lua"
+[[node]]
+id = 32
+eds = "demo:/generic.eds"
+)";
+
+/// Each of a script's functions is called.
+constexpr auto kCommands = std::to_array<std::string_view>(
+    {"pass 2ms", "nmt start 20", "send 080#", "set 20 0x2001 1", "trigger write 20 0x2002 0 2 5",
+     "wait transaction ended", "read 3700 8", "incident 20 stuck on", "pass 5ms", "get 20 0x2001",
+     "get 20 0x2002", "get 20 0x2004", "get 20 0x2008", "nmt stop 20", "nmt reset-node 20", "faults 20"});
+
+std::string told_by(std::string_view script) {
+  plant::Config config;
+  require(plant::read_plant(kPlant, "plant.toml", config).empty(), "the plant is one");
+  plant::PlantBuild build = plant::build_nodes(config, plant::with_demo_plant([script](const std::string&) {
+                                                 return std::optional(std::string(script));
+                                               }));
+  std::string told;
+  for (const std::string& line : build.lines)
+    told += line + "\n";
+  if (!build.good) {
+    require(told.starts_with("plant.toml:1: node 20: t.lua"), "a complaint names node and script");
+    return told;
+  }
+  scenario::Plant plant(config, std::move(build));
+  plant.start();
+  for (const std::string_view command : kCommands)
+    told += plant.execute(command);
+  plant.execute("trigger read 32 0x2001 0 1");
+  require(plant.execute("read 3700") == "ok 0\n", "the node beside it is served");
+  for (const std::string& line : plant.said())
+    told += line + "\n";
+  return told;
+}
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view script = cbcan::fuzz::text_of(data, size);
+  const std::string told = cbcan::fuzz::told_by(script);
+  if (cbcan::fuzz::is_read_twice(size))
+    cbcan::fuzz::require(cbcan::fuzz::told_by(script) == told, "the same script does the same");
+  return 0;
+}
