@@ -122,6 +122,25 @@ TEST_CASE("scenarios: commands and conditions that are none are told before anyt
   CHECK(found[2].place.line == 6);
 }
 
+TEST_CASE("scenarios: steps let time pass by their keys") {
+  for (const std::string command : {"pass 1s", "wait register 3700 = 0"}) {
+    const Scenario made = scenario("plant = \"demo\"\n[[step]]\ndo = \"" + command + "\"\n");
+    Stage stage(made);
+    CHECK(problems(check_steps(made, *stage.plant)) ==
+          Lines{"dir/s.toml:3: " + command.substr(0, 4) +
+                ": a step lets time pass by its keys at, after and wait"});
+  }
+}
+
+TEST_CASE("conditions and commands take as many words as they have, and no more") {
+  const auto plant = demo();
+  for (const char* line :
+       {"wait state 66 operational x", "wait state 66", "time x", "trigger", "pass", "pass 1s x"})
+    CHECK(plant->execute(line).starts_with("error: "));
+  CHECK(plant->execute("trigger read") == "ok\n");
+  CHECK(plant->execute("wait state 66 pre-operational").starts_with("ok "));
+}
+
 TEST_CASE("scenarios: a step that fails says where, what, when, the registers and the last frames") {
   const Played failed = played(
       "plant = \"demo\"\n[[step]]\nafter = \"250ms\"\ndo = \"trigger read 0x42 0x1000 0 4\"\n"
