@@ -320,6 +320,19 @@ bool tpdos_at_sync(unsigned count) {
   return good && machine.wire.sent() - before == count;
 }
 
+/// Each poll sends one.
+bool own_heartbeats(unsigned count) {
+  Machine machine;
+  bool good = machine.configure(0x1017, 0, 2, 1);
+  machine.coprocessor.poll(machine.now);
+  const std::size_t before = machine.wire.sent();
+  for (unsigned i = 0; i < count; ++i) {
+    machine.now += kMillisecond;
+    good = machine.coprocessor.poll(machine.now) == machine.now + kMillisecond && good;
+  }
+  return good && machine.wire.sent() - before == count;
+}
+
 /// By an NMT master: all values and all that is known go back to those of power-on.
 bool resets(unsigned count) {
   Machine machine;
@@ -349,6 +362,7 @@ constexpr std::array kRuns{
     Run{"idle poll", 25, 25, idle_polls},
     Run{"SDO response", 0, 0, sdo_responses},
     Run{"SYNC to TPDO", 0, 0, tpdos_at_sync},
+    Run{"own heartbeat", 380, 490, own_heartbeats},
     Run{"rare events", 0, 0, rare_events},
     Run{"reset of the own node", 0, 21500, resets},
 };

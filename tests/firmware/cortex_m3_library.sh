@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Looks at the libraries for Cortex-M3: no static data, and nothing needed from outside but these.
-# usage: cortex_m3_library.sh BUILD_DIR
+# Other processors than little-endian ones are told why it does not compile.
+# usage: cortex_m3_library.sh BUILD_DIR SOURCE_DIR
 set -euo pipefail
 build_dir=$1
 
@@ -31,3 +32,10 @@ look_at cbcan_canopen 15000
 look_at cbcan_core 4000 cbcan_canopen
 look_at cbcan_modbus 800
 look_at cbcan_slcan 500
+
+for source in channel local_node; do
+  told=$(arm-none-eabi-g++ -mcpu=cortex-m3 -mthumb -mbig-endian -std=c++20 -w -fsyntax-only -I "$2/firmware" -I "$2/regmap/include" \
+    "$2/firmware/cbcan/coprocessor/$source.cpp" 2>&1) || true
+  grep -q "error: static assertion failed: the coprocessor needs a little-endian processor" <<<"$told" ||
+    { printf '%s.cpp for a big-endian processor:\n%s\n' "$source" "$told" >&2; exit 1; }
+done

@@ -64,6 +64,12 @@ class Mps2(unittest.TestCase):
     def test_an_interrupt_that_nobody_expects_faults(self):
         self.check_fault("interrupt", 16 + 5, 0, 0)
 
+    def test_interrupts_wait_for_the_end_of_the_outer_lock(self):
+        self.assertEqual(run("lock-in-lock"), (0, ""))
+
+    def test_interrupts_come_after_the_last_lock(self):
+        self.check_fault("after-locks", 16 + 5, 0, 0)
+
     def test_power_on_is_the_cause_of_the_first_start(self):
         self.assertEqual(run("power-on"), (0, ""))
 

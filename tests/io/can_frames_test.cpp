@@ -3,6 +3,7 @@
 
 #include "io/can/msgpack_frames.hpp"
 #include "support/catch.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::io {
 namespace {
@@ -138,6 +139,105 @@ TEST_CASE("datagrams of python-can's udp_multicast") {
   CHECK(std::string(packed.begin(), packed.begin() + 20) ==
         std::string("\x8B\xA9timestamp\xCB\x3F\xF8\0\0\0\0\0\0", 20));
   CHECK(unpack_frame(packed) == Frame{0x123, 1, Frame::kExtended, {0x42}});
+}
+
+// What follows is written down from the formats of MessagePack's specification.
+
+std::string bytes(std::initializer_list<int> values) {
+  std::string text;
+  for (const int value : values)
+    text += static_cast<char>(value);
+  return text;
+}
+
+const std::string kId = bytes({0xAE}) + "arbitration_id";
+
+TEST_CASE("datagrams: what a frame lacks is 0, and the map may be of the long kind") {
+  CHECK(unpack(bytes({0x80})) == Frame{0, 0, 0, {}});
+  CHECK(unpack(bytes({0x81}) + kId + bytes({0x05})) == Frame{5, 0, 0, {}});
+  CHECK(unpack(bytes({0xDE, 0, 1}) + kId + bytes({0x05})) == Frame{5, 0, 0, {}});
+  CHECK(unpack(bytes({0xDE, 0})) == std::nullopt);
+  CHECK(unpack(bytes({0x82}) + kId + bytes({0x05})) == std::nullopt);  // one entry is missing
+  CHECK(unpack(bytes({0x81}) + kId) == std::nullopt);
+}
+
+TEST_CASE("datagrams: numbers of each size") {
+  struct Row {
+    std::string value;
+    std::uint32_t id;
+  };
+  for (const Row& row :
+       {Row{bytes({0x00}), 0}, Row{bytes({0x7F}), 0x7F}, Row{bytes({0xC0}), 0}, Row{bytes({0xC2}), 0},
+        Row{bytes({0xC3}), 1}, Row{bytes({0xCC, 0xFE}), 0xFE}, Row{bytes({0xCD, 0x07, 0xFE}), 0x7FE},
+        Row{bytes({0xCE, 0, 0, 0x07, 0xFD}), 0x7FD}, Row{bytes({0xCF, 0, 0, 0, 0, 0, 0, 0x07, 0xFC}), 0x7FC},
+        Row{bytes({0xD0, 0x12}), 0x12}, Row{bytes({0xD1, 0x01, 0x12}), 0x112},
+        Row{bytes({0xD2, 0, 0, 0x02, 0x12}), 0x212},
+        Row{bytes({0xD3, 0, 0, 0, 0, 0, 0, 0x03, 0x12}), 0x312}}) {
+    INFO(row.id);
+    CHECK(unpack(bytes({0x81}) + kId + row.value) == Frame{row.id, 0, 0, {}});
+  }
+  for (const std::string& wrong :
+       {bytes({0xCE, 0, 0, 8, 0}), bytes({0xCD, 8, 0}), bytes({0xC1}), bytes({0xC7, 0, 0}),
+        bytes({0xD4, 1, 1}), bytes({0xC9}), bytes({0xDC, 0, 0}), bytes({0x90}), bytes({0xDE, 0, 0})})
+    CHECK(unpack(bytes({0x81}) + kId + wrong) == std::nullopt);
+}
+
+TEST_CASE("datagrams: keys that mean nothing may have any value") {
+  const std::string text300(300, 'x');
+  for (const std::string& value :
+       {bytes({0x05}), bytes({0xE0}), bytes({0xFF}), bytes({0xA0}), bytes({0xBF}) + std::string(31, 'x'),
+        bytes({0xC0}), bytes({0xCA, 1, 2, 3, 4}), bytes({0xCB, 1, 2, 3, 4, 5, 6, 7, 8}),
+        bytes({0xC4, 2, 1, 2}), bytes({0xC5, 1, 0x2C}) + text300, bytes({0xC6, 0, 0, 1, 0x2C}) + text300,
+        bytes({0xD9, 2}) + "xx", bytes({0xDA, 1, 0x2C}) + text300, bytes({0xDB, 0, 0, 1, 0x2C}) + text300,
+        bytes({0xD3, 1, 2, 3, 4, 5, 6, 7, 8})}) {
+    INFO(text::hex(std::span(reinterpret_cast<const std::uint8_t*>(value.data()), value.size()), " "));
+    CHECK(unpack(bytes({0x82, 0xA1, 'x'}) + value + kId + bytes({0x05})) == Frame{5, 0, 0, {}});
+    CHECK(unpack(bytes({0x82, 0xA1, 'x'}) + value.substr(0, value.size() - 1)) == std::nullopt);
+  }
+}
+
+TEST_CASE("datagrams: RTR, extended, FD, error; a length that fits and one that does not") {
+  const auto entry = [](const std::string& key, int value) {
+    return bytes({0xA0 | static_cast<int>(key.size())}) + key + bytes({value});
+  };
+  const std::string remote = entry("is_remote_frame", 0xC3), dlc = entry("dlc", 3);
+  CHECK(unpack(bytes({0x82}) + remote + dlc) == Frame{0, 3, Frame::kRemote, {}});
+  CHECK(unpack(bytes({0x81}) + dlc) == std::nullopt);  // three bytes are missing
+  const std::string data = entry("data", 0xC4) + bytes({3, 7, 8, 9});
+  CHECK(unpack(bytes({0x82}) + dlc + data) == Frame{0, 3, 0, {7, 8, 9}});
+  CHECK(unpack(bytes({0x83}) + remote + dlc + data) == std::nullopt);
+  CHECK(unpack(bytes({0x82}) + entry("dlc", 8) + entry("data", 0xC4) + bytes({8, 1, 2, 3, 4, 5, 6, 7, 8})) ==
+        Frame{0, 8, 0, {1, 2, 3, 4, 5, 6, 7, 8}});
+  const std::string extended = entry("is_extended_id", 0xC3);
+  CHECK(unpack(bytes({0x82}) + extended + kId + bytes({0xCE, 0x1F, 0xFF, 0xFF, 0xFF})) ==
+        Frame{0x1FFFFFFF, 0, Frame::kExtended, {}});
+  CHECK(unpack(bytes({0x82}) + extended + kId + bytes({0xCE, 0x20, 0, 0, 0})) == std::nullopt);
+  CHECK(unpack(bytes({0x81}) + entry("is_fd", 0xC3)) == std::nullopt);
+  CHECK(unpack(bytes({0x81}) + entry("is_error_frame", 0xC3)) == std::nullopt);
+}
+
+TEST_CASE("datagrams: what is sent, byte by byte") {
+  const auto text = [](const Frame& frame, Time time) {
+    const auto packed = pack_frame(frame, time);
+    return std::string(packed.begin(), packed.end());
+  };
+  const auto datagram_of = [](const std::string& time, const std::string& id, int extended, int remote,
+                              int dlc, const std::string& data) {
+    return bytes({0x8B, 0xA9}) + "timestamp" + bytes({0xCB}) + time + kId + bytes({0xCE}) + id +
+           bytes({0xAE}) + "is_extended_id" + bytes({extended, 0xAF}) + "is_remote_frame" +
+           bytes({remote, 0xAE}) + "is_error_frame" + bytes({0xC2, 0xA7}) + "channel" + bytes({0xC0, 0xA3}) +
+           "dlc" + bytes({0xCE, 0, 0, 0, dlc, 0xA4}) + "data" + bytes({0xC4}) + data + bytes({0xA5}) +
+           "is_fd" + bytes({0xC2, 0xAE}) + "bitrate_switch" + bytes({0xC2, 0xB5}) + "error_state_indicator" +
+           bytes({0xC2});
+  };
+  // 1.5 as IEEE 754: 3FF8 0000 0000 0000.
+  CHECK(text({0x123, 2, 0, {0x42, 0x43}}, 1'500'000) == datagram_of(bytes({0x3F, 0xF8, 0, 0, 0, 0, 0, 0}),
+                                                                    bytes({0, 0, 1, 0x23}), 0xC2, 0xC2, 2,
+                                                                    bytes({2, 0x42, 0x43})));
+  CHECK(text({0x701, 1, Frame::kRemote, {}}, 0) ==
+        datagram_of(std::string(8, '\0'), bytes({0, 0, 7, 1}), 0xC2, 0xC3, 1, bytes({0})));
+  CHECK(text({0x1ABCDEF0, 0, Frame::kExtended, {}}, 0) ==
+        datagram_of(std::string(8, '\0'), bytes({0x1A, 0xBC, 0xDE, 0xF0}), 0xC3, 0xC2, 0, bytes({0})));
 }
 
 }  // namespace

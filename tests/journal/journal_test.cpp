@@ -58,6 +58,33 @@ Lines session(const std::string& more) {
 
 }  // namespace
 
+TEST_CASE("a frame is a node's where its identifier is, and node guarding's request") {
+  const auto plant = scenario::test::demo();
+  const Journal& journal = plant->control().journal();
+  const auto node_of = [&](std::string_view frame) {
+    REQUIRE(plant->execute(fmt::format("send {}", frame)) == "ok\n");
+    unsigned node = 0xFFFF;
+    Cursor cursor(journal, journal.first(), kinds_of({Kind::kFrame}));
+    cursor.look([&](std::uint64_t, const Event& event) {
+      const Frame& seen = event.frame;
+      if (sim::frame_text(seen) == frame) node = event.node;
+      return true;
+    });
+    return node;
+  };
+  struct Row {
+    const char* frame;
+    unsigned node;
+  };
+  for (const Row& row : {Row{"742#05", 0x42}, Row{"742#R1", 0x42}, Row{"77F#05", 127}, Row{"0C2#00", 0x42},
+                         Row{"1C2#00", 0x42}, Row{"1C2#R1", 0}, Row{"642#R1", 0}, Row{"000#0142", 0},
+                         Row{"000#R1", 0}, Row{"042#", 0}, Row{"080#", 0}, Row{"100#", 0}, Row{"101#", 1},
+                         Row{"780#", 0}, Row{"7E5#04", 0}, Row{"00000742#05", 0}, Row{"00000742#R1", 0}}) {
+    INFO(row.frame);
+    CHECK(node_of(row.frame) == row.node);
+  }
+}
+
 TEST_CASE("the ring keeps the last 100,000 events, and each its bytes as long as there is room") {
   Journal journal;
   int filled = 0;

@@ -69,6 +69,10 @@ TEST_CASE("values by what the EDS says, or as numbers") {
   CHECK(value_text(two, eds::find_name(kNames, 0x6401, 8)) == "-2");
   CHECK(value_text(two, eds::find_name(kNames, 0x6401, 9)) == "65534");
   CHECK(value_text(two, eds::find_name(kNames, 0x1000, 0)) == "65534");
+  const std::uint8_t five[] = {1, 2, 3, 4, 5};
+  CHECK(value_text(five, nullptr) == "\"hex:01 02 03 04 05\"");
+  CHECK(value_text(std::span(five).first(4), nullptr) == "67305985");
+  CHECK(value_text(std::span(five).first(0), nullptr) == "\"hex:\"");
   const std::array<std::uint8_t, 3> abc{'a', 'b', 'c'};
   CHECK(value_text(abc, eds::find_name(kNames, 0x1008, 0)) == "\"abc\"");
 }

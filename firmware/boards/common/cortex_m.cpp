@@ -136,6 +136,7 @@ std::size_t stack_high_water() {
 }
 
 void system_reset() {
+  asm volatile("dsb" ::: "memory");
   kSystem.write(kResetControl, kResetRequest);
   for (;;)
     wait_for_interrupt();
@@ -154,6 +155,7 @@ void set_priority(std::size_t number, std::uint8_t priority) {
 }
 
 void pend_interrupt(std::size_t number) {
+  std::atomic_signal_fence(std::memory_order_release);  // a volatile store orders no others
   kSystem.write(static_cast<std::uint32_t>(kInterruptPend + number / 32 * 4), 1u << number % 32);
 }
 

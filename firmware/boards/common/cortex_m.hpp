@@ -64,22 +64,26 @@ struct Fault {
 std::size_t stack_size();
 std::size_t stack_high_water();
 
-/// Resets the core and its peripherals (AIRCR.SYSRESETREQ).
+/// Resets the core and its peripherals (AIRCR.SYSRESETREQ), once all that was written is in memory.
 [[noreturn]] void system_reset();
 
 /// Interrupt n of the board, 0..: enabled, or made to happen as if the peripheral had asked.
 void enable_interrupt(std::size_t number);
 /// 0..15 on a core with four bits for it; the lower one interrupts the higher one. 0 after reset.
 void set_priority(std::size_t number, std::uint8_t priority);
+/// It finds in memory all that was written before.
 void pend_interrupt(std::size_t number);
 
-/// Interrupts wait while one of these lives.
+/// Interrupts wait while one of these lives; with one inside another, until the outer one ends.
 class InterruptLock {
  public:
-  InterruptLock() { asm volatile("cpsid i" ::: "memory"); }
-  ~InterruptLock() { asm volatile("cpsie i" ::: "memory"); }
+  InterruptLock() { asm volatile("mrs %0, primask\n\tcpsid i" : "=r"(before_)::"memory"); }
+  ~InterruptLock() { asm volatile("msr primask, %0" ::"r"(before_) : "memory"); }
   InterruptLock(const InterruptLock&) = delete;
   InterruptLock& operator=(const InterruptLock&) = delete;
+
+ private:
+  std::uint32_t before_;  ///< PRIMASK
 };
 
 /// Until an interrupt wants to happen, also one that an InterruptLock holds back.

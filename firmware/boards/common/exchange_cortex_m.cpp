@@ -3,17 +3,19 @@
 // are masked meanwhile. The Modbus server needs it, whose bytes come by interrupt.
 #include <cstdint>
 
+#include "boards/common/cortex_m.hpp"
+
 namespace {
+
+using cbcan::boards::InterruptLock;
 
 template <class Word>
 bool exchange(volatile Word& word, Word& expected, Word value) {
-  std::uint32_t masked;
-  asm volatile("mrs %0, primask\n\tcpsid i" : "=r"(masked)::"memory");
+  const InterruptLock lock;
   const Word seen = word;
   const bool same = seen == expected;
   if (same) word = value;
   expected = seen;
-  asm volatile("msr primask, %0" ::"r"(masked) : "memory");
   return same;
 }
 

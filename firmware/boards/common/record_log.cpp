@@ -2,7 +2,6 @@
 #include "boards/common/record_log.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "cbcan/canopen/sdo/crc16.hpp"
 
@@ -51,27 +50,27 @@ void RecordLog::Writer::end_word() {
 void RecordLog::start() {
   const Scan scans[] = {scan(0), scan(1)};
   sector_ = scans[1].number > scans[0].number ? 1 : 0;
-  const std::size_t other = 1 - sector_;
   const Scan& here = scans[sector_];
   number_ = here.number;
   end_ = here.end;
   if (here.latest != 0) latest_ = bytes_at(here.latest);
-  const bool other_is_blank = scans[other].clean && scans[other].end == 1;
-  works_ = other_is_blank || make_blank(other);
-  if (!works_ || (here.clean && here.end <= flash_.sector(sector_).size() / 2)) return;
-  works_ = here.latest == 0 ? make_blank(sector_) : move_to(other, here);
+  works_ = here.clean && here.end <= flash_.sector(sector_).size() / 2;
+  if (!works_) works_ = here.latest == 0 ? make_blank(sector_) : move_to(1 - sector_, here);
 }
 
+/// Looks at every word that is in no whole record: the next one may begin there.
 RecordLog::Scan RecordLog::scan(std::size_t sector) const {
   const auto words = flash_.sector(sector);
   Scan scan;
-  if (words[0] != kMark) return scan;
-  while (const std::size_t end = record_end(words, scan.end)) {
-    scan.latest = scan.end;
-    scan.number = words[scan.end + 1];
+  for (std::size_t at = 1; at < words.size(); ++at) {
+    const std::size_t end = record_end(words, at);
+    if (end == 0) continue;
+    scan.latest = at;
+    scan.number = words[at + 1];
     scan.end = end;
+    at = end - 1;
   }
-  scan.clean = is_erased(words.subspan(scan.end));
+  scan.clean = words[0] == kMark && is_erased(words.subspan(scan.end));
   return scan;
 }
 
@@ -84,21 +83,22 @@ std::size_t RecordLog::record_end(std::span<const std::uint32_t> words, std::siz
   return words[seal] == seal_of(words.subspan(at, seal - at)) ? seal + 1 : 0;
 }
 
+/// What is appended next comes here.
 bool RecordLog::make_blank(std::size_t sector) {
-  if (!flash_.erase(sector) || !flash_.write(sector, 0, kMark)) return false;
-  if (sector == sector_) end_ = 1;
-  return true;
+  sector_ = sector;
+  end_ = 1;
+  return flash_.erase(sector) && flash_.write(sector, 0, kMark);
 }
 
-/// The latest record alone, with a number of its own; then the sector that it was in is blank.
+/// The latest record alone, with a number of its own.
 bool RecordLog::move_to(std::size_t sector, const Scan& from) {
   const auto record = flash_.sector(sector_).subspan(from.latest + kHeadWords, words_of(latest_.size()));
-  const std::size_t before = std::exchange(sector_, sector);
-  end_ = 1;
-  bool written = write(head_of(latest_.size())) && write(number_ + 1);
+  works_ = make_blank(sector);
+  write(head_of(latest_.size()));
+  write(number_ + 1);
   for (const std::uint32_t word : record)
-    written = written && write(word);
-  return written && seal(1) && make_blank(before);
+    write(word);
+  return works_ && seal(1);
 }
 
 // ---- Records

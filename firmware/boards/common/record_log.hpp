@@ -6,8 +6,9 @@
 ///
 /// A sector begins with a mark, which is written when an erasure has ended. A record is a word with its
 /// length, one with its number, its bytes, and a word with the CRC of all of these: one that lacks it is
-/// none. The record with the highest number counts. Nothing is erased but in start(), and there never the
-/// sector with the latest record: it has been copied before.
+/// none. The record with the highest number counts, wherever it is: one that has become unreadable hides no
+/// other. Nothing is erased but in start(), and there never the sector with the latest record; what it has
+/// been copied from stays until the next time.
 
 #include <cstddef>
 #include <cstdint>
@@ -58,7 +59,7 @@ class RecordLog {
   /// The flash outlives this. Empty until start().
   explicit RecordLog(Flash& flash) : flash_(flash) {}
 
-  /// Once, while nothing is urgent: makes room, which erases up to two sectors.
+  /// Once, while nothing is urgent: makes room, which may erase a sector.
   void start();
 
   /// The bytes of the latest record, in flash; empty = there is none.
@@ -72,7 +73,7 @@ class RecordLog {
   struct Scan {
     std::size_t latest = 0;  ///< word where the latest record begins; 0 = none
     std::uint32_t number = 0;
-    std::size_t end = 1;  ///< the first word behind all records
+    std::size_t end = 1;  ///< the first word after all records
     bool clean = false;   ///< from there on all is erased
   };
   Scan scan(std::size_t sector) const;

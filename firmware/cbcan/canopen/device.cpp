@@ -82,7 +82,7 @@ bool Device::on_sdo_request(const Frame& frame, Time now) {
   return written || slave_.sdo_server().waits();
 }
 
-/// What has happened in one part and concerns others. False: a SYNC, and deadline() is what it was.
+/// What a frame has changed in one part and concerns others. False: a SYNC, and deadline() is what it was.
 bool Device::react(Time now) {
   const Time emergency_due = emergency_.deadline();
   if (sync_.misfits() != known_misfit_) {
@@ -91,10 +91,9 @@ bool Device::react(Time now) {
   }
   const bool sync = sync_.take();
   const bool pdos_moved = sync && pdo_.on_sync(sync_.counter(), sync_.window(), now);
-  const bool network_changed =
-      kServices.other_devices && (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_);
-  if (network_changed) watch_network(now);
-  return !sync || pdos_moved || network_changed || emergency_.deadline() != emergency_due;
+  const bool changed = network_changed();
+  if (changed) watch_network(now);
+  return !sync || pdos_moved || changed || emergency_.deadline() != emergency_due;
 }
 
 /// An error of the communication begins, or is over; one that is there already, or is not, is not told.
@@ -105,7 +104,14 @@ void Device::show(EmergencyCode code, bool present, Time now) {
 
 Time Device::poll(Time now) {
   slave_.poll(now);
-  with_parts(*this, [&](auto&... part) { ((part.poll(now), react(now)), ...); });
+  sync_.poll(now);
+  if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
+  emergency_.poll(now);
+  time_.poll(now);
+  consumer_.poll(now);
+  life_guard_.poll(now);
+  if (network_changed()) watch_network(now);
+  pdo_.poll(now);
   return deadline();
 }
 

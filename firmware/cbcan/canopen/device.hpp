@@ -137,6 +137,10 @@ class Device final : private Application, private PdoApplication {
   bool on_service(const Frame& frame, Time now);
   bool on_sdo_request(const Frame& frame, Time now);
   bool react(Time now);
+  bool network_changed() const {
+    return kServices.other_devices &&
+           (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_);
+  }
   void watch_network(Time now);
   void fail(NetworkFailure failure, Time now);
   void show(EmergencyCode code, bool present, Time now);

@@ -4,7 +4,7 @@
 /// What a Device has besides NMT, SDO and error control: SYNC, TIME, EMCY, heartbeat consumer, life guarding,
 /// process data. A part knows the dictionary and a port and none of the others; Device passes on what happens
 /// in one and concerns another. All parts have this shape, and hide here what they do something about; it is
-/// not virtual. To add a part: give it this shape, and a place in Device::with_parts().
+/// not virtual. To add a part: give it this shape, and a place in Device::with_parts() and poll().
 
 #include <cstdint>
 #include <span>

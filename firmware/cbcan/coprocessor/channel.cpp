@@ -24,7 +24,7 @@ constexpr std::size_t kSizePlace = regmap::kDataSize - regmap::kWindowFirst;
 constexpr std::size_t kDataPlace = regmap::kData - regmap::kWindowFirst;
 
 /// Data words carry the low byte first, and so does every machine that this runs on.
-static_assert(std::endian::native == std::endian::little);
+static_assert(std::endian::native == std::endian::little, "the coprocessor needs a little-endian processor");
 
 }  // namespace
 

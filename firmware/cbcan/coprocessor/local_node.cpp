@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kConsumerTimeBits = 16;
 
 /// Network variables are little-endian, and so are the words of every machine that this runs on.
-static_assert(std::endian::native == std::endian::little);
+static_assert(std::endian::native == std::endian::little, "the coprocessor needs a little-endian processor");
 
 std::span<std::uint8_t> bytes_of(ProcessRegisters registers) {
   return {reinterpret_cast<std::uint8_t*>(registers.data()), registers.size_bytes()};

@@ -131,6 +131,20 @@ TEST_CASE(
   CHECK(board.settings == std::array<std::uint16_t, 2>{1, 1152});
 }
 
+TEST_CASE("1010h: a bit of flash that rots in what was saved earlier changes nothing") {
+  Board board;
+  board.on();
+  for (std::uint16_t rate = 500; rate <= 700; rate += 100) {
+    board.put(0x1017, 0, 2, rate);
+    board.settings = {5, rate};
+    board.save();
+  }
+  board.flash.sectors[0][1] ^= 1;  // the length of the first record
+  board.on();
+  CHECK(board.settings == std::array<std::uint16_t, 2>{5, 700});
+  CHECK(board.get(0x1017, 0) == 700);
+}
+
 TEST_CASE("1010h: with the strap set nothing that is stored counts, and all of it is still there") {
   Board board;
   board.on();

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 
+#include <fstream>
+#include <regex>
+
 #include "boards/stm32f4/bxcan_rig.hpp"
 
 using namespace cbcan;
@@ -123,7 +126,30 @@ int fifo_for(std::uint32_t id, bool remote) {
   return where_pdos_are || (id >= 0x700 && id <= 0x77F) ? 1 : -1;
 }
 
+/// Whether a CAN-ID is in the table of docs/porting.md, for node 7Fh.
+bool is_in_page(const std::string& page, std::uint32_t id) {
+  static const std::regex row(R"(\| ([0-9A-F]{3})h(?:\.\.([0-9A-F]{3})h)?( \+ own node ID)? \|)");
+  for (std::sregex_iterator each(page.begin(), page.end(), row), end; each != end; ++each) {
+    const unsigned long first = std::stoul((*each)[1], nullptr, 16) + ((*each)[3].matched ? 0x7F : 0);
+    const unsigned long last = (*each)[2].matched ? std::stoul((*each)[2], nullptr, 16) : first;
+    if (first <= id && id <= last) return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+TEST_CASE("receive: docs/porting.md lists what passes the filters") {
+  std::ifstream file(CBCAN_SOURCE_DIR "/docs/porting.md");
+  const std::string page(std::istreambuf_iterator<char>(file), {});
+  for (std::uint32_t id = 0; id <= 0x7FF; ++id) {
+    // Where a PDO may be put, and nothing else is: the page has that in words.
+    const bool is_elsewhere =
+        (id >= 0x001 && id < 0x080) || (id > 0x100 && id < 0x180) || (id >= 0x680 && id < 0x700);
+    INFO(std::hex << id);
+    CHECK((is_in_page(page, id) || is_elsewhere) == (fifo_for(id, false) >= 0));
+  }
+}
 
 TEST_CASE("receive: a frame as it stands in the FIFO's mailbox") {
   StartedRig rig;

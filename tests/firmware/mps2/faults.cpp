@@ -58,6 +58,23 @@ constexpr Check kChecks[] = {
        enable_interrupt(5);
        pend_interrupt(5);
      }},
+    {"lock-in-lock",
+     [] {
+       enable_interrupt(5);
+       const InterruptLock outer;
+       { const InterruptLock inner; }
+       pend_interrupt(5);
+       semihosting::exit(0);
+     }},
+    {"after-locks",
+     [] {
+       enable_interrupt(5);
+       {
+         const InterruptLock outer;
+         const InterruptLock inner;
+       }
+       pend_interrupt(5);
+     }},
     {"power-on",
      [] { semihosting::exit(board.health(0).reset_cause == regmap::ResetCause::kPowerOn ? 0 : 2); }},
     {"watchdog",

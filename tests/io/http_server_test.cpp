@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: MIT
+// What clients of the HTTP server see, byte by byte over loopback.
+
+#include "io/http/http_server.hpp"
+
+#include "io/errors.hpp"
+#include "io/stream_client.hpp"
+#include "io/turns.hpp"
+
+namespace cbcan::io {
+namespace {
+
+struct Web {
+  explicit Web(const text::ListenAddress& listen = {"127.0.0.1", 0}, bool write = false)
+      : server(reactor, listen, write, [this](const HttpRequest& request) { return handle(request); }) {}
+
+  HttpResponse handle(const HttpRequest& request) {
+    requests.push_back(request);
+    return respond(request);
+  }
+  void turn() {
+    server.poll(Reactor::now());
+    reactor.run_once(0);
+  }
+  std::string host() const { return "127.0.0.1:" + std::to_string(server.address().port); }
+  /// Until its last bytes are there: the server closes.
+  std::string ask(const std::string& method_and_path, const std::string& headers = "",
+                  const std::string& body = "") {
+    return ask_as(host(), method_and_path, headers, body);
+  }
+  std::string ask_as(const std::string& as, const std::string& method_and_path,
+                     const std::string& headers = "", const std::string& body = "") {
+    StreamClient client(StreamAddress{"", {"127.0.0.1", server.address().port}});
+    const std::string length = body.empty() ? "" : "Content-Length: " + std::to_string(body.size()) + "\r\n";
+    client.send(method_and_path + " HTTP/1.1\r\n" + (as.empty() ? "" : "Host: " + as + "\r\n") +
+                "Connection: close\r\n" + headers + length + "\r\n" + body);
+    io::test::turn_until([this] { turn(); }, [&] { return client.closed(); });
+    return client.heard();
+  }
+
+  Reactor reactor;
+  std::vector<HttpRequest> requests;
+  std::function<HttpResponse(const HttpRequest&)> respond = [](const HttpRequest&) {
+    return HttpResponse{200, "text/plain", "hello"};
+  };
+  HttpServer server;
+};
+
+std::string status(const std::string& response) {
+  return response.substr(0, response.find("\r\n"));
+}
+std::string body(const std::string& response) {
+  const std::size_t at = response.find("\r\n\r\n");
+  return at == std::string::npos ? "no body" : response.substr(at + 4);
+}
+bool has(const std::string& response, const std::string& line) {
+  return response.find("\r\n" + line + "\r\n") != std::string::npos;
+}
+
+TEST_CASE("http: a request as it comes to the handler, and its response") {
+  Web web;
+  const std::string response = web.ask("POST /a/b?x=1&empty&y=%20z", "Last-Event-ID: 17\r\n", "some body");
+  CHECK(status(response) == "HTTP/1.1 200 OK");
+  CHECK(body(response) == "hello");
+  for (const char* line :
+       {"Content-Type: text/plain", "Cache-Control: no-store", "X-Content-Type-Options: nosniff",
+        "Content-Security-Policy: default-src 'self'; frame-ancestors 'none'", "Content-Length: 5"})
+    CHECK(has(response, line));
+  REQUIRE(web.requests.size() == 1);
+  const HttpRequest& request = web.requests[0];
+  CHECK(request.method == "POST");
+  CHECK(request.path == "/a/b");
+  CHECK(request.query ==
+        std::map<std::string, std::string, std::less<>>{{"x", "1"}, {"empty", ""}, {"y", " z"}});
+  CHECK(request.body == "some body");
+  CHECK(request.last_event_id == "17");
+  web.ask("GET /");
+  CHECK(web.requests[1].method == "GET");
+  CHECK(web.requests[1].last_event_id.empty());
+  CHECK(web.requests[1].body.empty());
+}
+
+TEST_CASE("http: methods, bodies and exceptions") {
+  Web web;
+  CHECK(status(web.ask("PUT /", "", "x")) == "HTTP/1.1 405 Method Not Allowed");
+  CHECK(web.requests.empty());
+  const std::string most(64 * 1024, 'x');
+  CHECK(status(web.ask("POST /", "", most)) == "HTTP/1.1 200 OK");
+  CHECK(web.requests.at(0).body == most);
+  const std::string refused = web.ask("POST /", "", most + "x");
+  CHECK(status(refused).starts_with("HTTP/1.1 413"));
+  CHECK(body(refused) == "a body of more than 64 KiB\n");
+  CHECK(web.requests.size() == 1);
+  web.respond = [](const HttpRequest&) -> HttpResponse { throw std::runtime_error("broken"); };
+  const std::string broken = web.ask("GET /");
+  CHECK(status(broken) == "HTTP/1.1 500 Internal Server Error");
+  CHECK(body(broken) == "broken\n");
+}
+
+TEST_CASE("http: other sites and other names of this machine are refused") {
+  Web web;
+  const auto allowed = [&](const std::string& host, const std::string& headers = "") {
+    return status(web.ask_as(host, "GET /", headers)) == "HTTP/1.1 200 OK";
+  };
+  CHECK(allowed(web.host()));
+  CHECK(allowed("localhost:80"));
+  CHECK(allowed("[::1]:80"));
+  CHECK(allowed("10.1.2.3"));
+  CHECK(allowed(web.host(), "Origin: http://" + web.host() + "\r\n"));
+  CHECK(body(web.ask_as("evil.example", "GET /")) ==
+        "Host is evil.example: use the address of this machine\n");
+  CHECK(body(web.ask("GET /", "Origin: http://evil.example\r\n")) ==
+        "pages of http://evil.example may not ask here\n");
+  CHECK(body(web.ask_as("a:b:c", "GET /")) == "a request without a Host header that can be read\n");
+  CHECK(status(web.ask_as("evil.example", "GET /")) == "HTTP/1.1 403 Forbidden");
+}
+
+TEST_CASE("http: where other machines reach it, POST has to be allowed") {
+  Web open({"0.0.0.0", 0});
+  CHECK_FALSE(open.server.may_write());
+  const std::string refused = open.ask("POST /", "", "x");
+  CHECK(status(refused) == "HTTP/1.1 403 Forbidden");
+  CHECK(body(refused) == "read-only, as other machines reach 0.0.0.0:" +
+                             std::to_string(open.server.address().port) + "; --http-write allows it\n");
+  CHECK(status(open.ask("GET /")) == "HTTP/1.1 200 OK");
+  CHECK(Web({"0.0.0.0", 0}, true).server.may_write());
+  CHECK(Web({"localhost", 0}).server.may_write());
+  CHECK(Web({"127.0.0.2", 0}).server.may_write());
+  CHECK(Web({"::1", 0}).server.may_write());
+}
+
+TEST_CASE("http: an address that is in use") {
+  Web web;
+  CHECK_THROWS_AS(Web(web.server.address()), EnvironmentError);
+}
+
+struct Feed {
+  std::string waiting;
+  bool ended = false;
+  bool broken = false;
+  int gone = 0;
+};
+
+class Stream final : public HttpStream {
+ public:
+  explicit Stream(Feed& feed) : feed_(feed) {}
+  ~Stream() override { ++feed_.gone; }
+  bool fill(std::string& text) override {
+    if (feed_.broken) throw std::runtime_error("broken");
+    text += std::exchange(feed_.waiting, {});
+    return !feed_.ended;
+  }
+  bool has_news() const override { return !feed_.waiting.empty() || feed_.ended || feed_.broken; }
+  std::string_view keep_alive() const override { return ":\n"; }
+
+ private:
+  Feed& feed_;
+};
+
+struct Streaming {
+  Streaming() {
+    web.respond = [this](const HttpRequest&) {
+      return HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
+    };
+    client.send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
+    io::test::turn_until([this] { web.turn(); }, [this] { return web.server.streams() == 1; });
+  }
+  void hear(const std::string& text) {
+    io::test::turn_until([this] { web.turn(); },
+                         [&] { return client.heard().find(text) != std::string::npos; });
+  }
+  Feed feed;
+  Web web;
+  StreamClient client{StreamAddress{"", {"127.0.0.1", web.server.address().port}}};
+};
+
+TEST_CASE("http: a stream goes on until it ends") {
+  Streaming streaming;
+  streaming.feed.waiting = "first\n";
+  streaming.hear("first\n");
+  streaming.feed.waiting = "second\n";
+  streaming.hear("second\n");
+  const std::string much(100'000, 'm');
+  streaming.feed.waiting = much + "end\n";
+  streaming.hear("end\n");
+  CHECK(std::ranges::count(streaming.client.heard(), 'm') >= 100'000);
+  CHECK(streaming.feed.gone == 0);
+  streaming.feed.ended = true;
+  streaming.feed.waiting = "last\n";
+  streaming.hear("last\n");
+  io::test::turn_until([&] { streaming.web.turn(); }, [&] { return streaming.feed.gone == 1; });
+  CHECK(streaming.web.server.streams() == 0);
+}
+
+TEST_CASE("http: a stream that breaks, or whose client has gone, is over") {
+  Streaming breaks;
+  breaks.feed.broken = true;
+  io::test::turn_until([&] { breaks.web.turn(); }, [&] { return breaks.feed.gone == 1; });
+  Streaming leaves;
+  leaves.client.slam();
+  leaves.feed.waiting = "x";
+  io::test::turn_until([&] { leaves.web.turn(); },
+                       [&] {
+                         leaves.feed.waiting = "x";
+                         return leaves.feed.gone == 1;
+                       });
+}
+
+TEST_CASE("http: times are asked for, so that the loop may sleep") {
+  Web quiet;
+  quiet.turn();
+  CHECK(quiet.server.next_deadline() == kNever);
+  Streaming streaming;
+  streaming.feed.waiting = "x";
+  streaming.hear("x");
+  // Nothing is new: the keep-alive, five seconds after what was sent last.
+  const auto due = [&] { return streaming.web.server.next_deadline(); };
+  io::test::turn_until([&] { streaming.web.turn(); },
+                       [&] { return due() != kNever && due() > Reactor::now() + 2 * kSecond; });
+  CHECK(due() <= Reactor::now() + 5 * kSecond);
+  streaming.web.server.poll(Reactor::now() + 6 * kSecond);
+  streaming.hear(":\n");
+}
+
+TEST_CASE("http: the server goes while streams are there") {
+  Feed feed;
+  {
+    Web web;
+    web.respond = [&](const HttpRequest&) {
+      return HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
+    };
+    StreamClient client(StreamAddress{"", {"127.0.0.1", web.server.address().port}});
+    client.send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
+    io::test::turn_until([&] { web.turn(); },
+                         [&] {
+                           const Time due = web.server.next_deadline();
+                           return web.server.streams() == 1 && due != kNever &&
+                                  due > Reactor::now() + 2 * kSecond;  // nothing to do: it is suspended
+                         });
+  }
+  CHECK(feed.gone == 1);
+}
+
+}  // namespace
+}  // namespace cbcan::io

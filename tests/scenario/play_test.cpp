@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+// A scenario's text, and what comes of playing it on a plant in this process.
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "scenario/demo.hpp"
+#include "scenario/scenario.hpp"
+
+namespace cbcan::scenario::test {
+
+namespace {
+
+using Lines = std::vector<std::string>;
+
+std::optional<std::string> file(const std::string& path) {
+  std::ifstream stream(path);
+  if (!stream) return std::nullopt;
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+const plant::FileReader kRead = plant::with_demo_plant(file);
+
+Scenario scenario(const std::string& text, const std::string& name = "dir/s.toml") {
+  return read_scenario(text, name, kRead);
+}
+
+Lines problems(const plant::Diagnostics& found) {
+  Lines lines;
+  for (const plant::Diagnostic& each : found)
+    lines.push_back(to_string(each));
+  return lines;
+}
+
+struct Stage {
+  explicit Stage(const Scenario& scenario) : build(plant::build_nodes(scenario.config, kRead)) {
+    REQUIRE(build.good);
+    plant.emplace(scenario.config, std::move(build));
+  }
+  plant::PlantBuild build;
+  std::optional<Plant> plant;
+};
+
+Played played(const std::string& text) {
+  const Scenario made = scenario(text);
+  REQUIRE(problems(made.problems).empty());
+  Stage stage(made);
+  REQUIRE(problems(check_steps(made, *stage.plant)).empty());
+  stage.plant->start();
+  return play(made, *stage.plant);
+}
+
+}  // namespace
+
+TEST_CASE("scenarios: each of those that come along passes") {
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(CBCAN_SOURCE_DIR "/scenarios")) {
+    if (entry.path().extension() != ".toml") continue;
+    INFO(entry.path());
+    const Scenario made = scenario(*file(entry.path()), entry.path());
+    CHECK(problems(made.problems).empty());
+    Stage stage(made);
+    CHECK(problems(check_steps(made, *stage.plant)).empty());
+    stage.plant->start();
+    CHECK(play(made, *stage.plant).failure.empty());
+    ++count;
+  }
+  CHECK(count >= 20);
+}
+
+TEST_CASE("scenarios: what is wrong with a file is told by line") {
+  const auto wrong = [](const std::string& text) { return problems(scenario(text).problems); };
+  CHECK(wrong("plant = 5\n[[step]]\n") ==
+        Lines{"dir/s.toml:1: plant: must be a text: demo, or the path of a plant file"});
+  CHECK(wrong("plant = \"x.toml\"\n[[step]]\n") ==
+        Lines{"dir/s.toml:1: plant dir/x.toml: cannot be read; paths are relative to this file"});
+  CHECK(wrong("plant = \"demo\"\n") ==
+        Lines{"dir/s.toml:1: step: there is none; write [[step]] above each step"});
+  CHECK(wrong("plant = \"demo\"\nstep = 3\n") ==
+        Lines{"dir/s.toml:1: step: there is none; write [[step]] above each step"});
+  CHECK(wrong("plant = \"demo\"\nstep = [1]\n") ==
+        Lines{"dir/s.toml:1: step: there is none; write [[step]] above each step"});
+  CHECK(wrong("[[step]]\nevery = \"1s\"\n") ==
+        Lines{"dir/s.toml:1: every: such a step has do, and neither wait nor expect"});
+  CHECK(wrong("[[step]]\nevery = \"1s\"\ndo = \"time\"\nexpect = \"x\"\n") ==
+        Lines{"dir/s.toml:1: every: such a step has do, and neither wait nor expect"});
+  CHECK(wrong("[[step]]\nevery = \"1s\"\ndo = \"time\"\nwait = \"x\"\n") ==
+        Lines{"dir/s.toml:1: every: such a step has do, and neither wait nor expect"});
+  CHECK(wrong("[[step]]\nevery = \"1s\"\ndo = \"time\"\n").empty());
+  CHECK(wrong("[[step]]\nat = \"1s\"\nafter = \"1s\"\n") ==
+        Lines{"dir/s.toml:1: at, after: a step has one of them"});
+  for (const char* key : {"at = 5", "after = \"5\"", "within = \"x\"", "every = \"0s\"\ndo = \"time\""}) {
+    const std::string name = std::string(key).substr(0, std::string(key).find(' '));
+    CHECK(wrong(std::string("[[step]]\n") + key) == Lines{"dir/s.toml:2: step." + name + ": write " + name +
+                                                          " = \"100ms\": a whole number of us, ms or s"});
+  }
+  CHECK(wrong("[[step]]\nat = \"0s\"\n").empty());
+  CHECK(wrong("[[step]]\ndo = 5\n") == Lines{"dir/s.toml:2: step.do: must be a text, or a list of them"});
+  CHECK(wrong("[[step]]\ndo = [\"time\",\n 5]\n") ==
+        Lines{"dir/s.toml:3: step.do: must be a text, or a list of them"});
+  CHECK(wrong("[[step]]\nwiat = \"x\"\n") ==
+        Lines{"dir/s.toml:2: step.wiat: no such key; did you mean wait?"});
+  CHECK(wrong("[[step]]\nzzzzzzzz = \"x\"\n") ==
+        Lines{"dir/s.toml:2: step.zzzzzzzz: no such key; a step has at, after, every, do, wait, within and "
+              "expect"});
+  CHECK(wrong("[[step]\n").size() == 1);
+  CHECK(wrong("[module]\nnode = 300\n[[step]]\n").size() == 1);
+}
+
+TEST_CASE("scenarios: commands and conditions that are none are told before anything happens") {
+  const Scenario made = scenario(
+      "plant = \"demo\"\n[[step]]\ndo = [\"time\",\n \"tmie\"]\nwait = \"regster 1\"\nexpect = \"register "
+      "99999 = 1\"\n");
+  REQUIRE(made.problems.empty());
+  Stage stage(made);
+  const plant::Diagnostics found = check_steps(made, *stage.plant);
+  REQUIRE(found.size() == 3);
+  CHECK(found[0].place.line == 4);
+  CHECK(found[1].place.line == 5);
+  CHECK(found[2].place.line == 6);
+}
+
+TEST_CASE("scenarios: steps let time pass by their keys") {
+  for (const std::string command : {"pass 1s", "wait register 3700 = 0"}) {
+    const Scenario made = scenario("plant = \"demo\"\n[[step]]\ndo = \"" + command + "\"\n");
+    Stage stage(made);
+    CHECK(problems(check_steps(made, *stage.plant)) ==
+          Lines{"dir/s.toml:3: " + command.substr(0, 4) +
+                ": a step lets time pass by its keys at, after and wait"});
+  }
+}
+
+TEST_CASE("conditions and commands take as many words as they have, and no more") {
+  const auto plant = demo();
+  for (const char* line :
+       {"wait state 66 operational x", "wait state 66", "time x", "trigger", "pass", "pass 1s x"})
+    CHECK(plant->execute(line).starts_with("error: "));
+  CHECK_NOTHROW(make_condition("state 66 operational", plant->view()));
+  for (const char* condition : {"state 66 operational x", "state 66", "register 3700 = 0 x", "register 3700"})
+    CHECK_THROWS_AS(make_condition(condition, plant->view()), Refused);
+  CHECK(plant->execute("trigger read") == "ok\n");
+  CHECK(plant->execute("wait state 66 pre-operational").starts_with("ok "));
+}
+
+TEST_CASE("scenarios: a step that fails says where, what, when, the registers and the last frames") {
+  const Played failed = played(
+      "plant = \"demo\"\n[[step]]\nafter = \"250ms\"\ndo = \"trigger read 0x42 0x1000 0 4\"\n"
+      "expect = \"register 3700 = 7\"\n");
+  CHECK(failed.duration == 250 * kMillisecond);
+  CHECK(failed.failure.starts_with("dir/s.toml:5: expected register 3700 = 7: "));
+  CHECK(failed.failure.find("\n  at 0.250000\n  R3700..: 0 5055 66 4096 0 4 401 15 0 0\n"
+                            "  the last frames:\n") != std::string::npos);
+  CHECK(failed.failure.ends_with("    0.250000 642#4000100000000000\n    0.250000 5C2#4300100091010F00\n"));
+  const Played many = played(
+      "plant = \"demo\"\n[[step]]\nevery = \"1ms\"\ndo = \"send 181#\"\n[[step]]\nafter = \"20ms\"\n"
+      "expect = \"register 3700 = 7\"\n");
+  const std::string frames = many.failure.substr(many.failure.find("the last frames:\n"));
+  CHECK(std::ranges::count(frames, '\n') == 1 + 12);
+}
+
+TEST_CASE("scenarios: time is what at, after, every and within say") {
+  CHECK(played("plant = \"demo\"\n[[step]]\nat = \"2s\"\n[[step]]\nafter = \"500ms\"\n").duration ==
+        2'500 * kMillisecond);
+  CHECK(played("plant = \"demo\"\n[[step]]\nat = \"2s\"\n[[step]]\nat = \"2s\"\n").failure.empty());
+  CHECK(played("plant = \"demo\"\n[[step]]\nat = \"2s\"\n[[step]]\nat = \"1s\"\n")
+            .failure.starts_with("dir/s.toml:4: at: it is 2.000000 already\n"));
+  const Played waited = played("plant = \"demo\"\n[[step]]\nwait = \"register 3700 = 7\"\nwithin = \"3s\"\n");
+  CHECK(waited.duration == 3 * kSecond);
+  CHECK(waited.failure.starts_with("dir/s.toml:3: not within 3.000000 s: register 3700 = 7: "));
+  CHECK(played("plant = \"demo\"\n[[step]]\nwait = \"register 3700 = 7\"\n").duration == 60 * kSecond);
+  // R3700 is 1 after a second without a node.
+  const Played ended = played(
+      "plant = \"demo\"\n[[step]]\ndo = \"trigger read 99 0x1000 0 4\"\nwait = \"register 3700 = 2\"\n");
+  CHECK(ended.duration >= kSecond);
+  // At 0, 100, 200 and 300 ms.
+  CHECK(played("plant = \"demo\"\n[[step]]\nevery = \"100ms\"\ndo = \"send 181#\"\n[[step]]\n"
+               "after = \"350ms\"\nexpect = \"3 frame 181#\"\n")
+            .failure.empty());
+}
+
+TEST_CASE("scenarios: a command that is refused while it is played") {
+  const Played failed = played("plant = \"demo\"\n[[step]]\ndo = [\"time\",\n\"write 4167 1 2\"]\n");
+  CHECK(failed.failure.starts_with("dir/s.toml:4: write 4167 1 2: "));
+}
+
+}  // namespace cbcan::scenario::test
