@@ -224,13 +224,14 @@ TEST_CASE("http: times are asked for, so that the loop may sleep") {
 
 TEST_CASE("http: the server goes while streams are there") {
   Feed feed;
+  std::optional<StreamClient> client;
   {
     Web web;
     web.respond = [&](const HttpRequest&) {
       return HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
     };
-    StreamClient client(StreamAddress{"", {"127.0.0.1", web.server.address().port}});
-    client.send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
+    client.emplace(StreamAddress{"", {"127.0.0.1", web.server.address().port}});
+    client->send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
     io::test::turn_until([&] { web.turn(); },
                          [&] {
                            const Time due = web.server.next_deadline();
@@ -239,6 +240,8 @@ TEST_CASE("http: the server goes while streams are there") {
                          });
   }
   CHECK(feed.gone == 1);
+  CHECK(client->closed());
+  CHECK(client->heard().ends_with("\r\n0\r\n\r\n"));  // the end of a chunked body (RFC 9112, 7.1)
 }
 
 }  // namespace

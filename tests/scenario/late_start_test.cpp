@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Networks whose time does not begin at 0, as where a wall clock drives them.
+#include "scenario/demo.hpp"
+#include "scenario/wires.hpp"
+
+namespace cbcan::scenario::test {
+
+TEST_CASE("a wire takes no samples of the time before the networks have started: it would take for ever") {
+  constexpr Time kStart = Time{100 * 86400} * kSecond;
+  const plant::FileReader read = plant::with_demo_plant(no_file);
+  plant::Config config;
+  REQUIRE(plant::read_plant(R"(
+[module]
+enabled = false
+[[node]]
+id = 32
+eds = "demo:/generic.eds"
+signals = [ { index = 0x2002, shape = "ramp", to = 1000, duration_ms = 1000, sample_ms = 10 } ]
+[[node]]
+id = 33
+eds = "demo:/generic.eds"
+[[wire]]
+from = "32:0x2002"
+to = "33:0x2002"
+sample_ms = 1
+)",
+                            "late.toml", config)
+              .empty());
+  plant::PlantBuild build = plant::build_nodes(config, read);
+  REQUIRE(build.good);
+  Network network(config, config.networks[0], std::move(build.networks[0]), kStart, nullptr);
+  Wires wires(config, {&network});
+  network.start(kStart);
+  const auto at = [&](Time time) {
+    network.advance(time);
+    return network.world().nodes()[1]->number({0x2002, 0, {}, false}).value_or(-1);
+  };
+  CHECK(at(kStart) == 0);
+  CHECK(at(kStart + 10 * kMillisecond) == 10);
+}
+
+}  // namespace cbcan::scenario::test
