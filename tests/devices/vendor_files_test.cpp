@@ -124,6 +124,8 @@ TEST_CASE("A drive from a vendor's file moves at a velocity") {
   }
 }
 
+namespace {
+
 /// 608Fh and its like.
 std::string pair_of(const std::string& index, const std::string& first, const std::string& second) {
   const auto sub = [&](const std::string& number, const std::string& type, const std::string& value) {
@@ -188,6 +190,8 @@ const std::vector<Maker> kMakers{
      1000,
      1000},
 };
+
+}  // namespace
 
 TEST_CASE("A drive with a maker's units and limits moves as far as they say") {
   for (const Maker& maker : kMakers) {

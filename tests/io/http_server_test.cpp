@@ -12,7 +12,9 @@ namespace {
 
 struct Web {
   explicit Web(const text::ListenAddress& listen = {"127.0.0.1", 0}, bool write = false)
-      : server(reactor, listen, write, [this](const HttpRequest& request) { return handle(request); }) {}
+      : server(
+            reactor, listen, write, [this](const HttpRequest& request) { return handle(request); },
+            [](const std::string&) {}) {}
 
   HttpResponse handle(const HttpRequest& request) {
     requests.push_back(request);

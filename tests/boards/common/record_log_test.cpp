@@ -2,25 +2,17 @@
 #include "boards/common/record_log.hpp"
 
 #include "boards/common/flash_model.hpp"
+#include "boards/common/record.hpp"
 
 using namespace cbcan::boards;
+using cbcan::test::Bytes;
 using cbcan::test::Cut;
 using cbcan::test::FlashModel;
 using cbcan::test::PowerCut;
+using cbcan::test::Record;
 using Result = RecordLog::Result;
 
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
-
-struct Record final : RecordLog::Source {
-  explicit Record(Bytes content) : bytes(std::move(content)) {}
-  void write_to(RecordLog::Writer& writer) const override {
-    for (const std::uint8_t byte : bytes)
-      writer.put(byte);
-  }
-  Bytes bytes;
-};
 
 Bytes latest(const RecordLog& log) {
   return {log.latest().begin(), log.latest().end()};

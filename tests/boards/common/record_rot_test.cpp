@@ -4,26 +4,18 @@
 #include <optional>
 
 #include "boards/common/flash_model.hpp"
+#include "boards/common/record.hpp"
 #include "boards/common/record_log.hpp"
 
 using namespace cbcan::boards;
+using cbcan::test::Bytes;
 using cbcan::test::Cut;
 using cbcan::test::FlashModel;
 using cbcan::test::PowerCut;
+using cbcan::test::Record;
 using Result = RecordLog::Result;
 
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
-
-struct Record final : RecordLog::Source {
-  explicit Record(Bytes content) : bytes(std::move(content)) {}
-  void write_to(RecordLog::Writer& writer) const override {
-    for (const std::uint8_t byte : bytes)
-      writer.put(byte);
-  }
-  Bytes bytes;
-};
 
 /// A record in flash, as record_log.hpp describes it.
 struct Place {
@@ -81,7 +73,7 @@ Bytes newest_without(const std::vector<Place>& places, std::size_t sector, std::
   return bytes;
 }
 
-constexpr std::size_t kWords = 24;  // of a sector: three records and more
+constexpr std::size_t kRottenWords = 24;  // of a sector: three records and more
 
 /// Records of 0 to 19 bytes, and a restart wherever the log is full, until the power goes.
 void live(FlashModel& flash) {
@@ -97,7 +89,7 @@ void live(FlashModel& flash) {
 
 /// What a life is when the power goes at operation `at`.
 FlashModel lived(Cut cut, std::size_t at) {
-  FlashModel flash(kWords);
+  FlashModel flash(kRottenWords);
   flash.cut = cut;
   flash.cut_at = at;
   try {
@@ -139,7 +131,7 @@ template <class Check>
 void rot(const FlashModel& flash, Check check) {
   const std::vector<Place> before = places(flash);
   for (std::size_t sector = 0; sector < 2; ++sector)
-    for (std::size_t word = 0; word < kWords; ++word)
+    for (std::size_t word = 0; word < kRottenWords; ++word)
       for (unsigned bit = 0; bit < 32; ++bit) {
         FlashModel rotten = flash;
         rotten.sectors[sector][word] ^= 1u << bit;
@@ -151,7 +143,7 @@ void rot(const FlashModel& flash, Check check) {
 }  // namespace
 
 TEST_CASE("Record log: a rotten bit in an older record, all newer ones are there") {
-  FlashModel flash(kWords);
+  FlashModel flash(kRottenWords);
   RecordLog log(flash);
   log.start();
   for (std::uint8_t number = 1; number <= 3; ++number)
