@@ -19,7 +19,7 @@ inline std::string text_of(const Hostile& row) {
   return row.before + " function update(now)\n" + row.script + "\nend";
 }
 
-inline const std::string kTooLong = "t.lua:2: more than 200000 instructions in one call";
+inline const std::string kTooLong = "t.lua:2: more than 100000 instructions in one call";
 inline const std::string kTooLarge = "t.lua:2: takes more memory than a script may have";
 inline const std::string kLong = "local long = string.rep('0', 250000) ";
 inline const std::string kTwins = "local a, b = string.rep('0', 250000), string.rep('0', 249999) .. '0' ";
@@ -35,6 +35,7 @@ inline std::string often(const std::string& statement) {
 
 inline const std::vector<Hostile> kHostile{
     {"while true do end", kTooLong},
+    {often("local x = 0.1 .. 0.2 .. 0.3 .. 0.4 .. 0.5 .. 0.6 .. 0.7 .. 0.8 .. 0.9 .. 1e-7"), kTooLong},
     {"while true do pcall(function() while true do end end) end", kTooLong},
     {"local function f() pcall(f) f() end f()", "t.lua:2: "},
     {"local function f() return 1 + f() end f()", "t.lua:2: "},

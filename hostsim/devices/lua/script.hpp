@@ -29,9 +29,9 @@ class Script {
  public:
   // Of one call.
   /// Those of Lua's machine, and what its library looks at; each counts more the more it may look at.
-  static constexpr std::size_t kMostInstructions = 200'000;
+  static constexpr std::size_t kMostInstructions = 100'000;
   /// At its start.
-  static constexpr std::size_t kMostAtStart = 2'000'000;
+  static constexpr std::size_t kMostAtStart = 1'000'000;
   static constexpr std::size_t kMostAllocated = std::size_t{32} << 20;
   // Of the script.
   static constexpr std::size_t kMostMemory = std::size_t{4} << 20;
