@@ -197,7 +197,7 @@ std::optional<std::vector<std::uint8_t>> parse_octets(std::string_view text) {
 }
 
 std::vector<std::uint8_t> to_utf16(std::string_view text) {
-  const std::string utf8 = text::to_utf8(text);
+  const std::string utf8 = text::as_utf8(text);
   std::string_view rest = utf8;
   std::vector<std::uint8_t> out;
   while (const std::optional<char32_t> code = text::take_code_point(rest)) {

@@ -69,6 +69,10 @@ std::size_t first_line_not_utf8(std::string_view text) {
   return text.empty() ? 0 : line;
 }
 
+std::string as_utf8(std::string_view text) {
+  return is_utf8(text) ? std::string(text) : from_latin1(text);
+}
+
 std::string to_utf8(std::string_view text) {
   std::string out = lines_to_utf8(text);
   std::ranges::replace(out, '\n', ' ');
@@ -76,7 +80,7 @@ std::string to_utf8(std::string_view text) {
 }
 
 std::string lines_to_utf8(std::string_view lines) {
-  const std::string utf8 = is_utf8(lines) ? std::string(lines) : from_latin1(lines);
+  const std::string utf8 = as_utf8(lines);
   std::string out;
   out.reserve(utf8.size());
   for (std::string_view rest = utf8; !rest.empty();) {

@@ -18,7 +18,10 @@ bool is_utf8(std::string_view text);
 /// From 1; 0 = all of it is UTF-8.
 std::size_t first_line_not_utf8(std::string_view text);
 
-/// For people to read: UTF-8 stays, anything else is taken as Latin-1; control characters become blanks.
+/// UTF-8 stays, anything else is taken as Latin-1.
+std::string as_utf8(std::string_view text);
+
+/// Likewise, for people to read: control characters become blanks.
 std::string to_utf8(std::string_view text);
 
 /// Likewise, but for the ends of lines.

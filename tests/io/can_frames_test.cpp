@@ -152,8 +152,9 @@ std::string bytes(std::initializer_list<int> values) {
 
 const std::string kId = bytes({0xAE}) + "arbitration_id";
 
-TEST_CASE("datagrams: what a frame lacks is 0, and the map may be of the long kind") {
-  CHECK(unpack(bytes({0x80})) == Frame{0, 0, 0, {}});
+TEST_CASE(
+    "datagrams: a frame has an identifier, what else it lacks is 0, and the map may be of the long kind") {
+  CHECK(unpack(bytes({0x80})) == std::nullopt);
   CHECK(unpack(bytes({0x81}) + kId + bytes({0x05})) == Frame{5, 0, 0, {}});
   CHECK(unpack(bytes({0xDE, 0, 1}) + kId + bytes({0x05})) == Frame{5, 0, 0, {}});
   CHECK(unpack(bytes({0xDE, 0})) == std::nullopt);
@@ -201,19 +202,20 @@ TEST_CASE("datagrams: RTR, extended, FD, error; a length that fits and one that 
     return bytes({0xA0 | static_cast<int>(key.size())}) + key + bytes({value});
   };
   const std::string remote = entry("is_remote_frame", 0xC3), dlc = entry("dlc", 3);
-  CHECK(unpack(bytes({0x82}) + remote + dlc) == Frame{0, 3, Frame::kRemote, {}});
-  CHECK(unpack(bytes({0x81}) + dlc) == std::nullopt);  // three bytes are missing
+  const std::string id = kId + bytes({0x05});
+  CHECK(unpack(bytes({0x83}) + id + remote + dlc) == Frame{5, 3, Frame::kRemote, {}});
+  CHECK(unpack(bytes({0x82}) + id + dlc) == std::nullopt);  // three bytes are missing
   const std::string data = entry("data", 0xC4) + bytes({3, 7, 8, 9});
-  CHECK(unpack(bytes({0x82}) + dlc + data) == Frame{0, 3, 0, {7, 8, 9}});
-  CHECK(unpack(bytes({0x83}) + remote + dlc + data) == std::nullopt);
-  CHECK(unpack(bytes({0x82}) + entry("dlc", 8) + entry("data", 0xC4) + bytes({8, 1, 2, 3, 4, 5, 6, 7, 8})) ==
-        Frame{0, 8, 0, {1, 2, 3, 4, 5, 6, 7, 8}});
+  CHECK(unpack(bytes({0x83}) + id + dlc + data) == Frame{5, 3, 0, {7, 8, 9}});
+  CHECK(unpack(bytes({0x84}) + id + remote + dlc + data) == std::nullopt);
+  CHECK(unpack(bytes({0x83}) + id + entry("dlc", 8) + entry("data", 0xC4) +
+               bytes({8, 1, 2, 3, 4, 5, 6, 7, 8})) == Frame{5, 8, 0, {1, 2, 3, 4, 5, 6, 7, 8}});
   const std::string extended = entry("is_extended_id", 0xC3);
   CHECK(unpack(bytes({0x82}) + extended + kId + bytes({0xCE, 0x1F, 0xFF, 0xFF, 0xFF})) ==
         Frame{0x1FFFFFFF, 0, Frame::kExtended, {}});
   CHECK(unpack(bytes({0x82}) + extended + kId + bytes({0xCE, 0x20, 0, 0, 0})) == std::nullopt);
-  CHECK(unpack(bytes({0x81}) + entry("is_fd", 0xC3)) == std::nullopt);
-  CHECK(unpack(bytes({0x81}) + entry("is_error_frame", 0xC3)) == std::nullopt);
+  CHECK(unpack(bytes({0x82}) + id + entry("is_fd", 0xC3)) == std::nullopt);
+  CHECK(unpack(bytes({0x82}) + id + entry("is_error_frame", 0xC3)) == std::nullopt);
 }
 
 TEST_CASE("datagrams: what is sent, byte by byte") {

@@ -45,7 +45,7 @@ inline const std::vector<Hostile> kHostile{
     {"local s = string.rep('x', 1 << 40)", "t.lua:2: "},
     {"local s = string.rep('', 1 << 60)", ""},
     {"local s = 'x' while true do s = s .. s end", kTooLarge},
-    {"while true do pcall(string.rep, 'x', 1 << 21) end", kTooLarge},
+    {"while true do pcall(string.rep, 'x', 1 << 21) end", kTooLong},
     {"while true do pcall(string.rep, 'x', 1 << 30) end", kTooLong},
     {"table.insert(setmetatable({}, { __len = function() return 1 << 53 end }), 1, 1)", ""},
     {"table.concat(setmetatable({}, { __index = function() return '' end }), '', 1, 1 << 53)", kTooLong},
