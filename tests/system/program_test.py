@@ -310,7 +310,7 @@ class BehindTheClock(unittest.TestCase):
     def test_clients_and_signals_have_their_turn(self):
         with tempfile.TemporaryDirectory() as folder:
             generic = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
-            pathlib.Path(folder, "slow.lua").write_text("function update(now) for i = 1, 100000 do end return now + 1e-5 end\n")
+            pathlib.Path(folder, "slow.lua").write_text("function update(now) for i = 1, 90000 do end return now + 1e-5 end\n")
             plant = pathlib.Path(folder, "plant.toml")
             plant.write_text(f'[[node]]\nid = 20\neds = "{generic}"\ndevice = "slow.lua"\n[[node]]\nid = 32\neds = "{generic}"\n')
             simulator = Simulator(PROGRAM, "--config", str(plant), "--control", "127.0.0.1:0", log=False, test=self)
