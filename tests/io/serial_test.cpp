@@ -177,6 +177,8 @@ TEST_CASE("serial: requests to the stations of two networks, and to all of them"
                       [&](const std::string& text) { line.warnings.push_back(text); });
   CHECK(line.modbus->device() == line.place.link());
   CHECK(line.modbus->next_deadline() == kNever);
+  line.turn();
+  CHECK(line.modbus->next_deadline() == kNever);
   line.say(frame("05 06 0001 1234"));
   CHECK(line.heard(8) == frame("05 06 0001 1234"));
   CHECK(line.first.words[1] == 0x1234);
@@ -250,6 +252,9 @@ TEST_CASE("RTU over TCP: what listens is told the requests and responses without
   CHECK(unit.responses == std::vector<Bytes>{hex("06 0001 1234"), hex("83 02"), {}});
   CHECK(unit.units == std::vector<unsigned>{7, 7, 0});
   CHECK(unit.exceptions == std::vector<unsigned>{0, 2, 0});
+  session->receive(frame("07 03 0001 0001"));
+  CHECK(unit.responses.back() == hex("03 02 1234"));
+  CHECK(unit.exceptions.back() == 0);
 }
 
 }  // namespace

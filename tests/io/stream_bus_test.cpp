@@ -58,6 +58,10 @@ TEST_CASE("socketcand: hello, the bus, raw mode") {
   CHECK(dialect->is_open());
   CHECK(dialect->problem().empty());
   CHECK(dialect->state() == BusState::kActive);
+  heard(*dialect, "< frame 1");  // which the connection's end cuts short
+  dialect->begin(0);
+  greet(*dialect);
+  CHECK(dialect->is_open());
   dialect->begin(0);
   CHECK_FALSE(dialect->is_open());
   heard(*dialect, "< ok >");  // in the place of hi

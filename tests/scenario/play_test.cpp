@@ -140,6 +140,8 @@ TEST_CASE("conditions and commands take as many words as they have, and no more"
   CHECK_NOTHROW(make_condition("state 66 operational", plant->view()));
   for (const char* condition : {"state 66 operational x", "state 66", "register 3700 = 0 x", "register 3700"})
     CHECK_THROWS_AS(make_condition(condition, plant->view()), Refused);
+  const auto bare = demo("[[network]]\n[network.module]\nenabled = false\n");
+  CHECK(bare->execute("read 2/3700") == "error: network 2: there is no module, which has the registers\n");
   CHECK(plant->execute("trigger 5055") == "ok\n");
   CHECK(plant->execute("wait state 66 pre-operational").starts_with("ok "));
 }
