@@ -12,7 +12,7 @@
 #include "devices/lua/lua_device.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
-#include "scenario/hostile_scripts.hpp"
+#include "plant/hostile_scripts.hpp"
 #include "sim/world.hpp"
 
 int main(int count, char** arguments) {

@@ -27,7 +27,7 @@ cbcan_install_libraries(cbcan-firmware canopen core rtu slcan regmap)
 cbcan_install_headers(firmware/cbcan regmap/include/cbcan)
 
 if(TARGET cbcan::cia405)
-  cbcan_install_libraries(cbcan-cia405 cia405 client)
+  cbcan_install_libraries(cbcan-cia405 cia405 window)
   cbcan_install_headers(tools/cia405/include/cbcan)
   configure_file(cmake/cbcan-cia405.pc.in cbcan-cia405.pc @ONLY)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan-cia405.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
@@ -36,7 +36,7 @@ endif()
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcbcan-dev COMPONENT dev
   FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN "*.ini" PATTERN CMakeLists.txt)
 if(TARGET cbcan::sim)
-  cbcan_install_libraries(cbcan-sim sim scenario plant journal devices lua_room eds sim_room text)
+  cbcan_install_libraries(cbcan-sim sim plant adapters config journal devices lua_room eds sim_room text)
   cbcan_install_headers(hostsim/include/cbcan)
 endif()
 

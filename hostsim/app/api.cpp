@@ -35,7 +35,7 @@ struct NamedRegister {
 };
 
 /// Where the ranges that may lie elsewhere have been put.
-NamedRegister name_of(std::size_t address, const plant::ModuleConfig& module) {
+NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
   const auto found = [](const auto& rows, std::size_t at, unsigned channel = 1) -> NamedRegister {
     const auto row =
         std::ranges::find_if(rows, [at](const auto& r) { return r.first <= at && at <= r.last; });
@@ -116,7 +116,7 @@ io::HttpResponse Api::respond(const io::HttpRequest& request) {
     if (path == "/api/events") return follow(request);
     if (path.starts_with(kNodes) && path.ends_with(kObjects) && path.size() > kNodes.size() + kObjects.size())
       return ok(objects(query, path.substr(kNodes.size(), path.size() - kNodes.size() - kObjects.size())));
-  } catch (const scenario::Refused& refused) {
+  } catch (const plant::Refused& refused) {
     return failed(400, refused.what());
   }
   return failed(404, "no such resource; docs/http.md lists them");
@@ -136,7 +136,7 @@ Json Api::time() const {
   json["next_event"] = journal.end();
   Json& networks = json["networks"] = Json::array();
   for (std::size_t number = 1; number <= parts_.control.networks(); ++number) {
-    scenario::Network& network = parts_.control.network(number);
+    plant::Network& network = parts_.control.network(number);
     networks.push_back({{"network", number},
                         {"bit_rate", network.world().bus().bit_rate()},
                         {"frames", network.watch()->frames()},
@@ -152,7 +152,7 @@ Json Api::time() const {
 Json Api::registers(const Query& query) const {
   const std::size_t network = network_in(query);
   const auto words = parts_.control.read(network, 0, regmap::kRegisterFileWords);
-  const plant::ModuleConfig& module = parts_.control.network(network).module_config();
+  const config::ModuleConfig& module = parts_.control.network(network).module_config();
   const bool all = !query.contains("first");
   const std::size_t first = number_in(query, "first", 0, words.size() - 1);
   const std::size_t count = number_in(query, "count", all ? words.size() : 1, words.size() - first);
@@ -188,7 +188,7 @@ Json Api::node(std::size_t network, std::size_t place) const {
   Json json{{"place", place + 1}, {"node", id == sim::Node::kNoNodeId ? 0 : id}};
   json["name"] = text::to_utf8(node.name());
   json["device"] = node.device_name();
-  json["state"] = scenario::state_of(node);
+  json["state"] = plant::state_of(node);
   json["incidents"] = Json::array();
   for (const std::string_view incident : node.behaviour().incidents())
     json["incidents"].push_back(incident);
@@ -209,8 +209,8 @@ Json Api::node(std::size_t network, std::size_t place) const {
 
 Json Api::objects(const Query& query, std::string_view word) const {
   const std::size_t network = network_in(query);
-  const std::string name = scenario::prefix_of(network) + std::string(word);
-  sim::Node& node = scenario::node_of(parts_.control, name);
+  const std::string name = plant::prefix_of(network) + std::string(word);
+  sim::Node& node = plant::node_of(parts_.control, name);
   const auto nodes = parts_.control.world(network).nodes();
   const auto place = std::ranges::find(nodes, &node, &std::unique_ptr<sim::Node>::get) - nodes.begin();
   const std::uint64_t first = number_in(query, "first", 0, 0xFFFF);
@@ -243,7 +243,7 @@ Json Api::faults() const {
     sim::World& world = parts_.control.world(network);
     const auto add = [&](const std::string& place, const sim::FaultSet& set) {
       for (Json fault : faults_of(set)) {
-        fault["place"] = scenario::prefix_of(network) + place;
+        fault["place"] = plant::prefix_of(network) + place;
         list.push_back(std::move(fault));
       }
     };

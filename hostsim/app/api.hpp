@@ -9,11 +9,11 @@
 #include <string_view>
 
 #include "app/event_json.hpp"
+#include "config/build_node.hpp"
 #include "io/http/http_server.hpp"
 #include "io/sockets/command_session.hpp"
 #include "journal/journal.hpp"
-#include "plant/build_node.hpp"
-#include "scenario/control.hpp"
+#include "plant/control.hpp"
 
 namespace cbcan::app {
 
@@ -21,8 +21,8 @@ class Api {
  public:
   /// What the API takes from the program; all of it outlives the API.
   struct Parts {
-    scenario::Control& control;
-    const decltype(plant::PlantBuild::names)& names;
+    plant::Control& control;
+    const decltype(config::PlantBuild::names)& names;
     const journal::FindName& find;
     io::Execute execute;             ///< a line of docs/control.md
     std::function<void()> catch_up;  ///< what is due has been done

@@ -14,8 +14,7 @@ namespace {
 
 class EventStream final : public io::HttpStream {
  public:
-  EventStream(scenario::Control& control, const journal::FindName& find, const Query& query,
-              std::uint64_t next)
+  EventStream(plant::Control& control, const journal::FindName& find, const Query& query, std::uint64_t next)
       : control_(control), find_(find), filter_(query), cursor_(control.journal(), next, filter_.kinds()) {
     const auto found = query.find("watch");
     std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
@@ -52,14 +51,14 @@ class EventStream final : public io::HttpStream {
     constexpr std::size_t kMostWatched = 16;
     const auto sides = text::split(word, ':');
     if (!sides || watched_.size() == kMostWatched)
-      scenario::refuse("watch={}: write NODE:INDEX[:SUB], {} of them at most", word, kMostWatched);
+      plant::refuse("watch={}: write NODE:INDEX[:SUB], {} of them at most", word, kMostWatched);
     watched_.push_back({std::string(sides->first), std::string(sides->second)});
-    scenario::check_value(control_, watched_.back().node, watched_.back().object);
+    plant::check_value(control_, watched_.back().node, watched_.back().object);
   }
 
   void tell(Watched& watched, std::string& text) const {
-    const bool runs = scenario::node_of(control_, watched.node).has_power();
-    std::string value = runs ? scenario::value_of(control_, watched.node, watched.object) : "off";
+    const bool runs = plant::node_of(control_, watched.node).has_power();
+    std::string value = runs ? plant::value_of(control_, watched.node, watched.object) : "off";
     if (value == watched.value) return;
     watched.value = std::move(value);
     text += fmt::format("data: {}\n\n", line_of({{"kind", "value"},
@@ -69,7 +68,7 @@ class EventStream final : public io::HttpStream {
                                                  {"value", watched.value}}));
   }
 
-  scenario::Control& control_;
+  plant::Control& control_;
   const journal::FindName& find_;
   EventFilter filter_;
   journal::Cursor cursor_;
@@ -108,7 +107,7 @@ class CommandStream final : public io::HttpStream {
 
 }  // namespace
 
-std::unique_ptr<io::HttpStream> event_stream(scenario::Control& control, const journal::FindName& find,
+std::unique_ptr<io::HttpStream> event_stream(plant::Control& control, const journal::FindName& find,
                                              const Query& query, std::uint64_t next) {
   return std::make_unique<EventStream>(control, find, query, next);
 }

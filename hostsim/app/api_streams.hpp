@@ -8,13 +8,13 @@
 #include "app/event_json.hpp"
 #include "io/http/http_server.hpp"
 #include "io/sockets/command_session.hpp"
-#include "scenario/control.hpp"
+#include "plant/control.hpp"
 
 namespace cbcan::app {
 
 /// Server-sent events from `next` on that the query wants, and the values that it watches. Throws
-/// scenario::Refused. Control and names outlive it.
-std::unique_ptr<io::HttpStream> event_stream(scenario::Control& control, const journal::FindName& find,
+/// plant::Refused. Control and names outlive it.
+std::unique_ptr<io::HttpStream> event_stream(plant::Control& control, const journal::FindName& find,
                                              const Query& query, std::uint64_t next);
 
 /// Executes the lines of `body` one after the other; each waits for the response to the one before.

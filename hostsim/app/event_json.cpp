@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "journal/watch.hpp"
-#include "scenario/words.hpp"
+#include "plant/words.hpp"
 #include "sim/frame_text.hpp"
 #include "text/emergency.hpp"
 #include "text/numbers.hpp"
@@ -66,7 +66,7 @@ std::uint64_t number_in(const Query& query, std::string_view key, std::uint64_t 
   if (found == query.end()) return standard;
   const auto number = text::parse_integer(found->second);
   if (!number || *number < 0 || static_cast<std::uint64_t>(*number) > highest)
-    scenario::refuse("{}={}: must be 0..{}", key, found->second, highest);
+    plant::refuse("{}={}: must be 0..{}", key, found->second, highest);
   return static_cast<std::uint64_t>(*number);
 }
 
@@ -85,7 +85,7 @@ EventFilter::EventFilter(const Query& query, journal::Kinds standard)
     const std::string_view name = text::take_part(rest, ',');
     const auto names = journal::kind_names();
     const auto kind = std::ranges::find(names, name);
-    if (kind == names.end()) scenario::refuse("kinds={}: must be {}", name, text::listed(names, " and "));
+    if (kind == names.end()) plant::refuse("kinds={}: must be {}", name, text::listed(names, " and "));
     kinds_ |= 1U << (kind - names.begin());
   }
   if (failed_ || slow_) kinds_ &= journal::kinds_of({Kind::kEnded});

@@ -17,14 +17,14 @@ namespace cbcan::app {
 using Json = nlohmann::ordered_json;
 using Query = std::map<std::string, std::string, std::less<>>;
 
-/// A number of the query; throws scenario::Refused.
+/// A number of the query; throws plant::Refused.
 std::uint64_t number_in(const Query& query, std::string_view key, std::uint64_t standard,
                         std::uint64_t highest);
 
 class EventFilter {
  public:
   /// By `kinds`, `network`, `node`, `service`, `transaction`, `failed` and `slow`; what else is in it counts
-  /// for nothing. Without `kinds`, `standard`. Throws scenario::Refused.
+  /// for nothing. Without `kinds`, `standard`. Throws plant::Refused.
   explicit EventFilter(const Query& query, journal::Kinds standard = journal::kAllKinds);
   /// No others pass.
   journal::Kinds kinds() const { return kinds_; }

@@ -9,38 +9,38 @@
 #include "app/console.hpp"
 #include "app/run.hpp"
 #include "app/simulator.hpp"
-#include "client/program_start.hpp"
+#include "cli/command_line.hpp"
+#include "config/build_node.hpp"
+#include "config/demo_plant.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/files/read_file.hpp"
 #include "io/sockets/service_manager.hpp"
-#include "plant/build_node.hpp"
-#include "plant/command_line.hpp"
-#include "plant/demo_plant.hpp"
+#include "window/program_start.hpp"
 
 namespace cbcan::app {
 namespace {
 
-using plant::ExitCode;
+using cli::ExitCode;
 
 int code(ExitCode code) {
   return static_cast<int>(code);
 }
 
 /// Throws io::UsageError, as a start does.
-void check_parameters(const plant::Config& config, Console& console) {
+void check_parameters(const config::Config& config, Console& console) {
   const auto check = [&](const std::string& file) {
     if (!file.empty()) io::ParameterFile(file, [&](const std::string& line) { console.warn(line); }).load();
   };
-  for (const plant::NetworkConfig& network : config.networks) {
+  for (const config::NetworkConfig& network : config.networks) {
     check(network.module.parameters);
-    for (const plant::NodeConfig& node : network.nodes)
+    for (const config::NodeConfig& node : network.nodes)
       check(node.parameters);
   }
 }
 
-int run(const plant::Start& start, const plant::FileReader& read, Console& console) {
-  const plant::Config& config = start.config;
-  plant::PlantBuild build = plant::build_nodes(config, read);
+int run(const cli::Start& start, const config::FileReader& read, Console& console) {
+  const config::Config& config = start.config;
+  config::PlantBuild build = config::build_nodes(config, read);
   for (const std::string& line : build.lines)
     console.tell(line + "\n");
   if (build.good && start.check) check_parameters(config, console);
@@ -51,7 +51,7 @@ int run(const plant::Start& start, const plant::FileReader& read, Console& conso
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
     const std::string ready = "ready " + simulator.where() + "\n";
-    plant::logs_to_standard_output(config) ? console.tell(ready) : console.say(ready);
+    config::logs_to_standard_output(config) ? console.tell(ready) : console.say(ready);
     console.tell(simulator.ways_in());
     io::tell_ready([&console](const std::string& line) { console.warn(line); });
     simulator.run();
@@ -63,14 +63,14 @@ int run(const plant::Start& start, const plant::FileReader& read, Console& conso
 }
 
 int start(int argc, char** argv, Console& console) {
-  const plant::FileReader read = plant::with_demo_plant(io::read_file);
+  const config::FileReader read = config::with_demo_plant(io::read_file);
   if (argc > 1 && std::string_view(argv[1]) == "run") {
-    const plant::RunStart start = plant::parse_run_command_line(std::span(argv + 2, argv + argc));
+    const cli::RunStart start = cli::parse_run_command_line(std::span(argv + 2, argv + argc));
     console.tell(start.err);
     console.say(start.out);
     return code(start.run ? run_scenarios(start.config, read, console) : start.exit_code);
   }
-  const plant::Start start = plant::parse_command_line(argc, argv, read);
+  const cli::Start start = cli::parse_command_line(argc, argv, read);
   console.tell(start.err);
   console.say(start.out);
   return start.run ? run(start, read, console) : code(start.exit_code);
@@ -96,6 +96,6 @@ int start(int argc, char** argv) {
 }  // namespace cbcan::app
 
 int main(int argc, char** argv) {
-  cbcan::client::start_program<static_cast<int>(cbcan::text::ExitCode::kEnvironment)>();
+  cbcan::window::start_program<static_cast<int>(cbcan::text::ExitCode::kEnvironment)>();
   return cbcan::app::start(argc, argv);
 }

@@ -69,14 +69,14 @@ void ManualClock::let_time_pass(Program& program) {
 
 /// What a line brings about has happened and been sent when it is answered.
 void ManualClock::say(std::string response) {
-  const auto [lines, last] = scenario::parts_of(response);
-  if (!last.starts_with(scenario::kError)) {
+  const auto [lines, last] = plant::parts_of(response);
+  if (!last.starts_with(plant::kError)) {
     if (!response.empty()) console_.say(response);
     return;
   }
   console_.say(std::string(lines));
-  const std::string why = "standard input: " + std::string(last.substr(scenario::kError.size()));
-  if (last.starts_with(scenario::kNotWithin)) throw CheckFailed(why);
+  const std::string why = "standard input: " + std::string(last.substr(plant::kError.size()));
+  if (last.starts_with(plant::kNotWithin)) throw CheckFailed(why);
   throw io::UsageError(why);
 }
 

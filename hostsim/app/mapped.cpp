@@ -57,7 +57,7 @@ struct FarPdo {
 using FarPdos = std::multimap<std::uint32_t, FarPdo>;
 
 /// The simulated nodes' valid PDOs of one direction by their identifiers.
-FarPdos far_pdos(scenario::Network& network, std::uint16_t first) {
+FarPdos far_pdos(plant::Network& network, std::uint16_t first) {
   FarPdos found;
   for (const auto& node : network.world().nodes()) {
     const Device& device = node->device();
@@ -93,7 +93,7 @@ std::string far_side(std::uint8_t number, const FarPdos& pdos, std::uint32_t can
 
 }  // namespace
 
-std::map<std::size_t, std::string> mapped_registers(std::uint8_t number, scenario::Network& network,
+std::map<std::size_t, std::string> mapped_registers(std::uint8_t number, plant::Network& network,
                                                     const journal::FindName& find) {
   std::map<std::size_t, std::string> found;
   if (network.module() == nullptr) return found;

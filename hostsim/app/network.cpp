@@ -5,12 +5,12 @@
 
 #include <utility>
 
+#include "adapters/slcan_adapter.hpp"
 #include "io/can/socketcan.hpp"
 #include "io/can/stream_bus.hpp"
 #include "io/can/udp_bus.hpp"
 #include "io/modbus/rtu_connection.hpp"
-#include "scenario/words.hpp"
-#include "sim/slcan_adapter.hpp"
+#include "plant/words.hpp"
 #include "text/numbers.hpp"
 
 namespace cbcan::app {
@@ -26,17 +26,17 @@ constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
 
 }  // namespace
 
-io::SerialSettings line_of(const plant::LineConfig& config) {
+io::SerialSettings line_of(const config::LineConfig& config) {
   return {config.device, config.baud, config.parity.front()};
 }
 
-Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
+Network::Network(const config::Config& plant, const config::NetworkConfig& config,
                  std::vector<sim::NodeParts> nodes, const Surroundings& surroundings)
     : Timed(surroundings.schedule),
       surroundings_(surroundings),
       number_(config.number),
       name_(plant.networks.size() == 1 ? "" : fmt::format("network {}: ", number_)),
-      can_(plant::can_spec(config.can)),
+      can_(config::can_spec(config.can)),
       core_(plant, config, with_parameters(config, std::move(nodes)), surroundings.started, this,
             parameters_in(config.module.parameters)) {
   if (!config.can.outside.empty()) open_outside();
@@ -45,7 +45,7 @@ Network::Network(const plant::Config& plant, const plant::NetworkConfig& config,
   if (!config.log.empty()) open_log(config);
 }
 
-std::vector<sim::NodeParts> Network::with_parameters(const plant::NetworkConfig& config,
+std::vector<sim::NodeParts> Network::with_parameters(const config::NetworkConfig& config,
                                                      std::vector<sim::NodeParts> nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i)
     nodes[i].parameters = parameters_in(config.nodes[i].parameters);
@@ -72,10 +72,10 @@ void Network::tell_time_of_day() {
 }
 
 void Network::open_outside() {
-  using Door = plant::CanSpec::Kind;
+  using Door = config::CanSpec::Kind;
   io::Reactor& reactor = surroundings_.reactor;
   sim::Bus& bus = world().bus();
-  const plant::CanSpec& can = spec_.emplace(plant::parse_can_spec(can_));
+  const config::CanSpec& can = spec_.emplace(config::parse_can_spec(can_));
   const bool is_adapter = can.kind == Door::kSlcan;
   if (can.kind == Door::kSocketCan)
     outside_ = std::make_unique<io::SocketCan>(reactor, bus, can.name, surroundings_.warn);
@@ -88,16 +88,16 @@ void Network::open_outside() {
 }
 
 /// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
-void Network::open_servers(const plant::CanConfig& config) {
+void Network::open_servers(const config::CanConfig& config) {
   const std::size_t most_unsent =
-      surroundings_.clock.runs() ? sim::Adapter::kMostUnsent : sim::Adapter::kUnlimited;
+      surroundings_.clock.runs() ? adapters::Adapter::kMostUnsent : adapters::Adapter::kUnlimited;
   const auto serve = [&](auto& server, std::string_view service, const std::string& address, auto make) {
     if (!address.empty())
       server.emplace(surroundings_.reactor, service, text::parse_stream_address(address), make,
                      surroundings_.warn);
   };
   serve(slcan_, "slcan", config.slcan, [this, most_unsent] {
-    return std::make_unique<sim::SlcanAdapter>(
+    return std::make_unique<adapters::SlcanAdapter>(
         world().bus(), [this] { advance(); }, most_unsent);
   });
   if (!config.socketcand.empty())
@@ -105,29 +105,29 @@ void Network::open_servers(const plant::CanConfig& config) {
         world().bus(), world().schedule(), [this] { return surroundings_.clock.now(); },
         surroundings_.clock.wall_offset(), surroundings_.clock.runs() ? kPauseBehindOk : 0);
   serve(socketcand_, "socketcand", config.socketcand, [this, most_unsent] {
-    return std::make_unique<sim::SocketcandAdapter>(
+    return std::make_unique<adapters::SocketcandAdapter>(
         *socketcand_bus_, [this] { advance(); }, most_unsent);
   });
   if (!config.beacon.empty() && surroundings_.clock.runs())
-    beacon_.emplace(text::parse_listen_address(config.beacon, plant::kSocketcandBeacon),
+    beacon_.emplace(text::parse_listen_address(config.beacon, config::kSocketcandBeacon),
                     socketcand_->address().tcp, surroundings_.warn);
 }
 
-void Network::open_plc(const plant::NetworkConfig& config) {
-  const plant::PlcConfig& plc = config.plc;
+void Network::open_plc(const config::NetworkConfig& config) {
+  const config::PlcConfig& plc = config.plc;
   if (plc.address.empty() && plc.line.device.empty()) return;
-  std::unique_ptr<client::Connection> connection;
+  std::unique_ptr<window::Connection> connection;
   if (plc.address.empty())
     connection = std::make_unique<io::RtuConnection>(line_of(plc.line), io::kPlcTiming);
   else
     connection = io::plc_over_tcp(text::parse_listen_address(plc.address, kModbusPort));
   io::PlcClient::Exchanges exchanges;
-  if (plc.layout == plant::PlcLayout::kScanner)
+  if (plc.layout == config::PlcLayout::kScanner)
     exchanges.push_back(std::make_unique<io::ScannerExchange>(
         *this, plc.first, config.module.scanner_out_first, config.module.scanner_in_first));
   else
     exchanges.push_back(
-        std::make_unique<io::WindowExchange>(*this, plc.first, plc.at_start == plant::PlcAtStart::kRefuse));
+        std::make_unique<io::WindowExchange>(*this, plc.first, plc.at_start == config::PlcAtStart::kRefuse));
   if (plc.process_first)
     exchanges.push_back(
         std::make_unique<io::ProcessExchange>(*this, *plc.process_first, config.module.process_first));
@@ -136,8 +136,8 @@ void Network::open_plc(const plant::NetworkConfig& config) {
 }
 
 /// A manual clock's log begins at 0, and is the same every time: a reader may be slow while hours pass.
-void Network::open_log(const plant::NetworkConfig& config) {
-  const bool on_interface = spec_ && spec_->kind == plant::CanSpec::Kind::kSocketCan;
+void Network::open_log(const config::NetworkConfig& config) {
+  const bool on_interface = spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan;
   const std::string interface = on_interface ? spec_->name : "virtual";
   const std::size_t most_waiting =
       surroundings_.clock.runs() ? io::Output::kMostWaiting : kMostLogWaitingOnManualClock;
@@ -146,7 +146,7 @@ void Network::open_log(const plant::NetworkConfig& config) {
 }
 
 std::string Network::where() const {
-  const std::string prefix = scenario::prefix_of(number_);
+  const std::string prefix = plant::prefix_of(number_);
   const auto server = [&](std::string_view name, const auto& served) {
     return served ? fmt::format(" {}{}={}", prefix, name, to_string(served->address())) : "";
   };
@@ -169,9 +169,9 @@ std::string Network::ways_in() const {
     logger("slcan", "slcan -c " + slcan_->address().path);
   if (socketcand_ && socketcand_->address().path.empty())
     logger("socketcand", "socketcand -c can0 " + at(socketcand_->address().tcp));
-  if (spec_ && spec_->kind == plant::CanSpec::Kind::kUdp)
+  if (spec_ && spec_->kind == config::CanSpec::Kind::kUdp)
     logger("udp", fmt::format("udp_multicast -c {} --port={}", spec_->remote.host, spec_->remote.port));
-  if (spec_ && spec_->kind == plant::CanSpec::Kind::kSocketCan)
+  if (spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan)
     lines += fmt::format("{}socketcan: candump {}\n", name_, spec_->name);
   return lines;
 }

@@ -13,7 +13,11 @@
 #include <string>
 #include <vector>
 
+#include "adapters/socketcand_adapter.hpp"
 #include "app/clock.hpp"
+#include "config/build_node.hpp"
+#include "config/can_spec.hpp"
+#include "config/config.hpp"
 #include "io/can/adapter_server.hpp"
 #include "io/can/beacon.hpp"
 #include "io/can/candump_log.hpp"
@@ -23,16 +27,12 @@
 #include "io/modbus/modbus_unit.hpp"
 #include "io/modbus/plc_client.hpp"
 #include "io/serial/serial_port.hpp"
-#include "plant/build_node.hpp"
-#include "plant/can_spec.hpp"
-#include "plant/config.hpp"
-#include "scenario/network.hpp"
+#include "plant/network.hpp"
 #include "sim/schedule.hpp"
-#include "sim/socketcand_adapter.hpp"
 
 namespace cbcan::app {
 
-io::SerialSettings line_of(const plant::LineConfig& config);
+io::SerialSettings line_of(const config::LineConfig& config);
 
 /// What the networks of one program have in common.
 struct Surroundings {
@@ -51,7 +51,7 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Opens
   /// everything; throws io::EnvironmentError, or io::UsageError for a parameter file that cannot be
   /// understood.
-  Network(const plant::Config& plant, const plant::NetworkConfig& config, std::vector<sim::NodeParts> nodes,
+  Network(const config::Config& plant, const config::NetworkConfig& config, std::vector<sim::NodeParts> nodes,
           const Surroundings& surroundings);
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
@@ -60,7 +60,7 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   std::span<std::uint16_t> registers() override { return core_.registers(); }
 
   /// As commands see it.
-  scenario::Network& core() { return core_; }
+  plant::Network& core() { return core_; }
 
   /// "can=virtual slcan=127.0.0.1:29536"; of network 2 "2/can=virtual 2/slcan=127.0.0.1:29537".
   std::string where() const;
@@ -113,13 +113,13 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
 
  private:
   sim::ParameterStore* parameters_in(const std::string& file);
-  std::vector<sim::NodeParts> with_parameters(const plant::NetworkConfig& config,
+  std::vector<sim::NodeParts> with_parameters(const config::NetworkConfig& config,
                                               std::vector<sim::NodeParts> nodes);
   void tell_time_of_day();
   void open_outside();
-  void open_servers(const plant::CanConfig& config);
-  void open_plc(const plant::NetworkConfig& config);
-  void open_log(const plant::NetworkConfig& config);
+  void open_servers(const config::CanConfig& config);
+  void open_plc(const config::NetworkConfig& config);
+  void open_log(const config::NetworkConfig& config);
   void on_fault(std::string_view text, Time now) override;
   sim::World& world() { return core_.world(); }
 
@@ -129,12 +129,12 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
   std::string name_;  ///< in front of lines for people; empty if it is the only one
   std::string can_;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
-  scenario::Network core_;
+  plant::Network core_;
   std::optional<io::CandumpLog> log_;
-  std::optional<plant::CanSpec> spec_;  ///< of what is outside
+  std::optional<config::CanSpec> spec_;  ///< of what is outside
   std::unique_ptr<io::OutsideBus> outside_;
   std::optional<io::AdapterServer> slcan_;
-  std::optional<sim::SocketcandBus> socketcand_bus_;
+  std::optional<adapters::SocketcandBus> socketcand_bus_;
   std::optional<io::AdapterServer> socketcand_;
   std::optional<io::Beacon> beacon_;
   std::optional<io::PlcClient> plc_;

@@ -59,8 +59,8 @@ std::string ScenarioWriter::step(Time at, std::string_view keys) const {
 
 std::string ScenarioWriter::written(Time at, std::size_t network, std::size_t first,
                                     std::span<const std::uint16_t> words) const {
-  return step(
-      at, fmt::format("do = \"write {}{} {}\"", scenario::prefix_of(network), first, text::joined(words)));
+  return step(at,
+              fmt::format("do = \"write {}{} {}\"", plant::prefix_of(network), first, text::joined(words)));
 }
 
 std::string ScenarioWriter::text_of(const Event& event) const {
@@ -98,7 +98,7 @@ std::string ScenarioWriter::expected(const Event& ended) const {
                                             std::max<unsigned>(ended.state, 1));
   const auto is = [&](std::size_t window, std::size_t scanner, const std::vector<std::uint16_t>& words,
                       std::string_view so = "=") {
-    return fmt::format("\"register {}{} {} {}\"", scenario::prefix_of(ended.network),
+    return fmt::format("\"register {}{} {} {}\"", plant::prefix_of(ended.network),
                        scanned ? in + scanner : window, so, text::joined(words));
   };
   const auto low = [](std::uint32_t number) { return static_cast<std::uint16_t>(number); };
@@ -130,16 +130,16 @@ std::string lasting(const Event& event, const journal::Journal& journal) {
 
 /// A scanner window that was in use goes on with its numbers, of which a module that starts answers the first
 /// one by 5.
-std::string handshake(const Event& ended, const plant::ModuleConfig& module) {
+std::string handshake(const Event& ended, const config::ModuleConfig& module) {
   if (ended.result == static_cast<std::uint16_t>(regmap::Result::kRestarted)) return {};
-  return fmt::format("  \"write {}{} {}\",\n", scenario::prefix_of(ended.network),
+  return fmt::format("  \"write {}{} {}\",\n", plant::prefix_of(ended.network),
                      regmap::of_channel(module.scanner_out_first, ended.state),
                      ended.frame.id == 1 ? 0xFFFF : ended.frame.id - 1);
 }
 
 }  // namespace
 
-std::string scenario_of_last_minute(scenario::Control& control, const journal::FindName& find,
+std::string scenario_of_last_minute(plant::Control& control, const journal::FindName& find,
                                     const std::string& plant) {
   const Time now = control.now();
   const Time begin = now > kMinute ? now - kMinute : 0;
@@ -164,7 +164,7 @@ std::string scenario_of_last_minute(scenario::Control& control, const journal::F
                      writer.step(now, fmt::format("expect = \"time {}us\"", now - begin)));
 }
 
-Recorder::Recorder(const std::string& path, const std::string& plant, scenario::Control& control,
+Recorder::Recorder(const std::string& path, const std::string& plant, plant::Control& control,
                    journal::FindName find)
     : control_(control),
       writer_(control, std::move(find)),

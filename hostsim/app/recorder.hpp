@@ -11,7 +11,7 @@
 
 #include "io/loop/output.hpp"
 #include "journal/words.hpp"
-#include "scenario/control.hpp"
+#include "plant/control.hpp"
 
 namespace cbcan::app {
 
@@ -21,7 +21,7 @@ std::string plant_in_scenario(const std::string& plant_file);
 /// Steps as text. `begin`: the time of the plant that is time 0 of the scenario.
 class ScenarioWriter {
  public:
-  ScenarioWriter(scenario::Control& control, journal::FindName find, Time begin = 0)
+  ScenarioWriter(plant::Control& control, journal::FindName find, Time begin = 0)
       : control_(control), find_(std::move(find)), begin_(begin) {}
 
   /// `plant`: as plant_in_scenario() has it; empty = none, as options alone have made it.
@@ -37,19 +37,19 @@ class ScenarioWriter {
   std::string ended(const journal::Event& event) const;
   std::string expected(const journal::Event& ended) const;
 
-  scenario::Control& control_;
+  plant::Control& control_;
   journal::FindName find_;
   Time begin_;
 };
 
 /// The last minute; what had been changed before comes at its start.
-std::string scenario_of_last_minute(scenario::Control& control, const journal::FindName& find,
+std::string scenario_of_last_minute(plant::Control& control, const journal::FindName& find,
                                     const std::string& plant);
 
 class Recorder {
  public:
   /// Throws io::EnvironmentError where the file cannot be written. The control outlives it.
-  Recorder(const std::string& path, const std::string& plant, scenario::Control& control,
+  Recorder(const std::string& path, const std::string& plant, plant::Control& control,
            journal::FindName find);
 
   /// The PLC has written these, which has had no effects yet.
@@ -58,7 +58,7 @@ class Recorder {
   void look();
 
  private:
-  scenario::Control& control_;
+  plant::Control& control_;
   ScenarioWriter writer_;
   io::Output file_;
   journal::Cursor cursor_;

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 /// One of each file, however it was named.
 class Files {
  public:
-  explicit Files(const plant::FileReader& read) : read_(read) {}
+  explicit Files(const config::FileReader& read) : read_(read) {}
 
   void add(const std::string& path) {
     std::error_code error;
@@ -40,7 +40,7 @@ class Files {
     if (files_.size() == before) throw io::UsageError(path + ": no file *.toml in it has a [[step]]");
   }
 
-  std::vector<std::string> take(const plant::Shard& shard) {
+  std::vector<std::string> take(const cli::Shard& shard) {
     std::ranges::sort(files_);
     files_.erase(std::unique(files_.begin(), files_.end()), files_.end());
     std::vector<std::string> part;
@@ -54,20 +54,20 @@ class Files {
     return ("\n" + read_(path).value_or("")).find("\n[[step]]") != std::string::npos;
   }
 
-  const plant::FileReader& read_;
+  const config::FileReader& read_;
   std::vector<std::string> files_;
 };
 
-Outcome wrong(const plant::Diagnostics& problems) {
+Outcome wrong(const config::Diagnostics& problems) {
   Outcome outcome{Verdict::kWrong, 0, {}};
-  for (const plant::Diagnostic& problem : problems)
+  for (const config::Diagnostic& problem : problems)
     outcome.text += to_string(problem) + "\n";
   return outcome;
 }
 
 class Runner {
  public:
-  Runner(const plant::RunConfig& config, const plant::FileReader& read) : config_(config), read_(read) {}
+  Runner(const cli::RunConfig& config, const config::FileReader& read) : config_(config), read_(read) {}
 
   Outcome play(const std::string& file) const {
     const auto text = read_(file);
@@ -79,14 +79,14 @@ class Runner {
 
  private:
   Outcome play_on_plant(const scenario::Scenario& scenario) const {
-    plant::PlantBuild build = plant::build_nodes(scenario.config, read_);
+    config::PlantBuild build = config::build_nodes(scenario.config, read_);
     if (!build.good) {
       Outcome outcome{Verdict::kWrong, 0, {}};
       for (const std::string& line : build.lines)
         outcome.text += line + "\n";
       return outcome;
     }
-    scenario::Plant plant(scenario.config, std::move(build), pace());
+    plant::Plant plant(scenario.config, std::move(build), pace());
     if (const auto problems = check_steps(scenario, plant); !problems.empty()) return wrong(problems);
     if (config_.check) return {};
     const auto logs = open_logs(scenario.file, plant);
@@ -95,11 +95,11 @@ class Runner {
   }
 
   Outcome play_on_target(scenario::Scenario scenario) const {
-    Target target(plant::target_of(config_.target));
+    Target target(cli::target_of(config_.target));
     std::size_t unseen = 0;
     try {
       unseen = leave_out_unseen(scenario, target);
-    } catch (const scenario::Unseen& step) {
+    } catch (const plant::Unseen& step) {
       return {Verdict::kSkipped, 0, step.what()};
     }
     if (const auto problems = check_steps(scenario, target); !problems.empty())
@@ -110,13 +110,13 @@ class Runner {
     return outcome;
   }
 
-  static Outcome play_on(const scenario::Scenario& scenario, scenario::Bench& bench) {
+  static Outcome play_on(const scenario::Scenario& scenario, plant::Bench& bench) {
     scenario::Played played = scenario::play(scenario, bench);
     return {played.failure.empty() ? Verdict::kPassed : Verdict::kFailed, played.duration,
             std::move(played.failure)};
   }
 
-  scenario::Plant::Pace pace() const {
+  plant::Plant::Pace pace() const {
     if (!config_.real_time) return {};
     auto reactor = std::make_shared<io::Reactor>();
     return [reactor, started = io::Reactor::now()](Time time) {
@@ -126,8 +126,7 @@ class Runner {
   }
 
   /// NAME.log, of network 2 NAME.2.log.
-  std::vector<std::unique_ptr<io::CandumpLog>> open_logs(const std::string& file,
-                                                         scenario::Plant& plant) const {
+  std::vector<std::unique_ptr<io::CandumpLog>> open_logs(const std::string& file, plant::Plant& plant) const {
     std::vector<std::unique_ptr<io::CandumpLog>> logs;
     for (std::size_t network = 1; network <= plant.control().networks() && !config_.logs.empty(); ++network) {
       const std::string number = network == 1 ? "" : fmt::format(".{}", network);
@@ -139,8 +138,8 @@ class Runner {
     return logs;
   }
 
-  const plant::RunConfig& config_;
-  const plant::FileReader& read_;
+  const cli::RunConfig& config_;
+  const config::FileReader& read_;
 };
 
 // ---- Between processes
@@ -176,8 +175,8 @@ class Progress {
   std::size_t failed_ = 0;
 };
 
-std::vector<Outcome> play_all(const std::vector<std::string>& files, const plant::RunConfig& config,
-                              const plant::FileReader& read) {
+std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::RunConfig& config,
+                              const config::FileReader& read) {
   const Runner runner(config, read);
   std::vector<Outcome> outcomes(files.size());
   Progress progress(files.size());
@@ -202,15 +201,14 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const plant
 
 }  // namespace
 
-text::ExitCode run_scenarios(const plant::RunConfig& config, const plant::FileReader& read,
-                             Console& console) {
+text::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read, Console& console) {
   std::error_code error;
   if (!config.logs.empty() && !fs::is_directory(config.logs, error))
     throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
   Files found(read);
   for (const std::string& path : config.paths)
     found.add(path);
-  const std::vector<std::string> files = found.take(plant::shard_of(config.shard));
+  const std::vector<std::string> files = found.take(cli::shard_of(config.shard));
   const std::vector<Outcome> outcomes = play_all(files, config, read);
   for (std::size_t i = 0; i < files.size(); ++i)
     console.say(report(files[i], outcomes[i]));

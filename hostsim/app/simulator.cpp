@@ -39,15 +39,16 @@ std::vector<std::string> environment_of(std::string_view where) {
 /// What hours that pass at once bring to those who are told.
 constexpr std::size_t kMostWaitingOnManualClock = 256 * 1024 * 1024;
 
-std::unique_ptr<Clock> make_clock(plant::ClockKind kind, io::Reactor& reactor, Console& console,
+std::unique_ptr<Clock> make_clock(config::ClockKind kind, io::Reactor& reactor, Console& console,
                                   bool reads_input) {
-  if (kind == plant::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console, reads_input);
+  if (kind == config::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console, reads_input);
   return std::make_unique<Clock>(reactor);
 }
 
 }  // namespace
 
-Simulator::Simulator(const plant::Config& config, plant::PlantBuild build, Console& console, bool reads_input)
+Simulator::Simulator(const config::Config& config, config::PlantBuild build, Console& console,
+                     bool reads_input)
     : console_(console),
       warn_([this](const std::string& line) {
         if (trace_) trace_->look();
@@ -72,7 +73,7 @@ void Simulator::on_written(std::size_t network, const io::ModbusRange& written) 
   recorder_->on_written(network, written.first, registers.subspan(written.first, written.count));
 }
 
-void Simulator::open_networks(const plant::Config& config, plant::PlantBuild build) {
+void Simulator::open_networks(const config::Config& config, config::PlantBuild build) {
   const Surroundings surroundings{
       reactor_,
       schedule_,
@@ -81,7 +82,7 @@ void Simulator::open_networks(const plant::Config& config, plant::PlantBuild bui
       started_,
       [this](std::size_t network, const io::ModbusRange& written) { on_written(network, written); },
       [this] { look_at_waits(); }};
-  std::vector<scenario::Network*> cores;
+  std::vector<plant::Network*> cores;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     networks_.push_back(
         std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), surroundings));
@@ -96,7 +97,7 @@ void Simulator::open_networks(const plant::Config& config, plant::PlantBuild bui
 }
 
 /// Where no network has a module there is nothing to serve.
-void Simulator::open_modbus(const plant::Config& config) {
+void Simulator::open_modbus(const config::Config& config) {
   if (std::ranges::all_of(networks_, [](const auto& network) { return network->registers().empty(); }))
     return;
   std::vector<io::ModbusUnit*> units;
@@ -106,7 +107,7 @@ void Simulator::open_modbus(const plant::Config& config) {
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
 }
 
-void Simulator::open_views(const plant::Config& config) {
+void Simulator::open_views(const config::Config& config) {
   constexpr std::uint64_t kMegabyte = 1'000'000;
   if (config.verbose || config.verbose_frames)
     trace_.emplace(*control_, find_name_, config.verbose_frames,
@@ -131,7 +132,7 @@ void Simulator::open_views(const plant::Config& config) {
     };
 }
 
-void Simulator::open_http(const plant::HttpConfig& config) {
+void Simulator::open_http(const config::HttpConfig& config) {
   api_.emplace(
       Api::Parts{*control_, names_, find_name_,
                  [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
@@ -161,14 +162,14 @@ void Simulator::look_at_journal() {
   waits_.tell();
 }
 
-void Simulator::open_rtu(const plant::RtuConfig& config, const std::vector<io::ModbusUnit*>& units) {
+void Simulator::open_rtu(const config::RtuConfig& config, const std::vector<io::ModbusUnit*>& units) {
   if (!config.line.device.empty()) rtu_.emplace(reactor_, units, line_of(config.line), config.station, warn_);
   if (!config.listen.empty())
     rtu_tcp_.emplace(reactor_, "rtu over tcp", text::parse_stream_address(config.listen),
                      io::rtu_over_tcp(units, config.station), warn_);
 }
 
-void Simulator::open_control(const plant::Config& config) {
+void Simulator::open_control(const config::Config& config) {
   commands_.emplace(reactor_, "control", text::parse_stream_address(config.control),
                     io::command_sessions([this](std::string_view line, const auto& dialogue) {
                       return execute(line, dialogue);
@@ -286,7 +287,7 @@ void Simulator::catch_up() {
 
 std::string Simulator::execute(std::string_view line, const std::shared_ptr<io::Dialogue>& dialogue) {
   catch_up();
-  scenario::Reply reply = control_->execute(line, clock_->now());
+  plant::Reply reply = control_->execute(line, clock_->now());
   catch_up();
   if (reply.shutdown) stop();
   std::string response = waits_.take(std::move(reply), *control_, dialogue);

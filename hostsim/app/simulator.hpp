@@ -16,6 +16,8 @@
 #include "app/recorder.hpp"
 #include "app/views.hpp"
 #include "app/waits.hpp"
+#include "config/build_node.hpp"
+#include "config/config.hpp"
 #include "io/http/http_server.hpp"
 #include "io/loop/child_process.hpp"
 #include "io/loop/reactor.hpp"
@@ -23,19 +25,17 @@
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus/modbus_tcp.hpp"
 #include "io/sockets/command_session.hpp"
-#include "plant/build_node.hpp"
-#include "plant/config.hpp"
-#include "scenario/control.hpp"
-#include "scenario/wires.hpp"
+#include "plant/control.hpp"
+#include "plant/wires.hpp"
 
 namespace cbcan::app {
 
 class Simulator final : private Program {
  public:
-  /// `build` is all that plant::build_nodes() has made of `config`. Opens everything; throws
+  /// `build` is all that config::build_nodes() has made of `config`. Opens everything; throws
   /// io::EnvironmentError, or io::UsageError for a parameter file that cannot be understood. `reads_input`:
   /// see ManualClock.
-  Simulator(const plant::Config& config, plant::PlantBuild build, Console& console, bool reads_input);
+  Simulator(const config::Config& config, config::PlantBuild build, Console& console, bool reads_input);
 
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
   /// not served is left out.
@@ -58,12 +58,12 @@ class Simulator final : private Program {
   std::string summary() const;
 
  private:
-  void open_networks(const plant::Config& config, plant::PlantBuild build);
-  void open_modbus(const plant::Config& config);
-  void open_rtu(const plant::RtuConfig& config, const std::vector<io::ModbusUnit*>& units);
-  void open_control(const plant::Config& config);
-  void open_views(const plant::Config& config);
-  void open_http(const plant::HttpConfig& config);
+  void open_networks(const config::Config& config, config::PlantBuild build);
+  void open_modbus(const config::Config& config);
+  void open_rtu(const config::RtuConfig& config, const std::vector<io::ModbusUnit*>& units);
+  void open_control(const config::Config& config);
+  void open_views(const config::Config& config);
+  void open_http(const config::HttpConfig& config);
   Json about() const;
   void look_at_journal();
   void catch_up();
@@ -94,9 +94,9 @@ class Simulator final : private Program {
   sim::Schedule schedule_;
   std::vector<std::unique_ptr<Network>> networks_;
   std::vector<Network*> with_doors_;
-  std::optional<scenario::Wires> wires_;
-  std::optional<scenario::Control> control_;
-  decltype(plant::PlantBuild::names) names_;
+  std::optional<plant::Wires> wires_;
+  std::optional<plant::Control> control_;
+  decltype(config::PlantBuild::names) names_;
   journal::FindName find_name_;
   std::string plant_;
   std::optional<Recorder> recorder_;
@@ -105,7 +105,7 @@ class Simulator final : private Program {
   Waits waits_;
   bool stopping_ = false;
   bool is_behind_ = false;  ///< the plant; that has been said
-  bool attended_ = true;  ///< by more than Modbus clients: views, commands, doors; a clock that stands
+  bool attended_ = true;    ///< by more than Modbus clients: views, commands, doors; a clock that stands
   std::optional<io::StreamServer> commands_;
   std::optional<io::ModbusTcp> modbus_;
   std::optional<io::ModbusSerial> rtu_;

@@ -9,26 +9,26 @@
 #include <utility>
 
 #include "cbcan/regmap.hpp"
-#include "client/tcp_connection.hpp"
+#include "config/config.hpp"
 #include "io/errors.hpp"
 #include "io/modbus/rtu_connection.hpp"
-#include "plant/config.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
+#include "window/tcp_connection.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
-constexpr client::Timing kTiming{.response_timeout = 5'000'000};
+constexpr window::Timing kTiming{.response_timeout = 5'000'000};
 /// From one look at the registers to the next.
 constexpr Time kPeriod = kMillisecond;
 
 }  // namespace
 
-Target::Target(const plant::TargetPlace& place) {
+Target::Target(const cli::TargetPlace& place) {
   if (place.line.device.empty())
-    connection_ = std::make_unique<client::TcpConnection>(place.server.host, place.server.port, kTiming);
+    connection_ = std::make_unique<window::TcpConnection>(place.server.host, place.server.port, kTiming);
   else
     connection_ = std::make_unique<io::RtuConnection>(
         io::SerialSettings{place.line.device, place.line.baud, place.line.parity.front()}, kTiming);
@@ -43,8 +43,8 @@ void Target::wait_for(Time until) {
   ::poll(&waiting, 1, ms);
 }
 
-client::Response Target::exchange(std::size_t network, const client::Request& request) {
-  const auto now_there = [] { return static_cast<client::Time>(io::Reactor::now()); };
+window::Response Target::exchange(std::size_t network, const window::Request& request) {
+  const auto now_there = [] { return static_cast<window::Time>(io::Reactor::now()); };
   bool sent = false;
   while (true) {
     connection_->poll(now_there());
@@ -60,16 +60,16 @@ client::Response Target::exchange(std::size_t network, const client::Request& re
 }
 
 std::size_t Target::networks() const {
-  return plant::kMostNetworks;
+  return config::kMostNetworks;
 }
 
 std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first, std::size_t count) {
-  client::Request request;
+  window::Request request;
   request.read_address = static_cast<std::uint16_t>(first);
   request.count = static_cast<std::uint16_t>(count);
-  client::Response response = exchange(network, request);
+  window::Response response = exchange(network, request);
   if (response.exception != 0)
-    scenario::refuse("reading R{}: Modbus exception {:02X}h", first, response.exception);
+    plant::refuse("reading R{}: Modbus exception {:02X}h", first, response.exception);
   if (first == regmap::kWindowFirst && response.words.front() != regmap::kExecute) check_own(network);
   return std::move(response.words);
 }
@@ -85,39 +85,39 @@ void Target::check_own(std::size_t network) {
 }
 
 sim::World& Target::world(std::size_t /*network*/) {
-  throw scenario::Unseen("nodes and frames cannot be seen there: --target has registers alone");
+  throw plant::Unseen("nodes and frames cannot be seen there: --target has registers alone");
 }
 
 void Target::check(std::string_view line) {
   static constexpr std::array<std::string_view, 3> kKnown{"read", "write", "trigger"};
-  scenario::check_command(line);
+  plant::check_command(line);
   const std::string_view name = text::words_of(line).front();
   if (std::ranges::find(kKnown, name) == kKnown.end())
-    scenario::refuse("{}: cannot be done there: --target has registers alone", name);
+    plant::refuse("{}: cannot be done there: --target has registers alone", name);
 }
 
 std::string Target::execute(std::string_view line) {
   try {
     check(line);
-    const scenario::Words words = text::words_of(line);
+    const plant::Words words = text::words_of(line);
     if (words[0] == "read") {
-      const auto [network, first, count] = scenario::read_of(words, networks());
+      const auto [network, first, count] = plant::read_of(words, networks());
       return fmt::format("ok {}\n", text::joined(read(network, first, count)));
     }
-    const scenario::Writing writing = scenario::writing_of(words, networks());
-    client::Request request;
+    const plant::Writing writing = plant::writing_of(words, networks());
+    window::Request request;
     request.write_address = static_cast<std::uint16_t>(writing.first);
     request.words = writing.words;
     if (const auto response = exchange(writing.network, request); response.exception != 0)
-      scenario::refuse("writing R{}: Modbus exception {:02X}h", writing.first, response.exception);
+      plant::refuse("writing R{}: Modbus exception {:02X}h", writing.first, response.exception);
     const bool executes = writing.first == regmap::kWindowFirst && writing.words.front() == regmap::kExecute;
     transactions_ += executes ? 1 : 0;
     const auto asked =
         std::span(writing.words).first(executes ? std::min<std::size_t>(writing.words.size(), 5) : 1);
     asked_[writing.network].assign(asked.begin() + 1, asked.end());
     return "ok\n";
-  } catch (const scenario::Refused& refused) {
-    return fmt::format("{}{}\n", scenario::kError, refused.what());
+  } catch (const plant::Refused& refused) {
+    return fmt::format("{}{}\n", plant::kError, refused.what());
   }
 }
 

@@ -7,26 +7,26 @@
 #include <string_view>
 #include <vector>
 
-#include "client/connection.hpp"
+#include "cli/run_options.hpp"
 #include "io/loop/reactor.hpp"
-#include "plant/run_options.hpp"
-#include "scenario/plant.hpp"
+#include "plant/plant.hpp"
+#include "window/connection.hpp"
 
 namespace cbcan::app {
 
 /// Any implementation of the register window, behind a Modbus server, in real time. Of commands there are
 /// those for registers, of conditions those about registers, transactions and time. Blocks.
-class Target final : public scenario::Bench, private scenario::View {
+class Target final : public plant::Bench, private plant::View {
  public:
   /// Throws io::EnvironmentError when there is no connection; so do all others when it is lost.
-  explicit Target(const plant::TargetPlace& place);
+  explicit Target(const cli::TargetPlace& place);
 
-  scenario::View& view() override { return *this; }
+  plant::View& view() override { return *this; }
   void check(std::string_view line) override;
   std::string execute(std::string_view line) override;
   void step(Time until) override;
-  void add(scenario::Listener& /*listener*/) override {}
-  void remove(scenario::Listener& /*listener*/) override {}
+  void add(plant::Listener& /*listener*/) override {}
+  void remove(plant::Listener& /*listener*/) override {}
 
  private:
   Time now() const override { return io::Reactor::now() - started_; }
@@ -36,12 +36,12 @@ class Target final : public scenario::Bench, private scenario::View {
   std::uint32_t transactions(std::size_t /*network*/) override { return transactions_; }
   sim::World& world(std::size_t network) override;
   bool has_exact_time() const override { return false; }
-  client::Response exchange(std::size_t network, const client::Request& request);
+  window::Response exchange(std::size_t network, const window::Request& request);
   void check_own(std::size_t network);
   void wait_for(Time until);
 
   io::Reactor reactor_;
-  std::unique_ptr<client::Connection> connection_;
+  std::unique_ptr<window::Connection> connection_;
   Time started_ = io::Reactor::now();
   std::uint32_t transactions_ = 0;
   std::map<std::size_t, std::vector<std::uint16_t>>

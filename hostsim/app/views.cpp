@@ -13,7 +13,7 @@ namespace cbcan::app {
 using journal::Event;
 using journal::Kind;
 
-journal::FindName names_of(scenario::Control& control, const decltype(plant::PlantBuild::names)& names) {
+journal::FindName names_of(plant::Control& control, const decltype(config::PlantBuild::names)& names) {
   return [&control, &names](std::uint8_t network, std::uint8_t node, std::uint16_t index,
                             std::uint8_t sub) -> const eds::ObjectName* {
     const auto nodes = control.network(network).world().nodes();
@@ -23,7 +23,7 @@ journal::FindName names_of(scenario::Control& control, const decltype(plant::Pla
   };
 }
 
-Trace::Trace(scenario::Control& control, journal::FindName find, bool frames,
+Trace::Trace(plant::Control& control, journal::FindName find, bool frames,
              std::function<void(std::string_view)> tell)
     : control_(control),
       find_(std::move(find)),

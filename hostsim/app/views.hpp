@@ -9,31 +9,31 @@
 #include <string>
 #include <vector>
 
+#include "config/build_node.hpp"
+#include "config/config.hpp"
 #include "io/files/pcap_file.hpp"
 #include "journal/journal.hpp"
 #include "journal/words.hpp"
-#include "plant/build_node.hpp"
-#include "plant/config.hpp"
-#include "scenario/control.hpp"
+#include "plant/control.hpp"
 
 namespace cbcan::app {
 
 /// Names of objects as the EDS files of the nodes have them that have these node IDs now. `names`: see
-/// plant::PlantBuild. Both outlive it.
-journal::FindName names_of(scenario::Control& control, const decltype(plant::PlantBuild::names)& names);
+/// config::PlantBuild. Both outlive it.
+journal::FindName names_of(plant::Control& control, const decltype(config::PlantBuild::names)& names);
 
 /// Transactions that have ended, states and EMCY messages, a line each, and with `frames` all frames.
 class Trace {
  public:
   /// `tell` takes whole lines.
-  Trace(scenario::Control& control, journal::FindName find, bool frames,
+  Trace(plant::Control& control, journal::FindName find, bool frames,
         std::function<void(std::string_view lines)> tell);
 
   /// Tells what has happened.
   void look();
 
  private:
-  scenario::Control& control_;
+  plant::Control& control_;
   journal::FindName find_;
   std::function<void(std::string_view)> tell_;
   journal::Cursor cursor_;

@@ -8,7 +8,7 @@
 
 namespace cbcan::app {
 
-std::string Waits::take(scenario::Reply reply, scenario::Control& control, const Dialogue& dialogue) {
+std::string Waits::take(plant::Reply reply, plant::Control& control, const Dialogue& dialogue) {
   if (reply.subscribe) subscribe(*reply.subscribe, control, dialogue);
   if (!reply.wait) return std::move(reply.text);
   if (auto response = reply.wait->look()) return std::move(*response);
@@ -17,10 +17,10 @@ std::string Waits::take(scenario::Reply reply, scenario::Control& control, const
   return {};
 }
 
-void Waits::subscribe(const scenario::Words& kinds, scenario::Control& control, const Dialogue& dialogue) {
+void Waits::subscribe(const plant::Words& kinds, plant::Control& control, const Dialogue& dialogue) {
   Told& told = told_.emplace_back(Told{nullptr, dialogue});
   told.subscription =
-      std::make_unique<scenario::Subscription>(control, kinds, [this, &told](std::string_view line) {
+      std::make_unique<plant::Subscription>(control, kinds, [this, &told](std::string_view line) {
         const auto to = told.dialogue.lock();
         if (!to) return;
         if (to->unsent.size() > most_unread_) return void(++told.missed);

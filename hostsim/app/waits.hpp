@@ -13,8 +13,8 @@
 
 #include "io/loop/reactor.hpp"
 #include "io/sockets/command_session.hpp"
-#include "scenario/subscription.hpp"
-#include "scenario/wait.hpp"
+#include "plant/subscription.hpp"
+#include "plant/wait.hpp"
 
 namespace cbcan::app {
 
@@ -26,7 +26,7 @@ class Waits {
   explicit Waits(std::size_t most_unread) : most_unread_(most_unread) {}
 
   /// The response to a command whose reply this is; none, if it comes later.
-  std::string take(scenario::Reply reply, scenario::Control& control, const Dialogue& dialogue);
+  std::string take(plant::Reply reply, plant::Control& control, const Dialogue& dialogue);
 
   /// Connections are told what has happened.
   void tell() {
@@ -50,12 +50,12 @@ class Waits {
 
  private:
   struct Waiting {
-    std::unique_ptr<scenario::Wait> wait;
+    std::unique_ptr<plant::Wait> wait;
     std::weak_ptr<io::Dialogue> dialogue;
     Time since;  ///< of this machine's clock
   };
   struct Told {
-    std::unique_ptr<scenario::Subscription> subscription;
+    std::unique_ptr<plant::Subscription> subscription;
     std::weak_ptr<io::Dialogue> dialogue;
     std::size_t missed = 0;  ///< lines
   };
@@ -63,7 +63,7 @@ class Waits {
   Time next_look_of_each() const;
   void tell_each();
   bool look_at_each();
-  void subscribe(const scenario::Words& kinds, scenario::Control& control, const Dialogue& dialogue);
+  void subscribe(const plant::Words& kinds, plant::Control& control, const Dialogue& dialogue);
   static void answer(const Waiting& waiting, const std::string& response);
 
   std::size_t most_unread_;

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "cbcan/sim.hpp"
-#include "plant/demo_plant.hpp"
-#include "plant/plant_file.hpp"
-#include "scenario/plant.hpp"
+#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
+#include "plant/plant.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
@@ -24,8 +24,8 @@ std::optional<std::string> read_disk(const std::string& path) {
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-plant::FileReader reader() {
-  return plant::with_demo_plant(read_disk);
+config::FileReader reader() {
+  return config::with_demo_plant(read_disk);
 }
 
 [[noreturn]] void throw_plant_error(const std::vector<std::string>& lines) {
@@ -35,34 +35,34 @@ plant::FileReader reader() {
   throw PlantError(text);
 }
 
-plant::Config config_of(std::string_view text, const std::string& file) {
-  plant::Config config;
-  plant::Diagnostics problems = plant::read_plant(text, file, config);
-  if (problems.empty()) problems = plant::check(config);
+config::Config config_of(std::string_view text, const std::string& file) {
+  config::Config config;
+  config::Diagnostics problems = config::read_plant(text, file, config);
+  if (problems.empty()) problems = config::check(config);
   std::vector<std::string> lines;
-  for (const plant::Diagnostic& problem : problems)
+  for (const config::Diagnostic& problem : problems)
     lines.push_back(to_string(problem));
   if (!problems.empty()) throw_plant_error(lines);
   return config;
 }
 
-plant::PlantBuild build_of(const plant::Config& config) {
-  plant::PlantBuild build = plant::build_nodes(config, reader());
+config::PlantBuild build_of(const config::Config& config) {
+  config::PlantBuild build = config::build_nodes(config, reader());
   if (!build.good) throw_plant_error(build.lines);
   return build;
 }
 
 /// What is there to say, or thrown.
 std::string checked(std::string response) {
-  if (response.starts_with(scenario::kError))
-    throw PlantError(std::string(text::trim(response.substr(scenario::kError.size()))));
+  if (response.starts_with(plant::kError))
+    throw PlantError(std::string(text::trim(response.substr(plant::kError.size()))));
   return response;
 }
 
 }  // namespace
 
 struct Plant::Inside {
-  class Frames final : public scenario::Listener {
+  class Frames final : public plant::Listener {
    public:
     void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
       constexpr std::size_t kMost = 100'000;
@@ -72,7 +72,7 @@ struct Plant::Inside {
     std::vector<std::string> take() {
       std::vector<std::string> texts;
       for (const auto& [network, frame] : std::exchange(seen_, {}))
-        texts.push_back(scenario::prefix_of(network) + sim::frame_text(frame));
+        texts.push_back(plant::prefix_of(network) + sim::frame_text(frame));
       return texts;
     }
 
@@ -80,12 +80,12 @@ struct Plant::Inside {
     std::deque<std::pair<std::size_t, Frame>> seen_;
   };
 
-  explicit Inside(const plant::Config& config) : plant(config, build_of(config)) {
+  explicit Inside(const config::Config& config) : plant(config, build_of(config)) {
     plant.add(frames);
     plant.start();
   }
 
-  scenario::Plant plant;
+  plant::Plant plant;
   Frames frames;
 };
 
@@ -105,7 +105,7 @@ Plant Plant::from_text(std::string_view toml, const std::string& folder) {
 }
 
 Plant Plant::demo() {
-  return from_file(std::string(plant::kDemoPlant));
+  return from_file(std::string(config::kDemoPlant));
 }
 
 void Plant::write(std::uint16_t first, const Words& words, unsigned unit) {
@@ -115,10 +115,9 @@ void Plant::write(std::uint16_t first, const Words& words, unsigned unit) {
 Plant::Words Plant::registers(std::uint16_t first, std::size_t count, unsigned unit) {
   try {
     if (unit < 1 || unit > inside_->plant.view().networks())
-      throw scenario::Refused(
-          fmt::format("unit {}: there are 1..{}", unit, inside_->plant.view().networks()));
+      throw plant::Refused(fmt::format("unit {}: there are 1..{}", unit, inside_->plant.view().networks()));
     return inside_->plant.view().read(unit, first, count);
-  } catch (const scenario::Refused& refused) {
+  } catch (const plant::Refused& refused) {
     throw PlantError(refused.what());
   }
 }
@@ -133,20 +132,20 @@ void Plant::advance(Duration duration) {
 
 std::string Plant::command(std::string_view line) {
   const std::string response = checked(inside_->plant.execute(line));
-  const auto [lines, last] = scenario::parts_of(response);
+  const auto [lines, last] = plant::parts_of(response);
   return std::string(lines) += text::trim(last.substr(std::string_view("ok").size()));
 }
 
 bool Plant::wait(std::string_view condition, Duration within) {
   const std::string response =
       inside_->plant.execute(fmt::format("wait {} within {}us", condition, within.count()));
-  return !response.starts_with(scenario::kNotWithin) && !checked(response).empty();
+  return !response.starts_with(plant::kNotWithin) && !checked(response).empty();
 }
 
 bool Plant::holds(std::string_view condition) {
   try {
     return make_condition(condition, inside_->plant.view())->holds(inside_->plant.view());
-  } catch (const scenario::Refused& refused) {
+  } catch (const plant::Refused& refused) {
     throw PlantError(refused.what());
   }
 }

@@ -1,228 +1,117 @@
 // SPDX-License-Identifier: MIT
 #include "plant/wires.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
-#include <map>
-#include <tuple>
 #include <utility>
-#include <vector>
 
-#include "sim/world.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
+#include "config/wires.hpp"
 
 namespace cbcan::plant {
+
 namespace {
-
-/// nullopt unless it is one of 0..most.
-std::optional<unsigned> number(std::string_view text, std::int64_t most) {
-  const auto parsed = text::parse_integer(text);
-  if (!parsed || *parsed < 0 || *parsed > most) return std::nullopt;
-  return static_cast<unsigned>(*parsed);
-}
-
-std::optional<sim::Terminal> numbered_terminal(const sim::Terminals& row, std::string_view text) {
-  constexpr unsigned kMostSubs = 0xFE;
-  const auto n = number(text, std::int64_t{kMostSubs} * std::max(row.bits, 1u));
-  if (!n || *n == 0) return std::nullopt;
-  if (row.bits == 0)
-    return sim::Terminal{row.index, static_cast<std::uint8_t>(*n), std::nullopt, row.is_output};
-  return sim::Terminal{row.index, static_cast<std::uint8_t>((*n - 1) / row.bits + 1),
-                       static_cast<std::uint8_t>((*n - 1) % row.bits), row.is_output};
-}
-
-std::string complaint(const WireConfig& wire, std::string_view what) {
-  return fmt::format("wire {} to {}: {}", wire.from.text, wire.to.text, what);
-}
-
-bool overlap(const sim::Terminal& one, const sim::Terminal& other) {
-  return !one.bit || !other.bit || *one.bit == *other.bit;
-}
-
-bool delays(const WireConfig& wire) {
-  return wire.transfer.delay != 0 || wire.transfer.lag != 0;
-}
-
-class Check {
- public:
-  Check(const Config& config, Diagnostics& found) : config_(config), found_(found) {
-    for (const NetworkConfig& network : config.networks)
-      for (const NodeConfig& node : network.nodes)
-        add_node(network, node);
-    for (const WireConfig& wire : config.wires)
-      if (const auto to = object_at(wire.to)) wires_[*to].push_back(&wire);
-    find_rounds();
-  }
-
-  void check() {
-    for (const WireConfig& wire : config_.wires) {
-      if (wire.from.text.empty() || wire.to.text.empty()) continue;  // that has been told
-      check_nodes(wire);
-      if (wire.transfer.low > wire.transfer.high && wire.transfer.low && wire.transfer.high)
-        complain(wire, "low is above high; exchange them");
-      if (const WireConfig* first = wire_to(wire.to); first != nullptr && first != &wire)
-        complain(wire, fmt::format("{} already has a wire at {}; remove one of the two", wire.to.text,
-                                   to_string(first->place)));
-      if (rounds_[number_of(wire)])
-        complain(wire, "goes round in a loop without delay; give one of its wires delay_ms or lag_ms");
-    }
-  }
-
- private:
-  /// Network, place of the node in it, index, sub-index.
-  using Object = std::tuple<std::size_t, std::size_t, std::uint16_t, std::uint8_t>;
-
-  void complain(const WireConfig& wire, std::string_view what) {
-    found_.push_back({wire.place, complaint(wire, what)});
-  }
-
-  void add_node(const NetworkConfig& network, const NodeConfig& node) {
-    const auto place = static_cast<std::size_t>(&node - network.nodes.data());
-    if (node.id != 0) places_.emplace(std::pair(network.number, node.id), place);
-    for (const SignalConfig& signal : node.signals)
-      signals_.emplace(Object(network.number, place, signal.signal.index, signal.signal.sub), &signal);
-  }
-
-  /// nullopt: there is no such node.
-  std::optional<Object> object_at(const WireEnd& end) const {
-    const auto known = places_.find({end.network, static_cast<std::uint8_t>(end.id)});
-    const bool is_known = end.place != 0 ? place_of(config_, end).has_value() : known != places_.end();
-    if (!is_known) return std::nullopt;
-    return Object(end.network, end.place != 0 ? end.place - 1 : known->second, end.terminal.index,
-                  end.terminal.sub);
-  }
-
-  void check_nodes(const WireConfig& wire) {
-    for (const WireEnd* end : {&wire.from, &wire.to})
-      if (!object_at(*end)) complain(wire, fmt::format("{}: there is no such node in the plant", end->text));
-    const auto to = object_at(wire.to);
-    const auto signal = to ? signals_.find(*to) : signals_.end();
-    if (signal != signals_.end())
-      complain(wire, fmt::format("{} already has a signal at {}; remove one of the two", wire.to.text,
-                                 to_string(signal->second->place)));
-  }
-
-  /// The first one; null where there is none.
-  const WireConfig* wire_to(const WireEnd& end) const {
-    const auto object = end.terminal.is_output ? std::nullopt : object_at(end);
-    const auto wires = object ? wires_.find(*object) : wires_.end();
-    if (wires == wires_.end()) return nullptr;
-    const auto found = std::ranges::find_if(
-        wires->second, [&](const WireConfig* wire) { return overlap(end.terminal, wire->to.terminal); });
-    return found == wires->second.end() ? nullptr : *found;
-  }
-
-  std::size_t number_of(const WireConfig& wire) const {
-    return static_cast<std::size_t>(&wire - config_.wires.data());
-  }
-
-  /// From each wire back by wires without delay, as far as nobody has been before: who comes to where it has
-  /// been itself has found a loop.
-  void find_rounds() {
-    rounds_.resize(config_.wires.size());
-    std::vector<const WireConfig*> seen_from(config_.wires.size());
-    for (const WireConfig& wire : config_.wires) {
-      const WireConfig* at = &wire;
-      for (; at != nullptr && !delays(*at) && seen_from[number_of(*at)] == nullptr; at = wire_to(at->from))
-        seen_from[number_of(*at)] = &wire;
-      if (at == nullptr || seen_from[number_of(*at)] != &wire) continue;
-      for (; !rounds_[number_of(*at)]; at = wire_to(at->from))
-        rounds_[number_of(*at)] = true;
-    }
-  }
-
-  const Config& config_;
-  Diagnostics& found_;
-  std::map<std::pair<std::size_t, std::uint8_t>, std::size_t> places_;  ///< by network and node ID
-  std::map<Object, const SignalConfig*> signals_;
-  std::map<Object, std::vector<const WireConfig*>> wires_;  ///< that end there
-  std::vector<bool> rounds_;                                ///< by wire: it is part of a loop
-};
-
+/// A device may pass on at once what a wire brings it: so often at one time, and then once a millisecond.
+constexpr unsigned kMostRounds = 100;
 }  // namespace
 
-std::optional<sim::Terminal> parse_terminal(std::string_view text) {
-  const auto [name, rest] = text::split(text, ':').value_or(std::pair(text, std::string_view("0")));
-  const auto row = std::ranges::find(sim::kTerminals, name, &sim::Terminals::name);
-  if (row != sim::kTerminals.end()) return numbered_terminal(*row, rest);
-  constexpr std::int64_t kMostBit = 63;
-  const auto [object, bit] = text::split(text, '.').value_or(std::pair(text, std::string_view()));
-  const auto [index, sub] = text::split(object, ':').value_or(std::pair(object, std::string_view("0")));
-  const auto index_number = number(index, 0xFFFF);
-  const auto sub_number = number(sub, 0xFF);
-  const auto bit_number = number(bit, kMostBit);
-  if (!index_number || !sub_number || (object != text && !bit_number)) return std::nullopt;
-  sim::Terminal terminal{static_cast<std::uint16_t>(*index_number), static_cast<std::uint8_t>(*sub_number),
-                         std::nullopt, false};
-  if (bit_number) terminal.bit = static_cast<std::uint8_t>(*bit_number);
-  return terminal;
-}
-
-std::optional<WireEnd> parse_wire_end(std::string_view text) {
-  WireEnd end;
-  end.text = text;
-  const auto parts = text::split(text, ':');
-  if (!parts) return std::nullopt;
-  auto [node, rest] = *parts;
-  if (const auto sides = text::split(node, '/')) {
-    const auto network = number(sides->first, kMostNetworks);
-    if (!network || *network == 0) return std::nullopt;
-    end.network = *network;
-    node = sides->second;
+Wires::Wires(const config::Config& config, std::vector<Network*> networks) : networks_(std::move(networks)) {
+  for (const config::WireConfig& wire : config.wires) {
+    const End to = end(config, wire.to);
+    Laid laid{.from = end(config, wire.from),
+              .to = to,
+              .wire = sim::Wire(wire.transfer),
+              .sample_period = wire.transfer.sample_period,
+              .sample_due = wire.from.terminal.is_output ? kNever : 0,
+              .bits = &bits_[{to.node, to.terminal.index, to.terminal.sub}]};
+    wires_.push_back(std::move(laid));
   }
-  const bool by_place = node.starts_with('#');
-  const auto node_number = number(node.substr(by_place ? 1 : 0), by_place ? 0xFFFF : 127);
-  const auto terminal = parse_terminal(rest);
-  if (!node_number || *node_number == 0 || !terminal) return std::nullopt;
-  (by_place ? end.place : end.id) = *node_number;
-  end.terminal = *terminal;
-  return end;
+  if (wires_.empty()) return;
+  for (Network* network : networks_)
+    network->go_with(*this);
 }
 
-std::optional<std::size_t> place_of(const Config& config, const WireEnd& end) {
-  if (end.network > config.networks.size()) return std::nullopt;
-  const auto& nodes = config.networks[end.network - 1].nodes;
-  if (end.place != 0) return end.place <= nodes.size() ? std::optional(end.place - 1) : std::nullopt;
-  const auto found = std::ranges::find(nodes, end.id, &NodeConfig::id);
-  if (found == nodes.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - nodes.begin());
+Wires::End Wires::end(const config::Config& config, const config::WireEnd& end) {
+  sim::Node& node = *networks_[end.network - 1]->world().nodes()[*config::place_of(config, end)];
+  Watched& watched = watched_[&node];
+  node.watch(watched.happened);
+  return {&node, &watched, end.terminal};
 }
 
-void check_wires(const Config& config, Diagnostics& found) {
-  Check(config, found).check();
+bool Wires::has_happened() const {
+  return std::ranges::any_of(watched_, [](const auto& node) { return node.second.happened; });
 }
 
-std::vector<std::string> check_wire_ends(const Config& config,
-                                         const std::vector<std::vector<sim::NodeParts>>& nodes) {
-  sim::World world;
-  std::map<std::pair<std::size_t, std::size_t>, sim::Node*> trials;
-  const auto trial_of = [&](const WireEnd& end) -> sim::Node& {
-    const std::size_t place = *place_of(config, end);
-    sim::Node*& trial = trials[{end.network, place}];
-    if (trial == nullptr) trial = &world.add_node(nodes[end.network - 1][place]);
-    return *trial;
-  };
-  for (const WireConfig& wire : config.wires)
-    for (const WireEnd* end : {&wire.from, &wire.to})
-      trial_of(*end);
-  world.start(0);
-  std::vector<std::string> problems;
-  for (const WireConfig& wire : config.wires) {
-    for (const WireEnd* end : {&wire.from, &wire.to}) {
-      sim::Node& trial = trial_of(*end);
-      const sim::Terminal& terminal = end->terminal;
-      const bool is_there = end == &wire.from ? trial.number(terminal).has_value()
-                                              : trial.set_input(terminal.index, terminal.sub, 0, 0);
-      if (!is_there)
-        problems.push_back(fmt::format(
-            "{}: {}", to_string(wire.place),
-            complaint(wire, fmt::format("the node, a {}, has no such {} as {}", trial.device_name(),
-                                        end == &wire.from ? "output or number" : "input", end->text))));
-    }
+Time Wires::next_deadline() const {
+  Time next = has_happened() ? std::max(at_, held_until_) : kNever;
+  for (const Laid& laid : wires_)
+    next = earlier(next, earlier(laid.sample_due, laid.due));
+  return next;
+}
+
+Time Wires::next_event() const {
+  Time next = next_deadline();
+  for (const Network* network : networks_)
+    next = earlier(next, network->own_deadline());
+  return next;
+}
+
+void Wires::begin() {
+  for (const Network* network : networks_)
+    at_ = std::max(at_, network->started());
+  for (Laid& laid : wires_)
+    if (laid.sample_due != kNever) laid.sample_due = at_;
+}
+
+void Wires::advance(Time now) {
+  if (!std::exchange(begun_, true)) begin();
+  do
+    go(std::max(at_, std::min(now, next_event())));
+  while (at_ < now || next_event() <= now);
+}
+
+void Wires::go(Time time) {
+  if (time != at_) rounds_ = 0;
+  at_ = time;
+  for (Network* network : networks_)
+    network->advance_alone(time);
+  const bool looks = held_until_ <= time;
+  for (auto& [node, watched] : watched_)
+    watched.fresh = looks && std::exchange(watched.happened, false);
+  bool gave = false;
+  for (Laid& laid : wires_) {
+    const bool fresh = laid.from.watched->fresh || laid.to.watched->fresh;
+    if (fresh || laid.sample_due <= time) look(laid);
+    if (fresh || laid.due <= time) gave |= give(laid);
   }
-  return problems;
+  if (gave && ++rounds_ > kMostRounds) held_until_ = time + kMillisecond;
+}
+
+void Wires::look(Laid& laid) {
+  sim::Node& from = *laid.from.node;
+  double value = 0;
+  if (from.has_power()) {
+    if (!laid.from.terminal.is_output) from.bring_up_to_date(at_);
+    value = from.number(laid.from.terminal).value_or(0);
+  }
+  laid.wire.put(value, at_);
+  laid.due = at_;
+  if (laid.sample_due <= at_) laid.sample_due += laid.sample_period;
+}
+
+/// True: it has another value now.
+bool Wires::give(Laid& laid) {
+  const double value = laid.wire.take(at_);
+  laid.due = laid.wire.next_change(at_);
+  sim::Node& to = *laid.to.node;
+  if (!to.has_power()) return laid.given.reset(), false;
+  if (laid.given == value) return false;
+  laid.given = value;
+  const sim::Terminal& terminal = laid.to.terminal;
+  if (terminal.bit) {
+    const std::uint64_t mask = std::uint64_t{1} << *terminal.bit;
+    *laid.bits = value >= 0.5 ? *laid.bits | mask : *laid.bits & ~mask;
+  }
+  to.set_input(terminal.index, terminal.sub, terminal.bit ? static_cast<double>(*laid.bits) : value, at_);
+  return true;
 }
 
 }  // namespace cbcan::plant

@@ -1,35 +1,71 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Wires of the plant file: their ends as text, and what is wrong with them.
+/// The wires of a plant at work: what stands at outputs and objects is given to inputs, also across networks,
+/// which then go through time together. Each change is passed on at the time at which it happens, so nothing
+/// depends on how time is cut into steps.
 
+#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
-#include <string>
-#include <string_view>
-#include <utility>
+#include <tuple>
 #include <vector>
 
-#include "plant/config.hpp"
-#include "sim/node.hpp"
+#include "config/config.hpp"
+#include "plant/network.hpp"
+#include "sim/wire.hpp"
 
 namespace cbcan::plant {
 
-/// "0x6401:2", "0x6200:1.7", "output:8": a number of a node; nullopt where the text is none.
-std::optional<sim::Terminal> parse_terminal(std::string_view text);
+class Wires final : private Together {
+ public:
+  /// `networks`: all of `config`'s, in order, which outlive it and have not been started. Their advance() is
+  /// that of all from now on, where there are wires.
+  Wires(const config::Config& config, std::vector<Network*> networks);
+  Wires(const Wires&) = delete;
+  Wires& operator=(const Wires&) = delete;
 
-/// "66:output:8", "2/5:0x2001", "#1:0x2001".
-std::optional<WireEnd> parse_wire_end(std::string_view text);
+ private:
+  /// What a node of a wire says, see sim::Node::watch().
+  struct Watched {
+    bool happened = true;
+    bool fresh = false;  ///< it is being looked at
+  };
+  struct End {
+    sim::Node* node;
+    Watched* watched;
+    sim::Terminal terminal;
+  };
+  struct Laid {
+    End from;
+    End to;
+    sim::Wire wire;
+    Time sample_period;
+    Time sample_due;                   ///< of an object, which may flow; kNever for an output
+    std::uint64_t* bits;               ///< of all wires to bits of this object
+    Time due = kNever;                 ///< then something comes out at the end
+    std::optional<double> given = {};  ///< to the input; none = nothing since it has power
+  };
 
-/// The place of the wire's node among those of its network; nullopt where it is not in the plant.
-std::optional<std::size_t> place_of(const Config& config, const WireEnd& end);
+  void advance(Time now) override;
+  Time next_deadline() const override;
+  End end(const config::Config& config, const config::WireEnd& end);
+  Time next_event() const;
+  void begin();
+  void go(Time time);
+  void look(Laid& laid);
+  bool give(Laid& laid);
+  bool has_happened() const;
 
-/// Ends at nodes that there are not, two wires to one input, or a wire and a signal, and wires that go round
-/// in a loop without delay.
-void check_wires(const Config& config, Diagnostics& found);
-
-/// What only nodes that run can tell: ends that they do not have. `nodes` are all of all networks.
-std::vector<std::string> check_wire_ends(const Config& config,
-                                         const std::vector<std::vector<sim::NodeParts>>& nodes);
+  std::vector<Network*> networks_;
+  std::map<sim::Node*, Watched> watched_;
+  std::map<std::tuple<sim::Node*, std::uint16_t, std::uint8_t>, std::uint64_t> bits_;
+  std::vector<Laid> wires_;
+  bool begun_ = false;
+  Time at_ = 0;          ///< all networks are there
+  unsigned rounds_ = 0;  ///< in which inputs were given something at this time
+  Time held_until_ = 0;  ///< what has happened is looked at then: wires and devices go round in a loop
+};
 
 }  // namespace cbcan::plant

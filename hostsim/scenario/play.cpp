@@ -29,10 +29,10 @@ class Failed : public std::runtime_error {
 /// A condition that hears the buses for as long as it is here.
 class Heard {
  public:
-  Heard(const Line& line, Bench& bench) : line_(line), bench_(bench) {
+  Heard(const Line& line, plant::Bench& bench) : line_(line), bench_(bench) {
     try {
-      condition_ = make_condition(line.text, bench.view());
-    } catch (const Refused& refused) {
+      condition_ = plant::make_condition(line.text, bench.view());
+    } catch (const plant::Refused& refused) {
       throw Failed(line, refused.what());
     }
     bench_.add(*condition_);
@@ -49,20 +49,20 @@ class Heard {
 
  private:
   const Line& line_;
-  Bench& bench_;
-  std::unique_ptr<Condition> condition_;
+  plant::Bench& bench_;
+  std::unique_ptr<plant::Condition> condition_;
 };
 
-std::deque<Heard> heard(const std::vector<Line>& lines, Bench& bench) {
+std::deque<Heard> heard(const std::vector<Line>& lines, plant::Bench& bench) {
   std::deque<Heard> all;
   for (const Line& line : lines)
     all.emplace_back(line, bench);
   return all;
 }
 
-class LastFrames final : public Listener {
+class LastFrames final : public plant::Listener {
  public:
-  explicit LastFrames(Bench& bench) : bench_(bench) { bench_.add(*this); }
+  explicit LastFrames(plant::Bench& bench) : bench_(bench) { bench_.add(*this); }
   ~LastFrames() { bench_.remove(*this); }
   LastFrames(const LastFrames&) = delete;
   LastFrames& operator=(const LastFrames&) = delete;
@@ -74,7 +74,7 @@ class LastFrames final : public Listener {
   std::string text() const {
     std::string lines;
     for (const Seen& seen : frames_)
-      lines += fmt::format("    {} {}{}\n", text::seconds_text(seen.at), prefix_of(seen.network),
+      lines += fmt::format("    {} {}{}\n", text::seconds_text(seen.at), plant::prefix_of(seen.network),
                            sim::frame_text(seen.frame));
     return lines.empty() ? "" : "  the last frames:\n" + lines;
   }
@@ -85,13 +85,14 @@ class LastFrames final : public Listener {
     Frame frame;
     Time at;
   };
-  Bench& bench_;
+  plant::Bench& bench_;
   std::deque<Seen> frames_;
 };
 
 class Player {
  public:
-  Player(const Scenario& scenario, Bench& bench) : scenario_(scenario), bench_(bench), last_frames_(bench) {}
+  Player(const Scenario& scenario, plant::Bench& bench)
+      : scenario_(scenario), bench_(bench), last_frames_(bench) {}
 
   Played play() {
     Played outcome;
@@ -123,7 +124,7 @@ class Player {
     pass_to(step.at ? *step.at : now() + step.after.value_or(0), nullptr);
     execute(step);
     if (step.every) repeated_.push_back({&step, now() + *step.every});
-    const Time within = step.within.value_or(kWaitWithin);
+    const Time within = step.within.value_or(plant::kWaitWithin);
     for (Heard& condition : waited)
       if (!pass_to(now() + within, &condition))
         condition.fail(fmt::format("not within {} s: ", text::seconds_text(within)));
@@ -134,8 +135,9 @@ class Player {
   void execute(const Step& step) {
     for (const Line& line : step.commands) {
       const std::string response = bench_.execute(line.text);
-      if (response.starts_with(kError))
-        throw Failed(line, fmt::format("{}: {}", line.text, text::trim(response.substr(kError.size()))));
+      if (response.starts_with(plant::kError))
+        throw Failed(line,
+                     fmt::format("{}: {}", line.text, text::trim(response.substr(plant::kError.size()))));
     }
   }
 
@@ -160,7 +162,7 @@ class Player {
     try {
       return fmt::format("  R{}..: {}\n", regmap::kWindowFirst,
                          text::joined(bench_.view().read(1, regmap::kWindowFirst, kRegistersShown)));
-    } catch (const Refused&) {
+    } catch (const plant::Refused&) {
       return {};
     }
   }
@@ -174,24 +176,24 @@ class Player {
   }
 
   const Scenario& scenario_;
-  Bench& bench_;
+  plant::Bench& bench_;
   LastFrames last_frames_;
   std::vector<Repeated> repeated_;
 };
 
 }  // namespace
 
-Played play(const Scenario& scenario, Bench& bench) {
+Played play(const Scenario& scenario, plant::Bench& bench) {
   return Player(scenario, bench).play();
 }
 
-std::size_t leave_out_unseen(Scenario& scenario, Bench& bench) {
+std::size_t leave_out_unseen(Scenario& scenario, plant::Bench& bench) {
   const auto is_unseen = [&bench](const Line& line) {
     try {
-      make_condition(line.text, bench.view());
-    } catch (const Unseen&) {
+      plant::make_condition(line.text, bench.view());
+    } catch (const plant::Unseen&) {
       return true;
-    } catch (const Refused&) {
+    } catch (const plant::Refused&) {
     }
     return false;
   };
@@ -199,18 +201,19 @@ std::size_t leave_out_unseen(Scenario& scenario, Bench& bench) {
   for (Step& step : scenario.steps) {
     const std::size_t unseen = std::erase_if(step.expectations, is_unseen);
     if (unseen != 0 && step.expectations.empty() && step.commands.empty() && step.waits.empty())
-      throw Unseen(fmt::format("line {}: nothing of what the step expects can be seen there", step.line));
+      throw plant::Unseen(
+          fmt::format("line {}: nothing of what the step expects can be seen there", step.line));
     count += unseen;
   }
   return count;
 }
 
-plant::Diagnostics check_steps(const Scenario& scenario, Bench& bench) {
-  plant::Diagnostics found;
+config::Diagnostics check_steps(const Scenario& scenario, plant::Bench& bench) {
+  config::Diagnostics found;
   const auto check = [&](const Line& line, auto act) {
     try {
       act();
-    } catch (const Refused& refused) {
+    } catch (const plant::Refused& refused) {
       found.push_back({{scenario.file, line.number}, refused.what()});
     }
   };
@@ -219,7 +222,7 @@ plant::Diagnostics check_steps(const Scenario& scenario, Bench& bench) {
       check(line, [&] { bench.check(line.text); });
     for (const auto* lines : {&step.waits, &step.expectations})
       for (const Line& line : *lines)
-        check(line, [&] { make_condition(line.text, bench.view()); });
+        check(line, [&] { plant::make_condition(line.text, bench.view()); });
   }
   return found;
 }

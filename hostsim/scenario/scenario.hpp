@@ -10,10 +10,10 @@
 #include <string_view>
 #include <vector>
 
-#include "plant/config.hpp"
-#include "plant/files.hpp"
-#include "scenario/plant.hpp"
-#include "scenario/wait.hpp"
+#include "config/config.hpp"
+#include "config/files.hpp"
+#include "plant/plant.hpp"
+#include "plant/wait.hpp"
 #include "text/setting.hpp"
 
 namespace cbcan::scenario {
@@ -37,23 +37,23 @@ struct Step {
 
 struct Scenario {
   std::string file;
-  plant::Config config;
+  config::Config config;
   std::vector<Step> steps;
-  plant::Diagnostics problems;  ///< with any, the rest is not to be used
+  config::Diagnostics problems;  ///< with any, the rest is not to be used
 };
 
 /// The keys of a step, for the page.
 std::span<const text::Row> step_rows();
 
 /// `read` gives the plant file that the scenario names, the demo's too.
-Scenario read_scenario(std::string_view text, const std::string& file, const plant::FileReader& read);
+Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read);
 
 /// Takes out the expectations of what this bench does not show; returns how many. Throws Unseen where nothing
 /// is left of a step.
-std::size_t leave_out_unseen(Scenario& scenario, Bench& bench);
+std::size_t leave_out_unseen(Scenario& scenario, plant::Bench& bench);
 
 /// What is wrong with the steps, as far as that can be told without playing them on it.
-plant::Diagnostics check_steps(const Scenario& scenario, Bench& bench);
+config::Diagnostics check_steps(const Scenario& scenario, plant::Bench& bench);
 
 struct Played {
   std::string failure;  ///< empty = passed; else lines: place, expected and seen, registers, the last frames
@@ -61,6 +61,6 @@ struct Played {
 };
 
 /// Plays it. Throws what the bench throws.
-Played play(const Scenario& scenario, Bench& bench);
+Played play(const Scenario& scenario, plant::Bench& bench);
 
 }  // namespace cbcan::scenario

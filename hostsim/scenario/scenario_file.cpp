@@ -7,8 +7,8 @@
 #include <array>
 #include <variant>
 
-#include "plant/demo_plant.hpp"
-#include "plant/plant_file.hpp"
+#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 #include "scenario/scenario.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
@@ -45,13 +45,13 @@ constexpr auto kKeys = std::to_array<Key>({
 
 class Reader {
  public:
-  Reader(Scenario& scenario, const plant::FileReader& read) : scenario_(scenario), read_(read) {}
+  Reader(Scenario& scenario, const config::FileReader& read) : scenario_(scenario), read_(read) {}
 
   void read(std::string_view text) {
     const toml::table root = toml::parse(text, std::string_view(scenario_.file));
     if (const toml::node* plant = root.get(kPlant)) read_plant_of(*plant);
     constexpr std::array kOthers{kPlant, kStep};
-    append(plant::read_plant(text, scenario_.file, scenario_.config, kOthers));
+    append(config::read_plant(text, scenario_.file, scenario_.config, kOthers));
     const toml::node* const steps = root.get(kStep);
     const toml::array* const list = steps != nullptr ? steps->as_array() : nullptr;
     if (list == nullptr || !std::ranges::all_of(*list, &toml::node::is_table))
@@ -61,7 +61,7 @@ class Reader {
   }
 
  private:
-  void append(plant::Diagnostics found) { std::ranges::move(found, std::back_inserter(scenario_.problems)); }
+  void append(config::Diagnostics found) { std::ranges::move(found, std::back_inserter(scenario_.problems)); }
 
   void complain(const toml::node& where, std::string message) {
     scenario_.problems.push_back({{scenario_.file, where.source().begin.line}, std::move(message)});
@@ -71,8 +71,8 @@ class Reader {
     const auto* name = node.as_string();
     if (name == nullptr) return complain(node, "plant: must be a text: demo, or the path of a plant file");
     const std::string path =
-        name->get() == kDemo ? std::string(plant::kDemoPlant) : plant::path_in(scenario_.file, name->get());
-    if (const auto text = read_(path)) return append(plant::read_plant(*text, path, scenario_.config));
+        name->get() == kDemo ? std::string(config::kDemoPlant) : config::path_in(scenario_.file, name->get());
+    if (const auto text = read_(path)) return append(config::read_plant(*text, path, scenario_.config));
     complain(node, fmt::format("plant {}: cannot be read; paths are relative to this file", path));
   }
 
@@ -128,7 +128,7 @@ class Reader {
   }
 
   Scenario& scenario_;
-  const plant::FileReader& read_;
+  const config::FileReader& read_;
 };
 
 }  // namespace
@@ -142,16 +142,16 @@ std::span<const text::Row> step_rows() {
   return kRows;
 }
 
-Scenario read_scenario(std::string_view text, const std::string& file, const plant::FileReader& read) {
+Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read) {
   Scenario scenario;
   scenario.file = file;
   try {
     Reader(scenario, read).read(text);
   } catch (const toml::parse_error&) {
-    scenario.problems = plant::read_plant(text, file, scenario.config);  // says what is wrong
+    scenario.problems = config::read_plant(text, file, scenario.config);  // says what is wrong
   }
-  if (scenario.problems.empty()) scenario.problems = plant::check(scenario.config);
-  plant::sort_by_place(scenario.problems);
+  if (scenario.problems.empty()) scenario.problems = config::check(scenario.config);
+  config::sort_by_place(scenario.problems);
   return scenario;
 }
 

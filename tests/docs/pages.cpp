@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "config/settings.hpp"
 #include "io/files/read_file.hpp"
-#include "plant/settings.hpp"
 #include "scenario/scenario.hpp"
 #include "text/exit_code.hpp"
 #include "text/words.hpp"
@@ -35,15 +35,15 @@ std::string meaning(const Row& row) {
 
 /// settings TABLE [SHAPE]: all keys of a table; of a signal's those of all shapes, or those of one.
 std::string settings(const Words& words) {
-  const auto shapes = cbcan::plant::shape_names();
+  const auto shapes = cbcan::config::shape_names();
   const auto shape = words.size() < 3 ? shapes.end() : std::ranges::find(shapes, words[2]);
   std::string rows = "| Key | Value | Default | Command line | Meaning |\n|---|---|---|---|---|\n";
-  cbcan::plant::for_each_setting([&](const auto& row) {
+  cbcan::config::for_each_setting([&](const auto& row) {
     const bool of_all = row.kinds == cbcan::text::Kinds();
     const bool here = shape == shapes.end() ? of_all : !of_all && shapes[row.kinds.first] == *shape;
     if (cbcan::text::table_of(row.key) == words[1] && here)
       rows += fmt::format("| `{}` | {} | {} | `{}` | {} |\n", row.key, domain_of(row),
-                          cbcan::plant::standard_of(row), row.option, meaning(row));
+                          cbcan::config::standard_of(row), row.option, meaning(row));
   });
   return rows;
 }
@@ -98,7 +98,7 @@ std::string escaped(std::string_view text) {
 std::string usages(std::string_view heading, const auto& rows) {
   std::string table =
       fmt::format("| {} | What it {} |\n|---|---|\n", heading, heading == "Command" ? "does" : "means");
-  for (const cbcan::scenario::Usage& row : rows)
+  for (const cbcan::plant::Usage& row : rows)
     table += fmt::format("| `{}` | {} |\n", escaped(row.usage), sentences(row.meaning, row.more));
   return table;
 }
@@ -123,8 +123,8 @@ std::string generated(const Words& words) {
   if (what == "settings") return settings(words);
   if (what == "fault-keys") return fault_keys(words);
   if (what == "fault-kinds") return fault_kinds(words);
-  if (what == "commands") return usages("Command", cbcan::scenario::command_usages());
-  if (what == "conditions") return usages("Condition", cbcan::scenario::condition_usages());
+  if (what == "commands") return usages("Command", cbcan::plant::command_usages());
+  if (what == "conditions") return usages("Condition", cbcan::plant::condition_usages());
   if (what == "step-keys") return step_keys();
   if (what == "exit-codes") return exit_codes();
   refuse(fmt::format("generated: {}: nothing is generated under this name", what));

@@ -8,10 +8,10 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-#include "client/tcp_connection.hpp"
 #include "fuzz/fuzz.hpp"
 #include "fuzz/input.hpp"
 #include "io/loop/descriptor.hpp"
+#include "window/tcp_connection.hpp"
 
 namespace cbcan::fuzz {
 
@@ -23,7 +23,7 @@ constexpr std::uint8_t kUnit = 7;
 constexpr std::uint8_t kIsPdu = 1;   ///< the piece is sent as a response with a good header
 constexpr std::uint8_t kIsGood = 2;  ///< it is what a good server says, and the piece its data
 constexpr std::uint8_t kGather = 4;  ///< the client gets it together with the next
-constexpr client::Time kTimeout = 1'000;
+constexpr window::Time kTimeout = 1'000;
 
 /// Lives as long as the program.
 struct Listener {
@@ -65,7 +65,7 @@ Bytes framed(const Bytes& unit_and_pdu) {
 
 /// A request and the responses to it, after V1.1b3, 6.3, 6.12, 6.17 and 7.
 struct Model {
-  client::Request request;
+  window::Request request;
 
   Model(std::uint8_t kind, std::uint8_t writes, std::uint8_t reads) {
     request.write_address = 0x0E74;
@@ -105,7 +105,7 @@ struct Model {
 
   enum class Verdict { kComes, kResponse, kNone };
   /// Of all that has come. What FC 16 tells of its address is not looked at.
-  Verdict verdict(const Bytes& come, client::Response& response) const {
+  Verdict verdict(const Bytes& come, window::Response& response) const {
     if (come.size() < 6) return Verdict::kComes;
     const std::size_t length = come[4] * 256u + come[5];
     const std::size_t pdu = come.size() - 7;
@@ -128,7 +128,7 @@ struct Model {
 
 struct Run {
   explicit Run(const std::array<std::uint8_t, 3>& request) : model_(request[0], request[1], request[2]) {
-    while (client_.state() != client::Connection::State::kOn)
+    while (client_.state() != window::Connection::State::kOn)
       client_.poll(0);
     server_ = listener().accept();
     ask();
@@ -149,7 +149,7 @@ struct Run {
     if (!over_) look();
     if (over_) return;
     require(!client_.receive(kTimeout).has_value(), "no response comes of silence");
-    require(client_.state() == client::Connection::State::kOff, "silence ends the connection");
+    require(client_.state() == window::Connection::State::kOff, "silence ends the connection");
   }
 
  private:
@@ -173,12 +173,12 @@ struct Run {
 
   void look() {
     wait_until_all_has_come();
-    client::Response expected;
+    window::Response expected;
     const Model::Verdict verdict = model_.verdict(come_, expected);
-    const std::optional<client::Response> response = client_.receive(0);
+    const std::optional<window::Response> response = client_.receive(0);
     require(response.has_value() == (verdict == Model::Verdict::kResponse),
             "a response is taken, and no other");
-    const bool on = client_.state() == client::Connection::State::kOn;
+    const bool on = client_.state() == window::Connection::State::kOn;
     require(on == (verdict != Model::Verdict::kNone), "what is no response ends the connection");
     over_ = !on;
     if (!response) return;
@@ -188,7 +188,7 @@ struct Run {
   }
 
   Model model_;
-  client::TcpConnection client_{"127.0.0.1", listener().port, {kTimeout, 1, 1}};
+  window::TcpConnection client_{"127.0.0.1", listener().port, {kTimeout, 1, 1}};
   io::Descriptor server_;
   Bytes come_;
   bool over_ = false;

@@ -3,7 +3,7 @@
 
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
-#include "scenario/control.hpp"
+#include "plant/control.hpp"
 
 namespace cbcan::fuzz {
 
@@ -14,7 +14,7 @@ constexpr Time kBetweenLines = 20 * kMillisecond;
 struct Commands {
   void take(std::string_view line) {
     const std::string before = state();
-    const scenario::Reply reply = control_.execute(line, plant_.now);
+    const plant::Reply reply = control_.execute(line, plant_.now);
     if (reply.wait) {
       require(reply.text.empty(), "one response is enough");
       reply.wait->look();
@@ -46,8 +46,8 @@ struct Commands {
   }
 
   DevicePlant plant_{{}};
-  scenario::Network empty_{0, 0, nullptr};
-  scenario::Control control_{{&plant_.network, &empty_}, plant_.now};
+  plant::Network empty_{0, 0, nullptr};
+  plant::Control control_{{&plant_.network, &empty_}, plant_.now};
 };
 
 void check_lines(std::string_view text) {

@@ -2,9 +2,9 @@
 #include "fuzz/device_plant.hpp"
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "config/build_node.hpp"
+#include "config/demo_plant.hpp"
 #include "fuzz/fuzz.hpp"
-#include "plant/build_node.hpp"
-#include "plant/demo_plant.hpp"
 
 namespace cbcan::fuzz {
 
@@ -14,11 +14,11 @@ constexpr std::size_t kMostStepsAtOnce = 100;
 constexpr unsigned kMostFramesAtOnce = 20'000;  // what queues hold, many times over
 
 sim::NodeParts read_node(std::uint8_t id, const char* eds) {
-  plant::NodeConfig config;
+  config::NodeConfig config;
   config.id = id;
   config.eds = std::string("demo:/") + eds;
   const auto no_disk = [](const std::string&) { return std::optional<std::string>(); };
-  plant::NodeBuild build = plant::NodeBuilder(plant::with_demo_plant(no_disk)).build(config, 0);
+  config::NodeBuild build = config::NodeBuilder(config::with_demo_plant(no_disk)).build(config, 0);
   require(build.node.has_value(), "the demo's nodes can be built");
   return std::move(*build.node);
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "cbcan/frame.hpp"
-#include "scenario/network.hpp"
+#include "plant/network.hpp"
 
 namespace cbcan::fuzz {
 
@@ -49,7 +49,7 @@ struct DevicePlant final : private sim::Observer, private sim::Disturbance {
   };
   const std::vector<Seen>& seen() const { return seen_; }
 
-  scenario::Network network;
+  plant::Network network;
   sim::World& world = network.world();
   Time now = 1000;
 

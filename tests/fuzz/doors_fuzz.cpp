@@ -2,10 +2,10 @@
 // What comes in by the doors: a client of socketcand, the other side of --can slcan: and socketcand:,
 // datagrams of udp:. The first byte says which.
 
+#include "adapters/socketcand_adapter.hpp"
 #include "fuzz/fuzz.hpp"
 #include "io/can/dialect.hpp"
 #include "io/can/msgpack_frames.hpp"
-#include "sim/socketcand_adapter.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::fuzz {
@@ -34,9 +34,9 @@ struct Ear final : sim::Receiver {
 void check_server(std::string_view text) {
   sim::World world;
   Time now = kSecond;
-  sim::SocketcandBus bus(
+  adapters::SocketcandBus bus(
       world.bus(), world.schedule(), [&] { return now; }, 0, text.size() % 2 * kMillisecond);
-  sim::SocketcandAdapter adapter(bus, [&] { world.advance(now); });
+  adapters::SocketcandAdapter adapter(bus, [&] { world.advance(now); });
   Ear ear;
   sim::Port& other = world.bus().attach(ear);
   other.accept_all();

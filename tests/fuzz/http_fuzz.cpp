@@ -20,7 +20,7 @@ struct Plant {
 
   std::string execute(std::string_view line) {
     ++commands;
-    scenario::Reply reply = control.execute(line, plant.now);
+    plant::Reply reply = control.execute(line, plant.now);
     return reply.wait ? "error: time stands still\n" : reply.text;
   }
   std::string state() {
@@ -31,7 +31,7 @@ struct Plant {
   }
 
   DevicePlant plant{{}};
-  scenario::Control control{{&plant.network}, plant.now};
+  plant::Control control{{&plant.network}, plant.now};
   std::vector<std::vector<std::shared_ptr<const eds::ObjectNames>>> names{
       {DevicePlant::kNodes, std::make_shared<const eds::ObjectNames>(
                                 eds::ObjectNames{{0x1000, 0, 0, DataType::kUnsigned32, "Device type"}})}};

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as a plant file: either a plant whose nodes can be built, or complaints that name file and line.
 
+#include "config/build_node.hpp"
+#include "config/config.hpp"
+#include "config/plant_file.hpp"
 #include "fuzz/fuzz.hpp"
-#include "plant/build_node.hpp"
-#include "plant/config.hpp"
-#include "plant/plant_file.hpp"
 
 namespace cbcan::fuzz {
 
@@ -60,65 +60,65 @@ void check_complaint(const std::string& line, std::size_t lines) {
   require(at >= 1 && at <= lines, "a complaint's line is one of the file");
 }
 
-void check_complaints(const plant::Diagnostics& found, std::size_t lines) {
-  for (const plant::Diagnostic& diagnostic : found)
-    check_complaint(plant::to_string(diagnostic), lines);
+void check_complaints(const config::Diagnostics& found, std::size_t lines) {
+  for (const config::Diagnostic& diagnostic : found)
+    check_complaint(config::to_string(diagnostic), lines);
 }
 
-void check_ranges(const plant::NetworkConfig& config) {
+void check_ranges(const config::NetworkConfig& config) {
   const auto is_node = [](std::uint8_t id) { return id >= 1 && id <= 127; };
   require(is_node(config.module.node_id), "the module's node ID is 1..127");
   require(config.module.node_state_fresh_ms != 0 && config.module.guarding_timeout_ms != 0,
           "times are not 0");
   require(config.can.bit_rate == 0 || (config.can.bit_rate >= 10'000 && config.can.bit_rate <= 1'000'000),
           "the bit rate is one of a CAN bus");
-  for (const plant::NodeConfig& node : config.nodes)
+  for (const config::NodeConfig& node : config.nodes)
     require((is_node(node.id) || (node.id == 0 && node.lss)) && !node.eds.empty(),
             "a node has an EDS file, and an ID or LSS");
 }
 
-void build_nodes(const plant::Config& config, const plant::NetworkConfig& network, std::size_t lines) {
-  plant::NodeBuilder builder(read_file);
-  for (const plant::NodeConfig& node : network.nodes) {
-    const plant::NodeBuild build = builder.build(node, plant::node_seed(config, node));
+void build_nodes(const config::Config& config, const config::NetworkConfig& network, std::size_t lines) {
+  config::NodeBuilder builder(read_file);
+  for (const config::NodeConfig& node : network.nodes) {
+    const config::NodeBuild build = builder.build(node, config::node_seed(config, node));
     require(build.node.has_value() == build.problems.empty(), "a node is built, or it is said why not");
     for (const std::string& problem : build.problems)
       check_complaint(problem, lines);
   }
 }
 
-bool same(const plant::Diagnostic& one, const plant::Diagnostic& other) {
+bool same(const config::Diagnostic& one, const config::Diagnostic& other) {
   return one.place == other.place && one.message == other.message;
 }
 
 /// Not a number is not equal to itself.
-bool has_nan(const plant::NodeConfig& node) {
-  return std::ranges::any_of(node.objects, [](const plant::InitialValue& object) {
+bool has_nan(const config::NodeConfig& node) {
+  return std::ranges::any_of(node.objects, [](const config::InitialValue& object) {
     const auto* number = std::get_if<double>(&object.value);
     return number != nullptr && *number != *number;
   });
 }
-bool has_nan(const plant::Config& config) {
-  return std::ranges::any_of(config.networks, [](const plant::NetworkConfig& network) {
-    return std::ranges::any_of(network.nodes, [](const plant::NodeConfig& node) { return has_nan(node); });
+bool has_nan(const config::Config& config) {
+  return std::ranges::any_of(config.networks, [](const config::NetworkConfig& network) {
+    return std::ranges::any_of(network.nodes, [](const config::NodeConfig& node) { return has_nan(node); });
   });
 }
 
 void check_plant(std::string_view text) {
   const auto lines = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
-  plant::Config config;
-  const plant::Diagnostics found = plant::read_plant(text, kPlant, config);
+  config::Config config;
+  const config::Diagnostics found = config::read_plant(text, kPlant, config);
   if (is_read_twice(text.size())) {
-    plant::Config again;
-    require(std::ranges::equal(found, plant::read_plant(text, kPlant, again), same),
+    config::Config again;
+    require(std::ranges::equal(found, config::read_plant(text, kPlant, again), same),
             "the same complaints twice");
     require(has_nan(config) || config == again, "the same text gives the same plant");
   }
   check_complaints(found, lines);
   if (!found.empty()) return;
   require(!config.modbus.host.empty(), "the host has a name");
-  check_complaints(plant::check(config), lines);
-  for (const plant::NetworkConfig& network : config.networks) {
+  check_complaints(config::check(config), lines);
+  for (const config::NetworkConfig& network : config.networks) {
     check_ranges(network);
     build_nodes(config, network, lines);
   }

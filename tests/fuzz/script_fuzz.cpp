@@ -4,11 +4,11 @@
 
 #include <array>
 
+#include "config/build_node.hpp"
+#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 #include "fuzz/fuzz.hpp"
-#include "plant/build_node.hpp"
-#include "plant/demo_plant.hpp"
-#include "plant/plant_file.hpp"
-#include "scenario/plant.hpp"
+#include "plant/plant.hpp"
 
 namespace cbcan::fuzz {
 
@@ -30,11 +30,11 @@ constexpr auto kCommands = std::to_array<std::string_view>(
      "get 20 0x2002", "get 20 0x2004", "get 20 0x2008", "nmt stop 20", "nmt reset-node 20", "faults 20"});
 
 std::string told_by(std::string_view script) {
-  plant::Config config;
-  require(plant::read_plant(kPlant, "plant.toml", config).empty(), "the plant is one");
-  plant::PlantBuild build = plant::build_nodes(config, plant::with_demo_plant([script](const std::string&) {
-                                                 return std::optional(std::string(script));
-                                               }));
+  config::Config config;
+  require(config::read_plant(kPlant, "plant.toml", config).empty(), "the plant is one");
+  config::PlantBuild build = config::build_nodes(
+      config,
+      config::with_demo_plant([script](const std::string&) { return std::optional(std::string(script)); }));
   std::string told;
   for (const std::string& line : build.lines)
     told += line + "\n";
@@ -42,7 +42,7 @@ std::string told_by(std::string_view script) {
     require(told.starts_with("plant.toml:1: node 20: t.lua"), "a complaint names node and script");
     return told;
   }
-  scenario::Plant plant(config, std::move(build));
+  plant::Plant plant(config, std::move(build));
   plant.start();
   for (const std::string_view command : kCommands)
     told += plant.execute(command);

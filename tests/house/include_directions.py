@@ -9,6 +9,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 FIRMWARE = {"firmware/cbcan", "firmware/cbcan/canopen", "firmware/cbcan/coprocessor", "firmware/cbcan/modbus", "firmware/cbcan/slcan"}
+SIMULATION = {"hostsim/eds", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"}
 
 # Room (a folder, an inner one before the outer) -> rooms that it may include besides itself.
 MAY_KNOW = {
@@ -20,25 +21,29 @@ MAY_KNOW = {
     "firmware/cbcan": set(),
     "firmware/boards": {*FIRMWARE, "regmap"},
     "hostsim/text": set(),
-    "hostsim/client": set(),
+    "hostsim/window": set(),
     "hostsim/sim": {"hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/adapters": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/devices/lua": {"hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/devices": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
     "hostsim/journal": {"hostsim/sim", "hostsim/eds", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/plant": {"hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/io": {"firmware/boards", "hostsim/client", "hostsim/journal", "hostsim/eds", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/scenario": {"hostsim/journal", "hostsim/plant", "hostsim/eds", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/io": {"firmware/boards", "hostsim/window", "hostsim/adapters", "hostsim/journal", *SIMULATION},
+    "hostsim/config": {"hostsim/devices", *SIMULATION},
+    "hostsim/cli": {"hostsim/config", "hostsim/devices", *SIMULATION},
+    "hostsim/plant": {"hostsim/config", "hostsim/adapters", "hostsim/journal", "hostsim/devices", *SIMULATION},
+    "hostsim/scenario": {"hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
     "hostsim/include": set(),
-    "hostsim/library": {"hostsim/include", "hostsim/scenario", "hostsim/journal", "hostsim/plant", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/app": {"hostsim/scenario", "hostsim/journal", "hostsim/eds", "hostsim/plant", "hostsim/client", "hostsim/io", "hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "tools": {"hostsim/client", "hostsim/eds", "hostsim/text", "regmap"},
+    "hostsim/library": {"hostsim/include", "hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
+    "hostsim/app": {"hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
+                    "hostsim/journal", "hostsim/devices", *SIMULATION},
+    "tools": {"hostsim/window", "hostsim/eds", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"boards": "firmware/boards",
-            "sim": "hostsim/sim", "journal": "hostsim/journal", "devices": "hostsim/devices", "eds": "hostsim/eds", "io": "hostsim/io",
-            "plant": "hostsim/plant", "scenario": "hostsim/scenario", "text": "hostsim/text", "client": "hostsim/client", "app": "hostsim/app"}
+            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "text",
+                                                    "window", "app")}}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
 FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "cstdint", "limits", "optional", "span",

@@ -9,7 +9,7 @@
 
 #include <cerrno>
 
-#include "sim/slcan_adapter.hpp"
+#include "adapters/slcan_adapter.hpp"
 #include "stream_client.hpp"
 #include "support/catch.hpp"
 #include "turns.hpp"
@@ -21,7 +21,7 @@ struct SlcanServer {
   explicit SlcanServer(std::string_view address = "127.0.0.1:0")
       : slcan(
             reactor, "slcan", text::parse_stream_address(address),
-            [this] { return std::make_unique<sim::SlcanAdapter>(bus, [this] { bus.advance(0); }); },
+            [this] { return std::make_unique<adapters::SlcanAdapter>(bus, [this] { bus.advance(0); }); },
             [this](const std::string& line) { warnings.push_back(line); }) {}
 
   Reactor reactor;

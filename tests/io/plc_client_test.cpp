@@ -8,9 +8,9 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include "client/tcp_connection.hpp"
 #include "io/modbus/plc_client.hpp"
 #include "plc_rig.hpp"
+#include "window/tcp_connection.hpp"
 
 using namespace cbcan;
 using namespace cbcan::io;

@@ -18,7 +18,7 @@ struct Registers {
   std::vector<std::uint16_t> words = std::vector<std::uint16_t>(kPlcWords);
 
   /// "R1024+70", "W1024+1"
-  std::string serve(const client::Request& request, std::vector<std::uint16_t>& response) {
+  std::string serve(const window::Request& request, std::vector<std::uint16_t>& response) {
     if (request.words.empty()) {
       const auto from = words.begin() + (request.read_address - first);
       response.assign(from, from + request.count);
@@ -133,7 +133,7 @@ struct Interleaving {
   ModuleUnit unit_{module};
   Registers registers_;
   std::unique_ptr<PlcExchange> exchange_;
-  std::optional<client::Request> sent_;
+  std::optional<window::Request> sent_;
   std::vector<std::uint16_t> response_;
   unsigned polls_ = 0;
 

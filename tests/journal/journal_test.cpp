@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "journal/words.hpp"
-#include "scenario/demo.hpp"
+#include "plant/demo.hpp"
 #include "text/numbers.hpp"
 
 namespace cbcan::journal {
@@ -22,7 +22,7 @@ const eds::ObjectName* no_name(std::uint8_t /*network*/, std::uint8_t /*node*/, 
 /// All that has happened since the journal was opened, with times and transactions.
 class Seen {
  public:
-  explicit Seen(scenario::Plant& plant) : journal_(plant.control().journal()), cursor_(journal_) {}
+  explicit Seen(plant::Plant& plant) : journal_(plant.control().journal()), cursor_(journal_) {}
 
   Lines lines() {
     Lines lines;
@@ -40,7 +40,7 @@ class Seen {
 
 /// A minute with noise, faults and all kinds of transactions.
 Lines session(const std::string& more) {
-  const auto plant = scenario::test::demo(more);
+  const auto plant = plant::test::demo(more);
   Seen seen(*plant);
   Lines all;
   for (const char* command :
@@ -59,7 +59,7 @@ Lines session(const std::string& more) {
 }  // namespace
 
 TEST_CASE("a frame is a node's where its identifier is, and node guarding's request") {
-  const auto plant = scenario::test::demo();
+  const auto plant = plant::test::demo();
   const Journal& journal = plant->control().journal();
   const auto node_of = [&](std::string_view frame) {
     REQUIRE(plant->execute(fmt::format("send {}", frame)) == "ok\n");
@@ -130,7 +130,7 @@ TEST_CASE("a view of some kinds sees those alone, and has missed nothing where n
 }
 
 TEST_CASE("a transaction's events are in the order of the bus") {
-  const auto plant = scenario::test::demo();
+  const auto plant = plant::test::demo();
   plant->execute("pass 1s");
   Seen seen(*plant);
   plant->execute("trigger read 0x42 0x1000 0 4");
@@ -146,7 +146,7 @@ TEST_CASE("a transaction's events are in the order of the bus") {
 }
 
 TEST_CASE("frames behind the end belong to the transaction that has failed") {
-  const auto plant = scenario::test::demo();
+  const auto plant = plant::test::demo();
   plant->execute("fault 0x42 response-late delay_ms=1500 count=1");
   Seen seen(*plant);
   plant->execute("trigger read 0x42 0x1000 0 4");
@@ -164,7 +164,7 @@ TEST_CASE("frames behind the end belong to the transaction that has failed") {
 }
 
 TEST_CASE("NMT, node states, EMCY messages and a transaction taken back") {
-  const auto plant = scenario::test::demo();
+  const auto plant = plant::test::demo();
   Seen seen(*plant);
   plant->execute("trigger write 0 0x1F82 1 2 5");
   CHECK(seen.lines() == Lines{"0.000000 command trigger write 0 0x1F82 1 2 5",
@@ -185,7 +185,7 @@ TEST_CASE("NMT, node states, EMCY messages and a transaction taken back") {
 }
 
 TEST_CASE("what stands at terminals") {
-  const auto plant = scenario::test::demo();
+  const auto plant = plant::test::demo();
   Seen seen(*plant);
   for (const char* command : {
            "trigger write 0x42 0x6202 1 1 0x80",  // polarity
@@ -204,7 +204,7 @@ TEST_CASE("what stands at terminals") {
 }
 
 TEST_CASE("requests of the scanner window go by their numbers") {
-  const auto plant = scenario::test::demo();
+  const auto plant = plant::test::demo();
   Seen seen(*plant);
   plant->execute("write 500 1 5055 0x42 0x1000 0 4");  // the first number after a start is not executed
   plant->execute("write 500 2 5055 0x42 0x1000 0 4");
@@ -225,7 +225,7 @@ TEST_CASE("requests of the scanner window go by their numbers") {
 }
 
 TEST_CASE("frames belong to the channel whose turn it is with the node") {
-  const auto plant = scenario::test::demo("[module]\nchannels = 3\n");
+  const auto plant = plant::test::demo("[module]\nchannels = 3\n");
   plant->execute("write 500 1 5055 0 0 0 0");
   plant->execute("write 700 1 5055 0 0 0 0");
   plant->execute("write 900 1 5055 0 0 0 0");

@@ -1,73 +1,215 @@
 // SPDX-License-Identifier: MIT
-// Wires in a plant file, and what the user is told about them.
+// Wires between nodes: what comes out, when, and that nothing depends on how time is cut into steps.
+#include "config/wires.hpp"
+#include "demo.hpp"
 #include "plant/wires.hpp"
+#include "text/words.hpp"
 
-#include <fmt/core.h>
-
-#include "plant_support.hpp"
-#include "support/catch.hpp"
-
-using namespace cbcan::plant;
-using namespace cbcan::plant::test;
-
+namespace cbcan::plant::test {
 namespace {
 
-constexpr std::string_view kNode = "[[node]]\nid = 5\neds = \"a.eds\"\n";
+std::string wire(std::string_view from, std::string_view to, std::string_view more = "") {
+  return fmt::format("[[wire]]\nfrom = \"{}\"\nto = \"{}\"\n{}\n", from, to, more);
+}
+
+/// Of a response without "ok" and the line end.
+std::string get(Plant& plant, std::string_view what) {
+  const std::string response = plant.execute(fmt::format("get {}", what));
+  return std::string(text::trim(std::string_view(response).substr(2)));
+}
+
+/// The PLC writes 6200h:01 of the I/O module.
+void write_outputs(Plant& plant, int value) {
+  plant.execute(fmt::format("trigger write 0x42 0x6200 1 1 {}", value));
+  plant.execute("wait register 3700 = 0");
+}
+
+TEST_CASE("what a wire makes of a step of 100 at 1 s, and of one back to 0 at 2 s") {
+  struct Row {
+    sim::Transfer transfer;
+    Time time;
+    double value;
+  };
+  const auto row = [](Time time, double value, auto change) {
+    Row made{{}, time, value};
+    change(made.transfer);
+    return made;
+  };
+  const auto lags = [](sim::Transfer& t) { t.lag = 500 * kMillisecond; };
+  const auto rows = {
+      row(999'999, 0, [](auto&) {}),
+      row(1'000'000, 100, [](auto&) {}),
+      row(1'000'000, 205, [](auto& t) { t.scale = 2, t.offset = 5; }),
+      row(1'000'000, 50, [](auto& t) { t.high = 50; }),
+      row(2'000'000, 7, [](auto& t) { t.low = 7; }),
+      row(0, 1, [](auto& t) { t.inverted = true; }),
+      row(1'000'000, 0, [](auto& t) { t.inverted = true; }),
+      row(1'299'999, 0, [](auto& t) { t.delay = 300 * kMillisecond; }),
+      row(1'300'000, 100, [](auto& t) { t.delay = 300 * kMillisecond; }),
+      row(3'499'999, 100, [](auto& t) { t.delay = 1500 * kMillisecond; }),
+      row(3'500'000, 0, [](auto& t) { t.delay = 1500 * kMillisecond; }),
+      row(1'500'000, 63.212056, lags),  // 100 (1 - 1/e)
+      row(2'000'000, 86.466472, lags),
+      row(2'500'000, 31.809235, lags),  // 86.466472 / e
+      row(50'000'000, 0, lags),
+  };
+  for (const auto& [transfer, time, value] : rows) {
+    CAPTURE(time, value);
+    for (const Time step : {Time{1'000}, Time{7'777}, Time{250'000}, Time{60'000'000}}) {
+      sim::Wire wire(transfer);
+      wire.put(0, 0);
+      Time now = 0;
+      for (const auto& [at, put] : {std::pair(Time{1'000'000}, 100), std::pair(Time{2'000'000}, 0)}) {
+        for (; now + step < at && now + step < time; now += step)
+          wire.take(now);
+        if (at <= time) wire.put(put, at);
+      }
+      CHECK(wire.take(time) == Approx(value).margin(1e-5));
+    }
+  }
+}
+
+TEST_CASE("a lag is passed on at times that do not depend on who looks, until it is over") {
+  sim::Transfer transfer;
+  transfer.lag = 500 * kMillisecond;
+  sim::Wire wire(transfer);
+  wire.put(0, 0);
+  wire.put(100, 1'000'000);
+  wire.take(1'003'000);
+  CHECK(wire.next_change(1'003'000) == 1'010'000);
+  CHECK(wire.next_change(20'999'000) == 21'000'000);  // 40 time constants
+  CHECK(wire.next_change(21'000'000) == kNever);
+}
+
+TEST_CASE("an output is wired as it stands at the terminal, bit by bit, at once") {
+  const auto plant = demo(wire("66:output:2", "32:0x2001") + wire("66:0x6200:1.1", "66:input:8") +
+                          wire("66:output:8", "66:input:1", "inverted = true"));
+  CHECK(get(*plant, "32 0x2001") == "0");
+  CHECK(get(*plant, "0x42 0x6000:1") == "1");
+  write_outputs(*plant, 0x02);
+  CHECK(get(*plant, "32 0x2001") == "1");
+  CHECK(get(*plant, "0x42 0x6000:1") == "129");
+  plant->execute("set 0x42 0x6202:1 0x02");  // polarity: the terminal is the other way round
+  CHECK(get(*plant, "32 0x2001") == "0");
+  CHECK(get(*plant, "66 output:2") == "0");
+  CHECK(get(*plant, "66 0x6200:1.1") == "1");
+  CHECK(get(*plant, "66 0x6000:1") == "129");
+  CHECK(plant->execute("wait object 66 output:2 = 0").starts_with("ok"));
+  plant->execute("power 66 off");
+  plant->execute("power 66 on");
+  CHECK(get(*plant, "66 0x6000:1") == "1");
+  CHECK(plant->execute("get 32 output:1") == "error: output:1: node 32 has no such terminal\n");
+  CHECK(plant->execute("get 66 output:99") == "error: output:99: node 66 has no such terminal\n");
+}
+
+TEST_CASE("delays and lags end at their own times, across networks and back") {
+  constexpr std::string_view kSecond = R"([[network]]
+[network.module]
+enabled = false
+[[network.node]]
+id = 32
+eds = "demo:/generic.eds"
+)";
+  const std::string wires = wire("66:analogue-output:1", "2/32:0x2002", "delay_ms = 250") +
+                            wire("2/32:0x2002", "32:0x2002", "lag_ms = 100\nscale = 10") +
+                            wire("32:0x2002", "66:analogue-input:1", "sample_ms = 50");
+  std::vector<std::string> known;
+  for (const std::string_view step : {"1us", "999us", "40ms", "3s"}) {
+    const auto plant = demo(std::string(kSecond) + wires);
+    Frames frames(*plant);
+    plant->execute("nmt start all");
+    plant->execute("set 66 0x6423 1");
+    plant->execute("trigger write 66 0x6411 1 2 300");
+    plant->execute("pass 250ms");
+    CHECK(get(*plant, "2/32 0x2002") == "300");
+    const std::string response = plant->execute("wait object 66 0x6401:1 >= 2000");
+    plant->execute("pass 100us");
+    for (int i = 0; i < 20; ++i)
+      plant->execute(fmt::format("pass {}", step));
+    plant->pass_to(70 * cbcan::kSecond);
+    CHECK(get(*plant, "66 0x6401:1") == "3000");
+    frames.seen.push_back(response);
+    if (known.empty()) known = frames.seen;
+    CHECK(frames.seen == known);
+  }
+}
+
+/// Every frame with its time.
+class BusLog final : public sim::Observer {
+ public:
+  void on_bus_frame(const Frame& frame, Time now) override {
+    lines.push_back(fmt::format("{} {}", now, sim::frame_text(frame)));
+  }
+  std::vector<std::string> lines;
+};
+
+TEST_CASE("networks with wires go through time together, however far they are to go at once") {
+  const std::string text = R"([[node]]
+id = 66
+eds = "demo:/io_module.eds"
+[[node]]
+id = 32
+eds = "demo:/generic.eds"
+signals = [ { index = 0x2002, shape = "ramp", to = 50, duration_ms = 1000, sample_ms = 13 } ]
+[[network]]
+[[network.node]]
+id = 66
+eds = "demo:/io_module.eds"
+)" + wire("32:0x2002.1", "2/66:input:1", "delay_ms = 7") +
+                           wire("2/66:0x6000:1.0", "66:input:2");
+  const auto logs = [&text](Time step) {
+    config::Config config;
+    REQUIRE(config::read_plant(text, "plant.toml", config).empty());
+    config::PlantBuild build = config::build_nodes(config, config::with_demo_plant(no_file));
+    REQUIRE(build.good);
+    std::array<BusLog, 2> seen;
+    Network one(config, config.networks[0], std::move(build.networks[0]), 0, nullptr);
+    Network two(config, config.networks[1], std::move(build.networks[1]), 0, nullptr);
+    Wires wires(config, {&one, &two});
+    one.world().bus().observe(seen[0]);
+    two.world().bus().observe(seen[1]);
+    for (Network* network : {&one, &two})
+      network->start(0);
+    for (Network* network : {&one, &two})
+      CHECK(network->send(nmt::command_frame(nmt::Command::kStart, 0)));
+    for (Time now = 0; now < 2 * kSecond; now = std::min(now + step, 2 * kSecond))
+      (now / step % 2 == 0 ? one : two).advance(now);
+    one.advance(2 * kSecond);
+    return std::pair(seen[0].lines, seen[1].lines);
+  };
+  const auto known = logs(1'000);
+  // Bit 1 of 0..50 changes 25 times: each is a TPDO there, 7 ms later, and one here at that same moment.
+  CHECK(std::ranges::count_if(known.first,
+                              [](const auto& line) { return line.find(" 1C2#02") != line.npos; }) == 13);
+  CHECK(std::ranges::count_if(known.second,
+                              [](const auto& line) { return line.find(" 1C2#01") != line.npos; }) == 13);
+  for (const Time step : {Time{13'000}, Time{99'999}, Time{700'000}, Time{2'000'000}})
+    CHECK(logs(step) == known);
+}
+
+TEST_CASE("ends that a node does not have are told") {
+  const config::FileReader read = config::with_demo_plant(no_file);
+  config::Config config;
+  const std::string text = "[[node]]\nid = 5\neds = \"demo:/io_module.eds\"\n" +
+                           wire("5:output:999", "5:input:1") + wire("5:0x6200:1", "5:0x1017");
+  REQUIRE(config::read_plant(text, "plant.toml", config).empty());
+  const config::PlantBuild build = config::build_nodes(config, read);
+  CHECK_FALSE(build.good);
+  CHECK(build.lines ==
+        std::vector<std::string>{
+            "plant.toml:4: wire 5:output:999 to 5:input:1: the node, a cia401, has no such output or "
+            "number as 5:output:999",
+            "plant.toml:8: wire 5:0x6200:1 to 5:0x1017: the node, a cia401, has no such input as "
+            "5:0x1017"});
+}
+
+TEST_CASE("what goes round through devices does not stop time") {
+  const auto plant = demo(wire("32:0x2001", "32:0x2002", "scale = -1\noffset = 1") +
+                          wire("32:0x2002.0", "32:0x2003.0") + wire("32:0x2003", "32:0x2004"));
+  plant->execute("set 32 0x2001 5");
+  plant->execute("pass 1s");
+  CHECK(plant->now() == kSecond);
+}
 
 }  // namespace
-
-TEST_CASE("ten thousand wires in a row, and the loop that they are, are looked at once") {
-  Config config = read(kNode).config;
-  constexpr unsigned kWires = 20'000;
-  for (unsigned i = 0; i < kWires; ++i) {
-    WireConfig wire;
-    wire.from = *parse_wire_end(fmt::format("5:{}", 0x2000 + i));
-    wire.to = *parse_wire_end(fmt::format("5:{}", 0x2000 + i + 1));
-    config.wires.push_back(wire);
-  }
-  CHECK(check(config).empty());
-  config.wires.back().to = config.wires[0].from;
-  const Lines lines = to_lines(check(config));
-  CHECK(lines.size() == kWires);
-  CHECK(
-      lines.back().ends_with("goes round in a loop without delay; give one of its wires delay_ms or lag_ms"));
-}
-
-TEST_CASE("an end of a wire that is none is told once") {
-  const std::string text = std::string(kNode) + "[[wire]]\nfrom = \"5:outpt:1\"\nto = \"5:0x2001\"\n";
-  CHECK(read(text).errors.size() == 1);
-  CHECK(check(read(text).config).empty());
-}
-
-TEST_CASE("wires") {
-  const auto with = [](const std::string& wire) {
-    const Plant plant = read(std::string(kNode) + "[[wire]]\n" + wire + "\n");
-    Lines found = plant.errors;
-    if (found.empty()) found = to_lines(check(plant.config));
-    return found.empty() ? std::string() : found.front();
-  };
-  const std::string ends = "from = \"5:0x2001\"\nto = \"5:0x2002\"\n";
-  CHECK(with(ends) == "");
-  CHECK(with("to = \"5:0x2002\"") == "plant.toml:4: wire.from: is missing; add from = \"66:output:1\"");
-  CHECK(
-      with("from = \"5:output:0\"\nto = \"5:0x2002\"") ==
-      "plant.toml:5: wire.from \"5:output:0\": must be NODE:INDEX:SUB, with .BIT behind it where one bit is "
-      "meant, or "
-      "NODE:output:N, NODE:analogue-output:N, NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2");
-  CHECK(with(ends + "delay_ms = -1") == "plant.toml:7: wire.delay_ms -1: must be 0..3600000 ms");
-  CHECK(with(ends + "lagg_ms = 1") == "plant.toml:7: wire.lagg_ms: no such key; did you mean wire.lag_ms?");
-  CHECK(with("from = \"2/5:0x2001\"\nto = \"5:0x2002\"") ==
-        "plant.toml:4: wire 2/5:0x2001 to 5:0x2002: 2/5:0x2001: there is no such node in the plant");
-  CHECK(with(ends + "low = 2\nhigh = 1") ==
-        "plant.toml:4: wire 5:0x2001 to 5:0x2002: low is above high; exchange them");
-  CHECK(with(ends + "[[wire]]\nfrom = \"5:output:1\"\nto = \"#1:0x2002.3\"") ==
-        "plant.toml:7: wire 5:output:1 to #1:0x2002.3: #1:0x2002.3 already has a wire at plant.toml:4; "
-        "remove one of the two");
-  const std::string loop = ends + "[[wire]]\nfrom = \"5:0x2002\"\nto = \"5:0x2001\"\n";
-  CHECK(with(loop) ==
-        "plant.toml:4: wire 5:0x2001 to 5:0x2002: goes round in a loop without delay; give one of its wires "
-        "delay_ms or lag_ms");
-  CHECK(with(loop + "lag_ms = 1") == "");
-  CHECK(read("wire = 5\n").errors == Lines{"plant.toml:1: wire: must be a list; write wire = [{ from = "
-                                           "\"66:output:1\", to = \"5:0x2001\" }]"});
-}
+}  // namespace cbcan::plant::test

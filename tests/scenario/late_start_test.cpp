@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Networks whose time does not begin at 0, as where a wall clock drives them.
-#include "scenario/demo.hpp"
-#include "scenario/wires.hpp"
+#include "plant/demo.hpp"
+#include "plant/wires.hpp"
 
-namespace cbcan::scenario::test {
+namespace cbcan::plant::test {
 
 TEST_CASE("a wire takes no samples of the time before the networks have started: it would take for ever") {
   constexpr Time kStart = Time{100 * 86400} * kSecond;
-  const plant::FileReader read = plant::with_demo_plant(no_file);
-  plant::Config config;
-  REQUIRE(plant::read_plant(R"(
+  const config::FileReader read = config::with_demo_plant(no_file);
+  config::Config config;
+  REQUIRE(config::read_plant(R"(
 [module]
 enabled = false
 [[node]]
@@ -24,9 +24,9 @@ from = "32:0x2002"
 to = "33:0x2002"
 sample_ms = 1
 )",
-                            "late.toml", config)
+                             "late.toml", config)
               .empty());
-  plant::PlantBuild build = plant::build_nodes(config, read);
+  config::PlantBuild build = config::build_nodes(config, read);
   REQUIRE(build.good);
   Network network(config, config.networks[0], std::move(build.networks[0]), kStart, nullptr);
   Wires wires(config, {&network});
@@ -39,4 +39,4 @@ sample_ms = 1
   CHECK(at(kStart + 10 * kMillisecond) == 10);
 }
 
-}  // namespace cbcan::scenario::test
+}  // namespace cbcan::plant::test

@@ -4,10 +4,12 @@
 #include <fstream>
 #include <sstream>
 
-#include "scenario/demo.hpp"
+#include "plant/demo.hpp"
 #include "scenario/scenario.hpp"
 
-namespace cbcan::scenario::test {
+namespace cbcan::plant::test {
+
+using namespace cbcan::scenario;
 
 namespace {
 
@@ -21,25 +23,25 @@ std::optional<std::string> file(const std::string& path) {
   return text.str();
 }
 
-const plant::FileReader kRead = plant::with_demo_plant(file);
+const config::FileReader kRead = config::with_demo_plant(file);
 
 Scenario scenario(const std::string& text, const std::string& name = "dir/s.toml") {
   return read_scenario(text, name, kRead);
 }
 
-Lines problems(const plant::Diagnostics& found) {
+Lines problems(const config::Diagnostics& found) {
   Lines lines;
-  for (const plant::Diagnostic& each : found)
+  for (const config::Diagnostic& each : found)
     lines.push_back(to_string(each));
   return lines;
 }
 
 struct Stage {
-  explicit Stage(const Scenario& scenario) : build(plant::build_nodes(scenario.config, kRead)) {
+  explicit Stage(const Scenario& scenario) : build(config::build_nodes(scenario.config, kRead)) {
     REQUIRE(build.good);
     plant.emplace(scenario.config, std::move(build));
   }
-  plant::PlantBuild build;
+  config::PlantBuild build;
   std::optional<Plant> plant;
 };
 
@@ -115,7 +117,7 @@ TEST_CASE("scenarios: commands and conditions that are none are told before anyt
       "99999 = 1\"\n");
   REQUIRE(made.problems.empty());
   Stage stage(made);
-  const plant::Diagnostics found = check_steps(made, *stage.plant);
+  const config::Diagnostics found = check_steps(made, *stage.plant);
   REQUIRE(found.size() == 3);
   CHECK(found[0].place.line == 4);
   CHECK(found[1].place.line == 5);
@@ -134,8 +136,8 @@ TEST_CASE("scenarios: steps let time pass by their keys") {
 
 TEST_CASE("conditions and commands take as many words as they have, and no more") {
   const auto plant = demo();
-  for (const char* line :
-       {"wait state 66 operational x", "wait state 66", "time x", "trigger", "trigger read", "pass", "pass 1s x"})
+  for (const char* line : {"wait state 66 operational x", "wait state 66", "time x", "trigger",
+                           "trigger read", "pass", "pass 1s x"})
     CHECK(plant->execute(line).starts_with("error: "));
   CHECK_NOTHROW(make_condition("state 66 operational", plant->view()));
   for (const char* condition : {"state 66 operational x", "state 66", "register 3700 = 0 x", "register 3700"})
@@ -187,4 +189,4 @@ TEST_CASE("scenarios: a command that is refused while it is played") {
   CHECK(failed.failure.starts_with("dir/s.toml:4: write 4167 1 2: "));
 }
 
-}  // namespace cbcan::scenario::test
+}  // namespace cbcan::plant::test

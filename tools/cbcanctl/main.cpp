@@ -14,10 +14,10 @@
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
-#include "client/program_start.hpp"
 #include "text/address.hpp"
 #include "text/suggestion.hpp"
 #include "text/words.hpp"
+#include "window/program_start.hpp"
 
 namespace cbcan::ctl {
 
@@ -334,6 +334,6 @@ ExitCode exit_code(int argc, char** argv) {
 }  // namespace cbcan::ctl
 
 int main(int argc, char** argv) {
-  cbcan::client::start_program<static_cast<int>(cbcan::ctl::ExitCode::kEnvironment)>();
+  cbcan::window::start_program<static_cast<int>(cbcan::ctl::ExitCode::kEnvironment)>();
   return static_cast<int>(cbcan::ctl::exit_code(argc, argv));
 }

@@ -10,11 +10,11 @@
 
 #include "cbcan/cia405.hpp"
 #include "cbcan/regmap.hpp"
-#include "client/request.hpp"
+#include "window/request.hpp"
 
 namespace cbcan::cia405::detail {
 
-using client::Request;
+using window::Request;
 
 inline constexpr std::uint16_t kClaimWords = regmap::kLastData + 1;  ///< address of program 0's
 inline constexpr int kPrograms = 8;

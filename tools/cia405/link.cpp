@@ -35,7 +35,7 @@ void Link::poll(Time now) {
 }
 
 bool Link::connected() const {
-  return connected_->connection.state() == client::Connection::State::kOn;
+  return connected_->connection.state() == window::Connection::State::kOn;
 }
 
 const std::string& Link::problem() const {
@@ -96,13 +96,13 @@ void Link::Connected::poll(Time now) {
 
 void Link::Connected::move(Time now) {
   connection.poll(now);
-  if (connection.state() != client::Connection::State::kOn) return;
+  if (connection.state() != window::Connection::State::kOn) return;
   if (connection.response_due() && !receive(now)) return;
   send(now);
 }
 
 bool Link::Connected::receive(Time now) {
-  const std::optional<client::Response> response = connection.receive(now);
+  const std::optional<window::Response> response = connection.receive(now);
   if (!response) return false;
   detail::Window& window = windows.at(asked);
   response->exception != 0 ? window.refused() : window.answered(response->words, now);
@@ -115,7 +115,7 @@ void Link::Connected::send(Time now) {
   auto next = windows.upper_bound(asked);
   for (std::size_t i = 0; i < windows.size(); ++i, ++next) {
     if (next == windows.end()) next = windows.begin();
-    const std::optional<client::Request> request = next->second.next(now);
+    const std::optional<window::Request> request = next->second.next(now);
     if (!request) continue;
     asked = next->first;
     return connection.send(asked.first, *request, now);

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "cbcan/cia405.hpp"
-#include "client/tcp_connection.hpp"
 #include "window.hpp"
+#include "window/tcp_connection.hpp"
 
 namespace cbcan::cia405 {
 
@@ -25,7 +25,7 @@ struct Link::Connected {
   void heed(detail::Window& window);
 
   LinkSettings settings;
-  client::TcpConnection connection;
+  window::TcpConnection connection;
   /// A unit ID, which is a network, and a channel.
   using Place = std::pair<std::uint8_t, std::uint8_t>;
   std::map<Place, detail::Window> windows{};

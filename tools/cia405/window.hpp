@@ -14,7 +14,7 @@
 
 #include "cbcan/cia405.hpp"
 #include "claim.hpp"
-#include "client/request.hpp"
+#include "window/request.hpp"
 
 namespace cbcan::cia405::detail {
 

@@ -8,7 +8,8 @@ namespace cbcan::io {
 /// An adapter that is unplugged and put back when the connection ends.
 class AdapterServer::Session final : public StreamSession {
  public:
-  Session(sim::Adapter& adapter, std::vector<sim::Adapter*>& idle) : adapter_(adapter), idle_(idle) {
+  Session(adapters::Adapter& adapter, std::vector<adapters::Adapter*>& idle)
+      : adapter_(adapter), idle_(idle) {
     adapter_.join();
   }
   ~Session() override {
@@ -23,8 +24,8 @@ class AdapterServer::Session final : public StreamSession {
   bool has_ended() const override { return adapter_.has_ended(); }
 
  private:
-  sim::Adapter& adapter_;
-  std::vector<sim::Adapter*>& idle_;
+  adapters::Adapter& adapter_;
+  std::vector<adapters::Adapter*>& idle_;
 };
 
 AdapterServer::AdapterServer(Reactor& reactor, std::string_view service, const StreamAddress& address,
@@ -42,13 +43,13 @@ AdapterServer::Counters AdapterServer::counters() const {
   return counters;
 }
 
-sim::Adapter& AdapterServer::take_adapter() {
+adapters::Adapter& AdapterServer::take_adapter() {
   if (idle_.empty()) {
     adapters_.push_back(make_());
     idle_.reserve(adapters_.size());  // to leave takes no memory
     return *adapters_.back();
   }
-  sim::Adapter* adapter = idle_.back();
+  adapters::Adapter* adapter = idle_.back();
   idle_.pop_back();
   return *adapter;
 }

@@ -11,14 +11,14 @@
 #include <memory>
 #include <vector>
 
+#include "adapters/adapter.hpp"
 #include "io/sockets/stream_server.hpp"
-#include "sim/adapter.hpp"
 
 namespace cbcan::io {
 
 class AdapterServer {
  public:
-  using MakeAdapter = std::function<std::unique_ptr<sim::Adapter>()>;
+  using MakeAdapter = std::function<std::unique_ptr<adapters::Adapter>()>;
 
   /// Listens at once; throws EnvironmentError when it cannot, its text beginning with `service`. `make` makes
   /// an adapter where there is none idle; its bus is not advanced after this has gone. The reactor is the
@@ -43,12 +43,12 @@ class AdapterServer {
  private:
   class Session;
 
-  sim::Adapter& take_adapter();
+  adapters::Adapter& take_adapter();
 
   MakeAdapter make_;
   /// A bus cannot let go of an adapter: those of connections that have ended are used again.
-  std::vector<std::unique_ptr<sim::Adapter>> adapters_;
-  std::vector<sim::Adapter*> idle_;
+  std::vector<std::unique_ptr<adapters::Adapter>> adapters_;
+  std::vector<adapters::Adapter*> idle_;
   StreamServer server_;
 };
 

@@ -4,15 +4,15 @@
 #include <optional>
 #include <utility>
 
+#include "adapters/socketcand_text.hpp"
 #include "boards/common/slcan_port.hpp"
-#include "sim/socketcand_text.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::io {
 
 namespace {
 
-namespace socketcand = sim::socketcand;
+namespace socketcand = adapters::socketcand;
 
 /// As a microcontroller speaks it.
 class Slcan final : public Dialect {

@@ -3,18 +3,18 @@
 
 #include <utility>
 
-#include "client/tcp_connection.hpp"
 #include "io/sockets/listen_address.hpp"
+#include "window/tcp_connection.hpp"
 
 namespace cbcan::io {
 
 namespace {
 
-client::Time client_time(Time now) {
-  return static_cast<client::Time>(now);
+window::Time client_time(Time now) {
+  return static_cast<window::Time>(now);
 }
 
-std::string range_text(const client::Request& request) {
+std::string range_text(const window::Request& request) {
   const bool reads = request.words.empty();
   const std::size_t first = reads ? request.read_address : request.write_address;
   const std::size_t count = reads ? request.count : request.words.size();
@@ -24,14 +24,14 @@ std::string range_text(const client::Request& request) {
 
 }  // namespace
 
-std::unique_ptr<client::Connection> plc_over_tcp(const text::ListenAddress& address) {
+std::unique_ptr<window::Connection> plc_over_tcp(const text::ListenAddress& address) {
   const std::string where = "plc " + to_string(address) + ": ";
   const auto number = address_of(looked_up(where, address));
   if (!number) throw EnvironmentError(where + "its address cannot be told; write an IP address");
-  return std::make_unique<client::TcpConnection>(number->host, address.port, kPlcTiming);
+  return std::make_unique<window::TcpConnection>(number->host, address.port, kPlcTiming);
 }
 
-PlcClient::PlcClient(Reactor& reactor, ModbusUnit& module, std::unique_ptr<client::Connection> connection,
+PlcClient::PlcClient(Reactor& reactor, ModbusUnit& module, std::unique_ptr<window::Connection> connection,
                      Exchanges exchanges, const PlcSettings& settings, Warn warn)
     : reactor_(reactor),
       module_(module),
@@ -59,7 +59,7 @@ void PlcClient::poll(Time now) {
 }
 
 void PlcClient::begin_round(Time now) {
-  if (connection_->state() != client::Connection::State::kOn || now < round_at_) return;
+  if (connection_->state() != window::Connection::State::kOn || now < round_at_) return;
   round_at_ = now + settings_.period;
   for (const auto& exchange : exchanges_)
     exchange->begin();
@@ -78,9 +78,9 @@ void PlcClient::receive(Time now) {
 
 void PlcClient::send(Time now) {
   quiet_ = false;
-  if (connection_->state() != client::Connection::State::kOn || connection_->response_due()) return;
+  if (connection_->state() != window::Connection::State::kOn || connection_->response_due()) return;
   for (std::size_t i = 0; i < exchanges_.size(); ++i) {
-    std::optional<client::Request> request = exchanges_[i]->next();
+    std::optional<window::Request> request = exchanges_[i]->next();
     if (!request) continue;
     quiet_ = !connection_->ready(client_time(now));
     if (quiet_) return;
@@ -115,7 +115,7 @@ void PlcClient::watch() {
 }
 
 Time PlcClient::next_deadline() const {
-  const bool idle = connection_->state() == client::Connection::State::kOn && !connection_->response_due();
+  const bool idle = connection_->state() == window::Connection::State::kOn && !connection_->response_due();
   return idle && !quiet_ ? round_at_ : static_cast<Time>(connection_->deadline());
 }
 

@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
-#include "client/connection.hpp"
 #include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/modbus/plc_exchange.hpp"
 #include "text/address.hpp"
+#include "window/connection.hpp"
 
 namespace cbcan::io {
 
@@ -26,18 +26,18 @@ struct PlcSettings {
 };
 
 /// A second for a response; pauses of 0.1 to 5 s.
-inline constexpr client::Timing kPlcTiming{1'000'000, 100'000, 5'000'000};
+inline constexpr window::Timing kPlcTiming{1'000'000, 100'000, 5'000'000};
 
 /// A connection by Modbus TCP. A name is looked up here, which may block, and not again. Throws
 /// EnvironmentError.
-std::unique_ptr<client::Connection> plc_over_tcp(const text::ListenAddress& address);
+std::unique_ptr<window::Connection> plc_over_tcp(const text::ListenAddress& address);
 
 class PlcClient {
  public:
   using Exchanges = std::vector<std::unique_ptr<PlcExchange>>;
 
   /// Reactor and module are the caller's.
-  PlcClient(Reactor& reactor, ModbusUnit& module, std::unique_ptr<client::Connection> connection,
+  PlcClient(Reactor& reactor, ModbusUnit& module, std::unique_ptr<window::Connection> connection,
             Exchanges exchanges, const PlcSettings& settings, Warn warn);
   ~PlcClient();
   PlcClient(const PlcClient&) = delete;
@@ -69,12 +69,12 @@ class PlcClient {
 
   Reactor& reactor_;
   ModbusUnit& module_;
-  std::unique_ptr<client::Connection> connection_;
+  std::unique_ptr<window::Connection> connection_;
   Exchanges exchanges_;
   PlcSettings settings_;
   Warn warn_;
   std::size_t asking_ = 0;  ///< whose request was sent last
-  client::Request request_;
+  window::Request request_;
   Time round_at_ = 0;
   unsigned ends_ = 0;                ///< of connections, that the exchanges know of
   bool lost_ = false;                ///< and that has been told

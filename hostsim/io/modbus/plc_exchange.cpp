@@ -8,7 +8,7 @@ namespace cbcan::io {
 
 namespace {
 
-using client::Request;
+using window::Request;
 
 constexpr std::size_t kHeadWords = regmap::kData - regmap::kWindowFirst;
 constexpr auto kOk = static_cast<std::uint16_t>(regmap::Result::kOk);

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "cbcan/regmap.hpp"
-#include "client/request.hpp"
 #include "io/modbus/modbus_unit.hpp"
+#include "window/request.hpp"
 
 namespace cbcan::io {
 
@@ -27,7 +27,7 @@ class PlcExchange {
   /// It is time to look again.
   virtual void begin() = 0;
   /// The next request; none = the round is over.
-  virtual std::optional<client::Request> next() = 0;
+  virtual std::optional<window::Request> next() = 0;
   /// The response to it; without words, if it only wrote.
   virtual void responded(Words words) = 0;
   /// It was not answered, or by an exception, which may come from a gateway: it may have been executed, or
@@ -45,7 +45,7 @@ class WindowExchange final : public PlcExchange {
       : module_(module), first_(first), refuses_(refuses) {}
 
   void begin() override;
-  std::optional<client::Request> next() override;
+  std::optional<window::Request> next() override;
   void responded(Words words) override;
   void lost() override;
 
@@ -61,7 +61,7 @@ class WindowExchange final : public PlcExchange {
   void cancel(std::uint16_t flag);
   void wait();
   ModbusRange result_data() const;
-  client::Request write(const ModbusRange& range) const;
+  window::Request write(const ModbusRange& range) const;
 
   ModbusUnit& module_;
   std::uint16_t first_;
@@ -82,7 +82,7 @@ class ScannerExchange final : public PlcExchange {
       : module_(module), first_(first), out_first_(out_first), in_first_(in_first) {}
 
   void begin() override;
-  std::optional<client::Request> next() override;
+  std::optional<window::Request> next() override;
   void responded(Words words) override;
   void lost() override { wait(); }
 
@@ -114,7 +114,7 @@ class ProcessExchange final : public PlcExchange {
       : module_(module), first_(first), own_first_(own_first) {}
 
   void begin() override;
-  std::optional<client::Request> next() override;
+  std::optional<window::Request> next() override;
   void responded(Words words) override;
   void lost() override;
 

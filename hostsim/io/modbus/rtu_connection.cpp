@@ -25,10 +25,10 @@ std::uint16_t crc_of(std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-RtuConnection::RtuConnection(const SerialSettings& line, const client::Timing& timing)
+RtuConnection::RtuConnection(const SerialSettings& line, const window::Timing& timing)
     : Connection(line.device, timing), line_(line) {}
 
-void RtuConnection::poll(client::Time now) {
+void RtuConnection::poll(window::Time now) {
   if (state_ != State::kOff || !attempt_due(now)) return;
   try {
     descriptor_ = open_serial("port", line_).release();
@@ -39,7 +39,7 @@ void RtuConnection::poll(client::Time now) {
 }
 
 /// A frame goes into the port's buffer whole, or the port is not what it should be.
-void RtuConnection::send(std::uint8_t unit, const client::Request& request, client::Time now) {
+void RtuConnection::send(std::uint8_t unit, const window::Request& request, window::Time now) {
   std::vector<std::uint8_t> frame = bytes_of(unit, request);
   const std::uint16_t crc = crc_of(frame);
   frame.push_back(static_cast<std::uint8_t>(crc));
@@ -51,7 +51,7 @@ void RtuConnection::send(std::uint8_t unit, const client::Request& request, clie
   expect(unit, request, now);
 }
 
-std::optional<client::Response> RtuConnection::receive(client::Time now) {
+std::optional<window::Response> RtuConnection::receive(window::Time now) {
   if (!read(now)) return std::nullopt;
   if (auto whole = response()) {
     received();
@@ -66,7 +66,7 @@ std::optional<client::Response> RtuConnection::receive(client::Time now) {
 }
 
 /// What is more than a response can be is left where it is.
-bool RtuConnection::read(client::Time now) {
+bool RtuConnection::read(window::Time now) {
   const ssize_t count = ::read(descriptor_, buffer_.data() + size_, buffer_.size() - size_);
   if (count > 0) size_ += static_cast<std::size_t>(count);
   const bool gone =
@@ -75,7 +75,7 @@ bool RtuConnection::read(client::Time now) {
   return !gone;
 }
 
-std::optional<client::Response> RtuConnection::response() const {
+std::optional<window::Response> RtuConnection::response() const {
   const std::span<const std::uint8_t> frame(buffer_.data(), size_);
   if (size_ <= kCrcBytes || crc_of(frame) != 0) return std::nullopt;
   return due_->response.in(frame.first(size_ - kCrcBytes));

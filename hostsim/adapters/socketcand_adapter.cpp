@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: MIT
+#include "adapters/socketcand_adapter.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <iterator>
+#include <utility>
+
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::adapters {
+
+using namespace socketcand;
+
+namespace {
+
+constexpr Time kSlot = 100;
+constexpr std::size_t kLongestBusName = 16;
+constexpr std::size_t kLongestStatistics = 92;
+constexpr std::size_t kMostParts = 257;  ///< of a multiplexed filter
+
+std::uint32_t key_of(const Frame& frame) {
+  return frame.id | ((frame.flags & Frame::kExtended) != 0 ? 0x8000'0000 : 0);
+}
+
+std::uint64_t data_of(const Frame& frame) {
+  return std::bit_cast<std::uint64_t>(frame.data);
+}
+
+/// Seconds and microseconds.
+std::optional<Time> parse_interval(Words words) {
+  if (words.size() < 2) return std::nullopt;
+  const auto seconds = text::parse<std::uint32_t>(words[0]);
+  const auto microseconds = text::parse<std::uint32_t>(words[1]);
+  if (!seconds || !microseconds) return std::nullopt;
+  return *seconds * kSecond + *microseconds;
+}
+
+}  // namespace
+
+void SocketcandBus::Traffic::count(const Frame& frame) {
+  ++frames;
+  if ((frame.flags & Frame::kRemote) == 0) bytes += frame.length;
+}
+
+void SocketcandBus::on_bus_frame(const Frame& frame, Time /*now*/) {
+  all_.count(frame);
+}
+
+Time SocketcandBus::slot(Time now) {
+  const Time slot = std::max(free_at_, now);
+  free_at_ = slot + kSlot;
+  return slot;
+}
+
+std::string_view SocketcandBus::text_of(const Frame& frame, Time now) {
+  if (frame != last_ || now != last_at_ || text_.empty()) {
+    text_.clear();
+    append_received(text_, last_ = frame, (last_at_ = now) + wall_offset_);
+  }
+  return text_;
+}
+
+// ---- Commands
+
+struct SocketcandAdapter::Command {
+  std::string_view name;
+  unsigned modes;
+  bool (SocketcandAdapter::*execute)(Words words);
+};
+
+void SocketcandAdapter::receive(std::string_view characters) {
+  for (const char c : characters)
+    if (!ended_ && reader_.on_char(c)) execute(reader_.element());
+  wants(next_due());
+  on_queued_();
+}
+
+void SocketcandAdapter::execute(std::string_view element) {
+  using Self = SocketcandAdapter;
+  static constexpr std::array<Command, 11> kCommands{{
+      {"open", kNoBus, &Self::open},
+      {"echo", kBcm | kRaw | kControl, &Self::echo},
+      {"send", kBcm | kRaw, &Self::send},
+      {"add", kBcm, &Self::add},
+      {"update", kBcm, &Self::update},
+      {"delete", kBcm, &Self::remove},
+      {"filter", kBcm, &Self::filter},
+      {"muxfilter", kBcm, &Self::filter_multiplexed},
+      {"subscribe", kBcm, &Self::subscribe},
+      {"unsubscribe", kBcm, &Self::unsubscribe},
+      {"statistics", kControl, &Self::statistics},
+  }};
+  ++counters_.commands;
+  const auto words = text::words_of(element);
+  const std::string_view name = words.empty() ? std::string_view() : words.front();
+  if (mode_ == kNoBus && words.size() > 1 && (words[1] == "B" || words[1] == "C")) {
+    unsent_ += kOk;
+    return;
+  }
+  if (mode_ != kNoBus && name == "rawmode") return enter(kRaw);
+  if (mode_ != kNoBus && name == "bcmmode") return enter(kBcm);
+  if (mode_ != kNoBus && name == "controlmode") return enter(kControl);
+  const auto* const command = std::ranges::find_if(
+      kCommands, [&](const Command& c) { return c.name == name && (c.modes & mode_) != 0; });
+  if (command == kCommands.end()) return refuse("unknown command");
+  if (!(this->*command->execute)(Words(words).subspan(1)))
+    refuse(fmt::format("syntax error in {}", command->name));
+}
+
+void SocketcandAdapter::refuse(std::string_view why) {
+  ++counters_.refused;
+  unsent_ += fmt::format("< error {} >", why);
+}
+
+void SocketcandAdapter::reset() {
+  Adapter::reset();
+  forget();
+  reader_ = {};
+  mode_ = kNoBus;
+  ended_ = false;
+  wants(kNever);
+}
+
+/// What belongs to a mode.
+void SocketcandAdapter::forget() {
+  jobs_.clear();
+  subscriptions_.clear();
+  subscribed_ = 0;
+  held_.clear();
+  waiting_due_ = statistics_due_ = pause_ends_ = kNever;
+}
+
+void SocketcandAdapter::enter(Mode mode) {
+  forget();
+  mode_ = mode;
+  mode == kControl ? port_.refuse_all() : port_.accept_all();
+  unsent_ += kOk;
+  if (bus_.pause_ != 0) pause_ends_ = bus_.now_() + bus_.pause_;
+}
+
+bool SocketcandAdapter::open(Words words) {
+  if (words.size() == 1 && words[0].size() <= kLongestBusName) return enter(kBcm), true;
+  refuse("could not open bus");
+  ended_ = true;
+  return true;
+}
+
+bool SocketcandAdapter::echo(Words words) {
+  unsent_ += words.empty() ? "< echo >" : "";
+  return words.empty();
+}
+
+bool SocketcandAdapter::send(Words words) {
+  const auto frame = parse_send(words);
+  if (!frame) return false;
+  transmit(*frame);
+  on_queued_();
+  return true;
+}
+
+bool SocketcandAdapter::add(Words words) {
+  const auto interval = parse_interval(words);
+  const auto frame = interval ? parse_send(words.subspan(2)) : std::nullopt;
+  if (!frame) return false;
+  if (*interval == 0) return transmit(*frame), true;
+  const bool is_new = !jobs_.contains(key_of(*frame));
+  if (is_new && jobs_.size() == kMostJobs) return refuse("too many frames to send"), true;
+  jobs_[key_of(*frame)] = {*frame, *interval, bus_.now_()};
+  return true;
+}
+
+bool SocketcandAdapter::update(Words words) {
+  const auto frame = parse_send(words);
+  const auto job = frame ? jobs_.find(key_of(*frame)) : jobs_.end();
+  if (job != jobs_.end()) job->second.frame = *frame;
+  return frame.has_value();
+}
+
+bool SocketcandAdapter::remove(Words words) {
+  const auto frame = words.size() == 1 ? parse_identifier(words[0]) : std::nullopt;
+  if (frame) jobs_.erase(key_of(*frame));
+  return frame.has_value();
+}
+
+bool SocketcandAdapter::filter(Words words) {
+  const auto mask = words.size() < 2 ? std::nullopt : parse_send(words.subspan(2));
+  return mask && subscribe(words.first(3), {data_of(*mask)});
+}
+
+bool SocketcandAdapter::filter_multiplexed(Words words) {
+  const auto parts = words.size() < 4 ? std::nullopt : text::parse<std::size_t>(words[3]);
+  if (!parts || *parts < 2 || *parts > kMostParts || words.size() != 4 + 8 * *parts) return false;
+  std::vector<std::uint64_t> masks;
+  for (std::size_t i = 0; i < *parts; ++i) {
+    std::vector<std::string_view> part{words[2], "8"};
+    std::ranges::copy(words.subspan(4 + 8 * i, 8), std::back_inserter(part));
+    const auto frame = parse_send(part);
+    if (!frame) return false;
+    masks.push_back(data_of(*frame));
+  }
+  return subscribe(words.first(3), std::move(masks));
+}
+
+bool SocketcandAdapter::subscribe(Words words) {
+  return subscribe(words, {});
+}
+
+bool SocketcandAdapter::subscribe(Words words, std::vector<std::uint64_t> masks) {
+  const auto interval = parse_interval(words);
+  const auto frame = words.size() == 3 ? parse_identifier(words[2]) : std::nullopt;
+  if (!interval || !frame) return false;
+  unsubscribe(words.subspan(2));
+  const std::size_t weight = masks.size() + 1;
+  if (subscribed_ + weight > kMostSubscribed) return refuse("too many subscriptions"), true;
+  subscribed_ += weight;
+  Subscription& made = subscriptions_[key_of(*frame)] = {*interval, std::move(masks)};
+  made.last.resize(made.masks.size());
+  return true;
+}
+
+bool SocketcandAdapter::unsubscribe(Words words) {
+  const auto frame = words.size() == 1 ? parse_identifier(words[0]) : std::nullopt;
+  if (!frame) return false;
+  const auto known = subscriptions_.find(key_of(*frame));
+  if (known == subscriptions_.end()) return true;
+  subscribed_ -= known->second.masks.size() + 1;
+  subscriptions_.erase(known);
+  return true;
+}
+
+bool SocketcandAdapter::statistics(Words words) {
+  const auto interval = words.size() == 1 ? text::parse<std::uint32_t>(words[0]) : std::nullopt;
+  if (!interval) return false;
+  statistics_interval_ = *interval * kMillisecond;
+  statistics_due_ = *interval == 0 ? kNever : bus_.now_() + statistics_interval_;
+  return true;
+}
+
+// ---- Frames
+
+std::size_t SocketcandAdapter::segment() const {
+  const std::string_view text = unsent();
+  if (text.starts_with(kHi)) return kHi.size();
+  if (text.starts_with(kOk)) return kOk.size();
+  return std::min(text.find(kOk), text.size());
+}
+
+void SocketcandAdapter::transmit(const Frame& frame) {
+  if (!port_.try_send(frame)) return refuse("the frame is lost, the bus takes no more");
+  bus_.sent_.count(frame);
+}
+
+void SocketcandAdapter::tell(const Frame& frame, Time now) {
+  const std::string_view text = bus_.text_of(frame, now);
+  if (has_room(held_.size() + text.size())) (pause_ends_ == kNever ? unsent_ : held_) += text;
+}
+
+void SocketcandAdapter::on_frame(const Frame& frame, Time now) {
+  if ((frame.flags & (Frame::kRemote | Frame::kError)) != 0) return;
+  if (mode_ == kRaw) return tell(frame, now);
+  const auto found = subscriptions_.find(key_of(frame));
+  if (found == subscriptions_.end() || !found->second.wants(frame)) return;
+  Subscription& subscription = found->second;
+  if (now < subscription.told_until) {
+    subscription.waiting = frame;
+    waiting_due_ = std::min(waiting_due_, subscription.told_until);
+    return wants(next_due());
+  }
+  subscription.told_until = now + subscription.interval;
+  tell(frame, now);
+}
+
+bool SocketcandAdapter::Subscription::wants(const Frame& frame) {
+  const std::uint64_t data = data_of(frame);
+  if (masks.empty()) return true;
+  if (masks.size() == 1) return has_changed(0, data);
+  for (std::size_t i = 1; i < masks.size(); ++i)
+    if (((data ^ masks[i]) & masks[0]) == 0) return has_changed(i, data);
+  return false;
+}
+
+bool SocketcandAdapter::Subscription::has_changed(std::size_t mask, std::uint64_t data) {
+  const auto before = std::exchange(last[mask], data);
+  return !before || ((*before ^ data) & masks[mask]) != 0;
+}
+
+// ---- Time
+
+Time SocketcandAdapter::next_due() const {
+  Time next = std::min({waiting_due_, statistics_due_, pause_ends_});
+  for (const auto& [id, job] : jobs_)
+    next = std::min(next, job.next);
+  return next;
+}
+
+void SocketcandAdapter::poll(Time now) {
+  if (pause_ends_ <= now) {
+    pause_ends_ = kNever;
+    unsent_ += std::exchange(held_, {});
+  }
+  for (auto& [id, job] : jobs_)
+    if (job.next <= now) run(job, now);
+  if (waiting_due_ <= now) tell_waiting(now);
+  if (statistics_due_ <= now) tell_statistics();
+  wants(next_due());
+}
+
+/// Not for each one by itself where there are many.
+void SocketcandAdapter::tell_waiting(Time now) {
+  waiting_due_ = kNever;
+  for (auto& [id, subscription] : subscriptions_) {
+    if (!subscription.waiting) continue;
+    if (subscription.told_until <= now) {
+      tell(*std::exchange(subscription.waiting, std::nullopt), now);
+      subscription.told_until = now + subscription.interval;
+    } else {
+      waiting_due_ = std::min(waiting_due_, std::max(subscription.told_until, now + kMillisecond));
+    }
+  }
+}
+
+void SocketcandAdapter::run(Job& job, Time now) {
+  if (!job.has_slot) {
+    const Time slot = bus_.slot(now);
+    job.has_slot = slot > now;
+    if (job.has_slot) job.next = slot;
+    if (job.has_slot) return;
+  }
+  job.has_slot = false;
+  job.next += job.interval;
+  if (port_.try_send(job.frame))
+    bus_.sent_.count(job.frame);
+  else
+    ++counters_.refused;
+}
+
+void SocketcandAdapter::tell_statistics() {
+  statistics_due_ += statistics_interval_;
+  const SocketcandBus::Traffic &all = bus_.all_, &sent = bus_.sent_;
+  if (has_room(kLongestStatistics))  // what has been sent may still be on its way
+    unsent_ += fmt::format("< stat {} {} {} {} >", all.bytes - std::min(all.bytes, sent.bytes),
+                           all.frames - std::min(all.frames, sent.frames), sent.bytes, sent.frames);
+}
+
+}  // namespace cbcan::adapters

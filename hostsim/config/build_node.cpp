@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: MIT
+#include "config/build_node.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "config/wires.hpp"
+#include "devices/devices.hpp"
+#include "devices/drive/drive.hpp"
+#include "devices/lua/lua_device.hpp"
+#include "eds/dictionary_image.hpp"
+#include "eds/values.hpp"
+#include "sim/random.hpp"
+#include "sim/world.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::config {
+
+namespace {
+
+std::optional<Bytes> encode_integer(std::int64_t number, DataType type) {
+  const std::size_t size = size_of(type);
+  if (size == 0 || (type == DataType::kBoolean && (number < 0 || number > 1))) return std::nullopt;
+  const auto raw = static_cast<std::uint64_t>(number);
+  const eds::Number written{.magnitude = number < 0 ? 0 - raw : raw, .negative = number < 0};
+  const std::optional<std::uint64_t> bits = eds::to_bits(written, type);
+  return bits ? std::optional(eds::to_bytes(*bits, size)) : std::nullopt;
+}
+
+std::optional<Bytes> encode_real(double number, DataType type) {
+  if (type == DataType::kReal64) return eds::to_bytes(std::bit_cast<std::uint64_t>(number), 8);
+  const bool fits =
+      !std::isfinite(number) || std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max());
+  if (type != DataType::kReal32 || !fits) return std::nullopt;
+  return eds::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
+}
+
+/// Of an index that was written in decimal digits and meant in hexadecimal ones.
+std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDictionary& dictionary) {
+  const auto meant = text::parse<std::uint16_t>(std::to_string(index), 16);
+  ObjectEntry entry{};
+  const bool is_there = meant && dictionary.find(*meant, sub, entry) == AbortCode::kNone;
+  return is_there ? fmt::format("; did you mean 0x{}?", index) : "";
+}
+
+/// Puts the value in, which then no longer follows the node ID; returns what is wrong with it, or nothing.
+std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::DictionaryImage& image) {
+  ObjectEntry entry{};
+  const std::string name = object_name(initial.index, initial.sub);
+  if (dictionary.find(initial.index, initial.sub, entry) != AbortCode::kNone)
+    return fmt::format("object {}: the node's EDS file has no such object{}", name,
+                       meant_index(initial.index, initial.sub, dictionary));
+  const std::optional<Bytes> bytes = encode(initial.value, entry.type);
+  const bool variable = entry.has(ObjectFlags::kVariable);
+  if (!bytes || bytes->size() > entry.capacity || (!variable && bytes->size() != entry.capacity))
+    return fmt::format("object {}: {} does not fit its data type {} of {} bytes", name,
+                       text::value_text(initial.value), eds::name_of(entry.type), entry.capacity);
+  dictionary.store(entry, initial.sub, *bytes);
+  for (ObjectEntry& own : image.entries)
+    if (own.index == initial.index && own.first_sub <= initial.sub && initial.sub <= own.last_sub)
+      own.flags &= static_cast<std::uint16_t>(~ObjectFlags::kUnset);
+  const std::uint8_t* const place = dictionary.value(entry, initial.sub).data();
+  std::erase_if(image.node_id_values,
+                [&](const NodeIdValue& relative) { return image.values.data() + relative.offset == place; });
+  return {};
+}
+
+/// A noise without a seed of its own has one by its object: other signals of the node do not change it.
+std::uint64_t noise_seed(std::uint64_t node_seed, const sim::Signal& signal) {
+  return sim::Random(node_seed ^ (std::uint64_t{signal.index} << 8 | signal.sub)).next();
+}
+
+class Builder {
+ public:
+  Builder(const NodeConfig& node, std::uint64_t seed, const FileReader& read)
+      : node_(node), seed_(seed), read_(read) {}
+
+  /// null: the file cannot be read.
+  NodeBuild build(EdsFile* file) {
+    if (file == nullptr) {
+      complain(node_.place, cannot_read(node_.eds, node_.place));
+    } else {
+      build_.names = file->names();
+      read_eds(*file);
+      if (build_.problems.empty()) add_parts();
+      if (build_.problems.empty()) try_out();
+    }
+    if (!build_.problems.empty()) build_.node.reset();
+    return std::move(build_);
+  }
+
+ private:
+  void complain(const Place& place, const std::string& message) {
+    build_.problems.push_back(fmt::format("{}: {}: {}", to_string(place), node_name(node_), message));
+  }
+
+  static std::string cannot_read(const std::string& path, const Place& place) {
+    return fmt::format(
+        "cannot read {}; {}", path,
+        place.line != 0 ? "paths are relative to the plant file" : "check the path and its permissions");
+  }
+
+  void read_eds(EdsFile& file) {
+    auto [image, diagnostics] = file.for_node(node_.id);
+    for (const eds::Diagnostic& diagnostic : diagnostics)
+      (diagnostic.severity == eds::Severity::kNote ? build_.notes : build_.warnings)
+          .push_back(eds::to_string(diagnostic));
+    if (image.entries.empty()) {
+      build_ = {};  // what there is to say of each of its lines helps nobody
+      build_.problems.push_back(node_.eds +
+                                ": not one object in it that a node could have; write an EDS or DCF file");
+    }
+    ObjectDictionary dictionary(image.entries, image.values, nullptr);
+    for (const InitialValue& initial : node_.objects)
+      if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
+        complain(initial.place, wrong);
+    if (!devices::is_script(node_.device)) choose_device(dictionary);
+    build_.node.emplace().image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
+                                   std::move(image.node_id_values)};
+  }
+
+  /// What is said here counts where the node has a device, but not all that belongs to it.
+  void choose_device(ObjectDictionary& dictionary) {
+    ObjectEntry type{};
+    const bool has_type = dictionary.find(object::kDeviceType, 0, type) == AbortCode::kNone;
+    kind_ = devices::find_device(node_.device);
+    if (kind_ == nullptr) {
+      kind_ = &devices::device_for(dictionary);
+      check_profile(dictionary, has_type && type.has(ObjectFlags::kUnset));
+    }
+    if (const auto left_out = devices::left_out(*kind_, dictionary); !left_out.empty())
+      build_.warnings.push_back(fmt::format("{}: not simulated: {}", node_.eds, fmt::join(left_out, "; ")));
+    for (const std::string& missing : devices::missing_objects(*kind_, dictionary))
+      build_.warnings.push_back(
+          fmt::format("{}: the device {} needs {}, and the file has none of CiA's data type", node_.eds,
+                      kind_->name, missing));
+  }
+
+  /// Empty: nobody expects one.
+  static std::string why_no_device(const ObjectDictionary& dictionary, std::uint64_t profile, bool unset) {
+    if (unset) return "1000h has no value";
+    if (profile != 0) return fmt::format("1000h names profile {}, which is not simulated", profile);
+    return devices::device_by_objects(dictionary) != nullptr ? "1000h names no profile" : "";
+  }
+
+  static std::string suggestion(const ObjectDictionary& dictionary) {
+    const devices::DeviceKind* const kind = devices::device_by_objects(dictionary);
+    return kind != nullptr ? fmt::format("device = \"{}\", whose objects it has", kind->name)
+                           : "a Lua script, or device = \"none\"";
+  }
+
+  void check_profile(ObjectDictionary& dictionary, bool unset) {
+    const std::uint64_t number = dictionary.get(object::kDeviceType, 0);
+    if (kind_->profile == 0) {
+      if (const std::string why = why_no_device(dictionary, number & 0xFFFF, unset); !why.empty())
+        build_.warnings.push_back(
+            fmt::format("{}: {}, so the node has no device: name one in the plant file, {}", node_.eds, why,
+                        suggestion(dictionary)));
+    } else if ((number & 0xFFFF) != kind_->profile) {
+      build_.notes.push_back(
+          fmt::format("{}: 1000h names no profile that has a device, but the objects are those of {}, which "
+                      "it gets",
+                      node_.eds, kind_->name));
+      if (unset) dictionary.set(object::kDeviceType, 0, kind_->profile);
+    }
+  }
+
+  void add_parts() {
+    sim::NodeParts& parts = *build_.node;
+    parts.node_id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
+    parts.name = node_.name;
+    parts.device = kind_ != nullptr ? kind_->name : devices::kScript;
+    if (node_.axis)
+      add_axis();
+    else if (kind_ == nullptr)
+      parts.behaviour = script();
+    else if (kind_->make != nullptr)
+      parts.behaviour = kind_->make;
+    parts.seed = seed_;
+    parts.lss = node_.lss;
+    parts.time_period = node_.time_period;
+  }
+
+  void add_axis() {
+    constexpr std::string_view kDrive = "cia402";
+    if (build_.node->device != kDrive)
+      return complain(node_.place,
+                      fmt::format("axis: the device {} has none; a {} has one", build_.node->device, kDrive));
+    build_.node->behaviour = [axis = *node_.axis](sim::DeviceNode& node, std::uint64_t /*seed*/) {
+      return std::make_unique<devices::Drive>(node, axis);
+    };
+  }
+
+  /// Reads the file each time, so that a script can be loaded again.
+  sim::BehaviourMaker script() const {
+    return
+        [read = read_, path = node_.device, place = node_.place](sim::DeviceNode& node, std::uint64_t seed) {
+          const std::optional<std::string> text = read(path);
+          if (!text) throw sim::BehaviourProblem(cannot_read(path, place));
+          return devices::make_lua_device(node, seed, path, *text);
+        };
+  }
+
+  /// Which inputs there are, and whether a script runs, only a node that runs can tell.
+  void try_out() try {
+    if (node_.signals.empty() && kind_ != nullptr) return;
+    sim::World world;
+    sim::Node& trial = world.add_node(*build_.node);
+    world.start(0);
+    for (const SignalConfig& signal : node_.signals) {
+      if (trial.set_input(signal.signal.index, signal.signal.sub, 0, 0)) {
+        add_signal(signal);
+      } else {
+        complain(
+            signal.place,
+            fmt::format("signal at {}: neither {} has such a number nor the device {} such an input{}",
+                        object_name(signal.signal.index, signal.signal.sub), node_.eds, build_.node->device,
+                        meant_index(signal.signal.index, signal.signal.sub, trial.device().dictionary())));
+      }
+    }
+  } catch (const sim::BehaviourProblem& problem) {
+    complain(node_.place, problem.what());
+  }
+
+  void add_signal(const SignalConfig& config) {
+    sim::Signal signal = config.signal;
+    if (auto* noise = std::get_if<sim::Noise>(&signal.shape))
+      noise->seed = config.seed ? *config.seed : noise_seed(seed_, signal);
+    if (auto* replay = std::get_if<sim::Replay>(&signal.shape)) {
+      const std::optional<std::string> text = read_(config.file);
+      if (!text) return complain(config.place, cannot_read(config.file, config.place));
+      sim::CsvPoints csv = sim::parse_csv_points(*text);
+      if (!csv.problem.empty())
+        return build_.problems.push_back(fmt::format("{}:{}: {}", config.file, csv.line, csv.problem));
+      replay->points = std::move(csv.points);
+    }
+    build_.node->signals.push_back(std::move(signal));
+  }
+
+  const NodeConfig& node_;
+  std::uint64_t seed_;
+  const FileReader& read_;
+  NodeBuild build_;
+  const devices::DeviceKind* kind_ = nullptr;
+};
+
+}  // namespace
+
+std::optional<Bytes> encode(const Value& value, DataType type) {
+  if (const auto* bytes = std::get_if<Bytes>(&value)) return *bytes;
+  if (const auto* number = std::get_if<double>(&value)) return encode_real(*number, type);
+  if (const auto* flag = std::get_if<bool>(&value)) return encode_integer(*flag ? 1 : 0, type);
+  if (const auto* number = std::get_if<std::int64_t>(&value))
+    return eds::is_real(type) ? encode_real(static_cast<double>(*number), type)
+                              : encode_integer(*number, type);
+  if (size_of(type) != 0) return std::nullopt;
+  const auto& text = std::get<std::string>(value);
+  return Bytes(text.begin(), text.end());
+}
+
+NodeBuild NodeBuilder::build(const NodeConfig& node, std::uint64_t seed) {
+  auto file = files_.find(node.eds);
+  if (file == files_.end()) {
+    std::optional<std::string> text = read_(node.eds);
+    if (text) file = files_.emplace(node.eds, EdsFile(node.eds, std::move(*text))).first;
+  }
+  return Builder(node, seed, read_).build(file == files_.end() ? nullptr : &file->second);
+}
+
+/// The frames of a log, the first one at 0; returns what is wrong, or nothing.
+std::string read_replay(const std::string& path, const FileReader& read,
+                        std::vector<sim::TimedFrame>& frames) {
+  const auto text = read(path);
+  if (!text) return path + ": cannot be read";
+  std::string_view rest = *text;
+  for (std::size_t line = 1; !rest.empty(); ++line) {
+    const std::string_view written = text::take_line(rest);
+    if (text::trim(written).empty()) continue;
+    const auto frame = sim::parse_candump_line(written);
+    if (!frame || (!frames.empty() && frame->at < frames.back().at))
+      return fmt::format("{}:{}: not a line of candump -L, or earlier than the one before", path, line);
+    frames.push_back(*frame);
+  }
+  const Time first = frames.empty() ? 0 : frames.front().at;
+  for (sim::TimedFrame& frame : frames)
+    frame.at -= first;
+  return {};
+}
+
+PlantBuild build_nodes(const Config& config, const FileReader& read) {
+  PlantBuild plant;
+  NodeBuilder builder(read);
+  for (const NetworkConfig& network : config.networks) {
+    auto& nodes = plant.networks.emplace_back();
+    plant.names.emplace_back();
+    for (const NodeConfig& node : network.nodes) {
+      NodeBuild build = builder.build(node, node_seed(config, node));
+      if (!config.verbose) build.notes.clear();
+      for (const auto* lines : {&build.warnings, &build.problems, &build.notes})
+        std::ranges::remove_copy_if(*lines, std::back_inserter(plant.lines), [&](const std::string& line) {
+          return std::ranges::find(plant.lines, line) != plant.lines.end();  // of another node's same file
+        });
+      plant.good = plant.good && build.node;
+      if (!build.node) continue;
+      nodes.push_back(std::move(*build.node));
+      plant.names.back().push_back(std::move(build.names));
+    }
+    auto& replay = plant.replays.emplace_back();
+    if (network.can.replay.empty()) continue;
+    if (const std::string problem = read_replay(network.can.replay, read, replay); !problem.empty()) {
+      plant.lines.push_back("can.replay: " + problem);
+      plant.good = false;
+    }
+  }
+  if (!plant.good) return plant;
+  const std::vector<std::string> wrong = check_wire_ends(config, plant.networks);
+  plant.lines.insert(plant.lines.end(), wrong.begin(), wrong.end());
+  plant.good = wrong.empty();
+  return plant;
+}
+
+}  // namespace cbcan::config

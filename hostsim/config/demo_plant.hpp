@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The plant of `--demo`: the files of plants/demo as they were when the program was built, inside the
+/// program.
+
+#include <span>
+#include <string_view>
+
+#include "config/files.hpp"
+
+namespace cbcan::config {
+
+struct EmbeddedFile {
+  std::string_view name;  ///< without a folder: "plant.toml"
+  std::string_view text;
+};
+
+/// Generated from plants/demo by cmake/embed.cmake. Lives as long as the program.
+std::span<const EmbeddedFile> demo_files();
+
+/// The path under which a reader made by with_demo_plant() finds the demo's plant file; its EDS files are
+/// next to it.
+inline constexpr std::string_view kDemoPlant = "demo:/plant.toml";
+
+/// A reader that has the demo's files under "demo:/" and asks `disk` for everything else.
+FileReader with_demo_plant(FileReader disk);
+
+}  // namespace cbcan::config

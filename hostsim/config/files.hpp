@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace cbcan::config {
+
+/// Gives the whole content of a file, or nullopt where it cannot be read.
+using FileReader = std::function<std::optional<std::string>(const std::string& path)>;
+
+}  // namespace cbcan::config

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: MIT
+// What can be set of a node: its objects, signals and faults too; and of the wires between nodes.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <variant>
+
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "config/settings.hpp"
+#include "config/wires.hpp"
+#include "devices/devices.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::config {
+namespace {
+
+using text::Form;
+using text::setting;
+
+constexpr std::int64_t kDayInMs = 86'400'000;
+
+constexpr std::array<std::string_view, std::variant_size_v<sim::Shape>> kShapes{"constant", "ramp", "sine",
+                                                                                "noise", "replay"};
+constexpr std::array<std::string_view, 3> kThen{"hold", "repeat", "back-and-forth"};
+constexpr std::array<std::string_view, 2> kDistributions{"uniform", "normal"};
+constexpr std::array<std::string_view, 2> kBetween{"step", "linear"};
+
+// ---- What a range cannot tell, and what is stored in another way
+
+Problem check_bytes(const Value& value) {
+  const auto* text = std::get_if<std::string>(&value);
+  const bool wrong = text != nullptr && text::is_hex(*text) && !text::parse_hex(*text);
+  return wrong ? "must be pairs of hex digits after hex:, such as \"hex:01 02 FF\"" : "";
+}
+
+Problem check_device(const Value& value) {
+  const std::string& name = std::get<std::string>(value);
+  if (devices::is_script(name) || devices::find_device(name) != nullptr) return {};
+  const auto kinds = devices::device_kinds();
+  const auto meant = std::ranges::find_if(
+      kinds, [&](const auto& kind) { return !name.empty() && kind.summary.starts_with(name); });
+  return fmt::format("must be {}, or the path of a Lua script, FILE.lua{}",
+                     text::listed(devices::device_names(), ", "),
+                     meant == kinds.end() ? "" : fmt::format("; did you mean {}?", meant->name));
+}
+
+void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value) {
+  node.objects.push_back({cbcan::object::kProducerHeartbeatTime, 0, value, node.place});
+}
+Value load_no_heartbeat(const Row& /*row*/, const NodeConfig& /*node*/) {
+  return std::string();
+}
+
+void store_object_value(const Row& /*row*/, InitialValue& object, const Value& value) {
+  const auto* text = std::get_if<std::string>(&value);
+  object.value = text != nullptr && text::is_hex(*text) ? Value(*text::parse_hex(*text)) : value;
+}
+Value load_object_value(const Row& /*row*/, const InitialValue& object) {
+  return object.value;
+}
+
+void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
+  signal.signal.shape = signal_of(static_cast<std::size_t>(text::detail::place_of(row, value))).signal.shape;
+}
+Value load_shape(const Row& /*row*/, const SignalConfig& signal) {
+  return std::string(kShapes[signal.signal.shape.index()]);
+}
+
+Problem check_wire_end(const Value& value) {
+  if (parse_wire_end(std::get<std::string>(value))) return {};
+  return "must be NODE:INDEX:SUB, with .BIT behind it where one bit is meant, or NODE:output:N, "
+         "NODE:analogue-output:N, "
+         "NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2";
+}
+template <auto kEnd>
+void store_wire_end(const Row& /*row*/, WireConfig& wire, const Value& value) {
+  wire.*kEnd = *parse_wire_end(std::get<std::string>(value));
+}
+template <auto kEnd>
+Value load_wire_end(const Row& /*row*/, const WireConfig& wire) {
+  return (wire.*kEnd).text;
+}
+
+// ---- The rows
+
+template <auto kMember>
+constexpr auto node(Row row) {
+  return setting<NodeConfig, kMember>(row);
+}
+template <auto kMember>
+constexpr auto object(Row row) {
+  row.option = "--object ID:INDEX:SUB=VALUE";
+  return setting<InitialValue, kMember>(row);
+}
+
+/// Of a signal of these shapes.
+template <auto... kPath>
+constexpr auto signal(std::size_t first, std::size_t last, Row row) {
+  row.option = "--signal ID:INDEX:SUB=SHAPE KEY=VALUE...";
+  row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
+  return setting<SignalConfig, kPath...>(row);
+}
+template <auto... kPath>
+constexpr auto any_signal(Row row) {
+  return signal<kPath...>(0, 0xFF, row);
+}
+
+/// The shape's place in sim::Shape.
+template <class Shape, std::size_t kPlace = 0>
+constexpr std::size_t place_of() {
+  if constexpr (std::is_same_v<std::variant_alternative_t<kPlace, sim::Shape>, Shape>) {
+    return kPlace;
+  } else {
+    return place_of<Shape, kPlace + 1>();
+  }
+}
+
+/// A member of a shape, which belongs() has seen to.
+template <class Shape, auto kMember>
+constexpr auto of(Row row) {
+  constexpr auto kStep = [](auto& owner) -> auto& {
+    return std::get<Shape>(owner.signal.shape);
+  };
+  return signal<kStep, kMember>(place_of<Shape>(), place_of<Shape>(), row);
+}
+
+/// The mean of a sine or a noise.
+constexpr auto kMean = [](auto& owner) -> auto& {
+  auto* sine = std::get_if<sim::Sine>(&owner.signal.shape);
+  return sine != nullptr ? sine->mean : std::get<sim::Noise>(owner.signal.shape).mean;
+};
+
+template <auto kEnd>
+constexpr Setting<WireConfig> wire_end(Row row) {
+  row.option = "--wire FROM=TO KEY=VALUE...";
+  row.form = Form::kText;
+  row.check = check_wire_end;
+  return {row, store_wire_end<kEnd>, load_wire_end<kEnd>};
+}
+template <auto kMember>
+constexpr auto wire(Row row) {
+  row.option = "--wire FROM=TO KEY=VALUE...";
+  return setting<WireConfig, &WireConfig::transfer, kMember>(row);
+}
+
+template <auto... kPath>
+constexpr auto axis(Row row) {
+  row.option = "--axis ID:KEY=VALUE...";
+  return setting<AxisConfig, kPath...>(row);
+}
+
+constexpr Row duration(Row row) {
+  row.low = 1;
+  row.high = kDayInMs;
+  row.unit = " ms";
+  row.scale = kMillisecond;
+  return row;
+}
+
+// clang-format off
+/// Not constexpr: the devices' names are another room's.
+const std::array kNode{
+    node<&NodeConfig::id>({
+        .key = "node.id", .option = "--node ID=FILE", .help = "Its node ID",
+        .more = "Each only once. Only a node with `lss = true` can be without.", .low = 1, .high = 127, .absent = kNone}),
+    node<&NodeConfig::eds>({
+        .key = "node.eds", .option = "--node ID=FILE", .help = "The device description that makes its object dictionary",
+        .more = "`$NODEID` in it is `node.id`.", .form = Form::kPath, .domain = "the path of an EDS or DCF file",
+        .example = "\"FILE.eds\""}),
+    node<&NodeConfig::name>({
+        .key = "node.name", .option = "--name ID=TEXT", .help = "For people, in messages", .domain = "a name"}),
+    Setting<NodeConfig>{{
+        .key = "node.heartbeat_ms", .option = "--heartbeat ID=MS",
+        .help = "Its producer heartbeat time at power-on, object 1017h; without it the EDS file decides",
+        .form = Form::kInteger, .high = 65535, .unit = " ms, 0 = none"},
+        store_heartbeat, load_no_heartbeat},
+    node<&NodeConfig::device>({
+        .key = "node.device", .option = "--device ID=NAME",
+        .help = "What the node is and does; without it the profile number in its object 1000h decides",
+        .more = "See [devices.md](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
+        .check = check_device}),
+    node<&NodeConfig::parameters>({
+        .key = "node.parameters", .option = "--parameters ID=FILE",
+        .help = "Where object 1010h and LSS store what the node keeps",
+        .more = "A file of its own for each node; it is made when something is stored first. Without it the node keeps that until "
+                "the program ends.",
+        .form = Form::kPath, .domain = "a path"}),
+    node<&NodeConfig::lss>({
+        .key = "node.lss", .option = "--lss ID=BOOL",
+        .help = "An LSS master (CiA 305) finds the node by its object 1018h, and can give it a node ID and a bit rate"}),
+    node<&NodeConfig::time_period>({
+        .key = "node.time_period_ms", .option = "--time-period ID=MS",
+        .help = "How often it sends TIME, if its object 1012h has bit 30 set",
+        .high = kDayInMs, .unit = " ms, 0 = none", .scale = kMillisecond}),
+};
+
+constexpr std::array kObjects{
+    object<&InitialValue::index>({
+        .key = "node.objects.index", .help = "Index of the object", .form = Form::kHexadecimal, .low = 1, .high = 0xFFFF,
+        .example = "0x2001"}),
+    object<&InitialValue::sub>({.key = "node.objects.sub", .help = "Its sub-index"}),
+    Setting<InitialValue>{{
+        .key = "node.objects.value", .option = "--object ID:INDEX:SUB=VALUE",
+        .help = "The value, which has to fit the object's data type", .form = Form::kAny,
+        .domain = "a number, true or false, a text, or bytes as \"hex:01 02\"", .example = "1", .check = check_bytes},
+        store_object_value, load_object_value},
+};
+
+constexpr std::array kSignals{
+    any_signal<&SignalConfig::signal, &sim::Signal::index>({
+        .key = "node.signals.index", .help = "Index of the object", .form = Form::kHexadecimal, .low = 1, .high = 0xFFFF,
+        .example = "0x6401"}),
+    any_signal<&SignalConfig::signal, &sim::Signal::sub>({.key = "node.signals.sub", .help = "Its sub-index"}),
+    Setting<SignalConfig>{{
+        .key = kSignalShape, .option = "--signal ID:INDEX:SUB=SHAPE KEY=VALUE...", .help = "Which of the keys below it has",
+        .form = Form::kText, .choices = kShapes, .example = "\"sine\""},
+        store_shape, load_shape},
+    of<sim::Constant, &sim::Constant::value>({.key = "node.signals.value", .help = "The value", .example = "1"}),
+    of<sim::Ramp, &sim::Ramp::from>({.key = "node.signals.from", .help = "Where it begins"}),
+    of<sim::Ramp, &sim::Ramp::to>({.key = "node.signals.to", .help = "Where it goes", .example = "100"}),
+    of<sim::Ramp, &sim::Ramp::duration>(duration({
+        .key = "node.signals.duration_ms", .help = "How long that takes", .example = "10000"})),
+    of<sim::Ramp, &sim::Ramp::then>({
+        .key = "node.signals.then", .help = "And then: it stays, begins again, or goes back the same way, and so on",
+        .choices = kThen}),
+    signal<kMean>(place_of<sim::Sine>(), place_of<sim::Noise>(), {.key = "node.signals.mean", .help = "The middle"}),
+    of<sim::Sine, &sim::Sine::amplitude>({
+        .key = "node.signals.amplitude", .help = "How far it goes from there", .example = "10"}),
+    of<sim::Sine, &sim::Sine::period>(duration({
+        .key = "node.signals.period_ms", .help = "How long it takes to come round", .example = "60000"})),
+    of<sim::Sine, &sim::Sine::phase>({
+        .key = "node.signals.phase_deg", .help = "Where it begins, in degrees; 90 is at the top"}),
+    of<sim::Noise, &sim::Noise::deviation>({
+        .key = "node.signals.deviation",
+        .help = "normal: the standard deviation; uniform: from mean - deviation to mean + deviation", .example = "1"}),
+    of<sim::Noise, &sim::Noise::distribution>({
+        .key = "node.signals.distribution", .help = "How the values lie", .choices = kDistributions}),
+    signal<&SignalConfig::seed>(place_of<sim::Noise>(), place_of<sim::Noise>(), {
+        .key = "node.signals.seed", .help = "The same seed makes the same noise",
+        .more = "Without it each signal has its own, which follows from `random.seed`, the node and the object."}),
+    signal<&SignalConfig::file>(place_of<sim::Replay>(), place_of<sim::Replay>(), {
+        .key = "node.signals.file",
+        .help = "A point a line: seconds since power-on, a comma, the value, such as 1.5,20.25",
+        .more = "Times go up. A first line of names, blank lines and lines with `#` in front mean nothing.",
+        .form = Form::kPath, .domain = "the path of a CSV file", .example = "\"FILE.csv\""}),
+    of<sim::Replay, &sim::Replay::between>({
+        .key = "node.signals.between", .help = "Between two points: the value of the first, or a straight line",
+        .choices = kBetween}),
+    of<sim::Replay, &sim::Replay::repeat>({
+        .key = "node.signals.repeat", .help = "At the time of the last point it begins again"}),
+    any_signal<&SignalConfig::signal, &sim::Signal::sample_period>(duration({
+        .key = "node.signals.sample_ms", .help = "How often there is a new value"})),
+};
+
+constexpr std::array kFaultKinds{
+    setting<std::string>({
+        .key = "node.faults.kind", .option = "--fault ID:KIND KEY=VALUE...", .help = "Which fault, of those of a node",
+        .domain = "a kind of fault", .example = "\"response-late\""}),
+    setting<std::string>({
+        .key = "can.faults.kind", .option = "--fault bus:KIND KEY=VALUE...", .help = "Which fault, of those of the bus",
+        .domain = "a kind of fault", .example = "\"frame-loss\""}),
+};
+
+constexpr std::array kAxis{
+    axis<&AxisConfig::negative_limit>({
+        .key = "node.axis.negative_limit", .help = "Where the negative limit switch begins, in increments from the place at power-on",
+        .absent = kNone}),
+    axis<&AxisConfig::positive_limit>({
+        .key = "node.axis.positive_limit", .help = "Where the positive one begins", .absent = kNone}),
+    axis<&AxisConfig::home_low>({.key = "node.axis.home_low", .help = "From where on the home switch is active"}),
+    axis<&AxisConfig::home_high>({.key = "node.axis.home_high", .help = "Up to where"}),
+    axis<&AxisConfig::stops_beyond>({
+        .key = "node.axis.stops_beyond", .help = "How far the hard stops are beyond the limit switches",
+        .more = "Without a switch there is no stop either."}),
+    axis<&AxisConfig::load, &devices::AxisLoad::inertia>({
+        .key = "node.axis.inertia_kgcm2", .help = "What the motor moves, with its own, at its shaft; 0 = no load",
+        .more = "Without load the axis follows its demand exactly, and torque moves nothing.", .high = 1'000'000,
+        .unit = " kg cm2"}),
+    axis<&AxisConfig::load, &devices::AxisLoad::friction>({
+        .key = "node.axis.friction_mnm", .help = "The torque that friction takes, either way", .high = 1'000'000, .unit = " mNm"}),
+    axis<&AxisConfig::load, &devices::AxisLoad::gravity>({
+        .key = "node.axis.gravity_mnm", .help = "The torque that pulls towards negative positions; below 0 the other way",
+        .low = -1'000'000, .high = 1'000'000, .unit = " mNm"}),
+};
+
+constexpr std::int64_t kHourInMs = 3'600'000;
+
+constexpr std::array kWires{
+    wire_end<&WireConfig::from>({
+        .key = "wire.from", .help = "Where it begins", .more = "What stands at the terminals, or any object of a node.",
+        .domain = "an output or an object", .example = "\"66:output:1\""}),
+    wire_end<&WireConfig::to>({
+        .key = "wire.to", .help = "The input that it ends at", .more = "Any that `set` can set.",
+        .domain = "an input or an object", .example = "\"5:0x2001\""}),
+    wire<&sim::Transfer::inverted>({.key = "wire.inverted", .help = "0 becomes 1, and anything else 0"}),
+    wire<&sim::Transfer::scale>({.key = "wire.scale", .help = "What it is multiplied by"}),
+    wire<&sim::Transfer::offset>({.key = "wire.offset", .help = "What is added then"}),
+    wire<&sim::Transfer::low>({.key = "wire.low", .help = "The least that comes out"}),
+    wire<&sim::Transfer::high>({.key = "wire.high", .help = "The most that comes out"}),
+    wire<&sim::Transfer::delay>({
+        .key = "wire.delay_ms", .help = "How much later it comes out", .high = kHourInMs, .unit = " ms",
+        .scale = kMillisecond}),
+    wire<&sim::Transfer::lag>({
+        .key = "wire.lag_ms", .help = "The time constant of a first order lag", .high = kHourInMs, .unit = " ms, 0 = none",
+        .scale = kMillisecond}),
+    wire<&sim::Transfer::sample_period>(duration({
+        .key = "wire.sample_ms", .help = "How often an object that flows is looked at, and what lags is passed on",
+        .more = "What stands at terminals is passed on when it changes."})),
+};
+// clang-format on
+
+}  // namespace
+
+std::span<const Setting<NodeConfig>> node_settings() {
+  return kNode;
+}
+std::span<const Setting<InitialValue>> object_settings() {
+  return kObjects;
+}
+std::span<const Setting<SignalConfig>> signal_settings() {
+  return kSignals;
+}
+std::span<const Setting<std::string>> fault_kind_settings() {
+  return kFaultKinds;
+}
+std::span<const Setting<AxisConfig>> axis_settings() {
+  return kAxis;
+}
+std::span<const Setting<WireConfig>> wire_settings() {
+  return kWires;
+}
+std::span<const std::string_view> shape_names() {
+  return kShapes;
+}
+
+SignalConfig signal_of(std::size_t shape) {
+  const std::array<sim::Shape, kShapes.size()> shapes{sim::Constant{}, sim::Ramp{}, sim::Sine{}, sim::Noise{},
+                                                      sim::Replay{}};
+  SignalConfig signal;
+  signal.signal.shape = shapes[shape];
+  return signal;
+}
+
+bool belongs(const Row& row, const SignalConfig& signal) {
+  return row.kinds.has(signal.signal.shape.index());
+}
+
+std::string keys_of(const SignalConfig& signal) {
+  std::vector<std::string_view> keys;
+  for (const Row& row : kSignals)
+    if (belongs(row, signal)) keys.push_back(text::leaf_of(row.key));
+  return fmt::format("shape \"{}\" has {}", kShapes[signal.signal.shape.index()],
+                     text::listed(keys, " and "));
+}
+
+}  // namespace cbcan::config

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: MIT
+#include "config/plant_file.hpp"
+
+#include <fmt/core.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "config/settings.hpp"
+#include "devices/devices.hpp"
+#include "text/address.hpp"
+#include "text/suggestion.hpp"
+#include "text/utf8.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::config {
+namespace {
+
+std::size_t line_of(const toml::source_region& source) {
+  return source.begin.line;
+}
+
+/// nullopt for dates, tables and arrays, which no setting is.
+std::optional<Value> value_of(const toml::node& node) {
+  if (const auto* boolean = node.as_boolean()) return boolean->get();
+  if (const auto* integer = node.as_integer()) return integer->get();
+  if (const auto* number = node.as_floating_point()) return number->get();
+  if (const auto* text = node.as_string()) return text->get();
+  return std::nullopt;
+}
+
+constexpr std::string_view kNodeTable = "node";
+constexpr std::size_t kLongestLine = 10'000;
+constexpr std::size_t kMostMistakes = 100;  // each takes time, for what may have been meant is looked for
+
+bool is_section(std::string_view name, const auto& rows) {
+  return std::ranges::any_of(rows, [name](const Row& row) { return text::table_of(row.key) == name; });
+}
+
+/// A table that each network has, nodes too.
+bool is_of_network(std::string_view name) {
+  return name == kNodeTable || is_section(name, network_settings());
+}
+
+/// The keys of one table, for a user who is nowhere near any: "can has spec, bit_rate". The empty table is
+/// the top of a plant file, or of a network.
+std::string contents_of(std::string_view table, bool in_first_network) {
+  std::vector<std::string_view> keys;
+  for (const std::string_view key : plant_keys())
+    if (text::table_of(key) == table && (!table.empty() || in_first_network || is_of_network(key)))
+      keys.push_back(text::leaf_of(key));
+  const std::string_view top = in_first_network ? "a plant file" : "a network";
+  return fmt::format("{} has {}", table.empty() ? top : table, text::listed(keys, ", "));
+}
+
+class Reader {
+ public:
+  Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
+
+  void read_file(const toml::table& root, std::span<const std::string_view> others) try {
+    read(root, others);
+  } catch (const Enough&) {
+    found_.push_back(
+        {{file_name_, 0},
+         fmt::format("{} mistakes, and the rest of the file has not been looked at; put these right first",
+                     kMostMistakes)});
+  }
+
+  Diagnostics take() {
+    sort_by_place(found_);
+    return std::move(found_);
+  }
+
+ private:
+  struct Enough {};
+
+  /// What stands at the top of the file, or in a network.
+  void read(const toml::table& root, std::span<const std::string_view> others = {}) {
+    for (const auto& [key, node] : root) {
+      const std::string_view name = key.str();
+      if (std::ranges::find(others, name) != others.end()) continue;
+      check_place(root, name, key);
+      if (name == kNodeTable) {
+        read_nodes(key, node);
+      } else if (is_of_network(name) || (in_first_network() && is_section(name, settings()))) {
+        read_section(key, node);
+      } else if (in_first_network() && name == kNetworkTable) {
+        read_networks(key, node);
+      } else if (in_first_network() && name == kWireTable) {
+        read_list(&node, kWireTable, wire_settings(), config_.wires,
+                  "from = \"66:output:1\", to = \"5:0x2001\"");
+      } else if (name == kWireTable || is_section(name, settings())) {
+        complain_global(key, name);
+      } else {
+        complain_unknown(key, "");
+      }
+    }
+  }
+
+  /// What stands behind [[network]] may be meant for that one, but is the first one's.
+  void check_place(const toml::table& root, std::string_view name, const toml::key& key) {
+    const toml::node* const networks = in_first_network() ? root.get(kNetworkTable) : nullptr;
+    const bool is_first = networks == nullptr || line_of(key.source()) < line_of(networks->source());
+    if (is_first || !is_of_network(name) || is_section(name, settings())) return;
+    complain(key, fmt::format("{0}: is of the first network; put it above [[network]], or write network.{0}",
+                              name));
+  }
+
+  bool in_first_network() const { return network_->number == 1; }
+
+  void read_networks(const toml::key& key, const toml::node& node) {
+    const bool listed = for_each_table(node, [this](const toml::table& table) { read_network(table); });
+    if (!listed)
+      complain(key,
+               "network: must be a list of tables; write [[network]] above each network after the first");
+  }
+
+  void read_network(const toml::table& table) {
+    NetworkConfig network;
+    network.number = config_.networks.size() + 1;
+    network.place = place(table);
+    network_ = &network;
+    read(table);
+    config_.networks.push_back(std::move(network));
+    network_ = &config_.networks.front();
+  }
+
+  void read_section(const toml::key& key, const toml::node& node) {
+    const toml::table* const table = node.as_table();
+    if (table == nullptr)
+      return complain(key, fmt::format("{}: must be a table; write [{}]", key.str(), header(key.str())));
+    read_rows(key.str(), *table, network_settings(), *network_);
+    if (in_first_network()) read_rows(key.str(), *table, settings(), config_);
+    check_keys(key.str(), *table);
+    if (key.str() == "can")
+      read_faults(table->get("faults"), "can.faults", sim::FaultPlace::kBus, network_->can.faults);
+  }
+
+  /// "node", "network.node": what stands in the brackets.
+  std::string header(std::string_view table) const {
+    return fmt::format("{}{}", in_first_network() ? "" : "network.", table);
+  }
+
+  void read_nodes(const toml::key& key, const toml::node& node) {
+    const bool listed = for_each_table(node, [this](const toml::table& table) { read_node(table); });
+    if (!listed)
+      complain(key,
+               fmt::format("node: must be a list of tables; write [[{}]] above each node", header("node")));
+  }
+
+  void read_node(const toml::table& table) {
+    NodeConfig node;
+    node.network = network_->number;
+    node.place = place(table);
+    read_table("node", table, node_settings(), node);
+    if (node.id == 0 && !node.lss && !table.contains("id"))
+      complain(table, "node.id: is missing; add id = 5, or lss = true");
+    read_list(table.get("objects"), "node.objects", object_settings(), node.objects,
+              "index = 0x2001, sub = 0, value = 1");
+    read_list(table.get("signals"), "node.signals", signal_settings(), node.signals,
+              "index = 0x6401, sub = 1, shape = \"constant\", value = 1");
+    read_faults(table.get("faults"), "node.faults", sim::FaultPlace::kNode, node.faults);
+    if (const toml::node* const axis = table.get("axis")) read_axis(*axis, node);
+    network_->nodes.push_back(std::move(node));
+  }
+
+  void read_axis(const toml::node& axis, NodeConfig& node) {
+    if (!axis.is_table())
+      return complain(axis, "node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
+    read_table("node.axis", *axis.as_table(), axis_settings(), node.axis.emplace());
+  }
+
+  template <class Item>
+  void read_list(const toml::node* list, std::string_view name, std::span<const Setting<Item>> rows,
+                 std::vector<Item>& items, std::string_view example) {
+    for_each_item(list, name, example, [&](const toml::table& table) {
+      Item item;
+      item.place = place(table);
+      read_table(name, table, rows, item);
+      items.push_back(std::move(item));
+    });
+  }
+
+  void read_faults(const toml::node* list, std::string_view name, sim::FaultPlace here,
+                   std::vector<FaultConfig>& faults) {
+    const auto& row = setting_of(fault_kind_settings(), fmt::format("{}.kind", name));
+    for_each_item(list, name, fmt::format("kind = {}", row.example), [&](const toml::table& table) {
+      std::string kind;
+      const toml::node* const given = table.get("kind");
+      if (given == nullptr) return complain_missing(row, table);
+      if (!read_setting(row, *given, kind)) return;
+      const sim::FaultOrProblem made = sim::make_fault(kind, keys_of_fault(table), here);
+      if (!made.problem.empty()) return complain(table, fmt::format("{}: {}", name, made.problem));
+      faults.push_back({made.fault, place(table)});
+    });
+  }
+
+  /// All but the kind.
+  static std::vector<sim::FaultKey> keys_of_fault(const toml::table& table) {
+    std::vector<sim::FaultKey> keys;
+    for (const auto& [key, node] : table)
+      if (key.str() != "kind") keys.push_back({key.str(), value_of(node)});
+    return keys;
+  }
+
+  /// `list`: null = it is not there.
+  template <class Action>
+  void for_each_item(const toml::node* list, std::string_view name, std::string_view example, Action action) {
+    if (list == nullptr || for_each_table(*list, action)) return;
+    complain(*list,
+             fmt::format("{}: must be a list; write {} = [{{ {} }}]", name, text::leaf_of(name), example));
+  }
+
+  /// False if `node` is not an array with tables and nothing else in it.
+  template <class Action>
+  static bool for_each_table(const toml::node& node, Action action) {
+    const toml::array* array = node.as_array();
+    if (array == nullptr || !std::ranges::all_of(*array, &toml::node::is_table)) return false;
+    for (const toml::node& item : *array)
+      action(*item.as_table());
+    return true;
+  }
+
+  template <class Target>
+  void read_table(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
+                  Target& target) {
+    if (read_rows(name, table, rows, target)) check_keys(name, table);
+  }
+
+  /// In the order of the rows, as some depend on those before. False: which keys there can be is not known.
+  template <class Target>
+  bool read_rows(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
+                 Target& target) {
+    for (const auto& row : rows) {
+      if (text::table_of(row.key) != name) continue;
+      const toml::node* const node = table.get(text::leaf_of(row.key));
+      const bool needed = !row.example.empty() && belongs(row, target);
+      const bool good = node != nullptr ? read_setting(row, *node, target) : !needed;
+      if (node == nullptr && needed) complain_missing(row, table);
+      if (!good && row.key == kSignalShape) return false;
+    }
+    return true;
+  }
+
+  void check_keys(std::string_view name, const toml::table& table) {
+    const auto& keys = plant_keys();
+    for (const auto& [key, node] : table) {
+      const std::string full = fmt::format("{}.{}", name, key.str());
+      if (std::ranges::find(keys, full) == keys.end()) {
+        complain_unknown(key, name);
+      } else if (!in_first_network() &&
+                 std::ranges::any_of(settings(), [&](const Row& row) { return row.key == full; })) {
+        complain_global(key, full);
+      }
+    }
+  }
+
+  template <class Target>
+  bool read_setting(const Setting<Target>& row, const toml::node& node, Target& target) {
+    const auto value = value_of(node);
+    const Problem problem = assign(row, target, based_here(row, value), place(node));
+    if (problem.empty()) return true;
+    complain(node, fmt::format("{}{}: {}", row.key, value ? " " + text::value_text(*value) : "", problem));
+    return false;
+  }
+
+  std::optional<Value> based_here(const Row& row, const std::optional<Value>& value) const {
+    const auto* path = value ? std::get_if<std::string>(&*value) : nullptr;
+    if (path == nullptr || path->empty()) return value;
+    const bool is_path =
+        row.form == text::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
+    if (is_path) return based_here(*path);
+    if (row.form != text::Form::kAddress) return value;
+    for (const std::string_view kind : {text::kUnix, text::kTerminal})
+      if (path->starts_with(kind) && path->size() > kind.size())
+        return std::string(kind) + based_here(path->substr(kind.size()));
+    return value;
+  }
+
+  std::string based_here(std::string_view path) const { return path_in(file_name_, path); }
+
+  void complain_missing(const Row& row, const toml::table& table) {
+    complain(table, fmt::format("{}: is missing; add {} = {}", row.key, text::leaf_of(row.key), row.example));
+  }
+
+  void complain_unknown(const toml::key& key, std::string_view table) {
+    const std::string full = fmt::format("{}{}{}", table, table.empty() ? "" : ".", key.str());
+    const std::string suggestion = text::did_you_mean(full, plant_keys());
+    complain(key, full + ": no such key" +
+                      (suggestion.empty() ? "; " + contents_of(table, in_first_network()) : suggestion));
+  }
+
+  void complain_global(const toml::key& key, std::string_view full) {
+    complain(key, fmt::format("{}: is for all networks; it stands at the top of the file, in [{}]", full,
+                              full.substr(0, full.find('.'))));
+  }
+
+  /// `where`: a key, or what it has.
+  void complain(const auto& where, const std::string& message) {
+    if (found_.size() == kMostMistakes) throw Enough();
+    found_.push_back({place(where), in_network(network_->number) + message});
+  }
+
+  Place place(const auto& where) const { return {file_name_, line_of(where.source())}; }
+
+  const std::string& file_name_;
+  Config& config_;
+  NetworkConfig* network_ = &config_.networks.front();  ///< that is being read
+  Diagnostics found_;
+};
+
+/// From 1; 0 = none. Within a line the parser's stack grows with each part of a key.
+std::size_t line_too_long(std::string_view text) {
+  for (std::size_t line = 1; !text.empty(); ++line)
+    if (text::take_line(text).size() > kLongestLine) return line;
+  return 0;
+}
+
+/// toml++ says "Error while parsing string: ..."; a word without quotes is what people get wrong most.
+std::string syntax_message(std::string_view description) {
+  constexpr std::string_view kPrefix = "Error while parsing ";
+  if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
+  const bool bare_word = description.find("could not determine value type") != std::string_view::npos;
+  return fmt::format("TOML syntax: {}{}", description, bare_word ? "; texts stand in double quotes" : "");
+}
+
+}  // namespace
+
+std::string path_in(const std::string& file_name, std::string_view path) {
+  return (std::filesystem::path(file_name).parent_path() / path).lexically_normal().string();
+}
+
+Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
+                       std::span<const std::string_view> others) {
+  // toml++ refuses such a file too, but may name a line further up.
+  if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
+    return {{{file_name, line}, "this line is not UTF-8; save the file as UTF-8"}};
+  if (const std::size_t line = line_too_long(text); line != 0)
+    return {{{file_name, line},
+             fmt::format("a line of more than {} characters; write a list in several lines", kLongestLine)}};
+  try {
+    const toml::table root = toml::parse(text, std::string_view(file_name));
+    Reader reader(file_name, into);
+    reader.read_file(root, others);
+    return reader.take();
+  } catch (const toml::parse_error& error) {
+    return {{{file_name, line_of(error.source())}, syntax_message(error.description())}};
+  }
+}
+
+}  // namespace cbcan::config

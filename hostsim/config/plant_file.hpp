@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Plant files: the TOML file that describes module, Modbus, CAN and nodes. The reference for people is
+/// docs/plant-file.md. Pure: the text comes in as an argument and no EDS file is opened.
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "config/config.hpp"
+
+namespace cbcan::config {
+
+/// A path that stands in this file, ready to be opened.
+std::string path_in(const std::string& file_name, std::string_view path);
+
+/// Reads a plant file into `into`; what the file does not mention keeps its value. Paths in it are taken
+/// relative to `file_name`. Returns everything that is wrong with the file, in line order, or 100 mistakes of
+/// more, and nothing if it is good; what could be read is read all the same. What only the whole
+/// configuration shows is left to check(). `others`: keys at the top of the file that are somebody else's.
+Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
+                       std::span<const std::string_view> others = {});
+
+}  // namespace cbcan::config

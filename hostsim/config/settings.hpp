@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The settings of a plant as tables (text/setting.hpp): key in the plant file, twin on the command line,
+/// range, help. Both readers go by these rows; --help and docs/plant-file.md are made from them. A new
+/// setting is a member in config.hpp and a row.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "config/config.hpp"
+#include "text/setting.hpp"
+
+namespace cbcan::config {
+
+using text::Problem;
+using text::Row;
+using text::Setting;
+
+/// The key that says which other ones a signal has.
+inline constexpr std::string_view kSignalShape = "node.signals.shape";
+
+/// The list of further networks; each has the tables of network_settings(), and nodes, as network 1 has at
+/// the top of the file.
+inline constexpr std::string_view kNetworkTable = "network";
+/// The list of wires, of the whole plant.
+inline constexpr std::string_view kWireTable = "wire";
+
+/// Of the whole plant.
+std::span<const Setting<Config>> settings();
+/// Of each network.
+std::span<const Setting<NetworkConfig>> network_settings();
+std::span<const Setting<NodeConfig>> node_settings();
+std::span<const Setting<InitialValue>> object_settings();
+/// kSignalShape stands before the keys that only some shapes have.
+std::span<const Setting<SignalConfig>> signal_settings();
+std::span<const Setting<WireConfig>> wire_settings();
+std::span<const Setting<AxisConfig>> axis_settings();
+/// The name of a fault's kind, of nodes and of the bus; its other keys are those of sim/faults/fault.hpp.
+std::span<const Setting<std::string>> fault_kind_settings();
+
+/// Calls `visit` with each row of all these tables.
+template <class Visit>
+void for_each_setting(Visit visit) {
+  const auto each = [&visit](const auto& rows) {
+    for (const auto& row : rows)
+      visit(row);
+  };
+  each(network_settings());
+  each(settings());
+  each(node_settings());
+  each(object_settings());
+  each(signal_settings());
+  each(fault_kind_settings());
+  each(axis_settings());
+  each(wire_settings());
+}
+
+/// Every name that a plant file may have: all keys of the rows above and the tables that they are in.
+const std::vector<std::string_view>& plant_keys();
+
+/// By sim::Shape.
+std::span<const std::string_view> shape_names();
+
+/// False: a signal of this shape has no such key.
+template <class Target>
+bool belongs(const Row& /*row*/, const Target& /*target*/) {
+  return true;
+}
+bool belongs(const Row& row, const SignalConfig& signal);
+
+/// `shape "constant" has index, sub, shape, value and sample_ms`
+std::string keys_of(const SignalConfig& signal);
+
+/// A signal of this shape with all its defaults.
+SignalConfig signal_of(std::size_t shape);
+
+/// Of a default that is no value.
+inline constexpr std::string_view kNone = "none";
+inline constexpr std::string_view kRequired = "required";
+
+/// The default of a setting, in words.
+template <class Target>
+std::string standard_of(const Setting<Target>& row) {
+  if (!row.example.empty()) return std::string(kRequired);
+  Target standard{};
+  if constexpr (std::is_same_v<Target, SignalConfig>) standard = signal_of(row.kinds.first);
+  return text::text_in(row, standard, standard);
+}
+
+/// What both sources come to: checks `value` and puts it where it belongs; a refused one changes nothing.
+/// nullopt is what no setting can be, such as a date.
+template <class Target>
+[[nodiscard]] Problem assign(const Setting<Target>& row, Target& target, const std::optional<Value>& value,
+                             const Place& place) {
+  if constexpr (std::is_same_v<Target, SignalConfig>)
+    if (!belongs(row, target)) return keys_of(target);
+  Problem problem = value ? text::assign(row, target, *value) : text::wrong_form(row);
+  if constexpr (std::is_same_v<Target, NetworkConfig>)
+    if (problem.empty()) target.places[row.key] = place;
+  return problem;
+}
+
+/// The row with this key, which has to exist.
+template <class Target>
+const Setting<Target>& setting_of(std::span<const Setting<Target>> rows, std::string_view key) {
+  std::size_t row = 0;
+  while (rows[row].key != key)
+    ++row;
+  return rows[row];
+}
+
+}  // namespace cbcan::config

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: MIT
+#include "plant/condition.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "cbcan/regmap.hpp"
+#include "journal/watch.hpp"
+#include "journal/words.hpp"
+#include "sim/frame_text.hpp"
+#include "text/numbers.hpp"
+#include "text/suggestion.hpp"
+#include "text/value.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::plant {
+
+namespace {
+
+/// What is behind the kind and, of an event, how many of them there should be.
+struct Written {
+  Words words;
+  std::optional<unsigned> count;
+};
+
+// ---- Comparisons
+
+constexpr std::array<std::string_view, 6> kOperators{"=", "!=", "<", "<=", ">", ">="};
+
+bool compare(std::string_view with, const auto& is, const auto& wanted) {
+  if (with == "=") return is == wanted;
+  if (with == "!=") return is != wanted;
+  if (with == "<") return is < wanted;
+  if (with == "<=") return is <= wanted;
+  return with == ">" ? is > wanted : is >= wanted;
+}
+
+std::string operator_of(std::string_view word) {
+  if (std::ranges::find(kOperators, word) == kOperators.end())
+    refuse("\"{}\": must be {}", word, text::listed(kOperators));
+  return std::string(word);
+}
+
+std::optional<double> number_in(const text::Value& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1 : 0;
+  if (const auto* number = std::get_if<double>(&value)) return *number;
+  return std::nullopt;
+}
+
+/// Numbers by their value, anything else by how it is written.
+bool compare_values(std::string_view with, std::string_view is, std::string_view wanted) {
+  const text::Value a = text::parse_value(is);
+  const text::Value b = text::parse_value(wanted);
+  const auto* const whole_a = std::get_if<std::int64_t>(&a);
+  const auto* const whole_b = std::get_if<std::int64_t>(&b);
+  if (whole_a != nullptr && whole_b != nullptr) return compare(with, *whole_a, *whole_b);
+  const auto number_a = number_in(a);
+  const auto number_b = number_in(b);
+  if (number_a && number_b) return compare(with, *number_a, *number_b);
+  return compare(with, text::value_text(a), text::value_text(b));
+}
+
+// ---- What is so at a time
+
+class RegisterCondition final : public Condition {
+ public:
+  RegisterCondition(const Written& written, View& view) : with_(operator_of(written.words[1])) {
+    const auto [network, name] = where(written.words[0], view.networks());
+    network_ = network;
+    first_ = number_of(name, 0, 0xFFFF, "register");
+    for (const std::string_view word : Words(written.words.begin() + 2, written.words.end()))
+      wanted_.push_back(static_cast<std::uint16_t>(number_of(word, 0, 0xFFFF, "value")));
+    if (wanted_.size() > 1 && with_ != "=") refuse("\"{}\": of several registers write =", with_);
+    read(view);
+  }
+  bool holds(View& view) override { return compare(with_, read(view), wanted_); }
+  std::string seen(View& view) override { return "it is " + text::joined(read(view)); }
+
+ private:
+  std::vector<std::uint16_t> read(View& view) const { return view.read(network_, first_, wanted_.size()); }
+
+  std::size_t network_ = 1;
+  std::uint32_t first_ = 0;
+  std::string with_;
+  std::vector<std::uint16_t> wanted_;
+};
+
+/// A device may change what it has while nothing else happens.
+class ObjectCondition final : public Condition {
+ public:
+  ObjectCondition(const Written& written, View& view)
+      : node_(written.words[0]),
+        address_(written.words[1]),
+        with_(operator_of(written.words[2])),
+        wanted_(rest_of(written.words, 3)) {
+    check_value(view, node_, address_);
+  }
+  bool holds(View& view) override {
+    return node_of(view, node_).has_power() &&
+           compare_values(with_, value_of(view, node_, address_), wanted_);
+  }
+  std::string seen(View& view) override {
+    return node_of(view, node_).has_power() ? "it is " + value_of(view, node_, address_) : "the node is off";
+  }
+  Time next_look(View& view) const override { return view.now() + kMillisecond; }
+
+ private:
+  std::string node_;
+  std::string address_;
+  std::string with_;
+  std::string wanted_;
+};
+
+class StateCondition final : public Condition {
+ public:
+  StateCondition(const Written& written, View& view) : node_(written.words[0]), state_(written.words[1]) {
+    std::vector<std::string_view> names;
+    for (const journal::StateName& known : journal::state_names())
+      names.push_back(known.name);
+    node_of(view, node_);
+    if (std::ranges::find(names, state_) == names.end())
+      refuse("\"{}\": must be {}", state_, text::listed(names));
+  }
+  bool holds(View& view) override { return state_of(node_of(view, node_)) == state_; }
+  std::string seen(View& view) override { return fmt::format("it is {}", state_of(node_of(view, node_))); }
+
+ private:
+  std::string node_;
+  std::string state_;
+};
+
+class TimeCondition final : public Condition {
+ public:
+  TimeCondition(const Written& written, View& /*view*/) : wanted_(duration_of(written.words[0])) {}
+  bool holds(View& view) override { return view.now() >= wanted_; }
+  std::string seen(View& view) override { return "it is " + text::seconds_text(view.now()); }
+  Time next_look(View& /*view*/) const override { return wanted_; }
+
+ private:
+  Time wanted_;
+};
+
+class TookCondition final : public Condition {
+ public:
+  TookCondition(const Written& written, View& view)
+      : since_(view.now()), with_(operator_of(written.words[0])), wanted_(duration_of(written.words[1])) {
+    if (with_ == "=" && !view.has_exact_time())
+      throw Unseen("took = wants time to the microsecond; write took >= and took <=");
+  }
+  bool holds(View& view) override { return compare(with_, view.now() - since_, wanted_); }
+  std::string seen(View& view) override {
+    return "it took " + text::seconds_text(view.now() - since_) + " s";
+  }
+  Time next_look(View& view) const override {
+    return view.now() <= since_ + wanted_ ? std::max(view.now() + 1, since_ + wanted_) : kNever;
+  }
+
+ private:
+  Time since_;
+  std::string with_;
+  Time wanted_;
+};
+
+// ---- What happens
+
+class EventCondition : public Condition {
+ public:
+  explicit EventCondition(const Written& written) : wanted_(written.count) {}
+  bool holds(View& view) override {
+    const std::size_t count = happened(view);
+    return wanted_ ? count == *wanted_ : count != 0;
+  }
+  std::string seen(View& view) override { return fmt::format("{} of them", happened(view)); }
+
+ private:
+  virtual std::size_t happened(View& view) const = 0;
+
+  std::optional<unsigned> wanted_;
+};
+
+/// Level, not edge: one that is under way has started.
+class TransactionCondition final : public EventCondition {
+ public:
+  TransactionCondition(const Written& written, View& view) : EventCondition(written) {
+    const auto [network, name] = where(written.words[0], view.networks());
+    network_ = network;
+    ended_ = name == "ended";
+    if (!ended_ && name != "started") refuse("\"{}\": must be started or ended", name);
+    before_ = ended(view);
+  }
+  bool is_up_to_plc(View& view) const override { return !is_under_way(view); }
+
+ private:
+  bool is_under_way(View& view) const {
+    return view.read(network_, regmap::kWindowFirst, 1)[0] == regmap::kExecute;
+  }
+  std::size_t ended(View& view) const { return view.transactions(network_) - (is_under_way(view) ? 1 : 0); }
+  std::size_t happened(View& view) const override {
+    return (ended_ ? ended(view) : view.transactions(network_)) - before_;
+  }
+
+  std::size_t network_ = 1;
+  bool ended_ = false;
+  std::size_t before_ = 0;
+};
+
+/// Of frames written as text: x stands for any digit, and * at the end for anything.
+class FrameCondition final : public EventCondition {
+ public:
+  FrameCondition(const Written& written, View& view) : EventCondition(written) {
+    const auto [network, name] = where(written.words[0], view.networks());
+    network_ = network;
+    view.world(network_);
+    for (const char letter : name)
+      pattern_ += letter >= 'a' && letter <= 'f' ? static_cast<char>(letter - 'a' + 'A') : letter;
+    const std::size_t id = pattern_.find('#');
+    if ((id != 3 && id != 8) || pattern_.find_first_not_of("0123456789ABCDEFRx#*") != std::string::npos)
+      refuse("frame \"{}\": write it as candump does, 605#4017*, with x for any digit and * for any end",
+             name);
+  }
+  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
+    if (network == network_ && matches(sim::frame_text(frame))) ++count_;
+  }
+
+ private:
+  bool matches(std::string_view frame) const {
+    const bool open = pattern_.ends_with('*');
+    const std::string_view wanted(pattern_.data(), pattern_.size() - (open ? 1 : 0));
+    if (open ? frame.size() < wanted.size() : frame.size() != wanted.size()) return false;
+    return std::ranges::equal(wanted, frame.substr(0, wanted.size()),
+                              [](char any, char is) { return any == is || (any == 'x' && is != '#'); });
+  }
+  std::size_t happened(View& /*view*/) const override { return count_; }
+
+  std::size_t network_ = 1;
+  std::string pattern_;
+  std::size_t count_ = 0;
+};
+
+class EmergencyCondition final : public EventCondition {
+ public:
+  EmergencyCondition(const Written& written, View& view) : EventCondition(written) {
+    const auto [network, name] = where(written.words[0], view.networks());
+    network_ = network;
+    node_ = number_of(name, 1, nmt::kMaxNode, "node");
+    view.world(network_);
+    if (written.words.size() == 2) code_ = number_of(written.words[1], 0, 0xFFFF, "code");
+  }
+  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
+    const auto message = journal::emergency_of(frame);
+    if (network == network_ && message && message->node == node_ && (!code_ || message->code == *code_))
+      ++count_;
+  }
+
+ private:
+  std::size_t happened(View& /*view*/) const override { return count_; }
+
+  std::size_t network_ = 1;
+  std::uint32_t node_ = 0;
+  std::optional<std::uint32_t> code_;
+  std::size_t count_ = 0;
+};
+
+// ---- The rows
+
+struct Row {
+  std::size_t least;  ///< words behind the name
+  std::size_t most;
+  bool is_event;
+  std::unique_ptr<Condition> (*make)(const Written&, View&);
+  Usage text;
+};
+
+template <class Made>
+std::unique_ptr<Condition> make(const Written& written, View& view) {
+  return std::make_unique<Made>(written, view);
+}
+
+// clang-format off
+constexpr auto kKinds = std::to_array<Row>({
+    {1, 1, true, make<TransactionCondition>, {"transaction started|ended", "A transaction of the PLC's is under way, or ends",
+     "Of one that is under way already, the end."}},
+    {3, kAnyNumber, false, make<RegisterCondition>, {"register R OP VALUE...", "A register is so; or R and those behind it are",
+     "`OP` is `=`, `!=`, `<`, `<=`, `>` or `>=`; with several values `=`."}},
+    {4, kAnyNumber, false, make<ObjectCondition>, {"object NODE INDEX[:SUB] OP VALUE", "An object of a simulated node is so",
+     "As `get` shows it."}},
+    {2, 2, false, make<StateCondition>, {"state NODE STATE", "A simulated node is in this NMT state",
+     "initialising, pre-operational, operational, stopped, or off: without power."}},
+    {1, 1, true, make<FrameCondition>, {"frame FRAME", "Such a frame is on the bus",
+     "As candump writes it, `605#4017100000000000`; `x` is any digit and `*` at the end anything."}},
+    {1, 2, true, make<EmergencyCondition>, {"emcy NODE [CODE]", "An EMCY message of this node is on the bus",
+     "0 is No Error."}},
+    {1, 1, false, make<TimeCondition>, {"time DURATION", "So much time has passed since the start of the plant", ""}},
+    {2, 2, false, make<TookCondition>, {"took OP DURATION", "So much time has passed since the step before, or since `wait` came", ""}},
+});
+// clang-format on
+
+/// Takes "no" or a number off the front.
+std::optional<unsigned> take_count(Words& words) {
+  if (words.empty()) return std::nullopt;
+  std::optional<unsigned> count;
+  if (words.front() == "no") count = 0;
+  if (const auto number = text::parse<unsigned>(words.front())) count = *number;
+  if (count) words.erase(words.begin());
+  return count;
+}
+
+}  // namespace
+
+std::unique_ptr<Condition> make_condition(std::string_view text, View& view) {
+  Written written{text::words_of(text), std::nullopt};
+  written.count = take_count(written.words);
+  const std::string_view name = written.words.empty() ? "" : written.words.front();
+  std::vector<std::string_view> names;
+  for (const Row& kind : kKinds) {
+    names.push_back(kind.text.name());
+    if (names.back() != name) continue;
+    const std::size_t given = written.words.size() - 1;
+    if (given < kind.least || given > kind.most) refuse("write {}", kind.text.usage);
+    if (written.count && !kind.is_event)
+      refuse("{}: only events are counted: transaction, frame, emcy", text);
+    written.words.erase(written.words.begin());
+    return kind.make(written, view);
+  }
+  const std::string suggestion = text::did_you_mean(name, names);
+  refuse("\"{}\": no such condition{}", name,
+         suggestion.empty() ? "; there are " + text::listed(names, " and ") : suggestion);
+}
+
+std::span<const Usage> condition_usages() {
+  static constexpr auto kUsages = [] {
+    std::array<Usage, kKinds.size()> usages;
+    std::ranges::transform(kKinds, usages.begin(), &Row::text);
+    return usages;
+  }();
+  return kUsages;
+}
+
+}  // namespace cbcan::plant

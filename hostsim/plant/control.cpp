@@ -1,0 +1,495 @@
+// SPDX-License-Identifier: MIT
+#include "plant/control.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/regmap.hpp"
+#include "config/config.hpp"
+#include "devices/devices.hpp"
+#include "plant/subscription.hpp"
+#include "sim/frame_text.hpp"
+#include "text/numbers.hpp"
+#include "text/suggestion.hpp"
+#include "text/utf8.hpp"
+#include "text/value.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::plant {
+
+namespace {
+
+constexpr std::string_view kBus = "bus";
+constexpr std::string_view kAll = "all";
+
+/// `place`: from 0.
+std::string place_name(std::size_t network, std::size_t place) {
+  return fmt::format("{}#{}", prefix_of(network), place + 1);
+}
+
+std::string id_text(const sim::Node& node, std::size_t network) {
+  const std::uint8_t id = node.device().node_id();
+  return id == sim::Node::kNoNodeId ? "-" : prefix_of(network) + std::to_string(id);
+}
+
+/// A line for each fault, and when there have been many how many more there are.
+class FaultList {
+ public:
+  void add(std::string_view place, const sim::FaultSet& faults) {
+    for (const sim::SetFault& set : faults.list())
+      if (++count_ <= kMost)
+        text_ += fmt::format("{} {} {} occasions={} fired={}\n", place, set.number, set.text, set.occasions,
+                             set.fired);
+  }
+  std::string text() const {
+    return text_ + (count_ > kMost ? fmt::format("and {} more\nok\n", count_ - kMost) : "ok\n");
+  }
+
+ private:
+  static constexpr std::size_t kMost = 1000;
+  std::string text_;
+  std::size_t count_ = 0;
+};
+
+/// One of a few names; `what` they are.
+template <class Rows>
+const auto& named(const Rows& rows, std::string_view name) {
+  const auto found = std::ranges::find(rows, name, [](const auto& row) { return row.first; });
+  if (found != rows.end()) return found->second;
+  std::vector<std::string_view> names;
+  for (const auto& row : rows)
+    names.push_back(row.first);
+  refuse("\"{}\": must be {}", name, text::listed(names));
+}
+
+constexpr auto kOnOff = std::to_array<std::pair<std::string_view, bool>>({{"on", true}, {"off", false}});
+
+constexpr auto kNmtCommands = std::to_array<std::pair<std::string_view, nmt::Command>>({
+    {"start", nmt::Command::kStart},
+    {"stop", nmt::Command::kStop},
+    {"preop", nmt::Command::kEnterPreOperational},
+    {"reset-node", nmt::Command::kResetNode},
+    {"reset-comm", nmt::Command::kResetCommunication},
+});
+
+/// One line's execution.
+class Execution {
+ public:
+  Execution(Control& control, Words words)
+      : control_(control), words_(std::move(words)), now_(control.started() + control.now()) {}
+
+  struct Command {
+    std::size_t least;  ///< words behind the name
+    std::size_t most;
+    Reply (Execution::*run)();
+    Usage text;
+  };
+  static std::span<const Command> commands();
+
+ private:
+  Reply list_nodes();
+  Reply get();
+  Reply set();
+  Reply incident();
+  Reply reload();
+  Reply power();
+  Reply fault();
+  Reply list_faults();
+  Reply clear();
+  Reply read();
+  Reply write();
+  Reply send();
+  Reply nmt();
+  Reply wait();
+  Reply pass();
+  Reply subscribe();
+  Reply tell_time() { return {"ok " + text::seconds_text(control_.now()) + "\n"}; }
+  Reply shutdown() { return {.text = "ok\n", .shutdown = true}; }
+  Reply help();
+
+  Where place(std::string_view word) const { return where(word, control_.networks()); }
+  sim::World& world(std::size_t network) const { return control_.world(network); }
+  /// Of the bus or the node that the word means.
+  sim::FaultSet& faults(std::string_view word) const;
+  /// Calls `visit(place, faults)` for every bus and every node.
+  template <class Visitor>
+  void for_all_faults(Visitor visit) const;
+  std::string nodes_of(std::size_t network) const;
+  Reply put_on_bus(std::size_t network, const Frame& frame);
+
+  Control& control_;
+  Words words_;
+  Time now_;
+};
+
+std::span<const Execution::Command> Execution::commands() {
+  constexpr std::size_t kMostWords = 123;  // of one FC 16 request
+  // clang-format off
+  static constexpr auto kCommands = std::to_array<Command>({
+      {0, 0, &Execution::list_nodes, {"nodes", "Lists the nodes of all networks",
+       "A line each: place in the network, node ID (`-` without one), NMT state, device, name."}},
+      {2, 2, &Execution::get, {"get NODE INDEX[:SUB]|output:N", "A value as an SDO read would give it now, or what stands at a terminal",
+       "Whatever its access rights are. `output:N` is a digital output after polarity, filter mask and error value, "
+       "`analogue-output:N` likewise; `INDEX:SUB.BIT` is one bit."}},
+      {3, 3, &Execution::set, {"set NODE INDEX[:SUB] NUMBER", "An input gets this value from outside",
+       "It is rounded, and limited to what the object can hold, as one from a signal of the plant file. Objects that "
+       "are no input of the device are set as they are, from 2000h on."}},
+      {3, 3, &Execution::incident, {"incident NODE NAME on|off", "Something happens to the device, or is over",
+       "[devices.md](devices.md) lists the names of each device."}},
+      {1, 1, &Execution::reload, {"reload NODE", "Reads the Lua script that is the node's device again, and begins it anew",
+       "Objects keep their values. Where the script is wrong, the old one stays."}},
+      {2, 2, &Execution::power, {"power NODE|all on|off", "Cuts the power of a node, or gives it some: a cold start",
+       "Stored parameters and a stored node ID are kept, signals begin again, faults and incidents stay. `2/all` are those of "
+       "network 2."}},
+      {2, kAnyNumber, &Execution::fault, {"fault NODE|bus KIND [KEY=VALUE ...]", "Injects a fault; the response is its number",
+       "[faults.md](faults.md) lists kinds and keys."}},
+      {0, 1, &Execution::list_faults, {"faults [NODE|bus]", "Lists the faults that are set",
+       "A line each, with how often it has happened; 1,000 at most, and then how many more there are."}},
+      {0, 2, &Execution::clear, {"clear [NODE|bus [NUMBER]]",
+       "Takes away all faults, those of one node or of the bus, or one of them", ""}},
+      {1, 2, &Execution::read, {"read R [COUNT]", "Registers as the PLC reads them", ""}},
+      {2, 1 + kMostWords, &Execution::write, {"write R WORD...", "Registers as the PLC writes them, in one request", ""}},
+      {1, regmap::kWindowWords - 1, &Execution::write, {"trigger read|write WORD...",
+       "A transaction: what belongs into R3701 and those behind it, and CA0Eh, in one request",
+       "`trigger read 0x42 0x6411 1 2` and `trigger write 0x42 0x6411 1 2 300`; `2/read` is of network 2. A number in the place "
+       "of `read` is written as it is."}},
+      {1, 1, &Execution::send, {"send FRAME", "Somebody else on the bus sends a frame",
+       "As candump writes it: `605#4017100000000000`, `742#R`, `2/000#0142` on network 2."}},
+      {2, 2, &Execution::nmt, {"nmt start|stop|preop|reset-node|reset-comm NODE|all", "Another master sends this NMT command", ""}},
+      {1, kAnyNumber, &Execution::wait, {"wait CONDITION [within DURATION]", "Is answered when the condition holds, with the time",
+       "Where it does not within 60 s of the plant's time, or the duration (`us`, `ms`, `s`), by an error. On a manual clock this "
+       "is how time passes; but not while it is the PLC's turn to start a transaction."}},
+      {1, 1, &Execution::pass, {"pass DURATION", "Is answered when so much time has passed, by `at` and the time",
+       "On a manual clock this makes it pass."}},
+      {0, kAnyNumber, &Execution::subscribe, {"subscribe [frames] [emcy] [transactions]",
+       "Tells from now on what happens, of these kinds or of all",
+       "Lines that begin with `at` and the time come between responses, until the connection ends; at most 1 MiB that is not read, and "
+       "then none. On standard input there is no such thing."}},
+      {0, 0, &Execution::tell_time, {"time", "Seconds since the start", ""}},
+      {0, 0, &Execution::shutdown, {"shutdown", "Ends the program", "A command behind `--` gets SIGTERM."}},
+      {0, 0, &Execution::help, {"help", "Lists the commands", ""}},
+  });
+  // clang-format on
+  return kCommands;
+}
+
+/// That the line begins with.
+const Execution::Command& command_of(const Words& words) {
+  std::vector<std::string_view> names;
+  for (const Execution::Command& command : Execution::commands()) {
+    names.push_back(command.text.name());
+    if (names.back() != words.front()) continue;
+    const std::size_t given = words.size() - 1;
+    if (given < command.least || given > command.most) refuse("write {}", command.text.usage);
+    return command;
+  }
+  const std::string suggestion = text::did_you_mean(words.front(), names);
+  refuse("\"{}\": no such command{}", words.front(), suggestion.empty() ? "; help lists them" : suggestion);
+}
+
+sim::FaultSet& Execution::faults(std::string_view word) const {
+  const Where of = place(word);
+  return of.name == kBus ? world(of.network).faults() : node_of(control_, word).faults();
+}
+
+template <class Visitor>
+void Execution::for_all_faults(Visitor visit) const {
+  for (std::size_t network = 1; network <= control_.networks(); ++network) {
+    sim::World& all = world(network);
+    visit(fmt::format("{}{}", prefix_of(network), kBus), all.faults());
+    for (std::size_t place = 0; place < all.nodes().size(); ++place)
+      visit(place_name(network, place), all.nodes()[place]->faults());
+  }
+}
+
+Reply Execution::list_nodes() {
+  std::string text;
+  for (std::size_t network = 1; network <= control_.networks(); ++network)
+    text += nodes_of(network);
+  return {text + "ok\n"};
+}
+
+std::string Execution::nodes_of(std::size_t network) const {
+  const auto nodes = world(network).nodes();
+  std::string text;
+  for (std::size_t place = 0; place < nodes.size(); ++place) {
+    const sim::Node& node = *nodes[place];
+    text += fmt::format("{} {} {} {}", place_name(network, place), id_text(node, network), state_of(node),
+                        node.device_name());
+    text += node.name().empty() ? "\n" : fmt::format(" \"{}\"\n", text::to_utf8(node.name()));
+  }
+  return text;
+}
+
+Reply Execution::get() {
+  return {"ok " + value_of(control_, words_[1], words_[2]) + "\n"};
+}
+
+Reply Execution::set() {
+  sim::Node& of = running_node_of(control_, words_[1]);
+  const Address address = address_of(words_[2]);
+  const text::Value value = text::parse_value(words_[3]);
+  double number = 0;
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    number = static_cast<double>(*integer);
+  } else if (const auto* real = std::get_if<double>(&value)) {
+    number = *real;
+  } else if (const auto* flag = std::get_if<bool>(&value)) {
+    number = *flag ? 1 : 0;
+  } else {
+    refuse("\"{}\": must be a number, true or false", words_[3]);
+  }
+  const std::string name = config::object_name(address.index, address.sub);
+  if (address.index <= object::kLastCommunication)
+    refuse("{}: objects below 2000h are for SDO, not for set", name);
+  if (!of.set_input(address.index, address.sub, number, now_))
+    refuse("{}: node {} has no such number", name, words_[1]);
+  return {"ok\n"};
+}
+
+Reply Execution::incident() {
+  sim::Node& of = running_node_of(control_, words_[1]);
+  const bool present = named(kOnOff, words_[3]);
+  if (of.set_incident(words_[2], present, now_)) return {"ok\n"};
+  const auto known = of.behaviour().incidents();
+  refuse("\"{}\": node {} has no such incident{}{}", words_[2], words_[1], known.empty() ? "" : "; it has ",
+         text::listed(known, ", "));
+}
+
+Reply Execution::reload() {
+  sim::Node& of = running_node_of(control_, words_[1]);
+  if (of.device_name() != devices::kScript)
+    refuse("node {}: its device is {}, which is no script", words_[1], of.device_name());
+  try {
+    of.reload(now_);
+  } catch (const std::runtime_error& problem) {
+    throw Refused(problem.what());
+  }
+  return {"ok\n"};
+}
+
+Reply Execution::fault() {
+  const std::string_view text = rest_of(words_, 2);
+  sim::FaultSet& of = faults(words_[1]);
+  const sim::FaultOrProblem parsed = sim::parse_fault(text, of.place());
+  if (!parsed.problem.empty()) throw Refused(parsed.problem);
+  return {fmt::format("ok {}\n", of.add(parsed.fault, now_))};
+}
+
+Reply Execution::list_faults() {
+  FaultList list;
+  if (words_.size() == 2)
+    list.add(words_[1], faults(words_[1]));
+  else
+    for_all_faults([&](const std::string& place, sim::FaultSet& of) { list.add(place, of); });
+  return {list.text()};
+}
+
+Reply Execution::clear() {
+  constexpr std::uint32_t kMostNumber = 1'000'000'000;
+  if (words_.size() == 1) {
+    for_all_faults([this](const std::string& /*place*/, sim::FaultSet& of) { of.clear(now_); });
+    return {"ok\n"};
+  }
+  sim::FaultSet& of = faults(words_[1]);
+  if (words_.size() == 2) return of.clear(now_), Reply{"ok\n"};
+  const std::uint32_t number = number_of(words_[2], 1, kMostNumber, "fault");
+  if (!of.remove(number, now_)) refuse("fault {}: {} has none with this number", words_[2], words_[1]);
+  return {"ok\n"};
+}
+
+Reply Execution::power() {
+  const bool on = named(kOnOff, words_[2]);
+  const Where of = place(words_[1]);
+  if (of.name != kAll) return node_of(control_, words_[1]).set_power(on, now_), Reply{"ok\n"};
+  for (const auto& node : world(of.network).nodes())
+    node->set_power(on, now_);
+  return {"ok\n"};
+}
+
+// ---- The PLC
+
+Reply Execution::read() {
+  const auto [network, first, count] = read_of(words_, control_.networks());
+  return {fmt::format("ok {}\n", text::joined(control_.read(network, first, count)))};
+}
+
+/// write and trigger
+Reply Execution::write() {
+  const auto [network, first, words] = writing_of(words_, control_.networks());
+  control_.read(network, first, words.size());
+  Network& of = control_.network(network);
+  of.world().advance(now_);
+  std::ranges::copy(words, of.registers().begin() + first);
+  of.on_plc(now_);
+  of.on_written(first, words.size(), now_);
+  return {"ok\n"};
+}
+
+// ---- Others on the bus
+
+Reply Execution::put_on_bus(std::size_t network, const Frame& frame) {
+  if (!control_.network(network).send(frame)) refuse("the bus takes no frame now");
+  return {"ok\n"};
+}
+
+Reply Execution::send() {
+  const auto [network, name] = place(words_[1]);
+  const auto frame = sim::parse_frame(name);
+  if (!frame) refuse("frame \"{}\": write it as candump does: 605#4017100000000000", name);
+  return put_on_bus(network, *frame);
+}
+
+Reply Execution::nmt() {
+  const nmt::Command command = named(kNmtCommands, words_[1]);
+  const auto [network, name] = place(words_[2]);
+  const std::uint32_t node = name == kAll ? 0 : number_of(name, 1, nmt::kMaxNode, "node");
+  return put_on_bus(network, nmt::command_frame(command, static_cast<std::uint8_t>(node)));
+}
+
+// ---- Time
+
+Reply Execution::wait() {
+  Time within = kWaitWithin;
+  if (words_.size() > 3 && words_[words_.size() - 2] == "within") {
+    within = duration_of(words_.back());
+    words_.resize(words_.size() - 2);
+  }
+  const std::string_view text = rest_of(words_, 1);
+  return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), std::string(text), within,
+                                         false)};
+}
+
+Reply Execution::pass() {
+  const Time duration = duration_of(words_[1]);
+  const std::string text = fmt::format("took >= {}", words_[1]);
+  return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), text, duration, true)};
+}
+
+Reply Execution::subscribe() {
+  const Words kinds(words_.begin() + 1, words_.end());
+  for (const std::string_view kind : kinds)
+    if (std::ranges::count(event_kinds(), kind) == 0)
+      refuse("\"{}\": must be {}", kind, text::listed(event_kinds()));
+  return {.text = "ok\n", .subscribe = kinds};
+}
+
+Reply Execution::help() {
+  std::string text;
+  for (const Usage& command : command_usages())
+    text += fmt::format("{:37} {}\n", command.usage, command.meaning);
+  return {text + "ok\n"};
+}
+
+}  // namespace
+
+std::vector<Usage> command_usages() {
+  std::vector<Usage> usages;
+  for (const auto& command : Execution::commands())
+    usages.push_back(command.text);
+  return usages;
+}
+
+ResponseParts parts_of(std::string_view response) {
+  if (response.ends_with('\n')) response.remove_suffix(1);
+  const std::size_t last = response.rfind('\n') + 1;  // 0 where there is one line
+  return {response.substr(0, last), response.substr(last)};
+}
+
+bool changes_plant(std::string_view name) {
+  static constexpr std::array<std::string_view, 10> kThese{"set",   "incident", "power", "fault", "clear",
+                                                           "write", "trigger",  "send",  "nmt",   "reload"};
+  return std::ranges::find(kThese, name) != kThese.end();
+}
+
+void check_command(std::string_view line) {
+  const Words words = text::words_of(line);
+  if (words.empty()) refuse("there is no command in this line");
+  const std::string_view name = command_of(words).text.name();
+  if (name == "read") read_of(words, config::kMostNetworks);
+  if (name == "write" || name == "trigger") writing_of(words, config::kMostNetworks);
+  if (name == "pass" || name == "wait")
+    refuse("{}: a step lets time pass by its keys at, after and wait", name);
+}
+
+// ---- Control
+
+/// Hears one bus for all who listen, while there are any.
+class Control::Ear final : public sim::Observer {
+ public:
+  Ear(Control& control, std::size_t network) : control_(control), network_(network) {}
+  void on_bus_frame(const Frame& frame, Time now) override {
+    for (Listener* listener : control_.listeners_)
+      listener->on_frame(network_, frame, now - control_.started_);
+  }
+
+ private:
+  Control& control_;
+  std::size_t network_;
+};
+
+Control::Control(std::vector<Network*> networks, Time started)
+    : networks_(std::move(networks)), started_(started), now_(started) {
+  for (std::size_t i = 0; i < networks_.size(); ++i)
+    ears_.push_back(std::make_unique<Ear>(*this, i + 1));
+}
+
+Control::~Control() = default;
+
+void Control::add(Listener& listener) {
+  for (std::size_t i = 0; i < networks_.size() && listeners_.empty(); ++i)
+    networks_[i]->world().bus().observe(*ears_[i]);
+  listeners_.push_back(&listener);
+}
+
+void Control::remove(Listener& listener) {
+  std::erase(listeners_, &listener);
+  for (std::size_t i = 0; i < networks_.size() && listeners_.empty(); ++i)
+    networks_[i]->world().bus().ignore(*ears_[i]);
+}
+
+journal::Journal& Control::journal() {
+  if (journal_) return *journal_;
+  journal_ = std::make_unique<journal::Journal>();
+  journal_->on_filled = [this] { on_journal_filled(); };
+  for (Network* network : networks_)
+    network->listen(*journal_, started_);
+  return *journal_;
+}
+
+std::vector<std::uint16_t> Control::read(std::size_t network, std::uint32_t first, std::size_t count) {
+  const auto registers = networks_[network - 1]->registers();
+  if (registers.empty()) refuse("{}there is no module, which has the registers", config::in_network(network));
+  if (first + count > regmap::kDiagnosticsFirst) networks_[network - 1]->publish(now_);
+  if (first + count > registers.size()) refuse("register {}: there are 0..{}", first, registers.size() - 1);
+  const auto words = registers.subspan(first, count);
+  return {words.begin(), words.end()};
+}
+
+std::uint32_t Control::transactions(std::size_t network) {
+  const sim::CoprocessorModule* const module = networks_[network - 1]->module();
+  return module == nullptr ? 0 : module->coprocessor().counters().executed;
+}
+
+Reply Control::execute(std::string_view line, Time now) {
+  now_ = now;
+  Words words = text::words_of(line);
+  if (words.empty()) return {};
+  journal::Event* told = nullptr;
+  if (journal_ && changes_plant(words.front()))
+    told =
+        &journal_->add({.kind = journal::Kind::kCommand, .network = 0, .at = this->now()}, text::trim(line));
+  try {
+    const auto run = command_of(words).run;
+    return (Execution(*this, std::move(words)).*run)();
+  } catch (const Refused& refused) {
+    if (told != nullptr) told->state = journal::kRefused;
+    return {fmt::format("{}{}\n", kError, text::to_utf8(refused.what()))};
+  }
+}
+
+}  // namespace cbcan::plant

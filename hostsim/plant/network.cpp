@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "plant/network.hpp"
+
+#include <fmt/core.h>
+
+#include <utility>
+
+#include "cbcan/coprocessor/local_objects.hpp"
+#include "cbcan/version.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::plant {
+
+namespace {
+
+Coprocessor::Settings settings_of(const config::ModuleConfig& module) {
+  Coprocessor::Settings settings;
+  settings.node_id = module.node_id;
+  settings.sdo_timeout_ms = module.sdo_timeout_ms;
+  settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
+  settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
+  settings.plc_timeout_ms = module.plc_timeout_ms;
+  settings.plc_lost = module.plc_lost_state == config::PlcLostState::kStopped
+                          ? nmt::Command::kStop
+                          : nmt::Command::kEnterPreOperational;
+  settings.scanner_out_first = module.scanner_out_first;
+  settings.scanner_in_first = module.scanner_in_first;
+  settings.process_first = module.process_first;
+  return settings;
+}
+
+RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
+  const std::span<std::uint16_t> all(registers);
+  return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
+}
+
+/// Those of all channels.
+std::vector<ScannerWindow> scanners_of(std::vector<std::uint16_t>& registers,
+                                       const config::ModuleConfig& module) {
+  const std::span<std::uint16_t> all(registers);
+  std::vector<ScannerWindow> scanners;
+  for (unsigned channel = 1; channel <= module.channels; ++channel)
+    scanners.emplace_back(
+        all.subspan(regmap::of_channel(module.scanner_out_first, channel)).first<regmap::kScannerOutWords>(),
+        all.subspan(regmap::of_channel(module.scanner_in_first, channel)).first<regmap::kScannerInWords>());
+  return scanners;
+}
+
+ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const config::ModuleConfig& module) {
+  return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
+}
+
+void add_faults(sim::FaultSet& to, const std::vector<config::FaultConfig>& faults, Time started) {
+  for (const config::FaultConfig& fault : faults)
+    to.add(fault.fault, started);
+}
+
+/// Of "1.2.3", from 0.
+std::uint16_t version_part(unsigned part) {
+  std::string_view rest = kVersion;
+  std::string_view number;
+  for (unsigned i = 0; i <= part; ++i)
+    number = text::take_part(rest, '.');
+  return text::parse<std::uint16_t>(number).value_or(0);
+}
+
+}  // namespace
+
+Network::Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener* listener)
+    : listener_(listener), world_(bit_rate, seed, this), tester_(world_.bus().attach(*this)) {}
+
+Network::Network(const config::Config& plant, const config::NetworkConfig& config,
+                 std::vector<sim::NodeParts> nodes, Time started, sim::FaultListener* listener,
+                 sim::ParameterStore* parameters)
+    : Network(config.can.bit_rate, config::network_seed(plant, config), listener) {
+  number_ = config.number;
+  module_config_ = config.module;
+  if (config.module.enabled) {
+    registers_.resize(regmap::kRegisterFileWords);
+    registers_[regmap::kExecuteFlag] = config.module.start_result;
+    module_ =
+        &world_.add_module(window_of(registers_), process_of(registers_, config.module),
+                           settings_of(config.module), scanners_of(registers_, config.module), parameters);
+  }
+  for (sim::NodeParts& node : nodes) {
+    node.listener = this;
+    world_.add_node(std::move(node));
+  }
+  add_faults(world_.faults(), config.can.faults, started);
+  for (std::size_t i = 0; i < config.nodes.size(); ++i)
+    add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults, started);
+}
+
+void Network::listen(journal::Journal& journal, Time started) {
+  std::vector<journal::NetworkWatch::Door> doors;
+  const std::span<const std::uint16_t> all(registers_);
+  if (module_ != nullptr)
+    doors = {{regmap::kWindowFirst, all.subspan(regmap::kWindowFirst, regmap::kWindowWords), {}}};
+  for (unsigned channel = 1; module_ != nullptr && channel <= module_config_.channels; ++channel) {
+    const std::uint16_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
+    const std::uint16_t in = regmap::of_channel(module_config_.scanner_in_first, channel);
+    doors.push_back(
+        {out, all.subspan(out, regmap::kScannerOutWords), all.subspan(in, regmap::kScannerInWords)});
+  }
+  watch_.emplace(journal, static_cast<std::uint8_t>(number_), doors, started);
+  world_.bus().observe(*watch_);
+  if (module_ != nullptr) module_->watch(&*watch_);
+}
+
+void Network::on_fault(std::string_view text, Time now) {
+  if (listener_ != nullptr) listener_->on_fault(text, now);
+  if (watch_) watch_->on_fault(text, now);
+}
+
+void Network::on_node_state(std::uint8_t node, std::uint8_t state, Time now) {
+  if (watch_) watch_->on_node_state(node, state, now);
+}
+
+void Network::on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
+                           std::int32_t after, Time now) {
+  if (watch_) watch_->on_terminals(node, index, sub, before, after, now);
+}
+
+void Network::start(Time now) {
+  started_ = now;
+  world_.start(now);
+}
+
+void Network::advance_alone(Time now) {
+  for (; replay_due() <= now; ++replayed_) {
+    world_.advance(replay_due());
+    send(replay_[replayed_].frame);
+  }
+  world_.advance(now);
+}
+
+void Network::publish(Time now) {
+  if (module_ == nullptr) return;
+  const auto put = [this](std::uint16_t address, std::uint64_t number) {
+    registers_[address] = static_cast<std::uint16_t>(number);
+    registers_[address + 1u] = static_cast<std::uint16_t>(number >> 16);
+  };
+  const sim::Port& port = module_->port();
+  const Coprocessor::Counters transactions = module_->coprocessor().counters();
+  registers_[regmap::kVersion] = static_cast<std::uint16_t>(version_part(0) << 8 | version_part(1));
+  registers_[regmap::kPatchLevel] = version_part(2);
+  registers_[regmap::kResetCause] = static_cast<std::uint16_t>(regmap::ResetCause::kPowerOn);
+  registers_[regmap::kCanState] = static_cast<std::uint16_t>(local::kernel_state(port.state()));
+  registers_[regmap::kSecondWriters] = static_cast<std::uint16_t>(second_writers_);
+  put(regmap::kUptime, (now - started_) / kMillisecond);
+  put(regmap::kModbusRequests, requests_);
+  put(regmap::kModbusExceptions, exceptions_);
+  put(regmap::kCanReceived, module_->received());
+  put(regmap::kCanSent, port.sent());
+  put(regmap::kCanRefused, port.refused());
+  put(regmap::kCanLost, port.dropped());
+  put(regmap::kTransactions, transactions.executed);
+  put(regmap::kTransactionsFailed, transactions.failed);
+  put(regmap::kTransactionsCancelled, transactions.cancelled);
+}
+
+void Network::on_writer(std::uint32_t client, std::size_t first, std::size_t count, Time now) {
+  for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
+    const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
+    if (out < first) continue;
+    if (out >= first + count) return;
+    std::uint32_t& last = writers_[channel - 1];
+    if (client < last && second_writers_++ == 0)
+      on_fault(
+          fmt::format("scanner window of channel {}: Modbus clients {} and {} write to it, and each takes "
+                      "the other's results for its own; see one writer, docs/scanner.md",
+                      channel, client, last),
+          now);
+    last = client;
+  }
+}
+
+Time Network::on_written(std::size_t first, std::size_t count, Time now) {
+  if (module_ != nullptr) module_->on_registers_written(first, count, now);
+  if (together_ == nullptr) return earlier(world_.advance_bus(now), replay_due());
+  if (next_deadline() <= now) together_->advance(now);
+  return next_deadline();
+}
+
+}  // namespace cbcan::plant

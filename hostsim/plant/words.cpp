@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "plant/words.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "cbcan/regmap.hpp"
+#include "config/config.hpp"
+#include "config/wires.hpp"
+#include "journal/words.hpp"
+#include "text/numbers.hpp"
+#include "text/suggestion.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::plant {
+
+namespace {
+
+/// A whole number as one.
+std::string text_of_number(double number) {
+  const bool is_whole = number == std::trunc(number) && std::abs(number) < 1e15;
+  return is_whole ? std::to_string(static_cast<std::int64_t>(number)) : text::value_text(number);
+}
+
+}  // namespace
+
+std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what) {
+  const auto number = text::parse_integer(text);
+  if (!number || *number < low || *number > high) refuse("{} \"{}\": must be {}..{}", what, text, low, high);
+  return static_cast<std::uint32_t>(*number);
+}
+
+Time duration_of(std::string_view text) {
+  const auto duration = text::parse_duration(text);
+  if (!duration) refuse("\"{}\": write a whole number of us, ms or s, such as 100ms; an hour is 3600s", text);
+  return *duration;
+}
+
+std::string_view rest_of(const Words& words, std::size_t first) {
+  if (first >= words.size()) return {};
+  const char* const begin = words[first].data();
+  return {begin, static_cast<std::size_t>(words.back().data() + words.back().size() - begin)};
+}
+
+Address address_of(std::string_view text) {
+  constexpr std::uint32_t kMostIndex = 0xFFFF;
+  const auto [index, sub] = text::split(text, ':').value_or(std::pair(text, std::string_view("0")));
+  return {static_cast<std::uint16_t>(number_of(index, 1, kMostIndex, "index")),
+          static_cast<std::uint8_t>(number_of(sub, 0, 0xFF, "sub-index"))};
+}
+
+Where where(std::string_view word, std::size_t networks) {
+  const auto sides = text::split(word, '/');
+  if (!sides) return {1, word};
+  return {number_of(sides->first, 1, static_cast<std::uint32_t>(networks), "network"), sides->second};
+}
+
+std::string prefix_of(std::size_t network) {
+  return network == 1 ? "" : fmt::format("{}/", network);
+}
+
+sim::Node& node_of(View& view, std::string_view word) {
+  const auto [network, name] = where(word, view.networks());
+  const auto nodes = view.world(network).nodes();
+  const std::string what = config::in_network(network) + "node";
+  if (name.starts_with('#')) {
+    const std::uint32_t place = number_of(name.substr(1), 1, static_cast<std::uint32_t>(nodes.size()), what);
+    return *nodes[place - 1];
+  }
+  const std::uint32_t id = number_of(name, 1, nmt::kMaxNode, what);
+  const auto found =
+      std::ranges::find_if(nodes, [id](const auto& node) { return node->device().node_id() == id; });
+  if (found == nodes.end()) refuse("node {}: not in this plant; nodes lists them", word);
+  return **found;
+}
+
+sim::Node& running_node_of(View& view, std::string_view word) {
+  sim::Node& node = node_of(view, word);
+  if (!node.has_power()) refuse("node {} has no power; power {} on gives it some", word, word);
+  return node;
+}
+
+std::string_view state_of(const sim::Node& node) {
+  return journal::state_text(node.has_power() ? static_cast<std::uint8_t>(node.device().state())
+                                              : journal::kOff);
+}
+
+namespace {
+
+/// Of an object as it is there is more to say than its number.
+std::optional<sim::Terminal> terminal_of(std::string_view word) {
+  const bool is_object =
+      !word.empty() && word[0] >= '0' && word[0] <= '9' && word.find('.') == std::string_view::npos;
+  return is_object ? std::nullopt : config::parse_terminal(word);
+}
+
+ObjectEntry entry_of(const sim::Node& of, std::string_view node, const Address& address) {
+  ObjectEntry entry{};
+  if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
+    refuse("{}: node {} has no such object", config::object_name(address.index, address.sub), node);
+  return entry;
+}
+
+double number_at(sim::Node& of, std::string_view node, std::string_view word, const sim::Terminal& terminal) {
+  if (const auto number = of.number(terminal)) return *number;
+  refuse("{}: node {} has no such terminal", word, node);
+}
+
+}  // namespace
+
+void check_value(View& view, std::string_view node, std::string_view word) {
+  sim::Node& of = node_of(view, node);
+  if (const auto terminal = terminal_of(word)) return void(number_at(of, node, word, *terminal));
+  entry_of(of, node, address_of(word));
+}
+
+std::string value_of(View& view, std::string_view node, std::string_view word) {
+  check_value(view, node, word);
+  sim::Node& of = running_node_of(view, node);
+  const Time now = view.started() + view.now();
+  if (const auto terminal = terminal_of(word)) {
+    of.bring_up_to_date(now);
+    return text_of_number(number_at(of, node, word, *terminal));
+  }
+  const Address address = address_of(word);
+  const ObjectEntry entry = entry_of(of, node, address);
+  return journal::value_text(of.value(entry, address.sub, now), entry.type);
+}
+
+Reading read_of(const Words& words, std::size_t networks) {
+  constexpr std::uint32_t kMost = 125;  // of one FC 3 request
+  const auto [network, name] = where(words[1], networks);
+  return {network, number_of(name, 0, 0xFFFF, "register"),
+          words.size() == 3 ? number_of(words[2], 1, kMost, "count") : 1};
+}
+
+Writing writing_of(const Words& words, std::size_t networks) {
+  const auto [network, name] = where(words[1], networks);
+  const auto number = [](std::string_view word, std::string_view what) {
+    return static_cast<std::uint16_t>(number_of(word, 0, 0xFFFF, what));
+  };
+  Writing writing{network, regmap::kWindowFirst, {}};
+  constexpr std::array<std::string_view, 2> kCommands{"read", "write"};
+  const bool is_named = std::ranges::find(kCommands, name) != kCommands.end();
+  const std::size_t least = name == "read" ? 6 : 7;
+  if (words[0] == "trigger" && is_named && words.size() < least)
+    refuse("{}: write {}", rest_of(words, 0),
+           name == "read" ? "trigger read NODE INDEX SUB SIZE" : "trigger write NODE INDEX SUB SIZE WORD...");
+  if (words[0] == "trigger" && !is_named && !text::parse_integer(name))
+    refuse("\"{}\": must be read, write or a number{}", name, text::did_you_mean(name, kCommands));
+  if (words[0] == "write")
+    writing.first = number(name, "register");
+  else
+    writing.words = {regmap::kExecute, name == "read"    ? regmap::kSdoRead
+                                       : name == "write" ? regmap::kSdoWrite
+                                                         : number(name, "command")};
+  for (std::size_t i = 2; i < words.size(); ++i)
+    writing.words.push_back(number(words[i], "word"));
+  return writing;
+}
+
+}  // namespace cbcan::plant

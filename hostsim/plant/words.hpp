@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What commands and conditions have in common: how they name things, and how they complain.
+
+#include <fmt/core.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "cbcan/time.hpp"
+#include "sim/world.hpp"
+
+namespace cbcan::plant {
+
+using Words = std::vector<std::string_view>;
+/// As the most that something takes.
+inline constexpr std::size_t kAnyNumber = ~std::size_t{0};
+
+/// Why a command or a condition means nothing.
+class Refused : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Because it cannot be seen from here, not because it is wrong.
+class Unseen : public Refused {
+ public:
+  using Refused::Refused;
+};
+
+template <class... Args>
+[[noreturn]] void refuse(fmt::format_string<Args...> text, Args&&... args) {
+  throw Refused(fmt::format(text, std::forward<Args>(args)...));
+}
+
+/// Something that can be written in a line, as `help` and the pages show it.
+struct Usage {
+  std::string_view usage;    ///< "set NODE INDEX[:SUB] NUMBER"
+  std::string_view meaning;  ///< "An input gets this value from outside"
+  std::string_view more;     ///< what only the page adds: sentences
+
+  std::string_view name() const { return usage.substr(0, usage.find(' ')); }
+};
+
+/// These and the following throw Refused.
+std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what);
+Time duration_of(std::string_view text);
+
+/// The text of the words from `first` on, with the blanks between them.
+std::string_view rest_of(const Words& words, std::size_t first);
+
+struct Address {
+  std::uint16_t index;
+  std::uint8_t sub;
+};
+/// "0x6041", "0x6401:2"
+Address address_of(std::string_view text);
+
+/// "2/5" is 5 of network 2; without a number it is of network 1.
+struct Where {
+  std::size_t network;  ///< from 1
+  std::string_view name;
+};
+Where where(std::string_view word, std::size_t networks);
+/// "2/", in front of what is in network 2; nothing for network 1.
+std::string prefix_of(std::size_t network);
+
+/// What can be asked about a plant.
+class View {
+ public:
+  virtual Time now() const = 0;  ///< since the plant's start, as are all times here
+  virtual std::size_t networks() const = 0;
+  /// Those of a network, numbered from 1; throws Refused where there are none.
+  virtual std::vector<std::uint16_t> read(std::size_t network, std::uint32_t first, std::size_t count) = 0;
+  /// So many transactions have begun on this network.
+  virtual std::uint32_t transactions(std::size_t network) = 0;
+  /// Nodes and bus; throws Unseen where registers alone can be seen.
+  virtual sim::World& world(std::size_t network) = 0;
+  /// Of that world's clock; add to now().
+  virtual Time started() const = 0;
+  /// Time is the plant's own, to the microsecond.
+  virtual bool has_exact_time() const { return true; }
+
+ protected:
+  ~View() = default;
+};
+
+/// The node that "5", "#1" or "2/5" means.
+sim::Node& node_of(View& view, std::string_view word);
+/// One that has power.
+sim::Node& running_node_of(View& view, std::string_view word);
+
+/// "off" without power
+std::string_view state_of(const sim::Node& node);
+
+/// Throws Refused unless this node, whether it has power or not, has such an object or terminal.
+void check_value(View& view, std::string_view node, std::string_view word);
+
+/// What `get` shows: as a plant file would write it. `word`: "0x6401:2", "0x6200:1.7", "output:8".
+std::string value_of(View& view, std::string_view node, std::string_view word);
+
+/// What `read` reads, and what `write` and `trigger` write. These throw Refused.
+struct Reading {
+  std::size_t network;
+  std::uint32_t first;
+  std::size_t count;
+};
+Reading read_of(const Words& words, std::size_t networks);
+struct Writing {
+  std::size_t network;
+  std::uint32_t first;
+  std::vector<std::uint16_t> words;
+};
+Writing writing_of(const Words& words, std::size_t networks);
+
+}  // namespace cbcan::plant

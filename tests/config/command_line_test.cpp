@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: MIT
+#include "cli/command_line.hpp"
+
+#include "cli/options.hpp"
+#include "plant_support.hpp"
+#include "support/catch.hpp"
+
+using namespace cbcan::cli;
+using namespace cbcan::config;
+using namespace cbcan::config::test;
+
+namespace {
+
+Files disk_files() {
+  return {{"plant.toml", R"([module]
+node_id = 10
+sdo_timeout_ms = 11
+node_state_fresh_ms = 12
+guarding_timeout_ms = 13
+[modbus]
+host = "10.0.0.1"
+port = 14
+[can]
+spec = "socketcan:can0"
+[log]
+file = "file.log"
+verbose = true
+)"},
+          {"bad.toml", "[module]\nnode_id = 300\n[can]\nspec = \"socketcan\"\n"}};
+}
+
+/// By this, and the hint at --help.
+void refused_as(const std::vector<const char*>& arguments, const std::string& told) {
+  CHECK(refusal(arguments, disk_files()) == "cbcan-sim: " + told + "\n" + kHint);
+}
+
+}  // namespace
+
+TEST_CASE("no option at all runs with the defaults and says who is missing") {
+  const Start bare = start({});
+  CHECK(bare.run);
+  CHECK(bare.config == Config{});
+  CHECK(bare.out == "");
+  CHECK(bare.err ==
+        "cbcan-sim: nobody else is on the virtual bus; try --demo, or add a node: --node 5=FILE.eds\n");
+}
+
+TEST_CASE("a real bus without simulated nodes is nothing to remark on") {
+  const Start real = start({"--can", "socketcan:vcan0"});
+  CHECK(real.run);
+  CHECK(real.err == "");
+  CHECK(can_spec(real.config.networks.at(0).can) == "socketcan:vcan0");
+}
+
+TEST_CASE("a bit rate on a real bus is remarked on") {
+  const Start real = start({"--can=socketcan:can1", "--bit-rate=125000"});
+  CHECK(real.run);
+  CHECK(real.err ==
+        "cbcan-sim: can.bit_rate (--bit-rate) is for the virtual bus; socketcan:can1 has the one "
+        "that it was set up with\n");
+}
+
+TEST_CASE("every option of a setting, both ways to write it") {
+  Start apart = start({"--node-id", "3", "--sdo-timeout", "0", "--node-state-fresh", "5",
+                       "--guarding-timeout", "6", "--modbus", "0.0.0.0:0", "--can", "virtual", "--bit-rate",
+                       "1000000", "--log", "a.log", "--verbose", "--node", "5=a.eds"});
+  Start joined = start({"--node-id=0x3", "--sdo-timeout=0", "--node-state-fresh=5", "--guarding-timeout=6",
+                        "--modbus=0.0.0.0:0", "--can=virtual", "--bit-rate=1000000", "--log=a.log", "-v",
+                        "--node=5=a.eds"});
+  REQUIRE(apart.err == "");
+  REQUIRE(joined.err == "");
+  apart.config.networks.at(0).places.clear();  // told as they were typed: 3, 0x3
+  joined.config.networks.at(0).places.clear();
+  CHECK(apart.config == joined.config);
+  CHECK(apart.config.networks.at(0).module == ModuleConfig{3, 0, 5, 6, 3800, true});
+  CHECK(apart.config.modbus == ListenAddress{"0.0.0.0", 0});
+  CHECK(apart.config.networks.at(0).can == CanConfig{"", 1000000, "", {}});
+  CHECK(apart.config.networks.at(0).log == "a.log");
+  CHECK(apart.config.verbose == true);
+  CHECK(apart.config.networks.at(0).nodes.at(0).eds == "a.eds");
+}
+
+TEST_CASE("values between commas, in their order or by their keys") {
+  const Start made =
+      start({"--rtu", "/dev/ttyS1,9600,N,7", "--plc", "plc:502,2,first=1024,layout=scanner,period_ms=50",
+             "--network", "2", "--plc-rtu=/dev/ttyS2,57600,unit=3,process_first=0"});
+  REQUIRE(made.run);
+  CHECK(made.config.rtu == RtuConfig{{"/dev/ttyS1", 9600, "N"}, 7, ""});
+  CHECK(made.config.networks.at(0).plc ==
+        PlcConfig{"plc:502", {}, 2, PlcLayout::kScanner, 1024, std::nullopt, 50});
+  CHECK(made.config.networks.at(1).plc ==
+        PlcConfig{"", {"/dev/ttyS2", 57600, "E"}, 3, PlcLayout::kWindow, 3700, 0, 10});
+
+  const auto refused = [](const char* option, const char* text) {
+    const std::string err = start({option, text}).err;
+    return err.substr(0, err.find('\n'));
+  };
+  CHECK(refused("--plc", "plc,1,frist=2") ==
+        "cbcan-sim: --plc plc,1,frist=2: frist: no such key; did you mean first?");
+  CHECK(refused("--plc", "plc:0") ==
+        "cbcan-sim: --plc plc:0: address \"plc:0\": must be HOST:PORT with the PLC's port; Modbus TCP's own "
+        "is 502");
+  CHECK(refused("--plc", "plc,1,2,scanner,none,10,7") ==
+        "cbcan-sim: --plc plc,1,2,scanner,none,10,7: process_first \"none\": must be an integer, 0..65408");
+  CHECK(refused("--rtu", "a,9600,E,1,2") ==
+        "cbcan-sim: --rtu a,9600,E,1,2: \"2\" is too much; must be DEV,BAUD,PARITY,STATION");
+  CHECK(contains(start({"--plc", "plc", "--plc-rtu", "/dev/ttyS1"}).err,
+                 "plc.device: the PLC is at plc already; leave out one of plc.address (--plc) and plc.device "
+                 "(--plc-rtu)"));
+}
+
+TEST_CASE("the command line wins over the plant file, wherever --config stands") {
+  const Start file = start({"--config", "plant.toml"}, disk_files());
+  REQUIRE(file.err == "");
+  CHECK(file.config.networks.at(0).module == ModuleConfig{10, 11, 12, 13, 3800, true});
+  CHECK(file.config.modbus == ListenAddress{"10.0.0.1", 14});
+  CHECK(file.config.networks.at(0).log == "file.log");
+  CHECK(file.config.verbose == true);
+
+  const Start both = start(
+      {"--node-id", "20", "--modbus", ":24", "--can", "virtual", "--verbose=false", "--config", "plant.toml",
+       "--sdo-timeout", "21", "--node-state-fresh", "22", "--guarding-timeout", "23", "--log", "line.log"},
+      disk_files());
+  REQUIRE(both.run);
+  CHECK(both.config.networks.at(0).module == ModuleConfig{20, 21, 22, 23, 3800, true});
+  CHECK(both.config.modbus == ListenAddress{"127.0.0.1", 24});
+  CHECK(both.config.networks.at(0).can == CanConfig{});
+  CHECK(both.config.networks.at(0).log == "line.log");
+  CHECK(both.config.verbose == false);
+}
+
+TEST_CASE("a host alone keeps the port of the plant file") {
+  const Start both = start({"--config", "plant.toml", "--modbus", "localhost"}, disk_files());
+  CHECK(both.config.modbus == ListenAddress{"localhost", 14});
+  CHECK(start({"--modbus", "[::1]:502"}).config.modbus == ListenAddress{"::1", 502});
+}
+
+TEST_CASE("a clash in the plant file may be settled on the command line") {
+  const Files disk{{"p.toml", "[[node]]\nid = 127\neds = \"a.eds\"\n"}};
+  CHECK_FALSE(start({"--config", "p.toml"}, disk).run);
+  CHECK(start({"--config", "p.toml", "--node-id", "1"}, disk).run);
+  CHECK_FALSE(start({"--node", "9=a.eds", "--node-id", "9"}).run);
+}
+
+TEST_CASE("values that the command line gets wrong") {
+  refused_as({"--node-id", "300"}, "--node-id 300: must be 1..127");
+  refused_as({"--node-id=-5"}, "--node-id -5: must be 1..127");
+  refused_as({"--sdo-timeout", "1s"}, "--sdo-timeout 1s: must be an integer, 0..65535 ms, 0 = none");
+  refused_as({"--can", "socketcan"}, "--can socketcan: the interface is missing; write socketcan:vcan0");
+  refused_as({"--modbus", "1502"}, "--modbus 1502: address \"1502\": a port alone is written :1502");
+  refused_as({"--log", ""}, "--log : must be a path");
+  refused_as({"--verbose=maybe"}, "--verbose maybe: must be true or false");
+}
+
+TEST_CASE("all that is wrong with a command line at once") {
+  CHECK(refusal({"--bit-rate", "500", "--node-id", "0"}, disk_files()) ==
+        std::string(
+            "cbcan-sim: --node-id 0: must be 1..127\n"
+            "cbcan-sim: --bit-rate 500: must be 10000..1000000 bit/s, or 0 = as fast as possible; did you "
+            "mean 500000?\n") +
+            kHint);
+}
+
+TEST_CASE("options that do not exist") {
+  refused_as({"--nodeid", "3"}, "--nodeid: no such option; did you mean --node-id?");
+  refused_as({"--timeout=5"}, "--timeout=5: no such option; did you mean --sdo-timeout?");
+  refused_as({"--quite-else"}, "--quite-else: no such option");
+  refused_as({"plant.toml"}, "plant.toml: a plant file is given with --config plant.toml");
+  refused_as({"--demo", "now"}, "now: belongs to no option");
+}
+
+TEST_CASE("options without their argument, or twice") {
+  refused_as({"--node-id"}, "--node-id: needs an argument");
+  refused_as({"--config"}, "--config: needs an argument");
+  refused_as({"--node-id", "1", "--node-id", "2"}, "--node-id: is given twice");
+  CHECK(refusal({"--demo=x"}, disk_files()).starts_with("cbcan-sim: "));
+}
+
+TEST_CASE("one plant at a time") {
+  const std::string message =
+      std::string(
+          "cbcan-sim: --config: there can be only one plant; leave out the other --config, or --demo\n") +
+      kHint;
+  CHECK(refusal({"--demo", "--config", "plant.toml"}, disk_files()) == message);
+  CHECK(refusal({"--config", "plant.toml", "--config", "bad.toml"}, disk_files()) == message);
+}
+
+TEST_CASE("a plant file that is not there") {
+  refused_as({"--config", "none.toml"},
+             "--config none.toml: this file cannot be read; check the path and its permissions");
+}
+
+TEST_CASE("a bad plant file is told line by line, without the hint at options") {
+  CHECK(refusal({"--config", "bad.toml", "--name", "5=x"}, disk_files()) ==
+        "bad.toml:2: module.node_id 300: must be 1..127\n"
+        "bad.toml:4: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0\n");
+}
+
+TEST_CASE("help and version are asked for, not mistakes") {
+  for (const char* option : {"--help", "-h"}) {
+    const Start help = start({"--nonsense", option});
+    CHECK_FALSE(help.run);
+    CHECK(help.exit_code == ExitCode::kDone);
+    CHECK(help.out == help_text());
+    CHECK(help.err == "");
+  }
+  const Start version = start({"--version"});
+  CHECK_FALSE(version.run);
+  CHECK(version.exit_code == ExitCode::kDone);
+  CHECK(version.out == "cbcan-sim " CBCAN_TEST_VERSION "\n");
+}
+
+TEST_CASE("--no-module leaves the module out, and its ID to a node") {
+  CHECK_FALSE(start({"--demo", "--no-module"}).config.networks.at(0).module.enabled);
+  CHECK(start({"--demo", "--no-module", "--node", "127=a.eds"}).run);
+  const Files without{{"plant.toml", "[module]\nenabled = false\n"}};
+  CHECK_FALSE(start({"--config", "plant.toml"}, without).config.networks.at(0).module.enabled);
+  CHECK(start({"--config", "plant.toml", "--no-module=false"}, without).config.networks.at(0).module.enabled);
+  CHECK(refusal({"--no-module=maybe"}, disk_files()) ==
+        "cbcan-sim: --no-module maybe: must be true or false\n" + std::string(kHint));
+}
+
+TEST_CASE("--slcan is an address") {
+  CHECK(start({"--slcan", "127.0.0.1:0"}).config.networks.at(0).can.slcan == "127.0.0.1:0");
+  CHECK(start({"--slcan", "unix:can"}).config.networks.at(0).can.slcan == "unix:can");
+  CHECK(start({"--slcan", ":0"}).err == "");
+  CHECK(refusal({"--slcan", "1.2.3.4:x"}, disk_files()) ==
+        "cbcan-sim: --slcan 1.2.3.4:x: address \"1.2.3.4:x\": the port is a number 0..65535, 0 = any free "
+        "one\n" +
+            std::string(kHint));
+}
+
+TEST_CASE("a socket in a plant file is relative to the file") {
+  const Files plant{{"plants/p.toml", "[can]\nslcan = \"unix:../run/can\"\n"},
+                    {"q/p.toml", "[can]\nslcan = \"unix:\"\n"}};
+  CHECK(start({"--config", "plants/p.toml"}, plant).config.networks.at(0).can.slcan == "unix:run/can");
+  CHECK(contains(start({"--config", "q/p.toml"}, plant).err, "1..107"));
+}
+
+TEST_CASE("--clock is real or manual, and manual on the virtual bus") {
+  CHECK(start({"--clock", "real"}).config == start({}).config);
+  CHECK(start({"--demo", "--clock", "manual"}).config.clock == ClockKind::kManual);
+  CHECK(refusal({"--clock", "sundial"}, disk_files()) ==
+        "cbcan-sim: --clock sundial: must be real or manual\n" + std::string(kHint));
+  CHECK(refusal({"--clock", "manual", "--can", "socketcan:can0"}, disk_files()) ==
+        "cbcan-sim: --clock manual: the time of socketcan:can0 cannot stand still; use it with --can "
+        "virtual\n" +
+            std::string(kHint));
+}
+
+TEST_CASE("behind -- stands a command, for which the plant is at free addresses") {
+  const Start made = start({"--demo", "--", "pytest", "--verbose", "tests"});
+  REQUIRE(made.run);
+  CHECK(made.command == std::vector<std::string>{"pytest", "--verbose", "tests"});
+  CHECK(made.config.modbus == ListenAddress{"127.0.0.1", 0});
+  CHECK(made.config.control == "127.0.0.1:0");
+  CHECK(made.config.networks.at(0).can.slcan == "127.0.0.1:0");
+  CHECK_FALSE(made.config.verbose);
+  const Start named =
+      start({"--demo", "--modbus", ":1600", "--control", "unix:/c", "--slcan", ":1601", "--", "x"});
+  CHECK(named.config.modbus == ListenAddress{"127.0.0.1", 1600});
+  CHECK(named.config.control == "unix:/c");
+  CHECK(named.config.networks.at(0).can.slcan == ":1601");
+  CHECK(start({"--can", "socketcan:can0", "--", "x"}).config.networks.at(0).can.slcan.empty());
+  CHECK(start({"--demo"}).command.empty());
+  refused_as({"--demo", "--"}, "--: write a command behind it, such as -- ./run-tests");
+}
+
+TEST_CASE("an EDS file that is given as a plant file is told so") {
+  const Start refused = start({"--config", "node.eds"},
+                              {{"node.eds", "\xEF\xBB\xBF; comment\r\n[fileinfo]\r\nFileName=node.eds\r\n"}});
+  CHECK(
+      refused.err ==
+      std::string("cbcan-sim: --config node.eds: this is an EDS or DCF file, not a plant file; --node 5=FILE "
+                  "is a node made from it\n") +
+          kHint);
+}
+
+TEST_CASE("--check and --log -") {
+  CHECK(start({"--demo", "--check"}).check);
+  CHECK_FALSE(start({"--demo"}).check);
+  CHECK(logs_to_standard_output(start({"--demo", "--log", "-"}).config));
+  CHECK_FALSE(logs_to_standard_output(start({"--demo", "--log", "bus.log"}).config));
+  CHECK(
+      refusal({"--demo", "--log", "-", "--clock", "manual"}, disk_files()) ==
+      std::string("cbcan-sim: --log -: standard output has the responses of --clock manual; name a file\n") +
+          kHint);
+}
+
+TEST_CASE("the nearest name begins with what was typed") {
+  CHECK(read("[[node]]\nid = 5\ned = \"x.eds\"\n").errors.at(0) ==
+        "plant.toml:1: node.eds: is missing; add eds = \"FILE.eds\"");
+  CHECK(read("[[node]]\nid = 5\ned = \"x.eds\"\n").errors.at(1) ==
+        "plant.toml:3: node.ed: no such key; did you mean node.eds?");
+}

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "config/demo_plant.hpp"
+
+#include <filesystem>
+
+#include "plant_support.hpp"
+#include "support/catch.hpp"
+
+using namespace cbcan::cli;
+using namespace cbcan::config;
+using namespace cbcan::config::test;
+
+TEST_CASE("the program carries the files of plants/demo, byte by byte") {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(CBCAN_SOURCE_DIR "/plants/demo"))
+    names.insert(entry.path().filename().string());
+  std::set<std::string> embedded;
+  for (const EmbeddedFile& file : demo_files()) {
+    INFO(file.name);
+    embedded.emplace(file.name);
+    CHECK((file.text == source_file("plants/demo/" + std::string(file.name))));
+  }
+  CHECK(embedded == names);
+}
+
+TEST_CASE("the demo's files go the way of files on the disk") {
+  const FileReader files = with_demo_plant([](const std::string& path) {
+    return path == "io.eds" ? std::optional<std::string>("on the disk") : std::nullopt;
+  });
+  CHECK(files("io.eds") == "on the disk");
+  CHECK(files("demo:/plant.toml") == source_file("plants/demo/plant.toml"));
+  CHECK_FALSE(files("demo:/io.eds"));
+  CHECK_FALSE(files("plant.toml"));
+}
+
+TEST_CASE("--demo is the demo plant, without a complaint") {
+  const Start demo = start({"--demo"});
+  REQUIRE(demo.err == "");
+  REQUIRE(demo.run);
+  const auto& nodes = demo.config.networks.at(0).nodes;
+  REQUIRE(nodes.size() == 5);
+  CHECK(nodes[0].id == 0x42);
+  CHECK(nodes[0].eds == "demo:/io_module.eds");
+  CHECK(nodes[1].id == 1);
+  CHECK(nodes[1].eds == "demo:/pressure_transducer.eds");
+  CHECK(nodes[1].objects.at(0).value == Value(std::int64_t{99021}));
+  CHECK(nodes[2].id == 2);
+  CHECK(nodes[2].eds == "demo:/pressure_transducer.eds");
+  CHECK(nodes[2].objects.at(0).value == Value(std::int64_t{99301}));
+  CHECK(nodes[3].id == 0x10);
+  CHECK(nodes[3].eds == "demo:/drive.eds");
+  CHECK(nodes[4].id == 0x20);
+  CHECK(nodes[4].eds == "demo:/generic.eds");
+  CHECK(demo.config.networks.at(0).module == ModuleConfig{});
+  CHECK(demo.config.modbus == Config{}.modbus);
+  CHECK(demo.config.networks.at(0).can == CanConfig{});
+}
+
+TEST_CASE("every EDS file of the demo plant is in the program") {
+  const FileReader files = with_demo_plant([](const std::string&) { return std::nullopt; });
+  const Start demo = start({"--demo"});
+  for (const NodeConfig& node : demo.config.networks.at(0).nodes) {
+    INFO(node.eds);
+    CHECK(files(node.eds));
+  }
+}
+
+TEST_CASE("the demo plant on the disk is the same plant") {
+  const Files disk{{"plants/demo/plant.toml", source_file("plants/demo/plant.toml")}};
+  const Start start_of_file = start({"--config", "plants/demo/plant.toml"}, disk);
+  REQUIRE(start_of_file.run);
+  CHECK(start_of_file.config.networks.at(0).nodes.at(0).eds == "plants/demo/io_module.eds");
+  CHECK(start_of_file.config.networks.at(0).nodes.size() ==
+        start({"--demo"}).config.networks.at(0).nodes.size());
+}

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "plant_support.hpp"
+
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include "support/catch.hpp"
+
+namespace cbcan::config::test {
+
+Lines to_lines(const Diagnostics& diagnostics) {
+  Lines lines;
+  for (const Diagnostic& diagnostic : diagnostics)
+    lines.push_back(to_string(diagnostic));
+  return lines;
+}
+
+Plant read(std::string_view text) {
+  Plant plant;
+  plant.errors = to_lines(read_plant(text, "plant.toml", plant.config));
+  return plant;
+}
+
+Start start(const std::vector<const char*>& arguments, const Files& files) {
+  std::vector<const char*> argv{"cbcan-sim"};
+  for (const char* argument : arguments)
+    argv.push_back(argument);
+  const FileReader disk = [&files](const std::string& path) -> std::optional<std::string> {
+    const auto file = files.find(path);
+    return file == files.end() ? std::nullopt : std::optional(file->second);
+  };
+  return parse_command_line(static_cast<int>(argv.size()), argv.data(), with_demo_plant(disk));
+}
+
+std::string refusal(const std::vector<const char*>& arguments, const Files& files) {
+  const Start refused = start(arguments, files);
+  CHECK_FALSE(refused.run);
+  CHECK(refused.exit_code == ExitCode::kUsage);
+  CHECK(refused.out == "");
+  return refused.err;
+}
+
+std::string source_file(const std::string& path) {
+  const std::ifstream file(std::string(CBCAN_SOURCE_DIR) + "/" + path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::vector<InitialValue> objects,
+                       Place place) {
+  NodeConfig node;
+  node.id = id;
+  node.name = std::move(name);
+  node.eds = std::move(eds);
+  node.objects = std::move(objects);
+  node.place = std::move(place);
+  return node;
+}
+
+Lines behind(std::string_view front, Lines lines) {
+  for (std::string& line : lines)
+    line.insert(0, front);
+  return lines;
+}
+
+bool contains(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
+}
+
+}  // namespace cbcan::config::test

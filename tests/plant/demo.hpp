@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
+#include "plant/plant.hpp"
+#include "plant/subscription.hpp"
+#include "sim/frame_text.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::plant::test {
+
+inline std::optional<std::string> no_file(const std::string& /*path*/) {
+  return std::nullopt;
+}
+
+/// The demo plant, and what is in `more` of a plant file besides.
+inline std::unique_ptr<Plant> demo(std::string_view more = "") {
+  const config::FileReader read = config::with_demo_plant(no_file);
+  config::Config config;
+  REQUIRE(config::read_plant(*read(std::string(config::kDemoPlant)), std::string(config::kDemoPlant), config)
+              .empty());
+  REQUIRE(config::read_plant(more, "more.toml", config).empty());
+  config::PlantBuild build = config::build_nodes(config, read);
+  REQUIRE(build.good);
+  auto plant = std::make_unique<Plant>(config, std::move(build));
+  plant->start();
+  return plant;
+}
+
+/// The frames from now on, as candump writes them.
+struct Frames final : Listener {
+  explicit Frames(Plant& plant) : plant_(plant) { plant_.add(*this); }
+  ~Frames() { plant_.remove(*this); }
+  void on_frame(std::size_t /*network*/, const Frame& frame, Time /*now*/) override {
+    seen.push_back(sim::frame_text(frame));
+  }
+  std::vector<std::string> seen;
+
+ private:
+  Plant& plant_;
+};
+
+}  // namespace cbcan::plant::test

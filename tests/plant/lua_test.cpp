@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+// Devices that are Lua scripts: what a script can do, and that it can harm nobody but its own node.
+#include "hostile_scripts.hpp"
+#include "scripts.hpp"
+
+namespace cbcan::plant::test {
+namespace {
+
+TEST_CASE("what a script can do") {
+  const Files files{{"t.lua", R"(
+incidents = { "leak", "frozen" }
+set(0x2002, 0, 700)                       -- the power-on value
+local syncs, states = 0, ""
+function reset(now) set(0x2001, 0, 1) end
+function update(now)
+  if get(0x2003) == 5 then emcy(0xFF01, 0x80) elseif get(0x2003) == 6 then emcy_over(0xFF01) end
+  set(0x2004, 0, now * 1000)
+  return now < 2.0 and now + 0.5 or nil
+end
+function on_write(index, sub, value, now)
+  if index == 0x2002 and value > 1000 then return 0x06090031 end
+end
+function on_sync(now) syncs = syncs + 1 set(0x2008, 0, syncs) end
+function on_state(state) states = states .. state:sub(1, 1) if states == "pos" then set(0x2001, 0, 99) end end
+function set_input(index, sub, value) if index == 0x2003 then set(index, sub, value) return true end end
+function on_incident(name, present, now) if name == "leak" then set(0x2001, 0, present and 7 or 8) end end
+)"}};
+  const auto plant = plant_of(std::string(kScripted), files);
+  CHECK(run(*plant, "get 20 0x2001") == "1");
+  CHECK(run(*plant, "get 20 0x2002") == "700");
+  CHECK(run(*plant, "pass 1200ms") == "at 1.200000");
+  CHECK(run(*plant, "get 20 0x2004") == "1200");
+  CHECK(run(*plant, "trigger write 20 0x2002 0 2 1001") == "");
+  CHECK(run(*plant, "read 3706 2") == "49 1545");  // 0609 0031h
+  CHECK(run(*plant, "get 20 0x2002") == "700");
+  CHECK(run(*plant, "incident 20 leak on") == "");
+  CHECK(run(*plant, "get 20 0x2001") == "7");
+  CHECK(run(*plant, "incident 20 thaw on") ==
+        "error: \"thaw\": node 20 has no such incident; it has leak, frozen");
+  Frames frames(*plant);
+  run(*plant, "set 20 0x2003 5");
+  run(*plant, "set 20 0x2003 6");
+  run(*plant, "nmt start 20");
+  run(*plant, "send 080#");
+  run(*plant, "send 080#");
+  run(*plant, "nmt stop 20");
+  CHECK(run(*plant, "get 20 0x2008") == "2");
+  CHECK(run(*plant, "get 20 0x2001") == "99");
+  CHECK(frames.seen == std::vector<std::string>{"094#01FF810000000000", "094#0000000000000000", "000#0114",
+                                                "080#", "080#", "000#0214"});
+}
+
+TEST_CASE("the script of docs/devices.md is a valve that takes two seconds, and can get stuck") {
+  const std::string page = *reader({})("docs/devices.md");
+  const std::size_t begin = page.find("```lua\n") + 7;
+  const Files files{{"t.lua", page.substr(begin, page.find("```", begin) - begin)}};
+  const auto plant = plant_of("[[node]]\nid = 20\neds = \"plants/tank.eds\"\ndevice = \"t.lua\"\n", files);
+  run(*plant, "set 20 0x2001 100");
+  run(*plant, "pass 1234ms");
+  CHECK(std::stod(run(*plant, "get 20 0x2000")) == Approx(61.7));
+  run(*plant, "incident 20 stuck on");
+  run(*plant, "pass 10s");
+  CHECK(std::stod(run(*plant, "get 20 0x2000")) == Approx(61.7));
+  run(*plant, "incident 20 stuck off");
+  CHECK(run(*plant, "wait object 20 0x2000 = 100") == "12.000000");
+  run(*plant, "trigger write 20 0x2001 0 1 101");
+  run(*plant, "wait transaction ended");
+  CHECK(run(*plant, "read 3706 2") == "49 1545");
+}
+
+TEST_CASE("a script injects faults of its own node") {
+  const Files files{{"t.lua",
+                     "function on_write(index) fault('response-late delay_ms=70 count=1') end\n"
+                     "function on_sync() fault('no-such-fault') end\n"}};
+  const auto plant = plant_of(std::string(kScripted), files);
+  run(*plant, "trigger write 20 0x2001 0 1 5");
+  CHECK(run(*plant, "wait transaction ended") == "0.070000");
+  CHECK(run(*plant, "faults 20").starts_with("20 1 response-late delay_ms=70 count=1"));
+  run(*plant, "nmt start 20");
+  run(*plant, "send 080#");
+  CHECK(run(*plant, "get 20 0x1001") == "1");
+}
+
+TEST_CASE("the same seed gives the same bytes, whatever a script looks at") {
+  const Files files{{"t.lua", R"(
+local function hash(text) local h = 5381 for i = 1, #text do h = (h * 33 + text:byte(i)) % 4294967296 end return h end
+local t = { [3] = "c", x = 1, [1] = "a", y = 2, [true] = 3, [false] = 4, [2.5] = 5, aa = 6 }
+local order = ""
+for key, value in pairs(t) do order = order .. tostring(key) .. "=" .. tostring(value) .. " " end
+local list = {}
+for i = 1, 500 do list[i] = math.random(1000) end
+table.sort(list, function(a, b) return a // 100 < b // 100 end)  -- many are equal
+local text = order .. table.concat(list, ",") .. tostring({}) .. string.format("%s %s", {}, print) ..
+             tostring(setmetatable({}, { __name = "x" })) .. tostring(math.random())
+local of_text, of_order = hash(text), hash(order)
+function update(now) set(0x2004, 0, of_text) set(0x2008, 0, of_order) end
+)"}};
+  const auto value = [&](std::string_view what, std::string_view seed) {
+    const auto plant = plant_of(fmt::format("[random]\nseed = {}\n{}", seed, kScripted), files);
+    return run(*plant, what);
+  };
+  const std::string known = value("get 20 0x2004", "1");
+  CHECK(known == "4122810676");  // on every machine
+  CHECK(value("get 20 0x2004", "1") == known);
+  CHECK(value("get 20 0x2004", "2") != known);
+  CHECK(value("get 20 0x2008", "2") == value("get 20 0x2008", "1"));
+  const Files keys{{"t.lua", "for key in pairs({ [{}] = 1 }) do end"}};
+  CHECK(build(std::string(kScripted), keys).build.lines ==
+        std::vector<std::string>{
+            "plant.toml:1: node 20: t.lua:1: pairs: a table as a key has no place in an order"});
+}
+
+TEST_CASE("what a script cannot do: it ends with its line, and costs its own node only") {
+  for (const cbcan::test::Hostile& row : cbcan::test::kHostile) {
+    CAPTURE(row.script);
+    const Files files{{"t.lua", text_of(row)}};
+    const auto plant = plant_of(std::string(kScripted), files);
+    run(*plant, "pass 10ms");
+    CHECK(run(*plant, "get 32 0x2001") == "0");
+    run(*plant, "trigger read 20 0x2001 0 1");  // SDO goes on
+    run(*plant, "wait transaction ended");
+    CHECK(run(*plant, "read 3700") == "0");
+    const bool failed = run(*plant, "get 20 0x1001") == "1";
+    if (row.why.empty() && !failed) continue;
+    CHECK(failed);
+    std::string said;
+    for (const std::string& line : plant->said())
+      said += line + "\n";
+    CAPTURE(said);
+    CHECK(said.find("node 20: " + row.why) != std::string::npos);
+  }
+}
+
+TEST_CASE("numbers of a script are checked where they become others") {
+  const Files files{{"t.lua", R"(
+local wrong = { 1e300, 0 / 0, -1, 4294967296 }
+function on_write(index, sub, value) return wrong[value] or value == 5 and 0xFFFFFFFF or nil end
+)"}};
+  for (const int value : {1, 2, 3, 4, 5}) {
+    const auto plant = plant_of(std::string(kScripted), files);
+    run(*plant, fmt::format("trigger write 20 0x2001 0 1 {}", value));
+    run(*plant, "wait transaction ended");
+    CHECK(run(*plant, "read 3700") == (value == 5 ? "4" : "0"));
+    CHECK((run(*plant, "read 3706 2") == "65535 65535") == (value == 5));
+    CHECK(run(*plant, "get 20 0x1001") == (value == 5 ? "0" : "1"));
+    CHECK((plant->said().empty() || plant->said().back().ends_with(
+                                        "t.lua: on_write has returned a number that is no SDO abort code")));
+  }
+}
+
+TEST_CASE("what does not fit an object, or an argument") {
+  const Files files{{"t.lua", R"(
+set(0x2008, 0, 1e300)
+local large = get(0x2008) == 2.0 ^ 64 and "large" or "wrong"
+local all = ""
+for _, call in ipairs({ function() get(0x12001) end, function() get(0x2001, 256) end, function() emcy(65536) end,
+                        function() emcy(0xFF01, -1) end, function() emcy_over(65536) end }) do
+  local good, message = pcall(call)
+  all = all .. (good and "good " or "") .. (message or "") .. "\n"
+end
+function on_sync() print(large) print(all) end
+)"},
+                    {"r.lua", "function update() set(0x2000, 0, get(0x2001) * 1e300) end"}};
+  const auto plant = plant_of(std::string(kScripted) + R"([[node]]
+id = 21
+eds = "plants/tank.eds"
+device = "r.lua"
+)",
+                              files);
+  run(*plant, "nmt start 20");
+  run(*plant, "send 080#");
+  const auto said = plant->said();
+  REQUIRE(said.size() == 2);
+  CHECK(said[0].ends_with("large"));
+  for (const char* problem :
+       {"bad argument #1 to 'get' (is out of range)", "bad argument #2 to 'get' (is out of range)",
+        "bad argument #1 to 'emcy' (is out of range)"})
+    CHECK(said[1].find(problem) != std::string::npos);
+  CHECK(said[1].find("good") == std::string::npos);
+  run(*plant, "set 21 0x2001 100");
+  CHECK(std::stod(run(*plant, "get 21 0x2000")) == Approx(3.4028235e38));
+  run(*plant, "set 21 0x2001 0");
+  CHECK(std::stod(run(*plant, "get 21 0x2000")) == 0);
+}
+
+TEST_CASE("a script that fails tells its line by EMCY, and begins anew at a reset") {
+  const Files files{
+      {"t.lua", "count = (count or 0) + 1\nset(0x2001, 0, count)\n\nfunction on_sync()\n  nothing()\nend"}};
+  const auto plant = plant_of(std::string(kScripted), files);
+  run(*plant, "nmt start 20");
+  Frames frames(*plant);
+  run(*plant, "send 080#");
+  run(*plant, "send 080#");
+  run(*plant, "nmt reset-node 20");
+  CHECK(frames.seen ==
+        std::vector<std::string>{"080#", "094#0061010500000000", "080#", "000#8114", "714#00"});
+  run(*plant, "nmt start 20");
+  run(*plant, "send 080#");
+  CHECK(frames.seen.back() == "094#0061010500000000");
+}
+
+TEST_CASE("a script is loaded again, and a wrong one is not") {
+  Files files{{"t.lua", "function update() set(0x2001, 0, 5) end"}};
+  const auto plant = plant_of(std::string(kScripted), files);
+  CHECK(run(*plant, "get 20 0x2001") == "5");
+  files["t.lua"] = "function update() set(0x2001, 0, 6)\n\nfinish";
+  CHECK(run(*plant, "reload 20") == "error: t.lua:3: syntax error near <eof>");
+  run(*plant, "pass 1s");
+  CHECK(run(*plant, "get 20 0x2001") == "5");
+  files["t.lua"] = "function update() set(0x2001, 0, 6) end";
+  CHECK(run(*plant, "reload 20") == "");
+  CHECK(run(*plant, "get 20 0x2001") == "6");
+  files.clear();
+  CHECK(run(*plant, "reload 20") == "error: cannot read t.lua; paths are relative to the plant file");
+  CHECK(run(*plant, "reload 32") == "error: node 32: its device is none, which is no script");
+}
+
+TEST_CASE("a script that cannot be begun is told with its line, and bytecode is none") {
+  const auto lines = [](const std::string& script) {
+    const Files files{{"t.lua", script}};
+    return build(std::string(kScripted), files).build.lines;
+  };
+  using Lines = std::vector<std::string>;
+  CHECK(lines("x = = 1") == Lines{"plant.toml:1: node 20: t.lua:1: unexpected symbol near '='"});
+  CHECK(lines("\nerror('no')") == Lines{"plant.toml:1: node 20: t.lua:2: no"});
+  CHECK(lines("\x1BLua") ==
+        Lines{"plant.toml:1: node 20: t.lua: attempt to load a binary chunk (mode is 't')"});
+  CHECK(lines(std::string("x = ") + std::string(100'000, '('))
+            .front()
+            .starts_with("plant.toml:1: node 20: t.lua: C stack overflow"));
+}
+
+TEST_CASE("what goes round through scripts and wires does not stop time") {
+  const Files files{{"t.lua", "function update() set(0x2004, 0, get(0x2002) + 1) end"}};
+  const auto plant =
+      plant_of(std::string(kScripted) + "[[wire]]\nfrom = \"20:0x2004\"\nto = \"20:0x2002\"\n", files);
+  run(*plant, "pass 20ms");
+  CHECK(plant->now() == 20 * kMillisecond);
+  CHECK(std::stoi(run(*plant, "get 20 0x2002")) > 20);
+}
+
+}  // namespace
+}  // namespace cbcan::plant::test

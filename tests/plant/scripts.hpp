@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "demo.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::plant::test {
+
+using Files = std::map<std::string, std::string>;
+
+/// Those, those of the demo plant, and those of the source tree.
+inline config::FileReader reader(const Files& files) {
+  return config::with_demo_plant([&files](const std::string& path) -> std::optional<std::string> {
+    if (const auto found = files.find(path); found != files.end()) return found->second;
+    std::ifstream file(std::string(CBCAN_SOURCE_DIR) + "/" + path);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return file ? std::optional(text.str()) : std::nullopt;
+  });
+}
+
+struct Built {
+  config::Config config;
+  config::PlantBuild build;
+};
+inline Built build(const std::string& text, const Files& files) {
+  Built built;
+  REQUIRE(config::read_plant(text, "plant.toml", built.config).empty());
+  built.build = config::build_nodes(built.config, reader(files));
+  return built;
+}
+
+/// `files` outlives it.
+inline std::unique_ptr<Plant> plant_of(const std::string& text, const Files& files) {
+  Built built = build(text, files);
+  INFO((built.build.lines.empty() ? "" : built.build.lines.front()));
+  REQUIRE(built.build.good);
+  auto plant = std::make_unique<Plant>(built.config, std::move(built.build));
+  plant->start();
+  return plant;
+}
+
+/// A node 20 with this script, and the generic node 32.
+constexpr std::string_view kScripted = R"([[node]]
+id = 20
+eds = "demo:/generic.eds"
+device = "t.lua"
+[[node]]
+id = 32
+eds = "demo:/generic.eds"
+)";
+
+/// The response without "ok" and the line end; an error as it is.
+inline std::string run(Plant& plant, std::string_view line) {
+  const std::string response = plant.execute(line);
+  const std::string_view text = text::trim(response);
+  return std::string(text::trim(text.starts_with("ok") ? text.substr(2) : text));
+}
+
+}  // namespace cbcan::plant::test
