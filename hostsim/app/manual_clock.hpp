@@ -31,7 +31,7 @@ class ManualClock final : public Clock {
 
   Console& console_;
   bool reads_input_;
-  std::shared_ptr<io::Dialogue> dialogue_ = std::make_shared<io::Dialogue>();
+  std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
   Time now_ = 0;
 };
 

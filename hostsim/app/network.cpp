@@ -187,7 +187,7 @@ void Network::catch_up() {
   if (wanted() <= surroundings_.clock.now() || core_.is_together()) advance();
 }
 
-void Network::on_request(bool valid, const io::ModbusRange& written) {
+void Network::on_request(bool valid, const adapters::ModbusRange& written) {
   const Time now = surroundings_.clock.now();
   const bool writes = written.count != 0;
   core_.on_request(valid);

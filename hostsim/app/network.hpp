@@ -42,7 +42,7 @@ struct Surroundings {
   const Clock& clock;
   Time started;
   /// The PLC has written this, which has had no effects yet; and now it has.
-  std::function<void(std::size_t network, const io::ModbusRange& written)> on_written;
+  std::function<void(std::size_t network, const adapters::ModbusRange& written)> on_written;
   std::function<void()> on_applied;
 };
 
@@ -76,10 +76,10 @@ class Network final : public io::ModbusUnit, public sim::Timed, private sim::Fau
     catch_up();
     core_.publish(surroundings_.clock.now());
   }
-  void on_writer(std::uint32_t client, const io::ModbusRange& written) override {
+  void on_writer(std::uint32_t client, const adapters::ModbusRange& written) override {
     core_.on_writer(client, written.first, written.count, surroundings_.clock.now());
   }
-  void on_request(bool valid, const io::ModbusRange& written) override;
+  void on_request(bool valid, const adapters::ModbusRange& written) override;
   bool listens() const override { return core_.watch() != nullptr; }
   void on_exchange(const journal::ModbusExchange& exchange) override {
     core_.watch()->on_modbus(exchange, surroundings_.clock.now());

@@ -1,50 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Turns a session into a scenario: what the PLC writes, what commands do, and what has come of transactions.
-/// While it goes on (--record), or its end (the page).
+/// --record: the scenario of this session, written while it goes on.
 
 #include <cstdint>
 #include <span>
 #include <string>
-#include <string_view>
 
 #include "io/loop/output.hpp"
-#include "journal/words.hpp"
-#include "plant/control.hpp"
+#include "scenario/scenario_writer.hpp"
 
 namespace cbcan::app {
-
-/// `plant_file` as a scenario that may stand anywhere names it: an absolute path, "demo" or nothing.
-std::string plant_in_scenario(const std::string& plant_file);
-
-/// Steps as text. `begin`: the time of the plant that is time 0 of the scenario.
-class ScenarioWriter {
- public:
-  ScenarioWriter(plant::Control& control, journal::FindName find, Time begin = 0)
-      : control_(control), find_(std::move(find)), begin_(begin) {}
-
-  /// `plant`: as plant_in_scenario() has it; empty = none, as options alone have made it.
-  static std::string opening(const std::string& plant);
-  std::string step(Time at, std::string_view keys) const;
-  std::string written(Time at, std::size_t network, std::size_t first,
-                      std::span<const std::uint16_t> words) const;
-  /// What a command, a Modbus request that writes or the end of a transaction adds; nothing of others.
-  std::string text_of(const journal::Event& event) const;
-
- private:
-  std::string request(const journal::Event& event) const;
-  std::string ended(const journal::Event& event) const;
-  std::string expected(const journal::Event& ended) const;
-
-  plant::Control& control_;
-  journal::FindName find_;
-  Time begin_;
-};
-
-/// The last minute; what had been changed before comes at its start.
-std::string scenario_of_last_minute(plant::Control& control, const journal::FindName& find,
-                                    const std::string& plant);
 
 class Recorder {
  public:
@@ -59,7 +25,7 @@ class Recorder {
 
  private:
   plant::Control& control_;
-  ScenarioWriter writer_;
+  scenario::ScenarioWriter writer_;
   io::Output file_;
   journal::Cursor cursor_;
 };

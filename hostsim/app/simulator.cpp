@@ -4,10 +4,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "app/manual_clock.hpp"
 #include "cbcan/version.hpp"
+#include "config/demo_plant.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::app {
@@ -66,7 +68,7 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, Con
   open_views(config);
 }
 
-void Simulator::on_written(std::size_t network, const io::ModbusRange& written) {
+void Simulator::on_written(std::size_t network, const adapters::ModbusRange& written) {
   if (!recorder_) return;
   control_->set_now(clock_->now());
   const auto registers = networks_[network - 1]->registers();
@@ -80,7 +82,7 @@ void Simulator::open_networks(const config::Config& config, config::PlantBuild b
       warn_,
       *clock_,
       started_,
-      [this](std::size_t network, const io::ModbusRange& written) { on_written(network, written); },
+      [this](std::size_t network, const adapters::ModbusRange& written) { on_written(network, written); },
       [this] { look_at_waits(); }};
   std::vector<plant::Network*> cores;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
@@ -134,16 +136,16 @@ void Simulator::open_views(const config::Config& config) {
 
 void Simulator::open_http(const config::HttpConfig& config) {
   api_.emplace(
-      Api::Parts{*control_, names_, find_name_,
-                 [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
-                 [this] { catch_up(); }, [this] { return about(); }});
+      web::Api::Parts{*control_, names_, find_name_,
+                      [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
+                      [this] { catch_up(); }, [this] { return about(); }});
   http_.emplace(
       reactor_, text::parse_listen_address(config.listen, 0), config.write,
-      [this](const io::HttpRequest& request) { return api_->respond(request); }, warn_);
+      [this](const adapters::HttpRequest& request) { return api_->respond(request); }, warn_);
 }
 
-Json Simulator::about() const {
-  Json json{{"program", "cbcan-sim"}, {"where", where()}, {"clock", clock_->runs() ? "real" : "manual"}};
+web::Json Simulator::about() const {
+  web::Json json{{"program", "cbcan-sim"}, {"where", where()}, {"clock", clock_->runs() ? "real" : "manual"}};
   json["plant"] = plant_;
   json["writable"] = http_->may_write();
   json["streams"] = http_->streams();
@@ -194,6 +196,12 @@ std::string Simulator::ways_in() const {
   for (const auto& network : networks_)
     lines += network->ways_in();
   return lines;
+}
+
+/// A scenario may be kept anywhere, so it names the file by its absolute path.
+void Simulator::set_plant(const std::string& plant_file) {
+  const bool is_file = !plant_file.empty() && plant_file != config::kDemoPlant;
+  plant_ = is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
 }
 
 void Simulator::run() {
@@ -285,7 +293,7 @@ void Simulator::catch_up() {
   look_at_waits();
 }
 
-std::string Simulator::execute(std::string_view line, const std::shared_ptr<io::Dialogue>& dialogue) {
+std::string Simulator::execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) {
   catch_up();
   plant::Reply reply = control_->execute(line, clock_->now());
   catch_up();

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "app/api.hpp"
 #include "app/clock.hpp"
 #include "app/console.hpp"
 #include "app/network.hpp"
@@ -27,6 +26,7 @@
 #include "io/sockets/command_session.hpp"
 #include "plant/control.hpp"
 #include "plant/wires.hpp"
+#include "web/api.hpp"
 
 namespace cbcan::app {
 
@@ -44,7 +44,7 @@ class Simulator final : private Program {
   std::string ways_in() const;
 
   /// The plant file, "demo" or nothing: what scenarios of this session name.
-  void set_plant(const std::string& plant_file) { plant_ = plant_in_scenario(plant_file); }
+  void set_plant(const std::string& plant_file);
   /// Writes a scenario of what happens from now on. Throws io::EnvironmentError.
   void record(const std::string& path) { recorder_.emplace(path, plant_, *control_, find_name_); }
 
@@ -64,7 +64,7 @@ class Simulator final : private Program {
   void open_control(const config::Config& config);
   void open_views(const config::Config& config);
   void open_http(const config::HttpConfig& config);
-  Json about() const;
+  web::Json about() const;
   void look_at_journal();
   void catch_up();
   bool stop_requested() const override;
@@ -73,11 +73,11 @@ class Simulator final : private Program {
   void advance() override;
   void flush() override;
   Time next_event() const override;
-  std::string execute(std::string_view line, const std::shared_ptr<io::Dialogue>& dialogue) override;
+  std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) override;
   Waits& waits() override { return waits_; }
   bool look_at_waits() override;
   void stop();
-  void on_written(std::size_t network, const io::ModbusRange& written);
+  void on_written(std::size_t network, const adapters::ModbusRange& written);
   Time next_deadline() const;
   void catch_up_in_pieces();
   Time act();
@@ -110,7 +110,7 @@ class Simulator final : private Program {
   std::optional<io::ModbusTcp> modbus_;
   std::optional<io::ModbusSerial> rtu_;
   std::optional<io::StreamServer> rtu_tcp_;
-  std::optional<Api> api_;
+  std::optional<web::Api> api_;
   std::optional<io::HttpServer> http_;
   std::optional<io::ChildProcess> child_;
 };

@@ -20,7 +20,7 @@ namespace cbcan::app {
 
 class Waits {
  public:
-  using Dialogue = std::shared_ptr<io::Dialogue>;
+  using Dialogue = std::shared_ptr<adapters::Dialogue>;
 
   /// `most_unread`: characters that wait for a connection to read them.
   explicit Waits(std::size_t most_unread) : most_unread_(most_unread) {}
@@ -51,12 +51,12 @@ class Waits {
  private:
   struct Waiting {
     std::unique_ptr<plant::Wait> wait;
-    std::weak_ptr<io::Dialogue> dialogue;
+    std::weak_ptr<adapters::Dialogue> dialogue;
     Time since;  ///< of this machine's clock
   };
   struct Told {
     std::unique_ptr<plant::Subscription> subscription;
-    std::weak_ptr<io::Dialogue> dialogue;
+    std::weak_ptr<adapters::Dialogue> dialogue;
     std::size_t missed = 0;  ///< lines
   };
 

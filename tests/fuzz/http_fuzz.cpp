@@ -5,9 +5,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/api.hpp"
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
+#include "io/http/http_server.hpp"
+#include "web/api.hpp"
 
 namespace cbcan::fuzz {
 
@@ -37,10 +38,10 @@ struct Plant {
                                 eds::ObjectNames{{0x1000, 0, 0, DataType::kUnsigned32, "Device type"}})}};
   journal::FindName find = [](std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) { return nullptr; };
   std::size_t commands = 0;
-  app::Api api{{control, names, find, [this](std::string_view line, const auto&) { return execute(line); },
+  web::Api api{{control, names, find, [this](std::string_view line, const auto&) { return execute(line); },
                 [] {},
                 [] {
-                  return app::Json{{"program", "fuzz"}};
+                  return web::Json{{"program", "fuzz"}};
                 }}};
 };
 
@@ -51,7 +52,7 @@ struct Server {
   io::HttpServer http{reactor,
                       {"127.0.0.1", 0},
                       false,
-                      [this](const io::HttpRequest& request) { return plant->api.respond(request); },
+                      [this](const adapters::HttpRequest& request) { return plant->api.respond(request); },
                       [](const std::string&) {}};
 };
 

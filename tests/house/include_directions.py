@@ -32,17 +32,18 @@ MAY_KNOW = {
     "hostsim/config": {"hostsim/devices", *SIMULATION},
     "hostsim/cli": {"hostsim/config", "hostsim/devices", *SIMULATION},
     "hostsim/plant": {"hostsim/config", "hostsim/adapters", "hostsim/journal", "hostsim/devices", *SIMULATION},
-    "hostsim/scenario": {"hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
+    "hostsim/scenario": {"hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
+    "hostsim/web": {"hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/include": set(),
     "hostsim/library": {"hostsim/include", "hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
-    "hostsim/app": {"hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
+    "hostsim/app": {"hostsim/web", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
                     "hostsim/journal", "hostsim/devices", *SIMULATION},
     "tools": {"hostsim/window", "hostsim/eds", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"boards": "firmware/boards",
-            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "text",
+            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "web", "text",
                                                     "window", "app")}}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.

@@ -81,10 +81,10 @@ TEST_CASE("Command server: lines wait while their client does not read, and all 
 TEST_CASE("Command server: a line that is too long is refused and nothing else is lost") {
   CommandServer server;
   StreamClient client(server.commands.address());
-  client.send(std::string(kLongestCommand, 'x') + "\n");
-  client.send(std::string(kLongestCommand + 1, 'y') + "\nz\n");
+  client.send(std::string(adapters::kLongestCommand, 'x') + "\n");
+  client.send(std::string(adapters::kLongestCommand + 1, 'y') + "\nz\n");
   server.run_until([&] { return server.executed.size() == 2; });
-  CHECK(server.executed[0].size() == kLongestCommand);
+  CHECK(server.executed[0].size() == adapters::kLongestCommand);
   server.run_until(
       [&] { return client.heard().ends_with("error: a line of more than 1000 characters\ndid z\n"); });
 }

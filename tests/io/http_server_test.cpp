@@ -13,10 +13,10 @@ namespace {
 struct Web {
   explicit Web(const text::ListenAddress& listen = {"127.0.0.1", 0}, bool write = false)
       : server(
-            reactor, listen, write, [this](const HttpRequest& request) { return handle(request); },
+            reactor, listen, write, [this](const adapters::HttpRequest& request) { return handle(request); },
             [](const std::string&) {}) {}
 
-  HttpResponse handle(const HttpRequest& request) {
+  adapters::HttpResponse handle(const adapters::HttpRequest& request) {
     requests.push_back(request);
     return respond(request);
   }
@@ -41,10 +41,11 @@ struct Web {
   }
 
   Reactor reactor;
-  std::vector<HttpRequest> requests;
-  std::function<HttpResponse(const HttpRequest&)> respond = [](const HttpRequest&) {
-    return HttpResponse{200, "text/plain", "hello"};
-  };
+  std::vector<adapters::HttpRequest> requests;
+  std::function<adapters::HttpResponse(const adapters::HttpRequest&)> respond =
+      [](const adapters::HttpRequest&) {
+        return adapters::HttpResponse{200, "text/plain", "hello"};
+      };
   HttpServer server;
 };
 
@@ -69,7 +70,7 @@ TEST_CASE("http: a request as it comes to the handler, and its response") {
         "Content-Security-Policy: default-src 'self'; frame-ancestors 'none'", "Content-Length: 5"})
     CHECK(has(response, line));
   REQUIRE(web.requests.size() == 1);
-  const HttpRequest& request = web.requests[0];
+  const adapters::HttpRequest& request = web.requests[0];
   CHECK(request.method == "POST");
   CHECK(request.path == "/a/b");
   CHECK(request.query ==
@@ -93,7 +94,9 @@ TEST_CASE("http: methods, bodies and exceptions") {
   CHECK(status(refused).starts_with("HTTP/1.1 413"));
   CHECK(body(refused) == "a body of more than 64 KiB\n");
   CHECK(web.requests.size() == 1);
-  web.respond = [](const HttpRequest&) -> HttpResponse { throw std::runtime_error("broken"); };
+  web.respond = [](const adapters::HttpRequest&) -> adapters::HttpResponse {
+    throw std::runtime_error("broken");
+  };
   const std::string broken = web.ask("GET /");
   CHECK(status(broken) == "HTTP/1.1 500 Internal Server Error");
   CHECK(body(broken) == "broken\n");
@@ -143,7 +146,7 @@ struct Feed {
   int gone = 0;
 };
 
-class Stream final : public HttpStream {
+class Stream final : public adapters::HttpStream {
  public:
   explicit Stream(Feed& feed) : feed_(feed) {}
   ~Stream() override { ++feed_.gone; }
@@ -161,8 +164,8 @@ class Stream final : public HttpStream {
 
 struct Streaming {
   Streaming() {
-    web.respond = [this](const HttpRequest&) {
-      return HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
+    web.respond = [this](const adapters::HttpRequest&) {
+      return adapters::HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
     };
     client.send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
     io::test::turn_until([this] { web.turn(); }, [this] { return web.server.streams() == 1; });
@@ -229,8 +232,8 @@ TEST_CASE("http: the server goes while streams are there") {
   std::optional<StreamClient> client;
   {
     Web web;
-    web.respond = [&](const HttpRequest&) {
-      return HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
+    web.respond = [&](const adapters::HttpRequest&) {
+      return adapters::HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
     };
     client.emplace(StreamAddress{"", {"127.0.0.1", web.server.address().port}});
     client->send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");

@@ -71,9 +71,9 @@ TEST_CASE("framing comes before the unit ID") {
 
 TEST_CASE("a network without registers is none, be it the first") {
   Reactor reactor;
-  Unit none{[](bool, const ModbusRange&) {}};
+  Unit none{[](bool, const adapters::ModbusRange&) {}};
   none.words.clear();
-  Unit second{[](bool, const ModbusRange&) {}};
+  Unit second{[](bool, const adapters::ModbusRange&) {}};
   const std::vector<std::uint16_t>& registers = second.words;
   ModbusTcp modbus(reactor, {&none, &second}, Server::settings(), [](const std::string&) {});
   int pair[2];

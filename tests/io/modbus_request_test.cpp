@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/modbus/modbus_request.hpp"
+#include "adapters/modbus_request.hpp"
 
 #include "bytes.hpp"
 #include "cbcan/modbus/identification.hpp"
@@ -14,34 +14,37 @@ using test::hex;
 constexpr std::size_t kRegisters = 4168;
 
 int exception_of(const Bytes& pdu) {
-  return static_cast<int>(look_at_request(pdu, kRegisters).exception);
+  return static_cast<int>(adapters::look_at_request(pdu, kRegisters).exception);
 }
 
-ModbusRange written_by(const Bytes& pdu) {
-  return look_at_request(pdu, kRegisters).written;
+adapters::ModbusRange written_by(const Bytes& pdu) {
+  return adapters::look_at_request(pdu, kRegisters).written;
 }
 
 /// What a function that makes a response has made.
 Bytes made(auto make) {
-  std::array<std::uint8_t, kMaxPduBytes> response{};
+  std::array<std::uint8_t, adapters::kMaxPduBytes> response{};
   const std::size_t size = make(response);
   return {response.begin(), response.begin() + static_cast<std::ptrdiff_t>(size)};
 }
 
-Bytes refused(std::uint8_t function, ModbusException exception) {
-  return made([&](ModbusResponse response) { return exception_response(function, exception, response); });
+Bytes refused(std::uint8_t function, adapters::ModbusException exception) {
+  return made([&](adapters::ModbusResponse response) {
+    return adapters::exception_response(function, exception, response);
+  });
 }
 
 Bytes identification(const Bytes& pdu, const modbus::DeviceIdentity& identity) {
-  return made(
-      [&](ModbusResponse response) { return modbus::identification_response(pdu, identity, response); });
+  return made([&](adapters::ModbusResponse response) {
+    return modbus::identification_response(pdu, identity, response);
+  });
 }
 
 /// On registers 0..5 of 1000h, 1001h, ...; then the six of them.
 std::pair<Bytes, std::vector<std::uint16_t>> executed(const Bytes& pdu) {
   std::vector<std::uint16_t> registers{0x1000, 0x1001, 0x1002, 0x1003, 0x1004, 0x1005};
-  const ModbusRequest request = look_at_request(pdu, registers.size());
-  Bytes response = made([&](ModbusResponse to) { return execute(pdu, request, registers, to); });
+  const adapters::ModbusRequest request = adapters::look_at_request(pdu, registers.size());
+  Bytes response = made([&](adapters::ModbusResponse to) { return execute(pdu, request, registers, to); });
   return {std::move(response), std::move(registers)};
 }
 
@@ -83,19 +86,20 @@ TEST_CASE("the examples of the Modbus specification pass") {
 }
 
 TEST_CASE("what a request writes is known") {
-  CHECK(written_by(hex("06 10 47 00 01")) == ModbusRange{0x1047, 1});
-  CHECK(written_by(hex("10 10 46 00 02 04 00 01 00 02")) == ModbusRange{0x1046, 2});
-  CHECK(written_by(hex("16 10 47 FF FF 00 00")) == ModbusRange{0x1047, 1});
-  CHECK(written_by(hex("17 00 00 00 01 10 45 00 03 06 00 01 00 02 00 03")) == ModbusRange{0x1045, 3});
-  CHECK(written_by(hex("03 10 47 00 01")) == ModbusRange{0, 0});
-  CHECK(written_by(hex("04 10 47 00 01")) == ModbusRange{0, 0});
-  CHECK(written_by(hex("2B 0E 01 00")) == ModbusRange{0, 0});
+  CHECK(written_by(hex("06 10 47 00 01")) == adapters::ModbusRange{0x1047, 1});
+  CHECK(written_by(hex("10 10 46 00 02 04 00 01 00 02")) == adapters::ModbusRange{0x1046, 2});
+  CHECK(written_by(hex("16 10 47 FF FF 00 00")) == adapters::ModbusRange{0x1047, 1});
+  CHECK(written_by(hex("17 00 00 00 01 10 45 00 03 06 00 01 00 02 00 03")) ==
+        adapters::ModbusRange{0x1045, 3});
+  CHECK(written_by(hex("03 10 47 00 01")) == adapters::ModbusRange{0, 0});
+  CHECK(written_by(hex("04 10 47 00 01")) == adapters::ModbusRange{0, 0});
+  CHECK(written_by(hex("2B 0E 01 00")) == adapters::ModbusRange{0, 0});
 }
 
 TEST_CASE("an exception is the function code with its top bit set, and the exception code") {
-  CHECK(refused(0x03, ModbusException::kIllegalDataAddress) == hex("83 02"));
-  CHECK(refused(0x00, ModbusException::kIllegalFunction) == hex("80 01"));
-  CHECK(refused(0xFF, ModbusException::kIllegalFunction) == hex("FF 01"));
+  CHECK(refused(0x03, adapters::ModbusException::kIllegalDataAddress) == hex("83 02"));
+  CHECK(refused(0x00, adapters::ModbusException::kIllegalFunction) == hex("80 01"));
+  CHECK(refused(0xFF, adapters::ModbusException::kIllegalFunction) == hex("FF 01"));
 }
 
 TEST_CASE("basic device identification (V1.1b3, 6.21)") {

@@ -17,7 +17,7 @@ using cbcan::test::ScannerPlc;
 struct ModuleUnit final : ModbusUnit {
   explicit ModuleUnit(ScannedModule& module) : module_(module) {}
   std::span<std::uint16_t> registers() override { return module_.registers; }
-  void on_request(bool valid, const ModbusRange& written) override {
+  void on_request(bool valid, const adapters::ModbusRange& written) override {
     REQUIRE(valid);
     module_.poll();
     if (written.count != 0) module_.written(written.first, written.count);

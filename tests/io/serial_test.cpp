@@ -165,8 +165,8 @@ struct Line {
   Reactor reactor;
   std::vector<std::string> warnings;
   std::size_t requests = 0;
-  Unit first{[this](bool, const ModbusRange&) { ++requests; }};
-  Unit second{[this](bool, const ModbusRange&) { ++requests; }};
+  Unit first{[this](bool, const adapters::ModbusRange&) { ++requests; }};
+  Unit second{[this](bool, const adapters::ModbusRange&) { ++requests; }};
   std::optional<ModbusSerial> modbus;
 };
 
@@ -226,7 +226,7 @@ TEST_CASE("serial: a line that has gone is told, and looked for again") {
 
 struct Listening final : ModbusUnit {
   std::span<std::uint16_t> registers() override { return words; }
-  void on_request(bool, const ModbusRange&) override {}
+  void on_request(bool, const adapters::ModbusRange&) override {}
   bool listens() const override { return true; }
   void on_exchange(const journal::ModbusExchange& exchange) override {
     requests.emplace_back(exchange.request.begin(), exchange.request.end());

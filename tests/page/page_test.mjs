@@ -61,7 +61,7 @@ async function drive(plant) {
 
 test("what is not ours is as it was published", () => {
   count();
-  const folder = `${source}/hostsim/page`;
+  const folder = `${source}/hostsim/web/page`;
   for (const line of readFileSync(`${folder}/uPlot.sha256`, "utf8").trim().split("\n")) {
     const [sum, name] = line.split(/\s+/);
     assert.equal(createHash("sha256").update(readFileSync(`${folder}/${name}`)).digest("hex"), sum, name);
@@ -69,7 +69,7 @@ test("what is not ours is as it was published", () => {
 });
 
 look("files have types and a strict policy", async (page, plant) => {
-  for (const name of ["", ...readdirSync(`${source}/hostsim/page`)]) {
+  for (const name of ["", ...readdirSync(`${source}/hostsim/web/page`)]) {
     const response = await fetch(`${plant.url}/${name}`);
     assert.equal(response.status, 200, name);
     assert.match(response.headers.get("content-security-policy"), /^default-src 'self'/);

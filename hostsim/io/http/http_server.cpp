@@ -40,7 +40,7 @@ std::string header(MHD_Connection* connection, const char* name) {
 
 /// One request, as long as it takes.
 struct HttpServer::Exchange {
-  HttpRequest request;
+  adapters::HttpRequest request;
   bool is_too_long = false;
   bool is_read = true;  ///< false: there was no memory for all of it
 };
@@ -48,7 +48,7 @@ struct HttpServer::Exchange {
 /// A stream and its client.
 struct HttpServer::Live {
   HttpServer& server;
-  std::unique_ptr<HttpStream> stream;
+  std::unique_ptr<adapters::HttpStream> stream;
   MHD_Connection* connection;
   std::string unsent{};
   Time sent_at = Reactor::now();
@@ -108,13 +108,13 @@ struct HttpServer::Callbacks {
   }
 
   static MHD_Result respond(HttpServer& server, MHD_Connection* connection, Exchange& exchange) {
-    HttpRequest& request = exchange.request;
+    adapters::HttpRequest& request = exchange.request;
     MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, on_query, &exchange);
     if (!exchange.is_read) return MHD_NO;
     request.last_event_id = header(connection, "Last-Event-ID");
     const std::string refused =
         server.refusal(request, header(connection, "Host"), header(connection, "Origin"));
-    HttpResponse response;
+    adapters::HttpResponse response;
     if (!refused.empty())
       response = {403, "text/plain", refused + "\n"};
     else if (exchange.is_too_long)
@@ -126,7 +126,7 @@ struct HttpServer::Callbacks {
     return queue(server, connection, std::move(response));
   }
 
-  static HttpResponse handled(HttpServer& server, const HttpRequest& request) {
+  static adapters::HttpResponse handled(HttpServer& server, const adapters::HttpRequest& request) {
     try {
       return server.handle_(request);
     } catch (const std::exception& error) {
@@ -134,7 +134,7 @@ struct HttpServer::Callbacks {
     }
   }
 
-  static MHD_Result queue(HttpServer& server, MHD_Connection* connection, HttpResponse response) {
+  static MHD_Result queue(HttpServer& server, MHD_Connection* connection, adapters::HttpResponse response) {
     const std::unique_ptr<MHD_Response, void (*)(MHD_Response*)> made(
         response.stream ? stream(server, connection, std::move(response.stream))
                         : MHD_create_response_from_buffer(response.body.size(), response.body.data(),
@@ -150,11 +150,11 @@ struct HttpServer::Callbacks {
   }
 
   static MHD_Response* stream(HttpServer& server, MHD_Connection* connection,
-                              std::unique_ptr<HttpStream> stream) {
+                              std::unique_ptr<adapters::HttpStream> stream) {
     auto live = std::make_unique<Live>(Live{server, std::move(stream), connection});
     server.streams_.push_back(live.get());
-    MHD_Response* const made = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, HttpStream::kMostUnsent,
-                                                                 on_read, live.get(), on_free);
+    MHD_Response* const made = MHD_create_response_from_callback(
+        MHD_SIZE_UNKNOWN, adapters::HttpStream::kMostUnsent, on_read, live.get(), on_free);
     made == nullptr ? server.streams_.pop_back() : void(live.release());
     return made;
   }
@@ -225,7 +225,7 @@ HttpServer::~HttpServer() {
 }
 
 /// A name that somebody else's DNS has for this machine is not ours; a number cannot be one.
-std::string HttpServer::refusal(const HttpRequest& request, const std::string& host,
+std::string HttpServer::refusal(const adapters::HttpRequest& request, const std::string& host,
                                 const std::string& origin) const {
   std::string name;
   try {

@@ -8,11 +8,11 @@
 #include <cstddef>
 #include <functional>
 #include <list>
-#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
 
+#include "adapters/http_message.hpp"
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/sockets/acceptor.hpp"
@@ -21,41 +21,11 @@ struct MHD_Daemon;
 
 namespace cbcan::io {
 
-struct HttpRequest {
-  std::string method;  ///< GET or POST
-  std::string path;
-  std::map<std::string, std::string, std::less<>> query;
-  std::string body;
-  std::string last_event_id;  ///< of an EventSource that connects again
-};
-
-/// A body that comes bit by bit.
-class HttpStream {
- public:
-  virtual ~HttpStream() = default;
-  /// Appends what there is by now, a little more than kMostUnsent at most; false = that was the end.
-  virtual bool fill(std::string& text) = 0;
-  /// fill() may have something.
-  virtual bool has_news() const = 0;
-  /// What shows whether the client is still there; may be empty.
-  virtual std::string_view keep_alive() const { return {}; }
-
-  /// So little that the turns of a hundred streams do not keep the others of the loop waiting.
-  static constexpr std::size_t kMostUnsent = 8 * 1024;
-};
-
-struct HttpResponse {
-  unsigned status = 200;
-  std::string type = "application/json";
-  std::string body = {};
-  std::unique_ptr<HttpStream> stream = {};  ///< in the place of the body
-};
-
 class HttpServer final : private AcceptsClients {
  public:
   static constexpr std::size_t kMostBody = 64 * 1024;
   static constexpr unsigned kMostClients = 128;  ///< more wait until one has gone
-  using Handler = std::function<HttpResponse(const HttpRequest&)>;
+  using Handler = std::function<adapters::HttpResponse(const adapters::HttpRequest&)>;
 
   /// Listens at once; throws EnvironmentError when it cannot. `handle` must not destroy the server. `write`:
   /// POST is served though other machines reach the address.
@@ -87,7 +57,8 @@ class HttpServer final : private AcceptsClients {
   bool is_full() const override { return clients() >= kMostClients; }
   /// At the streams; whether one goes on.
   bool look(Time now);
-  std::string refusal(const HttpRequest& request, const std::string& host, const std::string& origin) const;
+  std::string refusal(const adapters::HttpRequest& request, const std::string& host,
+                      const std::string& origin) const;
 
   Reactor& reactor_;
   std::string name_;  ///< of the address, as it was given

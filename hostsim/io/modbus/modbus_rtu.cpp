@@ -86,7 +86,7 @@ void RtuSession::tell(ModbusUnit& unit, std::span<const std::uint8_t> request, s
   const std::span all(reinterpret_cast<const std::uint8_t*>(response.data()), response.size());
   const bool has_pdu = all.size() > 3;
   const auto pdu = has_pdu ? all.subspan(1, all.size() - 3) : all.first(0);
-  const bool refused = has_pdu && (pdu[0] & kExceptionBit) != 0;
+  const bool refused = has_pdu && (pdu[0] & adapters::kExceptionBit) != 0;
   unit.on_exchange({0, 0, request[0], refused ? pdu[1] : std::uint8_t{0}, request.subspan(1), pdu});
 }
 

@@ -102,8 +102,8 @@ inline bool ModbusTcp::receive(Connection& client) {
 bool ModbusTcp::serve_buffered(Connection& client) {
   const std::uint8_t* rest = client.buffer.data();
   while (client.received >= kUnitOffset && client.unsent.empty()) {
-    const std::size_t size = kUnitOffset + word({rest, kUnitOffset}, kLengthOffset);
-    if (word({rest, kUnitOffset}, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu) {
+    const std::size_t size = kUnitOffset + adapters::word({rest, kUnitOffset}, kLengthOffset);
+    if (adapters::word({rest, kUnitOffset}, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu) {
       ++counters_.bad_frames;
       return false;
     }
@@ -123,8 +123,9 @@ inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
   const Bytes pdu = bytes.subspan(kPduOffset);
   const Served to = served_[bytes[kUnitOffset]];
   const bool reached = !to.registers.empty();
-  const ModbusRequest request = reached ? look_at_request(pdu, to.registers.size())
-                                        : ModbusRequest{ModbusException::kGatewayPathUnavailable};
+  const adapters::ModbusRequest request =
+      reached ? adapters::look_at_request(pdu, to.registers.size())
+              : adapters::ModbusRequest{adapters::ModbusException::kGatewayPathUnavailable};
   ++counters_.requests;
   if (request.written.count != 0) {
     to.unit->catch_up();
@@ -136,23 +137,25 @@ inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
   const bool alive = send(client, response);
   if (!reached) return alive;
   if (to.unit->listens())
-    to.unit->on_exchange({client.number, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
-                          static_cast<std::uint8_t>(request.exception), pdu, response.subspan(kPduOffset)});
-  to.unit->on_request(request.exception == ModbusException::kNone, request.written);
+    to.unit->on_exchange({client.number, static_cast<std::uint16_t>(adapters::word(bytes, 0)),
+                          bytes[kUnitOffset], static_cast<std::uint8_t>(request.exception), pdu,
+                          response.subspan(kPduOffset)});
+  to.unit->on_request(request.exception == adapters::ModbusException::kNone, request.written);
   return alive;
 }
 
-inline ModbusTcp::Bytes ModbusTcp::respond(Bytes bytes, const ModbusRequest& request, Registers registers) {
+inline ModbusTcp::Bytes ModbusTcp::respond(Bytes bytes, const adapters::ModbusRequest& request,
+                                           Registers registers) {
   const Bytes pdu = bytes.subspan(kPduOffset);
-  const ModbusResponse response = std::span(response_).last<kMaxPduBytes>();
+  const adapters::ModbusResponse response = std::span(response_).last<adapters::kMaxPduBytes>();
   std::size_t size = 0;
-  if (request.exception != ModbusException::kNone) {
+  if (request.exception != adapters::ModbusException::kNone) {
     ++counters_.exceptions;
-    size = exception_response(pdu[0], request.exception, response);
-  } else if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface)) {
+    size = adapters::exception_response(pdu[0], request.exception, response);
+  } else if (pdu[0] == static_cast<std::uint8_t>(adapters::ModbusFunction::kEncapsulatedInterface)) {
     size = modbus::identification_response(pdu, settings_.identity, response);
   } else {
-    size = execute(pdu, request, registers, response);
+    size = adapters::execute(pdu, request, registers, response);
   }
   std::memcpy(response_.data(), bytes.data(), kPduOffset);
   response_[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);

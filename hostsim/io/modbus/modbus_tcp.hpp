@@ -97,7 +97,7 @@ class ModbusTcp final : private AcceptsClients {
     Registers registers{};
   };
   static constexpr std::size_t kPduOffset = 7;  ///< behind the MBAP header
-  static constexpr std::size_t kMaxAdu = kPduOffset + kMaxPduBytes;
+  static constexpr std::size_t kMaxAdu = kPduOffset + adapters::kMaxPduBytes;
 
   void close_half_requests(Time now);
   void close_client(Connection& client);
@@ -106,7 +106,7 @@ class ModbusTcp final : private AcceptsClients {
   bool receive(Connection& client);
   bool serve_buffered(Connection& client);
   bool serve(Connection& client, Bytes bytes);
-  Bytes respond(Bytes bytes, const ModbusRequest& request, Registers registers);
+  Bytes respond(Bytes bytes, const adapters::ModbusRequest& request, Registers registers);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
   bool send_some(Connection& client, Bytes& rest);

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "io/modbus/modbus_request.hpp"
+#include "adapters/modbus_request.hpp"
 #include "journal/watch.hpp"
 
 namespace cbcan::io {
@@ -21,11 +21,11 @@ class ModbusUnit {
   virtual void on_diagnostics() {}
   /// A client, by its number, is about to write, elsewhere than in R3700..R3769: later ones have higher
   /// numbers, those of a line 0.
-  virtual void on_writer(std::uint32_t /*client*/, const ModbusRange& /*written*/) {}
+  virtual void on_writer(std::uint32_t /*client*/, const adapters::ModbusRange& /*written*/) {}
 
   /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
   /// exception; `written`: what it has written. Must not destroy the server.
-  virtual void on_request(bool valid, const ModbusRange& written) = 0;
+  virtual void on_request(bool valid, const adapters::ModbusRange& written) = 0;
 
   /// Somebody wants to see the requests and responses themselves: each is told ahead of on_request().
   virtual bool listens() const { return false; }

@@ -94,7 +94,7 @@ bool WindowExchange::is_taken(Words words) const {
   const bool write = taken[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoWrite;
   const std::size_t data = words_of(taken[regmap::kDataSize - regmap::kWindowFirst]);
   const std::size_t all = kHeadWords + (write ? std::max<std::size_t>(data, 1) : 0);
-  const ModbusRange result = done() ? result_data() : ModbusRange();
+  const adapters::ModbusRange result = done() ? result_data() : adapters::ModbusRange();
   for (std::size_t i = 0; i < std::min(words.size(), all); ++i) {
     const std::size_t address = regmap::kWindowFirst + i;
     const bool may_be_result = address - result.first < result.count && words[i] == own(address);
@@ -119,7 +119,7 @@ void WindowExchange::cancel(std::uint16_t flag) {
 }
 
 /// Besides R3700, what the contract changes (SDO-10).
-ModbusRange WindowExchange::result_data() const {
+adapters::ModbusRange WindowExchange::result_data() const {
   const std::uint16_t result = own(regmap::kExecuteFlag);
   if (result == kFailed) return {regmap::kData, kAbortCodeWords};
   const bool read = (*taken_)[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoRead;
@@ -127,7 +127,7 @@ ModbusRange WindowExchange::result_data() const {
   return {regmap::kDataSize, 1 + words_of(own(regmap::kDataSize))};
 }
 
-Request WindowExchange::write(const ModbusRange& range) const {
+Request WindowExchange::write(const adapters::ModbusRange& range) const {
   return write_request(first_ + range.first - regmap::kWindowFirst,
                        module_.registers().subspan(range.first, range.count));
 }
@@ -201,7 +201,7 @@ void ProcessExchange::lost() {
 
 std::optional<Request> ProcessExchange::next() {
   if (step_ == Step::kRead) return read_request(first_ + kWords, kWords);
-  const ModbusRange range = changed();
+  const adapters::ModbusRange range = changed();
   if (range.count == 0) step_ = Step::kRest;
   if (step_ == Step::kRest) return std::nullopt;
   std::ranges::copy(module_.registers().subspan(own_first_, kWords), written_.begin());
@@ -224,7 +224,7 @@ void ProcessExchange::responded(Words words) {
 }
 
 /// From the first to the last input that the PLC does not have.
-ModbusRange ProcessExchange::changed() const {
+adapters::ModbusRange ProcessExchange::changed() const {
   if (rounds_ == 0) return {0, kWords};
   const auto inputs = module_.registers().subspan(own_first_, kWords);
   std::size_t first = 0;

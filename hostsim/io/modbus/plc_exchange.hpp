@@ -60,8 +60,8 @@ class WindowExchange final : public PlcExchange {
   void take(Words words, bool refuses);
   void cancel(std::uint16_t flag);
   void wait();
-  ModbusRange result_data() const;
-  window::Request write(const ModbusRange& range) const;
+  adapters::ModbusRange result_data() const;
+  window::Request write(const adapters::ModbusRange& range) const;
 
   ModbusUnit& module_;
   std::uint16_t first_;
@@ -123,7 +123,7 @@ class ProcessExchange final : public PlcExchange {
   static constexpr std::size_t kWords = regmap::kProcessWords / 2;  ///< each way
   static constexpr unsigned kRoundsToRepeat = 100;
 
-  ModbusRange changed() const;
+  adapters::ModbusRange changed() const;
 
   ModbusUnit& module_;
   std::uint16_t first_;

@@ -9,7 +9,7 @@ namespace {
 
 class CommandSession final : public StreamSession {
  public:
-  explicit CommandSession(const Execute& execute) : execute_(execute) {}
+  explicit CommandSession(const adapters::Execute& execute) : execute_(execute) {}
 
   void receive(std::string_view bytes) override {
     received_ += bytes;
@@ -31,7 +31,7 @@ class CommandSession final : public StreamSession {
          rest.remove_prefix(1)) {
       if (rest.front() == '\n') {
         end_line();
-      } else if (line_.size() <= kLongestCommand) {
+      } else if (line_.size() <= adapters::kLongestCommand) {
         line_ += rest.front();
       }
     }
@@ -42,22 +42,23 @@ class CommandSession final : public StreamSession {
     const std::string line = std::exchange(line_, {});
     std::string_view text = line;
     if (text.ends_with('\r')) text.remove_suffix(1);
-    if (text.size() > kLongestCommand) {
-      dialogue_->unsent += "error: a line of more than " + std::to_string(kLongestCommand) + " characters\n";
+    if (text.size() > adapters::kLongestCommand) {
+      dialogue_->unsent +=
+          "error: a line of more than " + std::to_string(adapters::kLongestCommand) + " characters\n";
     } else if (!text.empty()) {
       dialogue_->unsent += execute_(text, dialogue_);
     }
   }
 
-  Execute execute_;
+  adapters::Execute execute_;
   std::string received_;  ///< not yet looked at
   std::string line_;
-  std::shared_ptr<Dialogue> dialogue_ = std::make_shared<Dialogue>();
+  std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
 };
 
 }  // namespace
 
-StreamServer::MakeSession command_sessions(Execute execute) {
+StreamServer::MakeSession command_sessions(adapters::Execute execute) {
   return [execute = std::move(execute)] { return std::make_unique<CommandSession>(execute); };
 }
 

@@ -8,14 +8,14 @@
 #include <string>
 #include <string_view>
 
-#include "app/event_json.hpp"
+#include "adapters/dialogue.hpp"
+#include "adapters/http_message.hpp"
 #include "config/build_node.hpp"
-#include "io/http/http_server.hpp"
-#include "io/sockets/command_session.hpp"
 #include "journal/journal.hpp"
 #include "plant/control.hpp"
+#include "web/event_json.hpp"
 
-namespace cbcan::app {
+namespace cbcan::web {
 
 class Api {
  public:
@@ -24,14 +24,14 @@ class Api {
     plant::Control& control;
     const decltype(config::PlantBuild::names)& names;
     const journal::FindName& find;
-    io::Execute execute;             ///< a line of docs/control.md
+    adapters::Execute execute;       ///< a line of docs/control.md
     std::function<void()> catch_up;  ///< what is due has been done
     std::function<Json()> about;     ///< the program, for /api/time
   };
 
   explicit Api(Parts parts) : parts_(std::move(parts)) {}
 
-  io::HttpResponse respond(const io::HttpRequest& request);
+  adapters::HttpResponse respond(const adapters::HttpRequest& request);
 
  private:
   Json time() const;
@@ -41,11 +41,11 @@ class Api {
   Json objects(const Query& query, std::string_view node) const;
   Json faults() const;
   Json events(const Query& query, journal::Kinds standard) const;
-  io::HttpResponse follow(const io::HttpRequest& request) const;
-  io::HttpResponse command(const std::string& body) const;
+  adapters::HttpResponse follow(const adapters::HttpRequest& request) const;
+  adapters::HttpResponse command(const std::string& body) const;
   std::size_t network_in(const Query& query) const;
 
   Parts parts_;
 };
 
-}  // namespace cbcan::app
+}  // namespace cbcan::web

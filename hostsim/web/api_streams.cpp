@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/api_streams.hpp"
+#include "web/api_streams.hpp"
 
 #include <fmt/core.h>
 
@@ -8,11 +8,11 @@
 
 #include "text/words.hpp"
 
-namespace cbcan::app {
+namespace cbcan::web {
 
 namespace {
 
-class EventStream final : public io::HttpStream {
+class EventStream final : public adapters::HttpStream {
  public:
   EventStream(plant::Control& control, const journal::FindName& find, const Query& query, std::uint64_t next)
       : control_(control), find_(find), filter_(query), cursor_(control.journal(), next, filter_.kinds()) {
@@ -76,9 +76,9 @@ class EventStream final : public io::HttpStream {
   bool begun_ = false;
 };
 
-class CommandStream final : public io::HttpStream {
+class CommandStream final : public adapters::HttpStream {
  public:
-  CommandStream(io::Execute execute, std::string body)
+  CommandStream(adapters::Execute execute, std::string body)
       : execute_(std::move(execute)), body_(std::move(body)) {}
 
   bool fill(std::string& text) override {
@@ -89,8 +89,8 @@ class CommandStream final : public io::HttpStream {
       begun_ = body_.size() - rest.size();
       if (line.starts_with("subscribe"))
         text += "error: subscribe is for --control; /api/events tells what happens\n";
-      else if (line.size() > io::kLongestCommand)
-        text += fmt::format("error: a line of more than {} characters\n", io::kLongestCommand);
+      else if (line.size() > adapters::kLongestCommand)
+        text += fmt::format("error: a line of more than {} characters\n", adapters::kLongestCommand);
       else if (!line.empty())
         text += execute_(line, dialogue_);
     }
@@ -99,21 +99,21 @@ class CommandStream final : public io::HttpStream {
   bool has_news() const override { return !dialogue_->waiting || !dialogue_->unsent.empty(); }
 
  private:
-  io::Execute execute_;
+  adapters::Execute execute_;
   std::string body_;
   std::size_t begun_ = 0;
-  std::shared_ptr<io::Dialogue> dialogue_ = std::make_shared<io::Dialogue>();
+  std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
 };
 
 }  // namespace
 
-std::unique_ptr<io::HttpStream> event_stream(plant::Control& control, const journal::FindName& find,
-                                             const Query& query, std::uint64_t next) {
+std::unique_ptr<adapters::HttpStream> event_stream(plant::Control& control, const journal::FindName& find,
+                                                   const Query& query, std::uint64_t next) {
   return std::make_unique<EventStream>(control, find, query, next);
 }
 
-std::unique_ptr<io::HttpStream> command_stream(io::Execute execute, std::string body) {
+std::unique_ptr<adapters::HttpStream> command_stream(adapters::Execute execute, std::string body) {
   return std::make_unique<CommandStream>(std::move(execute), std::move(body));
 }
 
-}  // namespace cbcan::app
+}  // namespace cbcan::web

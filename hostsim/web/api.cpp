@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/api.hpp"
+#include "web/api.hpp"
 
 #include <fmt/core.h>
 
@@ -8,18 +8,18 @@
 #include <utility>
 #include <vector>
 
-#include "app/api_streams.hpp"
-#include "app/mapped.hpp"
-#include "app/page.hpp"
-#include "app/recorder.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
 #include "eds/values.hpp"
+#include "scenario/scenario_writer.hpp"
 #include "text/emergency.hpp"
 #include "text/numbers.hpp"
 #include "text/utf8.hpp"
+#include "web/api_streams.hpp"
+#include "web/mapped.hpp"
+#include "web/page.hpp"
 
-namespace cbcan::app {
+namespace cbcan::web {
 
 using journal::Event;
 using journal::Kind;
@@ -69,11 +69,11 @@ std::string_view meaning_of(const regmap::RegisterRow* row, std::uint16_t word) 
   return row->name.ends_with("COMMAND") ? named(regmap::kCommands) : "";
 }
 
-io::HttpResponse ok(const Json& json) {
+adapters::HttpResponse ok(const Json& json) {
   return {.body = line_of(json) + "\n"};
 }
 
-io::HttpResponse failed(unsigned status, std::string_view why) {
+adapters::HttpResponse failed(unsigned status, std::string_view why) {
   return {status, "application/json", line_of({{"error", text::to_utf8(why)}}) + "\n"};
 }
 
@@ -89,7 +89,7 @@ Json faults_of(const sim::FaultSet& set) {
 
 }  // namespace
 
-io::HttpResponse Api::respond(const io::HttpRequest& request) {
+adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
   constexpr std::string_view kNodes = "/api/nodes/";
   constexpr std::string_view kObjects = "/objects";
   parts_.catch_up();
@@ -108,8 +108,9 @@ io::HttpResponse Api::respond(const io::HttpRequest& request) {
     if (path == "/api/nodes") return ok(nodes(query));
     if (path == "/api/faults") return ok(faults());
     if (path == "/api/scenario")
-      return {.type = "application/toml",
-              .body = scenario_of_last_minute(parts_.control, parts_.find, parts_.about()["plant"])};
+      return {
+          .type = "application/toml",
+          .body = scenario::scenario_of_last_minute(parts_.control, parts_.find, parts_.about()["plant"])};
     if (path == "/api/transactions") return ok(events(query, journal::kinds_of({Kind::kEnded})));
     if (path == "/api/frames") return ok(events(query, journal::kinds_of({Kind::kFrame})));
     if (path == "/api/journal") return ok(events(query, journal::kAllKinds));
@@ -272,7 +273,7 @@ Json Api::events(const Query& query, journal::Kinds standard) const {
 
 /// From `since` on, or from the last one that an EventSource has seen; numbers that are not there yet are
 /// those of a program before this one.
-io::HttpResponse Api::follow(const io::HttpRequest& request) const {
+adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) const {
   const journal::Journal& journal = parts_.control.journal();
   Query query = request.query;
   if (!request.last_event_id.empty()) query["since"] = request.last_event_id;
@@ -283,8 +284,8 @@ io::HttpResponse Api::follow(const io::HttpRequest& request) const {
   return {.type = "text/event-stream", .stream = event_stream(parts_.control, parts_.find, query, next)};
 }
 
-io::HttpResponse Api::command(const std::string& body) const {
+adapters::HttpResponse Api::command(const std::string& body) const {
   return {.type = "text/plain; charset=utf-8", .stream = command_stream(parts_.execute, body)};
 }
 
-}  // namespace cbcan::app
+}  // namespace cbcan::web

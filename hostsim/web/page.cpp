@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "app/page.hpp"
+#include "web/page.hpp"
 
 #include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
 
-namespace cbcan::app {
+namespace cbcan::web {
 
 namespace {
 
@@ -19,15 +19,15 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypes{{
 
 }  // namespace
 
-std::optional<io::HttpResponse> page_at(std::string_view path) {
+std::optional<adapters::HttpResponse> page_at(std::string_view path) {
   const std::string_view name =
       path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
   const auto file = std::ranges::find(page_files(), name, &PageFile::name);
   if (file == page_files().end()) return std::nullopt;
   const auto type = std::ranges::find_if(kTypes, [&](const auto& row) { return name.ends_with(row.first); });
-  return io::HttpResponse{
+  return adapters::HttpResponse{
       .type = std::string(type == kTypes.end() ? "text/plain; charset=utf-8" : type->second),
       .body = std::string(file->text)};
 }
 
-}  // namespace cbcan::app
+}  // namespace cbcan::web

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/modbus/modbus_request.hpp"
+#include "adapters/modbus_request.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -7,7 +7,7 @@
 
 #include "cbcan/modbus/identification.hpp"
 
-namespace cbcan::io {
+namespace cbcan::adapters {
 
 namespace {
 
@@ -113,4 +113,4 @@ std::size_t execute(Pdu pdu, const ModbusRequest& request, std::span<std::uint16
   return 2 + 2 * read.count;
 }
 
-}  // namespace cbcan::io
+}  // namespace cbcan::adapters

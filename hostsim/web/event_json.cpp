@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/event_json.hpp"
+#include "web/event_json.hpp"
 
 #include <algorithm>
 
@@ -10,7 +10,7 @@
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 
-namespace cbcan::app {
+namespace cbcan::web {
 
 using journal::Event;
 using journal::Kind;
@@ -150,4 +150,4 @@ std::string line_of(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-}  // namespace cbcan::app
+}  // namespace cbcan::web

@@ -12,7 +12,7 @@
 #include "journal/journal.hpp"
 #include "journal/words.hpp"
 
-namespace cbcan::app {
+namespace cbcan::web {
 
 using Json = nlohmann::ordered_json;
 using Query = std::map<std::string, std::string, std::less<>>;
@@ -49,4 +49,4 @@ double seconds_of(Time time);
 /// UTF-8 whatever the text has.
 std::string line_of(const Json& json);
 
-}  // namespace cbcan::app
+}  // namespace cbcan::web

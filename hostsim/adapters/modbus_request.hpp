@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-namespace cbcan::io {
+namespace cbcan::adapters {
 
 enum class ModbusException : std::uint8_t {
   kNone = 0,
@@ -69,4 +69,4 @@ std::size_t exception_response(std::uint8_t function, ModbusException exception,
 std::size_t execute(std::span<const std::uint8_t> pdu, const ModbusRequest& request,
                     std::span<std::uint16_t> registers, ModbusResponse response);
 
-}  // namespace cbcan::io
+}  // namespace cbcan::adapters

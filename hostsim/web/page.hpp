@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The page for browsers, hostsim/page, which is part of the program.
+/// The page for browsers, hostsim/web/page, which is part of the program.
 
 #include <optional>
 #include <span>
 #include <string_view>
 
-#include "io/http/http_server.hpp"
+#include "adapters/http_message.hpp"
 
-namespace cbcan::app {
+namespace cbcan::web {
 
 struct PageFile {
   std::string_view name;
@@ -20,6 +20,6 @@ struct PageFile {
 std::span<const PageFile> page_files();
 
 /// The file at `path`, "/" or "/page.js"; none where there is no such file.
-std::optional<io::HttpResponse> page_at(std::string_view path);
+std::optional<adapters::HttpResponse> page_at(std::string_view path);
 
-}  // namespace cbcan::app
+}  // namespace cbcan::web

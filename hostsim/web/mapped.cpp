@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/mapped.hpp"
+#include "web/mapped.hpp"
 
 #include <fmt/core.h>
 
@@ -13,7 +13,7 @@
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/regmap.hpp"
 
-namespace cbcan::app {
+namespace cbcan::web {
 
 namespace {
 
@@ -119,4 +119,4 @@ std::map<std::size_t, std::string> mapped_registers(std::uint8_t number, plant::
   return found;
 }
 
-}  // namespace cbcan::app
+}  // namespace cbcan::web

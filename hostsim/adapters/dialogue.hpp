@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Commands as lines of text, whatever they come in by: a socket, standard input, HTTP.
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace cbcan::adapters {
+
+inline constexpr std::size_t kLongestCommand = 1000;
+
+/// One connection, as who executes its lines sees it. When the connection ends it is let go of here.
+struct Dialogue {
+  std::string unsent;    ///< on its way to the client; lines that nobody has asked for go in here too
+  bool waiting = false;  ///< a response is outstanding: no further line is executed
+};
+
+/// Executes one line, given without its end, and returns the response, whole lines; or sets `waiting`, and
+/// appends the response later.
+using Execute = std::function<std::string(std::string_view line, const std::shared_ptr<Dialogue>& dialogue)>;
+
+}  // namespace cbcan::adapters

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "scenario/scenario_writer.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstring>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "adapters/modbus_request.hpp"
+#include "cbcan/regmap.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::scenario {
+
+namespace {
+
+using journal::Event;
+using journal::Kind;
+
+constexpr Time kMinute = 60 * kSecond;
+
+/// As TOML writes a text.
+std::string toml_text(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text)
+    result.append(c == '"' || c == '\\' ? "\\" : "") += c == '\t' ? ' ' : c;
+  return result + '"';
+}
+
+/// As R3705 and those behind it show a value that was read.
+std::vector<std::uint16_t> size_and_words(std::span<const std::uint8_t> bytes) {
+  std::vector<std::uint16_t> words(1 + (bytes.size() + 1) / 2);
+  words[0] = static_cast<std::uint16_t>(bytes.size());
+  std::memcpy(words.data() + 1, bytes.data(), bytes.size());
+  return words;
+}
+
+}  // namespace
+
+// ---- Steps
+
+std::string ScenarioWriter::opening(const std::string& plant) {
+  return plant.empty() ? "" : fmt::format("plant = {}\n", toml_text(plant));
+}
+
+std::string ScenarioWriter::step(Time at, std::string_view keys) const {
+  return fmt::format("\n[[step]]\nat = \"{}us\"\n{}\n", at - begin_, keys);
+}
+
+std::string ScenarioWriter::written(Time at, std::size_t network, std::size_t first,
+                                    std::span<const std::uint16_t> words) const {
+  return step(at,
+              fmt::format("do = \"write {}{} {}\"", plant::prefix_of(network), first, text::joined(words)));
+}
+
+std::string ScenarioWriter::text_of(const Event& event) const {
+  if (event.kind == Kind::kModbus) return request(event);
+  if (event.kind == Kind::kEnded) return ended(event);
+  if (event.kind != Kind::kCommand || event.state == journal::kRefused) return {};
+  return step(event.at, fmt::format("do = {}", toml_text(control_.journal().text(event))));
+}
+
+/// What FC 22 has written is not known.
+std::string ScenarioWriter::request(const Event& event) const {
+  const auto pdu =
+      control_.journal().bytes(event).first(control_.journal().bytes(event).empty() ? 0 : event.index);
+  if (event.state != 0 || pdu.empty()) return {};
+  const adapters::ModbusRange range = adapters::look_at_request(pdu, regmap::kRegisterFileWords).written;
+  const bool masked = pdu[0] == static_cast<std::uint8_t>(adapters::ModbusFunction::kMaskWriteRegister);
+  if (range.count == 0 || masked) return {};
+  std::vector<std::uint16_t> words;
+  for (std::size_t at = pdu.size() - 2 * range.count; at < pdu.size(); at += 2)
+    words.push_back(static_cast<std::uint16_t>(adapters::word(pdu, at)));
+  return written(event.at, event.network, range.first, words);
+}
+
+/// Of one that had begun before the scenario, or that has no result, the words alone.
+std::string ScenarioWriter::ended(const Event& event) const {
+  const std::string text = fmt::format("# #{} {}: {}\n", event.transaction,
+                                       request_text(event, control_.journal(), find_), result_text(event));
+  const bool known = event.result != journal::kCancelled && event.at - event.took >= begin_;
+  return known ? text + expected(event) : text;
+}
+
+std::string ScenarioWriter::expected(const Event& ended) const {
+  const bool scanned = ended.state != 0;
+  const std::size_t in = regmap::of_channel(control_.network(ended.network).module_config().scanner_in_first,
+                                            std::max<unsigned>(ended.state, 1));
+  const auto is = [&](std::size_t window, std::size_t scanner, const std::vector<std::uint16_t>& words,
+                      std::string_view so = "=") {
+    return fmt::format("\"register {}{} {} {}\"", plant::prefix_of(ended.network),
+                       scanned ? in + scanner : window, so, text::joined(words));
+  };
+  const auto low = [](std::uint32_t number) { return static_cast<std::uint16_t>(number); };
+  std::string all = is(regmap::kExecuteFlag, regmap::kScannerResult, {ended.result});
+  const bool reads = ended.service == journal::Service::kRead || ended.service == journal::Service::kState;
+  if (ended.result == 0 && reads)
+    all +=
+        ", " + is(regmap::kDataSize, regmap::kScannerSize, size_and_words(control_.journal().bytes(ended)));
+  if (ended.result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
+    all += ", " + is(regmap::kData, regmap::kScannerData, {low(ended.code), low(ended.code >> 16)});
+  return fmt::format("\n[[step]]\nwait = {}\nexpect = [{}]\n",
+                     is(regmap::kExecuteFlag, regmap::kScannerAnswered,
+                        {scanned ? low(ended.frame.id) : regmap::kExecute}, scanned ? "=" : "!="),
+                     all);
+}
+
+// ---- Sessions
+
+namespace {
+
+/// A line of what comes at the start of the last minute; nothing for most events.
+std::string lasting(const Event& event, const journal::Journal& journal) {
+  if (event.kind != Kind::kCommand || event.state == journal::kRefused) return {};
+  const std::string_view command = journal.text(event);
+  const std::string_view name = text::words_of(command).front();
+  const bool lasts = name != "write" && name != "trigger" && name != "send";
+  return lasts ? fmt::format("  {},\n", toml_text(command)) : "";
+}
+
+/// A scanner window that was in use goes on with its numbers, of which a module that starts answers the first
+/// one by 5.
+std::string handshake(const Event& ended, const config::ModuleConfig& module) {
+  if (ended.result == static_cast<std::uint16_t>(regmap::Result::kRestarted)) return {};
+  return fmt::format("  \"write {}{} {}\",\n", plant::prefix_of(ended.network),
+                     regmap::of_channel(module.scanner_out_first, ended.state),
+                     ended.frame.id == 1 ? 0xFFFF : ended.frame.id - 1);
+}
+
+}  // namespace
+
+std::string scenario_of_last_minute(plant::Control& control, const journal::FindName& find,
+                                    const std::string& plant) {
+  const Time now = control.now();
+  const Time begin = now > kMinute ? now - kMinute : 0;
+  const ScenarioWriter writer(control, find, begin);
+  const journal::Journal& journal = control.journal();
+  std::string before;
+  std::string steps;
+  std::set<std::pair<unsigned, unsigned>> scanned;  // networks and channels
+  for (std::uint64_t number = journal.first(); number < journal.end(); ++number) {
+    const Event& event = journal[number];
+    if (event.at < begin) {
+      before += lasting(event, journal);
+      continue;
+    }
+    if (event.kind == Kind::kEnded && event.state != 0 && scanned.emplace(event.network, event.state).second)
+      before += handshake(event, control.network(event.network).module_config());
+    steps += writer.text_of(event);
+  }
+  if (!before.empty()) before = writer.step(begin, fmt::format("do = [\n{}]", before));
+  return fmt::format("# Saved from the page: {} s up to {}.\n{}{}{}{}", text::seconds_text(now - begin),
+                     text::seconds_text(now), ScenarioWriter::opening(plant), before, steps,
+                     writer.step(now, fmt::format("expect = \"time {}us\"", now - begin)));
+}
+
+}  // namespace cbcan::scenario
