@@ -9,7 +9,6 @@
 
 #include "app/manual_clock.hpp"
 #include "cbcan/version.hpp"
-#include "config/demo_plant.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::app {
@@ -200,7 +199,7 @@ std::string Simulator::ways_in() const {
 
 /// A scenario may be kept anywhere, so it names the file by its absolute path.
 void Simulator::set_plant(const std::string& plant_file) {
-  const bool is_file = !plant_file.empty() && plant_file != config::kDemoPlant;
+  const bool is_file = !plant_file.empty() && plant_file != "demo";
   plant_ = is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
 }
 
