@@ -9,6 +9,7 @@
 
 #include "app/manual_clock.hpp"
 #include "cbcan/version.hpp"
+#include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::app {
@@ -74,25 +75,39 @@ void Simulator::on_written(std::size_t network, const adapters::ModbusRange& wri
   recorder_->on_written(network, written.first, registers.subspan(written.first, written.count));
 }
 
+void Simulator::on_fault(std::size_t network, std::string_view text, Time now) {
+  warn_(fmt::format("{} {}{}", text::seconds_text(now - started_), name_of(network), text));
+}
+
+/// In front of lines for people; empty if it is the only one.
+std::string Simulator::name_of(std::size_t network) const {
+  return is_only_network_ ? "" : fmt::format("network {}: ", network);
+}
+
+/// Null: no file is named.
+sim::ParameterStore* Simulator::parameters_in(const std::string& file) {
+  if (file.empty()) return nullptr;
+  return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
+}
+
 void Simulator::open_networks(const config::Config& config, config::PlantBuild build) {
-  const Surroundings surroundings{
-      reactor_,
-      schedule_,
-      warn_,
-      *clock_,
-      started_,
-      [this](std::size_t network, const adapters::ModbusRange& written) { on_written(network, written); },
-      [this] { look_at_waits(); }};
-  std::vector<plant::Network*> cores;
+  const plant::NetworkContext context{clock_->now(), schedule_, *this};
+  std::vector<plant::Network*> networks;
+  is_only_network_ = config.networks.size() == 1;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
-    networks_.push_back(
-        std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), surroundings));
-    networks_.back()->core().replay(std::move(build.replays[i]));
-    cores.push_back(&networks_.back()->core());
-    if (networks_.back()->has_doors()) with_doors_.push_back(networks_.back().get());
+    const config::NetworkConfig& network = config.networks[i];
+    for (std::size_t node = 0; node < network.nodes.size(); ++node)
+      build.networks[i][node].parameters = parameters_in(network.nodes[node].parameters);
+    networks_.push_back(std::make_unique<plant::Network>(config, network, std::move(build.networks[i]),
+                                                         context, parameters_in(network.module.parameters)));
+    networks_.back()->replay(std::move(build.replays[i]));
+    networks.push_back(networks_.back().get());
+    connections_.push_back(std::make_unique<BusConnections>(network, name_of(network.number),
+                                                            *networks_.back(), reactor_, *clock_, warn_));
+    if (connections_.back()->exist()) connected_.push_back(connections_.back().get());
   }
-  wires_.emplace(config, cores);
-  control_.emplace(std::move(cores), started_);
+  wires_.emplace(config, networks, context);
+  control_.emplace(std::move(networks), started_);
   control_->on_journal_filled = [this] { look_at_journal(); };
   find_name_ = names_of(*control_, names_ = std::move(build.names));
 }
@@ -101,7 +116,7 @@ void Simulator::open_networks(const config::Config& config, config::PlantBuild b
 void Simulator::open_modbus(const config::Config& config) {
   if (std::ranges::all_of(networks_, [](const auto& network) { return network->registers().empty(); }))
     return;
-  std::vector<io::ModbusUnit*> units;
+  std::vector<adapters::ModbusUnit*> units;
   for (const auto& network : networks_)
     units.push_back(network.get());
   open_rtu(config.rtu, units);
@@ -163,7 +178,7 @@ void Simulator::look_at_journal() {
   waits_.tell();
 }
 
-void Simulator::open_rtu(const config::RtuConfig& config, const std::vector<io::ModbusUnit*>& units) {
+void Simulator::open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units) {
   if (!config.line.device.empty()) rtu_.emplace(reactor_, units, line_of(config.line), config.station, warn_);
   if (!config.listen.empty())
     rtu_tcp_.emplace(reactor_, "rtu over tcp", text::parse_stream_address(config.listen),
@@ -183,8 +198,8 @@ std::string Simulator::where() const {
   if (modbus_) text += "modbus=" + to_string(modbus_->address()) + " ";
   if (rtu_) text += "rtu=" + rtu_->device() + " ";
   if (rtu_tcp_) text += "rtu_tcp=" + to_string(rtu_tcp_->address()) + " ";
-  for (const auto& network : networks_)
-    text += (network == networks_.front() ? "" : " ") + network->where();
+  for (const auto& network : connections_)
+    text += (network == connections_.front() ? "" : " ") + network->where();
   if (commands_) text += " control=" + to_string(commands_->address());
   if (http_) text += " http=" + to_string(http_->address());
   return text;
@@ -192,7 +207,7 @@ std::string Simulator::where() const {
 
 std::string Simulator::ways_in() const {
   std::string lines;
-  for (const auto& network : networks_)
+  for (const auto& network : connections_)
     lines += network->ways_in();
   return lines;
 }
@@ -204,8 +219,9 @@ void Simulator::set_plant(const std::string& plant_file) {
 }
 
 void Simulator::run() {
-  attended_ = !runs_ || recorder_ || trace_ || pcap_ || commands_ || rtu_ || http_ || !with_doors_.empty();
+  attended_ = !runs_ || recorder_ || trace_ || pcap_ || commands_ || rtu_ || http_ || !connected_.empty();
   reactor_.read_clock();
+  if (runs_) tell_time_of_day();
   for (const auto& network : networks_)
     network->start(attended_);
   clock_->drive(*this);
@@ -226,6 +242,19 @@ bool Simulator::stop_requested() const {
 
 void Simulator::stop() {
   child_ ? child_->signal(SIGTERM) : void(stopping_ = true);
+}
+
+/// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
+/// begins.
+void Simulator::tell_time_of_day() {
+  constexpr Time kDay = 24 * 3600 * kSecond;
+  constexpr Time kDaysTo1984 = 5113;  // since 1970
+  const Time since_1970 = started_ + clock_->wall_offset();
+  const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
+                       static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
+  for (const auto& network : networks_)
+    for (const auto& node : network->world().nodes())
+      node->device().time_stamp().set(time, started_);
 }
 
 std::size_t Simulator::turn(Time until) {
@@ -265,7 +294,7 @@ Time Simulator::next_deadline() const {
 
 /// Does what is due; returns when there is something to do next.
 Time Simulator::act() {
-  for (Network* network : with_doors_)
+  for (BusConnections* network : connected_)
     network->advance();
   if (runs_) catch_up_in_pieces();
   const Time now = reactor_.time();
@@ -278,8 +307,8 @@ Time Simulator::act() {
 /// Returns when it has something to do next.
 Time Simulator::attend(Time now) {
   if (rtu_) rtu_->poll(now);
-  for (Network* network : with_doors_)
-    network->turn(now);
+  for (BusConnections* network : connected_)
+    network->poll(now);
   look_at_journal();
   if (commands_) commands_->flush();
   if (http_) http_->poll(now);
@@ -311,12 +340,14 @@ bool Simulator::look_at_waits() {
 
 void Simulator::flush() {
   look_at_journal();
-  for (const auto& network : networks_)
+  for (BusConnections* network : connected_)
     network->flush();
   console_.flush();
 }
 
 void Simulator::advance() {
+  for (BusConnections* network : connected_)
+    network->poll_outside();
   for (const auto& network : networks_)
     network->advance();
 }
@@ -332,22 +363,40 @@ Time Simulator::attended_deadline() const {
   } else if (waits_.want_time()) {
     next = 0;
   }
-  for (const Network* network : with_doors_)
-    next = earlier(next, network->door_deadline());
+  for (const BusConnections* network : connected_)
+    next = earlier(next, network->next_deadline());
   return next;
 }
 
 Time Simulator::next_event() const {
   Time next = kNever;
   for (const auto& network : networks_)
-    next = earlier(next, network->next_event());
+    next = earlier(next, network->next_deadline());
   return next;
+}
+
+std::string Simulator::module_summary(const plant::Network& network) const {
+  const sim::CoprocessorModule* const module = network.module();
+  if (module == nullptr) return {};
+  const auto& transactions = module->coprocessor().counters();
+  const auto& sdo = module->coprocessor().sdo_client().counters();
+  const std::string name = name_of(network.number());
+  const std::string second = network.second_writers() == 0
+                                 ? ""
+                                 : fmt::format("{}writes to scanner windows by a second client {}\n", name,
+                                               network.second_writers());
+  return fmt::format(
+      "{0}transactions {1}, failed {2}, cancelled {3}\n"
+      "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n{9}",
+      name, transactions.executed, transactions.failed, transactions.cancelled, sdo.transfers, sdo.timeouts,
+      sdo.aborts_sent, sdo.aborts_received,
+      sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object, second);
 }
 
 std::string Simulator::summary() const {
   std::string text;
   for (const auto& network : networks_)
-    text += network->module_summary();
+    text += module_summary(*network);
   if (modbus_)
     text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", modbus_->counters().requests,
                         modbus_->counters().exceptions, modbus_->counters().connections);
@@ -355,8 +404,8 @@ std::string Simulator::summary() const {
     text +=
         fmt::format("Modbus RTU requests {}, exceptions {}, CRC errors {}\n", rtu_->counters().slave_messages,
                     rtu_->counters().slave_exceptions, rtu_->counters().bus_communication_errors);
-  for (const auto& network : networks_)
-    text += network->plc_summary() + network->doors_summary();
+  for (const BusConnections* network : connected_)
+    text += network->plc_summary() + network->adapters_summary();
   return text;
 }
 

@@ -9,14 +9,15 @@
 #include <string>
 #include <vector>
 
+#include "app/bus_connections.hpp"
 #include "app/clock.hpp"
 #include "app/console.hpp"
-#include "app/network.hpp"
 #include "app/recorder.hpp"
 #include "app/views.hpp"
 #include "app/waits.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
+#include "io/files/parameter_file.hpp"
 #include "io/http/http_server.hpp"
 #include "io/loop/child_process.hpp"
 #include "io/loop/reactor.hpp"
@@ -30,7 +31,7 @@
 
 namespace cbcan::app {
 
-class Simulator final : private Program {
+class Simulator final : private Program, private plant::NetworkListener {
  public:
   /// `build` is all that config::build_nodes() has made of `config`. Opens everything; throws
   /// io::EnvironmentError, or io::UsageError for a parameter file that cannot be understood. `reads_input`:
@@ -60,7 +61,7 @@ class Simulator final : private Program {
  private:
   void open_networks(const config::Config& config, config::PlantBuild build);
   void open_modbus(const config::Config& config);
-  void open_rtu(const config::RtuConfig& config, const std::vector<io::ModbusUnit*>& units);
+  void open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units);
   void open_control(const config::Config& config);
   void open_views(const config::Config& config);
   void open_http(const config::HttpConfig& config);
@@ -77,7 +78,13 @@ class Simulator final : private Program {
   Waits& waits() override { return waits_; }
   bool look_at_waits() override;
   void stop();
-  void on_written(std::size_t network, const adapters::ModbusRange& written);
+  void on_fault(std::size_t network, std::string_view text, Time now) override;
+  void on_written(std::size_t network, const adapters::ModbusRange& written) override;
+  void on_applied() override { look_at_waits(); }
+  sim::ParameterStore* parameters_in(const std::string& file);
+  void tell_time_of_day();
+  std::string name_of(std::size_t network) const;
+  std::string module_summary(const plant::Network& network) const;
   Time next_deadline() const;
   void catch_up_in_pieces();
   Time act();
@@ -92,13 +99,16 @@ class Simulator final : private Program {
   bool runs_;  ///< the clock
   Time started_;
   sim::Schedule schedule_;
-  std::vector<std::unique_ptr<Network>> networks_;
-  std::vector<Network*> with_doors_;
+  std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
+  std::vector<std::unique_ptr<plant::Network>> networks_;
+  std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
+  std::vector<BusConnections*> connected_;                    ///< those that there are
   std::optional<plant::Wires> wires_;
   std::optional<plant::Control> control_;
   decltype(config::PlantBuild::names) names_;
   journal::FindName find_name_;
   std::string plant_;
+  bool is_only_network_ = true;
   std::optional<Recorder> recorder_;
   std::optional<Trace> trace_;
   std::optional<io::PcapFile> pcap_;

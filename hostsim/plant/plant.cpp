@@ -10,28 +10,27 @@ namespace cbcan::plant {
 
 Plant::Plant(const config::Config& config, config::PlantBuild build, Pace pace)
     : networks_(make_networks(config, std::move(build))),
-      wires_(config, pointers(networks_)),
+      wires_(config, pointers(networks_), context()),
       control_(pointers(networks_), 0),
       pace_(std::move(pace)) {}
 
 void Plant::start() {
   for (const auto& network : networks_)
-    network->start(0);
+    network->start(false);
 }
 
 std::vector<std::unique_ptr<Network>> Plant::make_networks(const config::Config& config,
                                                            config::PlantBuild build) {
   std::vector<std::unique_ptr<Network>> networks;
-  sim::FaultListener* const listener = this;
   for (std::size_t i = 0; i < build.networks.size(); ++i) {
     networks.push_back(
-        std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), 0, listener));
+        std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), context()));
     networks.back()->replay(std::move(build.replays[i]));
   }
   return networks;
 }
 
-void Plant::on_fault(std::string_view text, Time now) {
+void Plant::on_fault(std::size_t /*network*/, std::string_view text, Time now) {
   constexpr std::size_t kMost = 10;
   if (said_.size() == kMost) said_.erase(said_.begin());
   said_.push_back(fmt::format("{} {}", text::seconds_text(now), text));
@@ -45,9 +44,9 @@ std::vector<Network*> Plant::pointers(const std::vector<std::unique_ptr<Network>
 }
 
 void Plant::advance(Time time) {
-  control_.set_now(time);
+  control_.set_now(now_ = time);
   for (const auto& network : networks_)
-    network->advance(time);
+    network->advance();
 }
 
 void Plant::step(Time until) {

@@ -36,7 +36,7 @@ class Bench {
   virtual std::vector<std::string> said() const { return {}; }
 };
 
-class Plant final : public Bench, private sim::FaultListener {
+class Plant final : public Bench, private NetworkListener {
  public:
   /// Is told before it is this time; nobody has to be.
   using Pace = std::function<void(Time)>;
@@ -55,16 +55,19 @@ class Plant final : public Bench, private sim::FaultListener {
   void remove(Listener& listener) override { control_.remove(listener); }
   std::vector<std::string> said() const override { return said_; }
 
-  Time now() const { return control_.now(); }
+  Time now() const { return now_; }
   /// Until it is this time.
   void pass_to(Time time);
 
  private:
   std::vector<std::unique_ptr<Network>> make_networks(const config::Config& config, config::PlantBuild build);
   static std::vector<Network*> pointers(const std::vector<std::unique_ptr<Network>>& networks);
+  NetworkContext context() { return {now_, schedule_, *this}; }
   void advance(Time time);
-  void on_fault(std::string_view text, Time now) override;
+  void on_fault(std::size_t network, std::string_view text, Time now) override;
 
+  Time now_ = 0;
+  sim::Schedule schedule_;
   std::vector<std::string> said_;
   std::vector<std::unique_ptr<Network>> networks_;
   Wires wires_;

@@ -15,7 +15,7 @@
 namespace cbcan::io::test {
 
 /// 4168 registers, and what is told of them.
-struct Unit final : ModbusUnit {
+struct Unit final : adapters::ModbusUnit {
   using Tell = std::function<void(bool valid, const adapters::ModbusRange& written)>;
   explicit Unit(Tell tell) : told(std::move(tell)) {}
   std::span<std::uint16_t> registers() override { return words; }

@@ -4,6 +4,7 @@
 #include "plant/control.hpp"
 
 #include "config/build_node.hpp"
+#include "support/bare_network.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::plant {
@@ -49,8 +50,9 @@ struct TwoDevices {
     return response;
   }
 
-  Time now = 5 * kSecond;
-  Network network{0, 0, nullptr};
+  cbcan::test::BareNetwork bare;
+  Time& now = bare.now = 5 * kSecond;
+  Network& network = bare.network;
   sim::World& world = network.world();
   Log log;
   Control control{{&network}, 5 * kSecond};
@@ -78,7 +80,8 @@ struct TwoNetworks {
   }
 
   TwoDevices first;
-  Network network{0, 0, nullptr};
+  cbcan::test::BareNetwork bare;
+  Network& network = bare.network;
   sim::World& world = network.world();
   Log log;
   Control control{{&first.network, &network}, 5 * kSecond};

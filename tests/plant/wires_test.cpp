@@ -3,6 +3,7 @@
 #include "config/wires.hpp"
 #include "demo.hpp"
 #include "plant/wires.hpp"
+#include "support/bare_network.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant::test {
@@ -163,18 +164,20 @@ eds = "demo:/io_module.eds"
     config::PlantBuild build = config::build_nodes(config, config::with_demo_plant(no_file));
     REQUIRE(build.good);
     std::array<BusLog, 2> seen;
-    Network one(config, config.networks[0], std::move(build.networks[0]), 0, nullptr);
-    Network two(config, config.networks[1], std::move(build.networks[1]), 0, nullptr);
-    Wires wires(config, {&one, &two});
+    cbcan::test::ByHand driver;
+    Network one(config, config.networks[0], std::move(build.networks[0]), driver.context());
+    Network two(config, config.networks[1], std::move(build.networks[1]), driver.context());
+    Wires wires(config, {&one, &two}, driver.context());
     one.world().bus().observe(seen[0]);
     two.world().bus().observe(seen[1]);
     for (Network* network : {&one, &two})
-      network->start(0);
+      network->start(false);
     for (Network* network : {&one, &two})
       CHECK(network->send(nmt::command_frame(nmt::Command::kStart, 0)));
-    for (Time now = 0; now < 2 * kSecond; now = std::min(now + step, 2 * kSecond))
-      (now / step % 2 == 0 ? one : two).advance(now);
-    one.advance(2 * kSecond);
+    Time& now = driver.now;
+    for (; now < 2 * kSecond; now = std::min(now + step, 2 * kSecond))
+      (now / step % 2 == 0 ? one : two).advance();
+    one.advance();
     return std::pair(seen[0].lines, seen[1].lines);
   };
   const auto known = logs(1'000);

@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "cbcan/regmap.hpp"
+
 namespace cbcan::io {
 
 namespace {
@@ -35,8 +37,8 @@ struct ModbusTcp::Connection {
   std::array<std::uint8_t, kMaxAdu> buffer;
 };
 
-ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<ModbusUnit*>& networks, ModbusTcpSettings settings,
-                     Warn warn)
+ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<adapters::ModbusUnit*>& networks,
+                     ModbusTcpSettings settings, Warn warn)
     : reactor_(reactor),
       settings_(std::move(settings)),
       acceptor_(reactor, "modbus", {"", settings_.listen}, *this, std::move(warn)) {
