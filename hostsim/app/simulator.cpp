@@ -61,7 +61,7 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, Con
       runs_(clock_->runs()),
       started_(clock_->now()),
       waits_(clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock) {
-  open_networks(config, std::move(build));
+  open_plant(config, std::move(build));
   open_modbus(config);
   if (!config.control.empty()) open_control(config);
   if (!config.http.listen.empty()) open_http(config.http);
@@ -70,8 +70,8 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, Con
 
 void Simulator::on_written(std::size_t network, const adapters::ModbusRange& written) {
   if (!recorder_) return;
-  control_->set_now(clock_->now());
-  const auto registers = networks_[network - 1]->registers();
+  control().set_now(clock_->now());
+  const auto registers = plant_->networks()[network - 1]->registers();
   recorder_->on_written(network, written.first, registers.subspan(written.first, written.count));
 }
 
@@ -90,34 +90,29 @@ sim::ParameterStore* Simulator::parameters_in(const std::string& file) {
   return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
 }
 
-void Simulator::open_networks(const config::Config& config, config::PlantBuild build) {
-  const plant::NetworkContext context{clock_->now(), schedule_, *this};
-  std::vector<plant::Network*> networks;
+void Simulator::open_plant(const config::Config& config, config::PlantBuild build) {
+  names_ = std::move(build.names);
+  plant::NetworkListener& listener = *this;
+  plant_.emplace(config, std::move(build), clock_->now(), listener,
+                 [this](const std::string& file) { return parameters_in(file); });
   is_only_network_ = config.networks.size() == 1;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     const config::NetworkConfig& network = config.networks[i];
-    for (std::size_t node = 0; node < network.nodes.size(); ++node)
-      build.networks[i][node].parameters = parameters_in(network.nodes[node].parameters);
-    networks_.push_back(std::make_unique<plant::Network>(config, network, std::move(build.networks[i]),
-                                                         context, parameters_in(network.module.parameters)));
-    networks_.back()->replay(std::move(build.replays[i]));
-    networks.push_back(networks_.back().get());
-    connections_.push_back(std::make_unique<BusConnections>(network, name_of(network.number),
-                                                            *networks_.back(), reactor_, *clock_, warn_));
+    connections_.push_back(std::make_unique<BusConnections>(
+        network, name_of(network.number), *plant_->networks()[i], reactor_, *clock_, warn_));
     if (connections_.back()->exist()) connected_.push_back(connections_.back().get());
   }
-  wires_.emplace(config, networks, context);
-  control_.emplace(std::move(networks), started_);
-  control_->on_journal_filled = [this] { look_at_journal(); };
-  find_name_ = names_of(*control_, names_ = std::move(build.names));
+  control().on_journal_filled = [this] { look_at_journal(); };
+  find_name_ = names_of(control(), names_);
 }
 
 /// Where no network has a module there is nothing to serve.
 void Simulator::open_modbus(const config::Config& config) {
-  if (std::ranges::all_of(networks_, [](const auto& network) { return network->registers().empty(); }))
+  if (std::ranges::all_of(plant_->networks(),
+                          [](const auto& network) { return network->registers().empty(); }))
     return;
   std::vector<adapters::ModbusUnit*> units;
-  for (const auto& network : networks_)
+  for (const auto& network : plant_->networks())
     units.push_back(network.get());
   open_rtu(config.rtu, units);
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
@@ -126,20 +121,20 @@ void Simulator::open_modbus(const config::Config& config) {
 void Simulator::open_views(const config::Config& config) {
   constexpr std::uint64_t kMegabyte = 1'000'000;
   if (config.verbose || config.verbose_frames)
-    trace_.emplace(*control_, find_name_, config.verbose_frames,
+    trace_.emplace(control(), find_name_, config.verbose_frames,
                    [this](std::string_view lines) { console_.tell(lines); });
   if (!config.pcap.empty())
     pcap_.emplace(
-        control_->journal(),
-        io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, networks_.size(),
+        control().journal(),
+        io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, plant_->networks().size(),
                                clock_->wall_offset() + started_,
                                clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock},
-        [this](const auto& event) { return packet_comment(event, control_->journal(), find_name_); }, warn_);
+        [this](const auto& event) { return packet_comment(event, control().journal(), find_name_); }, warn_);
   if (!trace_ && !pcap_ && !http_) return;
-  control_->journal();
+  control().journal();
   if (modbus_)
     modbus_->on_client = [this](std::uint32_t client, std::string_view address, bool joined) {
-      control_->journal().add({.kind = journal::Kind::kClient,
+      control().journal().add({.kind = journal::Kind::kClient,
                                .network = 0,
                                .state = joined,
                                .code = client,
@@ -150,7 +145,7 @@ void Simulator::open_views(const config::Config& config) {
 
 void Simulator::open_http(const config::HttpConfig& config) {
   api_.emplace(
-      web::Api::Parts{*control_, names_, find_name_,
+      web::Api::Parts{control(), names_, find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
                       [this] { catch_up(); }, [this] { return about(); }});
   http_.emplace(
@@ -160,7 +155,7 @@ void Simulator::open_http(const config::HttpConfig& config) {
 
 web::Json Simulator::about() const {
   web::Json json{{"program", "cbcan-sim"}, {"where", where()}, {"clock", clock_->runs() ? "real" : "manual"}};
-  json["plant"] = plant_;
+  json["plant"] = plant_file_;
   json["writable"] = http_->may_write();
   json["streams"] = http_->streams();
   if (modbus_) {
@@ -215,15 +210,14 @@ std::string Simulator::ways_in() const {
 /// A scenario may be kept anywhere, so it names the file by its absolute path.
 void Simulator::set_plant(const std::string& plant_file) {
   const bool is_file = !plant_file.empty() && plant_file != "demo";
-  plant_ = is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
+  plant_file_ = is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
 }
 
 void Simulator::run() {
   attended_ = !runs_ || recorder_ || trace_ || pcap_ || commands_ || rtu_ || http_ || !connected_.empty();
   reactor_.read_clock();
   if (runs_) tell_time_of_day();
-  for (const auto& network : networks_)
-    network->start(attended_);
+  plant_->start(attended_);
   clock_->drive(*this);
   flush();
   if (commands_) commands_->flush();
@@ -252,7 +246,7 @@ void Simulator::tell_time_of_day() {
   const Time since_1970 = started_ + clock_->wall_offset();
   const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
                        static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
-  for (const auto& network : networks_)
+  for (const auto& network : plant_->networks())
     for (const auto& node : network->world().nodes())
       node->device().time_stamp().set(time, started_);
 }
@@ -260,7 +254,7 @@ void Simulator::tell_time_of_day() {
 std::size_t Simulator::turn(Time until) {
   Time next = next_deadline();
   if (attended_ || next <= reactor_.time() || console_.waits()) next = act();
-  if (runs_) reactor_.hold_at(schedule_.first_time());
+  if (runs_) reactor_.hold_at(plant_->schedule().first_time());
   return reactor_.run_once(earlier(until, next));
 }
 
@@ -270,14 +264,14 @@ void Simulator::catch_up_in_pieces() {
   constexpr Time kLongestPiece = 10 * kMillisecond;
   constexpr Time kMostBehind = kSecond;
   const Time end = reactor_.clock() + kLongestPiece;
-  const auto is_late = [this] { return schedule_.first_time() <= reactor_.clock(); };
-  schedule_.poll(reactor_.time());
+  const auto is_late = [this] { return plant_->schedule().first_time() <= reactor_.clock(); };
+  plant_->schedule().poll(reactor_.time());
   while (is_late() && reactor_.clock() < end) {
-    reactor_.hold_at(schedule_.first_time());
-    schedule_.poll(reactor_.time());
+    reactor_.hold_at(plant_->schedule().first_time());
+    plant_->schedule().poll(reactor_.time());
     reactor_.read_clock();
   }
-  reactor_.hold_at(schedule_.first_time());
+  reactor_.hold_at(plant_->schedule().first_time());
   const bool is_behind = is_late() && (is_behind_ || reactor_.clock() - reactor_.time() > kMostBehind);
   if (is_behind && !is_behind_)
     warn_(
@@ -289,7 +283,7 @@ void Simulator::catch_up_in_pieces() {
 /// When something is due, whoever attends.
 Time Simulator::next_deadline() const {
   const Time modbus = modbus_ ? modbus_->next_deadline() : kNever;
-  return runs_ ? earlier(modbus, schedule_.first_time()) : modbus;
+  return runs_ ? earlier(modbus, plant_->schedule().first_time()) : modbus;
 }
 
 /// Does what is due; returns when there is something to do next.
@@ -323,16 +317,16 @@ void Simulator::catch_up() {
 
 std::string Simulator::execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) {
   catch_up();
-  plant::Reply reply = control_->execute(line, clock_->now());
+  plant::Reply reply = control().execute(line, clock_->now());
   catch_up();
   if (reply.shutdown) stop();
-  std::string response = waits_.take(std::move(reply), *control_, dialogue);
+  std::string response = waits_.take(std::move(reply), control(), dialogue);
   flush();
   return response;
 }
 
 bool Simulator::look_at_waits() {
-  control_->set_now(clock_->now());
+  control().set_now(clock_->now());
   if (recorder_) recorder_->look();
   waits_.tell();
   return waits_.look();
@@ -348,8 +342,7 @@ void Simulator::flush() {
 void Simulator::advance() {
   for (BusConnections* network : connected_)
     network->poll_outside();
-  for (const auto& network : networks_)
-    network->advance();
+  plant_->advance();
 }
 
 Time Simulator::attended_deadline() const {
@@ -364,13 +357,6 @@ Time Simulator::attended_deadline() const {
     next = 0;
   }
   for (const BusConnections* network : connected_)
-    next = earlier(next, network->next_deadline());
-  return next;
-}
-
-Time Simulator::next_event() const {
-  Time next = kNever;
-  for (const auto& network : networks_)
     next = earlier(next, network->next_deadline());
   return next;
 }
@@ -395,7 +381,7 @@ std::string Simulator::module_summary(const plant::Network& network) const {
 
 std::string Simulator::summary() const {
   std::string text;
-  for (const auto& network : networks_)
+  for (const auto& network : plant_->networks())
     text += module_summary(*network);
   if (modbus_)
     text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", modbus_->counters().requests,

@@ -25,8 +25,7 @@
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus/modbus_tcp.hpp"
 #include "io/sockets/command_session.hpp"
-#include "plant/control.hpp"
-#include "plant/wires.hpp"
+#include "plant/plant.hpp"
 #include "web/api.hpp"
 
 namespace cbcan::app {
@@ -47,7 +46,9 @@ class Simulator final : private Program, private plant::NetworkListener {
   /// The plant file, "demo" or nothing: what scenarios of this session name.
   void set_plant(const std::string& plant_file);
   /// Writes a scenario of what happens from now on. Throws io::EnvironmentError.
-  void record(const std::string& path) { recorder_.emplace(path, plant_, *control_, find_name_); }
+  void record(const std::string& path) {
+    recorder_.emplace(path, plant_file_, plant_->control(), find_name_);
+  }
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
@@ -59,7 +60,7 @@ class Simulator final : private Program, private plant::NetworkListener {
   std::string summary() const;
 
  private:
-  void open_networks(const config::Config& config, config::PlantBuild build);
+  void open_plant(const config::Config& config, config::PlantBuild build);
   void open_modbus(const config::Config& config);
   void open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units);
   void open_control(const config::Config& config);
@@ -67,13 +68,14 @@ class Simulator final : private Program, private plant::NetworkListener {
   void open_http(const config::HttpConfig& config);
   web::Json about() const;
   void look_at_journal();
+  plant::Control& control() { return plant_->control(); }
   void catch_up();
   bool stop_requested() const override;
   bool stopped_meanwhile() override { return signals_.look(); }
   std::size_t turn(Time until) override;
   void advance() override;
   void flush() override;
-  Time next_event() const override;
+  Time next_event() const override { return plant_->next_deadline(); }
   std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) override;
   Waits& waits() override { return waits_; }
   bool look_at_waits() override;
@@ -98,16 +100,13 @@ class Simulator final : private Program, private plant::NetworkListener {
   std::unique_ptr<Clock> clock_;
   bool runs_;  ///< the clock
   Time started_;
-  sim::Schedule schedule_;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
-  std::vector<std::unique_ptr<plant::Network>> networks_;
+  std::optional<plant::Plant> plant_;
   std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
   std::vector<BusConnections*> connected_;                    ///< those that there are
-  std::optional<plant::Wires> wires_;
-  std::optional<plant::Control> control_;
   decltype(config::PlantBuild::names) names_;
   journal::FindName find_name_;
-  std::string plant_;
+  std::string plant_file_;
   bool is_only_network_ = true;
   std::optional<Recorder> recorder_;
   std::optional<Trace> trace_;

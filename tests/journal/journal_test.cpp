@@ -22,7 +22,7 @@ const eds::ObjectName* no_name(std::uint8_t /*network*/, std::uint8_t /*node*/, 
 /// All that has happened since the journal was opened, with times and transactions.
 class Seen {
  public:
-  explicit Seen(plant::Plant& plant) : journal_(plant.control().journal()), cursor_(journal_) {}
+  explicit Seen(plant::VirtualPlant& plant) : journal_(plant.control().journal()), cursor_(journal_) {}
 
   Lines lines() {
     Lines lines;

@@ -14,13 +14,13 @@ std::string wire(std::string_view from, std::string_view to, std::string_view mo
 }
 
 /// Of a response without "ok" and the line end.
-std::string get(Plant& plant, std::string_view what) {
+std::string get(VirtualPlant& plant, std::string_view what) {
   const std::string response = plant.execute(fmt::format("get {}", what));
   return std::string(text::trim(std::string_view(response).substr(2)));
 }
 
 /// The PLC writes 6200h:01 of the I/O module.
-void write_outputs(Plant& plant, int value) {
+void write_outputs(VirtualPlant& plant, int value) {
   plant.execute(fmt::format("trigger write 0x42 0x6200 1 1 {}", value));
   plant.execute("wait register 3700 = 0");
 }
