@@ -28,6 +28,7 @@ Wires::Wires(const config::Config& config, std::vector<Network*> networks, const
   if (wires_.empty()) return;
   for (Network* network : networks_)
     network->attach(*this);
+  wants(now_);
 }
 
 Wires::End Wires::end(const config::Config& config, const config::WireEnd& end) {

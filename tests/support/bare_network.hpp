@@ -11,6 +11,14 @@ class ByHand final : private plant::NetworkListener {
   Time now = 0;
 
   plant::NetworkContext context() { return {now, schedule_, *this}; }
+  /// As a program in real time does that nobody asks for anything.
+  void poll_what_is_due_until(Time end) {
+    while (schedule_.first_time() < end) {
+      now = std::max(now, schedule_.first_time());
+      schedule_.poll(now);
+    }
+    now = end;
+  }
 
  private:
   void on_fault(std::size_t /*network*/, std::string_view /*text*/, Time /*now*/) override {}
