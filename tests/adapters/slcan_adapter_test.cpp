@@ -117,9 +117,10 @@ TEST_CASE("SLCAN: V and N response always") {
 
 TEST_CASE("SLCAN: what it does not know is refused") {
   SlcanDesk desk;
-  for (const char* line : {"S",  "S9",  "S66",      "s031C",     "o",          "O1", "L1",   "C1", "Z",
-                           "Z2", "Z10", "M0000000", "M0000000G", "m000000000", "V1", "N1",   "F0", "X1",
-                           "A",  "P",   "q",        " ",         "\xFF",       "z",  "hello", "mG0000000"}) {
+  for (const char* line :
+       {"S",  "S9",  "S66",      "s031C",     "o",          "O1", "L1",    "C1",       "Z",
+        "Z2", "Z10", "M0000000", "M0000000G", "m000000000", "V1", "N1",    "F0",       "X1",
+        "A",  "P",   "q",        " ",         "\xFF",       "z",  "hello", "mG0000000"}) {
     CAPTURE(line);
     CHECK(desk.respond(std::string(line) + "\r") == "\a");
   }
