@@ -208,6 +208,26 @@ TEST_CASE("nodes and bus of the second network have its number in front") {
   CHECK(plant.log.ids == std::vector<std::uint32_t>{0x90});
 }
 
+TEST_CASE("a listener hears each frame of each network once, also when it comes again") {
+  struct Heard final : Listener {
+    void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
+      frames.emplace_back(network, frame.id);
+    }
+    std::vector<std::pair<std::size_t, std::uint32_t>> frames;
+  };
+  TwoNetworks plant;
+  Heard heard;
+  for (int i = 0; i < 2; ++i) {
+    plant.control.add(heard);
+    plant.run("send 123#");
+    plant.run("send 2/124#");
+    plant.control.remove(heard);
+    plant.run("send 2/125#");
+  }
+  CHECK(heard.frames ==
+        std::vector<std::pair<std::size_t, std::uint32_t>>{{1, 0x123}, {2, 0x124}, {1, 0x123}, {2, 0x124}});
+}
+
 TEST_CASE("faults of one network are not those of another") {
   TwoNetworks plant;
   CHECK(plant.run("fault 2/bus frame-loss probability=0.5") == "ok 1\n");

@@ -131,7 +131,9 @@ inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
   ++counters_.requests;
   if (request.written.count != 0) {
     to.unit->catch_up();
-    const bool window = request.written.first - regmap::kWindowFirst < regmap::kWindowWords;
+    const auto [first, count] = request.written;
+    const bool window =
+        first >= regmap::kWindowFirst && first + count <= regmap::kWindowFirst + regmap::kWindowWords;
     if (!window) to.unit->on_writer(client.number, request.written);
   }
   if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
