@@ -14,41 +14,36 @@
 #include "cli/options.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
+#include "text/arguments.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::cli {
 namespace {
 
-constexpr std::string_view kTrue = "true";
 constexpr std::string_view kCommand = "--";
 constexpr std::string_view kDemo = "demo";
 constexpr std::string_view kEdsAsPlant =
     "this is an EDS or DCF file, not a plant file; --node 5=FILE is a node made from it";
-
-/// As --help shows it; empty = there is none of this name.
-std::string_view find_option(std::string_view word) {
-  for (const std::string_view shown : all_options()) {
-    const bool is_short = shown.starts_with(word) && shown.substr(word.size()).starts_with(", ");
-    if (is_short || option_name(shown) == word) return shown;
-  }
-  return {};
-}
 
 std::string lost_word(std::string_view word) {
   return word.ends_with(".toml") ? fmt::format("a plant file is given with --config {}", word)
                                  : "belongs to no option";
 }
 
-/// The command line taken apart. All arguments are texts to it, so that a wrong value is told the same way as
-/// in a plant file.
+/// What was typed, with the network that each option is about.
 class Typed {
  public:
-  explicit Typed(std::span<const char* const> words) : words_(words) {
-    while (!words_.empty() && words_.front() != kCommand)
-      take_word(take());
-    if (words_.empty()) return;
-    command.assign(words_.begin() + 1, words_.end());
-    if (command.empty()) complain(kCommand, "write a command behind it, such as -- ./run-tests");
+  explicit Typed(std::span<const char* const> words) {
+    text::ParsedArguments parsed = text::parse_arguments(words, all_options());
+    for (const text::WrongWord& wrong : parsed.wrong)
+      complain(wrong.word, wrong.message);
+    for (const std::string_view word : parsed.words)
+      complain(word, lost_word(word));
+    for (const text::Argument& argument : parsed.options)
+      add({argument});
+    command = std::move(parsed.command);
+    if (parsed.has_command && command.empty())
+      complain(kCommand, "write a command behind it, such as -- ./run-tests");
   }
 
   Arguments arguments;  ///< in order
@@ -58,31 +53,19 @@ class Typed {
   std::size_t count(std::string_view option) const {
     return static_cast<std::size_t>(std::ranges::count(arguments, option, &Argument::option));
   }
+  /// By its option, or by --set.
+  bool is_named(std::string_view option, std::string_view key, std::size_t network = 1) const {
+    const std::string path =
+        network == 1 ? fmt::format("{}=", key) : fmt::format("network.{}.{}=", network, key);
+    return std::ranges::any_of(arguments, [&](const Argument& argument) {
+      return argument.option == "--set" ? argument.text.starts_with(path)
+                                        : argument.option == option && argument.network == network;
+    });
+  }
 
  private:
-  std::string_view take() { return std::exchange(words_, words_.subspan(1)).front(); }
-
-  bool has_argument() const {
-    const std::string_view word = words_.empty() ? "--" : words_.front();
-    return !word.starts_with("--") && find_option(word).empty();
-  }
-
   void complain(std::string_view word, std::string message) {
     problems.push_back(config::about_option(word, std::move(message)));
-  }
-
-  void take_word(std::string_view word) {
-    if (!word.starts_with('-')) return complain(word, lost_word(word));
-    const auto joined = text::split(word, '=');
-    const std::string_view name = joined ? joined->first : word;
-    const std::string_view shown = find_option(name);
-    if (shown.empty()) complain(word, no_such_option(name, all_options()));
-    const bool is_flag = !shown.empty() && option_argument(shown).empty();
-    const bool takes_next = !joined && !is_flag && has_argument();
-    const std::string_view text = joined ? joined->second : takes_next ? take() : is_flag ? kTrue : "";
-    if (shown.empty()) return;
-    if (!joined && !is_flag && !takes_next) return complain(name, "needs an argument");
-    add({option_name(shown), std::string(text)});
   }
 
   void add(Argument argument) {
@@ -98,15 +81,14 @@ class Typed {
     const auto same = [&](const Argument& other) {
       return other.option == argument.option && other.network == argument.network;
     };
-    if (!is_repeatable(argument.option) && std::ranges::any_of(arguments, same))
-      return config::in_network(argument.network) + "is given twice";
     const bool is_plant = argument.option == kDemoOption || argument.option == kConfigOption;
     if (is_plant && count(kDemoOption) + count(kConfigOption) != 0)
       return "there can be only one plant; leave out the other --config, or --demo";
-    return argument.option == kDemoOption && argument.text != kTrue ? "takes no argument" : "";
+    if (!is_repeatable(argument.option) && std::ranges::any_of(arguments, same))
+      return config::in_network(argument.network) + "is given twice";
+    return {};
   }
 
-  std::span<const char* const> words_;
   std::size_t network_ = 1;
 };
 
@@ -122,7 +104,7 @@ config::Diagnostics read_plant_of(const Typed& typed, const config::FileReader& 
                                   config::Config& config) {
   for (const Argument& argument : typed.arguments) {
     if (argument.option != kDemoOption && argument.option != kConfigOption) continue;
-    const std::string path = argument.option == kDemoOption ? std::string(config::kDemoPlant) : argument.text;
+    const std::string path(argument.option == kDemoOption ? config::kDemoPlant : argument.text);
     if (const auto text = read(path)) {
       if (is_eds(*text))
         return {config::about_option(fmt::format("{} {}", kConfigOption, path), std::string(kEdsAsPlant))};
@@ -157,18 +139,15 @@ std::string remarks_on(const config::NetworkConfig& network) {
 /// A command is told where the plant is: so any number of them can run at once. What options name stays.
 void use_free_addresses(const Typed& typed, config::Config& config) {
   constexpr std::string_view kFree = "127.0.0.1:0";
-  if (typed.count("--modbus") == 0) config.modbus.port = 0;
-  if (typed.count("--control") == 0) config.control = kFree;
-  if (typed.count("--http") == 0 && !config.http.listen.empty()) config.http.listen = kFree;
-  if (typed.count("--rtu-tcp") == 0 && !config.rtu.listen.empty()) config.rtu.listen = kFree;
+  if (!typed.is_named("--modbus", "modbus.port")) config.modbus.port = 0;
+  if (!typed.is_named("--control", "control.listen")) config.control = kFree;
+  if (!typed.is_named("--http", "http.listen") && !config.http.listen.empty()) config.http.listen = kFree;
+  if (!typed.is_named("", "rtu.listen") && !config.rtu.listen.empty()) config.rtu.listen = kFree;
   for (config::NetworkConfig& network : config.networks) {
-    const auto is_named = [&](std::string_view option) {
-      return std::ranges::any_of(typed.arguments, [&](const Argument& argument) {
-        return argument.option == option && argument.network == network.number;
-      });
-    };
-    if (!is_named("--slcan")) network.can.slcan = network.can.outside.empty() ? kFree : "";
-    if (!is_named("--socketcand") && !network.can.socketcand.empty()) network.can.socketcand = kFree;
+    config::CanConfig& can = network.can;
+    if (!typed.is_named("--slcan", "can.slcan", network.number)) can.slcan = can.outside.empty() ? kFree : "";
+    if (!typed.is_named("--socketcand", "can.socketcand", network.number) && !can.socketcand.empty())
+      can.socketcand = kFree;
   }
 }
 
@@ -194,6 +173,7 @@ Start print(std::string text) {
 Start parse_command_line(int argc, const char* const* argv, const config::FileReader& read) {
   Typed typed(std::span(argv + 1, argv + argc));
   if (typed.count(kHelpOption) != 0) return print(help_text());
+  if (typed.count(kShortHelpOption) != 0) return print(short_help_text());
   if (typed.count(kVersionOption) != 0) return print(fmt::format("cbcan-sim {}\n", kVersion));
   if (!typed.problems.empty()) return refuse(std::move(typed.problems));
 

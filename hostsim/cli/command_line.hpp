@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The command line of `cbcan-sim`: which plant to read, and a twin for every setting of a plant file. The
-/// command line wins over the file. What it offers is in --help (help.cpp).
+/// The command line of `cbcan-sim`: which plant to read, and what is to be different from it. What it offers
+/// is in --help (help.cpp).
 
 #include <string>
 #include <vector>

@@ -8,15 +8,14 @@
 #include "cli/options.hpp"
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
+#include "text/arguments.hpp"
 #include "text/exit_code.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::cli {
 namespace {
 
-using text::Problem;
 using text::Row;
-using text::Setting;
 
 constexpr std::size_t kHelpColumn = 25;
 
@@ -43,7 +42,29 @@ CBCAN_RTU, CBCAN_RTU_TCP, CBCAN_PLC and CBCAN_SOCKETCAND; of network 2
 CBCAN_SLCAN_2 and so on. An address that an option names is used; those of the
 plant file are not.
 
-Every setting of a plant file has an option here, and the option wins.
+Options win over the plant file.
+)";
+
+constexpr std::string_view kShort =
+    R"(cbcan-sim: the CBCAN CANopen coprocessor of a FATEK FBs PLC, all in software
+
+Usage:  cbcan-sim --demo | --config PLANT.toml  [OPTION...] [-- COMMAND...]
+        cbcan-sim run FILE|FOLDER...                           plays scenarios
+
+  --demo                 the built-in plant, with Modbus TCP at 127.0.0.1:1502
+  --config FILE          a plant file
+  --node ID=FILE         a node from an EDS or DCF file
+  --set PATH=VALUE       any key of a plant file
+  --check                says what is wrong with the files, and ends
+  --modbus HOST:PORT     where Modbus TCP is served
+  --can SPEC             another bus: socketcan:vcan0, slcan:/dev/ttyACM0@500000
+  --clock manual         time stands still but for "pass 100ms" on the input
+  --control ADDRESS      where commands are served; "help" lists them
+  --http HOST:PORT       where the web page is served
+  --log FILE             every frame on the bus, as candump -L writes it
+  -v                     tells each transaction, node state and EMCY message
+
+cbcan-sim --help has all options.
 )";
 
 constexpr std::string_view kClosing = R"(
@@ -75,82 +96,41 @@ constexpr std::array kSections = std::to_array<Section>({
     {"http", "HTTP"},
     {"log", "Log"},
     {"node", "Simulated nodes (these may be given several times)"},
-    {"wire", "Wires"},
     {"help", "Help"},
 });
 
-std::string_view section_of(std::string_view key) {
-  return key == "can.faults.kind" ? "node" : key.substr(0, key.find('.'));
-}
-
 /// "Its node ID on the bus: 1..127 (default 127)"
 std::string sentence(const Row& row, const std::string& standard) {
-  const bool has_domain = row.form != text::Form::kOfMember && !option_argument(row.option).empty();
-  const bool has_standard = !standard.empty() && standard != config::kNone && standard != config::kRequired;
-  return fmt::format("{}{}{}", row.help, has_domain ? ": " + text::domain_of(row) : "",
+  const std::string domain = text::option_argument(row.option).empty() ? "" : text::domain_of(row);
+  const bool has_standard = !domain.empty() && !standard.empty() && standard != config::kNone;
+  return fmt::format("{}{}{}{}", row.help, domain.empty() ? "" : ": ", domain,
                      has_standard ? fmt::format(" (default {})", standard) : "");
-}
-
-/// What is said of an option by itself.
-std::string introduction(std::string_view option) {
-  const auto row = std::ranges::find(option_rows(), option, &Row::option);
-  return row == option_rows().end() ? std::string() : std::string(row->help);
-}
-
-/// What the argument's form says already, and what has an explanation of its own.
-bool is_told(const Row& row) {
-  return row.key.starts_with("node.signals.") || row.key.ends_with("faults.kind");
-}
-
-/// The options of a section with what all their rows say, in the order of the rows.
-std::vector<std::pair<std::string_view, std::string>> options_of(std::string_view section) {
-  std::vector<std::pair<std::string_view, std::string>> options;
-  config::for_each_setting([&](const auto& row) {
-    if (section_of(row.key) != section) return;
-    if (options.empty() || options.back().first != row.option)
-      options.emplace_back(row.option, introduction(row.option));
-    std::string& text = options.back().second;
-    if (!is_told(row)) text += (text.empty() ? "" : ". ") + sentence(row, config::standard_of(row));
-  });
-  for (const Row& row : option_rows())
-    if (section_of(row.key) == section) options.emplace_back(row.option, sentence(row, ""));
-  return options;
-}
-
-/// "[mean=0]": a key of a signal, in brackets if it may be left out.
-std::string key_of(const Setting<config::SignalConfig>& row) {
-  const std::string_view key = text::leaf_of(row.key);
-  const std::string standard = config::standard_of(row);
-  if (standard == config::kRequired) return std::string(key);
-  return standard == config::kNone ? fmt::format("[{}]", key) : fmt::format("[{}={}]", key, standard);
-}
-
-bool is_in_address(const Row& row) {
-  return row.key == config::kSignalShape || row.key.ends_with(".index") || row.key.ends_with(".sub");
-}
-
-/// A line for each shape with its keys, and one for the keys of all.
-std::string shape_lines() {
-  const auto line = [](std::string_view name, auto has) {
-    std::string keys;
-    for (const auto& row : config::signal_settings())
-      if (has(row.kinds) && !is_in_address(row)) keys += key_of(row) + " ";
-    return text::beside(fmt::format("{:{}}{}", "", kHelpColumn - 2, name), keys, kHelpColumn + 11);
-  };
-  const text::Kinds all;
-  std::string lines;
-  for (std::size_t shape = 0; shape < config::shape_names().size(); ++shape)
-    lines += line(config::shape_names()[shape], [&](text::Kinds k) { return k != all && k.has(shape); });
-  return lines + line("all", [&](text::Kinds k) { return k == all; });
 }
 
 std::string section_text(const Section& section) {
   std::string text = fmt::format("\n{}:\n", section.heading);
-  for (const auto& [option, help] : options_of(section.name)) {
-    text += text::beside(option, help, kHelpColumn);
-    if (option.starts_with("--signal")) text += shape_lines();
-  }
+  const auto add = [&](const Row& row, const std::string& help) {
+    if (!row.option.empty() && row.key.substr(0, row.key.find('.')) == section.name)
+      text += text::beside(row.option, help, kHelpColumn);
+  };
+  for (const Row& row : option_rows())
+    add(row, row.form == text::Form::kOfMember ? std::string(row.help) : sentence(row, ""));
+  config::for_each_setting([&](const auto& row) { add(row, sentence(row, config::standard_of(row))); });
   return text;
+}
+
+/// A line for each table of a plant file: the keys that --set takes.
+std::string key_lines() {
+  std::vector<std::pair<std::string_view, std::string>> tables;
+  config::for_each_setting([&](const Row& row) {
+    const std::string_view table = text::table_of(row.key);
+    if (tables.empty() || tables.back().first != table) tables.emplace_back(table, "");
+    tables.back().second += std::string(text::leaf_of(row.key)) += " ";
+  });
+  std::string lines;
+  for (const auto& [table, keys] : tables)
+    lines += text::beside(table, keys, kHelpColumn);
+  return lines;
 }
 
 }  // namespace
@@ -159,6 +139,7 @@ std::string help_text() {
   std::string text(kOpening);
   for (const Section& section : kSections)
     text += section_text(section);
+  text += "\nKeys of a plant file, for --set; a node's begin with node.ID:\n" + key_lines();
   text += "\nDevices:\n";
   for (const devices::DeviceKind& kind : devices::device_kinds())
     text += text::beside(kind.name, kind.summary, 10);
@@ -167,6 +148,10 @@ std::string help_text() {
       "\nExit codes; with a COMMAND it is the command's own, 128 and the signal's number\nwhere one ended "
       "it:\n";
   return text.append(text::exit_code_lines("cbcan-sim")).append(kClosing);
+}
+
+std::string short_help_text() {
+  return std::string(kShort);
 }
 
 }  // namespace cbcan::cli

@@ -11,6 +11,7 @@
 #include "cli/options.hpp"
 #include "config/settings.hpp"
 #include "text/address.hpp"
+#include "text/arguments.hpp"
 #include "text/error.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
@@ -18,10 +19,6 @@
 namespace cbcan::cli {
 
 namespace {
-
-using text::Problem;
-using text::Row;
-using text::Setting;
 
 text::Problem check_shard(const text::Value& value) {
   const Shard shard = shard_of(std::get<std::string>(value));
@@ -79,35 +76,22 @@ std::string help() {
          text::exit_code_lines("cbcan-sim");
 }
 
-const text::Setting<RunConfig>* find(std::string_view word) {
-  const auto found = std::ranges::find_if(kRunRows, [word](const text::Row& setting) {
-    return option_name(setting.option) == word || setting.option.substr(0, setting.option.find(',')) == word;
-  });
-  return found == kRunRows.end() ? nullptr : &*found;
+std::vector<std::string_view> options() {
+  std::vector<std::string_view> options{"-h, --help"};
+  std::ranges::transform(kRunRows, std::back_inserter(options), &text::Row::option);
+  return options;
 }
 
-/// Takes the word, and its argument, off the front. Returns what is wrong.
-std::string take(std::span<const char* const>& words, RunConfig& config) {
-  const std::string_view word = words.front();
-  words = words.subspan(1);
-  if (!word.starts_with('-')) return config.paths.emplace_back(word), "";
-  const auto joined = text::split(word, '=');
-  const auto* const setting = find(joined ? joined->first : word);
-  if (setting == nullptr) {
-    std::vector<std::string_view> known;
-    std::ranges::transform(kRunRows, std::back_inserter(known), &text::Row::option);
-    return fmt::format("{}: {}", word, no_such_option(word, std::move(known)));
+/// Returns what is wrong.
+std::string put(const text::Argument& argument, RunConfig& config) {
+  for (const auto& setting : kRunRows) {
+    if (text::option_name(setting.option) != argument.option) continue;
+    const bool is_flag = setting.form == text::Form::kBoolean;
+    const text::Problem problem =
+        text::assign(setting, config, is_flag ? text::Value(true) : text::typed(setting, argument.text));
+    if (!problem.empty()) return fmt::format("{} {}: {}", argument.option, argument.text, problem);
   }
-  const bool is_flag = setting->form == text::Form::kBoolean;
-  if (!joined && !is_flag && words.empty()) return fmt::format("{}: needs an argument", word);
-  std::string_view argument = is_flag ? "true" : "";
-  if (joined) argument = joined->second;
-  if (!joined && !is_flag) {
-    argument = words.front();
-    words = words.subspan(1);
-  }
-  const text::Problem problem = text::assign(*setting, config, text::typed(*setting, argument));
-  return problem.empty() ? "" : fmt::format("{} {}: {}", option_name(setting->option), argument, problem);
+  return {};
 }
 
 }  // namespace
@@ -146,13 +130,16 @@ std::span<const text::Setting<RunConfig>> run_settings() {
 
 RunStart parse_run_command_line(std::span<const char* const> words) {
   RunStart start;
-  const auto is_help = [](std::string_view word) { return word == "-h" || word == kHelpOption; };
-  if (std::ranges::any_of(words, is_help)) {
+  const text::ParsedArguments parsed = text::parse_arguments(words, options());
+  if (std::ranges::count(parsed.options, kHelpOption, &text::Argument::option) != 0) {
     start.out = help();
     return start;
   }
-  while (!words.empty() && start.err.empty())
-    start.err = take(words, start.config);
+  for (const text::WrongWord& wrong : parsed.wrong)
+    if (start.err.empty()) start.err = fmt::format("{}: {}", wrong.word, wrong.message);
+  for (const text::Argument& argument : parsed.options)
+    if (start.err.empty()) start.err = put(argument, start.config);
+  start.config.paths.assign(parsed.words.begin(), parsed.words.end());
   if (start.err.empty() && start.config.paths.empty())
     start.err = "there is nothing to run; name files or folders of scenarios";
   start.run = start.err.empty();

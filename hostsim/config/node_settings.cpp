@@ -90,14 +90,12 @@ constexpr auto node(Row row) {
 }
 template <auto kMember>
 constexpr auto object(Row row) {
-  row.option = "--object ID:INDEX:SUB=VALUE";
   return setting<InitialValue, kMember>(row);
 }
 
 /// Of a signal of these shapes.
 template <auto... kPath>
 constexpr auto signal(std::size_t first, std::size_t last, Row row) {
-  row.option = "--signal ID:INDEX:SUB=SHAPE KEY=VALUE...";
   row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
   return setting<SignalConfig, kPath...>(row);
 }
@@ -133,20 +131,17 @@ constexpr auto kMean = [](auto& owner) -> auto& {
 
 template <auto kEnd>
 constexpr Setting<WireConfig> wire_end(Row row) {
-  row.option = "--wire FROM=TO KEY=VALUE...";
   row.form = Form::kText;
   row.check = check_wire_end;
   return {row, store_wire_end<kEnd>, load_wire_end<kEnd>};
 }
 template <auto kMember>
 constexpr auto wire(Row row) {
-  row.option = "--wire FROM=TO KEY=VALUE...";
   return setting<WireConfig, &WireConfig::transfer, kMember>(row);
 }
 
 template <auto... kPath>
 constexpr auto axis(Row row) {
-  row.option = "--axis ID:KEY=VALUE...";
   return setting<AxisConfig, kPath...>(row);
 }
 
@@ -162,35 +157,35 @@ constexpr Row duration(Row row) {
 /// Not constexpr: the devices' names are another room's.
 const std::array kNode{
     node<&NodeConfig::id>({
-        .key = "node.id", .option = "--node ID=FILE", .help = "Its node ID",
+        .key = "node.id", .help = "Its node ID",
         .more = "Each only once. Only a node with `lss = true` can be without.", .low = 1, .high = 127, .absent = kNone}),
     node<&NodeConfig::eds>({
-        .key = "node.eds", .option = "--node ID=FILE", .help = "The device description that makes its object dictionary",
+        .key = "node.eds", .help = "The device description that makes its object dictionary",
         .more = "`$NODEID` in it is `node.id`.", .form = Form::kPath, .domain = "the path of an EDS or DCF file",
         .example = "\"FILE.eds\""}),
     node<&NodeConfig::name>({
-        .key = "node.name", .option = "--name ID=TEXT", .help = "For people, in messages", .domain = "a name"}),
+        .key = "node.name", .help = "For people, in messages", .domain = "a name"}),
     Setting<NodeConfig>{{
-        .key = "node.heartbeat_ms", .option = "--heartbeat ID=MS",
+        .key = "node.heartbeat_ms", 
         .help = "Its producer heartbeat time at power-on, object 1017h; without it the EDS file decides",
         .form = Form::kInteger, .high = 65535, .unit = " ms, 0 = none"},
         store_heartbeat, load_no_heartbeat},
     node<&NodeConfig::device>({
-        .key = "node.device", .option = "--device ID=NAME",
+        .key = "node.device", 
         .help = "What the node is and does; without it the profile number in its object 1000h decides",
         .more = "See [devices.md](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
         .check = check_device}),
     node<&NodeConfig::parameters>({
-        .key = "node.parameters", .option = "--parameters ID=FILE",
+        .key = "node.parameters", 
         .help = "Where object 1010h and LSS store what the node keeps",
         .more = "A file of its own for each node; it is made when something is stored first. Without it the node keeps that until "
                 "the program ends.",
         .form = Form::kPath, .domain = "a path"}),
     node<&NodeConfig::lss>({
-        .key = "node.lss", .option = "--lss ID=BOOL",
+        .key = "node.lss", 
         .help = "An LSS master (CiA 305) finds the node by its object 1018h, and can give it a node ID and a bit rate"}),
     node<&NodeConfig::time_period>({
-        .key = "node.time_period_ms", .option = "--time-period ID=MS",
+        .key = "node.time_period_ms", 
         .help = "How often it sends TIME, if its object 1012h has bit 30 set",
         .high = kDayInMs, .unit = " ms, 0 = none", .scale = kMillisecond}),
 };
@@ -201,7 +196,7 @@ constexpr std::array kObjects{
         .example = "0x2001"}),
     object<&InitialValue::sub>({.key = "node.objects.sub", .help = "Its sub-index"}),
     Setting<InitialValue>{{
-        .key = "node.objects.value", .option = "--object ID:INDEX:SUB=VALUE",
+        .key = "node.objects.value", 
         .help = "The value, which has to fit the object's data type", .form = Form::kAny,
         .domain = "a number, true or false, a text, or bytes as \"hex:01 02\"", .example = "1", .check = check_bytes},
         store_object_value, load_object_value},
@@ -213,7 +208,7 @@ constexpr std::array kSignals{
         .example = "0x6401"}),
     any_signal<&SignalConfig::signal, &sim::Signal::sub>({.key = "node.signals.sub", .help = "Its sub-index"}),
     Setting<SignalConfig>{{
-        .key = kSignalShape, .option = "--signal ID:INDEX:SUB=SHAPE KEY=VALUE...", .help = "Which of the keys below it has",
+        .key = kSignalShape, .help = "Which of the keys below it has",
         .form = Form::kText, .choices = kShapes, .example = "\"sine\""},
         store_shape, load_shape},
     of<sim::Constant, &sim::Constant::value>({.key = "node.signals.value", .help = "The value", .example = "1"}),
@@ -255,10 +250,10 @@ constexpr std::array kSignals{
 
 constexpr std::array kFaultKinds{
     setting<std::string>({
-        .key = "node.faults.kind", .option = "--fault ID:KIND KEY=VALUE...", .help = "Which fault, of those of a node",
+        .key = "node.faults.kind", .help = "Which fault, of those of a node",
         .domain = "a kind of fault", .example = "\"response-late\""}),
     setting<std::string>({
-        .key = "can.faults.kind", .option = "--fault bus:KIND KEY=VALUE...", .help = "Which fault, of those of the bus",
+        .key = "can.faults.kind", .help = "Which fault, of those of the bus",
         .domain = "a kind of fault", .example = "\"frame-loss\""}),
 };
 

@@ -12,6 +12,7 @@
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
 #include "text/address.hpp"
+#include "text/numbers.hpp"
 #include "text/suggestion.hpp"
 #include "text/utf8.hpp"
 #include "text/words.hpp"
@@ -59,9 +60,11 @@ std::string contents_of(std::string_view table, bool in_first_network) {
 class Reader {
  public:
   Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
+  /// Of a change by --set: `where` is what was typed, and paths are as they stand.
+  Reader(Config& config, Place where) : config_(config), change_(std::move(where)) {}
 
   void read_file(const toml::table& root, std::span<const std::string_view> others) try {
-    read(root, others);
+    change_ ? change(root) : read(root, others);
   } catch (const Enough&) {
     found_.push_back(
         {{file_name_, 0},
@@ -158,19 +161,68 @@ class Reader {
     read_table("node", table, node_settings(), node);
     if (node.id == 0 && !node.lss && !table.contains("id"))
       complain(table, "node.id: is missing; add id = 5, or lss = true");
+    read_parts(table, node);
+    network_->nodes.push_back(std::move(node));
+  }
+
+  void read_parts(const toml::table& table, NodeConfig& node) {
     read_list(table.get("objects"), "node.objects", object_settings(), node.objects,
               "index = 0x2001, sub = 0, value = 1");
     read_list(table.get("signals"), "node.signals", signal_settings(), node.signals,
               "index = 0x6401, sub = 1, shape = \"constant\", value = 1");
     read_faults(table.get("faults"), "node.faults", sim::FaultPlace::kNode, node.faults);
     if (const toml::node* const axis = table.get("axis")) read_axis(*axis, node);
-    network_->nodes.push_back(std::move(node));
   }
 
   void read_axis(const toml::node& axis, NodeConfig& node) {
     if (!axis.is_table())
       return complain(axis, "node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
-    read_table("node.axis", *axis.as_table(), axis_settings(), node.axis.emplace());
+    read_table("node.axis", *axis.as_table(), axis_settings(), node.axis ? *node.axis : node.axis.emplace());
+  }
+
+  /// A table with one key, or a list to be added to.
+  void change(const toml::table& root) {
+    const toml::table* const networks = root[kNetworkTable].as_table();
+    if (networks == nullptr) return change_network(root);
+    const auto& [key, node] = *networks->begin();
+    const auto number = text::parse_integer(key.str());
+    if (!number || *number < 1 || *number > static_cast<std::int64_t>(config_.networks.size()))
+      return complain(
+          key, fmt::format("there is no network {}; there are 1..{}", key.str(), config_.networks.size()));
+    if (!node.is_table()) return complain(key, "must be network.N.TABLE.KEY, such as network.2.can.bit_rate");
+    network_ = &config_.networks[static_cast<std::size_t>(*number) - 1];
+    change_network(*node.as_table());
+  }
+
+  void change_network(const toml::table& root) {
+    const toml::table* const nodes = root[kNodeTable].as_table();
+    if (nodes == nullptr) return read(root);
+    const auto& [key, table] = *nodes->begin();
+    const auto id = text::parse_integer(key.str());
+    const auto node = std::ranges::find_if(network_->nodes, [id](const NodeConfig& n) { return id == n.id; });
+    if (node == network_->nodes.end())
+      return complain(key, fmt::format("there is no node {0}; add --node {0}=FILE.eds", key.str()));
+    if (!table.is_table()) return complain(key, "must be node.ID.KEY, such as node.5.heartbeat_ms");
+    change_node(*table.as_table(), *node);
+  }
+
+  /// What is said of an object now takes the place of what the plant file says of it.
+  void change_node(const toml::table& table, NodeConfig& node) {
+    const Place place = std::exchange(node.place, *change_);
+    read_rows("node", table, node_settings(), node, false);
+    check_keys("node", table);
+    read_parts(table, node);
+    node.place = place;
+    keep_last(node.objects);
+    keep_last(node.signals);
+  }
+
+  template <class Item>
+  static void keep_last(std::vector<Item>& items) {
+    if (items.empty() || items.back().place.line != 0) return;
+    const Item last = items.back();
+    std::erase_if(items,
+                  [&last](const Item& item) { return item.place.line != 0 && same_object(item, last); });
   }
 
   template <class Item>
@@ -230,14 +282,15 @@ class Reader {
     if (read_rows(name, table, rows, target)) check_keys(name, table);
   }
 
-  /// In the order of the rows, as some depend on those before. False: which keys there can be is not known.
+  /// In the order of the rows, as some depend on those before. `whole`: those that have to be there are
+  /// missed. False: which keys there can be is not known.
   template <class Target>
   bool read_rows(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
-                 Target& target) {
+                 Target& target, bool whole = true) {
     for (const auto& row : rows) {
       if (text::table_of(row.key) != name) continue;
       const toml::node* const node = table.get(text::leaf_of(row.key));
-      const bool needed = !row.example.empty() && belongs(row, target);
+      const bool needed = whole && !row.example.empty() && belongs(row, target);
       const bool good = node != nullptr ? read_setting(row, *node, target) : !needed;
       if (node == nullptr && needed) complain_missing(row, table);
       if (!good && row.key == kSignalShape) return false;
@@ -260,7 +313,8 @@ class Reader {
 
   template <class Target>
   bool read_setting(const Setting<Target>& row, const toml::node& node, Target& target) {
-    const auto value = value_of(node);
+    auto value = value_of(node);
+    if (change_ && node.is_string()) value = text::typed(row, node.as_string()->get());
     const Problem problem = assign(row, target, based_here(row, value), place(node));
     if (problem.empty()) return true;
     complain(node, fmt::format("{}{}: {}", row.key, value ? " " + text::value_text(*value) : "", problem));
@@ -304,10 +358,13 @@ class Reader {
     found_.push_back({place(where), in_network(network_->number) + message});
   }
 
-  Place place(const auto& where) const { return {file_name_, line_of(where.source())}; }
+  Place place(const auto& where) const {
+    return change_ ? *change_ : Place{file_name_, line_of(where.source())};
+  }
 
-  const std::string& file_name_;
+  const std::string file_name_;
   Config& config_;
+  std::optional<Place> change_;                         ///< nothing is read from a file
   NetworkConfig* network_ = &config_.networks.front();  ///< that is being read
   Diagnostics found_;
 };
@@ -327,7 +384,38 @@ std::string syntax_message(std::string_view description) {
   return fmt::format("TOML syntax: {}{}", description, bare_word ? "; texts stand in double quotes" : "");
 }
 
+/// "can.bit_rate" and "125000" as a table. What is not written as a table, a list or in quotes is a text to
+/// TOML; what it means depends on the setting.
+toml::table table_of_change(const std::string& path, const std::string& value) {
+  constexpr std::string_view kWritten = "{[\"'";
+  if (!value.empty() && kWritten.find(value.front()) != kWritten.npos)
+    return toml::parse(path + " = " + value);
+  toml::table root = toml::parse(path + " = 0");
+  toml::table* table = &root;
+  while (toml::table* const inner = (*table->begin()).second.as_table())
+    table = inner;
+  const std::string key((*table->begin()).first.str());
+  table->insert_or_assign(key, value);
+  return root;
+}
+
 }  // namespace
+
+Diagnostics change_plant(std::string_view change, const Place& place, Config& config) {
+  const auto sides = text::split(change, '=');
+  if (!sides || sides->first.empty())
+    return {{place, "must be PATH=VALUE, such as can.bit_rate=125000; docs/plant-file.md has the keys"}};
+  const bool adds = sides->first.ends_with('+');
+  const std::string path(sides->first.substr(0, sides->first.size() - (adds ? 1 : 0)));
+  try {
+    Reader reader(config, place);
+    reader.read_file(
+        table_of_change(path, adds ? fmt::format("[{}]", sides->second) : std::string(sides->second)), {});
+    return reader.take();
+  } catch (const toml::parse_error& error) {
+    return {{place, syntax_message(error.description())}};
+  }
+}
 
 std::string path_in(const std::string& file_name, std::string_view path) {
   return (std::filesystem::path(file_name).parent_path() / path).lexically_normal().string();

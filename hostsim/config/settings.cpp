@@ -108,12 +108,10 @@ constexpr auto rtu(Row row) {
 /// Of a PLC, over TCP and over a serial line.
 template <auto... kPath>
 constexpr auto plc(Row row) {
-  if (row.option.empty()) row.option = "--plc HOST:PORT[,UNIT][,KEY=VALUE...]";
   return setting<NetworkConfig, &NetworkConfig::plc, kPath...>(row);
 }
 template <auto... kPath>
 constexpr auto plc_line(Row row) {
-  row.option = "--plc-rtu DEV,BAUD,PARITY[,KEY=VALUE...]";
   return setting<NetworkConfig, &NetworkConfig::plc, &PlcConfig::line, kPath...>(row);
 }
 template <auto kMember>
@@ -123,31 +121,30 @@ constexpr auto can(Row row) {
 // clang-format off
 constexpr std::array kPlant{
     plant<&Config::modbus, &ListenAddress::host>({
-        .key = "modbus.host", .option = "--modbus HOST:PORT", .help = "Where to listen",
+        .key = "modbus.host", .help = "Where to listen",
         .more = "`0.0.0.0` is every IPv4 address of this machine; anybody who reaches it can write registers.",
         .domain = "an IP address or a host name"}),
     plant<&Config::modbus, &ListenAddress::port>({
-        .key = "modbus.port", .option = "--modbus HOST:PORT", .help = "Its port",
+        .key = "modbus.port", .help = "Its port",
         .more = "Modbus TCP's own is 502; ports below 1024 need a privilege. With 0 the `ready` line tells the one that "
                 "was found.",
         .unit = ", 0 = any free one"}),
     rtu<&RtuConfig::line, &LineConfig::device>({
-        .key = "rtu.device", .option = "--rtu DEV,BAUD,PARITY,STATION",
-        .help = "A serial port or pseudo-terminal where the same registers are served by Modbus RTU; what stands behind it may "
-                "be left out",
+        .key = "rtu.device", .option = "--rtu DEVICE",
+        .help = "A serial port or pseudo-terminal where the same registers are served by Modbus RTU",
         .form = Form::kPath, .domain = "a path"}),
     rtu<&RtuConfig::line, &LineConfig::baud>({
-        .key = "rtu.baud", .option = "--rtu DEV,BAUD,PARITY,STATION", .help = "Its baud rate", .low = 1200, .high = 115200,
+        .key = "rtu.baud", .help = "Its baud rate", .low = 1200, .high = 115200,
         .domain = kBauds, .check = check_baud}),
     rtu<&RtuConfig::line, &LineConfig::parity>({
-        .key = "rtu.parity", .option = "--rtu DEV,BAUD,PARITY,STATION",
+        .key = "rtu.parity", 
         .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
     rtu<&RtuConfig::station>({
-        .key = "rtu.station", .option = "--rtu DEV,BAUD,PARITY,STATION",
+        .key = "rtu.station", 
         .help = "Station address of the first network, by RTU over TCP too; the next ones are behind it", .low = 1,
         .high = 247}),
     rtu<&RtuConfig::listen>({
-        .key = "rtu.listen", .option = "--rtu-tcp ADDRESS", .help = "Where the same frames are served over TCP, as serial device servers hand them on",
+        .key = "rtu.listen", .help = "Where the same frames are served over TCP, as serial device servers hand them on",
         .more = "With port 0 the `ready` line tells the one that was found, as `rtu_tcp=HOST:PORT`.",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     plant<&Config::clock>({
@@ -170,18 +167,18 @@ constexpr std::array kPlant{
         .form = Form::kPath, .domain = "a path"}),
     plant<&Config::verbose>({
         .key = "log.verbose", .option = "-v, --verbose",
-        .help = "Tells on standard error each transaction, each change of a node's state and each EMCY message; --verbose=false takes back a true in the plant file"}),
+        .help = "Tells on standard error each transaction, each change of a node's state and each EMCY message"}),
     plant<&Config::verbose_frames>({
         .key = "log.verbose_frames", .option = "-vv, --verbose-frames", .help = "The same, and each frame"}),
     plant<&Config::summary>({
-        .key = "log.summary", .option = "--summary", .help = "Tells at the end on standard error what there has been; so does --verbose"}),
+        .key = "log.summary", .help = "Tells at the end on standard error what there has been; so does --verbose"}),
     plant<&Config::pcap>({
         .key = "log.pcap", .option = "--pcap FILE",
         .help = "Modbus TCP and CAN on one clock as pcapng, for Wireshark; packets have the number of their transaction as a comment",
         .more = "`-` is standard output; the `ready` line is on standard error then. A FIFO will do.",
         .form = Form::kPath, .domain = "a path"}),
     plant<&Config::pcap_mb>({
-        .key = "log.pcap_mb", .option = "--pcap-size MB",
+        .key = "log.pcap_mb", 
         .help = "At this size FILE is renamed to FILE.1, in the place of the one before, and begun anew",
         .high = 1'000'000, .unit = " MB, 0 = never"}),
     plant<&Config::http, &HttpConfig::listen>({
@@ -189,69 +186,67 @@ constexpr std::array kPlant{
         .more = "See [http.md](http.md). With port 0 the `ready` line tells the one that was found, as `http=HOST:PORT`.",
         .domain = "HOST:PORT", .check = check_http_address}),
     plant<&Config::http, &HttpConfig::write>({
-        .key = "http.write", .option = "--http-write",
+        .key = "http.write", 
         .help = "Where it listens on an address that other machines reach, it takes writes and commands too"}),
 };
 
 constexpr std::array kNetwork{
     module<&ModuleConfig::node_id>({
-        .key = "module.node_id", .option = "--node-id N", .help = "Its node ID on the bus",
+        .key = "module.node_id", .help = "Its node ID on the bus",
         .more = "No simulated node can have the same.", .low = 1, .high = 127}),
     module<&ModuleConfig::sdo_timeout_ms>({
         .key = "module.sdo_timeout_ms", .option = "--sdo-timeout MS",
         .help = "How long an SDO transfer waits for the server's next response",
         .more = "Object 3003h sub 0 shows and changes it at run time.", .unit = " ms, 0 = none"}),
     module<&ModuleConfig::node_state_fresh_ms>({
-        .key = "module.node_state_fresh_ms", .option = "--node-state-fresh MS",
+        .key = "module.node_state_fresh_ms", 
         .help = "How long a node's last boot-up message, heartbeat or guarding response tells its state (object 300Ch), where "
                 "object 1016h sets no time for that node",
         .low = 1, .high = 65535, .unit = " ms"}),
     module<&ModuleConfig::guarding_timeout_ms>({
-        .key = "module.guarding_timeout_ms", .option = "--guarding-timeout MS",
+        .key = "module.guarding_timeout_ms", 
         .help = "How long the response to a node guarding request is waited for; a node is asked when nothing fresh is known or its "
                 "report is in doubt",
         .low = 1, .high = 65535, .unit = " ms"}),
     module<&ModuleConfig::process_first>({
-        .key = "module.process_first", .option = "--process-first R",
+        .key = "module.process_first", 
         .help = "The first of the 128 registers of process data: 64 inputs, 64 outputs",
         .high = 4040}),
     module<&ModuleConfig::scanner_out_first>({
-        .key = "module.scanner_out_first", .option = "--scanner-out-first R",
+        .key = "module.scanner_out_first", 
         .help = "The first of the 70 registers of the scanner window that the PLC writes",
         .more = "See [scanner.md](scanner.md).", .high = 4098}),
     module<&ModuleConfig::scanner_in_first>({
-        .key = "module.scanner_in_first", .option = "--scanner-in-first R",
+        .key = "module.scanner_in_first", 
         .help = "The first of the 68 registers of the scanner window that the PLC reads",
         .more = "Ranges of registers must not overlap, nor lie over R3700..R3769.", .high = 4100}),
     module<&ModuleConfig::channels>({
-        .key = "module.channels", .option = "--channels N",
+        .key = "module.channels", 
         .help = "SDO clients that work at the same time; the scanner window of each is 200 registers behind the one before",
         .more = "With 1 channel R700..R3699 are registers like any other.", .low = 1, .high = 16}),
     module<&ModuleConfig::plc_timeout_ms>({
-        .key = "module.plc_timeout_ms", .option = "--plc-timeout MS",
+        .key = "module.plc_timeout_ms", 
         .help = "Without a valid Modbus request for so long the own node leaves Operational: its TPDOs stop",
         .unit = " ms, 0 = none"}),
     module<&ModuleConfig::plc_lost_state>({
-        .key = "module.plc_lost_state", .option = "--plc-lost-state STATE",
+        .key = "module.plc_lost_state", 
         .help = "What the own node becomes then", .more = "The PLC starts it again by NMT.", .choices = kPlcLostStates}),
     module<&ModuleConfig::start_result>({
-        .key = "module.start_result", .option = "--start-result N",
+        .key = "module.start_result", 
         .help = "R3700 after a start: 5 tells programs that read R3700 alone that what was under way has no result",
         .more = "Others compare R3701..R3704 with their request: after a start these are 0. See [contract.md](contract.md#one-transaction).",
         .high = 5, .domain = "0 or 5", .check = check_start_result}),
     module<&ModuleConfig::parameters>({
-        .key = "module.parameters", .option = "--module-parameters FILE",
+        .key = "module.parameters", 
         .help = "Where object 1010h and LSS store what the own node keeps",
         .more = "A file like that of `node.parameters`; what it has counts from the start, a node ID of LSS instead of "
                 "`module.node_id`. Without it 1010h, 1011h and LSS store nothing.",
         .form = Form::kPath, .domain = "a path"}),
     module<&ModuleConfig::enabled>({
-        .key = "module.enabled", .option = "--no-module",
-        .help = "Nodes and a bus alone, for a coprocessor that runs elsewhere: no Modbus server either; --no-module=false "
-                "takes back a false in the plant file",
-        .more = "In the file that is `enabled = false`."}),
+        .key = "module.enabled",
+        .help = "false: nodes and a bus alone, for a coprocessor that runs elsewhere: no Modbus server either",}),
     plc<&PlcConfig::address>({
-        .key = "plc.address", .help = "A PLC that owns the registers: the module is the Modbus client that comes and gets them",
+        .key = "plc.address", .option = "--plc HOST:PORT", .help = "A PLC that owns the registers: the module is the Modbus client that comes and gets them",
         .more = "See [plc.md](plc.md). A name is looked up once, at the start.", .form = Form::kText, .domain = "HOST:PORT",
         .check = check_plc_address}),
     plc<&PlcConfig::unit>({.key = "plc.unit", .help = "The PLC's unit ID or station address"}),
@@ -272,9 +267,7 @@ constexpr std::array kNetwork{
         .choices = kPlcAtStart}),
     plc_line<&LineConfig::device>({
         .key = "plc.device",
-        .help = "Likewise by Modbus RTU, over a serial port or pseudo-terminal; KEY is at_start, first, layout, period_ms, "
-                "process_first "
-                "or unit",
+        .help = "Likewise by Modbus RTU, over a serial port or pseudo-terminal",
         .form = Form::kPath, .domain = "a path"}),
     plc_line<&LineConfig::baud>({
         .key = "plc.baud", .help = "Its baud rate", .low = 1200, .high = 115200,
@@ -307,12 +300,12 @@ constexpr std::array kNetwork{
         .more = "The `ready` line tells it as `socketcand=HOST:PORT`.",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     can<&CanConfig::beacon>({
-        .key = "can.socketcand_beacon", .option = "--socketcand-beacon ADDRESS",
+        .key = "can.socketcand_beacon", 
         .help = "Where socketcand's beacon goes every 3 s, by which SavvyCAN and Kayak find the server: a broadcast address",
         .more = "`192.168.1.255` for a whole network, `127.0.0.1` for this machine. Not on a manual clock.",
         .form = Form::kText, .domain = "HOST or HOST:PORT; port 42000 unless told otherwise", .check = check_beacon}),
     can<&CanConfig::replay>({
-        .key = "can.replay", .option = "--replay FILE",
+        .key = "can.replay", 
         .help = "What somebody else on the bus sends, a log in the format of candump -L; its first frame comes at the start",
         .form = Form::kPath, .domain = "a path"}),
     setting<NetworkConfig, &NetworkConfig::log>({
