@@ -14,6 +14,7 @@
 #include "cli/options.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
+#include "config/settings.hpp"
 #include "text/arguments.hpp"
 #include "text/words.hpp"
 
@@ -30,13 +31,28 @@ std::string lost_word(std::string_view word) {
                                  : "belongs to no option";
 }
 
+/// The message, or for --heartbeat "no such option; did you mean --set node.ID.heartbeat_ms=...?"
+std::string about(const text::WrongWord& wrong) {
+  std::string name(wrong.word.substr(0, wrong.word.find('=')));
+  std::ranges::replace(name, '-', '_');
+  std::string found;
+  config::for_each_setting([&](const text::Row& row) {
+    const bool is_it =
+        row.option.empty() && name.size() > 3 && text::leaf_of(row.key).starts_with(name.substr(2));
+    if (is_it && found.empty()) found = row.key;
+  });
+  if (found.empty() || !wrong.message.starts_with("no such")) return wrong.message;
+  if (found.starts_with("node.")) found.insert(5, "ID.");
+  return fmt::format("no such option; did you mean --set {}=...?", found);
+}
+
 /// What was typed, with the network that each option is about.
 class Typed {
  public:
   explicit Typed(std::span<const char* const> words) {
     text::ParsedArguments parsed = text::parse_arguments(words, all_options());
     for (const text::WrongWord& wrong : parsed.wrong)
-      complain(wrong.word, wrong.message);
+      complain(wrong.word, about(wrong));
     for (const std::string_view word : parsed.words)
       complain(word, lost_word(word));
     for (const text::Argument& argument : parsed.options)
@@ -55,11 +71,12 @@ class Typed {
   }
   /// By its option, or by --set.
   bool is_named(std::string_view option, std::string_view key, std::size_t network = 1) const {
-    const std::string path =
-        network == 1 ? fmt::format("{}=", key) : fmt::format("network.{}.{}=", network, key);
+    const std::string path = fmt::format("{}=", key);
+    const std::string long_path = fmt::format("network.{}.{}", network, path);
     return std::ranges::any_of(arguments, [&](const Argument& argument) {
-      return argument.option == "--set" ? argument.text.starts_with(path)
-                                        : argument.option == option && argument.network == network;
+      const bool is_about = argument.network == network;
+      if (argument.option != "--set") return is_about && argument.option == option;
+      return argument.text.starts_with(long_path) || (is_about && argument.text.starts_with(path));
     });
   }
 

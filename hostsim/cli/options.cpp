@@ -150,7 +150,7 @@ class Options {
   }
 
   void apply_set(std::string_view text) {
-    std::ranges::move(config::change_plant(text, where_, config_), std::back_inserter(found_));
+    std::ranges::move(config::change_plant(text, where_, config_, *network_), std::back_inserter(found_));
   }
 
   void apply_modbus(std::string_view text) {
@@ -267,7 +267,7 @@ std::size_t network_number(std::string_view text) {
 }
 
 bool is_about_whole_plant(std::string_view option) {
-  return option == "--set" || option == "--modbus" || has_option(config::settings(), option);
+  return option == "--modbus" || has_option(config::settings(), option);
 }
 
 bool is_repeatable(std::string_view option) {

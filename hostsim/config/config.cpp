@@ -160,7 +160,7 @@ void check_node_ids(const NetworkConfig& network, Diagnostics& found) {
     } else if (network.module.enabled && node.id == network.module.node_id) {
       found.push_back({node.place, node_name(node) +
                                        ": this is the module's own ID; change the node's, or the module's "
-                                       "with module.node_id or --node-id"});
+                                       "with module.node_id"});
     }
     if (first == nullptr) first = &node;
   }
@@ -206,7 +206,7 @@ void check_registers(const NetworkConfig& network, Diagnostics& found) {
   const auto complain = [&](const Registers& range, const Registers& other, const std::string& what) {
     const std::string_view key = network.places.contains(range.key) ? range.key : other.key;
     const std::string_view way_out =
-        range.channel == 1 ? "" : ", or fewer channels do: module.channels, --channels";
+        range.channel == 1 ? "" : ", or fewer channels do: module.channels";
     found.push_back({network.places.at(key),
                      fmt::format("{}{} {}{}", in_network(network.number), to_string(range), what, way_out)});
   };
@@ -236,7 +236,7 @@ void check_plc(const NetworkConfig& network, Diagnostics& found) {
   if (!network.plc.address.empty() && !network.plc.line.device.empty())
     found.push_back({network.places.at("plc.device"),
                      in_network(network.number) + "plc.device: the PLC is at " + network.plc.address +
-                         " already; leave out one of plc.address (--plc) and plc.device (--plc-rtu)"});
+                         " already; leave out one of plc.address (--plc) and plc.device"});
 }
 
 void check_network(const Config& config, const NetworkConfig& network, Diagnostics& found) {

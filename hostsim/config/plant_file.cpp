@@ -61,7 +61,8 @@ class Reader {
  public:
   Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
   /// Of a change by --set: `where` is what was typed, and paths are as they stand.
-  Reader(Config& config, Place where) : config_(config), change_(std::move(where)) {}
+  Reader(Config& config, NetworkConfig& network, Place where)
+      : config_(config), network_(&network), change_(std::move(where)) {}
 
   void read_file(const toml::table& root, std::span<const std::string_view> others) try {
     change_ ? change(root) : read(root, others);
@@ -182,6 +183,7 @@ class Reader {
 
   /// A table with one key, or a list to be added to.
   void change(const toml::table& root) {
+    if (is_of_plant(root)) network_ = &config_.networks.front();
     const toml::table* const networks = root[kNetworkTable].as_table();
     if (networks == nullptr) return change_network(root);
     const auto& [key, node] = *networks->begin();
@@ -192,6 +194,16 @@ class Reader {
     if (!node.is_table()) return complain(key, "must be network.N.TABLE.KEY, such as network.2.can.bit_rate");
     network_ = &config_.networks[static_cast<std::size_t>(*number) - 1];
     change_network(*node.as_table());
+  }
+
+  /// And not of one network.
+  static bool is_of_plant(const toml::table& root) {
+    const auto& [key, node] = *root.begin();
+    const toml::table* const table = node.as_table();
+    const std::string full =
+        fmt::format("{}.{}", key.str(), table != nullptr ? (*table->begin()).first.str() : "");
+    return !is_of_network(key.str()) ||
+           std::ranges::any_of(settings(), [&](const Row& row) { return row.key == full; });
   }
 
   void change_network(const toml::table& root) {
@@ -364,8 +376,8 @@ class Reader {
 
   const std::string file_name_;
   Config& config_;
-  std::optional<Place> change_;                         ///< nothing is read from a file
   NetworkConfig* network_ = &config_.networks.front();  ///< that is being read
+  std::optional<Place> change_;                         ///< nothing is read from a file
   Diagnostics found_;
 };
 
@@ -401,14 +413,15 @@ toml::table table_of_change(const std::string& path, const std::string& value) {
 
 }  // namespace
 
-Diagnostics change_plant(std::string_view change, const Place& place, Config& config) {
+Diagnostics change_plant(std::string_view change, const Place& place, Config& config,
+                         NetworkConfig& network) {
   const auto sides = text::split(change, '=');
   if (!sides || sides->first.empty())
     return {{place, "must be PATH=VALUE, such as can.bit_rate=125000; docs/plant-file.md has the keys"}};
   const bool adds = sides->first.ends_with('+');
   const std::string path(sides->first.substr(0, sides->first.size() - (adds ? 1 : 0)));
   try {
-    Reader reader(config, place);
+    Reader reader(config, network, place);
     reader.read_file(
         table_of_change(path, adds ? fmt::format("[{}]", sides->second) : std::string(sides->second)), {});
     return reader.take();

@@ -25,7 +25,7 @@ Diagnostics read_plant(std::string_view text, const std::string& file_name, Conf
 /// Changes one setting of a plant, as --set does: "module.node_id=5", "node.0x42.heartbeat_ms=500",
 /// "network.2.can.bit_rate=125000"; "node.5.objects+={index = 0x2001, value = 1}" adds to a list. Values are
 /// written as in the file; a text needs no quotes, and a path is relative to the working directory. `place`:
-/// what complaints are about.
-Diagnostics change_plant(std::string_view change, const Place& place, Config& config);
+/// what complaints are about; `network`: that a path is about which names none.
+Diagnostics change_plant(std::string_view change, const Place& place, Config& config, NetworkConfig& network);
 
 }  // namespace cbcan::config

@@ -48,7 +48,7 @@ struct Kinds {
 /// All of a row but where it is stored.
 struct Row {
   std::string_view key = {};     ///< "module.node_id"
-  std::string_view option = {};  ///< its twin on the command line, as --help shows it: "--node-id N"
+  std::string_view option = {};  ///< its own on the command line, as --help shows it: "--seed N"; mostly none
   std::string_view help = {};    ///< what it is; a sentence without its full stop
   std::string_view more = {};    ///< what only the reference adds: sentences
   Form form = Form::kOfMember;

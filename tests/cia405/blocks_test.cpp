@@ -119,7 +119,7 @@ TEST_CASE("ten blocks, ten devices of 50 ms: CHANNEL makes the difference") {
 }
 
 TEST_CASE("a module with one channel: CHANNEL 0 is that one, others are ERROR 21h") {
-  Rig rig({"--channels", "1"});
+  Rig rig({"--set", "module.channels=1"});
   SdoRead4 first(rig.program.link), any(rig.program.link), second(rig.program.link);
   rig.program.blocks = {&first, &any, &second};
   for (SdoRead4* block : {&first, &any, &second})
@@ -184,7 +184,7 @@ TEST_CASE("NETWORK is the Modbus unit ID, and networks take turns") {
 }
 
 TEST_CASE("each network has its own module and queue; one that there is not is ERROR 21h") {
-  Rig rig({"--network", "2", "--node-id", "42", "--node", "5=" CBCAN_PLANTS "/demo/generic.eds"});
+  Rig rig({"--network", "2", "--set", "module.node_id=42", "--node", "5=" CBCAN_PLANTS "/demo/generic.eds"});
   SdoRead4 hangs(rig.program.link);
   hangs.device = 9;
   GetLocalNodeId id(rig.program.link), waits(rig.program.link), none(rig.program.link);

@@ -60,13 +60,14 @@ TEST_CASE("a bit rate on a real bus is remarked on") {
         "that it was set up with\n");
 }
 
-TEST_CASE("every option of a setting, both ways to write it") {
-  Start apart = start({"--node-id", "3", "--sdo-timeout", "0", "--node-state-fresh", "5",
-                       "--guarding-timeout", "6", "--modbus", "0.0.0.0:0", "--can", "virtual", "--bit-rate",
-                       "1000000", "--log", "a.log", "--verbose", "--node", "5=a.eds"});
-  Start joined = start({"--node-id=0x3", "--sdo-timeout=0", "--node-state-fresh=5", "--guarding-timeout=6",
-                        "--modbus=0.0.0.0:0", "--can=virtual", "--bit-rate=1000000", "--log=a.log", "-v",
-                        "--node=5=a.eds"});
+TEST_CASE("options and --set, both ways to write them") {
+  Start apart =
+      start({"--set", "module.node_id=3", "--sdo-timeout", "0", "--set", "module.node_state_fresh_ms=5",
+             "--set", "module.guarding_timeout_ms=6", "--modbus", "0.0.0.0:0", "--can", "virtual",
+             "--bit-rate", "1000000", "--log", "a.log", "--verbose", "--node", "5=a.eds"});
+  Start joined = start({"--set=module.node_id=0x3", "--sdo-timeout=0", "--set=module.node_state_fresh_ms=5",
+                        "--set=module.guarding_timeout_ms=6", "--modbus=0.0.0.0:0", "--can=virtual",
+                        "--bit-rate=1000000", "--log=a.log", "-v", "--node=5=a.eds"});
   REQUIRE(apart.err == "");
   REQUIRE(joined.err == "");
   apart.config.networks.at(0).places.clear();  // told as they were typed: 3, 0x3
@@ -80,33 +81,32 @@ TEST_CASE("every option of a setting, both ways to write it") {
   CHECK(apart.config.networks.at(0).nodes.at(0).eds == "a.eds");
 }
 
-TEST_CASE("values between commas, in their order or by their keys") {
-  const Start made =
-      start({"--rtu", "/dev/ttyS1,9600,N,7", "--plc", "plc:502,2,first=1024,layout=scanner,period_ms=50",
-             "--network", "2", "--plc-rtu=/dev/ttyS2,57600,unit=3,process_first=0"});
-  REQUIRE(made.run);
+TEST_CASE("--rtu and --plc, and what else there is of them by --set") {
+  const Start made = start({"--rtu",     "/dev/ttyS1",
+                            "--set",     "rtu.baud=9600",
+                            "--set",     "rtu.parity=N",
+                            "--set",     "rtu.station=7",
+                            "--plc",     "plc:502",
+                            "--set",     "plc.unit=2",
+                            "--set",     "plc.first=1024",
+                            "--set",     "plc.layout=scanner",
+                            "--set",     "plc.period_ms=50",
+                            "--network", "2",
+                            "--set",     "plc.device=/dev/ttyS2",
+                            "--set",     "plc.baud=57600",
+                            "--set",     "network.2.plc.unit=3",
+                            "--set",     "plc.process_first=0"});
+  REQUIRE(made.err == "");
   CHECK(made.config.rtu == RtuConfig{{"/dev/ttyS1", 9600, "N"}, 7, ""});
   CHECK(made.config.networks.at(0).plc ==
         PlcConfig{"plc:502", {}, 2, PlcLayout::kScanner, 1024, std::nullopt, 50});
   CHECK(made.config.networks.at(1).plc ==
         PlcConfig{"", {"/dev/ttyS2", 57600, "E"}, 3, PlcLayout::kWindow, 3700, 0, 10});
-
-  const auto refused = [](const char* option, const char* text) {
-    const std::string err = start({option, text}).err;
-    return err.substr(0, err.find('\n'));
-  };
-  CHECK(refused("--plc", "plc,1,frist=2") ==
-        "cbcan-sim: --plc plc,1,frist=2: frist: no such key; did you mean first?");
-  CHECK(refused("--plc", "plc:0") ==
-        "cbcan-sim: --plc plc:0: address \"plc:0\": must be HOST:PORT with the PLC's port; Modbus TCP's own "
-        "is 502");
-  CHECK(refused("--plc", "plc,1,2,scanner,none,10,7") ==
-        "cbcan-sim: --plc plc,1,2,scanner,none,10,7: process_first \"none\": must be an integer, 0..65408");
-  CHECK(refused("--rtu", "a,9600,E,1,2") ==
-        "cbcan-sim: --rtu a,9600,E,1,2: \"2\" is too much; must be DEV,BAUD,PARITY,STATION");
-  CHECK(contains(start({"--plc", "plc", "--plc-rtu", "/dev/ttyS1"}).err,
-                 "plc.device: the PLC is at plc already; leave out one of plc.address (--plc) and plc.device "
-                 "(--plc-rtu)"));
+  refused_as({"--plc", "plc:0"},
+             "--plc plc:0: must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
+  CHECK(contains(
+      start({"--plc", "plc", "--set", "plc.device=/dev/ttyS1"}).err,
+      "plc.device: the PLC is at plc already; leave out one of plc.address (--plc) and plc.device\n"));
 }
 
 TEST_CASE("the command line wins over the plant file, wherever --config stands") {
@@ -117,10 +117,11 @@ TEST_CASE("the command line wins over the plant file, wherever --config stands")
   CHECK(file.config.networks.at(0).log == "file.log");
   CHECK(file.config.verbose == true);
 
-  const Start both = start(
-      {"--node-id", "20", "--modbus", ":24", "--can", "virtual", "--verbose=false", "--config", "plant.toml",
-       "--sdo-timeout", "21", "--node-state-fresh", "22", "--guarding-timeout", "23", "--log", "line.log"},
-      disk_files());
+  const Start both =
+      start({"--set", "module.node_id=20", "--modbus", ":24", "--can", "virtual", "--set",
+             "log.verbose=false", "--config", "plant.toml", "--sdo-timeout", "21", "--set",
+             "module.node_state_fresh_ms=22", "--set", "module.guarding_timeout_ms=23", "--log", "line.log"},
+            disk_files());
   REQUIRE(both.run);
   CHECK(both.config.networks.at(0).module == ModuleConfig{20, 21, 22, 23, 3800, true});
   CHECK(both.config.modbus == ListenAddress{"127.0.0.1", 24});
@@ -138,31 +139,35 @@ TEST_CASE("a host alone keeps the port of the plant file") {
 TEST_CASE("a clash in the plant file may be settled on the command line") {
   const Files disk{{"p.toml", "[[node]]\nid = 127\neds = \"a.eds\"\n"}};
   CHECK_FALSE(start({"--config", "p.toml"}, disk).run);
-  CHECK(start({"--config", "p.toml", "--node-id", "1"}, disk).run);
-  CHECK_FALSE(start({"--node", "9=a.eds", "--node-id", "9"}).run);
+  CHECK(start({"--config", "p.toml", "--set", "module.node_id=1"}, disk).run);
+  CHECK_FALSE(start({"--node", "9=a.eds", "--set", "module.node_id=9"}).run);
 }
 
 TEST_CASE("values that the command line gets wrong") {
-  refused_as({"--node-id", "300"}, "--node-id 300: must be 1..127");
-  refused_as({"--node-id=-5"}, "--node-id -5: must be 1..127");
+  refused_as({"--set", "module.node_id=300"}, "--set module.node_id=300: module.node_id 300: must be 1..127");
+  refused_as({"--sdo-timeout=-5"}, "--sdo-timeout -5: must be 0..65535 ms, 0 = none");
+  refused_as({"--sdo-timeout", "-5"}, "--sdo-timeout -5: must be 0..65535 ms, 0 = none");
   refused_as({"--sdo-timeout", "1s"}, "--sdo-timeout 1s: must be an integer, 0..65535 ms, 0 = none");
   refused_as({"--can", "socketcan"}, "--can socketcan: the interface is missing; write socketcan:vcan0");
   refused_as({"--modbus", "1502"}, "--modbus 1502: address \"1502\": a port alone is written :1502");
-  refused_as({"--log", ""}, "--log : must be a path");
-  refused_as({"--verbose=maybe"}, "--verbose maybe: must be true or false");
+  refused_as({"--log", ""}, "--log: must be a path");
+  refused_as({"--verbose=false"}, "--verbose: takes no argument");
 }
 
 TEST_CASE("all that is wrong with a command line at once") {
-  CHECK(refusal({"--bit-rate", "500", "--node-id", "0"}, disk_files()) ==
+  CHECK(refusal({"--bit-rate", "500", "--seed", "x"}, disk_files()) ==
         std::string(
-            "cbcan-sim: --node-id 0: must be 1..127\n"
             "cbcan-sim: --bit-rate 500: must be 10000..1000000 bit/s, or 0 = as fast as possible; did you "
-            "mean 500000?\n") +
+            "mean 500000?\n"
+            "cbcan-sim: --seed x: must be an integer, 0..4294967295\n") +
             kHint);
 }
 
 TEST_CASE("options that do not exist") {
-  refused_as({"--nodeid", "3"}, "--nodeid: no such option; did you mean --node-id?");
+  refused_as({"--sede", "3"}, "--sede: no such option; did you mean --seed?");
+  refused_as({"--node-id", "3"}, "--node-id: no such option; did you mean --set module.node_id=...?");
+  refused_as({"--heartbeat=5=1"},
+             "--heartbeat=5=1: no such option; did you mean --set node.ID.heartbeat_ms=...?");
   refused_as({"--timeout=5"}, "--timeout=5: no such option; did you mean --sdo-timeout?");
   refused_as({"--quite-else"}, "--quite-else: no such option");
   refused_as({"plant.toml"}, "plant.toml: a plant file is given with --config plant.toml");
@@ -170,10 +175,10 @@ TEST_CASE("options that do not exist") {
 }
 
 TEST_CASE("options without their argument, or twice") {
-  refused_as({"--node-id"}, "--node-id: needs an argument");
-  refused_as({"--config"}, "--config: needs an argument");
-  refused_as({"--node-id", "1", "--node-id", "2"}, "--node-id: is given twice");
-  CHECK(refusal({"--demo=x"}, disk_files()).starts_with("cbcan-sim: "));
+  refused_as({"--seed"}, "--seed: needs an argument, N");
+  refused_as({"--config"}, "--config: needs an argument, FILE");
+  refused_as({"--seed", "1", "--seed", "2"}, "--seed: is given twice");
+  refused_as({"--demo=x"}, "--demo: takes no argument");
 }
 
 TEST_CASE("one plant at a time") {
@@ -191,17 +196,17 @@ TEST_CASE("a plant file that is not there") {
 }
 
 TEST_CASE("a bad plant file is told line by line, without the hint at options") {
-  CHECK(refusal({"--config", "bad.toml", "--name", "5=x"}, disk_files()) ==
+  CHECK(refusal({"--config", "bad.toml", "--set", "node.5.name=x"}, disk_files()) ==
         "bad.toml:2: module.node_id 300: must be 1..127\n"
         "bad.toml:4: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0\n");
 }
 
 TEST_CASE("help and version are asked for, not mistakes") {
-  for (const char* option : {"--help", "-h"}) {
+  for (const auto& [option, text] : {std::pair("--help", help_text()), std::pair("-h", short_help_text())}) {
     const Start help = start({"--nonsense", option});
     CHECK_FALSE(help.run);
     CHECK(help.exit_code == ExitCode::kDone);
-    CHECK(help.out == help_text());
+    CHECK(help.out == text);
     CHECK(help.err == "");
   }
   const Start version = start({"--version"});
@@ -215,9 +220,9 @@ TEST_CASE("--no-module leaves the module out, and its ID to a node") {
   CHECK(start({"--demo", "--no-module", "--node", "127=a.eds"}).run);
   const Files without{{"plant.toml", "[module]\nenabled = false\n"}};
   CHECK_FALSE(start({"--config", "plant.toml"}, without).config.networks.at(0).module.enabled);
-  CHECK(start({"--config", "plant.toml", "--no-module=false"}, without).config.networks.at(0).module.enabled);
-  CHECK(refusal({"--no-module=maybe"}, disk_files()) ==
-        "cbcan-sim: --no-module maybe: must be true or false\n" + std::string(kHint));
+  CHECK(start({"--config", "plant.toml", "--set", "module.enabled=true"}, without)
+            .config.networks.at(0)
+            .module.enabled);
 }
 
 TEST_CASE("--slcan is an address") {

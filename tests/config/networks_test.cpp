@@ -174,11 +174,11 @@ TEST_CASE("as many networks as there are unit IDs") {
 }
 
 TEST_CASE("behind --network N options are about network N, before it about network 1") {
-  const Start typed =
-      start({"--node-id=100", "--node=5=a.eds", "--network=2", "--node-id=101", "--node=5=b.eds",
-             "--name=5=Two", "--can=socketcan:can1", "--log=two.log",
-             "--fault=bus:frame-loss probability=0.5", "--network=3", "--no-module", "--slcan=:0",
-             "--network=1", "--name=5=One", "--network=2", "--sdo-timeout=7", "--verbose", "--seed=9"});
+  const Start typed = start(
+      {"--set=module.node_id=100", "--node=5=a.eds", "--network=2", "--set=module.node_id=101",
+       "--node=5=b.eds", "--set=node.5.name=Two", "--can=socketcan:can1", "--log=two.log",
+       "--fault=bus:frame-loss probability=0.5", "--network=3", "--no-module", "--slcan=:0", "--network=1",
+       "--set=network.1.node.5.name=One", "--network=2", "--sdo-timeout=7", "--verbose", "--seed=9"});
   REQUIRE(typed.err == "");
   REQUIRE(typed.config.networks.size() == 3);
   const NetworkConfig& first = typed.config.networks[0];
@@ -223,21 +223,22 @@ TEST_CASE("networks may be typed in any order, without gaps") {
   CHECK(
       start({"--network", "3", "--node", "5=a", "--network", "2", "--node", "5=a"}).config.networks.size() ==
       3);
-  refused({"--network", "3", "--node-id", "300"},
+  refused({"--network", "3", "--set", "module.node_id=300"},
           "--network 3: there is no network 2; networks have no gaps");
   for (const char* wrong : {"0", "248", "-1", "two", ""}) {
     INFO(wrong);
-    CHECK(refusal({"--network", wrong, "--node-id", "5"}) ==
+    CHECK(refusal({"--network", wrong, "--set", "module.node_id=5"}) ==
           "cbcan-sim: --network " + std::string(wrong) + ": must be 1..247\n" + kHint);
   }
-  refused({"--network"}, "--network: needs an argument");
+  refused({"--network"}, "--network: needs an argument, N");
   refused({"--netwrok", "2"}, "--netwrok: no such option; did you mean --network?");
 }
 
 TEST_CASE("mistakes behind --network name the network") {
-  refused({"--network", "2", "--node-id", "300"}, "--node-id 300: network 2: must be 1..127");
-  refused({"--node", "5=a", "--network", "2", "--name", "5=x"},
-          "--name 5=x: network 2: there is no node 5; add --node 5=FILE.eds");
+  refused({"--network", "2", "--set", "module.node_id=300"},
+          "--set module.node_id=300: network 2: module.node_id 300: must be 1..127");
+  refused({"--node", "5=a", "--network", "2", "--set", "node.5.name=x"},
+          "--set node.5.name=x: network 2: there is no node 5; add --node 5=FILE.eds");
   refused(
       {"--network", "2", "--node", "5=a", "--node", "5=b"},
       "--node 5=b: network 2: node 5: already at --node 5=a; every node on the bus needs an ID of its own");
@@ -252,9 +253,10 @@ TEST_CASE("mistakes behind --network name the network") {
 }
 
 TEST_CASE("an option once for each network, one for all networks once") {
-  CHECK(start({"--node-id", "1", "--network", "2", "--node-id", "2"}).run);
-  refused({"--network", "2", "--node-id", "1", "--node-id", "2"}, "--node-id: network 2: is given twice");
-  refused({"--node-id", "1", "--network", "1", "--node-id", "2"}, "--node-id: is given twice");
+  CHECK(start({"--sdo-timeout", "1", "--network", "2", "--sdo-timeout", "2"}).run);
+  refused({"--network", "2", "--sdo-timeout", "1", "--sdo-timeout", "2"},
+          "--sdo-timeout: network 2: is given twice");
+  refused({"--sdo-timeout", "1", "--network", "1", "--sdo-timeout", "2"}, "--sdo-timeout: is given twice");
   refused({"--seed", "1", "--network", "2", "--seed", "2"}, "--seed: is given twice");
 }
 

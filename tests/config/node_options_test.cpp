@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// --node, --name, --heartbeat, --object, --signal, --fault and the other twins of [[node]].
+// --node, --set, --fault and --wire.
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
@@ -58,88 +58,136 @@ TEST_CASE("--node gives a node of the plant another EDS file and nothing else") 
   CHECK(both.config.networks.at(0).nodes[1].id == 6);
 }
 
-TEST_CASE("names, heartbeats and objects, of the plant's nodes and of new ones, in any order") {
-  const Start both = with_plant({"--name", "6=Pump = 2", "--heartbeat", "6=250", "--object", "6:0x2002:1=1.5",
-                                 "--node", "6=b.eds", "--name", "5=Big valve"});
+TEST_CASE("keys of nodes by --set, of the plant's and of new ones, in any order") {
+  const Start both = with_plant({"--set", "node.6.name=Pump = 2", "--set", "node.0x06.heartbeat_ms=250",
+                                 "--set", "node.6.objects+={index = 0x2002, sub = 1, value = 1.5}", "--node",
+                                 "6=b.eds", "--set", "node.5.name=Big valve"});
   REQUIRE(both.err == "");
   CHECK(both.config.networks.at(0).nodes.at(0).name == "Big valve");
+  CHECK(both.config.networks.at(0).nodes.at(0).place == Place{"plant.toml", 1});
   const NodeConfig& pump = both.config.networks.at(0).nodes.at(1);
   CHECK(pump.name == "Pump = 2");
-  CHECK(pump.objects == std::vector<InitialValue>{{0x1017, 0, std::int64_t{250}, {"--heartbeat 6=250"}},
-                                                  {0x2002, 1, 1.5, {"--object 6:0x2002:1=1.5"}}});
+  CHECK(pump.objects ==
+        std::vector<InitialValue>{
+            {0x1017, 0, std::int64_t{250}, {"--set node.0x06.heartbeat_ms=250"}},
+            {0x2002, 1, 1.5, {"--set node.6.objects+={index = 0x2002, sub = 1, value = 1.5}"}}});
 }
 
 TEST_CASE("an object of the command line takes the place of the plant's") {
-  const Start both = with_plant({"--object", "5:0x2001=7", "--heartbeat", "5=0"});
+  const Start both =
+      with_plant({"--set", "node.5.objects+={index=0x2001,value=7}", "--set", "node.5.heartbeat_ms=0"});
   REQUIRE(both.err == "");
   CHECK(both.config.networks.at(0).nodes.at(0).objects ==
-        std::vector<InitialValue>{{0x2001, 1, std::int64_t{2}, {"plant.toml", 6}},
-                                  {0x1017, 0, std::int64_t{0}, {"--heartbeat 5=0"}},
-                                  {0x2001, 0, std::int64_t{7}, {"--object 5:0x2001=7"}}});
+        std::vector<InitialValue>{
+            {0x2001, 1, std::int64_t{2}, {"plant.toml", 6}},
+            {0x2001, 0, std::int64_t{7}, {"--set node.5.objects+={index=0x2001,value=7}"}},
+            {0x1017, 0, std::int64_t{0}, {"--set node.5.heartbeat_ms=0"}}});
 }
 
-TEST_CASE("values of all kinds") {
-  const Start made = start({"--node", "5=a.eds", "--object", "5:0x2001:0=-3", "--object", "5:0x2002:0=true",
-                            "--object", "5:0x2003:0=hex:01 FF", "--object", "5:0x2004:0=Valve 5", "--object",
-                            "5:0x2005:0=\"5\"", "--object", "5:0x2006:0="});
+TEST_CASE("--set adds whole nodes, wires and faults") {
+  const Start made =
+      start({"--set", "node+={id = 5, eds = \"a.eds\"}", "--set",
+             "wire+={from = \"5:output:1\", to = \"5:0x2001\", scale = 2}", "--set",
+             "can.faults+={kind = \"frame-late\"}", "--set", "node.5.faults+={kind=\"silent\"}"});
   REQUIRE(made.err == "");
-  std::vector<Value> values;
-  for (const InitialValue& object : made.config.networks.at(0).nodes.at(0).objects)
-    values.push_back(object.value);
-  CHECK((values == std::vector<Value>{std::int64_t{-3}, true, Bytes{1, 255}, "Valve 5"s, "5"s, ""s}));
+  CHECK(made.config.networks.at(0).nodes.at(0).eds == "a.eds");
+  CHECK(made.config.wires.at(0).transfer.scale == 2);
+  CHECK(made.config.networks.at(0).can.faults.size() == 1);
+  CHECK(made.config.networks.at(0).nodes.at(0).faults.size() == 1);
 }
 
 TEST_CASE("node options that are wrong") {
   refused(start({"--node", "a.eds"}), "--node a.eds: must be ID=FILE, such as 5=io_module.eds");
   refused(start({"--node", "300=a.eds"}), "--node 300=a.eds: id \"300\": must be 1..127");
   refused(start({"--node", "5="}), "--node 5=: eds \"\": must be the path of an EDS or DCF file");
-  refused(with_plant({"--name", "Valve"}), "--name Valve: must be ID=TEXT");
-  refused(with_plant({"--name", "6=Valve"}), "--name 6=Valve: there is no node 6; add --node 6=FILE.eds");
-  refused(with_plant({"--heartbeat", "5=1s"}),
-          "--heartbeat 5=1s: heartbeat_ms \"1s\": must be an integer, 0..65535 ms, 0 = none");
-  refused(with_plant({"--object", "5:0x2001"}),
-          "--object 5:0x2001: must be ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1");
-  refused(with_plant({"--object", "5=1"}), "--object 5=1: must be ID:INDEX:SUB=VALUE, such as 5:0x2001:0=1");
-  refused(with_plant({"--object", "5:x2001:0=1"}),
-          "--object 5:x2001:0=1: index \"x2001\": must be an integer, 0x0001..0xFFFF");
-  refused(with_plant({"--object", "5:0x2001:256=1"}), "--object 5:0x2001:256=1: sub \"256\": must be 0..255");
-  refused(with_plant({"--object", "9:0x2001:0=1"}),
-          "--object 9:0x2001:0=1: there is no node 9; add --node 9=FILE.eds");
-  refused(with_plant({"--object", "5:0x2001:0=hex:0"}),
-          "--object 5:0x2001:0=hex:0: value \"hex:0\": must be pairs of hex digits after hex:, such as "
-          "\"hex:01 02 FF\"");
+  refused(with_plant({"--set", "node.name=Valve"}),
+          "--set node.name=Valve: there is no node name; add --node name=FILE.eds");
+  refused(with_plant({"--set", "node.6.name=Valve"}),
+          "--set node.6.name=Valve: there is no node 6; add --node 6=FILE.eds");
+  refused(with_plant({"--set", "node.5=1"}),
+          "--set node.5=1: must be node.ID.KEY, such as node.5.heartbeat_ms");
+  refused(
+      with_plant({"--set", "node.5.heartbeat_ms=1s"}),
+      "--set node.5.heartbeat_ms=1s: node.heartbeat_ms \"1s\": must be an integer, 0..65535 ms, 0 = none");
+  refused(with_plant({"--set", "node.5.hearbeat_ms=1"}),
+          "--set node.5.hearbeat_ms=1: node.hearbeat_ms: no such key; did you mean node.heartbeat_ms?");
+  refused(with_plant({"--set", "node.5.objects=1"}),
+          "--set node.5.objects=1: node.objects: must be a list; write objects = [{ index = 0x2001, sub = 0, "
+          "value = 1 }]");
+  refused(
+      with_plant({"--set", "node.5.objects+=1"}),
+      "--set node.5.objects+=1: node.objects: must be a list; write objects = [{ index = 0x2001, sub = 0, "
+      "value = 1 }]");
+  refused(with_plant({"--set", "node.5.objects+={index=0x2001,sub=256,value=1}"}),
+          "--set node.5.objects+={index=0x2001,sub=256,value=1}: node.objects.sub 256: must be 0..255");
+  refused(with_plant({"--set", "node.5.objects+={index=0x2001}"}),
+          "--set node.5.objects+={index=0x2001}: node.objects.value: is missing; add value = 1");
+  refused(with_plant({"--set", "node.5.objects+={index=0x2001,value=\"hex:0\"}"}),
+          "--set node.5.objects+={index=0x2001,value=\"hex:0\"}: node.objects.value \"hex:0\": must be pairs "
+          "of hex digits after hex:, such as \"hex:01 02 FF\"");
+  refused(
+      with_plant({"--set", "node.5.objects+={index=0x2001,value=1"}),
+      "--set node.5.objects+={index=0x2001,value=1: TOML syntax: inline table: saw ']', expected a comma");
+}
+
+TEST_CASE("--set that is wrong") {
+  const std::string form =
+      ": must be PATH=VALUE, such as can.bit_rate=125000; docs/plant-file.md has the keys";
+  refused(with_plant({"--set", "can.bit_rate"}), "--set can.bit_rate" + form);
+  refused(with_plant({"--set", "=1"}), "--set =1" + form);
+  refused(with_plant({"--set", "can.bitrate=1"}),
+          "--set can.bitrate=1: can.bitrate: no such key; did you mean can.bit_rate?");
+  refused(with_plant({"--set", "can=1"}), "--set can=1: can: must be a table; write [can]");
+  refused(with_plant({"--set", "network.2.can.bit_rate=0"}),
+          "--set network.2.can.bit_rate=0: there is no network 2; there are 1..1");
+  refused(with_plant({"--set", "network.1=0"}),
+          "--set network.1=0: must be network.N.TABLE.KEY, such as network.2.can.bit_rate");
+  CHECK_FALSE(with_plant({"--set", "a b=1"}).run);
+  CHECK_FALSE(with_plant({"--set", "can.bit_rate=1\nb=2"}).run);
+}
+
+TEST_CASE("values that only look like something else") {
+  const Start made =
+      with_plant({"--set", "node.5.name=5", "--set", "log.file=true", "--set", "can.slcan=unix:a b"});
+  REQUIRE(made.err == "");
+  CHECK(made.config.networks.at(0).nodes.at(0).name == "5");
+  CHECK(made.config.networks.at(0).log == "true");
+  CHECK(made.config.networks.at(0).can.slcan == "unix:a b");
 }
 
 TEST_CASE("the same thing twice on the command line") {
   refused(start({"--node", "5=a.eds", "--node", "5=b.eds"}),
           "--node 5=b.eds: node 5: already at --node 5=a.eds; every node on the bus needs an ID of its own");
-  refused(with_plant({"--object", "5:0x2001=1", "--object", "5:0x2001:0=2"}),
-          "--object 5:0x2001:0=2: node 5: object 2001h:00 is already set at --object 5:0x2001=1; remove one "
-          "of the two");
+  refused(with_plant({"--set", "node.5.objects+={index=0x2001,value=1}", "--set",
+                      "node.5.objects+={index=0x2001,value=2}"}),
+          "--set node.5.objects+={index=0x2001,value=2}: node 5: object 2001h:00 is already set at --set "
+          "node.5.objects+={index=0x2001,value=1}; remove one of the two");
+  CHECK(with_plant({"--set", "can.bit_rate=125000", "--set", "can.bit_rate=250000"})
+            .config.networks.at(0)
+            .can.bit_rate == 250'000);
 }
 
 TEST_CASE("what a node is, on the command line") {
-  const Start both = with_plant({"--device", "5=cia401", "--parameters", "5=dir/a=b.params", "--lss",
-                                 "5=true", "--time-period", "5=250"});
+  const Start both = with_plant({"--set", "node.5.device=cia401", "--set", "node.5.parameters=dir/a=b.params",
+                                 "--set", "node.5.lss=true"});
   REQUIRE(both.err == "");
   const NodeConfig& node = both.config.networks.at(0).nodes.at(0);
   CHECK(node.device == "cia401");
   CHECK(node.parameters == "dir/a=b.params");
   CHECK(node.lss);
-  CHECK(node.time_period == 250'000);
   CHECK(node.name == "Valve");
-  CHECK(node.place == Place{"plant.toml", 1});
-  refused(with_plant({"--device", "5=valve"}),
-          "--device 5=valve: device \"valve\": must be none, cia401, cia402, cia404, or the path of a Lua "
-          "script, FILE.lua");
-  refused(with_plant({"--lss", "5"}), "--lss 5: must be ID=BOOL");
-  refused(with_plant({"--lss", "5=yes"}), "--lss 5=yes: lss \"yes\": must be true or false");
+  refused(
+      with_plant({"--set", "node.5.device=valve"}),
+      "--set node.5.device=valve: node.device \"valve\": must be none, cia401, cia402, cia404, or the path "
+      "of a Lua script, FILE.lua");
+  refused(with_plant({"--set", "node.5.lss=yes"}),
+          "--set node.5.lss=yes: node.lss \"yes\": must be true or false");
 }
 
 TEST_CASE("wires and what a drive moves, on the command line") {
   const Start both =
       with_plant({"--wire", "5:output:3=5:0x2001 scale=2.5 delay_ms=20", "--wire", "5:0x2001.1=#1:input:9",
-                  "--axis", "5:inertia_kgcm2=10", "--axis", "5:friction_mnm=50"});
+                  "--set", "node.5.axis.inertia_kgcm2=10", "--set", "node.5.axis.friction_mnm=50"});
   REQUIRE(both.err == "");
   REQUIRE(both.config.wires.size() == 2);
   CHECK(both.config.wires[0].from.terminal == cbcan::sim::Terminal{0x6200, 1, 2, true});
@@ -155,10 +203,6 @@ TEST_CASE("wires and what a drive moves, on the command line") {
           "--wire 5:1=5:2 lag=3: lag: no such key; did you mean lag_ms?");
   refused(with_plant({"--wire", "5:1=6:2"}),
           "--wire 5:1=6:2: wire 5:1 to 6:2: 6:2: there is no such node in the plant");
-  refused(with_plant({"--axis", "5"}),
-          "--axis 5: must be ID:KEY=VALUE..., such as 16:inertia_kgcm2=10 friction_mnm=50");
-  refused(with_plant({"--axis", "6:friction_mnm=50"}),
-          "--axis 6:friction_mnm=50: there is no node 6; add --node 6=FILE.eds");
 }
 
 TEST_CASE("seed and control on the command line") {
@@ -175,10 +219,12 @@ eds = "a.eds"
 signals = [{ index = 0x6401, sub = 1, shape = "constant", value = 1 },
            { index = 0x6401, sub = 2, shape = "constant", value = 2 }]
 )"}};
-  const Start both = start({"--config", "plant.toml", "--signal",
-                            "5:0x6401:1=ramp  from=-1 to=2.5 duration_ms=1000 then=repeat sample_ms=5",
-                            "--signal", "5:0x6000=replay file=dir/x.csv repeat=true"},
-                           disk);
+  const Start both = start(
+      {"--config", "plant.toml", "--set",
+       "node.5.signals+={index = 0x6401, sub = 1, shape = \"ramp\", from = -1, to = 2.5, duration_ms = 1000, "
+       "then = \"repeat\", sample_ms = 5}",
+       "--set", "node.5.signals+={index = 0x6000, shape = \"replay\", file = \"dir/x.csv\", repeat = true}"},
+      disk);
   REQUIRE(both.err == "");
   using namespace cbcan::sim;
   const auto& signals = both.config.networks.at(0).nodes.at(0).signals;
@@ -220,23 +266,16 @@ TEST_CASE("signals and faults that are wrong on the command line") {
     CHECK(line.starts_with(opening));
     return line.substr(std::min(line.size(), opening.size()));
   };
-  const std::string form =
-      "must be ID:INDEX:SUB=SHAPE KEY=VALUE..., such as 5:0x6401:1=sine amplitude=10 period_ms=60000";
-  CHECK(refused("--signal", "") == form);
-  CHECK(refused("--signal", "5:0x6401 value=1") == form);
-  CHECK(refused("--signal", "5:0x6401:1=square") ==
-        "shape \"square\": must be constant, ramp, sine, noise or replay");
-  CHECK(refused("--signal", "5:0x6401:256=constant value=1") == "sub \"256\": must be 0..255");
-  CHECK(refused("--signal", "6:0x6401=constant value=1") == "there is no node 6; add --node 6=FILE.eds");
-  CHECK(refused("--signal", "5:0x6401=constant") == "value: is missing; add value=1");
-  CHECK(refused("--signal", "5:0x6401=replay") == "file: is missing; add file=FILE.csv");
-  CHECK(refused("--signal", "5:0x6401=constant value=x") == "value \"x\": must be a number");
-  CHECK(refused("--signal", "5:0x6401=constant value=1 value=2") == "value: is given twice");
-  CHECK(refused("--signal", "5:0x6401=constant value=1 sub=2") == "sub: is given twice");
-  CHECK(refused("--signal", "5:0x6401=constant value=1 speed=2") ==
-        "speed: no such key; shape \"constant\" has index, sub, shape, value and sample_ms");
-  CHECK(refused("--signal", "5:0x6401=constant value=1 mean=2") ==
-        "mean \"2\": shape \"constant\" has index, sub, shape, value and sample_ms");
+  const auto signal = [&](const std::string& keys) {
+    return refused("--set", "node.5.signals+={index=0x6401," + keys + "}");
+  };
+  CHECK(signal("shape=\"square\"") ==
+        "node.signals.shape \"square\": must be constant, ramp, sine, noise or replay");
+  CHECK(signal("shape=\"constant\"") == "node.signals.value: is missing; add value = 1");
+  CHECK(signal("shape=\"constant\",value=\"x\"") == "node.signals.value \"x\": must be a number");
+  CHECK(signal("shape=\"constant\",value=1,speed=2").starts_with("node.signals.speed: no such key"));
+  CHECK(signal("shape=\"constant\",value=1,mean=2") ==
+        "node.signals.mean 2: shape \"constant\" has index, sub, shape, value and sample_ms");
   CHECK(refused("--fault", "silent") ==
         "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:response-late delay_ms=50");
   CHECK(refused("--fault", "6:silent") == "there is no node 6; add --node 6=FILE.eds");
@@ -245,7 +284,9 @@ TEST_CASE("signals and faults that are wrong on the command line") {
 }
 
 TEST_CASE("a signal twice on the command line") {
-  refused(with_plant({"--signal", "5:0x6401=constant value=1", "--signal", "5:0x6401:0=constant value=2"}),
-          "--signal 5:0x6401:0=constant value=2: node 5: object 6401h:00 already has a signal at --signal "
-          "5:0x6401=constant value=1; remove one of the two");
+  refused(
+      with_plant({"--set", "node.5.signals+={index=0x6401,shape=\"constant\",value=1}", "--set",
+                  "node.5.signals+={index=0x6401,shape=\"constant\",value=2}"}),
+      "--set node.5.signals+={index=0x6401,shape=\"constant\",value=2}: node 5: object 6401h:00 already has "
+      "a signal at --set node.5.signals+={index=0x6401,shape=\"constant\",value=1}; remove one of the two");
 }

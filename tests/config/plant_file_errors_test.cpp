@@ -301,7 +301,7 @@ TEST_CASE("a node ID twice") {
 
 TEST_CASE("a node with the module's ID") {
   const std::string message =
-      "this is the module's own ID; change the node's, or the module's with module.node_id or --node-id";
+      "this is the module's own ID; change the node's, or the module's with module.node_id";
   wrong_together("[[node]]\nid = 127\neds = \"a\"\n", "1: node 127: " + message);
   wrong_together("[module]\nnode_id = 3\n[[node]]\nid = 3\neds = \"a\"\n", "3: node 3: " + message);
 }

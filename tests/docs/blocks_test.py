@@ -219,7 +219,7 @@ class Pages:
 
     def on_serial_line(self, command):
         with contextlib.closing(SerialLine()) as line:
-            self.run("cbcan-sim", "--demo", "--module-parameters", "stored", "--rtu", f"{line.ends[1]},115200,E,1", "--", "sh", "-c",
+            self.run("cbcan-sim", "--demo", "--set", "module.parameters=stored", "--rtu", f"{line.ends[1]}", "--set", "rtu.baud=115200", "--set", "rtu.parity=E", "--set", f"rtu.station=1", "--", "sh", "-c",
                      command.replace("/dev/ttyACM0", line.ends[0]))
 
     def json(self, block, page):

@@ -126,7 +126,7 @@ TEST_CASE("http: where other machines reach it, POST has to be allowed") {
   const std::string refused = open.ask("POST /", "", "x");
   CHECK(status(refused) == "HTTP/1.1 403 Forbidden");
   CHECK(body(refused) == "read-only, as other machines reach 0.0.0.0:" +
-                             std::to_string(open.server.address().port) + "; --http-write allows it\n");
+                             std::to_string(open.server.address().port) + "; http.write allows it\n");
   CHECK(status(open.ask("GET /")) == "HTTP/1.1 200 OK");
   CHECK(Web({"0.0.0.0", 0}, true).server.may_write());
   CHECK(Web({"localhost", 0}).server.may_write());

@@ -252,7 +252,7 @@ class Channels(BlockTest):
         self.bad(three.set(CHANNEL=3), INTERNAL)
 
     def test_a_module_with_one_channel(self):
-        self.plc = self.start("--channels", "1", *self.options)
+        self.plc = self.start("--set", "module.channels=1", *self.options)
         any_one, second = self.blocks("SDO_READ4", 2)
         self.good(any_one.set(CHANNEL=0))
         self.bad(second.set(CHANNEL=2, TIMEOUT=100), TIMEOUT)

@@ -59,7 +59,7 @@ class Lines(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for steps in (["pass 86400s\n"], 24 * ["pass 3600s\n"]):
                 log = pathlib.Path(folder) / "bus.log"
-                self.assertEqual(run("".join(steps), "--heartbeat", "0x42=1000", "--log", str(log)).returncode, 0)
+                self.assertEqual(run("".join(steps), "--set", "node.0x42.heartbeat_ms=1000", "--log", str(log)).returncode, 0)
                 logs.append(log.read_text())
         self.assertEqual(logs[0].count(" 742#7F\n"), 86400)
         self.assertIn("(0000086400.000000) virtual 742#7F\n", logs[0])
@@ -139,7 +139,7 @@ class Standing(unittest.TestCase):
 
     def test_signals_while_time_passes(self):
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-            simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--heartbeat", "0x42=1", stdin=subprocess.PIPE, test=self)
+            simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--set", "node.0x42.heartbeat_ms=1", stdin=subprocess.PIPE, test=self)
             simulator.process.stdin.write("pass 2592000s\n")
             simulator.process.stdin.flush()
             wait_until(lambda path=simulator.log_path: path.stat().st_size > 0, "time to pass")

@@ -110,7 +110,7 @@ class Socketcand(Case):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener_of_beacons:
             listener_of_beacons.bind(("127.0.0.1", 0))
             listener_of_beacons.settimeout(LIMIT)
-            simulator = self.start("--demo", "--socketcand", "0.0.0.0:0", "--socketcand-beacon", f"127.0.0.1:{port_of(listener_of_beacons)}")
+            simulator = self.start("--demo", "--socketcand", "0.0.0.0:0", "--set", f"can.socketcand_beacon=127.0.0.1:{port_of(listener_of_beacons)}")
             port = simulator.where["socketcand"].rsplit(":", 1)[1]
             for _ in range(2):  # every 3 s
                 self.assertEqual(listener_of_beacons.recv(2048).decode(),
@@ -158,9 +158,9 @@ class WaysIn(Case):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
             free.bind(("", 0))
             spec = f"udp:239.74.163.2:{free.getsockname()[1]}"
-        simulator = self.start("--demo", "--heartbeat", "0x20=10", "--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0", "--can", spec,
+        simulator = self.start("--demo", "--set", "node.0x20.heartbeat_ms=10", "--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0", "--can", spec,
                                "--network", "2", "--slcan", f"pty:{self.folder()}/can", "--node",
-                               f"5={ROOT}/plants/demo/generic.eds", "--heartbeat", "5=10")
+                               f"5={ROOT}/plants/demo/generic.eds", "--set", "node.5.heartbeat_ms=10")
         lines = wait_until(lambda: len(simulator.errors()) >= 4 and simulator.errors(), "the ways in")
         self.assertEqual([line.split(": python3")[0] for line in lines], [f"network {door}" for door in ("1: slcan", "1: socketcand", "1: udp", "2: slcan")])
         for line in lines:
@@ -336,7 +336,7 @@ class Crowd(Case):
     def test_at_random(self):
         self.random, self.sent, self.clients = random.Random(1), 0, [None] * self.CLIENTS
         self.ids = [self.FIRST] * self.CLIENTS
-        self.simulator = self.start("--demo", "--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0", "--summary")
+        self.simulator = self.start("--demo", "--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0", "--set", "log.summary=true")
         healthy = Healthy(self.simulator.port)
         witness = Witness(self.simulator.where["slcan"])
         end = time.monotonic() + self.SECONDS

@@ -242,7 +242,7 @@ class Strangers(Http):
             self.assertEqual(self.ask("/api/control", "time", origin=origin)[0], status, origin)
 
     def test_read_only_where_others_reach_it(self):
-        for options, status in (((), 403), (("--http-write",), 200)):
+        for options, status in (((), 403), (("--set", "http.write=true",), 200)):
             simulator = Simulator(PROGRAM, "--demo", "--http", "0.0.0.0:0", *options)
             self.addCleanup(simulator.stop)
             self.http_port = int(simulator.where["http"].rsplit(":", 1)[1])

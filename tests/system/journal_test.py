@@ -143,14 +143,14 @@ class Pcap(unittest.TestCase):
         self.assertEqual([payload[14:] for payload in told if payload], heard)
 
     def test_it_is_begun_anew_at_a_size(self):
-        with Simulator(PROGRAM, "--demo", "--pcap", str(self.file), "--pcap-size", "1") as simulator, simulator.window() as window:
+        with Simulator(PROGRAM, "--demo", "--pcap", str(self.file), "--set", "log.pcap_mb=1") as simulator, simulator.window() as window:
             wait_until(lambda: window.read(0, 125) and pathlib.Path(f"{self.file}.1").exists(), "a second file")
         for file in (self.file, f"{self.file}.1"):
             self.assertLessEqual(pathlib.Path(file).stat().st_size, 1_000_000)
             self.assertEqual([line for line in self.dissect("_ws.malformed", file=file) if line != [""]], [])
 
     def test_faults_without_a_frame(self):
-        done = subprocess.run([PROGRAM, "--demo", "--modbus", ":0", "--fault", "0x42:heartbeat-stops", "--object", "0x42:0x1017=1", "--clock",
+        done = subprocess.run([PROGRAM, "--demo", "--modbus", ":0", "--fault", "0x42:heartbeat-stops", "--set", "node.0x42.objects+={index=0x1017,value=1}", "--clock",
                                "manual", "--pcap", str(self.file)], input="pass 10s\nnmt start 1\npass 1ms\n", capture_output=True, text=True,
                               timeout=LIMIT, check=False)
         self.assertEqual(done.returncode, 0)

@@ -74,7 +74,7 @@ class TwoNetworks(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
         plant = self.folder / "plant.toml"
         plant.write_text(PLANT)
-        self.simulator = Simulator(PROGRAM, "--config", str(plant), "--clock", "manual", "--summary", stdin=subprocess.PIPE, test=self)
+        self.simulator = Simulator(PROGRAM, "--config", str(plant), "--clock", "manual", "--set", "log.summary=true", stdin=subprocess.PIPE, test=self)
 
     def unit(self, number):
         client = OneUnit(self.simulator.port, number)
@@ -191,8 +191,7 @@ class WithAndWithout(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             log = pathlib.Path(folder) / "one.log"
             done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--log", str(log), "--fault",
-                                   "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5", "--heartbeat",
-                                   "66=10", "--signal", "66:0x6401:1=noise mean=100 deviation=50", *options],
+                                   "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5", "--set", "node.66.heartbeat_ms=10", "--signal", "66:0x6401:1=noise mean=100 deviation=50", *options],
                                   input="pass 2s\n", capture_output=True, text=True, timeout=LIMIT)
             self.assertEqual(done.returncode, 0, done.stderr)
             return log.read_text()
@@ -200,7 +199,7 @@ class WithAndWithout(unittest.TestCase):
     def test_a_second_network_changes_nothing_in_the_first(self):
         alone = self.run_plant()
         self.assertGreater(alone.count("\n"), 50)
-        self.assertEqual(alone, self.run_plant("--network", "2", "--node", f"66={EDS}", "--heartbeat", "66=7", "--fault",
+        self.assertEqual(alone, self.run_plant("--network", "2", "--node", f"66={EDS}", "--set", "node.66.heartbeat_ms=7", "--fault",
                                                "bus:frame-loss probability=0.2"))
 
     def test_a_plant_without_any_module_has_no_modbus_and_one_with_a_second_module_has(self):
@@ -226,8 +225,7 @@ class StoredParameters(unittest.TestCase):
         self.files = [pathlib.Path(folder.name) / name for name in ("one.par", "two.par")]
 
     def start(self):
-        simulator = Simulator(PROGRAM, "--module-parameters", str(self.files[0]), "--network", "2", "--module-parameters",
-                              str(self.files[1]), "--network", "3", log=False)
+        simulator = Simulator(PROGRAM, "--set", f"module.parameters={self.files[0]}", "--network", "2", "--set", f"module.parameters={self.files[1]}", "--network", "3", log=False)
         self.addCleanup(simulator.stop)
         return simulator
 
@@ -255,7 +253,7 @@ class StoredParameters(unittest.TestCase):
 
     def test_a_file_that_is_broken_or_cannot_be_written(self):
         self.files[0].write_text("1017 = 5\n")
-        done = subprocess.run([PROGRAM, "--module-parameters", str(self.files[0])], capture_output=True, text=True, timeout=LIMIT)
+        done = subprocess.run([PROGRAM, "--set", f"module.parameters={self.files[0]}"], capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual(done.returncode, 2)
         self.assertIn(f'{self.files[0]}:1: "1017 = 5": write INDEX:SUB = BYTES', done.stderr)
         self.files[0].write_text("1017:00 = E803\n5FFF:00 = 01\n")

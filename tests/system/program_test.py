@@ -65,7 +65,7 @@ class Starting(unittest.TestCase):
 
     def test_wrong_options(self):
         self.check_refused(run("--demo", "--sdo-timeot", "5"), 2, "--sdo-timeout")
-        self.check_refused(run("--demo", "--node-id", "128"), 2, "1..127")
+        self.check_refused(run("--demo", "--set", "module.node_id=128"), 2, "1..127")
         self.check_refused(run("--config", "/nonexistent/plant.toml"), 2, "/nonexistent/plant.toml")
 
     def test_a_folder_and_a_program_where_a_file_is_meant(self):
@@ -79,11 +79,11 @@ class Starting(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             parameters = pathlib.Path(folder, "module.txt")
             parameters.write_text("not a parameter\n")
-            for options, why in ((("--rtu", "/dev/x,9601,E,1"), "--rtu /dev/x,9601,E,1: baud \"9601\": must be 1200, 2400, 4800, 9600"),
+            for options, why in ((("--rtu", "/dev/x", "--set", "rtu.baud=9601", "--set", "rtu.parity=E", "--set", "rtu.station=1"), "--rtu /dev/x,9601,E,1: baud \"9601\": must be 1200, 2400, 4800, 9600"),
                                  (("--plc-rtu", "/dev/x,9601,E"), "baud \"9601\": must be 1200"),
                                  (("--modbus", "127.0.0.1:5000", "--control", ":5000"), "control.listen 127.0.0.1:5000: modbus.port has it already"),
-                                 (("--rtu", "/dev/x,9600,E,1", "--can", "slcan:/dev/x"), "can.spec /dev/x: rtu.device has it already"),
-                                 (("--module-parameters", str(parameters)), f"{parameters}:1: ")):
+                                 (("--rtu", "/dev/x", "--set", "rtu.baud=9600", "--set", "rtu.parity=E", "--set", "rtu.station=1", "--can", "slcan:/dev/x"), "can.spec /dev/x: rtu.device has it already"),
+                                 (("--set", f"module.parameters={parameters}"), f"{parameters}:1: ")):
                 with self.subTest(options=options):
                     self.check_refused(run("--check", "--demo", *options), 2, why)
 
@@ -102,7 +102,7 @@ class Starting(unittest.TestCase):
     def test_files_without_an_end(self):
         modbus = ("--modbus", "127.0.0.1:0")
         self.check_refused(run("--config", "/dev/zero", *modbus), 2, "cbcan-sim: /dev/zero: more than 16 MiB; ")
-        self.check_refused(run("--demo", "--parameters", "0x42=/dev/full", *modbus), 2, "cbcan-sim: /dev/full: more than 16 MiB; ")
+        self.check_refused(run("--demo", "--set", "node.0x42.parameters=/dev/full", *modbus), 2, "cbcan-sim: /dev/full: more than 16 MiB; ")
 
     def test_plant_file_made_to_hurt_the_parser(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -199,7 +199,7 @@ class Diagnostics(unittest.TestCase):
             self.assertEqual(plc.read(first, len(words)), words, first)
 
     def test_what_can_be_known(self):
-        with Simulator(PROGRAM, "--demo", "--clock", "manual", "--control", "127.0.0.1:0", "--rtu-tcp", "127.0.0.1:0",
+        with Simulator(PROGRAM, "--demo", "--clock", "manual", "--control", "127.0.0.1:0", "--set", "rtu.listen=127.0.0.1:0",
                        stdin=subprocess.PIPE) as simulator, simulator.window() as plc:
             host, port = simulator.where["control"].split(":")
             with socket.create_connection((host, int(port)), timeout=LIMIT) as control, control.makefile("rw") as lines:
@@ -240,11 +240,11 @@ class Diagnostics(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stdout)
 
     def test_the_result_after_a_start(self):
-        for options, result in (((), 0), (("--start-result", "5"), 5)):
+        for options, result in (((), 0), (("--set", "module.start_result=5"), 5)):
             with Simulator(PROGRAM, "--demo", *options) as simulator, simulator.window() as plc:
                 self.assertEqual(plc.read(3700, 70), [result] + [0] * 69)
                 self.assertEqual(plc.execute(READ, 0x42, 0x1000, 0, 4), 0)
-        self.assertIn("--start-result 4: must be 0, or 5: the module has started", run("--start-result", "4").stderr)
+        self.assertIn("--start-result 4: must be 0, or 5: the module has started", run("--set", "module.start_result=4").stderr)
 
 
 class Ending(unittest.TestCase):

@@ -64,7 +64,7 @@ class OnALine(unittest.TestCase):
             self.assertEqual(window.read(3706, 1), [77])
 
     def test_the_next_networks_are_the_next_stations(self):
-        simulator = self.start("--network", "2", "--node-id", "9")
+        simulator = self.start("--network", "2", "--set", "module.node_id=9")
         with simulator.window(2) as window:
             self.mbpoll("-r", "3700", ["51726", "5055", "0", "12289", "0", "1"], station=2)  # 3001h: the own node ID
             self.assertEqual((window.result(), window.read(3706, 1)), (0, [9]))
@@ -89,7 +89,7 @@ class AtTheOtherEnd(unittest.TestCase):
         link = pathlib.Path(folder.name) / "line"
         master, slave, name = self.open()
         link.symlink_to(name)
-        with Simulator(PROGRAM, "--demo", "--rtu", f"{link},115200") as simulator:
+        with Simulator(PROGRAM, "--demo", "--rtu", f"{link}", "--set", "rtu.baud=115200") as simulator:
             os.write(master, frame("010310150001"))
             self.assertEqual(os.read(master, 100), frame("0103020000"))
             link.unlink()  # its number may be another test's soon
@@ -116,7 +116,7 @@ class AtTheOtherEnd(unittest.TestCase):
 
         self.assertEqual(refused("--rtu", "/dev/null"), (3, "cbcan-sim: rtu /dev/null: no serial port; write the path of one, such as /dev/ttyUSB0"))
         self.assertEqual(refused("--rtu", "/dev/none"), (3, "cbcan-sim: rtu /dev/none: no such device: plug the adapter in, or write another path"))
-        self.assertEqual(refused("--rtu", "/dev/null,20000"),
+        self.assertEqual(refused("--rtu", "/dev/null", "--set", "rtu.baud=20000"),
                          (2, 'cbcan-sim: --rtu /dev/null,20000: baud "20000": must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200'))
         self.assertEqual(refused("--rtu", "/dev/null,9600,X"), (2, 'cbcan-sim: --rtu /dev/null,9600,X: parity "X": must be E, O or N'))
         self.assertEqual(refused("--rtu", "/dev/null,9600,N,1,2"),
@@ -125,7 +125,7 @@ class AtTheOtherEnd(unittest.TestCase):
 
 class OverTcp(unittest.TestCase):
     def setUp(self):
-        self.simulator = Simulator(PROGRAM, "--demo", "--rtu-tcp", "127.0.0.1:0", test=self)
+        self.simulator = Simulator(PROGRAM, "--demo", "--set", "rtu.listen=127.0.0.1:0", test=self)
         self.port = int(self.simulator.where["rtu_tcp"].rsplit(":", 1)[1])
 
     def test_pymodbus(self):

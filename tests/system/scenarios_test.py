@@ -156,7 +156,7 @@ class FromOutside(unittest.TestCase):
             self.assertEqual(run(scenario).stdout, f"passed {scenario}: 1.250000 s\n1 passed\n")
             (pathlib.Path(folder) / "bus.log").write_text("(1436509052.500000) can0 000#0142\n(1436509051.750000) can0 642#\n")
             self.assertIn(f"can.replay: {folder}/bus.log:2: not a line of candump -L, or earlier than the one before\n", run(scenario).stdout)
-            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--replay", "none.log"], input="",
+            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--set", "can.replay=none.log"], input="",
                                   capture_output=True, text=True, timeout=LIMIT)
             self.assertEqual((done.returncode, done.stderr), (2, "can.replay: none.log: cannot be read\n"))
 

@@ -228,8 +228,8 @@ class OwnInterface(unittest.TestCase):
         for name in (self.NAME, other):
             subprocess.run(["ip", "link", "add", "dev", name, "type", "vcan"], check=True)
             ip_link("up", interface=name)
-        simulator = Simulator(PROGRAM, "--can", f"socketcan:{self.NAME}", "--node", f"5={EDS}", "--object", "5:0x2002=1", "--network",
-                              "2", "--can", f"socketcan:{other}", "--node", f"5={EDS}", "--object", "5:0x2002=2", test=self)
+        simulator = Simulator(PROGRAM, "--can", f"socketcan:{self.NAME}", "--node", f"5={EDS}", "--set", "node.5.objects+={index=0x2002,value=1}", "--network",
+                              "2", "--can", f"socketcan:{other}", "--node", f"5={EDS}", "--set", "node.5.objects+={index=0x2002,value=2}", test=self)
         self.assertEqual([simulator.where["can"], simulator.where["2/can"]], [f"socketcan:{self.NAME}", f"socketcan:{other}"])
         for unit in (1, 2):
             with simulator.window(unit) as window:

@@ -177,7 +177,7 @@ class ManyNodes(Nodes):
 
 
 class OneChannel(Nodes):
-    options = ("--channels", "1")
+    options = ("--set", "module.channels=1")
 
     def test_the_same_by_r3700(self):
         done = self.run_ctl("scan", "--timeout", "5")

@@ -35,7 +35,7 @@ class Station:
     def __init__(self, number=1):
         self.line = SerialLine()
         self.device = self.line.ends[1]
-        self.simulator = Simulator(CBCAN_SIM, "--rtu", f"{self.line.ends[0]},115200,N,{number}")
+        self.simulator = Simulator(CBCAN_SIM, "--rtu", f"{self.line.ends[0]}", "--set", "rtu.baud=115200", "--set", "rtu.parity=N", "--set", f"rtu.station={number}")
 
     def stop(self):
         self.simulator.stop()

@@ -237,7 +237,7 @@ std::string HttpServer::refusal(const adapters::HttpRequest& request, const std:
     return "Host is " + name + ": use the address of this machine";
   if (!origin.empty() && origin != "http://" + host) return "pages of " + origin + " may not ask here";
   if (request.method == "POST" && !may_write_)
-    return "read-only, as other machines reach " + to_string(address()) + "; --http-write allows it";
+    return "read-only, as other machines reach " + to_string(address()) + "; http.write allows it";
   return {};
 }
 
