@@ -96,7 +96,7 @@ TEST_CASE("--rtu and --plc, and what else there is of them by --set") {
                             "--set",     "plc.baud=57600",
                             "--set",     "network.2.plc.unit=3",
                             "--set",     "plc.process_first=0"});
-  REQUIRE(made.err == "");
+  REQUIRE(made.run);
   CHECK(made.config.rtu == RtuConfig{{"/dev/ttyS1", 9600, "N"}, 7, ""});
   CHECK(made.config.networks.at(0).plc ==
         PlcConfig{"plc:502", {}, 2, PlcLayout::kScanner, 1024, std::nullopt, 50});

@@ -137,41 +137,6 @@ TEST_CASE("the reference names no option that does not exist") {
   }
 }
 
-TEST_CASE("the reference's command line makes the same node as its example") {
-  const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(0));
-  const Start typed = start({"--node", "5=../devices/valve.dcf", "--object", "5:0x2001=17", "--object",
-                             "5:0x2010:1=-1.5", "--object", "5:0x2011=Valve 5, boiler room", "--object",
-                             "5:0x2012=hex:01 02 FF", "--object", "5:0x2013=true"});
-  const NodeConfig& in_file = plant.config.networks.at(0).nodes.at(1);
-  const NodeConfig& on_line = typed.config.networks.at(0).nodes.at(0);
-  CHECK(in_file.id == on_line.id);
-  CHECK(in_file.eds == on_line.eds);
-  REQUIRE(in_file.objects.size() == on_line.objects.size());
-  for (std::size_t i = 0; i < in_file.objects.size(); ++i) {
-    CHECK(in_file.objects[i].index == on_line.objects[i].index);
-    CHECK(in_file.objects[i].sub == on_line.objects[i].sub);
-    CHECK((in_file.objects[i].value == on_line.objects[i].value));
-  }
-}
-
-TEST_CASE("the reference's signals and faults are the same on the command line") {
-  const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(1));
-  const Start typed = start(
-      {"--node", "5=io_module.eds", "--signal", "5:0x6401:1=sine mean=1000 amplitude=200 period_ms=60000",
-       "--signal", "5:0x6401:2=noise mean=512 deviation=1.5 sample_ms=100", "--signal",
-       "5:0x6000:1=constant value=0x81", "--fault", "bus:frame-loss probability=0.001"});
-  REQUIRE(plant.errors == Lines{});
-  REQUIRE(typed.err == "");
-  const auto& in_file = plant.config.networks.at(0).nodes.at(0).signals;
-  const auto& on_line = typed.config.networks.at(0).nodes.at(0).signals;
-  CHECK(on_line.at(0).signal == in_file.at(0).signal);
-  CHECK(on_line.at(1).signal == in_file.at(1).signal);
-  CHECK(on_line.at(2).signal == in_file.at(2).signal);
-  CHECK(typed.config.networks.at(0).can.faults.at(0).fault ==
-        plant.config.networks.at(0).can.faults.at(0).fault);
-  CHECK(start({"--demo", "--fault", "1:response-late delay_ms=50 count=1"}).err == "");
-}
-
 TEST_CASE("the reference's networks are the same on the command line") {
   const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(3));
   const Start typed = start({"--modbus",   ":502",       "--can",         "socketcan:can0",
