@@ -30,7 +30,7 @@ constexpr auto kRows = std::to_array<Row>({
     {.key = "plant.demo", .option = kDemoOption,
      .help = "The built-in plant: an I/O module (node 42h = 66), two pressure transducers (1, 2), a drive (10h = 16), "
              "a generic node (20h = 32)"},
-    {.key = "plant.config", .option = "--config FILE", .help = "A plant file in TOML; docs/plant-file.md explains it"},
+    {.key = "plant.config", .option = "--config FILE", .help = "A plant file in TOML; docs/reference/plant-file.md explains it"},
     {.key = "plant.check", .option = "--check",
      .help = "Reads plant and EDS files, says what is wrong with them, and ends: exit code 0 or 2"},
     {.key = "network.number", .option = "--network N",
@@ -43,9 +43,9 @@ constexpr auto kRows = std::to_array<Row>({
     {.option = "--object ID:INDEX:SUB=VALUE", .help = "A value at power-on; without a SUB ID:INDEX=VALUE"},
     {.option = "--signal ID:INDEX:SUB=SHAPE KEY=VALUE...",
      .help = "An input of the node gets values over time; all of it one argument: --signal \"5:0x6401:1=sine "
-             "amplitude=50 period_ms=60000\". Keys in brackets have defaults; docs/plant-file.md explains them"},
+             "amplitude=50 period_ms=60000\". Keys in brackets have defaults; docs/reference/plant-file.md explains them"},
     {.option = "--fault ID:KIND KEY=VALUE...",
-     .help = "A fault of the node, one argument: --fault \"5:response-late delay_ms=50 count=1\"; docs/faults.md lists "
+     .help = "A fault of the node, one argument: --fault \"5:response-late delay_ms=50 count=1\"; docs/reference/faults.md lists "
              "kinds and keys"},
     {.option = "--axis ID:KEY=VALUE...",
      .help = "What a drive moves, one argument: --axis \"16:inertia_kgcm2=10 friction_mnm=50\""},

@@ -62,7 +62,8 @@ constexpr std::array kRunRows{
 };
 // clang-format on
 
-constexpr std::string_view kRunOpening = R"(cbcan-sim run: plays scenarios; docs/scenarios.md explains them
+constexpr std::string_view kRunOpening =
+    R"(cbcan-sim run: plays scenarios; docs/reference/scenarios.md explains them
 
 Usage:  cbcan-sim run [OPTION...] FILE|FOLDER...
 

@@ -178,7 +178,7 @@ const std::array kNode{
     node<&NodeConfig::device>({
         .key = "node.device", .option = "--device ID=NAME",
         .help = "What the node is and does; without it the profile number in its object 1000h decides",
-        .more = "See [devices.md](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
+        .more = "See [devices](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
         .check = check_device}),
     node<&NodeConfig::parameters>({
         .key = "node.parameters", .option = "--parameters ID=FILE",

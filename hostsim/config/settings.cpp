@@ -160,7 +160,7 @@ constexpr std::array kPlant{
         .more = "The same plant with the same seed is the same every time."}),
     plant<&Config::control>({
         .key = "control.listen", .option = "--control ADDRESS", .help = "Where commands are served; \"help\" lists them",
-        .more = "They are lines of text that read and change the plant while it runs, see [control.md](control.md). With port 0 "
+        .more = "They are lines of text that read and change the plant while it runs, see [commands](commands.md). With port 0 "
                 "the `ready` line tells the one that was found, as `control=HOST:PORT`. Anybody who reaches the address can "
                 "give commands.",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
@@ -186,7 +186,7 @@ constexpr std::array kPlant{
         .high = 1'000'000, .unit = " MB, 0 = never"}),
     plant<&Config::http, &HttpConfig::listen>({
         .key = "http.listen", .option = "--http HOST:PORT", .help = "Where the HTTP interface is served",
-        .more = "See [http.md](http.md). With port 0 the `ready` line tells the one that was found, as `http=HOST:PORT`.",
+        .more = "See [HTTP](http.md). With port 0 the `ready` line tells the one that was found, as `http=HOST:PORT`.",
         .domain = "HOST:PORT", .check = check_http_address}),
     plant<&Config::http, &HttpConfig::write>({
         .key = "http.write", .option = "--http-write",
@@ -218,7 +218,7 @@ constexpr std::array kNetwork{
     module<&ModuleConfig::scanner_out_first>({
         .key = "module.scanner_out_first", .option = "--scanner-out-first R",
         .help = "The first of the 70 registers of the scanner window that the PLC writes",
-        .more = "See [scanner.md](scanner.md).", .high = 4098}),
+        .more = "See [scanner window](../how-to/scanner.md).", .high = 4098}),
     module<&ModuleConfig::scanner_in_first>({
         .key = "module.scanner_in_first", .option = "--scanner-in-first R",
         .help = "The first of the 68 registers of the scanner window that the PLC reads",
@@ -237,7 +237,7 @@ constexpr std::array kNetwork{
     module<&ModuleConfig::start_result>({
         .key = "module.start_result", .option = "--start-result N",
         .help = "R3700 after a start: 5 tells programs that read R3700 alone that what was under way has no result",
-        .more = "Others compare R3701..R3704 with their request: after a start these are 0. See [contract.md](contract.md#one-transaction).",
+        .more = "Others compare R3701..R3704 with their request: after a start these are 0. See [contract](contract.md#one-transaction).",
         .high = 5, .domain = "0 or 5", .check = check_start_result}),
     module<&ModuleConfig::parameters>({
         .key = "module.parameters", .option = "--module-parameters FILE",
@@ -252,7 +252,7 @@ constexpr std::array kNetwork{
         .more = "In the file that is `enabled = false`."}),
     plc<&PlcConfig::address>({
         .key = "plc.address", .help = "A PLC that owns the registers: the module is the Modbus client that comes and gets them",
-        .more = "See [plc.md](plc.md). A name is looked up once, at the start.", .form = Form::kText, .domain = "HOST:PORT",
+        .more = "See [a PLC that owns the registers](../how-to/plc-owns-registers.md). A name is looked up once, at the start.", .form = Form::kText, .domain = "HOST:PORT",
         .check = check_plc_address}),
     plc<&PlcConfig::unit>({.key = "plc.unit", .help = "The PLC's unit ID or station address"}),
     plc<&PlcConfig::first>({

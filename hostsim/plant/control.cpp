@@ -139,14 +139,14 @@ std::span<const Execution::Command> Execution::commands() {
        "It is rounded, and limited to what the object can hold, as one from a signal of the plant file. Objects that "
        "are no input of the device are set as they are, from 2000h on."}},
       {3, 3, &Execution::incident, {"incident NODE NAME on|off", "Something happens to the device, or is over",
-       "[devices.md](devices.md) lists the names of each device."}},
+       "[devices](devices.md) lists the names of each device."}},
       {1, 1, &Execution::reload, {"reload NODE", "Reads the Lua script that is the node's device again, and begins it anew",
        "Objects keep their values. Where the script is wrong, the old one stays."}},
       {2, 2, &Execution::power, {"power NODE|all on|off", "Cuts the power of a node, or gives it some: a cold start",
        "Stored parameters and a stored node ID are kept, signals begin again, faults and incidents stay. `2/all` are those of "
        "network 2."}},
       {2, kAnyNumber, &Execution::fault, {"fault NODE|bus KIND [KEY=VALUE ...]", "Injects a fault; the response is its number",
-       "[faults.md](faults.md) lists kinds and keys."}},
+       "[faults](faults.md) lists kinds and keys."}},
       {0, 1, &Execution::list_faults, {"faults [NODE|bus]", "Lists the faults that are set",
        "A line each, with how often it has happened; 1,000 at most, and then how many more there are."}},
       {0, 2, &Execution::clear, {"clear [NODE|bus [NUMBER]]",

@@ -35,7 +35,7 @@ constexpr auto kKeys = std::to_array<Key>({
     {{.key = "after", .help = "Time passes until the step before is done for so long", .domain = kDuration}, &Step::after},
     {{.key = "every", .help = "What `do` has is done now, or at `at` or `after`, and from then on again and again to the end, while "
                               "the steps below go on", .domain = kDuration}, &Step::every},
-    {{.key = "do", .help = "Commands, see [control.md](control.md), in this order", .domain = kLines}, &Step::commands},
+    {{.key = "do", .help = "Commands, see [commands](commands.md), in this order", .domain = kLines}, &Step::commands},
     {{.key = "wait", .help = "Conditions; time passes until each has held once, in this order", .domain = kLines}, &Step::waits},
     {{.key = "within", .help = "The most that each of them may take; 60 s unless set", .domain = kDuration}, &Step::within},
     {{.key = "expect", .help = "Conditions that hold now, at the end of the step; events count since the step before was done",

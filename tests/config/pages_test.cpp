@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// --help and docs/plant-file.md say what the code does, no less and no more.
+// --help and docs/reference/plant-file.md say what the code does, no less and no more.
 
 #include "cli/options.hpp"
 #include "config/settings.hpp"
@@ -124,14 +124,14 @@ TEST_CASE("the reference names no option that does not exist") {
   std::set<std::string> known;
   for (const std::string_view option : all_options())
     known.emplace(option_name(option));
-  for (const std::string& option : options_in(source_file("docs/plant-file.md"))) {
+  for (const std::string& option : options_in(source_file("docs/reference/plant-file.md"))) {
     INFO(option);
     CHECK(known.count(option) == 1);
   }
 }
 
 TEST_CASE("the reference's command line makes the same node as its example") {
-  const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(0));
+  const Plant plant = read(toml_snippets(source_file("docs/reference/plant-file.md")).at(0));
   const Start typed = start({"--node", "5=../devices/valve.dcf", "--object", "5:0x2001=17", "--object",
                              "5:0x2010:1=-1.5", "--object", "5:0x2011=Valve 5, boiler room", "--object",
                              "5:0x2012=hex:01 02 FF", "--object", "5:0x2013=true"});
@@ -148,7 +148,7 @@ TEST_CASE("the reference's command line makes the same node as its example") {
 }
 
 TEST_CASE("the reference's signals and faults are the same on the command line") {
-  const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(1));
+  const Plant plant = read(toml_snippets(source_file("docs/reference/plant-file.md")).at(1));
   const Start typed = start(
       {"--node", "5=io_module.eds", "--signal", "5:0x6401:1=sine mean=1000 amplitude=200 period_ms=60000",
        "--signal", "5:0x6401:2=noise mean=512 deviation=1.5 sample_ms=100", "--signal",
@@ -166,7 +166,7 @@ TEST_CASE("the reference's signals and faults are the same on the command line")
 }
 
 TEST_CASE("the reference's networks are the same on the command line") {
-  const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(3));
+  const Plant plant = read(toml_snippets(source_file("docs/reference/plant-file.md")).at(3));
   const Start typed = start({"--modbus",   ":502",       "--can",         "socketcan:can0",
                              "--network",  "2",          "--sdo-timeout", "200",
                              "--bit-rate", "125000",     "--slcan",       "127.0.0.1:29537",
@@ -218,6 +218,6 @@ node_id = 128
   told.insert(told.end(), unreadable.begin(), unreadable.end());
   for (const std::string& line : told) {
     INFO(line);
-    CHECK(contains(source_file("docs/plant-file.md"), "    " + line + "\n"));
+    CHECK(contains(source_file("docs/reference/plant-file.md"), "    " + line + "\n"));
   }
 }

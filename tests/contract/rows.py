@@ -4,8 +4,8 @@
 
     rows.py PROGRAM    PROGRAM: a target of the suite, contract_sim_test
 
-Promises are the rows and the sentences of docs/contract.md, each with an id of its own at its end, <sub>[SDO-14]</sub>, and the rows of the
-generated docs/registers.md: there the id is the register or object and the row's first number, [R3700-4]. A test's name begins with the ids of what it
+Promises are the rows and the sentences of docs/reference/contract.md, each with an id of its own at its end, <sub>[SDO-14]</sub>, and the rows of the
+generated docs/reference/registers.md: there the id is the register or object and the row's first number, [R3700-4]. A test's name begins with the ids of what it
 shows. A sentence that ends in a colon only leads to what follows it.
 """
 
@@ -16,7 +16,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-CONTRACT, REGISTERS = "docs/contract.md", "docs/registers.md"
+CONTRACT, REGISTERS = "docs/reference/contract.md", "docs/reference/registers.md"
 
 # Sections that promise nothing to be tested here: why.
 NO_PROMISE = {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """The blocks behind the adapter for the scanner window, with a master that writes and reads whole blocks again and again, as OpenPLC's
-does; and the recipe of docs/ladder.md for that window."""
+does; and the recipe of docs/reference/ladder-recipes.md for that window."""
 
 import re
 

@@ -239,7 +239,7 @@ class Usage(unittest.TestCase):
         self.assertRegex(done.stdout, r"^cbcanctl \d+\.\d+\.\d+\n$")
 
     def test_the_exit_codes_are_those_of_the_page(self):
-        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/troubleshooting.md").read_text()
+        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/how-to/troubleshooting.md").read_text()
         for code in (DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT, INTERRUPTED):
             self.assertIn(f"\n| {code} | ", page)
             self.assertRegex(run(1, "--help").stdout, rf"\n  {code} +\w")

@@ -136,7 +136,7 @@ void add_transfer(CLI::App& command, Options& options) {
       ->check(CLI::IsMember(modes));
 }
 
-/// Until when nobody has waited in vain: a held-back request takes two SDO timeouts (docs/contract.md).
+/// Until when nobody has waited in vain: a held-back request takes two SDO timeouts (docs/reference/contract.md).
 std::chrono::milliseconds patience(const Options& options, bool is_transfer) {
   if (!is_transfer)
     return std::chrono::milliseconds(options.timeout_ms == 0 ? kPatienceMs : options.timeout_ms);

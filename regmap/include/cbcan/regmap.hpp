@@ -5,7 +5,7 @@
 /// one.
 ///
 /// Source: "CBCAN SDO and NMT Service PLC Interface" V1.2 (15 June 2012), tables 1 to 4 and section 3; in the
-/// comments "CBCAN, table N". What that document leaves open is settled in docs/contract.md.
+/// comments "CBCAN, table N". What that document leaves open is settled in docs/reference/contract.md.
 ///
 /// Freestanding and header-only. Register R<n> is Modbus holding register address n (0-based on the wire),
 /// shown as 4xxxx number 40001 + n. All numbers are the ones a PLC programmer writes: 5055 and 5066 are
@@ -323,7 +323,7 @@ inline constexpr std::uint16_t kNodeStateService =
     0x300C;  ///< read, sub-index 0: NMT state of the node in R3702
 inline constexpr std::uint16_t kNmtAllNodes = 128;
 
-/// Objects of the own node, read and written with R3702 = 0 (docs/contract.md, "Local objects").
+/// Objects of the own node, read and written with R3702 = 0 (docs/reference/contract.md, "Local objects").
 namespace object {
 inline constexpr std::uint16_t kOwnNodeId = 0x3001;
 inline constexpr std::uint16_t kKernelState = 0x3002;
