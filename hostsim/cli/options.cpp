@@ -34,7 +34,7 @@ constexpr auto kRows = std::to_array<Row>({
     {.key = "plant.check", .option = "--check",
      .help = "Reads plant and EDS files, says what is wrong with them, and ends: exit code 0 or 2"},
     {.key = "network.number", .option = "--network N",
-     .help = "Options behind it about module, CAN, log file and nodes are for network N, those before it for network 1; "
+     .help = "Following options about module, CAN, log file and nodes apply to network N, earlier ones to network 1; "
              "the Modbus unit ID selects the network",
      .form = text::Form::kInteger, .low = 1, .high = std::int64_t{config::kMostNetworks}},
     {.key = "help.help", .option = "-h, --help", .help = "Print this text"},
@@ -50,7 +50,7 @@ constexpr auto kRows = std::to_array<Row>({
     {.option = "--axis ID:KEY=VALUE...",
      .help = "What a drive moves, one argument: --axis \"16:inertia_kgcm2=10 friction_mnm=50\""},
     {.option = "--wire FROM=TO KEY=VALUE...",
-     .help = "What stands at one place is given to an input, one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
+     .help = "Connects an output or object to an input, one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
     {.option = "--fault bus:KIND KEY=VALUE...", .help = "A fault of the bus"},
 });
 // clang-format on

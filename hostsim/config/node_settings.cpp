@@ -69,7 +69,7 @@ Value load_shape(const Row& /*row*/, const SignalConfig& signal) {
 
 Problem check_wire_end(const Value& value) {
   if (parse_wire_end(std::get<std::string>(value))) return {};
-  return "must be NODE:INDEX:SUB, with .BIT behind it where one bit is meant, or NODE:output:N, "
+  return "must be NODE:INDEX:SUB, with .BIT appended for one bit, or NODE:output:N, "
          "NODE:analogue-output:N, "
          "NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2";
 }
@@ -288,7 +288,7 @@ constexpr std::int64_t kHourInMs = 3'600'000;
 
 constexpr std::array kWires{
     wire_end<&WireConfig::from>({
-        .key = "wire.from", .help = "Where it begins", .more = "What stands at the terminals, or any object of a node.",
+        .key = "wire.from", .help = "Where it begins", .more = "What is present at terminals, or any object of a node.",
         .domain = "an output or an object", .example = "\"66:output:1\""}),
     wire_end<&WireConfig::to>({
         .key = "wire.to", .help = "The input that it ends at", .more = "Any that `set` can set.",
@@ -305,8 +305,8 @@ constexpr std::array kWires{
         .key = "wire.lag_ms", .help = "The time constant of a first order lag", .high = kHourInMs, .unit = " ms, 0 = none",
         .scale = kMillisecond}),
     wire<&sim::Transfer::sample_period>(duration({
-        .key = "wire.sample_ms", .help = "How often an object that flows is looked at, and what lags is passed on",
-        .more = "What stands at terminals is passed on when it changes."})),
+        .key = "wire.sample_ms", .help = "Sampling period of an object that changes continuously, and of a lag",
+        .more = "What is present at terminals is passed on when it changes."})),
 };
 // clang-format on
 

@@ -65,7 +65,7 @@ class Reader {
   } catch (const Enough&) {
     found_.push_back(
         {{file_name_, 0},
-         fmt::format("{} mistakes, and the rest of the file has not been looked at; put these right first",
+         fmt::format("{} mistakes, and the rest of the file has not been checked; correct these first",
                      kMostMistakes)});
   }
 
@@ -294,7 +294,7 @@ class Reader {
   }
 
   void complain_global(const toml::key& key, std::string_view full) {
-    complain(key, fmt::format("{}: is for all networks; it stands at the top of the file, in [{}]", full,
+    complain(key, fmt::format("{}: is for all networks; write it at the top of the file, in [{}]", full,
                               full.substr(0, full.find('.'))));
   }
 
@@ -324,7 +324,7 @@ std::string syntax_message(std::string_view description) {
   constexpr std::string_view kPrefix = "Error while parsing ";
   if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
   const bool bare_word = description.find("could not determine value type") != std::string_view::npos;
-  return fmt::format("TOML syntax: {}{}", description, bare_word ? "; texts stand in double quotes" : "");
+  return fmt::format("TOML syntax: {}{}", description, bare_word ? "; write texts in double quotes" : "");
 }
 
 }  // namespace

@@ -124,7 +124,7 @@ constexpr auto can(Row row) {
 constexpr std::array kPlant{
     plant<&Config::modbus, &ListenAddress::host>({
         .key = "modbus.host", .option = "--modbus HOST:PORT", .help = "Where to listen",
-        .more = "`0.0.0.0` is every IPv4 address of this machine; anybody who reaches it can write registers.",
+        .more = "`0.0.0.0` is every IPv4 address of this machine; any client that reaches it can write registers.",
         .domain = "an IP address or a host name"}),
     plant<&Config::modbus, &ListenAddress::port>({
         .key = "modbus.port", .option = "--modbus HOST:PORT", .help = "Its port",
@@ -133,7 +133,7 @@ constexpr std::array kPlant{
         .unit = ", 0 = any free one"}),
     rtu<&RtuConfig::line, &LineConfig::device>({
         .key = "rtu.device", .option = "--rtu DEV,BAUD,PARITY,STATION",
-        .help = "A serial port or pseudo-terminal where the same registers are served by Modbus RTU; what stands behind it may "
+        .help = "A serial port or pseudo-terminal where the same registers are served by Modbus RTU; what follows it may "
                 "be left out",
         .form = Form::kPath, .domain = "a path"}),
     rtu<&RtuConfig::line, &LineConfig::baud>({
@@ -144,7 +144,7 @@ constexpr std::array kPlant{
         .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
     rtu<&RtuConfig::station>({
         .key = "rtu.station", .option = "--rtu DEV,BAUD,PARITY,STATION",
-        .help = "Station address of the first network, by RTU over TCP too; the next ones are behind it", .low = 1,
+        .help = "Station address of the first network, by RTU over TCP too; further networks have the following ones", .low = 1,
         .high = 247}),
     rtu<&RtuConfig::listen>({
         .key = "rtu.listen", .option = "--rtu-tcp ADDRESS", .help = "Where the same frames are served over TCP, as serial device servers hand them on",
@@ -152,16 +152,16 @@ constexpr std::array kPlant{
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     plant<&Config::clock>({
         .key = "time.clock", .option = "--clock CLOCK",
-        .help = "How time passes; manual: it stands still but for lines such as \"pass 100ms\" (us, ms, s) on standard "
-                "input, each acknowledged by \"at SECONDS\", and the end of the input ends the program",
+        .help = "How time passes; manual: only by lines such as \"pass 100ms\" (us, ms, s) on standard input, "
+                "answered by \"at SECONDS\"; the end of the input ends the program",
         .choices = kClocks}),
     plant<&Config::seed>({
-        .key = "random.seed", .option = "--seed N", .help = "All noise and all chance of faults follow from it",
+        .key = "random.seed", .option = "--seed N", .help = "All noise and all randomness of faults follow from it",
         .more = "The same plant with the same seed is the same every time."}),
     plant<&Config::control>({
         .key = "control.listen", .option = "--control ADDRESS", .help = "Where commands are served; \"help\" lists them",
         .more = "They are lines of text that read and change the plant while it runs, see [commands](commands.md). With port 0 "
-                "the `ready` line tells the one that was found, as `control=HOST:PORT`. Anybody who reaches the address can "
+                "the `ready` line tells the one that was found, as `control=HOST:PORT`. Any client that reaches the address can "
                 "give commands.",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     plant<&Config::record>({
@@ -182,7 +182,7 @@ constexpr std::array kPlant{
         .form = Form::kPath, .domain = "a path"}),
     plant<&Config::pcap_mb>({
         .key = "log.pcap_mb", .option = "--pcap-size MB",
-        .help = "At this size FILE is renamed to FILE.1, in the place of the one before, and begun anew",
+        .help = "At this size FILE is renamed to FILE.1, replacing the previous one, and FILE begins again",
         .high = 1'000'000, .unit = " MB, 0 = never"}),
     plant<&Config::http, &HttpConfig::listen>({
         .key = "http.listen", .option = "--http HOST:PORT", .help = "Where the HTTP interface is served",
@@ -236,7 +236,7 @@ constexpr std::array kNetwork{
         .help = "What the own node becomes then", .more = "The PLC starts it again by NMT.", .choices = kPlcLostStates}),
     module<&ModuleConfig::start_result>({
         .key = "module.start_result", .option = "--start-result N",
-        .help = "R3700 after a start: 5 tells programs that read R3700 alone that what was under way has no result",
+        .help = "R3700 after a start: 5 tells programs that read R3700 alone that the transaction in progress has no result",
         .more = "Others compare R3701..R3704 with their request: after a start these are 0. See [contract](contract.md#one-transaction).",
         .high = 5, .domain = "0 or 5", .check = check_start_result}),
     module<&ModuleConfig::parameters>({
@@ -272,7 +272,7 @@ constexpr std::array kNetwork{
         .choices = kPlcAtStart}),
     plc_line<&LineConfig::device>({
         .key = "plc.device",
-        .help = "Likewise by Modbus RTU, over a serial port or pseudo-terminal; KEY is at_start, first, layout, period_ms, "
+        .help = "The same by Modbus RTU, over a serial port or pseudo-terminal; KEY is at_start, first, layout, period_ms, "
                 "process_first "
                 "or unit",
         .form = Form::kPath, .domain = "a path"}),
@@ -284,9 +284,9 @@ constexpr std::array kNetwork{
     Setting<NetworkConfig>{{
         .key = "can.spec", .option = "--can SPEC",
         .help = "A bus inside the program, or one outside: a SocketCAN interface, an adapter (SLCAN), a remote bus",
-        .more = "`socketcan:vcan0` is the Linux interface `vcan0`, `slcan:/dev/ttyACM0@500000` an adapter on a serial port, "
+        .more = "`socketcan:vcan0` is the Linux interface `vcan0`, `slcan:/dev/ttyACM0@500000` an adapter on a serial port. "
                 "`slcan:HOST:PORT` one behind TCP, `socketcand:HOST:PORT/can0` a bus of a socketcand, "
-                "`udp:239.74.163.2:43113` python-can's udp_multicast; the nodes of the file are simulated on it, next to the "
+                "`udp:239.74.163.2:43113` python-can's udp_multicast. The nodes of the file are simulated on it, next to the "
                 "real ones.",
         .form = Form::kText,
         .domain = "virtual, socketcan:IFNAME, slcan:DEV[@BITRATE], slcan:HOST:PORT, socketcand:HOST:PORT/BUS or udp:GROUP:PORT",
@@ -313,7 +313,7 @@ constexpr std::array kNetwork{
         .form = Form::kText, .domain = "HOST or HOST:PORT; port 42000 unless told otherwise", .check = check_beacon}),
     can<&CanConfig::replay>({
         .key = "can.replay", .option = "--replay FILE",
-        .help = "What somebody else on the bus sends, a log in the format of candump -L; its first frame comes at the start",
+        .help = "Frames that another node sends, a log in the format of candump -L; its first frame comes at the start",
         .form = Form::kPath, .domain = "a path"}),
     setting<NetworkConfig, &NetworkConfig::log>({
         .key = "log.file", .option = "--log FILE", .help = "Every frame on the bus, in the format of candump -L",

@@ -280,11 +280,11 @@ std::unique_ptr<Condition> make(const Written& written, View& view) {
 
 // clang-format off
 constexpr auto kKinds = std::to_array<Row>({
-    {1, 1, true, make<TransactionCondition>, {"transaction started|ended", "A transaction of the PLC's is under way, or ends",
-     "Of one that is under way already, the end."}},
-    {3, kAnyNumber, false, make<RegisterCondition>, {"register R OP VALUE...", "A register is so; or R and those behind it are",
+    {1, 1, true, make<TransactionCondition>, {"transaction started|ended", "A transaction of the PLC is in progress, or ends",
+     "Of one already in progress, the end."}},
+    {3, kAnyNumber, false, make<RegisterCondition>, {"register R OP VALUE...", "The register, or R and the following ones, satisfy the comparison",
      "`OP` is `=`, `!=`, `<`, `<=`, `>` or `>=`; with several values `=`."}},
-    {4, kAnyNumber, false, make<ObjectCondition>, {"object NODE INDEX[:SUB] OP VALUE", "An object of a simulated node is so",
+    {4, kAnyNumber, false, make<ObjectCondition>, {"object NODE INDEX[:SUB] OP VALUE", "An object of a simulated node satisfies the comparison",
      "As `get` shows it."}},
     {2, 2, false, make<StateCondition>, {"state NODE STATE", "A simulated node is in this NMT state",
      "initialising, pre-operational, operational, stopped, or off: without power."}},

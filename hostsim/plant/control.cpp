@@ -132,15 +132,15 @@ std::span<const Execution::Command> Execution::commands() {
   static constexpr auto kCommands = std::to_array<Command>({
       {0, 0, &Execution::list_nodes, {"nodes", "Lists the nodes of all networks",
        "A line each: place in the network, node ID (`-` without one), NMT state, device, name."}},
-      {2, 2, &Execution::get, {"get NODE INDEX[:SUB]|output:N", "A value as an SDO read would give it now, or what stands at a terminal",
+      {2, 2, &Execution::get, {"get NODE INDEX[:SUB]|output:N", "A value as an SDO read would give it now, or what is present at a terminal",
        "Whatever its access rights are. `output:N` is a digital output after polarity, filter mask and error value, "
-       "`analogue-output:N` likewise; `INDEX:SUB.BIT` is one bit."}},
+       "`analogue-output:N` is an analogue one; `INDEX:SUB.BIT` is one bit."}},
       {3, 3, &Execution::set, {"set NODE INDEX[:SUB] NUMBER", "An input gets this value from outside",
        "It is rounded, and limited to what the object can hold, as one from a signal of the plant file. Objects that "
        "are no input of the device are set as they are, from 2000h on."}},
-      {3, 3, &Execution::incident, {"incident NODE NAME on|off", "Something happens to the device, or is over",
+      {3, 3, &Execution::incident, {"incident NODE NAME on|off", "An incident of the device begins or ends",
        "[devices](devices.md) lists the names of each device."}},
-      {1, 1, &Execution::reload, {"reload NODE", "Reads the Lua script that is the node's device again, and begins it anew",
+      {1, 1, &Execution::reload, {"reload NODE", "Reads and starts the Lua script of the node's device again",
        "Objects keep their values. Where the script is wrong, the old one stays."}},
       {2, 2, &Execution::power, {"power NODE|all on|off", "Cuts the power of a node, or gives it some: a cold start",
        "Stored parameters and a stored node ID are kept, signals begin again, faults and incidents stay. `2/all` are those of "
@@ -154,10 +154,10 @@ std::span<const Execution::Command> Execution::commands() {
       {1, 2, &Execution::read, {"read R [COUNT]", "Registers as the PLC reads them", ""}},
       {2, 1 + kMostWords, &Execution::write, {"write R WORD...", "Registers as the PLC writes them, in one request", ""}},
       {1, regmap::kWindowWords - 1, &Execution::write, {"trigger read|write WORD...",
-       "A transaction: what belongs into R3701 and those behind it, and CA0Eh, in one request",
+       "A transaction: the words of R3701 and following, and CA0Eh, in one request",
        "`trigger read 0x42 0x6411 1 2` and `trigger write 0x42 0x6411 1 2 300`; `2/read` is of network 2. A number in the place "
        "of `read` is written as it is."}},
-      {1, 1, &Execution::send, {"send FRAME", "Somebody else on the bus sends a frame",
+      {1, 1, &Execution::send, {"send FRAME", "Sends a frame as another node",
        "As candump writes it: `605#4017100000000000`, `742#R`, `2/000#0142` on network 2."}},
       {2, 2, &Execution::nmt, {"nmt start|stop|preop|reset-node|reset-comm NODE|all", "Another master sends this NMT command", ""}},
       {1, kAnyNumber, &Execution::wait, {"wait CONDITION [within DURATION]", "Is answered when the condition holds, with the time",

@@ -39,7 +39,7 @@ inline constexpr std::array kExitCodes = std::to_array<ExitCodeRow>({
      "environment: no such CAN interface, port busy, no connection, connection lost, no result in time"},
     {ExitCode::kRefused, "cbcanctl", "refused by the coprocessor or the node"},
     {ExitCode::kAbsent, "cbcanctl", "no such node, or it does not respond"},
-    {ExitCode::kInterrupted, "cbcanctl", "interrupted; a transaction that was under way has been cancelled"},
+    {ExitCode::kInterrupted, "cbcanctl", "interrupted; the transaction in progress has been cancelled"},
 });
 
 /// Lines for --help, those of one program: "  0  done".

@@ -166,7 +166,7 @@ TEST_CASE("the reference's signals and faults are the same on the command line")
 }
 
 TEST_CASE("the reference's networks are the same on the command line") {
-  const Plant plant = read(toml_snippets(source_file("docs/reference/plant-file.md")).at(3));
+  const Plant plant = read(toml_snippets(source_file("docs/how-to/several-networks.md")).at(0));
   const Start typed = start({"--modbus",   ":502",       "--can",         "socketcan:can0",
                              "--network",  "2",          "--sdo-timeout", "200",
                              "--bit-rate", "125000",     "--slcan",       "127.0.0.1:29537",
