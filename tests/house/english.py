@@ -16,13 +16,13 @@ import page_blocks
 
 MOST_WORDS = 30  # of a sentence
 LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS = 1000, 2000, 25
-MOST_OF_ALL = 45000
+MOST_OF_ALL = 41500
 BUDGET = 1200  # words of a page, unless this says otherwise
 BUDGETS = {
-    "docs/explanation/architecture.md": 2300, "docs/how-to/plc-owns-registers.md": 1350, "docs/how-to/port.md": 2250, "docs/how-to/scanner.md": 1350,
-    "docs/reference/contract.md": 3600, "docs/reference/devices.md": 2300, "docs/reference/faults.md": 1550, 
+    "docs/explanation/architecture.md": 2300, "docs/how-to/port.md": 1700,
+    "docs/reference/contract.md": 3600, "docs/reference/devices.md": 2300, "docs/reference/faults.md": 1550,
     "docs/reference/http.md": 1250, "docs/reference/ladder-recipes.md": 2500, "docs/reference/plant-file.md": 4000,
-    "docs/reference/registers.md": 1600, "firmware/boards/README.md": 3300,
+    "docs/reference/registers.md": 1600, "firmware/boards/README.md": 2700,
 }
 
 # What is never right: what to write instead.
@@ -54,7 +54,7 @@ BANNED = re.compile("|".join(rf"(?P<w{number}>\b(?:{pattern})\b)" if not pattern
                              for number, pattern in enumerate(WORDS)), re.IGNORECASE)
 
 HEADING = re.compile(r"\b(?:what|who|so)\b", re.IGNORECASE)
-VERBS = set("Add Address Answer Arm Build Change Check Compile Connect Describe Copy Fail Fill Give Hand Let Look Open Play Provide Put Read Replace Run See Send Start Try Use Watch Wire Write".split())
+VERBS = set("Choose Set Share Call Add Address Answer Arm Build Change Check Compile Connect Describe Copy Fail Fill Give Hand Let Look Open Play Provide Put Read Replace Run See Send Start Try Use Watch Wire Write".split())
 
 CODE, LINK, COMMENT, TAG = re.compile(r"`[^`]*`"), re.compile(r"!?\[([^]]*)\]\([^)]*\)"), re.compile(r"<!--.*?-->"), re.compile(r"<[^>]*>")
 SENTENCE_END = re.compile(r'(?<=[.?!])\)?[*"]*\s+(?=[A-Z0-9"*`(_|\[]|\d)')
@@ -63,10 +63,10 @@ ABBREVIATIONS = re.compile(r"\b(?:e\.g|i\.e|etc|min|max|No)\.")
 
 # Pages that have not been written again yet: only their words are counted.
 PENDING = {
-     "docs/how-to/install-and-ci.md", "docs/how-to/plc-owns-registers.md",
-    "docs/how-to/port.md",  "docs/how-to/scanner.md",  "docs/how-to/web-page.md",
-    "docs/reference/cbcanctl.md", "docs/reference/commands.md", 
-    "docs/reference/http.md", "docs/reference/registers.md", "docs/reference/scenarios.md", "firmware/boards/README.md",
+    "docs/how-to/install-and-ci.md",
+    "docs/how-to/web-page.md",
+    "docs/reference/cbcanctl.md", "docs/reference/commands.md",
+    "docs/reference/http.md", "docs/reference/registers.md", "docs/reference/scenarios.md",
 }
 
 # Pages outside docs/ that people read with them.
