@@ -70,7 +70,7 @@ constexpr std::array kSections = std::to_array<Section>({
     {"can", "CAN"},
     {"network", "Several CAN networks"},
     {"time", "Time"},
-    {"random", "Chance"},
+    {"random", "Randomness"},
     {"control", "Commands at run time"},
     {"http", "HTTP"},
     {"log", "Log"},

@@ -29,6 +29,12 @@ std::string sentences(std::string_view first, std::string_view more) {
   return fmt::format("{}.{}{}", first, more.empty() ? "" : " ", more);
 }
 
+/// "-v, --verbose FLAG": --verbose.
+std::string_view option_name(std::string_view option) {
+  option.remove_prefix(option.find("--"));
+  return option.substr(0, option.find(' '));
+}
+
 std::string meaning(const Row& row) {
   return sentences(row.help, row.more);
 }
@@ -43,7 +49,7 @@ std::string settings(const Words& words) {
     const bool here = shape == shapes.end() ? of_all : !of_all && shapes[row.kinds.first] == *shape;
     if (cbcan::text::table_of(row.key) == words[1] && here)
       rows += fmt::format("| `{}` | {} | {} | `{}` | {} |\n", row.key, domain_of(row),
-                          cbcan::config::standard_of(row), row.option, meaning(row));
+                          cbcan::config::standard_of(row), option_name(row.option), meaning(row));
   });
   return rows;
 }
@@ -97,7 +103,7 @@ std::string escaped(std::string_view text) {
 
 std::string usages(std::string_view heading, const auto& rows) {
   std::string table =
-      fmt::format("| {} | What it {} |\n|---|---|\n", heading, heading == "Command" ? "does" : "means");
+      fmt::format("| {} | Meaning |\n|---|---|\n", heading);
   for (const cbcan::plant::Usage& row : rows)
     table += fmt::format("| `{}` | {} |\n", escaped(row.usage), sentences(row.meaning, row.more));
   return table;
