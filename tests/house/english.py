@@ -63,10 +63,6 @@ ABBREVIATIONS = re.compile(r"\b(?:e\.g|i\.e|etc|min|max|No)\.")
 
 # Pages that have not been written again yet: only their words are counted.
 
-# Pages outside docs/ that people read with them.
-BESIDE_CODE = ("README.md", "firmware/boards/README.md", "bench/README.md", "tests/README.md", "tests/fuzz/README.md")
-
-
 def words_of(text):
     return [word for word in TAG.sub(" ", COMMENT.sub("", text)).split() if re.search(r"\w", word)]
 
@@ -141,7 +137,7 @@ def of_index(documents):
 
 
 def main():
-    documents = sorted((ROOT / "docs").rglob("*.md")) + [ROOT / name for name in BESIDE_CODE if (ROOT / name).exists()]
+    documents = page_blocks.pages()
     found, counts, read = of_index(documents), {}, 0
     for page in documents:
         name = str(page.relative_to(ROOT))
