@@ -39,8 +39,8 @@ std::string meaning(const Row& row) {
   return sentences(row.help, row.more);
 }
 
-/// settings TABLE [SHAPE]: all keys of a table; of a signal's those of all shapes, or those of one. Items of a list, and an axis, have one option
-/// for all keys, which the page shows.
+/// settings TABLE [SHAPE]: all keys of a table; of a signal's those of all shapes, or those of one. Items of
+/// a list, and an axis, have one option for all keys, which the page shows.
 std::string settings(const Words& words) {
   const auto shapes = cbcan::config::shape_names();
   const auto shape = words.size() < 3 ? shapes.end() : std::ranges::find(shapes, words[2]);
@@ -51,8 +51,9 @@ std::string settings(const Words& words) {
     const bool of_all = row.kinds == cbcan::text::Kinds();
     const bool here = shape == shapes.end() ? of_all : !of_all && shapes[row.kinds.first] == *shape;
     if (cbcan::text::table_of(row.key) == words[1] && here)
-      rows += fmt::format("| `{}` | {} | {} | {}{} |\n", row.key, domain_of(row), cbcan::config::standard_of(row),
-                          is_item ? "" : fmt::format("`{}` | ", option_name(row.option)), meaning(row));
+      rows +=
+          fmt::format("| `{}` | {} | {} | {}{} |\n", row.key, domain_of(row), cbcan::config::standard_of(row),
+                      is_item ? "" : fmt::format("`{}` | ", option_name(row.option)), meaning(row));
   });
   return rows;
 }
@@ -105,8 +106,7 @@ std::string escaped(std::string_view text) {
 }
 
 std::string usages(std::string_view heading, const auto& rows) {
-  std::string table =
-      fmt::format("| {} | Meaning |\n|---|---|\n", heading);
+  std::string table = fmt::format("| {} | Meaning |\n|---|---|\n", heading);
   for (const cbcan::plant::Usage& row : rows)
     table += fmt::format("| `{}` | {} |\n", escaped(row.usage), sentences(row.meaning, row.more));
   return table;

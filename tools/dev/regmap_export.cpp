@@ -36,7 +36,6 @@ const char* access(Access access) {
 }
 constexpr std::uint32_t kSixDigits = 360000;  // from 4xxxx to 4xxxxx
 
-
 // ---- Markdown
 
 void markdown_numbers(std::ostream& out, const char* title, std::span<const NamedNumber> rows) {
@@ -45,23 +44,26 @@ void markdown_numbers(std::ostream& out, const char* title, std::span<const Name
     out << "| " << row.value << " | " << row.name << " | " << row.meaning << " |\n";
 }
 
-void markdown_registers(std::ostream& out, std::span<const RegisterRow> rows) {
-  out << "| Register | Name | Written by | Values | Meaning |\n|---|---|---|---|---|\n";
+/// `by`: who writes, where that differs.
+void markdown_registers(std::ostream& out, std::span<const RegisterRow> rows, bool by = false) {
+  out << "| Register | Name | " << (by ? "Written by | " : "") << "Values | Meaning |\n|---|---|"
+      << (by ? "---|" : "") << "---|---|\n";
   for (const RegisterRow& row : rows) {
     std::string registers = "R" + std::to_string(row.first);
     if (row.last != row.first) registers += "..R" + std::to_string(row.last);
-    out << "| " << registers << " | " << row.name << " | " << writer(row.writer) << " | " << row.range << " | "
-        << row.meaning << " |\n";
+    out << "| " << registers << " | " << row.name << " | " << (by ? writer(row.writer) + " | " : "")
+        << row.range << " | " << row.meaning << " |\n";
   }
 }
 
 std::string markdown() {
   std::ostringstream out;
   out << "# Registers and codes\n\n"
-         "Their promises are in the [contract](contract.md). R3700 is address 3700, and 43701 or 403701 where\n"
+         "Their promises are in the [contract](contract.md). R3700 is address 3700, and 43701 or 403701 "
+         "where\n"
          "registers are counted from 1. [registers.csv](registers.csv) has all these numbers.\n\n"
          "## The window\n\n";
-  markdown_registers(out, kWindow);
+  markdown_registers(out, kWindow, true);
   markdown_numbers(out, "Commands (R3701)", kCommands);
   markdown_numbers(out, "Result codes (R3700)", kResults);
   out << "\n## NMT services (R3706, written to 1F82h)\n\n"
@@ -78,17 +80,19 @@ std::string markdown() {
         << (row.in_table_3 ? "yes" : "") << " |\n";
   out << "\n## Scanner window\n\n"
          "The first registers of both blocks are settings. Those of channel n are 200 x (n - 1) registers\n"
-         "further. Use: [scanner window](../how-to/scanner.md).\n\n";
+         "further. The PLC writes OUT, the coprocessor IN: [scanner window](../how-to/scanner.md).\n\n";
   markdown_registers(out, kScanner);
   markdown_numbers(out, "Further result codes of the scanner window (R601)", kScannerResults);
   out << "\n## Process data\n\nThe first register is a setting.\n\n";
   markdown_registers(out, kProcessData);
   out << "\n## Diagnostics\n\n"
-         "Read-only; a 32-bit number is low word first. The simulator has 0 for stack, UART, clock and faults\n"
+         "Read-only; a 32-bit number is low word first. The simulator has 0 for stack, UART, clock and "
+         "faults\n"
          "of a board, CRC and bus errors. Its CAN frames are those of the module's own controller.\n\n";
   markdown_registers(out, kDiagnostics);
   out << "\n## Settings of a board\n\n"
-         "For images that store settings, such as the [STM32F446's](../../firmware/boards/stm32f4/README.md).\n"
+         "For images that store settings, such as the "
+         "[STM32F446's](../../firmware/boards/stm32f4/README.md).\n"
          "They apply after a reset, as stored by 1010h (sub-index 1 or 4).\n\n";
   markdown_registers(out, kBoard);
   return out.str();
