@@ -12,6 +12,7 @@
 #include "config/config.hpp"
 #include "io/errors.hpp"
 #include "io/modbus/rtu_connection.hpp"
+#include "plant/control.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 #include "window/tcp_connection.hpp"

@@ -9,7 +9,7 @@
 
 #include "cli/run_options.hpp"
 #include "io/loop/reactor.hpp"
-#include "plant/plant.hpp"
+#include "plant/bench.hpp"
 #include "window/connection.hpp"
 
 namespace cbcan::app {

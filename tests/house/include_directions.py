@@ -27,7 +27,7 @@ MAY_KNOW = {
     "hostsim/devices/lua": {"hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/devices": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
-    "hostsim/journal": {"hostsim/sim", "hostsim/eds", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/journal": {"hostsim/adapters", "hostsim/sim", "hostsim/eds", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/io": {"firmware/boards", "hostsim/window", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/config": {"hostsim/devices", *SIMULATION},
     "hostsim/cli": {"hostsim/config", "hostsim/devices", *SIMULATION},
