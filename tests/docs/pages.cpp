@@ -36,25 +36,33 @@ std::string_view option_name(std::string_view option) {
   return option.substr(0, option.find(' '));
 }
 
+/// "sine, noise"
+std::string shapes_of(cbcan::text::Kinds kinds) {
+  std::string names;
+  for (std::size_t shape = kinds.first; shape <= kinds.last; ++shape)
+    names.append(names.empty() ? "" : ", ").append(cbcan::config::shape_names()[shape]);
+  return names;
+}
+
 std::string meaning(const Row& row) {
   return sentences(row.help, row.more);
 }
 
-/// settings TABLE [SHAPE]: all keys of a table; of a signal's those of all shapes, or those of one. Items of
-/// a list, and an axis, have one option for all keys, which the page shows.
+/// settings TABLE: its keys; of a signal's those of all shapes, and with "shapes" those of each. Items of a
+/// list, and an axis, have one option for all keys, which the page shows.
 std::string settings(const Words& words) {
-  const auto shapes = cbcan::config::shape_names();
-  const auto shape = words.size() < 3 ? shapes.end() : std::ranges::find(shapes, words[2]);
   const bool is_item = words[1] == "wire" || words[1].find('.') != std::string_view::npos;
-  std::string rows = is_item ? "| Key | Value | Default | Meaning |\n|---|---|---|---|\n"
-                             : "| Key | Value | Default | Command line | Meaning |\n|---|---|---|---|---|\n";
+  const bool of_shapes = words.size() > 2;
+  std::string rows = fmt::format("| {}Key | Value | Default | {}Meaning |\n|{}---|---|---|{}---|\n",
+                                 of_shapes ? "Shape | " : "", is_item ? "" : "Command line | ",
+                                 of_shapes ? "---|" : "", is_item ? "" : "---|");
   cbcan::config::for_each_setting([&](const auto& row) {
     const bool of_all = row.kinds == cbcan::text::Kinds();
-    const bool here = shape == shapes.end() ? of_all : !of_all && shapes[row.kinds.first] == *shape;
-    if (cbcan::text::table_of(row.key) == words[1] && here)
-      rows +=
-          fmt::format("| `{}` | {} | {} | {}{} |\n", row.key, domain_of(row), cbcan::config::standard_of(row),
-                      is_item ? "" : fmt::format("`{}` | ", option_name(row.option)), meaning(row));
+    if (cbcan::text::table_of(row.key) != words[1] || of_all == of_shapes) return;
+    const std::string shape = of_shapes ? shapes_of(row.kinds) + " | " : "";
+    const std::string option = is_item ? "" : fmt::format("`{}` | ", option_name(row.option));
+    rows += fmt::format("| {}`{}` | {} | {} | {}{} |\n", shape, row.key, domain_of(row),
+                        cbcan::config::standard_of(row), option, meaning(row));
   });
   return rows;
 }
