@@ -18,7 +18,7 @@
 namespace cbcan {
 
 struct Services {
-  bool scanner_window = true;  ///< a second way in (docs/scanner.md)
+  bool scanner_window = true;  ///< a second way in (docs/how-to/scanner.md)
   bool block_transfer = true;  ///< of the SDO client (3004h) and of SDO servers
 
   // The own node.

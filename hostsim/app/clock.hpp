@@ -35,8 +35,8 @@ class Program {
   virtual void flush() = 0;
   /// When the world has something to do next.
   virtual Time next_event() const = 0;
-  /// A command of docs/control.md; what it brings about has happened when it returns the response, or when
-  /// the response is there later, see adapters::Dialogue.
+  /// A command of docs/reference/commands.md; what it brings about has happened when it returns the response,
+  /// or when the response is there later, see adapters::Dialogue.
   virtual std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) = 0;
   virtual Waits& waits() = 0;
   /// Answers those that are over now; true if there was one.

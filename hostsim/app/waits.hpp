@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Commands that are answered later, and connections that are told what happens (docs/control.md: wait, pass,
-/// subscribe). Those of connections that have ended go.
+/// Commands that are answered later, and connections that are told what happens (docs/reference/commands.md:
+/// wait, pass, subscribe). Those of connections that have ended go.
 
 #include <cstddef>
 #include <list>

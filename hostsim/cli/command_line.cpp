@@ -59,7 +59,7 @@ class Typed {
       add({argument});
     command = std::move(parsed.command);
     if (parsed.has_command && command.empty())
-      complain(kCommand, "write a command behind it, such as -- ./run-tests");
+      complain(kCommand, "write a command after it, such as -- ./run-tests");
   }
 
   Arguments arguments;  ///< in order
@@ -142,7 +142,7 @@ std::string remarks_on(const config::NetworkConfig& network) {
   std::string text;
   if (can.outside.empty() && network.nodes.empty() && can.slcan.empty() && can.socketcand.empty()) {
     const bool first = network.number == 1;
-    text += fmt::format("{}nobody else is on the virtual bus; {}add a node: {}--node 5=FILE.eds\n", opening,
+    text += fmt::format("{}no other node is on the virtual bus; {}add a node: {}--node 5=FILE.eds\n", opening,
                         first ? "try --demo, or " : "",
                         first ? "" : fmt::format("--network {} ", network.number));
   }

@@ -91,7 +91,7 @@ constexpr std::array kSections = std::to_array<Section>({
     {"can", "CAN"},
     {"network", "Several CAN networks"},
     {"time", "Time"},
-    {"random", "Chance"},
+    {"random", "Randomness"},
     {"control", "Commands at run time"},
     {"http", "HTTP"},
     {"log", "Log"},
@@ -143,7 +143,7 @@ std::string help_text() {
   text += "\nDevices:\n";
   for (const devices::DeviceKind& kind : devices::device_kinds())
     text += text::beside(kind.name, kind.summary, 10);
-  text += text::beside("X.lua", "a device of your own: a Lua script, docs/devices.md", 10);
+  text += text::beside("X.lua", "a device of your own: a Lua script, docs/reference/devices.md", 10);
   text +=
       "\nExit codes; with a COMMAND it is the command's own, 128 and the signal's number\nwhere one ended "
       "it:\n";

@@ -31,7 +31,7 @@ constexpr auto kRows = std::to_array<Row>({
     {.key = "plant.demo", .option = kDemoOption,
      .help = "The built-in plant: an I/O module (node 42h = 66), two pressure transducers (1, 2), a drive (10h = 16), "
              "a generic node (20h = 32)"},
-    {.key = "plant.config", .option = "--config FILE", .help = "A plant file in TOML; docs/plant-file.md explains it"},
+    {.key = "plant.config", .option = "--config FILE", .help = "A plant file in TOML; docs/reference/plant-file.md explains it"},
     {.key = "plant.set", .option = "--set PATH=VALUE",
      .help = "Any key of a plant file, by its path: --set module.node_id=5, --set node.66.heartbeat_ms=500, "
              "--set network.2.can.bit_rate=125000. += adds to a list, as the file writes it: "
@@ -43,16 +43,16 @@ constexpr auto kRows = std::to_array<Row>({
     {.key = "module.none", .option = "--no-module",
      .help = "Nodes and a bus alone, for a coprocessor that runs elsewhere: no Modbus server either"},
     {.key = "network.number", .option = "--network N",
-     .help = "Options behind it about module, CAN, log file and nodes are for network N, those before it for network 1; "
+     .help = "Following options about module, CAN, log file and nodes apply to network N, earlier ones to network 1; "
              "the Modbus unit ID selects the network",
      .form = text::Form::kInteger, .low = 1, .high = std::int64_t{config::kMostNetworks}},
     {.key = "node.eds", .option = "--node ID=FILE",
      .help = "A node, and its device description: an EDS or DCF file; one that the plant has gets this file instead"},
     {.key = "node.faults", .option = "--fault ID:KIND KEY=VALUE...",
      .help = "A fault of a node, or of the bus with bus for ID; one argument: --fault \"5:response-late delay_ms=50 "
-             "count=1\"; docs/faults.md lists kinds and keys"},
+             "count=1\"; docs/reference/faults.md lists kinds and keys"},
     {.key = "node.wire", .option = "--wire FROM=TO KEY=VALUE...",
-     .help = "What stands at one place is given to an input, one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
+     .help = "Connects an output or object to an input; one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
     {.key = "help.short", .option = kShortHelpOption, .help = "Prints the options that are used most"},
     {.key = "help.help", .option = kHelpOption, .help = "Prints this text"},
     {.key = "help.version", .option = "--version", .help = "Prints the version"},

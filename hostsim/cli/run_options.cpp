@@ -50,16 +50,17 @@ constexpr std::array kRunRows{
     row<&RunConfig::shard>({.key = "run.shard", .option = "--shard I/N",
                             .help = "Only the I-th of N parts: always the same scenarios, and all N together are all of them",
                             .domain = "I/N", .check = check_shard}),
-    row<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Time passes as fast as on the clock on the wall"}),
+    row<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Runs in real time"}),
     row<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
-                             .help = "Plays on the registers behind this Modbus server, in real time; what is expected of nodes and frames "
+                             .help = "Plays on the registers of this Modbus server, in real time; what is expected of nodes and frames "
                                      "is left out, and scenarios that do something to them are skipped",
                              .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .check = check_target}),
     row<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Plays nothing, but says what is wrong in the files"}),
 };
 // clang-format on
 
-constexpr std::string_view kRunOpening = R"(cbcan-sim run: plays scenarios; docs/scenarios.md explains them
+constexpr std::string_view kRunOpening =
+    R"(cbcan-sim run: plays scenarios; docs/reference/scenarios.md explains them
 
 Usage:  cbcan-sim run [OPTION...] FILE|FOLDER...
 

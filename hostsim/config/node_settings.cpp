@@ -69,7 +69,7 @@ Value load_shape(const Row& /*row*/, const SignalConfig& signal) {
 
 Problem check_wire_end(const Value& value) {
   if (parse_wire_end(std::get<std::string>(value))) return {};
-  return "must be NODE:INDEX:SUB, with .BIT behind it where one bit is meant, or NODE:output:N, "
+  return "must be NODE:INDEX:SUB, with .BIT appended for one bit, or NODE:output:N, "
          "NODE:analogue-output:N, "
          "NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2";
 }
@@ -157,36 +157,35 @@ constexpr Row duration(Row row) {
 /// Not constexpr: the devices' names are another room's.
 const std::array kNode{
     node<&NodeConfig::id>({
-        .key = "node.id", .help = "Its node ID",
-        .more = "Each only once. Only a node with `lss = true` can be without.", .low = 1, .high = 127, .absent = kNone}),
+        .key = "node.id", .help = "Node ID, unique in its network",
+        .more = "Only a node with `lss = true` may omit it.", .low = 1, .high = 127, .absent = kNone}),
     node<&NodeConfig::eds>({
-        .key = "node.eds", .help = "The device description that makes its object dictionary",
+        .key = "node.eds", .help = "Device description for the object dictionary",
         .more = "`$NODEID` in it is `node.id`.", .form = Form::kPath, .domain = "the path of an EDS or DCF file",
         .example = "\"FILE.eds\""}),
     node<&NodeConfig::name>({
-        .key = "node.name", .help = "For people, in messages", .domain = "a name"}),
+        .key = "node.name", .help = "Name in messages", .domain = "a name"}),
     Setting<NodeConfig>{{
-        .key = "node.heartbeat_ms", 
-        .help = "Its producer heartbeat time at power-on, object 1017h; without it the EDS file decides",
+        .key = "node.heartbeat_ms",
+        .help = "Producer heartbeat time at power-on, object 1017h; without it the EDS file decides",
         .form = Form::kInteger, .high = 65535, .unit = " ms, 0 = none"},
         store_heartbeat, load_no_heartbeat},
     node<&NodeConfig::device>({
-        .key = "node.device", 
-        .help = "What the node is and does; without it the profile number in its object 1000h decides",
-        .more = "See [devices.md](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
+        .key = "node.device",
+        .help = "Behaviour of the node; without it the profile number in object 1000h decides",
+        .more = "See [devices](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
         .check = check_device}),
     node<&NodeConfig::parameters>({
-        .key = "node.parameters", 
-        .help = "Where object 1010h and LSS store what the node keeps",
-        .more = "A file of its own for each node; it is made when something is stored first. Without it the node keeps that until "
-                "the program ends.",
+        .key = "node.parameters",
+        .help = "File in which object 1010h and LSS store values",
+        .more = "One for each node, created when first needed. Without it values last until the program ends.",
         .form = Form::kPath, .domain = "a path"}),
     node<&NodeConfig::lss>({
-        .key = "node.lss", 
-        .help = "An LSS master (CiA 305) finds the node by its object 1018h, and can give it a node ID and a bit rate"}),
+        .key = "node.lss",
+        .help = "An LSS master (CiA 305) finds the node by its object 1018h and can set its node ID and bit rate"}),
     node<&NodeConfig::time_period>({
-        .key = "node.time_period_ms", 
-        .help = "How often it sends TIME, if its object 1012h has bit 30 set",
+        .key = "node.time_period_ms",
+        .help = "Period of TIME, if object 1012h has bit 30 set",
         .high = kDayInMs, .unit = " ms, 0 = none", .scale = kMillisecond}),
 };
 
@@ -196,8 +195,8 @@ constexpr std::array kObjects{
         .example = "0x2001"}),
     object<&InitialValue::sub>({.key = "node.objects.sub", .help = "Its sub-index"}),
     Setting<InitialValue>{{
-        .key = "node.objects.value", 
-        .help = "The value, which has to fit the object's data type", .form = Form::kAny,
+        .key = "node.objects.value",
+        .help = "Value, which has to fit the object's data type", .form = Form::kAny,
         .domain = "a number, true or false, a text, or bytes as \"hex:01 02\"", .example = "1", .check = check_bytes},
         store_object_value, load_object_value},
 };
@@ -208,74 +207,75 @@ constexpr std::array kSignals{
         .example = "0x6401"}),
     any_signal<&SignalConfig::signal, &sim::Signal::sub>({.key = "node.signals.sub", .help = "Its sub-index"}),
     Setting<SignalConfig>{{
-        .key = kSignalShape, .help = "Which of the keys below it has",
+        .key = kSignalShape, .help = "Shape of the signal",
         .form = Form::kText, .choices = kShapes, .example = "\"sine\""},
         store_shape, load_shape},
-    of<sim::Constant, &sim::Constant::value>({.key = "node.signals.value", .help = "The value", .example = "1"}),
-    of<sim::Ramp, &sim::Ramp::from>({.key = "node.signals.from", .help = "Where it begins"}),
-    of<sim::Ramp, &sim::Ramp::to>({.key = "node.signals.to", .help = "Where it goes", .example = "100"}),
+    of<sim::Constant, &sim::Constant::value>({.key = "node.signals.value", .help = "Value", .example = "1"}),
+    of<sim::Ramp, &sim::Ramp::from>({.key = "node.signals.from", .help = "First value"}),
+    of<sim::Ramp, &sim::Ramp::to>({.key = "node.signals.to", .help = "Last value", .example = "100"}),
     of<sim::Ramp, &sim::Ramp::duration>(duration({
-        .key = "node.signals.duration_ms", .help = "How long that takes", .example = "10000"})),
+        .key = "node.signals.duration_ms", .help = "Time between them", .example = "10000"})),
     of<sim::Ramp, &sim::Ramp::then>({
-        .key = "node.signals.then", .help = "And then: it stays, begins again, or goes back the same way, and so on",
+        .key = "node.signals.then", .help = "Afterwards: stay, begin again, or go back and forth",
         .choices = kThen}),
-    signal<kMean>(place_of<sim::Sine>(), place_of<sim::Noise>(), {.key = "node.signals.mean", .help = "The middle"}),
+    signal<kMean>(place_of<sim::Sine>(), place_of<sim::Noise>(), {.key = "node.signals.mean", .help = "Mean"}),
     of<sim::Sine, &sim::Sine::amplitude>({
-        .key = "node.signals.amplitude", .help = "How far it goes from there", .example = "10"}),
+        .key = "node.signals.amplitude", .help = "Largest distance from the mean", .example = "10"}),
     of<sim::Sine, &sim::Sine::period>(duration({
-        .key = "node.signals.period_ms", .help = "How long it takes to come round", .example = "60000"})),
+        .key = "node.signals.period_ms", .help = "Period", .example = "60000"})),
     of<sim::Sine, &sim::Sine::phase>({
-        .key = "node.signals.phase_deg", .help = "Where it begins, in degrees; 90 is at the top"}),
+        .key = "node.signals.phase_deg", .help = "Phase at power-on, in degrees; 90 is the maximum"}),
     of<sim::Noise, &sim::Noise::deviation>({
         .key = "node.signals.deviation",
-        .help = "normal: the standard deviation; uniform: from mean - deviation to mean + deviation", .example = "1"}),
+        .help = "normal: standard deviation; uniform: largest distance from the mean", .example = "1"}),
     of<sim::Noise, &sim::Noise::distribution>({
-        .key = "node.signals.distribution", .help = "How the values lie", .choices = kDistributions}),
+        .key = "node.signals.distribution", .help = "Distribution of the values", .choices = kDistributions}),
     signal<&SignalConfig::seed>(place_of<sim::Noise>(), place_of<sim::Noise>(), {
-        .key = "node.signals.seed", .help = "The same seed makes the same noise",
-        .more = "Without it each signal has its own, which follows from `random.seed`, the node and the object."}),
+        .key = "node.signals.seed", .help = "Seed of the noise",
+        .more = "Without it each signal has its own, from `random.seed`, node and object."}),
     signal<&SignalConfig::file>(place_of<sim::Replay>(), place_of<sim::Replay>(), {
         .key = "node.signals.file",
-        .help = "A point a line: seconds since power-on, a comma, the value, such as 1.5,20.25",
-        .more = "Times go up. A first line of names, blank lines and lines with `#` in front mean nothing.",
+        .help = "One point a line: seconds since power-on, a comma, the value, such as 1.5,20.25",
+        .more = "Times increase. A first line of names, blank lines and lines that begin with `#` are ignored.",
         .form = Form::kPath, .domain = "the path of a CSV file", .example = "\"FILE.csv\""}),
     of<sim::Replay, &sim::Replay::between>({
         .key = "node.signals.between", .help = "Between two points: the value of the first, or a straight line",
         .choices = kBetween}),
     of<sim::Replay, &sim::Replay::repeat>({
-        .key = "node.signals.repeat", .help = "At the time of the last point it begins again"}),
+        .key = "node.signals.repeat", .help = "Begins again at the time of the last point"}),
     any_signal<&SignalConfig::signal, &sim::Signal::sample_period>(duration({
-        .key = "node.signals.sample_ms", .help = "How often there is a new value"})),
+        .key = "node.signals.sample_ms", .help = "Sampling period"})),
 };
 
 constexpr std::array kFaultKinds{
     setting<std::string>({
-        .key = "node.faults.kind", .help = "Which fault, of those of a node",
+        .key = "node.faults.kind", .help = "Kind of fault of a node",
         .domain = "a kind of fault", .example = "\"response-late\""}),
     setting<std::string>({
-        .key = "can.faults.kind", .help = "Which fault, of those of the bus",
+        .key = "can.faults.kind", .help = "Kind of fault of the bus",
         .domain = "a kind of fault", .example = "\"frame-loss\""}),
 };
 
 constexpr std::array kAxis{
     axis<&AxisConfig::negative_limit>({
-        .key = "node.axis.negative_limit", .help = "Where the negative limit switch begins, in increments from the place at power-on",
+        .key = "node.axis.negative_limit",
+        .help = "Position of the negative limit switch, in increments from power-on",
         .absent = kNone}),
     axis<&AxisConfig::positive_limit>({
-        .key = "node.axis.positive_limit", .help = "Where the positive one begins", .absent = kNone}),
-    axis<&AxisConfig::home_low>({.key = "node.axis.home_low", .help = "From where on the home switch is active"}),
-    axis<&AxisConfig::home_high>({.key = "node.axis.home_high", .help = "Up to where"}),
+        .key = "node.axis.positive_limit", .help = "Position of the positive one", .absent = kNone}),
+    axis<&AxisConfig::home_low>({.key = "node.axis.home_low", .help = "Start of the home switch"}),
+    axis<&AxisConfig::home_high>({.key = "node.axis.home_high", .help = "End of the home switch"}),
     axis<&AxisConfig::stops_beyond>({
-        .key = "node.axis.stops_beyond", .help = "How far the hard stops are beyond the limit switches",
-        .more = "Without a switch there is no stop either."}),
+        .key = "node.axis.stops_beyond", .help = "Distance of the hard stops beyond the limit switches",
+        .more = "Without a switch there is no stop."}),
     axis<&AxisConfig::load, &devices::AxisLoad::inertia>({
-        .key = "node.axis.inertia_kgcm2", .help = "What the motor moves, with its own, at its shaft; 0 = no load",
+        .key = "node.axis.inertia_kgcm2", .help = "Inertia at the shaft, with the motor's own; 0 = no load",
         .more = "Without load the axis follows its demand exactly, and torque moves nothing.", .high = 1'000'000,
         .unit = " kg cm2"}),
     axis<&AxisConfig::load, &devices::AxisLoad::friction>({
-        .key = "node.axis.friction_mnm", .help = "The torque that friction takes, either way", .high = 1'000'000, .unit = " mNm"}),
+        .key = "node.axis.friction_mnm", .help = "Friction torque, in both directions", .high = 1'000'000, .unit = " mNm"}),
     axis<&AxisConfig::load, &devices::AxisLoad::gravity>({
-        .key = "node.axis.gravity_mnm", .help = "The torque that pulls towards negative positions; below 0 the other way",
+        .key = "node.axis.gravity_mnm", .help = "Torque towards negative positions; below 0 towards positive ones",
         .low = -1'000'000, .high = 1'000'000, .unit = " mNm"}),
 };
 
@@ -283,25 +283,25 @@ constexpr std::int64_t kHourInMs = 3'600'000;
 
 constexpr std::array kWires{
     wire_end<&WireConfig::from>({
-        .key = "wire.from", .help = "Where it begins", .more = "What stands at the terminals, or any object of a node.",
+        .key = "wire.from", .help = "Source",
         .domain = "an output or an object", .example = "\"66:output:1\""}),
     wire_end<&WireConfig::to>({
-        .key = "wire.to", .help = "The input that it ends at", .more = "Any that `set` can set.",
+        .key = "wire.to", .help = "Target",
+        .more = "Any that `set` can set.",
         .domain = "an input or an object", .example = "\"5:0x2001\""}),
     wire<&sim::Transfer::inverted>({.key = "wire.inverted", .help = "0 becomes 1, and anything else 0"}),
-    wire<&sim::Transfer::scale>({.key = "wire.scale", .help = "What it is multiplied by"}),
-    wire<&sim::Transfer::offset>({.key = "wire.offset", .help = "What is added then"}),
-    wire<&sim::Transfer::low>({.key = "wire.low", .help = "The least that comes out"}),
-    wire<&sim::Transfer::high>({.key = "wire.high", .help = "The most that comes out"}),
+    wire<&sim::Transfer::scale>({.key = "wire.scale", .help = "Factor"}),
+    wire<&sim::Transfer::offset>({.key = "wire.offset", .help = "Offset, added after that"}),
+    wire<&sim::Transfer::low>({.key = "wire.low", .help = "Minimum"}),
+    wire<&sim::Transfer::high>({.key = "wire.high", .help = "Maximum"}),
     wire<&sim::Transfer::delay>({
-        .key = "wire.delay_ms", .help = "How much later it comes out", .high = kHourInMs, .unit = " ms",
+        .key = "wire.delay_ms", .help = "Delay", .high = kHourInMs, .unit = " ms",
         .scale = kMillisecond}),
     wire<&sim::Transfer::lag>({
-        .key = "wire.lag_ms", .help = "The time constant of a first order lag", .high = kHourInMs, .unit = " ms, 0 = none",
+        .key = "wire.lag_ms", .help = "Time constant of a first-order lag", .high = kHourInMs, .unit = " ms, 0 = none",
         .scale = kMillisecond}),
     wire<&sim::Transfer::sample_period>(duration({
-        .key = "wire.sample_ms", .help = "How often an object that flows is looked at, and what lags is passed on",
-        .more = "What stands at terminals is passed on when it changes."})),
+        .key = "wire.sample_ms", .help = "Sampling period of a lag, and of an object that changes continuously"})),
 };
 // clang-format on
 

@@ -69,7 +69,7 @@ class Reader {
   } catch (const Enough&) {
     found_.push_back(
         {{file_name_, 0},
-         fmt::format("{} mistakes, and the rest of the file has not been looked at; put these right first",
+         fmt::format("{} mistakes, and the rest of the file has not been checked; correct these first",
                      kMostMistakes)});
   }
 
@@ -360,7 +360,7 @@ class Reader {
   }
 
   void complain_global(const toml::key& key, std::string_view full) {
-    complain(key, fmt::format("{}: is for all networks; it stands at the top of the file, in [{}]", full,
+    complain(key, fmt::format("{}: is for all networks; write it at the top of the file, in [{}]", full,
                               full.substr(0, full.find('.'))));
   }
 
@@ -393,7 +393,7 @@ std::string syntax_message(std::string_view description) {
   constexpr std::string_view kPrefix = "Error while parsing ";
   if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
   const bool bare_word = description.find("could not determine value type") != std::string_view::npos;
-  return fmt::format("TOML syntax: {}{}", description, bare_word ? "; texts stand in double quotes" : "");
+  return fmt::format("TOML syntax: {}{}", description, bare_word ? "; write texts in double quotes" : "");
 }
 
 /// "can.bit_rate" and "125000" as a table. What is not written as a table, a list or in quotes is a text to
@@ -417,7 +417,7 @@ Diagnostics change_plant(std::string_view change, const Place& place, Config& co
                          NetworkConfig& network) {
   const auto sides = text::split(change, '=');
   if (!sides || sides->first.empty())
-    return {{place, "must be PATH=VALUE, such as can.bit_rate=125000; docs/plant-file.md has the keys"}};
+    return {{place, "must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys"}};
   const bool adds = sides->first.ends_with('+');
   const std::string path(sides->first.substr(0, sides->first.size() - (adds ? 1 : 0)));
   try {

@@ -2,7 +2,7 @@
 #pragma once
 
 /// Plant files: the TOML file that describes module, Modbus, CAN and nodes. The reference for people is
-/// docs/plant-file.md. Pure: the text comes in as an argument and no EDS file is opened.
+/// docs/reference/plant-file.md. Pure: the text comes in as an argument and no EDS file is opened.
 
 #include <span>
 #include <string>

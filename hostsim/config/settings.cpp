@@ -121,153 +121,157 @@ constexpr auto can(Row row) {
 // clang-format off
 constexpr std::array kPlant{
     plant<&Config::modbus, &ListenAddress::host>({
-        .key = "modbus.host", .help = "Where to listen",
-        .more = "`0.0.0.0` is every IPv4 address of this machine; anybody who reaches it can write registers.",
+        .key = "modbus.host", .help = "Listening address",
+        .more = "`0.0.0.0` is every IPv4 address; any client that reaches it can write registers.",
         .domain = "an IP address or a host name"}),
     plant<&Config::modbus, &ListenAddress::port>({
         .key = "modbus.port", .help = "Its port",
-        .more = "Modbus TCP's own is 502; ports below 1024 need a privilege. With 0 the `ready` line tells the one that "
-                "was found.",
+        .more = "Modbus TCP's own is 502; ports below 1024 need a privilege.",
         .unit = ", 0 = any free one"}),
     rtu<&RtuConfig::line, &LineConfig::device>({
         .key = "rtu.device", .option = "--rtu DEVICE",
-        .help = "A serial port or pseudo-terminal where the same registers are served by Modbus RTU",
+        .help = "Serial port or pseudo-terminal for the same registers by Modbus RTU",
         .form = Form::kPath, .domain = "a path"}),
     rtu<&RtuConfig::line, &LineConfig::baud>({
         .key = "rtu.baud", .help = "Its baud rate", .low = 1200, .high = 115200,
         .domain = kBauds, .check = check_baud}),
     rtu<&RtuConfig::line, &LineConfig::parity>({
-        .key = "rtu.parity", 
+        .key = "rtu.parity",
         .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
     rtu<&RtuConfig::station>({
-        .key = "rtu.station", 
-        .help = "Station address of the first network, by RTU over TCP too; the next ones are behind it", .low = 1,
+        .key = "rtu.station",
+        .help = "Station address of the first network, also for RTU over TCP; further networks have the following "
+                "ones", .low = 1,
         .high = 247}),
     rtu<&RtuConfig::listen>({
-        .key = "rtu.listen", .help = "Where the same frames are served over TCP, as serial device servers hand them on",
-        .more = "With port 0 the `ready` line tells the one that was found, as `rtu_tcp=HOST:PORT`.",
+        .key = "rtu.listen",
+        .help = "Listening address for the same frames over TCP, as from serial device servers",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     plant<&Config::clock>({
         .key = "time.clock", .option = "--clock CLOCK",
-        .help = "How time passes; manual: it stands still but for lines such as \"pass 100ms\" (us, ms, s) on standard "
-                "input, each acknowledged by \"at SECONDS\", and the end of the input ends the program",
+        .help = "How time passes; manual: only by lines such as \"pass 100ms\" (us, ms, s) on standard input, "
+                "answered by \"at SECONDS\"; the end of the input ends the program",
         .choices = kClocks}),
     plant<&Config::seed>({
-        .key = "random.seed", .option = "--seed N", .help = "All noise and all chance of faults follow from it",
+        .key = "random.seed", .option = "--seed N", .help = "Seed of all noise and all randomness of faults",
         .more = "The same plant with the same seed is the same every time."}),
     plant<&Config::control>({
-        .key = "control.listen", .option = "--control ADDRESS", .help = "Where commands are served; \"help\" lists them",
-        .more = "They are lines of text that read and change the plant while it runs, see [control.md](control.md). With port 0 "
-                "the `ready` line tells the one that was found, as `control=HOST:PORT`. Anybody who reaches the address can "
-                "give commands.",
+        .key = "control.listen", .option = "--control ADDRESS",
+        .help = "Listening address for commands; \"help\" lists them",
+        .more = "See [commands](commands.md). Any client that reaches the address can give commands.",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     plant<&Config::record>({
         .key = "log.record", .option = "--record FILE",
-        .help = "The session as a scenario: what is written to registers, commands, and what comes of transactions",
+        .help = "Session as a scenario: register writes, commands and results of transactions",
         .form = Form::kPath, .domain = "a path"}),
     plant<&Config::verbose>({
         .key = "log.verbose", .option = "-v, --verbose",
-        .help = "Tells on standard error each transaction, each change of a node's state and each EMCY message"}),
+        .help = "Reports transactions, node states and EMCY messages on standard error"}),
     plant<&Config::verbose_frames>({
         .key = "log.verbose_frames", .option = "-vv, --verbose-frames", .help = "The same, and each frame"}),
     plant<&Config::summary>({
-        .key = "log.summary", .help = "Tells at the end on standard error what there has been; so does --verbose"}),
+        .key = "log.summary",
+        .help = "Summary on standard error at the end; also with --verbose"}),
     plant<&Config::pcap>({
         .key = "log.pcap", .option = "--pcap FILE",
-        .help = "Modbus TCP and CAN on one clock as pcapng, for Wireshark; packets have the number of their transaction as a comment",
-        .more = "`-` is standard output; the `ready` line is on standard error then. A FIFO will do.",
+        .help = "Modbus TCP and CAN on one clock as pcapng for Wireshark, with transaction numbers as comments",
+        .more = "`-` is standard output, with the `ready` line on standard error. A FIFO is accepted.",
         .form = Form::kPath, .domain = "a path"}),
     plant<&Config::pcap_mb>({
-        .key = "log.pcap_mb", 
-        .help = "At this size FILE is renamed to FILE.1, in the place of the one before, and begun anew",
+        .key = "log.pcap_mb",
+        .help = "Size at which FILE is renamed to FILE.1, replacing the previous one, and begins again",
         .high = 1'000'000, .unit = " MB, 0 = never"}),
     plant<&Config::http, &HttpConfig::listen>({
-        .key = "http.listen", .option = "--http HOST:PORT", .help = "Where the HTTP interface is served",
-        .more = "See [http.md](http.md). With port 0 the `ready` line tells the one that was found, as `http=HOST:PORT`.",
+        .key = "http.listen", .option = "--http HOST:PORT", .help = "Listening address of the HTTP interface",
+        .more = "See [HTTP](http.md).",
         .domain = "HOST:PORT", .check = check_http_address}),
     plant<&Config::http, &HttpConfig::write>({
-        .key = "http.write", 
-        .help = "Where it listens on an address that other machines reach, it takes writes and commands too"}),
+        .key = "http.write",
+        .help = "Writes and commands are accepted also on an address that other machines reach"}),
 };
 
 constexpr std::array kNetwork{
     module<&ModuleConfig::node_id>({
-        .key = "module.node_id", .help = "Its node ID on the bus",
-        .more = "No simulated node can have the same.", .low = 1, .high = 127}),
+        .key = "module.node_id", .help = "Node ID on the bus",
+        .more = "No simulated node may have the same.", .low = 1, .high = 127}),
     module<&ModuleConfig::sdo_timeout_ms>({
         .key = "module.sdo_timeout_ms", .option = "--sdo-timeout MS",
-        .help = "How long an SDO transfer waits for the server's next response",
-        .more = "Object 3003h sub 0 shows and changes it at run time.", .unit = " ms, 0 = none"}),
+        .help = "Timeout for the server's next SDO response",
+        .more = "Object 3003h sub 0 shows and changes it.", .unit = " ms, 0 = none"}),
     module<&ModuleConfig::node_state_fresh_ms>({
-        .key = "module.node_state_fresh_ms", 
-        .help = "How long a node's last boot-up message, heartbeat or guarding response tells its state (object 300Ch), where "
-                "object 1016h sets no time for that node",
+        .key = "module.node_state_fresh_ms",
+        .help = "Time for which a boot-up message, heartbeat or guarding response counts (object 300Ch), unless "
+                "object 1016h sets one",
         .low = 1, .high = 65535, .unit = " ms"}),
     module<&ModuleConfig::guarding_timeout_ms>({
-        .key = "module.guarding_timeout_ms", 
-        .help = "How long the response to a node guarding request is waited for; a node is asked when nothing fresh is known or its "
-                "report is in doubt",
+        .key = "module.guarding_timeout_ms",
+        .help = "Timeout for a node guarding response; a node is asked if its state is old, unknown or in doubt",
         .low = 1, .high = 65535, .unit = " ms"}),
     module<&ModuleConfig::process_first>({
-        .key = "module.process_first", 
-        .help = "The first of the 128 registers of process data: 64 inputs, 64 outputs",
+        .key = "module.process_first",
+        .help = "First of the 128 registers of process data: 64 inputs, 64 outputs",
         .high = 4040}),
     module<&ModuleConfig::scanner_out_first>({
-        .key = "module.scanner_out_first", 
-        .help = "The first of the 70 registers of the scanner window that the PLC writes",
-        .more = "See [scanner.md](scanner.md).", .high = 4098}),
+        .key = "module.scanner_out_first",
+        .help = "First of the 70 registers of the scanner window that the PLC writes",
+        .more = "See [scanner window](../how-to/scanner.md).", .high = 4098}),
     module<&ModuleConfig::scanner_in_first>({
-        .key = "module.scanner_in_first", 
-        .help = "The first of the 68 registers of the scanner window that the PLC reads",
-        .more = "Ranges of registers must not overlap, nor lie over R3700..R3769.", .high = 4100}),
+        .key = "module.scanner_in_first",
+        .help = "First of the 68 registers of the scanner window that the PLC reads",
+        .more = "Ranges must not overlap each other or R3700..R3769.", .high = 4100}),
     module<&ModuleConfig::channels>({
-        .key = "module.channels", 
-        .help = "SDO clients that work at the same time; the scanner window of each is 200 registers behind the one before",
-        .more = "With 1 channel R700..R3699 are registers like any other.", .low = 1, .high = 16}),
+        .key = "module.channels",
+        .help = "SDO clients that work in parallel; the scanner windows are 200 registers apart",
+        .more = "With 1 channel R700..R3699 are ordinary registers.", .low = 1, .high = 16}),
     module<&ModuleConfig::plc_timeout_ms>({
-        .key = "module.plc_timeout_ms", 
-        .help = "Without a valid Modbus request for so long the own node leaves Operational: its TPDOs stop",
+        .key = "module.plc_timeout_ms",
+        .help = "Time without a valid Modbus request after which the own node leaves Operational and its TPDOs stop",
         .unit = " ms, 0 = none"}),
     module<&ModuleConfig::plc_lost_state>({
-        .key = "module.plc_lost_state", 
-        .help = "What the own node becomes then", .more = "The PLC starts it again by NMT.", .choices = kPlcLostStates}),
+        .key = "module.plc_lost_state",
+        .help = "State of the own node then",
+        .more = "The PLC starts it again by NMT.", .choices = kPlcLostStates}),
     module<&ModuleConfig::start_result>({
-        .key = "module.start_result", 
-        .help = "R3700 after a start: 5 tells programs that read R3700 alone that what was under way has no result",
-        .more = "Others compare R3701..R3704 with their request: after a start these are 0. See [contract.md](contract.md#one-transaction).",
+        .key = "module.start_result",
+        .help = "R3700 after a start; 5 reports that a transaction in progress has no result",
+        .more = "See [contract](contract.md#one-transaction).",
         .high = 5, .domain = "0 or 5", .check = check_start_result}),
     module<&ModuleConfig::parameters>({
-        .key = "module.parameters", 
-        .help = "Where object 1010h and LSS store what the own node keeps",
-        .more = "A file like that of `node.parameters`; what it has counts from the start, a node ID of LSS instead of "
-                "`module.node_id`. Without it 1010h, 1011h and LSS store nothing.",
+        .key = "module.parameters",
+        .help = "File in which object 1010h and LSS store the own node's values",
+        .more = "They apply from the start; a node ID from LSS replaces `module.node_id`. Without a file 1010h, "
+                "1011h and LSS store nothing.",
         .form = Form::kPath, .domain = "a path"}),
     module<&ModuleConfig::enabled>({
         .key = "module.enabled",
-        .help = "false: nodes and a bus alone, for a coprocessor that runs elsewhere: no Modbus server either",}),
+        .help = "false: nodes and a bus alone, without module and Modbus server"}),
     plc<&PlcConfig::address>({
-        .key = "plc.address", .option = "--plc HOST:PORT", .help = "A PLC that owns the registers: the module is the Modbus client that comes and gets them",
-        .more = "See [plc.md](plc.md). A name is looked up once, at the start.", .form = Form::kText, .domain = "HOST:PORT",
+        .key = "plc.address", .option = "--plc HOST:PORT", .help = "PLC that owns the registers; the module is its Modbus client",
+        .more = "See [a PLC that owns the registers](../how-to/plc-owns-registers.md). A name is resolved once, at "
+                "the start.", .form = Form::kText, .domain = "HOST:PORT",
         .check = check_plc_address}),
     plc<&PlcConfig::unit>({.key = "plc.unit", .help = "The PLC's unit ID or station address"}),
     plc<&PlcConfig::first>({
-        .key = "plc.first", .help = "The PLC's register that is R3700; of the scanner layout OUT+0, and IN+0 is 70 further",
-        .more = "0-based on the wire: OpenPLC's %MW0 is 1024.", .high = 65398}),
+        .key = "plc.first",
+        .help = "The PLC's register for R3700, or for OUT+0 of the scanner layout, with IN+0 70 further",
+        .more = "0-based: OpenPLC's %MW0 is 1024.", .high = 65398}),
     plc<&PlcConfig::layout>({
-        .key = "plc.layout", .help = "What the PLC has there: R3700..R3769, or the scanner window's blocks OUT and IN",
+        .key = "plc.layout", .help = "Registers in the PLC: R3700..R3769, or OUT and IN of the scanner window",
         .choices = kPlcLayouts}),
     plc<&PlcConfig::process_first>({
-        .key = "plc.process_first", .help = "The PLC's register that is the first of the 128 of process data",
+        .key = "plc.process_first", .help = "The PLC's first of the 128 registers of process data",
         .high = 65408, .absent = kNone}),
     plc<&PlcConfig::period_ms>({
-        .key = "plc.period_ms", .help = "How often the PLC is asked", .low = 1, .high = 65535, .unit = " ms"}),
+        .key = "plc.period_ms", .help = "Polling period", .low = 1, .high = 65535, .unit = " ms"}),
     plc<&PlcConfig::at_start>({
-        .key = "plc.at_start", .help = "A request in the PLC's R3700 when the module starts: it may have been executed before",
-        .more = "`execute` executes it again, `refuse` answers it by 5. The scanner layout answers its first number by 5 always.",
+        .key = "plc.at_start",
+        .help = "Treatment of a request in R3700 when the module starts; it may have been executed before",
+        .more = "`execute` executes it again, `refuse` answers 5. The scanner layout always answers its first "
+                "number by 5.",
         .choices = kPlcAtStart}),
     plc_line<&LineConfig::device>({
         .key = "plc.device",
-        .help = "Likewise by Modbus RTU, over a serial port or pseudo-terminal",
+        .help = "The same by Modbus RTU, on a serial port or pseudo-terminal",
         .form = Form::kPath, .domain = "a path"}),
     plc_line<&LineConfig::baud>({
         .key = "plc.baud", .help = "Its baud rate", .low = 1200, .high = 115200,
@@ -276,41 +280,36 @@ constexpr std::array kNetwork{
         .key = "plc.parity", .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
     Setting<NetworkConfig>{{
         .key = "can.spec", .option = "--can SPEC",
-        .help = "A bus inside the program, or one outside: a SocketCAN interface, an adapter (SLCAN), a remote bus",
-        .more = "`socketcan:vcan0` is the Linux interface `vcan0`, `slcan:/dev/ttyACM0@500000` an adapter on a serial port, "
-                "`slcan:HOST:PORT` one behind TCP, `socketcand:HOST:PORT/can0` a bus of a socketcand, "
-                "`udp:239.74.163.2:43113` python-can's udp_multicast; the nodes of the file are simulated on it, next to the "
-                "real ones.",
+        .help = "Virtual bus, or one outside: a SocketCAN interface, an adapter (SLCAN), a remote bus",
+        .more = "See [join the bus](../how-to/join-the-bus.md).",
         .form = Form::kText,
         .domain = "virtual, socketcan:IFNAME, slcan:DEV[@BITRATE], slcan:HOST:PORT, socketcand:HOST:PORT/BUS or udp:GROUP:PORT",
         .check = check_can_spec},
         store_can_spec, load_can_spec},
     can<&CanConfig::bit_rate>({
-        .key = "can.bit_rate", .option = "--bit-rate N", .help = "The pace of the virtual bus",
-        .more = "Another bus has the rate that it was set up with.", .high = 1'000'000,
+        .key = "can.bit_rate", .option = "--bit-rate N", .help = "Bit rate of the virtual bus",
+        .more = "Another bus keeps its own.", .high = 1'000'000,
         .domain = "10000..1000000 bit/s, or 0 = as fast as possible", .check = check_bit_rate}),
     can<&CanConfig::slcan>({
         .key = "can.slcan", .option = "--slcan ADDRESS",
-        .help = "Where CAN adapters (LAWICEL, SLCAN) on the bus are served, one for each connection",
-        .more = "With port 0 the `ready` line tells the one that was found, as `slcan=HOST:PORT`.",
+        .help = "Listening address for SLCAN (LAWICEL); each connection is a CAN adapter on the bus",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     can<&CanConfig::socketcand>({
         .key = "can.socketcand", .option = "--socketcand ADDRESS",
-        .help = "Where the bus is served by the protocol of socketcand",
-        .more = "The `ready` line tells it as `socketcand=HOST:PORT`.",
+        .help = "Listening address for the protocol of socketcand",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
     can<&CanConfig::beacon>({
-        .key = "can.socketcand_beacon", 
-        .help = "Where socketcand's beacon goes every 3 s, by which SavvyCAN and Kayak find the server: a broadcast address",
-        .more = "`192.168.1.255` for a whole network, `127.0.0.1` for this machine. Not on a manual clock.",
+        .key = "can.socketcand_beacon",
+        .help = "Broadcast address for socketcand's beacon every 3 s, by which SavvyCAN and Kayak find the server",
+        .more = "Not on a manual clock.",
         .form = Form::kText, .domain = "HOST or HOST:PORT; port 42000 unless told otherwise", .check = check_beacon}),
     can<&CanConfig::replay>({
-        .key = "can.replay", 
-        .help = "What somebody else on the bus sends, a log in the format of candump -L; its first frame comes at the start",
+        .key = "can.replay",
+        .help = "Log in the format of candump -L, sent by another node from the start on",
         .form = Form::kPath, .domain = "a path"}),
     setting<NetworkConfig, &NetworkConfig::log>({
         .key = "log.file", .option = "--log FILE", .help = "Every frame on the bus, in the format of candump -L",
-        .more = "`-` is standard output; the `ready` line is on standard error then.",
+        .more = "`-` is standard output, with the `ready` line on standard error.",
         .form = Form::kPath, .domain = "a path"}),
 };
 

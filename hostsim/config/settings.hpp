@@ -2,8 +2,8 @@
 #pragma once
 
 /// The settings of a plant as tables (text/setting.hpp): key in the plant file, twin on the command line,
-/// range, help. Both readers go by these rows; --help and docs/plant-file.md are made from them. A new
-/// setting is a member in config.hpp and a row.
+/// range, help. Both readers go by these rows; --help and docs/reference/plant-file.md are made from them. A
+/// new setting is a member in config.hpp and a row.
 
 #include <optional>
 #include <span>

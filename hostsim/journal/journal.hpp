@@ -29,7 +29,7 @@ enum class Kind : std::uint8_t {
   kState,      ///< a node's NMT state is another one
   kTerminals,  ///< what stands at a node's inputs or outputs is another value
   kFault,      ///< an injected fault has happened
-  kCommand,    ///< of docs/control.md: inputs, incidents, power, faults, NMT; before its effects
+  kCommand,    ///< of docs/reference/commands.md: inputs, incidents, power, faults, NMT; before its effects
   kClient,     ///< of Modbus TCP: joined or left
 };
 inline constexpr std::size_t kKinds = 10;

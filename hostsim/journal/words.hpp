@@ -29,7 +29,7 @@ struct StateName {
   std::string_view name;
 };
 std::span<const StateName> state_names();
-/// Of kTerminals, as docs/control.md names them: "output:3 on, output:4 off", "analogue-output:1 = -5".
+/// Of kTerminals, as docs/reference/commands.md names them: "output:3 on, output:4 off", "analogue-output:1 = -5".
 std::string terminals_text(const Event& event);
 /// "pre-operational", "off" for kOff
 std::string_view state_text(std::uint8_t state);

@@ -17,7 +17,7 @@ class Bench {
   virtual View& view() = 0;
   /// Throws Refused for a command that means nothing here, as far as that can be told without executing it.
   virtual void check(std::string_view line) = 0;
-  /// A command of docs/control.md; what it brings about has happened when it returns the response. wait and
+  /// A command of docs/reference/commands.md; what it brings about has happened when it returns the response. wait and
   /// pass let time pass.
   virtual std::string execute(std::string_view line) = 0;
   /// Lets time pass to when something happens next, or only to `until`, both since the plant's start.

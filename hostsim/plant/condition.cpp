@@ -280,20 +280,20 @@ std::unique_ptr<Condition> make(const Written& written, View& view) {
 
 // clang-format off
 constexpr auto kKinds = std::to_array<Row>({
-    {1, 1, true, make<TransactionCondition>, {"transaction started|ended", "A transaction of the PLC's is under way, or ends",
-     "Of one that is under way already, the end."}},
-    {3, kAnyNumber, false, make<RegisterCondition>, {"register R OP VALUE...", "A register is so; or R and those behind it are",
+    {1, 1, true, make<TransactionCondition>, {"transaction started|ended", "A transaction of the PLC is in progress, or ends",
+     "For one already in progress, `ended` is its end."}},
+    {3, kAnyNumber, false, make<RegisterCondition>, {"register R OP VALUE...", "R and the following registers satisfy the comparison",
      "`OP` is `=`, `!=`, `<`, `<=`, `>` or `>=`; with several values `=`."}},
-    {4, kAnyNumber, false, make<ObjectCondition>, {"object NODE INDEX[:SUB] OP VALUE", "An object of a simulated node is so",
+    {4, kAnyNumber, false, make<ObjectCondition>, {"object NODE INDEX[:SUB] OP VALUE", "An object of a simulated node satisfies the comparison",
      "As `get` shows it."}},
     {2, 2, false, make<StateCondition>, {"state NODE STATE", "A simulated node is in this NMT state",
-     "initialising, pre-operational, operational, stopped, or off: without power."}},
+     "It is initialising, pre-operational, operational, stopped, or off (without power)."}},
     {1, 1, true, make<FrameCondition>, {"frame FRAME", "Such a frame is on the bus",
-     "As candump writes it, `605#4017100000000000`; `x` is any digit and `*` at the end anything."}},
+     "`605#40171000x*`: `x` is any digit, `*` at the end anything."}},
     {1, 2, true, make<EmergencyCondition>, {"emcy NODE [CODE]", "An EMCY message of this node is on the bus",
-     "0 is No Error."}},
-    {1, 1, false, make<TimeCondition>, {"time DURATION", "So much time has passed since the start of the plant", ""}},
-    {2, 2, false, make<TookCondition>, {"took OP DURATION", "So much time has passed since the step before, or since `wait` came", ""}},
+     "Code 0 is No Error."}},
+    {1, 1, false, make<TimeCondition>, {"time DURATION", "This time has passed since the start of the plant", ""}},
+    {2, 2, false, make<TookCondition>, {"took OP DURATION", "The time since the previous step, or since `wait`, satisfies the comparison", ""}},
 });
 // clang-format on
 

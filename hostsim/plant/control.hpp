@@ -2,7 +2,7 @@
 #pragma once
 
 /// Commands at run time, one line each, from a socket (--control), from standard input on a manual clock,
-/// from a scenario: what the world does to the plant, and what one may want to know of it. docs/control.md is
+/// from a scenario: what the world does to the plant, and what one may want to know of it. docs/reference/commands.md is
 /// the page about them. The last line of every response is "ok", with a value where there is one, "at" and
 /// the time, or "error: " and what is wrong.
 
@@ -20,7 +20,7 @@
 
 namespace cbcan::plant {
 
-/// Those of all commands, for `help` and docs/control.md.
+/// Those of all commands, for `help` and docs/reference/commands.md.
 std::vector<Usage> command_usages();
 
 inline constexpr std::string_view kError = "error: ";

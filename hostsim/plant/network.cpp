@@ -216,7 +216,7 @@ void Network::on_writer(std::uint32_t client, const adapters::ModbusRange& writt
     if (client < last && second_writers_++ == 0)
       on_fault(
           fmt::format("scanner window of channel {}: Modbus clients {} and {} write to it, and each takes "
-                      "the other's results for its own; see one writer, docs/scanner.md",
+                      "the other's results for its own; see one writer, docs/how-to/scanner.md",
                       channel, client, last),
           context_.now);
     last = client;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Scenarios: a plant and the steps of a test, in one TOML file. docs/scenarios.md is the page about them.
+/// Scenarios: a plant and the steps of a test, in one TOML file. docs/reference/scenarios.md is the page about them.
 
 #include <cstddef>
 #include <optional>

@@ -22,8 +22,8 @@ constexpr std::string_view kPlant = "plant";
 constexpr std::string_view kStep = "step";
 constexpr std::string_view kDemo = "demo";
 
-constexpr std::string_view kDuration = "a text: a whole number and us, ms or s";
-constexpr std::string_view kLines = "a text, or a list of them";
+constexpr std::string_view kDuration = "a duration";
+constexpr std::string_view kLines = "one or a list";
 /// A key of a step, and where it is stored.
 struct Key {
   text::Row row;
@@ -31,14 +31,13 @@ struct Key {
 };
 // clang-format off
 constexpr auto kKeys = std::to_array<Key>({
-    {{.key = "at", .help = "Time passes until the plant runs for so long", .domain = kDuration}, &Step::at},
-    {{.key = "after", .help = "Time passes until the step before is done for so long", .domain = kDuration}, &Step::after},
-    {{.key = "every", .help = "What `do` has is done now, or at `at` or `after`, and from then on again and again to the end, while "
-                              "the steps below go on", .domain = kDuration}, &Step::every},
-    {{.key = "do", .help = "Commands, see [control.md](control.md), in this order", .domain = kLines}, &Step::commands},
-    {{.key = "wait", .help = "Conditions; time passes until each has held once, in this order", .domain = kLines}, &Step::waits},
-    {{.key = "within", .help = "The most that each of them may take; 60 s unless set", .domain = kDuration}, &Step::within},
-    {{.key = "expect", .help = "Conditions that hold now, at the end of the step; events count since the step before was done",
+    {{.key = "at", .help = "Starts the step at this time of the plant", .domain = kDuration}, &Step::at},
+    {{.key = "after", .help = "Starts the step this time after the previous one", .domain = kDuration}, &Step::after},
+    {{.key = "every", .help = "Repeats `do` at this interval to the end of the scenario, while further steps run", .domain = kDuration}, &Step::every},
+    {{.key = "do", .help = "[Commands](commands.md), in this order", .domain = kLines}, &Step::commands},
+    {{.key = "wait", .help = "Conditions that are waited for, in this order", .domain = kLines}, &Step::waits},
+    {{.key = "within", .help = "Limit for each of them; 60 s by default", .domain = kDuration}, &Step::within},
+    {{.key = "expect", .help = "Conditions that hold at the end of the step; events count from the end of the previous one",
       .domain = kLines}, &Step::expectations},
 });
 // clang-format on

@@ -2,7 +2,7 @@
 #pragma once
 
 /// What makes a simulated node a device: behaviour on its dictionary. The node does all the communication; a
-/// behaviour reads and writes values. docs/devices.md shows how to write one.
+/// behaviour reads and writes values. docs/how-to/lua-device.md shows how to write one.
 ///
 /// The node calls update() before anybody looks at a value (an SDO upload, a TPDO that is sampled) and after
 /// anybody has written one (SDO, RPDO, a signal), and at the time that the last update() named. So a

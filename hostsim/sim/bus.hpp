@@ -4,7 +4,7 @@
 /// One CAN bus in this process: bounded queues, arbitration by identifier, optional pacing to a bit rate,
 /// bus-off, and optionally a wire that goes on outside (a SocketCAN interface). Pure and single-threaded: it
 /// reads no clock, opens nothing and never calls back from inside try_send. What it does not model is in
-/// docs/fidelity.md.
+/// docs/explanation/fidelity.md.
 
 #include <array>
 #include <cstddef>

@@ -44,7 +44,7 @@ constexpr std::array kMeanings{
     Meaning{0x8100, kClass, "communication"},
     Meaning{0x8200, kClass, "protocol error"},
     Meaning{0xFF00, kClass, "device-specific"},
-    Meaning{0x0000, kGroup, "no error, or an error is over"},
+    Meaning{0x0000, kGroup, "no error, or an error has ended"},
     Meaning{0x1000, kGroup, "generic error"},
     Meaning{0x2000, kGroup, "current"},
     Meaning{0x3000, kGroup, "voltage"},

@@ -31,15 +31,14 @@ inline constexpr std::string_view kBoth = "both";
 
 inline constexpr std::array kExitCodes = std::to_array<ExitCodeRow>({
     {ExitCode::kDone, kBoth,
-     "done; of cbcan-sim also after SIGINT, SIGTERM and SIGHUP, of cbcanctl also where emcy and kernel tell "
-     "errors"},
-    {ExitCode::kCheckFailed, "cbcan-sim", "a check failed: a scenario, or a wait that was not over in time"},
+     "done; also cbcan-sim after SIGINT, SIGTERM and SIGHUP, and cbcanctl emcy and kernel that show errors"},
+    {ExitCode::kCheckFailed, "cbcan-sim", "a check failed: a scenario, or a wait that timed out"},
     {ExitCode::kUsage, kBoth, "usage or configuration: command line, plant file, EDS file, scenario"},
     {ExitCode::kEnvironment, kBoth,
      "environment: no such CAN interface, port busy, no connection, connection lost, no result in time"},
     {ExitCode::kRefused, "cbcanctl", "refused by the coprocessor or the node"},
     {ExitCode::kAbsent, "cbcanctl", "no such node, or it does not respond"},
-    {ExitCode::kInterrupted, "cbcanctl", "interrupted; a transaction that was under way has been cancelled"},
+    {ExitCode::kInterrupted, "cbcanctl", "interrupted; the transaction in progress has been cancelled"},
 });
 
 /// Lines for --help, those of one program: "  0  done".

@@ -120,7 +120,7 @@ adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
   } catch (const plant::Refused& refused) {
     return failed(400, refused.what());
   }
-  return failed(404, "no such resource; docs/http.md lists them");
+  return failed(404, "no such resource; docs/reference/http.md lists them");
 }
 
 std::size_t Api::network_in(const Query& query) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What is served over HTTP: docs/http.md is the page about it.
+/// What is served over HTTP: docs/reference/http.md is the page about it.
 
 #include <functional>
 #include <memory>
@@ -24,7 +24,7 @@ class Api {
     plant::Control& control;
     const decltype(config::PlantBuild::names)& names;
     const journal::FindName& find;
-    adapters::Execute execute;       ///< a line of docs/control.md
+    adapters::Execute execute;       ///< a line of docs/reference/commands.md
     std::function<void()> catch_up;  ///< what is due has been done
     std::function<Json()> about;     ///< the program, for /api/time
   };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Events of the journal as JSON, and which of them somebody wants (docs/http.md).
+/// Events of the journal as JSON, and which of them somebody wants (docs/reference/http.md).
 
 #include <cstdint>
 #include <map>

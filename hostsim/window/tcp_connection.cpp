@@ -114,7 +114,7 @@ void TcpConnection::look_at_attempt(Time now) {
 }
 
 void TcpConnection::look_for_end(Time now) {
-  if (!due_ && peek(now).count > 0) end("it sends what nobody has asked for", now);
+  if (!due_ && peek(now).count > 0) end("it sends an unrequested response", now);
 }
 
 void TcpConnection::send(std::uint8_t unit, const Request& request, Time now) {

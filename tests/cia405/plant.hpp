@@ -27,7 +27,7 @@ struct Plant {
   int port() const { return port_; }
   Time now() const { return now_; }
   void pass(Time time);
-  /// A line of docs/control.md; returns the response.
+  /// A line of docs/reference/commands.md; returns the response.
   std::string command(const std::string& line);
   /// The bus until now, as candump writes frames: "605#4000200100000000".
   std::vector<std::string> frames();

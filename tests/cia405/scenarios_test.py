@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Every scenario of scenarios.txt against cbcan-sim, in virtual time: with the blocks of the C++ library, those in Structured Text, or
-the recipes of docs/ladder.md.
+the recipes of docs/reference/ladder-recipes.md.
 
 usage: scenarios_test.py SIMULATOR PROGRAM     (PROGRAM: cia405_block_program, "st" or "recipes")
 """
@@ -309,7 +309,7 @@ class Run:
         self.plant.now -= microseconds(ms)
 
     def step_say(self, *words):
-        """A line of docs/control.md."""
+        """A line of docs/reference/commands.md."""
         self.plant.command(" ".join(words))
 
     def step_send(self, frame):

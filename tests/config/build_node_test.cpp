@@ -423,7 +423,7 @@ TEST_CASE("A value of the plant file is not taken for one that the file leaves t
 }
 
 TEST_CASE("The reference's plant with signals is made of the demo plant's EDS files") {
-  std::ifstream file(CBCAN_SOURCE_DIR "/docs/plant-file.md");
+  std::ifstream file(CBCAN_SOURCE_DIR "/docs/reference/plant-file.md");
   const std::string page(std::istreambuf_iterator<char>(file), {});
   const auto from = page.find("[can]\nfaults = ");
   REQUIRE(from != std::string::npos);

@@ -42,7 +42,7 @@ TEST_CASE("no option at all runs with the defaults and says who is missing") {
   CHECK(bare.config == Config{});
   CHECK(bare.out == "");
   CHECK(bare.err ==
-        "cbcan-sim: nobody else is on the virtual bus; try --demo, or add a node: --node 5=FILE.eds\n");
+        "cbcan-sim: no other node is on the virtual bus; try --demo, or add a node: --node 5=FILE.eds\n");
 }
 
 TEST_CASE("a real bus without simulated nodes is nothing to remark on") {
@@ -268,7 +268,7 @@ TEST_CASE("behind -- stands a command, for which the plant is at free addresses"
   CHECK(named.config.networks.at(0).can.slcan == ":1601");
   CHECK(start({"--can", "socketcan:can0", "--", "x"}).config.networks.at(0).can.slcan.empty());
   CHECK(start({"--demo"}).command.empty());
-  refused_as({"--demo", "--"}, "--: write a command behind it, such as -- ./run-tests");
+  refused_as({"--demo", "--"}, "--: write a command after it, such as -- ./run-tests");
 }
 
 TEST_CASE("an EDS file that is given as a plant file is told so") {

@@ -105,7 +105,7 @@ TEST_CASE("mistakes in a further network name it") {
 }
 
 TEST_CASE("what is for all networks stands in none") {
-  const std::string told = ": is for all networks; it stands at the top of the file, in [";
+  const std::string told = ": is for all networks; write it at the top of the file, in [";
   for (const std::string table : {"modbus", "time", "random", "control"}) {
     INFO(table);
     wrong_networks("[[network]]\n[network." + table + "]\n",
@@ -214,9 +214,9 @@ TEST_CASE("options behind --network win over that network of the file") {
   CHECK(both.config.networks[1].nodes.size() == 2);
   CHECK(both.config.networks[1].can.bit_rate == 0);
   CHECK(both.config.networks[3].nodes.at(0).id == 7);
-  CHECK(
-      both.err ==
-      "cbcan-sim: network 3: nobody else is on the virtual bus; add a node: --network 3 --node 5=FILE.eds\n");
+  CHECK(both.err ==
+        "cbcan-sim: network 3: no other node is on the virtual bus; add a node: --network 3 --node "
+        "5=FILE.eds\n");
 }
 
 TEST_CASE("networks may be typed in any order, without gaps") {

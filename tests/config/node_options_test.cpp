@@ -132,7 +132,7 @@ TEST_CASE("node options that are wrong") {
 
 TEST_CASE("--set that is wrong") {
   const std::string form =
-      ": must be PATH=VALUE, such as can.bit_rate=125000; docs/plant-file.md has the keys";
+      ": must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys";
   refused(with_plant({"--set", "can.bit_rate"}), "--set can.bit_rate" + form);
   refused(with_plant({"--set", "=1"}), "--set =1" + form);
   refused(with_plant({"--set", "can.bitrate=1"}),

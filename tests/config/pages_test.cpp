@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// --help and docs/plant-file.md say what the code does, no less and no more.
+// --help and docs/reference/plant-file.md say what the code does, no less and no more.
 
 #include "cli/options.hpp"
 #include "config/settings.hpp"
@@ -131,14 +131,14 @@ TEST_CASE("the reference names no option that does not exist") {
   std::set<std::string> known;
   for (const std::string_view option : all_options())
     known.emplace(cbcan::text::option_name(option));
-  for (const std::string& option : options_in(source_file("docs/plant-file.md"))) {
+  for (const std::string& option : options_in(source_file("docs/reference/plant-file.md"))) {
     INFO(option);
     CHECK(known.count(option) == 1);
   }
 }
 
 TEST_CASE("the reference's networks are the same on the command line") {
-  const Plant plant = read(toml_snippets(source_file("docs/plant-file.md")).at(3));
+  const Plant plant = read(toml_snippets(source_file("docs/how-to/several-networks.md")).at(0));
   const Start typed = start({"--modbus",   ":502",       "--can",         "socketcan:can0",
                              "--network",  "2",          "--sdo-timeout", "200",
                              "--bit-rate", "125000",     "--slcan",       "127.0.0.1:29537",
@@ -190,6 +190,6 @@ node_id = 128
   told.insert(told.end(), unreadable.begin(), unreadable.end());
   for (const std::string& line : told) {
     INFO(line);
-    CHECK(contains(source_file("docs/plant-file.md"), "    " + line + "\n"));
+    CHECK(contains(source_file("docs/reference/plant-file.md"), "    " + line + "\n"));
   }
 }

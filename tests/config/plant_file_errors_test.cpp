@@ -226,7 +226,7 @@ TEST_CASE("a file with more than 100 mistakes is not looked at any further") {
   const Lines errors = errors_in(text + "one = 1\nmore = 1\n[modbus]\nkey = 1\n");
   CHECK(errors.size() == 101);
   CHECK(errors.back() ==
-        "plant.toml: 100 mistakes, and the rest of the file has not been looked at; put these right first");
+        "plant.toml: 100 mistakes, and the rest of the file has not been checked; correct these first");
 }
 
 TEST_CASE("what a node has to have") {
@@ -260,7 +260,7 @@ TEST_CASE("things of the wrong shape") {
 TEST_CASE("TOML syntax errors name the line") {
   const auto error_of = [](std::string_view text) { return errors_in(text).at(0); };
   CHECK(contains(error_of("[can]\nspec = virtual\n"), "plant.toml:2: TOML syntax: "));
-  CHECK(contains(error_of("[can]\nspec = virtual\n"), "texts stand in double quotes"));
+  CHECK(contains(error_of("[can]\nspec = virtual\n"), "write texts in double quotes"));
   CHECK(contains(error_of("[can]\n\n\n[can]\n"), "plant.toml:4: TOML syntax: "));
   CHECK(contains(error_of("[module]\nnode_id = 1\nnode_id = 2\n"), "plant.toml:3: TOML syntax: "));
   CHECK(contains(error_of("[module\n"), "plant.toml:1: TOML syntax: "));

@@ -52,8 +52,7 @@ TEST_CASE("wires") {
   CHECK(with("to = \"5:0x2002\"") == "plant.toml:4: wire.from: is missing; add from = \"66:output:1\"");
   CHECK(
       with("from = \"5:output:0\"\nto = \"5:0x2002\"") ==
-      "plant.toml:5: wire.from \"5:output:0\": must be NODE:INDEX:SUB, with .BIT behind it where one bit is "
-      "meant, or "
+      "plant.toml:5: wire.from \"5:output:0\": must be NODE:INDEX:SUB, with .BIT appended for one bit, or "
       "NODE:output:N, NODE:analogue-output:N, NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2");
   CHECK(with(ends + "delay_ms = -1") == "plant.toml:7: wire.delay_ms -1: must be 0..3600000 ms");
   CHECK(with(ends + "lagg_ms = 1") == "plant.toml:7: wire.lagg_ms: no such key; did you mean wire.lag_ms?");

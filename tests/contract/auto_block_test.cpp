@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "SDO service": when mode 0 uses block transfer.
+// docs/reference/contract.md, "SDO service": when mode 0 uses block transfer.
 
 #include "contract/window.hpp"
 

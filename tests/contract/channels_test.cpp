@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "Channels".
+// docs/reference/contract.md, "Channels".
 
 #include "contract/window.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "Checks, in this order": each case also violates every check behind its own.
+// docs/reference/contract.md, "Checks, in this order": each case also violates every check behind its own.
 
 #include "contract/window.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "Local objects: R3702 = 0", 3007h: the states of the nodes.
+// docs/reference/contract.md, "Local objects: R3702 = 0", 3007h: the states of the nodes.
 
 #include "contract/local_object.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "Local objects: R3702 = 0": EMCY messages of the nodes and the own ones.
+// docs/reference/contract.md, "Local objects: R3702 = 0": EMCY messages of the nodes and the own ones.
 
 #include "contract/pdo.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "Local objects: R3702 = 0".
+// docs/reference/contract.md, "Local objects: R3702 = 0".
 
 #include "contract/pdo.hpp"
 

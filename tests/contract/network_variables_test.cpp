@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "Process data: network variables": the objects that are views of the registers.
+// docs/reference/contract.md, "Process data: network variables": the objects that are views of the registers.
 
 #include "contract/pdo.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "NMT service: write to 1F82h", and the services of docs/registers.md.
+// docs/reference/contract.md, "NMT service: write to 1F82h", and the services of docs/reference/registers.md.
 
 #include "contract/window.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "Node state service: read of 300Ch sub-index 0", and the states of docs/registers.md.
+// docs/reference/contract.md, "Node state service: read of 300Ch sub-index 0", and the states of docs/reference/registers.md.
 
 #include "contract/window.hpp"
 

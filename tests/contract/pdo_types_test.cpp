@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "Process data: network variables": what CiA 301 says about PDOs.
+// docs/reference/contract.md, "Process data: network variables": what CiA 301 says about PDOs.
 
 #include "contract/pdo.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "Process data: network variables": registers and PDOs.
+// docs/reference/contract.md, "Process data: network variables": registers and PDOs.
 
 #include "contract/pdo.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "SDO service", quarantine: a late response is never taken for the response to the next
+// docs/reference/contract.md, "SDO service", quarantine: a late response is never taken for the response to the next
 // request.
 
 #include "contract/phases.hpp"

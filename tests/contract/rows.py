@@ -4,9 +4,9 @@
 
     rows.py PROGRAM    PROGRAM: a target of the suite, contract_sim_test
 
-Promises are the rows and the sentences of docs/contract.md, each with an id of its own at its end, <sub>[SDO-14]</sub>, and the rows of the
-generated docs/registers.md: there the id is the register or object and the row's first number, [R3700-4]. A test's name begins with the ids of what it
-shows. A sentence that ends in a colon only leads to what follows it.
+Promises are the rows of docs/reference/contract.md, each with its id in the first cell, <a id="sdo-14"></a>SDO-14, and the rows of the generated
+docs/reference/registers.md: there the id is the register or object and the row's first number, [R3700-4]. A test's name begins with the ids of what
+it shows. Text outside the tables explains and promises nothing: "must" and "never" fail there.
 """
 
 import collections
@@ -16,7 +16,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-CONTRACT, REGISTERS = "docs/contract.md", "docs/registers.md"
+CONTRACT, REGISTERS = "docs/reference/contract.md", "docs/reference/registers.md"
 
 # Sections that promise nothing to be tested here: why.
 NO_PROMISE = {
@@ -31,55 +31,39 @@ NO_PROMISE = {
     (REGISTERS, "SDO abort codes (R3707 and R3706)"): "names: codes of servers pass unchanged, the own ones are in " + CONTRACT,
 }
 
-NOTE = re.compile(r"\(decisions?\b[^)]*\)")
-LIST_ITEM = re.compile(r"(\* |\d+\. )")
-SENTENCE_END = re.compile(r'(?:(?<=\.)|(?<=</sub>))\s+(?=[A-Z0-9"*`])')
-ID_AT_END = re.compile(r"<sub>\[([A-Z]+-\d+)\]</sub>[\s|]*$")
+ID_OF_ROW = re.compile(r'\| <a id="([a-z]+-\d+)"></a>([A-Z]+-\d+) \|')
+PROMISING = re.compile(r"\b(must|never)\b")
 IDS_OF_TEST = re.compile(r"\[([A-Z0-9]+h?-\d+)\]")
 NAME_OF_TEST = re.compile(r"(\[[A-Z0-9]+h?-\d+\] )+\S")
 REGISTER = re.compile(r"R\d{3,4}$|[0-9A-F]{4}h$")
 
 
-def sentences(block, number):
-    """(line, text) of each sentence of a paragraph or list item that starts on line `number`."""
-    block = NOTE.sub(lambda note: "\n" * note[0].count("\n"), block)
-    start = LIST_ITEM.match(block)
-    position = start.end() if start else 0
-    for match in [*SENTENCE_END.finditer(block, position), None]:
-        end = match.start() if match else len(block)
-        text = block[position:end].strip()
-        if text and not text.endswith(":"):
-            yield number + block.count("\n", 0, position), text
-        position = match.end() if match else end
-
-
-def blocks(lines):
-    """(line, text): each heading, table row, list item and paragraph."""
-    text, first = "", 0
-    for number, line in enumerate([*lines, ""], 1):
-        whole_line = not line.strip() or line.startswith(("#", "|"))
-        if text and (whole_line or LIST_ITEM.match(line)):
-            yield first, text
-            text = ""
-        if whole_line and line.strip():
-            yield number, line
-        elif line.strip():
-            first, text = (first, text + "\n" + line) if text else (number, line)
-
-
-def promises(name):
-    """(line, text, section) of each promise of a page."""
+def rows(name):
+    """(line, row, section) of each row with a promise."""
     section, in_table = None, False
-    for number, text in blocks((ROOT / name).read_text().splitlines()):
+    for number, text in enumerate((ROOT / name).read_text().splitlines(), 1):
         if text.startswith("#"):
             section = text.lstrip("# ")
         is_row = text.startswith("|")
-        is_head = is_row and not in_table
+        if is_row and in_table and (name, section) not in NO_PROMISE and not set(text) <= set("|-"):
+            yield number, text, section
         in_table = is_row
-        if (name, section) in NO_PROMISE or text.startswith("#") or is_head or set(text) <= set("|-"):
-            continue
-        for line, promise in [(number, text)] if is_row else sentences(text, number):
-            yield line, promise, section
+
+
+def ids_of_contract(found):
+    """(line, id) of each promise."""
+    for line, row, _ in rows(CONTRACT):
+        cell = ID_OF_ROW.match(row)
+        if cell and cell[1] == cell[2].lower():
+            yield line, cell[2]
+        else:
+            found.append(f"{CONTRACT}:{line}: a row that does not begin with its id, | <a id=\"sdo-14\"></a>SDO-14 |: {row}")
+
+
+def promises_outside_tables(found):
+    for number, text in enumerate((ROOT / CONTRACT).read_text().splitlines(), 1):
+        if not text.startswith("|") and (word := PROMISING.search(text)):
+            found.append(f"{CONTRACT}:{number}: \"{word[0]}\" outside a table: a promise is a row with an id")
 
 
 def id_of_row(row, section):
@@ -99,13 +83,10 @@ def test_names(program):
 
 def main():
     found, places = [], collections.defaultdict(list)
-    for line, promise, _ in promises(CONTRACT):
-        ids = ID_AT_END.findall(promise)
-        if not ids or promise.count("<sub>") > 1:
-            found.append(f"{CONTRACT}:{line}: a promise that has not one id at its end: {' '.join(promise.split())}")
-        for name in ids:
-            places[name].append(f"{CONTRACT}:{line}")
-    for line, row, section in promises(REGISTERS):
+    promises_outside_tables(found)
+    for line, name in ids_of_contract(found):
+        places[name].append(f"{CONTRACT}:{line}")
+    for line, row, section in rows(REGISTERS):
         places[id_of_row(row, section)].append(f"{REGISTERS}:{line}")
     found += [f"{' and '.join(lines)}: both are [{name}]" for name, lines in places.items() if len(lines) > 1]
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "The scanner window": a PLC's whole program, exchange by exchange, and what may happen to
+// docs/reference/contract.md, "The scanner window": a PLC's whole program, exchange by exchange, and what may happen to
 // it at each step.
 
 #include "contract/window.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "The scanner window".
+// docs/reference/contract.md, "The scanner window".
 
 #include "contract/window.hpp"
 

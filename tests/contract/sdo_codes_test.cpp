@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "SDO service": the coprocessor's own codes, and who is told.
+// docs/reference/contract.md, "SDO service": the coprocessor's own codes, and who is told.
 
 #include "contract/phases.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "SDO service": data, transfer modes, what changes, aborts of the server.
+// docs/reference/contract.md, "SDO service": data, transfer modes, what changes, aborts of the server.
 
 #include "contract/window.hpp"
 

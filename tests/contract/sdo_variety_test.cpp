@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "SDO service": what is ignored, what is legal, what has an end, and block reads.
+// docs/reference/contract.md, "SDO service": what is ignored, what is legal, what has an end, and block reads.
 
 #include "contract/phases.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "A PLC that is silent".
+// docs/reference/contract.md, "A PLC that is silent".
 
 #include "contract/pdo.hpp"
 

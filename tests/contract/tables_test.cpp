@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/registers.md, the commands and the result codes, as literals of their own.
+// docs/reference/registers.md, the commands and the result codes, as literals of their own.
 
 #include "contract/window.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/contract.md, "One transaction".
+// docs/reference/contract.md, "One transaction".
 
 #include "contract/window.hpp"
 

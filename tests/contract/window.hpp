@@ -4,7 +4,7 @@
 /// The suite's hands: a PLC program and the nodes of a bus, as short calls on a Target.
 ///
 /// The name of every case quotes what it proves: a row of a table, its cells joined by " | ", or a sentence
-/// of docs/contract.md; rows.py holds the two together.
+/// of docs/reference/contract.md; rows.py holds the two together.
 
 #include <exception>
 

@@ -88,7 +88,7 @@ struct Subs {
   unsigned index, first, last, bytes;
 };
 
-/// docs/contract.md, "Local objects" and "Process data"; CiA 301 for the structure of 14xxh to 1Axxh.
+/// docs/reference/contract.md, "Local objects" and "Process data"; CiA 301 for the structure of 14xxh to 1Axxh.
 std::vector<Subs> all_objects() {
   std::vector<Subs> all{
       {0x1000, 0, 0, 4}, {0x1001, 0, 0, 1}, {0x1003, 0, 0, 1}, {0x1005, 0, 0, 4},   {0x1006, 0, 0, 4},

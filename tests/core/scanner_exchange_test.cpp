@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // PLCs whose Modbus masters exchange whole blocks with R3700, in each of the four orders that there are: but
-// in one each request is not one transfer, or not each result the node's own. docs/scanner.md has the table.
+// in one each request is not one transfer, or not each result the node's own. docs/how-to/scanner.md has the table.
 
 #include "core/scanner_rig.hpp"
 

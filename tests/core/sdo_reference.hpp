@@ -3,7 +3,7 @@
 
 /// SDO once more, server and client, for tests: written from the tables of CiA 301, 7.2.4.3, and not from the
 /// product. Where the standard leaves something open, a comment says what is decided and, where it has one,
-/// by which row of docs/contract.md. No time passes, and every frame that is sent has room.
+/// by which row of docs/reference/contract.md. No time passes, and every frame that is sent has room.
 
 #include <array>
 #include <cstdint>

@@ -7,7 +7,7 @@ namespace cbcan::test {
 
 namespace {
 
-// The client's own codes, by what they are for in docs/contract.md.
+// The client's own codes, by what they are for in docs/reference/contract.md.
 constexpr std::uint32_t kLargerThanRoom = 0x05040005;  // [SDO-16], and without an end [SDO-24]
 constexpr std::uint32_t kNotAsDeclared = 0x06070010;   // [SDO-17]
 constexpr std::uint32_t kNotExpedited = 0x06010000;    // [SDO-7]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The device of docs/devices.md.
+// The device of docs/reference/devices.md.
 #include "examples/tank.hpp"
 
 #include "tests/devices/rig.hpp"

@@ -39,7 +39,9 @@ ENVIRONMENT = {"PATH": f"{BIN}:/usr/bin:/bin", "PYTHONPATH": str(ROOT / "tools/p
 
 # What is not carried out, by its first line: why.
 NOT_RUN = {
-    r"flowchart |sequenceDiagram|stateDiagram|ladder / SCADA|button > request": "a picture",
+    r"flowchart |sequenceDiagram|stateDiagram": "a picture",
+    r"2004h = ": "what the programs of examples/clients print; clients() compares it",
+    r"cbcan pressure transducer": "what two of the examples print; examples() compares it",
     r"ORG TU": "FATEK's mnemonics, for which there is no tool here; tests/st/plcopen_test.py plays the same as a ladder diagram",
     r"plant\.toml:\d+: ": "messages; tests/plant/pages_test.cpp compares them",
     r"fault 5 ": "tests/sim/faults_text_test.cpp reads each line",
@@ -240,25 +242,29 @@ class Pages:
 
     def python(self, block, page):
         if not stands_in(block, "examples/pytest"):
-            self.program(block, page, "three.py", PYTHON, "three.py")
+            raise Wrong("is in no test of examples/pytest")
 
-    def js(self, block, page):
-        if stands := any(node.get("func", "").split() == block.text.split() for node in json.loads((ROOT / "examples/node_red.json").read_text())):
-            return
-        self.program(block, page, "three.mjs", "node", "three.mjs")
+    def clients(self):
+        """Each program of examples/clients prints what the page about them says. Where Node.js finds the packages."""
+        page = ROOT / "docs/how-to/modbus-clients.md"
+        expected, = (block.text for block in page_blocks.blocks(page) if block.language == "text")
+        flags = self.run("pkg-config", "--cflags", "--libs", "libmodbus").split()
+        for path in sorted((ROOT / "examples/clients").iterdir()):
+            with tempfile.TemporaryDirectory(dir=NPM) as folder:
+                shutil.copy(path, folder)
+                command = {".py": [PYTHON, path.name], ".mjs": ["node", path.name], ".c": ["./three"]}[path.suffix]
+                if path.suffix == ".c":
+                    self.run("cc", "-Wall", "-Wextra", "-Werror", "-o", "three", path.name, *flags, cwd=folder)
+                if (printed := self.with_plant(*command, cwd=folder)) != expected:
+                    yield f"examples/clients/{path.name} prints, other than {page.name} says:\n{printed}"
 
-    def c(self, block, page):
-        build = re.search(r"`(cc -o three .*?)`", block.page.read_text())[1]
-        self.program(block, page, "three.c", "sh", "-c", f"{build} -Wall -Wextra -Werror && ./three")
-
-    def program(self, block, page, name, *command):
-        """One that connects prints what the page says, another one nothing. Where Node.js finds the packages."""
-        with tempfile.TemporaryDirectory(dir=NPM) as folder:
-            (pathlib.Path(folder) / name).write_text(block.text)
-            if "1502" in block.text:
-                self.compare(self.with_plant(*command, cwd=folder), block, page)
-            elif printed := self.run(*command, cwd=folder):
-                raise Wrong(f"prints {printed}")
+    def examples(self):
+        """The programs that a page links, and shows only the output of."""
+        page = ROOT / "docs/reference/function-blocks.md"
+        shown = [block.text for block in page_blocks.blocks(page)]
+        for name in ("function_blocks", "read_name"):
+            if (printed := self.with_plant(EXAMPLES[name])) not in shown:
+                yield f"examples/{name}.cpp prints, other than {page.name} says:\n{printed}"
 
     def cpp(self, block, page):
         file = stands_in(block, "examples", "tests/library")
@@ -296,6 +302,8 @@ class Pages:
 
     def carry_out(self, block, page):
         """True: it ran. False: there is a reason why not."""
+        if block.language == "diagram":
+            return False
         if reason := next((key for key in NOT_RUN if re.match(key, block.first)), None):
             self.reasons.add(reason)
             return False
@@ -340,7 +348,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(3) as pool:
         pages = Pages(pathlib.Path(folder))
         results = list(pool.map(pages.of_page, page_blocks.pages()))
-    wrong = [text for found, _, _ in results for text in found] + list(options_of_prose())
+        wrong = [*(text for found, _, _ in results for text in found), *options_of_prose(), *pages.clients(), *pages.examples()]
     wrong += [f"tests/docs/blocks_test.py: no page has `{key}` any more" for key in [*NOT_RUN, *NOT_EXECUTED] if key not in pages.reasons]
     ran, left = (sum(result[i] for result in results) for i in (1, 2))
     print("\n".join(wrong))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""docs/devices.md names every device and every object that a device uses."""
+"""docs/reference/devices.md names every device and every object that a device uses."""
 
 import pathlib
 import re
@@ -10,7 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 
-PAGE = (ROOT / "docs/devices.md").read_text()
+PAGE = (ROOT / "docs/reference/devices.md").read_text()
 LIST = (ROOT / "hostsim/devices/devices.cpp").read_text()
 
 
@@ -18,7 +18,7 @@ def names(found):
     listed = re.findall(r'^ *\{"(\w+)",', LIST, re.MULTILINE)
     if len(listed) < 3:
         found.append("hostsim/devices/devices.cpp: this test does not find the names in it")
-    found += [f"docs/devices.md: no heading for the device `{name}`" for name in listed
+    found += [f"docs/reference/devices.md: no heading for the device `{name}`" for name in listed
               if not re.search(rf"^## `{name}`", PAGE, re.MULTILINE)]
 
 
@@ -26,7 +26,7 @@ def objects(found):
     for path in sorted((ROOT / "hostsim/devices").rglob("*.?pp")):
         for index in re.findall(r"(?:= |\{d, )0x([69]\w{3})\b", path.read_text()):
             if f"{index}h" not in PAGE:
-                found.append(f"docs/devices.md: nothing about {index}h, which {path.name} uses")
+                found.append(f"docs/reference/devices.md: nothing about {index}h, which {path.name} uses")
 
 
 def main():

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""docs/function-blocks.md has a row for every block with its members, and for every error."""
+"""docs/reference/function-blocks.md has a row for every block with its members, and for every error."""
 
 import pathlib
 import re
@@ -10,7 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 
-PAGE = (ROOT / "docs/function-blocks.md").read_text()
+PAGE = (ROOT / "docs/reference/function-blocks.md").read_text()
 HEADER = (ROOT / "tools/cia405/include/cbcan/cia405.hpp").read_text()
 
 
@@ -38,7 +38,7 @@ def main():
     found, checks = [], (blocks, errors)
     for check in checks:
         check(found)
-    print("\n".join(f"docs/function-blocks.md: {text}" for text in found))
+    print("\n".join(f"docs/reference/function-blocks.md: {text}" for text in found))
     sys.exit(0 if cases.enough(len(checks)) and not found else 1)
 
 

@@ -30,21 +30,29 @@ std::string sentences(std::string_view first, std::string_view more) {
   return fmt::format("{}.{}{}", first, more.empty() ? "" : " ", more);
 }
 
+/// "sine, noise"
+std::string shapes_of(cbcan::text::Kinds kinds) {
+  std::string names;
+  for (std::size_t shape = kinds.first; shape <= kinds.last; ++shape)
+    names.append(names.empty() ? "" : ", ").append(cbcan::config::shape_names()[shape]);
+  return names;
+}
+
 std::string meaning(const Row& row) {
   return sentences(row.help, row.more);
 }
 
-/// settings TABLE [SHAPE]: all keys of a table; of a signal's those of all shapes, or those of one.
+/// settings TABLE: its keys; of a signal's those of all shapes, and with "shapes" those of each.
 std::string settings(const Words& words) {
-  const auto shapes = cbcan::config::shape_names();
-  const auto shape = words.size() < 3 ? shapes.end() : std::ranges::find(shapes, words[2]);
-  std::string rows = "| Key | Value | Default | Command line | Meaning |\n|---|---|---|---|---|\n";
+  const bool of_shapes = words.size() > 2;
+  std::string rows = fmt::format("| {}Key | Value | Default | Meaning |\n|{}---|---|---|---|\n",
+                                 of_shapes ? "Shape | " : "", of_shapes ? "---|" : "");
   cbcan::config::for_each_setting([&](const auto& row) {
     const bool of_all = row.kinds == cbcan::text::Kinds();
-    const bool here = shape == shapes.end() ? of_all : !of_all && shapes[row.kinds.first] == *shape;
-    if (cbcan::text::table_of(row.key) == words[1] && here)
-      rows += fmt::format("| `{}` | {} | {} | `{}` | {} |\n", row.key, domain_of(row),
-                          cbcan::config::standard_of(row), row.option, meaning(row));
+    if (cbcan::text::table_of(row.key) != words[1] || of_all == of_shapes) return;
+    const std::string shape = of_shapes ? shapes_of(row.kinds) + " | " : "";
+    rows += fmt::format("| {}`{}` | {} | {} | {} |\n", shape, row.key, domain_of(row),
+                        cbcan::config::standard_of(row), meaning(row));
   });
   return rows;
 }
@@ -97,8 +105,7 @@ std::string escaped(std::string_view text) {
 }
 
 std::string usages(std::string_view heading, const auto& rows) {
-  std::string table =
-      fmt::format("| {} | What it {} |\n|---|---|\n", heading, heading == "Command" ? "does" : "means");
+  std::string table = fmt::format("| {} | Meaning |\n|---|---|\n", heading);
   for (const cbcan::plant::Usage& row : rows)
     table += fmt::format("| `{}` | {} |\n", escaped(row.usage), sentences(row.meaning, row.more));
   return table;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Plays the sessions of pages, ```console or indented blocks of lines with "$ ", as a person would and compares what is printed.
+"""Plays the sessions of pages, ```console blocks, as a person would and compares what is printed.
 
 Lines that begin with "$ " are typed into one shell for each page, in the project's folder with its programs built and in the path; the lines below
 are what they must print. A line "..." stands for any number of lines, "..." within a line for any text, 12.345678 for any time. A command that ends
@@ -87,7 +87,7 @@ def type_into_shell(document, script, program_dir, root):
     """What the shell prints. Whatever it started ends with it."""
     with tempfile.TemporaryDirectory(dir=root and f"{root}/tmp") as folder:
         inside = ["chroot", root, "env", f"--chdir=/{os.path.relpath(folder, root)}"] if root else []
-        for name in ("plants", "tools", "docs", "scenarios", "examples"):
+        for name in ("plants", "tools", "docs", "scenarios", "examples", "firmware", "regmap"):
             (shutil.copytree if root else os.symlink)(ROOT / name, pathlib.Path(folder) / name)
         for block in page_blocks.blocks(document):
             if name := FILE.match(block.first):

@@ -14,7 +14,7 @@ TEST_CASE("The corpus's README names every file") {
   const std::string table = read_file(EDS_CORPUS "/README.md");
   for (const std::filesystem::path& path : corpus_files()) {
     INFO(path.filename().string());
-    CHECK(table.find("| `" + path.filename().string() + "` |") != std::string::npos);
+    CHECK(table.find("`" + path.filename().string() + "`") != std::string::npos);
   }
 }
 

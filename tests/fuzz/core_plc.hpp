@@ -16,7 +16,7 @@ inline bool is_nmt_service(std::uint16_t code) {
   return std::ranges::find(kCodes, code) != kCodes.end();
 }
 
-/// What a PLC program may rely on (docs/contract.md), asked after every call into the core: which registers
+/// What a PLC program may rely on (docs/reference/contract.md), asked after every call into the core: which registers
 /// have changed, and to what.
 struct Plc {
   enum class Kind : std::uint8_t { kRefused, kNmt, kNodeState, kLocal, kSdo };

@@ -10,7 +10,7 @@
 
 namespace cbcan::fuzz {
 
-/// What a PLC program may rely on in the scanner window (docs/contract.md, "The scanner window"), asked after
+/// What a PLC program may rely on in the scanner window (docs/reference/contract.md, "The scanner window"), asked after
 /// every call into the core. A number that is taken while it is still the one answered last does not show
 /// its end: then less is asked.
 struct Scanner {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails when a file includes what its room may not know (docs/architecture.md, "Rooms")."""
+"""Fails when a file includes what its room may not know (docs/explanation/architecture.md, "Directories")."""
 
 import pathlib
 import re

@@ -213,7 +213,7 @@ TEST_CASE("pcap: where path.1 cannot be, the file is begun anew in its place") {
   pcap.file->look();
   CHECK(Pcap::bytes(pcap.path()) == hex(kSection + can('1') + kModbus + sync("02000000")));
   REQUIRE(pcap.warnings.size() == 1);
-  CHECK(pcap.warnings[0].ends_with("; it is begun anew where it is"));
+  CHECK(pcap.warnings[0].ends_with("; it begins again in the same place"));
 }
 
 TEST_CASE("pcap: a disk that is full ends the file, and says so once") {

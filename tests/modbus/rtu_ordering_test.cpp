@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The order in which words that another context looks at are read and written (docs/contract.md).
+// The order in which words that another context looks at are read and written (docs/reference/contract.md).
 #include <signal.h>
 #include <sys/mman.h>
 #include <unistd.h>

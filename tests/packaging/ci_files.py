@@ -54,7 +54,7 @@ def container():
 
 
 def repository(job):
-    """A user's: the demo plant, pytest.ini as docs/install.md has it, and what ships as examples for the rest."""
+    """A user's: the demo plant, pytest.ini as docs/how-to/install-and-ci.md has it, and what ships as examples for the rest."""
     shutil.copytree(ROOT / "plants/demo", job)
     shutil.copytree(ROOT / "plants", job / "plants")  # of the shipped scenarios
     shutil.copytree(ROOT / "scenarios", job / "scenarios")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The library as others take it in: PlatformIO, Zephyr, Arduino; and the example of docs/porting.md.
+"""The library as others take it in: PlatformIO, Zephyr, Arduino; and the example of docs/how-to/port.md.
 
 Neither of these build systems is here; each test does with the Cortex-M3 compiler what that build system does with the
 manifest: its sources, its include paths and no other."""

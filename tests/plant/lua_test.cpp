@@ -50,8 +50,8 @@ function on_incident(name, present, now) if name == "leak" then set(0x2001, 0, p
                                                 "080#", "080#", "000#0214"});
 }
 
-TEST_CASE("the script of docs/devices.md is a valve that takes two seconds, and can get stuck") {
-  const std::string page = *reader({})("docs/devices.md");
+TEST_CASE("the script of docs/how-to/lua-device.md is a valve that takes two seconds, and can get stuck") {
+  const std::string page = *reader({})("docs/how-to/lua-device.md");
   const std::size_t begin = page.find("```lua\n") + 7;
   const Files files{{"t.lua", page.substr(begin, page.find("```", begin) - begin)}};
   const auto plant = plant_of("[[node]]\nid = 20\neds = \"plants/tank.eds\"\ndevice = \"t.lua\"\n", files);

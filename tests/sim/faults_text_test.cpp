@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Faults as text and as keys and values; the lines of docs/faults.md are such texts.
+// Faults as text and as keys and values; the lines of docs/reference/faults.md are such texts.
 
 #include "sim/faulty_plant.hpp"
 
@@ -14,7 +14,7 @@ std::string problem_of(const std::string& text, FaultPlace here = FaultPlace::kN
 }
 
 std::string document() {
-  std::ifstream file(CBCAN_SOURCE_DIR "/docs/faults.md");
+  std::ifstream file(CBCAN_SOURCE_DIR "/docs/reference/faults.md");
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
@@ -159,7 +159,7 @@ TEST_CASE("Mistakes are told with the key and what is allowed") {
         "frame-loss: last_id: must not be less than first_id");
 }
 
-TEST_CASE("The run-time lines of docs/faults.md are good faults") {
+TEST_CASE("The run-time lines of docs/reference/faults.md are good faults") {
   unsigned lines = 0;
   for (const std::string& line : lines_of(document())) {
     const auto at = line.find("    fault ");

@@ -111,7 +111,7 @@ struct FlagDoor final : Door {
   SoakNetwork& network_;
 };
 
-/// The scanner window, by the program of docs/scanner.md: it exchanges whole blocks, and knows nothing else.
+/// The scanner window, by the program of docs/how-to/scanner.md: it exchanges whole blocks, and knows nothing else.
 struct ScannerDoor final : Door {
   explicit ScannerDoor(SoakNetwork& network) : network_(network) {}
 

@@ -42,7 +42,7 @@ class Plant:
         self.simulator.stop()
 
     def command(self, line):
-        """docs/control.md; the response's value"""
+        """docs/reference/commands.md; the response's value"""
         self.simulator.process.stdin.write(line + "\n")
         self.simulator.process.stdin.flush()
         response = self.simulator.process.stdout.readline().rstrip("\n")

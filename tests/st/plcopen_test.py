@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""PLCopen XML: what tools/st/plcopen makes of the files keeps the rules that docs/ladder.md names, and is the same ST again; figure 1 of
+"""PLCopen XML: what tools/st/plcopen makes of the files keeps the rules that docs/reference/ladder-recipes.md names, and is the same ST again; figure 1 of
 the PLC interface, as its XML and as the steps of that page, starts all nodes.
 
 usage: plcopen_test.py SIMULATOR
@@ -147,7 +147,7 @@ def number(text):
 
 
 class Figure1(unittest.TestCase):
-    PAGE = (ROOT / "docs/ladder.md").read_text()
+    PAGE = (ROOT / "docs/reference/ladder-recipes.md").read_text()
     TABLE_4 = [(3701, 5066), (3703, 0x1F82), (3704, 128), (3706, 5), (3700, 0xCA0E)]  # of the document, and its last step
 
     def test_the_diagram(self):

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The recipes of docs/ladder.md, read from its tables and carried out register by register."""
+"""The recipes of docs/reference/ladder-recipes.md, read from its tables and carried out register by register."""
 
 import re
 
 from plc import ROOT
 
-PAGE = ROOT / "docs/ladder.md"
+PAGE = ROOT / "docs/reference/ladder-recipes.md"
 EXECUTE = 0xCA0E
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """The blocks behind the adapter for the scanner window, with a master that writes and reads whole blocks again and again, as OpenPLC's
-does; and the recipe of docs/ladder.md for that window."""
+does; and the recipe of docs/reference/ladder-recipes.md for that window."""
 
 import re
 
@@ -185,12 +185,22 @@ class Adapter(BlockTest):
 
 class ChannelsPlc(Plc):
     """The program of the page, or blocks, behind adapters for the first channels; the master exchanges 8 and 6 words of each."""
-    PROGRAM = re.search(r"```iecst\n(PROGRAM ten_nodes.*?)```", PAGE.read_text(), re.DOTALL)[1]
+    PROGRAM = re.search(r"```iecst\n(PROGRAM many_nodes.*?)```", PAGE.read_text(), re.DOTALL)[1]
+
+    @classmethod
+    def of_ten_nodes(cls):
+        """The page's program has two."""
+        text = cls.PROGRAM
+        for n in range(3, 11):
+            declared, called = f"r{n - 1} : SDO_READ4;", re.search(rf"  r{n - 1}\(.*\n", text)[0]
+            text = text.replace(declared, f"{declared} r{n} : SDO_READ4;")
+            text = text.replace(called, called + called.replace(f"r{n - 1}(", f"r{n}(").replace(f":= {9 + n},", f":= {10 + n},"))
+        return text
 
     def __init__(self, program, *options, channels=16, channel=0):
         Plant.__init__(self, program, *options)
-        text = self.PROGRAM.replace("CHANNEL := 0", f"CHANNEL := {channel}")
-        self.machine = Machine(*source("cia405.st", "scanner.st"), ("ladder.md", text), configuration("ten_nodes"))
+        text = self.of_ten_nodes().replace("CHANNEL := 0", f"CHANNEL := {channel}")
+        self.machine = Machine(*source("cia405.st", "scanner.st"), ("ladder.md", text), configuration("many_nodes"))
         self.windows, self.called, self.runs_program = [self.window], [], False
         self.scanners = [Instance(self.machine.blocks["CBCAN_SCANNER"]).set(CHANNEL=n + 1) for n in range(channels)]
 
@@ -230,7 +240,7 @@ class Channels(BlockTest):
             while not all(main[f"R{i}"]["CONFIRM"] for i in range(1, 11)):
                 self.plc.scan()
             return (self.plc.now - begun) // 1000
-        told = re.search(r"after (\d+) to (\d+) ms; with `CHANNEL := 1` after (\d+) to (\d+) ms", PAGE.read_text())
+        told = re.search(r"after (\d+) to (\d+)\s+ms;\s+with `CHANNEL := 1` after (\d+) to (\d+)\s+ms", PAGE.read_text())
         first, last, slow_first, slow_last = map(int, told.groups())
         self.assertIn(scans(1), range(slow_first, slow_last + 1))
         self.assertIn(scans(0), range(first, last + 1))

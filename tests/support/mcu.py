@@ -124,7 +124,7 @@ class Mcu:
         return registers
 
     def diagnostics(self):
-        """R4100..R4132 by name, as docs/registers.md has them."""
+        """R4100..R4132 by name, as docs/reference/registers.md has them."""
         words = self.read(4100, 33)
         names = {"uptime": 2, "modbus_requests": 8, "modbus_crc_errors": 10, "modbus_exceptions": 12, "modbus_lost": 14,
                  "can_received": 16, "can_sent": 18, "can_refused": 20, "can_lost": 22, "can_errors": 24,

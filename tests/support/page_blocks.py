@@ -34,7 +34,7 @@ class Block:
 
     @property
     def is_session(self):
-        return self.language == "console" or not self.language and self.first.startswith("$ ")
+        return self.language == "console"
 
 
 def parts(text):

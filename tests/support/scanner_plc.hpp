@@ -2,7 +2,7 @@
 #pragma once
 
 /// Both sides of the scanner window for tests that play whole programs: a PLC that keeps to the handshake of
-/// docs/scanner.md, and a node that counts what it is asked to do. Each request is another one, so what is
+/// docs/how-to/scanner.md, and a node that counts what it is asked to do. Each request is another one, so what is
 /// done twice, or believed without having been done, shows.
 
 #include "support/catch.hpp"
@@ -48,7 +48,7 @@ struct CountingNode {
   }
 };
 
-/// The program of docs/scanner.md with its images of both blocks. It reads and writes node 5 in turns.
+/// The program of docs/how-to/scanner.md with its images of both blocks. It reads and writes node 5 in turns.
 struct ScannerPlc {
   static constexpr std::size_t kOut = 8;
   static constexpr std::size_t kIn = 6;

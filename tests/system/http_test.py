@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The HTTP interface: each endpoint as docs/http.md shows it, by curl and http.client; other sites, garbage, and clients that hang."""
+"""The HTTP interface: each endpoint as docs/reference/http.md shows it, by curl and http.client; other sites, garbage, and clients that hang."""
 
 import contextlib
 import http.client

@@ -86,7 +86,7 @@ class TwoWriters(unittest.TestCase):
                 fault, = http_json(simulator, "/api/journal?kinds=fault")["events"]
             simulator.stop()
             told = "scanner window of channel 1: Modbus clients 1 and 2 write to it, and each takes the other's results for its own; see one writer, " \
-                "docs/scanner.md"
+                "docs/how-to/scanner.md"
             self.assertEqual(fault["words"], told)
             self.assertEqual(simulator.error.count(told), 1)
             self.assertIn("\nwrites to scanner windows by a second client 99\n", simulator.error)

@@ -167,7 +167,7 @@ class ManyNodes(Nodes):
             self.simulator.wait_for_frame(frame)
             control.send_signal(signal.SIGINT)
             self.assertEqual((*control.communicate(timeout=LIMIT), control.returncode),
-                             ("", "cbcanctl: cancelled: nothing is under way any more\n", INTERRUPTED))
+                             ("", "cbcanctl: cancelled: no request is in progress any more\n", INTERRUPTED))
         self.simulator.wait_for_frame("603#8000100000000008")
         with self.simulator.window() as window:  # 3003h of each channel is what it was
             for channel in range(1, 16):

@@ -127,7 +127,7 @@ class WithSimulator(unittest.TestCase):
         with self.simulator.window() as window:
             window.start(5055, 99, 0x1000, 0, 4)
             self.check("read 0x42 0x1000 0 --type u32", f"{0x000F0191}\n", DONE,
-                       "cbcanctl: another program's transaction is under way; waiting for it\n")
+                       "cbcanctl: another program's transaction is in progress; waiting for it\n")
 
     def test_no_result_in_time(self):
         done = run(self.simulator.port, "--timeout", "50", "state", "99")  # which takes 100 ms
@@ -239,7 +239,7 @@ class Usage(unittest.TestCase):
         self.assertRegex(done.stdout, r"^cbcanctl \d+\.\d+\.\d+\n$")
 
     def test_the_exit_codes_are_those_of_the_page(self):
-        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/troubleshooting.md").read_text()
+        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/how-to/troubleshooting.md").read_text()
         for code in (DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT, INTERRUPTED):
             self.assertIn(f"\n| {code} | ", page)
             self.assertRegex(run(1, "--help").stdout, rf"\n  {code} +\w")
@@ -363,7 +363,7 @@ class WithCoprocessor(unittest.TestCase):
         self.check_emcy("10 23 03 00 00 00 00 00", "5 2310h current, output side; error register 03h: generic, current; "
                         "data 00 00 00 00 00\n")
         self.check_emcy("00 FF 00 00 00 00 00 00", "5 FF00h device-specific; error register 00h; data 00 00 00 00 00\n")
-        self.check_emcy("00 00 81 00 00 00 00 00", "5 0000h no error, or an error is over; error register 81h: generic, "
+        self.check_emcy("00 00 81 00 00 00 00 00", "5 0000h no error, or an error has ended; error register 81h: generic, "
                         "manufacturer-specific; data 00 00 00 00 00\n")
         self.check_emcy("30 81 11 01 02 03 04 05",
                         '{"node": 5, "error_code": 33072, "meaning": "life guard error or heartbeat error", "error_register": 17, '

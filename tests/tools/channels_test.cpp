@@ -62,7 +62,7 @@ std::string plan_of(unsigned nodes, unsigned writes) {
 }
 
 std::string page() {
-  std::ifstream file(CBCAN_SOURCE_DIR "/docs/cbcanctl.md");
+  std::ifstream file(CBCAN_SOURCE_DIR "/docs/reference/cbcanctl.md");
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

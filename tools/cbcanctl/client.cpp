@@ -144,7 +144,7 @@ std::vector<std::uint16_t> WindowClient::window() {
 
 void WindowClient::wait_for_others(Deadline deadline) {
   if (read(regmap::kExecuteFlag, 1)[0] != regmap::kExecute) return;
-  say_("another program's transaction is under way; waiting for it");
+  say_("another program's transaction is in progress; waiting for it");
   while (read(regmap::kExecuteFlag, 1)[0] == regmap::kExecute) {
     if (interrupted_()) throw Interrupted("interrupted before anything was written");
     if (Clock::now() >= deadline)

@@ -24,7 +24,7 @@ namespace cbcan::ctl {
 namespace {
 
 constexpr std::string_view kOpening = R"(
-Where the server is may also stand in the environment variable CBCAN_MODBUS, as
+The server's address may also be in the environment variable CBCAN_MODBUS, as
 HOST:PORT; cbcan-sim gives it to the command that it runs.
 
 Numbers are decimal, 0x2001 or 2001h. VALUE may also be bytes: hex:01 02.
@@ -40,7 +40,7 @@ has them: other programs must leave these alone meanwhile.
 
 emcy scan tells each node whose last EMCY message is an error, and each whose
 errors are over since the scan was there last. There is one scan: a PLC program
-that scans too does not see those that are over and were told here.
+that scans too does not see those that have ended and were reported here.
 
 Exit codes:
 )";
@@ -136,7 +136,8 @@ void add_transfer(CLI::App& command, Options& options) {
       ->check(CLI::IsMember(modes));
 }
 
-/// Until when nobody has waited in vain: a held-back request takes two SDO timeouts (docs/contract.md).
+/// Until when nobody has waited in vain: a held-back request takes two SDO timeouts
+/// (docs/reference/contract.md).
 std::chrono::milliseconds patience(const Options& options, bool is_transfer) {
   if (!is_transfer)
     return std::chrono::milliseconds(options.timeout_ms == 0 ? kPatienceMs : options.timeout_ms);

@@ -62,7 +62,7 @@ class Registers final : public tools::RegisterAccess {
   }
   void wait() override { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
   void progress(std::size_t ended) override {
-    if (interrupted()) throw tools::Interrupted("cancelled: nothing is under way any more");
+    if (interrupted()) throw tools::Interrupted("cancelled: no request is in progress any more");
     constexpr std::size_t kWidth = 40;
     const std::size_t full = kWidth * ended / std::max<std::size_t>(all_, 1);
     if (!terminal_ || full == shown_) return;

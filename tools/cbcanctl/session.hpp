@@ -87,7 +87,7 @@ std::deque<tools::ReadJob> read_of_all(tools::WindowClient& client,
 tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
                      const std::string& what = {});
 
-/// Objects of the coprocessor itself (docs/contract.md, "Local objects").
+/// Objects of the coprocessor itself (docs/reference/contract.md, "Local objects").
 namespace own {
 using regmap::object::kEmergencyScan;
 using regmap::object::kKernelState;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One program's part in sharing a window ("Several programs" in docs/function-blocks.md has the protocol).
+/// One program's part in sharing a window ("Several programs" in docs/reference/function-blocks.md has the protocol).
 /// Knows no Modbus.
 
 #include <array>

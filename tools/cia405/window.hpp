@@ -2,7 +2,7 @@
 #pragma once
 
 /// One channel of a network: the queue of executions, and the transactions that each of them takes. That of
-/// channel 1 is R3700..R3769, others have a scanner window (docs/contract.md). Knows no socket: it is asked
+/// channel 1 is R3700..R3769, others have a scanner window (docs/reference/contract.md). Knows no socket: it is asked
 /// for the next request and given the response.
 
 #include <cstdint>

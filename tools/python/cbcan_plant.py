@@ -106,7 +106,7 @@ class Plant:
             self.process.communicate(timeout=LIMIT)
 
     def command(self, line):
-        """Any command of docs/control.md; the lines of the response, without "ok"."""
+        """Any command of docs/reference/commands.md; the lines of the response, without "ok"."""
         self.control.sendall(f"{line}\n".encode())
         said = []
         while True:
@@ -130,7 +130,7 @@ class Plant:
         return float(self.command(f"pass {duration(time)}")[0])
 
     def wait(self, condition, within=None):
-        """Lets time pass until "state 5 operational" or any other condition of docs/control.md holds; returns what time it is then. Raises
+        """Lets time pass until "state 5 operational" or any other condition of docs/reference/commands.md holds; returns what time it is then. Raises
         NotWithin when that takes longer than `within` (60 s) of the plant's time."""
         return float(self.command(f"wait {condition}" + (f" within {duration(within)}" if within else ""))[0])
 
@@ -147,7 +147,7 @@ class Plant:
         self.command(f"set {node} {index}:{sub} {value}")
 
     def fault(self, node, kind, **keys):
-        """Injects a fault into a node, or the "bus"; docs/faults.md has kinds and keys. Returns its number, for clear()."""
+        """Injects a fault into a node, or the "bus"; docs/reference/faults.md has kinds and keys. Returns its number, for clear()."""
         return int(self.command(" ".join([f"fault {node} {kind}", *(f"{key}={value}" for key, value in keys.items())]))[0])
 
     def clear(self, node="", number=""):
@@ -155,7 +155,7 @@ class Plant:
         self.command(f"clear {node} {number}".rstrip())
 
     def incident(self, node, name, present=True):
-        """Something happens to the device, or is over: docs/devices.md."""
+        """Something happens to the device, or is over: docs/reference/devices.md."""
         self.command(f"incident {node} {name} {'on' if present else 'off'}")
 
     def power(self, node, on):

@@ -2,8 +2,9 @@
 #pragma once
 
 /// What every board runs: the PLC's registers, a Modbus RTU server in front of them, the coprocessor behind
-/// them, and the diagnostics registers (docs/registers.md). With several CAN networks each has registers, a
-/// coprocessor, a port and a station address of its own (docs/contract.md). A board's program is
+/// them, and the diagnostics registers (docs/reference/registers.md). With several CAN networks each has
+/// registers, a coprocessor, a port and a station address of its own (docs/reference/contract.md). A board's
+/// program is
 ///
 ///   station.start();
 ///   for (;;) sleep_until(station.turn());

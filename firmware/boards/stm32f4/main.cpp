@@ -13,9 +13,9 @@ using namespace cbcan;
 using namespace cbcan::boards;
 using stm32f4::kBoardSettings;
 
-static_assert(
-    stm32f4::settings_of(stm32f4::words_of(kBoardSettings)),
-    "settings.hpp: one of kBoardSettings is none that the board can do with (R4150.. in docs/registers.md)");
+static_assert(stm32f4::settings_of(stm32f4::words_of(kBoardSettings)),
+              "settings.hpp: one of kBoardSettings is none that the board can do with (R4150.. in "
+              "docs/reference/registers.md)");
 
 constexpr std::uintptr_t kVectorTableOffset = 0xE000ED08;  // VTOR (ARM DDI 0403, B3.2.5)
 

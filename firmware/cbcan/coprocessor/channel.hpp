@@ -2,9 +2,9 @@
 #pragma once
 
 /// One SDO client and the requests that a PLC makes through it: one at a time, with its services, its checks
-/// and its result (docs/contract.md). A channel has the window R3700..R3769, a scanner window or both; where
-/// both have a request they take turns. Requests to other nodes are made by the channel's own client, those
-/// to the own node by the LocalNode that all channels share.
+/// and its result (docs/reference/contract.md). A channel has the window R3700..R3769, a scanner window or
+/// both; where both have a request they take turns. Requests to other nodes are made by the channel's own
+/// client, those to the own node by the LocalNode that all channels share.
 ///
 /// Who owns it calls the functions below, as Coprocessor says of its own; and poll() at the time that it
 /// returned. Not re-entrant.

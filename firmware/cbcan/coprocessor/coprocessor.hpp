@@ -3,7 +3,7 @@
 
 /// The coprocessor: turns what a PLC program writes to R3700..R3769, or to the scanner window, into CANopen
 /// services and writes the results back. The only room that knows both registers and CANopen. The contract is
-/// docs/contract.md.
+/// docs/reference/contract.md.
 ///
 /// How to run it, on anything:
 ///   start(now) once; on_frame(frame, now) for every frame that arrives; on_bus_state() when the CAN

@@ -131,7 +131,7 @@ std::uint32_t LocalNode::number_of(std::uint16_t index, std::uint8_t sub, Time n
   }
 }
 
-/// docs/contract.md, "Local objects".
+/// docs/reference/contract.md, "Local objects".
 local::DeviceState LocalNode::device_state(std::uint8_t node, Time now) const {
   using enum NodeMonitor::Report;
   using local::DeviceState;

@@ -5,7 +5,7 @@
 /// The table is constant; the values live in a LocalValues, network variables in the PLC's registers.
 ///
 /// 3001h..3008h are CBCAN's manner of giving a PLC program the function blocks of CiA 405; see
-/// docs/contract.md.
+/// docs/reference/contract.md.
 
 #include <array>
 #include <cstddef>

@@ -2,9 +2,9 @@
 #pragma once
 
 /// A Coprocessor with up to 16 channels: as many SDO clients, each with a scanner window of its own, so that
-/// requests to different nodes are under way at the same time (docs/contract.md, "Channels"). Channel 1 is
-/// the Coprocessor's own, with R3700..R3769. Called as a Coprocessor is, but for poll(), which has to follow
-/// each of the other calls: a request that has waited for another one's end begins there.
+/// requests to different nodes are under way at the same time (docs/reference/contract.md, "Channels").
+/// Channel 1 is the Coprocessor's own, with R3700..R3769. Called as a Coprocessor is, but for poll(), which
+/// has to follow each of the other calls: a request that has waited for another one's end begins there.
 ///
 /// Requests to one node are executed in the order in which they came, and none while another channel's client
 /// has the node in quarantine. NMT commands are executed in that order too, and so are the requests for one

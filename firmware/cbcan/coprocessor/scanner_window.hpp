@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The window for PLCs that exchange whole blocks of registers again and again (docs/contract.md, "The
-/// scanner window"): OUT words that the PLC writes as often as it likes, IN words that it reads as often as
-/// it likes. A request goes by its number, so writing it again starts nothing, and its result stays.
+/// The window for PLCs that exchange whole blocks of registers again and again (docs/reference/contract.md,
+/// "The scanner window"): OUT words that the PLC writes as often as it likes, IN words that it reads as often
+/// as it likes. A request goes by its number, so writing it again starts nothing, and its result stays.
 ///
 ///   OUT+0  number          IN+0  number answered
 ///   OUT+1  as R3701        IN+1  its result

@@ -49,7 +49,7 @@
 /// Ordering, where the words are shared with another context: a write stores the highest address first, and
 /// the lowest after a release fence, so CA0Eh in R3700 is seen last of one FC 16 or FC 23; a read loads the
 /// lowest address first, and the others after an acquire fence, so results are whole where R3700 shows one
-/// (docs/contract.md). FC 22 is one atomic change.
+/// (docs/reference/contract.md). FC 22 is one atomic change.
 
 #include <array>
 #include <atomic>

@@ -11,7 +11,7 @@
 ///     REQUIRE(plant.wait("transaction ended"));
 ///     CHECK(plant.registers(3705, 2) == std::vector<std::uint16_t>{2, 300});
 ///
-/// Commands and conditions are those of docs/control.md.
+/// Commands and conditions are those of docs/reference/commands.md.
 
 #include <chrono>
 #include <cstdint>
@@ -35,7 +35,7 @@ class Plant {
   using Duration = std::chrono::microseconds;
   using Words = std::vector<std::uint16_t>;
 
-  /// A plant file, docs/plant-file.md.
+  /// A plant file, docs/reference/plant-file.md.
   static Plant from_file(const std::string& path);
   /// The text of one; paths in it are relative to `folder`.
   static Plant from_text(std::string_view toml, const std::string& folder = ".");

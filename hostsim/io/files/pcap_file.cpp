@@ -136,7 +136,7 @@ void PcapFile::begin() {
 void PcapFile::turn_over() {
   output_.finish();
   if (std::rename(settings_.path.c_str(), (settings_.path + ".1").c_str()) != 0)
-    warn_("pcap " + settings_.path + ": " + reason(errno) + "; it is begun anew where it is");
+    warn_("pcap " + settings_.path + ": " + reason(errno) + "; it begins again in the same place");
   output_ = Output::open("pcap", settings_.path, settings_.most_waiting);
   begin();
 }

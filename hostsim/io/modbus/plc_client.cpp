@@ -27,7 +27,7 @@ std::string range_text(const window::Request& request) {
 std::unique_ptr<window::Connection> plc_over_tcp(const text::ListenAddress& address) {
   const std::string where = "plc " + to_string(address) + ": ";
   const auto number = address_of(looked_up(where, address));
-  if (!number) throw EnvironmentError(where + "its address cannot be told; write an IP address");
+  if (!number) throw EnvironmentError(where + "its address cannot be found; write an IP address");
   return std::make_unique<window::TcpConnection>(number->host, address.port, kPlcTiming);
 }
 

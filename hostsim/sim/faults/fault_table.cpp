@@ -66,21 +66,21 @@ constexpr auto kKinds = std::to_array<FaultRow>({
      "A second device has the node's ID: SDO responses, with their data inverted, and error control come from it too.", {}},
     {"boot-up-storm", kNode, "Boot-up messages, one after the other.", {}},
     {"emcy-storm", kNode, "EMCY messages, one after the other.", {.code = 0x1000}},
-    {"frame-loss", kBus, "A frame reaches nobody.", {}},
+    {"frame-loss", kBus, "A frame reaches no node.", {}},
     {"frame-twice", kBus, "A frame arrives twice.", {}},
     {"frame-late", kBus, "A frame arrives late.", {.delay = 10 * kMillisecond}},
     {"frame-corrupt", kBus, "A frame arrives with one bit inverted.", {}},
     {"bus-off", kNodeOrBus, "The controller, or every one on the bus, is bus-off.", {}},
     {"error-passive", kNodeOrBus, "The controller, or every one on the bus, is error-passive.", {}},
     {"overflow", kNodeOrBus, "The controller, or every one on the bus, tells of lost frames.", {}},
-    {"bus-load", kBus, "Somebody else sends all the time.", {}},
+    {"bus-load", kBus, "Another node sends all the time.", {}},
 });
 static_assert(kKinds.size() == kFaultKinds);
 
 constexpr std::array kKeys{
-    delay(kResponseLate, "How late"),
-    delay(kResponseTwice, "How long after the first"),
-    delay(kResponseOutOfOrder, "Comes after so long if nothing else is sent before"),
+    delay(kResponseLate, "Delay in ms"),
+    delay(kResponseTwice, "Delay after the first, in ms"),
+    delay(kResponseOutOfOrder, "Longest delay, if the node sends no other frame"),
     key<&Fault::specifier>(kResponseOtherSpecifier, {
         .key = "specifier", .help = "Upper three bits of the first byte", .high = 7}),
     key<&Fault::other_index>(kResponseOtherIndex, {
@@ -98,7 +98,7 @@ constexpr std::array kKeys{
     key<&Fault::code>(kEmcyStorm, {
         .key = "code", .help = "EMCY error code", .form = Form::kHexadecimal, .high = 0xFFFF}),
     interval(kEmcyStorm),
-    delay(kFrameLate, "How late"),
+    delay(kFrameLate, "Delay in ms"),
     key<&Fault::part>(kFrameCorrupt, {.key = "part", .help = "Where the bit is", .choices = kParts}),
     key<&Fault::percent>(kBusLoad, {
         .key = "percent", .help = "Of the bit rate; of 1 Mbit/s where there is none", .low = 1, .high = 100}),
@@ -107,15 +107,15 @@ constexpr std::array kKeys{
     key<&Fault::id>(kBusLoad, {
         .key = "id", .help = "CAN-ID of the frames, which have eight bytes 0", .form = Form::kHexadecimal, .high = 0x7FF}),
 
-    key<&Fault::after>(kResponseNever, kFrameCorrupt, {.key = "after", .help = "So many occasions pass unharmed first"}),
+    key<&Fault::after>(kResponseNever, kFrameCorrupt, {.key = "after", .help = "Matching frames to skip first"}),
     key<&Fault::count>(kResponseNever, kFrameCorrupt, {
-        .key = "count", .help = "Happens so many times, then no more; 0 = for ever"}),
+        .key = "count", .help = "How often the fault acts; 0 = no limit"}),
     key<&Fault::probability>(kResponseNever, kFrameCorrupt, {
-        .key = "probability", .help = "That it happens on an occasion", .high = 1}),
-    key<&Fault::seed>(kResponseNever, kFrameCorrupt, {.key = "seed", .help = "Makes another random sequence"}),
-    time<&Fault::from>(kResponseNever, kBusLoad, {.key = "from_ms", .help = "Begins so long after it has been set"}),
+        .key = "probability", .help = "Chance for each matching frame", .high = 1}),
+    key<&Fault::seed>(kResponseNever, kFrameCorrupt, {.key = "seed", .help = "Selects another random sequence"}),
+    time<&Fault::from>(kResponseNever, kBusLoad, {.key = "from_ms", .help = "Delay before the fault starts, in ms"}),
     time<&Fault::until>(kResponseNever, kBusLoad, {
-        .key = "until_ms", .help = "Is over so long after it has been set", .low = 1, .absent = "for ever"}),
+        .key = "until_ms", .help = "When it ends, in ms after it was set", .low = 1, .absent = "never"}),
     key<&Fault::index>(kResponseNever, kRefuse, {
         .key = "index", .help = "Transfers of this object only", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "any"}),
     key<&Fault::sub>(kResponseNever, kRefuse, {

@@ -155,7 +155,7 @@ export async function start() {
 
 let number = 0;
 
-/// Sends a line of docs/control.md, and shows it and its response.
+/// Sends a line of docs/reference/commands.md, and shows it and its response.
 export async function send(line) {
   const mine = ++number;
   tell('command', line);

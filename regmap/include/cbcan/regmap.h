@@ -8,7 +8,7 @@
 #define CBCAN_R_NODE_ID                    3702         /* node ID; 0 = this node */
 #define CBCAN_R_OBJECT_INDEX               3703         /* object index */
 #define CBCAN_R_OBJECT_SUB_INDEX           3704         /* object sub-index */
-#define CBCAN_R_DATA_SIZE                  3705         /* size in bytes: bytes to write, or the room for a read; after a good read the bytes really read */
+#define CBCAN_R_DATA_SIZE                  3705         /* size in bytes: bytes to write, or the room for a read; after a successful read the bytes read */
 #define CBCAN_R_DATA                       3706         /* data words #0..#63, low byte first; after a failure #0 and #1 hold the SDO abort code, low word first */
 #define CBCAN_R_DATA_LAST                  3769         /* the last of them */
 
@@ -36,7 +36,7 @@
 #define CBCAN_R_DIAGNOSTIC_PATCH_LEVEL     4101         /* the version's third number */
 #define CBCAN_R_DIAGNOSTIC_UPTIME          4102         /* milliseconds since the start, modulo 2^32 */
 #define CBCAN_R_DIAGNOSTIC_UPTIME_LAST     4103         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_RESET_CAUSE     4104         /* 0 = the board cannot tell, 1 = power on, 2 = reset pin, 3 = software, 4 = watchdog, 5 = brown-out */
+#define CBCAN_R_DIAGNOSTIC_RESET_CAUSE     4104         /* 0 = unknown, 1 = power on, 2 = reset pin, 3 = software, 4 = watchdog, 5 = brown-out */
 #define CBCAN_R_DIAGNOSTIC_STACK_SIZE      4105         /* bytes */
 #define CBCAN_R_DIAGNOSTIC_STACK_USED      4106         /* bytes of the stack that were ever in use */
 #define CBCAN_R_DIAGNOSTIC_CAN_STATE       4107         /* kernel state as in object 3002h */
@@ -54,15 +54,15 @@
 #define CBCAN_R_DIAGNOSTIC_CAN_SENT_LAST   4119         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_CAN_REFUSED     4120         /* times that the CAN controller had no room; the frame is tried again */
 #define CBCAN_R_DIAGNOSTIC_CAN_REFUSED_LAST 4121         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_CAN_LOST        4122         /* frames, or bytes of a serial adapter, lost for want of room */
+#define CBCAN_R_DIAGNOSTIC_CAN_LOST        4122         /* frames, or bytes of a serial adapter, lost because a buffer was full */
 #define CBCAN_R_DIAGNOSTIC_CAN_LOST_LAST   4123         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_CAN_ERRORS      4124         /* bus errors, failed starts of the CAN controller, or lines of a serial adapter without sense */
+#define CBCAN_R_DIAGNOSTIC_CAN_ERRORS      4124         /* bus errors, failed starts of the CAN controller, or invalid lines of a serial adapter */
 #define CBCAN_R_DIAGNOSTIC_CAN_ERRORS_LAST 4125         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS    4126         /* requests of the PLC begun, of both windows */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_LAST 4127         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_FAILED 4128         /* ended with a result other than 0 */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_FAILED_LAST 4129         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED 4130         /* no longer wanted by the PLC while under way */
+#define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED 4130         /* cancelled by the PLC */
 #define CBCAN_R_DIAGNOSTIC_TRANSACTIONS_CANCELLED_LAST 4131         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_CLOCK_SOURCE    4132         /* 0 = the board has one clock only, 1 = crystal or clock signal, 2 = the chip's RC oscillator, too inaccurate for CAN */
 #define CBCAN_R_DIAGNOSTIC_FAULTS          4133         /* faults and resets by the watchdog since power on; 0 on boards that do not count them */
@@ -70,9 +70,9 @@
 #define CBCAN_R_DIAGNOSTIC_FAULT_PC_LAST   4135         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_FAULT_LR        4136         /* its link register: who called */
 #define CBCAN_R_DIAGNOSTIC_FAULT_LR_LAST   4137         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_FAULT_STATUS    4138         /* its fault status, of a Cortex-M the CFSR; 0 = an interrupt that nobody expected */
+#define CBCAN_R_DIAGNOSTIC_FAULT_STATUS    4138         /* its fault status, of a Cortex-M the CFSR; 0 = an unexpected interrupt */
 #define CBCAN_R_DIAGNOSTIC_FAULT_STATUS_LAST 4139         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_SECOND_WRITERS  4140         /* times that a client wrote to a scanner window behind a newer client; of the simulator alone */
+#define CBCAN_R_DIAGNOSTIC_SECOND_WRITERS  4140         /* writes to a scanner window by a client after a newer client's; simulator only */
 
 #define CBCAN_R_BOARD_STATION              4150         /* Modbus station address */
 #define CBCAN_R_BOARD_BAUD_RATE            4151         /* of the Modbus line, in 100 bit/s: 96 = 9600 */

@@ -5,7 +5,7 @@
 /// one.
 ///
 /// Source: "CBCAN SDO and NMT Service PLC Interface" V1.2 (15 June 2012), tables 1 to 4 and section 3; in the
-/// comments "CBCAN, table N". What that document leaves open is settled in docs/contract.md.
+/// comments "CBCAN, table N". What that document leaves open is settled in docs/reference/contract.md.
 ///
 /// Freestanding and header-only. Register R<n> is Modbus holding register address n (0-based on the wire),
 /// shown as 4xxxx number 40001 + n. All numbers are the ones a PLC programmer writes: 5055 and 5066 are
@@ -101,7 +101,7 @@ inline constexpr std::array<RegisterRow, 7> kWindow{{
     {kObjectSubIndex, kObjectSubIndex, "OBJECT_SUB_INDEX", Access::kReadWrite, Writer::kPlc, "0..255",
      "object sub-index"},
     {kDataSize, kDataSize, "DATA_SIZE", Access::kReadWrite, Writer::kBoth, "1..128",
-     "size in bytes: bytes to write, or the room for a read; after a good read the bytes really read"},
+     "size in bytes: bytes to write, or the room for a read; after a successful read the bytes read"},
     {kData, kLastData, "DATA", Access::kReadWrite, Writer::kBoth, "0..65535",
      "data words #0..#63, low byte first; after a failure #0 and #1 hold the SDO abort code, low word first"},
 }};
@@ -204,7 +204,7 @@ inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
     diagnostic(kUptime, 2, "UPTIME", "32 bits", "milliseconds since the start, modulo 2^32"),
     diagnostic(
         kResetCause, 1, "RESET_CAUSE", "0..5",
-        "0 = the board cannot tell, 1 = power on, 2 = reset pin, 3 = software, 4 = watchdog, 5 = brown-out"),
+        "0 = unknown, 1 = power on, 2 = reset pin, 3 = software, 4 = watchdog, 5 = brown-out"),
     diagnostic(kStackSize, 1, "STACK_SIZE", "0..65535", "bytes"),
     diagnostic(kStackUsed, 1, "STACK_USED", "0..65535", "bytes of the stack that were ever in use"),
     diagnostic(kCanState, 1, "CAN_STATE", "0, 2, 16, 17", "kernel state as in object 3002h"),
@@ -217,13 +217,13 @@ inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
     diagnostic(kCanRefused, 2, "CAN_REFUSED", "32 bits",
                "times that the CAN controller had no room; the frame is tried again"),
     diagnostic(kCanLost, 2, "CAN_LOST", "32 bits",
-               "frames, or bytes of a serial adapter, lost for want of room"),
+               "frames, or bytes of a serial adapter, lost because a buffer was full"),
     diagnostic(kCanErrors, 2, "CAN_ERRORS", "32 bits",
-               "bus errors, failed starts of the CAN controller, or lines of a serial adapter without sense"),
+               "bus errors, failed starts of the CAN controller, or invalid lines of a serial adapter"),
     diagnostic(kTransactions, 2, "TRANSACTIONS", "32 bits", "requests of the PLC begun, of both windows"),
     diagnostic(kTransactionsFailed, 2, "TRANSACTIONS_FAILED", "32 bits", "ended with a result other than 0"),
     diagnostic(kTransactionsCancelled, 2, "TRANSACTIONS_CANCELLED", "32 bits",
-               "no longer wanted by the PLC while under way"),
+               "cancelled by the PLC"),
     diagnostic(
         kClockSource, 1, "CLOCK_SOURCE", "0..2",
         "0 = the board has one clock only, 1 = crystal or clock signal, 2 = the chip's RC oscillator, too "
@@ -233,9 +233,9 @@ inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
     diagnostic(kFaultPc, 2, "FAULT_PC", "32 bits", "where the last one was; 0 = the watchdog, or not known"),
     diagnostic(kFaultLr, 2, "FAULT_LR", "32 bits", "its link register: who called"),
     diagnostic(kFaultStatus, 2, "FAULT_STATUS", "32 bits",
-               "its fault status, of a Cortex-M the CFSR; 0 = an interrupt that nobody expected"),
+               "its fault status, of a Cortex-M the CFSR; 0 = an unexpected interrupt"),
     diagnostic(kSecondWriters, 1, "SECOND_WRITERS", "0..65535",
-               "times that a client wrote to a scanner window behind a newer client; of the simulator alone"),
+               "writes to a scanner window by a client after a newer client's; simulator only"),
 }};
 
 // ---- Settings of a board
@@ -323,7 +323,7 @@ inline constexpr std::uint16_t kNodeStateService =
     0x300C;  ///< read, sub-index 0: NMT state of the node in R3702
 inline constexpr std::uint16_t kNmtAllNodes = 128;
 
-/// Objects of the own node, read and written with R3702 = 0 (docs/contract.md, "Local objects").
+/// Objects of the own node, read and written with R3702 = 0 (docs/reference/contract.md, "Local objects").
 namespace object {
 inline constexpr std::uint16_t kOwnNodeId = 0x3001;
 inline constexpr std::uint16_t kKernelState = 0x3002;

@@ -126,7 +126,7 @@ int fifo_for(std::uint32_t id, bool remote) {
   return where_pdos_are || (id >= 0x700 && id <= 0x77F) ? 1 : -1;
 }
 
-/// Whether a CAN-ID is in the table of docs/porting.md, for node 7Fh.
+/// Whether a CAN-ID is in the table of docs/how-to/port.md, for node 7Fh.
 bool is_in_page(const std::string& page, std::uint32_t id) {
   static const std::regex row(R"(\| ([0-9A-F]{3})h(?:\.\.([0-9A-F]{3})h)?( \+ own node ID)? \|)");
   for (std::sregex_iterator each(page.begin(), page.end(), row), end; each != end; ++each) {
@@ -139,8 +139,8 @@ bool is_in_page(const std::string& page, std::uint32_t id) {
 
 }  // namespace
 
-TEST_CASE("receive: docs/porting.md lists what passes the filters") {
-  std::ifstream file(CBCAN_SOURCE_DIR "/docs/porting.md");
+TEST_CASE("receive: docs/how-to/port.md lists what passes the filters") {
+  std::ifstream file(CBCAN_SOURCE_DIR "/docs/how-to/port.md");
   const std::string page(std::istreambuf_iterator<char>(file), {});
   for (std::uint32_t id = 0; id <= 0x7FF; ++id) {
     // Where a PDO may be put, and nothing else is: the page has that in words.

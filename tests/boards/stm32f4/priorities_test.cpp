@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Both lines at their fullest, on the models: 1 Mbit/s of the shortest frames, and bytes at 500,000 baud,
 // 8N1, without a gap. Time passes with each access to a register, and interrupts come between any two. What
-// each thing takes is what docs/boards.md says of it ("Interrupts").
+// each thing takes is what firmware/boards/stm32f4/README.md says of it ("Interrupts").
 
 #include "boards/model_registers.hpp"
 #include "boards/stm32f4/bxcan.hpp"

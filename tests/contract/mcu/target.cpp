@@ -51,7 +51,7 @@ struct McuTarget final : Target {
       throw std::runtime_error("the image begins otherwise");
     emulator_.freeze();
   }
-  /// Every case ends with a look at the stack (docs/registers.md, STACK_SIZE and STACK_USED).
+  /// Every case ends with a look at the stack (docs/reference/registers.md, STACK_SIZE and STACK_USED).
   ~McuTarget() override {
     const Words size_and_used = read(4105, 2);
     const std::uint16_t used = size_and_used.at(1);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A day of the board's time: a PLC program that uses every service once a minute, with nodes that have
 // heartbeats. Nothing may drift, leak or be lost, and the board's 32-bit counter wraps 20 times on the way.
-// Exit code 1 when something is wrong. Expected values are from docs/contract.md and worked out by hand.
+// Exit code 1 when something is wrong. Expected values are from docs/reference/contract.md and worked out by hand.
 
 #include <algorithm>
 

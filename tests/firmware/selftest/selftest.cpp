@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The coprocessor and a node on two CAN controllers of an emulated board. A line for each case; exit
-// code 1 when one has failed. Expected values are written by hand from docs/contract.md and CiA 301.
+// code 1 when one has failed. Expected values are written by hand from docs/reference/contract.md and CiA 301.
 #include <algorithm>
 #include <string_view>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 /// The ten function blocks of CiA 405 for a C++ program that runs in cycles, as a PLC program does, on top of
-/// the register contract (docs/contract.md) over Modbus TCP. docs/function-blocks.md is the page with tables
+/// the register contract (docs/reference/contract.md) over Modbus TCP. docs/reference/function-blocks.md is the page with tables
 /// and an example.
 ///
 ///     cbcan::cia405::Link link({.host = "192.168.1.7", .port = 502});
@@ -79,7 +79,7 @@ struct EmcyError {
 };
 
 /// For programs that use the same window over connections of their own: up to eight take turns by the
-/// registers R3770..R3777, which the module never looks at ("Several programs" in docs/function-blocks.md has
+/// registers R3770..R3777, which the module never looks at ("Several programs" in docs/reference/function-blocks.md has
 /// the protocol). All of them have to take part; a program that does not breaks in. An owner of the window
 /// that has stood still for half of `dead_after` has lost it: its execution ends with kInternal.
 struct Sharing {
