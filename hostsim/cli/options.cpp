@@ -32,7 +32,7 @@ constexpr auto kRows = std::to_array<Row>({
              "a generic node (20h = 32)"},
     {.key = "plant.config", .option = "--config FILE", .help = "A plant file in TOML; docs/reference/plant-file.md explains it"},
     {.key = "plant.check", .option = "--check",
-     .help = "Reads plant and EDS files, says what is wrong with them, and ends: exit code 0 or 2"},
+     .help = "Reads plant and EDS files, reports mistakes, and ends: exit code 0 or 2"},
     {.key = "network.number", .option = "--network N",
      .help = "Following options about module, CAN, log file and nodes apply to network N, earlier ones to network 1; "
              "the Modbus unit ID selects the network",
