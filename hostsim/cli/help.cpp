@@ -36,11 +36,11 @@ cbcan-sim prints one line, "ready modbus=HOST:PORT can=SPEC", and runs until
 SIGINT, SIGTERM or SIGHUP.
 
 With a COMMAND the plant serves at free ports, runs as long as the command, and
-passes signals on. The command finds in its environment where: CBCAN_MODBUS,
-CBCAN_CONTROL, CBCAN_CAN and CBCAN_SLCAN, where they are served CBCAN_HTTP,
-CBCAN_RTU, CBCAN_RTU_TCP, CBCAN_PLC and CBCAN_SOCKETCAND; of network 2
-CBCAN_SLCAN_2 and so on. An address that an option names is used; those of the
-plant file are not.
+passes signals on. The command finds it in its environment: CBCAN_MODBUS,
+CBCAN_CONTROL, CBCAN_CAN and CBCAN_SLCAN, if they are served CBCAN_HTTP,
+CBCAN_RTU, CBCAN_RTU_TCP, CBCAN_PLC and CBCAN_SOCKETCAND; for network 2
+CBCAN_SLCAN_2 and so on. Addresses of options are used, those of the plant file
+are not.
 
 Options win over the plant file.
 )";
@@ -74,7 +74,7 @@ Examples:
   cbcan-sim --config plant.toml -- ./run-tests
         a plant for one run of tests
   cbcan-sim --can socketcan:vcan0 --modbus 0.0.0.0:502 --sdo-timeout 200
-        a real bus instead, open to the network, with no simulated node
+        a real bus without simulated nodes, reachable from other machines
 )";
 
 /// The first part of a key, and its heading.

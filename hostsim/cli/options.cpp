@@ -37,7 +37,7 @@ constexpr auto kRows = std::to_array<Row>({
              "--set network.2.can.bit_rate=125000. += adds to a list, as the file writes it: "
              "--set 'node.5.objects+={index = 0x2001, value = 1}'"},
     {.key = "plant.check", .option = "--check",
-     .help = "Reads plant and EDS files, says what is wrong with them, and ends: exit code 0 or 2"},
+     .help = "Reads plant and EDS files, reports mistakes, and ends: exit code 0 or 2"},
     {.key = "modbus.listen", .option = "--modbus HOST:PORT",
      .help = "Where Modbus TCP is served; port 0 is any free one (default 127.0.0.1:1502)"},
     {.key = "module.none", .option = "--no-module",

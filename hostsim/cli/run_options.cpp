@@ -41,21 +41,21 @@ constexpr auto row(text::Row row) {
 
 // clang-format off
 constexpr std::array kRunRows{
-    row<&RunConfig::junit>({.key = "run.junit", .option = "--junit FILE", .help = "Writes the outcomes as JUnit XML too",
+    row<&RunConfig::junit>({.key = "run.junit", .option = "--junit FILE", .help = "Writes the results as JUnit XML",
                             .form = text::Form::kPath, .domain = "a path"}),
     row<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
-                           .help = "Writes the frames on the bus of each scenario there, in the format of candump -L",
+                           .help = "Writes the bus of each scenario there, in the format of candump -L",
                            .form = text::Form::kPath, .domain = "a path"}),
-    row<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "In so many processes", .low = 1, .high = 1000}),
+    row<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of processes", .low = 1, .high = 1000}),
     row<&RunConfig::shard>({.key = "run.shard", .option = "--shard I/N",
-                            .help = "Only the I-th of N parts: always the same scenarios, and all N together are all of them",
+                            .help = "Plays part I of N, always the same scenarios",
                             .domain = "I/N", .check = check_shard}),
     row<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Runs in real time"}),
     row<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
-                             .help = "Plays on the registers of this Modbus server, in real time; what is expected of nodes and frames "
-                                     "is left out, and scenarios that do something to them are skipped",
+                             .help = "Plays on the registers of this Modbus server, in real time; expectations about nodes and frames are "
+                                     "ignored, and scenarios that act on them are skipped",
                              .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .check = check_target}),
-    row<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Plays nothing, but says what is wrong in the files"}),
+    row<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Only checks the files and reports mistakes"}),
 };
 // clang-format on
 

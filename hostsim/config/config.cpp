@@ -213,7 +213,7 @@ void check_registers(const NetworkConfig& network, Diagnostics& found) {
   for (std::size_t later = 1; later < ranges.size(); ++later) {
     const Registers& range = ranges[later];
     if (range.end() > regmap::kRegisterFileWords)
-      return complain(range, range, "would lie behind R4167, the last register");
+      return complain(range, range, "would be after R4167, the last register");
     for (std::size_t first = 0; first < later; ++first)
       if (range.overlaps(ranges[first]))
         return complain(

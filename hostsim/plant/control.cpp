@@ -169,7 +169,7 @@ std::span<const Execution::Command> Execution::commands() {
        "Lines that begin with `at` and the time come between responses. They stop when 1 MiB has not been read. Not on "
        "standard input."}},
       {0, 0, &Execution::tell_time, {"time", "Seconds since the start", ""}},
-      {0, 0, &Execution::shutdown, {"shutdown", "Ends the program", "A command behind `--` gets SIGTERM."}},
+      {0, 0, &Execution::shutdown, {"shutdown", "Ends the program", "A command after `--` gets SIGTERM."}},
       {0, 0, &Execution::help, {"help", "Lists the commands", ""}},
   });
   // clang-format on

@@ -77,7 +77,7 @@ sim::Node& node_of(View& view, std::string_view word) {
 
 sim::Node& running_node_of(View& view, std::string_view word) {
   sim::Node& node = node_of(view, word);
-  if (!node.has_power()) refuse("node {} has no power; power {} on gives it some", word, word);
+  if (!node.has_power()) refuse("node {} has no power; switch it on by power {} on", word, word);
   return node;
 }
 

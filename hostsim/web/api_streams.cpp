@@ -88,7 +88,7 @@ class CommandStream final : public adapters::HttpStream {
       const std::string_view line = text::trim(text::take_line(rest));
       begun_ = body_.size() - rest.size();
       if (line.starts_with("subscribe"))
-        text += "error: subscribe is for --control; /api/events tells what happens\n";
+        text += "error: subscribe is for --control; /api/events reports events\n";
       else if (line.size() > adapters::kLongestCommand)
         text += fmt::format("error: a line of more than {} characters\n", adapters::kLongestCommand);
       else if (!line.empty())

@@ -84,7 +84,7 @@ std::string fault_keys(const Words& words) {
 
 /// fault-kinds FIRST LAST: these kinds with the keys that each has alone.
 std::string fault_kinds(const Words& words) {
-  std::string rows = "| Kind | Keys of its own: value, default | What goes wrong |\n|---|---|---|\n";
+  std::string rows = "| Kind | Own keys: value, default | What goes wrong |\n|---|---|---|\n";
   for (std::size_t kind = kinds_of(words).first; kind <= kinds_of(words).last; ++kind) {
     std::string own;
     for (const auto& key : cbcan::sim::fault_settings())

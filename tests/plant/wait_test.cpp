@@ -173,7 +173,7 @@ TEST_CASE("a node without power is not there, and comes back with its stored par
   CHECK(plant->execute("power 0x42 off") == "ok\n");
   Frames frames(*plant);
   CHECK(plant->execute("wait state 0x42 off") == "ok 0.000000\n");
-  CHECK(plant->execute("get 0x42 0x1017") == "error: node 0x42 has no power; power 0x42 on gives it some\n");
+  CHECK(plant->execute("get 0x42 0x1017") == "error: node 0x42 has no power; switch it on by power 0x42 on\n");
   CHECK(read_heartbeat() == "ok 4\nok 0\n");
   CHECK(frames.seen == Lines{"642#4017100000000000", "642#8017100000000405"});
   plant->execute("pass 5s");

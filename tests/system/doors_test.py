@@ -268,7 +268,7 @@ class Away(Case):
         simulator = self.start("--can", f"slcan:127.0.0.1:{port}")
         with simulator.window() as window:
             wait_until(lambda: self.kernel(window) == BUS_OFF, "bus-off")
-        self.assertEqual(simulator.errors(), [f"cbcan-sim: can slcan:127.0.0.1:{port}: Connection refused; it is tried again and again"])
+        self.assertEqual(simulator.errors(), [f"cbcan-sim: can slcan:127.0.0.1:{port}: Connection refused; it is retried"])
 
     def test_an_adapter_that_comes_and_goes(self):
         with listener() as server:
@@ -279,7 +279,7 @@ class Away(Case):
                         wait_until(lambda: self.kernel(window) == 0, "no bus-off")
                     wait_until(lambda: self.kernel(window) == BUS_OFF, "bus-off")
         errors = "\n".join(line.split(": ", 2)[2] for line in simulator.errors()[:3])
-        self.assertRegex(errors, "\\A.*; it is tried again and again\nis there again\n.*; it is tried again and again\\Z")
+        self.assertRegex(errors, "\\A.*; it is retried\nis there again\n.*; it is retried\\Z")
 
     def test_a_socketcand_that_refuses(self):
         with listener() as server:
@@ -291,7 +291,7 @@ class Away(Case):
                 self.assertEqual(peer.recv(100), b"< open can7 >")
                 peer.sendall(b"< error could not open bus >")
                 wait_until(lambda: self.kernel(window) == BUS_OFF, "bus-off")
-        self.assertIn("does not open the bus can7; it is tried again and again", simulator.errors()[0])
+        self.assertIn("does not open the bus can7; it is retried", simulator.errors()[0])
 
 
 class Crowd(Case):

@@ -229,7 +229,7 @@ class Strangers(Http):
             self.assertTrue(self.control(f"write {words}").startswith("error: "), words)
         self.assertEqual({register["value"] for register in self.get("/api/registers?first=3800&count=100")["registers"]}, {0})
         self.assertEqual(self.ask("/api/registers", "{}"), (404, {"error": "POST is for /api/control; its command `write` writes registers"}))
-        self.assertEqual(self.ask("/api/control", "subscribe")[1], "error: subscribe is for --control; /api/events tells what happens\n")
+        self.assertEqual(self.ask("/api/control", "subscribe")[1], "error: subscribe is for --control; /api/events reports events\n")
         self.assertEqual(self.ask("/api/control", 1001 * "x" + "\ntime")[1].splitlines()[0], "error: a line of more than 1000 characters")
         self.assertEqual(self.ask("/api/time", "x")[0], 404)
 

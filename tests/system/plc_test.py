@@ -175,7 +175,7 @@ class OnTheNet(unittest.TestCase):
             wait_until(simulator.errors, "a line about it")
             with simulator.window() as window:
                 self.assertEqual(window.execute(5055, 0, 0x3001, 0, 1), 0)
-            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{port}: Connection refused; it is tried again and again"])
+            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{port}: Connection refused; it is retried"])
 
     def test_a_silent_plc_costs_others_nothing(self):
         with socket.create_server(("127.0.0.1", 0)) as listener:
@@ -244,7 +244,7 @@ class OnALine(unittest.TestCase):
             self.assertEqual(os.read(master, 100), read_all)
             os.write(master, frame("09038C" + "0000" * 70))
             self.assertEqual(os.read(master, 100), read_all)
-            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response to a request; it is tried again and again",
+            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response to a request; it is retried",
                                                   f"cbcan-sim: plc {device}: answers again"])
 
     def test_requests_one_after_the_other(self):

@@ -455,7 +455,7 @@ class WithCoprocessor(unittest.TestCase):
             control.send_signal(signal.SIGINT)
         self.assertEqual(control.wait(LIMIT), INTERRUPTED)
         self.assertEqual(control.stderr.read(),
-                         "cbcanctl: 3003h of the coprocessor was 0x03E8 1000 and could not be put back: cancelled: 0 written to "
+                         "cbcanctl: 3003h of the coprocessor was 0x03E8 1000 and could not be restored: cancelled: 0 written to "
                          "R3700\ncbcanctl: cancelled: 0 written to R3700\n")
 
 

@@ -194,13 +194,13 @@ void add_services(CommandLine& line) {
       .add_option("PLAN", options.plans,
                   "files: TOML, [[node]] with id, identity, objects; or DCF, one a node")
       ->required();
-  configuring.add_flag("--no-verify", options.no_verify, "do not read back what has been written");
+  configuring.add_flag("--no-verify", options.no_verify, "do not read back written values");
   CLI::App& dumping = line.add("dump", "all objects of a node, as a plan that configure takes", dump);
   dumping.add_option("NODE", options.node, "node ID, 1..127")->required();
   dumping.add_option("--eds", options.eds,
-                     "read the objects of this EDS or DCF; else all of 1000h..9FFFh are tried");
-  line.add("scan", "nodes that are there: device type, identity and name", scan);
-  line.add("kernel", "what is wrong with the CAN bus, as the coprocessor sees it", kernel);
+                     "read the objects of this EDS or DCF instead of trying 1000h..9FFFh");
+  line.add("scan", "responding nodes: device type, identity and name", scan);
+  line.add("kernel", "CAN errors of the coprocessor", kernel);
   line.add("local-id", "node ID of the coprocessor itself", local_id);
   line.add("watch", "print registers of the window as they change, until Ctrl-C", watch)
       .add_option("--count", options.count, "end after so many lines; 0 = never")

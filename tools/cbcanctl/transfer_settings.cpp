@@ -37,7 +37,7 @@ void Borrowed::put_back() noexcept {
     own::write(client_, index_, before_);
   } catch (const std::exception& error) {
     say(own::name(index_) + " was " + tools::print_value(before_) +
-        " and could not be put back: " + error.what());
+        " and could not be restored: " + error.what());
   }
 }
 

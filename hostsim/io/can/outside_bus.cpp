@@ -15,7 +15,7 @@ void RemoteBus::poll(Time now) {
     close();
     open_ = false;
     open_at_ = now + kPause;
-    if (!std::exchange(lost_, true)) warn_(where_ + problem_ + "; it is tried again and again");
+    if (!std::exchange(lost_, true)) warn_(where_ + problem_ + "; it is retried");
     problem_.clear();
   }
   if (open_at_ <= now) attempt();

@@ -105,7 +105,7 @@ void PlcClient::notice_ends() {
   ends_ = connection_->ends();
   for (const auto& exchange : exchanges_)
     exchange->lost();
-  if (!std::exchange(lost_, true)) warn_("plc " + connection_->problem() + "; it is tried again and again");
+  if (!std::exchange(lost_, true)) warn_("plc " + connection_->problem() + "; it is retried");
 }
 
 void PlcClient::watch() {

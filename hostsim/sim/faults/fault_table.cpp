@@ -55,7 +55,7 @@ constexpr auto kKinds = std::to_array<FaultRow>({
     {"response-other-size", kNode, "A response of an upload claims another number of bytes than it has.", {}},
     {"response-other-crc", kNode, "The CRC at the end of a block upload has all bits inverted.", {}},
     {"response-other-sequence", kNode,
-     "A block segment has the next number; an acknowledgement tells of one segment less, or of one for none.", {}},
+     "A block segment has the next number; an acknowledgement has one segment less, or one instead of none.", {}},
     {"abort", kNode, "An abort instead of an SDO response.", {.code = 0x08000000}},
     {"short-frame", kNode, "An SDO response is a frame with fewer bytes.", {}},
     {"refuse", kNode, "A write by SDO is refused: an abort, and nothing is stored.", {.code = 0x08000020}},
@@ -72,7 +72,7 @@ constexpr auto kKinds = std::to_array<FaultRow>({
     {"frame-corrupt", kBus, "A frame arrives with one bit inverted.", {}},
     {"bus-off", kNodeOrBus, "The controller, or every one on the bus, is bus-off.", {}},
     {"error-passive", kNodeOrBus, "The controller, or every one on the bus, is error-passive.", {}},
-    {"overflow", kNodeOrBus, "The controller, or every one on the bus, tells of lost frames.", {}},
+    {"overflow", kNodeOrBus, "The controller, or every one on the bus, reports lost frames.", {}},
     {"bus-load", kBus, "Another node sends all the time.", {}},
 });
 static_assert(kKinds.size() == kFaultKinds);

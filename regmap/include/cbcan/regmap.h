@@ -68,7 +68,7 @@
 #define CBCAN_R_DIAGNOSTIC_FAULTS          4133         /* faults and resets by the watchdog since power on; 0 on boards that do not count them */
 #define CBCAN_R_DIAGNOSTIC_FAULT_PC        4134         /* where the last one was; 0 = the watchdog, or not known */
 #define CBCAN_R_DIAGNOSTIC_FAULT_PC_LAST   4135         /* the last of them */
-#define CBCAN_R_DIAGNOSTIC_FAULT_LR        4136         /* its link register: who called */
+#define CBCAN_R_DIAGNOSTIC_FAULT_LR        4136         /* its link register: the caller */
 #define CBCAN_R_DIAGNOSTIC_FAULT_LR_LAST   4137         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_FAULT_STATUS    4138         /* its fault status, of a Cortex-M the CFSR; 0 = an unexpected interrupt */
 #define CBCAN_R_DIAGNOSTIC_FAULT_STATUS_LAST 4139         /* the last of them */

@@ -231,7 +231,7 @@ inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
     diagnostic(kFaults, 1, "FAULTS", "0..65535",
                "faults and resets by the watchdog since power on; 0 on boards that do not count them"),
     diagnostic(kFaultPc, 2, "FAULT_PC", "32 bits", "where the last one was; 0 = the watchdog, or not known"),
-    diagnostic(kFaultLr, 2, "FAULT_LR", "32 bits", "its link register: who called"),
+    diagnostic(kFaultLr, 2, "FAULT_LR", "32 bits", "its link register: the caller"),
     diagnostic(kFaultStatus, 2, "FAULT_STATUS", "32 bits",
                "its fault status, of a Cortex-M the CFSR; 0 = an unexpected interrupt"),
     diagnostic(kSecondWriters, 1, "SECOND_WRITERS", "0..65535",
