@@ -207,33 +207,6 @@ TEST_CASE("TIMEOUT: R3700 is cleared, 3002h is read, and ERROR is what it says, 
   CHECK(talk.id.error == error);
 }
 
-TEST_CASE("a result that comes when the right to a shared window may be lost is not taken") {
-  FakeServer server;
-  Program program(server.port(), Sharing{.program = 0});
-  GetLocalNodeId id(program.link);
-  id.enable = true;
-  program.blocks = {&id};
-  Time now = 0;
-  const auto exchange = [&](const std::string& request, const std::string& response) {
-    REQUIRE(server.request() == request);
-    server.respond(response);
-    program.cycle(now);
-  };
-  while (program.link.events() != POLLIN)
-    program.cycle(now);
-  server.accept();
-  // FC 23: R3770 written, R3700..R3777 read
-  exchange("01170E74004E0EBA0001020043", "01179C" + zeros(78));
-  exchange("01170E74004E0EBA0001020082", "01179C" + zeros(78));
-  exchange(kReadId, kStarted);
-  REQUIRE(server.request() == "01170E74004E0EBA00010200C2");
-  now += 501 * kMs;
-  server.respond("01179C000013BF0000300100000001002A" + zeros(71));
-  program.cycle(now);
-  CHECK(id.error == KernelError::kInternal);
-  CHECK(id.device == 0);
-}
-
 TEST_CASE("a server that says nothing: 21h after the time for a response, 03h where TIMEOUT comes before") {
   Talk talk;
   talk.id.timeout = GENERATE(0u, 500u);
@@ -347,10 +320,6 @@ TEST_CASE("settings that cannot be are refused, with the reason") {
   CHECK(refused({.host = ""}) == "cia405: no host: must be a name or an IP address");
   CHECK(refused({.port = 0}) == "cia405: port 0: must be 1..65535");
   CHECK(refused({.port = 65536}) == "cia405: port 65536: must be 1..65535");
-  CHECK(refused({.sharing = Sharing{.program = 7}}).empty());
-  CHECK(refused({.sharing = Sharing{.program = 8}}) == "cia405: program 8: must be 0..7");
-  CHECK(refused({.sharing = Sharing{.program = -1}}) == "cia405: program -1: must be 0..7");
-  CHECK(refused({.sharing = Sharing{.dead_after = 0}}) == "cia405: dead_after: must be more than 0");
 }
 
 }  // namespace cbcan::cia405::test

@@ -206,28 +206,6 @@ void add_services(CommandLine& line) {
       ->capture_default_str();
 }
 
-void add_monitor(CommandLine& line) {
-  Options& options = line.options;
-  CLI::App& monitoring = line.add("monitor", "what happens in a cbcan-sim, live, until Ctrl-C", monitor);
-  monitoring.add_option("--http", options.http,
-                        "HOST:PORT of its HTTP interface; else that of CBCAN_HTTP in the environment");
-  monitoring
-      .add_option(
-          "--kinds", options.kinds,
-          "of events: modbus, begun, ended, frame, emcy, state, terminals, fault, command, client; or "
-          "all")
-      ->capture_default_str();
-  monitoring.add_option("--node", options.node, "of this node only, 1..127");
-  monitoring
-      .add_option("--service", options.service, "transactions that do this only: read, write, nmt or state")
-      ->check(CLI::IsMember({"read", "write", "nmt", "state"}));
-  monitoring.add_flag("--failed", options.failed, "transactions that have failed only");
-  monitoring.add_option("--slow", options.slow_ms, "transactions that took so many ms or more only")
-      ->check(CLI::Range(0, 1'000'000'000));
-  monitoring.add_option("--count", options.count, "end after so many lines; 0 = never")
-      ->capture_default_str();
-}
-
 /// With --json standard output has what is wrong too; `more` are further members.
 ExitCode fail(ExitCode code, const std::string& why, bool json, const std::string& more = "") {
   say(why);
@@ -284,7 +262,6 @@ ExitCode run_command(int argc, char** argv) {
   line.app.add_flag("--json", options.json, "print JSON, one object a line");
   add_transfers(line);
   add_services(line);
-  add_monitor(line);
   try {
     line.app.parse(argc, argv);
   } catch (const CLI::CallForVersion& version) {

@@ -33,11 +33,6 @@ struct Options {
   std::vector<std::string> plans;
   bool no_verify = false;
   std::string eds;  ///< of dump; empty = not given
-  // Of monitor.
-  std::string http;  ///< HOST:PORT; empty = not given
-  std::string kinds = "ended,emcy,state,fault,command,client";
-  bool failed = false;
-  int slow_ms = -1;  ///< -1 = not given
 };
 
 /// A transaction came back with a result other than 0.

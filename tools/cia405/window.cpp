@@ -64,10 +64,6 @@ bool fits(const Service& service, std::uint16_t size) {
 
 }  // namespace
 
-Window::Window(std::uint8_t channel, const std::optional<Sharing>& sharing) : channel_(channel) {
-  if (sharing && channel == 1) claim_.emplace(*sharing);
-}
-
 void Window::add(Job& job) {
   job.stage = Job::Stage::kQueued;
   job.window = this;
@@ -76,10 +72,7 @@ void Window::add(Job& job) {
 
 void Window::remove(Job& job) {
   const bool begun = job.stage == Job::Stage::kBegun || job.stage == Job::Stage::kKernelState;
-  if (begun) {
-    abandon();
-    turn_over_ = true;
-  }
+  if (begun) abandon();
   std::erase(queue_, &job);
   job.stage = Job::Stage::kIdle;
 }
@@ -100,38 +93,11 @@ void Window::expire(Time now) {
   }
 }
 
-std::optional<Request> Window::next(Time now) {
-  if (claim_ && claim_->expired(now)) {
-    claim_->forget();
-    if (!queue_.empty() && queue_.front()->stage != Job::Stage::kQueued)
-      finish(*queue_.front(), KernelError::kInternal);
-    running_ = false;
-    flag_ = Flag::kUnknown;
-  }
+std::optional<Request> Window::next() {
   if (flag_ == Flag::kToCancel) return clear();
-  if (must_release()) return release();
   if (queue_.empty()) return std::nullopt;
-  if (claim_ && !claim_->owner()) return claim(now);
   if (flag_ == Flag::kUnknown) return clear();
-  return running_ ? poll(now) : begin();
-}
-
-bool Window::must_release() const {
-  if (!claim_ || !claim_->registered()) return false;
-  return queue_.empty() || (claim_->owner() && turn_over_ && claim_->others_wait());
-}
-
-Request Window::claim(Time now) {
-  asked_ = Asked::kClaim;
-  return claim_->ask(now);
-}
-
-Request Window::release() {
-  asked_ = Asked::kRelease;
-  flag_ = Flag::kUnknown;
-  turn_over_ = false;
-  forget_settings();
-  return claim_->release(!queue_.empty());
+  return running_ ? poll() : begin();
 }
 
 /// Whatever is under way in the window is cancelled.
@@ -164,9 +130,8 @@ void Window::leave_to(Window& other) {
   }
 }
 
-Request Window::poll(Time now) {
+Request Window::poll() {
   asked_ = Asked::kPoll;
-  if (claim_) return claim_->refresh(now);
   if (channel_ != 1)
     return {.read_address = regmap::of_channel(regmap::kScannerInFirst, channel_),
             .count = regmap::kScannerInWords};
@@ -176,7 +141,6 @@ Request Window::poll(Time now) {
 Request Window::begin() {
   Job& job = *queue_.front();
   if (job.stage == Job::Stage::kQueued) job.stage = Job::Stage::kBegun;
-  turn_over_ = false;
   running_ = true;
   asked_ = Asked::kStart;
   transaction_ = next_service(job);
@@ -205,20 +169,13 @@ Service Window::next_service(const Job& job) {
   return service;
 }
 
-void Window::answered(std::span<const std::uint16_t> words, Time now) {
+void Window::answered(std::span<const std::uint16_t> words) {
   switch (std::exchange(asked_, Asked::kNothing)) {
-    case Asked::kClaim: return claimed(words, now);
-    case Asked::kPoll: return channel_ == 1 ? polled(words, now) : polled(in_order(words), now);
+    case Asked::kPoll: return channel_ == 1 ? polled(words) : polled(in_order(words));
     case Asked::kClear: return cleared(words);
     case Asked::kNothing:
-    case Asked::kRelease:
     case Asked::kStart: return;
   }
-}
-
-void Window::claimed(std::span<const std::uint16_t> words, Time now) {
-  claim_->answered(words.subspan(regmap::kWindowWords), now);
-  if (claim_->owner()) flag_ = words[0] == regmap::kExecute ? Flag::kUnknown : Flag::kClear;
 }
 
 /// The words of IN as those of R3700..R3769. A module that has taken another number last has restarted.
@@ -233,9 +190,7 @@ std::vector<std::uint16_t> Window::in_order(std::span<const std::uint16_t> in) c
   return words;
 }
 
-void Window::polled(std::span<const std::uint16_t> words, Time now) {
-  if (claim_) claim_->answered(words.subspan(regmap::kWindowWords), now);
-  if (claim_ && claim_->expired(now)) return;  // the result may be somebody else's
+void Window::polled(std::span<const std::uint16_t> words) {
   if (running_ && words[0] != regmap::kExecute) ended(words);
 }
 
@@ -303,7 +258,6 @@ void Window::take_kernel_state(Job& job, std::span<const std::uint16_t> words) {
 
 /// The job leaves the queue.
 void Window::finish(Job& job, KernelError error) {
-  if (job.stage != Job::Stage::kQueued) turn_over_ = true;
   std::erase(queue_, &job);
   job.stage = Job::Stage::kDone;
   job.error = error;
@@ -328,7 +282,6 @@ void Window::refused() {
   asked_ = Asked::kNothing;
   running_ = false;
   flag_ = Flag::kUnknown;
-  if (claim_) claim_->forget();
   if (!queue_.empty()) finish(*queue_.front(), KernelError::kInternal);
 }
 
@@ -337,7 +290,6 @@ void Window::lost() {
   running_ = false;
   flag_ = Flag::kUnknown;
   forget_settings();
-  if (claim_) claim_->forget();
   while (!queue_.empty()) {
     Job& job = *queue_.front();
     const bool timed_out = job.stage == Job::Stage::kKernelState;

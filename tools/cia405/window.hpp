@@ -13,10 +13,11 @@
 #include <vector>
 
 #include "cbcan/cia405.hpp"
-#include "claim.hpp"
 #include "window/request.hpp"
 
 namespace cbcan::cia405::detail {
+
+using window::Request;
 
 /// What a block wants of the window: one object read or written.
 struct Service {
@@ -66,8 +67,7 @@ struct Job {
 
 class Window {
  public:
-  /// `sharing` is of channel 1.
-  Window(std::uint8_t channel, const std::optional<Sharing>& sharing);
+  explicit Window(std::uint8_t channel) : channel_(channel) {}
 
   /// The job is the caller's and stays where it is until it is kDone or has been removed.
   void add(Job& job);
@@ -78,9 +78,9 @@ class Window {
   void expire(Time now);
   /// The next request, if there is something to do. Its response goes to answered() or refused() before
   /// next() is called again.
-  std::optional<Request> next(Time now);
+  std::optional<Request> next();
   /// `words`: as many as were asked for.
-  void answered(std::span<const std::uint16_t> words, Time now);
+  void answered(std::span<const std::uint16_t> words);
   /// The response was a Modbus exception.
   void refused();
   /// The connection is gone: every job ends.
@@ -99,20 +99,16 @@ class Window {
   /// What R3700 may hold besides what the transaction under way has put there.
   enum class Flag : std::uint8_t { kClear, kUnknown, kToCancel };
   /// What the request under way is.
-  enum class Asked : std::uint8_t { kNothing, kClaim, kRelease, kClear, kStart, kPoll };
+  enum class Asked : std::uint8_t { kNothing, kClear, kStart, kPoll };
   /// What the transaction under way is for.
   enum class Purpose : std::uint8_t { kTimeout, kMode, kOwnId, kService, kKernelState };
 
-  Request claim(Time now);
-  Request release();
   Request clear();
-  Request poll(Time now);
+  Request poll();
   Request begin();
   Service next_service(const Job& job);
-  bool must_release() const;
 
-  void claimed(std::span<const std::uint16_t> words, Time now);
-  void polled(std::span<const std::uint16_t> words, Time now);
+  void polled(std::span<const std::uint16_t> words);
   void ended(std::span<const std::uint16_t> words);
   void restarted(Job& job);
   void succeeded(Job& job, std::span<const std::uint16_t> words);
@@ -131,12 +127,10 @@ class Window {
   Flag flag_ = Flag::kUnknown;
   Asked asked_ = Asked::kNothing;
   bool running_ = false;    ///< a transaction of the job at the head has been started
-  bool turn_over_ = false;  ///< an execution has ended: others may want the window
   Purpose purpose_ = Purpose::kService;
   Service transaction_{};
   std::optional<std::uint16_t> timeout_known_;  ///< value of 3003h
   std::optional<SdoMode> mode_known_;           ///< value of 3004h
-  std::optional<Claim> claim_;
 };
 
 }  // namespace cbcan::cia405::detail
