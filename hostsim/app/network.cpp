@@ -9,9 +9,9 @@
 #include "io/can/socketcan.hpp"
 #include "io/can/stream_bus.hpp"
 #include "io/can/udp_bus.hpp"
-#include "io/modbus/rtu_connection.hpp"
 #include "plant/words.hpp"
 #include "text/numbers.hpp"
+#include "window/rtu_connection.hpp"
 
 namespace cbcan::app {
 
@@ -118,7 +118,9 @@ void Network::open_plc(const config::NetworkConfig& config) {
   if (plc.address.empty() && plc.line.device.empty()) return;
   std::unique_ptr<window::Connection> connection;
   if (plc.address.empty())
-    connection = std::make_unique<io::RtuConnection>(line_of(plc.line), io::kPlcTiming);
+    connection = std::make_unique<window::RtuConnection>(
+        window::Line{plc.line.device, static_cast<int>(plc.line.baud), plc.line.parity.front()},
+        io::kPlcTiming);
   else
     connection = io::plc_over_tcp(text::parse_listen_address(plc.address, kModbusPort));
   io::PlcClient::Exchanges exchanges;

@@ -2,60 +2,48 @@
 #include "app/target.hpp"
 
 #include <fmt/core.h>
-#include <poll.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <utility>
 
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "io/errors.hpp"
-#include "io/modbus/rtu_connection.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
-#include "window/tcp_connection.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
-constexpr window::Timing kTiming{.response_timeout = 5'000'000};
 /// From one look at the registers to the next.
 constexpr Time kPeriod = kMillisecond;
 
+window::Settings settings_of(const cli::TargetPlace& place) {
+  window::Settings settings{.host = place.server.host,
+                            .port = place.server.port,
+                            .rtu = place.line.device,
+                            .response_timeout = std::chrono::seconds(5)};
+  if (settings.rtu.empty()) return settings;
+  settings.baud = static_cast<int>(place.line.baud);
+  settings.parity = place.line.parity.front();
+  return settings;
+}
+
 }  // namespace
 
-Target::Target(const cli::TargetPlace& place) {
-  if (place.line.device.empty())
-    connection_ = std::make_unique<window::TcpConnection>(place.server.host, place.server.port, kTiming);
-  else
-    connection_ = std::make_unique<io::RtuConnection>(
-        io::SerialSettings{place.line.device, place.line.baud, place.line.parity.front()}, kTiming);
+Target::Target(const cli::TargetPlace& place) : client_(settings_of(place)) {
   read(1, regmap::kWindowFirst, 1);
   started_ = io::Reactor::now();
 }
 
-void Target::wait_for(Time until) {
-  pollfd waiting{connection_->descriptor(), connection_->events(), 0};
-  const Time now = io::Reactor::now();
-  const auto ms = until > now ? static_cast<int>(std::min<Time>((until - now) / kMillisecond + 1, 1000)) : 0;
-  ::poll(&waiting, 1, ms);
-}
-
 window::Response Target::exchange(std::size_t network, const window::Request& request) {
-  const auto now_there = [] { return static_cast<window::Time>(io::Reactor::now()); };
-  bool sent = false;
-  while (true) {
-    connection_->poll(now_there());
-    if (!sent && connection_->ready(now_there())) {
-      connection_->send(static_cast<std::uint8_t>(network), request, now_there());
-      sent = true;
-    }
-    if (sent)
-      if (auto response = connection_->receive(now_there())) return *response;
-    if (!connection_->problem().empty()) throw io::EnvironmentError(connection_->problem());
-    wait_for(static_cast<Time>(connection_->deadline()));
+  try {
+    return client_.exchange(static_cast<int>(network), request);
+  } catch (const window::Error& error) {
+    throw io::EnvironmentError(error.what());
   }
 }
 
@@ -79,7 +67,7 @@ void Target::check_own(std::size_t network) {
   const std::vector<std::uint16_t> asked = std::exchange(asked_[network], {});
   if (asked.empty()) return;
   if (read(network, regmap::kCommand, asked.size()) != asked)
-    throw io::EnvironmentError(connection_->place() +
+    throw io::EnvironmentError(client_.place() +
                                ": the module has restarted, or another program has written to R3701..R3704: "
                                "it is not known whether the transaction was carried out");
 }

@@ -29,6 +29,7 @@ void Connection::connected() {
   state_ = State::kOn;
   until_ = 0;
   problem_.clear();
+  reason_.clear();
 }
 
 void Connection::close() {
@@ -45,6 +46,7 @@ void Connection::end(const std::string& why, Time now) {
   ++ends_;
   until_ = now + pause_;
   pause_ = std::min(2 * pause_, timing_.longest_pause);
+  reason_ = why;
   problem_ = place_ + ": " + why;
 }
 

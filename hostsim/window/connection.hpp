@@ -38,6 +38,8 @@ class Connection {
   unsigned ends() const { return ends_; }
   /// Why the last one has, with its place in front; empty while there is one.
   const std::string& problem() const { return problem_; }
+  /// The same, without the place.
+  const std::string& reason() const { return reason_; }
   const std::string& place() const { return place_; }
   /// For poll(2) and the like, with events().
   int descriptor() const { return descriptor_; }
@@ -86,6 +88,7 @@ class Connection {
   Time pause_;
   unsigned ends_ = 0;
   std::string problem_;
+  std::string reason_;
 };
 
 }  // namespace cbcan::window

@@ -134,7 +134,7 @@ std::optional<Response> TcpConnection::receive(Time now) {
   if (!comes)
     end("what it answers is no Modbus", now);
   else if (now >= due_->until)
-    end("no response to a request", now);
+    end("no response", now);
   return std::nullopt;
 }
 

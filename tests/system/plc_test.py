@@ -244,7 +244,7 @@ class OnALine(unittest.TestCase):
             self.assertEqual(os.read(master, 100), read_all)
             os.write(master, frame("09038C" + "0000" * 70))
             self.assertEqual(os.read(master, 100), read_all)
-            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response to a request; it is tried again and again",
+            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response; it is tried again and again",
                                                   f"cbcan-sim: plc {device}: answers again"])
 
     def test_requests_one_after_the_other(self):

@@ -98,7 +98,7 @@ bool Link::Connected::receive(Time now) {
   const std::optional<window::Response> response = connection.receive(now);
   if (!response) return false;
   detail::Window& window = windows.at(asked);
-  response->exception != 0 ? window.refused() : window.answered(response->words);
+  window.answered(*response);
   heed(window);
   return true;
 }
