@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "window/rtu_connection.hpp"
 
-#include <modbus.h>
+#include <fcntl.h>
 #include <sys/file.h>
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <span>
 
 namespace cbcan::window {
@@ -14,6 +16,8 @@ namespace cbcan::window {
 namespace {
 
 constexpr std::size_t kCrcBytes = 2;
+constexpr std::array<speed_t, kBaudRates.size()> kSpeeds{B1200,  B2400,   B4800,   B9600,   B19200, B38400,
+                                                         B57600, B115200, B230400, B460800, B921600};
 
 /// 0 over a frame with its CRC (Modbus over Serial Line V1.02, 6.2.2).
 std::uint16_t crc_of(std::span<const std::uint8_t> bytes) {
@@ -42,34 +46,64 @@ std::string why_not_opened(int error) {
     case ENOTTY:
     case EISDIR: return "not a serial device";
     case EWOULDBLOCK: return "another program uses it";
-    default: return modbus_strerror(error);
+    default: return std::strerror(error);
   }
+}
+
+tcflag_t flags_of(char parity) {
+  if (parity == 'N') return CSTOPB;
+  return parity == 'O' ? PARENB | PARODD : PARENB;
+}
+
+/// 0, or an error number.
+int set_up(int port, speed_t speed, char parity) {
+  termios line{};
+  if (tcgetattr(port, &line) != 0) return ENOTTY;
+  if (flock(port, LOCK_EX | LOCK_NB) != 0) return errno;
+  cfmakeraw(&line);
+  line.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | PARODD | CRTSCTS);
+  line.c_cflag |= CLOCAL | CREAD | flags_of(parity);
+  if (parity != 'N') line.c_iflag |= INPCK;
+  cfsetspeed(&line, speed);
+  // A pseudo-terminal has no parity; the second time glibc calls that EINVAL.
+  if (tcsetattr(port, TCSANOW, &line) != 0 && errno != EINVAL) return errno;
+  tcflush(port, TCIOFLUSH);
+  return 0;
 }
 
 }  // namespace
 
-RtuConnection::RtuConnection(const Line& line, const Timing& timing)
-    : Connection(line.device, timing),
-      baud_(line.baud),
-      modbus_(modbus_new_rtu(line.device.c_str(), line.baud, line.parity, 8, line.parity == 'N' ? 2 : 1),
-              modbus_free) {
-  if (!modbus_) throw std::invalid_argument(place() + ": " + modbus_strerror(errno));
+int open_line(const Line& line) {
+  const auto* const baud = std::ranges::find(kBaudRates, line.baud);
+  if (baud == kBaudRates.end()) return -EINVAL;
+  const int port = ::open(line.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (port < 0) return -errno;
+  const int error = set_up(port, kSpeeds[static_cast<std::size_t>(baud - kBaudRates.begin())], line.parity);
+  if (error == 0) return port;
+  ::close(port);
+  return -error;
 }
+
+RtuConnection::RtuConnection(const Line& line, const Timing& timing)
+    : Connection(line.device, timing), line_(line) {}
 
 void RtuConnection::poll(Time now) {
   if (state_ != State::kOff || !attempt_due(now)) return;
-  if (modbus_connect(modbus_.get()) != 0) return end(why_not_opened(errno), now);
-  descriptor_ = modbus_get_socket(modbus_.get());
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) return end(why_not_opened(errno), now);
+  const int opened = open_line(line_);
+  if (opened < 0) return end(why_not_opened(-opened), now);
+  descriptor_ = opened;
   connected();
 }
 
 /// A frame goes into the port's buffer whole, or the port is not what it should be.
 void RtuConnection::send(std::uint8_t unit, const Request& request, Time now) {
-  const std::vector<std::uint8_t> bytes = bytes_of(unit, request);
+  std::vector<std::uint8_t> frame = bytes_of(unit, request);
+  const std::uint16_t crc = crc_of(frame);
+  frame.push_back(static_cast<std::uint8_t>(crc));
+  frame.push_back(static_cast<std::uint8_t>(crc >> 8));
   tcflush(descriptor_, TCIFLUSH);
   size_ = 0;
-  if (modbus_send_raw_request(modbus_.get(), bytes.data(), static_cast<int>(bytes.size())) < 0)
+  if (::write(descriptor_, frame.data(), frame.size()) != static_cast<ssize_t>(frame.size()))
     return end("the port takes no request", now);
   expect(unit, request, now);
 }
@@ -78,7 +112,7 @@ std::optional<Response> RtuConnection::receive(Time now) {
   if (!read(now)) return std::nullopt;
   if (auto whole = response()) {
     received();
-    until_ = now + silence(baud_);  // before the next request
+    until_ = now + silence(line_.baud);  // before the next request
     return whole;
   }
   if (now >= due_->until)

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Modbus RTU. libmodbus sets up the line and sends; responses are read here, as libmodbus would wait for them.
+/// Modbus RTU without libmodbus, which would wait for responses.
 
 #include <array>
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "window/connection.hpp"
-
-struct _modbus;
 
 namespace cbcan::window {
 
@@ -21,6 +18,11 @@ struct Line {
   int baud = 19200;    ///< one of kBaudRates
   char parity = 'E';   ///< E even, O odd, N none
 };
+
+/// Opens it for bytes as they are, non-blocking, for this program alone (flock), and throws away what has
+/// come in. Returns the descriptor, or a negative error number: EINVAL = no such baud rate, ENOTTY = no
+/// serial device, EWOULDBLOCK = another program uses it, and those of open(2).
+int open_line(const Line& line);
 
 /// The only client on its line (flock). The device is opened again after each end, so an adapter may be
 /// pulled out; what came meanwhile is thrown away.
@@ -38,8 +40,7 @@ class RtuConnection final : public Connection {
   bool read(Time now);
   std::optional<Response> response() const;
 
-  int baud_;
-  std::unique_ptr<_modbus, void (*)(_modbus*)> modbus_;
+  Line line_;
   std::array<std::uint8_t, kLongest> buffer_{};
   std::size_t size_ = 0;
 };

@@ -87,8 +87,7 @@ TEST_CASE("serial: bit rates and frames of a character") {
 
 TEST_CASE("serial: what cannot be opened is told with a way out") {
   const Place place;
-  CHECK(complaint_of({"/dev/none", 9601, 'E'}) ==
-        "rtu /dev/none: 9601 baud: must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200");
+  CHECK(complaint_of({"/dev/none", 9601, 'E'}) == "rtu /dev/none: 9601 is no baud rate");
   CHECK(complaint_of({place.link(), 9600, 'E'}) ==
         "rtu " + place.link() + ": no such device: plug the adapter in, or write another path");
   CHECK(complaint_of({"/dev/null", 9600, 'E'}) ==
