@@ -182,6 +182,11 @@ class OwnInterface(unittest.TestCase):
     def reads(self):
         return self.window.execute(READ, 0x42, 0x1000, 0, 4) == 0
 
+    def stop(self):
+        """The exit code, and what was said, except of the machine: an emulated one may be too slow for a plant."""
+        code, errors = self.simulator.stop()
+        return code, "".join(line for line in errors.splitlines(keepends=True) if "behind the clock" not in line)
+
     def wait_for_line(self, line):
         wait_until(lambda: self.window.read(0, 1) == [0] and line.strip() in self.simulator.errors(), line)
 
@@ -197,7 +202,7 @@ class OwnInterface(unittest.TestCase):
         self.assertFalse(self.reads())
         ip_link("up", interface=self.NAME)
         wait_until(self.reads, "the bus")
-        self.assertEqual(self.simulator.stop(), (0, is_down(self.NAME) + is_up_again(self.NAME)))
+        self.assertEqual(self.stop(), (0, is_down(self.NAME) + is_up_again(self.NAME)))
 
     def test_gone_and_back(self):
         self.make()
