@@ -26,8 +26,8 @@ constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
 
 }  // namespace
 
-io::SerialSettings line_of(const config::LineConfig& config) {
-  return {config.device, config.baud, config.parity.front()};
+window::Line line_of(const config::LineConfig& config) {
+  return {config.device, static_cast<int>(config.baud), config.parity.front()};
 }
 
 Network::Network(const config::Config& plant, const config::NetworkConfig& config,
@@ -118,9 +118,7 @@ void Network::open_plc(const config::NetworkConfig& config) {
   if (plc.address.empty() && plc.line.device.empty()) return;
   std::unique_ptr<window::Connection> connection;
   if (plc.address.empty())
-    connection = std::make_unique<window::RtuConnection>(
-        window::Line{plc.line.device, static_cast<int>(plc.line.baud), plc.line.parity.front()},
-        io::kPlcTiming);
+    connection = std::make_unique<window::RtuConnection>(line_of(plc.line), io::kPlcTiming);
   else
     connection = io::plc_over_tcp(text::parse_listen_address(plc.address, kModbusPort));
   io::PlcClient::Exchanges exchanges;

@@ -32,7 +32,7 @@
 
 namespace cbcan::app {
 
-io::SerialSettings line_of(const config::LineConfig& config);
+window::Line line_of(const config::LineConfig& config);
 
 /// What the networks of one program have in common.
 struct Surroundings {

@@ -62,14 +62,12 @@ std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first
   return std::move(response.words);
 }
 
-/// 0 in R3700 is also what a module shows that has just started: R3701.. must still be the last request's.
+/// The start rule.
 void Target::check_own(std::size_t network) {
-  const std::vector<std::uint16_t> asked = std::exchange(asked_[network], {});
-  if (asked.empty()) return;
-  if (read(network, regmap::kCommand, asked.size()) != asked)
-    throw io::EnvironmentError(client_.place() +
-                               ": the module has restarted, or another program has written to R3701..R3704: "
-                               "it is not known whether the transaction was carried out");
+  const std::vector<std::uint16_t> written = std::exchange(written_[network], {});
+  if (written.empty() || window::is_known(written, read(network, regmap::kWindowFirst, written.size())))
+    return;
+  throw io::EnvironmentError(client_.place() + ": " + window::kNotKnown);
 }
 
 sim::World& Target::world(std::size_t /*network*/) {
@@ -100,9 +98,7 @@ std::string Target::execute(std::string_view line) {
       plant::refuse("writing R{}: Modbus exception {:02X}h", writing.first, response.exception);
     const bool executes = writing.first == regmap::kWindowFirst && writing.words.front() == regmap::kExecute;
     transactions_ += executes ? 1 : 0;
-    const auto asked =
-        std::span(writing.words).first(executes ? std::min<std::size_t>(writing.words.size(), 5) : 1);
-    asked_[writing.network].assign(asked.begin() + 1, asked.end());
+    written_[writing.network] = executes ? writing.words : std::vector<std::uint16_t>{};
     return "ok\n";
   } catch (const plant::Refused& refused) {
     return fmt::format("{}{}\n", plant::kError, refused.what());

@@ -42,8 +42,8 @@ class Target final : public plant::Bench, private plant::View {
   window::Client client_;
   Time started_ = io::Reactor::now();
   std::uint32_t transactions_ = 0;
-  std::map<std::size_t, std::vector<std::uint16_t>>
-      asked_;  ///< by network: R3701.. of the transaction under way
+  /// By network: R3700.. of the transaction in progress.
+  std::map<std::size_t, std::vector<std::uint16_t>> written_;
 };
 
 }  // namespace cbcan::app

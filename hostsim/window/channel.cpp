@@ -48,6 +48,15 @@ std::size_t data_words(const Transaction& transaction) {
 
 }  // namespace
 
+bool is_known(Words written, Words now) {
+  constexpr std::size_t kFirst = regmap::kCommand - regmap::kWindowFirst;
+  constexpr std::size_t kEnd = regmap::kDataSize - regmap::kWindowFirst;
+  const std::size_t end = std::min({kEnd, written.size(), now.size()});
+  for (std::size_t i = kFirst; i < end; ++i)
+    if (written[i] != now[i]) return false;
+  return true;
+}
+
 void Channel::begin(Transaction transaction) {
   transaction_ = std::move(transaction);
   stage_ = Stage::kBegun;
@@ -150,20 +159,19 @@ void Channel::on_poll(Words words) {
   if (!result_->known || (!is_scanner() && found_ == Found::kIsWaitedFor)) flag_ = Flag::kUnknown;
 }
 
-/// A module that has just started shows 0 in R3700 too, and another number as taken last.
-bool Channel::is_known(Words words) const {
-  if (is_scanner()) return words[regmap::kScannerTaken] == request_number_;
-  const Transaction& asked = transaction_;
-  return std::ranges::equal(words.subspan(1, 4), std::array{asked.command, asked.node, asked.index, asked.sub});
+/// A module that has restarted has another number as taken last.
+bool Channel::is_ours(Words words) const {
+  return is_scanner() ? words[regmap::kScannerTaken] == request_number_
+                      : is_known(words_of(transaction_), words);
 }
 
 bool Channel::has_ended(Words words) const {
   if (!is_scanner()) return words[0] != regmap::kExecute;
-  return !is_known(words) || words[regmap::kScannerAnswered] == request_number_;
+  return !is_ours(words) || words[regmap::kScannerAnswered] == request_number_;
 }
 
 Result Channel::result_in(Words words) const {
-  if (!is_known(words)) return {.known = false};
+  if (!is_ours(words)) return {.known = false};
   const Layout& at = is_scanner() ? kScanner : kWindow;
   const Words data = words.subspan(at.data);
   Result result{.code = words[at.code], .size = words[at.size]};

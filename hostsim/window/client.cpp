@@ -18,8 +18,8 @@ namespace {
 using std::chrono::microseconds, std::chrono::milliseconds, std::chrono::steady_clock;
 
 constexpr milliseconds kPollInterval{1};  ///< from one look at the registers to the next
-constexpr Time kSerialSilence =
-    1'000'000;  ///< after it no late response is expected any more: RTU has no numbers
+/// After it no late response is expected any more: RTU has no numbers.
+constexpr Time kSerialSilence = 1'000'000;
 constexpr std::uint8_t kNoPath = 0x0A;  ///< gateway path unavailable
 
 Time now() {
@@ -64,11 +64,7 @@ Result Client::execute(const Transaction& transaction) {
     throw Error(Error::Cause::kNoWindow,
                 "R3705 says " + std::to_string(result.size) + " bytes: this is no CBCAN window");
   if (result.known) return result;
-  throw Error(
-      Error::Cause::kUnknown,
-      place() +
-          ": the module has restarted, or another program has written to R3701..R3704; it is not known "
-          "whether the request was carried out");
+  throw Error(Error::Cause::kUnknown, place() + ": " + kNotKnown);
 }
 
 void Client::wait_for_result(Deadline deadline) {

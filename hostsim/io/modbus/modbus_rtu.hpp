@@ -58,7 +58,7 @@ StreamServer::MakeSession rtu_over_tcp(std::vector<ModbusUnit*> networks, std::u
 class ModbusSerial {
  public:
   /// Opens at once; throws what open_serial() throws. Units and reactor are the caller's.
-  ModbusSerial(Reactor& reactor, std::vector<ModbusUnit*> networks, SerialSettings line, std::uint8_t station,
+  ModbusSerial(Reactor& reactor, std::vector<ModbusUnit*> networks, window::Line line, std::uint8_t station,
                Warn warn);
   ~ModbusSerial();
   ModbusSerial(const ModbusSerial&) = delete;
@@ -78,7 +78,7 @@ class ModbusSerial {
   void lose();
 
   Reactor& reactor_;
-  SerialSettings line_;
+  window::Line line_;
   Warn warn_;
   RtuSession session_;
   Descriptor port_;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "io/serial/serial_port.hpp"
 
+#include <fmt/ranges.h>
+
 #include <cerrno>
+#include <string>
 
 #include "io/errors.hpp"
-#include "window/rtu_connection.hpp"
 
 namespace cbcan::io {
 
@@ -21,11 +23,13 @@ std::string way_out(int error) {
 
 }  // namespace
 
-Descriptor open_serial(std::string_view service, const SerialSettings& settings) {
-  const std::string where = std::string(service) + " " + settings.device + ": ";
-  const int opened = window::open_line({settings.device, static_cast<int>(settings.baud), settings.parity});
+Descriptor open_serial(std::string_view service, const window::Line& line) {
+  const std::string where = fmt::format("{} {}: ", service, line.device);
+  const int opened = window::open_line(line);
   if (opened >= 0) return Descriptor(opened);
-  if (opened == -EINVAL) throw UsageError(where + std::to_string(settings.baud) + " is no baud rate");
+  if (opened == -EINVAL)
+    throw UsageError(
+        fmt::format("{}{} baud: must be {}", where, line.baud, fmt::join(window::kBaudRates, ", ")));
   throw EnvironmentError(where + way_out(-opened));
 }
 

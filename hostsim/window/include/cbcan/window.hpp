@@ -54,11 +54,20 @@ struct Result {
   /// False: the module has restarted, or another program has written to the window. Whether the transaction
   /// was executed is not known, and nothing else here has a meaning.
   bool known = true;
-  std::uint16_t code = 0;  ///< R3700: 0 = done, 4 = SDO abort; in a scanner window 5 = restarted, not executed
+  std::uint16_t code =
+      0;  ///< R3700: 0 = done, 4 = SDO abort; in a scanner window 5 = restarted, not executed
   std::uint32_t abort_code = 0;      ///< with code 4
   std::uint16_t size = 0;            ///< R3705, in bytes
   std::vector<std::uint8_t> data{};  ///< after a good read: `size` bytes, or as many as were asked for
 };
+
+/// The start rule (docs/contract.md, TX-10). `written` and `now` begin at R3700 and may be short. False:
+/// R3701..R3704 are not as the request has written them, so 0 in R3700 is that of a module that has
+/// restarted.
+bool is_known(std::span<const std::uint16_t> written, std::span<const std::uint16_t> now);
+inline constexpr const char* kNotKnown =
+    "the module has restarted, or another program has written to R3701..R3704; it is not known whether the "
+    "request was carried out";
 
 /// SDO abort codes that tell more than that an access has failed (CiA 301, table 22).
 namespace abort_code {
@@ -124,7 +133,7 @@ class Channel {
   Request poll();
   void on_head(std::span<const std::uint16_t> words);
   void on_poll(std::span<const std::uint16_t> words);
-  bool is_known(std::span<const std::uint16_t> words) const;
+  bool is_ours(std::span<const std::uint16_t> words) const;
   bool has_ended(std::span<const std::uint16_t> words) const;
   Result result_in(std::span<const std::uint16_t> words) const;
 
@@ -162,16 +171,16 @@ class Error : public std::runtime_error {
 
 /// Where the module is, and how long to wait for it.
 struct Settings {
-  std::string host = "127.0.0.1";                     ///< IP address or name, of a Modbus TCP server
-  int port = 502;                                     ///< 1..65535
-  std::string rtu{};                                  ///< serial device; empty = TCP
-  int baud = 19200;                                   ///< of the device; one of kBaudRates
-  char parity = 'E';                                  ///< E, O, or N, which has two stop bits
-  int unit = 1;                                       ///< 0..247; over RTU the station, 1..247
-  std::chrono::milliseconds timeout{5000};            ///< for a transaction, and others' before it
-  std::chrono::milliseconds response_timeout{1000};   ///< for a connection, and each Modbus response
-  std::function<bool()> interrupted{};                ///< asked while waiting; true = give up
-  std::function<void()> occupied{};                   ///< called when another program's transaction is waited for
+  std::string host = "127.0.0.1";                    ///< IP address or name, of a Modbus TCP server
+  int port = 502;                                    ///< 1..65535
+  std::string rtu{};                                 ///< serial device; empty = TCP
+  int baud = 19200;                                  ///< of the device; one of kBaudRates
+  char parity = 'E';                                 ///< E, O, or N, which has two stop bits
+  int unit = 1;                                      ///< 0..247; over RTU the station, 1..247
+  std::chrono::milliseconds timeout{5000};           ///< for a transaction, and others' before it
+  std::chrono::milliseconds response_timeout{1000};  ///< for a connection, and each Modbus response
+  std::function<bool()> interrupted{};               ///< asked while waiting; true = give up
+  std::function<void()> occupied{};  ///< called when another program's transaction is waited for
 };
 
 inline constexpr std::array kBaudRates{1200,  2400,   4800,   9600,   19200, 38400,
