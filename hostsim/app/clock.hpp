@@ -51,8 +51,8 @@ class Clock {
  public:
   explicit Clock(io::Reactor& reactor) : Clock(reactor, reactor.time()) {}
   virtual ~Clock() = default;
-  /// The same during a turn.
-  Time now() const { return shown_; }
+  /// The same during a turn; who keeps the reference sees it change.
+  const Time& now() const { return shown_; }
   /// What makes wall-clock time (microseconds since 1970) of now()'s; 0 where there is none.
   virtual Time wall_offset() const { return io::Reactor::wall_offset(); }
   /// Time passes by itself; else in steps of any length, when it is told to.

@@ -12,9 +12,11 @@
 
 #include "app/outcome.hpp"
 #include "app/target.hpp"
+#include "config/build_node.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/files/write_file.hpp"
 #include "io/loop/workers.hpp"
+#include "plant/virtual_plant.hpp"
 #include "scenario/scenario.hpp"
 #include "text/numbers.hpp"
 
@@ -86,7 +88,7 @@ class Runner {
         outcome.text += line + "\n";
       return outcome;
     }
-    plant::Plant plant(scenario.config, std::move(build), pace());
+    plant::VirtualPlant plant(scenario.config, std::move(build), pace());
     if (const auto problems = check_steps(scenario, plant); !problems.empty()) return wrong(problems);
     if (config_.check) return {};
     const auto logs = open_logs(scenario.file, plant);
@@ -116,7 +118,7 @@ class Runner {
             std::move(played.failure)};
   }
 
-  plant::Plant::Pace pace() const {
+  plant::VirtualPlant::Pace pace() const {
     if (!config_.real_time) return {};
     auto reactor = std::make_shared<io::Reactor>();
     return [reactor, started = io::Reactor::now()](Time time) {
@@ -126,7 +128,8 @@ class Runner {
   }
 
   /// NAME.log, of network 2 NAME.2.log.
-  std::vector<std::unique_ptr<io::CandumpLog>> open_logs(const std::string& file, plant::Plant& plant) const {
+  std::vector<std::unique_ptr<io::CandumpLog>> open_logs(const std::string& file,
+                                                         plant::VirtualPlant& plant) const {
     std::vector<std::unique_ptr<io::CandumpLog>> logs;
     for (std::size_t network = 1; network <= plant.control().networks() && !config_.logs.empty(); ++network) {
       const std::string number = network == 1 ? "" : fmt::format(".{}", network);

@@ -9,6 +9,7 @@
 
 #include "app/manual_clock.hpp"
 #include "cbcan/version.hpp"
+#include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::app {
@@ -60,7 +61,7 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, Con
       runs_(clock_->runs()),
       started_(clock_->now()),
       waits_(clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock) {
-  open_networks(config, std::move(build));
+  open_plant(config, std::move(build));
   open_modbus(config);
   if (!config.control.empty()) open_control(config);
   if (!config.http.listen.empty()) open_http(config.http);
@@ -69,40 +70,49 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, Con
 
 void Simulator::on_written(std::size_t network, const adapters::ModbusRange& written) {
   if (!recorder_) return;
-  control_->set_now(clock_->now());
-  const auto registers = networks_[network - 1]->registers();
+  control().set_now(clock_->now());
+  const auto registers = plant_->networks()[network - 1]->registers();
   recorder_->on_written(network, written.first, registers.subspan(written.first, written.count));
 }
 
-void Simulator::open_networks(const config::Config& config, config::PlantBuild build) {
-  const Surroundings surroundings{
-      reactor_,
-      schedule_,
-      warn_,
-      *clock_,
-      started_,
-      [this](std::size_t network, const adapters::ModbusRange& written) { on_written(network, written); },
-      [this] { look_at_waits(); }};
-  std::vector<plant::Network*> cores;
+void Simulator::on_fault(std::size_t network, std::string_view text, Time now) {
+  warn_(fmt::format("{} {}{}", text::seconds_text(now - started_), name_of(network), text));
+}
+
+/// In front of lines for people; empty if it is the only one.
+std::string Simulator::name_of(std::size_t network) const {
+  return is_only_network_ ? "" : fmt::format("network {}: ", network);
+}
+
+/// Null: no file is named.
+sim::ParameterStore* Simulator::parameters_in(const std::string& file) {
+  if (file.empty()) return nullptr;
+  return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
+}
+
+void Simulator::open_plant(const config::Config& config, config::PlantBuild build) {
+  names_ = std::move(build.names);
+  plant::NetworkListener& listener = *this;
+  plant_.emplace(config, std::move(build), clock_->now(), listener,
+                 [this](const std::string& file) { return parameters_in(file); });
+  is_only_network_ = config.networks.size() == 1;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
-    networks_.push_back(
-        std::make_unique<Network>(config, config.networks[i], std::move(build.networks[i]), surroundings));
-    networks_.back()->core().replay(std::move(build.replays[i]));
-    cores.push_back(&networks_.back()->core());
-    if (networks_.back()->has_doors()) with_doors_.push_back(networks_.back().get());
+    const config::NetworkConfig& network = config.networks[i];
+    connections_.push_back(std::make_unique<BusConnections>(
+        network, name_of(network.number), *plant_->networks()[i], reactor_, *clock_, warn_));
+    if (connections_.back()->exist()) connected_.push_back(connections_.back().get());
   }
-  wires_.emplace(config, cores);
-  control_.emplace(std::move(cores), started_);
-  control_->on_journal_filled = [this] { look_at_journal(); };
-  find_name_ = names_of(*control_, names_ = std::move(build.names));
+  control().on_journal_filled = [this] { look_at_journal(); };
+  find_name_ = names_of(control(), names_);
 }
 
 /// Where no network has a module there is nothing to serve.
 void Simulator::open_modbus(const config::Config& config) {
-  if (std::ranges::all_of(networks_, [](const auto& network) { return network->registers().empty(); }))
+  if (std::ranges::all_of(plant_->networks(),
+                          [](const auto& network) { return network->registers().empty(); }))
     return;
-  std::vector<io::ModbusUnit*> units;
-  for (const auto& network : networks_)
+  std::vector<adapters::ModbusUnit*> units;
+  for (const auto& network : plant_->networks())
     units.push_back(network.get());
   open_rtu(config.rtu, units);
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
@@ -111,20 +121,20 @@ void Simulator::open_modbus(const config::Config& config) {
 void Simulator::open_views(const config::Config& config) {
   constexpr std::uint64_t kMegabyte = 1'000'000;
   if (config.verbose || config.verbose_frames)
-    trace_.emplace(*control_, find_name_, config.verbose_frames,
+    trace_.emplace(control(), find_name_, config.verbose_frames,
                    [this](std::string_view lines) { console_.tell(lines); });
   if (!config.pcap.empty())
     pcap_.emplace(
-        control_->journal(),
-        io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, networks_.size(),
+        control().journal(),
+        io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, plant_->networks().size(),
                                clock_->wall_offset() + started_,
                                clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock},
-        [this](const auto& event) { return packet_comment(event, control_->journal(), find_name_); }, warn_);
+        [this](const auto& event) { return packet_comment(event, control().journal(), find_name_); }, warn_);
   if (!trace_ && !pcap_ && !http_) return;
-  control_->journal();
+  control().journal();
   if (modbus_)
     modbus_->on_client = [this](std::uint32_t client, std::string_view address, bool joined) {
-      control_->journal().add({.kind = journal::Kind::kClient,
+      control().journal().add({.kind = journal::Kind::kClient,
                                .network = 0,
                                .state = joined,
                                .code = client,
@@ -135,7 +145,7 @@ void Simulator::open_views(const config::Config& config) {
 
 void Simulator::open_http(const config::HttpConfig& config) {
   api_.emplace(
-      web::Api::Parts{*control_, names_, find_name_,
+      web::Api::Parts{control(), names_, find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
                       [this] { catch_up(); }, [this] { return about(); }});
   http_.emplace(
@@ -145,7 +155,7 @@ void Simulator::open_http(const config::HttpConfig& config) {
 
 web::Json Simulator::about() const {
   web::Json json{{"program", "cbcan-sim"}, {"where", where()}, {"clock", clock_->runs() ? "real" : "manual"}};
-  json["plant"] = plant_;
+  json["plant"] = plant_file_;
   json["writable"] = http_->may_write();
   json["streams"] = http_->streams();
   if (modbus_) {
@@ -163,7 +173,7 @@ void Simulator::look_at_journal() {
   waits_.tell();
 }
 
-void Simulator::open_rtu(const config::RtuConfig& config, const std::vector<io::ModbusUnit*>& units) {
+void Simulator::open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units) {
   if (!config.line.device.empty()) rtu_.emplace(reactor_, units, line_of(config.line), config.station, warn_);
   if (!config.listen.empty())
     rtu_tcp_.emplace(reactor_, "rtu over tcp", text::parse_stream_address(config.listen),
@@ -183,8 +193,8 @@ std::string Simulator::where() const {
   if (modbus_) text += "modbus=" + to_string(modbus_->address()) + " ";
   if (rtu_) text += "rtu=" + rtu_->device() + " ";
   if (rtu_tcp_) text += "rtu_tcp=" + to_string(rtu_tcp_->address()) + " ";
-  for (const auto& network : networks_)
-    text += (network == networks_.front() ? "" : " ") + network->where();
+  for (const auto& network : connections_)
+    text += (network == connections_.front() ? "" : " ") + network->where();
   if (commands_) text += " control=" + to_string(commands_->address());
   if (http_) text += " http=" + to_string(http_->address());
   return text;
@@ -192,7 +202,7 @@ std::string Simulator::where() const {
 
 std::string Simulator::ways_in() const {
   std::string lines;
-  for (const auto& network : networks_)
+  for (const auto& network : connections_)
     lines += network->ways_in();
   return lines;
 }
@@ -200,14 +210,14 @@ std::string Simulator::ways_in() const {
 /// A scenario may be kept anywhere, so it names the file by its absolute path.
 void Simulator::set_plant(const std::string& plant_file) {
   const bool is_file = !plant_file.empty() && plant_file != "demo";
-  plant_ = is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
+  plant_file_ = is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
 }
 
 void Simulator::run() {
-  attended_ = !runs_ || recorder_ || trace_ || pcap_ || commands_ || rtu_ || http_ || !with_doors_.empty();
+  attended_ = !runs_ || recorder_ || trace_ || pcap_ || commands_ || rtu_ || http_ || !connected_.empty();
   reactor_.read_clock();
-  for (const auto& network : networks_)
-    network->start(attended_);
+  if (runs_) tell_time_of_day();
+  plant_->start(attended_);
   clock_->drive(*this);
   flush();
   if (commands_) commands_->flush();
@@ -228,10 +238,23 @@ void Simulator::stop() {
   child_ ? child_->signal(SIGTERM) : void(stopping_ = true);
 }
 
+/// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
+/// begins.
+void Simulator::tell_time_of_day() {
+  constexpr Time kDay = 24 * 3600 * kSecond;
+  constexpr Time kDaysTo1984 = 5113;  // since 1970
+  const Time since_1970 = started_ + clock_->wall_offset();
+  const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
+                       static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
+  for (const auto& network : plant_->networks())
+    for (const auto& node : network->world().nodes())
+      node->device().time_stamp().set(time, started_);
+}
+
 std::size_t Simulator::turn(Time until) {
   Time next = next_deadline();
   if (attended_ || next <= reactor_.time() || console_.waits()) next = act();
-  if (runs_) reactor_.hold_at(schedule_.first_time());
+  if (runs_) reactor_.hold_at(plant_->schedule().first_time());
   return reactor_.run_once(earlier(until, next));
 }
 
@@ -241,14 +264,14 @@ void Simulator::catch_up_in_pieces() {
   constexpr Time kLongestPiece = 10 * kMillisecond;
   constexpr Time kMostBehind = kSecond;
   const Time end = reactor_.clock() + kLongestPiece;
-  const auto is_late = [this] { return schedule_.first_time() <= reactor_.clock(); };
-  schedule_.poll(reactor_.time());
+  const auto is_late = [this] { return plant_->schedule().first_time() <= reactor_.clock(); };
+  plant_->schedule().poll(reactor_.time());
   while (is_late() && reactor_.clock() < end) {
-    reactor_.hold_at(schedule_.first_time());
-    schedule_.poll(reactor_.time());
+    reactor_.hold_at(plant_->schedule().first_time());
+    plant_->schedule().poll(reactor_.time());
     reactor_.read_clock();
   }
-  reactor_.hold_at(schedule_.first_time());
+  reactor_.hold_at(plant_->schedule().first_time());
   const bool is_behind = is_late() && (is_behind_ || reactor_.clock() - reactor_.time() > kMostBehind);
   if (is_behind && !is_behind_)
     warn_(
@@ -260,12 +283,12 @@ void Simulator::catch_up_in_pieces() {
 /// When something is due, whoever attends.
 Time Simulator::next_deadline() const {
   const Time modbus = modbus_ ? modbus_->next_deadline() : kNever;
-  return runs_ ? earlier(modbus, schedule_.first_time()) : modbus;
+  return runs_ ? earlier(modbus, plant_->schedule().first_time()) : modbus;
 }
 
 /// Does what is due; returns when there is something to do next.
 Time Simulator::act() {
-  for (Network* network : with_doors_)
+  for (BusConnections* network : connected_)
     network->advance();
   if (runs_) catch_up_in_pieces();
   const Time now = reactor_.time();
@@ -278,8 +301,8 @@ Time Simulator::act() {
 /// Returns when it has something to do next.
 Time Simulator::attend(Time now) {
   if (rtu_) rtu_->poll(now);
-  for (Network* network : with_doors_)
-    network->turn(now);
+  for (BusConnections* network : connected_)
+    network->poll(now);
   look_at_journal();
   if (commands_) commands_->flush();
   if (http_) http_->poll(now);
@@ -294,16 +317,16 @@ void Simulator::catch_up() {
 
 std::string Simulator::execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) {
   catch_up();
-  plant::Reply reply = control_->execute(line, clock_->now());
+  plant::Reply reply = control().execute(line, clock_->now());
   catch_up();
   if (reply.shutdown) stop();
-  std::string response = waits_.take(std::move(reply), *control_, dialogue);
+  std::string response = waits_.take(std::move(reply), control(), dialogue);
   flush();
   return response;
 }
 
 bool Simulator::look_at_waits() {
-  control_->set_now(clock_->now());
+  control().set_now(clock_->now());
   if (recorder_) recorder_->look();
   waits_.tell();
   return waits_.look();
@@ -311,14 +334,15 @@ bool Simulator::look_at_waits() {
 
 void Simulator::flush() {
   look_at_journal();
-  for (const auto& network : networks_)
+  for (BusConnections* network : connected_)
     network->flush();
   console_.flush();
 }
 
 void Simulator::advance() {
-  for (const auto& network : networks_)
-    network->advance();
+  for (BusConnections* network : connected_)
+    network->poll_outside();
+  plant_->advance();
 }
 
 Time Simulator::attended_deadline() const {
@@ -332,22 +356,33 @@ Time Simulator::attended_deadline() const {
   } else if (waits_.want_time()) {
     next = 0;
   }
-  for (const Network* network : with_doors_)
-    next = earlier(next, network->door_deadline());
+  for (const BusConnections* network : connected_)
+    next = earlier(next, network->next_deadline());
   return next;
 }
 
-Time Simulator::next_event() const {
-  Time next = kNever;
-  for (const auto& network : networks_)
-    next = earlier(next, network->next_event());
-  return next;
+std::string Simulator::module_summary(const plant::Network& network) const {
+  const sim::CoprocessorModule* const module = network.module();
+  if (module == nullptr) return {};
+  const auto& transactions = module->coprocessor().counters();
+  const auto& sdo = module->coprocessor().sdo_client().counters();
+  const std::string name = name_of(network.number());
+  const std::string second = network.second_writers() == 0
+                                 ? ""
+                                 : fmt::format("{}writes to scanner windows by a second client {}\n", name,
+                                               network.second_writers());
+  return fmt::format(
+      "{0}transactions {1}, failed {2}, cancelled {3}\n"
+      "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n{9}",
+      name, transactions.executed, transactions.failed, transactions.cancelled, sdo.transfers, sdo.timeouts,
+      sdo.aborts_sent, sdo.aborts_received,
+      sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object, second);
 }
 
 std::string Simulator::summary() const {
   std::string text;
-  for (const auto& network : networks_)
-    text += network->module_summary();
+  for (const auto& network : plant_->networks())
+    text += module_summary(*network);
   if (modbus_)
     text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", modbus_->counters().requests,
                         modbus_->counters().exceptions, modbus_->counters().connections);
@@ -355,8 +390,8 @@ std::string Simulator::summary() const {
     text +=
         fmt::format("Modbus RTU requests {}, exceptions {}, CRC errors {}\n", rtu_->counters().slave_messages,
                     rtu_->counters().slave_exceptions, rtu_->counters().bus_communication_errors);
-  for (const auto& network : networks_)
-    text += network->plc_summary() + network->doors_summary();
+  for (const BusConnections* network : connected_)
+    text += network->plc_summary() + network->adapters_summary();
   return text;
 }
 

@@ -9,14 +9,15 @@
 #include <string>
 #include <vector>
 
+#include "app/bus_connections.hpp"
 #include "app/clock.hpp"
 #include "app/console.hpp"
-#include "app/network.hpp"
 #include "app/recorder.hpp"
 #include "app/views.hpp"
 #include "app/waits.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
+#include "io/files/parameter_file.hpp"
 #include "io/http/http_server.hpp"
 #include "io/loop/child_process.hpp"
 #include "io/loop/reactor.hpp"
@@ -24,13 +25,12 @@
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus/modbus_tcp.hpp"
 #include "io/sockets/command_session.hpp"
-#include "plant/control.hpp"
-#include "plant/wires.hpp"
+#include "plant/plant.hpp"
 #include "web/api.hpp"
 
 namespace cbcan::app {
 
-class Simulator final : private Program {
+class Simulator final : private Program, private plant::NetworkListener {
  public:
   /// `build` is all that config::build_nodes() has made of `config`. Opens everything; throws
   /// io::EnvironmentError, or io::UsageError for a parameter file that cannot be understood. `reads_input`:
@@ -46,7 +46,9 @@ class Simulator final : private Program {
   /// The plant file, "demo" or nothing: what scenarios of this session name.
   void set_plant(const std::string& plant_file);
   /// Writes a scenario of what happens from now on. Throws io::EnvironmentError.
-  void record(const std::string& path) { recorder_.emplace(path, plant_, *control_, find_name_); }
+  void record(const std::string& path) {
+    recorder_.emplace(path, plant_file_, plant_->control(), find_name_);
+  }
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
@@ -58,26 +60,33 @@ class Simulator final : private Program {
   std::string summary() const;
 
  private:
-  void open_networks(const config::Config& config, config::PlantBuild build);
+  void open_plant(const config::Config& config, config::PlantBuild build);
   void open_modbus(const config::Config& config);
-  void open_rtu(const config::RtuConfig& config, const std::vector<io::ModbusUnit*>& units);
+  void open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units);
   void open_control(const config::Config& config);
   void open_views(const config::Config& config);
   void open_http(const config::HttpConfig& config);
   web::Json about() const;
   void look_at_journal();
+  plant::Control& control() { return plant_->control(); }
   void catch_up();
   bool stop_requested() const override;
   bool stopped_meanwhile() override { return signals_.look(); }
   std::size_t turn(Time until) override;
   void advance() override;
   void flush() override;
-  Time next_event() const override;
+  Time next_event() const override { return plant_->next_deadline(); }
   std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) override;
   Waits& waits() override { return waits_; }
   bool look_at_waits() override;
   void stop();
-  void on_written(std::size_t network, const adapters::ModbusRange& written);
+  void on_fault(std::size_t network, std::string_view text, Time now) override;
+  void on_written(std::size_t network, const adapters::ModbusRange& written) override;
+  void on_applied() override { look_at_waits(); }
+  sim::ParameterStore* parameters_in(const std::string& file);
+  void tell_time_of_day();
+  std::string name_of(std::size_t network) const;
+  std::string module_summary(const plant::Network& network) const;
   Time next_deadline() const;
   void catch_up_in_pieces();
   Time act();
@@ -91,14 +100,14 @@ class Simulator final : private Program {
   std::unique_ptr<Clock> clock_;
   bool runs_;  ///< the clock
   Time started_;
-  sim::Schedule schedule_;
-  std::vector<std::unique_ptr<Network>> networks_;
-  std::vector<Network*> with_doors_;
-  std::optional<plant::Wires> wires_;
-  std::optional<plant::Control> control_;
+  std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
+  std::optional<plant::Plant> plant_;
+  std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
+  std::vector<BusConnections*> connected_;                    ///< those that there are
   decltype(config::PlantBuild::names) names_;
   journal::FindName find_name_;
-  std::string plant_;
+  std::string plant_file_;
+  bool is_only_network_ = true;
   std::optional<Recorder> recorder_;
   std::optional<Trace> trace_;
   std::optional<io::PcapFile> pcap_;

@@ -11,6 +11,7 @@
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "io/errors.hpp"
+#include "plant/control.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 

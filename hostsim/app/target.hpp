@@ -9,7 +9,7 @@
 #include "cbcan/window.hpp"
 #include "cli/run_options.hpp"
 #include "io/loop/reactor.hpp"
-#include "plant/plant.hpp"
+#include "plant/bench.hpp"
 
 namespace cbcan::app {
 

@@ -249,7 +249,7 @@ void NetworkWatch::on_fault(std::string_view text, Time now) {
 // ---- The PLC
 
 /// It belongs to the transaction that it begins, or else to the last one of the registers that it is about.
-void NetworkWatch::on_modbus(const ModbusExchange& exchange, Time now) {
+void NetworkWatch::on_modbus(const adapters::ModbusExchange& exchange, Time now) {
   Event request = event(Kind::kModbus, now);
   request.node = exchange.unit;
   request.index = static_cast<std::uint16_t>(exchange.request.size());

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "adapters/modbus_unit.hpp"
 #include "cbcan/regmap.hpp"
 #include "journal/journal.hpp"
 #include "sim/bus.hpp"
@@ -25,16 +26,6 @@ struct Emergency {
   std::uint16_t code;
 };
 std::optional<Emergency> emergency_of(const Frame& frame);
-
-/// A Modbus request that has been answered.
-struct ModbusExchange {
-  std::uint32_t client;  ///< by which events name it; 0 = none that comes and goes
-  std::uint16_t id;      ///< transaction ID of the MBAP header; 0 over RTU
-  std::uint8_t unit;
-  std::uint8_t exception;                  ///< 0 = none
-  std::span<const std::uint8_t> request;   ///< PDU
-  std::span<const std::uint8_t> response;  ///< likewise
-};
 
 class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public sim::FaultListener {
  public:
@@ -59,7 +50,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
                     std::int32_t after, Time now) override;
   /// Before the module hears of it.
-  void on_modbus(const ModbusExchange& exchange, Time now);
+  void on_modbus(const adapters::ModbusExchange& exchange, Time now);
 
   /// Of all frames so far.
   std::uint64_t frames() const { return frames_; }

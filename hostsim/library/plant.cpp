@@ -9,7 +9,7 @@
 #include "cbcan/sim.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
-#include "plant/plant.hpp"
+#include "plant/virtual_plant.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
@@ -85,7 +85,7 @@ struct Plant::Inside {
     plant.start();
   }
 
-  plant::Plant plant;
+  plant::VirtualPlant plant;
   Frames frames;
 };
 

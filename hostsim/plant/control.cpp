@@ -322,11 +322,7 @@ Reply Execution::read() {
 Reply Execution::write() {
   const auto [network, first, words] = writing_of(words_, control_.networks());
   control_.read(network, first, words.size());
-  Network& of = control_.network(network);
-  of.world().advance(now_);
-  std::ranges::copy(words, of.registers().begin() + first);
-  of.on_plc(now_);
-  of.on_written(first, words.size(), now_);
+  control_.network(network).write(first, words);
   return {"ok\n"};
 }
 
@@ -464,7 +460,7 @@ journal::Journal& Control::journal() {
 std::vector<std::uint16_t> Control::read(std::size_t network, std::uint32_t first, std::size_t count) {
   const auto registers = networks_[network - 1]->registers();
   if (registers.empty()) refuse("{}there is no module, which has the registers", config::in_network(network));
-  if (first + count > regmap::kDiagnosticsFirst) networks_[network - 1]->publish(now_);
+  if (first + count > regmap::kDiagnosticsFirst) networks_[network - 1]->publish();
   if (first + count > registers.size()) refuse("register {}: there are 0..{}", first, registers.size() - 1);
   const auto words = registers.subspan(first, count);
   return {words.begin(), words.end()};

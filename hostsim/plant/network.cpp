@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "cbcan/coprocessor/local_objects.hpp"
@@ -67,15 +68,15 @@ std::uint16_t version_part(unsigned part) {
 
 }  // namespace
 
-Network::Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener* listener)
-    : listener_(listener), world_(bit_rate, seed, this), tester_(world_.bus().attach(*this)) {}
-
 Network::Network(const config::Config& plant, const config::NetworkConfig& config,
-                 std::vector<sim::NodeParts> nodes, Time started, sim::FaultListener* listener,
+                 std::vector<sim::NodeParts> nodes, const NetworkContext& context,
                  sim::ParameterStore* parameters)
-    : Network(config.can.bit_rate, config::network_seed(plant, config), listener) {
-  number_ = config.number;
-  module_config_ = config.module;
+    : Timed(context.schedule),
+      context_(context),
+      number_(config.number),
+      module_config_(config.module),
+      world_(config.can.bit_rate, config::network_seed(plant, config), this),
+      tester_(world_.bus().attach(*this)) {
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
     registers_[regmap::kExecuteFlag] = config.module.start_result;
@@ -87,9 +88,9 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
     node.listener = this;
     world_.add_node(std::move(node));
   }
-  add_faults(world_.faults(), config.can.faults, started);
+  add_faults(world_.faults(), config.can.faults, context.now);
   for (std::size_t i = 0; i < config.nodes.size(); ++i)
-    add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults, started);
+    add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults, context.now);
 }
 
 void Network::listen(journal::Journal& journal, Time started) {
@@ -109,7 +110,7 @@ void Network::listen(journal::Journal& journal, Time started) {
 }
 
 void Network::on_fault(std::string_view text, Time now) {
-  if (listener_ != nullptr) listener_->on_fault(text, now);
+  context_.listener.on_fault(number_, text, now);
   if (watch_) watch_->on_fault(text, now);
 }
 
@@ -122,9 +123,11 @@ void Network::on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t 
   if (watch_) watch_->on_terminals(node, index, sub, before, after, now);
 }
 
-void Network::start(Time now) {
-  started_ = now;
-  world_.start(now);
+void Network::start(bool observed) {
+  observed_ = observed;
+  started_ = context_.now;
+  world_.start(started_);
+  if (group_ == nullptr) wants(own_deadline());
 }
 
 void Network::advance_alone(Time now) {
@@ -133,9 +136,52 @@ void Network::advance_alone(Time now) {
     send(replay_[replayed_].frame);
   }
   world_.advance(now);
+  if (group_ == nullptr) wants(own_deadline());
 }
 
-void Network::publish(Time now) {
+void Network::catch_up() {
+  if (wanted() <= context_.now || group_ != nullptr) advance();
+}
+
+void Network::on_diagnostics() {
+  catch_up();
+  publish();
+}
+
+void Network::on_request(bool valid, const adapters::ModbusRange& written) {
+  ++requests_;
+  if (!valid) ++exceptions_;
+  const bool writes = written.count != 0;
+  if (!writes) catch_up();
+  if (writes && observed_) context_.listener.on_written(number_, written);
+  if (valid) on_plc();
+  if (!writes) return;
+  apply(written.first, written.count);
+  if (observed_) context_.listener.on_applied();
+}
+
+void Network::on_exchange(const adapters::ModbusExchange& exchange) {
+  watch_->on_modbus(exchange, context_.now);
+}
+
+void Network::on_plc() {
+  if (module_ != nullptr) module_->on_plc(context_.now);
+}
+
+void Network::apply(std::size_t first, std::size_t count) {
+  if (module_ != nullptr) module_->on_registers_written(first, count, context_.now);
+  if (group_ != nullptr) return group_->advance();
+  wants(earlier(world_.advance_bus(context_.now), replay_due()));
+}
+
+void Network::write(std::size_t first, std::span<const std::uint16_t> words) {
+  world_.advance(context_.now);
+  std::ranges::copy(words, registers_.begin() + static_cast<std::ptrdiff_t>(first));
+  on_plc();
+  apply(first, words.size());
+}
+
+void Network::publish() {
   if (module_ == nullptr) return;
   const auto put = [this](std::uint16_t address, std::uint64_t number) {
     registers_[address] = static_cast<std::uint16_t>(number);
@@ -148,7 +194,7 @@ void Network::publish(Time now) {
   registers_[regmap::kResetCause] = static_cast<std::uint16_t>(regmap::ResetCause::kPowerOn);
   registers_[regmap::kCanState] = static_cast<std::uint16_t>(local::kernel_state(port.state()));
   registers_[regmap::kSecondWriters] = static_cast<std::uint16_t>(second_writers_);
-  put(regmap::kUptime, (now - started_) / kMillisecond);
+  put(regmap::kUptime, (context_.now - started_) / kMillisecond);
   put(regmap::kModbusRequests, requests_);
   put(regmap::kModbusExceptions, exceptions_);
   put(regmap::kCanReceived, module_->received());
@@ -160,27 +206,21 @@ void Network::publish(Time now) {
   put(regmap::kTransactionsCancelled, transactions.cancelled);
 }
 
-void Network::on_writer(std::uint32_t client, std::size_t first, std::size_t count, Time now) {
+/// One that writes behind a newer client is a second program where one alone may write: a scanner window.
+void Network::on_writer(std::uint32_t client, const adapters::ModbusRange& written) {
   for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
     const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
-    if (out < first) continue;
-    if (out >= first + count) return;
+    if (out < written.first) continue;
+    if (out >= written.first + written.count) return;
     std::uint32_t& last = writers_[channel - 1];
     if (client < last && second_writers_++ == 0)
       on_fault(
           fmt::format("scanner window of channel {}: Modbus clients {} and {} write to it, and each takes "
                       "the other's results for its own; see one writer, docs/scanner.md",
                       channel, client, last),
-          now);
+          context_.now);
     last = client;
   }
-}
-
-Time Network::on_written(std::size_t first, std::size_t count, Time now) {
-  if (module_ != nullptr) module_->on_registers_written(first, count, now);
-  if (together_ == nullptr) return earlier(world_.advance_bus(now), replay_due());
-  if (next_deadline() <= now) together_->advance(now);
-  return next_deadline();
 }
 
 }  // namespace cbcan::plant

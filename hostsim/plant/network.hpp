@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One CAN network and nothing outside it: registers, module, nodes and bus of a World.
+/// One CAN network: registers, module, nodes and bus. Modbus servers serve it as a unit.
 
 #include <array>
 #include <cstddef>
@@ -12,37 +12,74 @@
 #include <utility>
 #include <vector>
 
+#include "adapters/modbus_unit.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "journal/watch.hpp"
 #include "sim/frame_text.hpp"
+#include "sim/schedule.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::plant {
 
-/// Networks that go through time together, see Wires.
-class Together {
+/// Who wants to know what happens to networks; `network` counts from 1.
+class NetworkListener {
  public:
-  virtual void advance(Time now) = 0;
+  /// An injected fault has acted.
+  virtual void on_fault(std::size_t network, std::string_view text, Time now) = 0;
+  /// Modbus has written these registers, which has had no effect yet.
+  virtual void on_written(std::size_t /*network*/, const adapters::ModbusRange& /*written*/) {}
+  /// Its effects up to now are done, and the next Modbus request is not read yet.
+  virtual void on_applied() {}
+
+ protected:
+  ~NetworkListener() = default;
+};
+
+/// What networks take from whoever drives them; all of it outlives them.
+struct NetworkContext {
+  const Time& now;          ///< never goes back
+  sim::Schedule& schedule;  ///< polls what is due
+  NetworkListener& listener;
+};
+
+/// Networks that wires connect, see Wires.
+class NetworkGroup {
+ public:
+  /// All of them, to the context's time.
+  virtual void advance() = 0;
   virtual Time next_deadline() const = 0;
 
  protected:
-  ~Together() = default;
+  ~NetworkGroup() = default;
 };
 
-class Network final : private sim::Receiver, private sim::FaultListener {
+class Network final : public adapters::ModbusUnit,
+                      public sim::Timed,
+                      private sim::Receiver,
+                      private sim::FaultListener {
  public:
   /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Its injected
-  /// faults begin at `started`; `listener` may be null and is told of them; `parameters` are the module's,
-  /// see CoprocessorModule.
+  /// faults begin now; `parameters` are the module's, see CoprocessorModule.
   Network(const config::Config& plant, const config::NetworkConfig& config, std::vector<sim::NodeParts> nodes,
-          Time started, sim::FaultListener* listener, sim::ParameterStore* parameters = nullptr);
-  /// Without a module; nodes come by world().add_node().
-  Network(std::uint32_t bit_rate, std::uint64_t seed, sim::FaultListener* listener);
-  /// The same words always; none where there is no module.
-  std::span<std::uint16_t> registers() { return registers_; }
+          const NetworkContext& context, sim::ParameterStore* parameters = nullptr);
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
 
+  // What Modbus servers see: adapters::ModbusUnit.
+  /// The same words always; none where there is no module.
+  std::span<std::uint16_t> registers() override { return registers_; }
+
+  void catch_up() override;
+  void on_diagnostics() override;
+  void on_writer(std::uint32_t client, const adapters::ModbusRange& written) override;
+  void on_request(bool valid, const adapters::ModbusRange& written) override;
+  bool listens() const override { return watch_.has_value(); }
+  void on_exchange(const adapters::ModbusExchange& exchange) override;
+
+  /// From 1.
+  std::size_t number() const { return number_; }
   sim::World& world() { return world_; }
   const sim::World& world() const { return world_; }
   /// Null where there is none.
@@ -58,38 +95,23 @@ class Network final : private sim::Receiver, private sim::FaultListener {
   /// What somebody else on the bus sends, from start() on; in order.
   void replay(std::vector<sim::TimedFrame> frames) { replay_ = std::move(frames); }
 
-  /// As those of World; with all those that it goes through time with.
-  void start(Time now);
-  void advance(Time now) { together_ != nullptr ? together_->advance(now) : advance_alone(now); }
-  Time next_deadline() const {
-    return together_ != nullptr ? earlier(own_deadline(), together_->next_deadline()) : own_deadline();
-  }
+  /// `observed`: the listener is called for what Modbus writes.
+  void start(bool observed);
+  /// To the context's time; with all those of its group.
+  void advance() { group_ != nullptr ? group_->advance() : advance_alone(context_.now); }
+  void poll(Time /*now*/) override { advance(); }
+  Time next_deadline() const { return group_ != nullptr ? group_->next_deadline() : own_deadline(); }
 
-  /// For the one that it goes with, which outlives it.
-  void go_with(Together& together) { together_ = &together; }
-  bool is_together() const { return together_ != nullptr; }
+  /// For the group that it belongs to, which outlives it and has its deadlines from now on.
+  void attach(NetworkGroup& group) { group_ = &group; }
   void advance_alone(Time now);
   Time own_deadline() const { return earlier(world_.next_deadline(), replay_due()); }
   Time started() const { return started_; }
 
-  /// The PLC has made a valid request. advance() to this time comes before.
-  void on_plc(Time now) {
-    if (module_ != nullptr) module_->on_plc(now);
-  }
-  /// Which has written `count` registers, not none, from `first` on: does what it brings about. Returns
-  /// next_deadline().
-  Time on_written(std::size_t first, std::size_t count, Time now);
-
-  /// The diagnostics registers are as they should be at this time.
-  void publish(Time now);
-  /// A Modbus request has been answered.
-  void on_request(bool valid) {
-    ++requests_;
-    if (!valid) ++exceptions_;
-  }
-  /// A client writes these registers, see io::ModbusUnit: one that does so behind a newer one is a second
-  /// program where one alone may write, a scanner window.
-  void on_writer(std::uint32_t client, std::size_t first, std::size_t count, Time now);
+  /// Writes registers that there are, as a valid request of the PLC does.
+  void write(std::size_t first, std::span<const std::uint16_t> words);
+  /// Brings the diagnostics registers up to date.
+  void publish();
   std::uint32_t second_writers() const { return second_writers_; }
 
   /// Somebody else on the bus sends this frame. False: the bus takes none now.
@@ -104,9 +126,15 @@ class Network final : private sim::Receiver, private sim::FaultListener {
   void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
-  std::size_t number_ = 1;
+  /// The PLC has made a valid request.
+  void on_plc();
+  /// Does what the words bring about.
+  void apply(std::size_t first, std::size_t count);
+
+  NetworkContext context_;
+  std::size_t number_;
   config::ModuleConfig module_config_;
-  sim::FaultListener* listener_;
+  bool observed_ = true;
   std::vector<std::uint16_t> registers_;
   sim::World world_;
   sim::CoprocessorModule* module_ = nullptr;
@@ -119,7 +147,7 @@ class Network final : private sim::Receiver, private sim::FaultListener {
   std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< of each scanner window the last one
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;
-  Together* together_ = nullptr;
+  NetworkGroup* group_ = nullptr;
 };
 
 }  // namespace cbcan::plant

@@ -13,20 +13,22 @@ namespace {
 constexpr unsigned kMostRounds = 100;
 }  // namespace
 
-Wires::Wires(const config::Config& config, std::vector<Network*> networks) : networks_(std::move(networks)) {
+Wires::Wires(const config::Config& config, std::vector<Network*> networks, const NetworkContext& context)
+    : Timed(context.schedule), now_(context.now), networks_(std::move(networks)) {
   for (const config::WireConfig& wire : config.wires) {
     const End to = end(config, wire.to);
-    Laid laid{.from = end(config, wire.from),
-              .to = to,
-              .wire = sim::Wire(wire.transfer),
-              .sample_period = wire.transfer.sample_period,
-              .sample_due = wire.from.terminal.is_output ? kNever : 0,
-              .bits = &bits_[{to.node, to.terminal.index, to.terminal.sub}]};
-    wires_.push_back(std::move(laid));
+    ActiveWire active{.from = end(config, wire.from),
+                      .to = to,
+                      .wire = sim::Wire(wire.transfer),
+                      .sample_period = wire.transfer.sample_period,
+                      .sample_due = wire.from.terminal.is_output ? kNever : 0,
+                      .bits = &bits_[{to.node, to.terminal.index, to.terminal.sub}]};
+    wires_.push_back(std::move(active));
   }
   if (wires_.empty()) return;
   for (Network* network : networks_)
-    network->go_with(*this);
+    network->attach(*this);
+  wants(now_);
 }
 
 Wires::End Wires::end(const config::Config& config, const config::WireEnd& end) {
@@ -40,15 +42,15 @@ bool Wires::has_happened() const {
   return std::ranges::any_of(watched_, [](const auto& node) { return node.second.happened; });
 }
 
-Time Wires::next_deadline() const {
+Time Wires::own_deadline() const {
   Time next = has_happened() ? std::max(at_, held_until_) : kNever;
-  for (const Laid& laid : wires_)
-    next = earlier(next, earlier(laid.sample_due, laid.due));
+  for (const ActiveWire& wire : wires_)
+    next = earlier(next, earlier(wire.sample_due, wire.due));
   return next;
 }
 
-Time Wires::next_event() const {
-  Time next = next_deadline();
+Time Wires::next_deadline() const {
+  Time next = own_deadline();
   for (const Network* network : networks_)
     next = earlier(next, network->own_deadline());
   return next;
@@ -57,15 +59,16 @@ Time Wires::next_event() const {
 void Wires::begin() {
   for (const Network* network : networks_)
     at_ = std::max(at_, network->started());
-  for (Laid& laid : wires_)
-    if (laid.sample_due != kNever) laid.sample_due = at_;
+  for (ActiveWire& active : wires_)
+    if (active.sample_due != kNever) active.sample_due = at_;
 }
 
-void Wires::advance(Time now) {
+void Wires::advance() {
   if (!std::exchange(begun_, true)) begin();
   do
-    go(std::max(at_, std::min(now, next_event())));
-  while (at_ < now || next_event() <= now);
+    go(std::max(at_, std::min(now_, next_deadline())));
+  while (at_ < now_ || next_deadline() <= now_);
+  wants(next_deadline());
 }
 
 void Wires::go(Time time) {
@@ -77,40 +80,40 @@ void Wires::go(Time time) {
   for (auto& [node, watched] : watched_)
     watched.fresh = looks && std::exchange(watched.happened, false);
   bool gave = false;
-  for (Laid& laid : wires_) {
-    const bool fresh = laid.from.watched->fresh || laid.to.watched->fresh;
-    if (fresh || laid.sample_due <= time) look(laid);
-    if (fresh || laid.due <= time) gave |= give(laid);
+  for (ActiveWire& active : wires_) {
+    const bool fresh = active.from.watched->fresh || active.to.watched->fresh;
+    if (fresh || active.sample_due <= time) look(active);
+    if (fresh || active.due <= time) gave |= give(active);
   }
   if (gave && ++rounds_ > kMostRounds) held_until_ = time + kMillisecond;
 }
 
-void Wires::look(Laid& laid) {
-  sim::Node& from = *laid.from.node;
+void Wires::look(ActiveWire& active) {
+  sim::Node& from = *active.from.node;
   double value = 0;
   if (from.has_power()) {
-    if (!laid.from.terminal.is_output) from.bring_up_to_date(at_);
-    value = from.number(laid.from.terminal).value_or(0);
+    if (!active.from.terminal.is_output) from.bring_up_to_date(at_);
+    value = from.number(active.from.terminal).value_or(0);
   }
-  laid.wire.put(value, at_);
-  laid.due = at_;
-  if (laid.sample_due <= at_) laid.sample_due += laid.sample_period;
+  active.wire.put(value, at_);
+  active.due = at_;
+  if (active.sample_due <= at_) active.sample_due += active.sample_period;
 }
 
 /// True: it has another value now.
-bool Wires::give(Laid& laid) {
-  const double value = laid.wire.take(at_);
-  laid.due = laid.wire.next_change(at_);
-  sim::Node& to = *laid.to.node;
-  if (!to.has_power()) return laid.given.reset(), false;
-  if (laid.given == value) return false;
-  laid.given = value;
-  const sim::Terminal& terminal = laid.to.terminal;
+bool Wires::give(ActiveWire& active) {
+  const double value = active.wire.take(at_);
+  active.due = active.wire.next_change(at_);
+  sim::Node& to = *active.to.node;
+  if (!to.has_power()) return active.given.reset(), false;
+  if (active.given == value) return false;
+  active.given = value;
+  const sim::Terminal& terminal = active.to.terminal;
   if (terminal.bit) {
     const std::uint64_t mask = std::uint64_t{1} << *terminal.bit;
-    *laid.bits = value >= 0.5 ? *laid.bits | mask : *laid.bits & ~mask;
+    *active.bits = value >= 0.5 ? *active.bits | mask : *active.bits & ~mask;
   }
-  to.set_input(terminal.index, terminal.sub, terminal.bit ? static_cast<double>(*laid.bits) : value, at_);
+  to.set_input(terminal.index, terminal.sub, terminal.bit ? static_cast<double>(*active.bits) : value, at_);
   return true;
 }
 

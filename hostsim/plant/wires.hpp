@@ -18,11 +18,11 @@
 
 namespace cbcan::plant {
 
-class Wires final : private Together {
+class Wires final : private NetworkGroup, private sim::Timed {
  public:
   /// `networks`: all of `config`'s, in order, which outlive it and have not been started. Their advance() is
   /// that of all from now on, where there are wires.
-  Wires(const config::Config& config, std::vector<Network*> networks);
+  Wires(const config::Config& config, std::vector<Network*> networks, const NetworkContext& context);
   Wires(const Wires&) = delete;
   Wires& operator=(const Wires&) = delete;
 
@@ -37,7 +37,7 @@ class Wires final : private Together {
     Watched* watched;
     sim::Terminal terminal;
   };
-  struct Laid {
+  struct ActiveWire {
     End from;
     End to;
     sim::Wire wire;
@@ -48,20 +48,22 @@ class Wires final : private Together {
     std::optional<double> given = {};  ///< to the input; none = nothing since it has power
   };
 
-  void advance(Time now) override;
+  void advance() override;
+  void poll(Time /*now*/) override { advance(); }
   Time next_deadline() const override;
+  Time own_deadline() const;
   End end(const config::Config& config, const config::WireEnd& end);
-  Time next_event() const;
   void begin();
   void go(Time time);
-  void look(Laid& laid);
-  bool give(Laid& laid);
+  void look(ActiveWire& wire);
+  bool give(ActiveWire& wire);
   bool has_happened() const;
 
+  const Time& now_;
   std::vector<Network*> networks_;
   std::map<sim::Node*, Watched> watched_;
   std::map<std::tuple<sim::Node*, std::uint16_t, std::uint8_t>, std::uint64_t> bits_;
-  std::vector<Laid> wires_;
+  std::vector<ActiveWire> wires_;
   bool begun_ = false;
   Time at_ = 0;          ///< all networks are there
   unsigned rounds_ = 0;  ///< in which inputs were given something at this time

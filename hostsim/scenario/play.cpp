@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "cbcan/regmap.hpp"
+#include "plant/control.hpp"
 #include "scenario/scenario.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"

@@ -12,7 +12,7 @@
 
 #include "config/config.hpp"
 #include "config/files.hpp"
-#include "plant/plant.hpp"
+#include "plant/bench.hpp"
 #include "plant/wait.hpp"
 #include "text/setting.hpp"
 

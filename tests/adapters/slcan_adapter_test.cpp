@@ -117,9 +117,10 @@ TEST_CASE("SLCAN: V and N response always") {
 
 TEST_CASE("SLCAN: what it does not know is refused") {
   SlcanDesk desk;
-  for (const char* line : {"S",  "S9",  "S66",      "s031C",     "o",          "O1", "L1",   "C1", "Z",
-                           "Z2", "Z10", "M0000000", "M0000000G", "m000000000", "V1", "N1",   "F0", "X1",
-                           "A",  "P",   "q",        " ",         "\xFF",       "z",  "hello"}) {
+  for (const char* line :
+       {"S",  "S9",  "S66",      "s031C",     "o",          "O1", "L1",    "C1",       "Z",
+        "Z2", "Z10", "M0000000", "M0000000G", "m000000000", "V1", "N1",    "F0",       "X1",
+        "A",  "P",   "q",        " ",         "\xFF",       "z",  "hello", "mG0000000"}) {
     CAPTURE(line);
     CHECK(desk.respond(std::string(line) + "\r") == "\a");
   }
@@ -129,8 +130,8 @@ TEST_CASE("SLCAN: what it does not know is refused") {
     CHECK(desk.respond(std::string(line) + "\r") == "\a");
   }
   CHECK(desk.ear.heard.empty());
-  CHECK(desk.adapter.counters().commands == 35);
-  CHECK(desk.adapter.counters().refused == 34);
+  CHECK(desk.adapter.counters().commands == 36);
+  CHECK(desk.adapter.counters().refused == 35);
 }
 
 TEST_CASE("SLCAN: lines in pieces, lines that are too long, bells") {

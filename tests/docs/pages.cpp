@@ -12,6 +12,7 @@
 
 #include "config/settings.hpp"
 #include "io/files/read_file.hpp"
+#include "plant/control.hpp"
 #include "scenario/scenario.hpp"
 #include "text/exit_code.hpp"
 #include "text/words.hpp"

@@ -4,6 +4,7 @@
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
 #include "plant/control.hpp"
+#include "support/bare_network.hpp"
 
 namespace cbcan::fuzz {
 
@@ -46,8 +47,8 @@ struct Commands {
   }
 
   DevicePlant plant_{{}};
-  plant::Network empty_{0, 0, nullptr};
-  plant::Control control_{{&plant_.network, &empty_}, plant_.now};
+  test::BareNetwork empty_;
+  plant::Control control_{{&plant_.network, &empty_.network}, plant_.now};
 };
 
 void check_lines(std::string_view text) {

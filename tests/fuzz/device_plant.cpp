@@ -54,8 +54,8 @@ bool is_status(std::uint16_t word) {
 
 }  // namespace
 
-DevicePlant::DevicePlant(const PlantOptions& options)
-    : network(options.bit_rate, 7, nullptr), options_(options) {
+DevicePlant::DevicePlant(const PlantOptions& options) : bare(options.bit_rate), options_(options) {
+  now = 1000;
   sim::NodeParts io_module;
   io_module.name = "I/O module";
   if (options.signals) {

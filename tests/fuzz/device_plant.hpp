@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "cbcan/frame.hpp"
-#include "plant/network.hpp"
+#include "support/bare_network.hpp"
 
 namespace cbcan::fuzz {
 
@@ -49,9 +49,10 @@ struct DevicePlant final : private sim::Observer, private sim::Disturbance {
   };
   const std::vector<Seen>& seen() const { return seen_; }
 
-  plant::Network network;
+  test::BareNetwork bare;
+  plant::Network& network = bare.network;
   sim::World& world = network.world();
-  Time now = 1000;
+  Time& now = bare.now;
 
  private:
   struct Store final : sim::ParameterStore {

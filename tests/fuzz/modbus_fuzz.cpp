@@ -35,7 +35,7 @@ const std::vector<std::uint16_t> kAtStart = [] {
 }();
 
 /// Lives as long as the program: a listener for each input would cost more than the rest.
-struct Server final : io::ModbusUnit {
+struct Server final : adapters::ModbusUnit {
   std::span<std::uint16_t> registers() override { return words; }
   void on_request(bool, const adapters::ModbusRange&) override { ++requests; }
   static io::ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }

@@ -8,7 +8,7 @@
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "fuzz/fuzz.hpp"
-#include "plant/plant.hpp"
+#include "plant/virtual_plant.hpp"
 
 namespace cbcan::fuzz {
 
@@ -42,7 +42,7 @@ std::string told_by(std::string_view script) {
     require(told.starts_with("plant.toml:1: node 20: t.lua"), "a complaint names node and script");
     return told;
   }
-  plant::Plant plant(config, std::move(build));
+  plant::VirtualPlant plant(config, std::move(build));
   plant.start();
   for (const std::string_view command : kCommands)
     told += plant.execute(command);

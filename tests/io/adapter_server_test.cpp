@@ -87,6 +87,7 @@ TEST_CASE("SLCAN over TCP: connections are adapters on one bus") {
   server.run_until([&] { return right.heard() == "\rt1230\r"; });
   CHECK(left.heard() == "\r\rz\r");
   CHECK(server.slcan.clients() == 2);
+  CHECK(server.warnings.empty());
 }
 
 TEST_CASE("SLCAN over a Unix socket, whose file goes with the server") {

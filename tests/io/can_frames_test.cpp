@@ -69,6 +69,7 @@ TEST_CASE("an overflow of the controller is no state of fault confinement") {
   CHECK(report.overflow);
   CHECK_FALSE(report.state.has_value());
   CHECK_FALSE(read_error_frame(error_frame(0x004, 0x10)).overflow);
+  CHECK_FALSE(read_error_frame(error_frame(0x100)).overflow);
 }
 
 TEST_CASE("a data frame with an error's identifier says nothing about the controller") {
@@ -158,6 +159,7 @@ TEST_CASE(
   CHECK(unpack(bytes({0x81}) + kId + bytes({0x05})) == Frame{5, 0, 0, {}});
   CHECK(unpack(bytes({0xDE, 0, 1}) + kId + bytes({0x05})) == Frame{5, 0, 0, {}});
   CHECK(unpack(bytes({0xDE, 0})) == std::nullopt);
+  CHECK(unpack(bytes({0x05}) + kId + bytes({0x05})) == std::nullopt);  // no map
   CHECK(unpack(bytes({0x82}) + kId + bytes({0x05})) == std::nullopt);  // one entry is missing
   CHECK(unpack(bytes({0x81}) + kId) == std::nullopt);
 }

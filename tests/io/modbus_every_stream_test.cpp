@@ -20,7 +20,7 @@ using test::hex;
 const std::vector<std::uint16_t> kAtStart(ModbusModel::kRegisters, 0x1234);
 
 /// A server, and one client after the other, which is a socket pair.
-struct Line final : private ModbusUnit {
+struct Line final : private adapters::ModbusUnit {
   /// What comes back when `stream` comes in pieces: bit i of `cuts` = one ends behind byte i. A server that
   /// closes gets no more.
   void check(const Bytes& stream, std::uint64_t cuts) {

@@ -15,14 +15,18 @@
 namespace cbcan::io::test {
 
 /// 4168 registers, and what is told of them.
-struct Unit final : ModbusUnit {
+struct Unit final : adapters::ModbusUnit {
   using Tell = std::function<void(bool valid, const adapters::ModbusRange& written)>;
   explicit Unit(Tell tell) : told(std::move(tell)) {}
   std::span<std::uint16_t> registers() override { return words; }
   void catch_up() override { at_catch_up.push_back(words[9]); }
+  void on_writer(std::uint32_t client, const adapters::ModbusRange& written) override {
+    writers.emplace_back(client, written.first);
+  }
   void on_request(bool valid, const adapters::ModbusRange& written) override { told(valid, written); }
   std::vector<std::uint16_t> words = std::vector<std::uint16_t>(4168);
-  std::vector<std::uint16_t> at_catch_up;  ///< R9
+  std::vector<std::uint16_t> at_catch_up;                      ///< R9
+  std::vector<std::pair<std::uint32_t, std::size_t>> writers;  ///< client, first register
   Tell told;
 };
 

@@ -14,7 +14,7 @@ using cbcan::test::ScannedModule;
 using cbcan::test::ScannerPlc;
 
 /// The module as a Modbus client sees it.
-struct ModuleUnit final : ModbusUnit {
+struct ModuleUnit final : adapters::ModbusUnit {
   explicit ModuleUnit(ScannedModule& module) : module_(module) {}
   std::span<std::uint16_t> registers() override { return module_.registers; }
   void on_request(bool valid, const adapters::ModbusRange& written) override {
@@ -147,7 +147,8 @@ struct ScannerProgram final : PlcProgram {
 /// Registers of either layout.
 inline constexpr std::size_t kPlcWords = regmap::kScannerOutWords + regmap::kScannerInWords;
 
-inline std::unique_ptr<PlcExchange> make_exchange(bool scanner, ModbusUnit& unit, std::uint16_t first) {
+inline std::unique_ptr<PlcExchange> make_exchange(bool scanner, adapters::ModbusUnit& unit,
+                                                  std::uint16_t first) {
   if (scanner)
     return std::make_unique<ScannerExchange>(unit, first, regmap::kScannerOutFirst, regmap::kScannerInFirst);
   return std::make_unique<WindowExchange>(unit, first);

@@ -174,7 +174,7 @@ struct Line {
 
 TEST_CASE("serial: requests to the stations of two networks, and to all of them") {
   Line line;
-  line.modbus.emplace(line.reactor, std::vector<ModbusUnit*>{&line.first, &line.second},
+  line.modbus.emplace(line.reactor, std::vector<adapters::ModbusUnit*>{&line.first, &line.second},
                       window::Line{line.place.link(), 115'200, 'N'}, 5,
                       [&](const std::string& text) { line.warnings.push_back(text); });
   CHECK(line.modbus->device() == line.place.link());
@@ -200,7 +200,7 @@ TEST_CASE("serial: requests to the stations of two networks, and to all of them"
 
 TEST_CASE("serial: a line that has gone is told, and looked for again") {
   Line line;
-  line.modbus.emplace(line.reactor, std::vector<ModbusUnit*>{&line.first},
+  line.modbus.emplace(line.reactor, std::vector<adapters::ModbusUnit*>{&line.first},
                       window::Line{line.place.link(), 115'200, 'N'}, 1,
                       [&](const std::string& text) { line.warnings.push_back(text); });
   line.terminal.reset();
@@ -226,11 +226,11 @@ TEST_CASE("serial: a line that has gone is told, and looked for again") {
   CHECK(line.heard(8) == frame("01 06 0001 1234"));
 }
 
-struct Listening final : ModbusUnit {
+struct Listening final : adapters::ModbusUnit {
   std::span<std::uint16_t> registers() override { return words; }
   void on_request(bool, const adapters::ModbusRange&) override {}
   bool listens() const override { return true; }
-  void on_exchange(const journal::ModbusExchange& exchange) override {
+  void on_exchange(const adapters::ModbusExchange& exchange) override {
     requests.emplace_back(exchange.request.begin(), exchange.request.end());
     responses.emplace_back(exchange.response.begin(), exchange.response.end());
     units.push_back(exchange.unit);

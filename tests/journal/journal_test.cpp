@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "journal/watch.hpp"
 #include "journal/words.hpp"
 #include "plant/demo.hpp"
 #include "text/numbers.hpp"
@@ -22,7 +23,7 @@ const eds::ObjectName* no_name(std::uint8_t /*network*/, std::uint8_t /*node*/, 
 /// All that has happened since the journal was opened, with times and transactions.
 class Seen {
  public:
-  explicit Seen(plant::Plant& plant) : journal_(plant.control().journal()), cursor_(journal_) {}
+  explicit Seen(plant::VirtualPlant& plant) : journal_(plant.control().journal()), cursor_(journal_) {}
 
   Lines lines() {
     Lines lines;
@@ -248,6 +249,30 @@ TEST_CASE("frames belong to the channel whose turn it is with the node") {
               "0.050000 #2 642#4001100000000000 SDO node 66: read 1001h:00",
               "0.050000 #2 5C2#4F01100000000000 SDO node 66: value of 1001h:00 = 0",
               "0.050000 #2 read node 66 1001h:00 = 0: done, 50 ms"});
+}
+
+TEST_CASE("a Modbus request belongs to the transaction of the registers that it is about") {
+  std::array<std::uint16_t, 70> window{};
+  const std::array doors{NetworkWatch::Door{3700, window, {}}};
+  Journal journal;
+  NetworkWatch watch(journal, 1, doors, 0);
+  const auto transaction_of = [&](const std::vector<std::uint8_t>& pdu) {
+    Cursor cursor(journal, kinds_of({Kind::kModbus}));
+    watch.on_modbus({1, 1, 1, 0, pdu, pdu}, 0);
+    std::uint32_t transaction = 0;
+    cursor.look([&](std::uint64_t, const Event& event) { return transaction = event.transaction, true; });
+    return transaction;
+  };
+  CHECK(transaction_of({3, 0x0E, 0x74, 0, 1}) == 0);
+  window[0] = 0xCA0E;
+  CHECK(transaction_of({6, 0x0E, 0x74, 0xCA, 0x0E}) == 1);
+  CHECK(transaction_of({3, 0x0E, 0x73, 0, 2}) == 1);  // R3699, R3700
+  CHECK(transaction_of({3, 0x0E, 0x73, 0, 1}) == 0);  // R3699
+  CHECK(transaction_of({16, 0x0E, 0x73, 0, 2, 4, 0, 0, 0xCA, 0x0E}) == 1);
+  CHECK(transaction_of({6, 0x0E, 0x73, 0xFF, 0xFF}) == 0);  // a value is no number of registers
+  CHECK(transaction_of({22, 0x0E, 0x73, 0xFF, 0xFF, 0, 0}) == 0);
+  CHECK(transaction_of({3, 0x0E, 0xB9, 0, 1}) == 1);  // R3769
+  CHECK(transaction_of({3, 0x0E, 0xBA, 0, 1}) == 0);
 }
 
 TEST_CASE("the same seed gives the same journal") {

@@ -4,6 +4,7 @@
 #include "plant/control.hpp"
 
 #include "config/build_node.hpp"
+#include "support/bare_network.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::plant {
@@ -49,8 +50,9 @@ struct TwoDevices {
     return response;
   }
 
-  Time now = 5 * kSecond;
-  Network network{0, 0, nullptr};
+  cbcan::test::BareNetwork bare;
+  Time& now = bare.now = 5 * kSecond;
+  Network& network = bare.network;
   sim::World& world = network.world();
   Log log;
   Control control{{&network}, 5 * kSecond};
@@ -78,7 +80,8 @@ struct TwoNetworks {
   }
 
   TwoDevices first;
-  Network network{0, 0, nullptr};
+  cbcan::test::BareNetwork bare;
+  Network& network = bare.network;
   sim::World& world = network.world();
   Log log;
   Control control{{&first.network, &network}, 5 * kSecond};
@@ -203,6 +206,26 @@ TEST_CASE("nodes and bus of the second network have its number in front") {
   CHECK(plant.run("get 1/16 0x603F") == "ok 0\n");
   CHECK(plant.first.log.ids.empty());
   CHECK(plant.log.ids == std::vector<std::uint32_t>{0x90});
+}
+
+TEST_CASE("a listener hears each frame of each network once, also when it comes again") {
+  struct Heard final : Listener {
+    void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
+      frames.emplace_back(network, frame.id);
+    }
+    std::vector<std::pair<std::size_t, std::uint32_t>> frames;
+  };
+  TwoNetworks plant;
+  Heard heard;
+  for (int i = 0; i < 2; ++i) {
+    plant.control.add(heard);
+    plant.run("send 123#");
+    plant.run("send 2/124#");
+    plant.control.remove(heard);
+    plant.run("send 2/125#");
+  }
+  CHECK(heard.frames ==
+        std::vector<std::pair<std::size_t, std::uint32_t>>{{1, 0x123}, {2, 0x124}, {1, 0x123}, {2, 0x124}});
 }
 
 TEST_CASE("faults of one network are not those of another") {

@@ -3,8 +3,8 @@
 
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
-#include "plant/plant.hpp"
 #include "plant/subscription.hpp"
+#include "plant/virtual_plant.hpp"
 #include "sim/frame_text.hpp"
 #include "support/catch.hpp"
 
@@ -15,7 +15,7 @@ inline std::optional<std::string> no_file(const std::string& /*path*/) {
 }
 
 /// The demo plant, and what is in `more` of a plant file besides.
-inline std::unique_ptr<Plant> demo(std::string_view more = "") {
+inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "") {
   const config::FileReader read = config::with_demo_plant(no_file);
   config::Config config;
   REQUIRE(config::read_plant(*read(std::string(config::kDemoPlant)), std::string(config::kDemoPlant), config)
@@ -23,14 +23,14 @@ inline std::unique_ptr<Plant> demo(std::string_view more = "") {
   REQUIRE(config::read_plant(more, "more.toml", config).empty());
   config::PlantBuild build = config::build_nodes(config, read);
   REQUIRE(build.good);
-  auto plant = std::make_unique<Plant>(config, std::move(build));
+  auto plant = std::make_unique<VirtualPlant>(config, std::move(build));
   plant->start();
   return plant;
 }
 
 /// The frames from now on, as candump writes them.
 struct Frames final : Listener {
-  explicit Frames(Plant& plant) : plant_(plant) { plant_.add(*this); }
+  explicit Frames(VirtualPlant& plant) : plant_(plant) { plant_.add(*this); }
   ~Frames() { plant_.remove(*this); }
   void on_frame(std::size_t /*network*/, const Frame& frame, Time /*now*/) override {
     seen.push_back(sim::frame_text(frame));
@@ -38,7 +38,7 @@ struct Frames final : Listener {
   std::vector<std::string> seen;
 
  private:
-  Plant& plant_;
+  VirtualPlant& plant_;
 };
 
 }  // namespace cbcan::plant::test

@@ -9,18 +9,18 @@ namespace {
 
 const Files kNone;
 
-std::unique_ptr<Plant> model(std::string_view name, std::string_view more = "") {
+std::unique_ptr<VirtualPlant> model(std::string_view name, std::string_view more = "") {
   return plant_of(fmt::format("[[node]]\nid = 20\neds = \"plants/{0}.eds\"\ndevice = \"plants/{0}.lua\"\n{1}",
                               name, more),
                   kNone);
 }
 
-double number(Plant& plant, std::string_view object) {
+double number(VirtualPlant& plant, std::string_view object) {
   return std::stod(run(plant, fmt::format("get 20 {}", object)));
 }
 
 /// To this time in seconds; in steps of so many microseconds, with a look at each, or at once.
-void pass(Plant& plant, double to, Time step) {
+void pass(VirtualPlant& plant, double to, Time step) {
   const auto end = static_cast<Time>(std::llround(to * 1e6));
   while (step != 0 && plant.now() + step < end) {
     plant.pass_to(plant.now() + step);

@@ -35,11 +35,11 @@ inline Built build(const std::string& text, const Files& files) {
 }
 
 /// `files` outlives it.
-inline std::unique_ptr<Plant> plant_of(const std::string& text, const Files& files) {
+inline std::unique_ptr<VirtualPlant> plant_of(const std::string& text, const Files& files) {
   Built built = build(text, files);
   INFO((built.build.lines.empty() ? "" : built.build.lines.front()));
   REQUIRE(built.build.good);
-  auto plant = std::make_unique<Plant>(built.config, std::move(built.build));
+  auto plant = std::make_unique<VirtualPlant>(built.config, std::move(built.build));
   plant->start();
   return plant;
 }
@@ -55,7 +55,7 @@ eds = "demo:/generic.eds"
 )";
 
 /// The response without "ok" and the line end; an error as it is.
-inline std::string run(Plant& plant, std::string_view line) {
+inline std::string run(VirtualPlant& plant, std::string_view line) {
   const std::string response = plant.execute(line);
   const std::string_view text = text::trim(response);
   return std::string(text::trim(text.starts_with("ok") ? text.substr(2) : text));

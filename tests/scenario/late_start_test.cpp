@@ -2,6 +2,7 @@
 // Networks whose time does not begin at 0, as where a wall clock drives them.
 #include "plant/demo.hpp"
 #include "plant/wires.hpp"
+#include "support/bare_network.hpp"
 
 namespace cbcan::plant::test {
 
@@ -28,11 +29,14 @@ sample_ms = 1
               .empty());
   config::PlantBuild build = config::build_nodes(config, read);
   REQUIRE(build.good);
-  Network network(config, config.networks[0], std::move(build.networks[0]), kStart, nullptr);
-  Wires wires(config, {&network});
-  network.start(kStart);
+  cbcan::test::ByHand driver;
+  driver.now = kStart;
+  Network network(config, config.networks[0], std::move(build.networks[0]), driver.context());
+  Wires wires(config, {&network}, driver.context());
+  network.start(false);
   const auto at = [&](Time time) {
-    network.advance(time);
+    driver.now = time;
+    network.advance();
     return network.world().nodes()[1]->number({0x2002, 0, {}, false}).value_or(-1);
   };
   CHECK(at(kStart) == 0);

@@ -42,7 +42,7 @@ struct Stage {
     plant.emplace(scenario.config, std::move(build));
   }
   config::PlantBuild build;
-  std::optional<Plant> plant;
+  std::optional<VirtualPlant> plant;
 };
 
 Played played(const std::string& text) {

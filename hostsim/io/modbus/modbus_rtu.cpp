@@ -8,6 +8,8 @@
 #include <memory>
 #include <utility>
 
+#include "cbcan/regmap.hpp"
+
 namespace cbcan::io {
 
 namespace {
@@ -27,11 +29,11 @@ std::uint32_t counter(Time time) {
 
 // ---- Frames
 
-RtuSession::RtuSession(std::vector<ModbusUnit*> networks, const RtuServer::Settings& settings)
+RtuSession::RtuSession(std::vector<adapters::ModbusUnit*> networks, const RtuServer::Settings& settings)
     : networks_(std::move(networks)),
       ranges_([this] {
         std::vector<RegisterRange> ranges;
-        for (ModbusUnit* unit : networks_)
+        for (adapters::ModbusUnit* unit : networks_)
           ranges.push_back({0, unit->registers()});
         return ranges;
       }()),
@@ -59,12 +61,13 @@ void RtuSession::poll(Time now) {
 
 void RtuSession::execute() {
   const std::size_t asked = server_.request_network();
-  const std::span<ModbusUnit* const> meant =
-      server_.is_broadcast() ? std::span<ModbusUnit* const>(networks_) : std::span(&networks_[asked], 1);
+  const std::span<adapters::ModbusUnit* const> meant = server_.is_broadcast()
+                                                           ? std::span<adapters::ModbusUnit* const>(networks_)
+                                                           : std::span(&networks_[asked], 1);
   const auto frame = networks_[asked]->listens() ? server_.request() : std::span<const std::uint8_t>();
   const std::vector<std::uint8_t> request(frame.begin(), frame.end());
   const bool diagnostics = server_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords + 1);
-  for (ModbusUnit* const network : meant) {
+  for (adapters::ModbusUnit* const network : meant) {
     network->catch_up();
     if (diagnostics) network->on_diagnostics();
   }
@@ -74,7 +77,7 @@ void RtuSession::execute() {
   const std::string_view sent = std::string_view(unsent_).substr(before);
   server_.on_sent();
   const RtuServer::Executed& executed = server_.executed();
-  for (ModbusUnit* const network : meant) {
+  for (adapters::ModbusUnit* const network : meant) {
     if (!request.empty()) tell(*network, request, sent);
     network->on_writer(0, {executed.first, executed.count});
     network->on_request(executed.valid, {executed.first, executed.count});
@@ -82,7 +85,8 @@ void RtuSession::execute() {
 }
 
 /// Of a frame the station stands in front of the PDU, and the CRC of the response behind it.
-void RtuSession::tell(ModbusUnit& unit, std::span<const std::uint8_t> request, std::string_view response) {
+void RtuSession::tell(adapters::ModbusUnit& unit, std::span<const std::uint8_t> request,
+                      std::string_view response) {
   const std::span all(reinterpret_cast<const std::uint8_t*>(response.data()), response.size());
   const bool has_pdu = all.size() > 3;
   const auto pdu = has_pdu ? all.subspan(1, all.size() - 3) : all.first(0);
@@ -90,7 +94,7 @@ void RtuSession::tell(ModbusUnit& unit, std::span<const std::uint8_t> request, s
   unit.on_exchange({0, 0, request[0], refused ? pdu[1] : std::uint8_t{0}, request.subspan(1), pdu});
 }
 
-StreamServer::MakeSession rtu_over_tcp(std::vector<ModbusUnit*> networks, std::uint8_t station) {
+StreamServer::MakeSession rtu_over_tcp(std::vector<adapters::ModbusUnit*> networks, std::uint8_t station) {
   const RtuServer::Settings settings{.station = station, .silence_us = 0, .gap_us = kGapUs};
   return
       [networks = std::move(networks), settings] { return std::make_unique<RtuSession>(networks, settings); };
@@ -98,7 +102,7 @@ StreamServer::MakeSession rtu_over_tcp(std::vector<ModbusUnit*> networks, std::u
 
 // ---- Serial port
 
-ModbusSerial::ModbusSerial(Reactor& reactor, std::vector<ModbusUnit*> networks, window::Line line,
+ModbusSerial::ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> networks, window::Line line,
                            std::uint8_t station, Warn warn)
     : reactor_(reactor),
       line_(std::move(line)),

@@ -11,12 +11,12 @@
 #include <string_view>
 #include <vector>
 
+#include "adapters/modbus_unit.hpp"
 #include "cbcan/modbus/rtu_server.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/modbus/modbus_unit.hpp"
 #include "io/serial/serial_port.hpp"
 #include "io/sockets/stream_server.hpp"
 
@@ -25,7 +25,7 @@ namespace cbcan::io {
 /// Requests in, responses out. The units are the caller's.
 class RtuSession final : public StreamSession {
  public:
-  RtuSession(std::vector<ModbusUnit*> networks, const RtuServer::Settings& settings);
+  RtuSession(std::vector<adapters::ModbusUnit*> networks, const RtuServer::Settings& settings);
 
   void receive(std::string_view bytes) override;
   std::string_view unsent() const override { return unsent_; }
@@ -40,9 +40,10 @@ class RtuSession final : public StreamSession {
 
  private:
   void execute();
-  static void tell(ModbusUnit& unit, std::span<const std::uint8_t> request, std::string_view response);
+  static void tell(adapters::ModbusUnit& unit, std::span<const std::uint8_t> request,
+                   std::string_view response);
 
-  std::vector<ModbusUnit*> networks_;
+  std::vector<adapters::ModbusUnit*> networks_;
   std::vector<RegisterRange> ranges_;
   std::vector<RegisterMap> maps_;
   RtuServer server_;
@@ -51,15 +52,15 @@ class RtuSession final : public StreamSession {
 };
 
 /// For a StreamServer: RTU over TCP.
-StreamServer::MakeSession rtu_over_tcp(std::vector<ModbusUnit*> networks, std::uint8_t station);
+StreamServer::MakeSession rtu_over_tcp(std::vector<adapters::ModbusUnit*> networks, std::uint8_t station);
 
 /// The server on a serial port. When that goes away (an adapter that is pulled out) it says so once and
 /// looks for it again and again.
 class ModbusSerial {
  public:
   /// Opens at once; throws what open_serial() throws. Units and reactor are the caller's.
-  ModbusSerial(Reactor& reactor, std::vector<ModbusUnit*> networks, window::Line line, std::uint8_t station,
-               Warn warn);
+  ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> networks, window::Line line,
+               std::uint8_t station, Warn warn);
   ~ModbusSerial();
   ModbusSerial(const ModbusSerial&) = delete;
   ModbusSerial& operator=(const ModbusSerial&) = delete;

@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "cbcan/regmap.hpp"
+
 namespace cbcan::io {
 
 namespace {
@@ -35,8 +37,8 @@ struct ModbusTcp::Connection {
   std::array<std::uint8_t, kMaxAdu> buffer;
 };
 
-ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<ModbusUnit*>& networks, ModbusTcpSettings settings,
-                     Warn warn)
+ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<adapters::ModbusUnit*>& networks,
+                     ModbusTcpSettings settings, Warn warn)
     : reactor_(reactor),
       settings_(std::move(settings)),
       acceptor_(reactor, "modbus", {"", settings_.listen}, *this, std::move(warn)) {
@@ -129,7 +131,9 @@ inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
   ++counters_.requests;
   if (request.written.count != 0) {
     to.unit->catch_up();
-    const bool window = request.written.first - regmap::kWindowFirst < regmap::kWindowWords;
+    const auto [first, count] = request.written;
+    const bool window =
+        first >= regmap::kWindowFirst && first + count <= regmap::kWindowFirst + regmap::kWindowWords;
     if (!window) to.unit->on_writer(client.number, request.written);
   }
   if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();

@@ -27,12 +27,12 @@
 #include <utility>
 #include <vector>
 
+#include "adapters/modbus_unit.hpp"
 #include "cbcan/modbus/identification.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/modbus/modbus_unit.hpp"
 #include "io/sockets/acceptor.hpp"
 
 namespace cbcan::io {
@@ -51,7 +51,7 @@ class ModbusTcp final : private AcceptsClients {
   /// Listens at once; throws EnvironmentError when it cannot. Raises the limit of open descriptors, which
   /// alone limits the number of clients. `networks` are kMostNetworks at most; they and `reactor` are the
   /// caller's and outlive the server.
-  ModbusTcp(Reactor& reactor, const std::vector<ModbusUnit*>& networks, ModbusTcpSettings settings,
+  ModbusTcp(Reactor& reactor, const std::vector<adapters::ModbusUnit*>& networks, ModbusTcpSettings settings,
             Warn warn);
   ~ModbusTcp();
   ModbusTcp(const ModbusTcp&) = delete;
@@ -93,7 +93,7 @@ class ModbusTcp final : private AcceptsClients {
   using Bytes = std::span<const std::uint8_t>;
   using Registers = std::span<std::uint16_t>;
   struct Served {
-    ModbusUnit* unit = nullptr;
+    adapters::ModbusUnit* unit = nullptr;
     Registers registers{};
   };
   static constexpr std::size_t kPduOffset = 7;  ///< behind the MBAP header

@@ -31,8 +31,9 @@ std::unique_ptr<window::Connection> plc_over_tcp(const text::ListenAddress& addr
   return std::make_unique<window::TcpConnection>(number->host, address.port, kPlcTiming);
 }
 
-PlcClient::PlcClient(Reactor& reactor, ModbusUnit& module, std::unique_ptr<window::Connection> connection,
-                     Exchanges exchanges, const PlcSettings& settings, Warn warn)
+PlcClient::PlcClient(Reactor& reactor, adapters::ModbusUnit& module,
+                     std::unique_ptr<window::Connection> connection, Exchanges exchanges,
+                     const PlcSettings& settings, Warn warn)
     : reactor_(reactor),
       module_(module),
       connection_(std::move(connection)),

@@ -37,7 +37,7 @@ class PlcClient {
   using Exchanges = std::vector<std::unique_ptr<PlcExchange>>;
 
   /// Reactor and module are the caller's.
-  PlcClient(Reactor& reactor, ModbusUnit& module, std::unique_ptr<window::Connection> connection,
+  PlcClient(Reactor& reactor, adapters::ModbusUnit& module, std::unique_ptr<window::Connection> connection,
             Exchanges exchanges, const PlcSettings& settings, Warn warn);
   ~PlcClient();
   PlcClient(const PlcClient&) = delete;
@@ -68,7 +68,7 @@ class PlcClient {
   void watch();
 
   Reactor& reactor_;
-  ModbusUnit& module_;
+  adapters::ModbusUnit& module_;
   std::unique_ptr<window::Connection> connection_;
   Exchanges exchanges_;
   PlcSettings settings_;

@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
+#include "adapters/modbus_unit.hpp"
 #include "cbcan/regmap.hpp"
-#include "io/modbus/modbus_unit.hpp"
 #include "window/request.hpp"
 
 namespace cbcan::io {
@@ -41,7 +41,7 @@ class PlcExchange {
 class WindowExchange final : public PlcExchange {
  public:
   /// The unit is the caller's. `refuses`: a request that is there at the first look has the result 5.
-  WindowExchange(ModbusUnit& module, std::uint16_t first, bool refuses = false)
+  WindowExchange(adapters::ModbusUnit& module, std::uint16_t first, bool refuses = false)
       : module_(module), first_(first), refuses_(refuses) {}
 
   void begin() override;
@@ -63,7 +63,7 @@ class WindowExchange final : public PlcExchange {
   adapters::ModbusRange result_data() const;
   window::Request write(const adapters::ModbusRange& range) const;
 
-  ModbusUnit& module_;
+  adapters::ModbusUnit& module_;
   std::uint16_t first_;
   Step step_ = Step::kRest;
   bool waits_ = true;            ///< for begin()
@@ -78,7 +78,8 @@ class WindowExchange final : public PlcExchange {
 class ScannerExchange final : public PlcExchange {
  public:
   /// `out_first` and `in_first` are the module's registers.
-  ScannerExchange(ModbusUnit& module, std::uint16_t first, std::uint16_t out_first, std::uint16_t in_first)
+  ScannerExchange(adapters::ModbusUnit& module, std::uint16_t first, std::uint16_t out_first,
+                  std::uint16_t in_first)
       : module_(module), first_(first), out_first_(out_first), in_first_(in_first) {}
 
   void begin() override;
@@ -95,7 +96,7 @@ class ScannerExchange final : public PlcExchange {
   void compare();
   void wait();
 
-  ModbusUnit& module_;
+  adapters::ModbusUnit& module_;
   std::uint16_t first_;
   std::uint16_t out_first_;
   std::uint16_t in_first_;
@@ -110,7 +111,7 @@ class ScannerExchange final : public PlcExchange {
 class ProcessExchange final : public PlcExchange {
  public:
   /// `own_first` is the module's register.
-  ProcessExchange(ModbusUnit& module, std::uint16_t first, std::uint16_t own_first)
+  ProcessExchange(adapters::ModbusUnit& module, std::uint16_t first, std::uint16_t own_first)
       : module_(module), first_(first), own_first_(own_first) {}
 
   void begin() override;
@@ -125,7 +126,7 @@ class ProcessExchange final : public PlcExchange {
 
   adapters::ModbusRange changed() const;
 
-  ModbusUnit& module_;
+  adapters::ModbusUnit& module_;
   std::uint16_t first_;
   std::uint16_t own_first_;
   Step step_ = Step::kRest;

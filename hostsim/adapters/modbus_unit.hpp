@@ -5,9 +5,18 @@
 #include <span>
 
 #include "adapters/modbus_request.hpp"
-#include "journal/watch.hpp"
 
-namespace cbcan::io {
+namespace cbcan::adapters {
+
+/// A Modbus request that has been answered.
+struct ModbusExchange {
+  std::uint32_t client;  ///< by which events name it; 0 = none that comes and goes
+  std::uint16_t id;      ///< transaction ID of the MBAP header; 0 over RTU
+  std::uint8_t unit;
+  std::uint8_t exception;                  ///< 0 = none
+  std::span<const std::uint8_t> request;   ///< PDU
+  std::span<const std::uint8_t> response;  ///< likewise
+};
 
 /// A network's registers, and who has to know what Modbus does with them: what a unit ID selects.
 class ModbusUnit {
@@ -21,18 +30,18 @@ class ModbusUnit {
   virtual void on_diagnostics() {}
   /// A client, by its number, is about to write, elsewhere than in R3700..R3769: later ones have higher
   /// numbers, those of a line 0.
-  virtual void on_writer(std::uint32_t /*client*/, const adapters::ModbusRange& /*written*/) {}
+  virtual void on_writer(std::uint32_t /*client*/, const ModbusRange& /*written*/) {}
 
   /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
   /// exception; `written`: what it has written. Must not destroy the server.
-  virtual void on_request(bool valid, const adapters::ModbusRange& written) = 0;
+  virtual void on_request(bool valid, const ModbusRange& written) = 0;
 
   /// Somebody wants to see the requests and responses themselves: each is told ahead of on_request().
   virtual bool listens() const { return false; }
-  virtual void on_exchange(const journal::ModbusExchange& /*exchange*/) {}
+  virtual void on_exchange(const ModbusExchange& /*exchange*/) {}
 
  protected:
   ~ModbusUnit() = default;
 };
 
-}  // namespace cbcan::io
+}  // namespace cbcan::adapters

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "app/bus_connections.hpp"
+
+#include <fmt/core.h>
+
+#include <utility>
+
+#include "adapters/slcan_adapter.hpp"
+#include "io/can/socketcan.hpp"
+#include "io/can/stream_bus.hpp"
+#include "io/can/udp_bus.hpp"
+#include "plant/words.hpp"
+#include "text/numbers.hpp"
+#include "window/rtu_connection.hpp"
+
+namespace cbcan::app {
+
+namespace {
+
+/// In real time, for clients of socketcand.
+constexpr Time kPauseBehindOk = 20 * kMillisecond;
+constexpr std::uint16_t kModbusPort = 502;
+
+/// What hours that pass at once bring to a pipe.
+constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
+
+}  // namespace
+
+window::Line line_of(const config::LineConfig& config) {
+  return {config.device, static_cast<int>(config.baud), config.parity.front()};
+}
+
+BusConnections::BusConnections(const config::NetworkConfig& config, std::string name, plant::Network& network,
+                               io::Reactor& reactor, const Clock& clock, const io::Warn& warn)
+    : network_(network),
+      reactor_(reactor),
+      clock_(clock),
+      warn_(warn),
+      number_(config.number),
+      name_(std::move(name)),
+      can_(config::can_spec(config.can)) {
+  if (!config.can.outside.empty()) open_outside();
+  open_servers(config.can);
+  if (network.module() != nullptr) open_plc(config);
+  if (!config.log.empty()) open_log(config);
+}
+
+void BusConnections::open_outside() {
+  using Kind = config::CanSpec::Kind;
+  sim::Bus& bus = network_.world().bus();
+  const config::CanSpec& can = spec_.emplace(config::parse_can_spec(can_));
+  const bool is_adapter = can.kind == Kind::kSlcan;
+  if (can.kind == Kind::kSocketCan)
+    outside_ = std::make_unique<io::SocketCan>(reactor_, bus, can.name, warn_);
+  else if (can.kind == Kind::kUdp)
+    outside_ = std::make_unique<io::UdpBus>(reactor_, bus, can_, can.remote, warn_);
+  else
+    outside_ = std::make_unique<io::StreamBus>(
+        reactor_, bus, can_, is_adapter ? can.name : "", can.remote,
+        is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), warn_);
+}
+
+/// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
+void BusConnections::open_servers(const config::CanConfig& config) {
+  const std::size_t most_unsent =
+      clock_.runs() ? adapters::Adapter::kMostUnsent : adapters::Adapter::kUnlimited;
+  const auto serve = [&](auto& server, std::string_view service, const std::string& address, auto make) {
+    if (!address.empty()) server.emplace(reactor_, service, text::parse_stream_address(address), make, warn_);
+  };
+  serve(slcan_, "slcan", config.slcan, [this, most_unsent] {
+    return std::make_unique<adapters::SlcanAdapter>(
+        network_.world().bus(), [this] { network_.advance(); }, most_unsent);
+  });
+  if (!config.socketcand.empty())
+    socketcand_bus_.emplace(
+        network_.world().bus(), network_.world().schedule(), [this] { return clock_.now(); },
+        clock_.wall_offset(), clock_.runs() ? kPauseBehindOk : 0);
+  serve(socketcand_, "socketcand", config.socketcand, [this, most_unsent] {
+    return std::make_unique<adapters::SocketcandAdapter>(
+        *socketcand_bus_, [this] { network_.advance(); }, most_unsent);
+  });
+  if (!config.beacon.empty() && clock_.runs())
+    beacon_.emplace(text::parse_listen_address(config.beacon, config::kSocketcandBeacon),
+                    socketcand_->address().tcp, warn_);
+}
+
+void BusConnections::open_plc(const config::NetworkConfig& config) {
+  const config::PlcConfig& plc = config.plc;
+  if (plc.address.empty() && plc.line.device.empty()) return;
+  std::unique_ptr<window::Connection> connection;
+  if (plc.address.empty())
+    connection = std::make_unique<window::RtuConnection>(line_of(plc.line), io::kPlcTiming);
+  else
+    connection = io::plc_over_tcp(text::parse_listen_address(plc.address, kModbusPort));
+  io::PlcClient::Exchanges exchanges;
+  if (plc.layout == config::PlcLayout::kScanner)
+    exchanges.push_back(std::make_unique<io::ScannerExchange>(
+        network_, plc.first, config.module.scanner_out_first, config.module.scanner_in_first));
+  else
+    exchanges.push_back(std::make_unique<io::WindowExchange>(network_, plc.first,
+                                                             plc.at_start == config::PlcAtStart::kRefuse));
+  if (plc.process_first)
+    exchanges.push_back(
+        std::make_unique<io::ProcessExchange>(network_, *plc.process_first, config.module.process_first));
+  plc_.emplace(reactor_, network_, std::move(connection), std::move(exchanges),
+               io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, warn_);
+}
+
+/// A manual clock's log begins at 0, and is the same every time: a reader may be slow while hours pass.
+void BusConnections::open_log(const config::NetworkConfig& config) {
+  const bool on_interface = spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan;
+  const std::string interface = on_interface ? spec_->name : "virtual";
+  const std::size_t most_waiting = clock_.runs() ? io::Output::kMostWaiting : kMostLogWaitingOnManualClock;
+  log_.emplace(config.log, interface, clock_.wall_offset(), warn_, most_waiting);
+  network_.world().bus().observe(*log_);
+}
+
+std::string BusConnections::where() const {
+  const std::string prefix = plant::prefix_of(number_);
+  const auto server = [&](std::string_view name, const auto& served) {
+    return served ? fmt::format(" {}{}={}", prefix, name, to_string(served->address())) : "";
+  };
+  return fmt::format("{0}can={1}{2}{3}{4}", prefix, can_, server("slcan", slcan_),
+                     server("socketcand", socketcand_),
+                     plc_ ? fmt::format(" {}plc={}", prefix, plc_->place()) : "");
+}
+
+std::string BusConnections::ways_in() const {
+  std::string lines;
+  const auto logger = [&](std::string_view door, const std::string& arguments) {
+    lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, door, arguments);
+  };
+  const auto at = [](const text::ListenAddress& tcp) {
+    return fmt::format("--host={} --port={}", tcp.host, tcp.port);
+  };
+  if (slcan_ && slcan_->address().path.empty())
+    logger("slcan", "slcan -c socket://" + to_string(slcan_->address()));
+  else if (slcan_ && slcan_->address().is_terminal)
+    logger("slcan", "slcan -c " + slcan_->address().path);
+  if (socketcand_ && socketcand_->address().path.empty())
+    logger("socketcand", "socketcand -c can0 " + at(socketcand_->address().tcp));
+  if (spec_ && spec_->kind == config::CanSpec::Kind::kUdp)
+    logger("udp", fmt::format("udp_multicast -c {} --port={}", spec_->remote.host, spec_->remote.port));
+  if (spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan)
+    lines += fmt::format("{}socketcan: candump {}\n", name_, spec_->name);
+  return lines;
+}
+
+void BusConnections::poll(Time now) {
+  if (plc_) plc_->poll(now);
+  if (beacon_) beacon_->poll(now);
+  flush();
+}
+
+void BusConnections::flush() {
+  if (log_) log_->flush();
+  if (slcan_) slcan_->flush();
+  if (socketcand_) socketcand_->flush();
+}
+
+Time BusConnections::next_deadline() const {
+  Time next = kNever;
+  if (log_) next = earlier(next, log_->next_deadline());
+  if (plc_) next = earlier(next, plc_->next_deadline());
+  if (beacon_) next = earlier(next, beacon_->next_deadline());
+  return outside_ ? earlier(next, outside_->next_deadline()) : next;
+}
+
+std::string BusConnections::plc_summary() const {
+  if (!plc_) return {};
+  return fmt::format("{}PLC requests {}, exceptions {}, connections lost {}\n", name_,
+                     plc_->counters().requests, plc_->counters().exceptions, plc_->lost());
+}
+
+std::string BusConnections::adapters_summary() const {
+  const auto summary = [&](std::string_view name, const auto& served) {
+    return served ? fmt::format("{}{} connections {}, frames not read in time {}\n", name_, name,
+                                served->counters().connections, served->counters().lost)
+                  : "";
+  };
+  return summary("SLCAN", slcan_) + summary("socketcand", socketcand_);
+}
+
+}  // namespace cbcan::app

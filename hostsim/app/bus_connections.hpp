@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What connects a network's bus with the world outside the program: CAN interface, SLCAN and socketcand
+/// servers, log; and the module's client of a PLC that has the registers.
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "adapters/socketcand_adapter.hpp"
+#include "app/clock.hpp"
+#include "config/can_spec.hpp"
+#include "config/config.hpp"
+#include "io/can/adapter_server.hpp"
+#include "io/can/beacon.hpp"
+#include "io/can/candump_log.hpp"
+#include "io/can/outside_bus.hpp"
+#include "io/loop/reactor.hpp"
+#include "io/modbus/plc_client.hpp"
+#include "io/serial/serial_port.hpp"
+#include "plant/network.hpp"
+
+namespace cbcan::app {
+
+window::Line line_of(const config::LineConfig& config);
+
+class BusConnections {
+ public:
+  /// Opens all; throws io::EnvironmentError. The arguments outlive it. `name`: in front of lines for people.
+  BusConnections(const config::NetworkConfig& config, std::string name, plant::Network& network,
+                 io::Reactor& reactor, const Clock& clock, const io::Warn& warn);
+  BusConnections(const BusConnections&) = delete;
+  BusConnections& operator=(const BusConnections&) = delete;
+
+  /// One that has to be polled every turn.
+  bool exist() const { return outside_ || slcan_ || socketcand_ || log_ || plc_; }
+
+  /// "can=virtual slcan=127.0.0.1:29536", with the real ports.
+  std::string where() const;
+  /// How programs join the bus, in lines for people.
+  std::string ways_in() const;
+
+  /// To be called before the network is advanced.
+  void poll_outside() {
+    if (outside_) outside_->poll(clock_.now());
+  }
+  /// The bus, with what is outside.
+  void advance() {
+    poll_outside();
+    network_.advance();
+  }
+  /// Once per turn, `now` being the reactor's time, and at next_deadline().
+  void poll(Time now);
+  void flush();
+  Time next_deadline() const;
+
+  std::string plc_summary() const;
+  std::string adapters_summary() const;
+
+ private:
+  void open_outside();
+  void open_servers(const config::CanConfig& config);
+  void open_plc(const config::NetworkConfig& config);
+  void open_log(const config::NetworkConfig& config);
+
+  plant::Network& network_;
+  io::Reactor& reactor_;
+  const Clock& clock_;
+  const io::Warn& warn_;
+  std::size_t number_;
+  std::string name_;
+  std::string can_;
+  std::optional<io::CandumpLog> log_;
+  std::optional<config::CanSpec> spec_;  ///< of what is outside
+  std::unique_ptr<io::OutsideBus> outside_;
+  std::optional<io::AdapterServer> slcan_;
+  std::optional<adapters::SocketcandBus> socketcand_bus_;
+  std::optional<io::AdapterServer> socketcand_;
+  std::optional<io::Beacon> beacon_;
+  std::optional<io::PlcClient> plc_;
+};
+
+}  // namespace cbcan::app

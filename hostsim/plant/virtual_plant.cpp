@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "plant/virtual_plant.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "text/numbers.hpp"
+
+namespace cbcan::plant {
+
+VirtualPlant::VirtualPlant(const config::Config& config, config::PlantBuild build, Pace pace)
+    : plant_(config, std::move(build), now_, *this,
+             [](const std::string& /*file*/) -> sim::ParameterStore* { return nullptr; }),
+      pace_(std::move(pace)) {}
+
+void VirtualPlant::on_fault(std::size_t /*network*/, std::string_view text, Time now) {
+  constexpr std::size_t kMost = 10;
+  if (said_.size() == kMost) said_.erase(said_.begin());
+  said_.push_back(fmt::format("{} {}", text::seconds_text(now), text));
+}
+
+void VirtualPlant::advance(Time time) {
+  control().set_now(now_ = time);
+  plant_.advance();
+}
+
+void VirtualPlant::step(Time until) {
+  const Time next = std::max(earlier(until, plant_.next_deadline()), now());
+  if (pace_) pace_(next);
+  advance(next);
+}
+
+void VirtualPlant::pass_to(Time time) {
+  while (now() < time)
+    step(time);
+}
+
+std::string VirtualPlant::execute(std::string_view line) {
+  Reply reply = control().execute(line, now());
+  advance(now());
+  if (!reply.wait) return std::move(reply.text);
+  for (auto response = reply.wait->look();; response = reply.wait->look()) {
+    if (response) return std::move(*response);
+    step(reply.wait->next_look());
+  }
+}
+
+}  // namespace cbcan::plant

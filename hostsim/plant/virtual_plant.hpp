@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A plant in virtual time. What the plant file says about Modbus, SocketCAN, SLCAN, logs and files of
+/// parameters is left out; what nodes store lasts as long as the plant.
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plant/bench.hpp"
+#include "plant/plant.hpp"
+
+namespace cbcan::plant {
+
+class VirtualPlant final : public Bench, private NetworkListener {
+ public:
+  /// Is told before it is this time; nobody has to be.
+  using Pace = std::function<void(Time)>;
+
+  /// See Plant.
+  VirtualPlant(const config::Config& config, config::PlantBuild build, Pace pace = {});
+
+  void start() { plant_.start(false); }
+
+  View& view() override { return control(); }
+  Control& control() { return plant_.control(); }
+  void check(std::string_view line) override { check_command(line); }
+  std::string execute(std::string_view line) override;
+  void step(Time until) override;
+  void add(Listener& listener) override { control().add(listener); }
+  void remove(Listener& listener) override { control().remove(listener); }
+  std::vector<std::string> said() const override { return said_; }
+
+  Time now() const { return now_; }
+  /// Until it is this time.
+  void pass_to(Time time);
+
+ private:
+  void advance(Time time);
+  void on_fault(std::size_t network, std::string_view text, Time now) override;
+
+  Time now_ = 0;
+  std::vector<std::string> said_;
+  Plant plant_;
+  Pace pace_;
+};
+
+}  // namespace cbcan::plant
