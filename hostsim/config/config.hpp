@@ -143,7 +143,6 @@ struct NodeConfig {
   std::string device;      ///< name of a device of devices.hpp, or path of a script; empty = as 1000h says
   std::string parameters;  ///< path of the file that 1010h and LSS store to; empty = none
   bool lss = false;        ///< has an LSS slave
-  Time time_period = 0;    ///< as a TIME producer, microseconds; 0 = it sends none
   std::optional<AxisConfig> axis;  ///< of a drive; none = as it is without a word
   std::vector<InitialValue> objects;
   std::vector<SignalConfig> signals;

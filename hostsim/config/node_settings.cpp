@@ -189,10 +189,6 @@ const std::array kNode{
     node<&NodeConfig::lss>({
         .key = "node.lss", .option = "--lss ID=BOOL",
         .help = "An LSS master (CiA 305) finds the node by its object 1018h, and can give it a node ID and a bit rate"}),
-    node<&NodeConfig::time_period>({
-        .key = "node.time_period_ms", .option = "--time-period ID=MS",
-        .help = "How often it sends TIME, if its object 1012h has bit 30 set",
-        .high = kDayInMs, .unit = " ms, 0 = none", .scale = kMillisecond}),
 };
 
 constexpr std::array kObjects{

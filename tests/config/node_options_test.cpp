@@ -119,14 +119,13 @@ TEST_CASE("the same thing twice on the command line") {
 }
 
 TEST_CASE("what a node is, on the command line") {
-  const Start both = with_plant({"--device", "5=cia401", "--parameters", "5=dir/a=b.params", "--lss",
-                                 "5=true", "--time-period", "5=250"});
+  const Start both =
+      with_plant({"--device", "5=cia401", "--parameters", "5=dir/a=b.params", "--lss", "5=true"});
   REQUIRE(both.err == "");
   const NodeConfig& node = both.config.networks.at(0).nodes.at(0);
   CHECK(node.device == "cia401");
   CHECK(node.parameters == "dir/a=b.params");
   CHECK(node.lss);
-  CHECK(node.time_period == 250'000);
   CHECK(node.name == "Valve");
   CHECK(node.place == Place{"plant.toml", 1});
   refused(with_plant({"--device", "5=valve"}),

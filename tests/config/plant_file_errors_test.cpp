@@ -324,8 +324,6 @@ TEST_CASE("devices, LSS, times and seeds that are wrong") {
              "Lua script, FILE.lua");
   wrong_node("lss = 1", "4: node.lss 1: must be true or false");
   wrong_node("parameters = \"\"", "4: node.parameters \"\": must be a path");
-  wrong_node("time_period_ms = 86400001",
-             "4: node.time_period_ms 86400001: must be 0..86400000 ms, 0 = none");
   wrong("[random]\nseed = -1\n", "2: random.seed -1: must be 0..4294967295");
   wrong("[random]\nseed = 4294967296\n", "2: random.seed 4294967296: must be 0..4294967295");
   CHECK(
