@@ -79,9 +79,6 @@ void BusConnections::open_servers(const config::CanConfig& config) {
     return std::make_unique<adapters::SocketcandAdapter>(
         *socketcand_bus_, [this] { network_.advance(); }, most_unsent);
   });
-  if (!config.beacon.empty() && clock_.runs())
-    beacon_.emplace(text::parse_listen_address(config.beacon, config::kSocketcandBeacon),
-                    socketcand_->address().tcp, warn_);
 }
 
 void BusConnections::open_plc(const config::NetworkConfig& config) {
@@ -148,7 +145,6 @@ std::string BusConnections::ways_in() const {
 
 void BusConnections::poll(Time now) {
   if (plc_) plc_->poll(now);
-  if (beacon_) beacon_->poll(now);
   flush();
 }
 
@@ -162,7 +158,6 @@ Time BusConnections::next_deadline() const {
   Time next = kNever;
   if (log_) next = earlier(next, log_->next_deadline());
   if (plc_) next = earlier(next, plc_->next_deadline());
-  if (beacon_) next = earlier(next, beacon_->next_deadline());
   return outside_ ? earlier(next, outside_->next_deadline()) : next;
 }
 

@@ -95,9 +95,6 @@ struct FaultConfig {
   bool operator==(const FaultConfig&) const = default;
 };
 
-/// The UDP port on which clients of socketcand listen for its beacon.
-inline constexpr std::uint16_t kSocketcandBeacon = 42000;
-
 /// A CAN bus.
 struct CanConfig {
   /// "socketcan:vcan0" and the like, see can_spec.hpp; empty = a bus inside the program
@@ -107,7 +104,6 @@ struct CanConfig {
   std::vector<FaultConfig> faults;
   std::string replay{};      ///< file: what somebody else on the bus sends, as of `candump -L`; empty = none
   std::string socketcand{};  ///< where clients of socketcand are served, likewise
-  std::string beacon{};      ///< where its beacon goes: HOST[:PORT]; empty = it has none
   bool operator==(const CanConfig&) const = default;
 };
 

@@ -67,11 +67,6 @@ Problem check_http_address(const Value& value) {
   return check_address(value, 0, "");
 }
 
-Problem check_beacon(const Value& value) {
-  return check_address(value, kSocketcandBeacon,
-                       "must be HOST or HOST:PORT, mostly a network's broadcast address");
-}
-
 Problem check_start_result(const Value& value) {
   const std::int64_t result = std::get<std::int64_t>(value);
   return result == 0 || result == 5 ? "" : "must be 0, or 5: the module has started";
@@ -306,11 +301,6 @@ constexpr std::array kNetwork{
         .help = "Where the bus is served by the protocol of socketcand",
         .more = "The `ready` line tells it as `socketcand=HOST:PORT`.",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
-    can<&CanConfig::beacon>({
-        .key = "can.socketcand_beacon", .option = "--socketcand-beacon ADDRESS",
-        .help = "Where socketcand's beacon goes every 3 s, by which SavvyCAN and Kayak find the server: a broadcast address",
-        .more = "`192.168.1.255` for a whole network, `127.0.0.1` for this machine. Not on a manual clock.",
-        .form = Form::kText, .domain = "HOST or HOST:PORT; port 42000 unless told otherwise", .check = check_beacon}),
     can<&CanConfig::replay>({
         .key = "can.replay", .option = "--replay FILE",
         .help = "What somebody else on the bus sends, a log in the format of candump -L; its first frame comes at the start",
