@@ -144,9 +144,10 @@ TEST_CASE("Node: the step in which time passes does not change what happens") {
   Frames logs[2];
   for (const bool coarse : {false, true}) {
     WorldBench bench(125'000);
-    sim::NodeParts parts = with_time(70 * kMillisecond);
+    sim::NodeParts parts;
     parts.signals.push_back({0x6000, 1, 3 * kMillisecond, sim::Noise{1000, 200, 5}});
     sim::Node& first = add_node(bench, 1, parts);
+    first.device().time_stamp().produce_every(70 * kMillisecond, 0);
     add_node(bench, 2);
     first.faults().add(sim::parse_fault("response-late probability=0.5", sim::FaultPlace::kNode).fault, 0);
     first.faults().add(sim::parse_fault("boot-up-storm interval_ms=11", sim::FaultPlace::kNode).fault, 0);
