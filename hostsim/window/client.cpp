@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <modbus.h>
 #include <poll.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <thread>
 #include <utility>
 
@@ -37,6 +38,13 @@ std::unique_ptr<Connection> connection_of(const Settings& settings) {
 std::string purpose(const Request& request) {
   return request.words.empty() ? "reading R" + std::to_string(request.read_address)
                                : "writing R" + std::to_string(request.write_address);
+}
+
+/// "02h"
+std::string hex(std::uint8_t code) {
+  std::array<char, 4> text{};
+  std::snprintf(text.data(), text.size(), "%02Xh", code);
+  return text.data();
 }
 
 /// For what the connection waits for.
@@ -107,7 +115,7 @@ Response Client::checked(const Request& request) {
   const std::string text = place() + ": " + purpose(request) + ": ";
   if (response.exception == kNoPath)
     throw Error(Error::Cause::kNoNetwork, text + "there is no network " + std::to_string(settings_.unit));
-  throw Error(Error::Cause::kException, text + modbus_strerror(MODBUS_ENOBASE + response.exception));
+  throw Error(Error::Cause::kException, text + "Modbus exception " + hex(response.exception));
 }
 
 Response Client::exchange(int unit, const Request& request) {

@@ -85,7 +85,7 @@ int open_line(const Line& line) {
 }
 
 RtuConnection::RtuConnection(const Line& line, const Timing& timing)
-    : Connection(line.device, timing), line_(line) {}
+    : Connection(line.device, timing, silence(line.baud)), line_(line) {}
 
 void RtuConnection::poll(Time now) {
   if (state_ != State::kOff || !attempt_due(now)) return;
@@ -95,47 +95,28 @@ void RtuConnection::poll(Time now) {
   connected();
 }
 
-/// A frame goes into the port's buffer whole, or the port is not what it should be.
-void RtuConnection::send(std::uint8_t unit, const Request& request, Time now) {
-  std::vector<std::uint8_t> frame = bytes_of(unit, request);
-  const std::uint16_t crc = crc_of(frame);
-  frame.push_back(static_cast<std::uint8_t>(crc));
-  frame.push_back(static_cast<std::uint8_t>(crc >> 8));
+/// What has come uninvited is thrown away. A frame goes into the port's buffer whole, or the port is not what
+/// it should be.
+bool RtuConnection::put(Bytes bytes) {
+  const std::uint16_t crc = crc_of(bytes);
+  bytes.push_back(static_cast<std::uint8_t>(crc));
+  bytes.push_back(static_cast<std::uint8_t>(crc >> 8));
   tcflush(descriptor_, TCIFLUSH);
-  size_ = 0;
-  if (::write(descriptor_, frame.data(), frame.size()) != static_cast<ssize_t>(frame.size()))
-    return end("the port takes no request", now);
-  expect(unit, request, now);
+  return ::write(descriptor_, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
 }
 
-std::optional<Response> RtuConnection::receive(Time now) {
-  if (!read(now)) return std::nullopt;
-  if (auto whole = response()) {
-    received();
-    until_ = now + silence(line_.baud);  // before the next request
-    return whole;
-  }
-  if (now >= due_->until)
-    end(size_ == 0 ? "no response"
-                   : "what it answers is no response; are baud rate, parity and unit those of the device?",
-        now);
-  return std::nullopt;
+Connection::Come RtuConnection::framed_in(Come come) const {
+  return come.size() > kCrcBytes && crc_of(come) == 0 ? come.first(come.size() - kCrcBytes) : Come{};
 }
 
-/// What is more than a response can be is left where it is.
-bool RtuConnection::read(Time now) {
-  const ssize_t count = ::read(descriptor_, buffer_.data() + size_, buffer_.size() - size_);
-  if (count > 0) size_ += static_cast<std::size_t>(count);
-  const bool gone =
-      (count == 0 && size_ < buffer_.size()) || (count < 0 && errno != EAGAIN && errno != EINTR);
-  if (gone) end("the port is gone", now);
-  return !gone;
+const char* RtuConnection::fault_of(Come come, bool late) const {
+  if (!late) return nullptr;
+  return come.empty() ? "no response"
+                      : "what it answers is no response; are baud rate, parity and unit those of the device?";
 }
 
-std::optional<Response> RtuConnection::response() const {
-  const std::span<const std::uint8_t> frame(buffer_.data(), size_);
-  if (size_ <= kCrcBytes || crc_of(frame) != 0) return std::nullopt;
-  return due_->response.in(frame.first(size_ - kCrcBytes));
+const char* RtuConnection::loss_by(int /*error*/) const {
+  return "the port is gone";
 }
 
 }  // namespace cbcan::window

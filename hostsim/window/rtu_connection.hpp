@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Modbus RTU without libmodbus, which would wait for responses.
+/// Modbus RTU. Source: Modbus over Serial Line V1.02, 2.5.1.
 
-#include <array>
-#include <cstddef>
-#include <optional>
 #include <string>
 
 #include "window/connection.hpp"
@@ -31,18 +28,14 @@ class RtuConnection final : public Connection {
   RtuConnection(const Line& line, const Timing& timing);
 
   void poll(Time now) override;
-  void send(std::uint8_t unit, const Request& request, Time now) override;
-  std::optional<Response> receive(Time now) override;
 
  private:
-  static constexpr std::size_t kLongest = 256;
-
-  bool read(Time now);
-  std::optional<Response> response() const;
+  bool put(Bytes bytes) override;
+  Come framed_in(Come come) const override;
+  const char* fault_of(Come come, bool late) const override;
+  const char* loss_by(int error) const override;
 
   Line line_;
-  std::array<std::uint8_t, kLongest> buffer_{};
-  std::size_t size_ = 0;
 };
 
 }  // namespace cbcan::window

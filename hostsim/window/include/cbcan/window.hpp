@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The PLC's side of the register window (docs/contract.md) for C++ programs, on libmodbus.
+/// The PLC's side of the register window (docs/contract.md) for C++ programs, over Modbus TCP
+/// and RTU. It needs nothing but POSIX.
 ///
 ///     cbcan::window::Client client({.host = "192.168.1.7"});
 ///     const auto name = client.execute({.command = 5055, .node = 1, .index = 0x1008, .size = 32});
@@ -193,7 +194,6 @@ class Connection;
 /// throw Error. A read over RTU that is disturbed is repeated once, as it changes nothing.
 class Client {
  public:
-  /// Throws std::invalid_argument where host and port cannot be.
   explicit Client(Settings settings);
   ~Client();
   Client(Client&& other) noexcept;
