@@ -1,19 +1,9 @@
 # SPDX-License-Identifier: MIT
-# find_package(cbcan [COMPONENTS canopen core rtu slcan cia405 sim]): a target cbcan::NAME for each. cia405 and sim need libraries of others;
-# without COMPONENTS they are left out where those are missing.
+# find_package(cbcan [COMPONENTS canopen core rtu slcan window cia405 sim]): a target cbcan::NAME for each. sim needs libraries of others;
+# without COMPONENTS it is left out where those are missing.
 include(${CMAKE_CURRENT_LIST_DIR}/cbcan-firmware.cmake)
-set(cbcan_cia405_needs "pkg-config and libmodbus")
+include(${CMAKE_CURRENT_LIST_DIR}/cbcan-window.cmake OPTIONAL)
 set(cbcan_sim_needs "fmt, tomlplusplus, pkg-config and Lua 5.4")
-
-if("cia405" IN_LIST cbcan_FIND_COMPONENTS OR NOT cbcan_FIND_COMPONENTS)
-  find_package(PkgConfig QUIET)
-  if(PkgConfig_FOUND)
-    pkg_check_modules(libmodbus QUIET IMPORTED_TARGET GLOBAL libmodbus)
-  endif()
-  if(TARGET PkgConfig::libmodbus)
-    include(${CMAKE_CURRENT_LIST_DIR}/cbcan-cia405.cmake OPTIONAL)
-  endif()
-endif()
 
 if("sim" IN_LIST cbcan_FIND_COMPONENTS OR NOT cbcan_FIND_COMPONENTS)
   find_package(fmt QUIET)
@@ -36,7 +26,7 @@ foreach(component IN LISTS cbcan_FIND_COMPONENTS)
     if(DEFINED cbcan_${component}_needs)
       string(APPEND cbcan_NOT_FOUND_MESSAGE "it needs ${cbcan_${component}_needs}, when it is built and here")
     else()
-      string(APPEND cbcan_NOT_FOUND_MESSAGE "the components are canopen, core, rtu, slcan, cia405 and sim")
+      string(APPEND cbcan_NOT_FOUND_MESSAGE "the components are canopen, core, rtu, slcan, window, cia405 and sim")
     endif()
   endif()
 endforeach()

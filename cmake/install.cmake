@@ -27,8 +27,8 @@ cbcan_install_libraries(cbcan-firmware canopen core rtu slcan regmap)
 cbcan_install_headers(firmware/cbcan regmap/include/cbcan)
 
 if(TARGET cbcan::cia405)
-  cbcan_install_libraries(cbcan-cia405 cia405 window)
-  cbcan_install_headers(tools/cia405/include/cbcan)
+  cbcan_install_libraries(cbcan-window window cia405)
+  cbcan_install_headers(hostsim/window/include/cbcan tools/cia405/include/cbcan)
   configure_file(cmake/cbcan-cia405.pc.in cbcan-cia405.pc @ONLY)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan-cia405.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
 endif()
@@ -90,9 +90,9 @@ over Modbus, in front of simulated CANopen devices or a CAN interface.
 cbcanctl is the PLC's side, from the command line.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcbcan-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libmodbus-dev, pkg-config, libfmt-dev, libtomlplusplus-dev, liblua5.4-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "pkg-config, libfmt-dev, libtomlplusplus-dev, liblua5.4-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "C++20 libraries, freestanding: CANopen (SDO, PDO, NMT, LSS and more), the
 coprocessor behind registers, a Modbus RTU server, SLCAN. For programs: the
-function blocks of CiA 405 over Modbus TCP, which need libmodbus. For tests:
-a simulated plant, which needs libfmt, libtomlplusplus and liblua5.4.")
+PLC's side of the registers over Modbus, and the function blocks of CiA 405
+on it. For tests: a simulated plant, which needs libfmt, libtomlplusplus and liblua5.4.")
 include(CPack)

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <iterator>
 #include <utility>
 
 #include "text/numbers.hpp"
@@ -21,14 +19,9 @@ namespace {
 constexpr Time kSlot = 100;
 constexpr std::size_t kLongestBusName = 16;
 constexpr std::size_t kLongestStatistics = 92;
-constexpr std::size_t kMostParts = 257;  ///< of a multiplexed filter
 
 std::uint32_t key_of(const Frame& frame) {
   return frame.id | ((frame.flags & Frame::kExtended) != 0 ? 0x8000'0000 : 0);
-}
-
-std::uint64_t data_of(const Frame& frame) {
-  return std::bit_cast<std::uint64_t>(frame.data);
 }
 
 /// Seconds and microseconds.
@@ -82,15 +75,13 @@ void SocketcandAdapter::receive(std::string_view characters) {
 
 void SocketcandAdapter::execute(std::string_view element) {
   using Self = SocketcandAdapter;
-  static constexpr std::array<Command, 11> kCommands{{
+  static constexpr std::array<Command, 9> kCommands{{
       {"open", kNoBus, &Self::open},
       {"echo", kBcm | kRaw | kControl, &Self::echo},
       {"send", kBcm | kRaw, &Self::send},
       {"add", kBcm, &Self::add},
       {"update", kBcm, &Self::update},
       {"delete", kBcm, &Self::remove},
-      {"filter", kBcm, &Self::filter},
-      {"muxfilter", kBcm, &Self::filter_multiplexed},
       {"subscribe", kBcm, &Self::subscribe},
       {"unsubscribe", kBcm, &Self::unsubscribe},
       {"statistics", kControl, &Self::statistics},
@@ -130,7 +121,6 @@ void SocketcandAdapter::reset() {
 void SocketcandAdapter::forget() {
   jobs_.clear();
   subscriptions_.clear();
-  subscribed_ = 0;
   held_.clear();
   waiting_due_ = statistics_due_ = pause_ends_ = kNever;
 }
@@ -187,50 +177,20 @@ bool SocketcandAdapter::remove(Words words) {
   return frame.has_value();
 }
 
-bool SocketcandAdapter::filter(Words words) {
-  const auto mask = words.size() < 2 ? std::nullopt : parse_send(words.subspan(2));
-  return mask && subscribe(words.first(3), {data_of(*mask)});
-}
-
-bool SocketcandAdapter::filter_multiplexed(Words words) {
-  const auto parts = words.size() < 4 ? std::nullopt : text::parse<std::size_t>(words[3]);
-  if (!parts || *parts < 2 || *parts > kMostParts || words.size() != 4 + 8 * *parts) return false;
-  std::vector<std::uint64_t> masks;
-  for (std::size_t i = 0; i < *parts; ++i) {
-    std::vector<std::string_view> part{words[2], "8"};
-    std::ranges::copy(words.subspan(4 + 8 * i, 8), std::back_inserter(part));
-    const auto frame = parse_send(part);
-    if (!frame) return false;
-    masks.push_back(data_of(*frame));
-  }
-  return subscribe(words.first(3), std::move(masks));
-}
-
 bool SocketcandAdapter::subscribe(Words words) {
-  return subscribe(words, {});
-}
-
-bool SocketcandAdapter::subscribe(Words words, std::vector<std::uint64_t> masks) {
   const auto interval = parse_interval(words);
   const auto frame = words.size() == 3 ? parse_identifier(words[2]) : std::nullopt;
   if (!interval || !frame) return false;
-  unsubscribe(words.subspan(2));
-  const std::size_t weight = masks.size() + 1;
-  if (subscribed_ + weight > kMostSubscribed) return refuse("too many subscriptions"), true;
-  subscribed_ += weight;
-  Subscription& made = subscriptions_[key_of(*frame)] = {*interval, std::move(masks)};
-  made.last.resize(made.masks.size());
+  const bool is_new = !subscriptions_.contains(key_of(*frame));
+  if (is_new && subscriptions_.size() == kMostSubscriptions) return refuse("too many subscriptions"), true;
+  subscriptions_[key_of(*frame)] = {*interval};
   return true;
 }
 
 bool SocketcandAdapter::unsubscribe(Words words) {
   const auto frame = words.size() == 1 ? parse_identifier(words[0]) : std::nullopt;
-  if (!frame) return false;
-  const auto known = subscriptions_.find(key_of(*frame));
-  if (known == subscriptions_.end()) return true;
-  subscribed_ -= known->second.masks.size() + 1;
-  subscriptions_.erase(known);
-  return true;
+  if (frame) subscriptions_.erase(key_of(*frame));
+  return frame.has_value();
 }
 
 bool SocketcandAdapter::statistics(Words words) {
@@ -264,7 +224,7 @@ void SocketcandAdapter::on_frame(const Frame& frame, Time now) {
   if ((frame.flags & (Frame::kRemote | Frame::kError)) != 0) return;
   if (mode_ == kRaw) return tell(frame, now);
   const auto found = subscriptions_.find(key_of(frame));
-  if (found == subscriptions_.end() || !found->second.wants(frame)) return;
+  if (found == subscriptions_.end()) return;
   Subscription& subscription = found->second;
   if (now < subscription.told_until) {
     subscription.waiting = frame;
@@ -273,20 +233,6 @@ void SocketcandAdapter::on_frame(const Frame& frame, Time now) {
   }
   subscription.told_until = now + subscription.interval;
   tell(frame, now);
-}
-
-bool SocketcandAdapter::Subscription::wants(const Frame& frame) {
-  const std::uint64_t data = data_of(frame);
-  if (masks.empty()) return true;
-  if (masks.size() == 1) return has_changed(0, data);
-  for (std::size_t i = 1; i < masks.size(); ++i)
-    if (((data ^ masks[i]) & masks[0]) == 0) return has_changed(i, data);
-  return false;
-}
-
-bool SocketcandAdapter::Subscription::has_changed(std::size_t mask, std::uint64_t data) {
-  const auto before = std::exchange(last[mask], data);
-  return !before || ((*before ^ data) & masks[mask]) != 0;
 }
 
 // ---- Time

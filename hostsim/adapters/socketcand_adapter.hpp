@@ -5,12 +5,12 @@
 ///
 ///   without a bus  open BUS, by any name of up to 16 characters: the bus is one. Bit timing, BUS B ..., and
 ///                  control modes, BUS C ..., are acknowledged and have no effect
-///   BCM            send, add, update, delete; filter, muxfilter, subscribe, unsubscribe
+///   BCM            send, add, update, delete; subscribe, unsubscribe
 ///   RAW            send; every frame
 ///   control        statistics: of the bus, those of all clients of this kind as sent, all others as received
 /// and rawmode, bcmmode, controlmode, echo in each of the last three. What means nothing is answered by
 /// `< error unknown command >`, a command that is wrong by `< error syntax error in COMMAND >`. There is no
-/// word for a remote frame: none is told. ISO-TP there is not.
+/// word for a remote frame: none is told. There are no filters and no ISO-TP.
 
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +18,6 @@
 #include <map>
 #include <optional>
 #include <string_view>
-#include <vector>
 
 #include "adapters/adapter.hpp"
 #include "adapters/socketcand_text.hpp"
@@ -70,9 +69,9 @@ class SocketcandBus final : public sim::Observer {
 class SocketcandAdapter final : public Adapter, private sim::Timed {
  public:
   /// More than these are refused: frames that are sent again and again, and identifiers that are subscribed
-  /// to, a filter counting as often as it has parts.
+  /// to.
   static constexpr std::size_t kMostJobs = 256;
-  static constexpr std::size_t kMostSubscribed = 4096;
+  static constexpr std::size_t kMostSubscriptions = 4096;
 
   /// The bus lives as long.
   SocketcandAdapter(SocketcandBus& bus, OnQueued on_queued, std::size_t most_unsent = kMostUnsent)
@@ -102,15 +101,9 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   };
   /// What a client wants to know about an identifier.
   struct Subscription {
-    Time interval = 0;  ///< from one frame that is told to the next
-    /// None: every frame; one: a change in it; more: the multiplexor's first.
-    std::vector<std::uint64_t> masks;
-    std::vector<std::optional<std::uint64_t>> last{};  ///< data, by mask
-    Time told_until = 0;                               ///< before that, a frame waits
+    Time interval = 0;    ///< from one frame that is told to the next
+    Time told_until = 0;  ///< before that, a frame waits
     std::optional<Frame> waiting{};
-
-    bool wants(const Frame& frame);
-    bool has_changed(std::size_t mask, std::uint64_t data);
   };
 
   void poll(Time now) override;
@@ -124,10 +117,7 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   bool add(Words words);
   bool update(Words words);
   bool remove(Words words);
-  bool filter(Words words);
-  bool filter_multiplexed(Words words);
   bool subscribe(Words words);
-  bool subscribe(Words words, std::vector<std::uint64_t> masks);
   bool unsubscribe(Words words);
   bool statistics(Words words);
   void transmit(const Frame& frame);
@@ -145,7 +135,6 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   Time pause_ends_ = kNever;           ///< kNever = it is over
   std::map<std::uint32_t, Job> jobs_;  ///< by identifier, with the kernel's flag where it is extended
   std::map<std::uint32_t, Subscription> subscriptions_;
-  std::size_t subscribed_ = 0;
   Time waiting_due_ = kNever;  ///< of the frames that wait
   Time statistics_interval_ = 0;
   Time statistics_due_ = kNever;

@@ -24,8 +24,8 @@ using Words = std::span<const std::string_view>;
 /// Takes characters as they come and makes elements of them; what stands between two is left out.
 class ElementReader {
  public:
-  /// More than the longest command has, a filter of 257 multiplexed parts.
-  static constexpr std::size_t kLongest = 8192;
+  /// More than the longest command has.
+  static constexpr std::size_t kLongest = 512;
 
   /// True: element() has one.
   bool on_char(char c);

@@ -9,9 +9,9 @@
 #include "io/can/socketcan.hpp"
 #include "io/can/stream_bus.hpp"
 #include "io/can/udp_bus.hpp"
-#include "io/modbus/rtu_connection.hpp"
 #include "plant/words.hpp"
 #include "text/numbers.hpp"
+#include "window/rtu_connection.hpp"
 
 namespace cbcan::app {
 
@@ -26,8 +26,8 @@ constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
 
 }  // namespace
 
-io::SerialSettings line_of(const config::LineConfig& config) {
-  return {config.device, config.baud, config.parity.front()};
+window::Line line_of(const config::LineConfig& config) {
+  return {config.device, static_cast<int>(config.baud), config.parity.front()};
 }
 
 BusConnections::BusConnections(const config::NetworkConfig& config, std::string name, plant::Network& network,
@@ -79,9 +79,6 @@ void BusConnections::open_servers(const config::CanConfig& config) {
     return std::make_unique<adapters::SocketcandAdapter>(
         *socketcand_bus_, [this] { network_.advance(); }, most_unsent);
   });
-  if (!config.beacon.empty() && clock_.runs())
-    beacon_.emplace(text::parse_listen_address(config.beacon, config::kSocketcandBeacon),
-                    socketcand_->address().tcp, warn_);
 }
 
 void BusConnections::open_plc(const config::NetworkConfig& config) {
@@ -89,7 +86,7 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
   if (plc.address.empty() && plc.line.device.empty()) return;
   std::unique_ptr<window::Connection> connection;
   if (plc.address.empty())
-    connection = std::make_unique<io::RtuConnection>(line_of(plc.line), io::kPlcTiming);
+    connection = std::make_unique<window::RtuConnection>(line_of(plc.line), io::kPlcTiming);
   else
     connection = io::plc_over_tcp(text::parse_listen_address(plc.address, kModbusPort));
   io::PlcClient::Exchanges exchanges;
@@ -148,7 +145,6 @@ std::string BusConnections::ways_in() const {
 
 void BusConnections::poll(Time now) {
   if (plc_) plc_->poll(now);
-  if (beacon_) beacon_->poll(now);
   flush();
 }
 
@@ -162,7 +158,6 @@ Time BusConnections::next_deadline() const {
   Time next = kNever;
   if (log_) next = earlier(next, log_->next_deadline());
   if (plc_) next = earlier(next, plc_->next_deadline());
-  if (beacon_) next = earlier(next, beacon_->next_deadline());
   return outside_ ? earlier(next, outside_->next_deadline()) : next;
 }
 

@@ -14,7 +14,6 @@
 #include "config/can_spec.hpp"
 #include "config/config.hpp"
 #include "io/can/adapter_server.hpp"
-#include "io/can/beacon.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/outside_bus.hpp"
 #include "io/loop/reactor.hpp"
@@ -24,7 +23,7 @@
 
 namespace cbcan::app {
 
-io::SerialSettings line_of(const config::LineConfig& config);
+window::Line line_of(const config::LineConfig& config);
 
 class BusConnections {
  public:
@@ -78,7 +77,6 @@ class BusConnections {
   std::optional<io::AdapterServer> slcan_;
   std::optional<adapters::SocketcandBus> socketcand_bus_;
   std::optional<io::AdapterServer> socketcand_;
-  std::optional<io::Beacon> beacon_;
   std::optional<io::PlcClient> plc_;
 };
 

@@ -2,61 +2,49 @@
 #include "app/target.hpp"
 
 #include <fmt/core.h>
-#include <poll.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <utility>
 
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "io/errors.hpp"
-#include "io/modbus/rtu_connection.hpp"
 #include "plant/control.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
-#include "window/tcp_connection.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
-constexpr window::Timing kTiming{.response_timeout = 5'000'000};
 /// From one look at the registers to the next.
 constexpr Time kPeriod = kMillisecond;
 
+window::Settings settings_of(const cli::TargetPlace& place) {
+  window::Settings settings{.host = place.server.host,
+                            .port = place.server.port,
+                            .rtu = place.line.device,
+                            .response_timeout = std::chrono::seconds(5)};
+  if (settings.rtu.empty()) return settings;
+  settings.baud = static_cast<int>(place.line.baud);
+  settings.parity = place.line.parity.front();
+  return settings;
+}
+
 }  // namespace
 
-Target::Target(const cli::TargetPlace& place) {
-  if (place.line.device.empty())
-    connection_ = std::make_unique<window::TcpConnection>(place.server.host, place.server.port, kTiming);
-  else
-    connection_ = std::make_unique<io::RtuConnection>(
-        io::SerialSettings{place.line.device, place.line.baud, place.line.parity.front()}, kTiming);
+Target::Target(const cli::TargetPlace& place) : client_(settings_of(place)) {
   read(1, regmap::kWindowFirst, 1);
   started_ = io::Reactor::now();
 }
 
-void Target::wait_for(Time until) {
-  pollfd waiting{connection_->descriptor(), connection_->events(), 0};
-  const Time now = io::Reactor::now();
-  const auto ms = until > now ? static_cast<int>(std::min<Time>((until - now) / kMillisecond + 1, 1000)) : 0;
-  ::poll(&waiting, 1, ms);
-}
-
 window::Response Target::exchange(std::size_t network, const window::Request& request) {
-  const auto now_there = [] { return static_cast<window::Time>(io::Reactor::now()); };
-  bool sent = false;
-  while (true) {
-    connection_->poll(now_there());
-    if (!sent && connection_->ready(now_there())) {
-      connection_->send(static_cast<std::uint8_t>(network), request, now_there());
-      sent = true;
-    }
-    if (sent)
-      if (auto response = connection_->receive(now_there())) return *response;
-    if (!connection_->problem().empty()) throw io::EnvironmentError(connection_->problem());
-    wait_for(static_cast<Time>(connection_->deadline()));
+  try {
+    return client_.exchange(static_cast<int>(network), request);
+  } catch (const window::Error& error) {
+    throw io::EnvironmentError(error.what());
   }
 }
 
@@ -75,14 +63,12 @@ std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first
   return std::move(response.words);
 }
 
-/// 0 in R3700 is also what a module shows that has just started: R3701.. must still be the last request's.
+/// The start rule.
 void Target::check_own(std::size_t network) {
-  const std::vector<std::uint16_t> asked = std::exchange(asked_[network], {});
-  if (asked.empty()) return;
-  if (read(network, regmap::kCommand, asked.size()) != asked)
-    throw io::EnvironmentError(connection_->place() +
-                               ": the module has restarted, or another program has written to R3701..R3704: "
-                               "it is not known whether the transaction was carried out");
+  const std::vector<std::uint16_t> written = std::exchange(written_[network], {});
+  if (written.empty() || window::is_known(written, read(network, regmap::kWindowFirst, written.size())))
+    return;
+  throw io::EnvironmentError(client_.place() + ": " + window::kNotKnown);
 }
 
 sim::World& Target::world(std::size_t /*network*/) {
@@ -113,9 +99,7 @@ std::string Target::execute(std::string_view line) {
       plant::refuse("writing R{}: Modbus exception {:02X}h", writing.first, response.exception);
     const bool executes = writing.first == regmap::kWindowFirst && writing.words.front() == regmap::kExecute;
     transactions_ += executes ? 1 : 0;
-    const auto asked =
-        std::span(writing.words).first(executes ? std::min<std::size_t>(writing.words.size(), 5) : 1);
-    asked_[writing.network].assign(asked.begin() + 1, asked.end());
+    written_[writing.network] = executes ? writing.words : std::vector<std::uint16_t>{};
     return "ok\n";
   } catch (const plant::Refused& refused) {
     return fmt::format("{}{}\n", plant::kError, refused.what());

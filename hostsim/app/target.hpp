@@ -2,15 +2,14 @@
 #pragma once
 
 #include <map>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "cbcan/window.hpp"
 #include "cli/run_options.hpp"
 #include "io/loop/reactor.hpp"
 #include "plant/bench.hpp"
-#include "window/connection.hpp"
 
 namespace cbcan::app {
 
@@ -38,14 +37,13 @@ class Target final : public plant::Bench, private plant::View {
   bool has_exact_time() const override { return false; }
   window::Response exchange(std::size_t network, const window::Request& request);
   void check_own(std::size_t network);
-  void wait_for(Time until);
 
   io::Reactor reactor_;
-  std::unique_ptr<window::Connection> connection_;
+  window::Client client_;
   Time started_ = io::Reactor::now();
   std::uint32_t transactions_ = 0;
-  std::map<std::size_t, std::vector<std::uint16_t>>
-      asked_;  ///< by network: R3701.. of the transaction under way
+  /// By network: R3700.. of the transaction in progress.
+  std::map<std::size_t, std::vector<std::uint16_t>> written_;
 };
 
 }  // namespace cbcan::app

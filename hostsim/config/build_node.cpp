@@ -186,7 +186,6 @@ class Builder {
       parts.behaviour = kind_->make;
     parts.seed = seed_;
     parts.lss = node_.lss;
-    parts.time_period = node_.time_period;
   }
 
   void add_axis() {

@@ -222,16 +222,6 @@ void check_registers(const NetworkConfig& network, Diagnostics& found) {
   }
 }
 
-void check_beacon(const NetworkConfig& network, Diagnostics& found) {
-  const CanConfig& can = network.can;
-  if (can.beacon.empty()) return;
-  if (can.socketcand.empty() || !text::parse_stream_address(can.socketcand).path.empty())
-    found.push_back({network.places.at("can.socketcand_beacon"),
-                     in_network(network.number) +
-                         "can.socketcand_beacon: there is no socketcand to be found; add can.socketcand, "
-                         "--socketcand HOST:PORT"});
-}
-
 void check_plc(const NetworkConfig& network, Diagnostics& found) {
   if (!network.plc.address.empty() && !network.plc.line.device.empty())
     found.push_back({network.places.at("plc.device"),
@@ -242,7 +232,6 @@ void check_plc(const NetworkConfig& network, Diagnostics& found) {
 void check_network(const Config& config, const NetworkConfig& network, Diagnostics& found) {
   check_node_ids(network, found);
   check_registers(network, found);
-  check_beacon(network, found);
   check_plc(network, found);
   if (config.clock == ClockKind::kManual && !network.can.outside.empty())
     found.push_back(about_option("--clock manual",

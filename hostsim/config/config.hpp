@@ -95,9 +95,6 @@ struct FaultConfig {
   bool operator==(const FaultConfig&) const = default;
 };
 
-/// The UDP port on which clients of socketcand listen for its beacon.
-inline constexpr std::uint16_t kSocketcandBeacon = 42000;
-
 /// A CAN bus.
 struct CanConfig {
   /// "socketcan:vcan0" and the like, see can_spec.hpp; empty = a bus inside the program
@@ -107,7 +104,6 @@ struct CanConfig {
   std::vector<FaultConfig> faults;
   std::string replay{};      ///< file: what somebody else on the bus sends, as of `candump -L`; empty = none
   std::string socketcand{};  ///< where clients of socketcand are served, likewise
-  std::string beacon{};      ///< where its beacon goes: HOST[:PORT]; empty = it has none
   bool operator==(const CanConfig&) const = default;
 };
 
@@ -143,7 +139,6 @@ struct NodeConfig {
   std::string device;      ///< name of a device of devices.hpp, or path of a script; empty = as 1000h says
   std::string parameters;  ///< path of the file that 1010h and LSS store to; empty = none
   bool lss = false;        ///< has an LSS slave
-  Time time_period = 0;    ///< as a TIME producer, microseconds; 0 = it sends none
   std::optional<AxisConfig> axis;  ///< of a drive; none = as it is without a word
   std::vector<InitialValue> objects;
   std::vector<SignalConfig> signals;

@@ -183,10 +183,6 @@ const std::array kNode{
     node<&NodeConfig::lss>({
         .key = "node.lss",
         .help = "An LSS master (CiA 305) finds the node by its object 1018h and can set its node ID and bit rate"}),
-    node<&NodeConfig::time_period>({
-        .key = "node.time_period_ms",
-        .help = "Period of TIME, if object 1012h has bit 30 set",
-        .high = kDayInMs, .unit = " ms, 0 = none", .scale = kMillisecond}),
 };
 
 constexpr std::array kObjects{

@@ -298,11 +298,6 @@ constexpr std::array kNetwork{
         .key = "can.socketcand", .option = "--socketcand ADDRESS",
         .help = "Listening address for the protocol of socketcand",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
-    can<&CanConfig::beacon>({
-        .key = "can.socketcand_beacon",
-        .help = "Broadcast address for socketcand's beacon every 3 s, by which SavvyCAN and Kayak find the server",
-        .more = "Not on a manual clock.",
-        .form = Form::kText, .domain = "HOST or HOST:PORT; port 42000 by default", .check = check_beacon}),
     can<&CanConfig::replay>({
         .key = "can.replay",
         .help = "Log in the format of candump -L, sent by another node from the start on",

@@ -106,7 +106,6 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
   if (!make_behaviour_) mark_mapped(image_.entries, dictionary());
   for (ObjectEntry& entry : image_.entries)
     if (behaviour_->is_set_point(entry.index)) entry.flags |= ObjectFlags::kSetPoint;
-  device_.time_stamp().produce_every(parts.time_period, 0);
   if (parameters_ != nullptr) load_parameters();
 }
 

@@ -48,7 +48,6 @@ struct NodeParts {
   ParameterStore* parameters = nullptr;  ///< outlives the node; null: what is stored lasts as long as it does
   FaultListener* listener = nullptr;     ///< outlives the node; null: nobody is told of faults
   bool lss = false;                      ///< an LSS master can find it, and give it node ID and bit rate
-  Time time_period = 0;                  ///< as a TIME producer (1012h), microseconds; 0 = it sends none
 };
 
 class Node final : public Participant,

@@ -5,12 +5,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <utility>
 
 namespace cbcan::window {
 
-Connection::Connection(std::string place, const Timing& timing)
-    : timing_(timing), place_(std::move(place)), pause_(timing.pause) {}
+Connection::Connection(std::string place, const Timing& timing, Time silence)
+    : timing_(timing), silence_(silence), place_(std::move(place)), pause_(timing.pause) {}
 
 Connection::~Connection() {
   close();
@@ -21,14 +23,42 @@ short Connection::events() const {
   return due_ ? POLLIN : short{0};
 }
 
-void Connection::expect(std::uint8_t unit, const Request& request, Time now) {
+void Connection::send(std::uint8_t unit, const Request& request, Time now) {
+  size_ = 0;
+  if (!put(bytes_of(unit, request))) return end(std::strerror(errno), now);
   due_ = Due{expected_by(unit, request), now + timing_.response_timeout};
+}
+
+std::optional<Response> Connection::receive(Time now) {
+  if (!due_ || !read(now)) return std::nullopt;
+  const Come come(buffer_.data(), size_);
+  if (std::optional<Response> response = due_->response.in(framed_in(come))) {
+    due_.reset();
+    size_ = 0;
+    pause_ = timing_.pause;
+    until_ = now + silence_;
+    return response;
+  }
+  if (const char* const why = fault_of(come, now >= due_->until)) end(why, now);
+  return std::nullopt;
+}
+
+/// What is more than a frame can be is left where it is.
+bool Connection::read(Time now) {
+  if (size_ == buffer_.size()) return true;
+  const ssize_t count = ::read(descriptor_, buffer_.data() + size_, buffer_.size() - size_);
+  if (count > 0) size_ += static_cast<std::size_t>(count);
+  const bool lost = count == 0 || (count < 0 && errno != EAGAIN && errno != EINTR);
+  if (lost) end(loss_by(count == 0 ? 0 : errno), now);
+  return !lost;
 }
 
 void Connection::connected() {
   state_ = State::kOn;
+  size_ = 0;
   until_ = 0;
   problem_.clear();
+  reason_.clear();
 }
 
 void Connection::close() {
@@ -45,6 +75,7 @@ void Connection::end(const std::string& why, Time now) {
   ++ends_;
   until_ = now + pause_;
   pause_ = std::min(2 * pause_, timing_.longest_pause);
+  reason_ = why;
   problem_ = place_ + ": " + why;
 }
 

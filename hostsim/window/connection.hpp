@@ -4,10 +4,14 @@
 /// A connection to a Modbus server that never blocks: one request at a time, and its response. What ends it,
 /// silence too, is told in words, and after a pause it is made again.
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "window/request.hpp"
 
@@ -15,6 +19,8 @@ namespace cbcan::window {
 
 /// Microseconds since any moment; never goes back.
 using Time = std::int64_t;
+
+inline constexpr std::size_t kLongestFrame = 260;  ///< over TCP; 256 over a serial line
 
 struct Timing {
   Time response_timeout = 1'000'000;  ///< for a connection, and for each response; then it is lost
@@ -38,6 +44,8 @@ class Connection {
   unsigned ends() const { return ends_; }
   /// Why the last one has, with its place in front; empty while there is one.
   const std::string& problem() const { return problem_; }
+  /// The same, without the place.
+  const std::string& reason() const { return reason_; }
   const std::string& place() const { return place_; }
   /// For poll(2) and the like, with events().
   int descriptor() const { return descriptor_; }
@@ -48,27 +56,32 @@ class Connection {
   /// A request can be sent.
   bool ready(Time now) const { return state_ == State::kOn && !due_ && now >= until_; }
   /// When ready().
-  virtual void send(std::uint8_t unit, const Request& request, Time now) = 0;
+  void send(std::uint8_t unit, const Request& request, Time now);
   bool response_due() const { return due_.has_value(); }
   /// The whole response, if it is there. What is no response to the request ends the connection.
-  virtual std::optional<Response> receive(Time now) = 0;
+  std::optional<Response> receive(Time now);
 
   /// Is told the descriptor before it is closed.
   std::function<void(int descriptor)> on_close;
 
  protected:
-  struct Due {
-    Expected response;
-    Time until = 0;
-  };
+  using Bytes = std::vector<std::uint8_t>;
+  using Come = std::span<const std::uint8_t>;
 
-  Connection(std::string place, const Timing& timing);
+  Connection(std::string place, const Timing& timing, Time silence = 0);
 
-  void expect(std::uint8_t unit, const Request& request, Time now);
-  void received() {
-    due_.reset();
-    pause_ = timing_.pause;
-  }
+  /// Sends unit ID and PDU in the frame of this transport; false: errno says why not.
+  virtual bool put(Bytes bytes) = 0;
+  /// Unit ID and PDU in what has come, where that is one whole frame; else nothing.
+  virtual Come framed_in(Come come) const = 0;
+  /// Why what has come will be no response, or will be `late`; null: it may still become one.
+  virtual const char* fault_of(Come come, bool late) const = 0;
+  /// Why there is nothing to read any more; `error` is 0 at the end of a stream.
+  virtual const char* loss_by(int error) const = 0;
+
+  /// False: the connection has ended.
+  bool read(Time now);
+  std::size_t come() const { return size_; }
   void connected();
   void close();
   void end(const std::string& why, Time now);
@@ -79,13 +92,22 @@ class Connection {
   int descriptor_ = -1;
   /// kConnecting: the attempt fails; kOff: the next one; kOn: the line is silent for so long.
   Time until_ = 0;
-  std::optional<Due> due_;
 
  private:
+  struct Due {
+    Expected response;
+    Time until = 0;
+  };
+
+  std::optional<Due> due_;
+  std::array<std::uint8_t, kLongestFrame + 1> buffer_{};  ///< one more, to see what nobody has asked for
+  std::size_t size_ = 0;
+  Time silence_;  ///< between a response and the next request
   std::string place_;
   Time pause_;
   unsigned ends_ = 0;
   std::string problem_;
+  std::string reason_;
 };
 
 }  // namespace cbcan::window

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "window/request.hpp"
 
-#include <modbus.h>
-
 namespace cbcan::window {
 
 namespace {
 
+constexpr std::uint8_t kReadRegisters = 3;
+constexpr std::uint8_t kWriteRegisters = 16;
+constexpr std::uint8_t kWriteAndReadRegisters = 23;
 constexpr std::uint8_t kException = 0x80;
 constexpr std::size_t kHead = 2;  ///< unit ID and function code
 
@@ -16,8 +17,8 @@ void append(std::vector<std::uint8_t>& bytes, std::size_t word) {
 }
 
 std::uint8_t function_of(const Request& request) {
-  if (request.words.empty()) return MODBUS_FC_READ_HOLDING_REGISTERS;
-  return request.count == 0 ? MODBUS_FC_WRITE_MULTIPLE_REGISTERS : MODBUS_FC_WRITE_AND_READ_REGISTERS;
+  if (request.words.empty()) return kReadRegisters;
+  return request.count == 0 ? kWriteRegisters : kWriteAndReadRegisters;
 }
 
 }  // namespace

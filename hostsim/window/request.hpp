@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a Modbus client asks and is answered, as words, and as bytes from the unit ID on: those are the same
-/// over TCP and over a serial line. Source: Modbus Application Protocol V1.1b3, section 6.
+/// Modbus requests and responses as bytes from the unit ID on: those are the same over TCP and over a serial
+/// line. Source: Modbus Application Protocol V1.1b3, section 6.
 
 #include <cstddef>
 #include <cstdint>
@@ -10,21 +10,9 @@
 #include <span>
 #include <vector>
 
+#include "cbcan/window.hpp"
+
 namespace cbcan::window {
-
-/// One request for holding registers: FC 16 when it only writes, FC 3 when it only reads, FC 23, which writes
-/// first, when it does both.
-struct Request {
-  std::uint16_t write_address = 0;
-  std::vector<std::uint16_t> words{};  ///< to write
-  std::uint16_t read_address = 0;
-  std::uint16_t count = 0;  ///< of registers to read
-};
-
-struct Response {
-  std::uint8_t exception = 0;          ///< its code; 0 = none
-  std::vector<std::uint16_t> words{};  ///< as many as the request wanted
-};
 
 /// What the response to a request has to be.
 struct Expected {

@@ -1,61 +1,39 @@
 // SPDX-License-Identifier: MIT
 #include "window/tcp_connection.hpp"
 
-#include <modbus.h>
 #include <netdb.h>
 #include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/select.h>
 #include <sys/socket.h>
 
-#include <array>
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <span>
-#include <stdexcept>
 #include <utility>
 
 namespace cbcan::window {
 
 namespace {
 
-constexpr std::size_t kHeader = 6;  ///< of an ADU up to its length field (Messaging Guide V1.0b, 3.1.3)
-constexpr std::size_t kLongest = 260;
-constexpr std::uint16_t kTransaction = 0;  ///< what libmodbus gives to each raw request
-constexpr std::uint16_t kProtocol = 0;
+/// Transaction number 0, protocol 0, and behind them the length of the rest.
+constexpr std::size_t kZeros = 4;
+constexpr std::size_t kHeader = 6;
 
 void free_addresses(addrinfo* addresses) {
   if (addresses != nullptr) freeaddrinfo(addresses);
 }
 
-void free_context(_modbus* context) {
-  if (context != nullptr) modbus_free(context);
-}
-
-std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t i) {
-  return static_cast<std::uint16_t>(bytes[i] << 8 | bytes[i + 1]);
+std::size_t length_of(std::span<const std::uint8_t> come) {
+  return kHeader + (std::size_t{come[kZeros]} << 8 | come[kZeros + 1]);
 }
 
 }  // namespace
-
-/// What has come in and has not been taken yet.
-struct TcpConnection::Peeked {
-  std::array<std::uint8_t, kLongest + 1> bytes{};  ///< one more, to see what nobody has asked for
-  std::size_t count = 0;
-
-  std::size_t length() const { return kHeader + word_at(bytes, 4); }
-};
 
 TcpConnection::TcpConnection(std::string host, int port, const Timing& timing)
     : Connection(host + ":" + std::to_string(port), timing),
       host_(std::move(host)),
       port_(std::to_string(port)),
-      modbus_(modbus_new_tcp_pi(host_.c_str(), port_.c_str()), free_context),
-      addresses_(nullptr, free_addresses) {
-  if (!modbus_) throw std::invalid_argument(place() + ": " + modbus_strerror(errno));
-  modbus_set_response_timeout(modbus_.get(), 0, 1);  // there is nothing to wait for
-  modbus_set_byte_timeout(modbus_.get(), 0, 1);
-}
+      addresses_(nullptr, free_addresses) {}
 
 void TcpConnection::poll(Time now) {
   switch (state_) {
@@ -82,7 +60,6 @@ void TcpConnection::try_address(const addrinfo* address, Time now) {
   next_ = address->ai_next;
   descriptor_ = socket(address->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (descriptor_ < 0) return address_failed(std::strerror(errno), now);
-  if (descriptor_ >= FD_SETSIZE) return end("too many open files for libmodbus", now);
   const int on = 1;
   setsockopt(descriptor_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   state_ = State::kConnecting;
@@ -109,63 +86,36 @@ void TcpConnection::look_at_attempt(Time now) {
   socklen_t size = sizeof error;
   getsockopt(descriptor_, SOL_SOCKET, SO_ERROR, &error, &size);
   if (error != 0) return address_failed(std::strerror(error), now);
-  modbus_set_socket(modbus_.get(), descriptor_);
   connected();
 }
 
 void TcpConnection::look_for_end(Time now) {
-  if (!due_ && peek(now).count > 0) end("it sends an unrequested response", now);
+  if (!response_due() && read(now) && come() > 0) end("it sends an unrequested response", now);
 }
 
-void TcpConnection::send(std::uint8_t unit, const Request& request, Time now) {
-  const std::vector<std::uint8_t> bytes = bytes_of(unit, request);
-  if (modbus_send_raw_request(modbus_.get(), bytes.data(), static_cast<int>(bytes.size())) < 0)
-    return end(modbus_strerror(errno), now);
-  expect(unit, request, now);
+bool TcpConnection::put(Bytes bytes) {
+  const std::uint8_t length[]{static_cast<std::uint8_t>(bytes.size() >> 8),
+                              static_cast<std::uint8_t>(bytes.size())};
+  bytes.insert(bytes.begin(), std::begin(length), std::end(length));
+  bytes.insert(bytes.begin(), kZeros, 0);
+  return ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
 }
 
-std::optional<Response> TcpConnection::receive(Time now) {
-  const Peeked peeked = peek(now);
-  if (!due_) return std::nullopt;
-  if (std::optional<Response> response = response_in(peeked))
-    return take(peeked.length(), now) ? response : std::nullopt;
-  const bool comes =
-      peeked.count < kHeader || (peeked.length() <= kLongest && peeked.count < peeked.length());
-  if (!comes)
-    end("what it answers is no Modbus", now);
-  else if (now >= due_->until)
-    end("no response to a request", now);
-  return std::nullopt;
+Connection::Come TcpConnection::framed_in(Come come) const {
+  if (come.size() < kHeader || come.size() != length_of(come)) return {};
+  const bool ours = std::ranges::all_of(come.first(kZeros), [](std::uint8_t byte) { return byte == 0; });
+  return ours ? come.subspan(kHeader) : Come{};
 }
 
-TcpConnection::Peeked TcpConnection::peek(Time now) {
-  Peeked peeked;
-  const ssize_t count = recv(descriptor_, peeked.bytes.data(), peeked.bytes.size(), MSG_PEEK);
-  if (count > 0)
-    peeked.count = static_cast<std::size_t>(count);
-  else if (count == 0)
-    end("closed by the other side", now);
-  else if (errno != EAGAIN && errno != EINTR)
-    end(std::strerror(errno), now);
-  return peeked;
+const char* TcpConnection::fault_of(Come come, bool late) const {
+  const bool grows =
+      come.size() < kHeader || (length_of(come) <= kLongestFrame && come.size() < length_of(come));
+  if (!grows) return "what it answers is no Modbus";
+  return late ? "no response" : nullptr;
 }
 
-/// One whole response to the request under way, and nothing after it.
-std::optional<Response> TcpConnection::response_in(const Peeked& peeked) const {
-  const std::span<const std::uint8_t> bytes = peeked.bytes;
-  const bool ours = word_at(bytes, 0) == kTransaction && word_at(bytes, 2) == kProtocol;
-  if (peeked.count < kHeader || peeked.count != peeked.length() || !ours) return std::nullopt;
-  return due_->response.in(bytes.first(peeked.count).subspan(kHeader));
-}
-
-bool TcpConnection::take(std::size_t length, Time now) {
-  std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> bytes{};
-  if (modbus_receive_confirmation(modbus_.get(), bytes.data()) != static_cast<int>(length)) {
-    end(modbus_strerror(errno), now);
-    return false;
-  }
-  received();
-  return true;
+const char* TcpConnection::loss_by(int error) const {
+  return error == 0 ? "closed by the other side" : std::strerror(error);
 }
 
 }  // namespace cbcan::window

@@ -171,10 +171,10 @@ TEST_CASE("NETWORK is the Modbus unit ID, and networks take turns") {
     const std::string unit = request.substr(0, 2);
     units += unit + " ";
     const std::string result = unit +
-                               "038C"
+                               "0310"
                                "000013BF0000300100000001"
                                "0007";
-    server.respond(request.substr(2, 2) == "03" ? result + std::string(4 * 63, '0') : request.substr(0, 12));
+    server.respond(request.substr(2, 2) == "03" ? result + "0000" : request.substr(0, 12));
     program.cycle(now);
     if (first.confirm && second.confirm) break;
   }

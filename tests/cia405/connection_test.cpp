@@ -17,10 +17,10 @@ constexpr const char* kClear = "01100E740001020000";  // FC 16: R3700 = 0
 constexpr const char* kCleared = "01100E740001";
 constexpr const char* kReadId = "01100E7400060CCA0E13BF0000300100000001";  // FC 16: 5055, 0, 3001h, 0, 1
 constexpr const char* kStarted = "01100E740006";
-constexpr const char* kPoll = "01030E740046";  // FC 3: R3700..R3769
+constexpr const char* kPoll = "01030E740008";  // FC 3: R3700..R3707
 
-/// Node ID 42, as R3700..R3769.
-const std::string kId = "01038C000013BF0000300100000001002A" + zeros(63);
+/// Node ID 42, as R3700..R3707.
+const std::string kId = "010310000013BF0000300100000001002A" + zeros(1);
 
 /// A program with one block that reads the node ID, and the server that it talks to.
 struct Talk {
@@ -61,7 +61,7 @@ struct Talk {
 TEST_CASE("a transaction to the byte: R3700 cleared, FC 16 with everything, FC 3 until R3700 has changed") {
   Talk talk;
   talk.start();
-  talk.server.respond("01038CCA0E" + zeros(69));
+  talk.server.respond("010310CA0E" + zeros(7));
   talk.cycle();
   CHECK_FALSE(talk.id.confirm);
   talk.exchange(kPoll, kId);
@@ -130,7 +130,7 @@ TEST_CASE("what is no response is ERROR 21h and ends the connection, and the nex
 TEST_CASE("a response to a read with the wrong number of words ends the connection") {
   Talk talk;
   talk.start();
-  const std::string response = GENERATE_REF("01038A" + zeros(69), "01038C" + zeros(69), "01038E" + zeros(71));
+  const std::string response = GENERATE_REF("01030E" + zeros(7), "010310" + zeros(7), "010312" + zeros(9));
   talk.server.respond(response);
   talk.cycle();
   CHECK(talk.id.error == KernelError::kInternal);
@@ -174,7 +174,7 @@ TEST_CASE("a result that is none, and a response of another size, are ERROR 21h"
       GENERATE("000113BF0000300100000001", "000213BF0000300100000001", "000313BF0000300100000001",
                "000013BF0000300100000000", "000013BF0000300100000002", "000013BF000030010000FFFF");
   talk.start();
-  talk.server.respond("01038C" + head + zeros(64));
+  talk.server.respond("010310" + head + zeros(2));
   talk.cycle();
   CHECK(talk.id.error == KernelError::kInternal);
   CHECK(talk.id.device == 0);
@@ -183,7 +183,7 @@ TEST_CASE("a result that is none, and a response of another size, are ERROR 21h"
 TEST_CASE("an abort in a block without room for its code is ERROR 21h") {
   Talk talk;
   talk.start();
-  talk.server.respond("01038C000413BF000030010000000100000602" + zeros(62));
+  talk.server.respond("010310000413BF000030010000000100000602");
   talk.cycle();
   CHECK(talk.id.error == KernelError::kInternal);
 }
@@ -198,40 +198,13 @@ TEST_CASE("TIMEOUT: R3700 is cleared, 3002h is read, and ERROR is what it says, 
   talk.id.timeout = 100;
   talk.start();
   talk.now += 100 * kMs;
-  talk.server.respond("01038CCA0E" + zeros(69));
+  talk.server.respond("010310CA0E" + zeros(7));
   talk.cycle();
   talk.exchange(kClear, kCleared);
   talk.exchange("01100E7400060CCA0E13BF0000300200000001", kStarted);
   CHECK(talk.id.error == KernelError::kNone);
-  talk.exchange(kPoll, "01038C000013BF0000300200000001" + state + zeros(63));
+  talk.exchange(kPoll, "010310000013BF0000300200000001" + state + zeros(1));
   CHECK(talk.id.error == error);
-}
-
-TEST_CASE("a result that comes when the right to a shared window may be lost is not taken") {
-  FakeServer server;
-  Program program(server.port(), Sharing{.program = 0});
-  GetLocalNodeId id(program.link);
-  id.enable = true;
-  program.blocks = {&id};
-  Time now = 0;
-  const auto exchange = [&](const std::string& request, const std::string& response) {
-    REQUIRE(server.request() == request);
-    server.respond(response);
-    program.cycle(now);
-  };
-  while (program.link.events() != POLLIN)
-    program.cycle(now);
-  server.accept();
-  // FC 23: R3770 written, R3700..R3777 read
-  exchange("01170E74004E0EBA0001020043", "01179C" + zeros(78));
-  exchange("01170E74004E0EBA0001020082", "01179C" + zeros(78));
-  exchange(kReadId, kStarted);
-  REQUIRE(server.request() == "01170E74004E0EBA00010200C2");
-  now += 501 * kMs;
-  server.respond("01179C000013BF0000300100000001002A" + zeros(71));
-  program.cycle(now);
-  CHECK(id.error == KernelError::kInternal);
-  CHECK(id.device == 0);
 }
 
 TEST_CASE("a server that says nothing: 21h after the time for a response, 03h where TIMEOUT comes before") {
@@ -347,10 +320,6 @@ TEST_CASE("settings that cannot be are refused, with the reason") {
   CHECK(refused({.host = ""}) == "cia405: no host: must be a name or an IP address");
   CHECK(refused({.port = 0}) == "cia405: port 0: must be 1..65535");
   CHECK(refused({.port = 65536}) == "cia405: port 65536: must be 1..65535");
-  CHECK(refused({.sharing = Sharing{.program = 7}}).empty());
-  CHECK(refused({.sharing = Sharing{.program = 8}}) == "cia405: program 8: must be 0..7");
-  CHECK(refused({.sharing = Sharing{.program = -1}}) == "cia405: program -1: must be 0..7");
-  CHECK(refused({.sharing = Sharing{.dead_after = 0}}) == "cia405: dead_after: must be more than 0");
 }
 
 }  // namespace cbcan::cia405::test

@@ -78,8 +78,7 @@ std::vector<std::string> Plant::frames(const std::string& begin) {
   return found;
 }
 
-Program::Program(int port, std::optional<Sharing> sharing)
-    : link({.port = port, .sharing = std::move(sharing)}) {}
+Program::Program(int port) : link({.port = port}) {}
 
 void Program::cycle(Time now) {
   wait_for(link);

@@ -43,7 +43,7 @@ struct Plant {
 
 /// One program: a link, and its blocks.
 struct Program {
-  explicit Program(int port, std::optional<Sharing> sharing = {});
+  explicit Program(int port);
 
   Link link;
   std::vector<FunctionBlock*> blocks;

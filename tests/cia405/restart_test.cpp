@@ -116,7 +116,7 @@ TEST_CASE("result 5 on a channel: 3003h and 3004h are written anew") {
             "02BC" +
             request.substr(8, 4));
       } else {
-        server.respond("010388" + number + result + number + "0001" + std::string(4 * 64, '0'));
+        server.respond("01030C" + number + result + number + "0001" + "00000000");
       }
     }
   };

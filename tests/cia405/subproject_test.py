@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The C++ blocks for whoever wants only them: this project in a subfolder of another one's, where every package is hidden but libmodbus.
+"""The C++ blocks for whoever wants only them: this project in a subfolder of another one's, where every package is hidden.
 
 usage: subproject_test.py SIMULATOR
 """
@@ -35,10 +35,10 @@ def packages():
 
 
 class Subproject(unittest.TestCase):
-    def test_libmodbus_is_all_that_it_takes(self):
+    def test_nothing_is_all_that_it_takes(self):
         with tempfile.TemporaryDirectory() as folder, Simulator(SIMULATOR, "--demo") as simulator:
             (pathlib.Path(folder) / "CMakeLists.txt").write_text(PROJECT)
-            hidden = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in packages() - {"PkgConfig"}]
+            hidden = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in packages()]
             subprocess.run(["cmake", "-S", folder, "-B", f"{folder}/build", "-G", "Ninja", *hidden], check=True, stdout=subprocess.DEVNULL)
             targets = subprocess.run(["cmake", "--build", f"{folder}/build", "--target", "help"], check=True, capture_output=True, text=True)
             self.assertNotIn("cbcan-sim", targets.stdout)

@@ -226,15 +226,13 @@ TEST_CASE("A node's device: the one that is named, or the one of its profile") {
   CHECK(cbcan::config::NodeBuilder(only_this_file()).build(node_with({}), 0).node->device == "none");
 }
 
-TEST_CASE("A node's seed, LSS and time period arrive") {
+TEST_CASE("A node's seed and LSS arrive") {
   cbcan::config::NodeConfig node = node_with({});
   node.lss = true;
-  node.time_period = 250;
   const auto build = cbcan::config::NodeBuilder(inputs_and_points).build(node, 77);
   REQUIRE(build.node);
   CHECK(build.node->seed == 77);
   CHECK(build.node->lss);
-  CHECK(build.node->time_period == 250);
 }
 
 TEST_CASE("Signals, with the points of their files") {

@@ -65,8 +65,7 @@ TEST_CASE("a key in the wrong table is shown the right one") {
 
 TEST_CASE("an unknown key that is like nothing gets the list") {
   wrong("[can]\nfoo = 1\n",
-        "2: can.foo: no such key; can has spec, bit_rate, slcan, socketcand, socketcand_beacon, replay, "
-        "faults");
+        "2: can.foo: no such key; can has spec, bit_rate, slcan, socketcand, replay, faults");
   wrong("[pump]\n",
         "1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, random, control, "
         "http, node, wire, network");
@@ -324,8 +323,6 @@ TEST_CASE("devices, LSS, times and seeds that are wrong") {
              "Lua script, FILE.lua");
   wrong_node("lss = 1", "4: node.lss 1: must be true or false");
   wrong_node("parameters = \"\"", "4: node.parameters \"\": must be a path");
-  wrong_node("time_period_ms = 86400001",
-             "4: node.time_period_ms 86400001: must be 0..86400000 ms, 0 = none");
   wrong("[random]\nseed = -1\n", "2: random.seed -1: must be 0..4294967295");
   wrong("[random]\nseed = 4294967296\n", "2: random.seed 4294967296: must be 0..4294967295");
   CHECK(
@@ -434,22 +431,6 @@ TEST_CASE("a signal twice, a parameter file twice") {
       std::string(kNode) + "parameters = \"p\"\n[[node]]\nlss = true\neds = \"b\"\nparameters = \"p\"\n",
       "5: node without an ID: p already has the parameters of node 5 at plant.toml:1; every node needs a "
       "file of its own");
-}
-
-TEST_CASE("a beacon is a socketcand's") {
-  const auto error_of = [](const std::string& beacon, const std::string& socketcand) {
-    return checked("[can]\nsocketcand_beacon = \"" + beacon + "\"\n" + socketcand);
-  };
-  const std::string none =
-      "plant.toml:2: can.socketcand_beacon: there is no socketcand to be found; add can.socketcand, "
-      "--socketcand HOST:PORT";
-  CHECK(error_of("10.0.0.255", "") == Lines{none});
-  CHECK(error_of("10.0.0.255", "socketcand = \"unix:can\"\n") == Lines{none});
-  wrong("[can]\nsocketcand_beacon = \"10.0.0.255:0\"\n",
-        "2: can.socketcand_beacon \"10.0.0.255:0\": must be HOST or HOST:PORT, mostly a network's broadcast "
-        "address");
-  CHECK(error_of("10.0.0.255", "socketcand = \"127.0.0.1:0\"\n").empty());
-  CHECK(error_of("10.0.0.255:65535", "socketcand = \"127.0.0.1:0\"\n").empty());
 }
 
 TEST_CASE("ranges of registers do not overlap") {

@@ -156,7 +156,6 @@ eds = "a.eds"
 device = "cia404"
 parameters = "a.params"
 lss = true
-time_period_ms = 500
 )",
                             "plants/plant.toml", config)) == Lines{});
   CHECK(config.seed == 4294967295);
@@ -165,7 +164,6 @@ time_period_ms = 500
   CHECK(node.device == "cia404");
   CHECK(node.parameters == "plants/a.params");
   CHECK(node.lss);
-  CHECK(node.time_period == 500'000);
 }
 
 TEST_CASE("nodes that wait for an ID, any number of them") {

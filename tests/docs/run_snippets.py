@@ -31,7 +31,7 @@ ALONE = ["unshare", "--net", *AS_ROOT, "sh", "-c", 'ip link set dev lo up && exe
 SHELL = ["bash", "--norc"]
 LIMIT = 120  # seconds for a document
 PROLOGUE = "exec 2>&1; PATH=$PWD/build/bin:$PATH"
-ENDLESS = re.compile(r"curl -sN|\S*cbcanctl monitor")
+ENDLESS = re.compile(r"curl -sN")
 # After each command: its own mark, so that its output can be told from the next one's.
 MARK = "--8<-- {} --8<--"
 UNEXPECTED_END = "--it-has-ended--"

@@ -65,8 +65,8 @@ DevicePlant::DevicePlant(const PlantOptions& options) : bare(options.bit_rate), 
   add(kIoModule, 2, "io_module.eds", io_module);
   sim::NodeParts drive;
   drive.lss = true;
-  drive.time_period = kSecond;
   add(kDrive, 5, "drive.eds", drive);
+  node(kDrive).device().time_stamp().produce_every(kSecond, now);
   sim::NodeParts without_id;
   without_id.lss = true;
   add(kWithoutId, 0, "generic.eds", without_id);

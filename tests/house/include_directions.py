@@ -21,7 +21,7 @@ MAY_KNOW = {
     "firmware/cbcan": set(),
     "firmware/boards": {*FIRMWARE, "regmap"},
     "hostsim/text": set(),
-    "hostsim/window": set(),
+    "hostsim/window": {"regmap"},
     "hostsim/sim": {"hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/adapters": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
     "hostsim/devices/lua": {"hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
@@ -71,6 +71,8 @@ def room_of_include(name):
         return "regmap"
     if name == "cbcan/sim.hpp":
         return "hostsim/include"
+    if name == "cbcan/window.hpp":
+        return "hostsim/window"
     if name == "cbcan/cia405.hpp":
         return "tools"
     first, *rest = name.split("/")

@@ -30,12 +30,6 @@ struct Watch {
   sim::Node& second = add_node(bench, 2);
 };
 
-sim::NodeParts with_time(Time period) {
-  sim::NodeParts parts;
-  parts.time_period = period;
-  return parts;
-}
-
 }  // namespace
 
 TEST_CASE("Node: one watches another: 1029h says what becomes of it when that falls silent") {
@@ -83,12 +77,13 @@ TEST_CASE("Node: 1016h set to 0 ends the watch, and the filter closes") {
 // 1012h: bit 30 produces, bit 31 consumes. The time of day counts from the node's own zero, 1984-01-01.
 TEST_CASE("Node: TIME from a producer to a consumer") {
   WorldBench bench;
-  sim::Node& producer = add_node(bench, 1, with_time(250 * kMillisecond));
+  sim::Node& producer = add_node(bench, 1);
   sim::Node& consumer = add_node(bench, 2);
   bench.start().expect("701#00", "702#00");
   bench.pass(kSecond).expect_silence();  // 1012h says neither
   // 2163-06-07 is day 65,536: the day before, 500 ms before midnight, the 16 bits are at their end.
   producer.device().time_stamp().set({86'399'500, 65'535}, bench.now);
+  producer.device().time_stamp().produce_every(250 * kMillisecond, bench.now);
   bench.write("602#2312100000010080", "601#2312100000010040");
   bench.pass(250 * kMillisecond).expect("100#065B2605FFFF");  // 86,399,750 ms
   CHECK(consumer.device().time_stamp().at(bench.now) == TimeOfDay{86'399'750, 65'535});
@@ -149,9 +144,10 @@ TEST_CASE("Node: the step in which time passes does not change what happens") {
   Frames logs[2];
   for (const bool coarse : {false, true}) {
     WorldBench bench(125'000);
-    sim::NodeParts parts = with_time(70 * kMillisecond);
+    sim::NodeParts parts;
     parts.signals.push_back({0x6000, 1, 3 * kMillisecond, sim::Noise{1000, 200, 5}});
     sim::Node& first = add_node(bench, 1, parts);
+    first.device().time_stamp().produce_every(70 * kMillisecond, 0);
     add_node(bench, 2);
     first.faults().add(sim::parse_fault("response-late probability=0.5", sim::FaultPlace::kNode).fault, 0);
     first.faults().add(sim::parse_fault("boot-up-storm interval_ms=11", sim::FaultPlace::kNode).fault, 0);

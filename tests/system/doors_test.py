@@ -106,17 +106,6 @@ class Socketcand(Case):
         other.socket.sendall(b"< send 7e5 0 >")
         self.assertRegex(client.read(), r"\A< frame 7E5 \d+\.\d{6}  >\Z")
 
-    def test_the_beacon_by_which_savvycan_finds_it(self):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener_of_beacons:
-            listener_of_beacons.bind(("127.0.0.1", 0))
-            listener_of_beacons.settimeout(LIMIT)
-            simulator = self.start("--demo", "--socketcand", "0.0.0.0:0", "--set", f"can.socketcand_beacon=127.0.0.1:{port_of(listener_of_beacons)}")
-            port = simulator.where["socketcand"].rsplit(":", 1)[1]
-            for _ in range(2):  # every 3 s
-                self.assertEqual(listener_of_beacons.recv(2048).decode(),
-                                 f'<CANBeacon name="{socket.gethostname()}" type="SocketCAN" description="cbcan-sim">\n'
-                                 f'<URL>can://127.0.0.1:{port}</URL><Bus name="can0"/></CANBeacon>')
-
     def test_kayak(self):
         raw, bcm, control = self.client(), self.client(), self.client()
         for client in (raw, bcm, control):

@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What happens is told: on standard error, to Wireshark's dissectors, and by cbcanctl monitor."""
+"""What happens is told: on standard error, and to Wireshark's dissectors."""
 
 import json
 import pathlib
 import re
-import signal
 import subprocess
 import sys
 import tempfile
@@ -166,67 +165,9 @@ class Pcap(unittest.TestCase):
         self.assertEqual(subprocess.run([PROGRAM, "--demo", "--pcap", "-", "--clock", "manual"], capture_output=True, timeout=LIMIT, check=False).returncode, 2)
 
 
-class Monitor(unittest.TestCase):
-    def monitor(self, simulator, *options):
-        process = subprocess.Popen([CTL, "monitor", "--http", simulator.where["http"], *options], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
-        return process
-
-    def test_lines_and_statistics(self):
-        with Simulator(PROGRAM, "--demo", "--http", ":0", "--bit-rate", "250000") as simulator:
-            wait_until(lambda: http_json(simulator, "/api/time")["networks"][0]["frames"] == 6, "boot-up messages")
-            failed = self.monitor(simulator, "--kinds", "ended", "--failed", "--count", "1")
-            everything = self.monitor(simulator, "--kinds", "all", "--json", "--node", "66")
-            wait_until(lambda: http_json(simulator, "/api/time")["streams"] == 2, "both to listen")
-            transactions_of_two(simulator)
-            out = failed.communicate(timeout=LIMIT)[0].splitlines()
-            lines = [everything.stdout.readline() for _ in range(8)]
-            everything.send_signal(signal.SIGINT)
-            lines += everything.communicate(timeout=LIMIT)[0].splitlines()
-            events = [json.loads(line) for line in lines]
-        self.assertRegex(out[0], r"^\d+\.\d{6} #2 read node 66 3333h:00: 0602 0000h no such object, [0-9.]+ ms$")
-        self.assertRegex(out[1], r"^[0-9.]+ s; transactions 1, failed 1, mean ")
-        self.assertRegex(out[2], r"^network 1: [0-9.]+ frames/s, \d+ bit/s, bus load [0-9.]+ %$")
-        self.assertEqual([event["kind"] for event in events], ["begun", "frame", "frame", "ended", "begun", "frame", "frame", "ended", "statistics"])
-        self.assertEqual(events[3]["value"], "983441")
-
-    def test_nobody_there(self):
-        done = subprocess.run([CTL, "monitor", "--http", "127.0.0.1:1"], capture_output=True, text=True, timeout=LIMIT, check=False)
-        self.assertEqual((done.returncode, done.stdout), (3, ""))
-        self.assertIn("start cbcan-sim with --http 127.0.0.1:1", done.stderr)
-        done = subprocess.run([CTL, "monitor"], capture_output=True, text=True, timeout=LIMIT, check=False, env={})
-        self.assertEqual(done.returncode, 2)
-
-    def test_a_filter_that_means_nothing(self):
-        with Simulator(PROGRAM, "--demo", "--http", ":0") as simulator:
-            done = subprocess.run([CTL, "monitor", "--kinds", "frames"], capture_output=True, text=True, timeout=LIMIT, check=False,
-                                  env={"CBCAN_HTTP": simulator.where["http"]})
-        told = re.search(r"kinds=frames: must be (modbus, begun, [a-z, ]*)", done.stderr)[1].replace(" and ", ", ")
-        helps = " ".join(subprocess.run([CTL, "monitor", "--help"], capture_output=True, text=True, timeout=LIMIT, check=True).stdout.split())
-        self.assertIn(f"of events: {told}; or all", helps)
-
-    def test_a_log_of_what_stands_at_the_terminals(self):
-        with Simulator(PROGRAM, "--demo", "--http", ":0") as simulator, simulator.window() as plc:
-            log = self.monitor(simulator, "--kinds", "terminals", "--json", "--node", "66", "--count", "3")
-            wait_until(lambda: http_json(simulator, "/api/time")["streams"] == 1, "it to listen")
-            self.assertEqual([plc.execute(WRITE, 66, 0x6200, 1, 1, outputs) for outputs in (5, 4)], [0, 0])
-            self.assertEqual(plc.execute(WRITE, 66, 0x6411, 2, 2, 0x8000), 0)
-            lines = [json.loads(line) for line in log.communicate(timeout=LIMIT)[0].splitlines()]
-        self.assertEqual([(event["index"], event["sub"], event["value"], event["words"]) for event in lines[:3]],
-                         [(0x6200, 1, 5, "output:1 on, output:3 on"), (0x6200, 1, 4, "output:1 off"), (0x6411, 2, -32768, "analogue-output:2 = -32768")])
-
-
 def http_json(simulator, path):
     return json.loads(subprocess.run(["curl", "-sS", "--fail-with-body", f"http://{simulator.where['http']}{path}"], capture_output=True, text=True,
                                      timeout=LIMIT, check=True).stdout)
-
-
-def transactions_of_two(simulator):
-    with simulator.window() as window:
-        assert window.execute(READ, 0x42, 0x1000, 0, 4) == 0
-        assert window.execute(READ, 0x42, 0x3333, 0, 4) == 4
 
 
 cases.main()

@@ -21,7 +21,7 @@ import cases
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
-CONNECTS = {"--plc", "--can", "--socketcand-beacon"}  # options with an address of somebody else
+CONNECTS = {"--plc", "--can"}  # options with an address of somebody else
 LISTENS = {"modbus": "--modbus", "rtu_tcp": "--set", "rtu.listen=slcan": "--slcan", "socketcand": "--socketcand", "control": "--control", "http": "--http"}
 READ_R0 = bytes.fromhex("010300000001840a")
 STREAMS = {"rtu_tcp": (READ_R0, bytes.fromhex("0103020000b844")), "slcan": (b"V\r", b"V1013\r"), "socketcand": (b"< open can0 >", b"< hi >< ok >"),

@@ -154,7 +154,7 @@ class OnTheNet(unittest.TestCase):
 
     def test_the_scanner_layout_with_process_data(self):
         plc = Plc(1024)
-        simulator = self.start(plc, "--set", "module.scanner_out_first=700", "--set", "module.channels=1", more=",layout=scanner,process_first=1174")
+        simulator = self.start(plc, "--scanner-out-first", "700", "--channels", "1", more=",layout=scanner,process_first=1174")
         plc.until(71, [5])
         plc.write(0, [1])
         plc.until(70, [1, 5, 1])
@@ -175,13 +175,13 @@ class OnTheNet(unittest.TestCase):
             wait_until(simulator.errors, "a line about it")
             with simulator.window() as window:
                 self.assertEqual(window.execute(5055, 0, 0x3001, 0, 1), 0)
-            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{port}: Connection refused; it is retried"])
+            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{port}: Connection refused; it is tried again and again"])
 
     def test_a_silent_plc_costs_others_nothing(self):
         with socket.create_server(("127.0.0.1", 0)) as listener:
             port = listener.getsockname()[1]
             plc = Plc(3700)
-            self.start(plc, "--network", "2", "--set", "module.node_id=9", "--plc", f"127.0.0.1:{port}")
+            self.start(plc, "--network", "2", "--node-id", "9", "--plc", f"127.0.0.1:{port}")
             silent = listener.accept()[0]
             with silent:
                 self.assertEqual(len(silent.recv(12, socket.MSG_WAITALL)), 12)
@@ -200,7 +200,7 @@ class OnTheNet(unittest.TestCase):
 
     def test_a_plc_that_is_gone_is_seen_on_the_bus(self):
         plc = Plc(3700)
-        simulator = self.start(plc, "--set", "module.plc_timeout_ms=200")
+        simulator = self.start(plc, "--plc-timeout", "200")
         self.assertEqual(plc.execute(5066, 0, 0x1017, 0, 2, 20), 0)  # the own heartbeat
         self.assertEqual(plc.execute(5066, 0, 0x1F82, 127, 0, 5), 0)
         simulator.wait_for_frame("77F#05")
@@ -211,7 +211,7 @@ class OnTheNet(unittest.TestCase):
 
     def test_both_windows_and_all_doors_at_once(self):
         plc = Plc(3700)
-        simulator = self.start(plc, "--set", "rtu.listen=127.0.0.1:0")
+        simulator = self.start(plc, "--rtu-tcp", "127.0.0.1:0")
         host, port = simulator.where["rtu_tcp"].split(":")
         with simulator.window() as window, socket.create_connection((host, int(port)), timeout=LIMIT) as rtu:
             for number in range(1, 101):
@@ -244,7 +244,7 @@ class OnALine(unittest.TestCase):
             self.assertEqual(os.read(master, 100), read_all)
             os.write(master, frame("09038C" + "0000" * 70))
             self.assertEqual(os.read(master, 100), read_all)
-            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response to a request; it is retried",
+            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response; it is retried",
                                                   f"cbcan-sim: plc {device}: answers again"])
 
     def test_requests_one_after_the_other(self):

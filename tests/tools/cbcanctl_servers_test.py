@@ -52,13 +52,14 @@ class BadServers(unittest.TestCase):
         self.check(None)
 
     def test_half_an_response(self):
-        self.check(bytes.fromhex("0001 0000 0005 01 03"))
+        self.check(bytes.fromhex("0000 0000 0005 01 03"))
 
     def test_garbage(self):
         self.check(b"HTTP/1.1 400 Bad Request\r\n\r\n")
 
     def test_exception(self):
-        self.check(bytes.fromhex("0001 0000 0003 01 83 02"), is_modbus=True)
+        said = self.check(bytes.fromhex("0000 0000 0003 01 83 02"), is_modbus=True)
+        self.assertIn(": reading R3700: Modbus exception 02h", said)
 
     def test_nobody_listens(self):
         with socket.create_server(("127.0.0.1", 0)) as listener:

@@ -258,8 +258,7 @@ class Usage(unittest.TestCase):
         self.assertIn("no connection to ::1:1: ", ctl("--host", "[::1]:1").stderr)
         done = ctl("--host", "no-such-host.invalid")
         self.assertEqual(done.returncode, NO_CONNECTION)
-        self.assertRegex(done.stderr, r"^cbcanctl: --host no-such-host\.invalid: .*; is the name right\?\n$")
-        self.assertNotIn("cbcan-sim", done.stderr)
+        self.assertRegex(done.stderr, r"^cbcanctl: no connection to no-such-host\.invalid:1502: .*; is cbcan-sim running there\? ")
         self.assertEqual(ctl("--host", "127.0.0.1:1", "--port", "1").returncode, USAGE)
 
     def test_suggestions(self):

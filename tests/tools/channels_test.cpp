@@ -24,13 +24,12 @@ class PlantRegisters final : public RegisterAccess {
   explicit PlantRegisters(const std::string& toml)
       : plant(Plant::from_text(toml, CBCAN_SOURCE_DIR "/plants/demo")) {}
 
-  std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) override {
-    return plant.registers(first, count);
-  }
-  void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
-    std::vector<std::uint16_t> sent(words.begin(), words.end());
+  cbcan::window::Response exchange(const cbcan::window::Request& request) override {
+    std::vector<std::uint16_t> sent = request.words;
     if (sent.size() > 6 && sent[1] == 5066 && sent[2] == distorted) sent[6] ^= 8;
-    plant.write(first, sent);
+    if (!sent.empty()) plant.write(request.write_address, sent);
+    if (request.count == 0) return {};
+    return {.words = plant.registers(request.read_address, request.count)};
   }
   void wait() override {
     if (plant.now() >= give_up_at) throw std::runtime_error("given up");
@@ -181,16 +180,16 @@ TEST_CASE("126 nodes asked with an SDO timeout of 100 ms, which is put back, wha
     REQUIRE(run(registers, list, 100));
     CHECK_THAT(page(),
                Contains(seconds(registers.plant.now() - begin) + " for 120 nodes that are not there"));
-    CHECK(jobs[5].responses()[0].data == Bytes{0, 0, 0, 0});
-    CHECK(jobs[5].responses()[1].data == Bytes{0});
+    CHECK(jobs[5].results()[0].data == Bytes{0, 0, 0, 0});
+    CHECK(jobs[5].results()[1].data == Bytes{0});
     CHECK(jobs[6].silent());
-    CHECK(jobs[6].responses().size() == 1);
+    CHECK(jobs[6].results().size() == 1);
   }
   registers.told = 0;
   ReadJob timeout(0, {{0x3003, 0}});
   Job* const asks[] = {&timeout};
   REQUIRE(run(registers, asks));
-  CHECK(timeout.responses()[0].data == Bytes{0xE8, 0x03});
+  CHECK(timeout.results()[0].data == Bytes{0xE8, 0x03});
 }
 
 TEST_CASE("what is wrong with a plan, and where") {

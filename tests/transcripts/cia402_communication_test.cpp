@@ -27,6 +27,7 @@ using Frames = std::vector<std::string>;
 /// every 20 ms.
 struct Producer {
   Producer() {
+    node.device().time_stamp().produce_every(50 * kMillisecond, bench.now);
     bench.start().expect("742#00");
     bench.expect_silence();
   }
@@ -45,16 +46,9 @@ struct Producer {
   std::uint64_t outputs() { return node.device().dictionary().get(0x6200, 1); }
 
   WorldBench bench;
-  sim::Node& node = add_demo_node(
-      bench, "io_module.eds", 0x42,
-      {{0x1017, 0, 20}, {0x1005, 0, 0x40000080}, {0x1006, 0, 10'000}, {0x1012, 0, 0x40000100}}, parts());
-
- private:
-  static sim::NodeParts parts() {
-    sim::NodeParts parts;
-    parts.time_period = 50 * kMillisecond;
-    return parts;
-  }
+  sim::Node& node =
+      add_demo_node(bench, "io_module.eds", 0x42,
+                    {{0x1017, 0, 20}, {0x1005, 0, 0x40000080}, {0x1006, 0, 10'000}, {0x1012, 0, 0x40000100}});
 };
 
 }  // namespace

@@ -10,17 +10,18 @@
 #include <utility>
 #include <vector>
 
-#include "cbcanctl/client.hpp"
+#include "cbcan/regmap.hpp"
+#include "cbcan/window.hpp"
 
 namespace cbcan::tools {
+
+using window::Transaction;
 
 /// The module's registers, each call one Modbus request.
 class RegisterAccess {
  public:
   virtual ~RegisterAccess() = default;
-  /// None: there are no such registers.
-  virtual std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) = 0;
-  virtual void write(std::uint16_t first, std::span<const std::uint16_t> words) = 0;
+  virtual window::Response exchange(const window::Request& request) = 0;
   /// No channel has a result: time passes. May throw, to give up.
   virtual void wait() = 0;
   /// So many jobs have ended.
@@ -33,7 +34,7 @@ class Job {
   virtual ~Job() = default;
   /// None: there are no more.
   virtual std::optional<Transaction> next() = 0;
-  virtual void ended(const Response& response) = 0;
+  virtual void ended(const window::Result& result) = 0;
 };
 
 struct ObjectPlace {
@@ -47,16 +48,16 @@ class ReadJob final : public Job {
   ReadJob(std::uint16_t node, std::vector<ObjectPlace> places) : node_(node), places_(std::move(places)) {}
 
   std::optional<Transaction> next() override;
-  void ended(const Response& response) override { responses_.push_back(response); }
+  void ended(const window::Result& result) override { results_.push_back(result); }
 
   std::uint16_t node() const { return node_; }
   bool silent() const;
-  const std::vector<Response>& responses() const { return responses_; }
+  const std::vector<window::Result>& results() const { return results_; }
 
  private:
   std::uint16_t node_;
   std::vector<ObjectPlace> places_;
-  std::vector<Response> responses_;
+  std::vector<window::Result> results_;
 };
 
 /// Carries out all jobs over the channels 16 to 2, as many as there are; returns when the last has ended.

@@ -15,7 +15,6 @@ void emcy(const Options& options);
 void kernel(const Options& options);
 void local_id(const Options& options);
 void watch(const Options& options);
-void monitor(const Options& options);
 void configure(const Options& options);
 void dump(const Options& options);
 void scan(const Options& options);

@@ -47,7 +47,7 @@ std::string problem_of(const tools::NodeConfiguration& node) {
 
 void configure(const Options& options) {
   const std::vector<tools::PlannedNode> plan = read_plans(options.plans);
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   std::deque<tools::NodeConfiguration> nodes;
   std::vector<tools::Job*> jobs;
   for (const tools::PlannedNode& node : plan)

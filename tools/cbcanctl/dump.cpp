@@ -28,7 +28,7 @@ constexpr std::array<std::uint16_t, 8> kReadOnly{0x1000, 0x1001, 0x1002, 0x1008,
 struct Dumped {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
-  tools::Response response{};
+  window::Result response{};
   const tools::ValueType* type = nullptr;
   bool writable = true;
   std::string name{};
@@ -39,8 +39,8 @@ Transaction read_of(std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
 }
 
 /// Throws for a response that is not about this object.
-void check(std::uint8_t node, const tools::Response& response) {
-  if (response.result != 0 && (response.result != 4 || response.abort_code == tools::abort_code::kTimedOut))
+void check(std::uint8_t node, const window::Result& response) {
+  if (response.code != 0 && (response.code != 4 || response.abort_code == window::abort_code::kTimedOut))
     throw Refused(response, fmt::format("node {}", node));
 }
 
@@ -55,10 +55,10 @@ class ProbeJob final : public tools::Job {
     if (index_ == end_) return std::nullopt;
     return read_of(node_, static_cast<std::uint16_t>(index_), static_cast<std::uint8_t>(sub_));
   }
-  void ended(const tools::Response& response) override {
+  void ended(const window::Result& response) override {
     check(node_, response);
-    const bool there = response.abort_code != tools::abort_code::kNoObject &&
-                       response.abort_code != tools::abort_code::kNoSubIndex &&
+    const bool there = response.abort_code != window::abort_code::kNoObject &&
+                       response.abort_code != window::abort_code::kNoSubIndex &&
                        index_ != regmap::kNodeStateService;  // which the module itself answers
     if (sub_ == 0) last_ = response.data.size() == 1 ? response.data[0] : 0;
     if (sub_ == 1 && !there) last_ = 1;
@@ -70,7 +70,7 @@ class ProbeJob final : public tools::Job {
   const std::vector<Dumped>& found() const { return found_; }
 
  private:
-  void keep(const tools::Response& response) {
+  void keep(const window::Result& response) {
     const auto index = static_cast<std::uint16_t>(index_);
     const bool is_count = sub_ == 1 && !tools::is_mapping(index);
     if (is_count && !found_.empty()) found_.back().writable = false;
@@ -87,7 +87,7 @@ class ProbeJob final : public tools::Job {
   std::vector<Dumped> found_;
 };
 
-std::vector<Dumped> objects_of(tools::WindowClient& client, std::uint8_t node, const Options& options,
+std::vector<Dumped> objects_of(window::Client& client, std::uint8_t node, const Options& options,
                                const eds::DeviceDescription& device) {
   std::vector<Dumped> found;
   std::deque<tools::ReadJob> jobs;
@@ -106,11 +106,11 @@ std::vector<Dumped> objects_of(tools::WindowClient& client, std::uint8_t node, c
     }
   run(client, list, "object", options.timeout_ms);
   for (std::size_t i = 0; i < found.size(); ++i)
-    check(node, found[i].response = jobs[i].responses().front());
+    check(node, found[i].response = jobs[i].results().front());
   return found;
 }
 
-std::vector<Dumped> objects_found(tools::WindowClient& client, std::uint8_t node, const Options& options) {
+std::vector<Dumped> objects_found(window::Client& client, std::uint8_t node, const Options& options) {
   constexpr unsigned kEnd = 0xA000;
   constexpr unsigned kAtOnce = 64;
   std::deque<ProbeJob> jobs;
@@ -178,7 +178,7 @@ void print_plan(std::uint8_t node, const std::vector<Dumped>& objects) {
   for (const Dumped& object : objects) {
     const Bytes& value = object.response.data;
     places[{object.index, object.sub}] = &object;
-    if (object.response.result != 0)
+    if (object.response.code != 0)
       fmt::print("  # {:04X}h:{:02X} {}{}\n", object.index, object.sub, Refused(object.response).what(),
                  comment(object));
     else if (value.empty() || !object.writable)
@@ -196,7 +196,7 @@ void print_plan(std::uint8_t node, const std::vector<Dumped>& objects) {
 void print_json(std::uint8_t node, const Dumped& object) {
   const Bytes& value = object.response.data;
   fmt::print(R"({{"node": {}, "index": {}, "sub": {}, )", node, object.index, object.sub);
-  if (object.response.result != 0)
+  if (object.response.code != 0)
     fmt::print("\"abort_code\": {}}}\n", object.response.abort_code);
   else
     fmt::print("\"data\": {}, \"value\": {}}}\n", tools::json_string(text::hex(value, " ")),
@@ -212,7 +212,7 @@ void dump(const Options& options) {
   eds::DeviceDescription device;
   if (!options.eds.empty()) device = tools::parse_device(read_file(options.eds), options.eds, node, remarks);
   std::for_each(remarks.begin(), remarks.end(), say);
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   check(node, client.execute(read_of(node, tools::kDeviceType, 0)));
   const std::vector<Dumped> objects =
       options.eds.empty() ? objects_found(client, node, options) : objects_of(client, node, options, device);

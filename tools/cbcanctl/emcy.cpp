@@ -48,13 +48,13 @@ struct Found {
   EmergencyMessage message;
 };
 
-Found next_of_scan(tools::WindowClient& client) {
+Found next_of_scan(window::Client& client) {
   const tools::Bytes bytes = own::read(client, own::kEmergencyScan, 0, kScanSize);
   return {bytes[0], text::emergency_from(std::span(bytes).subspan<1, EmergencyMessage::kSize>())};
 }
 
 /// A node that comes again has been reached once around: while it has an error the scan always stops there.
-void list_all(tools::WindowClient& client, const Options& options) {
+void list_all(window::Client& client, const Options& options) {
   std::array<std::optional<EmergencyMessage>, 256> told{};
   bool any = false;
   while (true) {
@@ -74,7 +74,7 @@ void list_all(tools::WindowClient& client, const Options& options) {
 void emcy(const Options& options) {
   const bool all = options.node == "scan";
   auto node = static_cast<std::uint8_t>(all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE"));
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   if (all) return list_all(client, options);
   if (node == 0) node = own::node_id(client);
   const tools::Bytes bytes = own::read(client, own::kLastEmergency, node, EmergencyMessage::kSize);

@@ -105,7 +105,7 @@ void add_object(CLI::App& command, Options& options) {
   command.add_option("--type", options.type, "u8, u16, ... u64, i8 ... i64, f32, f64, bool, string or hex");
 }
 
-void add_target(CLI::App& app, tools::Target& target) {
+void add_target(CLI::App& app, window::Settings& target) {
   using CLI::Range;
   CLI::Option* host = app.add_option("--host", target.host, "where the Modbus TCP server is; HOST:PORT too")
                           ->capture_default_str();
@@ -116,9 +116,9 @@ void add_target(CLI::App& app, tools::Target& target) {
                                     "serial device of a Modbus RTU server, instead of --host and --port")
                          ->excludes(host)
                          ->excludes(port);
-  app.add_option("--baud", target.baud, fmt::format("with --rtu: {}", fmt::join(tools::kBaudRates, ", ")))
+  app.add_option("--baud", target.baud, fmt::format("with --rtu: {}", fmt::join(window::kBaudRates, ", ")))
       ->capture_default_str()
-      ->check(CLI::IsMember(tools::kBaudRates))
+      ->check(CLI::IsMember(window::kBaudRates))
       ->needs(rtu);
   app.add_option("--parity", target.parity, "with --rtu: E even, O odd, or N none with two stop bits")
       ->capture_default_str()
@@ -207,28 +207,6 @@ void add_services(CommandLine& line) {
       ->capture_default_str();
 }
 
-void add_monitor(CommandLine& line) {
-  Options& options = line.options;
-  CLI::App& monitoring = line.add("monitor", "what happens in a cbcan-sim, live, until Ctrl-C", monitor);
-  monitoring.add_option("--http", options.http,
-                        "HOST:PORT of its HTTP interface; else that of CBCAN_HTTP in the environment");
-  monitoring
-      .add_option(
-          "--kinds", options.kinds,
-          "of events: modbus, begun, ended, frame, emcy, state, terminals, fault, command, client; or "
-          "all")
-      ->capture_default_str();
-  monitoring.add_option("--node", options.node, "of this node only, 1..127");
-  monitoring
-      .add_option("--service", options.service, "transactions that do this only: read, write, nmt or state")
-      ->check(CLI::IsMember({"read", "write", "nmt", "state"}));
-  monitoring.add_flag("--failed", options.failed, "transactions that have failed only");
-  monitoring.add_option("--slow", options.slow_ms, "transactions that took so many ms or more only")
-      ->check(CLI::Range(0, 1'000'000'000));
-  monitoring.add_option("--count", options.count, "end after so many lines; 0 = never")
-      ->capture_default_str();
-}
-
 /// With --json standard output has what is wrong too; `more` are further members.
 ExitCode fail(ExitCode code, const std::string& why, bool json, const std::string& more = "") {
   say(why);
@@ -239,7 +217,7 @@ ExitCode fail(ExitCode code, const std::string& why, bool json, const std::strin
 /// 1000 means 1000h to most.
 std::string hint(const Refused& refused, const Options& options) {
   const bool is_decimal = options.index.find_first_not_of("0123456789") == std::string::npos;
-  if (refused.abort_code != tools::abort_code::kNoObject || options.index.size() != 4 || !is_decimal)
+  if (refused.abort_code != window::abort_code::kNoObject || options.index.size() != 4 || !is_decimal)
     return {};
   return fmt::format("; INDEX {0} is decimal: did you mean 0x{0}?", options.index);
 }
@@ -248,13 +226,35 @@ std::string hint(const Refused& refused, const Options& options) {
 ExitCode refused_by(const Refused& refused, const Options& options) {
   std::string more = fmt::format("\"result\": {}, ", refused.result);
   if (refused.abort_code) more += fmt::format("\"abort_code\": {}, ", *refused.abort_code);
-  return fail(refused.abort_code == tools::abort_code::kTimedOut ? ExitCode::kAbsent : ExitCode::kRefused,
+  return fail(refused.abort_code == window::abort_code::kTimedOut ? ExitCode::kAbsent : ExitCode::kRefused,
               refused.what() + hint(refused, options), options.json, more);
+}
+
+std::string_view way_out(window::Error::Cause cause, bool serial) {
+  using Cause = window::Error::Cause;
+  switch (cause) {
+    case Cause::kNoConnection:
+      return "; is cbcan-sim running there? `cbcan-sim --demo` starts one, --host and --port say where";
+    case Cause::kNoResponse:
+      return serial ? "; is the device on, are A and B the right way round, and are --station, --baud and "
+                      "--parity those of the device?"
+                    : "; is that a Modbus server? `cbcan-sim` prints where it is one, as modbus=HOST:PORT; "
+                      "--host and --port say where to look";
+    case Cause::kNoNetwork: return "; --unit selects the network, 1 is the first";
+    case Cause::kNoResult: return "; --timeout waits longer";
+    default: return {};
+  }
+}
+
+ExitCode failed_by(const window::Error& error, const Options& options) {
+  const bool interrupted = error.cause == window::Error::Cause::kInterrupted;
+  return fail(interrupted ? ExitCode::kInterrupted : ExitCode::kEnvironment,
+              fmt::format("{}{}", error.what(), way_out(error.cause, !options.target.rtu.empty())), options.json);
 }
 
 /// The address may have the port behind it; without an option it is that of the environment.
 void settle_target(const CommandLine& line, Options& options) {
-  tools::Target& target = options.target;
+  window::Settings& target = options.target;
   const char* const environment = std::getenv("CBCAN_MODBUS");
   const bool has_host = line.app.count("--host") != 0;
   const bool from_environment =
@@ -285,7 +285,6 @@ ExitCode run_command(int argc, char** argv) {
   line.app.add_flag("--json", options.json, "print JSON, one object a line");
   add_transfers(line);
   add_services(line);
-  add_monitor(line);
   try {
     line.app.parse(argc, argv);
   } catch (const CLI::CallForVersion& version) {
@@ -312,6 +311,8 @@ ExitCode run_command(int argc, char** argv) {
     return ExitCode::kRefused;
   } catch (const Absent&) {
     return ExitCode::kAbsent;
+  } catch (const window::Error& error) {
+    return failed_by(error, options);
   }
   return ExitCode::kDone;
 }
@@ -323,8 +324,6 @@ ExitCode exit_code(int argc, char** argv) {
     return run_command(argc, argv);
   } catch (const tools::UsageError& error) {
     return fail(ExitCode::kUsage, error.what(), json);
-  } catch (const tools::Interrupted& error) {
-    return fail(ExitCode::kInterrupted, error.what(), json);
   } catch (const std::exception& error) {
     return fail(ExitCode::kEnvironment, error.what(), json);
   }

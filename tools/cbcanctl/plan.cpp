@@ -163,15 +163,15 @@ std::optional<Transaction> NodeConfiguration::next() {
   return Transaction{regmap::kSdoRead, node_.id, object->index, object->sub, regmap::kMaxDataBytes, {}};
 }
 
-void NodeConfiguration::ended(const Response& response) {
+void NodeConfiguration::ended(const window::Result& response) {
   const auto [kind, object] = steps_[at_++];
   const std::string place =
       object == nullptr ? fmt::format("node {}: start", node_.id)
                         : fmt::format("node {}: {:04X}h:{:02X}", node_.id, object->index, object->sub);
-  if (kind == Kind::kReadBack && response.abort_code == abort_code::kWriteOnly) return;
-  if (kind == Kind::kWrite && response.abort_code == abort_code::kReadOnly) {
+  if (kind == Kind::kReadBack && response.abort_code == window::abort_code::kWriteOnly) return;
+  if (kind == Kind::kWrite && response.abort_code == window::abort_code::kReadOnly) {
     steps_.insert(steps_.end() - 1, {Kind::kReadBack, object});
-  } else if (response.result != 0) {
+  } else if (response.code != 0) {
     problem_ = place;
     refusal_ = response;
   } else if ((kind == Kind::kCheck || kind == Kind::kReadBack) && response.data != object->value) {

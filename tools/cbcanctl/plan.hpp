@@ -40,13 +40,13 @@ class NodeConfiguration final : public Job {
   NodeConfiguration(const PlannedNode& node, bool verify);
 
   std::optional<Transaction> next() override;
-  void ended(const Response& response) override;
+  void ended(const window::Result& response) override;
 
   const PlannedNode& node() const { return node_; }
   /// What kept the node from being started; empty = nothing.
   const std::string& problem() const { return problem_; }
   /// The response that did, unless it was another value that did.
-  const std::optional<Response>& refusal() const { return refusal_; }
+  const std::optional<window::Result>& refusal() const { return refusal_; }
 
  private:
   enum class Kind : std::uint8_t { kCheck, kWrite, kReadBack, kStart };
@@ -59,7 +59,7 @@ class NodeConfiguration final : public Job {
   std::vector<Step> steps_;
   std::size_t at_ = 0;
   std::string problem_;
-  std::optional<Response> refusal_;
+  std::optional<window::Result> refusal_;
 };
 
 }  // namespace cbcan::tools

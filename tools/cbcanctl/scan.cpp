@@ -37,7 +37,7 @@ std::string cell(const tools::Bytes& value, bool is_name) {
 void print_row(const tools::ReadJob& job, bool json) {
   fmt::print(fmt::runtime(json ? "{{\"node\": {}" : "{:>4}"), job.node());
   for (std::size_t i = 0; i < kColumns.size(); ++i) {
-    const tools::Bytes& value = job.responses()[i].data;
+    const tools::Bytes& value = job.results()[i].data;
     const bool is_name = i + 1 == kColumns.size();
     if (!json)
       fmt::print("  {:<{}}", cell(value, is_name), is_name ? 0 : 13);
@@ -51,7 +51,7 @@ void print_row(const tools::ReadJob& job, bool json) {
 }  // namespace
 
 void scan(const Options& options) {
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   std::vector<tools::ObjectPlace> places;
   for (const Column& column : kColumns)
     places.push_back(column.place);

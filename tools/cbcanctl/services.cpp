@@ -52,8 +52,8 @@ std::string_view meaning_of(std::span<const regmap::NamedNumber> rows, std::uint
 
 /// Of a job that has asked for it.
 std::uint16_t state_of(const tools::ReadJob& job) {
-  const tools::Response& response = job.responses().front();
-  if (response.result != 0) throw Refused(response);
+  const window::Result& response = job.results().front();
+  if (response.code != 0) throw Refused(response);
   return response.data.empty() ? kNotDetected : response.data[0];
 }
 
@@ -72,7 +72,7 @@ void read(const Options& options) {
   Transaction transaction = object_of(options, regmap::kSdoRead);
   transaction.size = static_cast<std::uint16_t>(options.size);
   const tools::ValueType* type = options.type.empty() ? nullptr : &tools::value_type(options.type);
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   const Bytes data = with_settings(client, options, transaction);
   const std::string value = type == nullptr ? tools::print_value(data) : tools::print_value(data, *type);
   if (!options.json)
@@ -94,7 +94,7 @@ void write(const Options& options) {
     throw UsageError("VALUE has " + std::to_string(transaction.data.size()) +
                      " bytes; a window takes 1..128");
   transaction.size = static_cast<std::uint16_t>(transaction.data.size());
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   with_settings(client, options, transaction);
   print_done(options);
 }
@@ -112,12 +112,12 @@ void nmt(const Options& options) {
   }
   transaction.size = 1;
   transaction.data = {kServices.at(options.service)};
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   execute(client, transaction);
   print_done(options);
 }
 
-static void states(tools::WindowClient& client, const Options& options) {
+static void states(window::Client& client, const Options& options) {
   for (const tools::ReadJob& job : read_of_all(client, {{regmap::kNodeStateService, 0}}))
     if (const std::uint16_t found = state_of(job); options.all || found != kNotDetected)
       print_state(job.node(), found, options);
@@ -126,7 +126,7 @@ static void states(tools::WindowClient& client, const Options& options) {
 void state(const Options& options) {
   const bool all = options.node == "all";
   const std::uint64_t node = all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE");
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   if (all) return states(client, options);
   tools::ReadJob job(static_cast<std::uint16_t>(node), {{regmap::kNodeStateService, 0}});
   job.ended(client.execute(*job.next()));
@@ -135,7 +135,7 @@ void state(const Options& options) {
 }
 
 void kernel(const Options& options) {
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   const std::uint8_t state = own::read(client, own::kKernelState, 0, 1)[0];
   const std::string_view name = meaning_of(kKernelStates, state);
   if (options.json)
@@ -145,7 +145,7 @@ void kernel(const Options& options) {
 }
 
 void local_id(const Options& options) {
-  tools::WindowClient client = connect(options);
+  window::Client client = connect(options);
   const int id = own::node_id(client);
   if (options.json)
     std::cout << "{\"node\": " << id << "}\n";

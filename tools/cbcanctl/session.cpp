@@ -17,14 +17,16 @@ namespace cbcan::ctl {
 
 namespace {
 
+using Cause = window::Error::Cause;
+
 volatile sig_atomic_t interrupt_seen = 0;
 
 void on_interrupt(int /*signal*/) {
   interrupt_seen = 1;
 }
 
-std::optional<std::uint32_t> abort_code_of(const tools::Response& response) {
-  if (response.result != static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError)) return std::nullopt;
+std::optional<std::uint32_t> abort_code_of(const window::Result& response) {
+  if (response.code != static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError)) return std::nullopt;
   return response.abort_code;
 }
 
@@ -35,18 +37,18 @@ std::string code_text(std::uint32_t code) {
   return fmt::format("{} {}: {}", number, row->name, row->meaning);
 }
 
-std::string reason(const tools::Response& response) {
+std::string reason(const window::Result& response) {
   if (const auto code = abort_code_of(response)) return code_text(*code);
   for (const regmap::NamedNumber& row : regmap::kResults)
-    if (row.value == response.result) return fmt::format("{}: {}", row.name, row.meaning);
-  return "R3700 is " + std::to_string(response.result) + ", which is no result";
+    if (row.value == response.code) return fmt::format("{}: {}", row.name, row.meaning);
+  return "R3700 is " + std::to_string(response.code) + ", which is no result";
 }
 
 /// The registers of a connection, for tools::run(); Ctrl-C throws Interrupted. A terminal has a bar as long
 /// as it lives.
 class Registers final : public tools::RegisterAccess {
  public:
-  Registers(tools::WindowClient& client, std::string_view what, std::size_t all)
+  Registers(window::Client& client, std::string_view what, std::size_t all)
       : client_(client), what_(what), all_(all) {}
   ~Registers() override {
     if (shown_) std::cerr << "\r\033[K" << std::flush;
@@ -54,15 +56,10 @@ class Registers final : public tools::RegisterAccess {
   Registers(const Registers&) = delete;
   Registers& operator=(const Registers&) = delete;
 
-  std::optional<std::vector<std::uint16_t>> look(std::uint16_t first, std::size_t count) override {
-    return client_.look(first, count);
-  }
-  void write(std::uint16_t first, std::span<const std::uint16_t> words) override {
-    client_.write(first, words);
-  }
+  window::Response exchange(const window::Request& request) override { return client_.exchange(request); }
   void wait() override { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
   void progress(std::size_t ended) override {
-    if (interrupted()) throw tools::Interrupted("cancelled: no request is in progress any more");
+    if (interrupted()) throw window::Error(Cause::kInterrupted, "cancelled: no request is in progress any more");
     constexpr std::size_t kWidth = 40;
     const std::size_t full = kWidth * ended / std::max<std::size_t>(all_, 1);
     if (!terminal_ || full == shown_) return;
@@ -72,7 +69,7 @@ class Registers final : public tools::RegisterAccess {
   }
 
  private:
-  tools::WindowClient& client_;
+  window::Client& client_;
   std::string_view what_;
   std::size_t all_;
   bool terminal_ = isatty(STDERR_FILENO) != 0;
@@ -89,9 +86,9 @@ tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::s
 
 }  // namespace
 
-Refused::Refused(const tools::Response& response, const std::string& what)
+Refused::Refused(const window::Result& response, const std::string& what)
     : std::runtime_error((what.empty() ? "" : what + ": ") + reason(response)),
-      result(response.result),
+      result(response.code),
       abort_code(abort_code_of(response)) {}
 
 void say(const std::string& line) {
@@ -121,11 +118,17 @@ void forget_interrupt() {
   interrupt_seen = 0;
 }
 
-tools::WindowClient connect(const Options& options) {
-  return tools::WindowClient(options.target, interrupted, say);
+window::Client connect(const Options& options) {
+  // The first response through a pseudo-terminal of QEMU takes up to one second.
+  constexpr std::chrono::milliseconds kSerialResponse{1500}, kTcpResponse{1000};
+  window::Settings settings = options.target;
+  settings.response_timeout = settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;
+  settings.interrupted = interrupted;
+  settings.occupied = [] { say("another program's transaction is under way; waiting for it"); };
+  return window::Client(std::move(settings));
 }
 
-void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, std::string_view what,
+void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_view what,
          int sdo_timeout_ms) {
   Registers registers(client, what, jobs.size());
   if (tools::run(registers, jobs, static_cast<std::uint16_t>(sdo_timeout_ms))) return;
@@ -138,7 +141,7 @@ void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, std::st
   }
 }
 
-std::deque<tools::ReadJob> read_of_all(tools::WindowClient& client,
+std::deque<tools::ReadJob> read_of_all(window::Client& client,
                                        const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms) {
   std::deque<tools::ReadJob> jobs;
   std::vector<tools::Job*> list;
@@ -148,11 +151,11 @@ std::deque<tools::ReadJob> read_of_all(tools::WindowClient& client,
   return jobs;
 }
 
-tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
+tools::Bytes execute(window::Client& client, const tools::Transaction& transaction,
                      const std::string& what) {
-  const tools::Response response = client.execute(transaction);
-  if (response.result == static_cast<std::uint16_t>(regmap::Result::kOk)) return response.data;
-  const bool silent = abort_code_of(response) == tools::abort_code::kTimedOut && transaction.node != 0;
+  const window::Result response = client.execute(transaction);
+  if (response.code == static_cast<std::uint16_t>(regmap::Result::kOk)) return response.data;
+  const bool silent = abort_code_of(response) == window::abort_code::kTimedOut && transaction.node != 0;
   throw Refused(response, what.empty() && silent ? fmt::format("node {}", transaction.node) : what);
 }
 
@@ -162,23 +165,23 @@ std::string name(std::uint16_t index) {
   return fmt::format("{:04X}h of the coprocessor", index);
 }
 
-tools::Bytes read(tools::WindowClient& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
+tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
   tools::Transaction transaction = own_object(regmap::kSdoRead, index, size);
   transaction.sub = sub;
   tools::Bytes value = execute(client, transaction, name(index));
   if (value.size() != size)
-    throw tools::ConnectionError(
-        fmt::format("{}: {} bytes instead of {}: this is no CBCAN window", name(index), value.size(), size));
+    throw window::Error(
+        Cause::kNoWindow, fmt::format("{}: {} bytes instead of {}: this is no CBCAN window", name(index), value.size(), size));
   return value;
 }
 
-void write(tools::WindowClient& client, std::uint16_t index, const tools::Bytes& value) {
+void write(window::Client& client, std::uint16_t index, const tools::Bytes& value) {
   tools::Transaction transaction = own_object(regmap::kSdoWrite, index, value.size());
   transaction.data = value;
   execute(client, transaction, name(index));
 }
 
-std::uint8_t node_id(tools::WindowClient& client) {
+std::uint8_t node_id(window::Client& client) {
   return read(client, kOwnNodeId, 0, 1)[0];
 }
 

@@ -10,7 +10,6 @@
 #include <string>
 
 #include "cbcanctl/channels.hpp"
-#include "cbcanctl/client.hpp"
 #include "cbcanctl/value.hpp"
 #include "text/exit_code.hpp"
 
@@ -21,7 +20,7 @@ using text::ExitCode;
 inline constexpr std::uint64_t kMaxNode = 127;
 
 struct Options {
-  tools::Target target;
+  window::Settings target{.port = 1502, .baud = 115200};
   bool json = false;
   int timeout_ms = 0;  ///< 0 = not given
   std::string node, index, sub, value, type, service;
@@ -33,18 +32,13 @@ struct Options {
   std::vector<std::string> plans;
   bool no_verify = false;
   std::string eds;  ///< of dump; empty = not given
-  // Of monitor.
-  std::string http;  ///< HOST:PORT; empty = not given
-  std::string kinds = "ended,emcy,state,fault,command,client";
-  bool failed = false;
-  int slow_ms = -1;  ///< -1 = not given
 };
 
 /// A transaction came back with a result other than 0.
 class Refused : public std::runtime_error {
  public:
   /// `what` is named in front of the reason, where there is something to name.
-  explicit Refused(const tools::Response& response, const std::string& what = {});
+  explicit Refused(const window::Result& response, const std::string& what = {});
 
   std::uint16_t result;                     ///< R3700
   std::optional<std::uint32_t> abort_code;  ///< with result 4
@@ -71,20 +65,20 @@ bool interrupted();
 /// It has been acted on; the next one counts again.
 void forget_interrupt();
 
-tools::WindowClient connect(const Options& options);
+window::Client connect(const Options& options);
 
 /// Carries out all jobs: on all channels at once, or one after the other where the module has but one. A
 /// terminal shows how far it is, "node 5 of 127". `sdo_timeout_ms`: 3003h meanwhile; 0 = as it is. Ctrl-C
-/// cancels what is under way and throws Interrupted.
-void run(tools::WindowClient& client, std::span<tools::Job* const> jobs, std::string_view what,
+/// cancels what is in progress and throws window::Error.
+void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_view what,
          int sdo_timeout_ms = 0);
 
 /// The same objects of all 127 nodes, likewise.
-std::deque<tools::ReadJob> read_of_all(tools::WindowClient& client,
+std::deque<tools::ReadJob> read_of_all(window::Client& client,
                                        const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms = 0);
 
 /// The data of a good response; throws Refused, of `what`.
-tools::Bytes execute(tools::WindowClient& client, const tools::Transaction& transaction,
+tools::Bytes execute(window::Client& client, const tools::Transaction& transaction,
                      const std::string& what = {});
 
 /// Objects of the coprocessor itself (docs/reference/contract.md, "Local objects").
@@ -99,10 +93,10 @@ using regmap::object::kTransferMode;
 /// "3003h of the coprocessor"
 std::string name(std::uint16_t index);
 
-/// Throws ConnectionError where the object has another size.
-tools::Bytes read(tools::WindowClient& client, std::uint16_t index, std::uint8_t sub, std::size_t size);
-void write(tools::WindowClient& client, std::uint16_t index, const tools::Bytes& value);
-std::uint8_t node_id(tools::WindowClient& client);
+/// Throws window::Error where the object has another size.
+tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size);
+void write(window::Client& client, std::uint16_t index, const tools::Bytes& value);
+std::uint8_t node_id(window::Client& client);
 }  // namespace own
 
 }  // namespace cbcan::ctl

@@ -14,7 +14,7 @@ tools::Bytes mode_number(std::string_view name) {
 
 }  // namespace
 
-Borrowed::Borrowed(tools::WindowClient& client, std::uint16_t index, const tools::Bytes& value)
+Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Bytes& value)
     : client_(client), index_(index), before_(own::read(client, index, 0, value.size())) {
   if (before_ == value) return;
   changed_ = true;
@@ -45,7 +45,7 @@ tools::Bytes two_bytes(int number) {
   return {static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(number >> 8)};
 }
 
-tools::Bytes with_settings(tools::WindowClient& client, const Options& options,
+tools::Bytes with_settings(window::Client& client, const Options& options,
                            const tools::Transaction& transfer) {
   const bool asked = options.timeout_ms != 0 || !options.mode.empty();
   // The own objects are not reached by SDO, and 3003h and 3004h should be shown as they are.

@@ -17,7 +17,7 @@ inline constexpr std::array<std::string_view, 4> kTransferModes{"auto", "expedit
 /// as it is, and says so.
 class Borrowed {
  public:
-  Borrowed(tools::WindowClient& client, std::uint16_t index, const tools::Bytes& value);
+  Borrowed(window::Client& client, std::uint16_t index, const tools::Bytes& value);
   ~Borrowed() { put_back(); }
   Borrowed(const Borrowed&) = delete;
   Borrowed& operator=(const Borrowed&) = delete;
@@ -25,7 +25,7 @@ class Borrowed {
  private:
   void put_back() noexcept;
 
-  tools::WindowClient& client_;
+  window::Client& client_;
   std::uint16_t index_;
   tools::Bytes before_;
   bool changed_ = false;
@@ -35,7 +35,7 @@ tools::Bytes two_bytes(int number);
 
 /// Sets what --timeout and --mode ask for, while `transfer` runs, and puts back what was there, whatever
 /// happens. Other programs' transfers see it meanwhile.
-tools::Bytes with_settings(tools::WindowClient& client, const Options& options,
+tools::Bytes with_settings(window::Client& client, const Options& options,
                            const tools::Transaction& transfer);
 
 }  // namespace cbcan::ctl

@@ -41,11 +41,11 @@ std::string describe(std::uint16_t address, std::uint16_t word) {
 
 void watch(const Options& options) {
   constexpr std::chrono::milliseconds kInterval{10};
-  tools::WindowClient client = connect(options);
-  std::vector<std::uint16_t> before = client.window();
+  window::Client client = connect(options);
+  std::vector<std::uint16_t> before = client.read(regmap::kWindowFirst, regmap::kWindowWords);
   int printed = 0;
   while (!interrupted()) {
-    const std::vector<std::uint16_t> after = client.window();
+    const std::vector<std::uint16_t> after = client.read(regmap::kWindowFirst, regmap::kWindowWords);
     for (std::size_t i = 0; i < after.size(); ++i) {
       if (after[i] == before[i]) continue;
       const auto address = static_cast<std::uint16_t>(regmap::kWindowFirst + i);

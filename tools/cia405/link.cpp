@@ -5,6 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "cbcan/regmap.hpp"
+
 namespace cbcan::cia405 {
 
 namespace {
@@ -15,12 +17,6 @@ const LinkSettings& checked(const LinkSettings& settings) {
   if (settings.port < 1 || settings.port > std::numeric_limits<std::uint16_t>::max())
     throw std::invalid_argument("cia405: port " + std::to_string(settings.port) + ": must be 1..65535");
   if (settings.host.empty()) throw std::invalid_argument("cia405: no host: must be a name or an IP address");
-  if (!settings.sharing) return settings;
-  const int program = settings.sharing->program;
-  if (program < 0 || program >= detail::kPrograms)
-    throw std::invalid_argument("cia405: program " + std::to_string(program) + ": must be 0..7");
-  if (settings.sharing->dead_after <= 0)
-    throw std::invalid_argument("cia405: dead_after: must be more than 0");
   return settings;
 }
 
@@ -56,16 +52,13 @@ detail::Window* Link::window(std::uint8_t number, std::uint8_t channel) {
 }
 
 detail::Window& Link::Connected::window(std::uint8_t unit, std::uint8_t channel) {
-  return windows.try_emplace({unit, channel}, channel, settings.sharing).first->second;
+  return windows.try_emplace({unit, channel}, channel).first->second;
 }
 
-/// The first channel with nothing to do, else the one with the shortest queue. Of programs that share a
-/// window none knows what the others do with the channels.
+/// The first channel with nothing to do, else the one with the shortest queue.
 detail::Window& Link::Connected::free_window(std::uint8_t unit) {
   const auto known = channels.find(unit);
-  const std::uint8_t most = settings.sharing          ? 1
-                            : known == channels.end() ? regmap::kMostChannels
-                                                      : known->second;
+  const std::uint8_t most = known == channels.end() ? regmap::kMostChannels : known->second;
   detail::Window* best = &window(unit, 1);
   for (std::uint8_t channel = 2; channel <= most && best->jobs() != 0; ++channel)
     if (window(unit, channel).jobs() < best->jobs()) best = &window(unit, channel);
@@ -105,7 +98,7 @@ bool Link::Connected::receive(Time now) {
   const std::optional<window::Response> response = connection.receive(now);
   if (!response) return false;
   detail::Window& window = windows.at(asked);
-  response->exception != 0 ? window.refused() : window.answered(response->words, now);
+  window.answered(*response);
   heed(window);
   return true;
 }
@@ -115,7 +108,7 @@ void Link::Connected::send(Time now) {
   auto next = windows.upper_bound(asked);
   for (std::size_t i = 0; i < windows.size(); ++i, ++next) {
     if (next == windows.end()) next = windows.begin();
-    const std::optional<window::Request> request = next->second.next(now);
+    const std::optional<window::Request> request = next->second.next();
     if (!request) continue;
     asked = next->first;
     return connection.send(asked.first, *request, now);

@@ -5,19 +5,12 @@
 #include <utility>
 
 #include "cbcan/regmap.hpp"
-#include "common/data_words.hpp"
 
 namespace cbcan::cia405::detail {
 
 namespace {
 
 namespace object = regmap::object;
-
-constexpr std::uint32_t kAbortTimeout = 0x05040000;
-
-constexpr std::size_t at(std::uint16_t address) {
-  return static_cast<std::size_t>(address - regmap::kWindowFirst);
-}
 
 Service write_local(std::uint16_t index, std::vector<std::uint8_t> data) {
   const auto size = static_cast<std::uint16_t>(data.size());
@@ -33,40 +26,27 @@ Service write_mode(SdoMode mode) {
   return write_local(object::kTransferMode, {static_cast<std::uint8_t>(mode)});
 }
 
-bool changes_settings(const Service& service) {
-  return service.write && (service.index == object::kSdoTimeout || service.index == object::kTransferMode ||
-                           service.index == regmap::kNmtService);
+bool changes_settings(const Transaction& transaction) {
+  return transaction.command == regmap::kSdoWrite &&
+         (transaction.index == object::kSdoTimeout || transaction.index == object::kTransferMode ||
+          transaction.index == regmap::kNmtService);
 }
 
-/// R3700..R3706+n.
-std::vector<std::uint16_t> start_words(const Service& service) {
-  std::vector<std::uint16_t> words{regmap::kExecute, service.write ? regmap::kSdoWrite : regmap::kSdoRead,
-                                   service.node,     service.index,
-                                   service.sub,      service.size};
-  tools::append_words(words, service.data);
-  return words;
+Transaction transaction_of(const Service& service) {
+  return {.command = service.write ? regmap::kSdoWrite : regmap::kSdoRead,
+          .node = service.node,
+          .index = service.index,
+          .sub = service.sub,
+          .size = service.size,
+          .data = service.data};
 }
 
-std::vector<std::uint8_t> data_bytes(std::span<const std::uint16_t> words, std::size_t size) {
-  return tools::bytes_of(words.subspan(at(regmap::kData)), size);
-}
-
-/// `words` are R3700..: a module that has restarted has 0 there.
-bool is_of(const Service& service, std::span<const std::uint16_t> words) {
-  const std::vector<std::uint16_t> asked = start_words(service);
-  return std::ranges::equal(words.first(at(regmap::kDataSize)).subspan(1),
-                            std::span(asked).first(at(regmap::kDataSize)).subspan(1));
-}
-
-bool fits(const Service& service, std::uint16_t size) {
-  return service.exact ? size == service.size : size <= service.size;
+bool fits(const Transaction& transaction, bool exact, std::uint16_t size) {
+  if (transaction.command == regmap::kSdoWrite) return true;
+  return exact ? size == transaction.size : size <= transaction.size;
 }
 
 }  // namespace
-
-Window::Window(std::uint8_t channel, const std::optional<Sharing>& sharing) : channel_(channel) {
-  if (sharing && channel == 1) claim_.emplace(*sharing);
-}
 
 void Window::add(Job& job) {
   job.stage = Job::Stage::kQueued;
@@ -76,10 +56,7 @@ void Window::add(Job& job) {
 
 void Window::remove(Job& job) {
   const bool begun = job.stage == Job::Stage::kBegun || job.stage == Job::Stage::kKernelState;
-  if (begun) {
-    abandon();
-    turn_over_ = true;
-  }
+  if (begun) abandon();
   std::erase(queue_, &job);
   job.stage = Job::Stage::kIdle;
 }
@@ -100,91 +77,24 @@ void Window::expire(Time now) {
   }
 }
 
-std::optional<Request> Window::next(Time now) {
-  if (claim_ && claim_->expired(now)) {
-    claim_->forget();
-    if (!queue_.empty() && queue_.front()->stage != Job::Stage::kQueued)
-      finish(*queue_.front(), KernelError::kInternal);
-    running_ = false;
-    flag_ = Flag::kUnknown;
+std::optional<Request> Window::next() {
+  if (queue_.empty() && !channel_.cancelling()) return std::nullopt;
+  if (channel_.ready()) {
+    Job& job = *queue_.front();
+    if (job.stage == Job::Stage::kQueued) job.stage = Job::Stage::kBegun;
+    channel_.begin(transaction_of(next_service(job)));
   }
-  if (flag_ == Flag::kToCancel) return clear();
-  if (must_release()) return release();
-  if (queue_.empty()) return std::nullopt;
-  if (claim_ && !claim_->owner()) return claim(now);
-  if (flag_ == Flag::kUnknown) return clear();
-  return running_ ? poll(now) : begin();
-}
-
-bool Window::must_release() const {
-  if (!claim_ || !claim_->registered()) return false;
-  return queue_.empty() || (claim_->owner() && turn_over_ && claim_->others_wait());
-}
-
-Request Window::claim(Time now) {
-  asked_ = Asked::kClaim;
-  return claim_->ask(now);
-}
-
-Request Window::release() {
-  asked_ = Asked::kRelease;
-  flag_ = Flag::kUnknown;
-  turn_over_ = false;
-  forget_settings();
-  return claim_->release(!queue_.empty());
-}
-
-/// Whatever is under way in the window is cancelled.
-Request Window::clear() {
-  asked_ = Asked::kClear;
-  flag_ = Flag::kClear;
-  if (channel_ == 1) return {.write_address = regmap::kExecuteFlag, .words = {0}};
-  return {.write_address = regmap::of_channel(regmap::kScannerOutFirst, channel_),
-          .words = {0},
-          .read_address = regmap::of_channel(regmap::kScannerInFirst, channel_),
-          .count = regmap::kScannerTaken + 1};
-}
-
-/// The numbers go on behind the last one. A channel that there is has taken one, or says that it has started.
-void Window::cleared(std::span<const std::uint16_t> words) {
-  if (channel_ == 1) return;
-  number_ = words[regmap::kScannerTaken];
-  absent_ = number_ == 0 && words[regmap::kScannerResult] == 0;
+  return channel_.next();
 }
 
 void Window::leave_to(Window& other) {
-  absent_ = false;
-  asked_ = Asked::kNothing;
-  flag_ = Flag::kUnknown;
+  channel_ = window::Channel(channel_.number());
   while (!queue_.empty()) {
     Job& job = *queue_.front();
     const bool anywhere = job.service.channel == 0;
     finish(job, KernelError::kInternal);
     if (anywhere) other.add(job);
   }
-}
-
-Request Window::poll(Time now) {
-  asked_ = Asked::kPoll;
-  if (claim_) return claim_->refresh(now);
-  if (channel_ != 1)
-    return {.read_address = regmap::of_channel(regmap::kScannerInFirst, channel_),
-            .count = regmap::kScannerInWords};
-  return {.read_address = regmap::kWindowFirst, .count = regmap::kWindowWords};
-}
-
-Request Window::begin() {
-  Job& job = *queue_.front();
-  if (job.stage == Job::Stage::kQueued) job.stage = Job::Stage::kBegun;
-  turn_over_ = false;
-  running_ = true;
-  asked_ = Asked::kStart;
-  transaction_ = next_service(job);
-  std::vector<std::uint16_t> words = start_words(transaction_);
-  if (channel_ == 1) return {.write_address = regmap::kWindowFirst, .words = std::move(words)};
-  number_ = regmap::next_number(number_);
-  words[regmap::kScannerNumber] = number_;
-  return {.write_address = regmap::of_channel(regmap::kScannerOutFirst, channel_), .words = std::move(words)};
 }
 
 Service Window::next_service(const Job& job) {
@@ -205,54 +115,24 @@ Service Window::next_service(const Job& job) {
   return service;
 }
 
-void Window::answered(std::span<const std::uint16_t> words, Time now) {
-  switch (std::exchange(asked_, Asked::kNothing)) {
-    case Asked::kClaim: return claimed(words, now);
-    case Asked::kPoll: return channel_ == 1 ? polled(words, now) : polled(in_order(words), now);
-    case Asked::kClear: return cleared(words);
-    case Asked::kNothing:
-    case Asked::kRelease:
-    case Asked::kStart: return;
-  }
+void Window::answered(const Response& response) {
+  channel_.answered(response);
+  if (response.exception != 0 && !absent() && !queue_.empty()) finish(*queue_.front(), KernelError::kInternal);
+  if (const std::optional<Result> result = channel_.take()) ended(*result);
 }
 
-void Window::claimed(std::span<const std::uint16_t> words, Time now) {
-  claim_->answered(words.subspan(regmap::kWindowWords), now);
-  if (claim_->owner()) flag_ = words[0] == regmap::kExecute ? Flag::kUnknown : Flag::kClear;
-}
-
-/// The words of IN as those of R3700..R3769. A module that has taken another number last has restarted.
-std::vector<std::uint16_t> Window::in_order(std::span<const std::uint16_t> in) const {
-  if (in[regmap::kScannerTaken] != number_) return std::vector<std::uint16_t>(regmap::kWindowWords);
-  std::vector<std::uint16_t> words = start_words(transaction_);
-  words.resize(regmap::kWindowWords);
-  const bool answered = in[regmap::kScannerAnswered] == number_;
-  words[0] = answered ? in[regmap::kScannerResult] : regmap::kExecute;
-  words[at(regmap::kDataSize)] = in[regmap::kScannerSize];
-  std::ranges::copy(in.subspan(regmap::kScannerData), words.begin() + at(regmap::kData));
-  return words;
-}
-
-void Window::polled(std::span<const std::uint16_t> words, Time now) {
-  if (claim_) claim_->answered(words.subspan(regmap::kWindowWords), now);
-  if (claim_ && claim_->expired(now)) return;  // the result may be somebody else's
-  if (running_ && words[0] != regmap::kExecute) ended(words);
-}
-
-void Window::ended(std::span<const std::uint16_t> words) {
-  running_ = false;
+void Window::ended(const Result& result) {
   Job& job = *queue_.front();
-  if (!is_of(transaction_, words)) return restarted(job);
-  if (purpose_ == Purpose::kKernelState) return take_kernel_state(job, words);
-  const std::uint16_t size = words[at(regmap::kDataSize)];
-  const std::uint32_t code = words[at(regmap::kData)] | std::uint32_t{words[at(regmap::kData) + 1]} << 16;
-  switch (static_cast<regmap::Result>(words[0])) {
-    case regmap::Result::kSdoExecutionError: return failed(job, code);
+  if (!result.known) return restarted(job);
+  if (purpose_ == Purpose::kKernelState) return take_kernel_state(job, result);
+  const bool exact = purpose_ != Purpose::kService || job.service.exact;
+  switch (static_cast<regmap::Result>(result.code)) {
+    case regmap::Result::kSdoExecutionError: return failed(job, result.abort_code);
     case regmap::Result::kOk:
-      if (transaction_.write || fits(transaction_, size)) return succeeded(job, words);
+      if (fits(channel_.transaction(), exact, result.size)) return succeeded(job, result);
       break;
     case regmap::Result::kRestarted:
-      if (channel_ == 1) break;
+      if (channel_.number() == 1) break;
       return forget_settings();  // it was not executed: once more, with the next number
     case regmap::Result::kCommandCodeError:
     case regmap::Result::kNodeIdError:
@@ -263,22 +143,22 @@ void Window::ended(std::span<const std::uint16_t> words) {
 
 /// Whether it was carried out before, nobody knows.
 void Window::restarted(Job& job) {
-  flag_ = Flag::kUnknown;
   forget_settings();
   finish(job, KernelError::kInternal);
 }
 
-void Window::succeeded(Job& job, std::span<const std::uint16_t> words) {
+void Window::succeeded(Job& job, const Result& result) {
   switch (purpose_) {
     case Purpose::kTimeout: timeout_known_ = job.module_timeout_ms; return;
     case Purpose::kMode: mode_known_ = job.service.mode; return;
-    case Purpose::kOwnId: job.own_id = data_bytes(words, 1)[0]; return;
+    case Purpose::kOwnId: job.own_id = result.data[0]; return;
     case Purpose::kKernelState: return;
     case Purpose::kService: break;
   }
-  lost_settings_ = transaction_.write && transaction_.index == regmap::kNmtService;
-  if (changes_settings(transaction_)) forget_settings();
-  if (!transaction_.write) job.data = data_bytes(words, words[at(regmap::kDataSize)]);
+  const Transaction& transaction = channel_.transaction();
+  lost_settings_ = transaction.command == regmap::kSdoWrite && transaction.index == regmap::kNmtService;
+  if (changes_settings(transaction)) forget_settings();
+  job.data = result.data;
   finish(job, KernelError::kNone);
 }
 
@@ -288,22 +168,20 @@ void Window::failed(Job& job, std::uint32_t abort_code) {
   if (purpose_ == Purpose::kService && job.service.has_errorinfo) {
     job.abort_code = abort_code;
     finish(job, KernelError::kOther);
-  } else if (purpose_ == Purpose::kService && abort_code == kAbortTimeout) {
+  } else if (purpose_ == Purpose::kService && abort_code == window::abort_code::kTimedOut) {
     job.stage = Job::Stage::kKernelState;
   } else {
     finish(job, KernelError::kInternal);
   }
 }
 
-void Window::take_kernel_state(Job& job, std::span<const std::uint16_t> words) {
-  const bool good = words[0] == static_cast<std::uint16_t>(regmap::Result::kOk);
-  const std::uint8_t state = good ? data_bytes(words, 1)[0] : std::uint8_t{0};
+void Window::take_kernel_state(Job& job, const Result& result) {
+  const std::uint8_t state = result.data.empty() ? std::uint8_t{0} : result.data[0];
   finish(job, state == 0 ? KernelError::kTimeout : static_cast<KernelError>(state));
 }
 
 /// The job leaves the queue.
 void Window::finish(Job& job, KernelError error) {
-  if (job.stage != Job::Stage::kQueued) turn_over_ = true;
   std::erase(queue_, &job);
   job.stage = Job::Stage::kDone;
   job.error = error;
@@ -311,33 +189,19 @@ void Window::finish(Job& job, KernelError error) {
 
 /// The job at the head has no use any more for what has been started.
 void Window::abandon() {
-  if (!running_) return;
-  running_ = false;
-  flag_ = Flag::kToCancel;
+  if (!channel_.busy()) return;
+  channel_.cancel();
   if (purpose_ == Purpose::kTimeout) timeout_known_.reset();
   if (purpose_ == Purpose::kMode) mode_known_.reset();
-  if (purpose_ == Purpose::kService && changes_settings(transaction_)) {  // who knows
+  if (purpose_ == Purpose::kService && changes_settings(channel_.transaction())) {  // who knows
     forget_settings();
     lost_settings_ = true;
   }
 }
 
-void Window::refused() {
-  absent_ = channel_ != 1 && asked_ == Asked::kClear;
-  if (absent_) return;
-  asked_ = Asked::kNothing;
-  running_ = false;
-  flag_ = Flag::kUnknown;
-  if (claim_) claim_->forget();
-  if (!queue_.empty()) finish(*queue_.front(), KernelError::kInternal);
-}
-
 void Window::lost() {
-  asked_ = Asked::kNothing;
-  running_ = false;
-  flag_ = Flag::kUnknown;
+  channel_.lost();
   forget_settings();
-  if (claim_) claim_->forget();
   while (!queue_.empty()) {
     Job& job = *queue_.front();
     const bool timed_out = job.stage == Job::Stage::kKernelState;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One channel of a network: the queue of executions, and the transactions that each of them takes. That of
-/// channel 1 is R3700..R3769, others have a scanner window (docs/reference/contract.md). Knows no socket: it is asked
-/// for the next request and given the response.
+/// One channel of a network: the queue of executions, and the transactions that each of them takes. Knows no
+/// socket: it is asked for the next request and given the response.
 
 #include <cstdint>
 #include <deque>
@@ -13,10 +12,11 @@
 #include <vector>
 
 #include "cbcan/cia405.hpp"
-#include "claim.hpp"
-#include "window/request.hpp"
+#include "cbcan/window.hpp"
 
 namespace cbcan::cia405::detail {
+
+using window::Request, window::Response, window::Result, window::Transaction;
 
 /// What a block wants of the window: one object read or written.
 struct Service {
@@ -66,8 +66,7 @@ struct Job {
 
 class Window {
  public:
-  /// `sharing` is of channel 1.
-  Window(std::uint8_t channel, const std::optional<Sharing>& sharing);
+  explicit Window(std::uint8_t channel) : channel_(channel) {}
 
   /// The job is the caller's and stays where it is until it is kDone or has been removed.
   void add(Job& job);
@@ -76,19 +75,16 @@ class Window {
 
   /// Ends what has taken too long.
   void expire(Time now);
-  /// The next request, if there is something to do. Its response goes to answered() or refused() before
-  /// next() is called again.
-  std::optional<Request> next(Time now);
-  /// `words`: as many as were asked for.
-  void answered(std::span<const std::uint16_t> words, Time now);
-  /// The response was a Modbus exception.
-  void refused();
+  /// The next request, if there is something to do. Its response goes to answered() before next() is called
+  /// again.
+  std::optional<Request> next();
+  void answered(const Response& response);
   /// The connection is gone: every job ends.
   void lost();
 
   std::size_t jobs() const { return queue_.size(); }
   /// The module has no such channel.
-  bool absent() const { return absent_; }
+  bool absent() const { return channel_.absent(); }
   /// Every job goes to that window, or ends where it wants this channel and no other.
   void leave_to(Window& other);
   /// 3003h and 3004h of all channels may have become others since the last call.
@@ -96,47 +92,25 @@ class Window {
   void forget_settings();
 
  private:
-  /// What R3700 may hold besides what the transaction under way has put there.
-  enum class Flag : std::uint8_t { kClear, kUnknown, kToCancel };
-  /// What the request under way is.
-  enum class Asked : std::uint8_t { kNothing, kClaim, kRelease, kClear, kStart, kPoll };
   /// What the transaction under way is for.
   enum class Purpose : std::uint8_t { kTimeout, kMode, kOwnId, kService, kKernelState };
 
-  Request claim(Time now);
-  Request release();
-  Request clear();
-  Request poll(Time now);
-  Request begin();
   Service next_service(const Job& job);
-  bool must_release() const;
 
-  void claimed(std::span<const std::uint16_t> words, Time now);
-  void polled(std::span<const std::uint16_t> words, Time now);
-  void ended(std::span<const std::uint16_t> words);
+  void ended(const Result& result);
   void restarted(Job& job);
-  void succeeded(Job& job, std::span<const std::uint16_t> words);
+  void succeeded(Job& job, const Result& result);
   void failed(Job& job, std::uint32_t abort_code);
-  void take_kernel_state(Job& job, std::span<const std::uint16_t> words);
+  void take_kernel_state(Job& job, const Result& result);
   void finish(Job& job, KernelError error);
   void abandon();
-  void cleared(std::span<const std::uint16_t> words);
-  std::vector<std::uint16_t> in_order(std::span<const std::uint16_t> in) const;
 
-  std::uint8_t channel_;
-  std::uint16_t number_ = 0;  ///< of the last request through a scanner window
-  bool absent_ = false;
+  window::Channel channel_;
   bool lost_settings_ = false;
   std::deque<Job*> queue_;
-  Flag flag_ = Flag::kUnknown;
-  Asked asked_ = Asked::kNothing;
-  bool running_ = false;    ///< a transaction of the job at the head has been started
-  bool turn_over_ = false;  ///< an execution has ended: others may want the window
   Purpose purpose_ = Purpose::kService;
-  Service transaction_{};
   std::optional<std::uint16_t> timeout_known_;  ///< value of 3003h
   std::optional<SdoMode> mode_known_;           ///< value of 3004h
-  std::optional<Claim> claim_;
 };
 
 }  // namespace cbcan::cia405::detail

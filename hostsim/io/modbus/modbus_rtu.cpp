@@ -102,13 +102,14 @@ StreamServer::MakeSession rtu_over_tcp(std::vector<adapters::ModbusUnit*> networ
 
 // ---- Serial port
 
-ModbusSerial::ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> networks, SerialSettings line,
+ModbusSerial::ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> networks, window::Line line,
                            std::uint8_t station, Warn warn)
     : reactor_(reactor),
       line_(std::move(line)),
       warn_(std::move(warn)),
-      session_(std::move(networks),
-               {.station = station, .silence_us = rtu_silence_us(line_.baud), .gap_us = kGapUs}) {
+      session_(std::move(networks), {.station = station,
+                                     .silence_us = rtu_silence_us(static_cast<std::uint32_t>(line_.baud)),
+                                     .gap_us = kGapUs}) {
   open();
 }
 

@@ -59,7 +59,7 @@ StreamServer::MakeSession rtu_over_tcp(std::vector<adapters::ModbusUnit*> networ
 class ModbusSerial {
  public:
   /// Opens at once; throws what open_serial() throws. Units and reactor are the caller's.
-  ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> networks, SerialSettings line,
+  ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> networks, window::Line line,
                std::uint8_t station, Warn warn);
   ~ModbusSerial();
   ModbusSerial(const ModbusSerial&) = delete;
@@ -79,7 +79,7 @@ class ModbusSerial {
   void lose();
 
   Reactor& reactor_;
-  SerialSettings line_;
+  window::Line line_;
   Warn warn_;
   RtuSession session_;
   Descriptor port_;

@@ -2,7 +2,7 @@
 #pragma once
 
 /// The ten function blocks of CiA 405 for a C++ program that runs in cycles, as a PLC program does, on top of
-/// the register contract (docs/reference/contract.md) over Modbus TCP. docs/reference/function-blocks.md is the page with tables
+/// the register contract (docs/contract.md) over Modbus TCP. docs/function-blocks.md is the page with tables
 /// and an example.
 ///
 ///     cbcan::cia405::Link link({.host = "192.168.1.7", .port = 502});
@@ -40,7 +40,7 @@ enum class KernelError : std::uint8_t {
   kBusOff = 0x10,
   kErrorPassive = 0x11,
   /// Invalid inputs, a network that does not exist, no connection or one that was lost, a response that is no
-  /// result of a transaction, a right to the window that was lost (Sharing).
+  /// result of a transaction.
   kInternal = 0x21,
 };
 
@@ -78,16 +78,6 @@ struct EmcyError {
   bool operator==(const EmcyError&) const = default;
 };
 
-/// For programs that use the same window over connections of their own: up to eight take turns by the
-/// registers R3770..R3777, which the module never looks at ("Several programs" in docs/reference/function-blocks.md has
-/// the protocol). All of them have to take part; a program that does not breaks in. An owner of the window
-/// that has stood still for half of `dead_after` has lost it: its execution ends with kInternal.
-struct Sharing {
-  int program = 0;  ///< 0..7, another one for each program
-  /// The same for all programs; more than twenty cycles of the slowest one.
-  Time dead_after = 1'000'000;
-};
-
 struct LinkSettings {
   /// An IP address, or a name: that is looked up at each attempt to connect, by getaddrinfo(3), which may
   /// block; its addresses are tried one after the other.
@@ -95,7 +85,6 @@ struct LinkSettings {
   int port = 502;
   Time response_timeout = 1'000'000;  ///< for a connection, and for each Modbus response; then it is lost
   Time reconnect_after = 1'000'000;   ///< between the end of a connection and the next attempt
-  std::optional<Sharing> sharing{};   ///< none = this program has the windows for itself
 };
 
 class FunctionBlock;

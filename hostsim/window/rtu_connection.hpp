@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Modbus RTU. Source: Modbus over Serial Line V1.02, 2.5.1.
+
+#include <string>
+
+#include "window/connection.hpp"
+
+namespace cbcan::window {
+
+/// Modbus characters have 11 bits: without parity there are two stop bits.
+struct Line {
+  std::string device;  ///< path of a serial port or pseudo-terminal
+  int baud = 19200;    ///< one of kBaudRates
+  char parity = 'E';   ///< E even, O odd, N none
+};
+
+/// Opens it for bytes as they are, non-blocking, for this program alone (flock), and throws away what has
+/// come in. Returns the descriptor, or a negative error number: EINVAL = no such baud rate, ENOTTY = no
+/// serial device, EWOULDBLOCK = another program uses it, and those of open(2).
+int open_line(const Line& line);
+
+/// The only client on its line (flock). The device is opened again after each end, so an adapter may be
+/// pulled out; what came meanwhile is thrown away.
+class RtuConnection final : public Connection {
+ public:
+  RtuConnection(const Line& line, const Timing& timing);
+
+  void poll(Time now) override;
+
+ private:
+  bool put(Bytes bytes) override;
+  Come framed_in(Come come) const override;
+  const char* fault_of(Come come, bool late) const override;
+  const char* loss_by(int error) const override;
+
+  Line line_;
+};
+
+}  // namespace cbcan::window
