@@ -67,11 +67,6 @@ Problem check_http_address(const Value& value) {
   return check_address(value, 0, "");
 }
 
-Problem check_beacon(const Value& value) {
-  return check_address(value, kSocketcandBeacon,
-                       "must be HOST or HOST:PORT, mostly a network's broadcast address");
-}
-
 Problem check_start_result(const Value& value) {
   const std::int64_t result = std::get<std::int64_t>(value);
   return result == 0 || result == 5 ? "" : "must be 0, or 5: the module has started";
