@@ -3,7 +3,7 @@
 """Plays the sessions of pages, ```console blocks, as a person would and compares what is printed.
 
 Lines that begin with "$ " are typed into one shell for each page, in the project's folder with its programs built and in the path; the lines below
-are what they must print. A line "..." stands for any number of lines, "..." within a line for any text, 12.345678 for any time. A command that ends
+are what they must print; a command goes on behind "\\".  A line "..." stands for any number of lines, "..." within a line for any text, 12.345678 for any time. A command that ends
 in "&" is a server: its first line says that it serves, whether the page shows it or not. What ENDLESS names is interrupted, and has to run until
 then. Blocks whose first line is a comment with the name of a file are that file. Everything runs in a network namespace of its own, so that the
 ports which the page names are free.
@@ -44,7 +44,9 @@ def steps(document):
     for block in page_blocks.blocks(document):
         if block.is_session:
             for number, line in enumerate(block.text.splitlines(), block.line):
-                if line.startswith("$ "):
+                if found and found[-1][1].endswith("\\"):
+                    found[-1] = (found[-1][0], found[-1][1][:-1] + line, [])
+                elif line.startswith("$ "):
                     found.append((number, line[2:], []))
                 else:
                     found[-1][2].append(line)

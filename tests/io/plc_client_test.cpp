@@ -199,7 +199,7 @@ TEST_CASE("a PLC that is not there is tried again, with a pause that grows to fi
     now = client.next_deadline();
   }
   CHECK(told == std::vector<std::string>{"plc " + client.place() +
-                                         ": Connection refused; it is tried again and again"});
+                                         ": Connection refused; it is retried"});
 }
 
 TEST_CASE("a PLC's name that nobody knows") {

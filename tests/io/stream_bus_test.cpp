@@ -216,7 +216,7 @@ TEST_CASE("a bus over TCP: while there is no connection controllers are bus-off,
   rig.until([&] { return !rig.receiver.frames.empty(); });
   rig.far.stream.reset();
   rig.until([&] { return rig.receiver.states == std::vector{BusState::kBusOff}; });
-  CHECK(rig.warnings == Lines{"can socketcand:here: the connection has ended; it is tried again and again"});
+  CHECK(rig.warnings == Lines{"can socketcand:here: the connection has ended; it is retried"});
   CHECK_FALSE(rig.port.try_send(frame_from("605#01")));
   rig.turn();
   CHECK_FALSE(rig.far.accepts());  // not within the pause
@@ -238,7 +238,7 @@ TEST_CASE("a bus over TCP: a far side that is none is told once, however often i
     rig.later += RemoteBus::kPause;
   }
   CHECK(rig.warnings ==
-        Lines{"can socketcand:here: does not open the bus can0; it is tried again and again"});
+        Lines{"can socketcand:here: does not open the bus can0; it is retried"});
 }
 
 }  // namespace

@@ -142,9 +142,9 @@ with cbcan_plant.Plant() as plant, cbcan_plant.Window(plant) as window:
 """), (0, "4 0x6020000\n0 0.0\ncbcan-sim: 0.000000 node 66: fault 1: response-never: 5C2#4300100091010F00\n"))
 
     def test_a_plant_that_does_not_start(self):
-        code, said = run("/usr/bin/python3", "-c", "import cbcan_plant; cbcan_plant.Plant('--demo', '--node-id', '300')")
+        code, said = run("/usr/bin/python3", "-c", "import cbcan_plant; cbcan_plant.Plant('--demo', '--set', 'module.node_id=300')")
         self.assertEqual(code, 1)
-        self.assertIn("--node-id 300: must be 1..127", said)
+        self.assertIn("module.node_id 300: must be 1..127", said)
         self.assertIn("exit code 2; it says why on standard error", said)
 
     def test_a_test_that_is_killed_leaves_nothing_behind(self):

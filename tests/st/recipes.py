@@ -88,7 +88,7 @@ class Recipes:
         if self.register(3701) == 0:
             self.written.clear()
         if block == "NMT" or block.startswith("SDO_"):
-            requests = self.tables["Time-out and mode"][0] + requests
+            requests = self.tables["Timeout and mode"][0] + requests
         for row in requests:
             if not self.due(row, names):
                 continue

@@ -74,7 +74,7 @@ class Environment(unittest.TestCase):
             self.assertNotEqual(where[key].rsplit(":", 1)[1], str(port))
 
     def test_one_table_of_the_pages_and_the_help_name_all_variables(self):
-        everything = [word for option in ("--http", "--set", "rtu.listen=--socketcand") for word in (option, "127.0.0.1:0")]
+        everything = [word for key in ("http.listen", "rtu.listen", "can.socketcand") for word in ("--set", f"{key}=127.0.0.1:0")]
         master, port = pty.openpty()
         self.addCleanup(os.close, master)
         self.addCleanup(os.close, port)

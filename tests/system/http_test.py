@@ -170,7 +170,7 @@ class Events(Http):
         self.assertEqual(event["value"], "off")
 
     def test_several_networks(self):
-        simulator = self.start("--network", "2", "--node", f"5={pathlib.Path(PAGE).parents[1]}/plants/demo/generic.eds")
+        simulator = self.start("--network", "2", "--node", f"5={pathlib.Path(PAGE).parents[2]}/plants/demo/generic.eds")
         with simulator.window(2) as window:
             window.execute(READ, 5, 0x1000, 0, 4)
         self.assertEqual([event["network"] for event in self.get("/api/transactions")["events"]], [2])

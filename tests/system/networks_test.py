@@ -191,7 +191,8 @@ class WithAndWithout(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             log = pathlib.Path(folder) / "one.log"
             done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--log", str(log), "--fault",
-                                   "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5", "--set", "node.66.heartbeat_ms=10", "--signal", "66:0x6401:1=noise mean=100 deviation=50", *options],
+                                   "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5", "--set", "node.66.heartbeat_ms=10", "--set",
+                                   "node.66.signals+={index = 0x6401, sub = 1, shape = 'noise', mean = 100, deviation = 50}", *options],
                                   input="pass 2s\n", capture_output=True, text=True, timeout=LIMIT)
             self.assertEqual(done.returncode, 0, done.stderr)
             return log.read_text()

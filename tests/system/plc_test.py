@@ -125,9 +125,9 @@ def frame(hexadecimal):
 
 
 class OnTheNet(unittest.TestCase):
-    def start(self, plc, *options, more="", **rest):
+    def start(self, plc, *options, **rest):
         self.addCleanup(plc.stop)
-        simulator = Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{plc.port},first={plc.first}{more}", *options, **rest, test=self)
+        simulator = Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{plc.port}", "--set", f"plc.first={plc.first}", *options, **rest, test=self)
         self.assertEqual(simulator.where["plc"], f"127.0.0.1:{plc.port}")
         return simulator
 
@@ -144,17 +144,19 @@ class OnTheNet(unittest.TestCase):
                                                    "5C2#4B1164012C010000", "620#4033330000000000", "5A0#8033330000000206"])
 
     def test_a_restart_of_the_module_executes_what_it_finds_once_more_or_refuses_it(self):
-        for more, result, frames in (("", 0, ["000#0142"]), (",at_start=execute", 0, ["000#0142"]), (",at_start=refuse", 5, [])):
+        for more, result, frames in (((), 0, ["000#0142"]), (("--set", "plc.at_start=execute"), 0, ["000#0142"]),
+                                     (("--set", "plc.at_start=refuse"), 5, [])):
             plc = Plc(3700)
             plc.write(0, [0xCA0E, 5066, 0, 0x1F82, 0x42, 0, 5])
-            simulator = self.start(plc, more=more)
+            simulator = self.start(plc, *more)
             plc.until(0, [result])
             self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
             self.assertEqual([line for line in simulator.frames() if line.startswith("000#")], frames, more)
 
     def test_the_scanner_layout_with_process_data(self):
         plc = Plc(1024)
-        simulator = self.start(plc, "--scanner-out-first", "700", "--channels", "1", more=",layout=scanner,process_first=1174")
+        simulator = self.start(plc, "--set", "module.scanner_out_first=700", "--set", "module.channels=1",
+                               "--set", "plc.layout=scanner", "--set", "plc.process_first=1174")
         plc.until(71, [5])
         plc.write(0, [1])
         plc.until(70, [1, 5, 1])
@@ -171,17 +173,17 @@ class OnTheNet(unittest.TestCase):
     def test_a_plc_that_comes_and_goes_is_told_once(self):
         with socket.create_server(("127.0.0.1", 0)) as listener:
             port = listener.getsockname()[1]
-        with Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{port},first=10") as simulator:
+        with Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{port}", "--set", "plc.first=10") as simulator:
             wait_until(simulator.errors, "a line about it")
             with simulator.window() as window:
                 self.assertEqual(window.execute(5055, 0, 0x3001, 0, 1), 0)
-            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{port}: Connection refused; it is tried again and again"])
+            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{port}: Connection refused; it is retried"])
 
     def test_a_silent_plc_costs_others_nothing(self):
         with socket.create_server(("127.0.0.1", 0)) as listener:
             port = listener.getsockname()[1]
             plc = Plc(3700)
-            self.start(plc, "--network", "2", "--node-id", "9", "--plc", f"127.0.0.1:{port}")
+            self.start(plc, "--network", "2", "--set", "module.node_id=9", "--plc", f"127.0.0.1:{port}")
             silent = listener.accept()[0]
             with silent:
                 self.assertEqual(len(silent.recv(12, socket.MSG_WAITALL)), 12)
@@ -196,11 +198,11 @@ class OnTheNet(unittest.TestCase):
         with simulator.window() as window:
             self.assertEqual(window.execute(5055, 0, 0x3001, 0, 1), 0)
         self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{plc.port}: answers reading its registers 100..169 by exception 2; "
-                                              "give it these registers, or change plc.first (first=)"])
+                                              "give it these registers, or change plc.first"])
 
     def test_a_plc_that_is_gone_is_seen_on_the_bus(self):
         plc = Plc(3700)
-        simulator = self.start(plc, "--plc-timeout", "200")
+        simulator = self.start(plc, "--set", "module.plc_timeout_ms=200")
         self.assertEqual(plc.execute(5066, 0, 0x1017, 0, 2, 20), 0)  # the own heartbeat
         self.assertEqual(plc.execute(5066, 0, 0x1F82, 127, 0, 5), 0)
         simulator.wait_for_frame("77F#05")
@@ -211,7 +213,7 @@ class OnTheNet(unittest.TestCase):
 
     def test_both_windows_and_all_doors_at_once(self):
         plc = Plc(3700)
-        simulator = self.start(plc, "--rtu-tcp", "127.0.0.1:0")
+        simulator = self.start(plc, "--set", "rtu.listen=127.0.0.1:0")
         host, port = simulator.where["rtu_tcp"].split(":")
         with simulator.window() as window, socket.create_connection((host, int(port)), timeout=LIMIT) as rtu:
             for number in range(1, 101):
@@ -225,7 +227,7 @@ class OnTheNet(unittest.TestCase):
 
     def test_time_that_stands_still(self):
         plc = Plc(3700)
-        self.start(plc, "--clock", "manual", more=",period_ms=1", stdin=subprocess.PIPE)
+        self.start(plc, "--clock", "manual", "--set", "plc.period_ms=1", stdin=subprocess.PIPE)
         self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
 
 
@@ -236,7 +238,8 @@ class OnALine(unittest.TestCase):
         self.addCleanup(os.close, master)
         self.addCleanup(os.close, slave)
         device = os.ttyname(slave)
-        with Simulator(PROGRAM, "--demo", "--plc-rtu", f"{device},115200,unit=9") as simulator:
+        with Simulator(PROGRAM, "--demo", "--set", f"plc.device={device}", "--set", "plc.baud=115200", "--set", "plc.parity=N",
+                       "--set", "plc.unit=9") as simulator:
             read_all = frame("09030E740046")
             for response in (b"", frame("09038C0000"), frame("0A038C" + "0000" * 70)):
                 self.assertEqual(os.read(master, 100), read_all)
@@ -267,7 +270,8 @@ class OnALine(unittest.TestCase):
 
         plc = LinePlc(line.ends[1], program)
         self.addCleanup(plc.stop)
-        with Simulator(PROGRAM, "--demo", "--plc-rtu", f"{line.ends[0]},19200,E,unit=1") as simulator:
+        with Simulator(PROGRAM, "--demo", "--set", f"plc.device={line.ends[0]}", "--set", "plc.baud=19200", "--set", "plc.parity=E",
+                       "--set", "plc.unit=1") as simulator:
             self.assertEqual(simulator.where["plc"], line.ends[0])
             plc.serve()
             self.assertEqual(results, [[0, 5055, 0x42, 0x1000, 0, 4, 0x0191, 0x000F], [0, 5066, 0x42, 0x6411, 1, 2, 300, 0x000F],

@@ -79,10 +79,10 @@ class Starting(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             parameters = pathlib.Path(folder, "module.txt")
             parameters.write_text("not a parameter\n")
-            for options, why in ((("--rtu", "/dev/x", "--set", "rtu.baud=9601", "--set", "rtu.parity=E", "--set", "rtu.station=1"), "--rtu /dev/x,9601,E,1: baud \"9601\": must be 1200, 2400, 4800, 9600"),
-                                 (("--plc-rtu", "/dev/x,9601,E"), "baud \"9601\": must be 1200"),
+            for options, why in ((("--rtu", "/dev/x", "--set", "rtu.baud=9601"), "--set rtu.baud=9601: rtu.baud 9601: must be 1200, 2400, 4800, 9600"),
+                                 (("--set", "plc.device=/dev/x", "--set", "plc.baud=9601"), "plc.baud 9601: must be 1200"),
                                  (("--modbus", "127.0.0.1:5000", "--control", ":5000"), "control.listen 127.0.0.1:5000: modbus.port has it already"),
-                                 (("--rtu", "/dev/x", "--set", "rtu.baud=9600", "--set", "rtu.parity=E", "--set", "rtu.station=1", "--can", "slcan:/dev/x"), "can.spec /dev/x: rtu.device has it already"),
+                                 (("--rtu", "/dev/x", "--can", "slcan:/dev/x"), "can.spec /dev/x: rtu.device has it already"),
                                  (("--set", f"module.parameters={parameters}"), f"{parameters}:1: ")):
                 with self.subTest(options=options):
                     self.check_refused(run("--check", "--demo", *options), 2, why)
@@ -244,7 +244,7 @@ class Diagnostics(unittest.TestCase):
             with Simulator(PROGRAM, "--demo", *options) as simulator, simulator.window() as plc:
                 self.assertEqual(plc.read(3700, 70), [result] + [0] * 69)
                 self.assertEqual(plc.execute(READ, 0x42, 0x1000, 0, 4), 0)
-        self.assertIn("--start-result 4: must be 0, or 5: the module has started", run("--set", "module.start_result=4").stderr)
+        self.assertIn("module.start_result 4: must be 0, or 5: the module has started", run("--set", "module.start_result=4").stderr)
 
 
 class Ending(unittest.TestCase):

@@ -38,9 +38,9 @@ class OnALine(unittest.TestCase):
         self.line = SerialLine()
         self.addCleanup(self.line.close)
 
-    def start(self, *options, rtu="{},19200,E,1"):
-        simulator = Simulator(PROGRAM, "--demo", "--rtu", rtu.format(self.line.ends[0]), *options, test=self)
-        return simulator
+    def start(self, *options, parity="E", station=1):
+        line = (f"rtu.device={self.line.ends[0]}", "rtu.baud=19200", f"rtu.parity={parity}", f"rtu.station={station}")
+        return Simulator(PROGRAM, "--demo", *(word for key in line for word in ("--set", key)), *options, test=self)
 
     def mbpoll(self, *arguments, parity="even", station=1):
         command = ["mbpoll", "-q", "-m", "rtu", "-b", "19200", "-P", parity, "-a", str(station), "-0", "-1", "-o", "5", *arguments[:-1],
@@ -56,7 +56,7 @@ class OnALine(unittest.TestCase):
         self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", "-t", "3", []), TYPE)  # FC 4
 
     def test_tcp_and_rtu_at_once_are_the_same_registers(self):
-        simulator = self.start(rtu="{},19200,N,17")
+        simulator = self.start(parity="N", station=17)
         with simulator.window() as window:
             window.execute(*READ_TYPE[1:])
             self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", [], parity="none", station=17), TYPE)
@@ -117,10 +117,8 @@ class AtTheOtherEnd(unittest.TestCase):
         self.assertEqual(refused("--rtu", "/dev/null"), (3, "cbcan-sim: rtu /dev/null: no serial port; write the path of one, such as /dev/ttyUSB0"))
         self.assertEqual(refused("--rtu", "/dev/none"), (3, "cbcan-sim: rtu /dev/none: no such device: plug the adapter in, or write another path"))
         self.assertEqual(refused("--rtu", "/dev/null", "--set", "rtu.baud=20000"),
-                         (2, 'cbcan-sim: --rtu /dev/null,20000: baud "20000": must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200'))
-        self.assertEqual(refused("--rtu", "/dev/null,9600,X"), (2, 'cbcan-sim: --rtu /dev/null,9600,X: parity "X": must be E, O or N'))
-        self.assertEqual(refused("--rtu", "/dev/null,9600,N,1,2"),
-                         (2, 'cbcan-sim: --rtu /dev/null,9600,N,1,2: "2" is too much; must be DEV,BAUD,PARITY,STATION'))
+                         (2, "cbcan-sim: --set rtu.baud=20000: rtu.baud 20000: must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200"))
+        self.assertEqual(refused("--rtu", "/dev/null", "--set", "rtu.parity=X"), (2, 'cbcan-sim: --set rtu.parity=X: rtu.parity "X": must be E, O or N'))
 
 
 class OverTcp(unittest.TestCase):

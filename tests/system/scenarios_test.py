@@ -256,7 +256,7 @@ class Outcomes(unittest.TestCase):
     def test_usage(self):
         for arguments, told in (((), "there is nothing to run; name files or folders of scenarios"),
                                 (("--junti", "x"), "--junti: no such option; did you mean --junit?"),
-                                (("-j",), "-j: needs an argument"),
+                                (("-j",), "-j: needs an argument, N"),
                                 (("-j", "0", "x"), "--jobs 0: must be 1..1000"),
                                 (("--shard", "5", "x"), "--shard 5: must be I/N, the I-th part of N, such as 1/4")):
             done = run(*arguments)

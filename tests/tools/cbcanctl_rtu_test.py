@@ -199,7 +199,7 @@ class BadDevices(unittest.TestCase):
         self.assertEqual([request[1] for request in requests], [3, 16])
 
     def test_an_exception_is_an_response(self):
-        requests = self.check_lost("reading R3700: Illegal data address", lambda _, __: with_crc(bytes.fromhex("01 83 02")))
+        requests = self.check_lost("reading R3700: Modbus exception 02h", lambda _, __: with_crc(bytes.fromhex("01 83 02")))
         self.assertEqual(len(requests), 1)
 
     def test_garbage(self):

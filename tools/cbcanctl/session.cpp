@@ -124,7 +124,7 @@ window::Client connect(const Options& options) {
   window::Settings settings = options.target;
   settings.response_timeout = settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;
   settings.interrupted = interrupted;
-  settings.occupied = [] { say("another program's transaction is under way; waiting for it"); };
+  settings.occupied = [] { say("another program's transaction is in progress; waiting for it"); };
   return window::Client(std::move(settings));
 }
 

@@ -96,7 +96,7 @@ void PlcClient::on_exception(std::uint8_t exception) {
   const std::uint16_t address = request_.words.empty() ? request_.read_address : request_.write_address;
   if (refused_.insert(address).second)
     warn_("plc " + place() + ": answers " + range_text(request_) + " by exception " +
-          std::to_string(exception) + "; give it these registers, or change plc.first (first=)");
+          std::to_string(exception) + "; give it these registers, or change plc.first");
   exchanges_[asking_]->lost();
 }
 
