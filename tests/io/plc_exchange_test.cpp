@@ -318,6 +318,17 @@ TEST_CASE(
   CHECK(bench.words(70, 6) == Words{2, 0, 2, 4, kReadValueLow, kReadValueHigh});
 }
 
+TEST_CASE("after a loss nothing is sent before the next round, also when the module has a result") {
+  Bench bench;
+  const auto exchange = make_exchange(GENERATE(false, true), bench.unit, 1024);
+  exchange->begin();
+  REQUIRE(exchange->next());
+  exchange->lost();
+  CHECK_FALSE(exchange->next());
+  exchange->begin();
+  CHECK(exchange->next());
+}
+
 TEST_CASE("after a loss a write of other data is another request, the same is not") {
   Bench bench;
   WindowExchange exchange(bench.unit, 1024);

@@ -185,6 +185,10 @@ class Outcomes(unittest.TestCase):
 0 passed, 1 failed
 """)
 
+    def test_a_failure_has_what_nodes_and_faults_reported(self):
+        done = run(self.write("said.toml", FAILS.replace('"trigger read 99', '["fault 0x42 response-never", "trigger read 0x42').replace('4"', '4"]')))
+        self.assertIn("\n  said 0.000000 node 66: fault 1: response-never: 5C2#4300100091010F00\n", done.stdout)
+
     def test_what_is_no_scenario(self):
         for text, problem in ((FAILS.replace("0x1000", "x"), ':4: word "x": must be 0..65535'),
                               (FAILS.replace("trigger", "triger"), ':4: "triger": no such command; did you mean trigger?'),
