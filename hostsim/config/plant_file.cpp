@@ -186,7 +186,8 @@ class Reader {
     if (is_of_plant(root)) network_ = &config_.networks.front();
     const toml::table* const networks = root[kNetworkTable].as_table();
     if (networks == nullptr) return change_network(root);
-    const auto& [key, node] = *networks->begin();
+    const auto first = networks->begin();
+    const auto& [key, node] = *first;
     const auto number = text::parse_integer(key.str());
     if (!number || *number < 1 || *number > static_cast<std::int64_t>(config_.networks.size()))
       return complain(
@@ -198,7 +199,8 @@ class Reader {
 
   /// And not of one network.
   static bool is_of_plant(const toml::table& root) {
-    const auto& [key, node] = *root.begin();
+    const auto first = root.begin();
+    const auto& [key, node] = *first;
     const toml::table* const table = node.as_table();
     const std::string full =
         fmt::format("{}.{}", key.str(), table != nullptr ? (*table->begin()).first.str() : "");
@@ -209,7 +211,8 @@ class Reader {
   void change_network(const toml::table& root) {
     const toml::table* const nodes = root[kNodeTable].as_table();
     if (nodes == nullptr) return read(root);
-    const auto& [key, table] = *nodes->begin();
+    const auto first = nodes->begin();
+    const auto& [key, table] = *first;
     const auto id = text::parse_integer(key.str());
     const auto node = std::ranges::find_if(network_->nodes, [id](const NodeConfig& n) { return id == n.id; });
     if (node == network_->nodes.end())
