@@ -8,7 +8,6 @@
 #include "adapters/slcan_adapter.hpp"
 #include "io/can/socketcan.hpp"
 #include "io/can/stream_bus.hpp"
-#include "io/can/udp_bus.hpp"
 #include "plant/words.hpp"
 #include "text/numbers.hpp"
 #include "window/rtu_connection.hpp"
@@ -52,8 +51,6 @@ void BusConnections::open_outside() {
   const bool is_adapter = can.kind == Kind::kSlcan;
   if (can.kind == Kind::kSocketCan)
     outside_ = std::make_unique<io::SocketCan>(reactor_, bus, can.name, warn_);
-  else if (can.kind == Kind::kUdp)
-    outside_ = std::make_unique<io::UdpBus>(reactor_, bus, can_, can.remote, warn_);
   else
     outside_ = std::make_unique<io::StreamBus>(
         reactor_, bus, can_, is_adapter ? can.name : "", can.remote,
@@ -136,8 +133,6 @@ std::string BusConnections::ways_in() const {
     logger("slcan", "slcan -c " + slcan_->address().path);
   if (socketcand_ && socketcand_->address().path.empty())
     logger("socketcand", "socketcand -c can0 " + at(socketcand_->address().tcp));
-  if (spec_ && spec_->kind == config::CanSpec::Kind::kUdp)
-    logger("udp", fmt::format("udp_multicast -c {} --port={}", spec_->remote.host, spec_->remote.port));
   if (spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan)
     lines += fmt::format("{}socketcan: candump {}\n", name_, spec_->name);
   return lines;

@@ -21,10 +21,10 @@ constexpr std::size_t kLongestInterfaceName = 15;
 constexpr std::size_t kLongestBusName = 16;
 constexpr std::uint32_t kBitsPerKbit = 1000;
 
-constexpr std::array<std::string_view, 5> kKinds{"socketcan", "slcan", "socketcand", "udp", "virtual"};
+constexpr std::array<std::string_view, 4> kKinds{"socketcan", "slcan", "socketcand", "virtual"};
 /// What is written where something is missing.
-constexpr std::array<std::string_view, 4> kExamples{
-    "socketcan:vcan0", "slcan:/dev/ttyACM0", "socketcand:127.0.0.1:29536/can0", "udp:239.74.163.2:43113"};
+constexpr std::array<std::string_view, 3> kExamples{"socketcan:vcan0", "slcan:/dev/ttyACM0",
+                                                    "socketcand:127.0.0.1:29536/can0"};
 
 [[noreturn]] void refuse(const std::string& why) {
   throw text::UsageError(why);
@@ -99,7 +99,6 @@ CanSpec parse_can_spec(std::string_view spec) {
   if (kind == kKinds[0]) return {CanSpec::Kind::kSocketCan, interface_of(rest), {}};
   if (kind == kKinds[1]) return adapter_of(rest);
   if (kind == kKinds[2]) return socketcand_of(rest);
-  if (kind == kKinds[3]) return {CanSpec::Kind::kUdp, {}, remote_of(rest, kExamples[3])};
   if (kind == kKinds.back()) refuse("the virtual bus has no interface; write virtual");
   refuse_kind(spec, kind);
 }

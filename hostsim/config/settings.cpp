@@ -278,7 +278,7 @@ constexpr std::array kNetwork{
         .help = "Virtual bus, or one outside: a SocketCAN interface, an adapter (SLCAN), a remote bus",
         .more = "See [join the bus](../how-to/join-the-bus.md).",
         .form = Form::kText,
-        .domain = "virtual, socketcan:IFNAME, slcan:DEV[@BITRATE], slcan:HOST:PORT, socketcand:HOST:PORT/BUS or udp:GROUP:PORT",
+        .domain = "virtual, socketcan:IFNAME, slcan:DEV[@BITRATE], slcan:HOST:PORT or socketcand:HOST:PORT/BUS",
         .check = check_can_spec},
         store_can_spec, load_can_spec},
     can<&CanConfig::bit_rate>({

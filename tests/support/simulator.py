@@ -14,7 +14,7 @@ import time
 
 from mcu import die_with_parent
 
-HOW_TO_JOIN = r"^(network \d+: )?(slcan: python3|socketcand: python3|udp: python3|socketcan: candump) "
+HOW_TO_JOIN = r"^(network \d+: )?(slcan: python3|socketcand: python3|socketcan: candump) "
 LIMIT = 60  # seconds; for what takes milliseconds on a machine that has nothing else to do
 
 

@@ -144,14 +144,11 @@ class Socketcand(Case):
 
 class WaysIn(Case):
     def test_each_line_can_be_copied(self):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind(("", 0))
-            spec = f"udp:239.74.163.2:{free.getsockname()[1]}"
-        simulator = self.start("--demo", "--set", "node.0x20.heartbeat_ms=10", "--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0", "--can", spec,
+        simulator = self.start("--demo", "--set", "node.0x20.heartbeat_ms=10", "--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0",
                                "--network", "2", "--slcan", f"pty:{self.folder()}/can", "--node",
                                f"5={ROOT}/plants/demo/generic.eds", "--set", "node.5.heartbeat_ms=10")
-        lines = wait_until(lambda: len(simulator.errors()) >= 4 and simulator.errors(), "the ways in")
-        self.assertEqual([line.split(": python3")[0] for line in lines], [f"network {door}" for door in ("1: slcan", "1: socketcand", "1: udp", "2: slcan")])
+        lines = wait_until(lambda: len(simulator.errors()) >= 3 and simulator.errors(), "the ways in")
+        self.assertEqual([line.split(": python3")[0] for line in lines], [f"network {door}" for door in ("1: slcan", "1: socketcand", "2: slcan")])
         for line in lines:
             with subprocess.Popen(shlex.split("/usr/bin/" + line[line.index("python3"):]), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                                   text=True) as logger:
@@ -217,20 +214,6 @@ class TwoProcesses(Case):
 
     def test_socketcand(self):
         self.check_spans("socketcand:" + self.nodes("--socketcand", "127.0.0.1:0").where["socketcand"] + "/can0")
-
-    def test_udp(self):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind(("", 0))
-            port = free.getsockname()[1]
-        spec = f"udp:239.74.163.2:{port}"
-        nodes = self.nodes("--can", spec)
-        bus = self.python_can("udp_multicast", channel="239.74.163.2", port=port)
-        self.check_node_answers(bus)
-        self.check_spans(spec)
-        frames = nodes.frames()
-        requests, responses = (sum(frame.startswith(start) for frame in frames) for start in ("6", "5"))
-        self.assertGreater(responses, 3)
-        self.assertEqual(requests, responses)  # what it has sent itself comes back, and counts for nothing
 
 
 class Away(Case):

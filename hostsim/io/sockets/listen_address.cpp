@@ -92,10 +92,6 @@ std::optional<ListenAddress> address_of(const SocketAddress& address) {
   return ListenAddress{host.data(), text::parse<std::uint16_t>(port.data()).value_or(0)};
 }
 
-Descriptor datagram_socket(const SocketAddress& address) {
-  return Descriptor(socket(address.get()->sa_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-}
-
 std::optional<ListenAddress> own_address(int socket) {
   return address_by(getsockname, socket);
 }

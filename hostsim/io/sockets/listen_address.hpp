@@ -30,9 +30,6 @@ struct SocketAddress {
 /// Throws EnvironmentError, its text beginning with `where`.
 SocketAddress looked_up(const std::string& where, const ListenAddress& address);
 
-/// A UDP socket of its family that does not block; none = errno says why.
-Descriptor datagram_socket(const SocketAddress& address);
-
 /// With the number of the host; none where that cannot be told.
 std::optional<ListenAddress> address_of(const SocketAddress& address);
 
