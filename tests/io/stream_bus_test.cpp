@@ -221,8 +221,8 @@ TEST_CASE("a bus over TCP: while there is no connection controllers are bus-off,
   rig.turn();
   CHECK_FALSE(rig.far.accepts());  // not within the pause
   CHECK(rig.outside.next_deadline() > Reactor::now());
-  CHECK(rig.outside.next_deadline() <= Reactor::now() + RemoteBus::kPause);
-  rig.later = RemoteBus::kPause;
+  CHECK(rig.outside.next_deadline() <= Reactor::now() + StreamBus::kPause);
+  rig.later = StreamBus::kPause;
   rig.open();
   rig.until([&] { return rig.warnings.size() == 2; });
   CHECK(rig.warnings[1] == "can socketcand:here: is there again");
@@ -235,7 +235,7 @@ TEST_CASE("a bus over TCP: a far side that is none is told once, however often i
     rig.until([&] { return rig.far.accepts(); });
     rig.far.say("< error >");
     rig.until([&] { return rig.outside.next_deadline() > Reactor::now() + rig.later; });
-    rig.later += RemoteBus::kPause;
+    rig.later += StreamBus::kPause;
   }
   CHECK(rig.warnings ==
         Lines{"can socketcand:here: does not open the bus can0; it is retried"});

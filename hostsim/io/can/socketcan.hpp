@@ -13,7 +13,9 @@
 
 #include "cbcan/time.hpp"
 #include "io/can/outside_bus.hpp"
+#include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
 

@@ -26,7 +26,7 @@ Descriptor begin_connection(const SocketAddress& remote) {
   const int on = 1;
   setsockopt(port.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   setsockopt(port.get(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMs, sizeof kUnacknowledgedMs);
-  if (port && connect(port.get(), remote.get(), remote.size) != 0 && errno != EINPROGRESS) port.reset();
+  if (port && ::connect(port.get(), remote.get(), remote.size) != 0 && errno != EINPROGRESS) port.reset();
   return port;
 }
 
@@ -41,14 +41,42 @@ int error_of(int socket) {
 
 StreamBus::StreamBus(Reactor& reactor, sim::Bus& bus, const std::string& spec, std::string device,
                      const text::ListenAddress& remote, std::unique_ptr<Dialect> dialect, Warn warn)
-    : RemoteBus(reactor, bus, spec, std::move(warn)),
+    : reactor_(reactor),
+      bus_(bus),
+      where_("can " + spec + ": "),
+      warn_(std::move(warn)),
       device_(std::move(device)),
       dialect_(std::move(dialect)) {
   if (device_.empty()) remote_ = looked_up(where_, remote);
-  attempt();
+  bus_.set_outside(this);
+  connect();
 }
 
-void StreamBus::open() try {
+StreamBus::~StreamBus() {
+  close();
+  bus_.set_outside(nullptr);
+  bus_.resume();
+}
+
+void StreamBus::poll(Time now) {
+  if (!problem_.empty()) {
+    close();
+    connect_at_ = now + kPause;
+    if (!std::exchange(lost_, true)) warn_(where_ + problem_ + "; it is retried");
+    problem_.clear();
+  }
+  if (connect_at_ <= now) connect();
+  poll_at_ = connected_ && problem_.empty() ? poll_dialect(now) : kNever;
+  const BusState state = open_ ? dialect_->state() : lost_ ? BusState::kBusOff : told_;
+  if (state != told_) bus_.set_state(told_ = state, now);
+}
+
+Time StreamBus::next_deadline() const {
+  return problem_.empty() ? earlier(connect_at_, poll_at_) : 0;
+}
+
+void StreamBus::connect() try {
+  connect_at_ = kNever;
   port_ = device_.empty() ? begin_connection(remote_) : open_serial("port", {device_, kBaud, 'N'});
   if (!port_) return broken(reason(errno));
   writing_ = true;
@@ -61,7 +89,7 @@ void StreamBus::open() try {
 void StreamBus::close() {
   reactor_.forget(port_.get());
   port_.reset();
-  connected_ = was_open_ = false;
+  connected_ = open_ = false;
   unsent_.clear();
 }
 
@@ -75,8 +103,14 @@ void StreamBus::on_ready(std::uint32_t ready) {
   if (error != 0) return broken(reason(error));
   if (!connected_) connected();
   if ((ready & ~Reactor::kWritable) != 0) receive();
-  if (dialect_->is_open() && !std::exchange(was_open_, true)) opened();
+  if (dialect_->is_open() && !std::exchange(open_, true)) opened();
   flush();
+}
+
+void StreamBus::opened() {
+  if (std::exchange(lost_, false)) warn_(where_ + "is there again");
+  full_ = true;  // also what has waited for the first connection
+  has_room();
 }
 
 void StreamBus::receive() {
@@ -86,7 +120,7 @@ void StreamBus::receive() {
   if (count < 0) return is_temporary(errno) ? void() : broken(reason(errno));
   Frame frame;
   for (const char c : std::string_view(characters.data(), static_cast<std::size_t>(count)))
-    if (dialect_->hear(c, frame)) take(frame);
+    if (dialect_->hear(c, frame)) bus_.receive(frame, reactor_.time());
   if (!dialect_->problem().empty()) broken(std::string(dialect_->problem()));
 }
 
@@ -96,8 +130,7 @@ bool StreamBus::send(const Frame& frame) {
   return true;
 }
 
-Time StreamBus::keep(Time now) {
-  if (!connected_) return kNever;
+Time StreamBus::poll_dialect(Time now) {
   const Time next = dialect_->poll(now);
   if (!dialect_->problem().empty()) broken(std::string(dialect_->problem()));
   flush();
@@ -117,6 +150,15 @@ void StreamBus::flush() {
   if (writing != std::exchange(writing_, writing))
     reactor_.change(port_.get(), Reactor::kReadable | (writing ? Reactor::kWritable : 0));
   if (!writing) has_room();
+}
+
+void StreamBus::has_room() {
+  if (std::exchange(full_, false)) bus_.resume();
+}
+
+/// Later: the bus must not be told from in here.
+void StreamBus::broken(const std::string& why) {
+  problem_ = why;
 }
 
 }  // namespace cbcan::io

@@ -6,39 +6,64 @@
 
 #include "io/can/dialect.hpp"
 #include "io/can/outside_bus.hpp"
+#include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
 #include "io/sockets/listen_address.hpp"
 
 namespace cbcan::io {
 
-/// A bus behind a serial port or a TCP connection.
-class StreamBus final : public RemoteBus {
+/// A bus at the other end of a serial port or a TCP connection, which may end and is made again. While there
+/// is none every controller of the bus is bus-off; until the first attempt has failed, frames wait.
+class StreamBus final : public OutsideBus {
  public:
-  /// At the serial port `device`, or, where that is empty, at `remote`, whose name is looked up once, here,
-  /// which may block. Throws EnvironmentError where it is unknown.
+  /// From the end of a connection to the next attempt.
+  static constexpr Time kPause = kSecond;
+
+  /// At the serial port `device`, or, if that is empty, at `remote`, whose name is looked up once, here,
+  /// which may block. Throws EnvironmentError if it is unknown. `spec` is the name in messages. Reactor and
+  /// bus are the caller's.
   StreamBus(Reactor& reactor, sim::Bus& bus, const std::string& spec, std::string device,
             const text::ListenAddress& remote, std::unique_ptr<Dialect> dialect, Warn warn);
-  ~StreamBus() override { close(); }
+  ~StreamBus() override;
+  StreamBus(const StreamBus&) = delete;
+  StreamBus& operator=(const StreamBus&) = delete;
+
+  bool transmit(const Frame& frame) override { return open_ && (send(frame) || !(full_ = true)); }
+  void poll(Time now) override;
+  Time next_deadline() const override;
 
  private:
-  void open() override;
-  void close() override;
-  bool send(const Frame& frame) override;
-  Time keep(Time now) override;
-  BusState far_state() const override { return dialect_->state(); }
-  void connected();
+  void connect();
+  void close();
   void on_ready(std::uint32_t ready);
+  void connected();
+  void opened();
   void receive();
+  bool send(const Frame& frame);
+  Time poll_dialect(Time now);
   void flush();
+  void has_room();
+  void broken(const std::string& why);
 
+  Reactor& reactor_;
+  sim::Bus& bus_;
+  std::string where_;
+  Warn warn_;
   std::string device_;
   SocketAddress remote_;
   std::unique_ptr<Dialect> dialect_;
   Descriptor port_;
   bool connected_ = false;
-  bool was_open_ = false;
+  bool open_ = false;     ///< the dialect has opened the bus
+  bool full_ = false;     ///< the simulated bus waits
   bool writing_ = false;  ///< is told when there is room
   std::string unsent_;
+  std::string problem_;    ///< that has ended the connection, for poll()
+  bool lost_ = false;      ///< and was reported
+  Time connect_at_ = 0;    ///< the next attempt; kNever while there is one, or a connection
+  Time poll_at_ = kNever;  ///< the dialect's
+  BusState told_ = BusState::kActive;
 };
 
 }  // namespace cbcan::io
