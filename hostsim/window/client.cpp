@@ -76,11 +76,11 @@ Result Client::execute(const Transaction& transaction) {
 }
 
 void Client::wait_for_result(Deadline deadline) {
-  bool told = false;
+  bool reported = false;
   while (channel_.busy()) {
     channel_.answered(checked(*channel_.next()));
     if (!channel_.waiting()) continue;
-    if (channel_.occupied() && !std::exchange(told, true) && settings_.occupied) settings_.occupied();
+    if (channel_.occupied() && !std::exchange(reported, true) && settings_.occupied) settings_.occupied();
     if (interrupted()) give_up(Error::Cause::kInterrupted, "interrupted before anything was written", "");
     if (steady_clock::now() >= deadline)
       give_up(Error::Cause::kNoResult, "another program's transaction has not ended: R3700 is still CA0Eh",

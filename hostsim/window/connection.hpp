@@ -2,7 +2,7 @@
 #pragma once
 
 /// A connection to a Modbus server that never blocks: one request at a time, and its response. What ends it,
-/// silence too, is told in words, and after a pause it is made again.
+/// silence too, is reported as text, and after a pause it is made again.
 
 #include <array>
 #include <cstddef>
@@ -61,7 +61,7 @@ class Connection {
   /// The whole response, if it is there. What is no response to the request ends the connection.
   std::optional<Response> receive(Time now);
 
-  /// Is told the descriptor before it is closed.
+  /// Called with the descriptor before it is closed.
   std::function<void(int descriptor)> on_close;
 
  protected:
@@ -72,9 +72,9 @@ class Connection {
 
   /// Sends unit ID and PDU in the frame of this transport; false: errno says why not.
   virtual bool put(Bytes bytes) = 0;
-  /// Unit ID and PDU in what has come, where that is one whole frame; else nothing.
+  /// Unit ID and PDU of what was received, if that is one whole frame; else nothing.
   virtual Come framed_in(Come come) const = 0;
-  /// Why what has come will be no response, or will be `late`; null: it may still become one.
+  /// Why what was received is no response, or is `late`; null: it may still become one.
   virtual const char* fault_of(Come come, bool late) const = 0;
   /// Why there is nothing to read any more; `error` is 0 at the end of a stream.
   virtual const char* loss_by(int error) const = 0;
@@ -100,7 +100,7 @@ class Connection {
   };
 
   std::optional<Due> due_;
-  std::array<std::uint8_t, kLongestFrame + 1> buffer_{};  ///< one more, to see what nobody has asked for
+  std::array<std::uint8_t, kLongestFrame + 1> buffer_{};  ///< one more, to notice unrequested bytes
   std::size_t size_ = 0;
   Time silence_;  ///< between a response and the next request
   std::string place_;

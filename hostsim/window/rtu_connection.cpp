@@ -95,7 +95,7 @@ void RtuConnection::poll(Time now) {
   connected();
 }
 
-/// What has come uninvited is thrown away. A frame goes into the port's buffer whole, or the port is not what
+/// Unrequested bytes are discarded. A frame goes into the port's buffer whole, or the port is not what
 /// it should be.
 bool RtuConnection::put(Bytes bytes) {
   const std::uint16_t crc = crc_of(bytes);

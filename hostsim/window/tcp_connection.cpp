@@ -15,7 +15,7 @@ namespace cbcan::window {
 
 namespace {
 
-/// Transaction number 0, protocol 0, and behind them the length of the rest.
+/// Transaction number 0, protocol 0, then the length of the rest.
 constexpr std::size_t kZeros = 4;
 constexpr std::size_t kHeader = 6;
 
