@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 import { once } from "node:events";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import { createConnection } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
@@ -33,17 +34,17 @@ const IO = 0x42, TRANSDUCER = 1, DRIVE = 5, GENERIC = 0x20;
 const EDS = { [IO]: "io_module", [TRANSDUCER]: "pressure_transducer", [DRIVE]: "drive" };
 
 /// Calls use(master) with a Device on a bus with the plant of devices.toml, that knows the nodes as SDO servers.
-async function withPlant(use) {
+async function withPlant(use, ...options) {
   count();
   const place = vcan ? ["--can", `socketcan:${vcan}`] : ["--slcan", "127.0.0.1:0"];
-  const simulator = await startSimulator(program, "--config", join(sources, "tests/system/devices.toml"), ...place);
+  const simulator = await startSimulator(program, "--config", join(sources, "tests/system/devices.toml"), ...place, ...options);
   const bus = vcan ? await socketCanBus(vcan) : await slcanBus(simulator.where.slcan);
   const master = new Device({ id: 126, eds: new Eds() });
   try {
     for (const node of [IO, TRANSDUCER, DRIVE, GENERIC]) master.eds.addSdoClientParameter(node, 0x600 + node, 0x580 + node);
     bus.on("frame", (frame) => master.receive(frame));
     master.on("message", (frame) => bus.send(frame));
-    await use(master, bus);
+    await use(master, bus, simulator.where.control);
   } finally {
     master.stop();
     bus.close();
@@ -244,17 +245,31 @@ test("SYNC: with counter, from a start value on", () => withPlant(async (master,
   assert.deepEqual(after, [0, 0, 0, 1, 1, 2, 2]);
 }));
 
-test("TIME: set by it, told by a node", () => withPlant(async (master) => {
+/// The answers to lines at --control.
+async function commands(control, ...lines) {
+  const [host, port] = control.split(":");
+  const client = createConnection({ host, port });
+  client.end(lines.join("\n") + "\n");
+  let answers = "";
+  for await (const part of client) answers += part;
+  return answers.trimEnd().split("\n");
+}
+
+test("TIME: the module is set by it, and produces it", () => withPlant(async (master, bus, control) => {
   master.eds.setTimeCobId(0x100);
   master.eds.setTimeProducerEnable(true);
   master.eds.setTimeConsumerEnable(true);
   master.start();
-  const date = new Date("2030-05-17T23:59:59.990Z");
-  const set = new Promise((resolve) => master.time.on("time", (heard) => heard >= date && resolve(heard)));
-  await write(master, IO, 0x1012, 0, 0xc0000100, DataType.UNSIGNED32);
-  master.time.write(date);
-  assert.ok((await set) - date < LIMIT);
-}));
+  assert.deepEqual(await commands(control, "trigger write 0 0x1012 0 4 0x100 0xC000"), ["ok"]);  // C000 0100h
+  master.time.write(new Date("2030-05-17T12:00:00.000Z"));
+  let answers;
+  do answers = await commands(control, "trigger read 0 0x3008 0 6", "read 3706 3");
+  while (!/^ok \d+ \d+ 16938$/.test(answers[1]));  // days since 1984-01-01
+  const heard = happens(master.time, "time");
+  // 14,400,500 ms after midnight of the next day
+  await commands(control, `trigger write 0 0x3008 0 6 ${14_400_500 & 0xffff} ${14_400_500 >> 16} 16939`);
+  assert.deepEqual(await heard, new Date("2030-05-18T04:00:00.500Z"));
+}, "--set", "module.enabled=true", "--control", "127.0.0.1:0"));
 
 const IDENTITY = { vendorId: 0x2b, productCode: 0xc0ffee, revisionNumber: 0x10002, serialNumber: 0x80000001 };
 
