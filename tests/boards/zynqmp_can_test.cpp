@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The driver of the Zynq UltraScale+ CAN controller against a model of it. Register values are worked out by
 // hand from UG1087.
-#include "boards/zynqmp_a53/zynqmp_can.hpp"
+#include "boards/drivers/zynqmp_can.hpp"
 
 #include "boards/model_registers.hpp"
 #include "support/catch.hpp"

@@ -100,7 +100,8 @@ def other_board(path, name):
     """The board that a file of another board includes: boards are leaves, which know only what they have in common."""
     parts = name.split("/")
     own = path.parts[2] if path.is_relative_to("firmware/boards") and len(path.parts) > 3 else None
-    return parts[1] if own and parts[0] == "boards" and parts[1] not in (own, "common") else None
+    known = {own, "common"} | ({"drivers"} if own != "common" else set())
+    return parts[1] if own and parts[0] == "boards" and parts[1] not in known else None
 
 
 def check(path):

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// From the reset to main(), and what is done about faults. In assembler is only what C++ cannot say: the
-// stack pointer, the vector table (Arm ARM, D1.10.2), the registers around an interrupt.
+// From the reset to main(); a fault ends the emulator with exit code 1. In assembler is only what C++ cannot
+// say: the stack pointer, the vector table (Arm ARM, D1.10.2), the registers around an interrupt. The MMU
+// stays off.
 #include <cstdint>
 
-#include "boards/common/cortex_a53.hpp"
 #include "boards/common/semihosting.hpp"
 
 int main();
 
 extern "C" {
 using Constructor = void (*)();
-// cortex_a53.ld
+// selftest.ld
 extern std::uint64_t bss_begin[];
 extern std::uint64_t bss_end[];
 extern const Constructor constructors_begin[];
@@ -18,7 +18,7 @@ extern const Constructor constructors_end[];
 extern const char vectors[];
 
 void start();
-void report_fault(std::uint64_t vector);
+void report_fault();
 // A pure virtual function was called.
 [[noreturn]] void __cxa_pure_virtual();
 }
@@ -31,31 +31,18 @@ reset:
   mov sp, x0
   b start
 
-  .macro fault number
-  .balign 0x80
-  mov x0, #\number
-  b fault
-  .endm
-
   .balign 0x800
 vectors:
-  fault 0
-  fault 1
-  fault 2
-  fault 3
-  fault 4                     // synchronous, this level
+  .rept 5                     // up to a synchronous exception of this level
+  .balign 0x80
+  b fault
+  .endr
   .balign 0x80
   b interrupt                 // IRQ, this level
-  fault 6
-  fault 7
-  fault 8
-  fault 9
-  fault 10
-  fault 11
-  fault 12
-  fault 13
-  fault 14
-  fault 15
+  .rept 10
+  .balign 0x80
+  b fault
+  .endr
 
   .balign 0x80
 fault:                        // the stack may be what is wrong: a fresh one
@@ -98,26 +85,20 @@ void start() {
   asm volatile("msr vbar_el1, %0\n\tisb" : : "r"(vectors));
   for (volatile std::uint64_t* word = bss_begin; word != bss_end; ++word)
     *word = 0;
-  cbcan::boards::enable_mmu();
   for (const Constructor* constructor = constructors_begin; constructor != constructors_end; ++constructor)
     (*constructor)();
   cbcan::boards::semihosting::exit(static_cast<std::uint64_t>(main()));
 }
 
-void report_fault(std::uint64_t vector) {
+void report_fault() {
   using namespace cbcan::boards::semihosting;
-  std::uint64_t syndrome, link, address;
+  std::uint64_t syndrome, link;
   asm volatile("mrs %0, esr_el1" : "=r"(syndrome));
   asm volatile("mrs %0, elr_el1" : "=r"(link));
-  asm volatile("mrs %0, far_el1" : "=r"(address));
-  write("fault: vector ");
-  write_hex(vector);
-  write(" ESR ");
+  write("fault: ESR ");
   write_hex(syndrome);
   write(" ELR ");
   write_hex(link);
-  write(" FAR ");
-  write_hex(address);
   write("\n");
   exit(1);
 }

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Cortex-A53, bare metal: Debian's Linux compiler, of which only the code generator and the freestanding headers are used. No
-# FPU (interrupts save no such registers), no unaligned access (start-up runs with the MMU off), no helper functions for atomics.
+# FPU (interrupts save no such registers), no unaligned access (the MMU is off), no helper functions for atomics.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR cortex-a53)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
