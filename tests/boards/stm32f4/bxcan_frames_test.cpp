@@ -199,16 +199,6 @@ TEST_CASE("receive: every identifier hits or misses the filters as promised") {
     CHECK_FALSE(rig.hear(frame_from(extended)));
 }
 
-TEST_CASE("receive: a burst that fills a FIFO is drained by one interrupt, in order") {
-  StartedRig rig;
-  for (const char* frame : {"581#01", "582#02", "583#03"})
-    REQUIRE(rig.model.arrive(frame_from(frame)));
-  rig.can.on_rx_interrupt();
-  CHECK_FALSE(rig.model.rx0_line());
-  for (const char* frame : {"581#01", "582#02", "583#03"})
-    CHECK(rig.received() == frame);
-}
-
 TEST_CASE("receive: a release that takes its time loses and doubles nothing") {
   StartedRig rig;
   rig.model.release_after = 2;
@@ -256,15 +246,4 @@ TEST_CASE("receive: a storm of EMCY messages that the loop does not follow loses
   CHECK(rig.can.counters().queue_full == 1000 - 64);
   rig.poll();
   CHECK(rig.can.state() == BusState::kOverflow);
-}
-
-TEST_CASE("receive: a storm in FIFO 1 that the interrupt does not follow leaves FIFO 0 alone") {
-  StartedRig rig;
-  for (int i = 0; i < 10; ++i)
-    rig.model.arrive(frame_from("081#0010010000000000"));
-  rig.model.arrive(frame_from("5C2#6011640100000000"));
-  rig.can.on_rx_interrupt();
-  CHECK(rig.received() == "5C2#6011640100000000");
-  CHECK(rig.can.counters().received == 4);
-  CHECK(rig.can.counters().overruns == 1);
 }

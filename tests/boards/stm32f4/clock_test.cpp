@@ -311,19 +311,4 @@ TEST_CASE("clock: after faults CAN joins the bus no earlier than it may, with Mo
   rig.check_external();
 }
 
-TEST_CASE("clock: CAN that keeps a frame in bus-off is reset") {
-  ClockRig rig;
-  rig.rcc_model.set_hse(true);
-  rig.pass(20 * kMillisecond);
-  CHECK(rig.can.try_send(test::frame_from("601#")));
-  for (int i = 0; i < 32; ++i) {
-    REQUIRE(rig.can_model.start_frame());
-    rig.can_model.end_frame(BxCanModel::End::kError, BxCanModel::kBit0);
-  }
-  rig.can_model.abort_held = true;
-  rig.pass(300 * kMillisecond);
-  rig.check_external();
-  CHECK_FALSE(rig.can_model.sent());
-}
-
 }  // namespace cbcan
