@@ -51,19 +51,6 @@ TEST_CASE("errors: passive because of what is received") {
   CHECK(rig.can.counters().last_error == 6);  // still the last one
 }
 
-TEST_CASE("errors: each code of LEC is kept until the next") {
-  StartedRig rig;
-  CHECK(rig.can.counters().last_error == 0);
-  for (const auto error : {BxCanRig::Model::kStuff, BxCanRig::Model::kForm, BxCanRig::Model::kAcknowledgement,
-                           BxCanRig::Model::kBit1, BxCanRig::Model::kBit0, BxCanRig::Model::kCrc}) {
-    rig.model.receive_error(error);
-    rig.poll();
-    rig.poll();
-    CHECK(rig.can.counters().last_error == error);
-  }
-  CHECK(rig.can.counters().errors == 6);
-}
-
 TEST_CASE("bus-off: frames in mailboxes are taken back, none is accepted, and none comes out afterwards") {
   StartedRig rig;
   CHECK(rig.send("000#0100"));

@@ -46,19 +46,6 @@ TEST_CASE("transmit: three mailboxes, then full; in the order of the requests, n
   CHECK(rig.can.counters().taken_back == 0);
 }
 
-TEST_CASE("transmit: a frame that another one wins over is sent after it, and counted once") {
-  StartedRig rig;
-  CHECK(rig.send("601#"));
-  REQUIRE(rig.model.start_frame());
-  rig.model.end_frame(BxCanRig::Model::End::kArbitrationLost);
-  rig.poll();
-  CHECK(rig.can.counters().sent == 0);
-  CHECK(rig.sent() == "601#");
-  rig.poll();
-  rig.poll();
-  CHECK(rig.can.counters().sent == 1);
-}
-
 TEST_CASE("transmit: a frame that nobody acknowledges is taken back after a second") {
   StartedRig rig;
   rig.now = 5 * kSecond;
@@ -100,18 +87,6 @@ TEST_CASE("transmit: a frame that is on the bus when it gets old may still be se
   CHECK(rig.poll(kMillisecond) == kNever);
   CHECK(rig.can.counters().sent == 1);
   CHECK(rig.can.counters().taken_back == 0);
-}
-
-TEST_CASE("transmit: each mailbox gets old for itself") {
-  StartedRig rig;
-  CHECK(rig.send("601#"));
-  rig.poll();
-  CHECK(rig.send("602#"));
-  CHECK(rig.poll(600 * kMillisecond) == kSecond);
-  CHECK(rig.poll(400 * kMillisecond) == kSecond + kMillisecond);
-  CHECK(rig.poll(kMillisecond) == 600 * kMillisecond + kSecond);
-  CHECK(rig.can.counters().taken_back == 1);
-  CHECK(rig.sent() == "602#");
 }
 
 // ---- Receive

@@ -69,16 +69,6 @@ TEST_CASE("USART: a baud rate that the clock does not give is refused") {
   CHECK(rig.model.read(0x08) == 0x823);                                    // as before
 }
 
-TEST_CASE("USART: bytes go to the handler, 0 to 255") {
-  UsartRig rig;
-  Bytes all;
-  for (unsigned value = 0; value < 256; ++value) {
-    all.push_back(static_cast<std::uint8_t>(value));
-    rig.receive(static_cast<std::uint8_t>(value));
-  }
-  CHECK(rig.received == all);
-}
-
 TEST_CASE(
     "USART: bytes with parity or framing errors are told as broken, noisy ones handed on; each is counted") {
   UsartRig rig;
