@@ -103,7 +103,7 @@ struct ReferenceServer {
   std::size_t done_ = 0;
   bool declared_ = false;
   std::size_t size_ = 0;  ///< as declared
-  unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, fruitless_ = 0;
+  unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, no_progress_count_ = 0;
   bool crc_ = false;
 };
 
@@ -183,7 +183,7 @@ struct ReferenceClient {
   std::size_t most_ = 0;   ///< bytes that may come
   bool declared_ = false;  ///< most_ are those that the server has declared
   bool crc_ = false;
-  unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, fruitless_ = 0, segments_ = 0;
+  unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, no_progress_count_ = 0, segments_ = 0;
 };
 
 /// Random frames for either side.

@@ -171,7 +171,7 @@ void ReferenceClient::upload_segment(const Sdo& response) {
   value_.insert(value_.end(), response.begin() + 1, response.begin() + 1 + size);
   if (response[0] % 2 == 1)
     return declared_ && value_.size() != most_ ? abort(kNotAsDeclared) : end(0);  // [SDO-33]
-  if (size == 0 && ++fruitless_ == kMostEmpty) return abort(kLargerThanRoom);
+  if (size == 0 && ++no_progress_count_ == kMostEmpty) return abort(kLargerThanRoom);
   toggle_ = 1 - toggle_;
   send(0x60 + 16 * toggle_, State::kUploadSegments);
 }
@@ -218,8 +218,8 @@ void ReferenceClient::sub_block_taken(const Sdo& response) {
   if (taken > sequence_) return abort(kSequence);
   block_size_ = response[2];
   if (block_size_ < 1 || block_size_ > 127) return abort(kBlockSize);
-  fruitless_ = taken == 0 ? fruitless_ + 1 : 0;
-  if (fruitless_ == kMostFruitless) return abort(kSequence);
+  no_progress_count_ = taken == 0 ? no_progress_count_ + 1 : 0;
+  if (no_progress_count_ == kMostFruitless) return abort(kSequence);
   done_ = std::min(done_ + 7 * taken, value.size());
   if (done_ < value.size()) return send_sub_block();
   const unsigned crc = crc_ ? reference_crc(value) : 0;
@@ -252,8 +252,8 @@ void ReferenceClient::block_segment(const Sdo& response) {
     acknowledge();
     state_ = State::kBlockUploadEnd;
   } else if (last || number == block_size_) {
-    fruitless_ = sequence_ == 0 ? fruitless_ + 1 : 0;
-    if (fruitless_ == kMostFruitless) return abort(kSequence);
+    no_progress_count_ = sequence_ == 0 ? no_progress_count_ + 1 : 0;
+    if (no_progress_count_ == kMostFruitless) return abort(kSequence);
     acknowledge();
     sequence_ = segments_ = 0;
   }

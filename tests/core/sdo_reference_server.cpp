@@ -217,7 +217,7 @@ void ReferenceServer::initiate_block_upload(const Sdo& request) {
   block_size_ = request[4];
   if (block_size_ < 1 || block_size_ > 127) return void(abort(kBlockSize));
   crc_ = (request[0] & 4) != 0;
-  fruitless_ = 0;
+  no_progress_count_ = 0;
   state_ = State::kBlockUploadStart;
   respond(0xC6, multiplexer_, static_cast<std::uint32_t>(bytes_.size()));
 }
@@ -242,8 +242,8 @@ void ReferenceServer::acknowledged(const Sdo& request) {
   if (taken > sequence_) return void(abort(kSequence));
   block_size_ = request[2];
   if (block_size_ < 1 || block_size_ > 127) return void(abort(kBlockSize));
-  fruitless_ = taken == 0 ? fruitless_ + 1 : 0;
-  if (fruitless_ == kMostFruitless) return void(abort(kSequence));
+  no_progress_count_ = taken == 0 ? no_progress_count_ + 1 : 0;
+  if (no_progress_count_ == kMostFruitless) return void(abort(kSequence));
   done_ = std::min(done_ + 7 * taken, bytes_.size());
   if (taken == 0 || done_ < bytes_.size()) return send_sub_block();
   const std::size_t unused = bytes_.empty() ? 7 : (7 - bytes_.size() % 7) % 7;
