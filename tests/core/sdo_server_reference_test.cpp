@@ -242,6 +242,23 @@ TEST_CASE("SDO server: 100,000 random frames, each response that of a second imp
   CHECK(beside.server.counters().aborts_sent == beside.aborts);
   CHECK(beside.server.counters().ignored == beside.unheard);
   CHECK(beside.server.counters().aborts_received > 100);
+  CHECK(beside.server.counters().requests > 10'000);
+}
+
+TEST_CASE("SDO server: what the port refuses is sent later, in order") {
+  Beside beside(1);
+  const auto ask = [&](const char* request, unsigned refused) {
+    beside.port.refuse_next = refused;
+    beside.server.on_frame(frame_from(request), 0);
+    CHECK(beside.port.sent.empty());
+    for (unsigned i = 0; i < refused; ++i)
+      beside.server.poll(beside.server.deadline());
+    return std::exchange(beside.port.sent, {});
+  };
+  using Sent = std::deque<std::string>;
+  CHECK(ask("642#A402200002000000", 1) == Sent{"5C2#C60220001E000000"});
+  CHECK(ask("642#A300000000000000", 2) == Sent{"5C2#0100000000000000", "5C2#0200000000000000"});
+  CHECK(beside.server.deadline() == kNever);
 }
 
 TEST_CASE("SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks") {
