@@ -2,16 +2,21 @@
 #include <algorithm>
 #include <array>
 
-#include "core/sdo_reference.hpp"
+#include "core/reference_server.hpp"
 
 namespace cbcan::test {
 
 namespace {
 
 // 7.2.4.3.17, table 22.
-constexpr std::uint32_t kMemory = 0x05040005, kWriteOnly = 0x06010001, kReadOnly = 0x06010002,
-                        kNoObject = 0x06020000, kLength = 0x06070010, kTooLong = 0x06070012,
-                        kNoSub = 0x06090011, kTooHigh = 0x06090031, kTooLow = 0x06090032;
+constexpr std::uint32_t kToggle = 0x05030000, kCommand = 0x05040001, kBlockSize = 0x05040002,
+                        kSequence = 0x05040003, kCrc = 0x05040004, kMemory = 0x05040005,
+                        kWriteOnly = 0x06010001, kReadOnly = 0x06010002, kNoObject = 0x06020000,
+                        kLength = 0x06070010, kTooLong = 0x06070012, kNoSub = 0x06090011,
+                        kTooHigh = 0x06090031, kTooLow = 0x06090032;
+
+/// Decided [SDO-24]: sub-blocks in a row of which nothing is confirmed, until a block upload is given up.
+constexpr unsigned kMostFruitless = 8;
 
 }  // namespace
 
