@@ -174,7 +174,7 @@ class Turns(BlockTest):
 
 
 class Pointers(BlockTest):
-    arguments = {"files": ("cia405.st", "cia405_codesys.st", "cia405_v4.st", "ramp.st"), "main": "Read_Write_SDO"}
+    arguments = {"files": ("cia405.st", "cia405_codesys.st", "ramp.st"), "main": "Read_Write_SDO"}
 
     def test_no_buffer(self):
         for name in ("SDO_READ", "SDO_WRITE"):
@@ -185,7 +185,7 @@ class Pointers(BlockTest):
         where = Pointer({"DATA": [0]}, "DATA", array, 0)
         self.bad(self.plc.block("SDO_READ", DEVICE=NODE, INDEX=0x5000, DATA=where, DATALENGTH=1), OTHER, DATALENGTH=1)
 
-    # The library of today: cia405_v4.st
+    # The blocks of the library of today
 
     def buffer(self, size):
         array = self.plc.machine.types["CBCAN_BUFFER"]._replace(high=size - 1)
@@ -211,15 +211,6 @@ class Pointers(BlockTest):
                 with self.subTest((name, inputs)):
                     self.bad(self.plc.block(name, **{**good, "DATA": self.buffer(5), **inputs}), error)
                     self.plc.called.clear()
-
-    def test_an_emergency_message_is_no_error_today(self):
-        self.plc = self.start(*self.options, "--slcan", "127.0.0.1:0", **self.arguments)
-        self.plc.send(f"{0x80 + NODE:03X}#1081010102030405")
-        seen = {"EMCY_ERROR_CODE": 0x8110, "ERROR_REGISTER": 1, "ERROR_FIELD": [1, 2, 3, 4, 5]}
-        self.good(self.plc.block("RECV_EMCY_V4"), DEVICE=NODE, ERRORINFO=seen)
-        self.good(self.plc.block("RECV_EMCY_DEV_V4", DEVICE=NODE), ERRORINFO=seen)
-        self.bad(self.plc.block("RECV_EMCY_DEV_V4", DEVICE=128), 0x24)
-        self.bad(self.plc.block("RECV_EMCY_V4", NETWORK=3), 0x25)
 
 
 cases.main()

@@ -17,7 +17,7 @@ BLOCKS = {  # inputs and outputs as the CiA 405 library of SoMachine has them; t
     "GET_LOCAL_NODE_ID": ("", "DEVICE", ""),
     "GET_CANOPEN_KERNEL_STATE": ("", "STATE DEVICE", ""),
     "GET_STATE": ("DEVICE", "STATE", ""),
-    "SDO_READ": ("DEVICE CHANNEL INDEX SUBINDEX DATA", "ERRORINFO", "DATALENGTH"),
+    "SDO_READ": ("DEVICE CHANNEL INDEX SUBINDEX DATA MODE", "ERRORINFO", "DATALENGTH"),
     "SDO_READ4": ("DEVICE CHANNEL INDEX SUBINDEX", "DATA DATALENGTH ERRORINFO", ""),
     "SDO_WRITE": ("DEVICE CHANNEL INDEX SUBINDEX MODE DATA DATALENGTH", "ERRORINFO", ""),
     "SDO_WRITE4": ("DEVICE CHANNEL INDEX SUBINDEX DATA DATALENGTH", "ERRORINFO", ""),
@@ -36,11 +36,11 @@ class Files(unittest.TestCase):
             self.assertEqual(systems, {"MATIEC", "OpenPLC", "STruC++", "CODESYS"}, f"{place}: {construct}")
 
     def test_the_blocks_with_pointers_are_for_codesys_and_strucpp(self):
-        found = self.systems_of("cia405.st", "cia405_codesys.st", "cia405_v4.st", "ramp.st", main="Read_Write_SDO")
+        found = self.systems_of("cia405.st", "cia405_codesys.st", "ramp.st", main="Read_Write_SDO")
         for construct, (systems, place) in found.items():
             self.assertLessEqual({"CODESYS", "STruC++"}, systems, f"{place}: {construct}")
             if construct in POINTERS:
-                self.assertRegex(place, r"\A(cia405_codesys|cia405_v4|ramp)\.st:")
+                self.assertRegex(place, r"\A(cia405_codesys|ramp)\.st:")
         self.assertEqual({construct for construct in found if construct in POINTERS}, set(POINTERS))
 
     def test_the_configuration_is_for_matiec(self):
