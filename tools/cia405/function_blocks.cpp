@@ -19,7 +19,7 @@ using OwnId = Service::OwnId;
 
 /// An object of the module.
 Service read_local(std::uint16_t index, std::uint16_t size, OwnId own_id = OwnId::kNotAsked) {
-  return {.transaction = detail::local_read(index, size), .exact = true, .own_id = own_id};
+  return {.transaction = detail::local_read(index, size), .own_id = own_id};
 }
 
 /// One with a sub-index for each node, the own one too.
@@ -105,10 +105,11 @@ std::optional<Service> Nmt::service() const {
   const bool known = std::ranges::any_of(
       regmap::kNmtCommands, [code](const regmap::NmtRow& row) { return row.state_code == code; });
   if (!known || device > kHighestNode) return std::nullopt;
+  const std::uint16_t who = device == 0 ? regmap::kNmtAllNodes : device;
   return Service{
       .transaction = {.command = regmap::kSdoWrite,
                       .index = regmap::kNmtService,
-                      .sub = device == 0 ? std::uint16_t{regmap::kNmtAllNodes} : device,
+                      .sub = who,
                       .size = 2,
                       .data = {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8)}},
       .on_bus = true};
@@ -168,8 +169,8 @@ std::optional<Service> SdoAccess::read(std::size_t size) const {
                                  .sub = subindex,
                                  .size = static_cast<std::uint16_t>(size)},
                  .on_bus = device != 0,
-                 .channel = channel,
-                 .has_errorinfo = true};
+                 .access = true,
+                 .channel = channel};
 }
 
 std::optional<Service> SdoAccess::write(std::span<const std::uint8_t> bytes, SdoMode mode) const {

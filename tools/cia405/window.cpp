@@ -21,9 +21,9 @@ bool changes_settings(const Transaction& transaction) {
           transaction.index == regmap::kNmtService);
 }
 
-bool fits(const Transaction& transaction, bool exact, std::uint16_t size) {
+bool fits(const Transaction& transaction, bool may_be_smaller, std::uint16_t size) {
   if (transaction.command == regmap::kSdoWrite) return true;
-  return exact ? size == transaction.size : size <= transaction.size;
+  return may_be_smaller ? size <= transaction.size : size == transaction.size;
 }
 
 }  // namespace
@@ -100,7 +100,7 @@ void Window::answered(const Response& response) {
 void Window::ended(const Result& result) {
   Job& job = *queue_.front();
   const auto code = static_cast<regmap::Result>(result.code);
-  const bool exact = purpose_ != Purpose::kService || job.service.exact;
+  const bool access = purpose_ == Purpose::kService && job.service.access;
   if (!result.known) {  // nor is what 3003h and 3004h are
     known_ = {};
     finish(job, KernelError::kInternal);
@@ -111,7 +111,7 @@ void Window::ended(const Result& result) {
     failed(job, result.abort_code);
   } else if (code == regmap::Result::kRestarted && channel_.number() != 1) {
     known_ = {};  // it was not executed: once more, with the next number
-  } else if (code == regmap::Result::kOk && fits(channel_.transaction(), exact, result.size)) {
+  } else if (code == regmap::Result::kOk && fits(channel_.transaction(), access, result.size)) {
     succeeded(job, result);
   } else {
     finish(job, KernelError::kInternal);
@@ -134,7 +134,7 @@ void Window::succeeded(Job& job, const Result& result) {
 /// A block whose TIMEOUT is over is not here any more: abort 0504 0000h is the node's, or else that of an NMT
 /// command which the module could not send.
 void Window::failed(Job& job, std::uint32_t abort_code) {
-  if (purpose_ == Purpose::kService && job.service.has_errorinfo) {
+  if (purpose_ == Purpose::kService && job.service.access) {
     job.abort_code = abort_code;
     finish(job, KernelError::kOther);
   } else if (purpose_ == Purpose::kService && abort_code == window::abort_code::kTimedOut) {

@@ -29,11 +29,11 @@ struct Service {
 
   Transaction transaction{};
   bool on_bus = false;  ///< the module's SDO time-out matters
-  bool exact = false;   ///< a response of another size is none
+  bool access =
+      false;  ///< any object: it may be smaller than asked for, and the block can show an abort code
   SdoMode mode = SdoMode::kAuto;
   OwnId own_id = OwnId::kNotAsked;
-  std::uint8_t channel = 1;    ///< 0 = any
-  bool has_errorinfo = false;  ///< the block can show an abort code
+  std::uint8_t channel = 1;  ///< 0 = any
 };
 
 /// One execution of a block, from the rising edge of its `enable` on.
