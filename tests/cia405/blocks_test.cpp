@@ -89,62 +89,6 @@ TEST_CASE("a mode that there is not is ERROR 21h") {
   CHECK(write.error == KernelError::kInternal);
 }
 
-TEST_CASE("CHANNEL 0 takes a free channel, so slow devices do not wait for one another") {
-  const auto cycles_of = [](std::uint8_t channel) {
-    Rig rig({"--node", "6=" CBCAN_PLANTS "/demo/generic.eds"});
-    SdoRead4 first(rig.program.link), second(rig.program.link);
-    rig.program.blocks = {&first, &second};
-    for (SdoRead4* block : {&first, &second}) {
-      four_bytes(*block);
-      block->device = block == &first ? 5 : 6;
-      block->channel = channel;
-      rig.plant.command("fault " + std::to_string(block->device) + " response-late delay_ms=100");
-    }
-    int cycles = 0;
-    for (; !(first.confirm && second.confirm) && cycles < 1000; ++cycles)
-      rig.cycles(1);
-    return cycles;
-  };
-  CHECK(cycles_of(1) > 200);
-  CHECK(cycles_of(0) < 150);
-}
-
-TEST_CASE("a module with one channel: CHANNEL 0 is that one, others are ERROR 21h") {
-  Rig rig({"--set", "module.channels=1"});
-  SdoRead4 first(rig.program.link), any(rig.program.link), second(rig.program.link);
-  rig.program.blocks = {&first, &any, &second};
-  for (SdoRead4* block : {&first, &any, &second})
-    four_bytes(*block);
-  any.channel = 0;
-  second.channel = 2;
-  rig.cycles(40);
-  CHECK(first.confirm);
-  CHECK(any.confirm);
-  CHECK(second.error == KernelError::kInternal);
-}
-
-TEST_CASE("a reset of the module's node is known on all channels") {
-  Rig rig;
-  SdoRead4 read(rig.program.link);
-  Nmt reset(rig.program.link);
-  rig.program.blocks = {&read, &reset};
-  read.channel = 2;
-  read.timeout = 200;
-  reset.device = 127;
-  reset.state = TransitionState::kResetNode;
-  rig.plant.command("fault 5 response-never after=1");
-  four_bytes(read);
-  rig.cycles(20);
-  CHECK(read.confirm);
-  read.enable = false;
-  reset.enable = true;
-  rig.cycles(10);
-  CHECK(reset.confirm);
-  four_bytes(read);
-  rig.cycles(250);
-  CHECK(read.error == KernelError::kTimeout);
-}
-
 TEST_CASE("run() blocks until the end, or the deadline: then the execution is cancelled") {
   using std::chrono::steady_clock;
   Plant plant;

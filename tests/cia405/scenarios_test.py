@@ -369,7 +369,7 @@ def scenarios(text):
         rows = [dict(zip(table[0], cells)) for row in table[1:] for cells in every(row)]
         steps = [step for line in lines if not line.startswith("|") for step in line.split("; ")]
         if not steps and not rows:
-            if PROGRAM == "recipes":
+            if PROGRAM == "recipes" or PROGRAM == "st" and "C++" in heading:
                 break
         elif not steps:
             tables[heading] = rows

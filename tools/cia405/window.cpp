@@ -35,24 +35,18 @@ void Window::add(Job& job) {
 }
 
 void Window::remove(Job& job) {
-  const bool begun = job.stage == Job::Stage::kBegun || job.stage == Job::Stage::kKernelState;
-  if (begun) abandon();
+  if (queue_.front() == &job) abandon();
   finish(job, KernelError::kNone);
 }
 
 void Window::expire(Time now) {
-  for (std::size_t i = 0; i < queue_.size();) {
+  for (std::size_t i = queue_.size(); i-- > 0;) {
     Job& job = *queue_[i];
-    const bool waits = job.stage == Job::Stage::kQueued;
-    const bool over = job.deadline && now >= *job.deadline;
-    if (over && job.stage == Job::Stage::kBegun) {
-      abandon();
-      job.stage = Job::Stage::kKernelState;
-    }
-    if (over && waits)
-      finish(job, KernelError::kTimeout);
-    else
-      ++i;
+    if (!job.deadline || now < *job.deadline) continue;
+    if (job.stage == Job::Stage::kQueued) finish(job, KernelError::kTimeout);
+    if (job.stage != Job::Stage::kBegun) continue;
+    abandon();
+    job.stage = Job::Stage::kKernelState;
   }
 }
 
