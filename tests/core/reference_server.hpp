@@ -95,7 +95,7 @@ struct ReferenceServer {
   std::size_t done_ = 0;
   bool declared_ = false;
   std::size_t size_ = 0;  ///< as declared
-  unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, fruitless_ = 0;
+  unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, no_progress_count_ = 0;
   bool crc_ = false;
 };
 

@@ -279,7 +279,7 @@ class Pages:
         self.run("cbcan-sim", "--check", "--config", "lua.toml")
 
     def iecst(self, block, page):
-        """tests/st/scanner_test.py plays it."""
+        """tests/st/scanner_test.py plays it with ten nodes."""
         name = re.search(r"PROGRAM (\w+)", block.text)[1]
         plc.Machine(*plc.source("cia405.st", "scanner.st"), ("page.st", block.text), plc.configuration(name)).scan(0)
 
