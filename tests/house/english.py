@@ -135,8 +135,6 @@ def strings():
                         for text in [code] if path.suffix == ".html" else STRING.findall(code):
                             if " " in text:
                                 yield f"{path.relative_to(ROOT)}:{number}", text
-    for path in sorted((ROOT / "packaging/man").glob("*")):
-        yield from ((f"{path.relative_to(ROOT)}:{number}", line) for number, line in enumerate(path.read_text().splitlines(), 1))
 
 
 def links_of(page):

@@ -93,13 +93,13 @@ class Package(unittest.TestCase):
     def helps(self, program):
         """Its --help, and those of its commands, where they have one of their own."""
         text = run(self.programs[program], "--help")
-        commands = re.search(r"\nSubcommands:\n(.*?)\n\n", text, re.DOTALL)
+        commands = re.search(r"\nCommands:\n(.*?)\n\n", text, re.DOTALL)
         names = re.findall(r"^  (\S+)", commands[1], re.MULTILINE) if commands else re.findall(rf"(?m)^ +{program} ([a-z]+) ", text)
         return {"": text} | {name: run(self.programs[program], name, "--help") for name in names}
 
     @staticmethod
     def options(text):
-        """Those that a line begins with: "  -v, --verbose", "  --unit,--station INT"."""
+        """Those that a line begins with: "  -v, --verbose", "  --station, --unit N"."""
         return {option for line in re.findall(r"^  (-.*?)(?: |$)(--\S+)?", text, re.MULTILINE) for words in line
                 for option in re.findall(r"(?<![\w-])--?[a-z][a-z-]*", words)}
 

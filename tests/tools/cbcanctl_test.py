@@ -4,6 +4,7 @@
 
 import json
 import pathlib
+import re
 import signal
 import socket
 import struct
@@ -230,8 +231,20 @@ class Usage(unittest.TestCase):
 
     def test_help_fits_80_columns(self):
         for command in ((), ("read",), ("write",), ("nmt",), ("watch",)):
-            for line in run(1, *command, "--help").stdout.splitlines():
+            for line in run(1, *command, "--help").stdout.splitlines() + run(1, *command, "-h").stdout.splitlines():
                 self.assertLessEqual(len(line), 80, line)
+        self.assertLessEqual(len(run(1, "-h").stdout.splitlines()), 24)
+
+    def test_help_has_every_command_with_its_arguments_and_options(self):
+        commands = re.search(r"\nCommands:\n(.*?)\n\n", run(1, "--help").stdout, re.DOTALL)[1].splitlines()
+        self.assertEqual(len(commands), 11)
+        for line in commands:
+            usage = re.match(r"  ((\S+)(?: [A-Z.]+)*)(?: |$)", line)
+            helped = run(1, usage[2], "--help").stdout
+            self.assertIn(f"Usage:  cbcanctl {usage[1].replace(usage[2], usage[2] + ' [OPTION...]', 1)}\n", helped)
+        self.assertIn("  --mode MODE            SDO transfer mode: auto, expedited, segmented or block\n", run(1, "read", "--help").stdout)
+        self.assertIn("  --size BYTES           Room for the value: 1..128 (default 128)\n", run(1, "read", "-h").stdout)
+        self.assertIn("  --port PORT            Its port: 1..65535 (default 1502)\n", run(1, "--help").stdout)
 
     def test_version(self):
         done = run(1, "--version")
@@ -261,9 +274,26 @@ class Usage(unittest.TestCase):
         self.assertRegex(done.stderr, r"^cbcanctl: no connection to no-such-host\.invalid:1502: .*; is cbcan-sim running there\? ")
         self.assertEqual(ctl("--host", "127.0.0.1:1", "--port", "1").returncode, USAGE)
 
+    def test_what_is_wrong_is_named(self):
+        read = "usage: cbcanctl read [OPTION...] NODE INDEX SUB"
+        for arguments, told in (("", "a command is missing; cbcanctl --help shows all"),
+                                ("read 1", f"INDEX is missing: Object index, such as 0x6411; {read}"),
+                                ("read 1 2 3 4", f"4: one word too many; {read}"),
+                                ("nmt strat 5", "SERVICE strat: must be start, stop, preop, reset-node or reset-comm; did you mean start?"),
+                                ("read 1 2 3 --mode blcok", "--mode blcok: must be auto, expedited, segmented or block; did you mean block?"),
+                                ("read 1 2 3 --size 129", "--size 129: must be 1..128"),
+                                ("read 1 2 3 --size much", "--size much: must be an integer, 1..128"),
+                                ("write 1 2 3 4 --size 1", "--size: cbcanctl write has no such option"),
+                                ("--json --json kernel", "--json is given twice"),
+                                ("--baud 9600 kernel", "--baud: needs --rtu, the serial device"),
+                                ("--port", "--port: needs an argument, PORT; cbcanctl --help shows all")):
+            done = subprocess.run([CBCANCTL, *arguments.split()], capture_output=True, text=True, timeout=LIMIT)
+            self.assertEqual((done.returncode, done.stderr), (USAGE, f"cbcanctl: {told}\n"))
+
     def test_suggestions(self):
         for arguments, told in (("reed 1 2 3", "reed: no such command; did you mean read?"),
                                 ("--timeout 5 sate 1", "sate: no such command; did you mean state?"),
+                                ("strat 5", "strat: no such command; did you mean nmt start?"),
                                 ("frobnicate", "frobnicate: no such command"),
                                 ("read 1 2 3 --tipe u8", "--tipe: no such option; did you mean --type?"),
                                 ("--jsno state 1", "--jsno: no such option; did you mean --json?"),

@@ -96,10 +96,9 @@ class Worker {
   }
 
   [[noreturn]] void fail(const std::string& why) const {
-    throw window::Error(
-        window::Error::Cause::kUnknown,
-        fmt::format("R{}: {}; it is not known whether the request was carried out",
-                    regmap::of_channel(regmap::kScannerInFirst, channel_.number()), why));
+    throw window::Error(window::Error::Cause::kUnknown,
+                        fmt::format("R{}: {}; it is not known whether the request was carried out",
+                                    regmap::of_channel(regmap::kScannerInFirst, channel_.number()), why));
   }
 
   RegisterAccess& registers_;
@@ -126,9 +125,7 @@ bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sd
     if (Worker worker(registers, channel); worker.exists()) channels.push_back(worker);
   if (channels.empty()) return false;
   auto next = jobs.begin();
-  const auto leave = [&] {
-    std::for_each(channels.begin(), channels.end(), std::mem_fn(&Worker::leave));
-  };
+  const auto leave = [&] { std::for_each(channels.begin(), channels.end(), std::mem_fn(&Worker::leave)); };
   try {
     for (Worker& channel : channels)
       if (sdo_timeout_ms != 0) channel.set_timeout(sdo_timeout_ms);

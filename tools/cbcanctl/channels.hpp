@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Many nodes at once: each channel of the module (docs/reference/contract.md, "Channels") carries out one job after
-/// the other. Knows no Modbus: registers are whatever reads and writes them.
+/// Many nodes at once: each channel of the module (docs/reference/contract.md, "Channels") carries out one
+/// job after the other. Knows no Modbus: registers are whatever reads and writes them.
 
 #include <cstdint>
 #include <optional>

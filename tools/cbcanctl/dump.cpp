@@ -137,8 +137,7 @@ const tools::ValueType& fitting_type(const Bytes& value, const tools::ValueType*
     return tools::value_type(value.size() >= 1 && value.size() <= 8 ? fmt::format("u{}", 8 * value.size())
                              : is_text(value)                       ? "string"
                                                                     : "hex");
-  const bool fits =
-      type->kind == tools::Kind::kString ? is_text(value) : type->size == 0 || type->size == value.size();
+  const bool fits = type->is_text() ? is_text(value) : type->size() == 0 || type->size() == value.size();
   return fits ? *type : tools::value_type("hex");
 }
 
@@ -158,7 +157,7 @@ void print_heading(std::uint8_t node, const std::vector<Dumped>& objects) {
   std::string identity;
   fmt::print("[[node]]\nid = {}\n", node);
   for (const auto& [index, sub, response, type, writable, name] : objects) {
-    if (response.data.size() != u32.size) continue;
+    if (response.data.size() != u32.size()) continue;
     if (index == tools::kDeviceType) fmt::print("device_type = {}\n", tools::print_value(response.data, u32));
     if (index == tools::kIdentity && sub > 0)
       identity += (identity.empty() ? "" : ", ") + tools::print_value(response.data, u32);

@@ -59,7 +59,8 @@ class Registers final : public tools::RegisterAccess {
   window::Response exchange(const window::Request& request) override { return client_.exchange(request); }
   void wait() override { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
   void progress(std::size_t ended) override {
-    if (interrupted()) throw window::Error(Cause::kInterrupted, "cancelled: no request is in progress any more");
+    if (interrupted())
+      throw window::Error(Cause::kInterrupted, "cancelled: no request is in progress any more");
     constexpr std::size_t kWidth = 40;
     const std::size_t full = kWidth * ended / std::max<std::size_t>(all_, 1);
     if (!terminal_ || full == shown_) return;
@@ -122,7 +123,8 @@ window::Client connect(const Options& options) {
   // The first response through a pseudo-terminal of QEMU takes up to one second.
   constexpr std::chrono::milliseconds kSerialResponse{1500}, kTcpResponse{1000};
   window::Settings settings = options.target;
-  settings.response_timeout = settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;
+  settings.response_timeout =
+      settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;
   settings.interrupted = interrupted;
   settings.occupied = [] { say("another program's transaction is in progress; waiting for it"); };
   return window::Client(std::move(settings));
@@ -141,8 +143,8 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
   }
 }
 
-std::deque<tools::ReadJob> read_of_all(window::Client& client,
-                                       const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms) {
+std::deque<tools::ReadJob> read_of_all(window::Client& client, const std::vector<tools::ObjectPlace>& places,
+                                       int sdo_timeout_ms) {
   std::deque<tools::ReadJob> jobs;
   std::vector<tools::Job*> list;
   for (std::uint16_t node = 1; node <= kMaxNode; ++node)
@@ -151,8 +153,7 @@ std::deque<tools::ReadJob> read_of_all(window::Client& client,
   return jobs;
 }
 
-tools::Bytes execute(window::Client& client, const tools::Transaction& transaction,
-                     const std::string& what) {
+tools::Bytes execute(window::Client& client, const tools::Transaction& transaction, const std::string& what) {
   const window::Result response = client.execute(transaction);
   if (response.code == static_cast<std::uint16_t>(regmap::Result::kOk)) return response.data;
   const bool silent = abort_code_of(response) == window::abort_code::kTimedOut && transaction.node != 0;
@@ -170,8 +171,8 @@ tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub,
   transaction.sub = sub;
   tools::Bytes value = execute(client, transaction, name(index));
   if (value.size() != size)
-    throw window::Error(
-        Cause::kNoWindow, fmt::format("{}: {} bytes instead of {}: this is no CBCAN window", name(index), value.size(), size));
+    throw window::Error(Cause::kNoWindow, fmt::format("{}: {} bytes instead of {}: this is no CBCAN window",
+                                                      name(index), value.size(), size));
   return value;
 }
 

@@ -21,6 +21,7 @@ inline constexpr std::uint64_t kMaxNode = 127;
 
 struct Options {
   window::Settings target{.port = 1502, .baud = 115200};
+  std::string parity = "E";
   bool json = false;
   int timeout_ms = 0;  ///< 0 = not given
   std::string node, index, sub, value, type, service;
@@ -74,8 +75,8 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
          int sdo_timeout_ms = 0);
 
 /// The same objects of all 127 nodes, likewise.
-std::deque<tools::ReadJob> read_of_all(window::Client& client,
-                                       const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms = 0);
+std::deque<tools::ReadJob> read_of_all(window::Client& client, const std::vector<tools::ObjectPlace>& places,
+                                       int sdo_timeout_ms = 0);
 
 /// The data of a good response; throws Refused, of `what`.
 tools::Bytes execute(window::Client& client, const tools::Transaction& transaction,

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "eds/values.hpp"
 #include "text/error.hpp"
 
 namespace cbcan::tools {
@@ -18,13 +19,13 @@ using Bytes = std::vector<std::uint8_t>;
 
 using text::UsageError;
 
-enum class Kind : std::uint8_t { kUnsigned, kSigned, kReal, kBoolean, kString, kHex };
-
-/// A type of --type.
+/// A type of --type; "hex" is a DOMAIN.
 struct ValueType {
   std::string_view name;
-  Kind kind;
-  std::size_t size;  ///< bytes; 0 = as many as there are
+  DataType type;
+
+  bool is_text() const { return type == DataType::kVisibleString; }
+  std::size_t size() const { return size_of(type); }  ///< bytes; 0 = as many as there are
 };
 
 /// "u8".."u64" and "i8".."i64" in steps of 8 bits, "f32", "f64", "bool", "string", "hex".
