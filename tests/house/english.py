@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 import page_blocks
 
 MOST_WORDS = 30  # of a sentence
-LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS = 4000, 2000, 40
+LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS = 4000, 1500, 40
 MOST_OF_ALL = 36000
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {
