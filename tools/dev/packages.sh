@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Sourced by tools/demo, tools/demo-mcu and tools/test: the Debian packages that they need, and their installation.
+# Sourced by tools/demo and tools/test: the Debian packages that they need, and their installation.
 
 # What it takes to build and run the simulator.
 build_packages=(g++ cmake ninja-build pkg-config libfmt-dev libtomlplusplus-dev
