@@ -66,7 +66,7 @@ NOT_EXECUTED = {
 }
 
 # Programs with commands that have a --help of their own.
-COMMANDS = {"cbcan-sim": [["run"]], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "read", "scan", "watch", "write")]}
+COMMANDS = {"cbcan-sim": [["run"]], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "read", "scan", "write")]}
 
 # Options of programs that are not ours, as prose names them.
 FOREIGN_OPTIONS = {"--preset", "--install", "--prefix", "--gc-sections", "--cflags", "--libs"}

@@ -140,7 +140,7 @@ class Package(unittest.TestCase):
         self.assertEqual(self.complete("cbcan-sim", "--cl"), {"--clock"})
         self.assertEqual(self.complete("cbcan-sim", "--clock", ""), {"real", "manual"})
         self.assertEqual(self.complete("cbcan-sim", "--config", ""), set())  # then bash offers files
-        self.assertEqual(self.complete("cbcanctl", "l"), {"local-id"})
+        self.assertEqual(self.complete("cbcanctl", "k"), {"kernel"})
         self.assertEqual(self.complete("cbcanctl", "--port", "1503", "nmt", "reset-"), {"reset-node", "reset-comm"})
         self.assertEqual(self.complete("cbcanctl", "read", "--mode", "s"), {"segmented"})
 

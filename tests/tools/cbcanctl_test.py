@@ -99,21 +99,6 @@ class WithSimulator(unittest.TestCase):
         self.assertEqual(len(done.stdout.splitlines()), 127)
         self.assertIn("3 Not detected\n", done.stdout)
 
-    def test_watch(self):
-        watch = subprocess.Popen([CBCANCTL, "--port", str(self.simulator.port), "watch", "--count", "2"],
-                                 stdout=subprocess.PIPE, text=True)
-        self.addCleanup(watch.stdout.close)
-        with self.simulator.window() as window:
-            # It may not be looking yet: registers change until it has seen two.
-            def change():
-                window.write(3769, [window.read(3769, 1)[0] ^ 0xFFFF])
-                return watch.poll() is not None
-            wait_until(change, "two lines")
-        lines = watch.stdout.read().splitlines()
-        self.assertEqual(watch.returncode, DONE)
-        self.assertEqual(len(lines), 2)
-        self.assertTrue(all(line.startswith("R3769 43770 DATA") for line in lines), lines)
-
     def test_interrupt_cancels(self):
         control = subprocess.Popen([CBCANCTL, "--port", str(self.simulator.port), "read", "99", "0x1000", "0"],
                                    stderr=subprocess.PIPE, text=True)
@@ -153,11 +138,9 @@ class WithSimulator(unittest.TestCase):
         self.check("--unit 2 state 1", "", NO_CONNECTION, f"cbcanctl: 127.0.0.1:{self.simulator.port}: reading R3700: there is no network 2; "
                    "--unit selects the network, 1 is the first\n")
 
-    def test_kernel_and_local_id(self):
+    def test_kernel(self):
         self.check("kernel", "00h no error\n")
         self.check("--json kernel", '{"kernel": 0, "name": "no error"}\n')
-        self.check("local-id", "127\n")
-        self.check("--json local-id", '{"node": 127}\n')
 
     def check_settings(self, timeout, mode):
         self.check("read 0 0x3003 0 --type u16", f"{timeout}\n")
@@ -218,7 +201,7 @@ class Usage(unittest.TestCase):
                           "read 1 1F82 0", "write 1 0x2000 0 5", "write 1 0x2000 0 300 --type u8", "nmt begin 1",
                           "nmt start 0", "state 128", "read 1 0x1000 0 --size 129", "read 1 0x1000 0 --type u12",
                           "read 1 0x1000 0 --mode fast", "read 1 0x1000 0 --timeout 65536", "write 1 0x2000 0 hex:01 --timeout 0",
-                          "state 1 --mode block", "emcy", "emcy 128", "emcy all", "kernel 1", "local-id 1"):
+                          "state 1 --mode block", "emcy", "emcy 128", "emcy all", "kernel 1", "watch"):
             done = run(1, *arguments.split())
             self.assertEqual((done.returncode, done.stdout), (USAGE, ""), arguments)
             self.assertTrue(done.stderr, arguments)
@@ -226,18 +209,18 @@ class Usage(unittest.TestCase):
     def test_help(self):
         done = run(1, "--help")
         self.assertEqual(done.returncode, DONE)
-        for word in ("read", "write", "nmt", "state", "emcy", "kernel", "local-id", "watch", "Exit codes"):
+        for word in ("read", "write", "nmt", "state", "emcy", "kernel", "Exit codes"):
             self.assertIn(word, done.stdout)
 
     def test_help_fits_80_columns(self):
-        for command in ((), ("read",), ("write",), ("nmt",), ("watch",)):
+        for command in ((), ("read",), ("write",), ("nmt",), ("dump",)):
             for line in run(1, *command, "--help").stdout.splitlines() + run(1, *command, "-h").stdout.splitlines():
                 self.assertLessEqual(len(line), 80, line)
         self.assertLessEqual(len(run(1, "-h").stdout.splitlines()), 24)
 
     def test_help_has_every_command_with_its_arguments_and_options(self):
         commands = re.search(r"\nCommands:\n(.*?)\n\n", run(1, "--help").stdout, re.DOTALL)[1].splitlines()
-        self.assertEqual(len(commands), 11)
+        self.assertEqual(len(commands), 9)
         for line in commands:
             usage = re.match(r"  ((\S+)(?: [A-Z.]+)*)(?: |$)", line)
             helped = run(1, usage[2], "--help").stdout

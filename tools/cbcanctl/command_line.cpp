@@ -74,9 +74,6 @@ constexpr std::array kConfigureOptions{
 constexpr std::array kDumpWords{node("1..127")};
 constexpr std::array kDumpOptions{
     row<&Options::eds>({.option = "--eds FILE", .help = "Reads the objects of this EDS or DCF file instead of trying 1000h..9FFFh"})};
-constexpr std::array kWatchOptions{
-    row<&Options::count>({.option = "--count N", .help = "Lines after which it ends", .high = 1'000'000'000, .unit = ", 0 = never"})};
-
 constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl read", "SDO read (upload)", kReadWords, kReadOptions, read},
     {"cbcanctl write", "SDO write (download)", kWriteWords, kWriteOptions, write},
@@ -87,8 +84,6 @@ constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl dump", "All objects of a node, as a plan", kDumpWords, kDumpOptions, dump},
     {"cbcanctl scan", "Nodes that respond, with identity and name", {}, {}, scan},
     {"cbcanctl kernel", "CAN errors of the coprocessor", {}, {}, kernel},
-    {"cbcanctl local-id", "Node ID of the coprocessor itself", {}, {}, local_id},
-    {"cbcanctl watch", "Registers of the window as they change", {}, kWatchOptions, watch},
 });
 
 /// Of all commands: where the registers are, and the others.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// read, write, nmt, state, kernel, local-id.
+// read, write, nmt, state, kernel.
 
 #include <fmt/core.h>
 
@@ -142,15 +142,6 @@ void kernel(const Options& options) {
     fmt::print("{{\"kernel\": {}, \"name\": {}}}\n", state, json_string(name));
   else
     fmt::print("{:02X}h {}\n", state, name);
-}
-
-void local_id(const Options& options) {
-  window::Client client = connect(options);
-  const int id = own::node_id(client);
-  if (options.json)
-    std::cout << "{\"node\": " << id << "}\n";
-  else
-    std::cout << id << "\n";
 }
 
 }  // namespace cbcan::ctl

@@ -28,7 +28,6 @@ struct Options {
   std::string mode;  ///< a name of kTransferModes; empty = not given
   int size = static_cast<int>(regmap::kMaxDataBytes);
   bool all = false;
-  int count = 0;
   // Of configure.
   std::vector<std::string> plans;
   bool no_verify = false;
