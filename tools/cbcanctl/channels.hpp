@@ -17,6 +17,9 @@ namespace cbcan::tools {
 
 using window::Transaction;
 
+Transaction read_of(unsigned node, unsigned index, unsigned sub, std::size_t size = regmap::kMaxDataBytes);
+Transaction write_of(unsigned node, unsigned index, unsigned sub, std::vector<std::uint8_t> data);
+
 /// The module's registers, each call one Modbus request.
 class RegisterAccess {
  public:

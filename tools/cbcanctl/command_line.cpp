@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "cbcanctl/commands.hpp"
-#include "cbcanctl/transfer_settings.hpp"
 #include "options/command.hpp"
 #include "text/address.hpp"
 #include "text/suggestion.hpp"
@@ -32,6 +31,7 @@ constexpr std::string_view kBauds =
     "1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800 or 921600";
 constexpr std::array<std::string_view, 3> kParities{"E", "O", "N"};
 constexpr std::array<std::string_view, 5> kServices{"start", "stop", "preop", "reset-node", "reset-comm"};
+constexpr std::array<std::string_view, 4> kModes{"auto", "expedited", "segmented", "block"};
 
 options::Problem check_baud(const text::Value& value) {
   const bool is_rate = std::ranges::count(window::kBaudRates, std::get<std::int64_t>(value)) != 0;
@@ -51,7 +51,7 @@ constexpr Setting kIndex = row<&Options::index>({.option = "INDEX", .help = "Obj
 constexpr Setting kSub = row<&Options::sub>({.option = "SUB", .help = "Object sub-index", .domain = "0..255"});
 constexpr Setting kType = row<&Options::type>({
     .option = "--type TYPE", .help = "Data type", .domain = "u8, u16, ... u64, i8 ... i64, f32, f64, bool, string or hex"});
-constexpr Setting kMode = row<&Options::mode>({.option = "--mode MODE", .help = "SDO transfer mode", .choices = kTransferModes});
+constexpr Setting kMode = row<&Options::mode>({.option = "--mode MODE", .help = "SDO transfer mode", .choices = kModes});
 
 constexpr std::array kReadWords{node("1..127; 0 = the coprocessor itself"), kIndex, kSub};
 constexpr std::array kReadOptions{

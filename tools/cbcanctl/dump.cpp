@@ -34,10 +34,6 @@ struct Dumped {
   std::string name{};
 };
 
-Transaction read_of(std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
-  return {regmap::kSdoRead, node, index, sub, regmap::kMaxDataBytes, {}};
-}
-
 /// Throws for a response that is not about this object.
 void check(std::uint8_t node, const window::Result& response) {
   if (response.code != 0 && (response.code != 4 || response.abort_code == window::abort_code::kTimedOut))
@@ -53,7 +49,7 @@ class ProbeJob final : public tools::Job {
 
   std::optional<Transaction> next() override {
     if (index_ == end_) return std::nullopt;
-    return read_of(node_, static_cast<std::uint16_t>(index_), static_cast<std::uint8_t>(sub_));
+    return tools::read_of(node_, index_, sub_);
   }
   void ended(const window::Result& response) override {
     check(node_, response);
@@ -212,7 +208,7 @@ void dump(const Options& options) {
   if (!options.eds.empty()) device = tools::parse_device(read_file(options.eds), options.eds, node, remarks);
   std::for_each(remarks.begin(), remarks.end(), say);
   window::Client client = connect(options);
-  check(node, client.execute(read_of(node, tools::kDeviceType, 0)));
+  check(node, client.execute(tools::read_of(node, tools::kDeviceType, 0)));
   const std::vector<Dumped> objects =
       options.eds.empty() ? objects_found(client, node, options) : objects_of(client, node, options, device);
   if (!options.json) return print_plan(node, objects);

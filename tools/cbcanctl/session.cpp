@@ -77,14 +77,6 @@ class Registers final : public tools::RegisterAccess {
   std::optional<std::size_t> shown_;  ///< how much of the bar is full
 };
 
-tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::size_t size) {
-  tools::Transaction transaction;
-  transaction.command = command;
-  transaction.index = index;
-  transaction.size = static_cast<std::uint16_t>(size);
-  return transaction;
-}
-
 }  // namespace
 
 Refused::Refused(const window::Result& response, const std::string& what)
@@ -135,7 +127,8 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
   Registers registers(client, what, jobs.size());
   if (tools::run(registers, jobs, static_cast<std::uint16_t>(sdo_timeout_ms))) return;
   std::optional<Borrowed> timeout;
-  if (sdo_timeout_ms != 0) timeout.emplace(client, own::kSdoTimeout, two_bytes(sdo_timeout_ms));
+  if (sdo_timeout_ms != 0)
+    timeout.emplace(client, own::kSdoTimeout, eds::to_bytes(static_cast<unsigned>(sdo_timeout_ms), 2));
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     registers.progress(i);
     while (const auto transaction = jobs[i]->next())
@@ -167,9 +160,7 @@ std::string name(std::uint16_t index) {
 }
 
 tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
-  tools::Transaction transaction = own_object(regmap::kSdoRead, index, size);
-  transaction.sub = sub;
-  tools::Bytes value = execute(client, transaction, name(index));
+  tools::Bytes value = execute(client, tools::read_of(0, index, sub, size), name(index));
   if (value.size() != size)
     throw window::Error(Cause::kNoWindow, fmt::format("{}: {} bytes instead of {}: this is no CBCAN window",
                                                       name(index), value.size(), size));
@@ -177,9 +168,7 @@ tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub,
 }
 
 void write(window::Client& client, std::uint16_t index, const tools::Bytes& value) {
-  tools::Transaction transaction = own_object(regmap::kSdoWrite, index, value.size());
-  transaction.data = value;
-  execute(client, transaction, name(index));
+  execute(client, tools::write_of(0, index, 0, value), name(index));
 }
 
 std::uint8_t node_id(window::Client& client) {

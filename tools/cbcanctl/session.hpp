@@ -17,15 +17,19 @@ namespace cbcan::ctl {
 
 using text::ExitCode;
 
-inline constexpr std::uint64_t kMaxNode = 127;
+inline constexpr unsigned kMaxNode = 127;
+
+enum class NmtService : std::uint8_t {};    ///< its place in regmap::kNmtCommands
+enum class TransferMode : std::uint8_t {};  ///< as in 3004h
 
 struct Options {
   window::Settings target{.port = 1502, .baud = 115200};
   std::string parity = "E";
   bool json = false;
   int timeout_ms = 0;  ///< 0 = not given
-  std::string node, index, sub, value, type, service;
-  std::string mode;  ///< a name of kTransferModes; empty = not given
+  std::string node, index, sub, value, type;
+  NmtService service{};
+  std::optional<TransferMode> mode;
   int size = static_cast<int>(regmap::kMaxDataBytes);
   bool all = false;
   // Of configure.

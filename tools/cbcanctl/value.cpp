@@ -102,7 +102,7 @@ const ValueType& value_type(std::string_view name) {
   throw UsageError(fmt::format("--type {}: no such type; there are {}", name, text::listed(names, ", ")));
 }
 
-std::uint64_t parse_number(std::string_view text, std::uint64_t most, const std::string& what) {
+unsigned parse_number(std::string_view text, unsigned most, const std::string& what) {
   const auto number = magnitude(text);
   if (!number) {
     const bool hexadecimal = text::parse<std::uint64_t>(text, 16).has_value();
@@ -111,7 +111,7 @@ std::uint64_t parse_number(std::string_view text, std::uint64_t most, const std:
                                              : "write a decimal number, 0x12 or 12h"));
   }
   if (*number > most) throw UsageError(fmt::format("{} {}: the most is {}", what, text, most));
-  return *number;
+  return static_cast<unsigned>(*number);
 }
 
 Bytes parse_value(std::string_view text, const ValueType& type) {

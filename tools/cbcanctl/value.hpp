@@ -36,7 +36,7 @@ const ValueType& value_type(std::string_view name);
 
 /// A number from 0 to `most`: decimal, 0x.., or hexadecimal digits and a trailing h. `what` names it in the
 /// error.
-std::uint64_t parse_number(std::string_view text, std::uint64_t most, const std::string& what);
+unsigned parse_number(std::string_view text, unsigned most, const std::string& what);
 
 /// Throws UsageError where the text is no such value or does not fit. `hex:01 02` is bytes whatever the type.
 Bytes parse_value(std::string_view text, const ValueType& type);
