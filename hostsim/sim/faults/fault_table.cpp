@@ -8,8 +8,8 @@ namespace cbcan::sim {
 
 namespace {
 
-using text::Form;
-using text::Row;
+using options::Form;
+using options::Row;
 using enum FaultKind;
 using enum FaultPlace;
 
@@ -23,7 +23,7 @@ constexpr std::array<std::string_view, 4> kParts{"any", "id", "dlc", "data"};
 template <auto kMember>
 constexpr auto key(FaultKind first, FaultKind last, Row row) {
   row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
-  return text::setting<Fault, kMember>(row);
+  return options::setting<Fault, kMember>(row);
 }
 template <auto kMember>
 constexpr auto key(FaultKind only, Row row) {
@@ -139,7 +139,7 @@ const FaultRow& row_of(FaultKind kind) {
   return kKinds[static_cast<std::size_t>(kind)];
 }
 
-std::span<const text::Setting<Fault>> fault_settings() {
+std::span<const options::Setting<Fault>> fault_settings() {
   return kKeys;
 }
 

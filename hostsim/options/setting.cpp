@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "text/setting.hpp"
+#include "options/setting.hpp"
 
 #include <fmt/core.h>
 
@@ -9,9 +9,10 @@
 #include "text/address.hpp"
 #include "text/error.hpp"
 #include "text/numbers.hpp"
+#include "text/suggestion.hpp"
 #include "text/words.hpp"
 
-namespace cbcan::text {
+namespace cbcan::options {
 namespace {
 
 bool is_whole(const Row& row) {
@@ -42,15 +43,15 @@ bool in_range(const Row& row, const Value& value) {
 std::string whole_text(const Row& row, std::int64_t whole) {
   if (row.form != Form::kHexadecimal) return std::to_string(whole);
   const bool is_index = row.high > 0xFFF && row.high <= 0xFFFF;
-  return "0x" + hex(static_cast<std::uint64_t>(whole), whole > 0xFFFF              ? 8
-                                                       : whole > 0xFFF || is_index ? 4
-                                                                                   : 3);
+  return "0x" + text::hex(static_cast<std::uint64_t>(whole), whole > 0xFFFF              ? 8
+                                                             : whole > 0xFFF || is_index ? 4
+                                                                                         : 3);
 }
 
 Problem address_problem(const Value& value) {
   try {
-    static_cast<void>(parse_stream_address(std::get<std::string>(value)));
-  } catch (const UsageError& error) {
+    static_cast<void>(text::parse_stream_address(std::get<std::string>(value)));
+  } catch (const text::UsageError& error) {
     return error.what();
   }
   return {};
@@ -67,9 +68,10 @@ bool is_text(const Row& row) {
 }
 
 std::string domain_of(const Row& row) {
-  if (!row.choices.empty()) return listed(row.choices);
+  if (!row.choices.empty()) return text::listed(row.choices);
   if (!row.domain.empty()) return std::string(row.domain);
   if (row.form == Form::kBoolean) return "true or false";
+  if (is_text(row)) return "a text";
   if (row.low == row.high) return "a number";
   return fmt::format("{}..{}{}", whole_text(row, row.low), whole_text(row, row.high), row.unit);
 }
@@ -77,8 +79,8 @@ std::string domain_of(const Row& row) {
 std::string written(const Row& row, const Value& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return whole_text(row, *whole);
   if (const auto* number = std::get_if<double>(&value)) return fmt::format("{}", *number);
-  if (const auto* text = std::get_if<std::string>(&value)) return *text;
-  return value_text(value);
+  if (const auto* word = std::get_if<std::string>(&value)) return *word;
+  return text::value_text(value);
 }
 
 Problem wrong_form(const Row& row) {
@@ -89,14 +91,15 @@ Problem wrong_form(const Row& row) {
 Problem check(const Row& row, const Value& value) {
   if (!has_form(row, value)) return wrong_form(row);
   const bool is_choice = !row.choices.empty();
-  if (!in_range(row, value) || (is_choice && detail::place_of(row, value) == std::ssize(row.choices)))
-    return "must be " + domain_of(row);
+  if (is_choice && detail::place_of(row, value) == std::ssize(row.choices))
+    return "must be " + domain_of(row) + text::did_you_mean(std::get<std::string>(value), row.choices);
+  if (!in_range(row, value)) return "must be " + domain_of(row);
   if (row.form == Form::kAddress) return address_problem(value);
   return row.check != nullptr ? row.check(value) : Problem();
 }
 
-Value typed(const Row& row, std::string_view text) {
-  return is_text(row) ? Value(std::string(text)) : parse_value(text);
+Value typed(const Row& row, std::string_view word) {
+  return is_text(row) ? Value(std::string(word)) : text::parse_value(word);
 }
 
-}  // namespace cbcan::text
+}  // namespace cbcan::options

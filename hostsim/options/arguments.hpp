@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace cbcan::text {
+namespace cbcan::options {
 
 /// "--verbose" of "-v, --verbose", "--seed" of "--seed N".
 std::string_view option_name(std::string_view option);
@@ -42,4 +42,4 @@ struct ParsedArguments {
 ParsedArguments parse_arguments(std::span<const char* const> words,
                                 std::span<const std::string_view> options);
 
-}  // namespace cbcan::text
+}  // namespace cbcan::options

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "text/arguments.hpp"
+#include "options/arguments.hpp"
 
 #include <fmt/core.h>
 
@@ -9,7 +9,7 @@
 #include "text/suggestion.hpp"
 #include "text/words.hpp"
 
-namespace cbcan::text {
+namespace cbcan::options {
 namespace {
 
 constexpr std::string_view kCommand = "--";
@@ -50,7 +50,7 @@ class Parser {
 
   void take_word(std::string_view word) {
     if (!is_option(word)) return parsed_.words.push_back(word);
-    const auto joined = split(word, '=');
+    const auto joined = text::split(word, '=');
     const std::string_view name = joined ? joined->first : word;
     const std::string_view shown = find(name);
     if (shown.empty()) {
@@ -81,14 +81,14 @@ std::string_view option_name(std::string_view option) {
 
 std::string_view option_argument(std::string_view option) {
   option.remove_prefix(static_cast<std::size_t>(option_name(option).data() - option.data()));
-  const auto parts = split(option, ' ');
+  const auto parts = text::split(option, ' ');
   return parts ? parts->second : std::string_view();
 }
 
 std::string no_such_option(std::string_view word, std::span<const std::string_view> options) {
   std::vector<std::string_view> names;
   std::ranges::transform(options, std::back_inserter(names), option_name);
-  return "no such option" + did_you_mean(word, names);
+  return "no such option" + text::did_you_mean(word, names);
 }
 
 ParsedArguments parse_arguments(std::span<const char* const> words,
@@ -96,4 +96,4 @@ ParsedArguments parse_arguments(std::span<const char* const> words,
   return Parser(words, options).parse();
 }
 
-}  // namespace cbcan::text
+}  // namespace cbcan::options

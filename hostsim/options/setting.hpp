@@ -13,10 +13,14 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "text/value.hpp"
 
-namespace cbcan::text {
+namespace cbcan::options {
+
+using text::Value;
 
 /// What is wrong with a value, to be put behind its name: "must be 1..127". Empty = nothing.
 using Problem = std::string;
@@ -95,13 +99,16 @@ template <class Target>
   return problem;
 }
 
-/// What it is in `target`, in words; `absent`, or "none", where that is no value.
+/// Of a default that is no value.
+inline constexpr std::string_view kNone = "none";
+
+/// What it is in `target`, in words; `absent`, or kNone, where that is no value.
 template <class Target>
 std::string text_in(const Setting<Target>& setting, const Target& target, const Target& standard) {
   const Value value = setting.load(setting, target);
   const bool unset = !setting.absent.empty() && value == setting.load(setting, standard);
   if (unset) return std::string(setting.absent);
-  return value == Value(std::string()) ? "none" : written(setting, value);
+  return value == Value(std::string()) ? std::string(kNone) : written(setting, value);
 }
 
 // ---- Rows of members
@@ -119,6 +126,10 @@ struct Unwrapped<std::optional<Member>> {
   using Type = Member;
 };
 
+/// Each value is added to it.
+template <class Member>
+inline constexpr bool kIsList = std::is_same_v<Member, std::vector<std::string>>;
+
 template <class Member>
 void put(const Row& row, Member& member, const Value& value) {
   using Type = typename Unwrapped<Member>::Type;
@@ -127,10 +138,12 @@ void put(const Row& row, Member& member, const Value& value) {
   } else if constexpr (std::is_same_v<Type, bool>) {
     member = std::get<bool>(value);
   } else if constexpr (std::is_integral_v<Type>) {
-    member = static_cast<Type>(static_cast<Type>(std::get<std::int64_t>(value)) * row.scale);
+    member = static_cast<Type>(std::get<std::int64_t>(value) * row.scale);
   } else if constexpr (std::is_same_v<Type, double>) {
     const auto* whole = std::get_if<std::int64_t>(&value);
     member = whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value);
+  } else if constexpr (kIsList<Type>) {
+    member.push_back(std::get<std::string>(value));
   } else {
     member = std::get<Type>(value);
   }
@@ -145,6 +158,8 @@ Value get(const Row& row, const Member& member) {
     return member;
   } else if constexpr (std::is_integral_v<Member>) {
     return static_cast<std::int64_t>(member / static_cast<Member>(row.scale));
+  } else if constexpr (kIsList<Member>) {
+    return std::string();
   } else {
     return member ? get(row, *member) : Value(std::string());
   }
@@ -188,4 +203,4 @@ constexpr Setting<Target> setting(Row row) {
       [](const Row& self, const Target& target) { return detail::get(self, detail::at(target, kPath...)); }};
 }
 
-}  // namespace cbcan::text
+}  // namespace cbcan::options
