@@ -84,7 +84,7 @@ TEST_CASE("nothing is told for a moment behind an ok, and nothing is lost") {
   CHECK(desk.said() == "< frame 123 101.000000 01 >< frame 123 101.019999 02 >< frame 123 101.020000 03 >");
 }
 
-TEST_CASE("Kayak's dialogue: a subscription, jobs, statistics") {
+TEST_CASE("Kayak's dialogue: a subscription, jobs") {
   SocketcandDesk desk;
   desk.open("bcmmode");
   desk.arrive("123#00");
@@ -106,14 +106,6 @@ TEST_CASE("Kayak's dialogue: a subscription, jobs, statistics") {
   desk.respond("< delete 123 >");
   desk.pass(kSecond);
   CHECK(desk.ear.heard.size() == 4);
-
-  CHECK(desk.respond("< controlmode >") == "< ok >");
-  desk.respond("< statistics 1000 >");
-  desk.pass(2 * kSecond);
-  CHECK(desk.said() == "< stat 5 5 15 4 >< stat 5 5 15 4 >");
-  desk.respond("< statistics 0 >");
-  desk.pass(10 * kSecond);
-  CHECK(desk.said() == "");
 }
 
 TEST_CASE("a subscription with an interval: the last frame of each") {
@@ -154,9 +146,7 @@ TEST_CASE("what is refused") {
       {"bcmmode", "< filter 0 0 123 1 FF >", "< error unknown command >"},
       {"bcmmode", "< subscribe 0 0 >", "< error syntax error in subscribe >"},
       {"bcmmode", "< unsubscribe x >", "< error syntax error in unsubscribe >"},
-      {"bcmmode", "< statistics 1 >", "< error unknown command >"},
-      {"controlmode", "< statistics x >", "< error syntax error in statistics >"},
-      {"controlmode", "< send 123 0 >", "< error unknown command >"},
+      {"bcmmode", "< controlmode >", "< error unknown command >"},
   };
   for (const Row& row : rows) {
     SocketcandDesk desk;
