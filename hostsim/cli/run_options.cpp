@@ -46,7 +46,7 @@ constexpr std::array kRunRows{
     row<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
                            .help = "Writes the bus of each scenario there, in the format of candump -L",
                            .form = text::Form::kPath, .domain = "a path"}),
-    row<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of processes", .low = 1, .high = 1000}),
+    row<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of scenarios played at a time", .low = 1, .high = 1000}),
     row<&RunConfig::shard>({.key = "run.shard", .option = "--shard I/N",
                             .help = "Plays part I of N, always the same scenarios",
                             .domain = "I/N", .check = check_shard}),
