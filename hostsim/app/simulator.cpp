@@ -91,7 +91,6 @@ sim::ParameterStore* Simulator::parameters_in(const std::string& file) {
 }
 
 void Simulator::open_plant(const config::Config& config, config::PlantBuild build) {
-  names_ = std::move(build.names);
   plant::NetworkListener& listener = *this;
   plant_.emplace(config, std::move(build), clock_->now(), listener,
                  [this](const std::string& file) { return parameters_in(file); });
@@ -103,7 +102,7 @@ void Simulator::open_plant(const config::Config& config, config::PlantBuild buil
     if (connections_.back()->exist()) connected_.push_back(connections_.back().get());
   }
   control().on_journal_filled = [this] { look_at_journal(); };
-  find_name_ = names_of(control(), names_);
+  find_name_ = names_of(control());
 }
 
 /// Where no network has a module there is nothing to serve.
@@ -145,7 +144,7 @@ void Simulator::open_views(const config::Config& config) {
 
 void Simulator::open_http(const config::HttpConfig& config) {
   api_.emplace(
-      web::Api::Parts{control(), names_, find_name_,
+      web::Api::Parts{control(), find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
                       [this] { catch_up(); }, [this] { return about(); }});
   http_.emplace(

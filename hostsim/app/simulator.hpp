@@ -104,7 +104,6 @@ class Simulator final : private Program, private plant::NetworkListener {
   std::optional<plant::Plant> plant_;
   std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
   std::vector<BusConnections*> connected_;                    ///< those that there are
-  decltype(config::PlantBuild::names) names_;
   journal::FindName find_name_;
   std::string plant_file_;
   bool is_only_network_ = true;

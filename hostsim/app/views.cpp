@@ -13,12 +13,11 @@ namespace cbcan::app {
 using journal::Event;
 using journal::Kind;
 
-journal::FindName names_of(plant::Control& control, const decltype(config::PlantBuild::names)& names) {
-  return [&control, &names](std::uint8_t network, std::uint8_t node, std::uint16_t index,
-                            std::uint8_t sub) -> const eds::ObjectName* {
-    const auto nodes = control.network(network).world().nodes();
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      if (nodes[i]->device().node_id() == node) return eds::find_name(*names[network - 1U][i], index, sub);
+journal::FindName names_of(plant::Control& control) {
+  return [&control](std::uint8_t network, std::uint8_t id, std::uint16_t index,
+                    std::uint8_t sub) -> const eds::ObjectName* {
+    for (const auto& node : control.network(network).world().nodes())
+      if (node->device().node_id() == id) return eds::find_name(node->names(), index, sub);
     return nullptr;
   };
 }

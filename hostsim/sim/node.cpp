@@ -28,7 +28,7 @@ std::size_t highest_sub(const std::vector<ObjectEntry>& entries, std::uint16_t i
 }
 
 /// The device has to hear of every write; what 1010h and 1011h are sent is a command and not kept.
-NodeImage prepared(NodeImage image) {
+eds::DictionaryImage prepared(eds::DictionaryImage image) {
   for (ObjectEntry& entry : image.entries) {
     entry.flags |= ObjectFlags::kChecked;
     const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
@@ -78,6 +78,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
     : Participant(schedule),
       name_(std::move(parts.name)),
       device_name_(parts.device),
+      names_(parts.names ? std::move(parts.names) : std::make_shared<const eds::ObjectNames>()),
       image_(prepared(std::move(parts.image))),
       values_(image_.values),
       saved_(image_.values),

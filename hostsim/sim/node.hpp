@@ -13,7 +13,8 @@
 #include <vector>
 
 #include "cbcan/canopen/device.hpp"
-#include "cbcan/canopen/dictionary/node_id_values.hpp"
+#include "eds/dictionary_image.hpp"
+#include "eds/object_names.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "sim/more_sdo_servers.hpp"
@@ -25,26 +26,17 @@
 
 namespace cbcan::sim {
 
-/// The tables of a node's dictionary (see ObjectDictionary) with their power-on values.
-struct NodeImage {
-  std::vector<ObjectEntry> entries;
-  std::vector<ObjectLimits> limits;
-  std::vector<std::uint8_t> values;
-  /// Those of the values that follow the node ID, see change_node_id(); they are made for the one that the
-  /// node starts with.
-  std::vector<NodeIdValue> node_id_values;
-};
-
-/// What a simulated node is made of.
+/// What a simulated node is made of, whoever describes it: a plant file (config::NodeConfig), or a test.
 struct NodeParts {
   /// 1..127, or Node::kNoNodeId with `lss`; the parameters may have stored another one.
   std::uint8_t node_id = LssSlave::kNoNodeId;
-  std::string name;         ///< for people; may be empty
-  std::string_view device;  ///< what it is, for people: "cia402"; its text outlives the node
-  NodeImage image;
-  BehaviourMaker behaviour = nullptr;    ///< null: values stay as they were written
-  std::uint64_t seed = 0;                ///< of whatever is random in behaviour and faults
-  std::vector<Signal> signals;           ///< begin with the node's power-on
+  std::string name;            ///< for people; may be empty
+  std::string_view device;     ///< what it is, for people: "cia402"; its text outlives the node
+  eds::DictionaryImage image;  ///< made for the node ID
+  std::shared_ptr<const eds::ObjectNames> names;  ///< of its objects, for people; null = none are known
+  BehaviourMaker behaviour = nullptr;             ///< null: values stay as they were written
+  std::uint64_t seed = 0;                         ///< of whatever is random in behaviour and faults
+  std::vector<Signal> signals;                    ///< begin with the node's power-on
   ParameterStore* parameters = nullptr;  ///< outlives the node; null: what is stored lasts as long as it does
   FaultListener* listener = nullptr;     ///< outlives the node; null: nobody is told of faults
   bool lss = false;                      ///< an LSS master can find it, and give it node ID and bit rate
@@ -99,6 +91,7 @@ class Node final : public Participant,
 
   const std::string& name() const { return name_; }
   std::string_view device_name() const { return device_name_; }
+  const eds::ObjectNames& names() const { return *names_; }
   const Device& device() const { return device_; }
   Device& device() { return device_; }
   Behaviour& behaviour() { return *behaviour_; }
@@ -156,7 +149,8 @@ class Node final : public Participant,
 
   std::string name_;
   std::string_view device_name_;
-  NodeImage image_;
+  std::shared_ptr<const eds::ObjectNames> names_;
+  eds::DictionaryImage image_;
   std::vector<std::uint8_t> values_;
   std::vector<std::uint8_t> saved_;  ///< what reset node brings back: the factory's values, or stored ones
   std::vector<std::uint8_t> buffer_;

@@ -10,7 +10,6 @@
 
 #include "adapters/dialogue.hpp"
 #include "adapters/http_message.hpp"
-#include "config/build_node.hpp"
 #include "journal/journal.hpp"
 #include "plant/control.hpp"
 #include "web/event_json.hpp"
@@ -22,7 +21,6 @@ class Api {
   /// What the API takes from the program; all of it outlives the API.
   struct Parts {
     plant::Control& control;
-    const decltype(config::PlantBuild::names)& names;
     const journal::FindName& find;
     adapters::Execute execute;       ///< a line of docs/reference/commands.md
     std::function<void()> catch_up;  ///< what is due has been done
