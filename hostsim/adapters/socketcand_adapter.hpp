@@ -62,11 +62,12 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   static constexpr std::size_t kMostSubscriptions = 4096;
 
   /// The bus lives as long.
-  SocketcandAdapter(SocketcandBus& bus, OnQueued on_queued, std::size_t most_unsent = kMostUnsent)
-      : Adapter(bus.bus_, std::move(on_queued), most_unsent), sim::Timed(bus.schedule_), bus_(bus) {}
+  SocketcandAdapter(SocketcandBus& bus, OnQueued on_queued, std::size_t most_unsent = kMostUnsent,
+                    std::uint64_t* lost = nullptr)
+      : Adapter(bus.bus_, std::move(on_queued), most_unsent, lost), sim::Timed(bus.schedule_), bus_(bus) {
+    unsent_ += socketcand::kHi;
+  }
 
-  void join() override { unsent_ += socketcand::kHi; }
-  void reset() override;
   void receive(std::string_view characters) override;
   /// `< hi >` and each `< ok >` are by themselves: there are clients that compare what they read.
   std::size_t segment() const override;

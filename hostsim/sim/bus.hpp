@@ -91,6 +91,9 @@ class Port final : public CanPort {
   /// and go: costs nothing for each identifier.
   void accept_all();
   void refuse_all();
+  /// Its receiver, which has accepted all or nothing, goes: what is queued still goes out. Whoever is
+  /// attached next may get this port.
+  void detach();
 
   /// Takes this controller off the bus, dropping what it had queued, or puts it back on.
   void set_state(BusState state, Time now);
@@ -107,12 +110,12 @@ class Port final : public CanPort {
   friend class Bus;
   friend class Arbitration;
   Port(Bus& bus, Receiver& receiver, std::uint16_t number)
-      : bus_(bus), receiver_(receiver), number_(number) {}
+      : bus_(bus), receiver_(&receiver), number_(number) {}
   const Frame& front() const { return queue_[first_ % kQueueFrames]; }
   void follow_state();
 
   Bus& bus_;
-  Receiver& receiver_;
+  Receiver* receiver_;  ///< null = it has gone
   std::array<Frame, kQueueFrames> queue_{};
   std::uint32_t first_ = 0;  ///< of those in the queue; both count up, and are places modulo kQueueFrames
   std::uint32_t next_ = 0;   ///< behind them
@@ -157,7 +160,7 @@ class Bus {
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
-  /// A new controller whose frames go to `receiver`, which outlives the bus's last advance().
+  /// A controller whose frames go to `receiver`, which outlives the bus's last advance(), or detaches it.
   Port& attach(Receiver& receiver);
 
   std::uint32_t bit_rate() const { return bit_rate_; }
