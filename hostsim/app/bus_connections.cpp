@@ -125,8 +125,8 @@ std::string BusConnections::where() const {
 
 std::string BusConnections::ways_in() const {
   std::string lines;
-  const auto logger = [&](std::string_view door, const std::string& arguments) {
-    lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, door, arguments);
+  const auto logger = [&](std::string_view client, const std::string& arguments) {
+    lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, client, arguments);
   };
   const auto at = [](const text::ListenAddress& tcp) {
     return fmt::format("--host={} --port={}", tcp.host, tcp.port);
@@ -134,7 +134,7 @@ std::string BusConnections::ways_in() const {
   const auto& [slcan, socketcand] = std::tie(slcan_.server, socketcand_.server);
   if (slcan && slcan->address().path.empty())
     logger("slcan", "slcan -c socket://" + to_string(slcan->address()));
-  else if (slcan && slcan->address().is_terminal)
+  else if (slcan && slcan->address().is_pty)
     logger("slcan", "slcan -c " + slcan->address().path);
   if (socketcand && socketcand->address().path.empty())
     logger("socketcand", "socketcand -c can0 " + at(socketcand->address().tcp));

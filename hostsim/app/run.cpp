@@ -103,8 +103,8 @@ class Runner {
     Target target(cli::target_of(config_.target));
     std::size_t unseen = 0;
     try {
-      unseen = leave_out_unseen(scenario, target);
-    } catch (const plant::Unseen& step) {
+      unseen = leave_out_unobservable(scenario, target);
+    } catch (const plant::NotObservable& step) {
       return {Verdict::kSkipped, 0, step.what()};
     }
     if (const auto problems = check_steps(scenario, target); !problems.empty())

@@ -30,7 +30,7 @@ Trace::Trace(plant::Control& control, journal::FindName find, bool frames,
       cursor_(control.journal(), journal::kinds_of({Kind::kEnded, Kind::kState, Kind::kEmergency}) |
                                      (frames ? journal::kinds_of({Kind::kFrame}) : 0)) {}
 
-void Trace::look() {
+void Trace::poll() {
   std::string lines;
   const std::uint64_t missed = cursor_.look([&](std::uint64_t /*number*/, const Event& event) {
     lines += fmt::format("cbcan-sim: {} {}{}\n", text::seconds_text(event.at),

@@ -29,7 +29,7 @@ class Trace {
         std::function<void(std::string_view lines)> tell);
 
   /// Tells what has happened.
-  void look();
+  void poll();
 
  private:
   plant::Control& control_;

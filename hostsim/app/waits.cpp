@@ -11,20 +11,21 @@ namespace cbcan::app {
 std::string Waits::take(plant::Reply reply, plant::Control& control, const Dialogue& dialogue) {
   if (reply.subscribe) subscribe(*reply.subscribe, control, dialogue);
   if (!reply.wait) return std::move(reply.text);
-  if (auto response = reply.wait->look()) return std::move(*response);
+  if (auto response = reply.wait->poll()) return std::move(*response);
   dialogue->waiting = true;
   waiting_.push_back({std::move(reply.wait), dialogue, io::Reactor::now()});
   return {};
 }
 
 void Waits::subscribe(const plant::Words& kinds, plant::Control& control, const Dialogue& dialogue) {
-  Told& told = told_.emplace_back(Told{nullptr, dialogue});
-  told.subscription =
-      std::make_unique<plant::Subscription>(control, kinds, [this, &told](std::string_view line) {
-        const auto to = told.dialogue.lock();
+  Subscriber& subscriber = subscribers_.emplace_back(Subscriber{nullptr, dialogue});
+  subscriber.subscription =
+      std::make_unique<plant::Subscription>(control, kinds, [this, &subscriber](std::string_view line) {
+        const auto to = subscriber.dialogue.lock();
         if (!to) return;
-        if (to->unsent.size() > most_unread_) return void(++told.missed);
-        if (told.missed != 0) to->unsent += fmt::format("missed {}\n", std::exchange(told.missed, 0));
+        if (to->unsent.size() > most_unread_) return void(++subscriber.missed);
+        if (subscriber.missed != 0)
+          to->unsent += fmt::format("missed {}\n", std::exchange(subscriber.missed, 0));
         to->unsent += line;
       });
 }
@@ -35,26 +36,26 @@ void Waits::answer(const Waiting& waiting, const std::string& response) {
   dialogue->unsent += response;
 }
 
-void Waits::tell_each() {
-  std::erase_if(told_, [](const Told& told) { return told.dialogue.expired(); });
-  for (Told& told : told_)
-    told.subscription->look();
+void Waits::poll_subscribers() {
+  std::erase_if(subscribers_, [](const Subscriber& subscriber) { return subscriber.dialogue.expired(); });
+  for (Subscriber& subscriber : subscribers_)
+    subscriber.subscription->poll();
 }
 
-bool Waits::look_at_each() {
+bool Waits::poll_waiting() {
   const std::size_t ended = std::erase_if(waiting_, [](const Waiting& waiting) {
     if (waiting.dialogue.expired()) return true;
-    const auto response = waiting.wait->look();
+    const auto response = waiting.wait->poll();
     if (response) answer(waiting, *response);
     return response.has_value();
   });
   return ended != 0;
 }
 
-Time Waits::next_look_of_each() const {
+Time Waits::deadline_of_each() const {
   Time next = kNever;
   for (const Waiting& waiting : waiting_)
-    next = earlier(next, waiting.wait->next_look());
+    next = earlier(next, waiting.wait->next_deadline());
   return next;
 }
 

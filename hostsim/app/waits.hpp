@@ -29,14 +29,14 @@ class Waits {
   std::string take(plant::Reply reply, plant::Control& control, const Dialogue& dialogue);
 
   /// Connections are told what has happened.
-  void tell() {
-    if (!told_.empty()) tell_each();
+  void poll_subscriptions() {
+    if (!subscribers_.empty()) poll_subscribers();
   }
   /// Answers those that are over; true if there was one. The time is that of the Control.
-  bool look() { return !waiting_.empty() && look_at_each(); }
+  bool poll() { return !waiting_.empty() && poll_waiting(); }
   /// When one may be over though nothing happens, of the plant's time since its start; kNever = there is
   /// none.
-  Time next_look() const { return waiting_.empty() ? kNever : next_look_of_each(); }
+  Time next_deadline() const { return waiting_.empty() ? kNever : deadline_of_each(); }
 
   // For a clock that stands.
   /// There is one that time can bring about.
@@ -54,21 +54,21 @@ class Waits {
     std::weak_ptr<adapters::Dialogue> dialogue;
     Time since;  ///< of this machine's clock
   };
-  struct Told {
+  struct Subscriber {
     std::unique_ptr<plant::Subscription> subscription;
     std::weak_ptr<adapters::Dialogue> dialogue;
     std::size_t missed = 0;  ///< lines
   };
 
-  Time next_look_of_each() const;
-  void tell_each();
-  bool look_at_each();
+  Time deadline_of_each() const;
+  void poll_subscribers();
+  bool poll_waiting();
   void subscribe(const plant::Words& kinds, plant::Control& control, const Dialogue& dialogue);
   static void answer(const Waiting& waiting, const std::string& response);
 
   std::size_t most_unread_;
   std::vector<Waiting> waiting_;
-  std::list<Told> told_;
+  std::list<Subscriber> subscribers_;
 };
 
 }  // namespace cbcan::app

@@ -414,9 +414,9 @@ void check_command(std::string_view line) {
 // ---- Control
 
 /// Hears one bus for all who listen, while there are any.
-class Control::Ear final : public sim::Observer {
+class Control::BusObserver final : public sim::Observer {
  public:
-  Ear(Control& control, std::size_t network) : control_(control), network_(network) {}
+  BusObserver(Control& control, std::size_t network) : control_(control), network_(network) {}
   void on_bus_frame(const Frame& frame, Time now) override {
     for (Listener* listener : control_.listeners_)
       listener->on_frame(network_, frame, now - control_.started_);
@@ -430,21 +430,21 @@ class Control::Ear final : public sim::Observer {
 Control::Control(std::vector<Network*> networks, Time started)
     : networks_(std::move(networks)), started_(started), now_(started) {
   for (std::size_t i = 0; i < networks_.size(); ++i)
-    ears_.push_back(std::make_unique<Ear>(*this, i + 1));
+    observers_.push_back(std::make_unique<BusObserver>(*this, i + 1));
 }
 
 Control::~Control() = default;
 
 void Control::add(Listener& listener) {
   for (std::size_t i = 0; i < networks_.size() && listeners_.empty(); ++i)
-    networks_[i]->world().bus().observe(*ears_[i]);
+    networks_[i]->world().bus().observe(*observers_[i]);
   listeners_.push_back(&listener);
 }
 
 void Control::remove(Listener& listener) {
   std::erase(listeners_, &listener);
   for (std::size_t i = 0; i < networks_.size() && listeners_.empty(); ++i)
-    networks_[i]->world().bus().ignore(*ears_[i]);
+    networks_[i]->world().bus().ignore(*observers_[i]);
 }
 
 journal::Journal& Control::journal() {

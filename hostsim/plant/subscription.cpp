@@ -38,7 +38,7 @@ std::span<const std::string_view> event_kinds() {
 Subscription::Subscription(Control& control, const Words& kinds, Sink sink)
     : sink_(std::move(sink)), cursor_(control.journal(), kinds_in(kinds)) {}
 
-void Subscription::look() {
+void Subscription::poll() {
   const std::uint64_t missed = cursor_.look([this](std::uint64_t /*number*/, const journal::Event& event) {
     tell(event);
     return true;

@@ -22,7 +22,7 @@ class Subscription {
   Subscription(Control& control, const Words& kinds, Sink sink);
 
   /// Tells what has happened since.
-  void look();
+  void poll();
 
  private:
   void tell(const journal::Event& event) const;

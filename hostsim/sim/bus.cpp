@@ -230,8 +230,8 @@ inline bool Bus::start_next(Time now) {
 }
 
 inline void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
-  if (disturbance_ != nullptr)
-    disturbance_->on_arrival(frame, sender, now);
+  if (modifier_ != nullptr)
+    modifier_->on_arrival(frame, sender, now);
   else
     tell(frame, sender, now);
 }

@@ -56,14 +56,14 @@ class Port;
 
 /// Comes between the wire and everybody who hears it: decides what becomes of a frame. For injected faults
 /// (faults/bus_faults.hpp).
-class Disturbance {
+class FrameModifier {
  public:
   /// The last bit of this frame has passed. What is to be heard of it goes to Bus::deliver(), now or later.
   /// `sender` is null for a frame from outside.
   virtual void on_arrival(const Frame& frame, const Port* sender, Time now) = 0;
 
  protected:
-  ~Disturbance() = default;
+  ~FrameModifier() = default;
 };
 
 /// Bits of a frame and the pause behind it, without stuff bits.
@@ -171,11 +171,11 @@ class Bus {
   /// Joins the outside wire; null takes it away.
   void set_outside(Outside* outside) { outside_ = outside; }
 
-  /// Frames go through `disturbance` before anybody hears them; null takes it away.
-  void set_disturbance(Disturbance* disturbance) { disturbance_ = disturbance; }
+  /// Frames go through `modifier` before anybody hears them; null takes it away.
+  void set_modifier(FrameModifier* modifier) { modifier_ = modifier; }
 
   /// Everybody hears this frame now, the observers first; `sender` does not, null = everybody does. For a
-  /// disturbance: a frame that comes by itself goes through receive().
+  /// modifier: a frame that comes by itself goes through receive().
   void deliver(const Frame& frame, const Port* sender, Time now);
 
   /// A frame came in from outside: delivered now to every port that accepts it, and to the observers.
@@ -228,7 +228,7 @@ class Bus {
   Arbitration arbitration_;
   std::vector<Observer*> observers_;
   Outside* outside_ = nullptr;
-  Disturbance* disturbance_ = nullptr;
+  FrameModifier* modifier_ = nullptr;
   bool link_ = true;
   bool stopped_ = false;  ///< the outside had no room for the winner
   Frame current_{};       ///< on a paced bus, the frame whose bits are passing

@@ -68,8 +68,8 @@ class Node final : public Participant,
   /// What stands there, as it was when the node was last brought up to date; none = there is no such number.
   std::optional<double> number(const Terminal& terminal);
 
-  /// `happened` becomes true whenever something has happened to the node; it outlives the node.
-  void watch(bool& happened) { happened_ = &happened; }
+  /// `activity` becomes true whenever something has happened to the node; it outlives the node.
+  void watch(bool& activity) { activity_flag_ = &activity; }
 
   /// What an SDO upload of this entry of the dictionary would bring now, whatever the access rights.
   std::vector<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub, Time now);
@@ -143,7 +143,7 @@ class Node final : public Participant,
   void update(Time now);
   void follow_signals(Time now);
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
-  void settle(Time now);
+  void finish_update(Time now);
   void follow_ids();
   void tell_state(std::uint8_t state, Time now);
 
@@ -178,8 +178,8 @@ class Node final : public Participant,
   Time behaviour_due_ = kNever;
   Time updated_at_ = kNever;  ///< the behaviour has seen everything up to then; kNever = it has not
   bool ids_changed_ = false;
-  bool unsettled_ = false;    ///< settle() has to come, whatever the device says
-  bool* happened_ = nullptr;  ///< see watch()
+  bool update_pending_ = false;    ///< finish_update() has to come, whatever the device says
+  bool* activity_flag_ = nullptr;  ///< see watch()
   bool has_power_ = true;
   BusState state_with_power_ = BusState::kActive;  ///< of the controller; without power it is off the bus
   std::vector<std::uint32_t> received_ids_;        ///< what the port accepts for this node

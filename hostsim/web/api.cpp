@@ -92,7 +92,7 @@ Json faults_of(const sim::FaultSet& set) {
 adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
   constexpr std::string_view kNodes = "/api/nodes/";
   constexpr std::string_view kObjects = "/objects";
-  parts_.catch_up();
+  parts_.advance();
   const std::string_view path = request.path;
   const Query& query = request.query;
   const bool post = request.method == "POST";

@@ -22,9 +22,9 @@ class Api {
   struct Parts {
     plant::Control& control;
     const journal::FindName& find;
-    adapters::Execute execute;       ///< a line of docs/reference/commands.md
-    std::function<void()> catch_up;  ///< what is due has been done
-    std::function<Json()> about;     ///< the program, for /api/time
+    adapters::Execute execute;      ///< a line of docs/reference/commands.md
+    std::function<void()> advance;  ///< what is due has been done
+    std::function<Json()> about;    ///< the program, for /api/time
   };
 
   explicit Api(Parts parts) : parts_(std::move(parts)) {}

@@ -173,7 +173,8 @@ TEST_CASE("a node without power is not there, and comes back with its stored par
   CHECK(plant->execute("power 0x42 off") == "ok\n");
   Frames frames(*plant);
   CHECK(plant->execute("wait state 0x42 off") == "ok 0.000000\n");
-  CHECK(plant->execute("get 0x42 0x1017") == "error: node 0x42 has no power; switch it on by power 0x42 on\n");
+  CHECK(plant->execute("get 0x42 0x1017") ==
+        "error: node 0x42 has no power; switch it on by power 0x42 on\n");
   CHECK(read_heartbeat() == "ok 4\nok 0\n");
   CHECK(frames.seen == Lines{"642#4017100000000000", "642#8017100000000405"});
   plant->execute("pass 5s");
@@ -236,11 +237,11 @@ TEST_CASE("who subscribes is told of frames, EMCY messages and transactions") {
   plant->execute("pass 1s");
   plant->execute("incident 16 overtemperature on");
   plant->execute("trigger read 99 0x1000 0 4");
-  all.look();
-  some.look();
+  all.poll();
+  some.poll();
   plant->execute("pass 1s");
-  all.look();
-  some.look();
+  all.poll();
+  some.poll();
   CHECK(told ==
         "at 1.000000 frame 090#1042090000000000\nat 1.000000 emcy 16 0x4210\n"
         "at 1.000000 transaction started\nat 1.000000 frame 663#4000100000000000\n"
@@ -248,7 +249,7 @@ TEST_CASE("who subscribes is told of frames, EMCY messages and transactions") {
   CHECK(transactions == "at 1.000000 transaction started\nat 2.000000 transaction ended\n");
   plant->execute("trigger read 2 0x1000 0 4");
   plant->execute("trigger read 2 0x1000 0 4");
-  some.look();
+  some.poll();
   CHECK(
       transactions.ends_with("at 2.000000 transaction started\nat 2.000000 transaction ended\n"
                              "at 2.000000 transaction started\nat 2.000000 transaction ended\n"));
