@@ -59,8 +59,7 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, Con
       signals_(reactor_),
       clock_(make_clock(config.clock, reactor_, console, reads_input)),
       runs_(clock_->runs()),
-      started_(clock_->now()),
-      waits_(clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock) {
+      started_(clock_->now()) {
   open_plant(config, std::move(build));
   open_modbus(config);
   if (!config.control.empty()) open_control(config);
@@ -169,7 +168,6 @@ void Simulator::poll_views() {
   if (recorder_) recorder_->poll();
   if (trace_) trace_->poll();
   if (pcap_) pcap_->poll();
-  waits_.poll_subscriptions();
 }
 
 void Simulator::open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units) {
@@ -319,7 +317,7 @@ std::string Simulator::execute(std::string_view line, const std::shared_ptr<adap
   plant::Reply reply = control().execute(line, clock_->now());
   advance_and_answer();
   if (reply.shutdown) stop();
-  std::string response = waits_.take(std::move(reply), control(), dialogue);
+  std::string response = waits_.take(std::move(reply), dialogue);
   flush();
   return response;
 }
@@ -327,7 +325,6 @@ std::string Simulator::execute(std::string_view line, const std::shared_ptr<adap
 bool Simulator::poll_waits() {
   control().set_now(clock_->now());
   if (recorder_) recorder_->poll();
-  waits_.poll_subscriptions();
   return waits_.poll();
 }
 

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "app/waits.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <utility>
 
 namespace cbcan::app {
 
-std::string Waits::take(plant::Reply reply, plant::Control& control, const Dialogue& dialogue) {
-  if (reply.subscribe) subscribe(*reply.subscribe, control, dialogue);
+std::string Waits::take(plant::Reply reply, const Dialogue& dialogue) {
   if (!reply.wait) return std::move(reply.text);
   if (auto response = reply.wait->poll()) return std::move(*response);
   dialogue->waiting = true;
@@ -17,29 +14,10 @@ std::string Waits::take(plant::Reply reply, plant::Control& control, const Dialo
   return {};
 }
 
-void Waits::subscribe(const plant::Words& kinds, plant::Control& control, const Dialogue& dialogue) {
-  Subscriber& subscriber = subscribers_.emplace_back(Subscriber{nullptr, dialogue});
-  subscriber.subscription =
-      std::make_unique<plant::Subscription>(control, kinds, [this, &subscriber](std::string_view line) {
-        const auto to = subscriber.dialogue.lock();
-        if (!to) return;
-        if (to->unsent.size() > most_unread_) return void(++subscriber.missed);
-        if (subscriber.missed != 0)
-          to->unsent += fmt::format("missed {}\n", std::exchange(subscriber.missed, 0));
-        to->unsent += line;
-      });
-}
-
 void Waits::answer(const Waiting& waiting, const std::string& response) {
   const auto dialogue = waiting.dialogue.lock();
   dialogue->waiting = false;
   dialogue->unsent += response;
-}
-
-void Waits::poll_subscribers() {
-  std::erase_if(subscribers_, [](const Subscriber& subscriber) { return subscriber.dialogue.expired(); });
-  for (Subscriber& subscriber : subscribers_)
-    subscriber.subscription->poll();
 }
 
 bool Waits::poll_waiting() {

@@ -11,7 +11,6 @@
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "devices/devices.hpp"
-#include "plant/subscription.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
@@ -106,7 +105,6 @@ class Execution {
   Reply nmt();
   Reply wait();
   Reply pass();
-  Reply subscribe();
   Reply tell_time() { return {"ok " + text::seconds_text(control_.now()) + "\n"}; }
   Reply shutdown() { return {.text = "ok\n", .shutdown = true}; }
   Reply help();
@@ -164,10 +162,6 @@ std::span<const Execution::Command> Execution::commands() {
        "passes meanwhile, except while the PLC has to start a transaction."}},
       {1, 1, &Execution::pass, {"pass DURATION", "Responds with `at` and the time after the duration",
        "On a manual clock it makes time pass."}},
-      {0, kAnyNumber, &Execution::subscribe, {"subscribe [frames] [emcy] [transactions]",
-       "Reports events of these kinds, or of all, from now on",
-       "Lines that begin with `at` and the time come between responses. They stop when 1 MiB has not been read. Not on "
-       "standard input."}},
       {0, 0, &Execution::tell_time, {"time", "Seconds since the start", ""}},
       {0, 0, &Execution::shutdown, {"shutdown", "Ends the program", "A command after `--` gets SIGTERM."}},
       {0, 0, &Execution::help, {"help", "Lists the commands", ""}},
@@ -363,14 +357,6 @@ Reply Execution::pass() {
   const Time duration = duration_of(words_[1]);
   const std::string text = fmt::format("took >= {}", words_[1]);
   return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), text, duration, true)};
-}
-
-Reply Execution::subscribe() {
-  const Words kinds(words_.begin() + 1, words_.end());
-  for (const std::string_view kind : kinds)
-    if (std::ranges::count(event_kinds(), kind) == 0)
-      refuse("\"{}\": must be {}", kind, text::listed(event_kinds()));
-  return {.text = "ok\n", .subscribe = kinds};
 }
 
 Reply Execution::help() {

@@ -27,10 +27,9 @@ inline constexpr std::string_view kError = "error: ";
 
 /// What has become of a line.
 struct Reply {
-  std::string text = {};                ///< the response, whole lines; none for an empty line
-  std::unique_ptr<Wait> wait = {};      ///< it has the response, later
-  std::optional<Words> subscribe = {};  ///< of the line: these are to be told to whoever wrote it
-  bool shutdown = false;                ///< the program is to end
+  std::string text = {};            ///< the response, whole lines; none for an empty line
+  std::unique_ptr<Wait> wait = {};  ///< it has the response, later
+  bool shutdown = false;            ///< the program is to end
 };
 
 /// Of a response: its last line, which says how it went, without its end; and what stands before that.

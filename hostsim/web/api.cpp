@@ -106,7 +106,6 @@ adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
     if (path == "/api/time") return ok(time());
     if (path == "/api/registers") return ok(registers(query));
     if (path == "/api/nodes") return ok(nodes(query));
-    if (path == "/api/faults") return ok(faults());
     if (path == "/api/scenario")
       return {
           .type = "application/toml",
@@ -234,23 +233,6 @@ Json Api::objects(const Query& query, std::string_view word) const {
                       {"bytes", text::hex(bytes, "")}});
     }
   return {{"node", name}, {"time", seconds_of(parts_.control.now())}, {"objects", std::move(list)}};
-}
-
-Json Api::faults() const {
-  Json list = Json::array();
-  for (std::size_t network = 1; network <= parts_.control.networks(); ++network) {
-    sim::World& world = parts_.control.world(network);
-    const auto add = [&](const std::string& place, const sim::FaultSet& set) {
-      for (Json fault : faults_of(set)) {
-        fault["place"] = plant::prefix_of(network) + place;
-        list.push_back(std::move(fault));
-      }
-    };
-    add("bus", world.faults());
-    for (std::size_t place = 0; place < world.nodes().size(); ++place)
-      add(fmt::format("#{}", place + 1), world.nodes()[place]->faults());
-  }
-  return {{"faults", std::move(list)}};
 }
 
 // ---- Events

@@ -37,7 +37,6 @@ class Api {
   Json nodes(const Query& query) const;
   Json node(std::size_t network, std::size_t place) const;
   Json objects(const Query& query, std::string_view node) const;
-  Json faults() const;
   Json events(const Query& query, journal::Kinds standard) const;
   adapters::HttpResponse follow(const adapters::HttpRequest& request) const;
   adapters::HttpResponse command(const std::string& body) const;

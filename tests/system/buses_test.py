@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Doors of the bus: socketcand's clients, a pseudo-terminal, and plants that span processes. python-can is the client that nobody here wrote;
+"""Connections with the bus: socketcand's clients, a pseudo-terminal, and plants that span processes. python-can is the client that nobody here wrote;
 what SavvyCAN and Kayak say is replayed."""
 
 import os
@@ -146,7 +146,7 @@ class WaysIn(Case):
                                "--network", "2", "--slcan", f"pty:{self.folder()}/can", "--node",
                                f"5={ROOT}/plants/demo/generic.eds", "--set", "node.5.heartbeat_ms=10")
         lines = wait_until(lambda: len(simulator.errors()) >= 3 and simulator.errors(), "the ways in")
-        self.assertEqual([line.split(": python3")[0] for line in lines], [f"network {door}" for door in ("1: slcan", "1: socketcand", "2: slcan")])
+        self.assertEqual([line.split(": python3")[0] for line in lines], [f"network {name}" for name in ("1: slcan", "1: socketcand", "2: slcan")])
         for line in lines:
             with subprocess.Popen(shlex.split("/usr/bin/" + line[line.index("python3"):]), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                                   text=True) as logger:
@@ -265,7 +265,7 @@ class Away(Case):
 
 
 class Crowd(Case):
-    """64 at two doors join, flood, stop reading and die at random while a PLC transacts and somebody listens."""
+    """64 at two servers join, flood, stop reading and die at random while a PLC transacts and somebody listens."""
 
     CLIENTS, FIRST = 64, 0x10000000
     SECONDS = float(os.environ.get("CBCAN_CROWD_SECONDS", 4))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What comes in by the doors: a client of socketcand, the other side of --can slcan: and socketcand:.
+// What connects with a bus: a client of socketcand, the other side of --can slcan: and socketcand:.
 // The first byte says which.
 
 #include <optional>
