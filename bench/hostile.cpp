@@ -21,11 +21,10 @@ int main(int count, char** arguments) {
   std::ifstream file(arguments[1]);
   std::ostringstream text;
   text << file.rdbuf();
-  const eds::DictionaryImage image = eds::dictionary_image(eds::read(text.str(), "", 1).device);
   sim::World world;
   sim::NodeParts parts;
   parts.node_id = 1;
-  parts.image = {image.entries, image.limits, image.values, image.node_id_values};
+  parts.image = eds::dictionary_image(eds::read(text.str(), "", 1).device);
   parts.behaviour = [&](sim::DeviceNode& node, std::uint64_t seed) {
     const auto number = static_cast<std::size_t>(std::atoi(arguments[2]));
     return devices::make_lua_device(node, seed, "t.lua", test::text_of(test::kHostile.at(number)));

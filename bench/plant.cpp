@@ -41,7 +41,7 @@ std::string text_of(const std::string& path) {
 }
 
 /// Every PDO that is valid by default takes part in every SYNC.
-sim::NodeImage image_of(const std::string& eds, std::uint8_t id) {
+eds::DictionaryImage image_of(const std::string& eds, std::uint8_t id) {
   eds::DictionaryImage made = eds::dictionary_image(eds::read(eds, "", id).device);
   ObjectDictionary values(made.entries, made.values, nullptr);
   for (const std::uint16_t first : {object::kRpdoParameter, object::kTpdoParameter})
@@ -49,7 +49,7 @@ sim::NodeImage image_of(const std::string& eds, std::uint8_t id) {
       values.set(static_cast<std::uint16_t>(first + n), 2, 1);
   values.set(0x1017, 0, kHeartbeatMs);
   values.set(0x6060, 0, 8);  // cyclic synchronous position
-  return {made.entries, made.limits, made.values, made.node_id_values};
+  return made;
 }
 
 /// Sends SYNC and everybody's RPDOs, and counts what comes.

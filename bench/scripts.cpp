@@ -45,10 +45,9 @@ int main(int count, char** arguments) {
   const unsigned seconds = count > 2 ? static_cast<unsigned>(std::atoi(arguments[2])) : 60;
   sim::World world;
   for (std::uint8_t id = 1; id <= kNodes; ++id) {
-    const eds::DictionaryImage image = eds::dictionary_image(eds::read(text.str(), "", id).device);
     sim::NodeParts parts;
     parts.node_id = id;
-    parts.image = {image.entries, image.limits, image.values, image.node_id_values};
+    parts.image = eds::dictionary_image(eds::read(text.str(), "", id).device);
     parts.behaviour = [](sim::DeviceNode& node, std::uint64_t seed) {
       return devices::make_lua_device(node, seed, "bench.lua", kScript);
     };

@@ -140,20 +140,11 @@ class OverASocket(unittest.TestCase):
 
     def test_who_leaves_while_it_waits_is_forgotten(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")
-        for line in (b"wait time 1000s within 1000s\n", b"subscribe\n", b"subscribe\nwait emcy 1\n" + 100_000 * b"time\n"):
+        for line in (b"wait time 1000s within 1000s\n", b"wait emcy 1\n" + 100_000 * b"time\n"):
             with socket.create_connection(simulator.where["control"].split(":"), timeout=LIMIT) as other:
                 other.sendall(line)
         self.assertEqual(commands("send 605#4017100000000000"), "ok\n")
         self.assertEqual(commands("get 0x42 0x1017"), "ok 0\n")
-
-    def test_a_subscription(self):
-        simulator, commands = self.start("--control", "127.0.0.1:0")
-        other = Commands(simulator.where["control"])
-        self.addCleanup(other.close)
-        self.assertEqual(other("subscribe frames transactions"), "ok\n")
-        commands("trigger read 0x42 0x1000 0 4")
-        self.assertEqual([other.lines.readline().split(" ", 2)[2] for _ in range(4)],
-                         ["transaction started\n", "frame 642#4000100000000000\n", "frame 5C2#4300100091010F00\n", "transaction ended\n"])
 
     def test_shutdown(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")

@@ -98,7 +98,6 @@ class Page(Http):
         self.assertEqual(shape(nodes), shape(examples["GET /api/nodes"]))
         self.assertEqual((objects["objects"], shape(objects)), (examples["GET /api/nodes/N/objects"]["objects"], shape(examples["GET /api/nodes/N/objects"])))
         self.assertEqual(self.get("/api/nodes/%231/objects?first=0x1000&last=0x1000")["objects"][0]["value"], "983441")
-        self.assertEqual(shape(self.get("/api/faults")), shape(examples["GET /api/faults"]))
 
     def test_process_data_say_what_they_are_exchanged_with(self):
         simulator = self.start()
@@ -220,7 +219,7 @@ class Strangers(Http):
         self.start()
         for path, status, why in (("/api/nothing", 404, "no such resource"), ("/api/nodes/99/objects", 400, "node 99: not in this plant"),
                                   ("/api/registers?first=5000", 400, "first=5000: must be 0..4167"), ("/api/nodes?network=2", 400, "network=2"),
-                                  ("/api/time?network=7", 400, "network=7"), ("/api/faults?network=7", 400, "network=7"),
+                                  ("/api/time?network=7", 400, "network=7"),
                                   ("/api/events?watch=16", 400, "write NODE:INDEX"), ("/api/events?watch=16:0x9999", 400, "no such object")):
             got, answer = self.ask(path)
             self.assertEqual(got, status, path)
@@ -229,7 +228,6 @@ class Strangers(Http):
             self.assertTrue(self.control(f"write {words}").startswith("error: "), words)
         self.assertEqual({register["value"] for register in self.get("/api/registers?first=3800&count=100")["registers"]}, {0})
         self.assertEqual(self.ask("/api/registers", "{}"), (404, {"error": "POST is for /api/control; its command `write` writes registers"}))
-        self.assertEqual(self.ask("/api/control", "subscribe")[1], "error: subscribe is for --control; /api/events reports events\n")
         self.assertEqual(self.ask("/api/control", 1001 * "x" + "\ntime")[1].splitlines()[0], "error: a line of more than 1000 characters")
         self.assertEqual(self.ask("/api/time", "x")[0], 404)
 

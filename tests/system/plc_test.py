@@ -211,7 +211,7 @@ class OnTheNet(unittest.TestCase):
         plc.stop()
         wait_until(lambda: [line for line in simulator.frames() if line.startswith("77F#")][-1] == "77F#7F", "pre-operational")
 
-    def test_both_windows_and_all_doors_at_once(self):
+    def test_both_windows_and_all_servers_at_once(self):
         plc = Plc(3700)
         simulator = self.start(plc, "--set", "rtu.listen=127.0.0.1:0")
         host, port = simulator.where["rtu_tcp"].split(":")
