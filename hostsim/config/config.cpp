@@ -44,101 +44,68 @@ std::string normal(const std::string& path) {
   return std::filesystem::path(path).lexically_normal().string();
 }
 
-void check_parameter_files(const Config& config, Diagnostics& found) {
-  std::map<std::string, std::pair<std::string, Place>> owners;
-  const auto own = [&](const std::string& file, const std::string& name, const Place& place) {
-    const auto [owner, is_first] = owners.emplace(normal(file), std::pair(name, place));
-    if (is_first) return;
-    found.push_back(
-        {place,
-         fmt::format("{}: {} already has the parameters of {} at {}; every node needs a file of its own",
-                     name, file, owner->second.first, to_string(owner->second.second))});
-  };
-  for (const NetworkConfig& network : config.networks) {
-    if (const std::string& file = network.module.parameters; !file.empty())
-      own(file, in_network(network.number) + "module", network.places.at("module.parameters"));
-    for (const NodeConfig& node : network.nodes)
-      if (!node.parameters.empty()) own(node.parameters, node_name(node), node.place);
-  }
-}
+/// Files, addresses, serial ports and buses, which only one setting can have.
+class Owners {
+ public:
+  explicit Owners(Diagnostics& found) : found_(found) {}
 
-/// What no two networks can have: the key of its setting, and it.
-std::vector<std::pair<std::string_view, std::string>> belongings(const NetworkConfig& network) {
-  std::vector<std::pair<std::string_view, std::string>> all;
-  if (!network.can.outside.empty()) all.emplace_back("can.spec", network.can.outside);
-  if (!network.plc.line.device.empty()) all.emplace_back("plc.device", normal(network.plc.line.device));
-  if (!network.log.empty()) all.emplace_back("log.file", normal(network.log));
-  for (const auto& [key, where] :
-       {std::pair("can.slcan", &network.can.slcan), std::pair("can.socketcand", &network.can.socketcand)}) {
-    if (where->empty()) continue;
-    text::StreamAddress address = text::parse_stream_address(*where);
+  /// `name`: of the setting. `place`: none of one of the whole plant.
+  void own(std::string_view what, const std::string& name, const Place& place = {}) {
+    if (what.empty()) return;
+    const auto [owner, is_first] = owners_.emplace(what, std::pair(name, place));
+    if (is_first) return;
+    const auto& [other, where] = owner->second;
+    const std::string at = where.source.empty() ? "" : " at " + to_string(where);
+    const std::string message = fmt::format("{} has it already{}; write another one", other, at);
+    const std::string setting = fmt::format("{} {}", name, what);
+    found_.push_back(place.source.empty() ? about_option(setting, message)
+                                          : Diagnostic{place, setting + ": " + message});
+  }
+  void own_file(const std::string& path, const std::string& name, const Place& place = {}) {
+    own(normal(path), name, place);
+  }
+  void own_address(const std::string& text, const std::string& name, const Place& place = {}) {
+    if (text.empty()) return;
+    text::StreamAddress address = text::parse_stream_address(text);
     const bool any_free_port = address.path.empty() && address.tcp.port == 0;
     if (!address.path.empty()) address.path = normal(address.path);
-    if (!any_free_port) all.emplace_back(key, text::to_string(address));
-  }
-  return all;
-}
-
-void check_belongings(const Config& config, Diagnostics& found) {
-  std::map<std::pair<std::string_view, std::string>, const NetworkConfig*> owners;
-  for (const NetworkConfig& network : config.networks) {
-    for (const auto& [key, what] : belongings(network)) {
-      const auto [owner, is_first] = owners.emplace(std::pair(key, what), &network);
-      if (is_first) continue;
-      const NetworkConfig& first = *owner->second;
-      found.push_back({network.places.at(key),
-                       fmt::format("{}{} {}: network {} has it already at {}; every network needs its own",
-                                   in_network(network.number), key, what, first.number,
-                                   to_string(first.places.at(key)))});
-    }
-  }
-}
-
-/// Addresses and serial ports that the program opens, by the keys of their settings: no two can be the same.
-class Doors {
- public:
-  explicit Doors(Diagnostics& found) : found_(found) {}
-
-  void listen(std::string_view key, std::size_t network, const std::string& address) {
-    if (address.empty()) return;
-    text::StreamAddress parsed = text::parse_stream_address(address);
-    if (parsed.path.empty() && parsed.tcp.port == 0) return;
-    if (!parsed.path.empty()) parsed.path = normal(parsed.path);
-    own(key, network, text::to_string(parsed));
-  }
-  void open(std::string_view key, std::size_t network, const std::string& device) {
-    if (!device.empty()) own(key, network, normal(device));
+    if (!any_free_port) own(text::to_string(address), name, place);
   }
 
  private:
-  void own(std::string_view key, std::size_t network, const std::string& what) {
-    const auto [owner, is_first] = owners_.emplace(what, key);
-    if (is_first || owner->second == key) return;  // of two networks check_belongings() tells
-    found_.push_back(about_option(fmt::format("{}{} {}", in_network(network), key, what),
-                                  fmt::format("{} has it already; write another one", owner->second)));
-  }
-
   Diagnostics& found_;
-  std::map<std::string, std::string_view> owners_;
+  std::map<std::string, std::pair<std::string, Place>, std::less<>> owners_;
 };
 
-void check_doors(const Config& config, Diagnostics& found) {
-  Doors doors(found);
+void own_those_of(const NetworkConfig& network, Owners& owners) {
+  const auto each = [&](auto own, std::string_view key, const std::string& what) {
+    const auto place = network.places.find(key);
+    (owners.*own)(what, fmt::format("{}{}", in_network(network.number), key),
+                  place == network.places.end() ? Place() : place->second);
+  };
+  const std::string& bus = network.can.outside;
+  each(&Owners::own_file, "can.spec", bus.starts_with("slcan:/") ? parse_can_spec(bus).name : bus);
+  each(&Owners::own_file, "log.file", network.log);
+  each(&Owners::own_address, "can.slcan", network.can.slcan);
+  each(&Owners::own_address, "can.socketcand", network.can.socketcand);
+  each(&Owners::own_file, "module.parameters", network.module.parameters);
+  if (network.module.enabled) each(&Owners::own_file, "plc.device", network.plc.line.device);
+  for (const NodeConfig& node : network.nodes)
+    owners.own_file(node.parameters, node_name(node) + ": node.parameters", node.place);
+}
+
+void check_owners(const Config& config, Diagnostics& found) {
+  Owners owners(found);
   const auto serves = [](const NetworkConfig& network) { return network.module.enabled; };
   if (std::ranges::any_of(config.networks, serves)) {
-    doors.listen("modbus.port", 1, text::to_string(config.modbus));
-    doors.listen("rtu.listen", 1, config.rtu.listen);
-    doors.open("rtu.device", 1, config.rtu.line.device);
+    owners.own_address(text::to_string(config.modbus), "modbus.port");
+    owners.own_address(config.rtu.listen, "rtu.listen");
+    owners.own_file(config.rtu.line.device, "rtu.device");
   }
-  doors.listen("control.listen", 1, config.control);
-  doors.listen("http.listen", 1, config.http.listen);
-  for (const NetworkConfig& network : config.networks) {
-    doors.listen("can.slcan", network.number, network.can.slcan);
-    doors.listen("can.socketcand", network.number, network.can.socketcand);
-    if (network.can.outside.starts_with("slcan:"))
-      doors.open("can.spec", network.number, parse_can_spec(network.can.outside).name);
-    if (network.module.enabled) doors.open("plc.device", network.number, network.plc.line.device);
-  }
+  owners.own_address(config.control, "control.listen");
+  owners.own_address(config.http.listen, "http.listen");
+  for (const NetworkConfig& network : config.networks)
+    own_those_of(network, owners);
 }
 
 void check_number_of_networks(const Config& config, Diagnostics& found) {
@@ -205,8 +172,7 @@ void check_registers(const NetworkConfig& network, Diagnostics& found) {
   const std::vector<Registers> ranges = registers_of(network.module);
   const auto complain = [&](const Registers& range, const Registers& other, const std::string& what) {
     const std::string_view key = network.places.contains(range.key) ? range.key : other.key;
-    const std::string_view way_out =
-        range.channel == 1 ? "" : ", or fewer channels do: module.channels";
+    const std::string_view way_out = range.channel == 1 ? "" : ", or fewer channels do: module.channels";
     found.push_back({network.places.at(key),
                      fmt::format("{}{} {}{}", in_network(network.number), to_string(range), what, way_out)});
   };
@@ -298,9 +264,7 @@ Diagnostics check(const Config& config) {
   if (config.clock == ClockKind::kManual && logs_to_standard_output(config))
     found.push_back(about_option(config.pcap == kStandardOutput ? "--pcap -" : "--log -",
                                  "standard output has the responses of --clock manual; name a file"));
-  check_parameter_files(config, found);
-  check_belongings(config, found);
-  check_doors(config, found);
+  check_owners(config, found);
   check_wires(config, found);
   return found;
 }
