@@ -8,7 +8,7 @@
 #include "cli/options.hpp"
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
-#include "text/exit_code.hpp"
+#include "options/exit_code.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::cli {
@@ -138,7 +138,7 @@ std::string help_text() {
   text +=
       "\nExit codes; with a COMMAND it is the command's own, 128 and the signal's number\nwhere one ended "
       "it:\n";
-  return text.append(text::exit_code_lines("cbcan-sim")).append(kClosing);
+  return text.append(options::exit_code_lines("cbcan-sim")).append(kClosing);
 }
 
 std::string short_help_text() {

@@ -45,7 +45,7 @@ constexpr std::array kRunRows{
     row<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
                            .help = "Writes the bus of each scenario there, in the format of candump -L",
                            .form = options::Form::kPath, .domain = "a path"}),
-    row<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of processes", .low = 1, .high = 1000}),
+    row<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of scenarios played at a time", .low = 1, .high = 1000}),
     row<&RunConfig::shard>({.key = "run.shard", .option = "--shard I/N",
                             .help = "Plays part I of N, always the same scenarios",
                             .domain = "I/N", .check = check_shard}),
@@ -66,7 +66,7 @@ constexpr options::Command<RunConfig> kRun{
     "cbcan-sim run", "plays scenarios; docs/reference/scenarios.md explains them", kRunWords, kRunRows};
 
 std::string help() {
-  return options::help_of(kRun) + "\nExit codes:\n" + text::exit_code_lines("cbcan-sim");
+  return options::help_of(kRun) + "\nExit codes:\n" + options::exit_code_lines("cbcan-sim");
 }
 
 std::vector<std::string_view> known_options() {

@@ -19,7 +19,7 @@ struct RunConfig {
   std::vector<std::string> paths;  ///< of files and folders
   std::string junit;               ///< file; empty = none
   std::string logs;                ///< folder; empty = none
-  std::uint16_t jobs = 1;          ///< processes
+  std::uint16_t jobs = 1;          ///< scenarios at a time
   std::string shard = "1/1";
   std::string target;  ///< see target_of(); empty = the plant of each scenario
   bool real_time = false;

@@ -182,7 +182,7 @@ struct WireEnd {
 struct WireConfig {
   WireEnd from;
   WireEnd to;
-  sim::Transfer transfer;
+  sim::TransferFunction transfer;
   Place place;
   bool operator==(const WireConfig&) const = default;
 };

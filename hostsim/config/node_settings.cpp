@@ -285,18 +285,18 @@ constexpr std::array kWires{
         .key = "wire.to", .help = "Target",
         .more = "Any that `set` can set.",
         .domain = "an input or an object", .example = "\"5:0x2001\""}),
-    wire<&sim::Transfer::inverted>({.key = "wire.inverted", .help = "0 becomes 1, and anything else 0"}),
-    wire<&sim::Transfer::scale>({.key = "wire.scale", .help = "Factor"}),
-    wire<&sim::Transfer::offset>({.key = "wire.offset", .help = "Offset, added after that"}),
-    wire<&sim::Transfer::low>({.key = "wire.low", .help = "Minimum"}),
-    wire<&sim::Transfer::high>({.key = "wire.high", .help = "Maximum"}),
-    wire<&sim::Transfer::delay>({
+    wire<&sim::TransferFunction::inverted>({.key = "wire.inverted", .help = "0 becomes 1, and anything else 0"}),
+    wire<&sim::TransferFunction::scale>({.key = "wire.scale", .help = "Factor"}),
+    wire<&sim::TransferFunction::offset>({.key = "wire.offset", .help = "Offset, added after that"}),
+    wire<&sim::TransferFunction::low>({.key = "wire.low", .help = "Minimum"}),
+    wire<&sim::TransferFunction::high>({.key = "wire.high", .help = "Maximum"}),
+    wire<&sim::TransferFunction::delay>({
         .key = "wire.delay_ms", .help = "Delay", .high = kHourInMs, .unit = " ms",
         .scale = kMillisecond}),
-    wire<&sim::Transfer::lag>({
+    wire<&sim::TransferFunction::lag>({
         .key = "wire.lag_ms", .help = "Time constant of a first-order lag", .high = kHourInMs, .unit = " ms, 0 = none",
         .scale = kMillisecond}),
-    wire<&sim::Transfer::sample_period>(duration({
+    wire<&sim::TransferFunction::sample_period>(duration({
         .key = "wire.sample_ms", .help = "Sampling period of a lag, and of an object that changes continuously"})),
 };
 // clang-format on

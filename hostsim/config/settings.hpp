@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The settings of a plant as tables (text/setting.hpp): key in the plant file, twin on the command line,
+/// The settings of a plant as tables (options/setting.hpp): key in the plant file, twin on the command line,
 /// range, help. Both readers go by these rows; --help and docs/reference/plant-file.md are made from them. A
 /// new setting is a member in config.hpp and a row.
 

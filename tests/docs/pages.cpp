@@ -17,7 +17,7 @@
 #include "io/files/read_file.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
-#include "text/exit_code.hpp"
+#include "options/exit_code.hpp"
 #include "text/words.hpp"
 
 namespace {
@@ -125,7 +125,7 @@ std::string step_keys() {
 
 std::string exit_codes() {
   std::string table = "| Code | Program | Meaning |\n|---|---|---|\n";
-  for (const cbcan::text::ExitCodeRow& row : cbcan::text::kExitCodes)
+  for (const cbcan::options::ExitCodeRow& row : cbcan::options::kExitCodes)
     table += fmt::format("| {} | {} | {} |\n", static_cast<int>(row.code), row.programs, row.meaning);
   return table;
 }

@@ -210,7 +210,7 @@ struct Program {
   void pass(Time duration) {
     const Time end = fine_ ? plant_.now + duration : ends_.at(passes_);
     ++passes_;
-    const Time reached = plant_.pass_to(end);
+    const Time reached = plant_.advance_to(end);
     if (fine_) ends_.push_back(reached);
   }
   void wait() { pass(Time{1} << input_.byte() % 25u); }

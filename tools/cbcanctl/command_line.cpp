@@ -176,7 +176,7 @@ std::string help() {
                      options::section_of("All commands", shared.subspan(kServerRows)) + "\nHelp:\n";
   for (const Row& row : options::help_rows())
     text += options::line_of(row);
-  return text.append(kClosing).append(text::exit_code_lines("cbcanctl")).append(kExamples);
+  return text.append(kClosing).append(options::exit_code_lines("cbcanctl")).append(kExamples);
 }
 
 // ---- What was typed

@@ -108,12 +108,12 @@ eds::DeviceDescription parse_device(std::string_view text, const std::string& na
 
 PlannedNode parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks) {
   const eds::DeviceDescription device = parse_device(text, name, std::nullopt, remarks);
-  if (!device.commissioning || !device.commissioning->node_id)
+  if (!device.node_id)
     throw UsageError(name + ":1: there is no NodeID in [DeviceComissioning]: is this a DCF?");
   std::set<std::uint16_t> touched;
   for (const eds::Object& object : device.objects)
     if (object.configured) touched.insert({object.index, pdo_of(object.index)});
-  PlannedNode node{*device.commissioning->node_id, {}, {}};
+  PlannedNode node{*device.node_id, {}, {}};
   for (const eds::Object& object : device.objects) {
     if (is_checked(object)) node.identity.push_back({object.index, object.first_sub, object.value});
     if (!is_set(object, touched)) continue;

@@ -11,11 +11,11 @@
 
 #include "cbcanctl/channels.hpp"
 #include "cbcanctl/value.hpp"
-#include "text/exit_code.hpp"
+#include "options/exit_code.hpp"
 
 namespace cbcan::ctl {
 
-using text::ExitCode;
+using options::ExitCode;
 
 inline constexpr unsigned kMaxNode = 127;
 

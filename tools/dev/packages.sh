@@ -9,7 +9,7 @@ build_packages=(g++ cmake ninja-build pkg-config libfmt-dev libtomlplusplus-dev
 mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev qemu-system-arm socat)
 
 # Besides: what the tests are made with, the clients that they drive, and the guest with a CAN kernel.
-test_packages=(catch2 libmodbus-dev librapidcheck-dev libbenchmark-dev valgrind git
+test_packages=(catch2 libmodbus-dev librapidcheck-dev valgrind git
   clang-14 libclang-rt-14-dev gcovr
   "${mcu_packages[@]}" g++-aarch64-linux-gnu
   chromium fonts-dejavu-core

@@ -3,7 +3,7 @@
 
 /// One fault injected, as data: what goes wrong, when, and for which object or frame. Written as text,
 /// `response-late delay_ms=50 index=0x2001 after=3`, or as the same keys and values in a plant file. Kinds,
-/// keys and ranges stand in the tables of fault_table.cpp, defaults here and with the kinds.
+/// keys and ranges stand in the tables of fault.cpp, defaults here and with the kinds.
 
 #include <cstddef>
 #include <cstdint>

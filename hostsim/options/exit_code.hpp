@@ -9,7 +9,7 @@
 
 #include "text/words.hpp"
 
-namespace cbcan::text {
+namespace cbcan::options {
 
 enum class ExitCode : int {
   kDone = 0,
@@ -47,8 +47,8 @@ inline std::string exit_code_lines(std::string_view program) {
   std::string lines;
   for (const ExitCodeRow& row : kExitCodes)
     if (row.programs == kBoth || row.programs == program)
-      lines += beside(std::to_string(static_cast<int>(row.code)), row.meaning, kColumn);
+      lines += text::beside(std::to_string(static_cast<int>(row.code)), row.meaning, kColumn);
   return lines;
 }
 
-}  // namespace cbcan::text
+}  // namespace cbcan::options

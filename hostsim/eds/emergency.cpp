@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "text/emergency.hpp"
+#include "eds/emergency.hpp"
 
 #include <algorithm>
 
-namespace cbcan::text {
+namespace cbcan::eds {
 
 namespace {
 
@@ -85,4 +85,4 @@ std::vector<std::string_view> error_register_bits(std::uint8_t error_register) {
   return names;
 }
 
-}  // namespace cbcan::text
+}  // namespace cbcan::eds

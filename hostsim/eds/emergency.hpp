@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace cbcan::text {
+namespace cbcan::eds {
 
 struct EmergencyMessage {
   static constexpr std::size_t kSize = 8;
@@ -31,4 +31,4 @@ std::string_view emergency_meaning(std::uint16_t code);
 /// The bits of the error register that are set, in words, from bit 0 on.
 std::vector<std::string_view> error_register_bits(std::uint8_t error_register);
 
-}  // namespace cbcan::text
+}  // namespace cbcan::eds
