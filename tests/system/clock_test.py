@@ -49,10 +49,10 @@ class Lines(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertEqual(done.stderr, "cbcan-sim: standard input: not within 2.000000 s: state 0x42 operational: it is pre-operational\n")
 
-    def test_shutdown_and_what_is_subscribed_to(self):
-        done = run("subscribe frames\nnmt stop 1\nshutdown\npass 1s\n")
+    def test_shutdown(self):
+        done = run("nmt stop 1\nshutdown\npass 1s\n")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        self.assertEqual(done.stdout.splitlines()[1:], ["ok", "ok", "at 0.000000 frame 000#0201", "ok"])
+        self.assertEqual(done.stdout.splitlines()[1:], ["ok", "ok"])
 
     def test_a_day_of_heartbeats_is_the_same_every_time(self):
         logs = []
