@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "config/settings.hpp"
-#include "io/files/read_file.hpp"
+#include "io/files/file_text.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
 #include "text/exit_code.hpp"
