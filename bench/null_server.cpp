@@ -14,7 +14,10 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "bench.hpp"
 #include "cbcan/regmap.hpp"
+
+namespace cbcan::bench {
 
 namespace {
 
@@ -22,7 +25,7 @@ constexpr std::size_t kHeaderBytes = 7;  // MBAP
 constexpr std::uint8_t kWrite = 16;
 using Bytes = std::array<std::uint8_t, 260>;
 
-std::array<std::uint16_t, cbcan::regmap::kRegisterFileWords> registers;
+std::array<std::uint16_t, regmap::kRegisterFileWords> registers;
 
 std::size_t word(const Bytes& bytes, std::size_t offset) {
   return static_cast<std::size_t>(bytes[offset] << 8 | bytes[offset + 1]);
@@ -82,12 +85,9 @@ int listen_on_any_port() {
 
 }  // namespace
 
-int main() {
+void null_server(const Arguments& /*arguments*/) {
   const int listener = listen_on_any_port();
-  if (listener < 0) {
-    std::perror("null_server: cannot listen on 127.0.0.1");
-    return 3;
-  }
+  require(listener >= 0, "cannot listen on 127.0.0.1");
   const int epoll = epoll_create1(0);
   watch(epoll, listener);
   std::array<epoll_event, 512> events;
@@ -99,3 +99,5 @@ int main() {
     }
   }
 }
+
+}  // namespace cbcan::bench

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What is measured of the core, once each, over the loopback: shared by the stopwatch (core_bench) and the
-/// instruction counter (core_instructions).
+/// What is measured of the core, once each, over the loopback: counted by `instructions` on x86-64 and on a
+/// Cortex-M3.
 
 #include <span>
 

@@ -197,7 +197,7 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
 
 }  // namespace
 
-text::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read, Console& console) {
+options::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read, Console& console) {
   std::error_code error;
   if (!config.logs.empty() && !fs::is_directory(config.logs, error))
     throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
@@ -213,8 +213,8 @@ text::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileRea
   const auto any = [&](Verdict verdict) {
     return std::ranges::count(outcomes, verdict, &Outcome::verdict) != 0;
   };
-  if (any(Verdict::kWrong)) return text::ExitCode::kUsage;
-  return any(Verdict::kFailed) ? text::ExitCode::kCheckFailed : text::ExitCode::kDone;
+  if (any(Verdict::kWrong)) return options::ExitCode::kUsage;
+  return any(Verdict::kFailed) ? options::ExitCode::kCheckFailed : options::ExitCode::kDone;
 }
 
 }  // namespace cbcan::app

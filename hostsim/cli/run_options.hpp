@@ -10,8 +10,8 @@
 
 #include "cli/command_line.hpp"
 #include "config/config.hpp"
+#include "options/setting.hpp"
 #include "text/address.hpp"
-#include "text/setting.hpp"
 
 namespace cbcan::cli {
 
@@ -42,7 +42,7 @@ struct Shard {
 Shard shard_of(const std::string& text);
 
 /// In the order of --help.
-std::span<const text::Setting<RunConfig>> run_settings();
+std::span<const options::Setting<RunConfig>> run_settings();
 
 struct RunStart {
   bool run = false;

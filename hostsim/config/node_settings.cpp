@@ -15,8 +15,8 @@
 namespace cbcan::config {
 namespace {
 
-using text::Form;
-using text::setting;
+using options::Form;
+using options::setting;
 
 constexpr std::int64_t kDayInMs = 86'400'000;
 
@@ -61,7 +61,7 @@ Value load_object_value(const Row& /*row*/, const InitialValue& object) {
 }
 
 void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
-  signal.signal.shape = signal_of(static_cast<std::size_t>(text::detail::place_of(row, value))).signal.shape;
+  signal.signal.shape = signal_of(static_cast<std::size_t>(options::detail::place_of(row, value))).signal.shape;
 }
 Value load_shape(const Row& /*row*/, const SignalConfig& signal) {
   return std::string(kShapes[signal.signal.shape.index()]);

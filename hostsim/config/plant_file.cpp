@@ -329,7 +329,7 @@ class Reader {
   template <class Target>
   bool read_setting(const Setting<Target>& row, const toml::node& node, Target& target) {
     auto value = value_of(node);
-    if (change_ && node.is_string()) value = text::typed(row, node.as_string()->get());
+    if (change_ && node.is_string()) value = options::typed(row, node.as_string()->get());
     const Problem problem = assign(row, target, based_here(row, value), place(node));
     if (problem.empty()) return true;
     complain(node, fmt::format("{}{}: {}", row.key, value ? " " + text::value_text(*value) : "", problem));
@@ -340,9 +340,9 @@ class Reader {
     const auto* path = value ? std::get_if<std::string>(&*value) : nullptr;
     if (path == nullptr || path->empty()) return value;
     const bool is_path =
-        row.form == text::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
+        row.form == options::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
     if (is_path) return based_here(*path);
-    if (row.form != text::Form::kAddress) return value;
+    if (row.form != options::Form::kAddress) return value;
     for (const std::string_view kind : {text::kUnix, text::kPty})
       if (path->starts_with(kind) && path->size() > kind.size())
         return std::string(kind) + based_here(path->substr(kind.size()));

@@ -15,7 +15,7 @@
 #include "config/files.hpp"
 #include "plant/bench.hpp"
 #include "plant/wait.hpp"
-#include "text/setting.hpp"
+#include "options/setting.hpp"
 
 namespace cbcan::scenario {
 
@@ -44,7 +44,7 @@ struct Scenario {
 };
 
 /// The keys of a step, for the page.
-std::span<const text::Row> step_rows();
+std::span<const options::Row> step_rows();
 
 /// `read` gives the plant file that the scenario names, the demo's too.
 Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read);

@@ -353,8 +353,8 @@ TEST_CASE("signals that are wrong") {
         Lines{signal + "duration_ms 0: must be 1..86400000 ms"});
   CHECK(errors_of("shape = \"ramp\", to = 1, duration_ms = 1, then = \"stop\"") ==
         Lines{signal + "then \"stop\": must be hold, repeat or back-and-forth"});
-  CHECK(errors_of("shape = \"noise\", deviation = 1, distribution = \"or\"") ==
-        Lines{signal + "distribution \"or\": must be uniform or normal"});
+  CHECK(errors_of("shape = \"noise\", deviation = 1, distribution = \"gauss\"") ==
+        Lines{signal + "distribution \"gauss\": must be uniform or normal"});
   CHECK(errors_of("shape = \"constant\", value = 1, sample_ms = 0") ==
         Lines{signal + "sample_ms 0: must be 1..86400000 ms"});
   CHECK(errors_of("shape = \"constant\", value = 1, vlaue = 1") ==

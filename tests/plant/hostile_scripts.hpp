@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Scripts that would stop the plant, and what becomes of them. tests/scenario looks at what they are told,
-/// bench/instructions_host at how long their calls take.
+/// Scripts that would stop the plant, and what becomes of them. tests/plant looks at what they are told,
+/// bench/instructions at how long their calls take.
 
 #include <string>
 #include <vector>

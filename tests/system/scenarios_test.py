@@ -258,7 +258,8 @@ class Outcomes(unittest.TestCase):
             self.assertIn(why, done.stderr)
 
     def test_usage(self):
-        for arguments, told in (((), "there is nothing to run; name files or folders of scenarios"),
+        for arguments, told in (((), "FILE|FOLDER... is missing: Scenarios; of a folder all files *.toml that have a [[step]], in it and below; usage: "
+                                 "cbcan-sim run [OPTION...] FILE|FOLDER..."),
                                 (("--junti", "x"), "--junti: no such option; did you mean --junit?"),
                                 (("-j",), "-j: needs an argument, N"),
                                 (("-j", "0", "x"), "--jobs 0: must be 1..1000"),

@@ -91,16 +91,8 @@ bool is_writable(const eds::Object& object) {
 }
 
 const ValueType& type_of(const eds::Object& object) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{
-      {{"UNSIGNED", "u"},
-       {"INTEGER", "i"},
-       {"REAL", "f"},
-       {"BOOLEAN", "bool"},
-       {"VISIBLE_STRING", "string"}}};
-  const std::string_view name = eds::name_of(object.type);
-  for (const auto& [kind, ours] : kNames)
-    if (name.starts_with(kind)) return value_type(std::string(ours) + std::string(name.substr(kind.size())));
-  return value_type("hex");
+  const auto found = std::ranges::find(value_types(), object.type, &ValueType::type);
+  return found == value_types().end() ? value_type("hex") : *found;
 }
 
 eds::DeviceDescription parse_device(std::string_view text, const std::string& name,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// ../counted.cpp for a Cortex-M3 in QEMU: does one of the runs a number of times, "RUN COUNT" on the command
-// line, so that instructions_cortex_m3 can count. Without them: lists the runs.
+// For a Cortex-M3 in QEMU: does one of the runs a number of times, "RUN COUNT" on the command line, so that
+// ../../instructions can count. Without them: lists the runs.
 #include <array>
 #include <cstddef>
 #include <cstdint>

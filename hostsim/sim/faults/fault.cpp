@@ -15,8 +15,8 @@ namespace cbcan::sim {
 
 namespace {
 
-using text::Form;
-using text::Row;
+using options::Form;
+using options::Row;
 using enum FaultKind;
 using enum FaultPlace;
 
@@ -30,7 +30,7 @@ constexpr std::array<std::string_view, 4> kParts{"any", "id", "dlc", "data"};
 template <auto kMember>
 constexpr auto key(FaultKind first, FaultKind last, Row row) {
   row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
-  return text::setting<Fault, kMember>(row);
+  return options::setting<Fault, kMember>(row);
 }
 template <auto kMember>
 constexpr auto key(FaultKind only, Row row) {
@@ -146,7 +146,7 @@ const FaultRow& row_of(FaultKind kind) {
   return kKinds[static_cast<std::size_t>(kind)];
 }
 
-std::span<const text::Setting<Fault>> fault_settings() {
+std::span<const options::Setting<Fault>> fault_settings() {
   return kKeys;
 }
 
@@ -159,14 +159,14 @@ bool allowed(FaultPlace of_kind, FaultPlace here) {
 namespace {
 
 /// Those that the kind has.
-std::vector<const text::Setting<Fault>*> settings_of(FaultKind kind) {
-  std::vector<const text::Setting<Fault>*> settings;
+std::vector<const options::Setting<Fault>*> settings_of(FaultKind kind) {
+  std::vector<const options::Setting<Fault>*> settings;
   for (const auto& setting : kKeys)
     if (setting.kinds.has(static_cast<std::size_t>(kind))) settings.push_back(&setting);
   return settings;
 }
 
-const text::Setting<Fault>* find(FaultKind kind, std::string_view key) {
+const options::Setting<Fault>* find(FaultKind kind, std::string_view key) {
   const auto settings = settings_of(kind);
   const auto found = std::ranges::find(settings, key, [](const auto* setting) { return setting->key; });
   return found == settings.end() ? nullptr : *found;
@@ -196,8 +196,8 @@ std::string no_such_key(FaultKind kind, std::string_view key) {
 std::string store(Fault& fault, const FaultKey& key) {
   const auto* setting = find(fault.kind, key.key);
   if (setting == nullptr) return no_such_key(fault.kind, key.key);
-  const text::Problem problem =
-      key.value ? text::assign(*setting, fault, *key.value) : text::wrong_form(*setting);
+  const options::Problem problem =
+      key.value ? options::assign(*setting, fault, *key.value) : options::wrong_form(*setting);
   if (problem.empty()) return {};
   return fmt::format("{}{}: {}", key.key, key.value ? " " + text::value_text(*key.value) : "", problem);
 }
@@ -239,7 +239,7 @@ FaultOrProblem parse_fault(std::string_view text, FaultPlace here) {
       return {{}, fmt::format("{}: \"{}\": write key=value", words[0], word)};
     const auto* setting = find(kind_of(words[0]), sides->first);
     keys.push_back({sides->first, {}});
-    if (setting != nullptr) keys.back().value = text::typed(*setting, sides->second);
+    if (setting != nullptr) keys.back().value = options::typed(*setting, sides->second);
   }
   return make_fault(words[0], keys, here);
 }
@@ -251,7 +251,7 @@ std::string text_of(const Fault& fault) {
     const text::Value value = setting->load(*setting, fault);
     const bool own = setting->kinds.first == setting->kinds.last && setting->absent.empty();
     if (own || value != setting->load(*setting, row.standard))
-      text += fmt::format(" {}={}", setting->key, text::written(*setting, value));
+      text += fmt::format(" {}={}", setting->key, options::written(*setting, value));
   }
   return text;
 }

@@ -14,7 +14,7 @@
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/time.hpp"
-#include "text/setting.hpp"
+#include "options/setting.hpp"
 
 namespace cbcan::sim {
 
@@ -123,7 +123,7 @@ std::span<const FaultRow> fault_rows();
 const FaultRow& row_of(FaultKind kind);
 
 /// The keys of all kinds, by FaultKind: first those of one kind, then those that kinds share.
-std::span<const text::Setting<Fault>> fault_settings();
+std::span<const options::Setting<Fault>> fault_settings();
 
 bool allowed(FaultPlace of_kind, FaultPlace here);
 

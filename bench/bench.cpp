@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// One program for all measurements of the host; README.md says how each figure is measured.
+#include "bench.hpp"
+
+#include <cstdio>
+#include <cstring>
+
+namespace {
+
+using namespace cbcan::bench;
+
+struct Measurement {
+  const char* name;
+  const char* arguments;
+  const char* what;
+  std::size_t least, most;  ///< arguments
+  void (*run)(const Arguments& arguments);
+};
+
+constexpr Measurement kMeasurements[] = {
+    {"core", "", "transfers of the core, 1,000 and 2,000 of each, for `instructions` to count", 0, 0, core},
+    {"plant", "[SECONDS [SHARE]]", "15 to 127 nodes, SYNC at 1 kHz; or one SHARE: 2 is the half", 0, 2,
+     plant},
+    {"scripts", "[SECONDS]", "127 Lua devices, called 100 times a second each", 0, 1, scripts},
+    {"hostile", "", "Lua devices that would stop the plant", 0, 0, hostile},
+    {"transactions", "", "10,000 transactions by cbcan::sim, in under a second", 0, 0, transactions},
+    {"channels", "", "16 nodes by one channel and by sixteen", 0, 0, channels},
+    {"tr308", "", "the terms of CiA TR 308", 0, 0, tr308},
+    {"load", "PORT CLIENTS TRANSACTIONS FLAG NODE INDEX SIZE [NETWORKS]",
+     "Modbus TCP clients; FLAG is written to R3700, and NETWORKS unit IDs are used in turn", 7, 8, load},
+    {"null-server", "", "a Modbus TCP server with nothing behind it, until it is killed", 0, 0, null_server},
+};
+
+int usage() {
+  std::fputs("usage: cbcan-bench NAME [ARGUMENTS]\n", stderr);
+  for (const Measurement& row : kMeasurements)
+    std::fprintf(stderr, "  %-12s %s\n      %s\n", row.name, row.arguments, row.what);
+  return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  for (const Measurement& row : kMeasurements) {
+    if (argc < 2 || std::strcmp(argv[1], row.name) != 0) continue;
+    const Arguments arguments({argv + 2, argv + argc});
+    if (arguments.size() < row.least || arguments.size() > row.most) return usage();
+    try {
+      row.run(arguments);
+      return 0;
+    } catch (const std::logic_error&) {  // of a number
+      return usage();
+    } catch (const std::exception& error) {
+      return std::fprintf(stderr, "cbcan-bench %s: %s\n", row.name, error.what()), 1;
+    }
+  }
+  return usage();
+}

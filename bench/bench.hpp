@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The measurements of cbcan-bench. Each prints what it measured and throws where an outcome was wrong.
+
+#include <ctime>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace cbcan::bench {
+
+class Arguments {
+ public:
+  explicit Arguments(std::vector<std::string> words) : words_(std::move(words)) {}
+
+  std::size_t size() const { return words_.size(); }
+  /// Also hexadecimal. Throws std::logic_error where it is not in its range.
+  unsigned number(std::size_t at, unsigned otherwise, unsigned least = 0, unsigned most = 100'000'000) const {
+    if (at >= words_.size()) return otherwise;
+    const unsigned long value = std::stoul(words_[at], nullptr, 0);
+    if (value < least || value > most) throw std::out_of_range(words_[at]);
+    return static_cast<unsigned>(value);
+  }
+
+ private:
+  std::vector<std::string> words_;
+};
+
+inline void require(bool good, const std::string& what) {
+  if (!good) throw std::runtime_error(what);
+}
+
+inline double processor_seconds() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+// core.cpp
+void core(const Arguments& arguments);
+// library.cpp
+void transactions(const Arguments& arguments);
+void channels(const Arguments& arguments);
+void tr308(const Arguments& arguments);
+// load.cpp
+void load(const Arguments& arguments);
+// null_server.cpp
+void null_server(const Arguments& arguments);
+// worlds.cpp
+void plant(const Arguments& arguments);
+void scripts(const Arguments& arguments);
+void hostile(const Arguments& arguments);
+
+}  // namespace cbcan::bench
