@@ -133,16 +133,6 @@ TEST_CASE("SLCAN: what it does not know is refused") {
   CHECK(desk.ear.heard.empty());
 }
 
-TEST_CASE("SLCAN: lines in pieces, lines that are too long, bells") {
-  SlcanDesk desk;
-  for (const char c : std::string_view("O\rt12311"))
-    desk.adapter.receive({&c, 1});
-  CHECK(desk.respond("2\r\n") == "\rz\r");
-  CHECK(desk.respond(std::string(1'000'000, 't') + "\r") == "\a");
-  CHECK(desk.respond("\a\aV\a\r") == "\r");
-  CHECK(desk.ear.heard == Texts{"123#12"});
-}
-
 TEST_CASE("SLCAN: Z1 adds the milliseconds of the minute") {
   SlcanDesk desk;
   CHECK(desk.respond("Z1\rO\r") == "\r\r");

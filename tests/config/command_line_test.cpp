@@ -45,13 +45,6 @@ TEST_CASE("no option at all runs with the defaults and says who is missing") {
         "cbcan-sim: no other node is on the virtual bus; try --demo, or add a node: --node 5=FILE.eds\n");
 }
 
-TEST_CASE("a real bus without simulated nodes is nothing to remark on") {
-  const Start real = start({"--can", "socketcan:vcan0"});
-  CHECK(real.run);
-  CHECK(real.err == "");
-  CHECK(can_spec(real.config.networks.at(0).can) == "socketcan:vcan0");
-}
-
 TEST_CASE("a bit rate on a real bus is remarked on") {
   const Start real = start({"--can=socketcan:can1", "--bit-rate=125000"});
   CHECK(real.run);
@@ -225,16 +218,6 @@ TEST_CASE("--no-module leaves the module out, and its ID to a node") {
             .module.enabled);
 }
 
-TEST_CASE("--slcan is an address") {
-  CHECK(start({"--slcan", "127.0.0.1:0"}).config.networks.at(0).can.slcan == "127.0.0.1:0");
-  CHECK(start({"--slcan", "unix:can"}).config.networks.at(0).can.slcan == "unix:can");
-  CHECK(start({"--slcan", ":0"}).err == "");
-  CHECK(refusal({"--slcan", "1.2.3.4:x"}, disk_files()) ==
-        "cbcan-sim: --slcan 1.2.3.4:x: address \"1.2.3.4:x\": the port is a number 0..65535, 0 = any free "
-        "one\n" +
-            std::string(kHint));
-}
-
 TEST_CASE("a socket in a plant file is relative to the file") {
   const Files plant{{"plants/p.toml", "[can]\nslcan = \"unix:../run/can\"\n"},
                     {"q/p.toml", "[can]\nslcan = \"unix:\"\n"}};
@@ -290,11 +273,4 @@ TEST_CASE("--check and --log -") {
       refusal({"--demo", "--log", "-", "--clock", "manual"}, disk_files()) ==
       std::string("cbcan-sim: --log -: standard output has the responses of --clock manual; name a file\n") +
           kHint);
-}
-
-TEST_CASE("the nearest name begins with what was typed") {
-  CHECK(read("[[node]]\nid = 5\ned = \"x.eds\"\n").errors.at(0) ==
-        "plant.toml:1: node.eds: is missing; add eds = \"FILE.eds\"");
-  CHECK(read("[[node]]\nid = 5\ned = \"x.eds\"\n").errors.at(1) ==
-        "plant.toml:3: node.ed: no such key; did you mean node.eds?");
 }

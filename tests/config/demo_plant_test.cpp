@@ -55,21 +55,3 @@ TEST_CASE("--demo is the demo plant, without a complaint") {
   CHECK(demo.config.modbus == Config{}.modbus);
   CHECK(demo.config.networks.at(0).can == CanConfig{});
 }
-
-TEST_CASE("every EDS file of the demo plant is in the program") {
-  const FileReader files = with_demo_plant([](const std::string&) { return std::nullopt; });
-  const Start demo = start({"--demo"});
-  for (const NodeConfig& node : demo.config.networks.at(0).nodes) {
-    INFO(node.eds);
-    CHECK(files(node.eds));
-  }
-}
-
-TEST_CASE("the demo plant on the disk is the same plant") {
-  const Files disk{{"plants/demo/plant.toml", source_file("plants/demo/plant.toml")}};
-  const Start start_of_file = start({"--config", "plants/demo/plant.toml"}, disk);
-  REQUIRE(start_of_file.run);
-  CHECK(start_of_file.config.networks.at(0).nodes.at(0).eds == "plants/demo/io_module.eds");
-  CHECK(start_of_file.config.networks.at(0).nodes.size() ==
-        start({"--demo"}).config.networks.at(0).nodes.size());
-}

@@ -106,25 +106,8 @@ TEST_CASE("node options that are wrong") {
           "--set node.6.name=Valve: there is no node 6; add --node 6=FILE.eds");
   refused(with_plant({"--set", "node.5=1"}),
           "--set node.5=1: must be node.ID.KEY, such as node.5.heartbeat_ms");
-  refused(
-      with_plant({"--set", "node.5.heartbeat_ms=1s"}),
-      "--set node.5.heartbeat_ms=1s: node.heartbeat_ms \"1s\": must be an integer, 0..65535 ms, 0 = none");
   refused(with_plant({"--set", "node.5.hearbeat_ms=1"}),
           "--set node.5.hearbeat_ms=1: node.hearbeat_ms: no such key; did you mean node.heartbeat_ms?");
-  refused(with_plant({"--set", "node.5.objects=1"}),
-          "--set node.5.objects=1: node.objects: must be a list; write objects = [{ index = 0x2001, sub = 0, "
-          "value = 1 }]");
-  refused(
-      with_plant({"--set", "node.5.objects+=1"}),
-      "--set node.5.objects+=1: node.objects: must be a list; write objects = [{ index = 0x2001, sub = 0, "
-      "value = 1 }]");
-  refused(with_plant({"--set", "node.5.objects+={index=0x2001,sub=256,value=1}"}),
-          "--set node.5.objects+={index=0x2001,sub=256,value=1}: node.objects.sub 256: must be 0..255");
-  refused(with_plant({"--set", "node.5.objects+={index=0x2001}"}),
-          "--set node.5.objects+={index=0x2001}: node.objects.value: is missing; add value = 1");
-  refused(with_plant({"--set", "node.5.objects+={index=0x2001,value=\"hex:0\"}"}),
-          "--set node.5.objects+={index=0x2001,value=\"hex:0\"}: node.objects.value \"hex:0\": must be pairs "
-          "of hex digits after hex:, such as \"hex:01 02 FF\"");
   refused(with_plant({"--set", "node.5.objects+={index=0x2001,value=1"}),
           "--set node.5.objects+={index=0x2001,value=1: TOML syntax: inline table: expected key or closing "
           "'}', saw ']'");
@@ -167,23 +150,6 @@ TEST_CASE("the same thing twice on the command line") {
             .can.bit_rate == 250'000);
 }
 
-TEST_CASE("what a node is, on the command line") {
-  const Start both = with_plant({"--set", "node.5.device=cia401", "--set", "node.5.parameters=dir/a=b.params",
-                                 "--set", "node.5.lss=true"});
-  REQUIRE(both.err == "");
-  const NodeConfig& node = both.config.networks.at(0).nodes.at(0);
-  CHECK(node.device == "cia401");
-  CHECK(node.parameters == "dir/a=b.params");
-  CHECK(node.lss);
-  CHECK(node.name == "Valve");
-  refused(
-      with_plant({"--set", "node.5.device=valve"}),
-      "--set node.5.device=valve: node.device \"valve\": must be none, cia401, cia402, cia404, or the path "
-      "of a Lua script, FILE.lua");
-  refused(with_plant({"--set", "node.5.lss=yes"}),
-          "--set node.5.lss=yes: node.lss \"yes\": must be true or false");
-}
-
 TEST_CASE("wires and what a drive moves, on the command line") {
   const Start both =
       with_plant({"--wire", "5:output:3=5:0x2001 scale=2.5 delay_ms=20", "--wire", "5:0x2001.1=#1:input:9",
@@ -203,13 +169,6 @@ TEST_CASE("wires and what a drive moves, on the command line") {
           "--wire 5:1=5:2 lag=3: wire.lag: no such key; did you mean wire.lag_ms?");
   refused(with_plant({"--wire", "5:1=6:2"}),
           "--wire 5:1=6:2: wire 5:1 to 6:2: 6:2: there is no such node in the plant");
-}
-
-TEST_CASE("seed and control on the command line") {
-  const Start typed = start({"--seed", "9", "--control", "127.0.0.1:0"});
-  CHECK(typed.config.seed == 9);
-  CHECK(typed.config.control == "127.0.0.1:0");
-  CHECK(contains(start({"--control", "[::1"}).err, "cbcan-sim: --control [::1: address "));
 }
 
 TEST_CASE("a signal of the command line takes the place of the plant's at the same object") {
@@ -259,34 +218,16 @@ faults = [{ kind = "silent" }]
         Lines{"silent", "abort code=0x06090030 index=0x2001 sub=1", "silent after=10"});
 }
 
-TEST_CASE("signals and faults that are wrong on the command line") {
+TEST_CASE("faults that are wrong on the command line") {
   const auto refused = [](const char* option, const std::string& argument) {
     const std::string line = first_line(with_plant({option, argument.c_str()}));
     const std::string opening = "cbcan-sim: " + std::string(option) + " " + argument + ": ";
     CHECK(line.starts_with(opening));
     return line.substr(std::min(line.size(), opening.size()));
   };
-  const auto signal = [&](const std::string& keys) {
-    return refused("--set", "node.5.signals+={index=0x6401," + keys + "}");
-  };
-  CHECK(signal("shape=\"square\"") ==
-        "node.signals.shape \"square\": must be constant, ramp, sine, noise or replay");
-  CHECK(signal("shape=\"constant\"") == "node.signals.value: is missing; add value = 1");
-  CHECK(signal("shape=\"constant\",value=\"x\"") == "node.signals.value \"x\": must be a number");
-  CHECK(signal("shape=\"constant\",value=1,speed=2").starts_with("node.signals.speed: no such key"));
-  CHECK(signal("shape=\"constant\",value=1,mean=2") ==
-        "node.signals.mean 2: shape \"constant\" has index, sub, shape, value and sample_ms");
   CHECK(refused("--fault", "silent") ==
         "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:response-late delay_ms=50");
   CHECK(refused("--fault", "6:silent") == "there is no node 6; add --node 6=FILE.eds");
   CHECK(refused("--fault", "bus:silent") == "silent: a fault of a node, not of the bus");
   CHECK(refused("--fault", "5:silent after") == "silent: \"after\": write key=value");
-}
-
-TEST_CASE("a signal twice on the command line") {
-  refused(
-      with_plant({"--set", "node.5.signals+={index=0x6401,shape=\"constant\",value=1}", "--set",
-                  "node.5.signals+={index=0x6401,shape=\"constant\",value=2}"}),
-      "--set node.5.signals+={index=0x6401,shape=\"constant\",value=2}: node 5: object 6401h:00 already has "
-      "a signal at --set node.5.signals+={index=0x6401,shape=\"constant\",value=1}; remove one of the two");
 }

@@ -123,16 +123,7 @@ TEST_CASE("a drive's axis") {
   wrong_node("axis = { friction_mnm = -1 }", "4: node.axis.friction_mnm -1: must be 0..1000000 mNm");
 }
 
-TEST_CASE("numbers out of range") {
-  wrong("[module]\nnode_id = 0\n", "2: module.node_id 0: must be 1..127");
-  wrong("[module]\nnode_id = 128\n", "2: module.node_id 128: must be 1..127");
-  wrong("[module]\nsdo_timeout_ms = 65536\n",
-        "2: module.sdo_timeout_ms 65536: must be 0..65535 ms, 0 = none");
-  wrong("[module]\nsdo_timeout_ms = -1\n", "2: module.sdo_timeout_ms -1: must be 0..65535 ms, 0 = none");
-  wrong("[module]\nnode_state_fresh_ms = 0\n", "2: module.node_state_fresh_ms 0: must be 1..65535 ms");
-  wrong("[module]\nguarding_timeout_ms = 65536\n",
-        "2: module.guarding_timeout_ms 65536: must be 1..65535 ms");
-  wrong("[modbus]\nport = 65536\n", "2: modbus.port 65536: must be 0..65535, 0 = any free one");
+TEST_CASE("numbers out of range, of nodes; the others: settings_test.cpp") {
   wrong("[[node]]\nid = 300\neds = \"a.eds\"\n", "2: node.id 300: must be 1..127");
   wrong_node("heartbeat_ms = 65536", "4: node.heartbeat_ms 65536: must be 0..65535 ms, 0 = none");
   wrong_node("objects = [{ index = 0x10000, sub = 256, value = 0 }]",
@@ -162,11 +153,6 @@ TEST_CASE("values of the wrong type") {
   wrong("[log]\nfile = true\n", "2: log.file true: must be a text in double quotes: a path");
   wrong_node("objects = [{ index = 1, value = [1] }]",
              "4: node.objects.value: must be a number, true or false, a text, or bytes as \"hex:01 02\"");
-}
-
-TEST_CASE("empty texts") {
-  wrong("[modbus]\nhost = \"\"\n", "2: modbus.host \"\": must be an IP address or a host name");
-  wrong("[[node]]\nid = 5\neds = \"\"\n", "3: node.eds \"\": must be the path of an EDS or DCF file");
 }
 
 TEST_CASE("bus specifications") {
@@ -372,17 +358,6 @@ TEST_CASE("a key of another shape is told the shape's own") {
   CHECK(error_of("shape = \"constant\", value = 1, mean = 2") ==
         "plant.toml:4: node.signals.mean 2: shape \"constant\" has index, sub, shape, value and sample_ms");
   CHECK(
-      error_of("shape = \"ramp\", to = 1, duration_ms = 1, period_ms = 2") ==
-      "plant.toml:4: node.signals.period_ms 2: shape \"ramp\" has index, sub, shape, from, to, duration_ms, "
-      "then and sample_ms");
-  CHECK(
-      error_of("shape = \"sine\", amplitude = 1, period_ms = 1, seed = 2") ==
-      "plant.toml:4: node.signals.seed 2: shape \"sine\" has index, sub, shape, mean, amplitude, period_ms, "
-      "phase_deg and sample_ms");
-  CHECK(error_of("shape = \"noise\", deviation = 1, file = \"a.csv\"") ==
-        "plant.toml:4: node.signals.file \"a.csv\": shape \"noise\" has index, sub, shape, mean, deviation, "
-        "distribution, seed and sample_ms");
-  CHECK(
       error_of("shape = \"replay\", file = \"a.csv\", value = 1") ==
       "plant.toml:4: node.signals.value 1: shape \"replay\" has index, sub, shape, file, between, repeat and "
       "sample_ms");
@@ -396,21 +371,8 @@ TEST_CASE("faults that are wrong") {
         Lines{"plant.toml:4: node.faults.kind: is missing; add kind = \"response-late\""});
   CHECK(errors_of("kind = 5") ==
         Lines{"plant.toml:4: node.faults.kind 5: must be a text in double quotes: a kind of fault"});
-  CHECK(errors_of("kind = \"late\"") ==
-        Lines{"plant.toml:4: node.faults: fault \"late\": no such kind; did you mean response-late?"});
-  CHECK(contains(errors_of("kind = \"nonsense\"").at(0),
-                 "plant.toml:4: node.faults: fault \"nonsense\": no such kind; there are response-never, "));
-  CHECK(errors_of("kind = \"frame-loss\"") ==
-        Lines{"plant.toml:4: node.faults: frame-loss: a fault of the bus, not of a node"});
-  CHECK(
-      errors_of("kind = \"silent\", state = 4") ==
-      Lines{
-          "plant.toml:4: node.faults: silent: state: no such key; there are after, count, probability, seed, "
-          "from_ms and until_ms"});
   CHECK(errors_of("kind = \"silent\", probability = 2") ==
         Lines{"plant.toml:4: node.faults: silent: probability 2: must be 0..1"});
-  CHECK(errors_of("kind = \"silent\", after = true") ==
-        Lines{"plant.toml:4: node.faults: silent: after true: must be an integer, 0..4294967295"});
   wrong("[can]\nfaults = [\n{ kind = \"response-late\" },\n{ delay_ms = 1 }]\n",
         "3: can.faults: response-late: a fault of a node, not of the bus",
         "4: can.faults.kind: is missing; add kind = \"frame-loss\"");

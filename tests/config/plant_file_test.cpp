@@ -13,17 +13,6 @@ TEST_CASE("an empty plant file is all defaults") {
   const Plant plant = read("# nothing\n");
   CHECK(plant.errors == Lines{});
   CHECK(plant.config == Config{});
-  CHECK(plant.config.networks.at(0).module.node_id == 127);
-  CHECK(plant.config.networks.at(0).module.sdo_timeout_ms == 1000);
-  CHECK(plant.config.networks.at(0).module.node_state_fresh_ms == 2000);
-  CHECK(plant.config.networks.at(0).module.guarding_timeout_ms == 100);
-  CHECK(plant.config.modbus.host == "127.0.0.1");
-  CHECK(plant.config.modbus.port == 1502);
-  CHECK(plant.config.networks.at(0).can.outside.empty());
-  CHECK(plant.config.networks.at(0).can.bit_rate == 0);
-  CHECK(plant.config.networks.at(0).log.empty());
-  CHECK_FALSE(plant.config.verbose);
-  CHECK(plant.config.networks.at(0).nodes.empty());
 }
 
 TEST_CASE("every key arrives where it belongs") {

@@ -68,20 +68,6 @@ TEST_CASE("Every node of the demo plant has the objects that CiA 301 asks for") 
   }
 }
 
-TEST_CASE("The I/O module has eight digital and two analogue inputs and outputs") {
-  Node node("io_module.eds", 0x42);
-  node.shows({{0x1000, 0, 0x000F0191}, {0x6411, 0, 2}});
-  CHECK(node.result.device.find(0x6411, 1)->type == DataType::kInteger16);
-  CHECK(node.dictionary.write(0x6411, 1, Bytes{0x2C, 0x01}, 0) == AbortCode::kNone);
-  CHECK(node.get(0x6411, 1) == 300);
-  CHECK(node.dictionary.write(0x6411, 3, Bytes{0, 0}, 0) == AbortCode::kNoSubIndex);
-  CHECK(node.dictionary.write(0x6401, 1, Bytes{0, 0}, 0) == AbortCode::kReadOnly);
-  CHECK(node.dictionary.write(0x6200, 1, Bytes{0xFF}, 0) == AbortCode::kNone);
-  node.shows({{0x1400, 1, 0x242}, {0x1401, 1, 0x342}, {0x1800, 1, 0x1C2}, {0x1801, 1, 0x2C2}});
-  node.shows({{0x1600, 1, 0x62000108}, {0x1601, 2, 0x64110210}, {0x1A00, 1, 0x60000108}});
-  node.shows({{0x1A01, 1, 0x64010110}});
-}
-
 TEST_CASE("What the default mappings name may be mapped that way") {
   const auto check = [](const Node& node, std::uint16_t first, std::uint16_t last, std::uint8_t flag) {
     for (std::uint16_t index = first; index <= last; ++index) {
@@ -100,12 +86,6 @@ TEST_CASE("What the default mappings name may be mapped that way") {
   check(io_module, 0x1600, 0x1601, ObjectFlags::kMapRpdo);
   check(io_module, 0x1A00, 0x1A01, ObjectFlags::kMapTpdo);
   check(Node("pressure_transducer.eds", 1), 0x1A00, 0x1A00, ObjectFlags::kMapTpdo);
-}
-
-TEST_CASE("The pressure transducer sends four bytes of pascals after every SYNC") {
-  const Node node("pressure_transducer.eds", 2);
-  node.shows({{0x1000, 0, 0x00020194}, {0x1800, 1, 0x182}, {0x1800, 2, 1}, {0x1A00, 0, 1}});
-  node.shows({{0x1A00, 1, 0x91300120}, {0x9130, 1, 101325}});
 }
 
 TEST_CASE("The generic node has objects of every size") {

@@ -25,24 +25,6 @@ TEST_CASE("every network has registers of its own") {
         hex("00 05 00 00 00 05 FF 03 02 44 44"));
 }
 
-TEST_CASE("every function reaches the second network") {
-  Server server;
-  Client client(server);
-  server.of_second[4] = 0x0012;
-  CHECK(ask(server, client, "00 01 00 00 00 08 02 16 00 04 00 F2 00 25", 14) ==
-        hex("00 01 00 00 00 08 02 16 00 04 00 F2 00 25"));
-  CHECK(server.of_second[4] == 0x0017);
-  CHECK(ask(server, client, "00 02 00 00 00 0B 02 10 00 01 00 02 04 00 0A 01 02", 12) ==
-        hex("00 02 00 00 00 06 02 10 00 01 00 02"));
-  CHECK(server.of_second[2] == 0x0102);
-  CHECK(ask(server, client, "00 03 00 00 00 0D 02 17 00 01 00 02 00 02 00 01 02 0B 0C", 13) ==
-        hex("00 03 00 00 00 07 02 17 04 00 0A 0B 0C"));
-  CHECK(ask(server, client, "00 04 00 00 00 05 02 2B 0E 01 00", 28) ==
-        hex("00 04 00 00 00 16 02 2B 0E 01 81 00 00 03 00 02 63 62 01 03 63 61 6E 02 03 31 2E 30"));
-  CHECK(ask(server, client, "00 05 00 00 00 06 02 03 10 48 00 01", 9) == hex("00 05 00 00 00 03 02 83 02"));
-  CHECK(server.registers == std::vector<std::uint16_t>(4168));
-}
-
 TEST_CASE("a unit ID without a network is answered by exception 0Ah, whatever is asked") {
   Server server;
   Client client(server);
@@ -58,15 +40,6 @@ TEST_CASE("a unit ID without a network is answered by exception 0Ah, whatever is
   CHECK(server.requests.empty());
   CHECK(server.modbus.counters().requests == 6);
   CHECK(server.modbus.counters().exceptions == 6);
-}
-
-TEST_CASE("framing comes before the unit ID") {
-  Server server;
-  Client client(server);
-  client.send("00 01 00 01 00 06 03 03 00 00 00 01");
-  server.run_until([&] { return client.closed(); });
-  CHECK(client.take().empty());
-  CHECK(server.modbus.counters().bad_frames == 1);
 }
 
 TEST_CASE("a network without registers is none, be it the first") {

@@ -7,49 +7,6 @@
 namespace cbcan::io::test {
 namespace {
 
-TEST_CASE("each function") {
-  struct Row {
-    const char *request, *response;
-  };
-  const Row rows[] = {
-      {"00 01 00 00 00 06 01 03 00 6B 00 03", "00 01 00 00 00 09 01 03 06 02 2B 00 00 00 64"},
-      {"00 02 00 00 00 06 01 06 00 01 00 03", "00 02 00 00 00 06 01 06 00 01 00 03"},
-      {"00 03 00 00 00 0B 01 10 00 02 00 02 04 00 0A 01 02", "00 03 00 00 00 06 01 10 00 02 00 02"},
-      {"00 04 00 00 00 08 01 16 00 04 00 F2 00 25", "00 04 00 00 00 08 01 16 00 04 00 F2 00 25"},
-      {"00 05 00 00 00 06 01 03 00 01 00 04", "00 05 00 00 00 0B 01 03 08 00 03 00 0A 01 02 00 17"},
-      {"00 06 00 00 00 05 01 2B 0E 01 00",
-       "00 06 00 00 00 16 01 2B 0E 01 81 00 00 03 00 02 63 62 01 03 63 61 6E 02 03 31 2E 30"}};
-  Server server;
-  Client client(server);
-  server.registers[107] = 0x022B;
-  server.registers[109] = 0x0064;
-  server.registers[4] = 0x0012;
-  for (const Row& row : rows) {
-    INFO(row.request);
-    CHECK(ask(server, client, row.request, hex(row.response).size()) == hex(row.response));
-  }
-}
-
-TEST_CASE("FC 23 writes and then reads") {
-  Server server;
-  Client client(server);
-  server.registers[13] = 0x00FE;
-  // R14 is written and read in the same request.
-  CHECK(ask(server, client, "00 05 00 00 00 11 01 17 00 0D 00 02 00 0E 00 03 06 00 FF 0A CD 00 01", 13) ==
-        hex("00 05 00 00 00 07 01 17 04 00 FE 00 FF"));
-  CHECK(server.registers[15] == 0x0ACD);
-  CHECK(server.registers[16] == 0x0001);
-}
-
-TEST_CASE("FC 4 reads what FC 3 reads") {
-  Server server;
-  Client client(server);
-  server.registers[4167] = 0xABCD;
-  CHECK(ask(server, client, "00 01 00 00 00 06 01 04 10 47 00 01", 11) ==
-        hex("00 01 00 00 00 05 01 04 02 AB CD"));
-  CHECK(ask(server, client, "00 02 00 00 00 06 01 04 10 47 00 02", 9) == hex("00 02 00 00 00 03 01 84 02"));
-}
-
 TEST_CASE("the largest response and the largest request") {
   Server server;
   Client client(server);

@@ -198,15 +198,10 @@ TEST_CASE("a PLC that is not there is tried again, with a pause that grows to fi
     CHECK(client.next_deadline() - now == pause * kMillisecond);
     now = client.next_deadline();
   }
-  CHECK(told == std::vector<std::string>{"plc " + client.place() +
-                                         ": Connection refused; it is retried"});
+  CHECK(told == std::vector<std::string>{"plc " + client.place() + ": Connection refused; it is retried"});
 }
 
 TEST_CASE("a PLC's name that nobody knows") {
   CHECK_THROWS_WITH(plc_over_tcp({"no name at all", 502}),
                     "plc no name at all:502: Name or service not known; write an IP address");
-}
-
-TEST_CASE("PLCs that own their registers, 100,000 requests each", "[.long]") {
-  check_requests(100'000);
 }

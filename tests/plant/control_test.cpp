@@ -228,28 +228,6 @@ TEST_CASE("a listener hears each frame of each network once, also when it comes 
         std::vector<std::pair<std::size_t, std::uint32_t>>{{1, 0x123}, {2, 0x124}, {1, 0x123}, {2, 0x124}});
 }
 
-TEST_CASE("faults of one network are not those of another") {
-  TwoNetworks plant;
-  CHECK(plant.run("fault 2/bus frame-loss probability=0.5") == "ok 1\n");
-  CHECK(plant.run("fault 2/16 heartbeat-stops") == "ok 1\n");
-  CHECK(plant.run("fault 16 response-never") == "ok 1\n");
-  CHECK(plant.run("fault bus frame-late delay_ms=1").starts_with("ok 1\n"));
-  CHECK(plant.run("faults") ==
-        "bus 1 frame-late delay_ms=1 occasions=0 fired=0\n"
-        "#2 1 response-never occasions=0 fired=0\n"
-        "2/bus 1 frame-loss probability=0.5 occasions=0 fired=0\n"
-        "2/#1 1 heartbeat-stops occasions=0 fired=0\nok\n");
-  CHECK(plant.run("faults 2/bus") == "2/bus 1 frame-loss probability=0.5 occasions=0 fired=0\nok\n");
-  CHECK(plant.run("clear 2/bus 1") == "ok\n");
-  CHECK(plant.run("clear 2/bus 1") == "error: fault 1: 2/bus has none with this number\n");
-  CHECK(plant.run("clear 2/16") == "ok\n");
-  CHECK(plant.run("faults") ==
-        "bus 1 frame-late delay_ms=1 occasions=0 fired=0\n#2 1 response-never occasions=0 fired=0\nok\n");
-  plant.run("fault 2/bus frame-loss probability=0.5");
-  CHECK(plant.run("clear") == "ok\n");
-  CHECK(plant.run("faults") == "ok\n");
-}
-
 TEST_CASE("places in networks that are not there") {
   TwoNetworks plant;
   CHECK(plant.run("get 3/16 0x6041") == "error: network \"3\": must be 1..2\n");

@@ -189,19 +189,6 @@ TEST_CASE("Storms beat from the beginning on, for count frames or as long as the
   CHECK(plant.deadline() == cbcan::kNever);
 }
 
-TEST_CASE("bus-off and error-passive of one controller, and back; the worst of them holds") {
-  FaultyPlant plant;
-  plant.set("error-passive from_ms=10 until_ms=50");
-  plant.set("bus-off from_ms=20 until_ms=30");
-  std::vector<cbcan::BusState> states;
-  for (const int ms : {5, 10, 10, 10, 20}) {
-    plant.pass(static_cast<cbcan::Time>(ms) * kMillisecond);
-    states.push_back(plant.node.port().state());
-  }
-  using enum cbcan::BusState;
-  CHECK(states == std::vector<cbcan::BusState>{kActive, kErrorPassive, kBusOff, kErrorPassive, kActive});
-}
-
 TEST_CASE("bus-off without an end lasts until it is removed; what was held back is lost") {
   FaultyPlant plant;
   plant.set("response-late");
@@ -236,16 +223,6 @@ TEST_CASE("A frame for which there is no room waits in front of all others; none
   CHECK(Texts(heard.end() - 3, heard.end()) ==
         Texts{"0 585#4300100091010000", "0 585#4300100091010000", "0 185#02"});
   CHECK(plant.node.faults.list()[0].fired == 1);
-}
-
-TEST_CASE("Without a fault the port is the controller: the same frames, the same refusals, no deadline") {
-  FaultyPlant plant;
-  cbcan::sim::FaultyPort& port = plant.node.faulty;
-  for (int i = 0; i < 64; ++i)
-    CHECK(port.try_send(frame_from("185#00")));
-  CHECK_FALSE(port.try_send(frame_from("185#01")));
-  CHECK(port.deadline() == cbcan::kNever);
-  CHECK(plant.bus.counters().refused == 1);
 }
 
 TEST_CASE("A transfer that breaks off by a reset, or while no fault is set, does not confuse the next") {

@@ -95,34 +95,6 @@ TEST_CASE("Node: silent: it goes on as if it were heard, process data too") {
                "0 node 5: fault 1: silent: 185#0100", "100000 node 5: fault 1: silent: 705#05"});
 }
 
-TEST_CASE("Node: heartbeats that stop are what another node's consumer sees") {
-  Faulty faulty;
-  WorldBench& bench = faulty.bench;
-  sim::Node& watcher = add_node(bench, 6);
-  watcher.start(bench.now);
-  bench.world.advance(bench.now);
-  bench.expect("706#00");
-  bench.write("606#2316100119000500", "605#2B1710000A000000");
-  bench.pass(10 * kMillisecond).expect("705#7F");
-  faulty.set("heartbeat-stops until_ms=40");
-  bench.pass(25 * kMillisecond).expect("086#3081110000000000");
-  bench.ask(kRead, kResponse);
-  bench.pass(15 * kMillisecond).expect("705#7F");  // at 50 ms
-  bench.expect("086#0000000000000000");
-}
-
-TEST_CASE("Node: an EMCY storm is not in the node's history, and is no error of its own") {
-  Faulty faulty;
-  const unsigned number = faulty.set("emcy-storm code=0x2310 interval_ms=10");
-  faulty.bench.expect("085#1023010000000000");
-  faulty.bench.pass(20 * kMillisecond);
-  faulty.bench.expect_at(10 * kMillisecond, "085#1023010000000000");
-  faulty.bench.expect("085#1023010000000000");
-  faulty.remove(number);
-  faulty.bench.pass(kSecond);
-  faulty.bench.ask("605#4001100000000000", "585#4F01100000000000");
-}
-
 TEST_CASE("Node: bus-off for a while: off the bus, out of Operational, and back") {
   Faulty faulty;
   faulty.bench.ask("000#0105", "185#0000");
@@ -137,17 +109,6 @@ TEST_CASE("Node: bus-off for a while: off the bus, out of Operational, and back"
   faulty.bench.ask(kRead, kResponse);
   CHECK(faulty.told.lines == Frames{"0 node 5: fault 1: bus-off until_ms=500: begins",
                                     "500000 node 5: fault 1: bus-off until_ms=500: ends"});
-}
-
-TEST_CASE("Node: a fault of the bus, at a frame of a node") {
-  Faulty faulty;
-  const sim::FaultOrProblem parsed =
-      sim::parse_fault("frame-loss first_id=0x585 last_id=0x585 count=1", sim::FaultPlace::kBus);
-  REQUIRE(parsed.problem.empty());
-  faulty.bench.world.faults().add(parsed.fault, faulty.bench.now);
-  faulty.bench.send(kRead).expect_silence();
-  faulty.bench.ask(kRead, kResponse);
-  CHECK(faulty.told.lines.size() == 1);
 }
 
 TEST_CASE("Node: faults are for its ID, also for the one that LSS gives") {

@@ -233,14 +233,6 @@ TEST_CASE("Node: on a bus with a bit rate that LSS does not have, a stored node 
   }
 }
 
-TEST_CASE("Node: there is no bit rate 5, and none above 8") {
-  NodeBench bench(with_lss());
-  bench.send(kConfiguration);
-  for (const char* index : {"05", "09", "0A", "FF"})
-    bench.ask("7E5#1300" + std::string(index) + "0000000000", "7E4#1301000000000000");
-  bench.ask("7E5#1301000000000000", "7E4#1301000000000000");  // another table
-}
-
 TEST_CASE("Node: without LSS it does not hear of it") {
   NodeBench bench;
   bench.send(kConfiguration);

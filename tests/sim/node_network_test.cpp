@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Nodes that watch, time and disturb each other: heartbeat consumers, TIME, life guarding, bus-off, the same
-// ID twice.
+// Nodes that watch, time and disturb each other; the services alone: tests/core.
 
 #include "node_rig.hpp"
 
@@ -48,25 +47,6 @@ TEST_CASE("Node: one watches another: 1029h says what becomes of it when that fa
   }
 }
 
-TEST_CASE("Node: a watched node that is heard again ends the error; the state stays") {
-  Watch watch("00");
-  watch.bench.ask("601#2B17100000000000", "581#6017100000000000");
-  watch.bench.pass(30 * kMillisecond);
-  CHECK(watch.bench.heard() == Frames{"082#3081110000000000"});
-  watch.bench.send("601#2B1710000A000000");
-  watch.bench.heard();
-  watch.bench.pass(10 * kMillisecond);
-  CHECK(watch.bench.heard() == Frames{"701#05", "082#0000000000000000"});
-  CHECK(watch.state() == nmt::State::kPreOperational);
-}
-
-TEST_CASE("Node: a watched node that is reset is alive as long as it says so in time") {
-  Watch watch("00");
-  watch.bench.ask("000#8201", "701#00");
-  watch.bench.pass(24 * kMillisecond).expect_silence();
-  watch.bench.pass(kMillisecond).expect("082#3081110000000000");
-}
-
 TEST_CASE("Node: 1016h set to 0 ends the watch, and the filter closes") {
   Watch watch("00");
   watch.bench.write("602#2316100100000000", "601#2B17100000000000");
@@ -93,33 +73,6 @@ TEST_CASE("Node: TIME from a producer to a consumer") {
   CHECK(consumer.device().time_stamp().at(bench.now) == TimeOfDay{125, 0});
   bench.send("000#0201");  // Stopped: no TIME
   bench.pass(kSecond).expect_silence();
-}
-
-TEST_CASE("Node: a TIME consumer hears the master, on its identifier, frames of six bytes") {
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 2);
-  bench.start().expect("702#00");
-  bench.ask("602#2312100001020080", "582#6012100000000000");  // 80000201h
-  bench.send("100#010000000100");
-  CHECK(node.device().time_stamp().at(bench.now) == TimeOfDay{0, 0});
-  bench.send("201#0100000001");
-  CHECK(node.device().time_stamp().at(bench.now) == TimeOfDay{0, 0});
-  bench.send("201#010000F00100");  // four bits are reserved
-  CHECK(node.device().time_stamp().at(bench.now) == TimeOfDay{1, 1});
-}
-
-TEST_CASE("Node: bus-off is a network failure; what was to be sent waits until it is over") {
-  NodeBench bench;
-  sim::Node& node = bench.node;
-  bench.ask("000#0105", "185#0000");
-  node.port().set_state(BusState::kBusOff, bench.now);
-  CHECK(node.device().state() == nmt::State::kPreOperational);
-  bench.send("605#4000100000000000");
-  bench.pass(10 * kMillisecond).expect_silence();
-  node.port().set_state(BusState::kActive, bench.now);
-  bench.pass(0).expect("085#4081110000000000", "085#0000000000000000");
-  bench.pass(10 * kMillisecond).expect_silence();  // the request was not heard
-  bench.ask("605#4000100000000000", "585#4300100000000000");
 }
 
 TEST_CASE("Node: two with the same ID: both act, both response") {
@@ -170,18 +123,6 @@ TEST_CASE("World: a frame that somebody sends between two calls of advance() is 
   bench.now += 10 * kSecond;
   bench.ask("605#2B17100064000000", "585#6017100000000000");
   bench.pass(100 * kMillisecond).expect("705#7F");
-}
-
-TEST_CASE("World: likewise on a paced bus, where it takes its time from then on") {
-  WorldBench bench(1'000'000);
-  add_node(bench, 5);
-  bench.start();
-  bench.pass(kSecond);
-  bench.expect_at(55, "705#00");  // 47 + 8 bits
-  bench.now += 10 * kSecond;
-  bench.send("605#4000100000000000");
-  bench.pass(kMillisecond);
-  bench.expect_at(11 * kSecond + 222, "585#4300100000000000");  // 47 + 64 bits each way
 }
 
 TEST_CASE("Node: 126 of them, Operational with one command, one SYNC and one response each") {

@@ -70,16 +70,6 @@ TEST_CASE("Node: a constant signal is there at power-on, and stays through reset
   bench.pass(kSecond).expect_silence();
 }
 
-TEST_CASE("Node: a ramp at its sample times, each change an event") {
-  NodeBench bench(with_signal(Ramp{0, 40, 40 * kMillisecond}));
-  bench.ask("000#0105", "185#0000");
-  bench.pass(100 * kMillisecond);
-  bench.expect_at(10 * kMillisecond, "185#0A00");
-  bench.expect_at(20 * kMillisecond, "185#1400");
-  bench.expect_at(30 * kMillisecond, "185#1E00");
-  bench.expect_at(40 * kMillisecond, "185#2800");
-}
-
 TEST_CASE("Node: a CSV's values at their times, in steps of the sample period, again and again") {
   const sim::CsvPoints csv = sim::parse_csv_points("0,1\n0.005,2\n0.010,3\n0.012,3\n");
   REQUIRE(csv.problem.empty());
@@ -95,16 +85,6 @@ TEST_CASE("Node: a CSV's values at their times, in steps of the sample period, a
   bench.expect_at(10 * kMillisecond, "185#0300");
   bench.expect_at(12 * kMillisecond, "185#0100");
   bench.expect_at(17 * kMillisecond, "185#0200");
-}
-
-TEST_CASE("Node: signals begin with power-on, whenever that is") {
-  WorldBench bench;
-  bench.now = 7 * kSecond;
-  add_node(bench, 5, with_signal(Ramp{1, 3, 20 * kMillisecond}));
-  bench.start().expect("705#00");
-  bench.ask("000#0105", "185#0100");
-  bench.pass(10 * kMillisecond).expect("185#0200");
-  bench.pass(10 * kMillisecond).expect("185#0300");
 }
 
 TEST_CASE("Node: two signals with sample periods of their own") {
@@ -155,14 +135,6 @@ TEST_CASE("Node: an input without a behaviour is the object's value, rounded and
   CHECK_FALSE(node.set_input(0x6000, 2, 1, bench.now));  // no such sub-index
   CHECK_FALSE(node.set_input(0x7000, 0, 1, bench.now));
   CHECK_FALSE(node.set_input(0x1010, 1, 1, bench.now));  // a command, not a number
-}
-
-TEST_CASE("Node: an input that does not change is no event") {
-  NodeBench bench;
-  sim::Node& node = bench.node;
-  bench.ask("000#0105", "185#0000");
-  bench.input(node, 0x6000, 1, 3).expect("185#0300");
-  bench.input(node, 0x6000, 1, 3.3).expect_silence();
 }
 
 TEST_CASE("Node: a behaviour has its inputs, the others are the dictionary's") {

@@ -135,37 +135,6 @@ TEST_CASE("The state of silent nodes, one after the other, takes 100 ms each") {
   }
 }
 
-TEST_CASE("A heartbeat runs by itself, in virtual time, the same every time") {
-  std::vector<std::string> first;
-  for (int run = 0; run < 2; ++run) {
-    Plant plant(500'000, 3);
-    for (std::uint16_t node = 1; node <= 3; ++node) {
-      plant.execute({5066, node, 0x1017, 0, 2, static_cast<std::uint16_t>(10 * node)});
-      plant.run(kMillisecond);
-    }
-    plant.run(3600 * kSecond);
-    if (run == 0) first = plant.log.lines;
-    CHECK(plant.log.lines == first);
-    CHECK(plant.log.lines.size() > 600'000);
-  }
-}
-
-TEST_CASE("The step in which time passes does not change what happens") {
-  Plant fine(125'000, 2), coarse(125'000, 2);
-  for (Plant* plant : {&fine, &coarse}) {
-    plant->execute({5066, 1, 0x1017, 0, 2, 7});
-    plant->run(10 * kMillisecond);
-    plant->execute({5055, 2, 0x2080, 0, 128});
-  }
-  for (int i = 0; i < 100'000; ++i) {
-    fine.now += 10;
-    fine.world.advance(fine.now);
-  }
-  coarse.now += kSecond;
-  coarse.world.advance(coarse.now);
-  CHECK(fine.log.lines == coarse.log.lines);
-}
-
 TEST_CASE("Two modules on one bus each do their own work") {
   World world;
   std::array<std::uint16_t, 70> first{}, second{};

@@ -29,11 +29,10 @@ class ScannerPlc(Plc):
         self.images = {"%QW": [0] * OUT[1], "%IW": self.images["%IW"]}
         self.called = []
 
-    def restart_module(self, program, *options):
+    def restart_module(self, *options):
         self.close()
-        called, machine = self.called, (self.machine, self.program, self.values, self.images, self.order, self.every)
-        super().__init__(program, *options, files=("cia405.st", "scanner.st", "openplc.st"), main="cbcan_exchange")
-        self.called, (self.machine, self.program, self.values, self.images, self.order, self.every) = called, machine
+        Plant.__init__(self, PROGRAM, *options)
+        self.windows = [self.window]
 
     def words(self, area, image):
         return [(self.program.located[f"{area}{100 + i}"], i) for i in range(len(image))]
@@ -123,7 +122,7 @@ class Adapter(BlockTest):
         self.plc.online = False
         block.set(ENABLE=True)
         self.plc.scan(3)
-        self.plc.restart_module(PROGRAM, *self.options)
+        self.plc.restart_module(*self.options)
         self.plc.online = True
         self.bad(block, INTERNAL)  # whether it was executed is not known
         self.assertNotIn("000#0120", self.plc.frames())

@@ -96,29 +96,6 @@ class Socketcand(Case):
             left.send(message)
             self.assertEqual(self.next(right, message.arbitration_id).data, message.data)
 
-    def test_savvycan(self):
-        client, other = self.client(), self.client()
-        for asker in (client, other):
-            self.assertEqual(asker.ask("< open can0 >"), "< ok >")
-            self.assertEqual(asker.ask("< rawmode >"), "< ok >")
-        other.socket.sendall(b"< send ffffffff9abcdef0 2 ffffffffffffff8f 1 >")
-        self.assertRegex(client.read(), r"\A< frame 1ABCDEF0 \d+\.\d{6} 8F01 >\Z")
-        other.socket.sendall(b"< send 7e5 0 >")
-        self.assertRegex(client.read(), r"\A< frame 7E5 \d+\.\d{6}  >\Z")
-
-    def test_kayak(self):
-        raw, bcm = self.client(), self.client()
-        for client in (raw, bcm):
-            self.assertEqual(client.ask("< open can0 >"), "< ok >")
-        self.assertEqual(raw.ask("< rawmode >"), "< ok >")
-        bcm.socket.sendall(b"< subscribe 0 0 5a0 >< send 620 8 40 18 10 00 00 00 00 00 >")
-        self.assertRegex(bcm.read(), r"\A< frame 5A0 \d+\.\d{6} 4F18100004000000 >\Z")
-        bcm.socket.sendall(b"< unsubscribe 5a0 >< add 0 10000 7e5 1 42 >")
-        heard = ""
-        while heard.count("< frame 7E5 ") < 3:
-            heard += raw.read()
-        self.assertEqual(bcm.ask("< delete 7e5 >< echo >"), "< echo >")
-
     def test_one_who_is_silent_is_kept(self):
         simulator = self.start("--demo", "--socketcand", "127.0.0.1:0", "--clock", "manual", stdin=-1)
         client = Client(simulator.where["socketcand"])
@@ -128,16 +105,6 @@ class Socketcand(Case):
         simulator.process.stdin.flush()
         self.assertIn("3600", simulator.process.stdout.readline())
         self.assertEqual(client.ask("< open can0 >"), "< ok >")
-
-    def test_garbage_and_dead_clients(self):
-        random.seed(1)
-        for i in range(100):
-            client = Client(self.address)
-            client.socket.sendall(b"< open can0 >< rawmode >" + random.randbytes(2000))
-            client.socket.close()
-        self.assertEqual(self.client().ask("< open can0 >"), "< ok >")
-        with self.simulator.window() as window:
-            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
 
 
 class WaysIn(Case):
@@ -168,22 +135,6 @@ class Terminal(Case):
         self.assertEqual(simulator.errors(), [f"slcan: python3 -m can.logger -i slcan -c {path}"])
         simulator.stop()
         self.assertFalse(os.path.lexists(path))
-
-    def test_what_stands_at_its_path(self):
-        path = pathlib.Path(self.folder()) / "can"
-        path.write_text("precious")
-        with self.assertRaisesRegex(AssertionError, "in use: another program serves there, or it is a file; write another path"):
-            Simulator(PROGRAM, "--demo", "--slcan", f"pty:{path}")
-        self.assertEqual(path.read_text(), "precious")
-        path.unlink()
-        path.symlink_to("/dev/pts/999999")  # left behind
-        simulator = self.start("--demo", "--slcan", f"pty:{path}")
-        with self.assertRaisesRegex(AssertionError, "in use"):
-            Simulator(PROGRAM, "--demo", "--slcan", f"pty:{path}")
-        path.unlink()
-        path.symlink_to("/somebody/else's")
-        simulator.stop()
-        self.assertTrue(path.is_symlink())
 
 
 class TwoProcesses(Case):
@@ -232,14 +183,6 @@ class Away(Case):
         peer.sendall(b"\r\r\rF00\r")
         return peer
 
-    def test_an_adapter_that_is_not_there_yet(self):
-        with listener() as server:
-            port = port_of(server)
-        simulator = self.start("--can", f"slcan:127.0.0.1:{port}")
-        with simulator.window() as window:
-            wait_until(lambda: self.kernel(window) == BUS_OFF, "bus-off")
-        self.assertEqual(simulator.errors(), [f"cbcan-sim: can slcan:127.0.0.1:{port}: Connection refused; it is retried"])
-
     def test_an_adapter_that_comes_and_goes(self):
         with listener() as server:
             simulator = self.start("--can", f"slcan:127.0.0.1:{port_of(server)}")
@@ -250,18 +193,6 @@ class Away(Case):
                     wait_until(lambda: self.kernel(window) == BUS_OFF, "bus-off")
         errors = "\n".join(line.split(": ", 2)[2] for line in simulator.errors()[:3])
         self.assertRegex(errors, "\\A.*; it is retried\nis there again\n.*; it is retried\\Z")
-
-    def test_a_socketcand_that_refuses(self):
-        with listener() as server:
-            simulator = self.start("--can", f"socketcand:127.0.0.1:{port_of(server)}/can7")
-            peer = server.accept()[0]
-            with peer, simulator.window() as window:
-                peer.settimeout(LIMIT)
-                peer.sendall(b"< hi >")
-                self.assertEqual(peer.recv(100), b"< open can7 >")
-                peer.sendall(b"< error could not open bus >")
-                wait_until(lambda: self.kernel(window) == BUS_OFF, "bus-off")
-        self.assertIn("does not open the bus can7; it is retried", simulator.errors()[0])
 
 
 class Crowd(Case):

@@ -16,7 +16,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
-from simulator import LIMIT, Window, program_from_arguments, wait_until
+from simulator import LIMIT, program_from_arguments, wait_until
 
 PROGRAM, CTL = program_from_arguments(sys.argv, 2)
 READ = 5055

@@ -12,7 +12,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, Simulator, program_from_arguments
 
 PROGRAM, CTL = program_from_arguments(sys.argv, 2)
 READ, WRITE = 5055, 5066
@@ -129,32 +129,6 @@ class Pcap(unittest.TestCase):
         self.assertIn("fault 1: response-never: 5A0#", "".join(comments))
         frames = [(comment, info) for _, _, protocol, _, comment, info, _ in packets if protocol == "CANopen" and comment]
         self.assertTrue(any("transaction 1" in comment and "Initiate upload request" in info for comment, info in frames), frames)
-
-    def test_modbus_as_it_was(self):
-        with Simulator(PROGRAM, "--demo", "--pcap", str(self.file)) as simulator:
-            heard = []
-            with simulator.window() as window:
-                for pdu in ("0300640003", "06006401F4", "10006500020400070008", "160064FFF00005", "1700640002006600010200FF", "2B0E0100",
-                            "07", "03FFFF0001", "0400640004"):
-                    heard.append(pdu)
-                    heard.append(window.request(bytes.fromhex(pdu)).hex().upper())
-        told = [payload.replace(":", "").upper() for payload, in self.dissect("tcp.payload")]
-        self.assertEqual([payload[14:] for payload in told if payload], heard)
-
-    def test_it_is_begun_anew_at_a_size(self):
-        with Simulator(PROGRAM, "--demo", "--pcap", str(self.file), "--set", "log.pcap_mb=1") as simulator, simulator.window() as window:
-            wait_until(lambda: window.read(0, 125) and pathlib.Path(f"{self.file}.1").exists(), "a second file")
-        for file in (self.file, f"{self.file}.1"):
-            self.assertLessEqual(pathlib.Path(file).stat().st_size, 1_000_000)
-            self.assertEqual([line for line in self.dissect("_ws.malformed", file=file) if line != [""]], [])
-
-    def test_faults_without_a_frame(self):
-        done = subprocess.run([PROGRAM, "--demo", "--modbus", ":0", "--fault", "0x42:heartbeat-stops", "--set", "node.0x42.objects+={index=0x1017,value=1}", "--clock",
-                               "manual", "--pcap", str(self.file)], input="pass 10s\nnmt start 1\npass 1ms\n", capture_output=True, text=True,
-                              timeout=LIMIT, check=False)
-        self.assertEqual(done.returncode, 0)
-        comments = [comment for bad, comment in self.dissect("_ws.malformed", "frame.comment") if comment and not bad]
-        self.assertLess(max(len(comment) for comment in comments), 10_000)
 
     def test_standard_output(self):
         process = subprocess.Popen([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--pcap", "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)

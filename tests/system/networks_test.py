@@ -4,14 +4,12 @@
 
 import pathlib
 import socket
-import struct
 import subprocess
 import sys
 import tempfile
 import unittest
 
 from pymodbus.client import ModbusTcpClient
-from pymodbus.mei_message import ReadDeviceInformationRequest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
@@ -20,7 +18,6 @@ from simulator import LIMIT, Simulator, program_from_arguments
 PROGRAM = program_from_arguments(sys.argv)
 EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
 READ, WRITE, EXECUTE = 5055, 5066, 0xCA0E
-NO_PATH = 10  # exception: gateway path unavailable
 
 PLANT = f"""
 [[node]]
@@ -90,11 +87,6 @@ class TwoNetworks(unittest.TestCase):
             response.append(self.simulator.process.stdout.readline())
         return "".join(response)
 
-    def use_up_faults(self, *units):
-        for unit in units:
-            unit.start(READ, 5, 0x2002, 0, 2)
-        self.say("pass 50ms")
-
     def test_transactions_on_both_at_once(self):
         one, two = self.unit(1), self.unit(2)
         one.start(READ, 5, 0x2002, 0, 2)
@@ -106,26 +98,6 @@ class TwoNetworks(unittest.TestCase):
         self.assertEqual(frames_in(self.simulator.log_path)[-2:], ["605#4002200000000000", "585#4B02200011110000"])
         self.assertEqual(frames_in(self.folder / "two.log")[-2:], ["605#4002200000000000", "585#4B02200022220000"])
 
-    def test_what_is_written_in_one_stays_there(self):
-        one, two = self.unit(1), self.unit(2)
-        self.use_up_faults(one, two)
-        two.start(WRITE, 5, 0x2002, 0, 2, 0x3333)
-        self.assertEqual(two.read(3700), 0)
-        for unit in (one, two):
-            unit.start(READ, 5, 0x2002, 0, 2)
-        self.assertEqual([one.result(), two.result()], [(0, 0x1111), (0, 0x3333)])
-        self.assertEqual(self.unit(0).result(), (0, 0x1111))
-        self.assertEqual(self.unit(255).result(), (0, 0x1111))
-
-    def test_the_next_request_in_the_same_segment_sees_the_result(self):
-        self.use_up_faults(self.unit(1), self.unit(2))
-        start = struct.pack(">HHHBBHHB7H", 1, 0, 21, 2, 16, 3700, 7, 14, EXECUTE, READ, 5, 0x2002, 0, 2, 0)
-        ask = struct.pack(">HHHBBHH", 2, 0, 6, 2, 3, 3700, 7)
-        with self.simulator.window(2) as window:
-            window.socket.sendall(start + ask)
-            self.assertEqual(window.receive(12), start[:4] + b"\0\x06" + start[6:12])
-            self.assertEqual(window.receive(23)[9:], struct.pack(">7H", 0, READ, 5, 0x2002, 0, 2, 0x2222))
-
     def test_nmt_of_one_network(self):
         one, two = self.unit(1), self.unit(2)
         two.start(WRITE, 128, 0x1F82, 128, 1, 5)
@@ -133,32 +105,6 @@ class TwoNetworks(unittest.TestCase):
         self.assertEqual(self.say("nodes"), "#1 5 pre-operational none\n2/#1 2/5 operational none\nok\n")
         self.assertNotIn("000#0100", frames_in(self.simulator.log_path))
         self.assertIn("000#0100", frames_in(self.folder / "two.log"))
-
-    def test_a_unit_without_a_network(self):
-        client = self.unit(3).client
-        for response in (client.read_holding_registers(3700, 1, slave=3), client.write_registers(3700, [EXECUTE], slave=3),
-                       client.read_coils(0, 1, slave=3), client.execute(ReadDeviceInformationRequest(unit=3))):
-            self.assertTrue(response.isError())
-            self.assertEqual(response.exception_code, NO_PATH)
-            self.assertEqual(response.unit_id, 3)
-        self.assertFalse(client.execute(ReadDeviceInformationRequest(unit=2)).isError())
-
-    def test_a_fault_of_one_bus(self):
-        one, two = self.unit(1), self.unit(2)
-        self.use_up_faults(one, two)
-        self.assertEqual(self.say("fault 2/bus frame-loss"), "ok 1\n")
-        for unit in (one, two):
-            unit.start(READ, 5, 0x2002, 0, 2)
-        self.assertEqual(one.result(), (0, 0x1111))
-        self.assertEqual(two.read(3700), EXECUTE)
-        self.say("pass 1s")
-        self.assertEqual((two.result(), two.read(3707)), ((4, 0x0000), 0x0504))
-        told = [line for line in self.simulator.errors() if "frame-loss" in line]
-        self.assertEqual(told[0], "cbcan-sim: 0.050000 network 2: bus: fault 1: frame-loss: 605#4002200000000000")
-        self.assertEqual(self.say("clear 2/bus"), "ok\n")
-        self.say("pass 1s")
-        two.start(READ, 5, 0x2002, 0, 2)
-        self.assertEqual(two.result(), (0, 0x2222))
 
     def test_adapters_are_on_their_own_bus(self):
         self.assertEqual(sorted(self.simulator.where), ["2/can", "2/slcan", "can", "modbus"])
@@ -210,11 +156,6 @@ class WithAndWithout(unittest.TestCase):
         for unit, response in ((1, b"\x83\x0a"), (2, b"\x03\x02\x00\x00"), (255, b"\x83\x0a")):
             with only_second.window() as window:
                 self.assertEqual(window.request(b"\x03\x0e\x74\x00\x01", unit=unit), response)
-
-    def test_an_eds_file_that_is_not_there_is_told_with_its_network(self):
-        done = subprocess.run([PROGRAM, "--network", "2", "--node", "5=/nowhere.eds"], capture_output=True, text=True, timeout=LIMIT)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--node 5=/nowhere.eds: network 2: node 5: ", done.stderr)
 
 
 class StoredParameters(unittest.TestCase):

@@ -179,27 +179,6 @@ class OnTheNet(unittest.TestCase):
                 self.assertEqual(window.execute(5055, 0, 0x3001, 0, 1), 0)
             self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{port}: Connection refused; it is retried"])
 
-    def test_a_silent_plc_costs_others_nothing(self):
-        with socket.create_server(("127.0.0.1", 0)) as listener:
-            port = listener.getsockname()[1]
-            plc = Plc(3700)
-            self.start(plc, "--network", "2", "--set", "module.node_id=9", "--plc", f"127.0.0.1:{port}")
-            silent = listener.accept()[0]
-            with silent:
-                self.assertEqual(len(silent.recv(12, socket.MSG_WAITALL)), 12)
-                silent.sendall(b"\0\1\0\0")  # and no more
-                for _ in range(20):
-                    self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
-
-    def test_registers_that_the_plc_does_not_have_are_told_once(self):
-        plc = Plc(100, count=50)
-        simulator = self.start(plc)
-        wait_until(simulator.errors, "a line about it")
-        with simulator.window() as window:
-            self.assertEqual(window.execute(5055, 0, 0x3001, 0, 1), 0)
-        self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{plc.port}: answers reading its registers 100..169 by exception 2; "
-                                              "give it these registers, or change plc.first"])
-
     def test_a_plc_that_is_gone_is_seen_on_the_bus(self):
         plc = Plc(3700)
         simulator = self.start(plc, "--set", "module.plc_timeout_ms=200")
@@ -210,20 +189,6 @@ class OnTheNet(unittest.TestCase):
         self.assertEqual(plc.read(6, 1), [5])
         plc.stop()
         wait_until(lambda: [line for line in simulator.frames() if line.startswith("77F#")][-1] == "77F#7F", "pre-operational")
-
-    def test_both_windows_and_all_servers_at_once(self):
-        plc = Plc(3700)
-        simulator = self.start(plc, "--set", "rtu.listen=127.0.0.1:0")
-        host, port = simulator.where["rtu_tcp"].split(":")
-        with simulator.window() as window, socket.create_connection((host, int(port)), timeout=LIMIT) as rtu:
-            for number in range(1, 101):
-                window.write(500, [number, 5055, 0x20, 0x2004, 0, 4])
-                self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
-                self.assertEqual(plc.read(6, 2), [0x0191, 0x000F])
-                rtu.sendall(frame("010302580001"))  # R600
-                self.assertEqual(rtu.recv(7, socket.MSG_WAITALL), frame(f"010302{number:04X}"))
-        transfers = [line for line in simulator.frames() if line.startswith(("642#40", "620#40"))]
-        self.assertEqual(len(transfers), 100 + 99)  # the scanner window's first number is not executed
 
     def test_time_that_stands_still(self):
         plc = Plc(3700)

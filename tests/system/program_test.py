@@ -39,13 +39,6 @@ class Starting(unittest.TestCase):
         for text in texts:
             self.assertIn(text, done.stderr)
 
-    def test_help_and_version(self):
-        for option, text in (("--help", "--sdo-timeout"), ("--version", "cbcan-sim ")):
-            done = run(option)
-            self.assertEqual(done.returncode, 0)
-            self.assertIn(text, done.stdout)
-            self.assertEqual(done.stderr, "")
-
     def test_a_service_manager_hears_when_it_serves(self):
         """sd_notify(3): a datagram to the socket that NOTIFY_SOCKET names; @ begins a name outside of the file system."""
         with tempfile.TemporaryDirectory() as folder:
@@ -327,41 +320,6 @@ class BehindTheClock(unittest.TestCase):
             self.assertEqual(code, 0)
             self.assertEqual(error, "cbcan-sim: the plant is more than 1 s behind the clock: its nodes take more time than there "
                                     "is; let scripts be called less often, or use --clock manual\n")
-
-
-class Serving(unittest.TestCase):
-    def setUp(self):
-        self.simulator = Simulator(PROGRAM, "--demo", test=self)
-        self.healthy = self.simulator.window()
-        self.addCleanup(self.healthy.socket.close)
-
-    def check_served(self):
-        self.assertEqual(self.healthy.execute(READ, 0x42, 0x1000, 0, 4), 0)
-
-    def test_client_killed_in_the_middle_of_a_transaction(self):
-        with self.simulator.window() as client:
-            client.start(READ, 99, 0x1000, 0, 4)
-        self.assertEqual(self.healthy.result(), 4)
-        self.check_served()
-
-    def test_cancelled(self):
-        self.healthy.start(READ, 99, 0x1000, 0, 4)
-        self.healthy.write(3700, [0])
-        self.simulator.wait_for_frame("663#8000100000000008")
-        self.assertEqual(self.healthy.read(3700, 1), [0])
-        self.check_served()
-
-    def test_transfer_modes_on_the_wire(self):
-        self.assertEqual(self.healthy.execute(5066, 0, 0x3004, 0, 1, 3), 0)
-        self.assertEqual(self.healthy.execute(5066, 0x20, 0x2005, 0, 5, 0x2211, 0x4433, 0x0055), 0)
-        self.assertEqual(self.healthy.execute(READ, 0x20, 0x2005, 0, 5), 0)
-        self.healthy.read(3700, 1)
-        # The CRC of 11 22 33 44 55, divided out bit by bit, is 2380h.
-        self.assertEqual(self.simulator.frames()[-13:],
-                         ["620#C605200005000000", "5A0#A40520007F000000", "620#8111223344550000", "5A0#A2017F0000000000",
-                          "620#C980230000000000", "5A0#A100000000000000",
-                          "620#A405200001000000", "5A0#C605200005000000", "620#A300000000000000", "5A0#8111223344550000",
-                          "620#A201010000000000", "5A0#C980230000000000", "620#A100000000000000"])
 
 
 cases.main()

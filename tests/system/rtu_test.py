@@ -55,14 +55,6 @@ class OnALine(unittest.TestCase):
         self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", []), TYPE)
         self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", "-t", "3", []), TYPE)  # FC 4
 
-    def test_tcp_and_rtu_at_once_are_the_same_registers(self):
-        simulator = self.start(parity="N", station=17)
-        with simulator.window() as window:
-            window.execute(*READ_TYPE[1:])
-            self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", [], parity="none", station=17), TYPE)
-            self.mbpoll("-r", "3706", ["77"], parity="none", station=17)
-            self.assertEqual(window.read(3706, 1), [77])
-
     def test_the_next_networks_are_the_next_stations(self):
         simulator = self.start("--network", "2", "--set", "module.node_id=9")
         with simulator.window(2) as window:
@@ -109,17 +101,6 @@ class AtTheOtherEnd(unittest.TestCase):
         os.close(master)
         os.close(slave)
 
-    def test_what_is_wrong_is_said(self):
-        def refused(*options):
-            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", *options], capture_output=True, text=True, timeout=LIMIT)
-            return done.returncode, done.stderr.splitlines()[0]
-
-        self.assertEqual(refused("--rtu", "/dev/null"), (3, "cbcan-sim: rtu /dev/null: no serial port; write the path of one, such as /dev/ttyUSB0"))
-        self.assertEqual(refused("--rtu", "/dev/none"), (3, "cbcan-sim: rtu /dev/none: no such device: plug the adapter in, or write another path"))
-        self.assertEqual(refused("--rtu", "/dev/null", "--set", "rtu.baud=20000"),
-                         (2, "cbcan-sim: --set rtu.baud=20000: rtu.baud 20000: must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200"))
-        self.assertEqual(refused("--rtu", "/dev/null", "--set", "rtu.parity=X"), (2, 'cbcan-sim: --set rtu.parity=X: rtu.parity "X": must be E, O or N'))
-
 
 class OverTcp(unittest.TestCase):
     def setUp(self):
@@ -134,17 +115,6 @@ class OverTcp(unittest.TestCase):
         self.assertEqual(client.read_holding_registers(3700, 8, slave=1).registers, TYPE)
         self.assertEqual(client.read_input_registers(3700, 8, slave=1).registers, TYPE)
         self.assertTrue(client.read_holding_registers(4168, 1, slave=1).isError())
-
-    def test_requests_in_pieces_and_in_bunches_on_several_connections(self):
-        request, response = frame("010310150001"), frame("0103020000")
-        first, second = (socket.create_connection(("127.0.0.1", self.port), timeout=LIMIT) for _ in range(2))
-        with first, second, self.simulator.window() as window:
-            first.sendall(request[:3])
-            second.sendall(request * 3)
-            self.assertEqual(second.recv(len(response) * 3, socket.MSG_WAITALL), response * 3)
-            first.sendall(request[3:])
-            self.assertEqual(first.recv(len(response), socket.MSG_WAITALL), response)
-            self.assertEqual(window.read(4117, 1), [0])
 
     def test_function_codes_are_those_of_the_pages_by_tcp_and_rtu(self):
         table = {3: "0000000a", 4: "0000000a", 6: "10150001", 16: "10150001020001", 22: "1015FFFF0000", 23: "00000001101500010200 01", 43: "0E0100"}

@@ -251,25 +251,5 @@ class Outcomes(unittest.TestCase):
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertEqual(done.stderr, "cbcan-sim: --log /nonexistent/logs: there is no such folder; make it first\n")
 
-    def test_a_rate_or_a_parity_that_no_serial_port_has(self):
-        for line, why in (("/dev/x,9601,E", "9601: must be 1200, 2400, 4800, 9600"), ("/dev/x,9600,X", "must be E, O or N")):
-            done = run("--target", f"rtu:{line}", ROOT / "scenarios/silent_node.toml")
-            self.assertEqual(done.returncode, 2)
-            self.assertIn(why, done.stderr)
-
-    def test_usage(self):
-        for arguments, told in (((), "FILE|FOLDER... is missing: Scenarios; of a folder all files *.toml that have a [[step]], in it and below; usage: "
-                                 "cbcan-sim run [OPTION...] FILE|FOLDER..."),
-                                (("--junti", "x"), "--junti: no such option; did you mean --junit?"),
-                                (("-j",), "-j: needs an argument, N"),
-                                (("-j", "0", "x"), "--jobs 0: must be 1..1000"),
-                                (("--shard", "5", "x"), "--shard 5: must be I/N, the I-th part of N, such as 1/4")):
-            done = run(*arguments)
-            self.assertEqual((done.returncode, done.stderr.splitlines()[0]), (2, f"cbcan-sim run: {told}"))
-        self.assertEqual(run(self.folder).stderr, f"cbcan-sim: {self.folder}: no file *.toml in it has a [[step]]\n")
-        self.assertEqual(run("--help").returncode, 0)
-        for line in run("--help").stdout.splitlines():
-            self.assertLessEqual(len(line), 80)
-
 
 cases.main()

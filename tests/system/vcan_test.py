@@ -13,7 +13,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
 VCAN = os.environ["CBCAN_VCAN"]
@@ -189,20 +189,6 @@ class OwnInterface(unittest.TestCase):
 
     def wait_for_line(self, line):
         wait_until(lambda: self.window.read(0, 1) == [0] and line.strip() in self.simulator.errors(), line)
-
-    def test_missing(self):
-        done = subprocess.run([PROGRAM, "--modbus", "127.0.0.1:0", "--can", f"socketcan:{self.NAME}"], capture_output=True,
-                              text=True, timeout=LIMIT)
-        self.assertEqual((done.returncode, done.stdout, done.stderr), (3, "", none_such(self.NAME)))
-
-    def test_down_at_the_start(self):
-        self.make()
-        self.start()
-        self.wait_for_line(is_down(self.NAME))
-        self.assertFalse(self.reads())
-        ip_link("up", interface=self.NAME)
-        wait_until(self.reads, "the bus")
-        self.assertEqual(self.stop(), (0, is_down(self.NAME) + is_up_again(self.NAME)))
 
     def test_gone_and_back(self):
         self.make()
