@@ -36,7 +36,7 @@ endif()
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcbcan-dev COMPONENT dev
   FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN "*.ini" PATTERN CMakeLists.txt)
 if(TARGET cbcan::sim)
-  cbcan_install_libraries(cbcan-sim sim plant adapters config journal devices lua_room eds sim_room text)
+  cbcan_install_libraries(cbcan-sim sim)
   cbcan_install_headers(hostsim/include/cbcan)
 endif()
 
@@ -49,14 +49,27 @@ install(FILES cmake/cbcan-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/cbcan-config-
 if(NOT TARGET cbcan-sim)
   return()
 endif()
+# What only repeats what the programs and the register table have: manual pages, completion, lists of registers.
+find_package(Python3 3.9 REQUIRED COMPONENTS Interpreter)
+set(share ${CMAKE_BINARY_DIR}/share)
+set(manuals man/man1/cbcan-sim.1 man/man1/cbcanctl.1 man/man5/cbcan-plant.5 bash-completion/completions/cbcan-sim
+  bash-completion/completions/cbcanctl)
+list(TRANSFORM manuals PREPEND ${share}/)
+add_custom_command(OUTPUT ${manuals}
+  COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/packaging/manuals $<TARGET_FILE_DIR:cbcan-sim> ${share}
+  DEPENDS cbcan-sim cbcanctl packaging/manuals docs/reference/plant-file.md)
+set(registers ${share}/doc/cbcan/registers)
+add_custom_command(OUTPUT ${registers}.csv ${registers}.json
+  COMMAND ${CMAKE_COMMAND} -E make_directory ${share}/doc/cbcan
+  COMMAND cbcan-regmap csv >${registers}.csv
+  COMMAND cbcan-regmap json >${registers}.json)
+add_custom_target(documents ALL DEPENDS ${manuals} ${registers}.csv ${registers}.json)
+
 set(data ${CMAKE_INSTALL_DATADIR}/cbcan)
 install(TARGETS cbcan-sim cbcanctl COMPONENT programs)
 install(DIRECTORY plants scenarios DESTINATION ${data} COMPONENT programs)
 install(DIRECTORY tools/st DESTINATION ${data} COMPONENT programs FILES_MATCHING PATTERN "*.st" PATTERN "*.xml")
-install(FILES packaging/man/cbcan-sim.1 packaging/man/cbcanctl.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT programs)
-install(FILES packaging/man/cbcan-plant.5 DESTINATION ${CMAKE_INSTALL_MANDIR}/man5 COMPONENT programs)
-install(FILES packaging/completions/cbcan-sim packaging/completions/cbcanctl
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT programs)
+install(DIRECTORY ${share}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT programs)
 install(FILES packaging/cbcan-sim@.service DESTINATION lib/systemd/system COMPONENT programs)
 install(FILES tools/python/cbcan_plant.py DESTINATION ${data}/python COMPONENT programs)
 file(CREATE_LINK ../../../${data}/python/cbcan_plant.py ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py SYMBOLIC)

@@ -12,11 +12,12 @@
 #include <string_view>
 #include <utility>
 
+#include "adapters/stream_session.hpp"
 #include "sim/bus.hpp"
 
 namespace cbcan::adapters {
 
-class Adapter : public sim::Receiver {
+class Adapter : public sim::Receiver, public StreamSession {
  public:
   static constexpr std::size_t kMostUnsent = 64 * 1024;
   static constexpr std::size_t kUnlimited = ~std::size_t{0};
@@ -24,62 +25,40 @@ class Adapter : public sim::Receiver {
   /// Called for each frame that has been queued: time to let the bus go on.
   using OnQueued = std::function<void()>;
 
-  /// Attaches itself to the bus, deaf. Bus and adapter live equally long. A frame that would make more than
-  /// `most_unsent` characters wait for the other side is lost.
-  Adapter(sim::Bus& bus, OnQueued on_queued, std::size_t most_unsent)
-      : port_(bus.attach(*this)), on_queued_(std::move(on_queued)), most_unsent_(most_unsent) {}
-  virtual ~Adapter() = default;
+  /// Attaches itself to the bus, deaf, and leaves it at its end: what has been queued still goes out. A frame
+  /// that would make more than `most_unsent` characters wait for the other side is lost, which `lost` counts
+  /// for all who share it.
+  Adapter(sim::Bus& bus, OnQueued on_queued, std::size_t most_unsent, std::uint64_t* lost)
+      : port_(bus.attach(*this)), on_queued_(std::move(on_queued)), most_unsent_(most_unsent), lost_(lost) {}
+  ~Adapter() override { port_.detach(); }
   Adapter(const Adapter&) = delete;
   Adapter& operator=(const Adapter&) = delete;
 
-  /// Somebody has come, and is told what a newcomer is told.
-  virtual void join() {}
-  /// And has gone: deaf, nothing unsent, half a line forgotten. What had been queued still goes out.
-  virtual void reset() {
-    port_.refuse_all();
-    unsent_.clear();
-    sent_ = 0;
-  }
-
-  /// Characters from the other side, in pieces of any size.
-  virtual void receive(std::string_view characters) = 0;
-
   /// What waits for the other side; sent() takes away the first `count` characters of it. What is sent is
   /// taken out when it is half of all: the rest is moved seldom.
-  std::string_view unsent() const { return std::string_view(unsent_).substr(sent_); }
-  void sent(std::size_t count) {
+  std::string_view unsent() const override { return std::string_view(unsent_).substr(sent_); }
+  void sent(std::size_t count) override {
     sent_ += count;
     if (2 * sent_ < unsent_.size()) return;
     unsent_.erase(0, sent_);
     sent_ = 0;
   }
-  /// How many of them are to leave together, and by themselves.
-  virtual std::size_t segment() const { return unsent().size(); }
-  /// The other side is to be left once it has them all.
-  virtual bool has_ended() const { return false; }
-
-  struct Counters {
-    std::uint64_t commands = 0;
-    std::uint64_t refused = 0;  ///< of those
-    std::uint64_t lost = 0;     ///< frames for which the other side had no room
-  };
-  const Counters& counters() const { return counters_; }
 
  protected:
   /// False: a frame of so many characters is lost.
   bool has_room(std::size_t characters) {
     const bool room = unsent().size() + characters <= most_unsent_;
-    counters_.lost += room ? 0 : 1;
+    if (!room && lost_ != nullptr) ++*lost_;
     return room;
   }
 
   sim::Port& port_;
   OnQueued on_queued_;
   std::string unsent_;
-  Counters counters_;
 
  private:
   std::size_t most_unsent_;
+  std::uint64_t* lost_;
   std::size_t sent_ = 0;  ///< of unsent_, not yet taken out of it
 };
 

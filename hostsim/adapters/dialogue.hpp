@@ -15,7 +15,7 @@ inline constexpr std::size_t kLongestCommand = 1000;
 
 /// One connection, as who executes its lines sees it. When the connection ends it is let go of here.
 struct Dialogue {
-  std::string unsent;    ///< on its way to the client; lines that nobody has asked for go in here too
+  std::string unsent;    ///< on its way to the client
   bool waiting = false;  ///< a response is outstanding: no further line is executed
 };
 

@@ -25,7 +25,7 @@ class ModbusUnit {
   virtual std::span<std::uint16_t> registers() = 0;
 
   /// A request is about to write: what is due by now happens, with the registers as they are.
-  virtual void catch_up() {}
+  virtual void advance_due() {}
   /// A request is about to read diagnostics registers.
   virtual void on_diagnostics() {}
   /// A client, by its number, is about to write, elsewhere than in R3700..R3769: later ones have higher

@@ -21,22 +21,12 @@ bool is_hex(std::string_view text) {
 
 }  // namespace
 
-void SlcanAdapter::reset() {
-  Adapter::reset();
-  channel_ = Channel::kClosed;
-  reader_ = {};
-  time_stamps_ = false;
-}
-
 void SlcanAdapter::receive(std::string_view characters) {
   using Event = slcan::LineReader::Event;
   for (const char c : characters) {
     const Event event = reader_.on_char(c);
     if (event == Event::kNone || event == Event::kBell) continue;
-    ++counters_.commands;
-    if (event == Event::kLine && execute(reader_.line())) continue;
-    ++counters_.refused;
-    respond(kNo);
+    if (event != Event::kLine || !execute(reader_.line())) respond(kNo);
   }
 }
 

@@ -28,11 +28,10 @@ namespace cbcan::adapters {
 
 class SlcanAdapter final : public Adapter {
  public:
-  SlcanAdapter(sim::Bus& bus, OnQueued on_queued, std::size_t most_unsent = kMostUnsent)
-      : Adapter(bus, std::move(on_queued), most_unsent) {}
+  SlcanAdapter(sim::Bus& bus, OnQueued on_queued, std::size_t most_unsent = kMostUnsent,
+               std::uint64_t* lost = nullptr)
+      : Adapter(bus, std::move(on_queued), most_unsent, lost) {}
 
-  /// Power off and on: closed.
-  void reset() override;
   void receive(std::string_view characters) override;
 
   void on_frame(const Frame& frame, Time now) override;

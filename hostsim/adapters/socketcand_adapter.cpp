@@ -18,7 +18,6 @@ namespace {
 
 constexpr Time kSlot = 100;
 constexpr std::size_t kLongestBusName = 16;
-constexpr std::size_t kLongestStatistics = 92;
 
 std::uint32_t key_of(const Frame& frame) {
   return frame.id | ((frame.flags & Frame::kExtended) != 0 ? 0x8000'0000 : 0);
@@ -34,15 +33,6 @@ std::optional<Time> parse_interval(Words words) {
 }
 
 }  // namespace
-
-void SocketcandBus::Traffic::count(const Frame& frame) {
-  ++frames;
-  if ((frame.flags & Frame::kRemote) == 0) bytes += frame.length;
-}
-
-void SocketcandBus::on_bus_frame(const Frame& frame, Time /*now*/) {
-  all_.count(frame);
-}
 
 Time SocketcandBus::slot(Time now) {
   const Time slot = std::max(free_at_, now);
@@ -75,18 +65,16 @@ void SocketcandAdapter::receive(std::string_view characters) {
 
 void SocketcandAdapter::execute(std::string_view element) {
   using Self = SocketcandAdapter;
-  static constexpr std::array<Command, 9> kCommands{{
+  static constexpr std::array<Command, 8> kCommands{{
       {"open", kNoBus, &Self::open},
-      {"echo", kBcm | kRaw | kControl, &Self::echo},
+      {"echo", kBcm | kRaw, &Self::echo},
       {"send", kBcm | kRaw, &Self::send},
       {"add", kBcm, &Self::add},
       {"update", kBcm, &Self::update},
       {"delete", kBcm, &Self::remove},
       {"subscribe", kBcm, &Self::subscribe},
       {"unsubscribe", kBcm, &Self::unsubscribe},
-      {"statistics", kControl, &Self::statistics},
   }};
-  ++counters_.commands;
   const auto words = text::words_of(element);
   const std::string_view name = words.empty() ? std::string_view() : words.front();
   if (mode_ == kNoBus && words.size() > 1 && (words[1] == "B" || words[1] == "C")) {
@@ -95,7 +83,6 @@ void SocketcandAdapter::execute(std::string_view element) {
   }
   if (mode_ != kNoBus && name == "rawmode") return enter(kRaw);
   if (mode_ != kNoBus && name == "bcmmode") return enter(kBcm);
-  if (mode_ != kNoBus && name == "controlmode") return enter(kControl);
   const auto* const command = std::ranges::find_if(
       kCommands, [&](const Command& c) { return c.name == name && (c.modes & mode_) != 0; });
   if (command == kCommands.end()) return refuse("unknown command");
@@ -104,17 +91,7 @@ void SocketcandAdapter::execute(std::string_view element) {
 }
 
 void SocketcandAdapter::refuse(std::string_view why) {
-  ++counters_.refused;
   unsent_ += fmt::format("< error {} >", why);
-}
-
-void SocketcandAdapter::reset() {
-  Adapter::reset();
-  forget();
-  reader_ = {};
-  mode_ = kNoBus;
-  ended_ = false;
-  wants(kNever);
 }
 
 /// What belongs to a mode.
@@ -122,13 +99,13 @@ void SocketcandAdapter::forget() {
   jobs_.clear();
   subscriptions_.clear();
   held_.clear();
-  waiting_due_ = statistics_due_ = pause_ends_ = kNever;
+  waiting_due_ = pause_ends_ = kNever;
 }
 
 void SocketcandAdapter::enter(Mode mode) {
   forget();
   mode_ = mode;
-  mode == kControl ? port_.refuse_all() : port_.accept_all();
+  port_.accept_all();
   unsent_ += kOk;
   if (bus_.pause_ != 0) pause_ends_ = bus_.now_() + bus_.pause_;
 }
@@ -193,14 +170,6 @@ bool SocketcandAdapter::unsubscribe(Words words) {
   return frame.has_value();
 }
 
-bool SocketcandAdapter::statistics(Words words) {
-  const auto interval = words.size() == 1 ? text::parse<std::uint32_t>(words[0]) : std::nullopt;
-  if (!interval) return false;
-  statistics_interval_ = *interval * kMillisecond;
-  statistics_due_ = *interval == 0 ? kNever : bus_.now_() + statistics_interval_;
-  return true;
-}
-
 // ---- Frames
 
 std::size_t SocketcandAdapter::segment() const {
@@ -211,8 +180,7 @@ std::size_t SocketcandAdapter::segment() const {
 }
 
 void SocketcandAdapter::transmit(const Frame& frame) {
-  if (!port_.try_send(frame)) return refuse("the frame is lost, the bus takes no more");
-  bus_.sent_.count(frame);
+  if (!port_.try_send(frame)) refuse("the frame is lost, the bus takes no more");
 }
 
 void SocketcandAdapter::tell(const Frame& frame, Time now) {
@@ -238,7 +206,7 @@ void SocketcandAdapter::on_frame(const Frame& frame, Time now) {
 // ---- Time
 
 Time SocketcandAdapter::next_due() const {
-  Time next = std::min({waiting_due_, statistics_due_, pause_ends_});
+  Time next = std::min(waiting_due_, pause_ends_);
   for (const auto& [id, job] : jobs_)
     next = std::min(next, job.next);
   return next;
@@ -252,7 +220,6 @@ void SocketcandAdapter::poll(Time now) {
   for (auto& [id, job] : jobs_)
     if (job.next <= now) run(job, now);
   if (waiting_due_ <= now) tell_waiting(now);
-  if (statistics_due_ <= now) tell_statistics();
   wants(next_due());
 }
 
@@ -279,18 +246,7 @@ void SocketcandAdapter::run(Job& job, Time now) {
   }
   job.has_slot = false;
   job.next += job.interval;
-  if (port_.try_send(job.frame))
-    bus_.sent_.count(job.frame);
-  else
-    ++counters_.refused;
-}
-
-void SocketcandAdapter::tell_statistics() {
-  statistics_due_ += statistics_interval_;
-  const SocketcandBus::Traffic &all = bus_.all_, &sent = bus_.sent_;
-  if (has_room(kLongestStatistics))  // what has been sent may still be on its way
-    unsent_ += fmt::format("< stat {} {} {} {} >", all.bytes - std::min(all.bytes, sent.bytes),
-                           all.frames - std::min(all.frames, sent.frames), sent.bytes, sent.frames);
+  static_cast<void>(port_.try_send(job.frame));  // where there is no room, the next one may find some
 }
 
 }  // namespace cbcan::adapters

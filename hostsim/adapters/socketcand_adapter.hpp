@@ -7,10 +7,9 @@
 ///                  control modes, BUS C ..., are acknowledged and have no effect
 ///   BCM            send, add, update, delete; subscribe, unsubscribe
 ///   RAW            send; every frame
-///   control        statistics: of the bus, those of all clients of this kind as sent, all others as received
-/// and rawmode, bcmmode, controlmode, echo in each of the last three. What means nothing is answered by
+/// and rawmode, bcmmode, echo in each of the last two. What means nothing is answered by
 /// `< error unknown command >`, a command that is wrong by `< error syntax error in COMMAND >`. There is no
-/// word for a remote frame: none is told. There are no filters and no ISO-TP.
+/// word for a remote frame: none is told. There are no filters, no control mode and no ISO-TP.
 
 #include <cstddef>
 #include <cstdint>
@@ -26,22 +25,13 @@
 namespace cbcan::adapters {
 
 /// What all clients of a bus have in common.
-class SocketcandBus final : public sim::Observer {
+class SocketcandBus {
  public:
-  struct Traffic {
-    std::uint64_t bytes = 0;
-    std::uint64_t frames = 0;
-    void count(const Frame& frame);
-  };
-
   /// `now` tells what time it is; frames show that plus `wall_offset`. After `< ok >` nothing is told for
   /// `pause`, so that clients find it alone however busy the bus is: python-can's gives up otherwise.
   SocketcandBus(sim::Bus& bus, sim::Schedule& schedule, std::function<Time()> now, Time wall_offset,
                 Time pause)
-      : bus_(bus), schedule_(schedule), now_(std::move(now)), wall_offset_(wall_offset), pause_(pause) {
-    bus.observe(*this);
-  }
-  void on_bus_frame(const Frame& frame, Time now) override;
+      : bus_(bus), schedule_(schedule), now_(std::move(now)), wall_offset_(wall_offset), pause_(pause) {}
 
   /// When a cyclic frame that is due at `now` may be sent: those of all clients together are as many as a bus
   /// of 1 Mbit/s carries, one in 100 us.
@@ -59,8 +49,6 @@ class SocketcandBus final : public sim::Observer {
   Time wall_offset_;
   Time pause_;
   Time free_at_ = 0;
-  Traffic all_;
-  Traffic sent_;
   Frame last_{};
   Time last_at_ = 0;
   std::string text_;  ///< of those
@@ -74,11 +62,12 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   static constexpr std::size_t kMostSubscriptions = 4096;
 
   /// The bus lives as long.
-  SocketcandAdapter(SocketcandBus& bus, OnQueued on_queued, std::size_t most_unsent = kMostUnsent)
-      : Adapter(bus.bus_, std::move(on_queued), most_unsent), sim::Timed(bus.schedule_), bus_(bus) {}
+  SocketcandAdapter(SocketcandBus& bus, OnQueued on_queued, std::size_t most_unsent = kMostUnsent,
+                    std::uint64_t* lost = nullptr)
+      : Adapter(bus.bus_, std::move(on_queued), most_unsent, lost), sim::Timed(bus.schedule_), bus_(bus) {
+    unsent_ += socketcand::kHi;
+  }
 
-  void join() override { unsent_ += socketcand::kHi; }
-  void reset() override;
   void receive(std::string_view characters) override;
   /// `< hi >` and each `< ok >` are by themselves: there are clients that compare what they read.
   std::size_t segment() const override;
@@ -88,7 +77,7 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
  private:
-  enum Mode : std::uint8_t { kNoBus = 1, kBcm = 2, kRaw = 4, kControl = 8 };
+  enum Mode : std::uint8_t { kNoBus = 1, kBcm = 2, kRaw = 4 };
   using Words = socketcand::Words;
   struct Command;
 
@@ -119,11 +108,9 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   bool remove(Words words);
   bool subscribe(Words words);
   bool unsubscribe(Words words);
-  bool statistics(Words words);
   void transmit(const Frame& frame);
   void tell(const Frame& frame, Time now);
   void tell_waiting(Time now);
-  void tell_statistics();
   void run(Job& job, Time now);
   Time next_due() const;
 
@@ -136,8 +123,6 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   std::map<std::uint32_t, Job> jobs_;  ///< by identifier, with the kernel's flag where it is extended
   std::map<std::uint32_t, Subscription> subscriptions_;
   Time waiting_due_ = kNever;  ///< of the frames that wait
-  Time statistics_interval_ = 0;
-  Time statistics_due_ = kNever;
 };
 
 }  // namespace cbcan::adapters

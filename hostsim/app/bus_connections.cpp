@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <tuple>
 #include <utility>
 
 #include "adapters/slcan_adapter.hpp"
@@ -61,20 +62,23 @@ void BusConnections::open_outside() {
 void BusConnections::open_servers(const config::CanConfig& config) {
   const std::size_t most_unsent =
       clock_.runs() ? adapters::Adapter::kMostUnsent : adapters::Adapter::kUnlimited;
-  const auto serve = [&](auto& server, std::string_view service, const std::string& address, auto make) {
-    if (!address.empty()) server.emplace(reactor_, service, text::parse_stream_address(address), make, warn_);
+  const auto serve = [this](Clients& clients, std::string_view service, const std::string& address,
+                            auto make) {
+    if (!address.empty())
+      clients.server.emplace(reactor_, service, text::parse_stream_address(address), make, warn_);
   };
-  serve(slcan_, "slcan", config.slcan, [this, most_unsent] {
-    return std::make_unique<adapters::SlcanAdapter>(
-        network_.world().bus(), [this] { network_.advance(); }, most_unsent);
+  const auto on_queued = [this] { network_.advance(); };
+  serve(slcan_, "slcan", config.slcan, [this, on_queued, most_unsent] {
+    return std::make_unique<adapters::SlcanAdapter>(network_.world().bus(), on_queued, most_unsent,
+                                                    &slcan_.lost);
   });
   if (!config.socketcand.empty())
     socketcand_bus_.emplace(
         network_.world().bus(), network_.world().schedule(), [this] { return clock_.now(); },
         clock_.wall_offset(), clock_.runs() ? kPauseBehindOk : 0);
-  serve(socketcand_, "socketcand", config.socketcand, [this, most_unsent] {
-    return std::make_unique<adapters::SocketcandAdapter>(
-        *socketcand_bus_, [this] { network_.advance(); }, most_unsent);
+  serve(socketcand_, "socketcand", config.socketcand, [this, on_queued, most_unsent] {
+    return std::make_unique<adapters::SocketcandAdapter>(*socketcand_bus_, on_queued, most_unsent,
+                                                         &socketcand_.lost);
   });
 }
 
@@ -114,25 +118,26 @@ std::string BusConnections::where() const {
   const auto server = [&](std::string_view name, const auto& served) {
     return served ? fmt::format(" {}{}={}", prefix, name, to_string(served->address())) : "";
   };
-  return fmt::format("{0}can={1}{2}{3}{4}", prefix, can_, server("slcan", slcan_),
-                     server("socketcand", socketcand_),
+  return fmt::format("{0}can={1}{2}{3}{4}", prefix, can_, server("slcan", slcan_.server),
+                     server("socketcand", socketcand_.server),
                      plc_ ? fmt::format(" {}plc={}", prefix, plc_->place()) : "");
 }
 
 std::string BusConnections::ways_in() const {
   std::string lines;
-  const auto logger = [&](std::string_view door, const std::string& arguments) {
-    lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, door, arguments);
+  const auto logger = [&](std::string_view client, const std::string& arguments) {
+    lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, client, arguments);
   };
   const auto at = [](const text::ListenAddress& tcp) {
     return fmt::format("--host={} --port={}", tcp.host, tcp.port);
   };
-  if (slcan_ && slcan_->address().path.empty())
-    logger("slcan", "slcan -c socket://" + to_string(slcan_->address()));
-  else if (slcan_ && slcan_->address().is_terminal)
-    logger("slcan", "slcan -c " + slcan_->address().path);
-  if (socketcand_ && socketcand_->address().path.empty())
-    logger("socketcand", "socketcand -c can0 " + at(socketcand_->address().tcp));
+  const auto& [slcan, socketcand] = std::tie(slcan_.server, socketcand_.server);
+  if (slcan && slcan->address().path.empty())
+    logger("slcan", "slcan -c socket://" + to_string(slcan->address()));
+  else if (slcan && slcan->address().is_pty)
+    logger("slcan", "slcan -c " + slcan->address().path);
+  if (socketcand && socketcand->address().path.empty())
+    logger("socketcand", "socketcand -c can0 " + at(socketcand->address().tcp));
   if (spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan)
     lines += fmt::format("{}socketcan: candump {}\n", name_, spec_->name);
   return lines;
@@ -145,8 +150,8 @@ void BusConnections::poll(Time now) {
 
 void BusConnections::flush() {
   if (log_) log_->flush();
-  if (slcan_) slcan_->flush();
-  if (socketcand_) socketcand_->flush();
+  for (Clients* clients : {&slcan_, &socketcand_})
+    if (clients->server) clients->server->flush();
 }
 
 Time BusConnections::next_deadline() const {
@@ -163,10 +168,10 @@ std::string BusConnections::plc_summary() const {
 }
 
 std::string BusConnections::adapters_summary() const {
-  const auto summary = [&](std::string_view name, const auto& served) {
-    return served ? fmt::format("{}{} connections {}, frames not read in time {}\n", name_, name,
-                                served->counters().connections, served->counters().lost)
-                  : "";
+  const auto summary = [&](std::string_view name, const Clients& clients) {
+    return clients.server ? fmt::format("{}{} connections {}, frames not read in time {}\n", name_, name,
+                                        clients.server->connections(), clients.lost)
+                          : "";
   };
   return summary("SLCAN", slcan_) + summary("socketcand", socketcand_);
 }

@@ -13,12 +13,12 @@
 #include "app/clock.hpp"
 #include "config/can_spec.hpp"
 #include "config/config.hpp"
-#include "io/can/adapter_server.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/outside_bus.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/modbus/plc_client.hpp"
 #include "io/serial/serial_port.hpp"
+#include "io/sockets/stream_server.hpp"
 #include "plant/network.hpp"
 
 namespace cbcan::app {
@@ -34,7 +34,7 @@ class BusConnections {
   BusConnections& operator=(const BusConnections&) = delete;
 
   /// One that has to be polled every turn.
-  bool exist() const { return outside_ || slcan_ || socketcand_ || log_ || plc_; }
+  bool exist() const { return outside_ || slcan_.server || socketcand_.server || log_ || plc_; }
 
   /// "can=virtual slcan=127.0.0.1:29536", with the real ports.
   std::string where() const;
@@ -59,6 +59,12 @@ class BusConnections {
   std::string adapters_summary() const;
 
  private:
+  /// Of SLCAN, or of socketcand.
+  struct Clients {
+    std::optional<io::StreamServer> server{};
+    std::uint64_t lost = 0;  ///< frames that they did not read in time
+  };
+
   void open_outside();
   void open_servers(const config::CanConfig& config);
   void open_plc(const config::NetworkConfig& config);
@@ -74,9 +80,9 @@ class BusConnections {
   std::optional<io::CandumpLog> log_;
   std::optional<config::CanSpec> spec_;  ///< of what is outside
   std::unique_ptr<io::OutsideBus> outside_;
-  std::optional<io::AdapterServer> slcan_;
   std::optional<adapters::SocketcandBus> socketcand_bus_;
-  std::optional<io::AdapterServer> socketcand_;
+  Clients slcan_;
+  Clients socketcand_;
   std::optional<io::PlcClient> plc_;
 };
 

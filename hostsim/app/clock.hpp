@@ -28,7 +28,7 @@ class Program {
   virtual bool stopped_meanwhile() = 0;
   /// Does what is due, waits until `until` at most, and takes in what has come; returns how many had
   /// something.
-  virtual std::size_t turn(Time until) = 0;
+  virtual std::size_t poll(Time until) = 0;
   /// Does what is due.
   virtual void advance() = 0;
   /// Sends what has come of it.
@@ -40,7 +40,7 @@ class Program {
   virtual std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) = 0;
   virtual Waits& waits() = 0;
   /// Answers those that are over now; true if there was one.
-  virtual bool look_at_waits() = 0;
+  virtual bool poll_waits() = 0;
 
  protected:
   ~Program() = default;
@@ -60,7 +60,7 @@ class Clock {
   /// Until the program is to stop.
   virtual void drive(Program& program) {
     while (!program.stop_requested())
-      program.turn(kNever);
+      program.poll(kNever);
   }
 
  protected:

@@ -96,6 +96,6 @@ int start(int argc, char** argv) {
 }  // namespace cbcan::app
 
 int main(int argc, char** argv) {
-  cbcan::window::start_program<static_cast<int>(cbcan::text::ExitCode::kEnvironment)>();
+  cbcan::window::start_program<static_cast<int>(cbcan::options::ExitCode::kEnvironment)>();
   return cbcan::app::start(argc, argv);
 }

@@ -19,8 +19,8 @@ constexpr int kMostTurnsBeforeTime = 100;
 /// However much happens in this time, a signal can wait so long.
 constexpr Time kLongestStep = kSecond;
 
-void hear_everybody(Program& program) {
-  for (int turns = 0; turns < kMostTurnsBeforeTime && program.turn(0) != 0; ++turns) {
+void poll_clients(Program& program) {
+  for (int turns = 0; turns < kMostTurnsBeforeTime && program.poll(0) != 0; ++turns) {
   }
 }
 
@@ -34,7 +34,7 @@ void ManualClock::drive(Program& program) {
     const Time look = !console_.heard() ? io::Reactor::now() + io::Output::kRetry
                       : input           ? input->next_deadline()
                                         : kNever;
-    program.turn(earlier(look, program.waits().plc_deadline()));
+    program.poll(earlier(look, program.waits().plc_deadline()));
     program.waits().give_up_on_plc(io::Reactor::now());
     if (program.waits().want_time()) let_time_pass(program);
     say(std::exchange(dialogue_->unsent, {}));
@@ -47,7 +47,7 @@ void ManualClock::take_lines(io::LineInput& input, Program& program) {
   while (console_.heard() && !program.stop_requested() && !dialogue_->waiting) {
     const auto line = input.take();
     if (!line) break;
-    hear_everybody(program);
+    poll_clients(program);
     say(program.execute(*line, dialogue_));
     if (program.waits().want_time()) let_time_pass(program);
     say(std::exchange(dialogue_->unsent, {}));
@@ -56,13 +56,13 @@ void ManualClock::take_lines(io::LineInput& input, Program& program) {
 
 /// Until a wait is over, or a signal has come. Nothing depends on the steps of a pass.
 void ManualClock::let_time_pass(Program& program) {
-  hear_everybody(program);
+  poll_clients(program);
   bool is_over = false;
   while (!is_over && program.waits().want_time() && !program.stopped_meanwhile()) {
     const Time step = program.waits().are_passes() ? now_ + kLongestStep : now_;
-    now_ = std::min(program.waits().next_look(), std::max(step, program.next_event()));
+    now_ = std::min(program.waits().next_deadline(), std::max(step, program.next_event()));
     program.advance();
-    is_over = program.look_at_waits();
+    is_over = program.poll_waits();
   }
   program.flush();
 }

@@ -19,12 +19,12 @@ Recorder::Recorder(const std::string& path, const std::string& plant, plant::Con
 }
 
 void Recorder::on_written(std::size_t network, std::size_t first, std::span<const std::uint16_t> words) {
-  look();
+  poll();
   file_.add(writer_.written(control_.now(), network, first, words));
   file_.flush();
 }
 
-void Recorder::look() {
+void Recorder::poll() {
   cursor_.look([this](std::uint64_t /*number*/, const Event& event) {
     file_.add(writer_.text_of(event));
     file_.flush();

@@ -21,7 +21,7 @@ class Recorder {
   /// The PLC has written these, which has had no effects yet.
   void on_written(std::size_t network, std::size_t first, std::span<const std::uint16_t> words);
   /// Commands may have been given, transactions may have ended.
-  void look();
+  void poll();
 
  private:
   plant::Control& control_;

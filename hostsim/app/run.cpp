@@ -5,8 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <exception>
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -15,7 +19,6 @@
 #include "config/build_node.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/files/write_file.hpp"
-#include "io/loop/workers.hpp"
 #include "plant/virtual_plant.hpp"
 #include "scenario/scenario.hpp"
 #include "text/numbers.hpp"
@@ -100,8 +103,8 @@ class Runner {
     Target target(cli::target_of(config_.target));
     std::size_t unseen = 0;
     try {
-      unseen = leave_out_unseen(scenario, target);
-    } catch (const plant::Unseen& step) {
+      unseen = leave_out_unobservable(scenario, target);
+    } catch (const plant::NotObservable& step) {
       return {Verdict::kSkipped, 0, step.what()};
     }
     if (const auto problems = check_steps(scenario, target); !problems.empty())
@@ -145,25 +148,13 @@ class Runner {
   const config::FileReader& read_;
 };
 
-// ---- Between processes
-
-std::string packed(const Outcome& outcome) {
-  return fmt::format("{}{} {}", static_cast<char>(outcome.verdict), outcome.duration, outcome.text);
-}
-
-Outcome unpacked(const std::string& result) {
-  const std::size_t blank = result.find(' ');
-  return {static_cast<Verdict>(result.front()),
-          text::parse<Time>(std::string_view(result).substr(1, blank - 1)).value_or(0),
-          result.substr(blank + 1)};
-}
-
 /// On a terminal: how far it is.
 class Progress {
  public:
   explicit Progress(std::size_t all) : all_(all) {}
   ~Progress() { tell("\r\033[K"); }
   void done(const Outcome& outcome) {
+    const std::scoped_lock lock(mutex_);
     failed_ += outcome.verdict == Verdict::kFailed || outcome.verdict == Verdict::kWrong ? 1 : 0;
     tell(fmt::format("\r{} of {}, {} failed", ++done_, all_, failed_));
   }
@@ -173,38 +164,40 @@ class Progress {
     static const bool is_terminal = ::isatty(STDERR_FILENO) != 0;
     if (is_terminal && ::write(STDERR_FILENO, text.data(), text.size()) < 0) return;
   }
+  std::mutex mutex_;
   std::size_t all_;
   std::size_t done_ = 0;
   std::size_t failed_ = 0;
 };
 
+/// So many at a time: a plant knows nothing of another one.
 std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::RunConfig& config,
                               const config::FileReader& read) {
   const Runner runner(config, read);
   std::vector<Outcome> outcomes(files.size());
   Progress progress(files.size());
-  const auto play = [&](std::size_t i) {
-    try {
-      return packed(runner.play(files[i]));
-    } catch (const io::EnvironmentError& error) {
-      return packed({Verdict::kWrong, 0, std::string(error.what()) + "\n"});
-    } catch (const io::UsageError& error) {
-      return packed({Verdict::kWrong, 0, std::string(error.what()) + "\n"});
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < files.size(); i = next++) {
+      try {
+        outcomes[i] = runner.play(files[i]);
+      } catch (const std::exception& error) {
+        outcomes[i] = {Verdict::kWrong, 0, std::string(error.what()) + "\n"};
+      }
+      progress.done(outcomes[i]);
     }
   };
-  const auto done = [&](std::size_t i, const std::string& result) {
-    outcomes[i] = unpacked(result);
-    progress.done(outcomes[i]);
-  };
-  io::work_in_processes(files.size(), config.jobs, play, done, [] {
-    return packed({Verdict::kFailed, 0, "its process has crashed before it was over\n"});
-  });
+  const std::size_t at_a_time = std::min<std::size_t>(config.jobs, files.size());
+  std::vector<std::jthread> others(at_a_time - std::min<std::size_t>(at_a_time, 1));
+  for (std::jthread& other : others)
+    other = std::jthread(work);
+  work();
   return outcomes;
 }
 
 }  // namespace
 
-text::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read, Console& console) {
+options::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read, Console& console) {
   std::error_code error;
   if (!config.logs.empty() && !fs::is_directory(config.logs, error))
     throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
@@ -220,8 +213,8 @@ text::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileRea
   const auto any = [&](Verdict verdict) {
     return std::ranges::count(outcomes, verdict, &Outcome::verdict) != 0;
   };
-  if (any(Verdict::kWrong)) return text::ExitCode::kUsage;
-  return any(Verdict::kFailed) ? text::ExitCode::kCheckFailed : text::ExitCode::kDone;
+  if (any(Verdict::kWrong)) return options::ExitCode::kUsage;
+  return any(Verdict::kFailed) ? options::ExitCode::kCheckFailed : options::ExitCode::kDone;
 }
 
 }  // namespace cbcan::app

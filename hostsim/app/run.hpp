@@ -10,6 +10,6 @@
 namespace cbcan::app {
 
 /// Throws io::EnvironmentError for files that cannot be written, io::UsageError for paths without a scenario.
-text::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read, Console& console);
+options::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read, Console& console);
 
 }  // namespace cbcan::app

@@ -53,14 +53,13 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, Con
                      bool reads_input)
     : console_(console),
       warn_([this](const std::string& line) {
-        if (trace_) trace_->look();
+        if (trace_) trace_->poll();
         console_.warn(line);
       }),
       signals_(reactor_),
       clock_(make_clock(config.clock, reactor_, console, reads_input)),
       runs_(clock_->runs()),
-      started_(clock_->now()),
-      waits_(clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock) {
+      started_(clock_->now()) {
   open_plant(config, std::move(build));
   open_modbus(config);
   if (!config.control.empty()) open_control(config);
@@ -91,7 +90,6 @@ sim::ParameterStore* Simulator::parameters_in(const std::string& file) {
 }
 
 void Simulator::open_plant(const config::Config& config, config::PlantBuild build) {
-  names_ = std::move(build.names);
   plant::NetworkListener& listener = *this;
   plant_.emplace(config, std::move(build), clock_->now(), listener,
                  [this](const std::string& file) { return parameters_in(file); });
@@ -102,8 +100,8 @@ void Simulator::open_plant(const config::Config& config, config::PlantBuild buil
         network, name_of(network.number), *plant_->networks()[i], reactor_, *clock_, warn_));
     if (connections_.back()->exist()) connected_.push_back(connections_.back().get());
   }
-  control().on_journal_filled = [this] { look_at_journal(); };
-  find_name_ = names_of(control(), names_);
+  control().on_journal_filled = [this] { poll_views(); };
+  find_name_ = names_of(control());
 }
 
 /// Where no network has a module there is nothing to serve.
@@ -145,9 +143,9 @@ void Simulator::open_views(const config::Config& config) {
 
 void Simulator::open_http(const config::HttpConfig& config) {
   api_.emplace(
-      web::Api::Parts{control(), names_, find_name_,
+      web::Api::Parts{control(), find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
-                      [this] { catch_up(); }, [this] { return about(); }});
+                      [this] { advance_and_answer(); }, [this] { return about(); }});
   http_.emplace(
       reactor_, text::parse_listen_address(config.listen, 0), config.write,
       [this](const adapters::HttpRequest& request) { return api_->respond(request); }, warn_);
@@ -166,11 +164,10 @@ web::Json Simulator::about() const {
   return json;
 }
 
-void Simulator::look_at_journal() {
-  if (recorder_) recorder_->look();
-  if (trace_) trace_->look();
-  if (pcap_) pcap_->look();
-  waits_.tell();
+void Simulator::poll_views() {
+  if (recorder_) recorder_->poll();
+  if (trace_) trace_->poll();
+  if (pcap_) pcap_->poll();
 }
 
 void Simulator::open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units) {
@@ -214,10 +211,10 @@ void Simulator::set_plant(const std::string& plant_file) {
 }
 
 void Simulator::run() {
-  attended_ = !runs_ || recorder_ || trace_ || pcap_ || commands_ || rtu_ || http_ || !connected_.empty();
+  observed_ = !runs_ || recorder_ || trace_ || pcap_ || commands_ || rtu_ || http_ || !connected_.empty();
   reactor_.read_clock();
   if (runs_) tell_time_of_day();
-  plant_->start(attended_);
+  plant_->start(observed_);
   clock_->drive(*this);
   flush();
   if (commands_) commands_->flush();
@@ -251,16 +248,16 @@ void Simulator::tell_time_of_day() {
       node->device().time_stamp().set(time, started_);
 }
 
-std::size_t Simulator::turn(Time until) {
+std::size_t Simulator::poll(Time until) {
   Time next = next_deadline();
-  if (attended_ || next <= reactor_.time() || console_.waits()) next = act();
+  if (observed_ || next <= reactor_.time() || console_.waits()) next = poll_due();
   if (runs_) reactor_.hold_at(plant_->schedule().first_time());
   return reactor_.run_once(earlier(until, next));
 }
 
 /// What is due in the plant, one time after the other, and for so long at most: clients and signals have
 /// their turn before the rest.
-void Simulator::catch_up_in_pieces() {
+void Simulator::advance_in_pieces() {
   constexpr Time kLongestPiece = 10 * kMillisecond;
   constexpr Time kMostBehind = kSecond;
   const Time end = reactor_.clock() + kLongestPiece;
@@ -287,53 +284,52 @@ Time Simulator::next_deadline() const {
 }
 
 /// Does what is due; returns when there is something to do next.
-Time Simulator::act() {
+Time Simulator::poll_due() {
   for (BusConnections* network : connected_)
     network->advance();
-  if (runs_) catch_up_in_pieces();
+  if (runs_) advance_in_pieces();
   const Time now = reactor_.time();
-  if (attended_) look_at_waits();
+  if (observed_) poll_waits();
   if (modbus_) modbus_->poll(now);
-  const Time attended = attended_ ? attend(now) : kNever;
-  return earlier(earlier(attended, next_deadline()), console_.flush());
+  const Time observers = observed_ ? poll_observers(now) : kNever;
+  return earlier(earlier(observers, next_deadline()), console_.flush());
 }
 
 /// Returns when it has something to do next.
-Time Simulator::attend(Time now) {
+Time Simulator::poll_observers(Time now) {
   if (rtu_) rtu_->poll(now);
   for (BusConnections* network : connected_)
     network->poll(now);
-  look_at_journal();
+  poll_views();
   if (commands_) commands_->flush();
   if (http_) http_->poll(now);
-  return attended_deadline();
+  return observers_deadline();
 }
 
 /// What is due is done, and who has waited for it is answered.
-void Simulator::catch_up() {
+void Simulator::advance_and_answer() {
   advance();
-  look_at_waits();
+  poll_waits();
 }
 
 std::string Simulator::execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) {
-  catch_up();
+  advance_and_answer();
   plant::Reply reply = control().execute(line, clock_->now());
-  catch_up();
+  advance_and_answer();
   if (reply.shutdown) stop();
-  std::string response = waits_.take(std::move(reply), control(), dialogue);
+  std::string response = waits_.take(std::move(reply), dialogue);
   flush();
   return response;
 }
 
-bool Simulator::look_at_waits() {
+bool Simulator::poll_waits() {
   control().set_now(clock_->now());
-  if (recorder_) recorder_->look();
-  waits_.tell();
-  return waits_.look();
+  if (recorder_) recorder_->poll();
+  return waits_.poll();
 }
 
 void Simulator::flush() {
-  look_at_journal();
+  poll_views();
   for (BusConnections* network : connected_)
     network->flush();
   console_.flush();
@@ -345,14 +341,14 @@ void Simulator::advance() {
   plant_->advance();
 }
 
-Time Simulator::attended_deadline() const {
+Time Simulator::observers_deadline() const {
   Time next = kNever;
   if (pcap_) next = pcap_->next_deadline();
   if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
   if (runs_) {
-    const Time look = waits_.next_look();
-    if (look != kNever) next = earlier(next, started_ + look);
+    const Time due = waits_.next_deadline();
+    if (due != kNever) next = earlier(next, started_ + due);
   } else if (waits_.want_time()) {
     next = 0;
   }

@@ -67,31 +67,31 @@ class Simulator final : private Program, private plant::NetworkListener {
   void open_views(const config::Config& config);
   void open_http(const config::HttpConfig& config);
   web::Json about() const;
-  void look_at_journal();
+  void poll_views();
   plant::Control& control() { return plant_->control(); }
-  void catch_up();
+  void advance_and_answer();
   bool stop_requested() const override;
-  bool stopped_meanwhile() override { return signals_.look(); }
-  std::size_t turn(Time until) override;
+  bool stopped_meanwhile() override { return signals_.poll(); }
+  std::size_t poll(Time until) override;
   void advance() override;
   void flush() override;
   Time next_event() const override { return plant_->next_deadline(); }
   std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) override;
   Waits& waits() override { return waits_; }
-  bool look_at_waits() override;
+  bool poll_waits() override;
   void stop();
   void on_fault(std::size_t network, std::string_view text, Time now) override;
   void on_written(std::size_t network, const adapters::ModbusRange& written) override;
-  void on_applied() override { look_at_waits(); }
+  void on_applied() override { poll_waits(); }
   sim::ParameterStore* parameters_in(const std::string& file);
   void tell_time_of_day();
   std::string name_of(std::size_t network) const;
   std::string module_summary(const plant::Network& network) const;
   Time next_deadline() const;
-  void catch_up_in_pieces();
-  Time act();
-  Time attend(Time now);
-  Time attended_deadline() const;
+  void advance_in_pieces();
+  Time poll_due();
+  Time poll_observers(Time now);
+  Time observers_deadline() const;
 
   Console& console_;
   io::Warn warn_;
@@ -104,7 +104,6 @@ class Simulator final : private Program, private plant::NetworkListener {
   std::optional<plant::Plant> plant_;
   std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
   std::vector<BusConnections*> connected_;                    ///< those that there are
-  decltype(config::PlantBuild::names) names_;
   journal::FindName find_name_;
   std::string plant_file_;
   bool is_only_network_ = true;
@@ -114,7 +113,7 @@ class Simulator final : private Program, private plant::NetworkListener {
   Waits waits_;
   bool stopping_ = false;
   bool is_behind_ = false;  ///< the plant; that has been said
-  bool attended_ = true;    ///< by more than Modbus clients: views, commands, doors; a clock that stands
+  bool observed_ = true;    ///< by more than Modbus clients: views, commands, buses; a clock that stands
   std::optional<io::StreamServer> commands_;
   std::optional<io::ModbusTcp> modbus_;
   std::optional<io::ModbusSerial> rtu_;

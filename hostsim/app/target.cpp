@@ -72,7 +72,7 @@ void Target::check_own(std::size_t network) {
 }
 
 sim::World& Target::world(std::size_t /*network*/) {
-  throw plant::Unseen("nodes and frames cannot be seen there: --target has registers alone");
+  throw plant::NotObservable("nodes and frames cannot be seen there: --target has registers alone");
 }
 
 void Target::check(std::string_view line) {
@@ -106,7 +106,7 @@ std::string Target::execute(std::string_view line) {
   }
 }
 
-void Target::step(Time until) {
+void Target::advance(Time until) {
   const Time end = started_ + std::min(until, now() + kPeriod);
   while (io::Reactor::now() < end)
     reactor_.run_once(end);

@@ -23,7 +23,7 @@ class Target final : public plant::Bench, private plant::View {
   plant::View& view() override { return *this; }
   void check(std::string_view line) override;
   std::string execute(std::string_view line) override;
-  void step(Time until) override;
+  void advance(Time until) override;
   void add(plant::Listener& /*listener*/) override {}
   void remove(plant::Listener& /*listener*/) override {}
 

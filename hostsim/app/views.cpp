@@ -13,12 +13,11 @@ namespace cbcan::app {
 using journal::Event;
 using journal::Kind;
 
-journal::FindName names_of(plant::Control& control, const decltype(config::PlantBuild::names)& names) {
-  return [&control, &names](std::uint8_t network, std::uint8_t node, std::uint16_t index,
-                            std::uint8_t sub) -> const eds::ObjectName* {
-    const auto nodes = control.network(network).world().nodes();
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      if (nodes[i]->device().node_id() == node) return eds::find_name(*names[network - 1U][i], index, sub);
+journal::FindName names_of(plant::Control& control) {
+  return [&control](std::uint8_t network, std::uint8_t id, std::uint16_t index,
+                    std::uint8_t sub) -> const eds::ObjectName* {
+    for (const auto& node : control.network(network).world().nodes())
+      if (node->device().node_id() == id) return eds::find_name(node->names(), index, sub);
     return nullptr;
   };
 }
@@ -31,7 +30,7 @@ Trace::Trace(plant::Control& control, journal::FindName find, bool frames,
       cursor_(control.journal(), journal::kinds_of({Kind::kEnded, Kind::kState, Kind::kEmergency}) |
                                      (frames ? journal::kinds_of({Kind::kFrame}) : 0)) {}
 
-void Trace::look() {
+void Trace::poll() {
   std::string lines;
   const std::uint64_t missed = cursor_.look([&](std::uint64_t /*number*/, const Event& event) {
     lines += fmt::format("cbcan-sim: {} {}{}\n", text::seconds_text(event.at),

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "config/build_node.hpp"
 #include "config/config.hpp"
 #include "io/files/pcap_file.hpp"
 #include "journal/journal.hpp"
@@ -18,9 +17,9 @@
 
 namespace cbcan::app {
 
-/// Names of objects as the EDS files of the nodes have them that have these node IDs now. `names`: see
-/// config::PlantBuild. Both outlive it.
-journal::FindName names_of(plant::Control& control, const decltype(config::PlantBuild::names)& names);
+/// Names of objects as the EDS files of the nodes have them that have these node IDs now; `control` outlives
+/// it.
+journal::FindName names_of(plant::Control& control);
 
 /// Transactions that have ended, states and EMCY messages, a line each, and with `frames` all frames.
 class Trace {
@@ -30,7 +29,7 @@ class Trace {
         std::function<void(std::string_view lines)> tell);
 
   /// Tells what has happened.
-  void look();
+  void poll();
 
  private:
   plant::Control& control_;

@@ -1,32 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "app/waits.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <utility>
 
 namespace cbcan::app {
 
-std::string Waits::take(plant::Reply reply, plant::Control& control, const Dialogue& dialogue) {
-  if (reply.subscribe) subscribe(*reply.subscribe, control, dialogue);
+std::string Waits::take(plant::Reply reply, const Dialogue& dialogue) {
   if (!reply.wait) return std::move(reply.text);
-  if (auto response = reply.wait->look()) return std::move(*response);
+  if (auto response = reply.wait->poll()) return std::move(*response);
   dialogue->waiting = true;
   waiting_.push_back({std::move(reply.wait), dialogue, io::Reactor::now()});
   return {};
-}
-
-void Waits::subscribe(const plant::Words& kinds, plant::Control& control, const Dialogue& dialogue) {
-  Told& told = told_.emplace_back(Told{nullptr, dialogue});
-  told.subscription =
-      std::make_unique<plant::Subscription>(control, kinds, [this, &told](std::string_view line) {
-        const auto to = told.dialogue.lock();
-        if (!to) return;
-        if (to->unsent.size() > most_unread_) return void(++told.missed);
-        if (told.missed != 0) to->unsent += fmt::format("missed {}\n", std::exchange(told.missed, 0));
-        to->unsent += line;
-      });
 }
 
 void Waits::answer(const Waiting& waiting, const std::string& response) {
@@ -35,26 +20,20 @@ void Waits::answer(const Waiting& waiting, const std::string& response) {
   dialogue->unsent += response;
 }
 
-void Waits::tell_each() {
-  std::erase_if(told_, [](const Told& told) { return told.dialogue.expired(); });
-  for (Told& told : told_)
-    told.subscription->look();
-}
-
-bool Waits::look_at_each() {
+bool Waits::poll_waiting() {
   const std::size_t ended = std::erase_if(waiting_, [](const Waiting& waiting) {
     if (waiting.dialogue.expired()) return true;
-    const auto response = waiting.wait->look();
+    const auto response = waiting.wait->poll();
     if (response) answer(waiting, *response);
     return response.has_value();
   });
   return ended != 0;
 }
 
-Time Waits::next_look_of_each() const {
+Time Waits::deadline_of_each() const {
   Time next = kNever;
   for (const Waiting& waiting : waiting_)
-    next = earlier(next, waiting.wait->next_look());
+    next = earlier(next, waiting.wait->next_deadline());
   return next;
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Commands that are answered later, and connections that are told what happens (docs/reference/commands.md:
-/// wait, pass, subscribe). Those of connections that have ended go.
+/// Commands that are answered later (docs/reference/commands.md: wait, pass). Those of connections that have
+/// ended go.
 
 #include <cstddef>
-#include <list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -13,8 +12,7 @@
 
 #include "io/loop/reactor.hpp"
 #include "io/sockets/command_session.hpp"
-#include "plant/subscription.hpp"
-#include "plant/wait.hpp"
+#include "plant/control.hpp"
 
 namespace cbcan::app {
 
@@ -22,21 +20,14 @@ class Waits {
  public:
   using Dialogue = std::shared_ptr<adapters::Dialogue>;
 
-  /// `most_unread`: characters that wait for a connection to read them.
-  explicit Waits(std::size_t most_unread) : most_unread_(most_unread) {}
-
   /// The response to a command whose reply this is; none, if it comes later.
-  std::string take(plant::Reply reply, plant::Control& control, const Dialogue& dialogue);
+  std::string take(plant::Reply reply, const Dialogue& dialogue);
 
-  /// Connections are told what has happened.
-  void tell() {
-    if (!told_.empty()) tell_each();
-  }
   /// Answers those that are over; true if there was one. The time is that of the Control.
-  bool look() { return !waiting_.empty() && look_at_each(); }
+  bool poll() { return !waiting_.empty() && poll_waiting(); }
   /// When one may be over though nothing happens, of the plant's time since its start; kNever = there is
   /// none.
-  Time next_look() const { return waiting_.empty() ? kNever : next_look_of_each(); }
+  Time next_deadline() const { return waiting_.empty() ? kNever : deadline_of_each(); }
 
   // For a clock that stands.
   /// There is one that time can bring about.
@@ -54,21 +45,12 @@ class Waits {
     std::weak_ptr<adapters::Dialogue> dialogue;
     Time since;  ///< of this machine's clock
   };
-  struct Told {
-    std::unique_ptr<plant::Subscription> subscription;
-    std::weak_ptr<adapters::Dialogue> dialogue;
-    std::size_t missed = 0;  ///< lines
-  };
 
-  Time next_look_of_each() const;
-  void tell_each();
-  bool look_at_each();
-  void subscribe(const plant::Words& kinds, plant::Control& control, const Dialogue& dialogue);
+  Time deadline_of_each() const;
+  bool poll_waiting();
   static void answer(const Waiting& waiting, const std::string& response);
 
-  std::size_t most_unread_;
   std::vector<Waiting> waiting_;
-  std::list<Told> told_;
 };
 
 }  // namespace cbcan::app

@@ -15,7 +15,7 @@
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "config/settings.hpp"
-#include "text/arguments.hpp"
+#include "options/arguments.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::cli {
@@ -32,11 +32,11 @@ std::string lost_word(std::string_view word) {
 }
 
 /// The message, or for --heartbeat "no such option; did you mean --set node.ID.heartbeat_ms=...?"
-std::string about(const text::WrongWord& wrong) {
+std::string about(const options::WrongWord& wrong) {
   std::string name(wrong.word.substr(0, wrong.word.find('=')));
   std::ranges::replace(name, '-', '_');
   std::string found;
-  config::for_each_setting([&](const text::Row& row) {
+  config::for_each_setting([&](const options::Row& row) {
     const bool is_it =
         row.option.empty() && name.size() > 3 && text::leaf_of(row.key).starts_with(name.substr(2));
     if (is_it && found.empty()) found = row.key;
@@ -50,12 +50,12 @@ std::string about(const text::WrongWord& wrong) {
 class Typed {
  public:
   explicit Typed(std::span<const char* const> words) {
-    text::ParsedArguments parsed = text::parse_arguments(words, all_options());
-    for (const text::WrongWord& wrong : parsed.wrong)
+    options::ParsedArguments parsed = options::parse_arguments(words, all_options());
+    for (const options::WrongWord& wrong : parsed.wrong)
       complain(wrong.word, about(wrong));
     for (const std::string_view word : parsed.words)
       complain(word, lost_word(word));
-    for (const text::Argument& argument : parsed.options)
+    for (const options::Argument& argument : parsed.options)
       add({argument});
     command = std::move(parsed.command);
     if (parsed.has_command && command.empty())
@@ -189,9 +189,9 @@ Start print(std::string text) {
 
 Start parse_command_line(int argc, const char* const* argv, const config::FileReader& read) {
   Typed typed(std::span(argv + 1, argv + argc));
-  if (typed.count(kHelpOption) != 0) return print(help_text());
-  if (typed.count(kShortHelpOption) != 0) return print(short_help_text());
-  if (typed.count(kVersionOption) != 0) return print(fmt::format("cbcan-sim {}\n", kVersion));
+  if (typed.count(options::kHelpOption) != 0) return print(help_text());
+  if (typed.count(options::kShortHelpOption) != 0) return print(short_help_text());
+  if (typed.count(options::kVersionOption) != 0) return print(fmt::format("cbcan-sim {}\n", kVersion));
   if (!typed.problems.empty()) return refuse(std::move(typed.problems));
 
   Start start;

@@ -9,11 +9,11 @@
 
 #include "config/config.hpp"
 #include "config/files.hpp"
-#include "text/exit_code.hpp"
+#include "options/exit_code.hpp"
 
 namespace cbcan::cli {
 
-using text::ExitCode;
+using options::ExitCode;
 
 /// What main() does first: print `out` and `err`, then run with `config`, or leave with `exit_code`.
 struct Start {

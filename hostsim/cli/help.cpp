@@ -8,14 +8,13 @@
 #include "cli/options.hpp"
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
-#include "text/arguments.hpp"
-#include "text/exit_code.hpp"
+#include "options/exit_code.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::cli {
 namespace {
 
-using text::Row;
+using options::Row;
 
 constexpr std::size_t kHelpColumn = 25;
 
@@ -99,23 +98,15 @@ constexpr std::array kSections = std::to_array<Section>({
     {"help", "Help"},
 });
 
-/// "Its node ID on the bus: 1..127 (default 127)"
-std::string sentence(const Row& row, const std::string& standard) {
-  const std::string domain = text::option_argument(row.option).empty() ? "" : text::domain_of(row);
-  const bool has_standard = !domain.empty() && !standard.empty() && standard != config::kNone;
-  return fmt::format("{}{}{}{}", row.help, domain.empty() ? "" : ": ", domain,
-                     has_standard ? fmt::format(" (default {})", standard) : "");
-}
-
 std::string section_text(const Section& section) {
   std::string text = fmt::format("\n{}:\n", section.heading);
-  const auto add = [&](const Row& row, const std::string& help) {
+  const auto add = [&](const Row& row, const std::string& standard = {}) {
     if (!row.option.empty() && row.key.substr(0, row.key.find('.')) == section.name)
-      text += text::beside(row.option, help, kHelpColumn);
+      text += options::line_of(row, standard);
   };
-  for (const Row& row : option_rows())
-    add(row, row.form == text::Form::kOfMember ? std::string(row.help) : sentence(row, ""));
-  config::for_each_setting([&](const auto& row) { add(row, sentence(row, config::standard_of(row))); });
+  std::ranges::for_each(option_rows(), add);
+  config::for_each_setting([&](const auto& row) { add(row, config::standard_of(row)); });
+  std::ranges::for_each(options::help_rows(), add);
   return text;
 }
 
@@ -147,7 +138,7 @@ std::string help_text() {
   text +=
       "\nExit codes; with a COMMAND it is the command's own, 128 and the signal's number\nwhere one ended "
       "it:\n";
-  return text.append(text::exit_code_lines("cbcan-sim")).append(kClosing);
+  return text.append(options::exit_code_lines("cbcan-sim")).append(kClosing);
 }
 
 std::string short_help_text() {

@@ -12,19 +12,16 @@
 #include "config/plant_file.hpp"
 #include "config/settings.hpp"
 #include "text/address.hpp"
-#include "text/arguments.hpp"
 #include "text/error.hpp"
 #include "text/numbers.hpp"
-#include "text/suggestion.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::cli {
 namespace {
 
-using text::leaf_of;
-using text::Problem;
-using text::Row;
-using text::Setting;
+using options::Problem;
+using options::Row;
+using options::Setting;
 
 // clang-format off
 constexpr auto kRows = std::to_array<Row>({
@@ -45,7 +42,7 @@ constexpr auto kRows = std::to_array<Row>({
     {.key = "network.number", .option = "--network N",
      .help = "Following options about module, CAN, log file and nodes apply to network N, earlier ones to network 1; "
              "the Modbus unit ID selects the network",
-     .form = text::Form::kInteger, .low = 1, .high = std::int64_t{config::kMostNetworks}},
+     .form = options::Form::kInteger, .low = 1, .high = std::int64_t{config::kMostNetworks}},
     {.key = "node.eds", .option = "--node ID=FILE",
      .help = "A node, and its device description: an EDS or DCF file; one that the plant has gets this file instead"},
     {.key = "node.faults", .option = "--fault ID:KIND KEY=VALUE...",
@@ -53,15 +50,12 @@ constexpr auto kRows = std::to_array<Row>({
              "count=1\"; docs/reference/faults.md lists kinds and keys"},
     {.key = "node.wire", .option = "--wire FROM=TO KEY=VALUE...",
      .help = "Connects an output or object to an input; one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
-    {.key = "help.short", .option = kShortHelpOption, .help = "Prints the options that are used most"},
-    {.key = "help.help", .option = kHelpOption, .help = "Prints this text"},
-    {.key = "help.version", .option = "--version", .help = "Prints the version"},
 });
 // clang-format on
 
 bool has_option(const auto& rows, std::string_view option) {
   return std::ranges::any_of(rows, [option](const Row& row) {
-    return !row.option.empty() && text::option_name(row.option) == option;
+    return !row.option.empty() && options::option_name(row.option) == option;
   });
 }
 
@@ -133,20 +127,11 @@ class Options {
   template <class Target>
   void apply_row(std::span<const Setting<Target>> rows, Target& target, const Argument& argument) {
     for (const auto& row : rows) {
-      if (row.option.empty() || text::option_name(row.option) != argument.option) continue;
-      const bool is_flag = text::option_argument(row.option).empty();
-      const text::Value value = is_flag ? text::Value(true) : text::typed(row, argument.text);
+      if (row.option.empty() || options::option_name(row.option) != argument.option) continue;
+      const text::Value value = options::value_of(row, argument);
       if (const Problem problem = config::assign(row, target, value, where_); !problem.empty())
         complain(problem);
     }
-  }
-
-  /// For a part of an argument; the complaint says which: `--node 300=io.eds: id "300": must be 1..127`.
-  template <class Target>
-  bool assign_part(const Setting<Target>& row, Target& target, std::string_view text) {
-    const Problem problem = config::assign(row, target, text::typed(row, text), where_);
-    if (!problem.empty()) complain(fmt::format("{} \"{}\": {}", leaf_of(row.key), text, problem));
-    return problem.empty();
   }
 
   void apply_set(std::string_view text) {
@@ -161,24 +146,14 @@ class Options {
     }
   }
 
+  /// One that the plant file has gets another file.
   void apply_node(std::string_view text) {
     const auto sides = text::split(text, '=');
     if (!sides) return complain("must be ID=FILE, such as 5=io_module.eds");
-    config::NodeConfig node;
-    node.network = network_->number;
-    node.place = where_;
-    const bool has_id =
-        assign_part(config::setting_of(config::node_settings(), "node.id"), node, sides->first);
-    const bool has_eds =
-        assign_part(config::setting_of(config::node_settings(), "node.eds"), node, sides->second);
-    if (!has_id || !has_eds) return;
-    config::NodeConfig* known = find(node.id);
-    if (known == nullptr || known->place.line == 0) {
-      network_->nodes.push_back(std::move(node));
-    } else {
-      known->eds = node.eds;
-      known->place = where_;
-    }
+    const config::NodeConfig* const known = find(sides->first);
+    apply_set(known != nullptr && known->place.line != 0
+                  ? fmt::format("node.{}.eds={}", sides->first, sides->second)
+                  : fmt::format("node+={{id='{}', eds='{}'}}", sides->first, sides->second));
   }
 
   /// On top of the faults of the plant file.
@@ -196,43 +171,30 @@ class Options {
     (of_bus ? network_->can.faults : node->faults).push_back({made.fault, where_});
   }
 
-  /// FROM=TO as if they were keys too.
+  /// FROM=TO are keys too.
   void apply_wire(std::string_view text) {
     const auto words = text::words_of(text);
     const auto ends = words.empty() ? std::nullopt : text::split(words.front(), '=');
     if (!ends) return complain("must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
-    config::WireConfig wire;
-    wire.place = where_;
-    const auto rows = config::wire_settings();
-    bool good = assign_part(rows[0], wire, ends->first);
-    good = assign_part(rows[1], wire, ends->second) && good;
-    for (const std::string_view word : std::span(words).subspan(1))
-      good = assign_wire_key(word, wire) && good;
-    if (good) config_.wires.push_back(std::move(wire));
-  }
-
-  bool assign_wire_key(std::string_view word, config::WireConfig& wire) {
-    const auto [key, value] = text::split(word, '=').value_or(std::pair(word, std::string_view()));
-    std::vector<std::string_view> known;
-    for (const auto& row : config::wire_settings()) {
-      if (leaf_of(row.key) == key) return assign_part(row, wire, value);
-      known.push_back(leaf_of(row.key));
+    std::string wire = fmt::format("wire+={{from='{}', to='{}'", ends->first, ends->second);
+    for (const std::string_view word : std::span(words).subspan(1)) {
+      const auto [key, value] = text::split(word, '=').value_or(std::pair(word, std::string_view()));
+      wire += fmt::format(", {}='{}'", key, value);
     }
-    complain(fmt::format("{}: no such key{}", key, text::did_you_mean(key, known)));
-    return false;
+    apply_set(wire + "}");
   }
 
   /// The node that an argument begins with; null after a complaint.
   config::NodeConfig* addressed(std::string_view id) {
-    config::NodeConfig wanted;
-    if (!assign_part(config::setting_of(config::node_settings(), "node.id"), wanted, id)) return nullptr;
-    config::NodeConfig* node = find(wanted.id);
+    config::NodeConfig* node = find(id);
     if (node == nullptr) complain(fmt::format("there is no node {0}; add --node {0}=FILE.eds", id));
     return node;
   }
 
-  config::NodeConfig* find(std::uint8_t id) {
-    const auto node = std::ranges::find(network_->nodes, id, &config::NodeConfig::id);
+  config::NodeConfig* find(std::string_view id) {
+    const auto number = text::parse_integer(id);
+    const auto node = std::ranges::find_if(
+        network_->nodes, [number](const config::NodeConfig& each) { return number == each.id; });
     return node == network_->nodes.end() ? nullptr : &*node;
   }
 
@@ -256,6 +218,7 @@ std::vector<std::string_view> all_options() {
   };
   config::for_each_setting(add);
   std::ranges::for_each(kRows, add);
+  std::ranges::for_each(options::help_rows(), add);
   return options;
 }
 

@@ -10,22 +10,18 @@
 #include <vector>
 
 #include "config/config.hpp"
-#include "text/arguments.hpp"
-#include "text/setting.hpp"
+#include "options/command.hpp"
 
 namespace cbcan::cli {
 
 inline constexpr std::string_view kConfigOption = "--config";
 inline constexpr std::string_view kDemoOption = "--demo";
 inline constexpr std::string_view kCheckOption = "--check";
-inline constexpr std::string_view kShortHelpOption = "-h";
-inline constexpr std::string_view kHelpOption = "--help";
-inline constexpr std::string_view kVersionOption = "--version";
 /// What stands behind it is about another network.
 inline constexpr std::string_view kNetworkOption = "--network";
 
 /// Options that are no single setting's; their keys begin with the section of --help that they stand in.
-std::span<const text::Row> option_rows();
+std::span<const options::Row> option_rows();
 
 /// Every option, each once, as --help shows it.
 std::vector<std::string_view> all_options();
@@ -33,7 +29,7 @@ std::vector<std::string_view> all_options();
 /// The network that an argument of kNetworkOption names; 0 = it names none.
 std::size_t network_number(std::string_view text);
 
-struct Argument : text::Argument {
+struct Argument : options::Argument {
   std::size_t network = 1;  ///< that it is about, see network_number(); 1 if it is about the whole plant
 };
 using Arguments = std::vector<Argument>;

@@ -8,10 +8,9 @@
 #include <iterator>
 #include <utility>
 
-#include "cli/options.hpp"
 #include "config/settings.hpp"
+#include "options/command.hpp"
 #include "text/address.hpp"
-#include "text/arguments.hpp"
 #include "text/error.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
@@ -20,12 +19,12 @@ namespace cbcan::cli {
 
 namespace {
 
-text::Problem check_shard(const text::Value& value) {
+options::Problem check_shard(const text::Value& value) {
   const Shard shard = shard_of(std::get<std::string>(value));
   return shard.part == 0 ? "must be I/N, the I-th part of N, such as 1/4" : "";
 }
 
-text::Problem check_target(const text::Value& value) {
+options::Problem check_target(const text::Value& value) {
   try {
     target_of(std::get<std::string>(value));
     return {};
@@ -35,18 +34,18 @@ text::Problem check_target(const text::Value& value) {
 }
 
 template <auto kMember>
-constexpr auto row(text::Row row) {
-  return text::setting<RunConfig, kMember>(row);
+constexpr auto row(options::Row row) {
+  return options::setting<RunConfig, kMember>(row);
 }
 
 // clang-format off
 constexpr std::array kRunRows{
     row<&RunConfig::junit>({.key = "run.junit", .option = "--junit FILE", .help = "Writes the results as JUnit XML",
-                            .form = text::Form::kPath, .domain = "a path"}),
+                            .form = options::Form::kPath, .domain = "a path"}),
     row<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
                            .help = "Writes the bus of each scenario there, in the format of candump -L",
-                           .form = text::Form::kPath, .domain = "a path"}),
-    row<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of processes", .low = 1, .high = 1000}),
+                           .form = options::Form::kPath, .domain = "a path"}),
+    row<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of scenarios played at a time", .low = 1, .high = 1000}),
     row<&RunConfig::shard>({.key = "run.shard", .option = "--shard I/N",
                             .help = "Plays part I of N, always the same scenarios",
                             .domain = "I/N", .check = check_shard}),
@@ -57,42 +56,23 @@ constexpr std::array kRunRows{
                              .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .check = check_target}),
     row<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Only checks the files and reports mistakes"}),
 };
+constexpr std::array kRunWords{
+    row<&RunConfig::paths>({.key = "run.paths", .option = "FILE|FOLDER...",
+                            .help = "Scenarios; of a folder all files *.toml that have a [[step]], in it and below"}),
+};
 // clang-format on
 
-constexpr std::string_view kRunOpening =
-    R"(cbcan-sim run: plays scenarios; docs/reference/scenarios.md explains them
-
-Usage:  cbcan-sim run [OPTION...] FILE|FOLDER...
-
-Of a folder all files *.toml that have a [[step]], in it and below.
-
-Options:
-)";
+constexpr options::Command<RunConfig> kRun{
+    "cbcan-sim run", "plays scenarios; docs/reference/scenarios.md explains them", kRunWords, kRunRows};
 
 std::string help() {
-  std::string help(kRunOpening);
-  for (const auto& setting : kRunRows)
-    help += text::beside(setting.option, setting.help, 25);
-  return help + text::beside("-h, --help", "Print this text", 25) + "\nExit codes:\n" +
-         text::exit_code_lines("cbcan-sim");
+  return options::help_of(kRun) + "\nExit codes:\n" + options::exit_code_lines("cbcan-sim");
 }
 
-std::vector<std::string_view> options() {
-  std::vector<std::string_view> options{"-h, --help"};
-  std::ranges::transform(kRunRows, std::back_inserter(options), &text::Row::option);
-  return options;
-}
-
-/// Returns what is wrong.
-std::string put(const text::Argument& argument, RunConfig& config) {
-  for (const auto& setting : kRunRows) {
-    if (text::option_name(setting.option) != argument.option) continue;
-    const bool is_flag = setting.form == text::Form::kBoolean;
-    const text::Problem problem =
-        text::assign(setting, config, is_flag ? text::Value(true) : text::typed(setting, argument.text));
-    if (!problem.empty()) return fmt::format("{} {}: {}", argument.option, argument.text, problem);
-  }
-  return {};
+std::vector<std::string_view> known_options() {
+  std::vector<std::string_view> known{"-h, --help"};
+  std::ranges::transform(kRunRows, std::back_inserter(known), &options::Row::option);
+  return known;
 }
 
 }  // namespace
@@ -110,7 +90,7 @@ TargetPlace target_of(const std::string& text) {
     throw text::UsageError("write rtu:DEV,BAUD,PARITY, such as rtu:/dev/ttyUSB0,19200,E");
   for (const auto& [key, value] : {std::pair("plc.baud", text::Value(std::int64_t{baud})),
                                    std::pair("plc.parity", text::Value(place.line.parity))})
-    if (const auto problem = text::check(config::setting_of(config::network_settings(), key), value);
+    if (const auto problem = options::check(config::setting_of(config::network_settings(), key), value);
         !problem.empty())
       throw text::UsageError(fmt::format("{}: {}", text::value_text(value), problem));
   place.line.baud = baud;
@@ -125,24 +105,21 @@ Shard shard_of(const std::string& text) {
   return {*part, *parts};
 }
 
-std::span<const text::Setting<RunConfig>> run_settings() {
+std::span<const options::Setting<RunConfig>> run_settings() {
   return kRunRows;
 }
 
 RunStart parse_run_command_line(std::span<const char* const> words) {
   RunStart start;
-  const text::ParsedArguments parsed = text::parse_arguments(words, options());
-  if (std::ranges::count(parsed.options, kHelpOption, &text::Argument::option) != 0) {
+  const options::ParsedArguments typed = options::parse_arguments(words, known_options());
+  if (is_typed(typed, options::kHelpOption)) {
     start.out = help();
     return start;
   }
-  for (const text::WrongWord& wrong : parsed.wrong)
+  for (const options::WrongWord& wrong : typed.wrong)
     if (start.err.empty()) start.err = fmt::format("{}: {}", wrong.word, wrong.message);
-  for (const text::Argument& argument : parsed.options)
-    if (start.err.empty()) start.err = put(argument, start.config);
-  start.config.paths.assign(parsed.words.begin(), parsed.words.end());
-  if (start.err.empty() && start.config.paths.empty())
-    start.err = "there is nothing to run; name files or folders of scenarios";
+  if (start.err.empty()) start.err = put_options<RunConfig>(kRun, {}, typed, start.config);
+  if (start.err.empty()) start.err = put_words(kRun, typed.words, start.config);
   start.run = start.err.empty();
   if (start.run) return start;
   start.exit_code = ExitCode::kUsage;

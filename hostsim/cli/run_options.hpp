@@ -10,8 +10,8 @@
 
 #include "cli/command_line.hpp"
 #include "config/config.hpp"
+#include "options/setting.hpp"
 #include "text/address.hpp"
-#include "text/setting.hpp"
 
 namespace cbcan::cli {
 
@@ -19,7 +19,7 @@ struct RunConfig {
   std::vector<std::string> paths;  ///< of files and folders
   std::string junit;               ///< file; empty = none
   std::string logs;                ///< folder; empty = none
-  std::uint16_t jobs = 1;          ///< processes
+  std::uint16_t jobs = 1;          ///< scenarios at a time
   std::string shard = "1/1";
   std::string target;  ///< see target_of(); empty = the plant of each scenario
   bool real_time = false;
@@ -42,7 +42,7 @@ struct Shard {
 Shard shard_of(const std::string& text);
 
 /// In the order of --help.
-std::span<const text::Setting<RunConfig>> run_settings();
+std::span<const options::Setting<RunConfig>> run_settings();
 
 struct RunStart {
   bool run = false;

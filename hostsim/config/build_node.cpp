@@ -88,7 +88,6 @@ class Builder {
     if (file == nullptr) {
       complain(node_.place, cannot_read(node_.eds, node_.place));
     } else {
-      build_.names = file->names();
       read_eds(*file);
       if (build_.problems.empty()) add_parts();
       if (build_.problems.empty()) try_out();
@@ -111,8 +110,7 @@ class Builder {
   void read_eds(EdsFile& file) {
     auto [image, diagnostics] = file.for_node(node_.id);
     for (const eds::Diagnostic& diagnostic : diagnostics)
-      (diagnostic.severity == eds::Severity::kNote ? build_.notes : build_.warnings)
-          .push_back(eds::to_string(diagnostic));
+      build_.warnings.push_back(eds::to_string(diagnostic));
     if (image.entries.empty()) {
       build_ = {};  // what there is to say of each of its lines helps nobody
       build_.problems.push_back(node_.eds +
@@ -123,8 +121,8 @@ class Builder {
       if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
         complain(initial.place, wrong);
     if (!devices::is_script(node_.device)) choose_device(dictionary);
-    build_.node.emplace().image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
-                                   std::move(image.node_id_values)};
+    build_.node.emplace().image = std::move(image);
+    build_.node->names = file.names();
   }
 
   /// What is said here counts where the node has a device, but not all that belongs to it.
@@ -164,12 +162,8 @@ class Builder {
         build_.warnings.push_back(
             fmt::format("{}: {}, so the node has no device: name one in the plant file, {}", node_.eds, why,
                         suggestion(dictionary)));
-    } else if ((number & 0xFFFF) != kind_->profile) {
-      build_.notes.push_back(
-          fmt::format("{}: 1000h names no profile that has a device, but the objects are those of {}, which "
-                      "it gets",
-                      node_.eds, kind_->name));
-      if (unset) dictionary.set(object::kDeviceType, 0, kind_->profile);
+    } else if (unset && (number & 0xFFFF) != kind_->profile) {
+      dictionary.set(object::kDeviceType, 0, kind_->profile);
     }
   }
 
@@ -299,18 +293,14 @@ PlantBuild build_nodes(const Config& config, const FileReader& read) {
   NodeBuilder builder(read);
   for (const NetworkConfig& network : config.networks) {
     auto& nodes = plant.networks.emplace_back();
-    plant.names.emplace_back();
     for (const NodeConfig& node : network.nodes) {
       NodeBuild build = builder.build(node, node_seed(config, node));
-      if (!config.verbose) build.notes.clear();
-      for (const auto* lines : {&build.warnings, &build.problems, &build.notes})
+      for (const auto* lines : {&build.warnings, &build.problems})
         std::ranges::remove_copy_if(*lines, std::back_inserter(plant.lines), [&](const std::string& line) {
           return std::ranges::find(plant.lines, line) != plant.lines.end();  // of another node's same file
         });
       plant.good = plant.good && build.node;
-      if (!build.node) continue;
-      nodes.push_back(std::move(*build.node));
-      plant.names.back().push_back(std::move(build.names));
+      if (build.node) nodes.push_back(std::move(*build.node));
     }
     auto& replay = plant.replays.emplace_back();
     if (network.can.replay.empty()) continue;

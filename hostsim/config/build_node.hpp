@@ -6,7 +6,6 @@
 
 #include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -25,8 +24,6 @@ struct NodeBuild {
   std::optional<sim::NodeParts> node;
   std::vector<std::string> problems;  ///< why there is no node
   std::vector<std::string> warnings;  ///< what is wrong in the EDS file and what is used in its place
-  std::vector<std::string> notes;     ///< of interest to somebody who asks
-  std::shared_ptr<const eds::ObjectNames> names;
 };
 
 /// Builds the nodes of a plant; reads each EDS file once.
@@ -45,13 +42,12 @@ class NodeBuilder {
 
 struct PlantBuild {
   std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each, in their order
-  std::vector<std::vector<std::shared_ptr<const eds::ObjectNames>>> names;  ///< of its nodes
-  std::vector<std::vector<sim::TimedFrame>> replays;                        ///< of each, from the start on
-  std::vector<std::string> lines;  ///< what is to be said, also where nothing is wrong
-  bool good = true;                ///< false: nodes are missing
+  std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each, from the start on
+  std::vector<std::string> lines;                     ///< what is to be said, also where nothing is wrong
+  bool good = true;                                   ///< false: nodes are missing
 };
 
-/// All nodes of all networks, and what is replayed there. With `config.verbose` notes are said too.
+/// All nodes of all networks, and what is replayed there.
 PlantBuild build_nodes(const Config& config, const FileReader& read);
 
 /// The bytes of a value as an object of this type has them, little-endian; nullopt if it does not fit.

@@ -62,82 +62,72 @@ void check_parameter_files(const Config& config, Diagnostics& found) {
   }
 }
 
-/// What no two networks can have: the key of its setting, and it.
-std::vector<std::pair<std::string_view, std::string>> belongings(const NetworkConfig& network) {
-  std::vector<std::pair<std::string_view, std::string>> all;
-  if (!network.can.outside.empty()) all.emplace_back("can.spec", network.can.outside);
-  if (!network.plc.line.device.empty()) all.emplace_back("plc.device", normal(network.plc.line.device));
-  if (!network.log.empty()) all.emplace_back("log.file", normal(network.log));
-  for (const auto& [key, where] :
-       {std::pair("can.slcan", &network.can.slcan), std::pair("can.socketcand", &network.can.socketcand)}) {
-    if (where->empty()) continue;
-    text::StreamAddress address = text::parse_stream_address(*where);
-    const bool any_free_port = address.path.empty() && address.tcp.port == 0;
-    if (!address.path.empty()) address.path = normal(address.path);
-    if (!any_free_port) all.emplace_back(key, text::to_string(address));
-  }
-  return all;
-}
-
-void check_belongings(const Config& config, Diagnostics& found) {
-  std::map<std::pair<std::string_view, std::string>, const NetworkConfig*> owners;
-  for (const NetworkConfig& network : config.networks) {
-    for (const auto& [key, what] : belongings(network)) {
-      const auto [owner, is_first] = owners.emplace(std::pair(key, what), &network);
-      if (is_first) continue;
-      const NetworkConfig& first = *owner->second;
-      found.push_back({network.places.at(key),
-                       fmt::format("{}{} {}: network {} has it already at {}; every network needs its own",
-                                   in_network(network.number), key, what, first.number,
-                                   to_string(first.places.at(key)))});
-    }
-  }
-}
-
-/// Addresses and serial ports that the program opens, by the keys of their settings: no two can be the same.
-class Doors {
+/// Addresses, serial ports, interfaces and files that the program opens, by the keys of their settings: no
+/// two can be the same.
+class Belongings {
  public:
-  explicit Doors(Diagnostics& found) : found_(found) {}
+  Belongings(const NetworkConfig& first, Diagnostics& found) : first_(first), found_(found) {}
 
-  void listen(std::string_view key, std::size_t network, const std::string& address) {
+  void listen(std::string_view key, const std::string& address) { listen(key, first_, address); }
+  void listen(std::string_view key, const NetworkConfig& network, const std::string& address) {
     if (address.empty()) return;
     text::StreamAddress parsed = text::parse_stream_address(address);
-    if (parsed.path.empty() && parsed.tcp.port == 0) return;
+    if (parsed.path.empty() && parsed.tcp.port == 0) return;  // any free one
     if (!parsed.path.empty()) parsed.path = normal(parsed.path);
     own(key, network, text::to_string(parsed));
   }
-  void open(std::string_view key, std::size_t network, const std::string& device) {
-    if (!device.empty()) own(key, network, normal(device));
+  void open(std::string_view key, const std::string& path) { open(key, first_, path); }
+  void open(std::string_view key, const NetworkConfig& network, const std::string& path) {
+    if (!path.empty()) own(key, network, normal(path));
+  }
+  void join(const NetworkConfig& network) {
+    constexpr std::string_view kKey = "can.spec";
+    const std::string& spec = network.can.outside;
+    const std::string device = spec.starts_with("slcan:") ? parse_can_spec(spec).name : "";
+    if (!device.empty()) return open(kKey, network, device);
+    if (!spec.empty()) own(kKey, network, spec);
   }
 
  private:
-  void own(std::string_view key, std::size_t network, const std::string& what) {
-    const auto [owner, is_first] = owners_.emplace(what, key);
-    if (is_first || owner->second == key) return;  // of two networks check_belongings() tells
-    found_.push_back(about_option(fmt::format("{}{} {}", in_network(network), key, what),
-                                  fmt::format("{} has it already; write another one", owner->second)));
+  struct Owner {
+    std::string_view key;
+    const NetworkConfig* network;
+  };
+
+  void own(std::string_view key, const NetworkConfig& network, const std::string& what) {
+    const auto [owner, is_first] = owners_.emplace(what, Owner{key, &network});
+    if (is_first) return;
+    const auto& [other, first] = owner->second;
+    const std::string name = fmt::format("{}{} {}", in_network(network.number), key, what);
+    if (other != key)
+      found_.push_back(about_option(name, fmt::format("{} has it already; write another one", other)));
+    else
+      found_.push_back({network.places.at(key),
+                        fmt::format("{}: network {} has it already at {}; every network needs its own", name,
+                                    first->number, to_string(first->places.at(key)))});
   }
 
+  const NetworkConfig& first_;
   Diagnostics& found_;
-  std::map<std::string, std::string_view> owners_;
+  std::map<std::string, Owner> owners_;
 };
 
-void check_doors(const Config& config, Diagnostics& found) {
-  Doors doors(found);
+void check_belongings(const Config& config, Diagnostics& found) {
+  Belongings all(config.networks.front(), found);
   const auto serves = [](const NetworkConfig& network) { return network.module.enabled; };
   if (std::ranges::any_of(config.networks, serves)) {
-    doors.listen("modbus.port", 1, text::to_string(config.modbus));
-    doors.listen("rtu.listen", 1, config.rtu.listen);
-    doors.open("rtu.device", 1, config.rtu.line.device);
+    all.listen("modbus.port", text::to_string(config.modbus));
+    all.listen("rtu.listen", config.rtu.listen);
+    all.open("rtu.device", config.rtu.line.device);
   }
-  doors.listen("control.listen", 1, config.control);
-  doors.listen("http.listen", 1, config.http.listen);
+  all.listen("control.listen", config.control);
+  all.listen("http.listen", config.http.listen);
   for (const NetworkConfig& network : config.networks) {
-    doors.listen("can.slcan", network.number, network.can.slcan);
-    doors.listen("can.socketcand", network.number, network.can.socketcand);
-    if (network.can.outside.starts_with("slcan:"))
-      doors.open("can.spec", network.number, parse_can_spec(network.can.outside).name);
-    if (network.module.enabled) doors.open("plc.device", network.number, network.plc.line.device);
+    all.join(network);
+    if (network.module.enabled) all.open("plc.device", network, network.plc.line.device);
+    all.open("log.file", network, network.log);
+    all.listen("can.slcan", network, network.can.slcan);
+    all.listen("can.socketcand", network, network.can.socketcand);
   }
 }
 
@@ -205,8 +195,7 @@ void check_registers(const NetworkConfig& network, Diagnostics& found) {
   const std::vector<Registers> ranges = registers_of(network.module);
   const auto complain = [&](const Registers& range, const Registers& other, const std::string& what) {
     const std::string_view key = network.places.contains(range.key) ? range.key : other.key;
-    const std::string_view way_out =
-        range.channel == 1 ? "" : ", or fewer channels do: module.channels";
+    const std::string_view way_out = range.channel == 1 ? "" : ", or fewer channels do: module.channels";
     found.push_back({network.places.at(key),
                      fmt::format("{}{} {}{}", in_network(network.number), to_string(range), what, way_out)});
   };
@@ -300,7 +289,6 @@ Diagnostics check(const Config& config) {
                                  "standard output has the responses of --clock manual; name a file"));
   check_parameter_files(config, found);
   check_belongings(config, found);
-  check_doors(config, found);
   check_wires(config, found);
   return found;
 }

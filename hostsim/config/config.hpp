@@ -182,7 +182,7 @@ struct WireEnd {
 struct WireConfig {
   WireEnd from;
   WireEnd to;
-  sim::Transfer transfer;
+  sim::TransferFunction transfer;
   Place place;
   bool operator==(const WireConfig&) const = default;
 };
@@ -235,7 +235,7 @@ std::uint64_t network_seed(const Config& config, const NetworkConfig& network);
 std::uint64_t node_seed(const Config& config, const NodeConfig& node);
 
 /// What no single setting can tell: node IDs, objects, signals and files given twice, a node with the
-/// module's ID, two networks, or two doors, with the same interface or address. To be asked once both the
+/// module's ID, two settings with the same interface, port, file or address. To be asked once both the
 /// plant file and the command line have been read.
 Diagnostics check(const Config& config);
 

@@ -15,8 +15,8 @@
 namespace cbcan::config {
 namespace {
 
-using text::Form;
-using text::setting;
+using options::Form;
+using options::setting;
 
 constexpr std::int64_t kDayInMs = 86'400'000;
 
@@ -61,7 +61,7 @@ Value load_object_value(const Row& /*row*/, const InitialValue& object) {
 }
 
 void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
-  signal.signal.shape = signal_of(static_cast<std::size_t>(text::detail::place_of(row, value))).signal.shape;
+  signal.signal.shape = signal_of(static_cast<std::size_t>(options::detail::place_of(row, value))).signal.shape;
 }
 Value load_shape(const Row& /*row*/, const SignalConfig& signal) {
   return std::string(kShapes[signal.signal.shape.index()]);
@@ -285,18 +285,18 @@ constexpr std::array kWires{
         .key = "wire.to", .help = "Target",
         .more = "Any that `set` can set.",
         .domain = "an input or an object", .example = "\"5:0x2001\""}),
-    wire<&sim::Transfer::inverted>({.key = "wire.inverted", .help = "0 becomes 1, and anything else 0"}),
-    wire<&sim::Transfer::scale>({.key = "wire.scale", .help = "Factor"}),
-    wire<&sim::Transfer::offset>({.key = "wire.offset", .help = "Offset, added after that"}),
-    wire<&sim::Transfer::low>({.key = "wire.low", .help = "Minimum"}),
-    wire<&sim::Transfer::high>({.key = "wire.high", .help = "Maximum"}),
-    wire<&sim::Transfer::delay>({
+    wire<&sim::TransferFunction::inverted>({.key = "wire.inverted", .help = "0 becomes 1, and anything else 0"}),
+    wire<&sim::TransferFunction::scale>({.key = "wire.scale", .help = "Factor"}),
+    wire<&sim::TransferFunction::offset>({.key = "wire.offset", .help = "Offset, added after that"}),
+    wire<&sim::TransferFunction::low>({.key = "wire.low", .help = "Minimum"}),
+    wire<&sim::TransferFunction::high>({.key = "wire.high", .help = "Maximum"}),
+    wire<&sim::TransferFunction::delay>({
         .key = "wire.delay_ms", .help = "Delay", .high = kHourInMs, .unit = " ms",
         .scale = kMillisecond}),
-    wire<&sim::Transfer::lag>({
+    wire<&sim::TransferFunction::lag>({
         .key = "wire.lag_ms", .help = "Time constant of a first-order lag", .high = kHourInMs, .unit = " ms, 0 = none",
         .scale = kMillisecond}),
-    wire<&sim::Transfer::sample_period>(duration({
+    wire<&sim::TransferFunction::sample_period>(duration({
         .key = "wire.sample_ms", .help = "Sampling period of a lag, and of an object that changes continuously"})),
 };
 // clang-format on

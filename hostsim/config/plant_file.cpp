@@ -66,7 +66,7 @@ class Reader {
 
   void read_file(const toml::table& root, std::span<const std::string_view> others) try {
     change_ ? change(root) : read(root, others);
-  } catch (const Enough&) {
+  } catch (const TooManyErrors&) {
     found_.push_back(
         {{file_name_, 0},
          fmt::format("{} mistakes, and the rest of the file has not been checked; correct these first",
@@ -79,7 +79,7 @@ class Reader {
   }
 
  private:
-  struct Enough {};
+  struct TooManyErrors {};
 
   /// What stands at the top of the file, or in a network.
   void read(const toml::table& root, std::span<const std::string_view> others = {}) {
@@ -329,7 +329,7 @@ class Reader {
   template <class Target>
   bool read_setting(const Setting<Target>& row, const toml::node& node, Target& target) {
     auto value = value_of(node);
-    if (change_ && node.is_string()) value = text::typed(row, node.as_string()->get());
+    if (change_ && node.is_string()) value = options::typed(row, node.as_string()->get());
     const Problem problem = assign(row, target, based_here(row, value), place(node));
     if (problem.empty()) return true;
     complain(node, fmt::format("{}{}: {}", row.key, value ? " " + text::value_text(*value) : "", problem));
@@ -340,10 +340,10 @@ class Reader {
     const auto* path = value ? std::get_if<std::string>(&*value) : nullptr;
     if (path == nullptr || path->empty()) return value;
     const bool is_path =
-        row.form == text::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
+        row.form == options::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
     if (is_path) return based_here(*path);
-    if (row.form != text::Form::kAddress) return value;
-    for (const std::string_view kind : {text::kUnix, text::kTerminal})
+    if (row.form != options::Form::kAddress) return value;
+    for (const std::string_view kind : {text::kUnix, text::kPty})
       if (path->starts_with(kind) && path->size() > kind.size())
         return std::string(kind) + based_here(path->substr(kind.size()));
     return value;
@@ -369,7 +369,7 @@ class Reader {
 
   /// `where`: a key, or what it has.
   void complain(const auto& where, const std::string& message) {
-    if (found_.size() == kMostMistakes) throw Enough();
+    if (found_.size() == kMostMistakes) throw TooManyErrors();
     found_.push_back({place(where), in_network(network_->number) + message});
   }
 
@@ -420,7 +420,8 @@ Diagnostics change_plant(std::string_view change, const Place& place, Config& co
                          NetworkConfig& network) {
   const auto sides = text::split(change, '=');
   if (!sides || sides->first.empty())
-    return {{place, "must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys"}};
+    return {{place,
+             "must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys"}};
   const bool adds = sides->first.ends_with('+');
   const std::string path(sides->first.substr(0, sides->first.size() - (adds ? 1 : 0)));
   try {

@@ -14,8 +14,8 @@
 namespace cbcan::config {
 namespace {
 
-using text::Form;
-using text::setting;
+using options::Form;
+using options::setting;
 
 constexpr std::array<std::string_view, 2> kClocks{"real", "manual"};
 constexpr std::array<std::string_view, 3> kParities{"E", "O", "N"};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The settings of a plant as tables (text/setting.hpp): key in the plant file, twin on the command line,
+/// The settings of a plant as tables (options/setting.hpp): key in the plant file, twin on the command line,
 /// range, help. Both readers go by these rows; --help and docs/reference/plant-file.md are made from them. A
 /// new setting is a member in config.hpp and a row.
 
@@ -13,13 +13,14 @@
 #include <vector>
 
 #include "config/config.hpp"
-#include "text/setting.hpp"
+#include "options/setting.hpp"
 
 namespace cbcan::config {
 
-using text::Problem;
-using text::Row;
-using text::Setting;
+using options::kNone;
+using options::Problem;
+using options::Row;
+using options::Setting;
 
 /// The key that says which other ones a signal has.
 inline constexpr std::string_view kSignalShape = "node.signals.shape";
@@ -79,8 +80,6 @@ std::string keys_of(const SignalConfig& signal);
 /// A signal of this shape with all its defaults.
 SignalConfig signal_of(std::size_t shape);
 
-/// Of a default that is no value.
-inline constexpr std::string_view kNone = "none";
 inline constexpr std::string_view kRequired = "required";
 
 /// The default of a setting, in words.
@@ -89,7 +88,7 @@ std::string standard_of(const Setting<Target>& row) {
   if (!row.example.empty()) return std::string(kRequired);
   Target standard{};
   if constexpr (std::is_same_v<Target, SignalConfig>) standard = signal_of(row.kinds.first);
-  return text::text_in(row, standard, standard);
+  return options::text_in(row, standard, standard);
 }
 
 /// What both sources come to: checks `value` and puts it where it belongs; a refused one changes nothing.
@@ -99,7 +98,7 @@ template <class Target>
                              const Place& place) {
   if constexpr (std::is_same_v<Target, SignalConfig>)
     if (!belongs(row, target)) return keys_of(target);
-  Problem problem = value ? text::assign(row, target, *value) : text::wrong_form(row);
+  Problem problem = value ? options::assign(row, target, *value) : options::wrong_form(row);
   if constexpr (std::is_same_v<Target, NetworkConfig>)
     if (problem.empty()) target.places[row.key] = place;
   return problem;

@@ -83,19 +83,12 @@ Object AttributeReader::read(const Section& section, const Whole& whole, std::ui
   Object object;
   object.index = whole.index;
   object.first_sub = object.last_sub = sub;
-  object.object_type = whole.type;
   object.line = section.line;
   object.name = ValueReader::text(section, "ParameterName");
-  if (object.name.empty()) {
-    object.name = name_of_place(whole.index, section);
-    findings_.note(section.line, bracketed(section.name) + " has no ParameterName");
-  }
+  if (object.name.empty()) object.name = name_of_place(whole.index, section);
   object.type = data_type(section, whole.index, is_count);
   object.access = access(section);
   object.pdo_mapping = values_.number(section, "PDOMapping", 1).value_or(0) != 0;
-  object.denotation = ValueReader::text(section, "Denotation");
-  object.upload_file = ValueReader::text(section, "UploadFile");
-  object.download_file = ValueReader::text(section, "DownloadFile");
   read_capacity(object, section);
   read_value(object, section);
   if (is_count) check_count(object, whole.highest_sub);

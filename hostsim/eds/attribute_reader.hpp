@@ -41,7 +41,6 @@ class AttributeReader {
   void read_capacity(Object& object, const Section& section);
   void read_value(Object& object, const Section& section);
   void read_limits(Object& object, const Section& section);
-  void drop_reversed_limits(Object& object);
   void check_value_against_limits(const Object& object);
   void check_count(Object& object, std::uint8_t highest_sub);
 

@@ -47,8 +47,7 @@ struct Object {
   std::uint16_t index = 0;
   std::uint8_t first_sub = 0;
   std::uint8_t last_sub = 0;
-  std::string name;                           ///< UTF-8; ParameterName, of a run that of the whole object
-  ObjectType object_type = ObjectType::kVar;  ///< of the whole object at this index
+  std::string name;  ///< UTF-8; ParameterName, of a run that of the whole object
   DataType type = DataType::kUnsigned32;
   Access access = Access::kReadWrite;
   bool pdo_mapping = false;
@@ -62,49 +61,12 @@ struct Object {
   /// Integers only, both allowed; unsigned ones as their bit pattern.
   std::optional<std::int64_t> low;
   std::optional<std::int64_t> high;
-  std::string denotation;     ///< DCF
-  std::string upload_file;    ///< DCF: named, not opened
-  std::string download_file;  ///< DCF: named, not opened
-  std::size_t line = 0;       ///< of the section or the entry that it comes from
+  std::size_t line = 0;  ///< of the section or the entry that it comes from
   bool operator==(const Object&) const = default;
 };
 
-/// [DeviceInfo] (CiA 306, 4.4). What the file does not say is 0, false or empty.
-struct DeviceInfo {
-  std::string vendor_name;
-  std::uint32_t vendor_number = 0;
-  std::string product_name;
-  std::uint32_t product_number = 0;
-  std::uint32_t revision_number = 0;
-  std::string order_code;
-  std::vector<std::uint32_t> kilobits_per_second;  ///< ascending
-  bool simple_boot_up_master = false;
-  bool simple_boot_up_slave = false;
-  std::uint8_t granularity = 0;  ///< bits of the smallest part of a PDO mapping
-  bool dynamic_channels = false;
-  bool group_messaging = false;
-  std::uint16_t receive_pdos = 0;
-  std::uint16_t transmit_pdos = 0;
-  bool lss = false;
-  bool operator==(const DeviceInfo&) const = default;
-};
-
-/// [DeviceComissioning], spelled like this in CiA 306, 5.2; only a DCF has it.
-struct Commissioning {
-  std::optional<std::uint8_t> node_id;
-  std::string node_name;
-  std::uint32_t kilobits_per_second = 0;
-  std::uint32_t net_number = 0;
-  std::string network_name;
-  bool canopen_manager = false;
-  std::uint32_t lss_serial_number = 0;
-  bool operator==(const Commissioning&) const = default;
-};
-
 struct DeviceDescription {
-  DeviceInfo info;
-  std::optional<Commissioning> commissioning;
-  std::optional<std::uint8_t> node_id;  ///< the one that $NODEID stood for
+  std::optional<std::uint8_t> node_id;  ///< the one that $NODEID stood for: given, or that of a DCF
   std::vector<Object> objects;          ///< sorted by index, then sub; no sub twice
 
   /// Null if there is none.

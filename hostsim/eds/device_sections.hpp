@@ -1,27 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The sections that are not about objects: [DeviceInfo], [DeviceComissioning], and those about modules.
+/// The sections that are not about objects, as far as they matter here: the node ID of a DCF, the lists of
+/// objects (CiA 306, 4.6.1), and what is described there and not made.
 
+#include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
-#include "eds/device_description.hpp"
+#include "eds/object_sections.hpp"
 #include "eds/value_reader.hpp"
 
 namespace cbcan::eds {
 
-/// The first section of this name, whatever its case; null if there is none. Further ones are reported.
-const Section* find_section(const std::vector<Section>& sections, std::string_view name, Findings& findings);
+/// NodeID of [DeviceComissioning], spelled like this in CiA 306, 5.2; nothing for an EDS.
+std::optional<std::uint8_t> read_node_id(const std::vector<Section>& sections, Findings& findings);
 
-DeviceInfo read_device_info(const std::vector<Section>& sections, ValueReader& values, Findings& findings);
-
-/// Nothing for an EDS. Says so if the file was made for another node than `node_id`.
-std::optional<Commissioning> read_commissioning(const std::vector<Section>& sections,
-                                                std::optional<std::uint8_t> node_id, Findings& findings);
-
-/// Says that modules are not read, if the file has any.
-void report_modules(const std::vector<Section>& sections, ValueReader& values, Findings& findings);
+/// Objects of the lists that have no section, modules, and CompactPDO: none of them is made.
+void report_left_out(const std::vector<Section>& sections, const std::vector<ObjectSections>& objects,
+                     ValueReader& values, Findings& findings);
 
 }  // namespace cbcan::eds

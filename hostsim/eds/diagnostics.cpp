@@ -28,10 +28,6 @@ std::string bracketed(std::string_view name) {
 
 Findings::Findings(std::string file) : file_(std::move(file)) {}
 
-void Findings::note(std::size_t line, std::string message) {
-  add(line, Severity::kNote, std::move(message));
-}
-
 void Findings::warning(std::size_t line, std::string message) {
   add(line, Severity::kWarning, std::move(message));
 }

@@ -12,7 +12,6 @@
 namespace cbcan::eds {
 
 enum class Severity : std::uint8_t {
-  kNote,     ///< worth knowing; nothing is wrong with the result
   kWarning,  ///< something is wrong in the file; the message says what is used in its place
   kError,    ///< something is wrong in the file, and a part of it is not used
 };
@@ -20,7 +19,7 @@ enum class Severity : std::uint8_t {
 struct Diagnostic {
   std::string file;
   std::size_t line = 0;  ///< 1 = the first
-  Severity severity = Severity::kNote;
+  Severity severity = Severity::kWarning;
   std::string message;
   bool operator==(const Diagnostic&) const = default;
 };
@@ -45,7 +44,6 @@ class Findings {
 
   explicit Findings(std::string file);
 
-  void note(std::size_t line, std::string message);
   void warning(std::size_t line, std::string message);
   void error(std::size_t line, std::string message);
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "eds/device_sections.hpp"
-#include "eds/object_lists.hpp"
 #include "eds/object_reader.hpp"
 #include "text/words.hpp"
 
@@ -39,7 +38,7 @@ std::vector<Object> read_objects(const std::vector<Section>& sections, ValueRead
   const std::vector<ObjectSections> objects = collect_objects(sections, findings);
   if (objects.empty())
     findings.error(1, "there is no object in it, no section like [1000]: is this an EDS or DCF?");
-  check_object_lists(sections, objects, values, findings);
+  report_left_out(sections, objects, values, findings);
   ObjectReader reader(values, standard_type, findings);
   for (const ObjectSections& object : objects)
     reader.read(object);
@@ -62,13 +61,9 @@ Result read(std::string_view text, std::string file_name, std::optional<std::uin
   Result result;
   DeviceDescription& device = result.device;
   const std::vector<Section> sections = split_sections(readable(text, findings), findings);
-  device.commissioning = read_commissioning(sections, node_id, findings);
-  device.node_id = node_id;
-  if (!node_id && device.commissioning) device.node_id = device.commissioning->node_id;
-
+  const std::optional<std::uint8_t> own = read_node_id(sections, findings);
+  device.node_id = node_id ? node_id : own;
   ValueReader values(findings, device.node_id);
-  device.info = read_device_info(sections, values, findings);
-  report_modules(sections, values, findings);
   device.objects = read_objects(sections, values, standard_type, findings);
   result.diagnostics = findings.take();
   return result;

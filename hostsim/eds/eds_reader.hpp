@@ -15,10 +15,11 @@
 ///   object, else UNSIGNED32, but UNSIGNED8 for a sub-index 0 and DOMAIN for an ObjectType DOMAIN. An unknown
 ///   data type is OCTET_STRING.
 /// * $NODEID is the node ID given, else NodeID of the DCF, else 0 with a warning.
-/// * The lists of objects are only checked; it is the sections that make objects.
+/// * The sections make objects, not the lists. Text that is not UTF-8 is Latin-1.
 /// * LowLimit and HighLimit count for integers only.
-/// * What modules or CompactPDO would add is not made. Object links, comments, dynamic channels, tools and
-///   unknown keys mean nothing here.
+/// * What modules or CompactPDO would add is not made. Counts, the rest of [DeviceInfo] and
+///   [DeviceComissioning], denotations, files, object links, comments, dynamic channels, tools and unknown
+///   keys mean nothing here.
 ///
 /// Capacity. CiA 306 has no size for strings and DOMAINs, so an object's section may have one key of our own,
 /// `CBCAN_Size=1000`, in bytes, 1..1048576. Without it a string can hold as many bytes as its value has, but

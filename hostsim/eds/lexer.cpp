@@ -5,7 +5,6 @@
 #include <string>
 
 #include "eds/diagnostics.hpp"
-#include "text/utf8.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::eds {
@@ -18,7 +17,6 @@ class Lexer {
 
   void take_line(std::string_view raw) {
     ++line_;
-    report_latin1(raw);
     const std::string_view text = text::trim(raw);
     if (text.empty() || text.front() == ';') return;
     if (text.front() == '[') {
@@ -34,12 +32,6 @@ class Lexer {
   }
 
  private:
-  void report_latin1(std::string_view raw) {
-    if (latin1_reported_ || text::is_utf8(raw)) return;
-    findings_.note(line_, "the text is neither ASCII nor UTF-8: Latin-1 is assumed");
-    latin1_reported_ = true;
-  }
-
   void open_section(std::string_view text) {
     drop_repeated_keys();
     const std::size_t end = text.find(']');
@@ -83,7 +75,6 @@ class Lexer {
   Findings& findings_;
   std::vector<Section> sections_;
   std::size_t line_ = 0;
-  bool latin1_reported_ = false;
 };
 
 }  // namespace

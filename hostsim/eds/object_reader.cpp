@@ -20,7 +20,6 @@ Object count_object(const AttributeReader::Whole& whole, std::size_t line) {
   Object object;
   object.index = whole.index;
   object.name = "NrOfObjects";
-  object.object_type = whole.type;
   object.type = DataType::kUnsigned8;
   object.access = Access::kReadOnly;
   object.value = {whole.highest_sub};
@@ -91,7 +90,6 @@ ObjectType ObjectReader::object_type(const ObjectSections& sections, bool has_su
 }
 
 void ObjectReader::read_subs(const ObjectSections& sections, const Whole& whole) {
-  if (sections.main != nullptr) values_.check_count(*sections.main, "SubNumber", sections.subs.size());
   if (sections.subs.front().sub != 0) {
     findings_.warning(sections.line(), text::hex(whole.index, 4) +
                                            "h has no sub-index 0: a read-only one that says " +
@@ -103,8 +101,7 @@ void ObjectReader::read_subs(const ObjectSections& sections, const Whole& whole)
 }
 
 void ObjectReader::read_compact(const ObjectSections& sections, const Whole& whole, std::uint8_t count) {
-  const OwnEntries own{entries_per_sub(sections.names, count), entries_per_sub(sections.values, count),
-                       entries_per_sub(sections.denotations, count)};
+  const OwnEntries own{entries_per_sub(sections.names, count), entries_per_sub(sections.values, count)};
   const Object element = attributes_.read(*sections.main, whole, 1);
   auto next = sections.subs.begin();
   if (next == sections.subs.end() || next->sub != 0) add(count_object(whole, sections.line()));
@@ -138,8 +135,6 @@ void ObjectReader::apply(const OwnEntries& own, unsigned sub, const Section& mai
     object.name = ValueReader::text(*name);
     object.line = name->line;
   }
-  if (const KeyValue* const denotation = own.denotations[sub])
-    object.denotation = ValueReader::text(*denotation);
   if (const KeyValue* const value = own.values[sub])
     object.configured = attributes_.set_value(object, main, *value) || object.configured;
 }
@@ -147,11 +142,9 @@ void ObjectReader::apply(const OwnEntries& own, unsigned sub, const Section& mai
 ObjectReader::PerSub ObjectReader::entries_per_sub(const Section* section, std::uint8_t count) {
   PerSub entries{};
   if (section == nullptr) return entries;
-  std::size_t found = 0;
   for (const KeyValue& entry : section->entries) {
     const std::optional<std::uint64_t> sub = parse_count(entry.key);
     if (!sub || entry.value.empty()) continue;
-    ++found;
     if (*sub == 0 || *sub > count) {
       findings_.warning(entry.line, "sub-index " + shortened(entry.key) + " is not within 1.." +
                                         std::to_string(count) + " of CompactSubObj: ignored");
@@ -159,12 +152,11 @@ ObjectReader::PerSub ObjectReader::entries_per_sub(const Section* section, std::
       entries[*sub] = &entry;
     }
   }
-  values_.check_count(*section, "NrOfEntries", found);
   return entries;
 }
 
 void ObjectReader::reject_compact_sections(const ObjectSections& sections) {
-  for (const Section* section : {sections.names, sections.values, sections.denotations}) {
+  for (const Section* section : {sections.names, sections.values}) {
     if (section == nullptr) continue;
     findings_.warning(section->line, bracketed(section->name) +
                                          " belongs to an object with CompactSubObj, and " +

@@ -26,16 +26,12 @@ class ObjectReader {
   using PerSub = std::array<const KeyValue*, 256>;
   using Whole = AttributeReader::Whole;
 
-  /// What [xxxxName], [xxxxValue] and [xxxxDenotation] say about single elements; null where they say
-  /// nothing.
+  /// What [xxxxName] and [xxxxValue] say about single elements; null where they say nothing.
   struct OwnEntries {
     PerSub names;
     PerSub values;
-    PerSub denotations;
 
-    bool has(unsigned sub) const {
-      return names[sub] != nullptr || values[sub] != nullptr || denotations[sub] != nullptr;
-    }
+    bool has(unsigned sub) const { return names[sub] != nullptr || values[sub] != nullptr; }
   };
 
   std::uint8_t compact_count(const ObjectSections& sections);

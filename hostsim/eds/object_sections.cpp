@@ -14,7 +14,7 @@ namespace cbcan::eds {
 
 namespace {
 
-enum class Part : std::uint8_t { kMain, kSub, kNames, kValues, kDenotations, kLinks };
+enum class Part : std::uint8_t { kMain, kSub, kNames, kValues, kUnused };
 
 struct Suffix {
   std::string_view text;
@@ -23,8 +23,8 @@ struct Suffix {
 
 constexpr std::array<Suffix, 4> kSuffixes = {{{"Name", Part::kNames},
                                               {"Value", Part::kValues},
-                                              {"Denotation", Part::kDenotations},
-                                              {"ObjectLinks", Part::kLinks}}};
+                                              {"Denotation", Part::kUnused},
+                                              {"ObjectLinks", Part::kUnused}}};
 
 struct Place {
   std::uint64_t index = 0;
@@ -136,8 +136,7 @@ class Collector {
         break;
       case Part::kNames: object.names = located.section; break;
       case Part::kValues: object.values = located.section; break;
-      case Part::kDenotations: object.denotations = located.section; break;
-      case Part::kLinks: break;
+      case Part::kUnused: break;
     }
   }
 
@@ -150,7 +149,7 @@ class Collector {
 std::size_t ObjectSections::line() const {
   if (main != nullptr) return main->line;
   if (!subs.empty()) return subs.front().section->line;
-  for (const Section* section : {names, values, denotations})
+  for (const Section* section : {names, values})
     if (section != nullptr) return section->line;
   return 1;
 }

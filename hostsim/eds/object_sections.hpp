@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Which sections belong to which object (CiA 306, 4.6): [1018], [1018sub1], [1018Name], [1018Value],
-/// [1018Denotation], [1018ObjectLinks].
+/// Which sections belong to which object (CiA 306, 4.6): [1018], [1018sub1], [1018Name], [1018Value];
+/// [1018Denotation] and [1018ObjectLinks] mean nothing here.
 
 #include <cstdint>
 #include <vector>
@@ -23,7 +23,6 @@ struct ObjectSections {
   std::vector<SubSection> subs;  ///< ascending
   const Section* names = nullptr;
   const Section* values = nullptr;
-  const Section* denotations = nullptr;
 
   /// False if there is nothing but [xxxxName] and the like.
   bool has_values() const { return main != nullptr || !subs.empty(); }

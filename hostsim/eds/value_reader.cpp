@@ -14,9 +14,6 @@ namespace {
 /// Characters of a line in CiA 306, 4.1.
 constexpr std::size_t kMostTextBytes = 255;
 
-/// Of objects, sub-objects and names.
-constexpr std::uint64_t kHighestCount = 0xFFFF;
-
 /// DefaultValue="1x"
 std::string key_is(const KeyValue& entry) {
   return shortened(entry.key) + '=' + quoted(entry.value);
@@ -42,13 +39,6 @@ std::optional<std::uint64_t> ValueReader::number(const KeyValue& entry, std::uin
   findings_.warning(entry.line, key_is(entry) + " is not within " + std::to_string(lowest) + ".." +
                                     std::to_string(highest) + ": ignored");
   return std::nullopt;
-}
-
-void ValueReader::check_count(const Section& section, std::string_view key, std::size_t actual) {
-  const std::optional<std::uint64_t> declared = number(section, key, kHighestCount);
-  if (!declared || *declared == actual) return;
-  findings_.note(section.find(key)->line, std::string(key) + " says " + std::to_string(*declared) +
-                                              ", but the file has " + std::to_string(actual));
 }
 
 std::string ValueReader::text(const Section& section, std::string_view key) {

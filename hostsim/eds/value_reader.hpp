@@ -38,9 +38,6 @@ class ValueReader {
   /// Likewise, of a key that is there.
   std::optional<std::uint64_t> number(const KeyValue& entry, std::uint64_t highest, std::uint64_t lowest = 0);
 
-  /// Says so if the number that `key` declares is not how many there are.
-  void check_count(const Section& section, std::string_view key, std::size_t actual);
-
   /// UTF-8; empty if the key is missing; as much of it as fits into a line of CiA 306.
   static std::string text(const Section& section, std::string_view key);
   static std::string text(const KeyValue& entry);

@@ -55,12 +55,13 @@ std::optional<Emergency> emergency_of(const Frame& frame) {
                    static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8)};
 }
 
-NetworkWatch::NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Door> doors, Time started)
+NetworkWatch::NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Window> windows,
+                           Time started)
     : journal_(journal), network_(network), started_(started) {
-  for (const Door& door : doors)
-    doors_.push_back({door});
-  for (Watched& door : doors_)
-    if (!door.door.in.empty()) door.taken = door.door.in[regmap::kScannerTaken];
+  for (const Window& window : windows)
+    windows_.push_back({window});
+  for (Watched& watched : windows_)
+    if (!watched.window.in.empty()) watched.taken = watched.window.in[regmap::kScannerTaken];
 }
 
 Event NetworkWatch::event(Kind kind, Time now) const {
@@ -72,35 +73,35 @@ Event NetworkWatch::event(Kind kind, Time now) const {
 /// The PLC may have written CA0Eh, or something else over it: the scanner windows say themselves what the
 /// module has taken.
 void NetworkWatch::before(Time now) {
-  if (doors_.empty() || !doors_.front().has_moved()) return;
-  Watched& window = doors_.front();
-  window.transaction.open ? end(window, kCancelled, now) : begin(window, now);
+  if (windows_.empty() || !windows_.front().has_moved()) return;
+  Watched& first = windows_.front();
+  first.transaction.open ? end(first, kCancelled, now) : begin(first, now);
 }
 
 /// The module may have written results.
 void NetworkWatch::after(Time now) {
-  for (Watched& door : doors_)
-    if (door.has_moved()) look_at(door, now);
+  for (Watched& watched : windows_)
+    if (watched.has_moved()) look_at(watched, now);
 }
 
 /// A number that was taken is a request; one that is answered has its result.
-void NetworkWatch::look_at(Watched& door, Time now) {
-  if (door.door.in.empty()) {
-    if (door.transaction.open) end(door, door.door.out[0], now);
+void NetworkWatch::look_at(Watched& watched, Time now) {
+  if (watched.window.in.empty()) {
+    if (watched.transaction.open) end(watched, watched.window.out[0], now);
     return;
   }
-  const std::span<const std::uint16_t> in = door.door.in;
-  if (const std::uint16_t taken = in[regmap::kScannerTaken]; taken != door.taken) {
-    if (door.transaction.open) end(door, kCancelled, now);
-    door.taken = taken;
-    begin(door, now);
+  const std::span<const std::uint16_t> in = watched.window.in;
+  if (const std::uint16_t taken = in[regmap::kScannerTaken]; taken != watched.taken) {
+    if (watched.transaction.open) end(watched, kCancelled, now);
+    watched.taken = taken;
+    begin(watched, now);
   }
-  if (in[regmap::kScannerAnswered] == door.taken) end(door, in[regmap::kScannerResult], now);
+  if (in[regmap::kScannerAnswered] == watched.taken) end(watched, in[regmap::kScannerResult], now);
 }
 
-void NetworkWatch::begin(Watched& door, Time now) {
-  const auto request = door.door.out;
-  Transaction& transaction = door.transaction;
+void NetworkWatch::begin(Watched& watched, Time now) {
+  const auto request = watched.window.out;
+  Transaction& transaction = watched.transaction;
   Event begun = event(Kind::kBegun, now);
   begun.transaction = journal_.new_transaction();
   begun.service = service_of(request);
@@ -118,30 +119,30 @@ void NetworkWatch::begin(Watched& door, Time now) {
   Event& latest = journal_.latest();
   if (latest.kind == Kind::kModbus && latest.network == network_ && latest.at == begun.at)
     latest.transaction = begun.transaction;
-  begun.state = static_cast<std::uint8_t>(&door - doors_.data());
-  begun.frame.id = door.taken;
+  begun.state = static_cast<std::uint8_t>(&watched - windows_.data());
+  begun.frame.id = watched.taken;
   transaction.request = journal_.add(begun, {std::span(transaction.value).first(transaction.size)});
   if (begun.service == Service::kNmt) command_ = begun;
 }
 
-void NetworkWatch::end(Watched& door, std::uint16_t result, Time now) {
-  Transaction& transaction = door.transaction;
+void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
+  Transaction& transaction = watched.transaction;
   transaction.open = false;
   Event ended = transaction.request;
   ended.kind = Kind::kEnded;
   ended.at = now - started_;
   ended.took = now - transaction.begun;
   ended.result = result;
-  const bool scanned = !door.door.in.empty();
-  const auto data =
-      scanned ? door.door.in.subspan(regmap::kScannerData) : door.door.out.subspan(place(regmap::kData));
+  const bool scanned = !watched.window.in.empty();
+  const auto data = scanned ? watched.window.in.subspan(regmap::kScannerData)
+                            : watched.window.out.subspan(place(regmap::kData));
   std::span<const std::uint8_t> value = std::span(transaction.value).first(transaction.size);
   if (result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
     ended.code = data[0] | std::uint32_t{data[1]} << 16;
   const bool reads = ended.service == Service::kRead || ended.service == Service::kState;
   if (result == 0 && reads)
-    value = bytes_of(data,
-                     scanned ? door.door.in[regmap::kScannerSize] : door.door.out[place(regmap::kDataSize)]);
+    value = bytes_of(data, scanned ? watched.window.in[regmap::kScannerSize]
+                                   : watched.window.out[place(regmap::kDataSize)]);
   journal_.add(ended, {value});
   Line& line = line_of(ended);
   if (line.transaction == ended.transaction || !line.open) line = {ended.transaction, false, failed(ended)};
@@ -156,10 +157,10 @@ NetworkWatch::Line& NetworkWatch::line_of(const Event& request) {
 std::uint32_t NetworkWatch::turn(std::uint8_t node, Service service) {
   Line& line = line_of({.node = node, .service = service});
   if (line.open) return line.transaction;
-  for (const Watched& door : doors_) {
-    const Event& request = door.transaction.request;
-    const bool is_one = door.transaction.open && request.service != Service::kNmt && request.node == node &&
-                        &line_of(request) == &line;
+  for (const Watched& watched : windows_) {
+    const Event& request = watched.transaction.request;
+    const bool is_one = watched.transaction.open && request.service != Service::kNmt &&
+                        request.node == node && &line_of(request) == &line;
     if (is_one && (!line.open || request.transaction < line.transaction))
       line = {request.transaction, true, false};
   }
@@ -262,9 +263,9 @@ void NetworkWatch::on_modbus(const adapters::ModbusExchange& exchange, Time now)
   const bool one = exchange.request[0] == kWriteSingleRegister || exchange.request[0] == kMaskWriteRegister;
   const std::size_t first = word(1);
   const std::size_t end = first + (one ? 1 : word(3));
-  for (const Watched& door : doors_)
-    if (first < door.door.first + door.door.out.size() && door.door.first < end)
-      request.transaction = door.transaction.request.transaction;
+  for (const Watched& watched : windows_)
+    if (first < watched.window.first + watched.window.out.size() && watched.window.first < end)
+      request.transaction = watched.transaction.request.transaction;
   journal_.add(request, {exchange.request, exchange.response});
   before(now);
 }

@@ -31,14 +31,14 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
  public:
   /// Where the PLC asks and where it is answered; `in` empty: the window of R3700, which is the first one.
   /// Both outlive this.
-  struct Door {
+  struct Window {
     std::uint16_t first;  ///< register of out[0]
     std::span<const std::uint16_t> out;
     std::span<const std::uint16_t> in;
   };
 
   /// `started`: what is time 0 to the journal.
-  NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Door> doors, Time started);
+  NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Window> windows, Time started);
   NetworkWatch(const NetworkWatch&) = delete;
   NetworkWatch& operator=(const NetworkWatch&) = delete;
 
@@ -71,12 +71,12 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   struct Watched {
     /// Whether the PLC has another request there than the last one, or a result has come.
     bool has_moved() const {
-      if (door.in.empty()) return (door.out[0] == regmap::kExecute) != transaction.open;
-      return door.in[regmap::kScannerTaken] != taken ||
-             (transaction.open && door.in[regmap::kScannerAnswered] == taken);
+      if (window.in.empty()) return (window.out[0] == regmap::kExecute) != transaction.open;
+      return window.in[regmap::kScannerTaken] != taken ||
+             (transaction.open && window.in[regmap::kScannerAnswered] == taken);
     }
 
-    Door door;
+    Window window;
     std::uint16_t taken = 0;  ///< number of the scanner window
     Transaction transaction{};
   };
@@ -96,9 +96,9 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   };
 
   Event event(Kind kind, Time now) const;
-  void look_at(Watched& door, Time now);
-  void begin(Watched& door, Time now);
-  void end(Watched& door, std::uint16_t result, Time now);
+  void look_at(Watched& watched, Time now);
+  void begin(Watched& watched, Time now);
+  void end(Watched& watched, std::uint16_t result, Time now);
   Line& line_of(const Event& request);
   std::uint32_t turn(std::uint8_t node, Service service);
   std::uint32_t transaction_of(const Frame& frame);
@@ -107,7 +107,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   Journal& journal_;
   std::uint8_t network_;
   Time started_;
-  std::vector<Watched> doors_;
+  std::vector<Watched> windows_;
   std::array<Node, 128> nodes_{};
   Event command_{};  ///< the NMT transaction whose frame has not been on the bus yet
   std::uint64_t frames_ = 0;

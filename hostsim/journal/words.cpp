@@ -11,10 +11,10 @@
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/regmap.hpp"
+#include "eds/emergency.hpp"
 #include "journal/watch.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/wire.hpp"
-#include "text/emergency.hpp"
 #include "text/numbers.hpp"
 #include "text/value.hpp"
 
@@ -84,12 +84,12 @@ std::string error_control_text(const Frame& frame, std::uint8_t node) {
 }
 
 std::string emergency_text(const Frame& frame) {
-  const auto message = text::emergency_from(frame.data);
+  const auto message = eds::emergency_from(frame.data);
   std::string bits;
-  for (const std::string_view bit : text::error_register_bits(message.error_register))
+  for (const std::string_view bit : eds::error_register_bits(message.error_register))
     bits += (bits.empty() ? "; " : ", ") + std::string(bit);
   return fmt::format("EMCY node {}: {:04X}h {}{}", frame.id & nmt::kMaxNode, message.code,
-                     text::emergency_meaning(message.code), bits);
+                     eds::emergency_meaning(message.code), bits);
 }
 
 /// By the identifiers that CiA 301 gives to start with.

@@ -127,7 +127,7 @@ Plant::Duration Plant::now() const {
 }
 
 void Plant::advance(Duration duration) {
-  inside_->plant.pass_to(inside_->plant.now() + static_cast<Time>(duration.count()));
+  inside_->plant.advance_to(inside_->plant.now() + static_cast<Time>(duration.count()));
 }
 
 std::string Plant::command(std::string_view line) {

@@ -17,11 +17,11 @@ class Bench {
   virtual View& view() = 0;
   /// Throws Refused for a command that means nothing here, as far as that can be told without executing it.
   virtual void check(std::string_view line) = 0;
-  /// A command of docs/reference/commands.md; what it brings about has happened when it returns the response. wait and
-  /// pass let time pass.
+  /// A command of docs/reference/commands.md; what it brings about has happened when it returns the response.
+  /// wait and pass let time pass.
   virtual std::string execute(std::string_view line) = 0;
   /// Lets time pass to when something happens next, or only to `until`, both since the plant's start.
-  virtual void step(Time until) = 0;
+  virtual void advance(Time until) = 0;
   virtual void add(Listener& listener) = 0;
   virtual void remove(Listener& listener) = 0;
   /// What nodes and faults have said last, lines with the time.

@@ -104,7 +104,7 @@ class ObjectCondition final : public Condition {
   std::string seen(View& view) override {
     return node_of(view, node_).has_power() ? "it is " + value_of(view, node_, address_) : "the node is off";
   }
-  Time next_look(View& view) const override { return view.now() + kMillisecond; }
+  Time next_deadline(View& view) const override { return view.now() + kMillisecond; }
 
  private:
   std::string node_;
@@ -136,7 +136,7 @@ class TimeCondition final : public Condition {
   TimeCondition(const Written& written, View& /*view*/) : wanted_(duration_of(written.words[0])) {}
   bool holds(View& view) override { return view.now() >= wanted_; }
   std::string seen(View& view) override { return "it is " + text::seconds_text(view.now()); }
-  Time next_look(View& /*view*/) const override { return wanted_; }
+  Time next_deadline(View& /*view*/) const override { return wanted_; }
 
  private:
   Time wanted_;
@@ -147,13 +147,13 @@ class TookCondition final : public Condition {
   TookCondition(const Written& written, View& view)
       : since_(view.now()), with_(operator_of(written.words[0])), wanted_(duration_of(written.words[1])) {
     if (with_ == "=" && !view.has_exact_time())
-      throw Unseen("took = wants time to the microsecond; write took >= and took <=");
+      throw NotObservable("took = wants time to the microsecond; write took >= and took <=");
   }
   bool holds(View& view) override { return compare(with_, view.now() - since_, wanted_); }
   std::string seen(View& view) override {
     return "it took " + text::seconds_text(view.now() - since_) + " s";
   }
-  Time next_look(View& view) const override {
+  Time next_deadline(View& view) const override {
     return view.now() <= since_ + wanted_ ? std::max(view.now() + 1, since_ + wanted_) : kNever;
   }
 

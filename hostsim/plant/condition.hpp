@@ -32,7 +32,7 @@ class Condition : public Listener {
   /// Of one that does not hold: "it is 4", "2 of them".
   virtual std::string seen(View& view) = 0;
   /// When it may hold though nothing happens; kNever = it will not.
-  virtual Time next_look(View& /*view*/) const { return kNever; }
+  virtual Time next_deadline(View& /*view*/) const { return kNever; }
   /// The PLC has to do something first: no time should pass before.
   virtual bool is_up_to_plc(View& /*view*/) const { return false; }
 };

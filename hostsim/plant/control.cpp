@@ -11,7 +11,6 @@
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "devices/devices.hpp"
-#include "plant/subscription.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
@@ -106,7 +105,6 @@ class Execution {
   Reply nmt();
   Reply wait();
   Reply pass();
-  Reply subscribe();
   Reply tell_time() { return {"ok " + text::seconds_text(control_.now()) + "\n"}; }
   Reply shutdown() { return {.text = "ok\n", .shutdown = true}; }
   Reply help();
@@ -164,10 +162,6 @@ std::span<const Execution::Command> Execution::commands() {
        "passes meanwhile, except while the PLC has to start a transaction."}},
       {1, 1, &Execution::pass, {"pass DURATION", "Responds with `at` and the time after the duration",
        "On a manual clock it makes time pass."}},
-      {0, kAnyNumber, &Execution::subscribe, {"subscribe [frames] [emcy] [transactions]",
-       "Reports events of these kinds, or of all, from now on",
-       "Lines that begin with `at` and the time come between responses. They stop when 1 MiB has not been read. Not on "
-       "standard input."}},
       {0, 0, &Execution::tell_time, {"time", "Seconds since the start", ""}},
       {0, 0, &Execution::shutdown, {"shutdown", "Ends the program", "A command after `--` gets SIGTERM."}},
       {0, 0, &Execution::help, {"help", "Lists the commands", ""}},
@@ -365,14 +359,6 @@ Reply Execution::pass() {
   return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), text, duration, true)};
 }
 
-Reply Execution::subscribe() {
-  const Words kinds(words_.begin() + 1, words_.end());
-  for (const std::string_view kind : kinds)
-    if (std::ranges::count(event_kinds(), kind) == 0)
-      refuse("\"{}\": must be {}", kind, text::listed(event_kinds()));
-  return {.text = "ok\n", .subscribe = kinds};
-}
-
 Reply Execution::help() {
   std::string text;
   for (const Usage& command : command_usages())
@@ -414,9 +400,9 @@ void check_command(std::string_view line) {
 // ---- Control
 
 /// Hears one bus for all who listen, while there are any.
-class Control::Ear final : public sim::Observer {
+class Control::BusObserver final : public sim::Observer {
  public:
-  Ear(Control& control, std::size_t network) : control_(control), network_(network) {}
+  BusObserver(Control& control, std::size_t network) : control_(control), network_(network) {}
   void on_bus_frame(const Frame& frame, Time now) override {
     for (Listener* listener : control_.listeners_)
       listener->on_frame(network_, frame, now - control_.started_);
@@ -430,21 +416,21 @@ class Control::Ear final : public sim::Observer {
 Control::Control(std::vector<Network*> networks, Time started)
     : networks_(std::move(networks)), started_(started), now_(started) {
   for (std::size_t i = 0; i < networks_.size(); ++i)
-    ears_.push_back(std::make_unique<Ear>(*this, i + 1));
+    observers_.push_back(std::make_unique<BusObserver>(*this, i + 1));
 }
 
 Control::~Control() = default;
 
 void Control::add(Listener& listener) {
   for (std::size_t i = 0; i < networks_.size() && listeners_.empty(); ++i)
-    networks_[i]->world().bus().observe(*ears_[i]);
+    networks_[i]->world().bus().observe(*observers_[i]);
   listeners_.push_back(&listener);
 }
 
 void Control::remove(Listener& listener) {
   std::erase(listeners_, &listener);
   for (std::size_t i = 0; i < networks_.size() && listeners_.empty(); ++i)
-    networks_[i]->world().bus().ignore(*ears_[i]);
+    networks_[i]->world().bus().ignore(*observers_[i]);
 }
 
 journal::Journal& Control::journal() {

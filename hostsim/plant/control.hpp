@@ -2,9 +2,9 @@
 #pragma once
 
 /// Commands at run time, one line each, from a socket (--control), from standard input on a manual clock,
-/// from a scenario: what the world does to the plant, and what one may want to know of it. docs/reference/commands.md is
-/// the page about them. The last line of every response is "ok", with a value where there is one, "at" and
-/// the time, or "error: " and what is wrong.
+/// from a scenario: what the world does to the plant, and what one may want to know of it.
+/// docs/reference/commands.md is the page about them. The last line of every response is "ok", with a value
+/// where there is one, "at" and the time, or "error: " and what is wrong.
 
 #include <functional>
 #include <memory>
@@ -27,10 +27,9 @@ inline constexpr std::string_view kError = "error: ";
 
 /// What has become of a line.
 struct Reply {
-  std::string text = {};                ///< the response, whole lines; none for an empty line
-  std::unique_ptr<Wait> wait = {};      ///< it has the response, later
-  std::optional<Words> subscribe = {};  ///< of the line: these are to be told to whoever wrote it
-  bool shutdown = false;                ///< the program is to end
+  std::string text = {};            ///< the response, whole lines; none for an empty line
+  std::unique_ptr<Wait> wait = {};  ///< it has the response, later
+  bool shutdown = false;            ///< the program is to end
 };
 
 /// Of a response: its last line, which says how it went, without its end; and what stands before that.
@@ -80,11 +79,11 @@ class Control final : public View {
   void remove(Listener& listener);
 
  private:
-  class Ear;
+  class BusObserver;
 
   std::vector<Network*> networks_;
   std::unique_ptr<journal::Journal> journal_;
-  std::vector<std::unique_ptr<Ear>> ears_;
+  std::vector<std::unique_ptr<BusObserver>> observers_;
   std::vector<Listener*> listeners_;
   Time started_;
   Time now_;

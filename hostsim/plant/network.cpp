@@ -94,17 +94,17 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
 }
 
 void Network::listen(journal::Journal& journal, Time started) {
-  std::vector<journal::NetworkWatch::Door> doors;
+  std::vector<journal::NetworkWatch::Window> windows;
   const std::span<const std::uint16_t> all(registers_);
   if (module_ != nullptr)
-    doors = {{regmap::kWindowFirst, all.subspan(regmap::kWindowFirst, regmap::kWindowWords), {}}};
+    windows = {{regmap::kWindowFirst, all.subspan(regmap::kWindowFirst, regmap::kWindowWords), {}}};
   for (unsigned channel = 1; module_ != nullptr && channel <= module_config_.channels; ++channel) {
     const std::uint16_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
     const std::uint16_t in = regmap::of_channel(module_config_.scanner_in_first, channel);
-    doors.push_back(
+    windows.push_back(
         {out, all.subspan(out, regmap::kScannerOutWords), all.subspan(in, regmap::kScannerInWords)});
   }
-  watch_.emplace(journal, static_cast<std::uint8_t>(number_), doors, started);
+  watch_.emplace(journal, static_cast<std::uint8_t>(number_), windows, started);
   world_.bus().observe(*watch_);
   if (module_ != nullptr) module_->watch(&*watch_);
 }
@@ -139,12 +139,12 @@ void Network::advance_alone(Time now) {
   if (group_ == nullptr) wants(own_deadline());
 }
 
-void Network::catch_up() {
+void Network::advance_due() {
   if (wanted() <= context_.now || group_ != nullptr) advance();
 }
 
 void Network::on_diagnostics() {
-  catch_up();
+  advance_due();
   publish();
 }
 
@@ -152,7 +152,7 @@ void Network::on_request(bool valid, const adapters::ModbusRange& written) {
   ++requests_;
   if (!valid) ++exceptions_;
   const bool writes = written.count != 0;
-  if (!writes) catch_up();
+  if (!writes) advance_due();
   if (writes && observed_) context_.listener.on_written(number_, written);
   if (valid) on_plc();
   if (!writes) return;

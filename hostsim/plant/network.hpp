@@ -71,7 +71,7 @@ class Network final : public adapters::ModbusUnit,
   /// The same words always; none where there is no module.
   std::span<std::uint16_t> registers() override { return registers_; }
 
-  void catch_up() override;
+  void advance_due() override;
   void on_diagnostics() override;
   void on_writer(std::uint32_t client, const adapters::ModbusRange& written) override;
   void on_request(bool valid, const adapters::ModbusRange& written) override;

@@ -21,29 +21,29 @@ void VirtualPlant::on_fault(std::size_t /*network*/, std::string_view text, Time
   said_.push_back(fmt::format("{} {}", text::seconds_text(now), text));
 }
 
-void VirtualPlant::advance(Time time) {
+void VirtualPlant::set_time(Time time) {
   control().set_now(now_ = time);
   plant_.advance();
 }
 
-void VirtualPlant::step(Time until) {
+void VirtualPlant::advance(Time until) {
   const Time next = std::max(earlier(until, plant_.next_deadline()), now());
   if (pace_) pace_(next);
-  advance(next);
+  set_time(next);
 }
 
-void VirtualPlant::pass_to(Time time) {
+void VirtualPlant::advance_to(Time time) {
   while (now() < time)
-    step(time);
+    advance(time);
 }
 
 std::string VirtualPlant::execute(std::string_view line) {
   Reply reply = control().execute(line, now());
-  advance(now());
+  set_time(now());
   if (!reply.wait) return std::move(reply.text);
-  for (auto response = reply.wait->look();; response = reply.wait->look()) {
+  for (auto response = reply.wait->poll();; response = reply.wait->poll()) {
     if (response) return std::move(*response);
-    step(reply.wait->next_look());
+    advance(reply.wait->next_deadline());
   }
 }
 

@@ -28,17 +28,17 @@ class VirtualPlant final : public Bench, private NetworkListener {
   Control& control() { return plant_.control(); }
   void check(std::string_view line) override { check_command(line); }
   std::string execute(std::string_view line) override;
-  void step(Time until) override;
+  void advance(Time until) override;
   void add(Listener& listener) override { control().add(listener); }
   void remove(Listener& listener) override { control().remove(listener); }
   std::vector<std::string> said() const override { return said_; }
 
   Time now() const { return now_; }
   /// Until it is this time.
-  void pass_to(Time time);
+  void advance_to(Time time);
 
  private:
-  void advance(Time time);
+  void set_time(Time time);
   void on_fault(std::size_t network, std::string_view text, Time now) override;
 
   Time now_ = 0;

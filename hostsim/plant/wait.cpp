@@ -25,14 +25,14 @@ Wait::~Wait() {
   control_.remove(*condition_);
 }
 
-std::optional<std::string> Wait::look() {
+std::optional<std::string> Wait::poll() {
   if (condition_->holds(control_))
     return fmt::format("{} {}\n", is_pass_ ? "at" : "ok", text::seconds_text(control_.now()));
   return control_.now() < since_ + within_ ? std::nullopt : std::optional(give_up());
 }
 
-Time Wait::next_look() const {
-  return earlier(condition_->next_look(control_), since_ + within_);
+Time Wait::next_deadline() const {
+  return earlier(condition_->next_deadline(control_), since_ + within_);
 }
 
 bool Wait::is_up_to_plc() const {

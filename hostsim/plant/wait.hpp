@@ -27,9 +27,9 @@ class Wait {
   Wait& operator=(const Wait&) = delete;
 
   /// The response, when it is over.
-  std::optional<std::string> look();
+  std::optional<std::string> poll();
   /// When that may be though nothing happens; of Control's now().
-  Time next_look() const;
+  Time next_deadline() const;
   /// See Condition.
   bool is_up_to_plc() const;
   /// The response where the time is over.

@@ -34,16 +34,16 @@ Wires::Wires(const config::Config& config, std::vector<Network*> networks, const
 Wires::End Wires::end(const config::Config& config, const config::WireEnd& end) {
   sim::Node& node = *networks_[end.network - 1]->world().nodes()[*config::place_of(config, end)];
   Watched& watched = watched_[&node];
-  node.watch(watched.happened);
+  node.watch(watched.active);
   return {&node, &watched, end.terminal};
 }
 
-bool Wires::has_happened() const {
-  return std::ranges::any_of(watched_, [](const auto& node) { return node.second.happened; });
+bool Wires::has_activity() const {
+  return std::ranges::any_of(watched_, [](const auto& node) { return node.second.active; });
 }
 
 Time Wires::own_deadline() const {
-  Time next = has_happened() ? std::max(at_, held_until_) : kNever;
+  Time next = has_activity() ? std::max(at_, held_until_) : kNever;
   for (const ActiveWire& wire : wires_)
     next = earlier(next, earlier(wire.sample_due, wire.due));
   return next;
@@ -66,29 +66,29 @@ void Wires::begin() {
 void Wires::advance() {
   if (!std::exchange(begun_, true)) begin();
   do
-    go(std::max(at_, std::min(now_, next_deadline())));
+    advance_to(std::max(at_, std::min(now_, next_deadline())));
   while (at_ < now_ || next_deadline() <= now_);
   wants(next_deadline());
 }
 
-void Wires::go(Time time) {
+void Wires::advance_to(Time time) {
   if (time != at_) rounds_ = 0;
   at_ = time;
   for (Network* network : networks_)
     network->advance_alone(time);
-  const bool looks = held_until_ <= time;
+  const bool samples = held_until_ <= time;
   for (auto& [node, watched] : watched_)
-    watched.fresh = looks && std::exchange(watched.happened, false);
-  bool gave = false;
+    watched.fresh = samples && std::exchange(watched.active, false);
+  bool delivered = false;
   for (ActiveWire& active : wires_) {
     const bool fresh = active.from.watched->fresh || active.to.watched->fresh;
-    if (fresh || active.sample_due <= time) look(active);
-    if (fresh || active.due <= time) gave |= give(active);
+    if (fresh || active.sample_due <= time) sample(active);
+    if (fresh || active.due <= time) delivered |= deliver(active);
   }
-  if (gave && ++rounds_ > kMostRounds) held_until_ = time + kMillisecond;
+  if (delivered && ++rounds_ > kMostRounds) held_until_ = time + kMillisecond;
 }
 
-void Wires::look(ActiveWire& active) {
+void Wires::sample(ActiveWire& active) {
   sim::Node& from = *active.from.node;
   double value = 0;
   if (from.has_power()) {
@@ -101,7 +101,7 @@ void Wires::look(ActiveWire& active) {
 }
 
 /// True: it has another value now.
-bool Wires::give(ActiveWire& active) {
+bool Wires::deliver(ActiveWire& active) {
   const double value = active.wire.take(at_);
   active.due = active.wire.next_change(at_);
   sim::Node& to = *active.to.node;

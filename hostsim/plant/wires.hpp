@@ -29,7 +29,7 @@ class Wires final : private NetworkGroup, private sim::Timed {
  private:
   /// What a node of a wire says, see sim::Node::watch().
   struct Watched {
-    bool happened = true;
+    bool active = true;
     bool fresh = false;  ///< it is being looked at
   };
   struct End {
@@ -54,10 +54,10 @@ class Wires final : private NetworkGroup, private sim::Timed {
   Time own_deadline() const;
   End end(const config::Config& config, const config::WireEnd& end);
   void begin();
-  void go(Time time);
-  void look(ActiveWire& wire);
-  bool give(ActiveWire& wire);
-  bool has_happened() const;
+  void advance_to(Time time);
+  void sample(ActiveWire& wire);
+  bool deliver(ActiveWire& wire);
+  bool has_activity() const;
 
   const Time& now_;
   std::vector<Network*> networks_;

@@ -29,7 +29,7 @@ class Refused : public std::runtime_error {
 };
 
 /// Because it cannot be seen from here, not because it is wrong.
-class Unseen : public Refused {
+class NotObservable : public Refused {
  public:
   using Refused::Refused;
 };
@@ -80,7 +80,7 @@ class View {
   virtual std::vector<std::uint16_t> read(std::size_t network, std::uint32_t first, std::size_t count) = 0;
   /// So many transactions have begun on this network.
   virtual std::uint32_t transactions(std::size_t network) = 0;
-  /// Nodes and bus; throws Unseen where registers alone can be seen.
+  /// Nodes and bus; throws NotObservable where registers alone can be seen.
   virtual sim::World& world(std::size_t network) = 0;
   /// Of that world's clock; add to now().
   virtual Time started() const = 0;

@@ -43,7 +43,7 @@ class Heard {
   Heard& operator=(const Heard&) = delete;
 
   bool holds() { return condition_->holds(bench_.view()); }
-  Time next_look() const { return condition_->next_look(bench_.view()); }
+  Time next_deadline() const { return condition_->next_deadline(bench_.view()); }
   [[noreturn]] void fail(std::string_view opening) {
     throw Failed(line_, fmt::format("{}{}: {}", opening, line_.text, condition_->seen(bench_.view())));
   }
@@ -122,12 +122,12 @@ class Player {
     const Line here{"", step.line};
     if (step.at && *step.at < now())
       throw Failed(here, fmt::format("at: it is {} already", text::seconds_text(now())));
-    pass_to(step.at ? *step.at : now() + step.after.value_or(0), nullptr);
+    advance_to(step.at ? *step.at : now() + step.after.value_or(0), nullptr);
     execute(step);
     if (step.every) repeated_.push_back({&step, now() + *step.every});
     const Time within = step.within.value_or(plant::kWaitWithin);
     for (Heard& condition : waited)
-      if (!pass_to(now() + within, &condition))
+      if (!advance_to(now() + within, &condition))
         condition.fail(fmt::format("not within {} s: ", text::seconds_text(within)));
     for (Heard& condition : expected)
       if (!condition.holds()) condition.fail("expected ");
@@ -143,14 +143,14 @@ class Player {
   }
 
   /// Or until the condition holds: true.
-  bool pass_to(Time time, Heard* condition) {
+  bool advance_to(Time time, Heard* condition) {
     while (true) {
       if (condition != nullptr && condition->holds()) return true;
       if (now() >= time) return false;
-      Time next = condition != nullptr ? earlier(time, condition->next_look()) : time;
+      Time next = condition != nullptr ? earlier(time, condition->next_deadline()) : time;
       for (const Repeated& repeated : repeated_)
         next = earlier(next, repeated.next);
-      bench_.step(next);
+      bench_.advance(next);
       for (Repeated& repeated : repeated_) {
         if (now() < repeated.next) continue;
         repeated.next += *repeated.step->every;
@@ -188,11 +188,11 @@ Played play(const Scenario& scenario, plant::Bench& bench) {
   return Player(scenario, bench).play();
 }
 
-std::size_t leave_out_unseen(Scenario& scenario, plant::Bench& bench) {
+std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench) {
   const auto is_unseen = [&bench](const Line& line) {
     try {
       plant::make_condition(line.text, bench.view());
-    } catch (const plant::Unseen&) {
+    } catch (const plant::NotObservable&) {
       return true;
     } catch (const plant::Refused&) {
     }
@@ -202,7 +202,7 @@ std::size_t leave_out_unseen(Scenario& scenario, plant::Bench& bench) {
   for (Step& step : scenario.steps) {
     const std::size_t unseen = std::erase_if(step.expectations, is_unseen);
     if (unseen != 0 && step.expectations.empty() && step.commands.empty() && step.waits.empty())
-      throw plant::Unseen(
+      throw plant::NotObservable(
           fmt::format("line {}: nothing of what the step expects can be seen there", step.line));
     count += unseen;
   }

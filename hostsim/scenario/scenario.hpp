@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Scenarios: a plant and the steps of a test, in one TOML file. docs/reference/scenarios.md is the page about them.
+/// Scenarios: a plant and the steps of a test, in one TOML file. docs/reference/scenarios.md is the page
+/// about them.
 
 #include <cstddef>
 #include <optional>
@@ -14,7 +15,7 @@
 #include "config/files.hpp"
 #include "plant/bench.hpp"
 #include "plant/wait.hpp"
-#include "text/setting.hpp"
+#include "options/setting.hpp"
 
 namespace cbcan::scenario {
 
@@ -43,14 +44,14 @@ struct Scenario {
 };
 
 /// The keys of a step, for the page.
-std::span<const text::Row> step_rows();
+std::span<const options::Row> step_rows();
 
 /// `read` gives the plant file that the scenario names, the demo's too.
 Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read);
 
-/// Takes out the expectations of what this bench does not show; returns how many. Throws Unseen where nothing
-/// is left of a step.
-std::size_t leave_out_unseen(Scenario& scenario, plant::Bench& bench);
+/// Takes out the expectations of what this bench does not show; returns how many. Throws NotObservable where
+/// nothing is left of a step.
+std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench);
 
 /// What is wrong with the steps, as far as that can be told without playing them on it.
 config::Diagnostics check_steps(const Scenario& scenario, plant::Bench& bench);

@@ -26,7 +26,7 @@ constexpr std::string_view kDuration = "a duration";
 constexpr std::string_view kLines = "one or a list";
 /// A key of a step, and where it is stored.
 struct Key {
-  text::Row row;
+  options::Row row;
   std::variant<std::optional<Time> Step::*, std::vector<Line> Step::*> where;
 };
 // clang-format off
@@ -96,7 +96,7 @@ class Reader {
 
   void complain_of_key(std::string_view key, const toml::node& node) {
     std::vector<std::string_view> known;
-    for (const text::Row& row : step_rows())
+    for (const options::Row& row : step_rows())
       known.push_back(row.key);
     const std::string suggestion = text::did_you_mean(key, known);
     complain(node,
@@ -132,9 +132,9 @@ class Reader {
 
 }  // namespace
 
-std::span<const text::Row> step_rows() {
+std::span<const options::Row> step_rows() {
   static constexpr auto kRows = [] {
-    std::array<text::Row, kKeys.size()> rows;
+    std::array<options::Row, kKeys.size()> rows;
     std::ranges::transform(kKeys, rows.begin(), &Key::row);
     return rows;
   }();

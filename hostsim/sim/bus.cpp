@@ -68,12 +68,17 @@ void Port::refuse_all() {
   std::erase(bus_.accepting_all_, this);
 }
 
+void Port::detach() {
+  refuse_all();
+  receiver_ = nullptr;
+}
+
 void Port::set_state(BusState state, Time now) {
   if (state == state_) return;
   state_ = state;
   if (state == BusState::kBusOff) bus_.drop_queue(*this);
   follow_state();
-  receiver_.on_bus_state(state, now);
+  if (receiver_ != nullptr) receiver_->on_bus_state(state, now);
 }
 
 /// Its queue is empty where it has no room.
@@ -154,6 +159,12 @@ inline Port* Arbitration::take_winner(Frame& frame) {
 }
 
 Port& Bus::attach(Receiver& receiver) {
+  const auto left = std::ranges::find_if(
+      ports_, [](const auto& port) { return port->receiver_ == nullptr && port->queued() == 0; });
+  if (left != ports_.end()) {
+    (*left)->receiver_ = &receiver;
+    return **left;
+  }
   const auto number = static_cast<std::uint16_t>(ports_.size());
   ports_.push_back(std::unique_ptr<Port>(new Port(*this, receiver, number)));
   ports_.back()->follow_state();
@@ -219,8 +230,8 @@ inline bool Bus::start_next(Time now) {
 }
 
 inline void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
-  if (disturbance_ != nullptr)
-    disturbance_->on_arrival(frame, sender, now);
+  if (modifier_ != nullptr)
+    modifier_->on_arrival(frame, sender, now);
   else
     tell(frame, sender, now);
 }
@@ -230,7 +241,7 @@ inline void Bus::deliver_to(const std::vector<Port*>& ports, const Frame& frame,
                             Time now) {
   for (std::size_t i = 0; i < ports.size(); ++i) {
     Port& port = *ports[i];
-    if (&port != sender && port.state_ != BusState::kBusOff) port.receiver_.on_frame(frame, now);
+    if (&port != sender && port.state_ != BusState::kBusOff) port.receiver_->on_frame(frame, now);
   }
 }
 

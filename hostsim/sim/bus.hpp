@@ -56,14 +56,14 @@ class Port;
 
 /// Comes between the wire and everybody who hears it: decides what becomes of a frame. For injected faults
 /// (faults/bus_faults.hpp).
-class Disturbance {
+class FrameModifier {
  public:
   /// The last bit of this frame has passed. What is to be heard of it goes to Bus::deliver(), now or later.
   /// `sender` is null for a frame from outside.
   virtual void on_arrival(const Frame& frame, const Port* sender, Time now) = 0;
 
  protected:
-  ~Disturbance() = default;
+  ~FrameModifier() = default;
 };
 
 /// Bits of a frame and the pause behind it, without stuff bits.
@@ -91,6 +91,9 @@ class Port final : public CanPort {
   /// and go: costs nothing for each identifier.
   void accept_all();
   void refuse_all();
+  /// Its receiver, which has accepted all or nothing, goes: what is queued still goes out. Whoever is
+  /// attached next may get this port.
+  void detach();
 
   /// Takes this controller off the bus, dropping what it had queued, or puts it back on.
   void set_state(BusState state, Time now);
@@ -107,12 +110,12 @@ class Port final : public CanPort {
   friend class Bus;
   friend class Arbitration;
   Port(Bus& bus, Receiver& receiver, std::uint16_t number)
-      : bus_(bus), receiver_(receiver), number_(number) {}
+      : bus_(bus), receiver_(&receiver), number_(number) {}
   const Frame& front() const { return queue_[first_ % kQueueFrames]; }
   void follow_state();
 
   Bus& bus_;
-  Receiver& receiver_;
+  Receiver* receiver_;  ///< null = it has gone
   std::array<Frame, kQueueFrames> queue_{};
   std::uint32_t first_ = 0;  ///< of those in the queue; both count up, and are places modulo kQueueFrames
   std::uint32_t next_ = 0;   ///< behind them
@@ -157,7 +160,7 @@ class Bus {
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
-  /// A new controller whose frames go to `receiver`, which outlives the bus's last advance().
+  /// A controller whose frames go to `receiver`, which outlives the bus's last advance(), or detaches it.
   Port& attach(Receiver& receiver);
 
   std::uint32_t bit_rate() const { return bit_rate_; }
@@ -168,11 +171,11 @@ class Bus {
   /// Joins the outside wire; null takes it away.
   void set_outside(Outside* outside) { outside_ = outside; }
 
-  /// Frames go through `disturbance` before anybody hears them; null takes it away.
-  void set_disturbance(Disturbance* disturbance) { disturbance_ = disturbance; }
+  /// Frames go through `modifier` before anybody hears them; null takes it away.
+  void set_modifier(FrameModifier* modifier) { modifier_ = modifier; }
 
   /// Everybody hears this frame now, the observers first; `sender` does not, null = everybody does. For a
-  /// disturbance: a frame that comes by itself goes through receive().
+  /// modifier: a frame that comes by itself goes through receive().
   void deliver(const Frame& frame, const Port* sender, Time now);
 
   /// A frame came in from outside: delivered now to every port that accepts it, and to the observers.
@@ -225,7 +228,7 @@ class Bus {
   Arbitration arbitration_;
   std::vector<Observer*> observers_;
   Outside* outside_ = nullptr;
-  Disturbance* disturbance_ = nullptr;
+  FrameModifier* modifier_ = nullptr;
   bool link_ = true;
   bool stopped_ = false;  ///< the outside had no room for the winner
   Frame current_{};       ///< on a paced bus, the frame whose bits are passing

@@ -28,7 +28,7 @@ std::size_t highest_sub(const std::vector<ObjectEntry>& entries, std::uint16_t i
 }
 
 /// The device has to hear of every write; what 1010h and 1011h are sent is a command and not kept.
-NodeImage prepared(NodeImage image) {
+eds::DictionaryImage prepared(eds::DictionaryImage image) {
   for (ObjectEntry& entry : image.entries) {
     entry.flags |= ObjectFlags::kChecked;
     const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
@@ -78,6 +78,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
     : Participant(schedule),
       name_(std::move(parts.name)),
       device_name_(parts.device),
+      names_(parts.names ? std::move(parts.names) : std::make_shared<const eds::ObjectNames>()),
       image_(prepared(std::move(parts.image))),
       values_(image_.values),
       saved_(image_.values),
@@ -89,7 +90,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       parameters_(parts.parameters),
       listener_(parts.listener),
       port_(bus.attach(*this)),
-      faulty_(port_, parts.node_id, parts.seed, parts.listener, [this](Time now) { settle(now); }),
+      faulty_(port_, parts.node_id, parts.seed, parts.listener, [this](Time now) { finish_update(now); }),
       device_(parts.node_id, {image_.entries, values_, image_.limits},
               {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, faulty_),
       more_servers_(device_.dictionary(), faulty_, buffer_.size()),
@@ -126,7 +127,7 @@ template <class Act>
 void Node::at(Time now, Act act) {
   faulty_.set_now(now);
   act();
-  settle(now);
+  finish_update(now);
 }
 
 void Node::start(Time now) {
@@ -159,7 +160,7 @@ void Node::set_power(bool on, Time now) {
   port_.set_state(BusState::kBusOff, now);
   behaviour_->reset(true, now);
   follow_ids();
-  settle(now);
+  finish_update(now);
 }
 
 void Node::poll(Time now) {
@@ -170,7 +171,7 @@ void Node::poll(Time now) {
   if (now >= behaviour_due_) update(now);
   more_servers_.poll(now);
   device_.poll(now);
-  settle(now);
+  finish_update(now);
 }
 
 void Node::on_frame(const Frame& frame, Time now) {
@@ -180,9 +181,9 @@ void Node::on_frame(const Frame& frame, Time now) {
     lss_->slave().on_frame(frame, now);
   else if (more_servers_.serves(frame.id))
     ask_more_servers(frame, now);
-  else if (!device_.on_frame(frame, now) && !unsettled_)
+  else if (!device_.on_frame(frame, now) && !update_pending_)
     return;  // most RPDOs, which wait for the SYNC, most SYNCs, and SDO uploads of a node without behaviour
-  settle(now);
+  finish_update(now);
 }
 
 void Node::ask_more_servers(const Frame& frame, Time now) {
@@ -231,12 +232,12 @@ void Node::start_with(std::uint8_t node_id, Time now) {
 
 /// After anything that has happened: a transfer that a fault has aborted, what is heard, and when to be
 /// called next.
-void Node::settle(Time now) {
-  unsettled_ = false;
+void Node::finish_update(Time now) {
+  update_pending_ = false;
   while (faulty_.has_aborted())
     device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
-  if (happened_ != nullptr) *happened_ = true;
+  if (activity_flag_ != nullptr) *activity_flag_ = true;
   if (!has_power_) return wants(kNever);
   const Time servers = earlier(device_.deadline(), more_servers_.deadline());
   const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
@@ -268,13 +269,13 @@ void Node::follow_ids() {
 void Node::update(Time now) {
   behaviour_due_ = behaviour_->update(now);
   updated_at_ = now;
-  if (happened_ != nullptr) *happened_ = true;
+  if (activity_flag_ != nullptr) *activity_flag_ = true;
 }
 
 /// Before a response, in which injected faults may happen too.
 void Node::refresh(Time now) {
   const bool stale = make_behaviour_ && updated_at_ != now;
-  unsettled_ = unsettled_ || stale || !faulty_.is_idle();
+  update_pending_ = update_pending_ || stale || !faulty_.is_idle();
   if (stale) update(now);
 }
 
@@ -286,7 +287,7 @@ void Node::on_sync(Time now) {
   const Time due = behaviour_due_;
   behaviour_->on_sync(now);
   update(now);
-  unsettled_ = unsettled_ || behaviour_due_ != due;  // no fault keeps a PDO back
+  update_pending_ = update_pending_ || behaviour_due_ != due;  // no fault keeps a PDO back
 }
 
 void Node::on_state(nmt::State state, Time now) {
@@ -346,9 +347,9 @@ void Node::follow_signals(Time now) {
 
 /// Who looks is nothing that happens.
 void Node::bring_up_to_date(Time now) {
-  bool* const happened = std::exchange(happened_, nullptr);
+  bool* const flag = std::exchange(activity_flag_, nullptr);
   at(now, [&] { refresh(now); });
-  happened_ = happened;
+  activity_flag_ = flag;
 }
 
 std::optional<double> Node::number(const Terminal& terminal) {

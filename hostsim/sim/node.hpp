@@ -13,7 +13,8 @@
 #include <vector>
 
 #include "cbcan/canopen/device.hpp"
-#include "cbcan/canopen/dictionary/node_id_values.hpp"
+#include "eds/dictionary_image.hpp"
+#include "eds/object_names.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "sim/more_sdo_servers.hpp"
@@ -25,26 +26,17 @@
 
 namespace cbcan::sim {
 
-/// The tables of a node's dictionary (see ObjectDictionary) with their power-on values.
-struct NodeImage {
-  std::vector<ObjectEntry> entries;
-  std::vector<ObjectLimits> limits;
-  std::vector<std::uint8_t> values;
-  /// Those of the values that follow the node ID, see change_node_id(); they are made for the one that the
-  /// node starts with.
-  std::vector<NodeIdValue> node_id_values;
-};
-
-/// What a simulated node is made of.
+/// What a simulated node is made of, whoever describes it: a plant file (config::NodeConfig), or a test.
 struct NodeParts {
   /// 1..127, or Node::kNoNodeId with `lss`; the parameters may have stored another one.
   std::uint8_t node_id = LssSlave::kNoNodeId;
-  std::string name;         ///< for people; may be empty
-  std::string_view device;  ///< what it is, for people: "cia402"; its text outlives the node
-  NodeImage image;
-  BehaviourMaker behaviour = nullptr;    ///< null: values stay as they were written
-  std::uint64_t seed = 0;                ///< of whatever is random in behaviour and faults
-  std::vector<Signal> signals;           ///< begin with the node's power-on
+  std::string name;            ///< for people; may be empty
+  std::string_view device;     ///< what it is, for people: "cia402"; its text outlives the node
+  eds::DictionaryImage image;  ///< made for the node ID
+  std::shared_ptr<const eds::ObjectNames> names;  ///< of its objects, for people; null = none are known
+  BehaviourMaker behaviour = nullptr;             ///< null: values stay as they were written
+  std::uint64_t seed = 0;                         ///< of whatever is random in behaviour and faults
+  std::vector<Signal> signals;                    ///< begin with the node's power-on
   ParameterStore* parameters = nullptr;  ///< outlives the node; null: what is stored lasts as long as it does
   FaultListener* listener = nullptr;     ///< outlives the node; null: nobody is told of faults
   bool lss = false;                      ///< an LSS master can find it, and give it node ID and bit rate
@@ -76,8 +68,8 @@ class Node final : public Participant,
   /// What stands there, as it was when the node was last brought up to date; none = there is no such number.
   std::optional<double> number(const Terminal& terminal);
 
-  /// `happened` becomes true whenever something has happened to the node; it outlives the node.
-  void watch(bool& happened) { happened_ = &happened; }
+  /// `activity` becomes true whenever something has happened to the node; it outlives the node.
+  void watch(bool& activity) { activity_flag_ = &activity; }
 
   /// What an SDO upload of this entry of the dictionary would bring now, whatever the access rights.
   std::vector<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub, Time now);
@@ -99,6 +91,7 @@ class Node final : public Participant,
 
   const std::string& name() const { return name_; }
   std::string_view device_name() const { return device_name_; }
+  const eds::ObjectNames& names() const { return *names_; }
   const Device& device() const { return device_; }
   Device& device() { return device_; }
   Behaviour& behaviour() { return *behaviour_; }
@@ -150,13 +143,14 @@ class Node final : public Participant,
   void update(Time now);
   void follow_signals(Time now);
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
-  void settle(Time now);
+  void finish_update(Time now);
   void follow_ids();
   void tell_state(std::uint8_t state, Time now);
 
   std::string name_;
   std::string_view device_name_;
-  NodeImage image_;
+  std::shared_ptr<const eds::ObjectNames> names_;
+  eds::DictionaryImage image_;
   std::vector<std::uint8_t> values_;
   std::vector<std::uint8_t> saved_;  ///< what reset node brings back: the factory's values, or stored ones
   std::vector<std::uint8_t> buffer_;
@@ -184,8 +178,8 @@ class Node final : public Participant,
   Time behaviour_due_ = kNever;
   Time updated_at_ = kNever;  ///< the behaviour has seen everything up to then; kNever = it has not
   bool ids_changed_ = false;
-  bool unsettled_ = false;    ///< settle() has to come, whatever the device says
-  bool* happened_ = nullptr;  ///< see watch()
+  bool update_pending_ = false;    ///< finish_update() has to come, whatever the device says
+  bool* activity_flag_ = nullptr;  ///< see watch()
   bool has_power_ = true;
   BusState state_with_power_ = BusState::kActive;  ///< of the controller; without power it is off the bus
   std::vector<std::uint32_t> received_ids_;        ///< what the port accepts for this node

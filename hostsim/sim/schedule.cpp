@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "sim/schedule.hpp"
 
+#include <algorithm>
+
 namespace cbcan::sim {
 
 std::size_t Schedule::add(Timed& timed) {
+  const auto left = std::ranges::find(timed_, nullptr);
+  if (left != timed_.end()) {
+    *left = &timed;
+    return static_cast<std::size_t>(left - timed_.begin());
+  }
   const std::size_t number = timed_.size();
   timed_.push_back(&timed);
   slots_.push_back(number);

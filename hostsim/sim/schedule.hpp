@@ -14,8 +14,12 @@ class Timed;
 /// with the same time come in the order of their numbers.
 class Schedule {
  public:
-  /// Adds one, due never, who lives as long as there are polls; the number is the count so far.
+  /// Adds one, due never, or removes it; takes no memory to remove.
   std::size_t add(Timed& timed);
+  void remove(std::size_t number) {
+    set(number, kNever);
+    timed_[number] = nullptr;
+  }
   void set(std::size_t number, Time time);
 
   Time first_time() const { return first_time_; }
@@ -41,7 +45,7 @@ class Schedule {
   void sift_up(std::size_t slot, const Due& moving);
   void sift_down(std::size_t slot, const Due& moving);
 
-  std::vector<Timed*> timed_;       ///< by their numbers
+  std::vector<Timed*> timed_;       ///< by their numbers; null = it has gone
   std::vector<std::size_t> slots_;  ///< likewise: where in the heap it is
   std::vector<Due> heap_;
   Time first_time_ = kNever;
@@ -58,7 +62,7 @@ class Timed {
   virtual void poll(Time now) = 0;
 
  protected:
-  ~Timed() = default;
+  ~Timed() { schedule_.remove(number_); }
   void wants(Time next) {
     if (next != wanted_) schedule_.set(number_, wanted_ = next);
   }

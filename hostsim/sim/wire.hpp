@@ -37,7 +37,7 @@ inline constexpr auto kTerminals = std::to_array<Terminals>({{"output", 0x6200, 
                                                              {"analogue-input", 0x6401, 0, false}});
 
 /// In this order: inverted, scaled, limited, delayed, lagging.
-struct Transfer {
+struct TransferFunction {
   bool inverted = false;  ///< 0 becomes 1, anything else 0
   double scale = 1;
   double offset = 0;
@@ -46,12 +46,12 @@ struct Transfer {
   Time delay = 0;
   Time lag = 0;                            ///< the time constant of a first order lag; 0 = none
   Time sample_period = 10 * kMillisecond;  ///< above 0: how often what flows is looked at, and passed on
-  bool operator==(const Transfer&) const = default;
+  bool operator==(const TransferFunction&) const = default;
 };
 
 class Wire {
  public:
-  explicit Wire(const Transfer& transfer) : transfer_(transfer) {}
+  explicit Wire(const TransferFunction& transfer) : transfer_(transfer) {}
 
   /// From now on this is at the beginning. The first value has been there for ever.
   void put(double value, Time now);
@@ -66,7 +66,7 @@ class Wire {
   double shaped(double value) const;
   double at(Time now) const;
 
-  Transfer transfer_;
+  TransferFunction transfer_;
   bool begun_ = false;
   double last_ = 0;                               ///< that was put, shaped
   std::deque<std::pair<Time, double>> on_way_{};  ///< and when each arrives

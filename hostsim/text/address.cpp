@@ -56,9 +56,9 @@ std::string to_string(const ListenAddress& address) {
 }
 
 StreamAddress parse_stream_address(std::string_view text) {
-  if (text.starts_with(kTerminal)) {
-    if (text.size() == kTerminal.size()) refuse(text, "the path is missing; write pty:/tmp/can");
-    return {std::string(text.substr(kTerminal.size())), {}, true};
+  if (text.starts_with(kPty)) {
+    if (text.size() == kPty.size()) refuse(text, "the path is missing; write pty:/tmp/can");
+    return {std::string(text.substr(kPty.size())), {}, true};
   }
   if (!text.starts_with(kUnix)) return {.path = "", .tcp = parse_listen_address(text, 0)};
   const std::string_view path = text.substr(kUnix.size());
@@ -69,7 +69,7 @@ StreamAddress parse_stream_address(std::string_view text) {
 
 std::string to_string(const StreamAddress& address) {
   if (address.path.empty()) return to_string(address.tcp);
-  return std::string(address.is_terminal ? kTerminal : kUnix) + address.path;
+  return std::string(address.is_pty ? kPty : kUnix) + address.path;
 }
 
 }  // namespace cbcan::text

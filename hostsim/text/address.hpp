@@ -27,14 +27,14 @@ std::string to_string(const ListenAddress& address);
 struct StreamAddress {
   std::string path;   ///< of a Unix socket or a link; empty = TCP
   ListenAddress tcp;  ///< of no meaning with a path
-  bool is_terminal = false;
+  bool is_pty = false;
 
   friend bool operator==(const StreamAddress&, const StreamAddress&) = default;
 };
 
 /// What stands in front of the path of a Unix socket, and of a pseudo-terminal's.
 inline constexpr std::string_view kUnix = "unix:";
-inline constexpr std::string_view kTerminal = "pty:";
+inline constexpr std::string_view kPty = "pty:";
 
 /// Reads `unix:PATH` and `pty:PATH`, else as parse_listen_address() with port 0 for none. Throws UsageError.
 StreamAddress parse_stream_address(std::string_view text);

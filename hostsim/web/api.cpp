@@ -10,9 +10,9 @@
 
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
+#include "eds/emergency.hpp"
 #include "eds/values.hpp"
 #include "scenario/scenario_writer.hpp"
-#include "text/emergency.hpp"
 #include "text/numbers.hpp"
 #include "text/utf8.hpp"
 #include "web/api_streams.hpp"
@@ -92,7 +92,7 @@ Json faults_of(const sim::FaultSet& set) {
 adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
   constexpr std::string_view kNodes = "/api/nodes/";
   constexpr std::string_view kObjects = "/objects";
-  parts_.catch_up();
+  parts_.advance();
   const std::string_view path = request.path;
   const Query& query = request.query;
   const bool post = request.method == "POST";
@@ -106,7 +106,6 @@ adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
     if (path == "/api/time") return ok(time());
     if (path == "/api/registers") return ok(registers(query));
     if (path == "/api/nodes") return ok(nodes(query));
-    if (path == "/api/faults") return ok(faults());
     if (path == "/api/scenario")
       return {
           .type = "application/toml",
@@ -198,7 +197,7 @@ Json Api::node(std::size_t network, std::size_t place) const {
   if (const Time heard = watch.heard_at(id); heard != kNever) json["heard"] = seconds_of(heard);
   if (const auto message = journal::emergency_of(watch.last_emergency(id)))
     json["emergency"] = {{"code", message->code},
-                         {"words", text::emergency_meaning(message->code)},
+                         {"words", eds::emergency_meaning(message->code)},
                          {"error_register", watch.last_emergency(id).data[2]}};
   ObjectEntry entry{};
   if (node.device().dictionary().find(kStatusword, 0, entry) == AbortCode::kNone) {
@@ -212,13 +211,11 @@ Json Api::objects(const Query& query, std::string_view word) const {
   const std::size_t network = network_in(query);
   const std::string name = plant::prefix_of(network) + std::string(word);
   sim::Node& node = plant::node_of(parts_.control, name);
-  const auto nodes = parts_.control.world(network).nodes();
-  const auto place = std::ranges::find(nodes, &node, &std::unique_ptr<sim::Node>::get) - nodes.begin();
   const std::uint64_t first = number_in(query, "first", 0, 0xFFFF);
   const std::uint64_t last = number_in(query, "last", 0xFFFF, 0xFFFF);
   const Time now = parts_.control.started() + parts_.control.now();
   Json list = Json::array();
-  for (const eds::ObjectName& object : *parts_.names[network - 1][static_cast<std::size_t>(place)])
+  for (const eds::ObjectName& object : node.names())
     for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
       ObjectEntry entry{};
       const auto sub_index = static_cast<std::uint8_t>(sub);
@@ -236,23 +233,6 @@ Json Api::objects(const Query& query, std::string_view word) const {
                       {"bytes", text::hex(bytes, "")}});
     }
   return {{"node", name}, {"time", seconds_of(parts_.control.now())}, {"objects", std::move(list)}};
-}
-
-Json Api::faults() const {
-  Json list = Json::array();
-  for (std::size_t network = 1; network <= parts_.control.networks(); ++network) {
-    sim::World& world = parts_.control.world(network);
-    const auto add = [&](const std::string& place, const sim::FaultSet& set) {
-      for (Json fault : faults_of(set)) {
-        fault["place"] = plant::prefix_of(network) + place;
-        list.push_back(std::move(fault));
-      }
-    };
-    add("bus", world.faults());
-    for (std::size_t place = 0; place < world.nodes().size(); ++place)
-      add(fmt::format("#{}", place + 1), world.nodes()[place]->faults());
-  }
-  return {{"faults", std::move(list)}};
 }
 
 // ---- Events

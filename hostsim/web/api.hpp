@@ -10,7 +10,6 @@
 
 #include "adapters/dialogue.hpp"
 #include "adapters/http_message.hpp"
-#include "config/build_node.hpp"
 #include "journal/journal.hpp"
 #include "plant/control.hpp"
 #include "web/event_json.hpp"
@@ -22,11 +21,10 @@ class Api {
   /// What the API takes from the program; all of it outlives the API.
   struct Parts {
     plant::Control& control;
-    const decltype(config::PlantBuild::names)& names;
     const journal::FindName& find;
-    adapters::Execute execute;       ///< a line of docs/reference/commands.md
-    std::function<void()> catch_up;  ///< what is due has been done
-    std::function<Json()> about;     ///< the program, for /api/time
+    adapters::Execute execute;      ///< a line of docs/reference/commands.md
+    std::function<void()> advance;  ///< what is due has been done
+    std::function<Json()> about;    ///< the program, for /api/time
   };
 
   explicit Api(Parts parts) : parts_(std::move(parts)) {}
@@ -39,7 +37,6 @@ class Api {
   Json nodes(const Query& query) const;
   Json node(std::size_t network, std::size_t place) const;
   Json objects(const Query& query, std::string_view node) const;
-  Json faults() const;
   Json events(const Query& query, journal::Kinds standard) const;
   adapters::HttpResponse follow(const adapters::HttpRequest& request) const;
   adapters::HttpResponse command(const std::string& body) const;

@@ -31,7 +31,7 @@ class EventStream final : public adapters::HttpStream {
             fmt::format("id: {}\ndata: {}\n\n", number, line_of(event_json(number, event, journal, find_)));
       return text.size() < kMostUnsent;
     });
-    if (missed != 0) text += fmt::format("data: {{\"kind\": \"missed\", \"events\": {}}}\n\n", missed);
+    if (missed != 0) text += fmt::format("data: {}\n\n", line_of({{"kind", "missed"}, {"events", missed}}));
     for (Watched& watched : watched_)
       tell(watched, text);
     return true;
@@ -87,9 +87,7 @@ class CommandStream final : public adapters::HttpStream {
       std::string_view rest = std::string_view(body_).substr(begun_);
       const std::string_view line = text::trim(text::take_line(rest));
       begun_ = body_.size() - rest.size();
-      if (line.starts_with("subscribe"))
-        text += "error: subscribe is for --control; /api/events reports events\n";
-      else if (line.size() > adapters::kLongestCommand)
+      if (line.size() > adapters::kLongestCommand)
         text += fmt::format("error: a line of more than {} characters\n", adapters::kLongestCommand);
       else if (!line.empty())
         text += execute_(line, dialogue_);

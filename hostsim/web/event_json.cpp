@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
+#include "eds/emergency.hpp"
 #include "journal/watch.hpp"
 #include "plant/words.hpp"
 #include "sim/frame_text.hpp"
-#include "text/emergency.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 
@@ -50,10 +50,10 @@ void add_transaction(Json& json, const Event& event, const journal::Journal& jou
 }
 
 void add_emergency(Json& json, const Event& event) {
-  const auto message = text::emergency_from(event.frame.data);
+  const auto message = eds::emergency_from(event.frame.data);
   json["node"] = event.node;
   json["code"] = message.code;
-  json["words"] = text::emergency_meaning(message.code);
+  json["words"] = eds::emergency_meaning(message.code);
   json["error_register"] = message.error_register;
   json["info"] = text::hex(message.info, "");
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The driver of the SJA1000 against a model of it. Register values are worked out by hand from its data
 // sheet.
-#include "boards/common/sja1000.hpp"
+#include "boards/drivers/sja1000.hpp"
 
 #include "boards/model_registers.hpp"
 #include "sja1000_model.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The driver of the Zynq UltraScale+ CAN controller against a model of it. Register values are worked out by
 // hand from UG1087.
-#include "boards/zynqmp_a53/zynqmp_can.hpp"
+#include "boards/drivers/zynqmp_can.hpp"
 
 #include "boards/model_registers.hpp"
 #include "support/catch.hpp"
@@ -49,17 +49,6 @@ TEST_CASE("ZynqMP CAN: the bit rates of CiA 301 from 24 MHz") {
     CHECK(model.timing == row.btr);
     CHECK(model.mode == 0);
     CHECK(!model.is_configuring());
-  }
-}
-
-TEST_CASE("ZynqMP CAN: 100 MHz, and the 99.99 MHz that its PLL really gives") {
-  for (const std::uint32_t clock : {100'000'000u, 99'990'000u}) {
-    ZynqmpCanModel model;
-    Can can{Registers(model)};
-    CHECK(can.start({clock, 500'000, 1}) == Can::Start::kDone);
-    CHECK((model.prescaler == 24 && model.timing == 0x05));  // 25 times 8 quanta
-    CHECK(can.start({clock, 1'000'000, 1}) == Can::Start::kDone);
-    CHECK((model.prescaler == 4 && model.timing == 0x12F));  // 5 times 20 quanta: 1 + 16 + 3
   }
 }
 
@@ -272,21 +261,4 @@ TEST_CASE("ZynqMP CAN: frames that nobody acknowledges for a second are thrown a
   CHECK(rig.can.poll(1'999'100) == BusState::kActive);
   CHECK(rig.can.poll(9'000'000) == BusState::kActive);
   CHECK(rig.model.resets == 2);
-}
-
-TEST_CASE("ZynqMP CAN: frames that leave are not stuck, however long the silence after them") {
-  Rig rig;
-  for (const Time sent : {0u, 5'000'000u}) {
-    REQUIRE(rig.can.try_send(frame_from("000#0100")));
-    rig.can.poll(sent);
-    rig.model.transmit();
-    rig.can.poll(sent + 500);
-    rig.can.poll(sent + 4'000'000);
-  }
-  REQUIRE(rig.can.try_send(frame_from("000#0100")));
-  rig.model.transmit();
-  rig.can.poll(20'000'000);
-  rig.can.poll(30'000'000);
-  CHECK(rig.can.counters().stuck == 0);
-  CHECK(rig.model.resets == 1);
 }

@@ -54,7 +54,6 @@ struct FakeServer {
     char byte = 0;
     return recv(client_.get(), &byte, 1, MSG_DONTWAIT) <= 0;
   }
-  void hang_up() { client_.reset(); }
   /// Connections are not even refused any more from here on.
   void stop() { listener_.reset(); }
 

@@ -47,42 +47,6 @@ TEST_CASE("a server that is killed and comes back: 21h, then everything works, s
   CHECK(timeout.data == std::array<std::uint8_t, 4>{0xB5, 0x01, 0, 0});
 }
 
-TEST_CASE("a module behind a gateway restarts, and the connection stays: 21h, settings written anew") {
-  for (const std::uint8_t channel : {std::uint8_t{1}, std::uint8_t{2}}) {
-    INFO("channel " << int{channel});
-    Plant plant;
-    Program program(plant.port());
-    SdoRead4 read(program.link);
-    program.blocks = {&read};
-    read.channel = channel;
-    read.timeout = 300;
-    Time now = 0;
-    const auto execute = [&](std::uint8_t device, std::uint16_t index) {
-      read.enable = false;
-      program.cycle(now);
-      read.device = device;
-      read.index = index;
-      read.enable = true;
-      while (device == 9 ? plant.frames("609#").empty() : !read.confirm && read.error == KernelError::kNone)
-        program.cycle(now += kMs);
-    };
-    execute(5, 0x2004);
-    REQUIRE(read.confirm);
-    execute(9, 0x2004);  // no such node
-    const std::string restart = channel == 1 ? "write 3700 0" : "write 700 99 5066 0 0x3003 0 2 1000";
-    CHECK(plant.command(restart) == "ok");
-    if (channel == 1) CHECK(plant.command("trigger write 0 0x3003 0 2 1000") == "ok");
-    CHECK(plant.command(channel == 1 ? "write 3700 0 0 0 0 0 0 0" : "write 800 0 5 0") == "ok");
-    for (int i = 0; i < 5; ++i)
-      program.cycle(now += kMs);
-    CHECK(read.error == KernelError::kInternal);
-    execute(5, 0x2004);
-    CHECK(read.confirm);
-    execute(0, 0x3003);
-    CHECK(read.data == std::array<std::uint8_t, 4>{0xB5, 0x01, 0, 0});
-  }
-}
-
 TEST_CASE("result 5 on a channel: 3003h and 3004h are written anew") {
   FakeServer server;
   Program program(server.port());
@@ -128,28 +92,6 @@ TEST_CASE("result 5 on a channel: 3003h and 3004h are written anew") {
     program.cycle(now);
   serve("0004");
   CHECK(objects == std::vector<std::string>{"3003", "3004", "0000", "0000", "3003", "3004", "0000"});
-}
-
-TEST_CASE("a transaction that a program has left behind is cancelled, and its result is nobody's") {
-  Plant plant;
-  {
-    Program gone(plant.port());
-    SdoRead4 read(gone.link);
-    read.device = 9;
-    read.enable = true;
-    gone.blocks = {&read};
-    while (plant.frames("609#").empty())
-      gone.cycle(0);
-  }  // its connection is closed, and nothing is said
-  Program program(plant.port());
-  GetLocalNodeId id(program.link);
-  id.enable = true;
-  program.blocks = {&id};
-  while (!id.confirm && id.error == KernelError::kNone)
-    program.cycle(0);
-  CHECK(id.device == 127);
-  CHECK(plant.frames("609#").size() == 2);
-  CHECK(plant.frames("609#").back() == "609#8000000000000008");
 }
 
 }  // namespace cbcan::cia405::test

@@ -30,7 +30,7 @@ def packages():
     """All that any CMakeLists.txt of ours looks for."""
     text = "".join(path.read_text() for path in (ROOT / "CMakeLists.txt", *ROOT.glob("*/**/CMakeLists.txt")))
     found = set(re.findall(r"find_package\((\w+)", text)) | {"fmt", "tomlplusplus"}
-    assert {"CLI11", "PkgConfig", "Catch2"} <= found, found
+    assert {"nlohmann_json", "PkgConfig", "Catch2"} <= found, found
     return found
 
 

@@ -70,7 +70,7 @@ TEST_CASE("A node's image: the EDS file's defaults, and the plant file's values 
                          .build(node_with({{0x2002, 0, std::string("xyzzy"), {}}}), 0);
   REQUIRE(build.node);
   CHECK(build.problems.empty());
-  cbcan::sim::NodeImage image = build.node->image;
+  cbcan::eds::DictionaryImage image = build.node->image;
   const cbcan::ObjectDictionary dictionary(image.entries, image.values, nullptr);
   CHECK(dictionary.get(0x2001, 0) == 7);
   cbcan::ObjectEntry entry{};
@@ -154,7 +154,7 @@ TEST_CASE("What cannot be built is named with its line") {
   CHECK(garbage.problems ==
         std::vector<std::string>{
             "y.eds: not one object in it that a node could have; write an EDS or DCF file"});
-  CHECK((garbage.warnings.empty() && garbage.notes.empty()));
+  CHECK(garbage.warnings.empty());
 }
 
 TEST_CASE("Every node of the demo plant is built without a word") {
@@ -168,7 +168,6 @@ TEST_CASE("Every node of the demo plant is built without a word") {
     const auto build = cbcan::config::NodeBuilder(read).build(node, node_seed(config, node));
     CHECK(build.node);
     CHECK(build.warnings.empty());
-    CHECK(build.notes.empty());
     devices.emplace_back(build.node ? build.node->device : "");
   }
   CHECK(devices == std::vector<std::string>{"cia401", "cia404", "cia404", "cia402", "none"});
@@ -367,9 +366,6 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
   const auto drive = built(type + words + modes + variable("60FF", "DataType=4\n"));
   CHECK(drive.node->device == "cia402");
   CHECK(drive.warnings == std::vector<std::string>{"x.eds:13: [6060] has no DataType: INTEGER8 is assumed"});
-  CHECK(
-      drive.notes.back() ==
-      "x.eds: 1000h names no profile that has a device, but the objects are those of cia402, which it gets");
   CHECK(drive.node->image.values.at(0) == 0x92);
   CHECK(drive.node->image.values.at(1) == 0x01);
 

@@ -98,8 +98,8 @@ TEST_CASE("--set adds whole nodes, wires and faults") {
 
 TEST_CASE("node options that are wrong") {
   refused(start({"--node", "a.eds"}), "--node a.eds: must be ID=FILE, such as 5=io_module.eds");
-  refused(start({"--node", "300=a.eds"}), "--node 300=a.eds: id \"300\": must be 1..127");
-  refused(start({"--node", "5="}), "--node 5=: eds \"\": must be the path of an EDS or DCF file");
+  refused(start({"--node", "300=a.eds"}), "--node 300=a.eds: node.id 300: must be 1..127");
+  refused(start({"--node", "5="}), "--node 5=: node.eds \"\": must be the path of an EDS or DCF file");
   refused(with_plant({"--set", "node.name=Valve"}),
           "--set node.name=Valve: there is no node name; add --node name=FILE.eds");
   refused(with_plant({"--set", "node.6.name=Valve"}),
@@ -166,7 +166,7 @@ TEST_CASE("wires and what a drive moves, on the command line") {
   refused(with_plant({"--wire", "5:1"}),
           "--wire 5:1: must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
   refused(with_plant({"--wire", "5:1=5:2 lag=3"}),
-          "--wire 5:1=5:2 lag=3: lag: no such key; did you mean lag_ms?");
+          "--wire 5:1=5:2 lag=3: wire.lag: no such key; did you mean wire.lag_ms?");
   refused(with_plant({"--wire", "5:1=6:2"}),
           "--wire 5:1=6:2: wire 5:1 to 6:2: 6:2: there is no such node in the plant");
 }

@@ -75,7 +75,7 @@ TEST_CASE("--help has every option with what it may be and its default, and ever
     const std::string help = help_on(row.option);
     REQUIRE(help != "");
     const std::string standard = standard_of(row);
-    const bool has_argument = !cbcan::text::option_argument(row.option).empty();
+    const bool has_argument = !cbcan::options::option_argument(row.option).empty();
     if (has_argument && standard != kNone) CHECK(contains(help, "(default " + standard + ")"));
     if (has_argument) CHECK(contains(help, domain_of(row)));
   });
@@ -86,7 +86,7 @@ TEST_CASE("-h fits one screen, and names only options that there are") {
   CHECK(lines_of(short_help_text()).size() <= 24);
   std::set<std::string> known;
   for (const std::string_view option : all_options())
-    known.emplace(cbcan::text::option_name(option));
+    known.emplace(cbcan::options::option_name(option));
   for (const std::string& option : options_in(short_help_text()))
     CHECK(known.contains(option));
 }
@@ -104,7 +104,7 @@ TEST_CASE("--help has every device") {
 TEST_CASE("--help has no option that does not exist") {
   std::set<std::string> known;
   for (const std::string_view option : all_options())
-    known.emplace(cbcan::text::option_name(option));
+    known.emplace(cbcan::options::option_name(option));
   known.erase("-h");
   CHECK(options_in(help_text()) == known);
 }
@@ -130,7 +130,7 @@ TEST_CASE("the examples in --help run") {
 TEST_CASE("the reference names no option that does not exist") {
   std::set<std::string> known;
   for (const std::string_view option : all_options())
-    known.emplace(cbcan::text::option_name(option));
+    known.emplace(cbcan::options::option_name(option));
   for (const std::string& option : options_in(source_file("docs/reference/plant-file.md"))) {
     INFO(option);
     CHECK(known.count(option) == 1);

@@ -5,9 +5,9 @@
 #include "text/suggestion.hpp"
 
 using namespace cbcan::config;
-using cbcan::text::assign;
-using cbcan::text::Form;
-using cbcan::text::typed;
+using cbcan::options::assign;
+using cbcan::options::Form;
+using cbcan::options::typed;
 
 namespace {
 

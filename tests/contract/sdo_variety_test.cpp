@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "SDO service": what is ignored, what is legal, what has an end, and block reads.
+// docs/reference/contract.md, "SDO service": what is ignored, what is legal, what has an end, and block
+// reads.
 
 #include "contract/phases.hpp"
 
@@ -129,6 +130,13 @@ TEST_CASE("[SDO-23] in a block transfer") {
     window.expect("605#A100000000000000");
     CHECK(window.target().read(3705, 6) == Words{9, 0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
   }
+  SECTION("no CRC, writing") {
+    window.write(5, 0x2000, 1, 14, {0x3231, 0x3433, 0x3635, 0x3837, 0x3039, 0x3231, 0x3433});
+    window.exchange({{"605#C60020010E000000", "585#A00020017F000000"},
+                     {"605#0131323334353637", ""},
+                     {"605#8238393031323334", "585#A2027F0000000000"},
+                     {"605#C100000000000000", "585#A100000000000000"}});
+  }
   SECTION("a zero-length object") {
     window.read(5, 0x2000, 1, 9);
     window.exchange({{"605#A400200102000000", "585#C600200100000000"},
@@ -179,6 +187,10 @@ TEST_CASE("[SDO-24] eight times") {
   SECTION("reading") {
     window.read(5, 0x2000, 1, 9).exchange({{"605#A400200102000000", "585#C600200109000000"}});
     window.expect("605#A300000000000000");
+    SECTION("from the start") {}
+    SECTION("after a segment") {
+      window.arrive("585#0131323334353637", "585#8131323334353637").expect("605#A201020000000000");
+    }
     for (int round = 1; round < 8; ++round) {
       window.arrive("585#8238390000000000").expect("605#A200020000000000");
       CHECK(window.busy());

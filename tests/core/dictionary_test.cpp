@@ -44,6 +44,8 @@ TEST_CASE("Lookup: no object, no sub-index, runs of sub-indices") {
   CHECK(fixture.dictionary.find(0x2002, 0, entry) == AbortCode::kNoObject);
   CHECK(fixture.dictionary.find(0x1FFF, 255, entry) == AbortCode::kNoObject);
   CHECK(fixture.dictionary.find(0x2004, 0, entry) == AbortCode::kNoObject);
+  CHECK_FALSE(fixture.dictionary.set(0x2002, 0, 1));
+  CHECK_FALSE(fixture.dictionary.set(0x2001, 5, 1));  // it has no bytes yet
 }
 
 TEST_CASE("Sub-index 0 of a counted array says what the last one is") {
@@ -57,13 +59,9 @@ TEST_CASE("Sub-index 0 of a counted array says what the last one is") {
   CHECK(size == 1);
   CHECK(out[0] == 3);
   CHECK(dictionary.read(0x2001, 0, {}, size, 0) == AbortCode::kReadLength);
-  CHECK(dictionary.write(0x2001, 0, std::span(out).first(1), 0) == AbortCode::kReadOnly);
-  CHECK(dictionary.read(0x2001, 4, out, size, 0) == AbortCode::kNoSubIndex);
-  CHECK(dictionary.read(0x2002, 0, out, size, 0) == AbortCode::kNoObject);
-  out = {0x11, 0x22};
-  CHECK(dictionary.write(0x2001, 3, out, 0) == AbortCode::kNone);
-  CHECK(values[10] == 0x11);
-  CHECK(values[11] == 0x22);
+  ObjectEntry entry{};
+  CHECK(dictionary.find(0x2001, 4, entry) == AbortCode::kNoSubIndex);
+  CHECK(dictionary.find(0x2002, 0, entry) == AbortCode::kNoObject);
 }
 
 TEST_CASE("Elements of a run do not touch each other") {
@@ -88,30 +86,6 @@ TEST_CASE("Limits of signed values") {
   CHECK(fixture.write(0x2003, 0, {0xFE, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}) == AbortCode::kValueLow);
 }
 
-TEST_CASE("Variable length: what was written is what is read, up to the capacity") {
-  Fixture fixture;
-  std::array<std::uint8_t, 16> out{};
-  std::size_t size = 99;
-  CHECK(fixture.dictionary.read(0x2001, 5, out, size, 0) == AbortCode::kNone);
-  CHECK(size == 0);
-  CHECK(fixture.write(0x2001, 5, {'a', 'b', 'c'}) == AbortCode::kNone);
-  CHECK(fixture.dictionary.read(0x2001, 5, out, size, 0) == AbortCode::kNone);
-  CHECK(size == 3);
-  CHECK(out[2] == 'c');
-  CHECK(fixture.write(0x2001, 5, {1, 2, 3, 4, 5, 6, 7, 8, 9}) == AbortCode::kParameterLength);
-  CHECK(fixture.dictionary.read(0x2001, 5, std::span(out).first(2), size, 0) == AbortCode::kReadLength);
-}
-
-TEST_CASE("set() and get() are the device's own side: no access rights, no limits") {
-  Fixture fixture;
-  CHECK(fixture.dictionary.set(0x2000, 0, 200));
-  CHECK(fixture.dictionary.get(0x2000, 0) == 200);
-  CHECK(fixture.write(0x2000, 0, {1}) == AbortCode::kReadOnly);
-  CHECK_FALSE(fixture.dictionary.set(0x2002, 0, 1));
-  CHECK_FALSE(fixture.dictionary.set(0x2001, 5, 1));
-  CHECK(fixture.dictionary.get(0x2002, 0) == 0);
-}
-
 namespace {
 
 /// Records of a U8 and two U16 at 1800h..180Fh; process data at A000h, as bytes and as bits.
@@ -124,86 +98,20 @@ constexpr std::array kRuns{
                 16, 1},
 };
 
-struct RunFixture {
-  std::array<std::uint8_t, 81> values{};
-  std::array<std::uint8_t, 6> process{};
-  ObjectDictionary dictionary{kRuns, values, nullptr, {}, process};
-
-  void write(std::uint16_t index, std::uint8_t sub, std::initializer_list<std::uint8_t> bytes) {
-    CHECK(dictionary.write(index, sub, std::span(bytes.begin(), bytes.size()), 0) == AbortCode::kNone);
-  }
-  std::uint8_t read(std::uint16_t index, std::uint8_t sub) {
-    std::array<std::uint8_t, 1> out{0xEE};
-    std::size_t size = 0;
-    CHECK(dictionary.read(index, sub, out, size, 0) == AbortCode::kNone);
-    CHECK(size == 1);
-    return out[0];
-  }
-};
-
 }  // namespace
 
-TEST_CASE("Runs of indices: each index has its own elements") {
-  RunFixture fixture;
-  fixture.write(0x1800, 3, {0x01, 0x10});
-  fixture.write(0x1800, 4, {0x02, 0x20});
-  fixture.write(0x1801, 3, {0x03, 0x30});
-  fixture.write(0x180F, 4, {0x04, 0x40});
-  fixture.write(0x180F, 0, {0x55});
-  CHECK(fixture.dictionary.get(0x1800, 3) == 0x1001);
-  CHECK(fixture.dictionary.get(0x1800, 4) == 0x2002);
-  CHECK(fixture.dictionary.get(0x1801, 3) == 0x3003);
-  CHECK(fixture.dictionary.get(0x180F, 4) == 0x4004);
-  CHECK(fixture.dictionary.get(0x180F, 0) == 0x55);
-  CHECK(fixture.values[16] == 0x55);
-  CHECK(fixture.values[80] == 0x40);
-}
-
 TEST_CASE("Runs of indices: what is found is one of its index alone") {
-  RunFixture fixture;
+  std::array<std::uint8_t, 81> values{};
+  std::array<std::uint8_t, 6> process{};
+  const ObjectDictionary dictionary{kRuns, values, nullptr, {}, process};
   ObjectEntry entry{};
-  CHECK(fixture.dictionary.find(0x1807, 4, entry) == AbortCode::kNone);
+  CHECK(dictionary.find(0x1807, 4, entry) == AbortCode::kNone);
   CHECK(entry.index == 0x1807);
   CHECK(entry.more_indices == 0);
   CHECK(entry.first_sub == 3);
-  CHECK(fixture.dictionary.find(0x17FF, 0, entry) == AbortCode::kNoObject);
-  CHECK(fixture.dictionary.find(0x1810, 0, entry) == AbortCode::kNoObject);
-  CHECK(fixture.dictionary.find(0x1808, 1, entry) == AbortCode::kNoSubIndex);
-  CHECK(fixture.dictionary.find(0x1808, 5, entry) == AbortCode::kNoSubIndex);
-  CHECK(fixture.dictionary.find(0xA082, 1, entry) == AbortCode::kNoObject);
-}
-
-TEST_CASE("Process data lie in the process image") {
-  RunFixture fixture;
-  fixture.write(0xA000, 1, {0x12});
-  fixture.write(0xA000, 4, {0x34});
-  CHECK(fixture.process == std::array<std::uint8_t, 6>{0, 0, 0x12, 0, 0, 0x34});
-  fixture.process[3] = 0x56;
-  CHECK(fixture.read(0xA000, 2) == 0x56);
-  CHECK(fixture.values == std::array<std::uint8_t, 81>{});
-}
-
-TEST_CASE("Packed BOOLEANs are bits, through all indices of the run") {
-  RunFixture fixture;
-  fixture.write(0xA080, 1, {1});
-  fixture.write(0xA080, 10, {0xFF});  // bit 16 + 9
-  fixture.write(0xA081, 2, {1});      // bit 16 + 11
-  CHECK(fixture.process == std::array<std::uint8_t, 6>{0, 0, 0x01, 0x0A, 0, 0});
-  CHECK(fixture.read(0xA080, 10) == 1);
-  CHECK(fixture.read(0xA081, 1) == 0);
-  CHECK(fixture.read(0xA000, 2) == 0x0A);
-  fixture.process[3] = 0xFF;
-  fixture.write(0xA081, 1, {0});
-  CHECK(fixture.process[3] == 0xFB);
-}
-
-TEST_CASE("Power-on values: behind their end everything becomes 0, process data stay") {
-  RunFixture fixture;
-  fixture.values.fill(0x77);
-  fixture.process.fill(0x88);
-  const std::array<std::uint8_t, 17> power_on{9};
-  cbcan::restore_values(kRuns, power_on, fixture.values, 0, 0xFFFF);
-  CHECK(fixture.values[0] == 9);
-  CHECK(std::count(fixture.values.begin(), fixture.values.end(), 0) == 80);
-  CHECK(std::count(fixture.process.begin(), fixture.process.end(), 0x88) == 6);
+  CHECK(dictionary.find(0x17FF, 0, entry) == AbortCode::kNoObject);
+  CHECK(dictionary.find(0x1810, 0, entry) == AbortCode::kNoObject);
+  CHECK(dictionary.find(0x1808, 1, entry) == AbortCode::kNoSubIndex);
+  CHECK(dictionary.find(0x1808, 5, entry) == AbortCode::kNoSubIndex);
+  CHECK(dictionary.find(0xA082, 1, entry) == AbortCode::kNoObject);
 }

@@ -1,320 +1,306 @@
 // SPDX-License-Identifier: MIT
-// The LSS slave as an LSS master sees it. Frames are those of CiA 305; that reserved bytes are not 0 is what
+// The LSS slave as an LSS master sees it. Frames are those of CiA 305: requests have CAN-ID 7E5h, responses
+// 7E4h, both eight bytes; zeros at their end are left out here. That reserved bytes are not 0 is what
 // CANopenNode's master does in switch state selective.
 
-#include "lss_device.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
+#include "support/bench.hpp"
 
-using cbcan::kMillisecond;
-using cbcan::test::kNone;
-using StoreResult = cbcan::LssApplication::StoreResult;
+using namespace cbcan;
 using namespace cbcan::test;
 
 namespace {
 
+constexpr std::uint8_t kNone = LssSlave::kNoNodeId, kNotStarted = 0;
+constexpr const char* kSilence = "";
+constexpr const char *kConfiguration = "0401", *kWaiting = "04";
+
+using Identity = std::array<std::uint32_t, 4>;
+using Log = std::vector<std::string>;
+using Requests = std::vector<std::string>;
+
+struct Exchange {
+  std::string request, response;
+};
+
+/// A device behind an LSS slave; what it is told to do is in the log, with the time.
+struct LssDevice final : private LssApplication {
+  explicit LssDevice(std::uint8_t node_id,
+                     const Identity& address = {0x319, 0x04030201, 0x00010002, 0x12345678})
+      : address_(address), slave(*this, port) {
+    if (node_id != kNotStarted) slave.start(node_id, 4, now);
+  }
+
+  /// What it says.
+  std::string hear(const std::string& request) {
+    slave.on_frame(frame_from("7E5#" + request + std::string(16 - request.size(), '0')), now);
+    std::string said;
+    for (const std::string& frame : port.sent)
+      said += frame;
+    port.sent.clear();
+    return said;
+  }
+  void ask(const std::vector<Exchange>& exchanges) {
+    for (const auto& [request, response] : exchanges) {
+      INFO("after " << request);
+      const std::string zeros(16 - response.size(), '0');
+      CHECK(hear(request) == (response.empty() ? "" : "7E4#" + response + zeros));
+    }
+  }
+  void ask_in_vain(const Requests& requests) {
+    for (const std::string& request : requests)
+      ask({{request, kSilence}});
+  }
+  void pass(Time duration) {
+    const Time end = now + duration;
+    while (slave.deadline() <= end) {
+      now = slave.deadline();
+      slave.poll(now);
+    }
+    now = end;
+  }
+
+ private:
+  std::uint32_t identity(std::uint8_t part) const override { return address_.at(part); }
+  bool is_bit_rate_supported(std::uint8_t index) const override { return bit_rates && index != 1; }
+  void set_on_bus(bool on, Time at) override { note(on ? "on" : "off", at); }
+  void activate_bit_rate(std::uint8_t index, Time at) override { note("rate " + std::to_string(index), at); }
+  StoreResult store(std::uint8_t node_id, std::uint8_t bit_rate) override {
+    note("store " + std::to_string(node_id) + " " + std::to_string(bit_rate), now);
+    return storage;
+  }
+  void on_node_id(std::uint8_t node_id, Time at) override {
+    note("node " + std::to_string(node_id), at);
+    CHECK(slave.reset_communication(at) == node_id);  // the NMT initialisation that follows
+  }
+  void note(const std::string& what, Time at) { log.push_back(std::to_string(at) + " " + what); }
+
+  Identity address_;
+
+ public:
+  RecordingPort port;
+  Time now = 0;
+  bool bit_rates = true;
+  StoreResult storage = StoreResult::kStored;
+  Log log;
+  LssSlave slave;
+};
+
 /// What the master asks for in the configuration state, and its responses while node 5 has the identity
 /// above.
-struct Service {
-  const char *request, *response;
-};
-constexpr Service kConfigurationServices[] = {
-    {"7E5#110A000000000000", "7E4#1100000000000000"}, {"7E5#1300020000000000", "7E4#1300000000000000"},
-    {"7E5#1700000000000000", "7E4#1700000000000000"}, {"7E5#5A00000000000000", "7E4#5A19030000000000"},
-    {"7E5#5B00000000000000", "7E4#5B01020304000000"}, {"7E5#5C00000000000000", "7E4#5C02000100000000"},
-    {"7E5#5D00000000000000", "7E4#5D78563412000000"}, {"7E5#5E00000000000000", "7E4#5E05000000000000"},
-};
+const std::vector<Exchange> kConfigurationServices{
+    {"110A", "11"},       {"130002", "13"},     {"17", "17"},         {"5A", "5A1903"},
+    {"5B", "5B01020304"}, {"5C", "5C02000100"}, {"5D", "5D78563412"}, {"5E", "5E05"}};
+
+/// Each is one of a run of requests that is not complete without it.
+const Requests kSelect{"401903", "4101020304", "4202000100", "4378563412"};
+const Requests kIdentify{"461903", "4701020304", "48", "49FFFFFFFF", "4A", "4BFFFFFFFF"};
+
+/// One of them left out, or with another number; the device says nothing.
+void check_incomplete(LssDevice& device, const Requests& run, const std::string& wrong_byte,
+                      std::size_t compared) {
+  for (std::size_t at = 0; at < run.size(); ++at) {
+    Requests requests = run;
+    requests[at].replace(2, 2, wrong_byte);
+    if (at < compared) device.ask_in_vain(requests);
+    requests.erase(requests.begin() + static_cast<std::ptrdiff_t>(at));
+    device.ask_in_vain(requests);
+    device.ask_in_vain({kWaiting});
+  }
+}
 
 }  // namespace
 
 TEST_CASE("LSS: configuration services answer in the configuration state and are silent in the other") {
   LssDevice device(5);
-  for (const Service& service : kConfigurationServices)
-    device.ask_in_vain(service.request);
-  device.ask_in_vain("7E5#1510000000000000");
+  const auto ask_in_vain = [&] {
+    for (const Exchange& service : kConfigurationServices)
+      device.ask_in_vain({service.request});
+  };
+  ask_in_vain();
+  device.ask_in_vain({"1510"});
   CHECK(device.slave.pending_node_id() == 5);
   CHECK(device.log.empty());
-  device.configuration();
-  for (const Service& service : kConfigurationServices)
-    device.ask(service.request, service.response);
-  device.waiting();
-  for (const Service& service : kConfigurationServices)
-    device.ask_in_vain(service.request);
+  device.ask_in_vain({kConfiguration});
+  device.ask(kConfigurationServices);
+  device.ask_in_vain({kWaiting});
+  ask_in_vain();
+}
+
+TEST_CASE("LSS: a slave that has not been started hears nothing") {
+  LssDevice device(kNotStarted);
+  device.ask_in_vain({"4C"});
+  CHECK(device.slave.deadline() == kNever);
 }
 
 TEST_CASE("LSS: frames that are no requests are ignored; so are unknown specifiers and modes") {
   LssDevice device(5);
-  device.configuration();
+  device.ask_in_vain({kConfiguration});
   for (const char* frame :
-       {"7E5#5E", "7E5#5E000000000000", "7E5#R8", "000007E5#5E00000000000000", "7E4#5E00000000000000",
-        "7E5#0000000000000000", "7E5#5F00000000000000", "7E5#4400000000000000", "7E5#4D00000000000000",
-        "7E5#FF00000000000000", "7E5#0402000000000000"})
-    device.ask_in_vain(frame);
-  device.ask("7E5#5E00000000000000", "7E4#5E05000000000000");
-}
-
-TEST_CASE("LSS: a slave that has not been started hears nothing") {
-  class Off final : public cbcan::LssApplication {
-    std::uint32_t identity(std::uint8_t) const override { return 0; }
-    bool is_bit_rate_supported(std::uint8_t) const override { return false; }
-    void set_on_bus(bool, cbcan::Time) override {}
-    void activate_bit_rate(std::uint8_t, cbcan::Time) override {}
-    StoreResult store(std::uint8_t, std::uint8_t) override { return StoreResult::kNoStorage; }
-    void on_node_id(std::uint8_t, cbcan::Time) override {}
-  } off;
-  cbcan::test::RecordingPort port;
-  cbcan::LssSlave slave(off, port);
-  slave.on_frame(cbcan::test::frame_from("7E5#4C00000000000000"), 0);
-  CHECK(port.sent.empty());
-  CHECK(slave.deadline() == cbcan::kNever);
-}
-
-TEST_CASE("LSS: switch state selective, with rubbish behind the numbers") {
-  LssDevice device(5);
-  device.ask_in_vain("7E5#4019030000AABBCC", "7E5#4101020304AABBCC", "7E5#4202000100AABBCC");
-  device.ask("7E5#4378563412AABBCC", "7E4#4400000000000000");
-  device.ask("7E5#5E00000000000000", "7E4#5E05000000000000");
-  device.ask_in_vain("7E5#4019030000000000");  // none of it in the configuration state
-  device.ask_in_vain("7E5#4101020304000000", "7E5#4202000100000000", "7E5#4378563412000000");
-}
-
-TEST_CASE("LSS: switch state selective needs all four numbers, in order") {
-  const std::vector<std::string> right{"7E5#4019030000000000", "7E5#4101020304000000", "7E5#4202000100000000",
-                                       "7E5#4378563412000000"};
-  LssDevice device(5);
-  for (std::size_t harmed = 0; harmed < right.size(); ++harmed) {
-    for (std::size_t i = 0; i < right.size(); ++i)
-      device.ask_in_vain(i == harmed ? std::string(right[i]).replace(6, 2, "FF") : right[i]);
-    for (std::size_t i = 0; i < right.size(); ++i)
-      if (i != harmed) device.ask_in_vain(right[i]);
-    device.waiting();
+       {"7E5#5E", "7E5#5E000000000000", "7E5#R8", "000007E5#5E00000000000000", "7E4#5E00000000000000"}) {
+    device.slave.on_frame(frame_from(frame), 0);
+    CHECK(device.port.sent.empty());
   }
-  for (const std::size_t i : {std::size_t{0}, std::size_t{2}, std::size_t{1}, std::size_t{3}})
-    device.ask_in_vain(right[i]);
-  for (const std::size_t i : {std::size_t{0}, std::size_t{1}, std::size_t{2}})
-    device.ask_in_vain(right[i]);
-  device.waiting();  // begins anew
-  device.ask_in_vain(right[3]);
-  for (const std::size_t i : {std::size_t{0}, std::size_t{0}, std::size_t{1}, std::size_t{2}})
-    device.ask_in_vain(right[i]);
-  device.ask(right[3], "7E4#4400000000000000");
+  device.ask_in_vain({"00", "5F", "44", "4D", "FF", "0402"});
+  device.ask({{"5E", "5E05"}});
+}
+
+TEST_CASE("LSS: switch state selective needs all four numbers, in order; rubbish may follow them") {
+  LssDevice device(5);
+  check_incomplete(device, kSelect, "FF", 4);
+  device.ask_in_vain({kSelect[0], kSelect[2], kSelect[1], kSelect[3], kSelect[0], kSelect[1], kSelect[2]});
+  device.ask_in_vain({kWaiting, kSelect[3]});  // begins anew
+  device.ask_in_vain({kSelect[0], "4019030000AABBCC", "4101020304AABBCC", "4202000100AABBCC"});
+  device.ask({{"4378563412AABBCC", "44"}, {"5E", "5E05"}});
+  device.ask_in_vain(kSelect);  // none of it in the configuration state
 }
 
 TEST_CASE("LSS: configure node-ID takes 1..127 and 255") {
   LssDevice device(5);
-  device.configuration();
-  for (const char* good : {"01", "7F", "FF"})
-    device.ask("7E5#11" + std::string(good) + "000000000000", "7E4#1100000000000000");
-  device.ask("7E5#1111000000000000", "7E4#1100000000000000");
-  for (const char* bad : {"00", "80", "FE"})
-    device.ask("7E5#11" + std::string(bad) + "000000000000", "7E4#1101000000000000");
+  device.ask_in_vain({kConfiguration});
+  device.ask({{"1101", "11"}, {"117F", "11"}, {"11FF", "11"}, {"1111", "11"}});
+  device.ask({{"1100", "1101"}, {"1180", "1101"}, {"11FE", "1101"}});
   CHECK(device.slave.pending_node_id() == 0x11);
   CHECK(device.slave.node_id() == 5);
 }
 
 TEST_CASE("LSS: a device that has a node ID changes it with the next reset of the communication") {
   LssDevice device(5);
-  device.configuration();
-  device.ask("7E5#110A000000000000", "7E4#1100000000000000");
-  device.ask("7E5#5E00000000000000", "7E4#5E05000000000000");
-  device.waiting();
+  device.ask({{kConfiguration, kSilence}, {"110A", "11"}, {"5E", "5E05"}, {kWaiting, kSilence}});
   CHECK(device.log.empty());
   CHECK(device.slave.node_id() == 5);
-  CHECK(device.slave.pending_node_id() == 10);
-  device.configuration();
+  device.ask_in_vain({kConfiguration});
   CHECK(device.slave.reset_communication(device.now) == 10);
   CHECK(device.slave.node_id() == 10);
-  device.ask_in_vain("7E5#5E00000000000000");  // the reset has led to the waiting state
-  device.configuration();
-  device.ask("7E5#11FF000000000000", "7E4#1100000000000000");
-  device.waiting();
-  device.ask_in_vain("7E5#4C00000000000000");
+  device.ask_in_vain({"5E"});  // the reset has led to the waiting state
+  device.ask({{kConfiguration, kSilence}, {"11FF", "11"}, {kWaiting, kSilence}, {"4C", kSilence}});
   CHECK(device.slave.reset_communication(device.now) == kNone);
-  device.ask("7E5#4C00000000000000", "7E4#5000000000000000");
+  device.ask({{"4C", "50"}});
   device.slave.start(5, 4, device.now);
   CHECK(device.slave.node_id() == 5);
   CHECK(device.slave.pending_node_id() == 5);
 }
 
-TEST_CASE("LSS: a device without a node ID gets one when it is switched back to waiting") {
+TEST_CASE("LSS: a device without a node ID is asked for, and gets one when it is switched back to waiting") {
   LssDevice device(kNone);
   device.now = 7;
-  device.waiting();
+  device.ask({{"4C", "50"}, {kWaiting, kSilence}, {"4C", "50"}, {kConfiguration, kSilence}, {"4C", "50"}});
   CHECK(device.log.empty());
-  device.configuration();
-  device.ask("7E5#5E00000000000000", "7E4#5EFF000000000000");
-  device.ask("7E5#1142000000000000", "7E4#1100000000000000");
-  device.ask("7E5#5E00000000000000", "7E4#5E42000000000000");
+  device.ask({{"5E", "5EFF"}, {"1142", "11"}, {"5E", "5E42"}, {"4C", kSilence}});
   CHECK(device.slave.node_id() == kNone);
-  CHECK(device.log.empty());
-  device.waiting();
-  CHECK(device.log == std::vector<std::string>{"7 node 66"});
+  device.ask_in_vain({kWaiting, kWaiting});
+  CHECK(device.log == Log{"7 node 66"});
   CHECK(device.slave.node_id() == 0x42);
-  device.waiting();
-  CHECK(device.log.size() == 1);
-  device.ask_in_vain("7E5#4C00000000000000");
-}
-
-TEST_CASE("LSS: identify non-configured remote slave, in both states, while no node ID is pending either") {
-  LssDevice device(kNone);
-  device.ask("7E5#4C00000000000000", "7E4#5000000000000000");
-  device.configuration();
-  device.ask("7E5#4C00000000000000", "7E4#5000000000000000");
-  device.ask("7E5#1101000000000000", "7E4#1100000000000000");
-  device.ask_in_vain("7E5#4C00000000000000");
-  LssDevice configured(5);
-  configured.ask_in_vain("7E5#4C00000000000000");
+  device.ask_in_vain({"4C"});
 }
 
 TEST_CASE("LSS: configure bit timing") {
   LssDevice device(5);
-  device.configuration();
+  device.ask_in_vain({kConfiguration});
   for (const char* good : {"0000", "0002", "0003", "0004", "0006", "0007", "0008", "0009"})
-    device.ask("7E5#13" + std::string(good) + "0000000000", "7E4#1300000000000000");
+    device.ask({{std::string("13") + good, "13"}});
   for (const char* bad : {"0001", "0005", "000A", "00FF", "0100", "8000"})
-    device.ask("7E5#13" + std::string(bad) + "0000000000", "7E4#1301000000000000");
-  device.ask("7E5#1700000000000000", "7E4#1700000000000000");
-  CHECK(device.log == std::vector<std::string>{"0 store 5 9"});
+    device.ask({{std::string("13") + bad, "1301"}});
+  device.ask({{"17", "17"}});
+  CHECK(device.log == Log{"0 store 5 9"});
   device.bit_rates = false;
-  device.ask("7E5#1300000000000000", "7E4#1301000000000000");
+  device.ask({{"13", "1301"}});
 }
 
 TEST_CASE("LSS: activate bit timing: off the bus for twice the delay, switched half-way") {
   LssDevice device(5);
   device.now = 1000;
-  device.configuration();
-  device.ask("7E5#1300030000000000", "7E4#1300000000000000");
-  device.ask_in_vain("7E5#152C010000000000");  // 300 ms
-  CHECK(device.log == std::vector<std::string>{"1000 off"});
-  CHECK(device.slave.deadline() == 301000);
+  device.ask({{kConfiguration, kSilence}, {"130003", "13"}, {"152C01", kSilence}});  // 300 ms
+  CHECK(device.log == Log{"1000 off"});
+  CHECK(device.slave.deadline() == 301'000);
   device.pass(300 * kMillisecond);
-  CHECK(device.log.back() == "301000 rate 3");
-  device.ask_in_vain("7E5#5E00000000000000");
+  device.ask_in_vain({"5E"});
   device.pass(300 * kMillisecond - 1);
-  CHECK(device.log.size() == 2);
-  device.ask_in_vain("7E5#5E00000000000000");
+  CHECK(device.log == Log{"1000 off", "301000 rate 3"});
+  device.ask_in_vain({"5E"});
   device.pass(1);
-  CHECK(device.log.back() == "601000 on");
-  CHECK(device.log.size() == 3);
-  CHECK(device.slave.deadline() == cbcan::kNever);
-  device.ask("7E5#5E00000000000000", "7E4#5E05000000000000");  // still in the configuration state
+  CHECK(device.log == Log{"1000 off", "301000 rate 3", "601000 on"});
+  CHECK(device.slave.deadline() == kNever);
+  device.ask({{"5E", "5E05"}});  // still in the configuration state
 }
 
 TEST_CASE("LSS: activate bit timing at once, with no new rate, and on a device that cannot") {
   LssDevice device(5);
-  device.configuration();
-  device.ask_in_vain("7E5#1500000000000000");
-  CHECK(device.log == std::vector<std::string>{"0 off", "0 rate 4", "0 on"});
-  device.ask("7E5#5E00000000000000", "7E4#5E05000000000000");
+  device.ask_in_vain({kConfiguration, "15"});
+  CHECK(device.log == Log{"0 off", "0 rate 4", "0 on"});
+  device.ask({{"5E", "5E05"}});
   device.bit_rates = false;
-  device.ask_in_vain("7E5#1500000000000000");
+  device.ask_in_vain({"15"});
   CHECK(device.log.size() == 3);
 }
 
 TEST_CASE("LSS: a reset while the bit rate is being switched puts the device back on the bus") {
   LssDevice device(5);
-  device.configuration();
-  device.ask_in_vain("7E5#15FFFF0000000000");
-  CHECK(device.slave.deadline() == 65535 * kMillisecond);
+  device.ask_in_vain({kConfiguration, "15FFFF"});
+  CHECK(device.slave.deadline() == 65'535 * kMillisecond);
   device.now = 9;
   device.slave.start(5, 4, device.now);
-  CHECK(device.log == std::vector<std::string>{"0 off", "9 on"});
-  CHECK(device.slave.deadline() == cbcan::kNever);
+  CHECK(device.log == Log{"0 off", "9 on"});
+  CHECK(device.slave.deadline() == kNever);
 }
 
 TEST_CASE("LSS: store configuration stores what is pending; both errors") {
   LssDevice device(5);
-  device.configuration();
-  device.ask("7E5#110A000000000000", "7E4#1100000000000000");
-  device.ask("7E5#1300020000000000", "7E4#1300000000000000");
-  device.ask("7E5#1700000000000000", "7E4#1700000000000000");
-  CHECK(device.log == std::vector<std::string>{"0 store 10 2"});
-  device.storage = StoreResult::kNoStorage;
-  device.ask("7E5#1700000000000000", "7E4#1701000000000000");
-  device.storage = StoreResult::kAccessError;
-  device.ask("7E5#1700000000000000", "7E4#1702000000000000");
+  device.ask({{kConfiguration, kSilence}, {"110A", "11"}, {"130002", "13"}, {"17", "17"}});
+  CHECK(device.log == Log{"0 store 10 2"});
+  device.storage = LssApplication::StoreResult::kNoStorage;
+  device.ask({{"17", "1701"}});
+  device.storage = LssApplication::StoreResult::kAccessError;
+  device.ask({{"17", "1702"}});
 }
-
-namespace {
-
-/// Revision 00010002h and serial number 12345678h.
-struct Range {
-  const char *revision_low, *revision_high, *serial_low, *serial_high;
-  bool hit;
-};
-
-void identify(LssDevice& device, const Range& range) {
-  device.ask_in_vain("7E5#4619030000000000", "7E5#4701020304000000");
-  device.ask_in_vain("7E5#48" + std::string(range.revision_low) + "000000");
-  device.ask_in_vain("7E5#49" + std::string(range.revision_high) + "000000");
-  device.ask_in_vain("7E5#4A" + std::string(range.serial_low) + "000000");
-  const std::string last = "7E5#4B" + std::string(range.serial_high) + "000000";
-  if (range.hit)
-    device.ask(last, "7E4#4F00000000000000");
-  else
-    device.ask_in_vain(last);
-}
-
-}  // namespace
 
 TEST_CASE("LSS: identify remote slave, in both states, up to the ends of the ranges") {
-  const Range ranges[] = {
-      {"00000000", "FFFFFFFF", "00000000", "FFFFFFFF", true},
-      {"02000100", "02000100", "78563412", "78563412", true},
-      {"03000100", "FFFFFFFF", "00000000", "FFFFFFFF", false},
-      {"00000000", "01000100", "00000000", "FFFFFFFF", false},
-      {"00000000", "FFFFFFFF", "79563412", "FFFFFFFF", false},
-      {"00000000", "FFFFFFFF", "00000000", "77563412", false},
+  struct Range {
+    const char *revision_low, *revision_high, *serial_low, *serial_high, *response;
   };
   LssDevice device(5);
-  for (const Range& range : ranges)
-    identify(device, range);
-  device.configuration();
-  for (const Range& range : ranges)
-    identify(device, range);
-  device.ask("7E5#5E00000000000000", "7E4#5E05000000000000");
-}
-
-TEST_CASE("LSS: identify remote slave: another vendor, another product, a frame left out") {
-  LssDevice device(5);
-  const std::vector<std::string> right{"7E5#4619030000000000", "7E5#4701020304000000", "7E5#4800000000000000",
-                                       "7E5#49FFFFFFFF000000", "7E5#4A00000000000000"};
-  for (std::size_t left_out = 0; left_out < right.size(); ++left_out) {
-    for (std::size_t i = 0; i < right.size(); ++i)
-      if (i != left_out) device.ask_in_vain(right[i]);
-    device.ask_in_vain("7E5#4BFFFFFFFF000000");
+  check_incomplete(device, kIdentify, "00", 2);
+  for (const char* state : {kWaiting, kConfiguration}) {
+    device.ask_in_vain({state});
+    for (const Range& range : {Range{"4800", "49FFFFFFFF", "4A00", "4BFFFFFFFF", "4F"},
+                               Range{"4802000100", "4902000100", "4A78563412", "4B78563412", "4F"},
+                               Range{"4803000100", "49FFFFFFFF", "4A00", "4BFFFFFFFF", kSilence},
+                               Range{"4800", "4901000100", "4A00", "4BFFFFFFFF", kSilence},
+                               Range{"4800", "49FFFFFFFF", "4A79563412", "4BFFFFFFFF", kSilence},
+                               Range{"4800", "49FFFFFFFF", "4A00", "4B77563412", kSilence}}) {
+      device.ask_in_vain(
+          {kIdentify[0], kIdentify[1], range.revision_low, range.revision_high, range.serial_low});
+      device.ask({{range.serial_high, range.response}});
+    }
   }
-  for (std::size_t harmed = 0; harmed < 2; ++harmed) {
-    for (std::size_t i = 0; i < right.size(); ++i)
-      device.ask_in_vain(i == harmed ? std::string(right[i]).replace(6, 2, "00") : right[i]);
-    device.ask_in_vain("7E5#4BFFFFFFFF000000");
-  }
+  device.ask({{"5E", "5E05"}});
 }
 
 TEST_CASE("LSS: a response that the port refuses is sent when there is room, once") {
   LssDevice device(5);
-  device.configuration();
+  device.ask_in_vain({kConfiguration});
   device.port.refuse_next = 2;
-  device.ask_in_vain("7E5#5E00000000000000");
+  device.ask_in_vain({"5E"});
   CHECK(device.slave.deadline() == 100);
   device.pass(kMillisecond);
   CHECK(device.port.sent == std::deque<std::string>{"7E4#5E05000000000000"});
   CHECK(device.port.tries == 3);
-  CHECK(device.slave.deadline() == cbcan::kNever);
+  CHECK(device.slave.deadline() == kNever);
 }
 
 TEST_CASE("LSS: a response that has not left when the next request comes is dropped; so it is by a reset") {
   LssDevice device(5);
-  device.configuration();
-  device.port.refuse_next = 1;
-  device.ask_in_vain("7E5#5E00000000000000");
-  device.ask("7E5#5A00000000000000", "7E4#5A19030000000000");
-  device.port.refuse_next = 1;
-  device.ask_in_vain("7E5#5E00000000000000");
-  device.waiting();
+  const auto be_refused = [&] {
+    device.ask_in_vain({kConfiguration});
+    device.port.refuse_next = 1;
+    device.ask_in_vain({"5E"});
+  };
+  be_refused();
+  device.ask({{"5A", "5A1903"}});
+  be_refused();
+  device.ask_in_vain({kWaiting});
   device.pass(kMillisecond);
-  CHECK(device.port.sent.empty());
-  device.configuration();
-  device.port.refuse_next = 1;
-  device.ask_in_vain("7E5#5E00000000000000");
+  be_refused();
   device.slave.reset_communication(device.now);
   device.pass(kMillisecond);
   CHECK(device.port.sent.empty());
@@ -324,111 +310,88 @@ TEST_CASE("LSS: a response that has not left when the next request comes is drop
 
 namespace {
 
-/// The master's side of fastscan, on all devices at once. Bits are tried as 0 first, so the lowest identity
-/// is found.
-struct Master {
-  explicit Master(std::vector<std::unique_ptr<LssDevice>>& devices) : devices_(devices) {}
+using Devices = std::array<LssDevice*, 4>;
 
-  /// Any response to the request; all of them are alike.
-  bool ask(const std::string& request) {
-    bool answered = false;
-    for (const auto& device : devices_) {
-      device->arrive(request);
-      for (const std::string& response : device->port.sent)
-        CHECK(response == "7E4#4F00000000000000");
-      answered = answered || !device->port.sent.empty();
-      device->port.sent.clear();
-    }
-    return answered;
+/// Asks all of them: any response, all of which are alike.
+bool ask_all(const Devices& devices, const std::string& request) {
+  bool answered = false;
+  for (LssDevice* device : devices) {
+    const std::string response = device->hear(request);
+    CHECK((response.empty() || response == "7E4#4F00000000000000"));
+    answered = answered || !response.empty();
   }
+  return answered;
+}
 
-  std::optional<Identity> fastscan() {
-    if (!ask("7E5#5100000000800000")) return std::nullopt;
-    Identity found{};
-    for (unsigned part = 0; part < 4; ++part) {
-      for (unsigned bit = 32; bit-- > 0;)
-        if (!ask(scan(found[part], bit, part, part))) found[part] |= 1U << bit;
-      if (!ask(scan(found[part], 0, part, (part + 1) % 4))) return std::nullopt;
-    }
-    return found;
-  }
-
- private:
-  static std::string scan(std::uint32_t number, unsigned bit, unsigned part, unsigned next) {
-    char text[64];
-    std::snprintf(text, sizeof text, "7E5#51%02X%02X%02X%02X%02X%02X%02X", number & 0xFF, number >> 8 & 0xFF,
+/// A master tries each bit as 0 first, so it finds the lowest identity.
+std::optional<Identity> fastscan(const Devices& devices) {
+  const auto ask = [&](std::uint32_t number, unsigned bit, unsigned part, unsigned next) {
+    char text[20];
+    std::snprintf(text, sizeof text, "51%02X%02X%02X%02X%02X%02X%02X", number & 0xFF, number >> 8 & 0xFF,
                   number >> 16 & 0xFF, number >> 24, bit, part, next);
-    return text;
+    return ask_all(devices, text);
+  };
+  if (!ask(0, 128, 0, 0)) return std::nullopt;
+  Identity found{};
+  for (unsigned part = 0; part < 4; ++part) {
+    for (unsigned bit = 32; bit-- > 0;)
+      if (!ask(found[part], bit, part, part)) found[part] |= 1U << bit;
+    if (!ask(found[part], 0, part, (part + 1) % 4)) return std::nullopt;
   }
-
-  std::vector<std::unique_ptr<LssDevice>>& devices_;
-};
+  return found;
+}
 
 }  // namespace
 
 TEST_CASE("LSS: fastscan finds one device after the other and gives each a node ID") {
   // In the order in which they are found: they differ in the last bit of one number.
-  const Identity identities[] = {{0x80000319, 0xFFFFFFFE, 0x00010002, 0x00000000},
-                                 {0x80000319, 0xFFFFFFFE, 0x00010002, 0x00000001},
-                                 {0x80000319, 0xFFFFFFFE, 0x00010003, 0x00000000}};
-  std::vector<std::unique_ptr<LssDevice>> devices;
-  for (const std::size_t which : {std::size_t{2}, std::size_t{0}, std::size_t{1}})
-    devices.push_back(std::make_unique<LssDevice>(kNone, identities[which]));
-  devices.push_back(
-      std::make_unique<LssDevice>(std::uint8_t{5}, Identity{1, 1, 1, 1}));  // does not take part
-  LssDevice* const order[] = {devices[1].get(), devices[2].get(), devices[0].get()};
-
-  Master master(devices);
-  for (std::uint8_t i = 0; i < 3; ++i) {
-    const std::optional<Identity> found = master.fastscan();
-    REQUIRE(found);
-    CHECK(*found == identities[i]);
-    for (const auto& device : devices) {  // that one alone is in the configuration state
-      device->arrive("7E5#110" + std::to_string(i + 1) + "000000000000");
-      CHECK(device->port.sent.size() == (device.get() == order[i] ? 1 : 0));
-      device->port.sent.clear();
-      device->waiting();
+  const Identity first{0x80000319, 0xFFFFFFFE, 0x00010002, 0}, second{0x80000319, 0xFFFFFFFE, 0x00010002, 1},
+      third{0x80000319, 0xFFFFFFFE, 0x00010003, 0};
+  LssDevice a(kNone, third), b(kNone, first), c(kNone, second);
+  LssDevice configured(5, {1, 1, 1, 1});  // does not take part
+  const Devices devices{&a, &b, &c, &configured};
+  std::uint8_t node_id = 0;
+  for (const auto& [device, identity] : {std::pair(&b, first), std::pair(&c, second), std::pair(&a, third)}) {
+    CHECK(fastscan(devices) == identity);
+    ++node_id;
+    for (LssDevice* each : devices) {  // that one alone is in the configuration state
+      each->ask({{"110" + std::to_string(node_id), each == device ? "11" : kSilence}});
+      each->ask_in_vain({kWaiting});
     }
-    CHECK(order[i]->slave.node_id() == i + 1);
+    CHECK(device->slave.node_id() == node_id);
   }
-  CHECK_FALSE(master.fastscan());
+  CHECK_FALSE(fastscan(devices));
 }
 
 TEST_CASE("LSS: fastscan with parts that the master knows or leaves out") {
   LssDevice device(kNone);
-  device.ask("7E5#5100000000800000", "7E4#4F00000000000000");
-  device.ask("7E5#5119030000000003", "7E4#4F00000000000000");  // vendor known, then the serial number
-  device.ask_in_vain("7E5#5101020304000102");                  // not the part that it has come to
-  device.ask_in_vain("7E5#5179563412000300");                  // one bit wrong
-  device.ask("7E5#5179563412010303", "7E4#4F00000000000000");  // not looked at
-  device.ask("7E5#5179563412010300", "7E4#4F00000000000000");  // back, but the part is not complete
-  device.ask_in_vain("7E5#5E00000000000000");
-  device.ask("7E5#5119030000000003", "7E4#4F00000000000000");
-  device.ask("7E5#5178563412000300", "7E4#4F00000000000000");
-  device.ask("7E5#5E00000000000000", "7E4#5EFF000000000000");
-  device.ask_in_vain("7E5#5100000000800000");  // not in the configuration state
+  device.ask({{"510000000080", "4F"},
+              {"5119030000000003", "4F"},      // vendor known, then the serial number
+              {"5101020304000102", kSilence},  // not the part that it has come to
+              {"5179563412000300", kSilence},  // one bit wrong
+              {"5179563412010303", "4F"},      // not looked at
+              {"5179563412010300", "4F"},      // back, but the part is not complete
+              {"5E", kSilence},
+              {"5119030000000003", "4F"},
+              {"5178563412000300", "4F"},
+              {"5E", "5EFF"},
+              {"510000000080", kSilence}});  // not in the configuration state
 }
 
 TEST_CASE("LSS: fastscan: what is no such request, and what starts it anew") {
   LssDevice device(kNone);
-  device.ask("7E5#5100000000800000", "7E4#4F00000000000000");
-  for (const char* wrong : {"7E5#5119030000200001", "7E5#51190300007F0001", "7E5#5119030000810001",
-                            "7E5#5119030000000004", "7E5#5119030000000400", "7E5#5119030000000101"})
-    device.ask_in_vain(wrong);
-  device.ask("7E5#5119030000000001", "7E4#4F00000000000000");
-  device.ask_in_vain("7E5#5119030000000001");
+  device.ask({{"510000000080", "4F"}});
+  device.ask_in_vain({"5119030000200001", "51190300007F0001", "5119030000810001", "5119030000000004",
+                      "5119030000000400", "5119030000000101"});
+  device.ask({{"5119030000000001", "4F"}, {"5119030000000001", kSilence}});
   SECTION("the master") {
-    device.ask("7E5#5100000000800000", "7E4#4F00000000000000");
-    device.ask("7E5#5119030000000001", "7E4#4F00000000000000");
+    device.ask({{"510000000080", "4F"}, {"5119030000000001", "4F"}});
   }
   SECTION("the waiting state") {
-    device.waiting();
-    device.ask("7E5#5119030000000001", "7E4#4F00000000000000");
+    device.ask({{kWaiting, kSilence}, {"5119030000000001", "4F"}});
   }
   SECTION("a node ID ends it") {
-    device.configuration();
-    device.ask("7E5#1142000000000000", "7E4#1100000000000000");
-    device.waiting();
-    device.ask_in_vain("7E5#5100000000800000");
+    device.ask(
+        {{kConfiguration, kSilence}, {"1142", "11"}, {kWaiting, kSilence}, {"510000000080", kSilence}});
   }
 }

@@ -6,60 +6,6 @@
 using cbcan::kMillisecond;
 using cbcan::test::PdoRig;
 
-TEST_CASE("Several RPDOs may have one COB-ID, and many are found") {
-  PdoRig rig;
-  rig.set_up(0x1400, 5, 0x210, 255, {0x20010108});
-  rig.set_up(0x1400, 1, 0x220, 255, {0x20010208});
-  rig.set_up(0x1400, 512, 0x210, 255, {0x00050008, 0x20010308});
-  rig.set_up(0x1400, 3, 0x205, 255, {0x20010408});
-  rig.set_up(0x1400, 2, 0x210, 1, {0x20010508});
-  rig.operational();
-  rig.arrive("210#1122").expect("error 8220 of 2", "error 8220 of 5", "received");
-  rig.shows({{0x2001, 1, 0x11}, {0x2001, 3, 0x22}, {0x2001, 5, 0}});
-  rig.sync();
-  CHECK(rig.get(0x2001, 5) == 0x11);
-  rig.arrive("205#33").expect("received");
-  CHECK(rig.get(0x2001, 4) == 0x33);
-  rig.arrive("220#44").expect("received");
-  CHECK(rig.get(0x2001, 2) == 0x44);
-  rig.configure({{0x1404, 1, 0x80000210}, {0x15FF, 1, 0x80000210}, {0x1401, 1, 0x80000210}});
-  rig.arrive("210#5555", "220#66").expect("received");
-  CHECK(rig.get(0x2001, 2) == 0x66);
-}
-
-TEST_CASE("RPDOs that stand in the same place of the index, one of them twice, are told apart") {
-  PdoRig rig;
-  rig.set_up(0x1400, 1, 0x201, 1, {0x20010108});
-  rig.set_up(0x1400, 2, 0x220, 1, {0x20010208});
-  rig.set_up(0x1400, 3, 0x243, 1, {0x20010308});
-  rig.set_up(0x1400, 5, 0x220, 1, {0x20010508});
-  rig.operational();
-  rig.arrive("201#11", "220#22", "243#33");
-  rig.arrive("262#44");  // nobody's, in that place too
-  CHECK(rig.get(0x2001, 1) == 0);
-  rig.sync();
-  rig.shows({{0x2001, 1, 0x11}, {0x2001, 2, 0x22}, {0x2001, 3, 0x33}, {0x2001, 5, 0x22}});
-}
-
-TEST_CASE("Too short: 8210h and nothing stored; too long: 8220h and the rest ignored") {
-  PdoRig rig;
-  rig.set_up(0x1400, 1, 0x201, 255, {0x20020110});
-  rig.set_up(0x1400, 3, 0x203, 1, {0x20000101, 0x20010208});  // 9 bits
-  rig.operational();
-  rig.arrive("201#11").expect("error 8210 of 1");
-  rig.arrive("201#").expect("error 8210 of 1");
-  CHECK(rig.get(0x2002, 1) == 0);
-  rig.arrive("201#112233").expect("error 8220 of 1", "received");
-  rig.shows({{0x2002, 1, 0x2211}, {0x2002, 2, 0}});
-  rig.arrive("203#FF").expect("error 8210 of 3");
-  rig.sync();
-  CHECK(rig.get(0x2000, 1) == 0);
-  rig.arrive("203#0300", "203#01FFFF").expect("error 8220 of 3");
-  rig.sync();
-  CHECK(rig.get(0x2000, 1) == 1);
-  CHECK(rig.get(0x2001, 2) == 0x80);  // bits 1..8 of FF01h
-}
-
 TEST_CASE("Synchronous RPDOs behind the window are ignored until the next SYNC") {
   PdoRig rig;
   rig.set_up(0x1400, 1, 0x201, 1, {0x20010108});

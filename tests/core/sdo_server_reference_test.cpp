@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The SDO server beside a second one, by random frames: what goes on with the transfer that is under way,
-// nearly that, and anything. Each response is the same, byte for byte.
+// nearly that, and anything. Each response is the same, byte for byte. And the SDO client with the second
+// server, for sizes at whose ends counters of 8 and 16 bits are.
 
+#include "cbcan/canopen/sdo/client.hpp"
 #include "cbcan/canopen/sdo/server.hpp"
-#include "core/sdo_reference.hpp"
+#include "core/reference_server.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {
@@ -48,8 +50,10 @@ std::vector<ReferenceObject> objects() {
 }
 
 /// What a client could say next.
-struct Client : RandomSdo {
-  Client(const ReferenceServer& server, unsigned seed) : RandomSdo(seed), server_(server) {}
+struct Client {
+  Client(const ReferenceServer& server, unsigned seed) : server_(server), chance_(seed) {}
+
+  std::size_t one_of(std::size_t count) { return chance_() % count; }
 
   Sdo next() {
     Sdo frame = one_of(40) == 0 ? anything() : plausible();
@@ -136,7 +140,21 @@ struct Client : RandomSdo {
     return frame;
   }
 
+  std::uint8_t byte() { return static_cast<std::uint8_t>(chance_()); }
+  Sdo anything() {
+    Sdo frame;
+    for (std::uint8_t& each : frame)
+      each = byte();
+    return frame;
+  }
+  Sdo with(unsigned command) {
+    Sdo frame = anything();
+    frame[0] = static_cast<std::uint8_t>(command);
+    return frame;
+  }
+
   const ReferenceServer& server_;
+  std::mt19937 chance_;
 };
 
 std::string text(const Sdo& bytes) {
@@ -168,6 +186,7 @@ struct Beside {
     server.on_frame(frame, 0);
     std::deque<std::string> expected;
     for (const Sdo& response : reference.receive(request)) {
+      aborts += response[0] == 0x80;
       expected.push_back(text(response));
       ++seen[response[0] == 0x80 ? expected.back().substr(12) : "responses"];
     }
@@ -182,6 +201,7 @@ struct Beside {
     if (kind == 2) frame.flags = Frame::kRemote;
     port.sent.clear();
     server.on_frame(frame, 0);
+    ++unheard;
     if (!port.sent.empty()) differ({});
   }
   void differ(const std::deque<std::string>& expected) {
@@ -202,6 +222,7 @@ struct Beside {
   ReferenceServer reference{objects(), kBuffer};
   Client client;
   std::deque<std::string> asked;
+  std::uint32_t aborts = 0, unheard = 0;
   std::map<std::string, std::size_t> seen;  ///< responses, and aborts by the code's bytes
 };
 
@@ -218,6 +239,48 @@ TEST_CASE("SDO server: 100,000 random frames, each response that of a second imp
     CHECK(beside.seen[code] >= 10);
   }
   CHECK(beside.seen["responses"] > 50'000);
+  CHECK(beside.server.counters().aborts_sent == beside.aborts);
+  CHECK(beside.server.counters().ignored == beside.unheard);
+  CHECK(beside.server.counters().aborts_received > 100);
+  CHECK(beside.server.counters().requests > 10'000);
+}
+
+TEST_CASE("SDO server: what the port refuses is sent later, in order") {
+  Beside beside(1);
+  const auto ask = [&](const char* request, unsigned refused) {
+    beside.port.refuse_next = refused;
+    beside.server.on_frame(frame_from(request), 0);
+    CHECK(beside.port.sent.empty());
+    for (unsigned i = 0; i < refused; ++i)
+      beside.server.poll(beside.server.deadline());
+    return std::exchange(beside.port.sent, {});
+  };
+  using Sent = std::deque<std::string>;
+  CHECK(ask("642#A402200002000000", 1) == Sent{"5C2#C60220001E000000"});
+  CHECK(ask("642#A300000000000000", 2) == Sent{"5C2#0100000000000000", "5C2#0200000000000000"});
+  CHECK(beside.server.deadline() == kNever);
+}
+
+TEST_CASE("SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks") {
+  const auto size = GENERATE(as<std::uint16_t>(), 256, 65535);
+  const auto mode = GENERATE(SdoClient::Mode::kSegmented, SdoClient::Mode::kBlock);
+  const auto direction = GENERATE(SdoClient::Direction::kRead, SdoClient::Direction::kWrite);
+  SdoBytes value(size), memory(size + 1u, 0xEE);  // a guard behind it
+  for (std::size_t i = 0; i < size; ++i)
+    value[i] = static_cast<std::uint8_t>(i * 7 + i / 251 + i / 65);  // no two blocks are alike
+  const bool write = direction == SdoClient::Direction::kWrite;
+  if (write) std::copy(value.begin(), value.end(), memory.begin());
+  ReferenceServer server({{0x2000, 0, true, true, size, size, 0, ~0u, write ? SdoBytes(size) : value}}, size);
+  RecordingPort port;
+  SdoClient client(port, std::span(memory).first(size));
+  client.start({5, 0, 0x2000, size, direction, mode}, 0);
+  for (; !port.sent.empty(); port.sent.pop_front())
+    for (const Sdo& response : server.receive(frame_from(port.sent.front()).data))
+      client.on_frame({0x585, 8, 0, response}, 0);
+  CHECK(client.outcome() == SdoClient::Outcome::kDone);
+  CHECK(server.object()->value == value);
+  value.push_back(0xEE);
+  CHECK(memory == value);
 }
 
 TEST_CASE("SDO server: 10,000,000 random frames beside a second implementation", "[.long]") {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the contract does not show: cancelled in the last instant or before the first frame, the start, and
-// idling.
+// What the contract does not show: cancelled in the last instant, and two windows in one poll.
 
 #include "support/bench.hpp"
 
@@ -14,37 +13,6 @@ TEST_CASE("Cancelled between the last response and the result: R3700 keeps what 
   CHECK(bench.reg(3700) == 0);
   bench.poll().expect_silence();
   CHECK(bench.coprocessor.counters().cancelled == 1);
-}
-
-TEST_CASE("Cancelled before its request could leave: no frame at all") {
-  Bench bench;
-  bench.port.refuse_next = cbcan::test::RecordingPort::kAlways;
-  bench.read(5, 0x2000, 1, 4);
-  bench.reg(3700) = 0;
-  bench.poll();
-  bench.port.refuse_next = 0;
-  bench.pass(3 * cbcan::kSecond);
-}
-
-TEST_CASE("CA0Eh that stands there at the start is executed") {
-  std::array<std::uint16_t, 70> registers{0xCA0E, 1};
-  cbcan::test::RecordingPort port;
-  std::array<std::uint16_t, 128> process{};
-  cbcan::Coprocessor coprocessor(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process,
-                                 port, {});
-  coprocessor.start(0);
-  coprocessor.poll(0);
-  CHECK(registers[0] == 1);
-}
-
-TEST_CASE("An idle coprocessor wants to be called never") {
-  Bench bench;
-  bench.poll();
-  CHECK(bench.deadline == cbcan::kNever);
-  bench.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
-  bench.arrive("585#4300200101000000");
-  bench.pass(2 * cbcan::kSecond);
-  CHECK(bench.deadline == cbcan::kNever);
 }
 
 TEST_CASE("A request that still waits when another has ended at once is begun by a poll that is due now") {

@@ -58,8 +58,7 @@ struct Plant {
     sim::NodeParts parts;
     parts.behaviour = devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).make;
     parts.node_id = 5;
-    parts.image = {std::move(image.entries), std::move(image.limits), std::move(image.values),
-                   std::move(image.node_id_values)};
+    parts.image = std::move(image);
     node = &bench.world.add_node(std::move(parts));
     bench.start().expect("705#00");
   }

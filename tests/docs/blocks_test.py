@@ -50,8 +50,7 @@ NOT_RUN = {
 
 # Commands that are not carried out, by their beginning: why. The files, options, presets and targets that they name are looked for.
 NOT_EXECUTED = {
-    "tools/demo-mcu": "installs packages and builds an image; tools/test runs it with --check",
-    "tools/demo": "installs packages and builds; tools/test runs it with --check",
+    "tools/demo": "installs packages and builds, with --mcu an image too; tools/test runs it with --check",
     "tools/test": "runs this test",
     "tools/dev/fuzz": "takes minutes; tools/test --long does it",
     "cmake --": "builds for minutes; tools/test does it",
@@ -67,7 +66,7 @@ NOT_EXECUTED = {
 }
 
 # Programs with commands that have a --help of their own.
-COMMANDS = {"cbcan-sim": [["run"]], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "read", "scan", "watch", "write")]}
+COMMANDS = {"cbcan-sim": [["run"]], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "read", "scan", "write")]}
 
 # Options of programs that are not ours, as prose names them.
 FOREIGN_OPTIONS = {"--preset", "--install", "--prefix", "--gc-sections", "--cflags", "--libs"}
@@ -137,7 +136,7 @@ def look_for_names(command):
         if preset not in presets:
             raise Wrong(f"no preset {preset}")
     for name in re.findall(r"-D(\w+)=|--target (\w+)|\bbuild/\S*?([\w-]+)(?:\.elf|\.bin)?(?=[\s:]|$)", command):
-        if (name := "".join(name).removeprefix("cbcan_").removesuffix("_selftest")) not in built():
+        if (name := "".join(name).removeprefix("cbcan_")) not in built():
             raise Wrong(f"CMake builds no {name}")
     for path in re.findall(r"(?<![\w./-])((?:arduino|bench|docs|examples|firmware|packaging|plants|scenarios|tools)/[\w./-]*)", command):
         if not (ROOT / path).exists():
@@ -279,7 +278,7 @@ class Pages:
         self.run("cbcan-sim", "--check", "--config", "lua.toml")
 
     def iecst(self, block, page):
-        """tests/st/scanner_test.py plays it."""
+        """tests/st/scanner_test.py plays it with ten nodes."""
         name = re.search(r"PROGRAM (\w+)", block.text)[1]
         plc.Machine(*plc.source("cia405.st", "scanner.st"), ("page.st", block.text), plc.configuration(name)).scan(0)
 

@@ -6,7 +6,7 @@ usage: figures.py GROUP COMMAND...
 
 The command prints `figure: GROUP.NAME VALUE`, or `figure: GROUP.NAME VALUE, at most LIMIT`, a line each; the limit is the figure
 GROUP.NAME.most. In a page a comment stands behind the figure: `28,556<!--size.image.text-->`; or, rounded, `28.6 KB<!--...-->`
-(1,000 bytes), `36 KiB<!--...-->`. Exit code: the command's, or 1 where a page says something else. tools/dev/update-figures
+(1,000 bytes), `36 KiB<!--...-->`. Exit code: the command's, or 1 where a page says something else. tools/dev/update figures
 lets this program correct the pages instead.
 """
 
@@ -91,7 +91,7 @@ def main():
             page.write_text(text)
     print("\n".join(found))
     if found:
-        sys.exit("these figures of the pages are stale, which tools/dev/update-figures corrects, or misnamed, which it cannot")
+        sys.exit("these figures of the pages are stale, which tools/dev/update figures corrects, or misnamed, which it cannot")
 
 
 main()

@@ -1,25 +1,29 @@
 // SPDX-License-Identifier: MIT
 // cbcan-pages PAGE: the page on standard output, with what stands between `<!-- generated: WHAT -->` and
-// `<!-- end -->` made anew from the tables of the program. tools/dev/update-pages rewrites the pages.
+// `<!-- end -->` made anew from the tables of the program. tools/dev/update rewrites the pages.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iostream>
+#include <map>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "cbcan/regmap.hpp"
 #include "config/settings.hpp"
 #include "io/files/read_file.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
-#include "text/exit_code.hpp"
+#include "options/exit_code.hpp"
 #include "text/words.hpp"
 
 namespace {
 
-using cbcan::text::Row;
+namespace regmap = cbcan::regmap;
+using cbcan::options::Row;
 using Words = std::vector<std::string_view>;
 
 [[noreturn]] void refuse(const std::string& why) {
@@ -31,7 +35,7 @@ std::string sentences(std::string_view first, std::string_view more) {
 }
 
 /// "sine, noise"
-std::string shapes_of(cbcan::text::Kinds kinds) {
+std::string shapes_of(cbcan::options::Kinds kinds) {
   std::string names;
   for (std::size_t shape = kinds.first; shape <= kinds.last; ++shape)
     names.append(names.empty() ? "" : ", ").append(cbcan::config::shape_names()[shape]);
@@ -48,7 +52,7 @@ std::string settings(const Words& words) {
   std::string rows = fmt::format("| {}Key | Value | Default | Meaning |\n|{}---|---|---|---|\n",
                                  of_shapes ? "Shape | " : "", of_shapes ? "---|" : "");
   cbcan::config::for_each_setting([&](const auto& row) {
-    const bool of_all = row.kinds == cbcan::text::Kinds();
+    const bool of_all = row.kinds == cbcan::options::Kinds();
     if (cbcan::text::table_of(row.key) != words[1] || of_all == of_shapes) return;
     const std::string shape = of_shapes ? shapes_of(row.kinds) + " | " : "";
     rows += fmt::format("| {}`{}` | {} | {} | {} |\n", shape, row.key, domain_of(row),
@@ -57,7 +61,7 @@ std::string settings(const Words& words) {
   return rows;
 }
 
-cbcan::text::Kinds kinds_of(const Words& words) {
+cbcan::options::Kinds kinds_of(const Words& words) {
   const auto kind = [](std::string_view name) {
     const auto rows = cbcan::sim::fault_rows();
     const auto row = std::ranges::find(rows, name, &cbcan::sim::FaultRow::name);
@@ -67,7 +71,7 @@ cbcan::text::Kinds kinds_of(const Words& words) {
   return {kind(words.at(1)), kind(words.at(2))};
 }
 
-std::string standard_of(const cbcan::text::Setting<cbcan::sim::Fault>& key) {
+std::string standard_of(const cbcan::options::Setting<cbcan::sim::Fault>& key) {
   const cbcan::sim::Fault& standard = cbcan::sim::fault_rows()[key.kinds.first].standard;
   return text_in(key, standard, standard);
 }
@@ -121,8 +125,57 @@ std::string step_keys() {
 
 std::string exit_codes() {
   std::string table = "| Code | Program | Meaning |\n|---|---|---|\n";
-  for (const cbcan::text::ExitCodeRow& row : cbcan::text::kExitCodes)
+  for (const cbcan::options::ExitCodeRow& row : cbcan::options::kExitCodes)
     table += fmt::format("| {} | {} | {} |\n", static_cast<int>(row.code), row.programs, row.meaning);
+  return table;
+}
+
+// ---- The registers
+
+/// registers TABLE: of the window also who writes them.
+std::string registers(const Words& words) {
+  static const std::map<std::string_view, std::span<const regmap::RegisterRow>> kTables{
+      {"window", regmap::kWindow},
+      {"scanner", regmap::kScanner},
+      {"process-data", regmap::kProcessData},
+      {"diagnostics", regmap::kDiagnostics},
+      {"board", regmap::kBoard}};
+  const bool has_writer = words.at(1) == "window";
+  std::string table = fmt::format("| Register | Name | {}Values | Meaning |\n|---|---|{}---|---|\n",
+                                  has_writer ? "Written by | " : "", has_writer ? "---|" : "");
+  for (const regmap::RegisterRow& row : kTables.at(words.at(1)))
+    table += fmt::format("| R{}{} | {} | {}{} | {} |\n", row.first,
+                         row.last == row.first ? "" : fmt::format("..R{}", row.last), row.name,
+                         has_writer ? fmt::format("{} | ", name_of(row.writer)) : "", row.range, row.meaning);
+  return table;
+}
+
+/// numbers TABLE
+std::string numbers(const Words& words) {
+  static const std::map<std::string_view, std::span<const regmap::NamedNumber>> kTables{
+      {"commands", regmap::kCommands},
+      {"results", regmap::kResults},
+      {"scanner-results", regmap::kScannerResults},
+      {"node-states", regmap::kNodeStates}};
+  std::string table = "| Value | Name | Meaning |\n|---|---|---|\n";
+  for (const regmap::NamedNumber& row : kTables.at(words.at(1)))
+    table += fmt::format("| {} | {} | {} |\n", row.value, row.name, row.meaning);
+  return table;
+}
+
+std::string nmt_services() {
+  std::string table = "| R3706 | or | Command specifier | Service |\n|---|---|---|---|\n";
+  for (const regmap::NmtRow& row : regmap::kNmtCommands)
+    table += fmt::format("| {} | {} | {:02X}h | {} |\n", row.state_code, row.command_code, row.specifier,
+                         row.name);
+  return table;
+}
+
+std::string abort_codes() {
+  std::string table = "| Code | Name | Meaning | Table 3 |\n|---|---|---|---|\n";
+  for (const regmap::AbortRow& row : regmap::kAbortCodes)
+    table += fmt::format("| {:04X} {:04X}h | {} | {} | {} |\n", row.code >> 16, row.code & 0xFFFF, row.name,
+                         row.meaning, row.in_table_3 ? "yes" : "");
   return table;
 }
 
@@ -135,6 +188,10 @@ std::string generated(const Words& words) {
   if (what == "conditions") return usages("Condition", cbcan::plant::condition_usages());
   if (what == "step-keys") return step_keys();
   if (what == "exit-codes") return exit_codes();
+  if (what == "registers") return registers(words);
+  if (what == "numbers") return numbers(words);
+  if (what == "nmt-services") return nmt_services();
+  if (what == "abort-codes") return abort_codes();
   refuse(fmt::format("generated: {}: nothing is generated under this name", what));
 }
 

@@ -16,7 +16,7 @@
 
 namespace cbcan::tests {
 
-inline constexpr std::array<std::string_view, 3> kSeverities = {"note", "warning", "error"};
+inline constexpr std::array<std::string_view, 2> kSeverities = {"warning", "error"};
 inline constexpr std::array<std::string_view, 6> kAccesses = {"ro", "wo", "rw", "rwr", "rww", "const"};
 inline constexpr std::size_t kMostShown = 32;
 
@@ -44,7 +44,6 @@ inline std::string object_text(const eds::Object& object) {
     text << " [" << limit_text(object.low, object.type) << ".." << limit_text(object.high, object.type)
          << ']';
   text << " \"" << object.name << '"';
-  if (!object.denotation.empty()) text << " = \"" << object.denotation << '"';
   return text.str();
 }
 
@@ -65,7 +64,7 @@ inline std::vector<std::filesystem::path> corpus_files() {
 
 /// What a `.expected` file holds: the word "diagnostics", one `line: severity: message` a line, the word
 /// "objects", one line for each object: index, sub or range of subs, type, access, pdo if mapped, the value
-/// in hexadecimal (- if it is empty), [low..high], "name", = "denotation".
+/// in hexadecimal (- if it is empty), [low..high], "name".
 inline std::string summary(const eds::Result& result) {
   std::ostringstream text;
   text << "diagnostics\n";

@@ -3,5 +3,5 @@
 # Builds what is there for one kind of microcontroller, or one target of it: libraries, images, tests that run in an emulator.
 # usage: build.sh SOURCE_DIR BUILD_DIR TOOLCHAIN [TARGET...]
 set -euo pipefail
-cmake -S "$1" -B "$2" -G Ninja -DCMAKE_BUILD_TYPE=MinSizeRel -DCMAKE_TOOLCHAIN_FILE="$1/cmake/$3.cmake" >/dev/null
+cmake -S "$1" -B "$2" -G Ninja -DCMAKE_BUILD_TYPE=MinSizeRel -DCMAKE_TOOLCHAIN_FILE="$1/$3" >/dev/null
 cmake --build "$2" ${4:+--target "${@:4}"} -- --quiet

@@ -5,7 +5,6 @@ usage: mps2_image_test.py IMAGE CBCAN_SIM
 """
 
 import contextlib
-import itertools
 import multiprocessing
 import os
 import pathlib
@@ -14,7 +13,6 @@ import select
 import struct
 import subprocess
 import sys
-import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
@@ -94,18 +92,6 @@ class Image(unittest.TestCase):
                 self.assertEqual(diagnostics["reset_cause"], 1)
                 self.assertEqual(diagnostics["transactions"], 1)
 
-    def test_a_transfer_byte_by_byte(self):
-        with Mcu(IMAGE) as mcu:
-            mcu.can.receive(len(OPENING + BOOT_UP))
-            mcu.write(3700, [0xCA0E, READ, 5, 0x2000, 0, 4])
-            read_until(mcu.can, b"t60584000200000000000\r")
-            self.assertEqual(mcu.read(3700, 1), [0xCA0E])
-            mcu.can.send(b"t58584300200078563412\r")
-            while mcu.read(3700, 1) == [0xCA0E]:
-                pass
-            self.assertEqual(mcu.read(3700, 8), [0, READ, 5, 0x2000, 0, 4, 0x5678, 0x1234])
-            self.finish(mcu)
-
     def test_exceptions_and_other_stations(self):
         with Mcu(IMAGE) as mcu:
             self.assertEqual(mcu.request(b"\x2b\x0e\x01\x00", 2), b"\xab\x01")  # no such function
@@ -122,35 +108,6 @@ class Image(unittest.TestCase):
             self.assertEqual(mcu.read(3900, 2), [0, 8])
             self.assertEqual(mcu.request(struct.pack(">BHH", 4, 3900, 2), 6), b"\x04\x04\x00\x00\x00\x08")
             self.assertEqual(self.finish(mcu)["modbus_exceptions"], 11)
-
-    def test_a_response_comes_after_1_75_ms_of_silence(self):
-        frame = b"\x01" + struct.pack(">BHH", 3, 3700, 1)
-        frame += crc(frame)
-        with Mcu(IMAGE) as mcu:
-            mcu.can.receive(len(OPENING + BOOT_UP))
-            for _ in range(10):
-                begin = time.monotonic()
-                mcu.modbus.send(frame)
-                mcu.modbus.receive(7)
-                self.assertGreater(time.monotonic() - begin, 0.00175)
-            self.finish(mcu)
-
-    def test_a_byte_behind_a_request_takes_it_back(self):
-        values = itertools.count(1)
-
-        def neither_executed_nor_answered():
-            value = next(values)
-            frame = b"\x01" + struct.pack(">BHH", 6, 3900, value)
-            hear_silence(mcu.modbus)
-            mcu.modbus.send(frame + crc(frame) + b"\x00")
-            if select.select([mcu.modbus.socket], [], [], 0.3)[0]:
-                return False  # the host was late with the byte
-            return mcu.read(3900, 1) != [value]
-
-        with Mcu(IMAGE) as mcu:
-            mcu.can.receive(len(OPENING + BOOT_UP))
-            wait_until(neither_executed_nor_answered, "a request that a byte takes back")
-            self.finish(mcu)
 
     def test_scenarios_of_the_registers_pass_on_it(self):
         folder = pathlib.Path(__file__).resolve().parents[2] / "scenarios"

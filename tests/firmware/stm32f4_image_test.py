@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The image for the STM32F446: its size, its start, and as much of it as QEMU has hardware for.
+"""The image for the STM32F446: its start, and as much of it as QEMU has hardware for.
 
 QEMU's netduinoplus2 is an STM32F405 with the USARTs, TIM2 and the flash where the F446 has them; clocks, pins, watchdog and CAN are not there and
 read as 0. So no clock comes from outside: the image stays at 16 MHz and off the CAN bus, which shows as bus-off. TIM2 counts 62.5 times too fast:
@@ -25,7 +25,6 @@ from mcu import Line, crc, die_with_parent  # noqa: E402
 from simulator import program_from_arguments, wait_until  # noqa: E402
 
 FLASH, PROGRAM, RAM, STACK = 0x08000000, 0x08010000, 0x20000000, 2048
-MOST_TEXT, MOST_RAM = 44 * 1024, 16 * 1024
 RESPONSE_WITHIN = 1  # seconds; later it would be taken for the response to the next request
 
 
@@ -93,17 +92,6 @@ class Machine:
 
 
 class Image(unittest.TestCase):
-    def test_size(self):
-        lines = subprocess.run(["arm-none-eabi-size", "-A", IMAGE], capture_output=True, text=True, check=True).stdout
-        sizes = {line.split()[0]: int(line.split()[1]) for line in lines.splitlines() if line.startswith(".")}
-        flash = sizes[".start"] + sizes[".text"] + sizes[".data"]
-        ram = sizes[".stack"] + sizes[".data"] + sizes[".bss"]
-        print(f"stm32f4: text {sizes['.text']}, data {sizes['.data']}, bss {sizes['.bss']}; flash {flash} (at most {MOST_TEXT}), "
-              f"RAM {ram} with {sizes['.stack']} of stack (at most {MOST_RAM})", flush=True)
-        self.assertLessEqual(flash, MOST_TEXT)
-        self.assertLessEqual(ram, MOST_RAM)
-        self.assertGreater(flash, 12000, "it is not all there")
-
     def test_flash_begins_with_the_vectors(self):
         image = pathlib.Path(IMAGE).with_suffix(".bin").read_bytes()
         vectors = struct.unpack_from("<113I", image)
@@ -164,17 +152,6 @@ class Image(unittest.TestCase):
             machine.write(3900, 7)
             machine.raise_interrupt("NMI 0")
             self.assertEqual(machine.read(3900, 1), [7])  # no reset
-
-    def test_a_wrong_crc_is_not_answered_and_counted(self):
-        with Machine() as machine:
-            machine.read(4110, 2)
-            self.assertEqual(machine.send(bytes.fromhex("010300000001FFFF"), 1), b"")
-            self.assertGreater(machine.read(4110, 2)[0], 0)
-
-    def test_a_byte_behind_a_request_takes_it_back(self):
-        frame = b"\x01" + struct.pack(">BHH", 6, 3900, 7)
-        with Machine() as machine:
-            wait_until(lambda: machine.send(frame + crc(frame) + b"\x00", 8) == b"", "a request that a byte takes back")
 
 
 def version():

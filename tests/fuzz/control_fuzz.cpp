@@ -18,11 +18,11 @@ struct Commands {
     const plant::Reply reply = control_.execute(line, plant_.now);
     if (reply.wait) {
       require(reply.text.empty(), "one response is enough");
-      reply.wait->look();
+      reply.wait->poll();
     } else if (check(line, reply.text))
       require(state() == before, "what is refused has changed nothing");
     plant_.settle();
-    plant_.pass_to(plant_.now + kBetweenLines);
+    plant_.advance_to(plant_.now + kBetweenLines);
   }
 
  private:

@@ -210,7 +210,7 @@ struct Program {
   void pass(Time duration) {
     const Time end = fine_ ? plant_.now + duration : ends_.at(passes_);
     ++passes_;
-    const Time reached = plant_.pass_to(end);
+    const Time reached = plant_.advance_to(end);
     if (fine_) ends_.push_back(reached);
   }
   void wait() { pass(Time{1} << input_.byte() % 25u); }
@@ -251,11 +251,11 @@ struct Program {
 
   // ---- Faults
 
-  static text::Value value_in(const text::Row& row, std::uint16_t part) {
+  static text::Value value_in(const options::Row& row, std::uint16_t part) {
     if (!row.choices.empty()) return std::string(row.choices[part % row.choices.size()]);
     const double within =
         static_cast<double>(row.low) + static_cast<double>(row.high - row.low) * part / 65535;
-    if (row.form == text::Form::kNumber) return within;
+    if (row.form == options::Form::kNumber) return within;
     return static_cast<std::int64_t>(within);
   }
 

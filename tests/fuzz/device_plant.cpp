@@ -71,7 +71,7 @@ DevicePlant::DevicePlant(const PlantOptions& options) : bare(options.bit_rate), 
   without_id.lss = true;
   add(kWithoutId, 0, "generic.eds", without_id);
   world.bus().observe(*this);
-  if (options.by_deadlines) world.bus().set_disturbance(this);
+  if (options.by_deadlines) world.bus().set_modifier(this);
   world.start(now);
   settle();
 }
@@ -100,7 +100,7 @@ void DevicePlant::add_bus_fault(const sim::Fault& fault) {
 
 // ---- Time
 
-Time DevicePlant::pass_to(Time end) {
+Time DevicePlant::advance_to(Time end) {
   if (!options_.by_deadlines) {
     advance(end);
     return now;
@@ -118,7 +118,7 @@ void DevicePlant::settle() {
   // Faults of frames on the bus put themselves between the wire and this, and leave nobody there.
   const auto faults = world.faults().list();
   const auto is_of_frames = [](const sim::SetFault& set) { return sim::is_of_frames(set.fault.kind); };
-  if (options_.by_deadlines && std::ranges::none_of(faults, is_of_frames)) world.bus().set_disturbance(this);
+  if (options_.by_deadlines && std::ranges::none_of(faults, is_of_frames)) world.bus().set_modifier(this);
   advance(now);
 }
 

@@ -21,7 +21,7 @@ struct PlantOptions {
   bool by_deadlines = true;    ///< false: time passes in one step, nothing is checked on the way
 };
 
-struct DevicePlant final : private sim::Observer, private sim::Disturbance {
+struct DevicePlant final : private sim::Observer, private sim::FrameModifier {
   static constexpr std::size_t kNodes = 3;
   enum Place : std::uint8_t { kIoModule, kDrive, kWithoutId };
 
@@ -34,7 +34,7 @@ struct DevicePlant final : private sim::Observer, private sim::Disturbance {
   void receive(const Frame& frame);
 
   /// Lets time pass, until `end` or what a run may cost. Returns when that was.
-  Time pass_to(Time end);
+  Time advance_to(Time end);
 
   void add_fault(std::size_t place, const sim::Fault& fault);
   void add_bus_fault(const sim::Fault& fault);

@@ -9,7 +9,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 FIRMWARE = {"firmware/cbcan", "firmware/cbcan/canopen", "firmware/cbcan/coprocessor", "firmware/cbcan/modbus", "firmware/cbcan/slcan"}
-SIMULATION = {"hostsim/eds", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"}
+SIMULATION = {"hostsim/eds", "hostsim/sim", "hostsim/options", "hostsim/text", *FIRMWARE, "regmap"}
 
 # Room (a folder, an inner one before the outer) -> rooms that it may include besides itself.
 MAY_KNOW = {
@@ -21,13 +21,14 @@ MAY_KNOW = {
     "firmware/cbcan": set(),
     "firmware/boards": {*FIRMWARE, "regmap"},
     "hostsim/text": set(),
+    "hostsim/options": {"hostsim/text"},
     "hostsim/window": {"regmap"},
-    "hostsim/sim": {"hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/adapters": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/devices/lua": {"hostsim/devices", "hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/devices": {"hostsim/sim", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/sim": {"hostsim/eds", "hostsim/options", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/adapters": {*SIMULATION},
+    "hostsim/devices/lua": {"hostsim/devices", *SIMULATION},
+    "hostsim/devices": {*SIMULATION},
     "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
-    "hostsim/journal": {"hostsim/adapters", "hostsim/sim", "hostsim/eds", "hostsim/text", *FIRMWARE, "regmap"},
+    "hostsim/journal": {"hostsim/adapters", *SIMULATION},
     "hostsim/io": {"firmware/boards", "hostsim/window", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/config": {"hostsim/devices", *SIMULATION},
     "hostsim/cli": {"hostsim/config", "hostsim/devices", *SIMULATION},
@@ -38,12 +39,12 @@ MAY_KNOW = {
     "hostsim/library": {"hostsim/include", "hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
     "hostsim/app": {"hostsim/web", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
                     "hostsim/journal", "hostsim/devices", *SIMULATION},
-    "tools": {"hostsim/window", "hostsim/eds", "hostsim/text", "regmap"},
+    "tools": {"hostsim/window", "hostsim/eds", "hostsim/options", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"boards": "firmware/boards",
-            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "web", "text",
+            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "web", "options", "text",
                                                     "window", "app")}}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
@@ -91,7 +92,7 @@ def complaint(room, kind, name):
         return f"{room} is freestanding"
     if LUA.fullmatch(name) and room != "hostsim/devices/lua":
         return "only hostsim/devices/lua sees Lua's headers"
-    if room in ("hostsim/text", "hostsim/sim", "hostsim/devices", "hostsim/devices/lua", "hostsim/eds", "hostsim/journal", "hostsim/scenario") and IMPURE.fullmatch(name):
+    if room in ("hostsim/text", "hostsim/options", "hostsim/sim", "hostsim/devices", "hostsim/devices/lua", "hostsim/eds", "hostsim/journal", "hostsim/scenario") and IMPURE.fullmatch(name):
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None
 
@@ -100,7 +101,8 @@ def other_board(path, name):
     """The board that a file of another board includes: boards are leaves, which know only what they have in common."""
     parts = name.split("/")
     own = path.parts[2] if path.is_relative_to("firmware/boards") and len(path.parts) > 3 else None
-    return parts[1] if own and parts[0] == "boards" and parts[1] not in (own, "common") else None
+    known = {own, "common"} | ({"drivers"} if own != "common" else set())
+    return parts[1] if own and parts[0] == "boards" and parts[1] not in known else None
 
 
 def check(path):

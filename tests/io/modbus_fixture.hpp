@@ -19,7 +19,7 @@ struct Unit final : adapters::ModbusUnit {
   using Tell = std::function<void(bool valid, const adapters::ModbusRange& written)>;
   explicit Unit(Tell tell) : told(std::move(tell)) {}
   std::span<std::uint16_t> registers() override { return words; }
-  void catch_up() override { at_catch_up.push_back(words[9]); }
+  void advance_due() override { at_catch_up.push_back(words[9]); }
   void on_writer(std::uint32_t client, const adapters::ModbusRange& written) override {
     writers.emplace_back(client, written.first);
   }

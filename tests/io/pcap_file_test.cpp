@@ -50,7 +50,7 @@ struct Pcap {
   }
   /// What has been added since the last call.
   io::test::Bytes added() {
-    file->look();
+    file->poll();
     const io::test::Bytes all = bytes(path());
     const io::test::Bytes news(all.begin() + static_cast<std::ptrdiff_t>(seen), all.end());
     seen = all.size();
@@ -193,13 +193,13 @@ TEST_CASE("pcap: a file that is full becomes path.1") {
   pcap.open(1, 28 + 32 + 36 + 80);  // the head and two SYNCs
   for (Time at = 1; at <= 3; ++at)
     pcap.hear({0x080, 0, 0, {}}, at);
-  pcap.file->look();
+  pcap.file->poll();
   const std::string head = kSection + can('1') + kModbus;
   CHECK(Pcap::bytes(pcap.path() + ".1") == hex(head + sync("01000000") + sync("02000000")));
   CHECK(Pcap::bytes(pcap.path()) == hex(head + sync("03000000")));
   pcap.hear({0x080, 0, 0, {}}, 4);
   pcap.hear({0x080, 0, 0, {}}, 5);
-  pcap.file->look();
+  pcap.file->poll();
   CHECK(Pcap::bytes(pcap.path() + ".1") == hex(head + sync("03000000") + sync("04000000")));
   CHECK(pcap.warnings.empty());
 }
@@ -210,7 +210,7 @@ TEST_CASE("pcap: where path.1 cannot be, the file is begun anew in its place") {
   pcap.open(1, 28 + 32 + 36 + 40);
   pcap.hear({0x080, 0, 0, {}}, 1);
   pcap.hear({0x080, 0, 0, {}}, 2);
-  pcap.file->look();
+  pcap.file->poll();
   CHECK(Pcap::bytes(pcap.path()) == hex(kSection + can('1') + kModbus + sync("02000000")));
   REQUIRE(pcap.warnings.size() == 1);
   CHECK(pcap.warnings[0].ends_with("; it begins again in the same place"));
@@ -222,7 +222,7 @@ TEST_CASE("pcap: a disk that is full ends the file, and says so once") {
   pcap.open(1);
   for (int i = 0; i < 3; ++i) {
     pcap.hear({0x080, 0, 0, {}}, 1);
-    pcap.file->look();
+    pcap.file->poll();
   }
   CHECK(pcap.file->next_deadline() == kNever);
   pcap.file.reset();

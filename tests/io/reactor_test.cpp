@@ -76,19 +76,19 @@ TEST_CASE("what is urgent has its turn between any two others, and one that it h
   reactor.run_once(0);
   CHECK(order == "0u1u2");
   urgent.raise();
-  reactor.serve_urgent();
-  reactor.serve_urgent();
+  reactor.poll_urgent();
+  reactor.poll_urgent();
   CHECK(order == "0u1u2u");
   urgent.raise();
   others[2].raise();
   reactor.run_once(0);  // it was ready with the other one
   CHECK(order.size() == 8);
   reactor.change(urgent.fd(), Reactor::kWritable);
-  reactor.serve_urgent();
+  reactor.poll_urgent();
   CHECK(order.back() == '?');
   reactor.forget(urgent.fd());
   urgent.raise();
-  reactor.serve_urgent();
+  reactor.poll_urgent();
   CHECK(reactor.run_once(0) == 0);
 }
 

@@ -253,9 +253,9 @@ TEST_CASE("frames belong to the channel whose turn it is with the node") {
 
 TEST_CASE("a Modbus request belongs to the transaction of the registers that it is about") {
   std::array<std::uint16_t, 70> window{};
-  const std::array doors{NetworkWatch::Door{3700, window, {}}};
+  const std::array windows{NetworkWatch::Window{3700, window, {}}};
   Journal journal;
-  NetworkWatch watch(journal, 1, doors, 0);
+  NetworkWatch watch(journal, 1, windows, 0);
   const auto transaction_of = [&](const std::vector<std::uint8_t>& pdu) {
     Cursor cursor(journal, kinds_of({Kind::kModbus}));
     watch.on_modbus({1, 1, 1, 0, pdu, pdu}, 0);

@@ -39,14 +39,6 @@ TEST_CASE("Register map: one read-only register among them makes registers read-
   CHECK_FALSE(memory.map.writable(17, 2));
 }
 
-TEST_CASE("Register map: each register is a word of its range") {
-  Memory memory;
-  for (const std::size_t address : {10u, 11u, 12u, 13u, 14u, 16u, 17u})
-    CHECK(memory.map[address] == address);
-  memory.map[17] = 7;
-  CHECK(memory.high[1] == 7);
-}
-
 TEST_CASE("Register map: empty, and up to the last register") {
   const RegisterMap none(std::span<const RegisterRange>{});
   CHECK_FALSE(none.exist(0, 1));

@@ -8,7 +8,6 @@ namespace cbcan {
 namespace {
 
 using test::Bytes;
-using test::filled;
 using test::hex;
 using test::kRead;
 using test::kValue;

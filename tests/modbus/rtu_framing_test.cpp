@@ -7,7 +7,6 @@ namespace cbcan {
 namespace {
 
 using test::Bytes;
-using test::filled;
 using test::hex;
 using test::kRead;
 using test::kValue;
@@ -17,15 +16,6 @@ using test::Line;
 struct ReadyLine : Line {
   explicit ReadyLine(const RtuServer::Settings& settings = {}) : Line(settings) { words[0] = 0x1234; }
 };
-
-TEST_CASE("RTU: one request after the other") {
-  ReadyLine line;
-  for (int i = 0; i < 3; ++i) {
-    line.send(kRead);
-    CHECK(line.response() == kValue);
-  }
-  CHECK(line.server.counters().bus_messages == 3);
-}
 
 TEST_CASE("RTU: every damaged bit of a request keeps it from being executed, and the next one is") {
   const Bytes write = hex("01 10 00 00 00 02 04 00 0A 01 02 53 FC");
@@ -85,44 +75,6 @@ TEST_CASE("RTU: the counter of microseconds may wrap in a frame and in a gap") {
   CHECK(line.response() == kValue);
 }
 
-TEST_CASE("RTU: a truncated request is forgotten at the gap") {
-  const Bytes write = hex("01 10 00 00 00 02 04 00 0A 01 02 53 FC");
-  for (std::size_t size = 1; size < write.size(); ++size) {
-    ReadyLine line;
-    CHECK(line.ask(Bytes(write.begin(), write.begin() + static_cast<std::ptrdiff_t>(size))).empty());
-    CHECK(line.ask(kRead) == kValue);
-    CHECK(line.server.counters().broken_frames == 1);
-  }
-}
-
-TEST_CASE("RTU: garbage in front of a request ends with the gap") {
-  ReadyLine line;
-  line.send(hex("FF"));
-  line.send(kRead);
-  CHECK(line.response().empty());
-  CHECK(line.ask(hex("55 AA 01 03 01 03 00")).empty());
-  CHECK(line.ask(kRead) == kValue);
-  CHECK(line.server.counters().broken_frames == 2);
-  line.gap();
-  line.send(hex("FF FF"));  // its CRC is right, but four bytes are the fewest
-  CHECK(line.ask(kRead) == kValue);
-  CHECK(line.server.counters().foreign_frames == 0);
-}
-
-TEST_CASE("RTU: a frame of 256 bytes is the longest") {
-  ReadyLine line;
-  line.send(filled("11 64", 252, "77 DC"));
-  line.gap();
-  line.send(filled("11 64", 253, "1C 1D"));
-  CHECK(line.server.counters().foreign_frames == 1);
-  CHECK(line.server.counters().broken_frames == 1);
-  CHECK(line.server.counters().ignored_bytes == 0);
-  CHECK(line.ask(filled("01 64", 252, "7B CC")) == hex("01 E4 01 AA C0"));
-  CHECK(line.ask(filled("01 64", 253, "0C 18")).empty());
-  CHECK(line.server.counters().broken_frames == 2);
-  CHECK(line.ask(kRead) == kValue);
-}
-
 TEST_CASE("RTU: an endless stream without a gap is only counted") {
   ReadyLine line;
   for (int i = 0; i < 10000; ++i)
@@ -148,16 +100,6 @@ TEST_CASE("RTU: a CRC that comes out right too early does not end a request of k
     CHECK(line.server.counters().broken_frames == 1);
     CHECK(line.server.counters().foreign_frames == 0);
   }
-}
-
-TEST_CASE("RTU: a CRC that comes out right too early does not end a request of unknown length either") {
-  ReadyLine line;
-  line.send(hex("01 64 01 CB"));  // a frame so far
-  CHECK(line.request_waits());
-  line.send(hex("12 34 0D 77"));  // and with these
-  CHECK(line.response() == hex("01 E4 01 AA C0"));
-  CHECK(line.server.counters().broken_frames == 0);
-  CHECK(line.server.counters().bus_messages == 1);
 }
 
 TEST_CASE("RTU: what comes while a request is executed or answered is ignored and counted") {
@@ -186,14 +128,6 @@ TEST_CASE("RTU: on_sent without a response under way disturbs nothing") {
   line.server.on_sent();
   CHECK(line.request_waits());
   CHECK(line.response() == kValue);
-}
-
-TEST_CASE("RTU: the station address is a setting") {
-  RtuServer::Settings settings;
-  settings.station = 247;
-  ReadyLine line(settings);
-  CHECK(line.ask(kRead).empty());
-  CHECK(line.ask(hex("F7 03 00 00 00 01 90 9C")) == hex("F7 03 02 12 34 7D 26"));
 }
 
 }  // namespace

@@ -99,15 +99,6 @@ TEST_CASE("RTU: the end of a request is known for every network, and only for th
   CHECK(line.second(0) == 5);
 }
 
-TEST_CASE("RTU: a damaged address that names the other network does not reach it") {
-  TwoNetworks line;
-  Bytes request = hex("11 06 00 00 00 01 4A 9A");
-  request[0] = 0x12;
-  CHECK(line.ask(request).empty());
-  CHECK(line.second(0) == 0);
-  CHECK(line.server.counters().bus_communication_errors == 1);
-}
-
 TEST_CASE("RTU: which network a request is for") {
   struct Row {
     const char* request;

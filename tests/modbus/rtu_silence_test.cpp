@@ -89,13 +89,6 @@ TEST_CASE("RTU: a byte in the silence takes the request back, and only a gap hel
   }
 }
 
-TEST_CASE("RTU: a byte in the silence takes a broadcast back") {
-  Line line;
-  line.send(hex("00 06 00 00 00 07 C9 D9 00"));
-  CHECK_FALSE(line.request_waits());
-  CHECK(line.words[0] == 0);
-}
-
 TEST_CASE("RTU: a request that nobody has executed gives way to the next one") {
   for (const Bytes& request : {kWrite, hex("01 64 01 CB")}) {
     Line line;
@@ -107,17 +100,6 @@ TEST_CASE("RTU: a request that nobody has executed gives way to the next one") {
     CHECK(line.server.counters().foreign_frames == 0);
     CHECK(line.server.counters().slave_messages == 1);
   }
-}
-
-TEST_CASE("RTU: a byte in the response delay takes the request back too") {
-  RtuServer::Settings settings;
-  settings.response_delay_us = 50'000;
-  Line line(settings);
-  line.send(kWrite);
-  line.wait(49'999);
-  line.send(hex("01"));
-  CHECK_FALSE(line.request_waits());
-  CHECK(line.words[0] == 0);
 }
 
 TEST_CASE("RTU: a request that has been taken is not taken back") {

@@ -3,7 +3,6 @@
 
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
-#include "plant/subscription.hpp"
 #include "plant/virtual_plant.hpp"
 #include "sim/frame_text.hpp"
 #include "support/catch.hpp"

@@ -23,13 +23,13 @@ double number(VirtualPlant& plant, std::string_view object) {
 void pass(VirtualPlant& plant, double to, Time step) {
   const auto end = static_cast<Time>(std::llround(to * 1e6));
   while (step != 0 && plant.now() + step < end) {
-    plant.pass_to(plant.now() + step);
+    plant.advance_to(plant.now() + step);
     number(plant, "0x2000");
   }
-  plant.pass_to(end);
+  plant.advance_to(end);
 }
 
-constexpr std::array<Time, 3> kSteps{0, 1'000'000, 37'777};
+constexpr std::array<Time, 3> kSteps{0, 1'000'000, 377'777};
 
 /// Commands at their times, and the analytic answers in between.
 struct Event {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is answered later: wait and pass, and what is told: subscribe; with the commands that bring something
+// What is answered later: wait and pass; with the commands that bring something
 // about.
 #include "plant/demo.hpp"
 
@@ -173,7 +173,8 @@ TEST_CASE("a node without power is not there, and comes back with its stored par
   CHECK(plant->execute("power 0x42 off") == "ok\n");
   Frames frames(*plant);
   CHECK(plant->execute("wait state 0x42 off") == "ok 0.000000\n");
-  CHECK(plant->execute("get 0x42 0x1017") == "error: node 0x42 has no power; switch it on by power 0x42 on\n");
+  CHECK(plant->execute("get 0x42 0x1017") ==
+        "error: node 0x42 has no power; switch it on by power 0x42 on\n");
   CHECK(read_heartbeat() == "ok 4\nok 0\n");
   CHECK(frames.seen == Lines{"642#4017100000000000", "642#8017100000000405"});
   plant->execute("pass 5s");
@@ -224,36 +225,6 @@ TEST_CASE("a frame of somebody else") {
     CHECK(plant->execute(std::string("send ") + bad) ==
           "error: frame \"" + std::string(bad) + "\": write it as candump does: 605#4017100000000000\n");
   }
-}
-
-TEST_CASE("who subscribes is told of frames, EMCY messages and transactions") {
-  const auto plant = demo();
-  std::string told;
-  std::string transactions;
-  Subscription all(plant->control(), {}, [&](std::string_view lines) { told += lines; });
-  Subscription some(plant->control(), {"transactions"},
-                    [&](std::string_view lines) { transactions += lines; });
-  plant->execute("pass 1s");
-  plant->execute("incident 16 overtemperature on");
-  plant->execute("trigger read 99 0x1000 0 4");
-  all.look();
-  some.look();
-  plant->execute("pass 1s");
-  all.look();
-  some.look();
-  CHECK(told ==
-        "at 1.000000 frame 090#1042090000000000\nat 1.000000 emcy 16 0x4210\n"
-        "at 1.000000 transaction started\nat 1.000000 frame 663#4000100000000000\n"
-        "at 2.000000 transaction ended\nat 2.000000 frame 663#8000100000000405\n");
-  CHECK(transactions == "at 1.000000 transaction started\nat 2.000000 transaction ended\n");
-  plant->execute("trigger read 2 0x1000 0 4");
-  plant->execute("trigger read 2 0x1000 0 4");
-  some.look();
-  CHECK(
-      transactions.ends_with("at 2.000000 transaction started\nat 2.000000 transaction ended\n"
-                             "at 2.000000 transaction started\nat 2.000000 transaction ended\n"));
-  CHECK(plant->control().execute("subscribe frames emcy", 0).subscribe == Words{"frames", "emcy"});
-  CHECK(plant->execute("subscribe states") == "error: \"states\": must be frames, emcy or transactions\n");
 }
 
 TEST_CASE("shutdown is for whoever runs the plant") {

@@ -27,7 +27,7 @@ void write_outputs(VirtualPlant& plant, int value) {
 
 TEST_CASE("what a wire makes of a step of 100 at 1 s, and of one back to 0 at 2 s") {
   struct Row {
-    sim::Transfer transfer;
+    sim::TransferFunction transfer;
     Time time;
     double value;
   };
@@ -36,7 +36,7 @@ TEST_CASE("what a wire makes of a step of 100 at 1 s, and of one back to 0 at 2 
     change(made.transfer);
     return made;
   };
-  const auto lags = [](sim::Transfer& t) { t.lag = 500 * kMillisecond; };
+  const auto lags = [](sim::TransferFunction& t) { t.lag = 500 * kMillisecond; };
   const auto rows = {
       row(999'999, 0, [](auto&) {}),
       row(1'000'000, 100, [](auto&) {}),
@@ -71,7 +71,7 @@ TEST_CASE("what a wire makes of a step of 100 at 1 s, and of one back to 0 at 2 
 }
 
 TEST_CASE("a lag is passed on at times that do not depend on who looks, until it is over") {
-  sim::Transfer transfer;
+  sim::TransferFunction transfer;
   transfer.lag = 500 * kMillisecond;
   sim::Wire wire(transfer);
   wire.put(0, 0);
@@ -127,7 +127,7 @@ eds = "demo:/generic.eds"
     plant->execute("pass 100us");
     for (int i = 0; i < 20; ++i)
       plant->execute(fmt::format("pass {}", step));
-    plant->pass_to(70 * cbcan::kSecond);
+    plant->advance_to(70 * cbcan::kSecond);
     CHECK(get(*plant, "66 0x6401:1") == "3000");
     frames.seen.push_back(response);
     if (known.empty()) known = frames.seen;

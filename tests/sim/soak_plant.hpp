@@ -221,9 +221,9 @@ struct SoakNetwork final : private sim::FaultListener {
     witnesses_[id] = &witness;
   }
 
-  static sim::NodeImage image() {
+  static eds::DictionaryImage image() {
     using Flags = ObjectFlags;
-    sim::NodeImage image;
+    eds::DictionaryImage image;
     const auto add = [&image](std::uint16_t index, std::uint8_t first, std::uint8_t last, DataType type,
                               std::uint16_t flags, std::uint32_t capacity, const Bytes& value) {
       const std::uint32_t front = (flags & Flags::kVariable) != 0 ? ObjectEntry::kLengthBytes : 0;

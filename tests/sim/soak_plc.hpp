@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The soak's PLCs: each at a door of its network's module, one transaction after the other, each result held
+/// The soak's PLCs: each with an access to its network's module, one transaction after the other, each result held
 /// against what the nodes have executed.
 
 #include <algorithm>
@@ -68,8 +68,8 @@ struct SoakResult {
 };
 
 /// Where a PLC's requests go in and results come out.
-struct Door {
-  virtual ~Door() = default;
+struct Access {
+  virtual ~Access() = default;
   virtual void begin(const SoakRequest& request) = 0;
   virtual std::optional<SoakResult> look() = 0;
   /// False: there will be no result.
@@ -82,8 +82,8 @@ struct Door {
 };
 
 /// R3700.
-struct FlagDoor final : Door {
-  explicit FlagDoor(SoakNetwork& network) : network_(network) {}
+struct FlagAccess final : Access {
+  explicit FlagAccess(SoakNetwork& network) : network_(network) {}
 
   void begin(const SoakRequest& request) override {
     flag() = 0xCA0E;
@@ -112,8 +112,8 @@ struct FlagDoor final : Door {
 };
 
 /// The scanner window, by the program of docs/how-to/scanner.md: it exchanges whole blocks, and knows nothing else.
-struct ScannerDoor final : Door {
-  explicit ScannerDoor(SoakNetwork& network) : network_(network) {}
+struct ScannerAccess final : Access {
+  explicit ScannerAccess(SoakNetwork& network) : network_(network) {}
 
   void begin(const SoakRequest& request) override {
     number_ = number_ == 65535 ? std::uint16_t{1} : static_cast<std::uint16_t>(number_ + 1);
@@ -160,15 +160,15 @@ struct ScannerDoor final : Door {
 
 struct SoakPlc {
   /// `place` is 0 or 1. It gives a request up after `patience`.
-  SoakPlc(SoakNetwork& network, Door& door, std::uint16_t place, std::uint64_t seed, Time patience)
-      : network_(network), door_(door), place_(place), random_(seed), patience_(patience) {}
+  SoakPlc(SoakNetwork& network, Access& access, std::uint16_t place, std::uint64_t seed, Time patience)
+      : network_(network), access_(access), place_(place), random_(seed), patience_(patience) {}
 
   Time wake() const { return wake_; }
   void act() {
     wake_ = network_.now + period_;
     switch (phase_) {
       case Phase::kStarting:
-        if (door_.ready()) go_on();
+        if (access_.ready()) go_on();
         break;
       case Phase::kIdle: begin(); break;
       case Phase::kWaiting: wait(); break;
@@ -229,18 +229,18 @@ struct SoakPlc {
     cancelled_ = false;
     phase_ = Phase::kWaiting;
     if (request_.kind == SoakRequest::Kind::kNmt) network_.harm();
-    door_.begin(request_);
+    access_.begin(request_);
   }
   void wait() {
     const Time waited = network_.now - begun_;
     const bool restarted = begun_in_ != network_.lives;
     const bool switched_off = random_.below(20'000) == 0;
-    if ((restarted && door_.notices_restart()) || switched_off) {
+    if ((restarted && access_.notices_restart()) || switched_off) {
       end_without_result();
-      door_.switch_on();
+      access_.switch_on();
       phase_ = Phase::kStarting;
       wake_ = network_.now + 3 * kSecond;
-    } else if (const auto result = door_.look()) {
+    } else if (const auto result = access_.look()) {
       judge(*result);
       result_in_ = network_.lives;
       ++ended;
@@ -250,7 +250,7 @@ struct SoakPlc {
       end_without_result();
     } else if (waited > patience_ && !cancelled_) {
       cancelled_ = true;
-      if (!door_.cancel()) end_without_result();
+      if (!access_.cancel()) end_without_result();
     }
   }
   void end_without_result() {
@@ -266,7 +266,7 @@ struct SoakPlc {
   void judge(const SoakResult& result) {
     if (result.code == 0) return judge_good(result);
     if (result.code == 4) return judge_abort(result.number());
-    const bool first_of_module = result.code == 5 && !door_.notices_restart() && result_in_ != network_.lives;
+    const bool first_of_module = result.code == 5 && !access_.notices_restart() && result_in_ != network_.lives;
     if (!first_of_module) return complain("result " + std::to_string(result.code));
     ++unknown;
   }
@@ -316,7 +316,7 @@ struct SoakPlc {
   }
 
   SoakNetwork& network_;
-  Door& door_;
+  Access& access_;
   std::uint16_t place_;
   sim::Random random_;
   Time patience_;

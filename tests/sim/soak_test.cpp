@@ -29,8 +29,8 @@ struct Sum {
 
 void run_network(std::uint64_t seed, const Row& row, Time end, Sum& sum) {
   SoakNetwork network(seed, row.bit_rate, row.timeout_ms);
-  FlagDoor flag(network);
-  ScannerDoor scanner(network);
+  FlagAccess flag(network);
+  ScannerAccess scanner(network);
   SoakPlc plcs[] = {{network, flag, 0, seed + 1, row.patience},
                     {network, scanner, 1, seed + 2, row.patience}};
   while (network.now < end) {

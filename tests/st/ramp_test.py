@@ -23,11 +23,9 @@ class Ramp(BlockTest):
         head = f"60{node}#2B3C2002"
         return [int(text[14:16] + text[12:14], 16) for text in self.plc.frames() if text.startswith(head)]
 
-    def test_nothing_before_it_is_started(self):
+    def test_until_the_ramp_has_wrapped(self):
         self.plc.scan(20)
         self.assertEqual((self.program["SDOWRITE_DATA"], self.written(1), self.plc.registers[0]), (0, [], 0))
-
-    def test_until_the_ramp_has_wrapped(self):
         self.program["START_TEST"] = True
         read = []
         for _ in range(1100):
@@ -48,18 +46,11 @@ class Ramp(BlockTest):
         self.assertTrue(set(read) <= {0, *sent})
         self.assertGreater(len(read), 100)
         self.assertLessEqual(abs(len(self.written(1)) - len(self.written(2))), 1, "the blocks take turns")
-
-    def test_stopped_and_started_again(self):
-        self.program["START_TEST"] = True
-        self.plc.scan(33)
         self.program["START_TEST"] = False
         self.plc.scan(50)
-        count, value = len(self.written(1)), self.program["SDOWRITE_DATA"]
+        count = len(self.written(1))
         self.plc.scan(50)
-        self.assertEqual((len(self.written(1)), self.program["SDOWRITE_DATA"]), (count, value))
-        self.program["START_TEST"] = True
-        self.plc.scan(30)
-        self.assertGreater(len(self.written(1)), count + 2)
+        self.assertEqual(len(self.written(1)), count)
 
     def test_a_drive_that_is_gone_holds_up_everybody(self):
         """The example has no TIMEOUT: 3003h is 0, and the program waits for node 2 as long as it takes."""

@@ -1,20 +1,34 @@
 # SPDX-License-Identifier: MIT
-"""A checked tree to Python functions of (the variables of an instance, the time)."""
+"""Structured Text to Python functions, as far as tools/st needs it: only what CODESYS, MATIEC (OpenPLC, Beremiz) and STruC++ take alike;
+pointers are for the first and the last. Anything else is an error. A body becomes a function of (the variables of an instance, the time),
+an expression (its type, a function of the variables)."""
 
 import copy
+import re
+from typing import NamedTuple
 
-from st_functions import call_of, checked
-from st_lexer import StError
-from st_types import ADDRESS, BOOL, BYTE, LITERAL, TIME, Type
+from st_lexer import StError, tokens_of
+from st_types import ADDRESS, BOOL, BYTE, ELEMENTARY, LITERAL, TIME, Block, Pointer, Type
 
 ENOUGH = 1000  # rounds of a loop; no loop here needs more, and a PLC has a watchdog
-
-
-def fits(kind, value, a_type):
-    """Whether a number, a time or TRUE/FALSE as it is written is a value of the type."""
-    if kind == "number":
-        return a_type.kind in ("int", "bits") and a_type.low <= value <= a_type.high
-    return a_type.kind == kind
+SECTIONS = {"VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL"}
+PRECEDENCE = [("OR",), ("AND",), ("=", "<>"), ("<", ">", "<=", ">="), ("+", "-"), ("*", "/", "MOD")]
+COMPARISONS = PRECEDENCE[2] + PRECEDENCE[3]
+COMPUTE = {
+    "OR": lambda a, b: a | b, "AND": lambda a, b: a & b, "=": lambda a, b: a == b, "<>": lambda a, b: a != b,
+    "<": lambda a, b: a < b, ">": lambda a, b: a > b, "<=": lambda a, b: a <= b, ">=": lambda a, b: a >= b,
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a // b, "MOD": lambda a, b: a % b,
+    "MIN": min, "MAX": max}
+KINDS = {"OR": "bool bits", "AND": "bool bits", "=": "bool bits int time enum", "<>": "bool bits int time enum", "+": "int time",
+         **dict.fromkeys(PRECEDENCE[3], "bits int time")}  # what an operator is for; the others are for int
+KEYWORDS = SECTIONS | set(
+    "TYPE STRUCT ARRAY OF POINTER TO FUNCTION FUNCTION_BLOCK PROGRAM CONSTANT IF THEN ELSIF ELSE CASE WHILE FOR BY DO REPEAT UNTIL EXIT RETURN "
+    "AND OR XOR NOT MOD TRUE FALSE CONFIGURATION RESOURCE ON TASK WITH VAR_GLOBAL VAR_TEMP VAR_ACCESS AT RETAIN NON_RETAIN STEP TRANSITION "
+    "ACTION FROM R_EDGE F_EDGE".split())
+KEYWORDS |= {f"END_{word}" for word in KEYWORDS}
+# Of IEC 61131-3, 2nd edition, tables 23 to 28: no names for variables in MATIEC.
+STANDARD_FUNCTIONS = set("ABS SQRT LN LOG EXP SIN COS TAN ASIN ACOS ATAN ADD MUL SUB DIV MOD EXPT MOVE SHL SHR ROR ROL AND OR XOR NOT SEL MAX "
+                         "MIN LIMIT MUX GT GE EQ LE LT NE LEN LEFT RIGHT MID CONCAT INSERT DELETE REPLACE FIND".split())
 
 
 def times(time, factor):
@@ -25,59 +39,503 @@ def times(time, factor):
     return time // 1000000 * factor * 1000000 + nanoseconds // 1000
 
 
-class PouCompiler:
-    def __init__(self, machine, block):
-        self.machine, self.block = machine, block
+def checked(compute, a_type, place):
+    """What does not fit into its type is an error here; the standard leaves it to each system (2.5.1.5.2)."""
+    if a_type.kind not in ("int", "bits", "time"):
+        return compute
 
-    # Statements
+    def run(values):
+        value = compute(values)
+        if not a_type.low <= value <= a_type.high:
+            raise StError(place, f"{value}: not within {a_type.name}")
+        return value
+    return run
 
-    def statements(self, statements):
-        kinds = {"assign": self.assign, "call": self.call, "if": self.if_, "case": self.case, "while": self.while_, "for": self.for_}
-        steps = [kinds[statement.kind](statement.place, *statement.parts) for statement in statements]
+
+def within_variable(place, function, *arguments):
+    try:
+        return function(*arguments)
+    except IndexError:
+        raise StError(place, "a pointer behind its variable") from None
+
+
+class Reference(NamedTuple):
+    type: object  # a Type or a Block
+    where: object  # of the variables: (container, key), or the Pointer
+    root: str  # the variable that it begins with
+    pointed: bool = False
+
+
+class Words:
+    """The words of a file, one after the other."""
+
+    def __init__(self, text, file):
+        self.tokens, self.at = tokens_of(text, file), 0
+
+    @property
+    def token(self):
+        return self.tokens[self.at]
+
+    def next(self):
+        self.at += 1
+        return self.tokens[self.at - 1]
+
+    def sees(self, *values):
+        return self.token.kind in ("word", "symbol") and self.token.value in values
+
+    def takes(self, *values):
+        return self.next() if self.sees(*values) else None
+
+    def expect(self, *values):
+        if not self.sees(*values):
+            raise StError(self.token.place, f"{self.token.value}: {' or '.join(values)} should stand here")
+        return self.next()
+
+    def one(self, kind):
+        """The value of a word of this kind."""
+        if self.token.kind != kind or self.token.value in KEYWORDS:
+            raise StError(self.token.place, f"{self.token.value}: a {kind} should stand here")
+        return self.next().value
+
+    def listed(self, element):
+        """Elements up to `)`."""
+        found = [element()]
+        while self.expect(",", ")").value == ",":
+            found.append(element())
+        return found
+
+
+class Declarations(Words):
+    def __init__(self, machine, text, file):
+        super().__init__(text, file)
+        self.machine, self.block = machine, None
+
+    def compile(self):
+        parts = {"TYPE": self.type_section, "FUNCTION": self.pou, "FUNCTION_BLOCK": self.pou, "PROGRAM": self.pou,
+                 "CONFIGURATION": self.configuration}
+        while self.token.kind != "end":
+            parts[self.expect(*parts).value]()
+
+    def new_name(self):
+        place, name = self.token.place, self.one("word")
+        if name in self.machine.types or name in self.machine.blocks or name in self.machine.enumerators:
+            raise StError(place, f"{name}: this name is taken")
+        return name
+
+    def type_section(self):
+        while not self.takes("END_TYPE"):
+            name = self.new_name()
+            self.expect(":")
+            self.machine.types[name] = self.new_type(name)
+            self.expect(";")
+
+    def new_type(self, name):
+        if self.takes("("):
+            names = self.listed(self.new_name)
+            made = Type("enum", name, of=names)
+            self.machine.enumerators.update(dict.fromkeys(names, made))
+            return made
+        if self.takes("STRUCT"):
+            members = {}
+            while not self.takes("END_STRUCT"):
+                member, a_type, first, _, _ = self.variable()
+                members[member] = (a_type, first)
+            return Type("struct", name, of=members)
+        if self.takes("ARRAY"):
+            low, high = (self.expect("[") and self.one("number")), (self.expect("..") and self.one("number"))
+            place = self.expect("]").place
+            self.expect("OF")
+            element = self.type_name()
+            if element.kind == "array":  # MATIEC's C for it does not compile
+                raise StError(place, f"{name}: an ARRAY of arrays")
+            return Type("array", name, low, high, element)
+        return self.type_name()
+
+    def type_name(self):
+        if self.takes("POINTER"):
+            self.expect("TO")
+            return Type("pointer", "POINTER", of=self.type_name())
+        place, name = self.token.place, self.one("word")
+        found = self.machine.types.get(name) or self.machine.blocks.get(name)
+        if found is None or found.kind in ("FUNCTION", "PROGRAM"):
+            raise StError(place, f"{name}: no such type")
+        return found
+
+    def variable(self):
+        """(name, type, first value, place, address)"""
+        place, name = self.token.place, self.one("word")
+        address = self.one("address") if self.takes("AT") else ""
+        self.expect(":")
+        a_type = self.type_name()
+        first = a_type if isinstance(a_type, Block) else a_type.first()
+        if self.takes(":="):
+            kind, value, _ = self.next()
+            if value in ("TRUE", "FALSE"):
+                kind, value = "bool", value == "TRUE"
+            is_enumerator = self.machine.enumerators.get(value) is a_type
+            if not (is_enumerator or kind == a_type.kind or kind == "number" and a_type.takes(value)):
+                raise StError(place, f"{name}: not a first value of a {a_type.name}")
+            first = value
+        self.expect(";")
+        return name, a_type, first, place, address
+
+    def pou(self):
+        kind, name = self.tokens[self.at - 1].value, self.new_name()
+        block = self.block = Block(kind, name)
+        if kind == "FUNCTION":
+            self.expect(":")
+            block.result = self.type_name()
+            block.declare(name, "VAR", block.result, block.result.first())
+        while self.sees(*SECTIONS):
+            self.var_section(self.next().value)
+        block.run = self.statements(f"END_{kind}")
+        self.expect(f"END_{kind}")
+        self.machine.blocks[name] = block
+
+    def var_section(self, section):
+        block, located = self.block, set()
+        while not self.takes("END_VAR"):
+            name, a_type, first, place, address = self.variable()
+            if name in block.sections or name in self.machine.types or name in self.machine.enumerators or name in STANDARD_FUNCTIONS:
+                raise StError(place, f"{name}: this name is taken")
+            if block.kind == "FUNCTION" and section not in ("VAR", "VAR_INPUT"):
+                raise StError(place, f"{name}: a FUNCTION has no {section} in this subset")
+            if address and (section, block.kind, a_type.name) != ("VAR", "PROGRAM", "WORD"):
+                raise StError(place, f"{name}: only a WORD of a PROGRAM is located in this subset")
+            located.add(bool(address))
+            if len(located) > 1:
+                raise StError(place, f"{name}: located variables have a VAR of their own")  # MATIEC
+            if section == "VAR_EXTERNAL":
+                self.machine.externals.append((name, a_type, place))
+            block.declare(name, section, a_type, first)
+            if address:
+                block.located[address] = name
+
+    def configuration(self):
+        self.one("word")
+        while self.takes("VAR_GLOBAL"):
+            constant = self.takes("CONSTANT")
+            while not self.takes("END_VAR"):
+                name, a_type, first, _, _ = self.variable()
+                self.machine.globals[name], self.machine.global_types[name] = copy.deepcopy(first), a_type
+                if constant:
+                    self.machine.constants.add(name)
+        for expected in "RESOURCE word ON word TASK word ( INTERVAL := time , PRIORITY := number ) ;".split():
+            self.one(expected) if expected.islower() else self.expect(expected)
+        while self.takes("PROGRAM"):
+            instance, _, _, _ = self.one("word"), self.expect("WITH"), self.one("word"), self.expect(":")
+            place, name = self.token.place, self.one("word")
+            block = self.machine.blocks.get(name)
+            if block is None or block.kind != "PROGRAM":
+                raise StError(place, f"{name}: no such program")
+            self.machine.programs[instance] = (block, block.instance())
+            self.expect(";")
+        self.expect("END_RESOURCE"), self.expect("END_CONFIGURATION")
+
+
+class Expressions(Declarations):
+    def expression(self, level=0):
+        if level == len(PRECEDENCE):
+            return self.unary()
+        left = self.expression(level + 1)
+        while self.sees(*PRECEDENCE[level]):
+            operator = self.next()
+            left = self.binary(operator.place, operator.value, left, self.expression(level + 1))
+        return left
+
+    def value_of_type(self, a_type):
+        """The expression that stands here, as one of the type."""
+        place = self.token.place
+        return self.converted(self.expression(), a_type, place)
+
+    def converted(self, expression, a_type, place):
+        """A number as it is written takes every type that it fits."""
+        found, value = expression
+        if found is LITERAL and a_type.kind in ("int", "bits"):
+            if not a_type.takes(value(None)):
+                raise StError(place, f"{value(None)}: not within {a_type.name}")
+        elif found != a_type and not (found is ADDRESS and a_type.kind == "pointer"):
+            raise StError(place, f"{a_type.name}, not {found.name}, should stand here")
+        return value
+
+    def unary(self):
+        place = self.token.place
+        if self.takes("NOT"):
+            value = self.converted(self.unary(), BOOL, place)
+            return BOOL, lambda values: not value(values)
+        if self.takes("("):
+            inner = self.expression()
+            self.expect(")")
+            return inner
+        if self.token.kind in ("number", "time"):
+            kind, value, _ = self.next()
+            return {"number": LITERAL, "time": TIME}[kind], lambda values: value
+        if self.sees("TRUE", "FALSE"):
+            value = self.next().value == "TRUE"
+            return BOOL, lambda values: value
+        name = self.one("word")
+        if self.takes("("):
+            return self.function(place, name)
+        if name in self.machine.enumerators:
+            return self.machine.enumerators[name], lambda values: name
+        return self.value(self.reference(name, place), place)
+
+    def value(self, reference, place):
+        where = reference.where
+        if isinstance(reference.type, Block):
+            raise StError(place, "an instance of a function block is no value")
+        if reference.pointed:
+            return reference.type, lambda values: within_variable(place, where(values).read)
+
+        def value_of(values):
+            container, key = where(values)
+            return container[key]
+        return reference.type, value_of
+
+    def binary(self, place, operator, left, right):
+        left_type, right_type = left[0], right[0]
+        if left_type.kind == "pointer":
+            return self.pointer_operation(place, operator, left, right)
+        if operator == "*" and left_type is TIME and right_type.kind == "int":
+            return TIME, lambda values: times(left[1](values), right[1](values))
+        common = right_type if left_type is LITERAL else left_type
+        if common is LITERAL or common.kind not in KINDS.get(operator, "int").split():
+            raise StError(place, f"{operator}: not for {common.name}")
+        left, right = self.converted(left, common, place), self.converted(right, common, place)
+        result, compute = BOOL if operator in COMPARISONS else common, COMPUTE[operator]
+        return result, checked(lambda values: compute(left(values), right(values)), result, place)
+
+    def pointer_operation(self, place, operator, left, right):
+        (a_type, pointer), (right_type, amount) = left, right
+        if operator == "=" and right_type is LITERAL and amount(None) == 0:
+            return BOOL, lambda values: pointer(values) is None
+        if operator == "+" and right_type is LITERAL:
+            return a_type, lambda values: pointer(values).moved(amount(values))
+        raise StError(place, f"{operator}: not for pointers in this subset")
+
+    # Functions
+
+    def function(self, place, name):
+        conversion = re.fullmatch(r"([A-Z]+)_TO_([A-Z]+)", name)
+        if conversion and conversion[1] in ELEMENTARY and conversion[2] in ELEMENTARY:
+            target = ELEMENTARY[conversion[2]]
+            value = self.value_of_type(ELEMENTARY[conversion[1]])
+            self.expect(")")
+            return target, checked(value, target, place)
+        if name == "ADR":
+            return self.address(place)
+        operands = self.listed(self.expression)
+        if name in ("MIN", "MAX") and len(operands) == 2:
+            return self.binary(place, name, *operands)
+        if name in ("SHL", "SHR") and len(operands) == 2:
+            return self.shift(place, name, *operands)
+        block = self.machine.blocks.get(name)
+        if block is None or block.kind != "FUNCTION" or len(operands) != len(block.names("VAR_INPUT")):
+            raise StError(place, f"{name}: no such function in this subset, or not with {len(operands)} arguments")
+        operands = {name: self.converted(operand, block.types[name], place) for name, operand in zip(block.names("VAR_INPUT"), operands)}
+
+        def run(values):
+            inner = block.instance()
+            inner.update((name, operand(values)) for name, operand in operands.items())
+            block.run(inner, 0)
+            return inner[block.name]
+        return block.result, run
+
+    def shift(self, place, name, bits, count):
+        (a_type, value), (count_type, count) = bits, count
+        if a_type.kind != "bits" or count_type.kind not in ("int", "literal"):
+            raise StError(place, f"{name}: not for {a_type.name}, {count_type.name}")
+        if name == "SHL":
+            return a_type, lambda values: value(values) << count(values) & a_type.high
+        return a_type, lambda values: value(values) >> count(values)
+
+    def address(self, place):
+        a_type, where, _, _ = self.writable()
+        self.expect(")")
+        number = a_type.of if a_type.kind == "array" else a_type
+        if number.kind not in ("int", "bits"):
+            raise StError(place, f"ADR: of numbers only in this subset, not of {a_type.name}")
+        return ADDRESS, lambda values: Pointer(*where(values), a_type, 0)
+
+    # References
+
+    def writable(self):
+        place, name = self.token.place, self.one("word")
+        found = self.reference(name, place)
+        if isinstance(self.block.types[name], Block):
+            raise StError(place, f"{name}: its variables are its own")
+        if self.block.sections[name] == "VAR_INPUT" and not found.pointed:
+            raise StError(place, f"{name}: not to be written here")
+        return found
+
+    def reference(self, name, place):
+        if name not in self.block.types:
+            raise StError(place, f"{name}: no such variable")
+        a_type, section, shared = self.block.types[name], self.block.sections[name], self.machine.globals
+        where = {"VAR_EXTERNAL": lambda values: (shared, name), "VAR_IN_OUT": lambda values: values[name]}.get(section, lambda values: (values, name))
+        found = Reference(a_type, where, name)
+        while self.sees("[", ".", "^"):
+            symbol = self.next()
+            found = {"[": self.element, ".": self.member, "^": self.pointed}[symbol.value](symbol.place, found)
+        return found
+
+    def element(self, place, base):
+        index_type, index = self.expression()
+        self.expect("]")
+        array, where = base.type, base.where
+        if array.kind != "array" or index_type.kind not in ("int", "literal"):
+            raise StError(place, f"{array.name}: no ARRAY, or its index is no number")
+
+        def element(values):
+            container, key = where(values)
+            at = index(values)
+            if not array.low <= at <= array.high:
+                raise StError(place, f"index {at}: not within {array.low}..{array.high}")
+            return container[key], at - array.low
+        return base._replace(type=array.of, where=element)
+
+    def member(self, place, base):
+        name, where, a_type = self.one("word"), base.where, base.type
+        if isinstance(a_type, Block):
+            found = a_type.types.get(name) if a_type.sections.get(name) in ("VAR_INPUT", "VAR_OUTPUT") else None
+        else:
+            found = a_type.of[name][0] if a_type.kind == "struct" and name in a_type.of else None
+        if found is None:
+            raise StError(place, f"{name}: no member of {a_type.name}")
+
+        def member(values):
+            container, key = where(values)
+            return container[key], name
+        return base._replace(type=found, where=member)
+
+    def pointed(self, place, base):
+        a_type, value = self.value(base, place)
+        if a_type.kind != "pointer" or a_type.of != BYTE:
+            raise StError(place, f"no POINTER TO BYTE but {a_type.name}")
+
+        def pointer(values):
+            found = value(values)
+            if found is None:
+                raise StError(place, "a pointer to nothing")
+            return found
+        return Reference(BYTE, pointer, base.root, True)
+
+
+class Compiler(Expressions):
+    """Statements."""
+
+    def statements(self, *ends):
+        return self.steps(lambda: self.sees(*ends))
+
+    def steps(self, ended):
+        steps = []
+        while not ended():
+            steps.append(self.statement())
+            self.expect(";")
 
         def run(values, now):
             for step in steps:
                 step(values, now)
         return run
 
-    def assign(self, place, target, source):
-        target_type, where = self.writable(target)
-        value = self.value_as(source, target_type, place)
-        if target.kind == "deref":
-            return lambda values, now: self.at(place, where(values).write, value(values))
-        taken = copy.deepcopy if target_type.kind in ("array", "struct") else lambda it: it
+    def statement(self):
+        compound = {"IF": self.if_, "CASE": self.case, "WHILE": self.while_, "FOR": self.for_}
+        if self.sees(*compound):
+            place, word, _ = self.token.place, self.token.value, self.next()
+            return compound[word](place)
+        return self.call() if self.tokens[self.at + 1].value == "(" else self.assignment()
+
+    def assignment(self):
+        target, where, _, pointed = self.writable()
+        place = self.expect(":=").place
+        value = self.value_of_type(target)
+        if pointed:
+            return lambda values, now: within_variable(place, where(values).write, value(values))
+        taken = copy.deepcopy if target.kind in ("array", "struct") else lambda it: it
 
         def run(values, _):
             container, key = where(values)
             container[key] = taken(value(values))
         return run
 
-    def if_(self, _, branches, otherwise):
-        branches = [(self.value_as(condition, BOOL, condition.place), self.statements(body)) for condition, body in branches]
-        otherwise = self.statements(otherwise)
+    def call(self):
+        """Of a function block."""
+        place, name, _ = self.token.place, self.one("word"), self.next()
+        block = self.block.types.get(name)
+        if not isinstance(block, Block) or self.block.sections[name] != "VAR":
+            raise StError(place, f"{name}: no instance of a function block")
+        given = {}
+        while not self.takes(")"):
+            if given:
+                self.expect(",")
+            argument = self.one("word")
+            section = block.sections.get(argument)
+            if argument in given or section not in ("VAR_INPUT", "VAR_IN_OUT"):
+                raise StError(place, f"{argument}: no input of {block.name}, or twice")
+            self.expect(":=")
+            given[argument] = self.value_of_type(block.types[argument]) if section == "VAR_INPUT" else self.variable_of_type(block.types[argument])
+        missing = [argument for argument in block.names("VAR_IN_OUT") if argument not in given]
+        if missing:
+            raise StError(place, f"{missing[0]}: VAR_IN_OUT of {block.name}, needs a variable")
 
         def run(values, now):
-            for condition, body in branches:
-                if condition(values):
-                    return body(values, now)
-            return otherwise(values, now)
+            inner = values[name]
+            for argument, value in given.items():
+                inner[argument] = value(values)
+            block.run(inner, now)
         return run
 
-    def case(self, place, selector, branches, otherwise):
-        a_type, value = self.expression(selector)
+    def variable_of_type(self, a_type):
+        place, found = self.token.place, self.writable()
+        if found.type != a_type:
+            raise StError(place, f"{a_type.name}, not {found.type.name}, should stand here")
+        return found.where
+
+    def if_(self, _):
+        branches, otherwise = [], None
+        while True:
+            condition = self.value_of_type(BOOL)
+            self.expect("THEN")
+            branches.append((condition, self.statements("ELSIF", "ELSE", "END_IF")))
+            if not self.takes("ELSIF"):
+                break
+        if self.takes("ELSE"):
+            otherwise = self.statements("END_IF")
+        self.expect("END_IF")
+
+        def run(values, now):
+            body = next((body for condition, body in branches if condition(values)), otherwise)
+            if body:
+                body(values, now)
+        return run
+
+    def case(self, place):
+        a_type, value = self.expression()
         if a_type.kind not in ("int", "enum"):
             raise StError(place, f"CASE: neither an integer nor an enumeration but {a_type.name}")
-        bodies = {}
-        for label, body in branches:
-            constant = self.value_as(label, a_type, label.place)(None)
-            if constant in bodies:
-                raise StError(label.place, f"{constant}: the second of its kind")
-            bodies[constant] = self.statements(body)
-        otherwise = self.statements(otherwise)
-        return lambda values, now: bodies.get(value(values), otherwise)(values, now)
+        self.expect("OF")
+        bodies, otherwise = {}, None
+        while not self.sees("ELSE", "END_CASE"):
+            label = self.value_of_type(a_type)(None)
+            self.expect(":")  # lists of labels: not in STruC++, for enumerators
+            if label in bodies:
+                raise StError(place, f"{label}: the second of its kind")
+            bodies[label] = self.steps(lambda: self.sees("ELSE", "END_CASE") or self.token.kind == "number" or self.tokens[self.at + 1].value == ":")
+        if self.takes("ELSE"):
+            otherwise = self.statements("END_CASE")
+        self.expect("END_CASE")
 
-    def while_(self, place, condition, body):
-        condition, body = self.value_as(condition, BOOL, place), self.statements(body)
+        def run(values, now):
+            body = bodies.get(value(values), otherwise)
+            if body:
+                body(values, now)
+        return run
+
+    def while_(self, place):
+        condition = self.value_of_type(BOOL)
+        self.expect("DO")
+        body = self.statements("END_WHILE")
+        self.expect("END_WHILE")
 
         def run(values, now):
             for _ in range(ENOUGH):
@@ -87,225 +545,18 @@ class PouCompiler:
             raise StError(place, "WHILE: does not end")
         return run
 
-    def for_(self, place, variable, first, last, body):
-        a_type, where = self.writable(variable)
+    def for_(self, place):
+        a_type, where, _, _ = self.writable()
         if a_type.kind != "int":
             raise StError(place, f"FOR: no integer but {a_type.name}")
-        first, last, body = self.value_as(first, a_type, place), self.value_as(last, a_type, place), self.statements(body)
+        first = self.expect(":=") and self.value_of_type(a_type)
+        last = self.expect("TO") and self.value_of_type(a_type)
+        self.expect("DO")
+        body = self.statements("END_FOR")
+        self.expect("END_FOR")
 
         def run(values, now):
             container, key = where(values)
             for container[key] in range(first(values), last(values) + 1):
                 body(values, now)
         return run
-
-    def call(self, place, target, arguments):
-        """Of a function block."""
-        if target.kind != "name":
-            raise StError(place, "only instances by their name are called in this subset")
-        block = self.type_of_name(target.parts[0], place)
-        if isinstance(block, Type) or self.block.sections[target.parts[0]] != "VAR":
-            raise StError(place, f"{target.parts[0]}: no instance of a function block")
-        before, after, given = [], [], set()
-        for name, output, expression in arguments:
-            if name in given or block.sections.get(name) not in (("VAR_OUTPUT",) if output else ("VAR_INPUT", "VAR_IN_OUT")):
-                raise StError(place, f"{name}: no {'output' if output else 'input'} of {block.name}, or twice")
-            given.add(name)
-            (after if output else before).append(self.argument(block, name, expression, place))
-        missing = [name for name in block.names("VAR_IN_OUT") if name not in given]
-        if missing:
-            raise StError(place, f"{missing[0]}: VAR_IN_OUT of {block.name}, needs a variable")
-        instance = target.parts[0]
-
-        def run(values, now):
-            inner = values[instance]
-            for step in before:
-                step(values, inner)
-            block.run(inner, now)
-            for step in after:
-                step(values, inner)
-        return run
-
-    def argument(self, block, name, expression, place):
-        section, a_type = block.sections[name], block.types[name]
-        if section == "VAR_INPUT":
-            value = self.value_as(expression, a_type, place)
-            return lambda values, inner: inner.__setitem__(name, value(values))
-        found, where = self.writable(expression)
-        if found != a_type:
-            raise StError(place, f"{name}: {a_type.name}, not {found.name}")
-        if section == "VAR_IN_OUT":
-            return lambda values, inner: inner.__setitem__(name, where(values))
-
-        def take(values, inner):
-            container, key = where(values)
-            container[key] = inner[name]
-        return take
-
-    # References: functions that give (container, key)
-
-    def type_of_name(self, name, place):
-        if name not in self.block.types:
-            raise StError(place, f"{name}: no such variable")
-        return self.block.types[name]
-
-    def writable(self, expression):
-        if expression.kind not in ("name", "index", "member", "deref"):
-            raise StError(expression.place, "a variable should stand here")
-        root = expression
-        while root.kind != "name":
-            root = root.parts[0]
-            if root.kind == "name" and not isinstance(self.block.types.get(root.parts[0]), (Type, type(None))):
-                raise StError(root.place, f"{root.parts[0]}: its variables are its own")
-        name = root.parts[0]
-        pointed = any(part.kind == "deref" for part in self.path(expression))
-        if self.block.sections.get(name) == "VAR_INPUT" and not pointed:
-            raise StError(root.place, f"{name}: not to be written here")
-        return self.reference(expression)
-
-    def path(self, expression):
-        yield expression
-        if expression.kind != "name":
-            yield from self.path(expression.parts[0])
-
-    def reference(self, expression):
-        return getattr(self, f"ref_{expression.kind}")(expression.place, *expression.parts)
-
-    def ref_name(self, place, name):
-        a_type, section = self.type_of_name(name, place), self.block.sections[name]
-        if section == "VAR_EXTERNAL":
-            return a_type, lambda values, where=self.machine.globals: (where, name)
-        if section == "VAR_IN_OUT":
-            return a_type, lambda values: values[name]
-        return a_type, lambda values: (values, name)
-
-    def ref_index(self, place, base, index):
-        a_type, where = self.reference(base)
-        if a_type.kind != "array":
-            raise StError(place, f"no ARRAY but {a_type.name}")
-        index_type, index = self.expression(index)
-        if index_type.kind not in ("int", "literal"):
-            raise StError(place, f"no index but {index_type.name}")
-
-        def element(values):
-            container, key = where(values)
-            at = index(values)
-            if not a_type.low <= at <= a_type.high:
-                raise StError(place, f"index {at}: not within {a_type.low}..{a_type.high}")
-            return container[key], at - a_type.low
-        return a_type.of, element
-
-    def ref_member(self, place, base, name):
-        a_type, where = self.reference(base)
-        if isinstance(a_type, Type):
-            if a_type.kind != "struct" or name not in a_type.of:
-                raise StError(place, f"{name}: no member of {a_type.name}")
-            found = a_type.of[name][0]
-        else:
-            if a_type.sections.get(name) not in ("VAR_INPUT", "VAR_OUTPUT"):
-                raise StError(place, f"{name}: no input or output of {a_type.name}")
-            found = a_type.types[name]
-
-        def member(values):
-            container, key = where(values)
-            return container[key], name
-        return found, member
-
-    def ref_deref(self, place, base):
-        """Of a pointer the function gives the Pointer."""
-        a_type, value = self.expression(base)
-        if a_type.kind != "pointer" or a_type.of != BYTE:
-            raise StError(place, f"no POINTER TO BYTE but {a_type.name}")
-
-        def pointer(values):
-            found = value(values)
-            if found is None:
-                raise StError(place, "a pointer to nothing")
-            return found
-        return BYTE, pointer
-
-    def at(self, place, function, *arguments):
-        try:
-            return function(*arguments)
-        except IndexError:
-            raise StError(place, "a pointer behind its variable") from None
-
-    # Expressions: (type, function that gives the value)
-
-    def expression(self, expression):
-        kind, place = expression.kind, expression.place
-        if kind in ("number", "time", "bool"):
-            value = expression.parts[0]
-            return {"number": LITERAL, "time": TIME, "bool": BOOL}[kind], lambda values: value
-        if kind == "name" and expression.parts[0] in self.machine.enumerators and expression.parts[0] not in self.block.types:
-            value = expression.parts[0]
-            return self.machine.enumerators[value], lambda values: value
-        if kind in ("binary", "unary"):
-            return getattr(self, kind)(place, *expression.parts)
-        if kind == "call":
-            return call_of(self, place, *expression.parts)
-        a_type, where = self.reference(expression)
-        if not isinstance(a_type, Type):
-            raise StError(place, "an instance of a function block is no value")
-        if kind == "deref":
-            return a_type, lambda values: self.at(place, where(values).read)
-
-        def value_of(values):
-            container, key = where(values)
-            return container[key]
-        return a_type, value_of
-
-    def value_as(self, expression, a_type, place):
-        """The value as one of the type; a number as it is written takes every type that it fits."""
-        found, value = self.expression(expression)
-        if not isinstance(a_type, Type):
-            raise StError(place, "an instance of a function block is no value")
-        if found is LITERAL and a_type.kind in ("int", "bits"):
-            constant = value(None)
-            if not fits("number", constant, a_type):
-                raise StError(place, f"{constant}: not within {a_type.name}")
-            return value
-        if found != a_type and not (found is ADDRESS and a_type.kind == "pointer"):
-            raise StError(place, f"{a_type.name}, not {found.name}, should stand here")
-        return value
-
-    def unary(self, place, _, operand):
-        a_type, value = self.expression(operand)
-        if a_type is not BOOL:
-            raise StError(place, f"NOT: no BOOL but {a_type.name}")
-        return BOOL, lambda values: not value(values)
-
-    def binary(self, place, operator, left, right):
-        left_type, right_type = self.expression(left)[0], self.expression(right)[0]
-        if left_type.kind == "pointer":
-            return self.pointer_operation(place, operator, left_type, left, right)
-        if operator == "*" and left_type is TIME and right_type.kind == "int":
-            left, right = self.expression(left)[1], self.expression(right)[1]
-            return TIME, lambda values: times(left(values), right(values))
-        common = right_type if left_type is LITERAL else left_type
-        if common is LITERAL:
-            raise StError(place, f"{operator}: one number should stand here, not two")
-        left, right = self.value_as(left, common, place), self.value_as(right, common, place)
-        return self.operation(place, operator, common, left, right)
-
-    def pointer_operation(self, place, operator, a_type, left, right):
-        right_type, amount = self.expression(right)
-        left = self.expression(left)[1]
-        if operator == "=" and right_type is LITERAL and amount(None) == 0:
-            return BOOL, lambda values: left(values) is None
-        if operator == "+" and right_type is LITERAL:
-            return a_type, lambda values: left(values).moved(amount(values))
-        raise StError(place, f"{operator}: not for pointers in this subset")
-
-    def operation(self, place, operator, a_type, left, right):
-        kinds = {"OR": "bool bits", "AND": "bool bits", "=": "bool bits int time enum", "<>": "bool bits int time enum", "+": "int time"}
-        if a_type.kind not in kinds.get(operator, "bits int time" if operator in ("<", ">", "<=", ">=") else "int").split():
-            raise StError(place, f"{operator}: not for {a_type.name}")
-        compute = {
-            "OR": lambda a, b: a | b, "AND": lambda a, b: a & b, "=": lambda a, b: a == b, "<>": lambda a, b: a != b,
-            "<": lambda a, b: a < b, ">": lambda a, b: a > b, "<=": lambda a, b: a <= b, ">=": lambda a, b: a >= b,
-            "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a // b,
-            "MOD": lambda a, b: a % b}[operator]
-        result = BOOL if operator in ("=", "<>", "<", ">", "<=", ">=") else a_type
-        return result, checked(lambda values: compute(left(values), right(values)), result, place)
-

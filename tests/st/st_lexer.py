@@ -20,7 +20,7 @@ PATTERN = re.compile(r"""
     (?P<blank>\s+) | (?P<comment>\(\*.*?\*\)) |
     (?P<time>(?:T|TIME)\#(?P<count>\d+)(?P<unit>ms|s|m|h)\b) |
     (?P<address>%[IQ]W\d+) | (?P<based>16\#[0-9A-F]+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z]\w*) |
-    (?P<symbol>:=|=>|<>|<=|>=|\.\.|[-+*/<>=()\[\],;:.^])
+    (?P<symbol>:=|<>|<=|>=|\.\.|[-+*/<>=()\[\],;:.^])
     """, re.VERBOSE | re.DOTALL | re.IGNORECASE)
 MICROSECONDS = {"ms": 1000, "s": 1000000, "m": 60000000, "h": 3600000000}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Data types, their first values, and variables that are referred to."""
+"""Data types, their first values, and what has variables."""
 
 import copy
 from typing import NamedTuple
@@ -19,6 +19,9 @@ class Type(NamedTuple):
         if self.kind == "struct":
             return {name: copy.deepcopy(value) for name, (_, value) in self.of.items()}
         return {"bool": False, "enum": self.of and self.of[0], "pointer": None}.get(self.kind, 0)
+
+    def takes(self, number):
+        return self.kind in ("int", "bits") and self.low <= number <= self.high
 
 
 def number(kind, name, bits):
@@ -69,13 +72,41 @@ def bytes_of(a_type):
     return a_type.high.bit_length() // 8
 
 
-class Timer:
+class Block:
+    """A FUNCTION_BLOCK, PROGRAM or FUNCTION: the variables of an instance, and what runs."""
+
+    def __init__(self, kind, name):
+        self.kind, self.name = kind, name
+        self.sections = {}   # NAME: section
+        self.types = {}      # NAME: Type or Block
+        self.initial = {}    # NAME: value, or a Block to make an instance of
+        self.located = {}    # address: NAME
+        self.run = None      # of (the variables, the time)
+        self.result = None   # Type of a FUNCTION
+
+    def declare(self, name, section, a_type, first):
+        self.sections[name], self.types[name] = section, a_type
+        if section != "VAR_EXTERNAL":
+            self.initial[name] = None if section == "VAR_IN_OUT" else first
+
+    def instance(self):
+        return {name: value.instance() if isinstance(value, Block) else copy.deepcopy(value) for name, value in self.initial.items()}
+
+    def names(self, *sections):
+        return [name for name, section in self.sections.items() if section in sections]
+
+
+class Timer(Block):
     """TON of IEC 61131-3, 2.5.2.3.4."""
-    inputs = {"IN": (BOOL, False), "PT": (TIME, 0)}
-    outputs = {"Q": (BOOL, False), "ET": (TIME, 0)}
+
+    def __init__(self):
+        super().__init__("FUNCTION_BLOCK", "TON")
+        for name, section, a_type in (("IN", "VAR_INPUT", BOOL), ("PT", "VAR_INPUT", TIME), ("Q", "VAR_OUTPUT", BOOL), ("ET", "VAR_OUTPUT", TIME)):
+            self.declare(name, section, a_type, a_type.first())
+        self.run = self.pass_time
 
     @staticmethod
-    def run(values, now):
+    def pass_time(values, now):
         if not values["IN"]:
             values["since"], values["ET"] = None, 0
         elif values.get("since") is None:

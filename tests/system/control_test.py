@@ -88,7 +88,7 @@ class OverASocket(unittest.TestCase):
 
     def test_who_leaves_while_it_waits_is_forgotten(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")
-        for line in (b"wait time 1000s within 1000s\n", b"subscribe\n", b"subscribe\nwait emcy 1\n" + 100_000 * b"time\n"):
+        for line in (b"wait time 1000s within 1000s\n", b"wait emcy 1\n" + 100_000 * b"time\n"):
             with socket.create_connection(simulator.where["control"].split(":"), timeout=LIMIT) as other:
                 other.sendall(line)
         self.assertEqual(commands("send 605#4017100000000000"), "ok\n")

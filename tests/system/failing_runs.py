@@ -166,8 +166,8 @@ class Modbus(Window):
         return stored
 
 
-class Doors:
-    """One run with a client at each door that clients come to; `wrong` is None or what is wrong with it."""
+class Servers:
+    """One run with a client at each server that clients come to; `wrong` is None or what is wrong with it."""
 
     MOST_LINES = 1
 
@@ -289,7 +289,7 @@ class Doors:
         return [WRITTEN] if self.written else [AT_FIRST, WRITTEN]
 
 
-class PlcAndLine(Doors):
+class PlcAndLine(Servers):
     """One run with a PLC that owns the registers, and a serial line."""
 
     MOST_LINES = 2  # lost, and there again
@@ -358,7 +358,7 @@ parameters = "stored"
         os.close(self.end_of_line)
 
 
-class Web(Doors):
+class Web(Servers):
     """One run with HTTP, a script, and a request by the scanner window of channel 2."""
 
     OUT, IN = 700, 800

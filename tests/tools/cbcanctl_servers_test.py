@@ -44,7 +44,7 @@ class BadServers(unittest.TestCase):
     def test_silence(self):
         with socket.create_server(("127.0.0.1", 0)) as listener:
             port = listener.getsockname()[1]
-            done = run(port, "--timeout", "100", "local-id")
+            done = run(port, "--timeout", "100", "kernel")
         self.assertEqual((done.returncode, done.stderr), (NO_CONNECTION, f"cbcanctl: 127.0.0.1:{port}: reading R3700: no response; is that a "
                          "Modbus server? `cbcan-sim` prints where it is one, as modbus=HOST:PORT; --host and --port say where to look\n"))
 

@@ -4,6 +4,7 @@
 
 import json
 import pathlib
+import re
 import signal
 import socket
 import struct
@@ -87,20 +88,6 @@ class WithSimulator(unittest.TestCase):
         self.check("state 0x20", "32 Operational\n")
         self.check("configure /nowhere", "", USAGE, "cbcanctl: /nowhere: cannot be read; is the name right?\n")
 
-    def test_watch(self):
-        watch = subprocess.Popen([CBCANCTL, "--port", str(self.simulator.port), "watch", "--count", "2"],
-                                 stdout=subprocess.PIPE, text=True)
-        self.addCleanup(watch.stdout.close)
-        with self.simulator.window() as window:
-            # It may not be looking yet: registers change until it has seen two.
-            def change():
-                window.write(3769, [window.read(3769, 1)[0] ^ 0xFFFF])
-                return watch.poll() is not None
-            wait_until(change, "two lines")
-        lines = watch.stdout.read().splitlines()
-        self.assertEqual(watch.returncode, DONE)
-        self.assertEqual(len(lines), 2)
-        self.assertTrue(all(line.startswith("R3769 43770 DATA") for line in lines), lines)
 
     def test_another_program_s_transaction_is_waited_for(self):
         with self.simulator.window() as window:
@@ -131,11 +118,9 @@ class WithSimulator(unittest.TestCase):
         self.check("--unit 2 state 1", "", NO_CONNECTION, f"cbcanctl: 127.0.0.1:{self.simulator.port}: reading R3700: there is no network 2; "
                    "--unit selects the network, 1 is the first\n")
 
-    def test_kernel_and_local_id(self):
+    def test_kernel(self):
         self.check("kernel", "00h no error\n")
         self.check("--json kernel", '{"kernel": 0, "name": "no error"}\n')
-        self.check("local-id", "127\n")
-        self.check("--json local-id", '{"node": 127}\n')
 
     def check_settings(self, timeout, mode):
         self.check("read 0 0x3003 0 --type u16", f"{timeout}\n")
@@ -196,15 +181,27 @@ class Usage(unittest.TestCase):
                           "read 1 1F82 0", "write 1 0x2000 0 5", "write 1 0x2000 0 300 --type u8", "nmt begin 1",
                           "nmt start 0", "state 128", "read 1 0x1000 0 --size 129", "read 1 0x1000 0 --type u12",
                           "read 1 0x1000 0 --mode fast", "read 1 0x1000 0 --timeout 65536", "write 1 0x2000 0 hex:01 --timeout 0",
-                          "state 1 --mode block", "emcy", "emcy 128", "emcy all", "kernel 1", "local-id 1"):
+                          "state 1 --mode block", "emcy", "emcy 128", "emcy all", "kernel 1", "watch"):
             done = run(1, *arguments.split())
             self.assertEqual((done.returncode, done.stdout), (USAGE, ""), arguments)
             self.assertTrue(done.stderr, arguments)
 
     def test_help_fits_80_columns(self):
-        for command in ((), ("read",), ("write",), ("nmt",), ("watch",)):
-            for line in run(1, *command, "--help").stdout.splitlines():
+        for command in ((), ("read",), ("write",), ("nmt",), ("dump",)):
+            for line in run(1, *command, "--help").stdout.splitlines() + run(1, *command, "-h").stdout.splitlines():
                 self.assertLessEqual(len(line), 80, line)
+        self.assertLessEqual(len(run(1, "-h").stdout.splitlines()), 24)
+
+    def test_help_has_every_command_with_its_arguments_and_options(self):
+        commands = re.search(r"\nCommands:\n(.*?)\n\n", run(1, "--help").stdout, re.DOTALL)[1].splitlines()
+        self.assertEqual(len(commands), 9)
+        for line in commands:
+            usage = re.match(r"  ((\S+)(?: [A-Z.]+)*)(?: |$)", line)
+            helped = run(1, usage[2], "--help").stdout
+            self.assertIn(f"Usage:  cbcanctl {usage[1].replace(usage[2], usage[2] + ' [OPTION...]', 1)}\n", helped)
+        self.assertIn("  --mode MODE            SDO transfer mode: auto, expedited, segmented or block\n", run(1, "read", "--help").stdout)
+        self.assertIn("  --size BYTES           Room for the value: 1..128 (default 128)\n", run(1, "read", "-h").stdout)
+        self.assertIn("  --port PORT            Its port: 1..65535 (default 1502)\n", run(1, "--help").stdout)
 
     def test_version(self):
         done = run(1, "--version")
@@ -234,9 +231,26 @@ class Usage(unittest.TestCase):
         self.assertRegex(done.stderr, r"^cbcanctl: no connection to no-such-host\.invalid:1502: .*; is cbcan-sim running there\? ")
         self.assertEqual(ctl("--host", "127.0.0.1:1", "--port", "1").returncode, USAGE)
 
+    def test_what_is_wrong_is_named(self):
+        read = "usage: cbcanctl read [OPTION...] NODE INDEX SUB"
+        for arguments, told in (("", "a command is missing; cbcanctl --help shows all"),
+                                ("read 1", f"INDEX is missing: Object index, such as 0x6411; {read}"),
+                                ("read 1 2 3 4", f"4: one word too many; {read}"),
+                                ("nmt strat 5", "SERVICE strat: must be start, stop, preop, reset-node or reset-comm; did you mean start?"),
+                                ("read 1 2 3 --mode blcok", "--mode blcok: must be auto, expedited, segmented or block; did you mean block?"),
+                                ("read 1 2 3 --size 129", "--size 129: must be 1..128"),
+                                ("read 1 2 3 --size much", "--size much: must be an integer, 1..128"),
+                                ("write 1 2 3 4 --size 1", "--size: cbcanctl write has no such option"),
+                                ("--json --json kernel", "--json is given twice"),
+                                ("--baud 9600 kernel", "--baud: needs --rtu, the serial device"),
+                                ("--port", "--port: needs an argument, PORT; cbcanctl --help shows all")):
+            done = subprocess.run([CBCANCTL, *arguments.split()], capture_output=True, text=True, timeout=LIMIT)
+            self.assertEqual((done.returncode, done.stderr), (USAGE, f"cbcanctl: {told}\n"))
+
     def test_suggestions(self):
         for arguments, told in (("reed 1 2 3", "reed: no such command; did you mean read?"),
                                 ("--timeout 5 sate 1", "sate: no such command; did you mean state?"),
+                                ("strat 5", "strat: no such command; did you mean nmt start?"),
                                 ("frobnicate", "frobnicate: no such command"),
                                 ("read 1 2 3 --tipe u8", "--tipe: no such option; did you mean --type?"),
                                 ("--jsno state 1", "--jsno: no such option; did you mean --json?"),

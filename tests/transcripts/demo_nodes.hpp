@@ -17,16 +17,15 @@ struct InitialValue {
   std::uint64_t value;
 };
 
-inline sim::NodeImage demo_image(const std::string& file, std::uint8_t node_id,
-                                 const std::vector<InitialValue>& values = {}) {
+inline eds::DictionaryImage demo_image(const std::string& file, std::uint8_t node_id,
+                                       const std::vector<InitialValue>& values = {}) {
   std::ifstream stream(std::string(DEMO_PLANT) + "/" + file);
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   eds::DictionaryImage image = eds::dictionary_image(eds::read(text, file, node_id).device);
   ObjectDictionary dictionary(image.entries, image.values, nullptr);
   for (const InitialValue& each : values)
     REQUIRE(dictionary.set(each.index, each.sub, each.value));
-  return {std::move(image.entries), std::move(image.limits), std::move(image.values),
-          std::move(image.node_id_values)};
+  return image;
 }
 
 /// With the device that belongs to its profile.

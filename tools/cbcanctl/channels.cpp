@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "eds/values.hpp"
+
 namespace cbcan::tools {
 
 namespace {
@@ -15,11 +17,10 @@ constexpr auto kRestarted = static_cast<std::uint16_t>(regmap::Result::kRestarte
 /// Gives its channel another SDO timeout.
 class TimeoutJob final : public Job {
  public:
-  explicit TimeoutJob(std::uint16_t ms)
-      : value_{static_cast<std::uint8_t>(ms), static_cast<std::uint8_t>(ms >> 8)} {}
+  explicit TimeoutJob(std::uint16_t ms) : value_(eds::to_bytes(ms, 2)) {}
 
   std::optional<Transaction> next() override {
-    if (step_ == 0) return Transaction{regmap::kSdoRead, 0, regmap::object::kSdoTimeout, 0, 2, {}};
+    if (step_ == 0) return read_of(0, regmap::object::kSdoTimeout, 0);
     return step_ == 1 && before_ ? std::optional(write(value_)) : std::nullopt;
   }
   void ended(const window::Result& result) override {
@@ -30,7 +31,7 @@ class TimeoutJob final : public Job {
 
  private:
   static Transaction write(const std::vector<std::uint8_t>& value) {
-    return {regmap::kSdoWrite, 0, regmap::object::kSdoTimeout, 0, 2, value};
+    return write_of(0, regmap::object::kSdoTimeout, 0, value);
   }
 
   std::vector<std::uint8_t> value_;
@@ -96,10 +97,9 @@ class Worker {
   }
 
   [[noreturn]] void fail(const std::string& why) const {
-    throw window::Error(
-        window::Error::Cause::kUnknown,
-        fmt::format("R{}: {}; it is not known whether the request was carried out",
-                    regmap::of_channel(regmap::kScannerInFirst, channel_.number()), why));
+    throw window::Error(window::Error::Cause::kUnknown,
+                        fmt::format("R{}: {}; it is not known whether the request was carried out",
+                                    regmap::of_channel(regmap::kScannerInFirst, channel_.number()), why));
   }
 
   RegisterAccess& registers_;
@@ -110,10 +110,26 @@ class Worker {
 
 }  // namespace
 
+Transaction read_of(unsigned node, unsigned index, unsigned sub, std::size_t size) {
+  return {regmap::kSdoRead,
+          static_cast<std::uint16_t>(node),
+          static_cast<std::uint16_t>(index),
+          static_cast<std::uint16_t>(sub),
+          static_cast<std::uint16_t>(size),
+          {}};
+}
+
+Transaction write_of(unsigned node, unsigned index, unsigned sub, std::vector<std::uint8_t> data) {
+  Transaction transaction = read_of(node, index, sub, data.size());
+  transaction.command = regmap::kSdoWrite;
+  transaction.data = std::move(data);
+  return transaction;
+}
+
 std::optional<Transaction> ReadJob::next() {
   if (results_.size() == places_.size() || silent()) return std::nullopt;
   const auto [index, sub] = places_[results_.size()];
-  return Transaction{regmap::kSdoRead, node_, index, sub, regmap::kMaxDataBytes, {}};
+  return read_of(node_, index, sub);
 }
 
 bool ReadJob::silent() const {
@@ -126,9 +142,7 @@ bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sd
     if (Worker worker(registers, channel); worker.exists()) channels.push_back(worker);
   if (channels.empty()) return false;
   auto next = jobs.begin();
-  const auto leave = [&] {
-    std::for_each(channels.begin(), channels.end(), std::mem_fn(&Worker::leave));
-  };
+  const auto leave = [&] { std::for_each(channels.begin(), channels.end(), std::mem_fn(&Worker::leave)); };
   try {
     for (Worker& channel : channels)
       if (sdo_timeout_ms != 0) channel.set_timeout(sdo_timeout_ms);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Many nodes at once: each channel of the module (docs/reference/contract.md, "Channels") carries out one job after
-/// the other. Knows no Modbus: registers are whatever reads and writes them.
+/// Many nodes at once: each channel of the module (docs/reference/contract.md, "Channels") carries out one
+/// job after the other. Knows no Modbus: registers are whatever reads and writes them.
 
 #include <cstdint>
 #include <optional>
@@ -16,6 +16,9 @@
 namespace cbcan::tools {
 
 using window::Transaction;
+
+Transaction read_of(unsigned node, unsigned index, unsigned sub, std::size_t size = regmap::kMaxDataBytes);
+Transaction write_of(unsigned node, unsigned index, unsigned sub, std::vector<std::uint8_t> data);
 
 /// The module's registers, each call one Modbus request.
 class RegisterAccess {

@@ -13,8 +13,6 @@ void nmt(const Options& options);
 void state(const Options& options);
 void emcy(const Options& options);
 void kernel(const Options& options);
-void local_id(const Options& options);
-void watch(const Options& options);
 void configure(const Options& options);
 void dump(const Options& options);
 void scan(const Options& options);

@@ -91,16 +91,8 @@ bool is_writable(const eds::Object& object) {
 }
 
 const ValueType& type_of(const eds::Object& object) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{
-      {{"UNSIGNED", "u"},
-       {"INTEGER", "i"},
-       {"REAL", "f"},
-       {"BOOLEAN", "bool"},
-       {"VISIBLE_STRING", "string"}}};
-  const std::string_view name = eds::name_of(object.type);
-  for (const auto& [kind, ours] : kNames)
-    if (name.starts_with(kind)) return value_type(std::string(ours) + std::string(name.substr(kind.size())));
-  return value_type("hex");
+  const auto found = std::ranges::find(value_types(), object.type, &ValueType::type);
+  return found == value_types().end() ? value_type("hex") : *found;
 }
 
 eds::DeviceDescription parse_device(std::string_view text, const std::string& name,
@@ -116,12 +108,12 @@ eds::DeviceDescription parse_device(std::string_view text, const std::string& na
 
 PlannedNode parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks) {
   const eds::DeviceDescription device = parse_device(text, name, std::nullopt, remarks);
-  if (!device.commissioning || !device.commissioning->node_id)
+  if (!device.node_id)
     throw UsageError(name + ":1: there is no NodeID in [DeviceComissioning]: is this a DCF?");
   std::set<std::uint16_t> touched;
   for (const eds::Object& object : device.objects)
     if (object.configured) touched.insert({object.index, pdo_of(object.index)});
-  PlannedNode node{*device.commissioning->node_id, {}, {}};
+  PlannedNode node{*device.node_id, {}, {}};
   for (const eds::Object& object : device.objects) {
     if (is_checked(object)) node.identity.push_back({object.index, object.first_sub, object.value});
     if (!is_set(object, touched)) continue;

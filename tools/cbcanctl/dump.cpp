@@ -34,10 +34,6 @@ struct Dumped {
   std::string name{};
 };
 
-Transaction read_of(std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
-  return {regmap::kSdoRead, node, index, sub, regmap::kMaxDataBytes, {}};
-}
-
 /// Throws for a response that is not about this object.
 void check(std::uint8_t node, const window::Result& response) {
   if (response.code != 0 && (response.code != 4 || response.abort_code == window::abort_code::kTimedOut))
@@ -53,7 +49,7 @@ class ProbeJob final : public tools::Job {
 
   std::optional<Transaction> next() override {
     if (index_ == end_) return std::nullopt;
-    return read_of(node_, static_cast<std::uint16_t>(index_), static_cast<std::uint8_t>(sub_));
+    return tools::read_of(node_, index_, sub_);
   }
   void ended(const window::Result& response) override {
     check(node_, response);
@@ -137,8 +133,7 @@ const tools::ValueType& fitting_type(const Bytes& value, const tools::ValueType*
     return tools::value_type(value.size() >= 1 && value.size() <= 8 ? fmt::format("u{}", 8 * value.size())
                              : is_text(value)                       ? "string"
                                                                     : "hex");
-  const bool fits =
-      type->kind == tools::Kind::kString ? is_text(value) : type->size == 0 || type->size == value.size();
+  const bool fits = type->is_text() ? is_text(value) : type->size() == 0 || type->size() == value.size();
   return fits ? *type : tools::value_type("hex");
 }
 
@@ -158,7 +153,7 @@ void print_heading(std::uint8_t node, const std::vector<Dumped>& objects) {
   std::string identity;
   fmt::print("[[node]]\nid = {}\n", node);
   for (const auto& [index, sub, response, type, writable, name] : objects) {
-    if (response.data.size() != u32.size) continue;
+    if (response.data.size() != u32.size()) continue;
     if (index == tools::kDeviceType) fmt::print("device_type = {}\n", tools::print_value(response.data, u32));
     if (index == tools::kIdentity && sub > 0)
       identity += (identity.empty() ? "" : ", ") + tools::print_value(response.data, u32);
@@ -213,7 +208,7 @@ void dump(const Options& options) {
   if (!options.eds.empty()) device = tools::parse_device(read_file(options.eds), options.eds, node, remarks);
   std::for_each(remarks.begin(), remarks.end(), say);
   window::Client client = connect(options);
-  check(node, client.execute(read_of(node, tools::kDeviceType, 0)));
+  check(node, client.execute(tools::read_of(node, tools::kDeviceType, 0)));
   const std::vector<Dumped> objects =
       options.eds.empty() ? objects_found(client, node, options) : objects_of(client, node, options, device);
   if (!options.json) return print_plan(node, objects);

@@ -5,14 +5,14 @@
 #include <iostream>
 
 #include "cbcanctl/commands.hpp"
-#include "text/emergency.hpp"
+#include "eds/emergency.hpp"
 #include "text/numbers.hpp"
 
 namespace cbcan::ctl {
 
 namespace {
 
-using text::EmergencyMessage;
+using eds::EmergencyMessage;
 using tools::json_string;
 
 constexpr std::size_t kScanSize = 1 + EmergencyMessage::kSize;
@@ -20,7 +20,7 @@ constexpr std::size_t kScanSize = 1 + EmergencyMessage::kSize;
 /// `quoted`: as the elements of a JSON array.
 std::string bits_text(std::uint8_t error_register, bool quoted) {
   std::string text;
-  for (const std::string_view bit : text::error_register_bits(error_register))
+  for (const std::string_view bit : eds::error_register_bits(error_register))
     text += (text.empty() ? "" : ", ") + (quoted ? json_string(bit) : std::string(bit));
   return text;
 }
@@ -28,7 +28,7 @@ std::string bits_text(std::uint8_t error_register, bool quoted) {
 /// `nothing` is what a message of zeros means.
 void print(int node, const EmergencyMessage& message, std::string_view nothing, const Options& options) {
   const bool is_nothing = message == EmergencyMessage{};
-  const std::string_view meaning = is_nothing ? nothing : text::emergency_meaning(message.code);
+  const std::string_view meaning = is_nothing ? nothing : eds::emergency_meaning(message.code);
   const std::string bits = bits_text(message.error_register, options.json);
   const std::string info = text::hex(message.info, " ");
   if (options.json)
@@ -50,7 +50,7 @@ struct Found {
 
 Found next_of_scan(window::Client& client) {
   const tools::Bytes bytes = own::read(client, own::kEmergencyScan, 0, kScanSize);
-  return {bytes[0], text::emergency_from(std::span(bytes).subspan<1, EmergencyMessage::kSize>())};
+  return {bytes[0], eds::emergency_from(std::span(bytes).subspan<1, EmergencyMessage::kSize>())};
 }
 
 /// A node that comes again has been reached once around: while it has an error the scan always stops there.
@@ -78,7 +78,7 @@ void emcy(const Options& options) {
   if (all) return list_all(client, options);
   if (node == 0) node = own::node_id(client);
   const tools::Bytes bytes = own::read(client, own::kLastEmergency, node, EmergencyMessage::kSize);
-  print(node, text::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error", options);
+  print(node, eds::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error", options);
 }
 
 }  // namespace cbcan::ctl

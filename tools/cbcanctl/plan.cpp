@@ -14,7 +14,7 @@ namespace cbcan::tools {
 
 namespace {
 
-constexpr std::uint16_t kStartNode = 5;
+constexpr std::uint8_t kStartNode = 5;
 
 /// As with 1600h:00, which is 0 while its mappings change.
 bool same_place(const PlannedObject& one, const PlannedObject& other) {
@@ -77,11 +77,12 @@ class PlanReader {
     node_ = fmt::format("node {}: ", node.id);
     if (node.id == 0 || node.id > 127) fail(*table.get("id"), "node IDs are 1..127");
     if (table.contains("device_type"))
-      node.identity.push_back({kDeviceType, 0, four_bytes(number_of(table, "device_type", 0xFFFF'FFFF))});
+      node.identity.push_back(
+          {kDeviceType, 0, eds::to_bytes(number_of(table, "device_type", 0xFFFF'FFFF), 4)});
     std::uint8_t sub = 0;
     if (const toml::array* identity = table["identity"].as_array())
       for (const toml::node& each : *identity)
-        node.identity.push_back({kIdentity, ++sub, four_bytes(number(each, "identity", 0xFFFF'FFFF))});
+        node.identity.push_back({kIdentity, ++sub, eds::to_bytes(number(each, "identity", 0xFFFF'FFFF), 4)});
     for (const toml::table* each : tables_of(table, "objects"))
       node.objects.push_back(object(*each));
     return node;
@@ -115,13 +116,6 @@ class PlanReader {
     fail(table, "value is missing, or no number, text or truth");
   }
 
-  static Bytes four_bytes(std::uint32_t value) {
-    Bytes bytes;
-    for (int shift = 0; shift < 32; shift += 8)
-      bytes.push_back(static_cast<std::uint8_t>(value >> shift));
-    return bytes;
-  }
-
   const std::string& name_;
   std::string node_;  ///< in front of what is wrong
 };
@@ -151,16 +145,9 @@ NodeConfiguration::NodeConfiguration(const PlannedNode& node, bool verify) : nod
 std::optional<Transaction> NodeConfiguration::next() {
   if (at_ == steps_.size() || !problem_.empty()) return std::nullopt;
   const auto [kind, object] = steps_[at_];
-  if (kind == Kind::kStart)
-    return Transaction{regmap::kSdoWrite, 0, regmap::kNmtService, node_.id, 1, {kStartNode}};
-  if (kind == Kind::kWrite)
-    return Transaction{regmap::kSdoWrite,
-                       node_.id,
-                       object->index,
-                       object->sub,
-                       static_cast<std::uint16_t>(object->value.size()),
-                       object->value};
-  return Transaction{regmap::kSdoRead, node_.id, object->index, object->sub, regmap::kMaxDataBytes, {}};
+  if (kind == Kind::kStart) return write_of(0, regmap::kNmtService, node_.id, {kStartNode});
+  if (kind == Kind::kWrite) return write_of(node_.id, object->index, object->sub, object->value);
+  return read_of(node_.id, object->index, object->sub);
 }
 
 void NodeConfiguration::ended(const window::Result& response) {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-// read, write, nmt, state, kernel, local-id.
+// read, write, nmt, state, kernel.
 
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <array>
 #include <iostream>
-#include <map>
 
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
@@ -31,13 +30,12 @@ constexpr std::array<regmap::NamedNumber, 4> kKernelStates{{
     {0x11, "ERROR_PASSIVE", "error passive"},
 }};
 
-Transaction object_of(const Options& options, std::uint16_t command) {
-  Transaction transaction;
-  transaction.command = command;
-  transaction.node = static_cast<std::uint16_t>(tools::parse_number(options.node, kMaxNode, "NODE"));
-  transaction.index = static_cast<std::uint16_t>(tools::parse_number(options.index, 0xFFFF, "INDEX"));
-  transaction.sub = static_cast<std::uint16_t>(tools::parse_number(options.sub, 0xFF, "SUB"));
-  return transaction;
+/// A read of the object that is meant.
+Transaction object_of(const Options& options) {
+  return tools::read_of(tools::parse_number(options.node, kMaxNode, "NODE"),
+                        tools::parse_number(options.index, 0xFFFF, "INDEX"),
+                        tools::parse_number(options.sub, 0xFF, "SUB"),
+                        static_cast<std::size_t>(options.size));
 }
 
 void print_done(const Options& options) {
@@ -57,7 +55,7 @@ std::uint16_t state_of(const tools::ReadJob& job) {
   return response.data.empty() ? kNotDetected : response.data[0];
 }
 
-void print_state(std::uint64_t node, std::uint16_t state, const Options& options) {
+void print_state(unsigned node, std::uint16_t state, const Options& options) {
   const std::string_view name = meaning_of(regmap::kNodeStates, state);
   if (options.json)
     std::cout << "{\"node\": " << node << ", \"state\": " << state << ", \"name\": " << json_string(name)
@@ -69,8 +67,7 @@ void print_state(std::uint64_t node, std::uint16_t state, const Options& options
 }  // namespace
 
 void read(const Options& options) {
-  Transaction transaction = object_of(options, regmap::kSdoRead);
-  transaction.size = static_cast<std::uint16_t>(options.size);
+  const Transaction transaction = object_of(options);
   const tools::ValueType* type = options.type.empty() ? nullptr : &tools::value_type(options.type);
   window::Client client = connect(options);
   const Bytes data = with_settings(client, options, transaction);
@@ -87,33 +84,26 @@ void write(const Options& options) {
   if (options.type.empty() && !options.value.starts_with("hex:"))
     throw UsageError("how long is '" + options.value +
                      "'? Say --type u8, u16, ..., or write the bytes: hex:01 02");
-  Transaction transaction = object_of(options, regmap::kSdoWrite);
-  transaction.data =
+  const Transaction object = object_of(options);
+  const Bytes value =
       tools::parse_value(options.value, tools::value_type(options.type.empty() ? "hex" : options.type));
-  if (transaction.data.empty() || transaction.data.size() > regmap::kMaxDataBytes)
-    throw UsageError("VALUE has " + std::to_string(transaction.data.size()) +
-                     " bytes; a window takes 1..128");
-  transaction.size = static_cast<std::uint16_t>(transaction.data.size());
+  if (value.empty() || value.size() > regmap::kMaxDataBytes)
+    throw UsageError(fmt::format("VALUE has {} bytes; a window takes 1..128", value.size()));
   window::Client client = connect(options);
-  with_settings(client, options, transaction);
+  with_settings(client, options, tools::write_of(object.node, object.index, object.sub, value));
   print_done(options);
 }
 
 void nmt(const Options& options) {
-  static const std::map<std::string, std::uint8_t> kServices{
-      {"start", 5}, {"stop", 4}, {"preop", 127}, {"reset-node", 6}, {"reset-comm", 7}};
-  Transaction transaction;
-  transaction.command = regmap::kSdoWrite;
-  transaction.index = regmap::kNmtService;
-  transaction.sub = regmap::kNmtAllNodes;
+  unsigned node = regmap::kNmtAllNodes;
   if (options.node != "all") {
-    transaction.sub = static_cast<std::uint16_t>(tools::parse_number(options.node, kMaxNode, "NODE"));
-    if (transaction.sub == 0) throw UsageError("NODE 0: write 1..127, or all");
+    node = tools::parse_number(options.node, kMaxNode, "NODE");
+    if (node == 0) throw UsageError("NODE 0: write 1..127, or all");
   }
-  transaction.size = 1;
-  transaction.data = {kServices.at(options.service)};
+  const auto code =
+      static_cast<std::uint8_t>(regmap::kNmtCommands[static_cast<std::size_t>(options.service)].state_code);
   window::Client client = connect(options);
-  execute(client, transaction);
+  execute(client, tools::write_of(0, regmap::kNmtService, node, {code}));
   print_done(options);
 }
 
@@ -125,7 +115,7 @@ static void states(window::Client& client, const Options& options) {
 
 void state(const Options& options) {
   const bool all = options.node == "all";
-  const std::uint64_t node = all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE");
+  const unsigned node = all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE");
   window::Client client = connect(options);
   if (all) return states(client, options);
   tools::ReadJob job(static_cast<std::uint16_t>(node), {{regmap::kNodeStateService, 0}});
@@ -142,15 +132,6 @@ void kernel(const Options& options) {
     fmt::print("{{\"kernel\": {}, \"name\": {}}}\n", state, json_string(name));
   else
     fmt::print("{:02X}h {}\n", state, name);
-}
-
-void local_id(const Options& options) {
-  window::Client client = connect(options);
-  const int id = own::node_id(client);
-  if (options.json)
-    std::cout << "{\"node\": " << id << "}\n";
-  else
-    std::cout << id << "\n";
 }
 
 }  // namespace cbcan::ctl

@@ -59,7 +59,8 @@ class Registers final : public tools::RegisterAccess {
   window::Response exchange(const window::Request& request) override { return client_.exchange(request); }
   void wait() override { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
   void progress(std::size_t ended) override {
-    if (interrupted()) throw window::Error(Cause::kInterrupted, "cancelled: no request is in progress any more");
+    if (interrupted())
+      throw window::Error(Cause::kInterrupted, "cancelled: no request is in progress any more");
     constexpr std::size_t kWidth = 40;
     const std::size_t full = kWidth * ended / std::max<std::size_t>(all_, 1);
     if (!terminal_ || full == shown_) return;
@@ -75,14 +76,6 @@ class Registers final : public tools::RegisterAccess {
   bool terminal_ = isatty(STDERR_FILENO) != 0;
   std::optional<std::size_t> shown_;  ///< how much of the bar is full
 };
-
-tools::Transaction own_object(std::uint16_t command, std::uint16_t index, std::size_t size) {
-  tools::Transaction transaction;
-  transaction.command = command;
-  transaction.index = index;
-  transaction.size = static_cast<std::uint16_t>(size);
-  return transaction;
-}
 
 }  // namespace
 
@@ -122,7 +115,8 @@ window::Client connect(const Options& options) {
   // The first response through a pseudo-terminal of QEMU takes up to one second.
   constexpr std::chrono::milliseconds kSerialResponse{1500}, kTcpResponse{1000};
   window::Settings settings = options.target;
-  settings.response_timeout = settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;
+  settings.response_timeout =
+      settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;
   settings.interrupted = interrupted;
   settings.occupied = [] { say("another program's transaction is in progress; waiting for it"); };
   return window::Client(std::move(settings));
@@ -133,7 +127,8 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
   Registers registers(client, what, jobs.size());
   if (tools::run(registers, jobs, static_cast<std::uint16_t>(sdo_timeout_ms))) return;
   std::optional<Borrowed> timeout;
-  if (sdo_timeout_ms != 0) timeout.emplace(client, own::kSdoTimeout, two_bytes(sdo_timeout_ms));
+  if (sdo_timeout_ms != 0)
+    timeout.emplace(client, own::kSdoTimeout, eds::to_bytes(static_cast<unsigned>(sdo_timeout_ms), 2));
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     registers.progress(i);
     while (const auto transaction = jobs[i]->next())
@@ -141,8 +136,8 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
   }
 }
 
-std::deque<tools::ReadJob> read_of_all(window::Client& client,
-                                       const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms) {
+std::deque<tools::ReadJob> read_of_all(window::Client& client, const std::vector<tools::ObjectPlace>& places,
+                                       int sdo_timeout_ms) {
   std::deque<tools::ReadJob> jobs;
   std::vector<tools::Job*> list;
   for (std::uint16_t node = 1; node <= kMaxNode; ++node)
@@ -151,8 +146,7 @@ std::deque<tools::ReadJob> read_of_all(window::Client& client,
   return jobs;
 }
 
-tools::Bytes execute(window::Client& client, const tools::Transaction& transaction,
-                     const std::string& what) {
+tools::Bytes execute(window::Client& client, const tools::Transaction& transaction, const std::string& what) {
   const window::Result response = client.execute(transaction);
   if (response.code == static_cast<std::uint16_t>(regmap::Result::kOk)) return response.data;
   const bool silent = abort_code_of(response) == window::abort_code::kTimedOut && transaction.node != 0;
@@ -166,19 +160,15 @@ std::string name(std::uint16_t index) {
 }
 
 tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
-  tools::Transaction transaction = own_object(regmap::kSdoRead, index, size);
-  transaction.sub = sub;
-  tools::Bytes value = execute(client, transaction, name(index));
+  tools::Bytes value = execute(client, tools::read_of(0, index, sub, size), name(index));
   if (value.size() != size)
-    throw window::Error(
-        Cause::kNoWindow, fmt::format("{}: {} bytes instead of {}: this is no CBCAN window", name(index), value.size(), size));
+    throw window::Error(Cause::kNoWindow, fmt::format("{}: {} bytes instead of {}: this is no CBCAN window",
+                                                      name(index), value.size(), size));
   return value;
 }
 
 void write(window::Client& client, std::uint16_t index, const tools::Bytes& value) {
-  tools::Transaction transaction = own_object(regmap::kSdoWrite, index, value.size());
-  transaction.data = value;
-  execute(client, transaction, name(index));
+  execute(client, tools::write_of(0, index, 0, value), name(index));
 }
 
 std::uint8_t node_id(window::Client& client) {

@@ -11,23 +11,27 @@
 
 #include "cbcanctl/channels.hpp"
 #include "cbcanctl/value.hpp"
-#include "text/exit_code.hpp"
+#include "options/exit_code.hpp"
 
 namespace cbcan::ctl {
 
-using text::ExitCode;
+using options::ExitCode;
 
-inline constexpr std::uint64_t kMaxNode = 127;
+inline constexpr unsigned kMaxNode = 127;
+
+enum class NmtService : std::uint8_t {};    ///< its place in regmap::kNmtCommands
+enum class TransferMode : std::uint8_t {};  ///< as in 3004h
 
 struct Options {
   window::Settings target{.port = 1502, .baud = 115200};
+  std::string parity = "E";
   bool json = false;
   int timeout_ms = 0;  ///< 0 = not given
-  std::string node, index, sub, value, type, service;
-  std::string mode;  ///< a name of kTransferModes; empty = not given
+  std::string node, index, sub, value, type;
+  NmtService service{};
+  std::optional<TransferMode> mode;
   int size = static_cast<int>(regmap::kMaxDataBytes);
   bool all = false;
-  int count = 0;
   // Of configure.
   std::vector<std::string> plans;
   bool no_verify = false;
@@ -74,8 +78,8 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
          int sdo_timeout_ms = 0);
 
 /// The same objects of all 127 nodes, likewise.
-std::deque<tools::ReadJob> read_of_all(window::Client& client,
-                                       const std::vector<tools::ObjectPlace>& places, int sdo_timeout_ms = 0);
+std::deque<tools::ReadJob> read_of_all(window::Client& client, const std::vector<tools::ObjectPlace>& places,
+                                       int sdo_timeout_ms = 0);
 
 /// The data of a good response; throws Refused, of `what`.
 tools::Bytes execute(window::Client& client, const tools::Transaction& transaction,

@@ -1,18 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cbcanctl/transfer_settings.hpp"
 
-#include <algorithm>
-
 namespace cbcan::ctl {
-
-namespace {
-
-tools::Bytes mode_number(std::string_view name) {
-  const auto place = std::find(kTransferModes.begin(), kTransferModes.end(), name);
-  return {static_cast<std::uint8_t>(place - kTransferModes.begin())};
-}
-
-}  // namespace
 
 Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Bytes& value)
     : client_(client), index_(index), before_(own::read(client, index, 0, value.size())) {
@@ -41,19 +30,17 @@ void Borrowed::put_back() noexcept {
   }
 }
 
-tools::Bytes two_bytes(int number) {
-  return {static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(number >> 8)};
-}
-
 tools::Bytes with_settings(window::Client& client, const Options& options,
                            const tools::Transaction& transfer) {
-  const bool asked = options.timeout_ms != 0 || !options.mode.empty();
+  const bool asked = options.timeout_ms != 0 || options.mode;
   // The own objects are not reached by SDO, and 3003h and 3004h should be shown as they are.
   if (!asked || transfer.node == 0 || transfer.node == own::node_id(client)) return execute(client, transfer);
   std::optional<Borrowed> timeout;
   std::optional<Borrowed> mode;
-  if (options.timeout_ms != 0) timeout.emplace(client, own::kSdoTimeout, two_bytes(options.timeout_ms));
-  if (!options.mode.empty()) mode.emplace(client, own::kTransferMode, mode_number(options.mode));
+  if (options.timeout_ms != 0)
+    timeout.emplace(client, own::kSdoTimeout, eds::to_bytes(static_cast<unsigned>(options.timeout_ms), 2));
+  if (options.mode)
+    mode.emplace(client, own::kTransferMode, tools::Bytes{static_cast<std::uint8_t>(*options.mode)});
   return execute(client, transfer);
 }
 

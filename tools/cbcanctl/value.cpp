@@ -15,17 +15,17 @@ namespace cbcan::tools {
 namespace {
 
 constexpr std::array kTypes{
-    ValueType{"u8", Kind::kUnsigned, 1},  ValueType{"u16", Kind::kUnsigned, 2},
-    ValueType{"u24", Kind::kUnsigned, 3}, ValueType{"u32", Kind::kUnsigned, 4},
-    ValueType{"u40", Kind::kUnsigned, 5}, ValueType{"u48", Kind::kUnsigned, 6},
-    ValueType{"u56", Kind::kUnsigned, 7}, ValueType{"u64", Kind::kUnsigned, 8},
-    ValueType{"i8", Kind::kSigned, 1},    ValueType{"i16", Kind::kSigned, 2},
-    ValueType{"i24", Kind::kSigned, 3},   ValueType{"i32", Kind::kSigned, 4},
-    ValueType{"i40", Kind::kSigned, 5},   ValueType{"i48", Kind::kSigned, 6},
-    ValueType{"i56", Kind::kSigned, 7},   ValueType{"i64", Kind::kSigned, 8},
-    ValueType{"f32", Kind::kReal, 4},     ValueType{"f64", Kind::kReal, 8},
-    ValueType{"bool", Kind::kBoolean, 1}, ValueType{"string", Kind::kString, 0},
-    ValueType{"hex", Kind::kHex, 0},
+    ValueType{"u8", DataType::kUnsigned8},   ValueType{"u16", DataType::kUnsigned16},
+    ValueType{"u24", DataType::kUnsigned24}, ValueType{"u32", DataType::kUnsigned32},
+    ValueType{"u40", DataType::kUnsigned40}, ValueType{"u48", DataType::kUnsigned48},
+    ValueType{"u56", DataType::kUnsigned56}, ValueType{"u64", DataType::kUnsigned64},
+    ValueType{"i8", DataType::kInteger8},    ValueType{"i16", DataType::kInteger16},
+    ValueType{"i24", DataType::kInteger24},  ValueType{"i32", DataType::kInteger32},
+    ValueType{"i40", DataType::kInteger40},  ValueType{"i48", DataType::kInteger48},
+    ValueType{"i56", DataType::kInteger56},  ValueType{"i64", DataType::kInteger64},
+    ValueType{"f32", DataType::kReal32},     ValueType{"f64", DataType::kReal64},
+    ValueType{"bool", DataType::kBoolean},   ValueType{"string", DataType::kVisibleString},
+    ValueType{"hex", DataType::kDomain},
 };
 
 /// Decimal, 0x.. or ..h, without a sign.
@@ -34,19 +34,6 @@ std::optional<std::uint64_t> magnitude(std::string_view text) {
   if (text.ends_with('h') || text.ends_with('H'))
     return text::parse<std::uint64_t>(text.substr(0, text.size() - 1), 16);
   return text::parse<std::uint64_t>(text);
-}
-
-std::uint64_t mask_of(std::size_t size) {
-  return size == 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * size) - 1;
-}
-
-Bytes little_endian(std::uint64_t number, std::size_t size) {
-  Bytes bytes(size);
-  for (std::uint8_t& byte : bytes) {
-    byte = static_cast<std::uint8_t>(number);
-    number >>= 8;
-  }
-  return bytes;
 }
 
 std::uint64_t from_little_endian(std::span<const std::uint8_t> bytes) {
@@ -68,36 +55,30 @@ Bytes parse_hex(std::string_view text) {
   return *std::move(bytes);
 }
 
+std::string range_of(const ValueType& type) {
+  const std::uint64_t most = ~std::uint64_t{0} >> (64 - 8 * type.size());
+  return is_signed(type.type) ? fmt::format("-{}..{}", most / 2 + 1, most / 2) : fmt::format("0..{}", most);
+}
+
 Bytes parse_integer(std::string_view text, const ValueType& type) {
   const bool negative = text.starts_with('-');
   const auto number = magnitude(negative ? text.substr(1) : text);
   if (!number) refuse(text, type, "write a decimal number, 0x12 or 12h");
-  const bool is_signed = type.kind == Kind::kSigned;
-  const std::uint64_t half = std::uint64_t{1} << (8 * type.size - 1);
-  const std::uint64_t most = is_signed ? (negative ? half : half - 1) : mask_of(type.size);
-  if ((negative && !is_signed && *number != 0) || *number > most)
-    refuse(text, type,
-           is_signed ? fmt::format("its range is -{}..{}", half, half - 1)
-                     : fmt::format("its range is 0..{}", mask_of(type.size)));
-  return little_endian(negative ? 0 - *number : *number, type.size);
+  const auto bits = eds::to_bits({.magnitude = *number, .negative = negative && *number != 0}, type.type);
+  if (!bits) refuse(text, type, "its range is " + range_of(type));
+  return eds::to_bytes(*bits, type.size());
 }
 
 Bytes parse_real(std::string_view text, const ValueType& type) {
-  const auto number = text::parse<double>(text);
-  if (!number) return refuse(text, type, "write a number such as -1.5 or 2e3"), Bytes{};
-  if (type.size == 8) return little_endian(std::bit_cast<std::uint64_t>(*number), 8);
-  return little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(*number)), 4);
+  const auto bits = eds::parse_real(text, type.type);
+  if (!bits) refuse(text, type, "write a number such as -1.5 or 2e3");
+  return eds::to_bytes(*bits, type.size());
 }
 
 Bytes parse_boolean(std::string_view text, const ValueType& type) {
   if (text == "true" || text == "1") return {1};
   if (text != "false" && text != "0") refuse(text, type, "write true or false");
   return {0};
-}
-
-std::string print_signed(std::span<const std::uint8_t> bytes) {
-  const auto shift = static_cast<unsigned>(64 - 8 * bytes.size());
-  return std::to_string(static_cast<std::int64_t>(from_little_endian(bytes) << shift) >> shift);
 }
 
 std::string print_real(std::span<const std::uint8_t> bytes) {
@@ -121,7 +102,7 @@ const ValueType& value_type(std::string_view name) {
   throw UsageError(fmt::format("--type {}: no such type; there are {}", name, text::listed(names, ", ")));
 }
 
-std::uint64_t parse_number(std::string_view text, std::uint64_t most, const std::string& what) {
+unsigned parse_number(std::string_view text, unsigned most, const std::string& what) {
   const auto number = magnitude(text);
   if (!number) {
     const bool hexadecimal = text::parse<std::uint64_t>(text, 16).has_value();
@@ -130,35 +111,26 @@ std::uint64_t parse_number(std::string_view text, std::uint64_t most, const std:
                                              : "write a decimal number, 0x12 or 12h"));
   }
   if (*number > most) throw UsageError(fmt::format("{} {}: the most is {}", what, text, most));
-  return *number;
+  return static_cast<unsigned>(*number);
 }
 
 Bytes parse_value(std::string_view text, const ValueType& type) {
-  if (text::is_hex(text)) return parse_hex(text);
-  switch (type.kind) {
-    case Kind::kUnsigned:
-    case Kind::kSigned: return parse_integer(text, type);
-    case Kind::kReal: return parse_real(text, type);
-    case Kind::kBoolean: return parse_boolean(text, type);
-    case Kind::kString: return Bytes(text.begin(), text.end());
-    case Kind::kHex: return parse_hex(text);
-  }
-  return {};
+  if (text::is_hex(text) || type.type == DataType::kDomain) return parse_hex(text);
+  if (type.is_text()) return Bytes(text.begin(), text.end());
+  if (type.type == DataType::kBoolean) return parse_boolean(text, type);
+  return eds::is_real(type.type) ? parse_real(text, type) : parse_integer(text, type);
 }
 
 std::string print_value(std::span<const std::uint8_t> bytes, const ValueType& type) {
-  if (type.size != 0 && bytes.size() != type.size)
-    throw UsageError(fmt::format("the object has {} bytes, {} has {}: {}", bytes.size(), type.name, type.size,
-                                 text::hex(bytes, " ")));
-  switch (type.kind) {
-    case Kind::kUnsigned: return std::to_string(from_little_endian(bytes));
-    case Kind::kSigned: return print_signed(bytes);
-    case Kind::kReal: return print_real(bytes);
-    case Kind::kBoolean: return bytes[0] != 0 ? "true" : "false";
-    case Kind::kString: return std::string(bytes.begin(), bytes.end());
-    case Kind::kHex: return text::hex(bytes, " ");
-  }
-  return {};
+  if (type.size() != 0 && bytes.size() != type.size())
+    throw UsageError(fmt::format("the object has {} bytes, {} has {}: {}", bytes.size(), type.name,
+                                 type.size(), text::hex(bytes, " ")));
+  if (type.type == DataType::kDomain) return text::hex(bytes, " ");
+  if (type.is_text()) return std::string(bytes.begin(), bytes.end());
+  if (type.type == DataType::kBoolean) return bytes[0] != 0 ? "true" : "false";
+  if (eds::is_real(type.type)) return print_real(bytes);
+  const std::uint64_t bits = from_little_endian(bytes);
+  return is_signed(type.type) ? std::to_string(eds::from_bits(bits, type.type)) : std::to_string(bits);
 }
 
 std::string print_value(std::span<const std::uint8_t> bytes) {
@@ -175,10 +147,9 @@ std::string json_value(std::span<const std::uint8_t> bytes, const ValueType* typ
     return is_number ? std::to_string(from_little_endian(bytes)) : json_string(print_value(bytes));
   }
   const std::string value = print_value(bytes, *type);
-  const bool is_text = type->kind == Kind::kString || type->kind == Kind::kHex;
-  const bool is_finite =
-      type->kind != Kind::kReal || value.find_first_not_of("-+.e0123456789") == std::string::npos;
-  return is_text || !is_finite ? json_string(value) : value;
+  const bool is_infinite =
+      eds::is_real(type->type) && value.find_first_not_of("-+.e0123456789") != std::string::npos;
+  return type->size() == 0 || is_infinite ? json_string(value) : value;
 }
 
 std::string json_string(std::string_view text) {

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "eds/values.hpp"
 #include "text/error.hpp"
 
 namespace cbcan::tools {
@@ -18,13 +19,13 @@ using Bytes = std::vector<std::uint8_t>;
 
 using text::UsageError;
 
-enum class Kind : std::uint8_t { kUnsigned, kSigned, kReal, kBoolean, kString, kHex };
-
-/// A type of --type.
+/// A type of --type; "hex" is a DOMAIN.
 struct ValueType {
   std::string_view name;
-  Kind kind;
-  std::size_t size;  ///< bytes; 0 = as many as there are
+  DataType type;
+
+  bool is_text() const { return type == DataType::kVisibleString; }
+  std::size_t size() const { return size_of(type); }  ///< bytes; 0 = as many as there are
 };
 
 /// "u8".."u64" and "i8".."i64" in steps of 8 bits, "f32", "f64", "bool", "string", "hex".
@@ -35,7 +36,7 @@ const ValueType& value_type(std::string_view name);
 
 /// A number from 0 to `most`: decimal, 0x.., or hexadecimal digits and a trailing h. `what` names it in the
 /// error.
-std::uint64_t parse_number(std::string_view text, std::uint64_t most, const std::string& what);
+unsigned parse_number(std::string_view text, unsigned most, const std::string& what);
 
 /// Throws UsageError where the text is no such value or does not fit. `hex:01 02` is bytes whatever the type.
 Bytes parse_value(std::string_view text, const ValueType& type);

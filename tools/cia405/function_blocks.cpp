@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "cbcan/cia405.hpp"
-#include "cbcan/regmap.hpp"
 #include "window.hpp"
 
 namespace cbcan::cia405 {
@@ -18,22 +17,32 @@ constexpr std::uint32_t kLongestTimeout = std::numeric_limits<std::uint16_t>::ma
 using detail::Service;
 using OwnId = Service::OwnId;
 
-/// An object of the module with a sub-index for each node, the own one too.
+/// An object of the module.
+Service read_local(std::uint16_t index, std::uint16_t size, OwnId own_id = OwnId::kNotAsked) {
+  return {.transaction = detail::local_read(index, size), .own_id = own_id};
+}
+
+/// One with a sub-index for each node, the own one too.
 std::optional<Service> read_about(std::uint8_t device, std::uint16_t index, std::uint16_t size) {
   if (device > kHighestNode) return std::nullopt;
-  Service service = Service::local(index, size);
-  service.sub = device;
-  if (device == 0) service.own_id = OwnId::kAsSubIndex;
+  Service service = read_local(index, size, device == 0 ? OwnId::kAsSubIndex : OwnId::kNotAsked);
+  service.transaction.sub = device;
   return service;
 }
 
-/// From the eight bytes of the message.
-EmcyError emcy_from(std::span<const std::uint8_t> message) {
-  EmcyError emcy;
+/// 0 where nothing was read.
+std::uint8_t first_byte(const detail::Job& done) {
+  return done.data.empty() ? std::uint8_t{0} : done.data[0];
+}
+
+/// Takes an EMCY message from its eight bytes.
+KernelError take(EmcyError& emcy, std::span<const std::uint8_t> message) {
+  emcy = {};
+  if (message.empty()) return KernelError::kNone;
   emcy.error_code = static_cast<std::uint16_t>(message[0] | message[1] << 8);
   emcy.error_register = message[2];
   std::ranges::copy(message.subspan(3), emcy.error_field.begin());
-  return emcy;
+  return emcy.error_code == 0 ? KernelError::kNone : KernelError::kOther;
 }
 
 /// 3003h for a block's TIMEOUT: longer by an eighth and 100 ms, so that the block's timer is the first, also
@@ -42,10 +51,6 @@ std::uint16_t module_timeout(std::uint32_t ms) {
   constexpr std::uint32_t kMargin = 100;
   return ms == 0 ? std::uint16_t{0}
                  : static_cast<std::uint16_t>(std::min(ms + ms / 8 + kMargin, kLongestTimeout));
-}
-
-KernelError verdict(const EmcyError& emcy) {
-  return emcy.error_code == 0 ? KernelError::kNone : KernelError::kOther;
 }
 
 }  // namespace
@@ -83,18 +88,15 @@ void FunctionBlock::start(Time now) {
 
 void FunctionBlock::stop() {
   if (job_->window != nullptr) job_->window->remove(*job_);
+  *job_ = {};
   confirm = false;
-  error = KernelError::kNone;
-  reset();
+  error = show(*job_);
 }
 
 void FunctionBlock::finish() {
   job_->stage = detail::Job::Stage::kIdle;
-  error = job_->error;
-  if (error == KernelError::kNone)
-    error = show(*job_);
-  else
-    show_abort(job_->abort_code);
+  const KernelError shown = show(*job_);
+  error = job_->error == KernelError::kNone ? shown : job_->error;
   confirm = error == KernelError::kNone;
 }
 
@@ -104,27 +106,23 @@ std::optional<Service> Nmt::service() const {
       regmap::kNmtCommands, [code](const regmap::NmtRow& row) { return row.state_code == code; });
   if (!known || device > kHighestNode) return std::nullopt;
   const std::uint16_t who = device == 0 ? regmap::kNmtAllNodes : device;
-  return Service{.write = true,
-                 .on_bus = true,
-                 .index = regmap::kNmtService,
-                 .sub = who,
-                 .size = 2,
-                 .data = {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8)}};
+  return Service{
+      .transaction = {.command = regmap::kSdoWrite,
+                      .index = regmap::kNmtService,
+                      .sub = who,
+                      .size = 2,
+                      .data = {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8)}},
+      .on_bus = true};
 }
 
 std::optional<Service> RecvEmcy::service() const {
-  return Service::local(object::kEmergencyScan, 9);
+  return read_local(object::kEmergencyScan, 9);
 }
 
 KernelError RecvEmcy::show(const detail::Job& done) {
-  device = done.data[0];
-  errorinfo = emcy_from(std::span(done.data).subspan(1));
-  return verdict(errorinfo);
-}
-
-void RecvEmcy::reset() {
-  device = 0;
-  errorinfo = {};
+  device = first_byte(done);
+  const std::span<const std::uint8_t> bytes = done.data;
+  return take(errorinfo, bytes.subspan(bytes.empty() ? 0 : 1));
 }
 
 std::optional<Service> RecvEmcyDev::service() const {
@@ -132,42 +130,26 @@ std::optional<Service> RecvEmcyDev::service() const {
 }
 
 KernelError RecvEmcyDev::show(const detail::Job& done) {
-  errorinfo = emcy_from(done.data);
-  return verdict(errorinfo);
-}
-
-void RecvEmcyDev::reset() {
-  errorinfo = {};
+  return take(errorinfo, done.data);
 }
 
 std::optional<Service> GetLocalNodeId::service() const {
-  return Service::local(object::kOwnNodeId, 1);
+  return read_local(object::kOwnNodeId, 1);
 }
 
 KernelError GetLocalNodeId::show(const detail::Job& done) {
-  device = done.data[0];
+  device = first_byte(done);
   return KernelError::kNone;
-}
-
-void GetLocalNodeId::reset() {
-  device = 0;
 }
 
 std::optional<Service> GetCanopenKernelState::service() const {
-  Service service = Service::local(object::kKernelState, 1);
-  service.own_id = OwnId::kAsked;
-  return service;
+  return read_local(object::kKernelState, 1, OwnId::kAsked);
 }
 
 KernelError GetCanopenKernelState::show(const detail::Job& done) {
-  state = static_cast<KernelError>(done.data[0]);
-  device = *done.own_id;
+  state = static_cast<KernelError>(first_byte(done));
+  device = done.data.empty() ? std::uint8_t{0} : *done.own_id;
   return KernelError::kNone;
-}
-
-void GetCanopenKernelState::reset() {
-  state = KernelError::kNone;
-  device = 0;
 }
 
 std::optional<Service> GetState::service() const {
@@ -175,32 +157,34 @@ std::optional<Service> GetState::service() const {
 }
 
 KernelError GetState::show(const detail::Job& done) {
-  state = static_cast<DeviceState>(done.data[0]);
+  state = static_cast<DeviceState>(first_byte(done));
   return KernelError::kNone;
-}
-
-void GetState::reset() {
-  state = DeviceState::kInit;
 }
 
 std::optional<Service> SdoAccess::read(std::size_t size) const {
   if (device > kHighestNode || size == 0 || size > regmap::kMaxDataBytes) return std::nullopt;
-  return Service{.on_bus = device != 0,
-                 .node = device,
-                 .index = index,
-                 .sub = subindex,
-                 .size = static_cast<std::uint16_t>(size),
-                 .channel = channel,
-                 .has_errorinfo = true};
+  return Service{.transaction = {.command = regmap::kSdoRead,
+                                 .node = device,
+                                 .index = index,
+                                 .sub = subindex,
+                                 .size = static_cast<std::uint16_t>(size)},
+                 .on_bus = device != 0,
+                 .access = true,
+                 .channel = channel};
 }
 
 std::optional<Service> SdoAccess::write(std::span<const std::uint8_t> bytes, SdoMode mode) const {
   std::optional<Service> service = read(bytes.size());
   if (!service || mode > SdoMode::kBlock) return std::nullopt;
-  service->write = true;
-  service->data.assign(bytes.begin(), bytes.end());
+  service->transaction.command = regmap::kSdoWrite;
+  service->transaction.data.assign(bytes.begin(), bytes.end());
   service->mode = mode;
   return service;
+}
+
+KernelError SdoAccess::show(const detail::Job& done) {
+  errorinfo = done.abort_code;
+  return KernelError::kNone;
 }
 
 std::optional<Service> SdoRead::service() const {
@@ -211,12 +195,7 @@ KernelError SdoRead::show(const detail::Job& done) {
   if (done.data.size() > data.size()) return KernelError::kInternal;
   std::ranges::copy(done.data, data.begin());
   datalength = static_cast<std::uint16_t>(done.data.size());
-  return KernelError::kNone;
-}
-
-void SdoRead::reset() {
-  SdoAccess::reset();
-  datalength = 0;
+  return SdoAccess::show(done);
 }
 
 std::optional<Service> SdoRead4::service() const {
@@ -224,15 +203,10 @@ std::optional<Service> SdoRead4::service() const {
 }
 
 KernelError SdoRead4::show(const detail::Job& done) {
+  data = {};
   std::ranges::copy(done.data, data.begin());
   datalength = static_cast<std::uint8_t>(done.data.size());
-  return KernelError::kNone;
-}
-
-void SdoRead4::reset() {
-  SdoAccess::reset();
-  data = {};
-  datalength = 0;
+  return SdoAccess::show(done);
 }
 
 std::optional<Service> SdoWrite::service() const {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "link.hpp"
-
-#include <algorithm>
 #include <limits>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
+#include "cbcan/cia405.hpp"
 #include "cbcan/regmap.hpp"
+#include "window.hpp"
+#include "window/tcp_connection.hpp"
 
 namespace cbcan::cia405 {
 
@@ -22,12 +24,44 @@ const LinkSettings& checked(const LinkSettings& settings) {
 
 }  // namespace
 
+struct Link::Connected {
+  /// A unit ID, which is a network, and a channel.
+  using Place = std::pair<std::uint8_t, std::uint8_t>;
+
+  explicit Connected(const LinkSettings& settings)
+      : connection(settings.host, settings.port,
+                   {settings.response_timeout, settings.reconnect_after, settings.reconnect_after}) {}
+
+  detail::Window& window(Place place) {
+    return windows.try_emplace(place, place.second, changes[place.first]).first->second;
+  }
+  detail::Window& free_window(std::uint8_t unit);
+  void receive(Time now);
+  void send(Time now);
+
+  window::TcpConnection connection;
+  std::map<std::uint8_t, unsigned> changes{};  ///< of a network: see detail::Window
+  std::map<Place, detail::Window> windows{};   ///< that this connection has needed
+  Place asked{};                               ///< whose request was the last
+  unsigned ends = 0;                           ///< of connections, that the windows know of
+};
+
 Link::Link(LinkSettings settings) : connected_(std::make_unique<Connected>(checked(settings))) {}
 
 Link::~Link() = default;
 
 void Link::poll(Time now) {
-  connected_->poll(now);
+  Connected& all = *connected_;
+  for (auto& [place, window] : all.windows)
+    window.expire(now);
+  all.connection.poll(now);
+  all.receive(now);
+  if (all.connection.ready(now)) all.send(now);
+  if (all.ends == all.connection.ends()) return;
+  all.ends = all.connection.ends();
+  for (auto& [place, window] : all.windows)
+    window.leave_to(nullptr);
+  all.windows.clear();
 }
 
 bool Link::connected() const {
@@ -48,59 +82,25 @@ short Link::events() const {
 
 detail::Window* Link::window(std::uint8_t number, std::uint8_t channel) {
   if (number == 0 || number > kHighestUnit || channel > regmap::kMostChannels) return nullptr;
-  return channel == 0 ? &connected_->free_window(number) : &connected_->window(number, channel);
-}
-
-detail::Window& Link::Connected::window(std::uint8_t unit, std::uint8_t channel) {
-  return windows.try_emplace({unit, channel}, channel).first->second;
+  return channel == 0 ? &connected_->free_window(number) : &connected_->window({number, channel});
 }
 
 /// The first channel with nothing to do, else the one with the shortest queue.
 detail::Window& Link::Connected::free_window(std::uint8_t unit) {
-  const auto known = channels.find(unit);
-  const std::uint8_t most = known == channels.end() ? regmap::kMostChannels : known->second;
-  detail::Window* best = &window(unit, 1);
-  for (std::uint8_t channel = 2; channel <= most && best->jobs() != 0; ++channel)
-    if (window(unit, channel).jobs() < best->jobs()) best = &window(unit, channel);
+  detail::Window* best = &window({unit, 1});
+  for (std::uint8_t channel = 2; channel <= regmap::kMostChannels && best->jobs() != 0; ++channel) {
+    detail::Window& other = window({unit, channel});
+    if (!other.absent() && other.jobs() < best->jobs()) best = &other;
+  }
   return *best;
 }
 
-/// What a channel has found out is of interest to others.
-void Link::Connected::heed(detail::Window& window) {
-  if (window.take_lost_settings())
-    for (auto& [place, other] : windows)
-      if (place.first == asked.first) other.forget_settings();
-  if (!window.absent()) return;
-  const std::uint8_t known = channels.try_emplace(asked.first, regmap::kMostChannels).first->second;
-  channels[asked.first] = std::min(known, static_cast<std::uint8_t>(asked.second - 1));
-  window.leave_to(this->window(asked.first, 1));
-}
-
-void Link::Connected::poll(Time now) {
-  for (auto& [place, window] : windows)
-    window.expire(now);
-  move(now);
-  if (ends == connection.ends()) return;
-  ends = connection.ends();
-  channels.clear();
-  for (auto& [place, window] : windows)
-    window.lost();
-}
-
-void Link::Connected::move(Time now) {
-  connection.poll(now);
-  if (connection.state() != window::Connection::State::kOn) return;
-  if (connection.response_due() && !receive(now)) return;
-  send(now);
-}
-
-bool Link::Connected::receive(Time now) {
+void Link::Connected::receive(Time now) {
   const std::optional<window::Response> response = connection.receive(now);
-  if (!response) return false;
+  if (!response) return;
   detail::Window& window = windows.at(asked);
   window.answered(*response);
-  heed(window);
-  return true;
+  if (window.absent()) window.leave_to(&this->window({asked.first, 1}));
 }
 
 /// Networks and channels take turns: the first that has something to do behind the one that was asked last.

@@ -18,26 +18,17 @@ void cycle(Link& link, FunctionBlock& block) {
   block.call(now);
 }
 
-/// For what the link waits for, and not long.
-void wait(const Link& link, steady_clock::time_point deadline) {
-  const auto left = std::chrono::ceil<milliseconds>(deadline - steady_clock::now());
-  pollfd wanted{link.descriptor(), link.events(), 0};
-  ::poll(&wanted, 1, static_cast<int>(std::clamp(left, milliseconds(0), milliseconds(10)).count()));
-}
-
-bool ended(const FunctionBlock& block) {
-  return block.confirm || block.error != KernelError::kNone;
-}
-
-/// Takes the execution back, in the module too: that gets a second.
-void give_up(Link& link, FunctionBlock& block) {
-  const auto patience = steady_clock::now() + std::chrono::seconds(1);
-  block.enable = false;
-  do {
-    cycle(link, block);
-    wait(link, patience);
-  } while (link.events() != 0 && steady_clock::now() < patience);
-  block.error = KernelError::kTimeout;
+/// Cycles until `ended`, or the deadline: false. Between them it waits for what the link waits for, and not
+/// long.
+template <typename Ended>
+bool cycle_until(Link& link, FunctionBlock& block, steady_clock::time_point deadline, Ended ended) {
+  while (cycle(link, block), !ended()) {
+    const auto left = std::chrono::ceil<milliseconds>(deadline - steady_clock::now());
+    if (left <= milliseconds(0)) return false;
+    pollfd wanted{link.descriptor(), link.events(), 0};
+    ::poll(&wanted, 1, static_cast<int>(std::min(left, milliseconds(10)).count()));
+  }
+  return true;
 }
 
 }  // namespace
@@ -48,14 +39,12 @@ bool run(FunctionBlock& block, steady_clock::time_point deadline) {
   cycle(link, block);
   block.error = KernelError::kNone;
   block.enable = true;
-  while (cycle(link, block), !ended(block)) {
-    if (steady_clock::now() >= deadline) {
-      give_up(link, block);
-      return false;
-    }
-    wait(link, deadline);
-  }
-  return block.confirm;
+  const auto ended = [&] { return block.confirm || block.error != KernelError::kNone; };
+  if (cycle_until(link, block, deadline, ended)) return block.confirm;
+  block.enable = false;  // the execution is cancelled, in the module too: that gets a second
+  cycle_until(link, block, steady_clock::now() + std::chrono::seconds(1), [&] { return link.events() == 0; });
+  block.error = KernelError::kTimeout;
+  return false;
 }
 
 }  // namespace cbcan::cia405

@@ -4,26 +4,15 @@
 #include <algorithm>
 #include <utility>
 
-#include "cbcan/regmap.hpp"
-
 namespace cbcan::cia405::detail {
 
 namespace {
 
 namespace object = regmap::object;
 
-Service write_local(std::uint16_t index, std::vector<std::uint8_t> data) {
+Transaction local_write(std::uint16_t index, std::vector<std::uint8_t> data) {
   const auto size = static_cast<std::uint16_t>(data.size());
-  return {.write = true, .index = index, .size = size, .data = std::move(data)};
-}
-
-Service write_timeout(std::uint16_t ms) {
-  return write_local(object::kSdoTimeout,
-                     {static_cast<std::uint8_t>(ms), static_cast<std::uint8_t>(ms >> 8)});
-}
-
-Service write_mode(SdoMode mode) {
-  return write_local(object::kTransferMode, {static_cast<std::uint8_t>(mode)});
+  return {.command = regmap::kSdoWrite, .index = index, .size = size, .data = std::move(data)};
 }
 
 bool changes_settings(const Transaction& transaction) {
@@ -32,18 +21,9 @@ bool changes_settings(const Transaction& transaction) {
           transaction.index == regmap::kNmtService);
 }
 
-Transaction transaction_of(const Service& service) {
-  return {.command = service.write ? regmap::kSdoWrite : regmap::kSdoRead,
-          .node = service.node,
-          .index = service.index,
-          .sub = service.sub,
-          .size = service.size,
-          .data = service.data};
-}
-
-bool fits(const Transaction& transaction, bool exact, std::uint16_t size) {
+bool fits(const Transaction& transaction, bool may_be_smaller, std::uint16_t size) {
   if (transaction.command == regmap::kSdoWrite) return true;
-  return exact ? size == transaction.size : size <= transaction.size;
+  return may_be_smaller ? size <= transaction.size : size == transaction.size;
 }
 
 }  // namespace
@@ -55,25 +35,18 @@ void Window::add(Job& job) {
 }
 
 void Window::remove(Job& job) {
-  const bool begun = job.stage == Job::Stage::kBegun || job.stage == Job::Stage::kKernelState;
-  if (begun) abandon();
-  std::erase(queue_, &job);
-  job.stage = Job::Stage::kIdle;
+  if (queue_.front() == &job) abandon();
+  finish(job, KernelError::kNone);
 }
 
 void Window::expire(Time now) {
-  for (std::size_t i = 0; i < queue_.size();) {
+  for (std::size_t i = queue_.size(); i-- > 0;) {
     Job& job = *queue_[i];
-    const bool waits = job.stage == Job::Stage::kQueued;
-    const bool over = job.deadline && now >= *job.deadline;
-    if (over && job.stage == Job::Stage::kBegun) {
-      abandon();
-      job.stage = Job::Stage::kKernelState;
-    }
-    if (over && waits)
-      finish(job, KernelError::kTimeout);
-    else
-      ++i;
+    if (!job.deadline || now < *job.deadline) continue;
+    if (job.stage == Job::Stage::kQueued) finish(job, KernelError::kTimeout);
+    if (job.stage != Job::Stage::kBegun) continue;
+    abandon();
+    job.stage = Job::Stage::kKernelState;
   }
 }
 
@@ -82,82 +55,72 @@ std::optional<Request> Window::next() {
   if (channel_.ready()) {
     Job& job = *queue_.front();
     if (job.stage == Job::Stage::kQueued) job.stage = Job::Stage::kBegun;
-    channel_.begin(transaction_of(next_service(job)));
+    channel_.begin(next_transaction(job));
   }
   return channel_.next();
 }
 
-void Window::leave_to(Window& other) {
-  channel_ = window::Channel(channel_.number());
-  while (!queue_.empty()) {
-    Job& job = *queue_.front();
-    const bool anywhere = job.service.channel == 0;
-    finish(job, KernelError::kInternal);
-    if (anywhere) other.add(job);
-  }
-}
-
-Service Window::next_service(const Job& job) {
-  const Service& wanted = job.service;
-  const auto because = [this](Purpose purpose, Service service) {
+Transaction Window::next_transaction(const Job& job) {
+  const auto because = [this](Purpose purpose, Transaction transaction) {
     purpose_ = purpose;
-    return service;
+    return transaction;
   };
+  const Service& wanted = job.service;
+  const std::uint16_t timeout = job.module_timeout_ms;
+  if (known_.changes != changes_) known_ = {.changes = changes_};
   if (job.stage == Job::Stage::kKernelState)
-    return because(Purpose::kKernelState, Service::local(object::kKernelState, 1));
-  if (wanted.on_bus && timeout_known_ != job.module_timeout_ms)
-    return because(Purpose::kTimeout, write_timeout(job.module_timeout_ms));
-  if (wanted.on_bus && mode_known_ != wanted.mode) return because(Purpose::kMode, write_mode(wanted.mode));
+    return because(Purpose::kKernelState, local_read(object::kKernelState, 1));
+  if (wanted.on_bus && known_.timeout_ms != timeout)
+    return because(Purpose::kTimeout,
+                   local_write(object::kSdoTimeout, {static_cast<std::uint8_t>(timeout),
+                                                     static_cast<std::uint8_t>(timeout >> 8)}));
+  if (wanted.on_bus && known_.mode != wanted.mode)
+    return because(Purpose::kMode,
+                   local_write(object::kTransferMode, {static_cast<std::uint8_t>(wanted.mode)}));
   if (wanted.own_id != Service::OwnId::kNotAsked && !job.own_id)
-    return because(Purpose::kOwnId, Service::local(object::kOwnNodeId, 1));
-  Service service = because(Purpose::kService, wanted);
-  if (wanted.own_id == Service::OwnId::kAsSubIndex) service.sub = *job.own_id;
-  return service;
+    return because(Purpose::kOwnId, local_read(object::kOwnNodeId, 1));
+  Transaction transaction = because(Purpose::kService, wanted.transaction);
+  if (wanted.own_id == Service::OwnId::kAsSubIndex) transaction.sub = *job.own_id;
+  return transaction;
 }
 
 void Window::answered(const Response& response) {
   channel_.answered(response);
-  if (response.exception != 0 && !absent() && !queue_.empty()) finish(*queue_.front(), KernelError::kInternal);
+  if (response.exception != 0 && !absent() && !queue_.empty())
+    finish(*queue_.front(), KernelError::kInternal);
   if (const std::optional<Result> result = channel_.take()) ended(*result);
 }
 
 void Window::ended(const Result& result) {
   Job& job = *queue_.front();
-  if (!result.known) return restarted(job);
-  if (purpose_ == Purpose::kKernelState) return take_kernel_state(job, result);
-  const bool exact = purpose_ != Purpose::kService || job.service.exact;
-  switch (static_cast<regmap::Result>(result.code)) {
-    case regmap::Result::kSdoExecutionError: return failed(job, result.abort_code);
-    case regmap::Result::kOk:
-      if (fits(channel_.transaction(), exact, result.size)) return succeeded(job, result);
-      break;
-    case regmap::Result::kRestarted:
-      if (channel_.number() == 1) break;
-      return forget_settings();  // it was not executed: once more, with the next number
-    case regmap::Result::kCommandCodeError:
-    case regmap::Result::kNodeIdError:
-    case regmap::Result::kIncomplete: break;
+  const auto code = static_cast<regmap::Result>(result.code);
+  const bool access = purpose_ == Purpose::kService && job.service.access;
+  if (!result.known) {  // nor is what 3003h and 3004h are
+    known_ = {};
+    finish(job, KernelError::kInternal);
+  } else if (purpose_ == Purpose::kKernelState) {
+    const std::uint8_t state = result.data.empty() ? std::uint8_t{0} : result.data[0];
+    finish(job, state == 0 ? KernelError::kTimeout : static_cast<KernelError>(state));
+  } else if (code == regmap::Result::kSdoExecutionError) {
+    failed(job, result.abort_code);
+  } else if (code == regmap::Result::kRestarted && channel_.number() != 1) {
+    known_ = {};  // it was not executed: once more, with the next number
+  } else if (code == regmap::Result::kOk && fits(channel_.transaction(), access, result.size)) {
+    succeeded(job, result);
+  } else {
+    finish(job, KernelError::kInternal);
   }
-  finish(job, KernelError::kInternal);
-}
-
-/// Whether it was carried out before, nobody knows.
-void Window::restarted(Job& job) {
-  forget_settings();
-  finish(job, KernelError::kInternal);
 }
 
 void Window::succeeded(Job& job, const Result& result) {
   switch (purpose_) {
-    case Purpose::kTimeout: timeout_known_ = job.module_timeout_ms; return;
-    case Purpose::kMode: mode_known_ = job.service.mode; return;
+    case Purpose::kTimeout: known_.timeout_ms = job.module_timeout_ms; return;
+    case Purpose::kMode: known_.mode = job.service.mode; return;
     case Purpose::kOwnId: job.own_id = result.data[0]; return;
     case Purpose::kKernelState: return;
     case Purpose::kService: break;
   }
-  const Transaction& transaction = channel_.transaction();
-  lost_settings_ = transaction.command == regmap::kSdoWrite && transaction.index == regmap::kNmtService;
-  if (changes_settings(transaction)) forget_settings();
+  if (changes_settings(channel_.transaction())) ++changes_;
   job.data = result.data;
   finish(job, KernelError::kNone);
 }
@@ -165,7 +128,7 @@ void Window::succeeded(Job& job, const Result& result) {
 /// A block whose TIMEOUT is over is not here any more: abort 0504 0000h is the node's, or else that of an NMT
 /// command which the module could not send.
 void Window::failed(Job& job, std::uint32_t abort_code) {
-  if (purpose_ == Purpose::kService && job.service.has_errorinfo) {
+  if (purpose_ == Purpose::kService && job.service.access) {
     job.abort_code = abort_code;
     finish(job, KernelError::kOther);
   } else if (purpose_ == Purpose::kService && abort_code == window::abort_code::kTimedOut) {
@@ -175,43 +138,29 @@ void Window::failed(Job& job, std::uint32_t abort_code) {
   }
 }
 
-void Window::take_kernel_state(Job& job, const Result& result) {
-  const std::uint8_t state = result.data.empty() ? std::uint8_t{0} : result.data[0];
-  finish(job, state == 0 ? KernelError::kTimeout : static_cast<KernelError>(state));
-}
-
 /// The job leaves the queue.
 void Window::finish(Job& job, KernelError error) {
   std::erase(queue_, &job);
   job.stage = Job::Stage::kDone;
+  job.window = nullptr;
   job.error = error;
 }
 
-/// The job at the head has no use any more for what has been started.
+/// The job at the head has no use any more for what has been started, which may have been done.
 void Window::abandon() {
   if (!channel_.busy()) return;
   channel_.cancel();
-  if (purpose_ == Purpose::kTimeout) timeout_known_.reset();
-  if (purpose_ == Purpose::kMode) mode_known_.reset();
-  if (purpose_ == Purpose::kService && changes_settings(channel_.transaction())) {  // who knows
-    forget_settings();
-    lost_settings_ = true;
-  }
+  if (changes_settings(channel_.transaction())) ++changes_;
 }
 
-void Window::lost() {
+void Window::leave_to(Window* other) {
   channel_.lost();
-  forget_settings();
   while (!queue_.empty()) {
     Job& job = *queue_.front();
     const bool timed_out = job.stage == Job::Stage::kKernelState;
     finish(job, timed_out ? KernelError::kTimeout : KernelError::kInternal);
+    if (other != nullptr && job.service.channel == 0) other->add(job);
   }
-}
-
-void Window::forget_settings() {
-  timeout_known_.reset();
-  mode_known_.reset();
 }
 
 }  // namespace cbcan::cia405::detail

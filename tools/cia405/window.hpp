@@ -7,39 +7,33 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
-#include <span>
-#include <utility>
 #include <vector>
 
 #include "cbcan/cia405.hpp"
+#include "cbcan/regmap.hpp"
 #include "cbcan/window.hpp"
 
 namespace cbcan::cia405::detail {
 
 using window::Request, window::Response, window::Result, window::Transaction;
 
+/// Of the module's own object dictionary.
+inline Transaction local_read(std::uint16_t index, std::uint16_t size, std::uint16_t sub = 0) {
+  return {.command = regmap::kSdoRead, .index = index, .sub = sub, .size = size};
+}
+
 /// What a block wants of the window: one object read or written.
 struct Service {
   /// Whether the module's own node ID (3001h) is read first, and then is the sub-index.
   enum class OwnId : std::uint8_t { kNotAsked, kAsked, kAsSubIndex };
 
-  /// A read of the module's own object dictionary.
-  static Service local(std::uint16_t index, std::uint16_t size) {
-    return {.exact = true, .index = index, .size = size};
-  }
-
-  bool write = false;
+  Transaction transaction{};
   bool on_bus = false;  ///< the module's SDO time-out matters
-  bool exact = false;   ///< a response of another size is none
-  std::uint8_t node = 0;
-  std::uint16_t index = 0;
-  std::uint16_t sub = 0;
-  std::uint16_t size = 0;
-  std::vector<std::uint8_t> data{};  ///< to write
+  bool access =
+      false;  ///< any object: it may be smaller than asked for, and the block can show an abort code
   SdoMode mode = SdoMode::kAuto;
   OwnId own_id = OwnId::kNotAsked;
-  std::uint8_t channel = 1;    ///< 0 = any
-  bool has_errorinfo = false;  ///< the block can show an abort code
+  std::uint8_t channel = 1;  ///< 0 = any
 };
 
 /// One execution of a block, from the rising edge of its `enable` on.
@@ -53,7 +47,7 @@ struct Job {
   };
 
   Stage stage = Stage::kIdle;
-  Window* window = nullptr;
+  Window* window = nullptr;  ///< in whose queue it is
   Service service{};
   std::optional<Time> deadline{};
   std::uint16_t module_timeout_ms = 0;  ///< 3003h for it
@@ -66,7 +60,8 @@ struct Job {
 
 class Window {
  public:
-  explicit Window(std::uint8_t channel) : channel_(channel) {}
+  /// `changes`, of the network, counts what may have changed 3003h and 3004h of its channels.
+  Window(std::uint8_t channel, unsigned& changes) : channel_(channel), changes_(changes) {}
 
   /// The job is the caller's and stays where it is until it is kDone or has been removed.
   void add(Job& job);
@@ -79,38 +74,33 @@ class Window {
   /// again.
   std::optional<Request> next();
   void answered(const Response& response);
-  /// The connection is gone: every job ends.
-  void lost();
+  /// Every job ends, or goes to that window if there is one, and the job may be there.
+  void leave_to(Window* other);
 
   std::size_t jobs() const { return queue_.size(); }
   /// The module has no such channel.
   bool absent() const { return channel_.absent(); }
-  /// Every job goes to that window, or ends where it wants this channel and no other.
-  void leave_to(Window& other);
-  /// 3003h and 3004h of all channels may have become others since the last call.
-  bool take_lost_settings() { return std::exchange(lost_settings_, false); }
-  void forget_settings();
 
  private:
   /// What the transaction under way is for.
   enum class Purpose : std::uint8_t { kTimeout, kMode, kOwnId, kService, kKernelState };
 
-  Service next_service(const Job& job);
-
+  Transaction next_transaction(const Job& job);
   void ended(const Result& result);
-  void restarted(Job& job);
   void succeeded(Job& job, const Result& result);
   void failed(Job& job, std::uint32_t abort_code);
-  void take_kernel_state(Job& job, const Result& result);
   void finish(Job& job, KernelError error);
   void abandon();
 
   window::Channel channel_;
-  bool lost_settings_ = false;
+  unsigned& changes_;
   std::deque<Job*> queue_;
   Purpose purpose_ = Purpose::kService;
-  std::optional<std::uint16_t> timeout_known_;  ///< value of 3003h
-  std::optional<SdoMode> mode_known_;           ///< value of 3004h
+  struct {
+    unsigned changes = 0;  ///< when it was so
+    std::optional<std::uint16_t> timeout_ms{};
+    std::optional<SdoMode> mode{};
+  } known_;  ///< values of 3003h and 3004h
 };
 
 }  // namespace cbcan::cia405::detail

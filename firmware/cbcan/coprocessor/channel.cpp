@@ -52,6 +52,17 @@ void Channel::work(Time now) {
 
 // ---- The two windows
 
+/// The PLC has written CA0Eh, or something else over it.
+void Channel::on_flag(bool execute, Time now) {
+  flagged_ = execute;
+  if (execute) {
+    if (activity_ == Activity::kIdle) begin_waiting(now);
+    return;
+  }
+  ++counters_.cancelled;
+  if (activity_ != Activity::kIdle && served_ == Window::kRegisters) cancel(now);
+}
+
 /// In turns, where both have a request.
 void Channel::begin_waiting(Time now) {
   if (!flagged_ && !scanner_.waiting()) return;

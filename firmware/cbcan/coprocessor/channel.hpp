@@ -7,7 +7,7 @@
 /// client, those to the own node by the LocalNode that all channels share.
 ///
 /// Who owns it calls the functions below, as Coprocessor says of its own; and poll() at the time that it
-/// returned. Not re-entrant.
+/// returned, or that due() gives after another call. Not re-entrant.
 
 #include <algorithm>
 #include <array>
@@ -98,6 +98,16 @@ class Channel {
     return due_;
   }
   Time due() const { return due_; }
+  void wake_at(Time time) {
+    if (time < due_) due_ = time;
+  }
+  /// The own node may be due earlier.
+  void follow_node() { wake_at(node_.deadline()); }
+  /// Before each poll() of a channel that has the window R3700..R3769.
+  void look_at_flag(Time now) {
+    const bool execute = window_.flag() == regmap::kExecute;
+    if (execute != flagged_) on_flag(execute, now);
+  }
 
   struct Counters {
     std::uint32_t executed = 0;   ///< requests begun, of either window
@@ -105,7 +115,11 @@ class Channel {
     std::uint32_t cancelled = 0;  ///< no longer wanted by the PLC while under way
   };
   const Counters& counters() const { return counters_; }
+  const Settings& settings() const { return settings_; }
+  SdoClient& sdo_client() { return client_; }
   const SdoClient& sdo_client() const { return client_; }
+  /// 3003h and 3004h of each window; those of R3700..R3769 first.
+  std::array<Transfers, 2>& all_transfers() { return transfers_; }
 
   // For ChannelTurns.
 
@@ -136,47 +150,13 @@ class Channel {
   /// The own node has been reset.
   void reset();
 
- protected:
+ private:
   enum class Activity : std::uint8_t { kIdle, kHeldBack, kSdo, kNmtCommand, kNodeState };
   /// The two ways in. What 3003h and 3004h say holds for the one they are written through.
   enum class Window : std::uint8_t { kRegisters, kScanner };
 
-  /// The PLC has written CA0Eh, or something else over it.
-  void look_at_flag(bool execute, Time now) {
-    flagged_ = execute;
-    if (execute) {
-      if (activity_ == Activity::kIdle) begin_waiting(now);
-      return;
-    }
-    ++counters_.cancelled;
-    if (activity_ != Activity::kIdle && served_ == Window::kRegisters) cancel(now);
-  }
   void work(Time now);
-  void follow_node() { wake_at(node_.deadline()); }
-  void wake_at(Time time) {
-    if (time < due_) due_ = time;
-  }
-
-  RegisterWindow window_;
-  bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: it waits, or is under way
-  Activity activity_ = Activity::kIdle;
-  Window served_ = Window::kScanner;                              ///< whose request is under way, or was last
-  SdoClient::Direction direction_ = SdoClient::Direction::kRead;  ///< of the SDO transfer
-  bool command_refused_ = false;
-  std::uint8_t number_;
-  std::uint8_t state_node_ = 0;  ///< whose state is asked for
-  Time due_ = 0;                 ///< poll has work to do from then on; may be early, is never late
-  Time deadline_ = kNever;       ///< of an NMT command or a node state request
-  LocalNode& node_;
-  CanPort& port_;
-  ChannelTurns* turns_;
-  Settings settings_;
-  Frame command_{};  ///< NMT command or node guarding request of this transaction
-  SdoClient client_;
-  ScannerWindow scanner_;
-  std::array<Transfers, 2> transfers_{};  ///< 3003h and 3004h, by Window
-
- private:
+  void on_flag(bool execute, Time now);
   void begin_waiting(Time now);
   void follow_sdo();
   /// Of the request, in the order of R3700..R3769.
@@ -201,7 +181,24 @@ class Channel {
   void finish(regmap::Result result, std::size_t size = 0);
   bool serves_registers() const { return !kServices.scanner_window || served_ == Window::kRegisters; }
   Transfers& transfers() { return transfers_[static_cast<std::size_t>(served_)]; }
-
+  RegisterWindow window_;
+  bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: it waits, or is under way
+  Activity activity_ = Activity::kIdle;
+  Window served_ = Window::kScanner;                              ///< whose request is under way, or was last
+  SdoClient::Direction direction_ = SdoClient::Direction::kRead;  ///< of the SDO transfer
+  bool command_refused_ = false;
+  std::uint8_t number_;
+  std::uint8_t state_node_ = 0;  ///< whose state is asked for
+  Time due_ = 0;                 ///< poll has work to do from then on; may be early, is never late
+  Time deadline_ = kNever;       ///< of an NMT command or a node state request
+  LocalNode& node_;
+  CanPort& port_;
+  ChannelTurns* turns_;
+  Settings settings_;
+  Frame command_{};  ///< NMT command or node guarding request of this transaction
+  SdoClient client_;
+  ScannerWindow scanner_;
+  std::array<Transfers, 2> transfers_{};  ///< 3003h and 3004h, by Window
   Counters counters_;
   std::array<std::uint8_t, regmap::kMaxDataBytes> data_{};  ///< of the client's transfer
 };

@@ -7,49 +7,48 @@ namespace cbcan {
 
 Coprocessor::Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port,
                          const Settings& settings, ScannerWindow scanner, ChannelTurns* turns)
-    : Channel(window, scanner, node_, port, settings, turns),
-      node_(process, port, client_, transfers_,
+    : channel_(window, scanner, node_, port, settings, turns),
+      node_(process, port, channel_.sdo_client(), channel_.all_transfers(),
             {settings.node_id, settings.sdo_timeout_ms, settings.state_fresh_for}) {}
 
 void Coprocessor::start(Time now) {
-  Channel::start(now);
+  channel_.start(now);
   node_.start(now);
-  if (settings_.plc_timeout_ms != 0) plc_due_ = now + milliseconds(settings_.plc_timeout_ms);
+  if (settings().plc_timeout_ms != 0) plc_due_ = now + milliseconds(settings().plc_timeout_ms);
   plc_heard_at_ = now;
 }
 
 Time Coprocessor::poll(Time now) {
-  const bool execute = window_.flag() == regmap::kExecute;
-  if (execute != flagged_) look_at_flag(execute, now);
-  if (now >= due_) work(now);
-  return due_;
+  channel_.look_at_flag(now);
+  if (now >= channel_.due()) work(now);
+  return channel_.due();
 }
 
 void Coprocessor::work(Time now) {
   if (now >= plc_due_) watch_plc(now);
-  Channel::work(now);
-  wake_at(earlier(node_.poll(now), plc_due_));
+  channel_.poll(now);
+  channel_.wake_at(earlier(node_.poll(now), plc_due_));
 }
 
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
-  const std::size_t out = settings_.scanner_out_first;
+  const std::size_t out = settings().scanner_out_first;
   const bool scanner = first < out + kScannerOutWords && out < first + count;
   scanner ? on_scanner_written(first, count, now) : on_outputs_written(first, count, now);
-}
-
-void Coprocessor::on_outputs_written(std::size_t first, std::size_t count, Time now) {
-  const std::size_t outputs = settings_.process_first + regmap::kInputWords;
-  const std::size_t end = std::min(first + count, outputs + kOutputWords);
-  first = std::max(first, outputs);
-  if (first >= end || !node_.outputs_changed(first - outputs, end - first)) return;
-  node_.on_outputs_changed(now);
-  follow_node();
 }
 
 /// And maybe to outputs.
 void Coprocessor::on_scanner_written(std::size_t first, std::size_t count, Time now) {
   on_outputs_written(first, count, now);
-  Channel::on_registers_written(settings_.scanner_out_first, first, count, now);
+  channel_.on_registers_written(settings().scanner_out_first, first, count, now);
+}
+
+void Coprocessor::on_outputs_written(std::size_t first, std::size_t count, Time now) {
+  const std::size_t outputs = settings().process_first + regmap::kInputWords;
+  const std::size_t end = std::min(first + count, outputs + kOutputWords);
+  first = std::max(first, outputs);
+  if (first >= end || !node_.outputs_changed(first - outputs, end - first)) return;
+  node_.on_outputs_changed(now);
+  channel_.follow_node();
 }
 
 // ---- Frames
@@ -57,46 +56,41 @@ void Coprocessor::on_scanner_written(std::size_t first, std::size_t count, Time 
 void Coprocessor::on_frame(const Frame& frame, Time now) {
   constexpr unsigned kFunctionShift = 7;
   const std::uint32_t function = frame.id >> kFunctionShift;
-  if (function == sdo::kResponseId >> kFunctionShift) return on_sdo_response(frame, now);
+  if (function == sdo::kResponseId >> kFunctionShift) return channel_.on_sdo_response(frame, now);
   if (function >= nmt::kErrorControlId >> kFunctionShift && frame.flags == 0)
     return on_error_control(frame, now);
-  on_own_node(frame, now);
-}
-
-void Coprocessor::on_own_node(const Frame& frame, Time now) {
-  if (node_.on_frame(frame, now)) wake_at(node_.deadline());
+  if (node_.on_frame(frame, now)) channel_.follow_node();
 }
 
 void Coprocessor::on_bus_state(BusState state, Time now) {
   node_.on_bus_state(state, now);
-  follow_node();
+  channel_.follow_node();
 }
 
 void Coprocessor::on_plc(Time now) {
   plc_heard_at_ = now;
-  if (settings_.plc_timeout_ms == 0 || plc_due_ != kNever) return;
-  plc_due_ = now + milliseconds(settings_.plc_timeout_ms);
-  wake_at(plc_due_);
+  if (settings().plc_timeout_ms == 0 || plc_due_ != kNever) return;
+  plc_due_ = now + milliseconds(settings().plc_timeout_ms);
+  channel_.wake_at(plc_due_);
 }
 
 /// The bus sees that the PLC is gone: TPDOs end, the heartbeat tells. Outputs stay as they are.
 void Coprocessor::watch_plc(Time now) {
-  plc_due_ = plc_heard_at_ + milliseconds(settings_.plc_timeout_ms);
+  plc_due_ = plc_heard_at_ + milliseconds(settings().plc_timeout_ms);
   if (now < plc_due_) return;
   plc_due_ = kNever;
-  if (node_.state() == nmt::State::kOperational) node_.command(settings_.plc_lost, now);
+  if (node_.state() == nmt::State::kOperational) node_.command(settings().plc_lost, now);
 }
 
 void Coprocessor::on_error_control(const Frame& frame, Time now) {
   const std::uint32_t id = frame.id - nmt::kErrorControlId;
-  if (id - 1 >= nmt::kMaxNode) return kServices.lss ? on_lss(frame, now) : void();  // or nobody's
+  if (id - 1 >= nmt::kMaxNode) {
+    if (kServices.lss) channel_.wake_at(node_.on_lss(frame, now));
+    return;
+  }
   const auto node = static_cast<std::uint8_t>(id);
   const NodeMonitor::News news = node_.on_error_control(frame, now);
-  if (news != NodeMonitor::News::kNone) on_news(node, news, now);
-}
-
-void Coprocessor::on_lss(const Frame& frame, Time now) {
-  wake_at(node_.on_lss(frame, now));
+  if (news != NodeMonitor::News::kNone) channel_.on_news(node, news, now);
 }
 
 }  // namespace cbcan

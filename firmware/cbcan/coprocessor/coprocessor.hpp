@@ -30,10 +30,10 @@
 
 namespace cbcan {
 
-class Coprocessor : protected Channel {
+class Coprocessor {
  public:
-  using Channel::Counters;
-  using Channel::Settings;
+  using Counters = Channel::Counters;
+  using Settings = Channel::Settings;
 
   Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port, const Settings& settings,
               ScannerWindow scanner = {}, ChannelTurns* turns = nullptr);
@@ -54,25 +54,28 @@ class Coprocessor : protected Channel {
   /// Returns the time of the next call at the latest; kNever = only when something happens.
   Time poll(Time now);
 
-  using Channel::counters;
-  using Channel::sdo_client;
+  const Counters& counters() const { return channel_.counters(); }
+  const SdoClient& sdo_client() const { return channel_.sdo_client(); }
   const NodeMonitor& node_monitor() const { return node_.monitor(); }
   const Slave& own_node() const { return node_.slave(); }
   const ObjectDictionary& own_objects() const { return node_.dictionary(); }
 
  protected:
+  LocalNode& node() { return node_; }
+  Channel& first_channel() { return channel_; }
+  const Settings& settings() const { return channel_.settings(); }
+
+ private:
   void work(Time now);
   void on_scanner_written(std::size_t first, std::size_t count, Time now);
-  [[gnu::noinline]] void on_outputs_written(std::size_t first, std::size_t count, Time now);
+  void on_outputs_written(std::size_t first, std::size_t count, Time now);
   void watch_plc(Time now);
-  // Inline, it would cost the others a register.
-  [[gnu::noinline]] void on_own_node(const Frame& frame, Time now);
   void on_error_control(const Frame& frame, Time now);
-  [[gnu::noinline]] void on_lss(const Frame& frame, Time now);
 
+  Channel channel_;
   Time plc_heard_at_ = 0;
   Time plc_due_ = kNever;  ///< when to look whether the PLC is silent for too long
-  LocalNode node_;         ///< large: what lies behind it would cost a Cortex-M two instructions more
+  LocalNode node_;
 };
 
 }  // namespace cbcan

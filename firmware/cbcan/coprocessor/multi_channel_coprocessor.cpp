@@ -12,7 +12,7 @@ MultiChannelCoprocessor::MultiChannelCoprocessor(RegisterWindow window, ProcessR
                                                  std::span<Memory> more)
     : Coprocessor(window, process, port, settings, scanners[0], this), more_(more) {
   for (std::size_t i = 0; i < more_.size(); ++i)
-    more_[i].emplace(RegisterWindow(), scanners[i + 1], node_, port, settings,
+    more_[i].emplace(RegisterWindow(), scanners[i + 1], node(), port, settings,
                      static_cast<ChannelTurns*>(this), static_cast<std::uint8_t>(i + 1));
 }
 
@@ -26,19 +26,19 @@ Time MultiChannelCoprocessor::poll(Time now) {
   Coprocessor::poll(now);
   if (now >= more_due_) poll_more(now);
   if (waiting_count_ != 0) ask_again(now);
-  return earlier(due_, more_due_);
+  return earlier(first_channel().due(), more_due_);
 }
 
 void MultiChannelCoprocessor::poll_more(Time now) {
   more_due_ = kNever;
   for (Memory& channel : more_)
     wake_more_at(channel->poll(now));
-  follow_node();
+  first_channel().follow_node();
 }
 
 /// The own node has been reset since a request began.
 void MultiChannelCoprocessor::reset_more() {
-  resets_ = node_.resets();
+  resets_ = node().resets();
   for (Memory& channel : more_)
     channel->reset();
 }
@@ -60,17 +60,15 @@ void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
   constexpr std::uint32_t kFunction = ~std::uint32_t{nmt::kMaxNode};
   const std::uint32_t function = frame.id & kFunction;
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  if (function == sdo::kResponseId)
-    return owner_[node] == 0 ? on_sdo_response(frame, now)
-                             : on_more_responses(frame, channel(owner_[node]), now);
+  if (function == sdo::kResponseId) return on_response(frame, channel(owner_[node]), now);
   Coprocessor::on_frame(frame, now);
   if (function == nmt::kErrorControlId && frame.flags == 0 && node != 0)
     tell_more(node, NodeMonitor::news(frame), now);
 }
 
-void MultiChannelCoprocessor::on_more_responses(const Frame& frame, Channel& asking, Time now) {
+void MultiChannelCoprocessor::on_response(const Frame& frame, Channel& asking, Time now) {
   asking.on_sdo_response(frame, now);
-  wake_more_at(asking.due());
+  if (&asking != &first_channel()) wake_more_at(asking.due());
 }
 
 /// A node, 1..127, has told its state: also those of the other channels that have asked it, or for it.
@@ -78,14 +76,14 @@ void MultiChannelCoprocessor::tell_more(std::uint8_t node, NodeMonitor::News new
   if (news == NodeMonitor::News::kNone) return;
   Channel& last = channel(owner_[node]);
   Channel& asking = channel(owner_[kState + node]);
-  if (&last != this) last.on_news(node, news, now);
-  if (&asking != this && &asking != &last) asking.on_news(node, news, now);
+  if (&last != &first_channel()) last.on_news(node, news, now);
+  if (&asking != &first_channel() && &asking != &last) asking.on_news(node, news, now);
   wake_more_at(earlier(last.due(), asking.due()));
 }
 
 void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
   written_anew_ = true;
-  const std::size_t out = settings_.scanner_out_first + regmap::kScannerStride;
+  const std::size_t out = settings().scanner_out_first + regmap::kScannerStride;
   const std::size_t end = out + more_.size() * regmap::kScannerStride;
   const bool more = first < end && out < first + count;
   more ? on_more_written(first, count, now) : Coprocessor::on_registers_written(first, count, now);
@@ -94,7 +92,7 @@ void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_
 /// Also to a scanner window of another channel.
 void MultiChannelCoprocessor::on_more_written(std::size_t first, std::size_t count, Time now) {
   Coprocessor::on_registers_written(first, count, now);
-  std::size_t out = settings_.scanner_out_first;
+  std::size_t out = settings().scanner_out_first;
   for (Memory& channel : more_) {
     out += regmap::kScannerStride;
     channel->on_registers_written(out, first, count, now);
@@ -128,7 +126,7 @@ Time MultiChannelCoprocessor::turn(Line line, const Channel& channel, Time now) 
 }
 
 void MultiChannelCoprocessor::begin_or_hold_back(Channel& channel, Time now) {
-  if (resets_ != node_.resets()) reset_more();
+  if (resets_ != node().resets()) reset_more();
   const Line line = line_of(channel.request());
   const bool goes_on = waiting_count_ == 0 && owner_[line] == channel.number();
   goes_on ? channel.begin(now) : join_line(line, channel, now);

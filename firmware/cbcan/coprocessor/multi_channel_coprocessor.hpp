@@ -42,10 +42,9 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
 
  private:
   void begin_or_hold_back(Channel& channel, Time now) override;
-  // Inline, they would cost the usual case its registers.
-  [[gnu::noinline]] void on_more_written(std::size_t first, std::size_t count, Time now);
-  [[gnu::noinline]] void on_more_responses(const Frame& frame, Channel& asking, Time now);
-  [[gnu::noinline]] void tell_more(std::uint8_t node, NodeMonitor::News news, Time now);
+  void on_more_written(std::size_t first, std::size_t count, Time now);
+  void on_response(const Frame& frame, Channel& asking, Time now);
+  void tell_more(std::uint8_t node, NodeMonitor::News news, Time now);
 
   /// Where requests wait for each other: NMT commands, transfers with each node, states of each node; or
   /// nowhere.
@@ -55,26 +54,23 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
   static constexpr Line kState = kNone;  ///< and the node ID
   static constexpr std::size_t kLines = kState + nmt::kMaxNode + 1;
 
-  Channel& channel(std::uint8_t number) {
-    if (number == 0) return *this;
-    return *more_[number - 1u];
-  }
+  Channel& channel(std::uint8_t number) { return number == 0 ? first_channel() : *more_[number - 1u]; }
   /// As Channel::begin() has it; a request that is refused there may wait before that.
   Line line_of(const Channel::Request& request) const {
     const bool write = request.command == regmap::kSdoWrite;
     if (write && request.index == regmap::kNmtService) return kNmt;
-    if (request.node == 0 || request.node == settings_.node_id || request.node > nmt::kMaxNode) return kNone;
+    if (request.node == 0 || request.node == settings().node_id || request.node > nmt::kMaxNode) return kNone;
     const bool state = !write && request.index == regmap::kNodeStateService && request.sub == 0;
     return static_cast<Line>(state ? kState + request.node : request.node);
   }
-  [[gnu::noinline]] void join_line(Line line, Channel& channel, Time now);
+  void join_line(Line line, Channel& channel, Time now);
   Time free_from(Line line, const Channel& channel, Time now);
   bool is_next(Line line, const Channel& channel) const;
   Time turn(Line line, const Channel& channel, Time now);
   void leave_line(const Channel& channel);
   void ask_again(Time now);
   void poll_more(Time now);
-  [[gnu::noinline]] void reset_more();
+  void reset_more();
   void wake_more_at(Time time) { more_due_ = earlier(more_due_, time); }
 
   std::span<Memory> more_;

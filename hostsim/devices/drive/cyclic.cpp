@@ -46,11 +46,6 @@ void CyclicPosition::on_sync(const ModeInput& input, Time now) {
   axis_.line_to(target, period, now);
 }
 
-std::uint16_t CyclicPosition::status(Time /*now*/) const {
-  return static_cast<std::uint16_t>(statusword::kFollowsCommand |
-                                    (limited_ ? statusword::kInternalLimit : 0));
-}
-
 void CyclicVelocity::enter(const ModeInput& /*input*/, Time now) {
   limited_ = false;
   velocity_ = 0;
@@ -80,11 +75,6 @@ void CyclicVelocity::on_sync(const ModeInput& input, Time now) {
   Dynamics dynamics = axis_.profile_dynamics();
   dynamics.acceleration = period == 0 ? 0 : change * kTicksPerSecond / static_cast<double>(period);
   if (!run_within_limits(axis_, velocity_, dynamics, now)) limited_ = true;
-}
-
-std::uint16_t CyclicVelocity::status(Time /*now*/) const {
-  return static_cast<std::uint16_t>(statusword::kFollowsCommand |
-                                    (limited_ ? statusword::kInternalLimit : 0));
 }
 
 }  // namespace cbcan::devices

@@ -17,6 +17,11 @@ namespace cbcan::devices {
 /// 60C2h in microseconds, at most an hour.
 Time interpolation_period(const DriveObjects& objects);
 
+/// Statusword bits of a cyclic mode.
+constexpr std::uint16_t cyclic_status(bool limited) {
+  return limited ? statusword::kFollowsCommand | statusword::kInternalLimit : statusword::kFollowsCommand;
+}
+
 class CyclicPosition final : public Mode {
  public:
   using Mode::Mode;
@@ -24,7 +29,7 @@ class CyclicPosition final : public Mode {
   void enter(const ModeInput& input, Time now) override;
   void run(const ModeInput& /*input*/, Time /*now*/) override {}
   void on_sync(const ModeInput& input, Time now) override;
-  std::uint16_t status(Time now) const override;
+  std::uint16_t status(Time /*now*/) const override { return cyclic_status(limited_); }
 
  private:
   Time line_ends_ = 0;
@@ -38,7 +43,7 @@ class CyclicVelocity final : public Mode {
   void enter(const ModeInput& input, Time now) override;
   void run(const ModeInput& input, Time now) override;
   void on_sync(const ModeInput& input, Time now) override;
-  std::uint16_t status(Time now) const override;
+  std::uint16_t status(Time /*now*/) const override { return cyclic_status(limited_); }
 
  private:
   double velocity_ = 0;  ///< the last set-point, increments/s

@@ -78,7 +78,7 @@ Time Drive::update(Time now) {
   watch_following(now);
   watch_sync(now);
   begin_faults(now);
-  stage_.step((present_ & kAllFaults) != 0, now);
+  stage_.poll((present_ & kAllFaults) != 0, now);
   end_faults(now);
   hold_motor(now);
   run_mode(now);

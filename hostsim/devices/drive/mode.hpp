@@ -12,7 +12,7 @@
 
 namespace cbcan::devices {
 
-/// What a mode has to heed, besides its objects.
+/// What a mode has to respect, besides its objects.
 struct ModeInput {
   std::uint16_t controlword = 0;
   bool negative_limit = false;  ///< limit switches that stop the axis now

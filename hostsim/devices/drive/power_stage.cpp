@@ -28,7 +28,7 @@ void PowerStage::reset() {
   word_before_ = objects_.controlword.get();
 }
 
-void PowerStage::step(bool faulty, Time now) {
+void PowerStage::poll(bool faulty, Time now) {
   if (state_ == PowerState::kNotReadyToSwitchOn) obey(PowerEvent::kInitialised, now);
   const std::uint16_t word = objects_.controlword.get();
   PowerEvent command = command_of(word, word_before_);

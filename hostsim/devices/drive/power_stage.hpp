@@ -24,7 +24,7 @@ class PowerStage {
   void reset();
 
   /// Acts on the controlword and on what is over. `faulty`: a fault reset is refused.
-  void step(bool faulty, Time now);
+  void poll(bool faulty, Time now);
 
   /// Something other than the controlword commands; the controlword as it stands counts no more.
   void impose(PowerEvent event, Time now);

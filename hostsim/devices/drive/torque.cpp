@@ -4,26 +4,29 @@
 #include <algorithm>
 #include <utility>
 
-#include "devices/drive/cyclic.hpp"
-
 namespace cbcan::devices {
 
-void ProfileTorque::enter(const ModeInput& /*input*/, Time now) {
+void TorqueMode::enter(const ModeInput& /*input*/, Time now) {
   torque_ = Profile(0);
   target_ = 0;
+  limited_ = false;
   axis_.stop(Ramp::kSlowDown, now);
 }
 
-void ProfileTorque::run(const ModeInput& input, Time now) {
+double TorqueMode::limited(double torque) {
   const double most = axis_.most_torque();
-  const double wanted = input.has(controlword::kHalt) ? 0 : objects_.target_torque.get();
-  const double target = std::clamp(wanted, -most, most);
-  limited_ = target != wanted;
+  const double target = std::clamp(torque, -most, most);
+  limited_ = target != torque;
+  return target;
+}
+
+void ProfileTorque::run(const ModeInput& input, Time now) {
+  const double target = limited(input.has(controlword::kHalt) ? 0 : objects_.target_torque.get());
   const double slope = objects_.torque_slope.get();
   if (target == target_ && slope == slope_) return;
   target_ = target;
   slope_ = slope;
-  torque_ = Profile::to_velocity({0, torque_.at(now).velocity}, target, slope, slope, now);
+  torque_ = Profile::to_velocity(present(now), target, slope, slope, now);
 }
 
 std::uint16_t ProfileTorque::status(Time now) const {
@@ -33,25 +36,10 @@ std::uint16_t ProfileTorque::status(Time now) const {
   return bits;
 }
 
-void CyclicTorque::enter(const ModeInput& /*input*/, Time now) {
-  torque_ = Profile(0);
-  target_ = 0;
-  limited_ = false;
-  axis_.stop(Ramp::kSlowDown, now);
-}
-
 void CyclicTorque::on_sync(const ModeInput& /*input*/, Time now) {
-  const double most = axis_.most_torque();
-  const double wanted = objects_.target_torque.get() + objects_.torque_offset.get();
-  const double target = std::clamp(wanted, -most, most);
-  limited_ = target != wanted;
+  const double target = limited(objects_.target_torque.get() + objects_.torque_offset.get());
   if (std::exchange(target_, target) == target && now < torque_.end()) return;
-  torque_ = Profile::even_change({0, torque_.at(now).velocity}, target, interpolation_period(objects_), now);
-}
-
-std::uint16_t CyclicTorque::status(Time /*now*/) const {
-  return static_cast<std::uint16_t>(statusword::kFollowsCommand |
-                                    (limited_ ? statusword::kInternalLimit : 0));
+  torque_ = Profile::even_change(present(now), target, interpolation_period(objects_), now);
 }
 
 }  // namespace cbcan::devices

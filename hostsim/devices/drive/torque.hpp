@@ -5,46 +5,50 @@
 /// one it is made and nothing moves. Torques are thousandths of the rated torque, at most 6072h either way;
 /// current (6078h, 6073h) is proportional to torque.
 
-#include "devices/drive/mode.hpp"
+#include "devices/drive/cyclic.hpp"
 
 namespace cbcan::devices {
 
-/// 6071h with the slope 6087h, thousandths per second; halt ramps to 0.
-class ProfileTorque final : public Mode {
+/// What both have in common.
+class TorqueMode : public Mode {
  public:
   using Mode::Mode;
 
   void enter(const ModeInput& input, Time now) override;
-  void run(const ModeInput& input, Time now) override;
-  std::uint16_t status(Time now) const override;
   Time deadline(Time now) const override { return torque_.next_change(now); }
   double torque(Time now) const override { return torque_.at(now).velocity; }
   const Profile* torque_profile() const override { return &torque_; }
 
- private:
+ protected:
+  /// Within the limits, which limited_ says.
+  double limited(double torque);
+  Motion present(Time now) const { return {0, torque(now)}; }
+
   Profile torque_;  ///< its velocity is the torque
   double target_ = 0;
-  double slope_ = 0;
   bool limited_ = false;
 };
 
-/// 6071h + 60B2h at each SYNC, reached one interpolation period (60C2h) later; see cyclic.hpp.
-class CyclicTorque final : public Mode {
+/// 6071h with the slope 6087h, thousandths per second; halt ramps to 0.
+class ProfileTorque final : public TorqueMode {
  public:
-  using Mode::Mode;
+  using TorqueMode::TorqueMode;
 
-  void enter(const ModeInput& input, Time now) override;
-  void run(const ModeInput& /*input*/, Time /*now*/) override {}
-  void on_sync(const ModeInput& input, Time now) override;
+  void run(const ModeInput& input, Time now) override;
   std::uint16_t status(Time now) const override;
-  Time deadline(Time now) const override { return torque_.next_change(now); }
-  double torque(Time now) const override { return torque_.at(now).velocity; }
-  const Profile* torque_profile() const override { return &torque_; }
 
  private:
-  Profile torque_;  ///< its velocity is the torque
-  double target_ = 0;
-  bool limited_ = false;
+  double slope_ = 0;
+};
+
+/// 6071h + 60B2h at each SYNC, reached one interpolation period (60C2h) later; see cyclic.hpp.
+class CyclicTorque final : public TorqueMode {
+ public:
+  using TorqueMode::TorqueMode;
+
+  void run(const ModeInput& /*input*/, Time /*now*/) override {}
+  void on_sync(const ModeInput& input, Time now) override;
+  std::uint16_t status(Time /*now*/) const override { return cyclic_status(limited_); }
 };
 
 }  // namespace cbcan::devices

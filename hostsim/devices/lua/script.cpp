@@ -181,7 +181,7 @@ bool Script::may_take(std::size_t before, std::size_t wanted) {
 
 void* Script::allocate(void* self, void* block, std::size_t before, std::size_t wanted) {
   Script& script = *static_cast<Script*>(self);
-  if (block == nullptr && before == LUA_TSTRING) script.heed_text(wanted);
+  if (block == nullptr && before == LUA_TSTRING) script.count_text(wanted);
   if (block == nullptr) before = 0;  // it is a kind of object then
   void* made = nullptr;
   if (wanted == 0) {
@@ -230,7 +230,7 @@ void Script::count(lua_State* state, lua_Debug* /*activation*/) {
 }
 
 /// One that is much longer than those before counts at once.
-void Script::heed_text(std::size_t size) {
+void Script::count_text(std::size_t size) {
   if (size <= longest_) return;
   const bool at_once = state_ != nullptr && size > 2 * longest_;
   longest_ = size;
@@ -281,7 +281,7 @@ int Script::to_string(lua_State* state) {
 }
 
 /// The one on top. They are all kept, so that each counts once.
-void Script::heed_metatable() {
+void Script::count_metatable() {
   lua_pushvalue(state_, -1);
   const bool known = lua_rawget(state_, LUA_REGISTRYINDEX) != LUA_TNIL;
   lua_pop(state_, 1);
@@ -309,7 +309,7 @@ int Script::set_metatable(lua_State* state) {
   if (luaL_getmetafield(state, 1, "__metatable") != LUA_TNIL)
     return luaL_error(state, "cannot change a protected metatable");
   lua_settop(state, 2);
-  if (!lua_isnil(state, 2)) from(state).heed_metatable();
+  if (!lua_isnil(state, 2)) from(state).count_metatable();
   lua_setmetatable(state, 1);
   return 1;
 }

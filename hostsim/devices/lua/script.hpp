@@ -82,8 +82,8 @@ class Script {
   void end_call(const char* why);
   int slice() const { return std::max(1, kSlice / price_); }
   void set_price();
-  void heed_text(std::size_t size);
-  void heed_metatable();
+  void count_text(std::size_t size);
+  void count_metatable();
   void spend(std::size_t letters);
   void run_protected(lua_CFunction function, void* what);
 

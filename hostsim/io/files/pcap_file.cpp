@@ -114,7 +114,7 @@ PcapFile::PcapFile(const journal::Journal& journal, Settings settings, Comment c
 }
 
 PcapFile::~PcapFile() {
-  look();
+  poll();
   if (ended_) return;
   output_.finish();
   tell_dropped();
@@ -141,7 +141,7 @@ void PcapFile::turn_over() {
   begin();
 }
 
-void PcapFile::look() {
+void PcapFile::poll() {
   const std::uint64_t missed = cursor_.look([this](std::uint64_t /*number*/, const journal::Event& event) {
     if (!ended_) add(event);
     return true;

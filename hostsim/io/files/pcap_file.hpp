@@ -41,7 +41,7 @@ class PcapFile {
   PcapFile& operator=(const PcapFile&) = delete;
 
   /// Takes in what has happened and hands it to the file: to be called once per turn.
-  void look();
+  void poll();
   Time next_deadline() const { return ended_ ? kNever : output_.next_deadline(); }
 
  private:

@@ -119,14 +119,14 @@ std::size_t Reactor::run_once(Time until) {
     if (watch == nullptr) timer_at_ = kNever;
     if (watch == nullptr || !watch->live || watch->served == turn_) continue;
     watch->callback(event.events);
-    if (!watch->urgent) serve_urgent();
+    if (!watch->urgent) poll_urgent();
     ++called;
   }
   if (ended_) clear_ended();
   return called;
 }
 
-void Reactor::serve_urgent() {
+void Reactor::poll_urgent() {
   std::array<epoll_event, kUrgentEvents> events;
   const int count = epoll_wait(urgent_.get(), events.data(), kUrgentEvents, 0);
   for (int i = 0; i < count; ++i) {

@@ -68,7 +68,7 @@ class Reactor {
 
   /// Calls those of kUrgent that are ready, each once. For what takes long outside of callbacks; not to be
   /// called by what is urgent.
-  void serve_urgent();
+  void poll_urgent();
 
   /// The time of this turn: now() at the end of the last wait, unless it is held.
   const Time& time() const { return time_; }

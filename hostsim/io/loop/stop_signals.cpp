@@ -31,7 +31,7 @@ StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
   ignore.sa_handler = SIG_IGN;
   for (std::size_t i = 0; i < std::size(kIgnored); ++i)
     sigaction(kIgnored[i], &ignore, &former_[i]);
-  reactor_.watch(signals_.get(), Reactor::kReadable, [this](std::uint32_t) { look(); });
+  reactor_.watch(signals_.get(), Reactor::kReadable, [this](std::uint32_t) { poll(); });
 }
 
 StopSignals::~StopSignals() {
@@ -45,7 +45,7 @@ void StopSignals::restore() const {
   sigprocmask(SIG_SETMASK, &former_mask_, nullptr);
 }
 
-bool StopSignals::look() {
+bool StopSignals::poll() {
   signalfd_siginfo signal{};
   while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal)
     on_signal_ ? on_signal_(static_cast<int>(signal.ssi_signo)) : void(stop_requested_ = true);

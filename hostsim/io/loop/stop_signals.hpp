@@ -28,7 +28,7 @@ class StopSignals {
   /// As they were before; for a process that has forked and becomes another program.
   void restore() const;
   /// The same, without a turn of the reactor: for long work between two.
-  bool look();
+  bool poll();
 
  private:
   Reactor& reactor_;

@@ -68,7 +68,7 @@ void RtuSession::execute() {
   const std::vector<std::uint8_t> request(frame.begin(), frame.end());
   const bool diagnostics = server_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords + 1);
   for (adapters::ModbusUnit* const network : meant) {
-    network->catch_up();
+    network->advance_due();
     if (diagnostics) network->on_diagnostics();
   }
   const auto response = server_.execute();

@@ -130,7 +130,7 @@ inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
               : adapters::ModbusRequest{adapters::ModbusException::kGatewayPathUnavailable};
   ++counters_.requests;
   if (request.written.count != 0) {
-    to.unit->catch_up();
+    to.unit->advance_due();
     const auto [first, count] = request.written;
     const bool window =
         first >= regmap::kWindowFirst && first + count <= regmap::kWindowFirst + regmap::kWindowWords;

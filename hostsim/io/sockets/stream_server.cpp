@@ -40,12 +40,12 @@ struct StreamServer::Connection {
       : socket(std::move(accepted)), session(std::move(made)) {}
 
   ssize_t read(char* characters, std::size_t size) const {
-    return is_terminal ? ::read(socket.get(), characters, size) : ::recv(socket.get(), characters, size, 0);
+    return is_pty ? ::read(socket.get(), characters, size) : ::recv(socket.get(), characters, size, 0);
   }
   ssize_t write(std::string_view text) const {
-    if (is_terminal && input_ended) return errno = EPIPE, -1;
-    return is_terminal ? ::write(socket.get(), text.data(), text.size())
-                       : ::send(socket.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_EOR);
+    if (is_pty && input_ended) return errno = EPIPE, -1;
+    return is_pty ? ::write(socket.get(), text.data(), text.size())
+                  : ::send(socket.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_EOR);
   }
 
   /// All that the client has sent is done and answered.
@@ -54,7 +54,7 @@ struct StreamServer::Connection {
   Descriptor socket;
   std::unique_ptr<StreamSession> session;
   std::uint32_t interest = Reactor::kReadable;
-  bool is_terminal = false;
+  bool is_pty = false;
   bool input_ended = false;
   bool is_known = false;  ///< not to speak HTTP
   std::string begin{};    ///< until then
@@ -63,8 +63,8 @@ struct StreamServer::Connection {
 StreamServer::StreamServer(Reactor& reactor, std::string_view service, const StreamAddress& address,
                            MakeSession make, Warn warn)
     : reactor_(reactor), make_(std::move(make)), address_(address) {
-  if (address.is_terminal)
-    serve_terminal(service);
+  if (address.is_pty)
+    serve_pty(service);
   else
     acceptor_.emplace(reactor, service, address, static_cast<AcceptsClients&>(*this), std::move(warn));
 }
@@ -79,7 +79,7 @@ void StreamServer::flush() {
   for (const auto& [fd, client] : connections_) {
     if (client->session->unsent().empty() && !client->session->has_ended()) continue;
     if (!send(*client)) ended.push_back(client.get());
-    reactor_.serve_urgent();
+    reactor_.poll_urgent();
   }
   for (Connection* client : ended)
     close(*client);
@@ -98,30 +98,29 @@ void StreamServer::adopt(Descriptor socket) {
 
 /// Of a client that no longer sends, and may no longer read.
 bool StreamServer::make_room() {
-  const auto found = std::ranges::find_if(connections_, [](const auto& entry) {
-    return entry.second->input_ended && !entry.second->is_terminal;
-  });
+  const auto found = std::ranges::find_if(
+      connections_, [](const auto& entry) { return entry.second->input_ended && !entry.second->is_pty; });
   if (found == connections_.end()) return false;
   close(*found->second);
   return true;
 }
 
 /// That nobody has it open is an event once, where edges are asked for.
-void StreamServer::serve_terminal(std::string_view service) {
+void StreamServer::serve_pty(std::string_view service) {
   PseudoTerminal terminal(service, address_);
   const int fd = terminal.port.get();
   adopt(std::move(terminal.port));
   link_ = std::move(terminal.link);
   accepted_ = 0;
   Connection& client = *connections_.at(fd);
-  client.is_terminal = true;
+  client.is_pty = true;
   client.interest |= Reactor::kEdge;
   reactor_.change(fd, client.interest);
 }
 
 void StreamServer::close(Connection& client) {
   const int fd = client.socket.get();
-  if (client.is_terminal) {
+  if (client.is_pty) {
     tcflush(fd, TCIOFLUSH);
     client.session = make_();
     client.input_ended = client.is_known = false;
@@ -145,11 +144,11 @@ bool StreamServer::receive(Connection& client) {
   const bool had_ended = client.input_ended;
   const ssize_t count = client.read(characters.data(), read_bytes());
   if (count < 0 && is_temporary(errno)) return true;
-  client.input_ended = count == 0 || (count < 0 && client.is_terminal);
+  client.input_ended = count == 0 || (count < 0 && client.is_pty);
   if (count <= 0) return client.input_ended;
   if (had_ended) close(client);  // a terminal: these are the next client's
   return hand_over(client, {characters.data(), static_cast<std::size_t>(count)}) &&
-         (!client.is_terminal || reactor_.change(client.socket.get(), client.interest));  // there may be more
+         (!client.is_pty || reactor_.change(client.socket.get(), client.interest));  // there may be more
 }
 
 bool StreamServer::hand_over(Connection& client, std::string_view bytes) {
@@ -183,8 +182,8 @@ bool StreamServer::send(Connection& client) {
 bool StreamServer::watch(Connection& client) {
   const std::size_t unsent = client.session->unsent().size();
   const bool reads =
-      unsent < kMostUnsent && client.session->wants_more() && (client.is_terminal || !client.input_ended);
-  const bool edge = client.is_terminal || client.input_ended;
+      unsent < kMostUnsent && client.session->wants_more() && (client.is_pty || !client.input_ended);
+  const bool edge = client.is_pty || client.input_ended;
   const std::uint32_t interest =
       (reads ? Reactor::kReadable : 0) | (unsent > 0 ? Reactor::kWritable : 0) | (edge ? Reactor::kEdge : 0);
   if (interest == client.interest) return true;

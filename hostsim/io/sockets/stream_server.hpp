@@ -15,6 +15,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "adapters/stream_session.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
@@ -22,26 +23,7 @@
 
 namespace cbcan::io {
 
-/// What one connection is about; it goes with the connection.
-class StreamSession {
- public:
-  virtual ~StreamSession() = default;
-
-  /// Bytes have come from the client.
-  virtual void receive(std::string_view bytes) = 0;
-  /// False: what more the client sends is to wait where it is.
-  virtual bool wants_more() const { return true; }
-  /// What is to go to the client; unchanged until sent() or receive() is called, or time passes.
-  virtual std::string_view unsent() const = 0;
-  /// How many of those are to leave in one piece, by themselves.
-  virtual std::size_t segment() const { return unsent().size(); }
-  /// What the client has sent is not done yet: a response is outstanding, or what waits for it.
-  virtual bool is_busy() const { return false; }
-  /// The connection is to be closed once all has gone.
-  virtual bool has_ended() const { return false; }
-  /// The first `count` bytes of unsent() have gone.
-  virtual void sent(std::size_t count) = 0;
-};
+using adapters::StreamSession;
 
 class StreamServer final : private AcceptsClients {
  public:
@@ -73,7 +55,7 @@ class StreamServer final : private AcceptsClients {
 
   void adopt(Descriptor socket) override;
   bool make_room() override;
-  void serve_terminal(std::string_view service);
+  void serve_pty(std::string_view service);
   void close(Connection& client);
   std::size_t read_bytes() const;
   bool receive(Connection& client);

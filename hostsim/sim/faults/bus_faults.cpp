@@ -77,7 +77,7 @@ void BusFaults::follow_set(Time now) {
     frames = frames || is_of_frames(set.fault.kind);
     if (set.fault.kind == FaultKind::kBusLoad && load_port_ == nullptr) load_port_ = &bus_.attach(*this);
   }
-  bus_.set_disturbance(frames ? this : nullptr);
+  bus_.set_modifier(frames ? this : nullptr);
   poll(now);
 }
 

@@ -12,10 +12,10 @@ namespace cbcan::sim {
 
 /// The faults of a bus. While no fault of frames is set, the bus does not know that there are faults.
 ///
-/// Frames are harmed when their last bit has passed, before anybody has them, logs included; each costs its
-/// time on the bus once. On a bus with an Outside they are harmed on the way to the receivers in this
+/// Frames are altered when their last bit has passed, before anybody has them, logs included; each costs its
+/// time on the bus once. On a bus with an Outside they are altered on the way to the receivers in this
 /// process: what is on the wire outside is as it was sent.
-class BusFaults final : public Participant, private Disturbance {
+class BusFaults final : public Participant, private FrameModifier {
  public:
   /// A null listener is not told. All outlive the faults.
   BusFaults(Bus& bus, Schedule& schedule, std::uint64_t seed, FaultListener* listener)

@@ -3,7 +3,7 @@
 
 /// One fault injected, as data: what goes wrong, when, and for which object or frame. Written as text,
 /// `response-late delay_ms=50 index=0x2001 after=3`, or as the same keys and values in a plant file. Kinds,
-/// keys and ranges stand in the tables of fault_table.cpp, defaults here and with the kinds.
+/// keys and ranges stand in the tables of fault.cpp, defaults here and with the kinds.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/time.hpp"
-#include "text/setting.hpp"
+#include "options/setting.hpp"
 
 namespace cbcan::sim {
 
@@ -123,7 +123,7 @@ std::span<const FaultRow> fault_rows();
 const FaultRow& row_of(FaultKind kind);
 
 /// The keys of all kinds, by FaultKind: first those of one kind, then those that kinds share.
-std::span<const text::Setting<Fault>> fault_settings();
+std::span<const options::Setting<Fault>> fault_settings();
 
 bool allowed(FaultPlace of_kind, FaultPlace here);
 

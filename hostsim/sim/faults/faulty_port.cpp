@@ -40,7 +40,7 @@ bool FaultyPort::send_with_faults(const Frame& frame) {
   Leaving leaving{.frame = frame, .due = now_};
   for (SetFault& set : faults_.all()) {
     if (!concerns(set.fault, frame, response) || !faults_.happens(set, frame, now_)) continue;
-    harm(set.fault, response, leaving);
+    alter(set.fault, response, leaving);
     if (leaving.swallowed) return true;
   }
   hold(leaving, response);
@@ -87,7 +87,7 @@ bool FaultyPort::concerns(const Fault& fault, const Frame& frame, const SdoRespo
   }
 }
 
-void FaultyPort::harm(const Fault& fault, const SdoResponse& response, Leaving& leaving) {
+void FaultyPort::alter(const Fault& fault, const SdoResponse& response, Leaving& leaving) {
   switch (fault.kind) {
     case FaultKind::kResponseNever:
     case FaultKind::kSilent:
@@ -102,7 +102,7 @@ void FaultyPort::harm(const Fault& fault, const SdoResponse& response, Leaving& 
       leaving.frame.data[0] =
           static_cast<std::uint8_t>((leaving.frame.data[0] & nmt::kGuardToggle) | fault.state);
       break;
-    case FaultKind::kDuplicateNodeId: leaving.from_twin_too = true; break;
+    case FaultKind::kDuplicateNodeId: leaving.from_duplicate = true; break;
     case FaultKind::kAbort: has_aborted_ = true; [[fallthrough]];
     default: leaving.frame = changed(fault, response, leaving.frame); break;
   }
@@ -112,11 +112,11 @@ void FaultyPort::hold(const Leaving& leaving, const SdoResponse& response) {
   const Frame& frame = leaving.frame;
   hold({frame, leaving.due, leaving.after_next});
   if (leaving.again != kNever) hold({frame, leaving.due + leaving.again, leaving.after_next});
-  if (leaving.from_twin_too) {
-    const Frame other = is_response(frame) ? response_of_twin(response, frame) : frame;
+  if (leaving.from_duplicate) {
+    const Frame other = is_response(frame) ? response_of_duplicate(response, frame) : frame;
     hold({other, leaving.due, leaving.after_next});
   }
-  if (leaving.due == now_) let_waiting_go();
+  if (leaving.due == now_) release_delayed();
 }
 
 /// Behind what is due at the same time.
@@ -127,7 +127,7 @@ void FaultyPort::hold(const Held& held) {
 }
 
 /// A frame leaves now: what waits for the next one goes behind it.
-void FaultyPort::let_waiting_go() {
+void FaultyPort::release_delayed() {
   for (Held& held : held_)
     if (std::exchange(held.after_next, false)) held.due = now_;
   std::stable_sort(held_.begin(), held_.end(), [](const Held& a, const Held& b) { return a.due < b.due; });

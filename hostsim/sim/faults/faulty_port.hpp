@@ -88,19 +88,19 @@ class FaultyPort final : public CanPort {
     Time again = kNever;  ///< once more, then
     bool after_next = false;
     bool swallowed = false;
-    bool from_twin_too = false;
+    bool from_duplicate = false;
   };
 
   bool send_with_faults(const Frame& frame);
   bool concerns(const Fault& fault, const Frame& frame, const SdoResponse& response) const;
-  void harm(const Fault& fault, const SdoResponse& response, Leaving& leaving);
+  void alter(const Fault& fault, const SdoResponse& response, Leaving& leaving);
   void hold(const Leaving& leaving, const SdoResponse& response);
   bool is_response(const Frame& frame) const { return frame.id == sdo::kResponseId + node_id_; }
   bool is_error_control(const Frame& frame) const { return frame.id == nmt::kErrorControlId + node_id_; }
   Frame storm_frame(const Fault& fault) const;
   void send_storms();
   void hold(const Held& held);
-  void let_waiting_go();
+  void release_delayed();
   bool flush();
   void follow_states();
   Time next_due() const;

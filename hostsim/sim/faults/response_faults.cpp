@@ -127,7 +127,7 @@ Frame changed(const Fault& fault, const SdoResponse& response, const Frame& fram
   return other;
 }
 
-Frame response_of_twin(const SdoResponse& response, const Frame& frame) {
+Frame response_of_duplicate(const SdoResponse& response, const Frame& frame) {
   std::size_t first = 8;
   std::size_t count = 0;
   const std::uint8_t command = frame.data[0];

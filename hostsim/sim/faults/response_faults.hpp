@@ -24,6 +24,6 @@ bool is_about(const Fault& fault, const SdoResponse& response, const Frame& fram
 Frame changed(const Fault& fault, const SdoResponse& response, const Frame& frame);
 
 /// What another device with the same node ID says to the same request: the same but for its data.
-Frame response_of_twin(const SdoResponse& response, const Frame& frame);
+Frame response_of_duplicate(const SdoResponse& response, const Frame& frame);
 
 }  // namespace cbcan::sim

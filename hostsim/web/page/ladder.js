@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The ladder diagram of one transaction: who said what to whom, and who waited.
 
-import {state, on, tell, element, ask, send, prefix} from './state.js';
+import {state, on, tell, element, make, ask, send, prefix} from './state.js';
 import {rounded, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
 
 const kRow = 34, kTop = 44, kGutter = 58, kPause = 0.002, kMostRows = 400;
@@ -201,12 +201,9 @@ function step(by) {
 
 /// What stands there before there is anything to draw.
 function empty() {
-  const hint = document.createElement('p'), example = document.createElement('button');
-  hint.className = 'quiet';
-  hint.textContent = 'No transaction yet: a PLC writes CA0Eh to R3700, or a command says';
-  example.textContent = 'trigger read 32 0x1000 0 4';
-  example.onclick = () => send(`trigger ${prefix()}read 32 0x1000 0 4`);
-  element('diagram').replaceChildren(hint, example);
+  element('diagram').replaceChildren(
+    make('p', {className: 'quiet', textContent: 'No transaction yet: a PLC writes CA0Eh to R3700, or a command says'}),
+    make('button', {textContent: 'trigger read 32 0x1000 0 4', onclick: () => send(`trigger ${prefix()}read 32 0x1000 0 4`)}));
 }
 
 function mark() {

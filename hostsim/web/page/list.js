@@ -2,6 +2,8 @@
 // A list of rows of one height, of which only those in sight are in the document; arrows, Home, End, Page Up
 // and Page Down choose, Enter does.
 
+import {make} from './state.js';
+
 let lists = 0;
 
 export class List {
@@ -62,9 +64,8 @@ export class List {
   }
 
   #row(key) {
-    const row = document.createElement('div');
+    const row = make('div', {id: `${this.#name}-${key}`});
     row.setAttribute('role', 'option');
-    row.id = `${this.#name}-${key}`;
     this.#body.append(row);
     return row;
   }
@@ -81,13 +82,7 @@ export class List {
     const seen = JSON.stringify(cells);
     if (row.seen === seen) return;
     row.seen = seen;
-    row.replaceChildren(...cells.map(([text, type = '', title = text]) => {
-      const cell = document.createElement('span');
-      cell.className = type;
-      cell.title = title;
-      cell.textContent = text;
-      return cell;
-    }));
+    row.replaceChildren(...cells.map(([text, type = '', title = text]) => make('span', {className: type, title, textContent: text})));
   }
 
   pick(key, quietly) {
@@ -125,8 +120,7 @@ export class List {
 /// Buttons of which one is chosen; arrows move.
 export function choice(host, words, chosen, call) {
   const buttons = Object.entries(words).map(([key, text]) => {
-    const button = document.createElement('button');
-    Object.assign(button, {type: 'button', textContent: text, onclick: () => set(key)});
+    const button = make('button', {type: 'button', textContent: text, onclick: () => set(key)});
     button.setAttribute('role', 'radio');
     button.dataset.key = key;
     return button;

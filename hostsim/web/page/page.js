@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The page put together: header, commands, cards.
 
-import {state, on, element, send, start, prefix, chooseNetwork, missedEvents} from './state.js';
+import {state, on, element, make, send, start, prefix, chooseNetwork, missedEvents} from './state.js';
 import {clock, number} from './words.js';
 import {startLadder} from './ladder.js';
 import {startHappened} from './happened.js';
@@ -33,11 +33,7 @@ function facts() {
   if (missedEvents()) parts['left out'] = number(missedEvents());
   const host = element('facts');
   if (host.children.length !== Object.keys(parts).length)
-    host.replaceChildren(...Object.keys(parts).map(name => {
-      const pair = document.createElement('div');
-      pair.append(Object.assign(document.createElement('dt'), {textContent: name}), document.createElement('dd'));
-      return pair;
-    }));
+    host.replaceChildren(...Object.keys(parts).map(name => make('div', {}, make('dt', {textContent: name}), make('dd'))));
   Object.values(parts).forEach((text, at) => { host.children[at].lastChild.textContent = text; });
   element('manual').hidden = about.clock !== 'manual';
   const select = element('network');

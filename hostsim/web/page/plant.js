@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The nodes, and of the chosen one: what can be done to it, and its dictionary.
 
-import {state, on, tell, element, send, askNetwork, prefix} from './state.js';
+import {state, on, tell, element, make, send, askNetwork, prefix} from './state.js';
 import {hex, nodeText, nodeHex, objectText, objectWord, driveState, stateClass} from './words.js';
 import {List, choice} from './list.js';
 import {watchObject} from './plots.js';
@@ -14,12 +14,6 @@ let view = 'control', nodes, dictionary = [], objects, search = '', panel, shown
 
 const wordOf = node => prefix() + (node.node || `#${node.place}`);
 const chosen = () => state.nodes.find(node => node.place === state.node);
-
-function make(name, properties = {}, ...children) {
-  const node = Object.assign(document.createElement(name), properties);
-  node.append(...children);
-  return node;
-}
 
 // ---- Nodes
 

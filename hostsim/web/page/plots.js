@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Plots of watched objects, and a statusword's bits as lanes, with one cursor.
 
-import {state, on, tell, element, watch, prefix} from './state.js';
+import {state, on, tell, element, make, watch, prefix} from './state.js';
 import {objectText, objectWord, nodeText, kStatusBits} from './words.js';
 
 const kLeft = 66, kRight = 44, kMostPoints = 6000, kMostWatched = 6, kStatus = 0x6041;
@@ -132,15 +132,10 @@ function laneData() {
 
 function legend() {
   element('legend').replaceChildren(...watched.map((object, at) => {
-    const entry = document.createElement('span'), line = document.createElement('i'), value = document.createElement('b');
     const name = `node ${nodeText(object.node)} ${objectText(object.index, object.sub)} ${object.name}`;
-    const off = Object.assign(document.createElement('button'), {textContent: '×', type: 'button'});
+    const off = make('button', {textContent: '×', type: 'button', onclick: () => { watched.splice(at, 1); rewatch(); }});
     off.setAttribute('aria-label', `No longer plot ${name}`);
-    off.onclick = () => { watched.splice(at, 1); rewatch(); };
-    entry.className = `line${at}`;
-    entry.title = name;
-    entry.append(line, object.name, value, off);
-    return entry;
+    return make('span', {className: `line${at}`, title: name}, make('i'), object.name, make('b'), off);
   }));
   element('watched').textContent = status ? `drive ${nodeText(status.node)}` : '';
 }

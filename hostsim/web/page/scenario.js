@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The last minute as a scenario, which the server writes, as a file.
 
+import {make} from './state.js';
+
 export async function saveScenario() {
   const response = await fetch('api/scenario'), text = await response.text();
   if (!response.ok) throw new Error(text);
-  const link = Object.assign(document.createElement('a'), {download: 'last-minute.toml',
+  const link = make('a', {download: 'last-minute.toml',
     href: URL.createObjectURL(new Blob([text], {type: 'application/toml'}))});
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);

@@ -4,7 +4,7 @@
 const kMostEnded = 1000, kMostRecent = 2000, kMostPending = 4000;
 
 export const state = {
-  about: null, nodes: [], registers: [], faults: [],
+  about: null, nodes: [], registers: [],
   ended: [], recent: [],      // transactions that have ended, and everything; the oldest first
   incidents: new Set(),       // "16 overcurrent", as commands have switched them
   network: 1, node: null,     // the chosen ones
@@ -16,6 +16,11 @@ const listeners = {};
 export function on(topic, call) { (listeners[topic] ??= []).push(call); }
 export function tell(topic, what) { for (const call of listeners[topic] ?? []) call(what); }
 export const element = id => document.getElementById(id);
+export function make(name, properties = {}, ...children) {
+  const node = Object.assign(document.createElement(name), properties);
+  node.append(...children);
+  return node;
+}
 export const prefix = () => state.network === 1 ? '' : `${state.network}/`;
 
 function keep(list, item, most) {

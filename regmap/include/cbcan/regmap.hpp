@@ -80,6 +80,11 @@ constexpr std::uint32_t modicon_number(std::uint16_t address) {
 enum class Access : std::uint8_t { kReadWrite, kReadOnly };
 enum class Writer : std::uint8_t { kPlc, kBoth, kCoprocessor };
 
+constexpr std::string_view name_of(Writer writer) {
+  if (writer == Writer::kBoth) return "PLC, coprocessor";
+  return writer == Writer::kPlc ? "PLC" : "coprocessor";
+}
+
 struct RegisterRow {
   std::uint16_t first;  ///< address of the first register of this row
   std::uint16_t last;   ///< address of the last one; equal to first for a single register

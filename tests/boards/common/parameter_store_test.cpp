@@ -131,20 +131,6 @@ TEST_CASE(
   CHECK(board.settings == std::array<std::uint16_t, 2>{1, 1152});
 }
 
-TEST_CASE("1010h: a bit of flash that rots in what was saved earlier changes nothing") {
-  Board board;
-  board.on();
-  for (std::uint16_t rate = 500; rate <= 700; rate += 100) {
-    board.put(0x1017, 0, 2, rate);
-    board.settings = {5, rate};
-    board.save();
-  }
-  board.flash.sectors[0][1] ^= 1;  // the length of the first record
-  board.on();
-  CHECK(board.settings == std::array<std::uint16_t, 2>{5, 700});
-  CHECK(board.get(0x1017, 0) == 700);
-}
-
 TEST_CASE("1010h: with the strap set nothing that is stored counts, and all of it is still there") {
   Board board;
   board.on();
@@ -157,15 +143,6 @@ TEST_CASE("1010h: with the strap set nothing that is stored counts, and all of i
   board.on();
   CHECK(board.get(0x1017, 0) == 500);
   CHECK(board.settings == std::array<std::uint16_t, 2>{5, 96});
-}
-
-TEST_CASE("1010h: a COB-ID of EMCY messages that follows the node ID goes on doing so") {
-  Board board;
-  board.on();
-  board.put(0x1017, 0, 2, 500);
-  board.save();
-  board.on(false, 42);
-  CHECK(board.get(0x1014, 0) == 0xAA);
 }
 
 TEST_CASE("1010h: what has its power-on value takes no room") {
@@ -255,15 +232,4 @@ TEST_CASE("LSS: a board without such settings stores nothing") {
   board.on();
   board.bench->arrive("7E5#0401000000000000");
   board.bench->arrive("7E5#1700000000000000").expect("7E4#1702000000000000");
-}
-
-TEST_CASE("1010h: another password than its own, and a coprocessor without such a memory") {
-  Board board;
-  board.on();
-  board.command(0x1010, 1, kLoad).check_failed(0x08000020);
-  board.command(0x1011, 1, kSave).check_failed(0x08000020);
-  test::Bench bench;
-  bench.read(0, 0x1010, 1, 4).check_done();
-  CHECK(bench.reg(3706) == 0);
-  bench.write(0, 0x1010, 1, 4, {kSave[0], kSave[1]}).check_failed(0x08000020);
 }

@@ -1,64 +1,164 @@
 // SPDX-License-Identifier: MIT
 #include "boards/common/record_log.hpp"
 
+#include <optional>
+
 #include "boards/common/flash_model.hpp"
-#include "boards/common/record.hpp"
 
 using namespace cbcan::boards;
-using cbcan::test::Bytes;
 using cbcan::test::Cut;
 using cbcan::test::FlashModel;
 using cbcan::test::PowerCut;
-using cbcan::test::Record;
 using Result = RecordLog::Result;
 
 namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// What a record log is to keep.
+struct Record final : RecordLog::Source {
+  explicit Record(Bytes content) : bytes(std::move(content)) {}
+  void write_to(RecordLog::Writer& writer) const override {
+    for (const std::uint8_t byte : bytes)
+      writer.put(byte);
+  }
+  Bytes bytes;
+};
+
+constexpr std::size_t kWords = 32;        // of a sector: four or five records
+constexpr std::size_t kRottenWords = 24;  // likewise: three records and more
 
 Bytes latest(const RecordLog& log) {
   return {log.latest().begin(), log.latest().end()};
 }
 
-/// One of many records, of 0 to 19 bytes.
-Bytes numbered(std::size_t number) {
-  return Bytes(number * 7 % 20, static_cast<std::uint8_t>(number));
-}
-
-/// A life: records, and a restart wherever the log is full. `kept` is what has been confirmed, `wanted` what
-/// may be there besides.
-void live(FlashModel& flash, Bytes& kept, Bytes& wanted) {
-  std::optional<RecordLog> log;
-  const auto restart = [&] {
-    log.emplace(flash).start();
-    CHECK(latest(*log) == kept);
-  };
-  restart();
-  for (std::size_t number = 1; number < 25; ++number) {
-    wanted = numbered(number);
-    Result result = log->append(Record(wanted));
-    if (result == Result::kFull) {
-      restart();
-      result = log->append(Record(wanted));
+/// A life: records of 0 to 19 bytes, and a restart wherever the log is full. `kept` is what has been
+/// confirmed, `wanted` what may be there besides. The power goes at operation `at`.
+struct Life {
+  Life(std::size_t words, std::size_t records, Cut cut = Cut::kBefore, std::size_t at = SIZE_MAX)
+      : flash(words) {
+    flash.cut = cut;
+    flash.cut_at = at;
+    try {
+      live(records);
+    } catch (const PowerCut&) {
+      was_cut = true;
     }
-    REQUIRE(result == Result::kKept);
-    kept = wanted;
+    flash.cut_at = SIZE_MAX;
   }
+  void live(std::size_t records) {
+    std::optional<RecordLog> log;
+    log.emplace(flash).start();
+    for (std::size_t number = 1; number < records; ++number) {
+      wanted = Bytes(number * 7 % 20, static_cast<std::uint8_t>(number));
+      if (log->append(Record(wanted)) != Result::kKept) {
+        log.emplace(flash).start();
+        if (latest(*log) != kept) FAIL("a restart has lost a record");
+        if (log->append(Record(wanted)) != Result::kKept) FAIL("no room after a start");
+      }
+      kept = wanted;
+    }
+  }
+  FlashModel flash;
+  Bytes kept, wanted;
+  bool was_cut = false;
+};
+
+/// What is loaded, once what is saved then is there after one more start; no value: it is not.
+std::optional<Bytes> loaded(FlashModel flash) {
+  const Bytes next{1, 2, 3, 4};
+  RecordLog log(flash);
+  log.start();
+  const Bytes found = latest(log);
+  if (log.append(Record(next)) != Result::kKept || latest(log) != next) return {};
+  RecordLog again(flash);
+  again.start();
+  return latest(again) == next ? std::optional(found) : std::nullopt;
 }
 
-/// The power goes at operation `at` of a start; true = that has so many.
-bool start_cut_at(FlashModel& flash, std::size_t at) {
+/// The power goes at operation `at` of a start; false = it has fewer.
+bool start_cut(FlashModel& flash, Cut cut, std::size_t at) {
+  flash.cut = cut;
   flash.cut_at = flash.operations + at;
-  RecordLog log(flash);
+  bool was_cut = false;
   try {
-    log.start();
+    RecordLog(flash).start();
   } catch (const PowerCut&) {
-    flash.cut_at = SIZE_MAX;
-    return true;
+    was_cut = true;
   }
   flash.cut_at = SIZE_MAX;
-  return false;
+  return was_cut;
 }
 
-constexpr std::size_t kWords = 32;  // of a sector: four or five records
+/// A record in flash, as record_log.hpp describes it.
+struct Place {
+  std::size_t sector, begin, end;
+  std::uint32_t number;
+  Bytes bytes;
+};
+
+Bytes bytes_of(std::span<const std::uint32_t> words) {
+  Bytes bytes;
+  for (const std::uint32_t word : words)
+    for (unsigned shift = 0; shift < 32; shift += 8)
+      bytes.push_back(static_cast<std::uint8_t>(word >> shift));
+  return bytes;
+}
+
+/// CCITT's, x^16 + x^12 + x^5 + 1, from 0.
+std::uint16_t crc_of(const Bytes& bytes) {
+  unsigned crc = 0;
+  for (const std::uint8_t byte : bytes) {
+    crc ^= unsigned{byte} << 8;
+    for (int bit = 0; bit < 8; ++bit)
+      crc = (crc << 1 ^ (crc & 0x8000 ? 0x1021 : 0)) & 0xFFFF;
+  }
+  return static_cast<std::uint16_t>(crc);
+}
+
+std::optional<Place> place_at(const FlashModel& flash, std::size_t sector, std::size_t begin) {
+  const auto words = flash.sector(sector).subspan(begin);
+  const std::size_t bytes = words[0] & 0xFFFF, last = 2 + (bytes + 3) / 4;
+  if (words[0] >> 16 != (bytes ^ 0xFFFF) || last >= words.size()) return std::nullopt;
+  if (words[last] != (0xA55A0000 | crc_of(bytes_of(words.first(last))))) return std::nullopt;
+  Bytes content = bytes_of(words.subspan(2, last - 2));
+  content.resize(bytes);
+  return Place{sector, begin, begin + last + 1, words[1], content};
+}
+
+std::vector<Place> places(const FlashModel& flash) {
+  std::vector<Place> found;
+  for (std::size_t sector = 0; sector < 2; ++sector)
+    for (std::size_t at = 1; at < flash.sector(sector).size(); ++at)
+      if (auto place = place_at(flash, sector, at)) found.push_back(*place);
+  return found;
+}
+
+/// What the newest whole record holds that this word is no part of; nothing where there is none.
+Bytes newest_without(const std::vector<Place>& places, std::size_t sector, std::size_t word) {
+  std::uint32_t number = 0;
+  Bytes bytes;
+  for (const Place& each : places) {
+    if (each.sector == sector && each.begin <= word && word < each.end) continue;
+    if (each.number > number) bytes = each.bytes;
+    number = std::max(number, each.number);
+  }
+  return bytes;
+}
+
+/// check(rotten flash, what is to be loaded) for each bit; false = something is lost.
+template <class Check>
+void rot(const FlashModel& flash, Check check) {
+  const std::vector<Place> before = places(flash);
+  for (std::size_t sector = 0; sector < 2; ++sector)
+    for (std::size_t word = 0; word < kRottenWords; ++word)
+      for (unsigned bit = 0; bit < 32; ++bit) {
+        FlashModel rotten = flash;
+        rotten.sectors[sector][word] ^= 1u << bit;
+        if (!check(rotten, newest_without(before, sector, word)))
+          FAIL("lost: sector " << sector << ", word " << word << ", bit " << bit);
+      }
+}
 
 }  // namespace
 
@@ -150,28 +250,46 @@ TEST_CASE("Record log: flash that does not work is told, and what it has is read
 
 TEST_CASE(
     "Record log: a power cut at each operation, and at each one of the start behind it, loses nothing") {
-  FlashModel whole(kWords);
-  Bytes kept, wanted;
-  live(whole, kept, wanted);
-  REQUIRE(whole.operations > 150);
-  for (const Cut cut : {Cut::kBefore, Cut::kHalfWay, Cut::kAfter}) {
-    for (std::size_t at = 0; at < whole.operations; ++at) {
-      FlashModel flash(kWords);
-      flash.cut = cut;
-      flash.cut_at = at;
-      kept = wanted = {};
-      CHECK_THROWS_AS(live(flash, kept, wanted), PowerCut);
+  const std::size_t operations = Life(kWords, 25).flash.operations;
+  REQUIRE(operations > 150);
+  for (const Cut cut : {Cut::kBefore, Cut::kHalfWay, Cut::kAfter})
+    for (std::size_t at = 0; at < operations; ++at) {
+      const Life life(kWords, 25, cut, at);
+      REQUIRE(life.was_cut);
       bool cut_again = true;
       for (std::size_t further = 0; cut_again; ++further) {
-        FlashModel copy = flash;
-        cut_again = start_cut_at(copy, further);
-        RecordLog later(copy);
-        later.start();
-        const Bytes found = latest(later);
-        if (found != kept && found != wanted) FAIL("lost: cut " << static_cast<int>(cut) << " at " << at);
-        REQUIRE(later.append(Record({1, 2, 3, 4})) == Result::kKept);
-        CHECK(latest(later) == Bytes{1, 2, 3, 4});
+        FlashModel flash = life.flash;
+        cut_again = start_cut(flash, cut, further);
+        const auto found = loaded(flash);
+        if (found != life.kept && found != life.wanted)
+          FAIL("lost: cut " << static_cast<int>(cut) << " at " << at);
       }
     }
-  }
+}
+
+TEST_CASE("Record log: each bit rots, after each operation at which the power has gone") {
+  const std::size_t operations = Life(kRottenWords, 12).flash.operations;
+  REQUIRE(operations > 80);
+  for (const Cut cut : {Cut::kBefore, Cut::kHalfWay})
+    for (std::size_t at = 0; at <= operations; ++at) {
+      INFO("cut " << static_cast<int>(cut) << " at " << at);
+      rot(Life(kRottenWords, 12, cut, at).flash,
+          [](const FlashModel& rotten, const Bytes& expected) { return loaded(rotten) == expected; });
+    }
+}
+
+TEST_CASE("Record log: each bit rots, and the power goes at each operation of the start that finds it") {
+  const std::size_t operations = Life(kRottenWords, 12).flash.operations;
+  for (const Cut cut : {Cut::kBefore, Cut::kHalfWay})
+    for (std::size_t at = 0; at <= operations; at += 11) {
+      INFO("cut at " << at);
+      rot(Life(kRottenWords, 12, Cut::kBefore, at).flash,
+          [&](const FlashModel& rotten, const Bytes& expected) {
+            for (std::size_t further = 0;; ++further) {
+              FlashModel flash = rotten;
+              if (!start_cut(flash, cut, further)) return true;
+              if (loaded(flash) != expected) return false;
+            }
+          });
+    }
 }

@@ -56,15 +56,6 @@ TEST_CASE("The adapter is opened first, then asked for its state four times a se
   CHECK(adapter.heard() == "F\r");
 }
 
-TEST_CASE("An adapter that says nothing is opened again after a second") {
-  Adapter adapter;
-  CHECK(adapter.at(0) == kOpening);
-  for (std::uint32_t ms = 250; ms < 1000; ms += 250)
-    CHECK(adapter.at(ms) == "F\r");
-  CHECK(adapter.at(1000) == kOpening);
-  CHECK(adapter.at(1250) == "F\r");
-}
-
 TEST_CASE("One that does not know the command F is left alone as long as it says anything") {
   Adapter adapter;
   CHECK(adapter.at(0) == kOpening);
@@ -128,19 +119,6 @@ TEST_CASE("One that has answered F and refuses it has been closed: bus-off until
   }
   adapter.respond("F00\r");
   CHECK(adapter.port.state() == BusState::kActive);
-}
-
-TEST_CASE("One that has answered F and no longer does has been restarted: it is opened again") {
-  Adapter adapter;
-  CHECK(adapter.at(0) == kOpening);
-  adapter.say("F00\r");
-  CHECK(adapter.received() == "");
-  for (std::uint32_t ms = 250; ms < 1000; ms += 250) {
-    CHECK(adapter.at(ms) == "F\r");
-    adapter.say("\a");
-    CHECK(adapter.received() == "");
-  }
-  CHECK(adapter.at(1000) == kOpening);
 }
 
 TEST_CASE("Frames go out and come in as lines, in order, with responses and other lines between") {

@@ -135,14 +135,6 @@ TEST_CASE("A cancel and a new CA0Eh right behind it are two things: one request 
   CHECK(bench.station.coprocessor().counters().executed == 2);
 }
 
-TEST_CASE("A turn says when the next one is due") {
-  Bench bench;
-  CHECK(bench.station.turn() == kNever);
-  bench.prepare();
-  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
-  CHECK(bench.station.turn() == 1'001'000 + Bench::kAsking);  // the SDO timeout
-}
-
 TEST_CASE("A request is executed after its silence, and a turn says when that is over") {
   Bench bench;
   bench.prepare();
@@ -168,20 +160,6 @@ TEST_CASE("A request is executed after its silence, and a turn says when that is
     CHECK(bench.board.response.empty());
     CHECK(bench.port.sent.empty());
   }
-}
-
-TEST_CASE("There are the windows, process data and diagnostics, and nothing between them") {
-  Bench bench;
-  const auto missing = Bytes({0x01, 0x83, 0x02, 0xC0, 0xF1});
-  CHECK(bench.ask({0x01, 0x03, 0x00, 0x00, 0x00, 0x01, 0x84, 0x0A}) == missing);  // R0
-  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x73, 0x00, 0x01, 0x77, 0x39}) == missing);  // R3699
-  CHECK(bench.ask({0x01, 0x03, 0x0E, 0xB9, 0x00, 0x02, 0x17, 0x06}) == missing);  // R3769 and R3770
-  CHECK(bench.ask({0x01, 0x03, 0x0F, 0x58, 0x00, 0x01, 0x06, 0xCD}) == missing);  // R3928
-  CHECK(bench.ask({0x01, 0x03, 0x10, 0x2C, 0x00, 0x01, 0x41, 0x03}) == missing);  // R4140
-  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x46, 0x86, 0xCA}).size() == 5 + 2 * 70);
-  CHECK(bench.ask({0x01, 0x03, 0x0E, 0xD8, 0x00, 0x7D, 0x07, 0x38}).size() == 5 + 2 * 125);
-  CHECK(bench.ask({0x01, 0x03, 0x0F, 0x57, 0x00, 0x01, 0x36, 0xCE}).size() == 5 + 2);
-  CHECK(bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x28, 0x00, 0xD5}).size() == 5 + 2 * 40);
 }
 
 TEST_CASE("The diagnostics registers are fresh when somebody reads") {
@@ -239,26 +217,6 @@ TEST_CASE("FC 43/14: who the board is, where it says so") {
   CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}).size() == 7);
 }
 
-TEST_CASE("The diagnostics registers cannot be written") {
-  Bench bench;
-  CHECK(bench.ask({0x01, 0x06, 0x10, 0x04, 0x00, 0x01, 0x0D, 0x0B}) == Bytes({0x01, 0x86, 0x02, 0xC3, 0xA1}));
-}
-
-TEST_CASE("The scanner window by Modbus RTU") {
-  Bench bench;
-  CHECK(bench.ask({0x01, 0x10, 0x01, 0xF4, 0x00, 0x08, 0x10, 0x00, 0x01, 0x00, 0x00, 0x00, 0x00,
-                   0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x6D, 0x7D}) ==
-        Bytes({0x01, 0x10, 0x01, 0xF4, 0x00, 0x08, 0x81, 0xC1}));
-  bench.port.sent.clear();
-  bench.ask({0x01, 0x10, 0x01, 0xF4, 0x00, 0x08, 0x10, 0x00, 0x02, 0x13, 0xBF, 0x00, 0x05,
-             0x20, 0x00, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0x00, 0x77, 0xF7});
-  CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
-  bench.board.arrived[0].push_back(test::frame_from("585#4300200078563412"));
-  CHECK(bench.ask({0x01, 0x03, 0x02, 0x58, 0x00, 0x06, 0x45, 0xA3}) ==
-        Bytes({0x01, 0x03, 0x0C, 0x00, 0x02, 0x00, 0x00, 0x00, 0x02, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0xD6,
-               0x2E}));
-}
-
 TEST_CASE("The ranges begin where the settings say") {
   test::RecordingPort port;
   Station<1>::Settings settings;
@@ -298,20 +256,6 @@ TEST_CASE("A valid request shows that the PLC is there; one that is refused does
   CHECK(state() == nmt::State::kPreOperational);
 }
 
-TEST_CASE("Two networks: a transaction goes out on the port of the station that it was written to") {
-  TwoNetworks bench;
-  bench.prepare(0);
-  bench.prepare(1);
-  CHECK(bench.ask({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F}) ==
-        Bytes({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F}));
-  CHECK(bench.port.sent.empty());
-  CHECK(bench.second_port.sent == std::deque<std::string>{"605#4000200000000000"});
-  CHECK(bench.reg(3700) == 0);
-  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
-  CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
-  CHECK(bench.second_port.sent.size() == 1);
-}
-
 TEST_CASE("Two networks: responses reach the coprocessor of the network that they arrived on") {
   TwoNetworks bench;
   bench.prepare(0);
@@ -330,15 +274,6 @@ TEST_CASE("Two networks: responses reach the coprocessor of the network that the
         Bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
                0x00, 0x00, 0x00, 0x04, 0x00, 0x01, 0x00, 0x00, 0xEC, 0x12}));
   CHECK(bench.reg(3706, 1) == 0x5678);
-}
-
-TEST_CASE("Two networks: a broadcast of CA0Eh starts a transaction on each") {
-  TwoNetworks bench;
-  bench.prepare(0);
-  bench.prepare(1);
-  CHECK(bench.ask({0x00, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1D, 0x8D}).empty());
-  CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
-  CHECK(bench.second_port.sent == std::deque<std::string>{"605#4000200000000000"});
 }
 
 TEST_CASE("Two networks: a turn says when the next one is due on either") {

@@ -18,17 +18,11 @@ TEST_CASE("bit timing: BTR from the clock of APB1 and the bit rate") {
   for (const Row& row : {
            // 40 MHz: 16 quanta, sampled after 14, or 8 after 7: 87.5 %; 800k: 10 after 9.
            Row{40'000'000, 10'000, 0x011C00F9},
-           Row{40'000'000, 20'000, 0x011C007C},
-           Row{40'000'000, 50'000, 0x011C0031},
-           Row{40'000'000, 100'000, 0x011C0018},
-           Row{40'000'000, 125'000, 0x011C0013},
-           Row{40'000'000, 250'000, 0x011C0009},
            Row{40'000'000, 500'000, 0x011C0004},
            Row{40'000'000, 800'000, 0x00070004},
            Row{40'000'000, 1'000'000, 0x00050004},
            // 45 MHz: 15 quanta, sampled after 13: 86.7 %; 125k: 8 after 7.
            Row{45'000'000, 1'000'000, 0x011B0002},
-           Row{45'000'000, 500'000, 0x011B0005},
            Row{45'000'000, 125'000, 0x0005002C},
            // 42 MHz: 14 quanta, sampled after 12: 85.7 %.
            Row{42'000'000, 1'000'000, 0x011A0002},
@@ -90,18 +84,6 @@ TEST_CASE("init: a bit rate that the clock does not give is refused") {
   CHECK_FALSE(rig.can.init(45'000'000, 800'000, 1, 0));
   CHECK(rig.model.read(0x000) == 0x00010002);  // untouched
   CHECK(rig.can.stopped());
-}
-
-TEST_CASE("init: a controller that is slow to respond is waited for without blocking") {
-  BxCanRig rig;
-  rig.model.acknowledge_after = 150;
-  REQUIRE(rig.can.init(40'000'000, 500'000, 1, rig.now));
-  for (int ms = 0; ms < 160; ++ms)
-    rig.poll(kMillisecond);
-  rig.model.recessive(11);
-  rig.poll();
-  CHECK(rig.can.state() == BusState::kActive);
-  CHECK(rig.can.counters().given_up == 0);
 }
 
 TEST_CASE("init: a controller that does not respond is given up after 200 ms, each time counted") {

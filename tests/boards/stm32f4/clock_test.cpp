@@ -67,6 +67,11 @@ struct ClockRig {
       can_model.recessive(500);
     }
   }
+  void start_hse() {
+    rcc_model.set_hse(true);
+    pass(20 * kMillisecond);
+    check_external();
+  }
   void fail_hse() {
     rcc_model.set_hse(false);
     REQUIRE(rcc_model.nmi_line());
@@ -127,9 +132,7 @@ TEST_CASE("clock: the 8 MHz are taken when they come, and CAN joins the bus") {
     rig.now += after;
     rig.pass(10 * kMillisecond);
     rig.check_internal();
-    rig.rcc_model.set_hse(true);
-    rig.pass(20 * kMillisecond);
-    rig.check_external();
+    rig.start_hse();
     CHECK((rig.rcc_model.word(0x00) & 0x010D0000) == 0x010D0000);  // PLLON, CSSON, HSEBYP, HSEON
     CHECK(rig.rcc_model.word(0x04) == 0x27402804);                 // R = 2, Q = 7, HSE, P = 2, N = 160, M = 4
     CHECK(rig.rcc_model.word(0x08) == 0x0000940A);                 // PPRE2 = / 2, PPRE1 = / 4, SWS = SW = PLL
@@ -150,18 +153,14 @@ TEST_CASE("clock: a boot loader that has left the PLL on HSI") {
     rig.rcc_model.read(0x08);
   rig.supervisor.start();
   rig.check_internal();
-  rig.rcc_model.set_hse(true);
-  rig.pass(20 * kMillisecond);
-  rig.check_external();
+  rig.start_hse();
 }
 
 TEST_CASE("clock: a crystal is not bypassed") {
   Settings settings;
   settings.hse_is_clock = false;
   ClockRig rig(settings);
-  rig.rcc_model.set_hse(true);
-  rig.pass(20 * kMillisecond);
-  rig.check_external();
+  rig.start_hse();
   CHECK((rig.rcc_model.word(0x00) & 1u << 18) == 0);
 }
 
@@ -203,9 +202,7 @@ TEST_CASE("clock: it changes between two Modbus frames: not within one, not whil
 
 TEST_CASE("clock: the NMI resets CAN before anything else, and the loop does the rest") {
   ClockRig rig;
-  rig.rcc_model.set_hse(true);
-  rig.pass(20 * kMillisecond);
-  rig.check_external();
+  rig.start_hse();
   CHECK(rig.can.try_send(test::frame_from("000#0100")));
   rig.rcc_model.writes.clear();
   rig.fail_hse();
@@ -218,9 +215,7 @@ TEST_CASE("clock: the NMI resets CAN before anything else, and the loop does the
   rig.pass(kSecond);
   rig.check_internal();
 
-  rig.rcc_model.set_hse(true);
-  rig.pass(20 * kMillisecond);
-  rig.check_external();
+  rig.start_hse();
   CHECK_FALSE(rig.can_model.sent());  // the frame from before
   rig.fail_hse();
   rig.turn(10);
@@ -309,21 +304,6 @@ TEST_CASE("clock: after faults CAN joins the bus no earlier than it may, with Mo
   CHECK(rig.can.stopped());
   rig.pass(200 * kMillisecond);
   rig.check_external();
-}
-
-TEST_CASE("clock: CAN that keeps a frame in bus-off is reset") {
-  ClockRig rig;
-  rig.rcc_model.set_hse(true);
-  rig.pass(20 * kMillisecond);
-  CHECK(rig.can.try_send(test::frame_from("601#")));
-  for (int i = 0; i < 32; ++i) {
-    REQUIRE(rig.can_model.start_frame());
-    rig.can_model.end_frame(BxCanModel::End::kError, BxCanModel::kBit0);
-  }
-  rig.can_model.abort_held = true;
-  rig.pass(300 * kMillisecond);
-  rig.check_external();
-  CHECK_FALSE(rig.can_model.sent());
 }
 
 }  // namespace cbcan

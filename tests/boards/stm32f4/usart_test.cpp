@@ -69,16 +69,6 @@ TEST_CASE("USART: a baud rate that the clock does not give is refused") {
   CHECK(rig.model.read(0x08) == 0x823);                                    // as before
 }
 
-TEST_CASE("USART: bytes go to the handler, 0 to 255") {
-  UsartRig rig;
-  Bytes all;
-  for (unsigned value = 0; value < 256; ++value) {
-    all.push_back(static_cast<std::uint8_t>(value));
-    rig.receive(static_cast<std::uint8_t>(value));
-  }
-  CHECK(rig.received == all);
-}
-
 TEST_CASE(
     "USART: bytes with parity or framing errors are told as broken, noisy ones handed on; each is counted") {
   UsartRig rig;
@@ -162,4 +152,29 @@ TEST_CASE("USART: bytes that arrive while it sends are handed on") {
   rig.receive(0x79);
   CHECK(rig.received == Bytes{0x77, 0x78, 0x79});
   CHECK(rig.sent == 1);
+}
+
+TEST_CASE("USART: a response whose end is never told is given up; one that leaves is not") {
+  UsartRig rig;
+  const Bytes response{1, 2, 3, 4, 5, 6, 7, 8};
+  std::uint32_t now = 1'000'000;
+  for (unsigned i = 1; i <= 2; ++i) {
+    rig.usart.send(response);
+    rig.serve();
+    CHECK_FALSE(rig.usart.give_up(now));
+    CHECK_FALSE(rig.usart.give_up(now += 17'160));  // ten characters take 5729 us; a quarter and 10 ms more
+    CHECK(rig.usart.give_up(now += 1));
+    CHECK_FALSE(rig.usart.is_sending());
+    CHECK(rig.usart.counters().given_up == i);
+    for (unsigned left = 0; left < 2; ++left)  // what it had got, the rest is gone
+      CHECK(rig.model.shift_out());
+    CHECK_FALSE(rig.model.shift_out());
+    CHECK_FALSE(rig.usart.give_up(now += 100'000));
+    rig.usart.send(response);
+    rig.serve();
+    CHECK_FALSE(rig.usart.give_up(now += 16'000));
+    while (rig.model.shift_out())
+      rig.serve();
+    now += 16'000;
+  }
 }

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "cbcan/coprocessor/coprocessor.hpp"
+#include "cortex_a53.hpp"
 #include "support/device.hpp"
 #include "two_controllers.hpp"
 

@@ -235,8 +235,7 @@ class Pdo : public Part {
   void sample(Tpdo& tpdo) { tpdo.mapping.sample(dictionary_, tpdo.frame.data); }
   void send(Tpdo& tpdo, Time now);
   void do_what_is_due(Time now);
-  // Inline, it would keep what calls it from being inline.
-  [[gnu::noinline]] void watch_receptions(Time now);
+  void watch_receptions(Time now);
   void transmit(Time now);
 
   template <class Call>

@@ -113,7 +113,7 @@ void SdoClient::fail(AbortCode code) {
   leave(Outcome::kFailed);
 }
 
-void SdoClient::abort_and_tell(AbortCode code) {
+void SdoClient::send_abort(AbortCode code) {
   const bool tell = opened();
   const bool streaming = kServices.block_transfer && phase_ == kBlockUploadStream;
   const bool response_outstanding = code == AbortCode::kTimeOut || code == AbortCode::kSync ||
@@ -128,7 +128,7 @@ void SdoClient::abort_and_tell(AbortCode code) {
 void SdoClient::cancel(Time now) {
   now_ = now;
   if (!busy()) return;
-  abort_and_tell(kCancelled);
+  send_abort(kCancelled);
   outcome_ = Outcome::kIdle;
 }
 
@@ -143,7 +143,7 @@ void SdoClient::start(const Request& request, Time now) {
   now_ = now;
   request_ = request;
   outcome_ = Outcome::kBusy;
-  moved_ = confirmed_ = fruitless_ = 0;
+  moved_ = confirmed_ = no_progress_count_ = 0;
   toggle_ = block_size_ = 0;
   ++counters_.transfers;
   if (request.size > sdo::kExpeditedBytes) {
@@ -276,7 +276,7 @@ bool SdoClient::begin_without_block() {
 }
 
 void SdoClient::misplaced(const Frame& /*frame*/) {
-  abort_and_tell(AbortCode::kSync);
+  send_abort(AbortCode::kSync);
 }
 
 // ---- Upload
@@ -291,8 +291,8 @@ void SdoClient::upload_initiated(const Frame& frame) {
     sdo::take_expedited(frame, data_.data(), size);
     return done(size);
   }
-  if (request_.mode == Mode::kExpedited) return abort_and_tell(AbortCode::kNoSegment);
-  if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength);
+  if (request_.mode == Mode::kExpedited) return send_abort(AbortCode::kNoSegment);
+  if (!declare(sized, frame)) return send_abort(AbortCode::kReadLength);
   make_request(sdo::command(sdo::Request::kUploadSegment));
   ask(kUploadSegment);
 }
@@ -303,13 +303,13 @@ void SdoClient::upload_segment(const Frame& frame) {
     copy_in(frame, sdo::kSegmentBytes);
     return ask_for_segment();
   }
-  if ((command & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit);
+  if ((command & sdo::kToggle) != toggle_) return send_abort(AbortCode::kToggleBit);
   const std::size_t size = sdo::segment_size(command);
   const bool last = (command & sdo::kLastSegment) != 0;
   if (moved_ + size > limit_) return overflow();
   copy_in(frame, size);
-  if (last) return is_whole() ? done(moved_) : abort_and_tell(AbortCode::kObjectLength);
-  if (size == 0 && ++fruitless_ == kMaxEmptySegments) return abort_and_tell(AbortCode::kReadLength);
+  if (last) return is_whole() ? done(moved_) : send_abort(AbortCode::kObjectLength);
+  if (size == 0 && ++no_progress_count_ == kMaxEmptySegments) return send_abort(AbortCode::kReadLength);
   ask_for_segment();
 }
 
@@ -329,7 +329,7 @@ bool SdoClient::declare(bool sized, const Frame& frame) {
 
 /// More bytes than may come.
 void SdoClient::overflow() {
-  abort_and_tell(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength);
+  send_abort(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength);
 }
 
 // ---- Download
@@ -343,7 +343,7 @@ void SdoClient::download_initiated(const Frame& /*frame*/) {
 }
 
 void SdoClient::download_segment_taken(const Frame& frame) {
-  if ((frame.data[0] & sdo::kToggle) != toggle_) return abort_and_tell(AbortCode::kToggleBit);
+  if ((frame.data[0] & sdo::kToggle) != toggle_) return send_abort(AbortCode::kToggleBit);
   if (moved_ == request_.size) return done(0);
   toggle_ ^= sdo::kToggle;
   send_download_segment();
@@ -376,7 +376,7 @@ bool SdoClient::opened() const {
 
 void SdoClient::timed_out() {
   ++counters_.timeouts;
-  abort_and_tell(AbortCode::kTimeOut);
+  send_abort(AbortCode::kTimeOut);
 }
 
 void SdoClient::make_request(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {

@@ -34,7 +34,7 @@ class SdoClient {
   /// How long an endless stream of empty segments is listened to.
   static constexpr std::uint16_t kMaxEmptySegments = 256;
   /// Sub-blocks in a row that may bring nothing new before a block transfer is given up.
-  static constexpr std::uint8_t kMaxFruitlessBlocks = 8;
+  static constexpr std::uint8_t kMaxBlocksWithoutProgress = 8;
   /// Segments that a block read asks for at a time, at most: up to here none looks like the end of the
   /// transfer (C1h..DDh), so that one that comes twice is told from it.
   static constexpr std::uint8_t kBlockReadSegments = 64;
@@ -167,7 +167,7 @@ class SdoClient {
   // The ways out of a transfer.
   void done(std::size_t size);
   void fail(AbortCode code);
-  void abort_and_tell(AbortCode code);
+  void send_abort(AbortCode code);
   void leave(Outcome outcome);
 
   const State& state() const;
@@ -176,8 +176,7 @@ class SdoClient {
     phase_ = phase;
     deadline_ = deadline;
   }
-  // Inline, it would cost the usual case its registers.
-  [[gnu::noinline]] void on_unusual(const Frame& frame);
+  void on_unusual(const Frame& frame);
   void on_stray(const Frame& frame);
   void on_abort(const Frame& frame);
   bool begin_without_block();
@@ -214,7 +213,7 @@ class SdoClient {
   std::uint16_t limit_ = 0;      ///< bytes that a read may bring: what the server declared, or the room
   std::uint16_t moved_ = 0;      ///< bytes of a read so far; of a write on their way or there
   std::uint16_t confirmed_ = 0;  ///< bytes of a block write that the server has acknowledged
-  std::uint16_t fruitless_ = 0;  ///< segments, or sub-blocks in a row, that have brought nothing new
+  std::uint16_t no_progress_count_ = 0;  ///< segments, or sub-blocks in a row, that have brought nothing new
   std::uint8_t toggle_ = 0;
   std::uint8_t block_size_ = 0;
   std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order

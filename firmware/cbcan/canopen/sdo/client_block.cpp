@@ -13,7 +13,7 @@ void SdoClient::block_download_initiated(const Frame& frame) {
   crc_ = (frame.data[0] & sdo::kBlockCrc) != 0;
   block_size_ = frame.data[4];
   sequence_ = 0;
-  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize);
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return send_abort(AbortCode::kBlockSize);
   await(kBlockDownloadStream);
   stream_segments();
 }
@@ -38,10 +38,10 @@ void SdoClient::stream_segments() {
 void SdoClient::block_download_acknowledged(const Frame& frame) {
   const std::uint8_t taken = frame.data[1];
   block_size_ = frame.data[2];
-  if (taken > sequence_) return abort_and_tell(AbortCode::kBlockSequence);
-  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort_and_tell(AbortCode::kBlockSize);
-  fruitless_ = taken == 0 ? static_cast<std::uint16_t>(fruitless_ + 1) : 0;
-  if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence);
+  if (taken > sequence_) return send_abort(AbortCode::kBlockSequence);
+  if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return send_abort(AbortCode::kBlockSize);
+  no_progress_count_ = taken == 0 ? static_cast<std::uint16_t>(no_progress_count_ + 1) : 0;
+  if (no_progress_count_ == kMaxBlocksWithoutProgress) return send_abort(AbortCode::kBlockSequence);
   if (taken != sequence_) ++counters_.repeated_blocks;
   confirmed_ = static_cast<std::uint16_t>(
       std::min<std::uint32_t>(confirmed_ + taken * sdo::kSegmentBytes, request_.size));
@@ -73,7 +73,7 @@ void SdoClient::block_upload_initiated(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   crc_ = (command & sdo::kBlockCrc) != 0;
   const bool sized = (command & sdo::kBlockSizeIndicated) != 0;
-  if (!declare(sized, frame)) return abort_and_tell(AbortCode::kReadLength);
+  if (!declare(sized, frame)) return send_abort(AbortCode::kReadLength);
   sequence_ = segments_ = 0;
   asked_again_ = false;
   await_segment();
@@ -92,7 +92,7 @@ void SdoClient::block_upload_segment(const Frame& frame) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
   if (sequence == 0 || sequence > block_size_ || ++segments_ > sdo::kMaxBlockSize)
-    return abort_and_tell(AbortCode::kBlockSequence);
+    return send_abort(AbortCode::kBlockSequence);
   await_segment();
   asked_again_ = false;
   if (sequence != sequence_ + 1) {
@@ -113,8 +113,8 @@ void SdoClient::block_upload_segment(const Frame& frame) {
 
 /// Ends a sub-block and asks for the next, or for the rest of this one once more.
 void SdoClient::acknowledge_block() {
-  fruitless_ = sequence_ == 0 ? static_cast<std::uint16_t>(fruitless_ + 1) : 0;
-  if (fruitless_ == kMaxFruitlessBlocks) return abort_and_tell(AbortCode::kBlockSequence);
+  no_progress_count_ = sequence_ == 0 ? static_cast<std::uint16_t>(no_progress_count_ + 1) : 0;
+  if (no_progress_count_ == kMaxBlocksWithoutProgress) return send_abort(AbortCode::kBlockSequence);
   if (sequence_ != block_size_) ++counters_.repeated_blocks;
   send_block_acknowledge();
   sequence_ = segments_ = 0;
@@ -143,11 +143,11 @@ void SdoClient::block_upload_ended(const Frame& frame) {
     return;
   }
   if (!sdo::is(command, sdo::Response::kBlockUpload) || (command & 1) == 0)
-    return abort_and_tell(AbortCode::kSync);
+    return send_abort(AbortCode::kSync);
   const std::size_t size = moved_ + sdo::kSegmentBytes - sdo::block_unused(command);
-  if (declared_ && size != limit_) return abort_and_tell(AbortCode::kObjectLength);
-  if (size > request_.size) return abort_and_tell(AbortCode::kReadLength);
-  if (crc_ && sdo::load16(frame, 1) != crc16(data_.first(size))) return abort_and_tell(AbortCode::kBlockCrc);
+  if (declared_ && size != limit_) return send_abort(AbortCode::kObjectLength);
+  if (size > request_.size) return send_abort(AbortCode::kReadLength);
+  if (crc_ && sdo::load16(frame, 1) != crc16(data_.first(size))) return send_abort(AbortCode::kBlockCrc);
   make_request(sdo::command(sdo::Request::kBlockUpload, sdo::bits(sdo::BlockStep::kEnd)));
   outbox_.send(now_);
   block_done(size);

@@ -239,7 +239,7 @@ void SdoServer::initiate_block_upload(const Frame& frame) {
   if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort(AbortCode::kBlockSize);
   confirmed_ = 0;
   sequence_ = 0;
-  fruitless_ = 0;
+  no_progress_count_ = 0;
   state_ = State::kBlockUploadStart;
   const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc | sdo::kBlockSizeIndicated);
   respond(sdo::command(sdo::Response::kBlockUpload, bits), mux_, static_cast<std::uint32_t>(size_));
@@ -265,8 +265,8 @@ void SdoServer::block_upload_acknowledged(const Frame& frame) {
   block_size_ = frame.data[2];
   if (taken > sequence_) return abort(AbortCode::kBlockSequence);
   if (block_size_ == 0 || block_size_ > sdo::kMaxBlockSize) return abort(AbortCode::kBlockSize);
-  fruitless_ = taken == 0 ? static_cast<std::uint8_t>(fruitless_ + 1) : 0;
-  if (fruitless_ == kMaxFruitlessBlocks) return abort(AbortCode::kBlockSequence);
+  no_progress_count_ = taken == 0 ? static_cast<std::uint8_t>(no_progress_count_ + 1) : 0;
+  if (no_progress_count_ == kMaxBlocksWithoutProgress) return abort(AbortCode::kBlockSequence);
   const bool all = taken == sequence_ && done_ == size_;
   confirmed_ = std::min<std::size_t>(confirmed_ + std::size_t{taken} * sdo::kSegmentBytes, size_);
   done_ = confirmed_;

@@ -23,7 +23,7 @@ namespace cbcan {
 class SdoServer {
  public:
   /// Sub-blocks in a row that may bring nothing new before a block upload is given up.
-  static constexpr std::uint8_t kMaxFruitlessBlocks = 8;
+  static constexpr std::uint8_t kMaxBlocksWithoutProgress = 8;
 
   struct Counters {
     Count requests{};
@@ -90,7 +90,7 @@ class SdoServer {
   std::uint8_t toggle_ = 0;
   std::uint8_t sequence_ = 0;
   std::uint8_t block_size_ = 0;
-  std::uint8_t fruitless_ = 0;
+  std::uint8_t no_progress_count_ = 0;
   bool crc_ = false;
   sdo::Multiplexer mux_ = 0;
   std::size_t size_ = 0;  ///< bytes of the value: of an upload, as declared for a download, or kUndeclared

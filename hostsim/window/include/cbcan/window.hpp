@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The PLC's side of the register window (docs/contract.md) for C++ programs, over Modbus TCP
+/// The PLC's side of the register window (docs/reference/contract.md) for C++ programs, over Modbus TCP
 /// and RTU. It needs nothing but POSIX.
 ///
 ///     cbcan::window::Client client({.host = "192.168.1.7"});
@@ -62,8 +62,8 @@ struct Result {
   std::vector<std::uint8_t> data{};  ///< after a good read: `size` bytes, or as many as were asked for
 };
 
-/// The start rule (docs/contract.md, TX-10). `written` and `now` begin at R3700 and may be short. False:
-/// R3701..R3704 are not as the request has written them, so 0 in R3700 is that of a module that has
+/// The start rule (docs/reference/contract.md, TX-10). `written` and `now` begin at R3700 and may be short.
+/// False: R3701..R3704 are not as the request has written them, so 0 in R3700 is that of a module that has
 /// restarted.
 bool is_known(std::span<const std::uint16_t> written, std::span<const std::uint16_t> now);
 inline constexpr const char* kNotKnown =

@@ -179,12 +179,8 @@ class FunctionBlock {
 
   /// What the inputs ask for; none = they are invalid.
   virtual std::optional<detail::Service> service() const = 0;
-  /// Takes the response to the specific outputs, if there are any; kNone = confirm.
+  /// What was read, or an abort code, becomes the specific outputs; others become 0. kNone = confirm.
   virtual KernelError show(const detail::Job& done);
-  /// The specific outputs of an execution that failed.
-  virtual void show_abort(std::uint32_t /*code*/) {}
-  /// The specific outputs become 0.
-  virtual void reset() {}
 
   void start(Time now);
   void stop();
@@ -221,7 +217,6 @@ class RecvEmcy final : public FunctionBlock {
  private:
   std::optional<detail::Service> service() const override;
   KernelError show(const detail::Job& done) override;
-  void reset() override;
 };
 
 /// RECV_EMCY_DEV: the last EMCY message of a device.
@@ -237,7 +232,6 @@ class RecvEmcyDev final : public FunctionBlock {
  private:
   std::optional<detail::Service> service() const override;
   KernelError show(const detail::Job& done) override;
-  void reset() override;
 };
 
 /// GET_LOCAL_NODE_ID: the module's node ID.
@@ -250,7 +244,6 @@ class GetLocalNodeId final : public FunctionBlock {
  private:
   std::optional<detail::Service> service() const override;
   KernelError show(const detail::Job& done) override;
-  void reset() override;
 };
 
 /// GET_CANOPEN_KERNEL_STATE: how the module's CAN controller is, and its node ID.
@@ -264,7 +257,6 @@ class GetCanopenKernelState final : public FunctionBlock {
  private:
   std::optional<detail::Service> service() const override;
   KernelError show(const detail::Job& done) override;
-  void reset() override;
 };
 
 /// GET_STATE: the NMT state of a device, as heartbeat or node guarding tell it.
@@ -279,7 +271,6 @@ class GetState final : public FunctionBlock {
  private:
   std::optional<detail::Service> service() const override;
   KernelError show(const detail::Job& done) override;
-  void reset() override;
 };
 
 /// What blocks of SDO access have: the object, and the abort code of a transfer that failed.
@@ -299,10 +290,7 @@ class SdoAccess : public FunctionBlock {
   /// Of `size` bytes, 1..128.
   std::optional<detail::Service> read(std::size_t size) const;
   std::optional<detail::Service> write(std::span<const std::uint8_t> bytes, SdoMode mode) const;
-  void reset() override { errorinfo = 0; }
-
- private:
-  void show_abort(std::uint32_t code) override { errorinfo = code; }
+  KernelError show(const detail::Job& done) override;
 };
 
 /// SDO_READ: an object of up to 128 bytes.
@@ -319,7 +307,6 @@ class SdoRead final : public SdoAccess {
  private:
   std::optional<detail::Service> service() const override;
   KernelError show(const detail::Job& done) override;
-  void reset() override;
 };
 
 /// SDO_READ4: an object of up to 4 bytes.
@@ -333,7 +320,6 @@ class SdoRead4 final : public SdoAccess {
  private:
   std::optional<detail::Service> service() const override;
   KernelError show(const detail::Job& done) override;
-  void reset() override;
 };
 
 /// SDO_WRITE: an object of up to 128 bytes.

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Command lines taken apart, for all programs. Options are told as --help shows them: "-v, --verbose" is a
+/// flag, "--seed N" has an argument, which may also follow "=". What an argument means is not known here.
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cbcan::options {
+
+/// "--verbose" of "-v, --verbose", "--seed" of "--seed N".
+std::string_view option_name(std::string_view option);
+/// "" and "N".
+std::string_view option_argument(std::string_view option);
+
+/// "no such option; did you mean --seed?"
+std::string no_such_option(std::string_view word, std::span<const std::string_view> options);
+
+/// An option as it was typed.
+struct Argument {
+  std::string_view option;  ///< its name
+  std::string_view text;    ///< empty for a flag
+};
+
+struct WrongWord {
+  std::string_view word;
+  std::string message;
+};
+
+/// Of words that outlive it.
+struct ParsedArguments {
+  std::vector<Argument> options;        ///< in order
+  std::vector<std::string_view> words;  ///< that belong to no option; negative numbers too
+  std::vector<WrongWord> wrong;
+  bool has_command = false;          ///< there is a "--"
+  std::vector<std::string> command;  ///< what follows it
+};
+
+ParsedArguments parse_arguments(std::span<const char* const> words,
+                                std::span<const std::string_view> options);
+
+}  // namespace cbcan::options

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// What connects with a bus: a client of socketcand, the other side of --can slcan: and socketcand:.
+// The first byte says which.
+
+#include <optional>
+#include <utility>
+
+#include "adapters/socketcand_adapter.hpp"
+#include "fuzz/fuzz.hpp"
+#include "io/can/dialect.hpp"
+#include "sim/world.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+/// A frame is one that can be on a bus.
+void check(const Frame& frame) {
+  const bool extended = (frame.flags & Frame::kExtended) != 0;
+  require(frame.id <= (extended ? 0x1FFF'FFFFu : 0x7FFu) && frame.length <= 8 &&
+              (frame.flags & Frame::kError) == 0,
+          "a frame is within its limits");
+}
+
+struct Ear final : sim::Receiver {
+  void on_frame(const Frame& frame, Time /*now*/) override {
+    check(frame);
+    ++heard;
+  }
+  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
+  std::size_t heard = 0;
+};
+
+/// All that is said is elements, a greeting first; however much is asked for, what waits is limited; and
+/// when it has gone nothing of it happens any more.
+void check_server(std::string_view text) {
+  sim::World world;
+  Time now = kSecond;
+  adapters::SocketcandBus bus(
+      world.bus(), world.schedule(), [&] { return now; }, 0, text.size() % 2 * kMillisecond);
+  std::optional<adapters::SocketcandAdapter> adapter(std::in_place, bus, [&] { world.advance(now); });
+  Ear ear;
+  sim::Port& other = world.bus().attach(ear);
+  other.accept_all();
+  adapter->receive("< open can0 >");
+  adapter->receive(text);
+  for (std::uint32_t id = 0; id < 8; ++id)
+    other.try_send({id, 1, 0, {static_cast<std::uint8_t>(text.size())}});
+  world.advance(now += 10 * kMillisecond);
+  require(ear.heard <= text.size() + 101, "cyclic frames have a limit");
+  while (!adapter->unsent().empty()) {
+    const std::string_view part = adapter->unsent().substr(0, adapter->segment());
+    require(part.starts_with("< ") && part.ends_with(" >"), "whole elements leave");
+    adapter->sent(part.size());
+  }
+  adapter.reset();
+  ear.heard = 0;
+  world.advance(now += kSecond);
+  require(ear.heard == 0, "who has gone does nothing");
+}
+
+/// Whatever the other side says: frames are frames, and what is said has a limit.
+void check_dialect(io::Dialect& dialect, std::string_view text) {
+  std::string said;
+  Frame frame;
+  dialect.begin(kSecond);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    frame = {};
+    if (dialect.hear(text[i], frame)) check(frame);
+    dialect.poll(kSecond + i * 100 * kMillisecond);
+    dialect.try_send({0x123, 8, 0, {1, 2, 3, 4, 5, 6, 7, 8}});
+  }
+  dialect.say(said);
+  require(said.size() <= 2048 + 8 * text.size(), "what is said has a limit");
+}
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace cbcan;
+  if (size == 0) return 0;
+  const std::string_view text = fuzz::text_of(data + 1, size - 1);
+  switch (data[0] % 3) {
+    case 0: fuzz::check_server(text); break;
+    case 1: fuzz::check_dialect(*io::slcan_dialect(500), text); break;
+    default: fuzz::check_dialect(*io::socketcand_dialect("can0"), text); break;
+  }
+  return 0;
+}

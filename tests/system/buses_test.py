@@ -1,0 +1,289 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Connections with the bus: socketcand's clients, a pseudo-terminal, and plants that span processes. python-can is the client that nobody here wrote;
+what SavvyCAN and Kayak say is replayed."""
+
+import os
+import pathlib
+import random
+import shlex
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import can
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from healthy import Healthy
+from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = program_from_arguments(sys.argv)
+READ, KERNEL = 5055, 0x3002
+BUS_OFF = 0x10
+
+
+def listener():
+    return socket.create_server(("127.0.0.1", 0))
+
+
+def port_of(server):
+    return server.getsockname()[1]
+
+
+class Client:
+    """One that compares what a single read brings."""
+
+    def __init__(self, address):
+        host, port = address.rsplit(":", 1)
+        self.socket = socket.create_connection((host, int(port)), timeout=LIMIT)
+
+    def ask(self, text):
+        self.socket.sendall(text.encode())
+        return self.read()
+
+    def read(self):
+        return self.socket.recv(4096).decode()
+
+
+class Case(unittest.TestCase):
+    def start(self, *options, **keywords):
+        simulator = Simulator(PROGRAM, *options, **keywords)
+        self.addCleanup(simulator.stop)
+        return simulator
+
+    def folder(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        return folder.name
+
+    def python_can(self, interface, **options):
+        bus = can.Bus(interface=interface, **options)
+        self.addCleanup(bus.shutdown)
+        return bus
+
+    def next(self, bus, identifier):
+        return wait_until(lambda: next((m for m in (bus.recv(timeout=1),) if m and m.arbitration_id == identifier), None), f"{identifier:X}")
+
+    def check_node_answers(self, bus):
+        bus.send(can.Message(arbitration_id=0x620, is_extended_id=False, data=bytes.fromhex("4018100000000000")))
+        self.assertEqual(self.next(bus, 0x5A0).data.hex(), "4f18100004000000")
+
+
+class Socketcand(Case):
+    def setUp(self):
+        self.simulator = self.start("--demo", "--socketcand", "127.0.0.1:0")
+        self.address = self.simulator.where["socketcand"]
+
+    def client(self):
+        client = Client(self.address)
+        self.addCleanup(client.socket.close)
+        self.assertEqual(client.read(), "< hi >")
+        return client
+
+    def test_python_can(self):
+        host, port = self.address.rsplit(":", 1)
+        left, right = (self.python_can("socketcand", host=host, port=int(port), channel="can0") for _ in range(2))
+        self.check_node_answers(left)
+        for message in (can.Message(arbitration_id=0x7FF, is_extended_id=False, data=bytes(range(8))),
+                        can.Message(arbitration_id=0x1ABCDEF0, is_extended_id=True, data=b"\xff"), can.Message(arbitration_id=0x42)):
+            left.send(message)
+            self.assertEqual(self.next(right, message.arbitration_id).data, message.data)
+
+    def test_one_who_is_silent_is_kept(self):
+        simulator = self.start("--demo", "--socketcand", "127.0.0.1:0", "--clock", "manual", stdin=-1)
+        client = Client(simulator.where["socketcand"])
+        self.addCleanup(client.socket.close)
+        self.assertEqual(client.read(), "< hi >")
+        simulator.process.stdin.write("pass 3600s\n")
+        simulator.process.stdin.flush()
+        self.assertIn("3600", simulator.process.stdout.readline())
+        self.assertEqual(client.ask("< open can0 >"), "< ok >")
+
+
+class WaysIn(Case):
+    def test_each_line_can_be_copied(self):
+        simulator = self.start("--demo", "--set", "node.0x20.heartbeat_ms=10", "--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0",
+                               "--network", "2", "--slcan", f"pty:{self.folder()}/can", "--node",
+                               f"5={ROOT}/plants/demo/generic.eds", "--set", "node.5.heartbeat_ms=10")
+        lines = wait_until(lambda: len(simulator.errors()) >= 3 and simulator.errors(), "the ways in")
+        self.assertEqual([line.split(": python3")[0] for line in lines], [f"network {name}" for name in ("1: slcan", "1: socketcand", "2: slcan")])
+        for line in lines:
+            with subprocess.Popen(shlex.split("/usr/bin/" + line[line.index("python3"):]), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                                  text=True) as logger:
+                found = any(text.startswith("Timestamp: ") for text in iter(logger.stdout.readline, ""))
+                logger.terminate()
+            self.assertTrue(found, line)
+
+
+class Terminal(Case):
+    def test_python_can_again_and_again(self):
+        path = f"{self.folder()}/can"
+        simulator = self.start("--demo", "--slcan", f"pty:{path}")
+        self.assertEqual(simulator.where["slcan"], f"pty:{path}")
+        for _ in range(3):
+            bus = can.Bus(interface="slcan", channel=path, sleep_after_open=0, bitrate=500000)
+            self.assertEqual(bus.get_version(LIMIT), (10, 13))
+            self.check_node_answers(bus)
+            bus.shutdown()
+        self.assertEqual(simulator.errors(), [f"slcan: python3 -m can.logger -i slcan -c {path}"])
+        simulator.stop()
+        self.assertFalse(os.path.lexists(path))
+
+
+class TwoProcesses(Case):
+    """One has the module, one the nodes."""
+
+    def check_spans(self, spec):
+        module = self.start("--can", spec)
+        self.assertEqual(module.where["can"], spec)
+        with module.window() as window:
+            for words, size in (((0x42, 0x1000, 0, 4), 4), ((0x20, 0x1018, 2, 4), 4)):
+                wait_until(lambda: window.execute(READ, *words) == 0, "a node's answer")
+                self.assertEqual(window.read(3705, 1), [size])
+            window.start(5055, 0x42, 0x1000, 0, 4)
+            self.assertEqual(window.result(), 0)
+
+    def nodes(self, *options):
+        return self.start("--demo", "--no-module", *options)
+
+    def test_slcan(self):
+        self.check_spans("slcan:" + self.nodes("--slcan", "127.0.0.1:0").where["slcan"])
+
+    def test_slcan_over_a_serial_line(self):
+        path = f"{self.folder()}/can"
+        self.nodes("--slcan", f"pty:{path}")
+        self.check_spans(f"slcan:{path}@1000000")
+
+    def test_socketcand(self):
+        self.check_spans("socketcand:" + self.nodes("--socketcand", "127.0.0.1:0").where["socketcand"] + "/can0")
+
+
+class Away(Case):
+    """The other side, played here, comes and goes."""
+
+    def kernel(self, window):
+        self.assertEqual(window.execute(READ, 0, KERNEL, 0, 1), 0)
+        return window.read(3706, 1)[0]
+
+    def adapter(self, server):
+        """A new connection, which opens the adapter."""
+        peer = server.accept()[0]
+        peer.settimeout(LIMIT)
+        text = b""
+        while b"O\r" not in text:
+            text += peer.recv(4096)
+        self.assertTrue(text.startswith(b"\r\r\rC\rS6\rO\r"), text)
+        peer.sendall(b"\r\r\rF00\r")
+        return peer
+
+    def test_an_adapter_that_comes_and_goes(self):
+        with listener() as server:
+            simulator = self.start("--can", f"slcan:127.0.0.1:{port_of(server)}")
+            with simulator.window() as window:
+                for _ in range(2):
+                    with self.adapter(server):
+                        wait_until(lambda: self.kernel(window) == 0, "no bus-off")
+                    wait_until(lambda: self.kernel(window) == BUS_OFF, "bus-off")
+        errors = "\n".join(line.split(": ", 2)[2] for line in simulator.errors()[:3])
+        self.assertRegex(errors, "\\A.*; it is retried\nis there again\n.*; it is retried\\Z")
+
+
+class Crowd(Case):
+    """64 at two servers join, flood, stop reading and die at random while a PLC transacts and somebody listens."""
+
+    CLIENTS, FIRST = 64, 0x10000000
+    SECONDS = float(os.environ.get("CBCAN_CROWD_SECONDS", 4))
+
+    def flood(self, number):
+        """So many frames of a client, each with a number that only grows."""
+        frames = b""
+        for _ in range(self.random.randrange(1, 300)):
+            self.sent += 1
+            data = self.sent.to_bytes(8, "big")
+            if number % 2:
+                frames += b"< send %08x 8 %s >" % (self.ids[number], b" ".join(b"%x" % byte for byte in data))
+            else:
+                frames += b"T%08X8%s\r" % (self.ids[number], data.hex().encode())
+        return frames
+
+    def act(self, number):
+        client, choice = self.clients[number], self.random.random()
+        try:
+            if client is None:
+                host, port = self.simulator.where["socketcand" if number % 2 else "slcan"].rsplit(":", 1)
+                client = self.clients[number] = socket.create_connection((host, int(port)), timeout=LIMIT)
+                client.setblocking(False)
+                self.ids[number] = max(self.ids) + 1  # of this connection: what is left of the last one still goes out
+                client.send(b"< open can0 >< rawmode >" if number % 2 else b"O\r")
+            elif choice < 0.05:
+                if choice < 0.02:
+                    client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+                client.close()
+                self.clients[number] = None
+            elif choice < 0.5:
+                client.send(self.flood(number))  # a part of it, where there is no more room
+            elif number % 4 != 3:  # those never read
+                client.recv(1 << 20)
+        except BlockingIOError:
+            pass
+
+    def test_at_random(self):
+        self.random, self.sent, self.clients = random.Random(1), 0, [None] * self.CLIENTS
+        self.ids = [self.FIRST] * self.CLIENTS
+        self.simulator = self.start("--demo", "--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0", "--set", "log.summary=true")
+        healthy = Healthy(self.simulator.port)
+        witness = Witness(self.simulator.where["slcan"])
+        end = time.monotonic() + self.SECONDS
+        while time.monotonic() < end:
+            self.act(self.random.randrange(self.CLIENTS))
+        for client in self.clients:
+            if client:
+                client.close()
+        healthy.wait_for(5)
+        healthy.finish()
+        witness.finish()
+        self.assertEqual(witness.out_of_order, 0)
+        self.assertGreater(witness.frames, 100)
+        code, error = self.simulator.stop()
+        self.assertEqual(code, 0)
+        summary = [line for line in error.splitlines() if "connections" in line and "not read in time" in line]
+        self.assertEqual([line.split()[0] for line in summary], ["SLCAN", "socketcand"], error)
+        print(f"{healthy.transactions} transactions, the slowest {1000 * healthy.worst:.0f} ms; {witness.frames} of {self.sent} frames heard; "
+              + "; ".join(summary), flush=True)
+
+
+class Witness(threading.Thread):
+    """Reads all, and looks whether the frames of each sender come in their order."""
+
+    def __init__(self, address):
+        super().__init__(daemon=True)
+        host, port = address.rsplit(":", 1)
+        self.socket = socket.create_connection((host, int(port)), timeout=LIMIT)
+        self.socket.sendall(b"L\r")
+        self.frames = self.out_of_order = 0
+        self.start()
+
+    def run(self):
+        last, rest = {}, b""
+        while part := self.socket.recv(1 << 20):
+            *lines, rest = (rest + part).split(b"\r")
+            for line in lines:
+                if len(line) == 26 and line.startswith(b"T1"):
+                    number = int(line[10:], 16)
+                    self.out_of_order += number <= last.get(line[:9], 0)
+                    last[line[:9]] = number
+                    self.frames += 1
+
+    def finish(self):
+        self.socket.shutdown(socket.SHUT_RDWR)
+        self.join(LIMIT)
+
+
+cases.main()
