@@ -90,9 +90,6 @@ TEST_CASE("mistakes in a further network name it") {
                  "4: network 3: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0");
   CHECK(wrong_in("[[network]]\n[[network.node]]\nid = 300\neds = \"a\"\n").at(0) ==
         "plant.toml:3: network 2: node.id 300: must be 1..127");
-  wrong_networks("[[network]]\n[network.can]\nbitrate = 1\n",
-                 "3: network 2: can.bitrate: no such key; did you mean can.bit_rate?");
-  wrong_networks("[[network]]\n[network.modul]\n", "2: network 2: modul: no such key; did you mean module?");
   wrong_networks("[[network]]\n[network.pump]\n",
                  "2: network 2: pump: no such key; a network has module, plc, can, log, node");
   wrong_networks("[[network]]\nmodule = 1\n",
@@ -253,23 +250,6 @@ TEST_CASE("an option once for each network, one for all networks once") {
           "--sdo-timeout: network 2: is given twice");
   refused({"--sdo-timeout", "1", "--network", "1", "--sdo-timeout", "2"}, "--sdo-timeout: is given twice");
   refused({"--seed", "1", "--network", "2", "--seed", "2"}, "--seed: is given twice");
-}
-
-TEST_CASE("what is about the whole plant names no network, wherever it stands") {
-  refused({"--network", "2", "--seed", "x"}, "--seed x: must be an integer, 0..4294967295");
-  refused({"--network", "2", "--node", "5=a", "--modbus", "1502"},
-          "--modbus 1502: address \"1502\": a port alone is written :1502");
-}
-
-TEST_CASE("brackets are nothing special") {
-  for (const char* list : {"[2,3]", "[]", "["}) {
-    INFO(list);
-    CHECK(refusal({"--network", list, "--node", "5=a"}) ==
-          "cbcan-sim: --network " + std::string(list) + ": must be 1..247\n" + kHint);
-    CHECK(start({"--network", "2", "--log", list}).config.networks.at(1).log == list);
-  }
-  for (const char* flag : {"--verbose=[]", "--verbose=[true,true]", "--no-module=[]"})
-    CHECK_FALSE(start({"--network", "2", flag}).run);
 }
 
 TEST_CASE("each network has chance of its own, and network 1 that of a plant with one") {
