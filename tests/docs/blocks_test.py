@@ -58,8 +58,6 @@ NOT_EXECUTED = {
     "(cd build && cpack)": "fresh_root_test.py does it",
     "sudo ": "installs; fresh_root_test.py does it in a Debian of its own",
     "podman ": "needs a container engine; fresh_root_test.py carries out the Containerfile",
-    "bench/": "measures for minutes; tests with the label bench or figures do so with small numbers",
-    "build/bench/": "measures; likewise",
     "cp build/": "needs a board",
     "st-flash ": "needs a board",
     "openocd ": "needs a board",
