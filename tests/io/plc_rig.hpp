@@ -3,7 +3,7 @@
 
 /// PLCs that own their registers, and the module that comes and gets them, in time that the test makes.
 
-#include "core/scanner_rig.hpp"
+#include "io/scanner_rig.hpp"
 #include "io/modbus/plc_exchange.hpp"
 
 namespace cbcan::io::test {
