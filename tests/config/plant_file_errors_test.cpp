@@ -217,6 +217,8 @@ TEST_CASE("what a node has to have") {
         "1: node.id: is missing; add id = 5, or lss = true");
   wrong("[[node]]\neds = \"a.eds\"\nlss = false\n", "1: node.id: is missing; add id = 5, or lss = true");
   wrong("[[node]]\neds = \"a.eds\"\nid = 0\n", "3: node.id 0: must be 1..127");
+  wrong("[[node]]\nidd = 5\nes = \"a.eds\"\n", "2: node.idd: no such key; did you mean node.id?",
+        "3: node.es: no such key; did you mean node.eds?");
   wrong_node("objects = [\n{ sub = 1 }\n]", "5: node.objects.index: is missing; add index = 0x2001",
              "5: node.objects.value: is missing; add value = 1");
 }
@@ -320,6 +322,7 @@ TEST_CASE("signals that are wrong") {
   };
   const std::string signal = "plant.toml:4: node.signals.";
   CHECK(errors_of("sub = 1") == Lines{signal + "shape: is missing; add shape = \"sine\""});
+  CHECK(errors_of("shap = 1") == Lines{signal + "shap: no such key; did you mean node.signals.shape?"});
   CHECK(errors_of("shape = \"square\", amplitude = 1") ==
         Lines{signal + "shape \"square\": must be constant, ramp, sine, noise or replay"});
   CHECK(errors_of("shape = 3") == Lines{signal + "shape 3: must be a text in double quotes: constant, ramp, "
