@@ -5,7 +5,7 @@
 
 #include "cbcan/canopen/sdo/client.hpp"
 #include "cbcan/coprocessor/coprocessor.hpp"
-#include "support/sdo_peer.hpp"
+#include "sdo_peer.hpp"
 
 namespace cbcan::bench {
 

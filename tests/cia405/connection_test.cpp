@@ -150,8 +150,8 @@ TEST_CASE("a result that is none, an abort without room for its code, and anothe
                "010310000013BF000030010000000000000000",  // no bytes
                "010310000013BF000030010000000200000000",  // two
                "01030E000013BF00003001000000010000",      // a word too few
-               "010310000013BF00003001000000010000",      // likewise, said wrong
-               "010312000013BF000030010000000100000000"   // a word too many, or so it says
+               "01030E000013BF000030010000000100000000",  // or so it says
+               "010312000013BF000030010000000100000000"   // a word too many, and one more
                "0000");
   talk.start();
   talk.server.respond(response);

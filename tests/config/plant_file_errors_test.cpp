@@ -103,9 +103,10 @@ TEST_CASE("an address, or a serial port, can be had once") {
   CHECK(checked("[control]\nlisten = \":5000\"\n[http]\nlisten = \"127.0.0.1:5000\"\n[[network]]\n"
                 "[network.can]\nslcan = \":5000\"\n") ==
         Lines{"http.listen 127.0.0.1:5000: control.listen has it already; write another one",
-              "network 2: can.slcan 127.0.0.1:5000: control.listen has it already; write another one"});
+              "plant.toml:7: network 2: can.slcan 127.0.0.1:5000: control.listen has it already; write "
+              "another one"});
   CHECK(checked("[rtu]\ndevice = \"/dev/x\"\n[can]\nspec = \"slcan:/dev/../dev/x\"\n") ==
-        Lines{"can.spec /dev/x: rtu.device has it already; write another one"});
+        Lines{"plant.toml:4: can.spec /dev/x: rtu.device has it already; write another one"});
   CHECK(checked("[control]\nlisten = \":0\"\n[http]\nlisten = \":0\"\n").empty());
 }
 
@@ -317,37 +318,36 @@ TEST_CASE("devices, LSS, times and seeds that are wrong") {
 }
 
 TEST_CASE("signals that are wrong") {
-  const auto errors_of = [](const std::string& keys) {
-    return errors_in_node("signals = [{ index = 0x6401, " + keys + " }]");
+  const auto wrong_signal = [](const std::string& keys, const auto&... told) {
+    INFO(keys);
+    CHECK(errors_in_node("signals = [{ index = 0x6401, " + keys + " }]") ==
+          behind("plant.toml:4: node.signals.", {told...}));
   };
-  const std::string signal = "plant.toml:4: node.signals.";
-  CHECK(errors_of("sub = 1") == Lines{signal + "shape: is missing; add shape = \"sine\""});
-  CHECK(errors_of("shap = 1") == Lines{signal + "shap: no such key; did you mean node.signals.shape?"});
-  CHECK(errors_of("shape = \"square\", amplitude = 1") ==
-        Lines{signal + "shape \"square\": must be constant, ramp, sine, noise or replay"});
-  CHECK(errors_of("shape = 3") == Lines{signal + "shape 3: must be a text in double quotes: constant, ramp, "
-                                                 "sine, noise or replay"});
-  CHECK(errors_of("shape = \"constant\"") == Lines{signal + "value: is missing; add value = 1"});
-  CHECK(errors_of("shape = \"ramp\"") == Lines{signal + "to: is missing; add to = 100",
-                                               signal + "duration_ms: is missing; add duration_ms = 10000"});
-  CHECK(errors_of("shape = \"sine\"") == Lines{signal + "amplitude: is missing; add amplitude = 10",
-                                               signal + "period_ms: is missing; add period_ms = 60000"});
-  CHECK(errors_of("shape = \"noise\"") == Lines{signal + "deviation: is missing; add deviation = 1"});
-  CHECK(errors_of("shape = \"replay\"") == Lines{signal + "file: is missing; add file = \"FILE.csv\""});
-  CHECK(errors_of("shape = \"constant\", value = \"1\"") == Lines{signal + "value \"1\": must be a number"});
-  CHECK(errors_of("shape = \"constant\", value = nan") == Lines{signal + "value nan: must be a number"});
-  CHECK(errors_of("shape = \"constant\", value = -inf") == Lines{signal + "value -inf: must be a number"});
-  CHECK(errors_of("shape = \"constant\", value = 1979-05-27") == Lines{signal + "value: must be a number"});
-  CHECK(errors_of("shape = \"ramp\", to = 1, duration_ms = 0") ==
-        Lines{signal + "duration_ms 0: must be 1..86400000 ms"});
-  CHECK(errors_of("shape = \"ramp\", to = 1, duration_ms = 1, then = \"stop\"") ==
-        Lines{signal + "then \"stop\": must be hold, repeat or back-and-forth"});
-  CHECK(errors_of("shape = \"noise\", deviation = 1, distribution = \"gauss\"") ==
-        Lines{signal + "distribution \"gauss\": must be uniform or normal"});
-  CHECK(errors_of("shape = \"constant\", value = 1, sample_ms = 0") ==
-        Lines{signal + "sample_ms 0: must be 1..86400000 ms"});
-  CHECK(errors_of("shape = \"constant\", value = 1, vlaue = 1") ==
-        Lines{signal + "vlaue: no such key; did you mean node.signals.value?"});
+  wrong_signal("sub = 1", "shape: is missing; add shape = \"sine\"");
+  wrong_signal("shap = 1", "shap: no such key; did you mean node.signals.shape?");
+  wrong_signal("shape = \"square\", amplitude = 1",
+               "shape \"square\": must be constant, ramp, sine, noise or replay");
+  wrong_signal("shape = 3",
+               "shape 3: must be a text in double quotes: constant, ramp, sine, noise or replay");
+  wrong_signal("shape = \"constant\"", "value: is missing; add value = 1");
+  wrong_signal("shape = \"ramp\"", "to: is missing; add to = 100",
+               "duration_ms: is missing; add duration_ms = 10000");
+  wrong_signal("shape = \"sine\"", "amplitude: is missing; add amplitude = 10",
+               "period_ms: is missing; add period_ms = 60000");
+  wrong_signal("shape = \"noise\"", "deviation: is missing; add deviation = 1");
+  wrong_signal("shape = \"replay\"", "file: is missing; add file = \"FILE.csv\"");
+  wrong_signal("shape = \"constant\", value = \"1\"", "value \"1\": must be a number");
+  wrong_signal("shape = \"constant\", value = nan", "value nan: must be a number");
+  wrong_signal("shape = \"constant\", value = -inf", "value -inf: must be a number");
+  wrong_signal("shape = \"constant\", value = 1979-05-27", "value: must be a number");
+  wrong_signal("shape = \"ramp\", to = 1, duration_ms = 0", "duration_ms 0: must be 1..86400000 ms");
+  wrong_signal("shape = \"ramp\", to = 1, duration_ms = 1, then = \"stop\"",
+               "then \"stop\": must be hold, repeat or back-and-forth");
+  wrong_signal("shape = \"noise\", deviation = 1, distribution = \"gauss\"",
+               "distribution \"gauss\": must be uniform or normal");
+  wrong_signal("shape = \"constant\", value = 1, sample_ms = 0", "sample_ms 0: must be 1..86400000 ms");
+  wrong_signal("shape = \"constant\", value = 1, vlaue = 1",
+               "vlaue: no such key; did you mean node.signals.value?");
   CHECK(
       errors_in_node("signals = 5") ==
       Lines{"plant.toml:4: node.signals: must be a list; write signals = [{ index = 0x6401, sub = 1, shape = "
@@ -392,8 +392,8 @@ TEST_CASE("a signal twice, a parameter file twice") {
                  "7: node 5: object 6401h:00 already has a signal at plant.toml:5; remove one of the two");
   wrong_together(
       std::string(kNode) + "parameters = \"p\"\n[[node]]\nlss = true\neds = \"b\"\nparameters = \"p\"\n",
-      "5: node without an ID: p already has the parameters of node 5 at plant.toml:1; every node needs a "
-      "file of its own");
+      "5: node without an ID: node.parameters p: node 5: node.parameters has it already at plant.toml:1; "
+      "write another one");
 }
 
 TEST_CASE("ranges of registers do not overlap") {

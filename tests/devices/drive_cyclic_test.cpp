@@ -4,12 +4,6 @@
 
 namespace cbcan::test {
 
-namespace {
-
-// Statusword in Operation enabled, and what modes add.
-
-}  // namespace
-
 TEST_CASE("Profile torque: the slope, the limit, halt") {
   DriveBench bench;
   bench.enable(4, {{0x6071, 0, 500}, {0x6087, 0, 1'000}});

@@ -76,15 +76,6 @@ TEST_CASE("each function does what the specification says, and its response") {
   }
 }
 
-TEST_CASE("the examples of the Modbus specification pass") {
-  CHECK(exception_of(hex("03 00 6B 00 03")) == 0);                                   // V1.1b3, 6.3
-  CHECK(exception_of(hex("06 00 01 00 03")) == 0);                                   // V1.1b3, 6.6
-  CHECK(exception_of(hex("10 00 01 00 02 04 00 0A 01 02")) == 0);                    // V1.1b3, 6.12
-  CHECK(exception_of(hex("16 00 04 00 F2 00 25")) == 0);                             // V1.1b3, 6.16
-  CHECK(exception_of(hex("17 00 03 00 06 00 0E 00 03 06 00 FF 00 FF 00 FF")) == 0);  // V1.1b3, 6.17
-  CHECK(exception_of(hex("2B 0E 01 00")) == 0);                                      // V1.1b3, 6.21
-}
-
 TEST_CASE("what a request writes is known") {
   CHECK(written_by(hex("06 10 47 00 01")) == adapters::ModbusRange{0x1047, 1});
   CHECK(written_by(hex("10 10 46 00 02 04 00 01 00 02")) == adapters::ModbusRange{0x1046, 2});

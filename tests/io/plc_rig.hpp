@@ -3,15 +3,98 @@
 
 /// PLCs that own their registers, and the module that comes and gets them, in time that the test makes.
 
-#include "io/scanner_rig.hpp"
+#include "cbcan/coprocessor/coprocessor.hpp"
 #include "io/modbus/plc_exchange.hpp"
+#include "support/scanner_plc.hpp"
 
 namespace cbcan::io::test {
 
+using cbcan::test::CountingNode;
 using cbcan::test::kScannedNode;
 using cbcan::test::scanned_value;
-using cbcan::test::ScannedModule;
 using cbcan::test::ScannerPlc;
+
+/// A module with its registers, and node 5 on its bus.
+struct ScannedModule final : CanPort {
+  explicit ScannedModule(std::uint16_t sdo_timeout_ms) {
+    Coprocessor::Settings settings;
+    settings.sdo_timeout_ms = sdo_timeout_ms;
+    const std::span<std::uint16_t, regmap::kRegisterFileWords> all(registers);
+    coprocessor.emplace(RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
+                        all.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), *this, settings,
+                        ScannerWindow(all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
+                                      all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()));
+    coprocessor->start(now);
+    poll();
+  }
+
+  /// The bus.
+  bool try_send(const Frame& frame) override {
+    if (frame.id == 0x600u + kScannedNode) node.on_request(frame.data);
+    while (due_.size() < node.responses.size())
+      due_.push_back(now + node_delay);
+    return true;
+  }
+
+  void poll() {
+    while ((deadline_ = coprocessor->poll(now)) <= now) {
+    }
+  }
+
+  void written(std::size_t first, std::size_t count) {
+    coprocessor->on_registers_written(first, count, now);
+    poll();
+  }
+
+  /// One request of the PLC.
+  void write(std::size_t first, std::span<const std::uint16_t> words) {
+    std::ranges::copy(words, registers.begin() + static_cast<std::ptrdiff_t>(first));
+    written(first, words.size());
+  }
+
+  void deliver_response() {
+    if (node.responses.empty()) return;
+    const Frame frame{.id = 0x580u + kScannedNode, .length = 8, .data = node.responses.front()};
+    lose_response();
+    coprocessor->on_frame(frame, now);
+    poll();
+  }
+  void lose_response() {
+    if (node.responses.empty()) return;
+    node.responses.pop_front();
+    due_.pop_front();
+  }
+
+  /// Time passes without a response.
+  void pass(Time duration) {
+    now += duration;
+    poll();
+  }
+  /// Time passes, in which the node responds after `node_delay`.
+  void run(Time duration) {
+    const Time end = now + duration;
+    while (true) {
+      const Time next = earlier(deadline_, due_.empty() ? kNever : due_.front());
+      if (next > end) break;
+      now = std::max(now, next);
+      if (!due_.empty() && due_.front() <= now)
+        deliver_response();
+      else
+        poll();
+    }
+    pass(end - now);
+  }
+
+  std::array<std::uint16_t, regmap::kRegisterFileWords> registers{};
+  CountingNode node;
+  Time node_delay = 0;
+  std::optional<Coprocessor> coprocessor;
+  Time now = 1000;
+
+ private:
+  std::deque<Time> due_;  ///< of the responses
+  Time deadline_ = 0;
+};
 
 /// The module as a Modbus client sees it.
 struct ModuleUnit final : adapters::ModbusUnit {
@@ -41,8 +124,8 @@ struct PlcProgram {
 /// R3700 as it is meant: CA0Eh until the module has put a result there. After a cancel or a start the program
 /// leaves it at 0 for three polls.
 struct FlagProgram final : PlcProgram {
-  FlagProgram(std::span<std::uint16_t> registers, const cbcan::test::CountingNode& node,
-              const unsigned& polls, int patience)
+  FlagProgram(std::span<std::uint16_t> registers, const CountingNode& node, const unsigned& polls,
+              int patience)
       : registers_(registers), node_(node), polls_(polls), patience_(patience) {}
 
   void scan() override {
@@ -105,7 +188,7 @@ struct FlagProgram final : PlcProgram {
   }
 
   std::span<std::uint16_t> registers_;
-  const cbcan::test::CountingNode& node_;
+  const CountingNode& node_;
   const unsigned& polls_;
   int patience_;
   unsigned rest_until_ = 0;
@@ -119,7 +202,7 @@ struct FlagProgram final : PlcProgram {
 
 /// The scanner window's program on blocks in the PLC's own memory.
 struct ScannerProgram final : PlcProgram {
-  ScannerProgram(std::span<std::uint16_t> registers, const cbcan::test::CountingNode& node, int patience)
+  ScannerProgram(std::span<std::uint16_t> registers, const CountingNode& node, int patience)
       : registers_(registers), node_(node), plc(patience) {}
 
   void scan() override {
@@ -138,7 +221,7 @@ struct ScannerProgram final : PlcProgram {
 
  private:
   std::span<std::uint16_t> registers_;
-  const cbcan::test::CountingNode& node_;
+  const CountingNode& node_;
 
  public:
   ScannerPlc plc;
@@ -155,7 +238,7 @@ inline std::unique_ptr<PlcExchange> make_exchange(bool scanner, adapters::Modbus
 }
 
 inline std::unique_ptr<PlcProgram> make_program(bool scanner, std::span<std::uint16_t> registers,
-                                                const cbcan::test::CountingNode& node, const unsigned& polls,
+                                                const CountingNode& node, const unsigned& polls,
                                                 int patience) {
   if (scanner) return std::make_unique<ScannerProgram>(registers, node, patience);
   return std::make_unique<FlagProgram>(registers, node, polls, patience);

@@ -29,7 +29,7 @@ void pass(VirtualPlant& plant, double to, Time step) {
   plant.advance_to(end);
 }
 
-constexpr std::array<Time, 3> kSteps{0, 1'000'000, 37'777};
+constexpr std::array<Time, 3> kSteps{0, 1'000'000, 377'777};
 
 /// Commands at their times, and the analytic answers in between.
 struct Event {

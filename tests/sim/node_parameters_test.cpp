@@ -77,6 +77,21 @@ TEST_CASE("Node: 1010h:1 stores all parameters; outputs are none") {
   CHECK(keeper.values() == "17 17 17 0 ");
 }
 
+TEST_CASE("Node: 1010h:2, :3 and :4 store communication, the profile's, the manufacturer's") {
+  const std::pair<const char*, const char*> kinds[] = {
+      {"02", "17 7 8 0 "}, {"03", "0 7 17 0 "}, {"04", "0 17 8 0 "}};
+  for (const auto& [sub, values] : kinds) {
+    INFO(sub);
+    KeptParameters store;
+    Keeper keeper(&store);
+    keeper.change("11");
+    keeper.save(sub);
+    CHECK(store.kept.values.size() == 1);
+    keeper.reset_node();
+    CHECK(keeper.values() == values);
+  }
+}
+
 TEST_CASE("Node: 1011h restores the factory's values, from the next reset on") {
   KeptParameters store;
   Keeper keeper(&store);
@@ -108,6 +123,19 @@ TEST_CASE("Node: the next power-on finds what was stored") {
   keeper.load("01");
   keeper.reset_node();
   CHECK(keeper.values() == "0 7 8 0 ");
+}
+
+TEST_CASE("Node: 1010h and 1011h: other signatures are refused, and reading tells what the device can do") {
+  KeptParameters store;
+  Keeper keeper(&store);
+  keeper.change("11");
+  keeper.bench.ask("605#2310100101000000", "585#8010100120000008");  // 0800 0020h
+  keeper.bench.ask("605#231010016C6F6164", "585#8010100120000008");  // "load"
+  keeper.bench.ask("605#2311100173617665", "585#8011100120000008");  // "save"
+  keeper.bench.ask("605#4010100100000000", "585#4310100101000000");
+  keeper.save("01");
+  keeper.bench.ask("605#4010100100000000", "585#4310100101000000");
+  keeper.bench.ask("605#4011100400000000", "585#4311100401000000");
 }
 
 TEST_CASE("Node: a store that fails is 0606 0000h, and nothing has changed") {

@@ -33,6 +33,29 @@ TEST_CASE("Node: the TPDO of one is the RPDO of another, with each event") {
   CHECK(pair.received() == 0x1234);
 }
 
+TEST_CASE("Node: an RPDO's mapping changed at run time by the procedure of CiA 301") {
+  NodeBench bench;
+  sim::Node& node = bench.node;
+  bench.ask("000#0105", "185#0000");
+  bench.ask("605#2F00160000000000", "585#8000160022000008");  // not while it is valid
+  bench.ask("605#2300140105020080", "585#6000140100000000");  // 1. invalid
+  bench.ask("605#2300160108020062", "585#8000160122000008");  // not while sub 0 is not 0
+  bench.ask("605#2F00160000000000", "585#6000160000000000");  // 2. no entries
+  bench.ask("605#2300160108020062", "585#6000160100000000");  // 3. 6200h:2, 8 bits, then 6200h:1, 16 bits
+  bench.ask("605#2300160210010062", "585#6000160200000000");
+  bench.ask("605#2F00160002000000", "585#6000160000000000");  // 4. two entries
+  bench.send("205#AABBCC");
+  CHECK(value_of(node, 0x6200, 2) == 0);
+  bench.ask("605#2300140105020000", "585#6000140100000000");  // 5. valid
+  bench.send("205#AABBCC");
+  CHECK(value_of(node, 0x6200, 2) == 0xAA);
+  CHECK(value_of(node, 0x6200, 1) == 0xCCBB);
+  bench.ask("205#AABB", "085#1082110100000000");      // too short: 8210h, RPDO 1
+  bench.ask("205#112233", "085#0000000000000000");    // as it should be
+  bench.ask("205#AABBCCDD", "085#2082110100000000");  // too long: 8220h, taken
+  CHECK(value_of(node, 0x6200, 1) == 0xCCBB);
+}
+
 TEST_CASE("Node: it hears the new COB-ID, and the old one no more") {
   NodeBench bench;
   sim::Node& node = bench.node;

@@ -240,23 +240,6 @@ class Crowd(Http):
         client.sendall(data)
         return client
 
-    def test_garbage_and_halves(self):
-        simulator = self.start()
-        for data in (b"\0" * 5000, b"GET", b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 10000, b"\xff\xfe\r\n\r\n", b"POST /api/control HTTP/1.1\r\nHost: localhost\r\n"
-                     b"Content-Length: 1000000000\r\n\r\n" + b"x" * 200_000, b"POST /api/control HTTP/1.1\r\nHost: localhost\r\nContent-Length: -5\r\n\r\n"):
-            with contextlib.suppress(ConnectionError):
-                self.raw(data)
-        for method in ("PUT", "DELETE", "HEAD"):
-            connection = http.client.HTTPConnection("127.0.0.1", self.http_port, timeout=LIMIT)
-            connection.request(method, "/api/time")
-            self.assertEqual(connection.getresponse().status, 405)
-            connection.close()
-        self.assertEqual(self.ask("/api/control", 70_000 * "x")[0], 413)
-        with simulator.window() as window:
-            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
-        self.assertEqual(self.get("/api/transactions")["events"][0]["ok"], True)
-        self.assertEqual(simulator.stop(), (0, ""))
-
     def memory(self, simulator, what):
         """KiB"""
         status = pathlib.Path(f"/proc/{simulator.process.pid}/status").read_text()

@@ -74,11 +74,6 @@ class Unread(unittest.TestCase):
             self.assertIn("642#4000100000000000", frames)
             self.check_served_and_ended(simulator)
 
-    def test_log_into_a_pipe_that_is_stuck(self):
-        simulator = self.start("--log", f"/dev/fd/{self.pipe.into}")
-        self.check_served_and_ended(simulator)
-        self.assertRegex(simulator.error, r"\Acbcan-sim: log /dev/fd/\d+: \d+ frames are missing: they were not read in time\n\Z")
-
     def test_log_is_whole_once_it_is_read(self):
         simulator = self.start("--log", f"/dev/fd/{self.pipe.into}")
         with simulator.window() as window:
@@ -109,10 +104,6 @@ class Unread(unittest.TestCase):
             self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 4)
         self.assertIn("node 66: fault 1: abort", self.pipe.read_until("5C2#4300100091010F00\n"))
         self.assertEqual(simulator.stop()[0], 0)
-
-    def test_standard_error_and_the_end(self):
-        simulator = Simulator(PROGRAM, "--demo", "--verbose", stderr=self.pipe.into, test=self)
-        self.check_served_and_ended(simulator)
 
     def start_on_a_manual_clock(self, folder):
         process = subprocess.Popen([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0", "--control",

@@ -190,16 +190,9 @@ class Outcomes(unittest.TestCase):
         self.assertIn("\n  said 0.000000 node 66: fault 1: response-never: 5C2#4300100091010F00\n", done.stdout)
 
     def test_what_is_no_scenario(self):
-        for text, problem in ((FAILS.replace("0x1000", "x"), ':4: word "x": must be 0..65535'),
-                              (FAILS.replace("trigger", "triger"), ':4: "triger": no such command; did you mean trigger?'),
-                              (FAILS.replace("transaction ended", "state 7 off"), ":5: node 7: not in this plant; nodes lists them"),
-                              (FAILS.replace("expect", "expects"), ":6: step.expects: no such key; did you mean expect?"),
+        for text, problem in ((FAILS.replace("trigger", "triger"), ':4: "triger": no such command; did you mean trigger?'),
                               (FAILS.replace("demo", "none.toml"), f":1: plant {self.folder}/none.toml: cannot be read; paths are relative "
-                               "to this file"),
-                              (FAILS + "[can]\nbitrate = 5\n", ":8: can.bitrate: no such key; did you mean can.bit_rate?"),
-                              (FAILS + "[[step]]\nevery = 5\n", ':8: step.every: write every = "100ms": a whole number of us, ms or s'),
-                              (FAILS + '[[step]]\ndo = "pass 1s"\n', ":8: pass: a step lets time pass by its keys at, after and wait"),
-                              ('plant = "demo"\n', ":1: step: there is none; write [[step]] above each step")):
+                               "to this file")):
             path = self.write("wrong.toml", text)
             for options in ([], ["--check"]):
                 done = run(*options, path)
@@ -255,6 +248,20 @@ class Outcomes(unittest.TestCase):
         done = run("--log", "/nonexistent/logs", *sorted((ROOT / "scenarios").glob("*.toml")))
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertEqual(done.stderr, "cbcan-sim: --log /nonexistent/logs: there is no such folder; make it first\n")
+
+    def test_usage(self):
+        for arguments, told in (((), "FILE|FOLDER... is missing: Scenarios; of a folder all files *.toml that have a [[step]], in it and below; usage: "
+                                 "cbcan-sim run [OPTION...] FILE|FOLDER..."),
+                                (("--junti", "x"), "--junti: no such option; did you mean --junit?"),
+                                (("-j",), "-j: needs an argument, N"),
+                                (("-j", "0", "x"), "--jobs 0: must be 1..1000"),
+                                (("--shard", "5", "x"), "--shard 5: must be I/N, the I-th part of N, such as 1/4")):
+            done = run(*arguments)
+            self.assertEqual((done.returncode, done.stderr.splitlines()[0]), (2, f"cbcan-sim run: {told}"))
+        self.assertEqual(run(self.folder).stderr, f"cbcan-sim: {self.folder}: no file *.toml in it has a [[step]]\n")
+        self.assertEqual(run("--help").returncode, 0)
+        for line in run("--help").stdout.splitlines():
+            self.assertLessEqual(len(line), 80)
 
 
 cases.main()

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// An SDO server written by hand for tests and benchmarks, with nothing of the product in it but the frame:
+/// An SDO server written by hand, with nothing of the product in it but the frame:
 /// node 5 with one object, 2000h sub-index 0. It keeps to CiA 301, 7.2.4 and does the least that this asks
 /// for.
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "cbcan/frame.hpp"
 
@@ -19,20 +18,16 @@ struct SdoPeer {
   /// What it says to whatever it does not take ("local control"): a code that no client has of its own.
   static constexpr std::uint32_t kRefusal = 0x08000021;
 
-  /// An object of `size` bytes, 1..128. Block downloads are confirmed every `block_size` segments.
-  explicit SdoPeer(std::size_t size, std::uint8_t block_size = 127) : size_(size), block_size_(block_size) {}
+  static constexpr std::uint8_t kBlockSize = 127;  ///< segments of a block download between confirmations
 
-  /// From now on the object holds `first`, `first` + 1, `first` + 2, ...
-  void hold(std::uint8_t first) { first_ = first; }
+  /// An object of `size` bytes, 1..128: 0, 1, 2, ...
+  explicit SdoPeer(std::size_t size) : size_(size) {}
 
   /// A request. The responses to it, none or several, wait for response().
   void on_frame(const Frame& frame);
 
   /// The next response; null = none. Valid until the next request.
   const Frame* response() { return head_ == tail_ ? nullptr : &responses_[head_++ % responses_.size()]; }
-
-  /// What the last download brought that came to its end; empty = none yet.
-  std::span<const std::uint8_t> written() const { return std::span(value_).first(written_); }
 
  private:
   enum class State : std::uint8_t {
@@ -64,15 +59,12 @@ struct SdoPeer {
   void abort();
 
   std::size_t size_;
-  std::uint8_t block_size_;
-  std::uint8_t first_ = 0;
   State state_ = State::kIdle;
   std::uint8_t toggle_ = 0;
   std::uint8_t sequence_ = 0;
   std::uint8_t window_ = 0;  ///< segments that the client takes at a time
   std::size_t done_ = 0;
   std::size_t confirmed_ = 0;
-  std::size_t written_ = 0;
   std::array<std::uint8_t, kCapacity + 7> value_{};
   std::size_t head_ = 0;
   std::size_t tail_ = 0;

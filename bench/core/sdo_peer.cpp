@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "support/sdo_peer.hpp"
+#include "sdo_peer.hpp"
 
 #include <algorithm>
 
@@ -82,11 +82,10 @@ bool SdoPeer::keep(const Frame& frame, std::size_t at, std::size_t count) {
 void SdoPeer::initiate_download(const Frame& frame) {
   done_ = 0;
   toggle_ = 0;
-  written_ = 0;
   state_ = State::kDownload;
   if ((frame.data[0] & 2) != 0) {
-    written_ = 4 - (frame.data[0] >> 2 & 3u);
-    for (std::size_t i = 0; i < written_; ++i)
+    const std::size_t size = 4 - (frame.data[0] >> 2 & 3u);
+    for (std::size_t i = 0; i < size; ++i)
       value_[i] = frame.data[4 + i];
     state_ = State::kIdle;
   }
@@ -102,7 +101,6 @@ void SdoPeer::download_segment(const Frame& frame) {
   reply(0x20u | toggle_);
   toggle_ ^= 0x10;
   if ((frame.data[0] & 1) == 0) return;
-  written_ = done_;
   state_ = State::kIdle;
 }
 
@@ -112,7 +110,7 @@ void SdoPeer::download_segment(const Frame& frame) {
 std::size_t SdoPeer::fill(Frame& frame, std::size_t at) const {
   const std::size_t count = std::min<std::size_t>(7, size_ - at);
   for (std::size_t i = 0; i < count; ++i)
-    frame.data[1 + i] = static_cast<std::uint8_t>(first_ + at + i);
+    frame.data[1 + i] = static_cast<std::uint8_t>(at + i);
   return count;
 }
 
@@ -127,7 +125,7 @@ void SdoPeer::initiate_upload() {
   state_ = State::kIdle;
   Frame& frame = reply_with_object(0x43u | (4u - static_cast<unsigned>(size_)) << 2);
   for (std::size_t i = 0; i < size_; ++i)
-    frame.data[4 + i] = static_cast<std::uint8_t>(first_ + i);
+    frame.data[4 + i] = static_cast<std::uint8_t>(i);
 }
 
 void SdoPeer::upload_segment(const Frame& frame) {
@@ -149,8 +147,7 @@ void SdoPeer::initiate_block_download() {
   state_ = State::kBlockDownload;
   done_ = 0;
   sequence_ = 0;
-  written_ = 0;
-  reply_with_object(0xA4).data[4] = block_size_;
+  reply_with_object(0xA4).data[4] = kBlockSize;
 }
 
 void SdoPeer::block_download_segment(const Frame& frame) {
@@ -162,10 +159,10 @@ void SdoPeer::block_download_segment(const Frame& frame) {
     done_ += 7;
     ++sequence_;
   }
-  if (!last && sequence != block_size_) return;
+  if (!last && sequence != kBlockSize) return;
   Frame& response = reply(0xA2);
   response.data[1] = sequence_;
-  response.data[2] = block_size_;
+  response.data[2] = kBlockSize;
   if (in_order && last) state_ = State::kBlockDownloadEnd;
   sequence_ = 0;
 }
@@ -176,7 +173,6 @@ void SdoPeer::end_block_download(const Frame& frame) {
   const unsigned crc = frame.data[1] | static_cast<unsigned>(frame.data[2]) << 8;
   if (crc != crc_of(value_.data(), done_ - unused)) return abort();
   state_ = State::kIdle;
-  written_ = done_ - unused;
   reply(0xA1);
 }
 
@@ -207,7 +203,7 @@ void SdoPeer::block_upload_acknowledged(const Frame& frame) {
   if (!all) return stream();
   std::array<std::uint8_t, kCapacity> bytes{};
   for (std::size_t i = 0; i < size_; ++i)
-    bytes[i] = static_cast<std::uint8_t>(first_ + i);
+    bytes[i] = static_cast<std::uint8_t>(i);
   const std::uint16_t crc = crc_of(bytes.data(), size_);
   Frame& response = reply(0xC1u | static_cast<unsigned>((7 - size_ % 7) % 7) << 2);
   response.data[1] = static_cast<std::uint8_t>(crc);
