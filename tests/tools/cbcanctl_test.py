@@ -99,11 +99,11 @@ class WithSimulator(unittest.TestCase):
                            f"cbcanctl: {pipe}: a pipe that no program writes to; name a file, or start its writer first\n")
             self.check("dump 66 --eds /bin/ls", "", USAGE, "cbcanctl: /bin/ls: not one object in it; name an EDS or DCF file\n")
             self.check("configure /bin/ls", "", USAGE, "cbcanctl: /bin/ls:1: this line is not UTF-8; write a plan in TOML, or name a file *.dcf\n")
-            with open(pipe, "r+b"):  # a writer that says nothing
+            with open(os.open(pipe, os.O_RDWR), "wb"):  # a writer that says nothing
                 for number in (signal.SIGINT, signal.SIGTERM):
                     process = subprocess.Popen([CBCANCTL, "configure", pipe])
-                    wait_until(lambda process=process: pipe in [os.path.realpath(f"/proc/{process.pid}/fd/{file}") for file in
-                                                                os.listdir(f"/proc/{process.pid}/fd")], "the pipe is open")
+                    wait_until(lambda process=process: pipe in subprocess.run(["ls", "-l", f"/proc/{process.pid}/fd"], capture_output=True,
+                                                                              text=True).stdout, "the pipe is open")
                     process.send_signal(number)
                     self.assertEqual(process.wait(LIMIT), -number)
 
