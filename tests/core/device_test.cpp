@@ -221,6 +221,7 @@ TEST_CASE("The application hears once of what has been written") {
   DeviceRig rig;
   rig.start(true);
   rig.write(0x2001, 0, 1, 0x12);
+  CHECK(rig.read(0x2001, 0) == 0x12);
   rig.arrive("080#");
   CHECK(rig.events == std::vector<std::string>{"written", "sync"});
 }

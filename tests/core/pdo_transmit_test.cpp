@@ -124,6 +124,8 @@ TEST_CASE("A TPDO that the port has refused does not hold up the next start, nor
   rig.operational().expect_silence();
   rig.operational(false);
   rig.operational().expect("181#00");  // without waiting for the time to try again
+  rig.sync();
+  rig.sync().expect("182#00");
   rig.sync(0, 100);
   rig.pass(200);
   rig.port.refuse_next = 1;
