@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "app/console.hpp"
@@ -32,7 +33,7 @@ int code(ExitCode code) {
   return static_cast<int>(code);
 }
 
-/// What a file or socket that is to be made needs, and a port. Throws io::UsageError.
+/// The folder of a file or socket that is to be made, and what is no port. Throws io::UsageError.
 template <class Target>
 void check_place(const options::Setting<Target>& row, const Target& target) {
   using options::Form;
@@ -42,33 +43,29 @@ void check_place(const options::Setting<Target>& row, const Target& target) {
       row.form == Form::kPath || text.empty() ? text : text::parse_stream_address(text).path;
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const std::string where = fmt::format("{} {}: ", row.key, path);
-  if (!folder.empty() && !std::filesystem::is_directory(folder))
+  std::error_code error;  // what cannot be seen is left to who opens it
+  if (!folder.empty() && !std::filesystem::is_directory(folder, error) &&
+      error != std::errc::permission_denied)
     throw io::UsageError(where + "there is no folder " + folder + "; make it first");
-  if (row.key == "rtu.device" && std::filesystem::is_regular_file(path))
+  if (row.key == "rtu.device" && std::filesystem::is_regular_file(path, error))
     throw io::UsageError(where + "no serial port; write the path of one, such as /dev/ttyUSB0");
 }
 
+/// And whether stored parameters can be read.
 void check_places(const config::Config& config) {
-  const auto& parameters = config::setting_of(config::node_settings(), "node.parameters");
+  const auto load = [](const std::string& file) {
+    if (!file.empty()) io::ParameterFile(file, [](const std::string&) {}).load();
+  };
   for (const auto& row : config::settings())
     check_place(row, config);
   for (const config::NetworkConfig& network : config.networks) {
     for (const auto& row : config::network_settings())
       check_place(row, network);
-    for (const config::NodeConfig& node : network.nodes)
-      check_place(parameters, node);
-  }
-}
-
-/// Throws io::UsageError, as a start does.
-void check_parameters(const config::Config& config, Console& console) {
-  const auto check = [&](const std::string& file) {
-    if (!file.empty()) io::ParameterFile(file, [&](const std::string& line) { console.warn(line); }).load();
-  };
-  for (const config::NetworkConfig& network : config.networks) {
-    check(network.module.parameters);
-    for (const config::NodeConfig& node : network.nodes)
-      check(node.parameters);
+    load(network.module.parameters);
+    for (const config::NodeConfig& node : network.nodes) {
+      check_place(config::setting_of(config::node_settings(), "node.parameters"), node);
+      load(node.parameters);
+    }
   }
 }
 
@@ -78,7 +75,6 @@ int run(const cli::Start& start, const config::FileReader& read, Console& consol
   for (const std::string& line : build.lines)
     console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + line + "\n");  // an option, and no file
   if (build.good) check_places(config);
-  if (build.good && start.check) check_parameters(config, console);
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
   Simulator simulator(config, std::move(build), console, start.command.empty());
   simulator.set_plant(start.plant_file);

@@ -61,6 +61,7 @@ TEST_CASE("a plant from text, with two networks") {
 TEST_CASE("what is wrong with a plant is told with its place") {
   CHECK_THROWS_WITH(Plant::from_file("no/plant.toml"),
                     "no/plant.toml: cannot be read; check the path and its permissions");
+  CHECK_THROWS_WITH(Plant::from_file("/proc"), "/proc: this is a folder; name a file in it");
   CHECK_THROWS_WITH(Plant::from_text("[can]\nbitrate = 5\n", "here"),
                     "here/text:2: can.bitrate: no such key; did you mean can.bit_rate?");
   CHECK_THROWS_WITH(Plant::from_text("[[node]]\nid = 127\neds = \"x.eds\"\n", "here"),
